@@ -1,5 +1,6 @@
 """YAML as people mean it, and every fault of a file at once."""
 
+import json
 import re
 from pathlib import Path
 from typing import Any, TypeVar
@@ -88,8 +89,8 @@ def validate(document: Any, kind: type[M], where: str | Path) -> M:
     if not isinstance(document, dict):
         raise Refused(where, f"expected keys and values, found {type(document).__name__}")
     try:
-        # JSON's rules for strictness: a list is a tuple, an integer a float, but text is never a number
-        return kind.model_validate(document, strict=None)
+        # by JSON's rules a list may become a tuple and an integer a float, but text is never a number
+        return kind.model_validate_json(json.dumps(document))
     except ValidationError as error:
         raise Refused(where, "; ".join(_fault(e) for e in error.errors())) from error
 

@@ -1,0 +1,107 @@
+"""Cable lengths l(alpha), with pulleys and without, and the matrix Z = -dl/dalpha.
+
+The portion of a cable in a mechanism runs from the lowest point of its entry pulley (turning with the bottom bar) to its
+end, or to the lowest point of its exit pulley (turning with the top bar). Where a cable passes a shared pulley we assume
+the full turn that (24) counts; without it the cable would lift off for alpha_i + alpha_(i+1) < 0.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mechanism.arm import Arm, Array
+from mechanism.geometry import Sides, sides
+
+
+@dataclass(frozen=True)
+class Portion:
+    """Length of a cable portion and its first and second derivative by alpha, each (...), m."""
+
+    length: Array
+    d1: Array
+    d2: Array
+
+
+def lengths(arm: Arm, alpha: Array) -> Array:
+    """(31)-(34): lengths of the cables from the base's pulleys on, shape (..., M), m; alpha of shape (..., N), rad."""
+    return _sum(arm, alpha, "length")
+
+
+def Z(arm: Arm, alpha: Array) -> Array:
+    """(3): Z(i, j) = -dl_j/dalpha_i, shape (..., N, M), m."""
+    return -_matrix(arm, alpha, "d1")
+
+
+def Z_dot(arm: Arm, alpha: Array, alpha_d: Array) -> Array:
+    """dZ/dt, shape (..., N, M), m/s: each entry depends on its own angle only."""
+    return -_matrix(arm, alpha, "d2") * np.asarray(alpha_d)[..., None]
+
+
+def lengths_without_pulleys(arm: Arm, alpha: Array) -> Array:
+    """(7)-(10): the same cables when pulleys have no radius and struts are followed bar by bar, shape (..., M), m."""
+    s = sides(arm, alpha)
+    strut = np.broadcast_to(arm.L + arm.b, s.d.shape)
+    piece = {"right": s.right, "left": s.left, "strut": strut, "strut_mirrored": strut}
+    piece |= {"right_through": s.right, "left_through": s.left}
+    per_cable = [sum(piece[word][..., i] for i, word in enumerate(route)) for route in arm.routes]
+    return np.stack(np.broadcast_arrays(*per_cable), axis=-1)
+
+
+def portions(arm: Arm, alpha: Array) -> dict[str, Portion]:
+    """The portion that each route word in use would have in each mechanism, arrays of shape (..., N)."""
+    s = sides(arm, alpha)
+    words = {word for route in arm.routes for word in route}
+    return {word: _PORTION[word](arm, alpha, s) for word in words}
+
+
+def _ends(side: Array, d1: Array, d2: Array, arm: Arm, alpha: Array, sign: float) -> Portion:
+    """(19), (20): along a side to the centre of the upper pulley; sign -1 on the left, +1 on the right."""
+    r = arm.r
+    t = np.sqrt(side**2 - r**2)
+    length = t + r * (np.pi + sign * alpha / 2 - np.arctan2(t, r))
+    # d/dl of t - r atan(t/r) is t/l: the tangent's share of the side
+    return Portion(length, d1 * t / side + sign * r / 2, d2 * t / side + d1**2 * r**2 / (side**2 * t))
+
+
+def _passes(side: Array, d1: Array, d2: Array, arm: Arm, alpha: Array, sign: float) -> Portion:
+    """(25): along a side and on upwards, with the full turn on the upper pulley."""
+    return Portion(side + arm.r * (2 * np.pi + sign * alpha), d1 + sign * arm.r, d2)
+
+
+def _strut(arm: Arm, alpha: Array, s: Sides) -> Portion:
+    """(30) with acos for A3 and A5 (the tangents beside them need it); even in alpha, so the mirrored strut's as well."""
+    r = arm.r
+    lean = np.arctan2(s.d, arm.b * np.cos(alpha / 2))
+    a3, a5 = np.arccos(2 * r / arm.L), np.arccos(2 * r / arm.b)
+    straight = 2 * np.sqrt((arm.L / 2) ** 2 - r**2) + 2 * np.sqrt((arm.b / 2) ** 2 - r**2)
+    # 2 psi - alpha = 2 (pi - lean)
+    length = straight + r * (4 * np.pi - 2 * lean - 2 * a3 - 2 * a5)
+    half = alpha / 2
+    d1 = -r * arm.b * np.sin(half) / s.d
+    return Portion(length, d1, -r * arm.b * np.cos(half) / (2 * s.d) - d1 * s.d1 / s.d)
+
+
+_PORTION = {
+    "left": lambda arm, alpha, s: _ends(s.left, s.left1, s.left2, arm, alpha, -1.0),
+    "right": lambda arm, alpha, s: _ends(s.right, s.right1, s.right2, arm, alpha, 1.0),
+    "left_through": lambda arm, alpha, s: _passes(s.left, s.left1, s.left2, arm, alpha, -1.0),
+    "right_through": lambda arm, alpha, s: _passes(s.right, s.right1, s.right2, arm, alpha, 1.0),
+    "strut": _strut,
+    "strut_mirrored": _strut,
+}
+
+
+def _sum(arm: Arm, alpha: Array, field: str) -> Array:
+    found = portions(arm, alpha)
+    per_cable = [sum(getattr(found[word], field)[..., i] for i, word in enumerate(route)) for route in arm.routes]
+    return np.stack(np.broadcast_arrays(*per_cable), axis=-1)
+
+
+def _matrix(arm: Arm, alpha: Array, field: str) -> Array:
+    found = {word: getattr(portion, field) for word, portion in portions(arm, alpha).items()}
+    shape = next(iter(found.values())).shape
+    out = np.zeros((*shape, arm.M))
+    for j, route in enumerate(arm.routes):
+        for i, word in enumerate(route):
+            out[..., i, j] = found[word][..., i]
+    return out

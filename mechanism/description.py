@@ -1,0 +1,184 @@
+"""neck.yaml: what the arm is made of, read strictly.
+
+Every length, mass, stiffness is checked against the magnitude it can have in SI units, so that millimetres given for
+metres are refused; all faults of a file are reported at once, each with its key's path.
+"""
+
+from itertools import pairwise
+from math import pi
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from xneck.errors import Refused
+from xneck.strict_yaml import Strict, read
+
+Length = Annotated[float, Field(ge=0.001, le=10.0)]
+Angle = Annotated[float, Field(ge=-pi, le=pi)]
+Word = Literal["right", "left", "right_through", "left_through", "strut", "strut_mirrored"]
+
+SIDE_OF = {
+    "right": "right",
+    "right_through": "right",
+    "strut": "right",
+    "left": "left",
+    "left_through": "left",
+    "strut_mirrored": "left",
+}
+
+
+class Bar(Strict):
+    """A diagonal bar: its mass and its inertia about its middle."""
+
+    mass: Annotated[float, Field(ge=0, le=100)]
+    inertia: Annotated[float, Field(ge=0, le=10)]
+
+
+class Top(Strict):
+    """The top bar of a mechanism; `com` in the bar's frame (x along the bar), inertia about that point."""
+
+    mass: Annotated[float, Field(gt=0, le=100)]
+    inertia: Annotated[float, Field(ge=0, le=10)]
+    com: tuple[Annotated[float, Field(ge=-1, le=1)], Annotated[float, Field(ge=-1, le=1)]] = (0.0, 0.0)
+
+
+class Springs(Strict):
+    """The two springs of a mechanism, one on each side; with `slack` they cannot push."""
+
+    stiffness: Annotated[float, Field(ge=0, le=1e6)]
+    free_length: Annotated[float, Field(ge=0, le=10)]
+    slack: bool = False
+
+
+class Mechanism(Strict):
+    """One X-joint: an antiparallelogram of two bars of length b and two diagonals of length L."""
+
+    L: Length
+    b: Length
+    r: Annotated[float, Field(ge=0, le=0.5)]
+    diagonal: Bar
+    top: Top
+    springs: Springs
+
+    @model_validator(mode="after")
+    def _pulleys_fit(self) -> "Mechanism":
+        if self.L <= self.b:
+            raise ValueError(f"L = {self.L} m must exceed b = {self.b} m for the diagonals to cross")
+        if min(self.L, self.b) / 2 <= self.r:
+            raise ValueError(f"pulleys of r = {self.r} m do not fit: L/2 and b/2 must exceed r")
+        if (self.L**2 - self.b**2) ** 0.5 <= self.r:
+            raise ValueError(f"pulleys of r = {self.r} m do not fit: the sides are too short even when straight")
+        return self
+
+
+class Cable(Strict):
+    """A cable's way from the base up, its total length, section, and elongation x0 in the straight rest pose."""
+
+    route: Annotated[tuple[Word, ...], Field(min_length=1)]
+    length: Annotated[float, Field(ge=0.01, le=100)]
+    section: Annotated[float, Field(ge=1e-9, le=1e-3)]
+    x0: Annotated[float, Field(ge=-0.05, le=0.05)] = 0.0
+
+    @model_validator(mode="after")
+    def _route_holds(self) -> "Cable":
+        for word in self.route[:-1]:
+            if word in ("right", "left"):
+                raise ValueError(f"'{word}' ends at its pulley, so it can only be the last of a route")
+        for below, above in pairwise(self.route):
+            if SIDE_OF[below] != SIDE_OF[above]:
+                raise ValueError(
+                    f"'{below}' leaves on the {SIDE_OF[below]} side, where '{above}' cannot take it up: "
+                    f"words of one side are {', '.join(w for w, s in SIDE_OF.items() if s == SIDE_OF[below])}"
+                )
+        return self
+
+
+class Motor(Strict):
+    """A motor with its gear R, drum rd and rotor inertia Ia; the rest maps its encoder log into our convention."""
+
+    R: Annotated[float, Field(ge=0.1, le=1e4)]
+    rd: Annotated[float, Field(ge=1e-4, le=1)]
+    Ia: Annotated[float, Field(ge=0, le=1)]
+    counts: Annotated[int, Field(ge=1, le=2**31)]
+    theta_sign: Literal[-1, 1] = 1
+    joint: str | None = None
+    """its name in a JointState log; without one, motor j is the j-th joint"""
+    theta_scale: Annotated[float, Field(gt=0)] = 1.0
+    """rad on the motor side per unit in the log"""
+    f_scale: float = 1.0
+    """N on the cable per unit of effort in the log"""
+
+
+class BarMarker(Strict):
+    """Where a marker sits: its middle `at` in the bar's frame, and its x axis' `angle` against the bar's."""
+
+    id: Annotated[int, Field(ge=0, le=100_000)]
+    bar: Annotated[int, Field(ge=0)]
+    at: tuple[Annotated[float, Field(ge=-1, le=1)], Annotated[float, Field(ge=-1, le=1)]] = (0.0, 0.0)
+    angle: Angle = 0.0
+
+
+class Markers(Strict):
+    """The printed markers: all of one dictionary and size (side of the black square)."""
+
+    dictionary: str
+    size: Annotated[float, Field(ge=0.002, le=1.0)]
+    on_bars: Annotated[tuple[BarMarker, ...], Field(min_length=1)]
+
+
+class Neck(Strict):
+    """The whole arm, as neck.yaml states it (contract; symbols are the seed's)."""
+
+    xneck: Literal[1]
+    gravity: tuple[Annotated[float, Field(ge=-30, le=30)], Annotated[float, Field(ge=-30, le=30)]] = (0.0, -9.81)
+    mechanisms: Annotated[tuple[Mechanism, ...], Field(min_length=1, max_length=100)]
+    cables: Annotated[tuple[Cable, ...], Field(min_length=1, max_length=200)]
+    motors: Annotated[tuple[Motor, ...], Field(min_length=1, max_length=200)]
+    markers: Markers | None = None
+
+    @model_validator(mode="after")
+    def _parts_agree(self) -> "Neck":
+        faults = []
+        n = len(self.mechanisms)
+        if len(self.motors) != len(self.cables):
+            faults.append(f"{len(self.motors)} motors for {len(self.cables)} cables: each cable needs one")
+        for j, cable in enumerate(self.cables):
+            if len(cable.route) > n:
+                faults.append(f"cables[{j}].route crosses {len(cable.route)} mechanisms of {n}")
+        named = [m.joint for m in self.motors if m.joint is not None]
+        if named and (len(named) != len(self.motors) or len(set(named)) != len(named)):
+            faults.append("motors[].joint: give every motor a name of its own, or none")
+        if self.markers:
+            ids = [m.id for m in self.markers.on_bars]
+            faults += [f"markers.on_bars: id {i} stands twice" for i in sorted({i for i in ids if ids.count(i) > 1})]
+            faults += [
+                f"markers.on_bars[{k}].bar is {m.bar}, but bars are 0..{n}"
+                for k, m in enumerate(self.markers.on_bars)
+                if m.bar > n
+            ]
+        if faults:
+            raise ValueError("; ".join(faults))
+        return self
+
+    @property
+    def N(self) -> int:
+        """Number of mechanisms."""
+        return len(self.mechanisms)
+
+    @property
+    def M(self) -> int:
+        """Number of cables and motors."""
+        return len(self.cables)
+
+
+def read_neck(path: str | Path) -> Neck:
+    """neck.yaml as a Neck. Raises Refused with every fault, its key's path, what was found and what is expected."""
+    return read(path, Neck)
+
+
+def markers_of(neck: Neck, where: str | Path) -> Markers:
+    """The markers of the arm; Refused where neck.yaml has none."""
+    if neck.markers is None:
+        raise Refused(where, "has no `markers`", "say which markers sit on which bars, or give the angles as a CSV")
+    return neck.markers

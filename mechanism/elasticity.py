@@ -1,0 +1,33 @@
+"""Elastic cables: elongation (41), (42) and the three models of tension (53), (57)."""
+
+from typing import Literal, get_args
+
+import numpy as np
+
+from mechanism.arm import Arm, Array
+from mechanism.cable_lengths import Z, lengths
+
+Model = Literal[1, 2, 3]
+MODELS: tuple[Model, ...] = get_args(Model)
+
+
+def elongation(arm: Arm, alpha: Array, theta: Array) -> Array:
+    """(41): x = l(alpha) - l(0) + (rd/R) theta + x0, shape (..., M), m."""
+    return lengths(arm, alpha) - lengths(arm, np.zeros(arm.N)) + arm.drum * theta + arm.x0
+
+
+def elongation_rate(arm: Arm, alpha: Array, alpha_d: Array, theta_d: Array) -> Array:
+    """(42): x' = -Z^T alpha' + (rd/R) theta', shape (..., M), m/s."""
+    return -np.einsum("...ij,...i->...j", Z(arm, alpha), alpha_d) + arm.drum * theta_d
+
+
+def strain_scale(arm: Arm, alpha: Array, model: Model) -> Array:
+    """What x is multiplied with before the stiffness: 1 (model 1), S / l_total (model 2), S / l(alpha) (model 3).
+
+    The stiffness that goes with it is k in N/m (model 1) or Young's modulus E in Pa. Shape (..., M).
+    """
+    if model == 1:
+        return np.ones(())
+    if model == 2:
+        return arm.section / arm.cable_length
+    return arm.section / lengths(arm, alpha)
