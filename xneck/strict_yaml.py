@@ -56,15 +56,18 @@ for _tag, _pattern, _first in (
 
 def load(path: str | Path) -> Any:
     """The document in `path`. Raises Refused where it is missing, too large, not YAML, or ambiguous."""
-    path = Path(path)
-    text = read_text(path)
+    return parse(read_text(Path(path)), path)
+
+
+def parse(text: str, where: str | Path) -> Any:
+    """The document in `text`; `where` names it in a refusal."""
     try:
         return yaml.load(text, Loader=_Loader)
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else "?"
-        raise Refused(path, f"line {line}: {error.problem}", "correct the YAML there") from error
+        raise Refused(where, f"line {line}: {error.problem}", "correct the YAML there") from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise Refused(path, f"not YAML ({str(error).splitlines()[0]})") from error
+        raise Refused(where, f"not YAML ({str(error).splitlines()[0]})") from error
 
 
 def read_text(path: Path) -> str:

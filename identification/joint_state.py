@@ -1,0 +1,249 @@
+"""sensor_msgs/JointState in ROS 2 CDR, as MCAP: the one format that ROS tools and plotting tools read as named curves.
+
+A channel's messages are all of one size, so they are written as rows of one byte table and read back as one.
+"""
+
+import json
+import struct
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+from mcap.writer import Writer
+from numpy.typing import NDArray
+from zstandard import ZstdError
+
+from identification.series import Series
+from xneck import __version__
+from xneck.errors import Refused
+from xneck.whole_file import whole_file
+
+Array = NDArray[np.float64]
+
+DEFINITION = """\
+std_msgs/Header header
+string[] name
+float64[] position
+float64[] velocity
+float64[] effort
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+
+
+@dataclass(frozen=True)
+class Log:
+    """A JointState channel: time (T,), s; position, velocity, effort of shape (T, joints), NaN where not given."""
+
+    names: tuple[str, ...]
+    time: Array
+    position: Array
+    velocity: Array
+    effort: Array
+
+
+def write(
+    path: str | Path,
+    series: Mapping[str, Series],
+    metadata: Mapping[str, Any],
+    attachments: Mapping[str, bytes] | None = None,
+) -> None:
+    """Series as JointState channels `/name` whose positions are the columns, with JSON metadata and attached files."""
+    with whole_file(path) as part, part.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start(profile="ros2", library=f"xneck {__version__}")
+        schema = writer.register_schema("sensor_msgs/msg/JointState", "ros2msg", DEFINITION.encode())
+        for name, value in metadata.items():
+            writer.add_metadata(name, {"json": json.dumps(value)})
+        for name, content in (attachments or {}).items():
+            kind = "application/yaml" if name.endswith(".yaml") else "application/octet-stream"
+            writer.add_attachment(0, 0, name, kind, content)
+        for topic, one in series.items():
+            channel = writer.register_channel(f"/{topic}", "cdr", schema)
+            stamps = nanoseconds(one.time)
+            for k, (stamp, data) in enumerate(zip(stamps.tolist(), _encode(one, stamps), strict=True)):
+                writer.add_message(channel, stamp, data, stamp, k)
+        writer.finish()
+
+
+def read(path: str | Path) -> tuple[dict[str, Log], dict[str, Any], dict[str, bytes]]:
+    """Channels of JointState messages by topic (without its slash), JSON metadata, and attachments of an MCAP file.
+
+    Raises Refused where the file is missing, damaged, or holds no JointState.
+    """
+    path = Path(path)
+    rows: dict[str, list[bytes]] = {}
+    encodings: dict[str, str] = {}
+    others: set[str] = set()
+    try:
+        with path.open("rb") as stream:
+            reader = make_reader(stream, validate_crcs=True)
+            if reader.get_summary() is None:
+                raise Refused(path, "ends before its index: a half-written MCAP", "recover it with `mcap recover`")
+            metadata = {m.name: json.loads(m.metadata["json"]) for m in reader.iter_metadata() if "json" in m.metadata}
+            attached = {a.name: bytes(a.data) for a in reader.iter_attachments()}
+            for schema, channel, message in reader.iter_messages(log_time_order=False):
+                if schema is None or not schema.name.endswith("JointState"):
+                    others.add(channel.topic)
+                    continue
+                encodings[channel.topic.lstrip("/")] = channel.message_encoding
+                rows.setdefault(channel.topic.lstrip("/"), []).append(message.data)
+    except FileNotFoundError as error:
+        raise Refused(path, "does not exist", "check the name") from error
+    except OSError as error:
+        raise Refused(path, f"cannot be read ({error.strerror or error})") from error
+    except (McapError, ZstdError, ValueError, struct.error, RuntimeError, EOFError) as error:
+        raise Refused(path, f"is not a whole MCAP file ({error or type(error).__name__})", "record it again") from error
+    if not rows:
+        found = f"topics {', '.join(sorted(others))}" if others else "no messages"
+        raise Refused(path, f"holds no sensor_msgs/JointState, only {found}")
+    logs = {}
+    for topic, messages in rows.items():
+        decode = _decode_json if encodings[topic] == "json" else _decode_cdr
+        try:
+            logs[topic] = decode(messages)
+        except (ValueError, struct.error, KeyError, TypeError, IndexError) as error:
+            raise Refused(path, f"topic /{topic}: messages are not JointState ({error})") from error
+    return logs, metadata, attached
+
+
+def as_series(log: Log) -> Series:
+    """A channel that `write` wrote, as the columns it was written from."""
+    return Series(log.time, {name: log.position[:, i] for i, name in enumerate(log.names)})
+
+
+def nanoseconds(time: Array) -> NDArray[np.int64]:
+    """Seconds as integer nanoseconds."""
+    return np.rint(np.asarray(time) * 1e9).astype(np.int64)
+
+
+def _encode(series: Series, stamps: NDArray[np.int64]) -> Iterable[bytes]:
+    """One CDR message a row: a template of bytes with the stamps and the positions laid over it."""
+    names = list(series.columns)
+    body = bytearray(b"\x00\x01\x00\x00" + bytes(8) + struct.pack("<I", 1) + b"\x00")  # header: stamp, empty frame_id
+
+    def pad(to: int) -> None:
+        body.extend(bytes(-(len(body) - 4) % to))
+
+    pad(4)
+    body += struct.pack("<I", len(names))
+    for name in names:
+        pad(4)
+        raw = name.encode() + b"\x00"
+        body += struct.pack("<I", len(raw)) + raw
+    pad(4)
+    body += struct.pack("<I", len(names))
+    pad(8)
+    at = len(body)
+    body += bytes(8 * len(names)) + struct.pack("<II", 0, 0)  # no velocity, no effort
+    table = np.tile(np.frombuffer(bytes(body), dtype=np.uint8), (len(stamps), 1))
+    seconds, rest = np.divmod(stamps, 1_000_000_000)
+    table[:, 4:8] = seconds.astype("<i4")[:, None].view(np.uint8)
+    table[:, 8:12] = rest.astype("<u4")[:, None].view(np.uint8)
+    values = np.ascontiguousarray(np.stack(list(series.columns.values()), axis=1), dtype="<f8")
+    table[:, at : at + 8 * len(names)] = values.view(np.uint8)
+    return (row.tobytes() for row in table)
+
+
+def _decode_cdr(messages: list[bytes]) -> Log:
+    """Messages of one channel; where all have one size and the same names they are read as one table."""
+    first = _layout(messages[0])
+    size = len(messages[0])
+    head = messages[0][12 : first.position]
+    if all(len(m) == size and m[12 : first.position] == head for m in messages):
+        table = np.frombuffer(b"".join(messages), dtype=np.uint8).reshape(len(messages), size)
+        count = len(first.names)
+
+        def column(at: int, kind: str, width: int, n: int) -> Any:
+            return np.ascontiguousarray(table[:, at : at + width * n]).view(kind)
+
+        def block(at: int | None) -> Array:
+            return np.full((len(messages), count), np.nan) if at is None else column(at, "<f8", 8, count).astype(float)
+
+        stamps = column(4, "<i4", 4, 1)[:, 0].astype(np.int64) * 1_000_000_000 + column(8, "<u4", 4, 1)[:, 0]
+        return Log(first.names, stamps / 1e9, block(first.position), block(first.velocity), block(first.effort))
+    singles = [_decode_cdr([m]) for m in messages]
+    if len({s.names for s in singles}) != 1:
+        raise ValueError("the joints' names change on the way")
+    return Log(
+        singles[0].names,
+        *(np.concatenate([getattr(s, part) for s in singles]) for part in ("time", "position", "velocity", "effort")),
+    )
+
+
+@dataclass(frozen=True)
+class _Layout:
+    names: tuple[str, ...]
+    position: int
+    velocity: int | None
+    effort: int | None
+
+
+def _layout(data: bytes) -> _Layout:
+    """Where the numbers of a message stand."""
+    if data[:2] != b"\x00\x01":
+        raise ValueError("not little-endian CDR")
+    at = 12
+
+    def number() -> int:
+        nonlocal at
+        at += -(at - 4) % 4
+        at += 4
+        return struct.unpack_from("<I", data, at - 4)[0]
+
+    def text() -> str:
+        nonlocal at
+        length = number()
+        raw = data[at : at + length]
+        if len(raw) != length:
+            raise ValueError("a text runs past the message's end")
+        at += length
+        return raw.rstrip(b"\x00").decode()
+
+    def numbers() -> tuple[int, int]:
+        nonlocal at
+        count = number()
+        if count:
+            at += -(at - 4) % 8
+        begin = at
+        at += 8 * count
+        if at > len(data):
+            raise ValueError("numbers run past the message's end")
+        return count, begin
+
+    text()
+    names = tuple(text() for _ in range(number()))
+    blocks = [numbers() for _ in range(3)]
+    for word, (count, _) in zip(("position", "velocity", "effort"), blocks, strict=True):
+        if count not in (0, len(names)):
+            raise ValueError(f"{count} values of {word} for {len(names)} names")
+    starts = [begin if count else None for count, begin in blocks]
+    if starts[0] is None:
+        raise ValueError("no positions")
+    return _Layout(names, starts[0], starts[1], starts[2])
+
+
+def _decode_json(messages: list[bytes]) -> Log:
+    rows = [json.loads(m) for m in messages]
+    names = tuple(rows[0]["name"])
+    if any(tuple(r["name"]) != names for r in rows):
+        raise ValueError("the joints' names change on the way")
+
+    def stamp(row: dict[str, Any]) -> float:
+        at = row["header"]["stamp"]
+        return at["sec"] + at.get("nanosec", at.get("nsec", 0)) / 1e9
+
+    def block(word: str) -> Array:
+        return np.array([r.get(word) or [np.nan] * len(names) for r in rows], dtype=float)
+
+    return Log(names, np.array([stamp(r) for r in rows]), block("position"), block("velocity"), block("effort"))

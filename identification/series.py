@@ -1,0 +1,51 @@
+"""Named columns over time: what every file of ours holds, whichever its format."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from xneck.errors import Refused
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Series:
+    """Columns of equal length over `time`, shape (T,), s; a value that is not known is NaN."""
+
+    time: Array
+    columns: Mapping[str, Array]
+
+    def __post_init__(self) -> None:
+        if any(len(c) != len(self.time) for c in self.columns.values()):
+            raise ValueError("columns and time differ in length")
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def matrix(self, stem: str, suffix: str = "") -> Array:
+        """Columns `stem1suffix`, `stem2suffix`, ... side by side, shape (T, count)."""
+        found = []
+        while (name := f"{stem}{len(found) + 1}{suffix}") in self.columns:
+            found.append(self.columns[name])
+        return np.stack(found, axis=-1) if found else np.empty((len(self.time), 0))
+
+
+def numbered(stem: str, values: Array, suffix: str = "") -> dict[str, Array]:
+    """Columns of a matrix (T, count) by the names that `Series.matrix` reads."""
+    return {f"{stem}{i + 1}{suffix}": values[:, i] for i in range(values.shape[1])}
+
+
+def check_time(time: Array, where: str) -> None:
+    """Refused where times are fewer than two, not finite, or do not increase."""
+    if len(time) < 2:
+        raise Refused(where, f"has {len(time)} rows", "record longer")
+    if not np.all(np.isfinite(time)):
+        raise Refused(where, f"time is not finite in row {int(np.argmin(np.isfinite(time))) + 1}")
+    steps = np.diff(time)
+    if np.any(steps <= 0):
+        row = int(np.argmax(steps <= 0)) + 2
+        word = "stands still" if steps[row - 2] == 0 else "jumps back"
+        raise Refused(where, f"time {word} in row {row}", "give each row a later time than the one before")

@@ -1,0 +1,79 @@
+"""Joint angles over the camera's own clock: what extraction gives, and what angles from elsewhere are read into."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification import joint_state
+from identification.dataset_file import export
+from identification.series import Series, check_time, numbered
+from vision.csv_table import read_table
+from xneck.errors import Refused
+
+Array = NDArray[np.float64]
+
+DEFAULT_SIGMA = np.radians(0.1)
+"""rad: assumed for angles that come without their sigma, and said so"""
+
+
+@dataclass(frozen=True)
+class Angles:
+    """time (F,), s, camera clock; alpha and sigma (F, N), rad, NaN where not seen."""
+
+    time: Array
+    alpha: Array
+    sigma: Array
+    notes: dict[str, Any] = field(default_factory=dict)
+    """where they come from: provenance, camera pose, marker statistics"""
+
+    @property
+    def series(self) -> Series:
+        """The columns of the contract."""
+        return Series(self.time, numbered("alpha", self.alpha) | numbered("sigma", self.sigma))
+
+    @property
+    def complete(self) -> NDArray[np.bool_]:
+        """Frames in which every angle is known, (F,)."""
+        return ~np.isnan(self.alpha).any(axis=1)
+
+
+def write_angles(angles: Angles, path: str | Path) -> None:
+    """As MCAP (.mcap, with the notes) or as .csv, .npz, .mat."""
+    if Path(path).suffix == ".mcap":
+        joint_state.write(path, {"angles": angles.series}, {"angles": angles.notes})
+    else:
+        export(angles.series, path)
+
+
+def read_angles(path: str | Path, joints: int) -> Angles:
+    """Angles of an arm with `joints` mechanisms, from angles.mcap or from anyone's CSV `time,alpha1..N[,sigma1..N]`.
+
+    Raises Refused for missing columns, times that do not increase, or values that cannot be radians.
+    """
+    path = Path(path)
+    if path.suffix == ".mcap":
+        logs, metadata, _ = joint_state.read(path)
+        if "angles" not in logs:
+            raise Refused(path, f"has no /angles, only /{', /'.join(logs)}", "make it with `xneck extract`")
+        series, notes = joint_state.as_series(logs["angles"]), metadata.get("angles", {})
+    else:
+        wanted = [f"alpha{i + 1}" for i in range(joints)]
+        series = read_table(path, wanted, optional=[f"sigma{i + 1}" for i in range(joints)])
+        notes = {"source": path.name}
+    check_time(series.time, str(path))
+    alpha, sigma = series.matrix("alpha"), series.matrix("sigma")
+    if alpha.shape[1] != joints:
+        raise Refused(path, f"has {alpha.shape[1]} angles, the arm has {joints} mechanisms", "is it the right neck.yaml?")
+    if np.isnan(alpha).all():
+        raise Refused(path, "has no angle at all")
+    if np.nanmax(np.abs(alpha)) > np.pi:
+        raise Refused(path, f"has an angle of {np.nanmax(np.abs(alpha)):.1f}", "angles are radians, within +-pi")
+    if sigma.shape[1] != joints:
+        notes = notes | {"sigma_assumed_rad": DEFAULT_SIGMA}
+        sigma = np.where(np.isnan(alpha), np.nan, DEFAULT_SIGMA)
+    elif np.any(sigma[~np.isnan(alpha)] <= 0):
+        raise Refused(path, "has a sigma that is not positive", "give standard deviations in rad, or none")
+    return Angles(series.time, alpha, sigma, notes)

@@ -1,0 +1,64 @@
+"""The controller's log: motor angles theta and forces f on its own clock, brought into our signs and units."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification import joint_state
+from identification.series import Series, check_time, numbered
+from mechanism.description import Neck
+from vision.csv_table import read_table
+from xneck.errors import Refused
+
+Array = NDArray[np.float64]
+
+
+def read_log(path: str | Path, neck: Neck) -> Series:
+    """Columns theta1..M (rad, motor side, winding in positive) and f1..M (N) of a CSV or of an MCAP with JointState.
+
+    Raises Refused where columns or joints are missing, values not finite, or times do not increase.
+    """
+    path = Path(path)
+    m = neck.M
+    if path.suffix == ".mcap":
+        series = _from_joint_states(path, neck)
+    else:
+        series = read_table(path, [f"theta{j + 1}" for j in range(m)] + [f"f{j + 1}" for j in range(m)])
+    check_time(series.time, str(path))
+    for name, values in series.columns.items():
+        if not np.all(np.isfinite(values)):
+            row = int(np.argmin(np.isfinite(values))) + 1
+            raise Refused(path, f"{name} is not a number in sample {row}", "leave such rows out")
+    turn = np.array([motor.theta_sign * motor.theta_scale for motor in neck.motors])
+    force = np.array([motor.f_scale for motor in neck.motors])
+    columns = numbered("theta", series.matrix("theta") * turn) | numbered("f", series.matrix("f") * force)
+    return Series(series.time, columns)
+
+
+def _from_joint_states(path: Path, neck: Neck) -> Series:
+    logs, _, _ = joint_state.read(path)
+    named = [motor.joint for motor in neck.motors]
+    if all(name is not None for name in named):
+        fitting = {topic: log for topic, log in logs.items() if set(named) <= set(log.names)}
+        wanted = f"joints {', '.join(map(str, named))}"
+    else:
+        fitting = {topic: log for topic, log in logs.items() if len(log.names) == neck.M}
+        wanted = f"{neck.M} joints"
+    if len(fitting) != 1:
+        found = "; ".join(f"/{topic} has {', '.join(log.names[:8])}" for topic, log in logs.items())
+        word = "no channel" if not fitting else f"{len(fitting)} channels"
+        raise Refused(path, f"{word} with {wanted} ({found})", "name the joints in neck.yaml, motors[].joint")
+    log = next(iter(fitting.values()))
+    order = [log.names.index(name) if name else j for j, name in enumerate(named)]
+    if np.isnan(log.effort).all():
+        raise Refused(path, "its JointState has no effort", "log the force command f as effort")
+    return Series(log.time, numbered("theta", log.position[:, order]) | numbered("f", log.effort[:, order]))
+
+
+def uniform(log: Series) -> Series:
+    """The log on a clock of equal steps, by linear interpolation where rows are missing or late."""
+    step = float(np.median(np.diff(log.time)))
+    count = round((log.time[-1] - log.time[0]) / step) + 1
+    time = log.time[0] + np.arange(count) * (log.time[-1] - log.time[0]) / (count - 1)
+    return Series(time, {name: np.interp(time, log.time, values) for name, values in log.columns.items()})

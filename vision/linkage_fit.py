@@ -1,0 +1,214 @@
+"""From marker corners to joint angles: the arm as one object in its plane, seen by a calibrated camera.
+
+Unknown are the camera's pose against the base bar, one for the recording, and alpha_1..N of every frame. All markers of all
+bars enter together through the linkage's geometry, so a bar whose marker is hidden keeps its angle where its neighbours
+determine it. Residuals are taken in undistorted pixels, focal length times normalised coordinates.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from calibration.camera import Camera
+from mechanism.arm import Arm, arm_of
+from mechanism.description import Markers, Neck, markers_of
+from mechanism.geometry import poses
+from xneck.errors import Refused
+from xneck.estimate import nonlinear
+
+Array = NDArray[np.float64]
+
+POSE_FRAMES = 40
+"""frames, spread over the recording, from which the camera's pose is estimated"""
+MAX_SIGMA = np.radians(3.0)
+"""an angle less certain than this counts as not seen"""
+
+
+@dataclass(frozen=True)
+class LinkageFit:
+    """Angles of all frames and what they rest on."""
+
+    alpha: Array
+    """(F, N), rad; NaN where the frame's markers do not determine it"""
+    covariance: Array
+    """(F, N, N), rad^2; from the corners' noise as the residuals show it"""
+    rvec: Array
+    """rotation vector of T_camera_base, (3,)"""
+    tvec: Array
+    """translation of T_camera_base, (3,), m"""
+    pose_sigma: Array
+    """standard deviations of rvec (rad) and tvec (m), (6,)"""
+    corner_sigma_px: float
+    residual_px: Array
+    """RMS corner residual of each frame, (F,), px"""
+
+
+def marker_points(markers: Markers) -> Array:
+    """Corners of all markers in their bars' frames as complex numbers, shape (markers, 4), m, in OpenCV's corner order."""
+    s = markers.size / 2
+    square = np.array([-s + 1j * s, s + 1j * s, s - 1j * s, -s - 1j * s])
+    return np.array([complex(*m.at) + np.exp(1j * m.angle) * square for m in markers.on_bars])
+
+
+def plane_points(arm: Arm, markers: Markers, alpha: Array) -> Array:
+    """Marker corners in the arm's plane, complex, shape (..., markers, 4), m, at alpha of shape (..., N)."""
+    p = poses(arm, alpha)
+    bars = [m.bar for m in markers.on_bars]
+    return p.bar_middle[..., bars, None] + np.exp(1j * p.bar_angle[..., bars, None]) * marker_points(markers)
+
+
+def onto_image(points: Array, rvec: Array, tvec: Array) -> Array:
+    """Plane points (complex, z = 0) as normalised image coordinates x + jy, of the same shape."""
+    R = cv2.Rodrigues(np.asarray(rvec, dtype=float))[0]
+    X, Y = points.real, points.imag
+    x, y, z = (R[i, 0] * X + R[i, 1] * Y + tvec[i] for i in range(3))
+    return (x + 1j * y) / z
+
+
+def onto_plane(image: Array, rvec: Array, tvec: Array) -> Array:
+    """Normalised image coordinates x + jy back onto the plane z = 0, complex, m."""
+    R = cv2.Rodrigues(np.asarray(rvec, dtype=float))[0]
+    H = np.linalg.inv(np.column_stack([R[:, 0], R[:, 1], tvec]))
+    x, y = image.real, image.imag
+    X, Y, w = (H[i, 0] * x + H[i, 1] * y + H[i, 2] for i in range(3))
+    return (X + 1j * Y) / w
+
+
+def fit_linkage(neck: Neck, camera: Camera, corners: Array, where: str) -> LinkageFit:
+    """Angles from corners of shape (F, markers, 4, 2), px as detected, NaN where a marker was not found.
+
+    Raises Refused where no marker is on the base bar, or too few frames show what the pose needs.
+    """
+    markers = markers_of(neck, where)
+    arm = arm_of(neck)
+    focal = float(np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
+    flat = camera.rays(np.nan_to_num(corners.reshape(-1, 2)))
+    image = (flat[:, 0] + 1j * flat[:, 1]).reshape(corners.shape[:-1])
+    image[np.isnan(corners).any(axis=(-2, -1))] = np.nan
+    seen = ~np.isnan(image[..., 0])
+    chosen = _pose_frames(markers, seen, where)
+    start = _start(markers, image, chosen, where)
+    fits = [_fit_pose(arm, markers, image[chosen], focal, *guess) for guess in start]
+    cost, rvec, tvec, pose_covariance = min(fits, key=lambda fit: fit[0])
+    alpha = _first_angles(markers, onto_plane(image, rvec, tvec), arm.N)
+    alpha, normal, residual = _fit_angles(arm, markers, image, focal, rvec, tvec, alpha)
+    measured = 2 * 4 * seen.sum(axis=1)
+    freedom = np.maximum(measured - arm.N, 1)
+    usable = measured > arm.N
+    squares = np.nansum(np.abs(residual) ** 2, axis=(1, 2))
+    # the median frame, so that a few frames with a wrong corner do not inflate all
+    variance = float(np.median((squares / freedom)[usable])) if usable.any() else np.nan
+    covariance = _inverse(normal) * variance
+    # a frame that fits worse than the median says so itself
+    worse = np.maximum(squares / freedom / variance, 1.0)
+    covariance = covariance * worse[:, None, None]
+    sigma = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    alpha = np.where(sigma < MAX_SIGMA, alpha, np.nan)
+    rms = np.sqrt(squares / np.maximum(measured / 2, 1))
+    pose_sigma = np.sqrt(np.diag(pose_covariance))
+    return LinkageFit(alpha, covariance, rvec, tvec, pose_sigma, float(np.sqrt(variance)), rms)
+
+
+def _pose_frames(markers: Markers, seen: NDArray[np.bool_], where: str) -> NDArray[np.intp]:
+    """Frames for the pose: those with most markers, evenly spread; a base marker must be among them."""
+    base = [k for k, m in enumerate(markers.on_bars) if m.bar == 0]
+    if not base:
+        raise Refused(where, "no marker sits on the base bar (bar 0)", "angles need one there as reference")
+    if not seen.any():
+        raise Refused(where, "not a single marker of the arm is in view", "check markers.dictionary and the light")
+    with_base = seen[:, base].any(axis=1)
+    if not with_base.any():
+        raise Refused(where, "the base bar's marker is never in view", "place the camera so that it is")
+    score = np.where(with_base, seen.sum(axis=1), 0)
+    good = np.flatnonzero(score == score.max())
+    return good[np.unique(np.linspace(0, len(good) - 1, POSE_FRAMES).astype(int))]
+
+
+def _start(markers: Markers, image: Array, chosen: NDArray[np.intp], where: str) -> list[tuple[Array, Array]]:
+    """Both poses that a planar target allows, from the base bar's markers averaged over the frames (they stand still)."""
+    on_base = [k for k, m in enumerate(markers.on_bars) if m.bar == 0 and not np.isnan(image[chosen, k, 0]).all()]
+    points = marker_points(markers)[on_base].ravel()
+    seen = np.nanmedian(image[chosen][:, on_base].real, axis=0) + 1j * np.nanmedian(image[chosen][:, on_base].imag, axis=0)
+    world = np.column_stack([points.real, points.imag, np.zeros(points.size)])
+    pixels = np.column_stack([seen.real.ravel(), seen.imag.ravel()])
+    found, rvecs, tvecs, _ = cv2.solvePnPGeneric(world, pixels, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE)
+    if not found:
+        raise Refused(where, "the base bar's marker does not give the camera's pose", "is markers.size right?")
+    return [(r.ravel(), t.ravel()) for r, t in zip(rvecs, tvecs, strict=True) if t.ravel()[2] > 0]
+
+
+def _first_angles(markers: Markers, plane: Array, n: int) -> Array:
+    """alpha of each frame from the markers' own directions, shape (F, N); a bar without one lies between its neighbours."""
+    side = plane[..., 1] - plane[..., 0] + plane[..., 2] - plane[..., 3]
+    direction = np.full((len(plane), n + 1), np.nan, dtype=complex)
+    direction[:, 0] = 1.0
+    for bar in range(1, n + 1):
+        mine = [k for k, m in enumerate(markers.on_bars) if m.bar == bar]
+        if mine:
+            turned = side[:, mine] * np.exp(-1j * np.array([markers.on_bars[k].angle for k in mine]))
+            direction[:, bar] = np.nansum(turned, axis=1)
+    direction[direction == 0] = np.nan
+    gamma = np.zeros((len(plane), n + 1))
+    at = np.arange(n + 1)
+    for k, row in enumerate(direction):
+        known = ~np.isnan(row)
+        gamma[k] = np.interp(at, at[known], np.unwrap(np.angle(row[known])))
+    return np.clip(np.diff(gamma, axis=1), -2.5, 2.5)
+
+
+def _fit_pose(
+    arm: Arm, markers: Markers, image: Array, focal: float, rvec: Array, tvec: Array
+) -> tuple[float, Array, Array, Array]:
+    """Pose and angles of some frames together: cost, rvec, tvec and the pose's covariance (6, 6)."""
+    frames, n = len(image), arm.N
+    start = np.concatenate([rvec, tvec, _first_angles(markers, onto_plane(image, rvec, tvec), n).ravel()])
+    seen = ~np.isnan(image)
+
+    def residuals(v: Array) -> Array:
+        alpha = np.clip(v[6:].reshape(frames, n), -3, 3)
+        error = focal * (onto_image(plane_points(arm, markers, alpha), v[:3], v[3:6]) - image)[seen]
+        return np.concatenate([error.real, error.imag])
+
+    which = np.broadcast_to(np.arange(frames)[:, None, None], image.shape)[seen]
+    pattern = np.concatenate([np.ones((which.size, 6)), np.kron(np.eye(frames), np.ones((1, n)))[which]], axis=1)
+    estimate = nonlinear(residuals, start, sparsity=np.concatenate([pattern, pattern]), loss="soft_l1")
+    v = estimate.value
+    return float(np.sum(estimate.residuals**2)), v[:3], v[3:6], estimate.covariance[:6, :6]
+
+
+def _fit_angles(
+    arm: Arm, markers: Markers, image: Array, focal: float, rvec: Array, tvec: Array, alpha: Array
+) -> tuple[Array, Array, Array]:
+    """Gauss-Newton for all frames at once: alpha (F, N), normal matrices (F, N, N), complex residuals (F, markers, 4) in px."""
+    step = 1e-6
+
+    def predicted(a: Array) -> Array:
+        return focal * onto_image(plane_points(arm, markers, a), rvec, tvec)
+
+    def linearised(a: Array) -> tuple[Array, Array]:
+        residual = np.nan_to_num(focal * image - predicted(a))
+        slopes = [(predicted(a + d) - predicted(a - d)) / (2 * step) for d in step * np.eye(arm.N)]
+        J = np.stack(slopes, axis=-1) * ~np.isnan(image)[..., None]
+        return residual.reshape(len(a), -1), J.reshape(len(a), -1, arm.N)
+
+    for _ in range(10):
+        residual, J = linearised(alpha)
+        normal = np.einsum("fki,fkj->fij", J.conj(), J).real
+        gradient = np.einsum("fki,fk->fi", J.conj(), residual).real
+        change = np.einsum("fij,fj->fi", _inverse(normal, finite=True), gradient)
+        alpha = np.clip(alpha + np.clip(change, -0.5, 0.5), -2.8, 2.8)
+        if np.max(np.abs(change)) < 1e-10:
+            break
+    residual, J = linearised(alpha)
+    normal = np.einsum("fki,fkj->fij", J.conj(), J).real
+    return alpha, normal, residual.reshape(image.shape)
+
+
+def _inverse(normal: Array, finite: bool = False) -> Array:
+    """Inverses of (F, N, N); a direction without information gets infinite variance, or none with `finite`."""
+    w, v = np.linalg.eigh(normal)
+    live = w > 1e-9 * np.maximum(w[:, -1:], 1e-300)
+    inverse = np.where(live, 1 / np.where(live, w, 1.0), 0.0 if finite else 1e12)
+    return np.einsum("fik,fk,fjk->fij", v, inverse, v)

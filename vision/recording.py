@@ -1,0 +1,77 @@
+"""A recording folder: recording.yaml and the files it names."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from xneck.errors import Refused
+from xneck.strict_yaml import Strict, read
+
+NAME = "recording.yaml"
+
+
+class _File(Strict):
+    log: str
+    neck: str
+    video: str | None = None
+    camera: str | None = None
+    board: str | None = None
+    pictures: str | None = None
+    angles: str | None = None
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Paths of one recording. Either `angles`, or `video` with `camera` or with `board` and `pictures` (a folder)."""
+
+    folder: Path
+    log: Path
+    neck: Path
+    video: Path | None
+    camera: Path | None
+    board: Path | None
+    pictures: tuple[Path, ...]
+    angles: Path | None
+
+
+PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
+
+
+def read_recording(folder: str | Path) -> Recording:
+    """The recording in a folder (or in a recording.yaml itself).
+
+    Raises Refused where keys do not fit together, a file is missing, or a path leaves the folder.
+    """
+    folder = Path(folder)
+    config = folder if folder.is_file() else folder / NAME
+    if not config.is_file():
+        raise Refused(folder, f"has no {NAME}", "write one with the keys video, log, camera, neck")
+    folder = config.parent
+    file = read(config, _File)
+    if file.angles is None:
+        if file.video is None:
+            raise Refused(config, "names neither a video nor angles", "give `video` and `camera`, or `angles`")
+        if (file.camera is None) == (file.board is None or file.pictures is None):
+            raise Refused(config, "a video needs `camera`, or `board` and `pictures` to calibrate it")
+    elif file.video or file.camera:
+        raise Refused(config, "names both angles and a video", "leave one of them out")
+
+    def inside(key: str, value: str | None) -> Path | None:
+        if value is None:
+            return None
+        path = folder / value
+        if not path.resolve().is_relative_to(folder.resolve()):
+            raise Refused(config, f"{key}: {value} leaves the recording's folder", "keep its files inside")
+        if not path.exists():
+            raise Refused(config, f"{key}: {value} does not exist", "check the name")
+        return path
+
+    paths = {key: inside(key, value) for key, value in file.model_dump().items()}
+    pictures = paths.pop("pictures")
+    listed: tuple[Path, ...] = ()
+    if pictures is not None:
+        listed = tuple(sorted(p for p in pictures.iterdir() if p.suffix.lower() in PICTURE_SUFFIXES))
+        if not listed:
+            raise Refused(config, f"pictures: {pictures.name} has no picture", f"known: {', '.join(PICTURE_SUFFIXES)}")
+    log, neck = paths.pop("log"), paths.pop("neck")
+    assert log is not None and neck is not None
+    return Recording(folder, log, neck, pictures=listed, **paths)

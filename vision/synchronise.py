@@ -1,0 +1,100 @@
+"""Angles and log to one checked data set on the log's clock."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset import DataSet, state_series
+from identification.seed_series import CUTOFF, seed_series
+from identification.series import Series
+from identification.smoother import smooth
+from mechanism.arm import arm_of
+from mechanism.description import Neck
+from vision.angles import Angles
+from vision.check import check_elongations
+from vision.clock import Clock, fit_clock
+from vision.encoder_log import uniform
+
+Array = NDArray[np.float64]
+
+
+def synchronise(
+    neck: Neck,
+    neck_yaml: str,
+    angles: Angles,
+    log: Series,
+    provenance: dict[str, Any],
+    cutoff: float = CUTOFF,
+) -> DataSet:
+    """One clock, the state at the log's rate and as the seed makes it, and the check of the elongations.
+
+    Raises Refused with the reason where clocks cannot be aligned.
+    """
+    arm = arm_of(neck)
+    even = uniform(log)
+    clock = fit_clock(arm, angles, even)
+    good = angles.complete
+    frame_time = clock.log_time(angles.time)
+    known = frame_time[good]
+    inside = (even.time >= known[0]) & (even.time <= known[-1])
+    time = even.time[inside]
+    alpha = [smooth(frame_time, angles.alpha[:, i], angles.sigma[:, i], time) for i in range(neck.N)]
+    # a count is uniform noise; motors without gear play know their angle to a count's twelfth root
+    counts = np.array([2 * np.pi / motor.counts for motor in neck.motors]) / np.sqrt(12)
+    theta = [
+        smooth(even.time, column, np.full(len(even), counts[j]), time)
+        for j, column in enumerate(even.matrix("theta").T)
+    ]
+    sigma = np.sqrt(np.stack([np.diagonal(a.covariance, axis1=1, axis2=2) for a in alpha], axis=-1))  # (T, 3, N)
+    state = state_series(
+        arm,
+        time,
+        (_side([a.value for a in alpha]), _side([a.d1 for a in alpha]), _side([a.d2 for a in alpha])),
+        (_side([t.value for t in theta]), _side([t.d1 for t in theta]), _side([t.d2 for t in theta])),
+        even.matrix("f")[inside],
+        (sigma[:, 0], sigma[:, 1], sigma[:, 2]),
+    )
+    seed = seed_series(arm, even, frame_time[good], angles.alpha[good], cutoff)
+    check = check_elongations(arm, state, state.matrix("sigma_alpha"))
+    return DataSet(
+        neck,
+        neck_yaml,
+        state,
+        seed,
+        angles.series,
+        log,
+        clock_json(clock, angles, log),
+        check.as_json(),
+        {**provenance, "angles": angles.notes},
+    )
+
+
+def clock_json(clock: Clock, angles: Angles, log: Series) -> dict[str, Any]:
+    """The contract's record of a synchronisation."""
+    steps = np.diff(angles.time)
+    nominal = float(np.median(steps))
+    # frames missing between two stamps, as the stamps themselves tell
+    dropped = np.maximum(np.rint(steps / nominal) - 1, 0)
+    log_steps = np.diff(log.time)
+    missing = np.maximum(np.rint(log_steps / np.median(log_steps)) - 1, 0)
+    return {
+        "offset_s": clock.offset,
+        "offset_sigma_s": clock.offset_sigma,
+        "skew_ppm": clock.skew * 1e6,
+        "skew_sigma_ppm": clock.skew_sigma * 1e6,
+        "camera_middle_s": clock.middle,
+        "likeness": clock.likeness,
+        "second_best": clock.second,
+        "residual_m": clock.residual.tolist(),
+        "frames": len(angles.time),
+        "frames_used": int(angles.complete.sum()),
+        "frames_dropped": int(dropped.sum()),
+        "log_rows": len(log),
+        "log_rows_missing": int(missing.sum()),
+    }
+
+
+def _side(columns: list[Array]) -> Array:
+    return np.stack(columns, axis=-1)

@@ -1,0 +1,120 @@
+"""One residual -> estimate routine for every fit: least squares with covariance, and the parameter a person reads."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A named number with its uncertainty; `index` counts cables or mechanisms from 1, None where there is one of a kind."""
+
+    name: str
+    index: int | None
+    value: float
+    unit: str
+    sigma: float
+    identified: bool
+
+    @property
+    def relative_sigma_percent(self) -> float:
+        """100 sigma / |value|, as the seed's tables print it; infinite at zero."""
+        return float(100 * self.sigma / abs(self.value)) if self.value else float("inf")
+
+    def as_json(self) -> dict[str, Any]:
+        """The contract's record of a parameter; an infinite number becomes null."""
+        relative = self.relative_sigma_percent
+        return {
+            "name": self.name,
+            "index": self.index,
+            "value": self.value,
+            "unit": self.unit,
+            "sigma": self.sigma if np.isfinite(self.sigma) else None,
+            "relative_sigma_percent": relative if np.isfinite(relative) else None,
+            "identified": self.identified,
+        }
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Result of a fit: values (p,), covariance (p, p), residuals (n,) and their variance per degree of freedom."""
+
+    value: Array
+    covariance: Array
+    residuals: Array
+    variance: float
+    condition: float
+    """condition number of the Jacobian with its columns scaled to one"""
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations, shape (p,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def correlation(self) -> Array:
+        """Correlations of the estimates, shape (p, p)."""
+        return self.covariance / np.outer(self.sigma, self.sigma)
+
+
+def linear(D: Array, y: Array) -> Estimate:
+    """Least squares D v = y and its covariance sigma_rho^2 (D^T D)^-1 (64)-(66).
+
+    D: shape (n, p), y: shape (n,), n > p. A column that the others determine gets infinite variance and value 0.
+    """
+    scale = np.linalg.norm(D, axis=0)
+    value, inverse, condition, dead = _solve(D, y, scale)
+    residuals = y - D @ value
+    variance = float(residuals @ residuals / max(len(y) - len(value) + dead.sum(), 1))
+    covariance = variance * inverse
+    covariance[dead, dead] = np.inf
+    return Estimate(value, covariance, residuals, variance, condition)
+
+
+def nonlinear(
+    residuals: Callable[[Array], Array],
+    start: Array,
+    known_sigma: bool = False,
+    jacobian: Callable[[Array], Any] | None = None,
+    sparsity: Any = None,
+    scale: Sequence[float] | Array | float = 1.0,
+    loss: str = "linear",
+) -> Estimate:
+    """Gauss-Newton type least squares from `start`, shape (p,).
+
+    residuals: (p,) -> (n,), already divided by their standard deviation where `known_sigma`; then the covariance is not
+    scaled with what is left. `loss` as in scipy.optimize.least_squares.
+    """
+    more: dict[str, Any] = {"jac": jacobian} if jacobian else {}
+    if sparsity is not None:
+        more["jac_sparsity"] = sparsity
+    found = least_squares(residuals, start, x_scale=scale, loss=loss, method="trf", **more)  # type: ignore[arg-type]
+    J = found.jac.toarray() if hasattr(found.jac, "toarray") else np.asarray(found.jac)
+    _, inverse, condition, dead = _solve(J, found.fun, np.linalg.norm(J, axis=0))
+    left = found.fun
+    variance = float(left @ left / max(len(left) - len(found.x), 1))
+    covariance = inverse * (1.0 if known_sigma else variance)
+    covariance[dead, dead] = np.inf
+    return Estimate(found.x, covariance, left, variance, condition)
+
+
+def _solve(D: Array, y: Array, scale: Array) -> tuple[Array, Array, float, NDArray[np.bool_]]:
+    """Scaled least squares by SVD: value, (D^T D)^-1, condition number, and which columns are not determined."""
+    live = scale > 0
+    safe = np.where(live, scale, 1.0)
+    u, s, vt = np.linalg.svd(D / safe, full_matrices=False)
+    keep = s > s[0] * max(D.shape) * np.finfo(float).eps if len(s) and s[0] > 0 else np.zeros(len(s), dtype=bool)
+    # a direction that the data do not reach leaves every parameter that takes part in it undetermined
+    dead = ~live | (np.sum(vt[~keep] ** 2, axis=0) > 1e-12)
+    weights = np.where(keep, 1 / np.where(keep, s, 1.0), 0.0)
+    value = (vt.T * weights) @ (u.T @ y) / safe
+    inverse = (vt.T * weights**2) @ vt / np.outer(safe, safe)
+    value[dead] = 0.0
+    condition = float(s[0] / s[-1]) if len(s) and s[-1] > 0 else float("inf")
+    return value, inverse, condition, dead

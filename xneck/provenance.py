@@ -1,0 +1,32 @@
+"""Where a result comes from: hashes of what went in, versions of what computed it, and its settings."""
+
+import hashlib
+import platform
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from xneck import __version__
+
+_LIBRARIES = ("numpy", "scipy", "opencv-contrib-python-headless", "av", "mcap")
+
+
+def provenance(inputs: Mapping[str, str | Path], settings: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Names, sizes and SHA-256 of input files by role; versions; settings. Ready for JSON."""
+    return {
+        "xneck": __version__,
+        "python": platform.python_version(),
+        "libraries": {name: version(name) for name in _LIBRARIES},
+        "inputs": {
+            role: {"file": Path(path).name, "bytes": Path(path).stat().st_size, "sha256": sha256(path)}
+            for role, path in inputs.items()
+        },
+        "settings": dict(settings or {}),
+    }
+
+
+def sha256(path: str | Path) -> str:
+    """Hexadecimal SHA-256 of a file's content."""
+    with Path(path).open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
