@@ -59,4 +59,6 @@ def export(series: Series, path: str | Path) -> None:
         with whole_file(path) as part, part.open("wb") as stream:
             savemat(stream, columns, oned_as="column", long_field_names=True)
     else:
-        raise Refused(path, f"cannot export to {path.suffix or 'a file without suffix'}", f"valid: {', '.join(FORMATS)}")
+        raise Refused(
+            path, f"cannot export to {path.suffix or 'a file without suffix'}", f"valid: {', '.join(FORMATS)}"
+        )

@@ -117,9 +117,7 @@ def regressors(arm: Arm, series: Series) -> Regressors:
     pull = series.matrix("f") - arm.motor_inertia / arm.drum * series.matrix("theta", "_dd")
     shape = theta_d.shape
     strain = {m: np.broadcast_to(strain_scale(arm, alpha, m), shape) for m in MODELS}
-    return Regressors(
-        jacobian, dry(theta_d), theta_d, series.matrix("x"), series.matrix("x", "_d"), pull, load, strain
-    )
+    return Regressors(jacobian, dry(theta_d), theta_d, series.matrix("x"), series.matrix("x", "_d"), pull, load, strain)
 
 
 def friction_alone(r: Regressors, viscous: bool) -> Fit:

@@ -66,7 +66,9 @@ def read_angles(path: str | Path, joints: int) -> Angles:
     check_time(series.time, str(path))
     alpha, sigma = series.matrix("alpha"), series.matrix("sigma")
     if alpha.shape[1] != joints:
-        raise Refused(path, f"has {alpha.shape[1]} angles, the arm has {joints} mechanisms", "is it the right neck.yaml?")
+        raise Refused(
+            path, f"has {alpha.shape[1]} angles, the arm has {joints} mechanisms", "is it the right neck.yaml?"
+        )
     if np.isnan(alpha).all():
         raise Refused(path, "has no angle at all")
     if np.nanmax(np.abs(alpha)) > np.pi:

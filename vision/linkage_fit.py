@@ -130,7 +130,9 @@ def _start(markers: Markers, image: Array, chosen: NDArray[np.intp], where: str)
     """Both poses that a planar target allows, from the base bar's markers averaged over the frames (they stand still)."""
     on_base = [k for k, m in enumerate(markers.on_bars) if m.bar == 0 and not np.isnan(image[chosen, k, 0]).all()]
     points = marker_points(markers)[on_base].ravel()
-    seen = np.nanmedian(image[chosen][:, on_base].real, axis=0) + 1j * np.nanmedian(image[chosen][:, on_base].imag, axis=0)
+    seen = np.nanmedian(image[chosen][:, on_base].real, axis=0) + 1j * np.nanmedian(
+        image[chosen][:, on_base].imag, axis=0
+    )
     world = np.column_stack([points.real, points.imag, np.zeros(points.size)])
     pixels = np.column_stack([seen.real.ravel(), seen.imag.ravel()])
     found, rvecs, tvecs, _ = cv2.solvePnPGeneric(world, pixels, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE)

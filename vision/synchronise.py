@@ -1,6 +1,5 @@
 """Angles and log to one checked data set on the log's clock."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np

@@ -1,0 +1,37 @@
+"""xneck board."""
+
+from pathlib import Path
+
+import click
+
+from vision.cli.output import FILE, report_result, results
+
+
+@click.command(epilog="Example: xneck board board.yaml --out board.pdf")
+@click.argument("source", metavar="BOARD.yaml|NECK.yaml", type=FILE)
+@click.option("--out", type=FILE, required=True, help="The sheet: .pdf or .svg.")
+@results
+def command(source: Path, out: Path, json_out: str | None, quiet: bool) -> None:
+    """Print a calibration board, or the markers of an arm, at true scale with a ruler to check it."""
+    from calibration.board import read_board
+    from calibration.sheets import board_sheet, marker_sheet
+    from mechanism.description import markers_of, read_neck
+    from xneck.errors import Refused
+    from xneck.strict_yaml import load
+
+    document = load(source)
+    if isinstance(document, dict) and "kind" in document:
+        width, height = board_sheet(read_board(source), out)
+        what = "board"
+    elif isinstance(document, dict) and "mechanisms" in document:
+        markers = markers_of(read_neck(source), source)
+        ids = [marker.id for marker in markers.on_bars]
+        width, height = marker_sheet(ids, markers.size, markers.dictionary, out, source.stem)
+        what = f"{len(ids)} markers"
+    else:
+        raise Refused(source, "is neither a board.yaml (key `kind`) nor a neck.yaml (key `mechanisms`)")
+    text = (
+        f"{out}: {what} on {1e3 * width:.0f} x {1e3 * height:.0f} mm. "
+        "Print at 100 % (no fitting to the page) and measure the ruler."
+    )
+    report_result({"out": str(out), "width_m": width, "height_m": height}, text, json_out, quiet)

@@ -1,0 +1,28 @@
+"""xneck demo."""
+
+from pathlib import Path
+
+import click
+
+from vision.cli.output import FOLDER, report_result, results
+
+SAMPLES = Path(__file__).resolve().parents[2] / "samples"
+
+
+@click.command(epilog="Example: xneck demo --out out")
+@click.option("--out", type=FOLDER, default=Path("out"), show_default=True, help="A folder for each recording here.")
+@click.option(
+    "--samples", type=FOLDER, default=SAMPLES, help="The samples folder of a checkout.  [default: this one's]"
+)
+@results
+def command(out: Path, samples: Path, json_out: str | None, quiet: bool) -> None:
+    """The main job on the recordings shipped in samples/: a video with its log, and angles with theirs."""
+    from vision.cli.run import run_all, text_of
+    from xneck.errors import Refused
+
+    folders = (samples / "recording", samples / "held_out")
+    if not all(folder.is_dir() for folder in folders):
+        raise Refused(samples, "holds no samples", "give the samples folder of a checkout with --samples")
+    summary = run_all(folders, out, quiet)
+    lines = [text_of(name, record) for name, record in summary.items()]
+    report_result({"recordings": summary}, "\n".join(lines), json_out, quiet)

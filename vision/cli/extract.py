@@ -1,0 +1,58 @@
+"""xneck extract."""
+
+from pathlib import Path
+
+import click
+
+from vision.cli.output import FILE, export_beside, exported, progress, report_result, results
+
+
+@click.command(epilog="Example: xneck extract video.mp4 --camera camera.yaml --neck neck.yaml --out angles.mcap")
+@click.argument("video", type=FILE)
+@click.option(
+    "--camera", "camera_file", type=FILE, required=True, help="camera.yaml of the camera at the video's size."
+)
+@click.option("--neck", "neck_file", type=FILE, required=True, help="neck.yaml with the arm's markers.")
+@click.option("--out", type=FILE, required=True, help="angles.mcap, or .csv, .npz, .mat.")
+@click.option("--overlay", type=FILE, help="A video with what was found drawn over it.")
+@exported
+@results
+def command(
+    video: Path,
+    camera_file: Path,
+    neck_file: Path,
+    out: Path,
+    overlay: Path | None,
+    export_as: str | None,
+    json_out: str | None,
+    quiet: bool,
+) -> None:
+    """Joint angles alpha_1..N of every frame of a recorded video, with their standard deviations."""
+    import numpy as np
+
+    from calibration.camera import read_camera
+    from mechanism.description import read_neck
+    from vision.angles import write_angles
+    from vision.extract import extract
+    from vision.overlay import write_overlay
+    from vision.video import describe
+    from xneck.provenance import provenance
+
+    camera, neck = read_camera(camera_file), read_neck(neck_file)
+    with progress(describe(video).frames, "extract", quiet) as done:
+        found = extract(video, camera, neck, done)
+    found.angles.notes["provenance"] = provenance({"video": video, "camera": camera_file, "neck": neck_file})
+    write_angles(found.angles, out)
+    export_beside(found.angles.series, out, export_as)
+    if overlay:
+        with progress(len(found.angles.time), "overlay", quiet) as done:
+            write_overlay(video, overlay, neck, camera, found, done)
+    result = found.as_json()
+    median = result["sigma_alpha_median_rad"]
+    shares = ", ".join(f"id {m['id']} {100 * m['seen_share']:.1f} %" for m in found.angles.notes["markers"])
+    text = (
+        f"{out}: {result['frames_with_all_angles']} of {result['frames']} frames with all angles, "
+        f"sigma {np.degrees(median) if median else float('nan'):.3f} deg, corners {result['corner_sigma_px']:.3f} px\n"
+        f"  markers seen: {shares}"
+    )
+    report_result(result, text, json_out, quiet)

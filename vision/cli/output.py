@@ -1,0 +1,76 @@
+"""Options and output that all commands share."""
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from identification.dataset_file import FORMATS, export
+from identification.series import Series
+from xneck.whole_file import write_text
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+FILE = click.Path(path_type=Path, dir_okay=False)
+FOLDER = click.Path(path_type=Path, file_okay=False)
+ANY = click.Path(path_type=Path)
+
+
+def results(function: F) -> F:
+    """Adds --json and --quiet."""
+    function = click.option("--quiet", is_flag=True, help="Print nothing but errors.")(function)
+    return click.option("--json", "json_out", metavar="FILE", help="Machine-readable result; - for standard output.")(
+        function
+    )
+
+
+def exported(function: F) -> F:
+    """Adds --export."""
+    return click.option(
+        "--export", "export_as", type=click.Choice(FORMATS), help="The same series beside --out for other tools."
+    )(function)
+
+
+def report_result(result: dict[str, Any], text: str, json_out: str | None, quiet: bool) -> None:
+    """The result as JSON where asked for, and as text to standard output unless that is taken or quiet."""
+    if json_out == "-":
+        click.echo(as_json(result), nl=False)
+        return
+    if json_out:
+        write_text(json_out, as_json(result))
+    if not quiet:
+        click.echo(text)
+
+
+def as_json(value: Any) -> str:
+    """JSON text; numbers that JSON has no words for become null."""
+    return json.dumps(_plain(value), indent=2, ensure_ascii=False) + "\n"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def export_beside(series: Series, out: Path, kind: str | None) -> None:
+    """`series` at `out` with the suffix of the chosen kind."""
+    if kind:
+        export(series, out.with_suffix(f".{kind}"))
+
+
+@contextmanager
+def progress(total: int | None, what: str, quiet: bool) -> Iterator[Callable[[int], object]]:
+    """A progress bar on a terminal, silence elsewhere; yields the function to call with steps done."""
+    from tqdm import tqdm
+
+    with tqdm(total=total, desc=what, disable=True if quiet else None, leave=False) as bar:
+        yield bar.update

@@ -1,0 +1,92 @@
+"""What was found, drawn over the pictures: markers, the linkage as fitted, and the angles in figures."""
+
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from calibration.camera import Camera
+from mechanism.arm import arm_of
+from mechanism.description import Neck
+from mechanism.geometry import poses
+from vision.extract import Extraction
+from vision.video import frames
+from xneck.whole_file import whole_file
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+MARKER, BAR, DIAGONAL, TEXT = (40, 200, 60), (30, 30, 230), (230, 140, 30), (255, 255, 255)  # BGR
+
+
+def draw(grey: Picture, index: int, neck: Neck, camera: Camera, found: Extraction) -> Picture:
+    """Frame `index` as a BGR picture with its markers, bars, diagonals and angles."""
+    out = cv2.cvtColor(np.ascontiguousarray(grey), cv2.COLOR_GRAY2BGR)
+    for corners in found.corners[index]:
+        if not np.isnan(corners).any():
+            _polygon(out, corners, MARKER)
+    alpha, sigma = found.angles.alpha[index], found.angles.sigma[index]
+    lines = [f"frame {index}  {found.angles.time[index]:.3f} s"]
+    if not np.isnan(alpha).any():
+        for points, colour in _linkage(neck, camera, found, alpha):
+            _polygon(out, points, colour)
+    for i, (a, s) in enumerate(zip(alpha, sigma, strict=True)):
+        shown = "not seen" if np.isnan(a) else f"{np.degrees(a):7.2f} +- {np.degrees(s):.2f} deg"
+        lines.append(f"alpha{i + 1} {shown}")
+    for row, line in enumerate(lines):
+        at = (12, 28 + 26 * row)
+        cv2.putText(out, line, at, cv2.FONT_HERSHEY_SIMPLEX, 0.7, (0, 0, 0), 4, cv2.LINE_AA)
+        cv2.putText(out, line, at, cv2.FONT_HERSHEY_SIMPLEX, 0.7, TEXT, 1, cv2.LINE_AA)
+    return out
+
+
+def write_overlay(
+    video: str | Path,
+    out: str | Path,
+    neck: Neck,
+    camera: Camera,
+    found: Extraction,
+    progress: Callable[[int], object] = lambda frames: None,
+) -> None:
+    """The whole video with `draw` over every frame, at its own stamps, as H.264."""
+    with whole_file(out) as part, av.open(str(part), "w") as container:
+        stream = container.add_stream("libx264", rate=30, options={"crf": "23", "preset": "veryfast"})
+        stream.width, stream.height = camera.width // 2 * 2, camera.height // 2 * 2
+        stream.pix_fmt = "yuv420p"
+        stream.codec_context.time_base = Fraction(1, 90_000)
+        for frame in frames(video):
+            drawn = draw(frame.grey, frame.index, neck, camera, found)[: stream.height, : stream.width]
+            picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(drawn), format="bgr24")
+            picture.pts = round(frame.time * 90_000)
+            picture.time_base = Fraction(1, 90_000)
+            container.mux(stream.encode(picture))
+            progress(1)
+        container.mux(stream.encode(None))
+
+
+def _linkage(neck: Neck, camera: Camera, found: Extraction, alpha: Array) -> list[tuple[Array, tuple[int, int, int]]]:
+    """Lines of the fitted arm in pixels with their colours, as the lens bends them."""
+    arm = arm_of(neck)
+    p = poses(arm, alpha)
+    half = np.append(arm.b, arm.b[-1]) / 2 * np.exp(1j * p.bar_angle)
+    left, right = p.bar_middle - half, p.bar_middle + half
+    lines = [(left[i], right[i], BAR) for i in range(arm.N + 1)]
+    lines += [(left[i], right[i + 1], DIAGONAL) for i in range(arm.N)]
+    lines += [(right[i], left[i + 1], DIAGONAL) for i in range(arm.N)]
+    share = np.linspace(0, 1, 9)
+    out = []
+    for a, b, colour in lines:
+        points = a + (b - a) * share
+        world = np.column_stack([points.real, points.imag, np.zeros(len(points))])
+        out.append((camera.project(world, found.fit.rvec, found.fit.tvec), colour))
+    return out
+
+
+def _polygon(picture: Picture, points: Array, colour: tuple[int, int, int]) -> None:
+    """A line through pixels (K, 2), closed where it has four corners of a marker."""
+    shifted = np.rint(points * 16).astype(np.int32).reshape(1, -1, 2)
+    cv2.polylines(picture, shifted, len(points) == 4, colour, 2, cv2.LINE_AA, shift=4)

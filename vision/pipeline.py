@@ -1,0 +1,113 @@
+"""The whole way for one recording folder: calibrate, extract, sync, check, identify, simulate."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calibration.camera import Camera, read_camera, write_camera
+from calibration.estimation import Calibration
+from identification import joint_state
+from identification.dataset import DataSet
+from identification.dataset_file import write_dataset
+from identification.model import Model, model_of, write_model
+from identification.seed_method import Identification, identify
+from identification.simulated import Simulated, simulate_recording
+from mechanism.description import Neck, read_neck
+from vision.angles import Angles, read_angles, write_angles
+from vision.calibrating import calibrate_from
+from vision.encoder_log import read_log
+from vision.extract import Extraction, extract
+from vision.overlay import draw
+from vision.recording import Recording
+from vision.synchronise import synchronise
+from vision.video import frames
+from xneck.errors import Refused
+from xneck.provenance import provenance
+from xneck.strict_yaml import read_text
+
+SHOWN_FRAMES = 4
+WINDOW_S = 1.0
+
+
+@dataclass(frozen=True)
+class Result:
+    """Everything of one recording that its report shows; what did not apply is None."""
+
+    name: str
+    recording: Recording
+    camera: Camera | None
+    calibration: Calibration | None
+    extraction: Extraction | None
+    pictures: tuple[tuple[int, NDArray[np.uint8]], ...]
+    """annotated frames: index and BGR picture"""
+    angles: Angles
+    data: DataSet
+    identification: Identification
+    model: Model
+    simulated: Simulated | None
+    simulation_refused: str | None
+
+
+def run_recording(recording: Recording, out: Path, stage: Callable[[str], object] = lambda name: None) -> Result:
+    """All stages in order, their files into the folder `out`; `stage` is told of each as it begins."""
+    neck = read_neck(recording.neck)
+    inputs = {"neck": recording.neck, "log": recording.log}
+    camera = calibration = extraction = None
+    pictures: tuple[tuple[int, NDArray[np.uint8]], ...] = ()
+    log = read_log(recording.log, neck)
+    if recording.angles is not None:
+        inputs["angles"] = recording.angles
+        angles = read_angles(recording.angles, neck.N)
+    else:
+        assert recording.video is not None
+        if recording.camera is not None:
+            camera = read_camera(recording.camera)
+            inputs["camera"] = recording.camera
+        else:
+            assert recording.board is not None
+            stage("calibrate")
+            calibration = calibrate_from(recording.pictures, recording.board)
+            camera = calibration.camera
+            write_camera(camera, out / "camera.yaml")
+        inputs["video"] = recording.video
+        stage("extract")
+        extraction = extract(recording.video, camera, neck)
+        angles = extraction.angles
+        write_angles(angles, out / "angles.mcap")
+        pictures = _annotated(recording.video, neck, camera, extraction)
+    stage("sync")
+    origin = provenance(inputs)
+    data = synchronise(neck, read_text(recording.neck), angles, log, origin)
+    write_dataset(data, out / "dataset.mcap")
+    stage("identify")
+    found = identify([data])
+    model = model_of(found.elastic[1].parameters, 1, origin)
+    write_model(model, out / "model.yaml")
+    stage("simulate")
+    simulated, why = None, None
+    try:
+        simulated = simulate_recording(data, model, WINDOW_S)
+        joint_state.write(out / "simulated.mcap", {"simulated": simulated.series}, {"provenance": origin})
+    except Refused as refused:  # a model that cannot be simulated is a result, not the end of the report
+        why = str(refused)
+    return Result(
+        recording.folder.name, recording, camera, calibration, extraction, pictures, angles, data, found, model,
+        simulated, why,
+    )  # fmt: skip
+
+
+def _annotated(
+    video: Path, neck: Neck, camera: Camera, extraction: Extraction
+) -> tuple[tuple[int, NDArray[np.uint8]], ...]:
+    """Frames spread over the video, and the one in which the arm is bent most."""
+    count = len(extraction.angles.time)
+    bent = int(np.nanargmax(np.nan_to_num(np.abs(extraction.angles.alpha)).sum(axis=1)))
+    wanted = {*np.linspace(0, count - 1, SHOWN_FRAMES, dtype=int).tolist(), bent}
+    return tuple(
+        (frame.index, draw(frame.grey, frame.index, neck, camera, extraction))
+        for frame in frames(video)
+        if frame.index in wanted
+    )
