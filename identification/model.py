@@ -36,7 +36,7 @@ class Model(Strict):
     elastic_model: Literal[1, 2, 3]
     cm: Annotated[float, Field(gt=0)] = CM
     parameters: tuple[ModelParameter, ...]
-    provenance: dict[str, Any] = {}
+    provenance: dict[str, Any] = Field(default_factory=dict)
 
     def values(self, name: str, cables: int) -> np.ndarray:
         """Values of a name for each cable, shape (cables,); one of a kind serves all, an absent one is zero."""

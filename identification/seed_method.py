@@ -177,6 +177,6 @@ def _tension(r: Regressors, model: Model, fit: Fit) -> Array:
 def _parameters(labels: Sequence[tuple[str, int | None, str]], e: Estimate) -> tuple[Parameter, ...]:
     out = []
     for (name, index, unit), value, sigma in zip(labels, e.value, e.sigma, strict=True):
-        good = bool(100 * sigma <= WELL_IDENTIFIED * abs(value)) and value != 0
+        good = bool(100 * sigma <= WELL_IDENTIFIED * abs(value) and value != 0)
         out.append(Parameter(name, index, float(value), unit, float(sigma), good))
     return tuple(out)

@@ -63,7 +63,7 @@ class Mechanism(Strict):
 
     @model_validator(mode="after")
     def _pulleys_fit(self) -> "Mechanism":
-        if self.L <= self.b:
+        if self.b >= self.L:
             raise ValueError(f"L = {self.L} m must exceed b = {self.b} m for the diagonals to cross")
         if min(self.L, self.b) / 2 <= self.r:
             raise ValueError(f"pulleys of r = {self.r} m do not fit: L/2 and b/2 must exceed r")

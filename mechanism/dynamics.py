@@ -59,9 +59,7 @@ def _bodies(arm: Arm, alpha: Array, alpha_d: Array) -> _Bodies:
             at = p.bar_middle[..., i] + below[..., i] * z[0][..., i]
             centre.append(at)
             # turning mechanism k < i carries everything above it: (middle of bar k-1 as origin) rigidly by dgamma, and by z' itself
-            columns = [
-                1j * (at - p.bar_middle[..., k + 1]) + below[..., k] * middle[1][..., k] for k in range(i)
-            ]
+            columns = [1j * (at - p.bar_middle[..., k + 1]) + below[..., k] * middle[1][..., k] for k in range(i)]
             columns.append(below[..., i] * z[1][..., i])
             columns += [np.zeros_like(at)] * (n - 1 - i)
             velocity_by.append(np.stack(columns, axis=-1))

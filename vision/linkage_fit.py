@@ -91,7 +91,7 @@ def fit_linkage(neck: Neck, camera: Camera, corners: Array, where: str) -> Linka
     chosen = _pose_frames(markers, seen, where)
     start = _start(markers, image, chosen, where)
     fits = [_fit_pose(arm, markers, image[chosen], focal, *guess) for guess in start]
-    cost, rvec, tvec, pose_covariance = min(fits, key=lambda fit: fit[0])
+    _, rvec, tvec, pose_covariance = min(fits, key=lambda fit: fit[0])
     alpha = _first_angles(markers, onto_plane(image, rvec, tvec), arm.N)
     alpha, normal, residual = _fit_angles(arm, markers, image, focal, rvec, tvec, alpha)
     measured = 2 * 4 * seen.sum(axis=1)

@@ -73,5 +73,6 @@ def read_recording(folder: str | Path) -> Recording:
         if not listed:
             raise Refused(config, f"pictures: {pictures.name} has no picture", f"known: {', '.join(PICTURE_SUFFIXES)}")
     log, neck = paths.pop("log"), paths.pop("neck")
-    assert log is not None and neck is not None
+    assert log is not None
+    assert neck is not None
     return Recording(folder, log, neck, pictures=listed, **paths)
