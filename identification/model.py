@@ -54,7 +54,8 @@ class Model(Strict):
 def model_of(parameters: Sequence[Parameter], elastic_model: ElasticModel, provenance: dict[str, Any]) -> Model:
     """The model that a fit's parameters make."""
     listed = tuple(ModelParameter(**p.as_json()) for p in parameters)
-    return Model(elastic_model=elastic_model, parameters=listed, provenance=provenance)
+    content = {"elastic_model": elastic_model, "parameters": listed, "provenance": provenance}
+    return Model.model_validate(content)
 
 
 def drive_of(model: Model, cables: int) -> Drive:

@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, decimate, filtfilt
+from scipy.signal import butter, decimate, sosfiltfilt
 
 from identification.dataset import state_series
 from identification.series import Series
@@ -27,7 +27,9 @@ def seed_series(arm: Arm, log: Series, angle_time: Array, alpha: Array, cutoff: 
     factor = max(1, round(rate / RATE))
     theta, f = log.matrix("theta"), log.matrix("f")
     if factor > 1:
-        theta, f = (decimate(part, factor, n=8, ftype="iir", axis=0, zero_phase=True) for part in (theta, f))
+        theta, f = (
+            np.asarray(decimate(part, factor, n=8, ftype="iir", axis=0, zero_phase=True)) for part in (theta, f)
+        )
     time = log.time[::factor]
     inside = (time >= angle_time[0]) & (time <= angle_time[-1])
     time, theta, f = time[inside], theta[inside], f[inside]
@@ -35,8 +37,8 @@ def seed_series(arm: Arm, log: Series, angle_time: Array, alpha: Array, cutoff: 
         raise Refused("data set", f"only {len(time) / RATE:.1f} s of the log overlap the video", "record both longer")
     seen = np.stack([np.interp(time, angle_time, column) for column in alpha.T], axis=-1)
     step = float(np.mean(np.diff(time)))
-    b, a = butter(4, min(cutoff * 2 * step, 0.99))
-    alpha0, theta0, f0 = (filtfilt(b, a, part, axis=0) for part in (seen, theta, f))
+    low_pass = butter(4, min(cutoff * 2 * step, 0.99), output="sos")
+    alpha0, theta0, f0 = (sosfiltfilt(low_pass, part, axis=0) for part in (seen, theta, f))
     alpha_parts, theta_parts = _differentiated(alpha0, step), _differentiated(theta0, step)
     made = state_series(arm, time, alpha_parts, theta_parts, f0)
     x_d = np.gradient(made.matrix("x"), step, axis=0)

@@ -53,7 +53,7 @@ def simulate_recording(
     theta, theta_d, f = cut(s.matrix("theta")), cut(s.matrix("theta", "_d")), cut(s.matrix("f"))
     start = State(alpha[:, 0], alpha_d[:, 0], theta[:, 0], theta_d[:, 0])
     at_most = 1 / fastest_rate(arm, drive, start)
-    motion = simulate(arm, drive, start, np.arange(samples) * step, f, max_step=at_most, progress=progress)
+    motion = simulate(arm, drive, start, step * np.arange(samples, dtype=float), f, max_step=at_most, progress=progress)
     columns: dict[str, Array] = {}
     rms: dict[str, float] = {}
     for stem, found, measured in (("alpha", motion.alpha, alpha), ("theta", motion.theta, theta)):

@@ -1,14 +1,13 @@
 """Elastic cables: elongation (41), (42) and the three models of tension (53), (57)."""
 
-from typing import Literal, get_args
-
 import numpy as np
 
 from mechanism.arm import Arm, Array
 from mechanism.cable_lengths import Z, lengths
 
-Model = Literal[1, 2, 3]
-MODELS: tuple[Model, ...] = get_args(Model)
+Model = int
+"""the seed's number of it"""
+MODELS: tuple[Model, ...] = (1, 2, 3)
 
 
 def elongation(arm: Arm, alpha: Array, theta: Array) -> Array:

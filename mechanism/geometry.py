@@ -87,7 +87,8 @@ def poses(arm: Arm, alpha: Array) -> Poses:
     gamma = np.concatenate([np.zeros((*alpha.shape[:-1], 1)), np.cumsum(alpha, axis=-1)], axis=-1)
     below = np.exp(1j * gamma[..., :-1])
     along = 1j * np.exp(1j * alpha / 2) * below  # from bar i-1's middle to bar i's
-    middle = np.concatenate([np.zeros((*alpha.shape[:-1], 1)), np.cumsum(s.d * along, axis=-1)], axis=-1)
+    origin = np.zeros((*alpha.shape[:-1], 1), dtype=complex)
+    middle = np.concatenate([origin, np.cumsum(s.d * along, axis=-1)], axis=-1)
     # the middles of A and B lie at half the right and left side's length along the same direction
     half = np.stack([s.right, s.left], axis=-1) / 2
     diagonals = middle[..., :-1, None] + half * along[..., None]

@@ -37,7 +37,7 @@ class Angles:
     @property
     def complete(self) -> NDArray[np.bool_]:
         """Frames in which every angle is known, (F,)."""
-        return ~np.isnan(self.alpha).any(axis=1)
+        return np.asarray(np.isfinite(self.alpha).all(axis=1))
 
 
 def write_angles(angles: Angles, path: str | Path) -> None:

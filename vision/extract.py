@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,7 @@ class Extraction:
     corners: Array
     """(F, markers, 4, 2), px, NaN where a marker was not found; markers in neck.yaml's order"""
 
-    def as_json(self) -> dict[str, object]:
+    def as_json(self) -> dict[str, Any]:
         """The contract's record of an extraction."""
         a = self.angles
         seen = a.complete

@@ -19,6 +19,7 @@ from xneck.errors import Refused
 from xneck.estimate import nonlinear
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 POSE_FRAMES = 40
 """frames, spread over the recording, from which the camera's pose is estimated"""
@@ -45,21 +46,21 @@ class LinkageFit:
     """RMS corner residual of each frame, (F,), px"""
 
 
-def marker_points(markers: Markers) -> Array:
+def marker_points(markers: Markers) -> Complex:
     """Corners of all markers in their bars' frames as complex numbers, shape (markers, 4), m, in OpenCV's corner order."""
     s = markers.size / 2
     square = np.array([-s + 1j * s, s + 1j * s, s - 1j * s, -s - 1j * s])
     return np.array([complex(*m.at) + np.exp(1j * m.angle) * square for m in markers.on_bars])
 
 
-def plane_points(arm: Arm, markers: Markers, alpha: Array) -> Array:
+def plane_points(arm: Arm, markers: Markers, alpha: Array) -> Complex:
     """Marker corners in the arm's plane, complex, shape (..., markers, 4), m, at alpha of shape (..., N)."""
     p = poses(arm, alpha)
     bars = [m.bar for m in markers.on_bars]
     return p.bar_middle[..., bars, None] + np.exp(1j * p.bar_angle[..., bars, None]) * marker_points(markers)
 
 
-def onto_image(points: Array, rvec: Array, tvec: Array) -> Array:
+def onto_image(points: Complex, rvec: Array, tvec: Array) -> Complex:
     """Plane points (complex, z = 0) as normalised image coordinates x + jy, of the same shape."""
     R = cv2.Rodrigues(np.asarray(rvec, dtype=float))[0]
     X, Y = points.real, points.imag
@@ -67,7 +68,7 @@ def onto_image(points: Array, rvec: Array, tvec: Array) -> Array:
     return (x + 1j * y) / z
 
 
-def onto_plane(image: Array, rvec: Array, tvec: Array) -> Array:
+def onto_plane(image: Complex, rvec: Array, tvec: Array) -> Complex:
     """Normalised image coordinates x + jy back onto the plane z = 0, complex, m."""
     R = cv2.Rodrigues(np.asarray(rvec, dtype=float))[0]
     H = np.linalg.inv(np.column_stack([R[:, 0], R[:, 1], tvec]))
@@ -85,7 +86,7 @@ def fit_linkage(neck: Neck, camera: Camera, corners: Array, where: str) -> Linka
     arm = arm_of(neck)
     focal = float(np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
     flat = camera.rays(np.nan_to_num(corners.reshape(-1, 2)))
-    image = (flat[:, 0] + 1j * flat[:, 1]).reshape(corners.shape[:-1])
+    image: Complex = (flat[:, 0] + 1j * flat[:, 1]).reshape(corners.shape[:-1])
     image[np.isnan(corners).any(axis=(-2, -1))] = np.nan
     seen = ~np.isnan(image[..., 0])
     chosen = _pose_frames(markers, seen, where)
@@ -126,7 +127,7 @@ def _pose_frames(markers: Markers, seen: NDArray[np.bool_], where: str) -> NDArr
     return good[np.unique(np.linspace(0, len(good) - 1, POSE_FRAMES).astype(int))]
 
 
-def _start(markers: Markers, image: Array, chosen: NDArray[np.intp], where: str) -> list[tuple[Array, Array]]:
+def _start(markers: Markers, image: Complex, chosen: NDArray[np.intp], where: str) -> list[tuple[Array, Array]]:
     """Both poses that a planar target allows, from the base bar's markers averaged over the frames (they stand still)."""
     on_base = [k for k, m in enumerate(markers.on_bars) if m.bar == 0 and not np.isnan(image[chosen, k, 0]).all()]
     points = marker_points(markers)[on_base].ravel()
@@ -138,10 +139,11 @@ def _start(markers: Markers, image: Array, chosen: NDArray[np.intp], where: str)
     found, rvecs, tvecs, _ = cv2.solvePnPGeneric(world, pixels, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE)
     if not found:
         raise Refused(where, "the base bar's marker does not give the camera's pose", "is markers.size right?")
-    return [(r.ravel(), t.ravel()) for r, t in zip(rvecs, tvecs, strict=True) if t.ravel()[2] > 0]
+    both = [(np.ravel(r).astype(float), np.ravel(t).astype(float)) for r, t in zip(rvecs, tvecs, strict=True)]
+    return [(r, t) for r, t in both if t[2] > 0]
 
 
-def _first_angles(markers: Markers, plane: Array, n: int) -> Array:
+def _first_angles(markers: Markers, plane: Complex, n: int) -> Array:
     """alpha of each frame from the markers' own directions, shape (F, N); a bar without one lies between its neighbours."""
     side = plane[..., 1] - plane[..., 0] + plane[..., 2] - plane[..., 3]
     direction = np.full((len(plane), n + 1), np.nan, dtype=complex)
@@ -161,7 +163,7 @@ def _first_angles(markers: Markers, plane: Array, n: int) -> Array:
 
 
 def _fit_pose(
-    arm: Arm, markers: Markers, image: Array, focal: float, rvec: Array, tvec: Array
+    arm: Arm, markers: Markers, image: Complex, focal: float, rvec: Array, tvec: Array
 ) -> tuple[float, Array, Array, Array]:
     """Pose and angles of some frames together: cost, rvec, tvec and the pose's covariance (6, 6)."""
     frames, n = len(image), arm.N
@@ -181,15 +183,15 @@ def _fit_pose(
 
 
 def _fit_angles(
-    arm: Arm, markers: Markers, image: Array, focal: float, rvec: Array, tvec: Array, alpha: Array
-) -> tuple[Array, Array, Array]:
+    arm: Arm, markers: Markers, image: Complex, focal: float, rvec: Array, tvec: Array, alpha: Array
+) -> tuple[Array, Array, Complex]:
     """Gauss-Newton for all frames at once: alpha (F, N), normal matrices (F, N, N), complex residuals (F, markers, 4) in px."""
     step = 1e-6
 
-    def predicted(a: Array) -> Array:
+    def predicted(a: Array) -> Complex:
         return focal * onto_image(plane_points(arm, markers, a), rvec, tvec)
 
-    def linearised(a: Array) -> tuple[Array, Array]:
+    def linearised(a: Array) -> tuple[Complex, Complex]:
         residual = np.nan_to_num(focal * image - predicted(a))
         slopes = [(predicted(a + d) - predicted(a - d)) / (2 * step) for d in step * np.eye(arm.N)]
         J = np.stack(slopes, axis=-1) * ~np.isnan(image)[..., None]

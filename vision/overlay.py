@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import av
 import cv2
@@ -18,7 +19,8 @@ from vision.video import frames
 from xneck.whole_file import whole_file
 
 Array = NDArray[np.float64]
-Picture = NDArray[np.uint8]
+Picture = NDArray[Any]
+"""uint8; OpenCV's stubs say less"""
 
 MARKER, BAR, DIAGONAL, TEXT = (40, 200, 60), (30, 30, 230), (230, 140, 30), (255, 255, 255)  # BGR
 
@@ -88,5 +90,5 @@ def _linkage(neck: Neck, camera: Camera, found: Extraction, alpha: Array) -> lis
 
 def _polygon(picture: Picture, points: Array, colour: tuple[int, int, int]) -> None:
     """A line through pixels (K, 2), closed where it has four corners of a marker."""
-    shifted = np.rint(points * 16).astype(np.int32).reshape(1, -1, 2)
+    shifted = [np.rint(points * 16).astype(np.int32).reshape(-1, 1, 2)]
     cv2.polylines(picture, shifted, len(points) == 4, colour, 2, cv2.LINE_AA, shift=4)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import av
+import av.container
 import av.error
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +62,7 @@ def frames(path: str | Path) -> Iterator[Frame]:
         expected = stream.frames
         try:
             for picture in container.decode(stream):
-                if picture.pts is None:
+                if picture.pts is None or picture.time_base is None:
                     raise Refused(path, f"frame {count} has no time stamp", "record into mp4 or mkv")
                 if picture.is_corrupt:
                     raise Refused(path, f"frame {count} is damaged", "copy the file again, or record again")
@@ -103,4 +104,4 @@ def _luma(picture: av.VideoFrame) -> Grey:
         plane = picture.planes[0]
         rows = np.frombuffer(plane, dtype=np.uint8).reshape(-1, plane.line_size)  # type: ignore[arg-type]
         return rows[: picture.height, : picture.width]
-    return picture.to_ndarray(format="gray")
+    return picture.to_ndarray(format="gray").astype(np.uint8, copy=False)

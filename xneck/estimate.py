@@ -66,7 +66,7 @@ class Estimate:
 def linear(D: Array, y: Array) -> Estimate:
     """Least squares D v = y and its covariance sigma_rho^2 (D^T D)^-1 (64)-(66).
 
-    D: shape (n, p), y: shape (n,), n > p. A column that the others determine gets infinite variance and value 0.
+    D: shape (n, p), y: shape (n,), n > p. A column that the others determine gets infinite variance, and the value of the shortest v.
     """
     scale = np.linalg.norm(D, axis=0)
     value, inverse, condition, dead = _solve(D, y, scale)
@@ -115,6 +115,5 @@ def _solve(D: Array, y: Array, scale: Array) -> tuple[Array, Array, float, NDArr
     weights = np.where(keep, 1 / np.where(keep, s, 1.0), 0.0)
     value = (vt.T * weights) @ (u.T @ y) / safe
     inverse = (vt.T * weights**2) @ vt / np.outer(safe, safe)
-    value[dead] = 0.0
     condition = float(s[0] / s[-1]) if len(s) and s[-1] > 0 else float("inf")
     return value, inverse, condition, dead

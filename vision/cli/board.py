@@ -26,12 +26,12 @@ def command(source: Path, out: Path, json_out: str | None, quiet: bool) -> None:
     elif isinstance(document, dict) and "mechanisms" in document:
         markers = markers_of(read_neck(source), source)
         ids = [marker.id for marker in markers.on_bars]
-        width, height = marker_sheet(ids, markers.size, markers.dictionary, out, source.stem)
-        what = f"{len(ids)} markers"
+        sheets, (width, height) = marker_sheet(ids, markers.size, markers.dictionary, out, source.stem)
+        what = f"{len(ids)} markers, {sheets} sheet{'s' * (sheets > 1)}"
     else:
         raise Refused(source, "is neither a board.yaml (key `kind`) nor a neck.yaml (key `mechanisms`)")
     text = (
-        f"{out}: {what} on {1e3 * width:.0f} x {1e3 * height:.0f} mm. "
+        f"{out}: {what} on {width:.0f} x {height:.0f} mm. "
         "Print at 100 % (no fitting to the page) and measure the ruler."
     )
-    report_result({"out": str(out), "width_m": width, "height_m": height}, text, json_out, quiet)
+    report_result({"out": str(out), "width_mm": width, "height_mm": height}, text, json_out, quiet)

@@ -21,7 +21,7 @@ def command(datasets: tuple[Path, ...], out: Path, model: int, json_out: str | N
     from xneck.provenance import provenance
 
     found = identify([read_dataset(path) for path in datasets])
-    fit = found.elastic[model]  # type: ignore[index]
+    fit = found.elastic[model]
     origin = provenance({f"dataset{i + 1}": path for i, path in enumerate(datasets)}, {"model": model})
-    write_model(model_of(fit.parameters, model, origin), out)  # type: ignore[arg-type]
-    report_result(as_json(found, model), f"{as_text(found)}\n{out}", json_out, quiet)  # type: ignore[arg-type]
+    write_model(model_of(fit.parameters, model, origin), out)
+    report_result(as_json(found, model), f"{as_text(found)}\n{out}", json_out, quiet)
