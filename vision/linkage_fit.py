@@ -16,15 +16,17 @@ from mechanism.arm import Arm, arm_of
 from mechanism.description import Markers, Neck, markers_of
 from mechanism.geometry import poses
 from xneck.errors import Refused
-from xneck.estimate import nonlinear
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-POSE_FRAMES = 40
+POSE_FRAMES = 300
 """frames, spread over the recording, from which the camera's pose is estimated"""
 MAX_SIGMA = np.radians(3.0)
 """an angle less certain than this counts as not seen"""
+ROUNDS = 30
+HUBER = 3.0
+"""standard deviations from which on a corner pulls with constant force only"""
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ def onto_plane(image: Complex, rvec: Array, tvec: Array) -> Complex:
     H = np.linalg.inv(np.column_stack([R[:, 0], R[:, 1], tvec]))
     x, y = image.real, image.imag
     X, Y, w = (H[i, 0] * x + H[i, 1] * y + H[i, 2] for i in range(3))
-    return (X + 1j * Y) / w
+    return X / w + 1j * (Y / w)
 
 
 def fit_linkage(neck: Neck, camera: Camera, corners: Array, where: str) -> LinkageFit:
@@ -90,26 +92,37 @@ def fit_linkage(neck: Neck, camera: Camera, corners: Array, where: str) -> Linka
     image[np.isnan(corners).any(axis=(-2, -1))] = np.nan
     seen = ~np.isnan(image[..., 0])
     chosen = _pose_frames(markers, seen, where)
-    start = _start(markers, image, chosen, where)
-    fits = [_fit_pose(arm, markers, image[chosen], focal, *guess) for guess in start]
-    _, rvec, tvec, pose_covariance = min(fits, key=lambda fit: fit[0])
-    alpha = _first_angles(markers, onto_plane(image, rvec, tvec), arm.N)
-    alpha, normal, residual = _fit_angles(arm, markers, image, focal, rvec, tvec, alpha)
+    scene = _Scene(arm, markers, focal)
+    fits = []
+    for pose in _start(markers, image, chosen, where):
+        first = _first_angles(markers, onto_plane(image[chosen], pose[:3], pose[3:]), arm.N)
+        fits.append(_gauss_newton(scene, image[chosen], pose, first, free_pose=True))
+    best = min(fits, key=lambda fit: fit.cost)
+    pose = best.pose
+    first = _first_angles(markers, onto_plane(image, pose[:3], pose[3:]), arm.N)
+    fit = _gauss_newton(scene, image, pose, first, free_pose=False)
     measured = 2 * 4 * seen.sum(axis=1)
     freedom = np.maximum(measured - arm.N, 1)
     usable = measured > arm.N
-    squares = np.nansum(np.abs(residual) ** 2, axis=(1, 2))
+    squares = np.sum(np.abs(fit.residual) ** 2, axis=1)
     # the median frame, so that a few frames with a wrong corner do not inflate all
     variance = float(np.median((squares / freedom)[usable])) if usable.any() else np.nan
-    covariance = _inverse(normal) * variance
+    covariance = _inverse(fit.normal) * variance
     # a frame that fits worse than the median says so itself
-    worse = np.maximum(squares / freedom / variance, 1.0)
-    covariance = covariance * worse[:, None, None]
+    covariance = covariance * np.maximum(squares / freedom / variance, 1.0)[:, None, None]
+    pose_covariance = best.pose_covariance * variance
+    by_pose = -_inverse(fit.normal, finite=True) @ fit.mixed  # d alpha / d pose of the least squares, (F, N, 6)
+    covariance = covariance + by_pose @ pose_covariance @ np.swapaxes(by_pose, 1, 2)
     sigma = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
-    alpha = np.where(sigma < MAX_SIGMA, alpha, np.nan)
-    rms = np.sqrt(squares / np.maximum(measured / 2, 1))
-    pose_sigma = np.sqrt(np.diag(pose_covariance))
-    return LinkageFit(alpha, covariance, rvec, tvec, pose_sigma, float(np.sqrt(variance)), rms)
+    return LinkageFit(
+        alpha=np.where(sigma < MAX_SIGMA, fit.alpha, np.nan),
+        covariance=covariance,
+        rvec=pose[:3],
+        tvec=pose[3:],
+        pose_sigma=np.sqrt(np.diag(pose_covariance)),
+        corner_sigma_px=float(np.sqrt(variance)),
+        residual_px=np.sqrt(squares / np.maximum(measured / 2, 1)),
+    )
 
 
 def _pose_frames(markers: Markers, seen: NDArray[np.bool_], where: str) -> NDArray[np.intp]:
@@ -127,7 +140,7 @@ def _pose_frames(markers: Markers, seen: NDArray[np.bool_], where: str) -> NDArr
     return good[np.unique(np.linspace(0, len(good) - 1, POSE_FRAMES).astype(int))]
 
 
-def _start(markers: Markers, image: Complex, chosen: NDArray[np.intp], where: str) -> list[tuple[Array, Array]]:
+def _start(markers: Markers, image: Complex, chosen: NDArray[np.intp], where: str) -> list[Array]:
     """Both poses that a planar target allows, from the base bar's markers averaged over the frames (they stand still)."""
     on_base = [k for k, m in enumerate(markers.on_bars) if m.bar == 0 and not np.isnan(image[chosen, k, 0]).all()]
     points = marker_points(markers)[on_base].ravel()
@@ -139,8 +152,8 @@ def _start(markers: Markers, image: Complex, chosen: NDArray[np.intp], where: st
     found, rvecs, tvecs, _ = cv2.solvePnPGeneric(world, pixels, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE)
     if not found:
         raise Refused(where, "the base bar's marker does not give the camera's pose", "is markers.size right?")
-    both = [(np.ravel(r).astype(float), np.ravel(t).astype(float)) for r, t in zip(rvecs, tvecs, strict=True)]
-    return [(r, t) for r, t in both if t[2] > 0]
+    both = [np.concatenate([np.ravel(r), np.ravel(t)]).astype(float) for r, t in zip(rvecs, tvecs, strict=True)]
+    return [pose for pose in both if pose[5] > 0]
 
 
 def _first_angles(markers: Markers, plane: Complex, n: int) -> Array:
@@ -162,52 +175,73 @@ def _first_angles(markers: Markers, plane: Complex, n: int) -> Array:
     return np.clip(np.diff(gamma, axis=1), -2.5, 2.5)
 
 
-def _fit_pose(
-    arm: Arm, markers: Markers, image: Complex, focal: float, rvec: Array, tvec: Array
-) -> tuple[float, Array, Array, Array]:
-    """Pose and angles of some frames together: cost, rvec, tvec and the pose's covariance (6, 6)."""
-    frames, n = len(image), arm.N
-    start = np.concatenate([rvec, tvec, _first_angles(markers, onto_plane(image, rvec, tvec), n).ravel()])
-    seen = ~np.isnan(image)
+@dataclass(frozen=True)
+class _Scene:
+    """The arm with its markers before a camera of unit pixels `focal`."""
 
-    def residuals(v: Array) -> Array:
-        alpha = np.clip(v[6:].reshape(frames, n), -3, 3)
-        error = focal * (onto_image(plane_points(arm, markers, alpha), v[:3], v[3:6]) - image)[seen]
-        return np.concatenate([error.real, error.imag])
+    arm: Arm
+    markers: Markers
+    focal: float
 
-    which = np.broadcast_to(np.arange(frames)[:, None, None], image.shape)[seen]
-    pattern = np.concatenate([np.ones((which.size, 6)), np.kron(np.eye(frames), np.ones((1, n)))[which]], axis=1)
-    estimate = nonlinear(residuals, start, sparsity=np.concatenate([pattern, pattern]), loss="soft_l1")
-    v = estimate.value
-    return float(np.sum(estimate.residuals**2)), v[:3], v[3:6], estimate.covariance[:6, :6]
+    def corners(self, pose: Array, alpha: Array) -> Complex:
+        """Undistorted pixels against the optical axis, complex, (F, 4 markers)."""
+        points = onto_image(plane_points(self.arm, self.markers, alpha), pose[:3], pose[3:])
+        return self.focal * points.reshape(len(alpha), -1)
+
+    def slopes(self, pose: Array, alpha: Array) -> tuple[Complex, Complex]:
+        """Derivatives of `corners` by the angles (F, 4 markers, N) and by the pose (F, 4 markers, 6), central differences."""
+        h = 1e-6
+
+        def stacked(values: list[Complex]) -> Complex:
+            return np.stack(values, axis=-1) / (2 * h)
+
+        by_angle = [self.corners(pose, alpha + d) - self.corners(pose, alpha - d) for d in h * np.eye(alpha.shape[1])]
+        by_pose = [self.corners(pose + d, alpha) - self.corners(pose - d, alpha) for d in h * np.eye(6)]
+        return stacked(by_angle), stacked(by_pose)
 
 
-def _fit_angles(
-    arm: Arm, markers: Markers, image: Complex, focal: float, rvec: Array, tvec: Array, alpha: Array
-) -> tuple[Array, Array, Complex]:
-    """Gauss-Newton for all frames at once: alpha (F, N), normal matrices (F, N, N), complex residuals (F, markers, 4) in px."""
-    step = 1e-6
+@dataclass(frozen=True)
+class _Fit:
+    pose: Array
+    alpha: Array
+    residual: Complex
+    """(F, 4 markers), px, zero where not seen"""
+    normal: Array
+    """(F, N, N): J^T J by the angles"""
+    mixed: Array
+    """(F, N, 6): J^T J between angles and pose"""
+    pose_covariance: Array
+    """(6, 6) for corners of unit variance, the angles being unknown too"""
+    cost: float
 
-    def predicted(a: Array) -> Complex:
-        return focal * onto_image(plane_points(arm, markers, a), rvec, tvec)
 
-    def linearised(a: Array) -> tuple[Complex, Complex]:
-        residual = np.nan_to_num(focal * image - predicted(a))
-        slopes = [(predicted(a + d) - predicted(a - d)) / (2 * step) for d in step * np.eye(arm.N)]
-        J = np.stack(slopes, axis=-1) * ~np.isnan(image)[..., None]
-        return residual.reshape(len(a), -1), J.reshape(len(a), -1, arm.N)
-
-    for _ in range(10):
-        residual, J = linearised(alpha)
-        normal = np.einsum("fki,fkj->fij", J.conj(), J).real
-        gradient = np.einsum("fki,fk->fi", J.conj(), residual).real
-        change = np.einsum("fij,fj->fi", _inverse(normal, finite=True), gradient)
+def _gauss_newton(scene: _Scene, image: Complex, pose: Array, alpha: Array, free_pose: bool) -> _Fit:
+    """All frames at once. The pose couples them, each frame's angles stand alone: they are eliminated by a Schur complement."""
+    seen = ~np.isnan(image).reshape(len(image), -1)
+    target = np.where(seen, scene.focal * image.reshape(seen.shape), 0)
+    for _ in range(ROUNDS):
+        r = (target - scene.corners(pose, alpha)) * seen
+        scale = 1.5 * float(np.median(np.abs(r[seen]))) + 1e-12
+        w = np.minimum(1.0, HUBER * scale / np.maximum(np.abs(r), 1e-12)) * seen
+        Ja, Jp = scene.slopes(pose, alpha)
+        normal = np.einsum("fki,fk,fkj->fij", Ja.conj(), w, Ja).real
+        mixed = np.einsum("fki,fk,fkj->fij", Ja.conj(), w, Jp).real
+        g = np.einsum("fki,fk->fi", Ja.conj(), w * r).real
+        solved = _inverse(normal, finite=True)
+        turn = np.zeros(6)
+        reduced = np.einsum("fki,fk,fkj->ij", Jp.conj(), w, Jp).real - np.einsum(
+            "fni,fnm,fmj->ij", mixed, solved, mixed
+        )
+        if free_pose:
+            push = np.einsum("fki,fk->i", Jp.conj(), w * r).real - np.einsum("fni,fnm,fm->i", mixed, solved, g)
+            turn = np.linalg.solve(reduced, push)
+        change = np.einsum("fnm,fm->fn", solved, g - mixed @ turn)
+        pose = pose + turn
         alpha = np.clip(alpha + np.clip(change, -0.5, 0.5), -2.8, 2.8)
-        if np.max(np.abs(change)) < 1e-10:
+        if max(np.max(np.abs(change)), np.max(np.abs(turn))) < 1e-9:
             break
-    residual, J = linearised(alpha)
-    normal = np.einsum("fki,fkj->fij", J.conj(), J).real
-    return alpha, normal, residual.reshape(image.shape)
+    r = (target - scene.corners(pose, alpha)) * seen
+    return _Fit(pose, alpha, r, normal, mixed, np.linalg.inv(reduced), float(np.sum(w * np.abs(r) ** 2)))
 
 
 def _inverse(normal: Array, finite: bool = False) -> Array:

@@ -1,0 +1,123 @@
+"""Series survive their file, and other people's programs read it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.writer import Writer
+from mcap_ros2.reader import read_ros2_messages
+from mcap_ros2.writer import Writer as RosWriter
+
+from identification import joint_state
+from identification.series import Series
+from xneck.errors import Refused
+
+NAMES = ("a", "alpha1", "sigma_alpha12", "x")
+
+
+def made(samples: int = 200) -> Series:
+    rng = np.random.default_rng(0)
+    columns = {name: rng.normal(size=samples) for name in NAMES}
+    columns["a"][3] = np.nan
+    return Series(1_700_000_000 + 0.002 * np.arange(samples), columns)
+
+
+def test_round_trip_keeps_every_bit_of_values_and_nanoseconds_of_time(tmp_path: Path) -> None:
+    file, series = tmp_path / "s.mcap", made()
+    joint_state.write(file, {"state": series}, {"why": {"n": 1}}, {"neck.yaml": b"x: 1"})
+    logs, metadata, attached = joint_state.read(file)
+    back = joint_state.as_series(logs["state"])
+    assert list(back.columns) == list(series.columns)
+    for name in NAMES:
+        np.testing.assert_array_equal(back.columns[name], series.columns[name])
+    np.testing.assert_array_equal(joint_state.nanoseconds(back.time), joint_state.nanoseconds(series.time))
+    assert metadata == {"why": {"n": 1}}
+    assert attached == {"neck.yaml": b"x: 1"}
+
+
+def test_ros_reads_what_we_write(tmp_path: Path) -> None:
+    """The decoder of the MCAP project's ROS 2 package, which knows nothing of our byte table."""
+    file, series = tmp_path / "s.mcap", made()
+    joint_state.write(file, {"state": series}, {})
+    seen = list(read_ros2_messages(file))
+    assert len(seen) == len(series)
+    for k in (0, 3, 199):
+        message = seen[k].ros_msg
+        assert tuple(message.name) == NAMES
+        np.testing.assert_array_equal(message.position, [series.columns[name][k] for name in NAMES])
+        stamp = message.header.stamp
+        assert stamp.sec * 10**9 + stamp.nanosec == joint_state.nanoseconds(series.time)[k] == seen[k].log_time_ns
+
+
+def test_we_read_what_ros_writes_also_when_names_and_frames_have_odd_lengths(tmp_path: Path) -> None:
+    file = tmp_path / "ros.mcap"
+    rng = np.random.default_rng(1)
+    position, effort = rng.normal(size=(2, 20, 3))
+    with file.open("wb") as stream:
+        writer = RosWriter(stream)
+        schema = writer.register_msgdef("sensor_msgs/msg/JointState", joint_state.DEFINITION)
+        for k in range(20):
+            message = {
+                "header": {"stamp": {"sec": k, "nanosec": 5}, "frame_id": "base_x"},
+                "name": ["j", "joint_2", "m3"],
+                "position": position[k].tolist(),
+                "velocity": [],
+                "effort": effort[k].tolist(),
+            }
+            writer.write_message("/joint_states", schema, message, k, k)
+        writer.finish()
+    log = joint_state.read(file)[0]["joint_states"]
+    assert log.names == ("j", "joint_2", "m3")
+    np.testing.assert_array_equal(log.position, position)
+    np.testing.assert_array_equal(log.effort, effort)
+    assert np.isnan(log.velocity).all()
+    np.testing.assert_allclose(log.time, np.arange(20) + 5e-9)
+
+
+def test_json_joint_states_are_read(tmp_path: Path) -> None:
+    file = tmp_path / "json.mcap"
+    with file.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema("sensor_msgs/JointState", "jsonschema", b"{}")
+        channel = writer.register_channel("/joint_states", "json", schema)
+        for k in range(3):
+            text = f'{{"header":{{"stamp":{{"sec":{k},"nanosec":0}}}},"name":["m1"],"position":[{k}],"effort":[2.5]}}'
+            writer.add_message(channel, k, text.encode(), k)
+        writer.finish()
+    log = joint_state.read(file)[0]["joint_states"]
+    np.testing.assert_array_equal(log.position[:, 0], [0, 1, 2])
+    np.testing.assert_array_equal(log.effort[:, 0], 2.5)
+
+
+def test_damage_anywhere_is_refused_or_harmless(tmp_path: Path) -> None:
+    """Cut short at 40 places and one bit flipped at 120: refused by name, or every number as written."""
+    file, broken, series = tmp_path / "s.mcap", tmp_path / "b.mcap", made(400)
+    joint_state.write(file, {"state": series}, {"p": {"a": 1}})
+    whole = file.read_bytes()
+    rng = np.random.default_rng(7)
+    cases = [whole[:n] for n in rng.integers(0, len(whole) - 1, 40)]
+    for at in rng.integers(0, len(whole), 120):
+        flipped = bytearray(whole)
+        flipped[at] ^= 1 << int(rng.integers(8))
+        cases.append(bytes(flipped))
+    refused = 0
+    for case in cases:
+        broken.write_bytes(case)
+        try:
+            logs = joint_state.read(broken)[0]
+        except Refused:
+            refused += 1
+            continue
+        values = np.stack(list(joint_state.as_series(next(iter(logs.values()))).columns.values()))
+        np.testing.assert_array_equal(values, np.stack(list(series.columns.values())))
+    assert refused >= 40
+
+
+def test_files_of_another_kind_are_refused(tmp_path: Path) -> None:
+    text = tmp_path / "a.mcap"
+    text.write_text("time,alpha1\n")
+    with pytest.raises(Refused, match="MCAP"):
+        joint_state.read(text)
+    with pytest.raises(Refused, match="does not exist"):
+        joint_state.read(tmp_path / "absent.mcap")

@@ -1,0 +1,59 @@
+"""How a camera was calibrated: where the corners lay in the picture, and how far they are from where the model puts them."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from calibration.estimation import Calibration
+from vision.report import style
+from vision.report.block import Block
+from vision.report.svg import inline
+
+Array = NDArray[np.float64]
+
+
+def coverage_and_errors(calibration: Calibration) -> Block:
+    """Corners over the picture, and their errors."""
+    camera = calibration.camera
+    pixels = np.concatenate([view.image_points for view in calibration.views])
+    errors = _errors(calibration)
+
+    figure, axes = style.panel(2.9)
+    for k, view in enumerate(calibration.views):
+        style.dots(axes, view.image_points[:, 0], view.image_points[:, 1], style.cable_colour(k), 2.4, 0.8)
+    axes.set_xlim(0, camera.width)
+    axes.set_ylim(camera.height, 0)
+    axes.set_aspect("equal")
+    axes.set_title(f"{len(pixels)} corners in the picture")
+    axes.set_xlabel("px to the right")
+    axes.set_ylabel("px down")
+    coverage = inline(figure, "coverage", "corners of all pictures over the camera's picture")
+
+    figure, axes = style.panel(2.9)
+    reach = 1.05 * float(np.quantile(np.abs(errors), 0.998))
+    style.dots(axes, errors[:, 0], errors[:, 1], style.CABLES[0], 2.0, 0.5)
+    turn = np.linspace(0, 2 * np.pi, 90)
+    style.line(axes, calibration.rms_px * np.cos(turn), calibration.rms_px * np.sin(turn), style.MEASURED, width=1.4)
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(-reach, reach)
+    axes.set_aspect("equal")
+    axes.set_title("what the camera model leaves")
+    axes.set_xlabel("error to the right, px")
+    axes.set_ylabel("error down, px")
+    left = inline(figure, "corner-errors", "errors of the corners, px")
+    return Block(
+        "Coverage and errors",
+        "The corners should reach into all parts of the picture (a colour a picture), and their errors should be a round "
+        f"cloud without a tail, of the size of the circle (RMS {calibration.rms_px:.3f} px).",
+        (coverage, left),
+    )
+
+
+def _errors(calibration: Calibration) -> Array:
+    """Corner seen less corner predicted, (n, 2), px."""
+    poses = calibration.poses
+    out = []
+    for view, R, t in zip(calibration.views, poses.R, poses.t, strict=True):
+        rvec = Rotation.from_matrix(R).as_rotvec()
+        out.append(view.image_points - calibration.camera.project(view.object_points, rvec, t))
+    return np.concatenate(out)
