@@ -31,6 +31,8 @@ EDGE = 0.75
 """s left out at both ends, where filters settle"""
 BLOCK = 1.0
 """s: residuals are taken as independent from block to block only"""
+_UNIT, _SKEW = 1e-4, 1e-4
+"""m and ratio: bring residuals and skew to the size of one"""
 MIN_OVERLAP = 5.0
 """s"""
 LADDER = (("constant", "tension", "friction"), ("constant", "tension", "stiffening", "friction"))
@@ -201,21 +203,29 @@ def _fine(arm: Arm, time: Array, winding: Array, log: Series, coarse: float, lik
     cables = seen.shape[1]
 
     def fit(words: tuple[str, ...]) -> tuple[Array, Array, Array]:
-        """(offset, skew), their block-robust covariance, residuals (T, M)."""
+        """(offset, skew, nuisances), their block-robust covariance, residuals (T, M) in m."""
 
-        def residuals(v: Array) -> Array:
-            at = np.clip(grid + v[0] + v[1] * 1e-4 * (grid - middle), log.time[0], log.time[-1])
-            nuisance = sum(v[2 + k * cables : 2 + (k + 1) * cables] * 1e-3 * curves[w](at) for k, w in enumerate(words))
-            return ((curves["travel"](at) - seen - nuisance) / 1e-4).ravel()
+        def model(v: Array, order: int) -> Array:
+            """travel - seen - nuisance in units of _UNIT, or its slope in time (order 1), (T, M)."""
+            at = np.clip(grid + v[0] + v[1] * _SKEW * (grid - middle), log.time[0], log.time[-1])
+            nuisance = sum(v[2 + k * cables : 2 + (k + 1) * cables] * curves[w](at, order) for k, w in enumerate(words))
+            return (curves["travel"](at, order) - (seen if order == 0 else 0.0) - nuisance) / _UNIT
+
+        def jacobian(v: Array) -> Array:
+            at = np.clip(grid + v[0] + v[1] * _SKEW * (grid - middle), log.time[0], log.time[-1])
+            slope = model(v, 1)
+            J = np.zeros((*slope.shape, len(v)))
+            J[..., 0], J[..., 1] = slope, slope * (_SKEW * (grid - middle))[:, None]
+            for k, word in enumerate(words):
+                for j in range(cables):
+                    J[:, j, 2 + k * cables + j] = -curves[word](at)[:, j] / _UNIT
+            return J.reshape(-1, len(v))
 
         start = np.zeros(2 + len(words) * cables)
         start[0] = coarse
-        estimate = nonlinear(residuals, start)
-        return (
-            estimate.value,
-            _block_covariance(residuals, estimate.value, grid, cables),
-            estimate.residuals.reshape(-1, cables) * 1e-4,
-        )
+        estimate = nonlinear(lambda v: model(v, 0).ravel(), start, jacobian=jacobian, scale="jac")
+        covariance = _block_covariance(jacobian(estimate.value), estimate.residuals, grid, cables)
+        return estimate.value, covariance, _UNIT * estimate.residuals.reshape(-1, cables)
 
     fits = [fit(words) for words in LADDER]
     value, covariance, left = fits[-1]
@@ -224,8 +234,8 @@ def _fine(arm: Arm, time: Array, winding: Array, log: Series, coarse: float, lik
     return Clock(
         offset=float(value[0]),
         offset_sigma=float(sigma_both[0]),
-        skew=float(value[1] * 1e-4),
-        skew_sigma=float(sigma_both[1] * 1e-4),
+        skew=float(value[1] * _SKEW),
+        skew_sigma=float(sigma_both[1] * _SKEW),
         middle=middle,
         likeness=likeness,
         second=second,
@@ -233,16 +243,11 @@ def _fine(arm: Arm, time: Array, winding: Array, log: Series, coarse: float, lik
     )
 
 
-def _block_covariance(residuals, value: Array, grid: Array, cables: int) -> Array:  # type: ignore[no-untyped-def]
+def _block_covariance(J: Array, r: Array, grid: Array, cables: int) -> Array:
     """Sandwich covariance with residuals free to be correlated within blocks of BLOCK seconds and between cables."""
-    r = residuals(value)
-    step = 1e-6
-    J = np.stack(
-        [(residuals(value + d) - residuals(value - d)) / (2 * step) for d in step * np.eye(len(value))], axis=-1
-    )
     bread = np.linalg.pinv(J.T @ J)
     block = np.repeat(((grid - grid[0]) // BLOCK).astype(int), cables)
-    scores = np.zeros((block.max() + 1, len(value)))
+    scores = np.zeros((block.max() + 1, J.shape[1]))
     np.add.at(scores, block, J * r[:, None])
     blocks = len(scores)
     return bread @ (scores.T @ scores) @ bread * blocks / max(blocks - 1, 1)

@@ -97,21 +97,21 @@ def fit_linkage(neck: Neck, camera: Camera, corners: Array, where: str) -> Linka
     for pose in _start(markers, image, chosen, where):
         first = _first_angles(markers, onto_plane(image[chosen], pose[:3], pose[3:]), arm.N)
         fits.append(_gauss_newton(scene, image[chosen], pose, first, free_pose=True))
-    best = min(fits, key=lambda fit: fit.cost)
+    best = min(fits, key=lambda fit: fit.at.cost)
     pose = best.pose
     first = _first_angles(markers, onto_plane(image, pose[:3], pose[3:]), arm.N)
     fit = _gauss_newton(scene, image, pose, first, free_pose=False)
     measured = 2 * 4 * seen.sum(axis=1)
     freedom = np.maximum(measured - arm.N, 1)
     usable = measured > arm.N
-    squares = np.sum(np.abs(fit.residual) ** 2, axis=1)
+    squares = np.sum(np.abs(fit.at.residual) ** 2, axis=1)
     # the median frame, so that a few frames with a wrong corner do not inflate all
     variance = float(np.median((squares / freedom)[usable])) if usable.any() else np.nan
-    covariance = _inverse(fit.normal) * variance
+    covariance = _inverse(fit.at.normal) * variance
     # a frame that fits worse than the median says so itself
     covariance = covariance * np.maximum(squares / freedom / variance, 1.0)[:, None, None]
-    pose_covariance = best.pose_covariance * variance
-    by_pose = -_inverse(fit.normal, finite=True) @ fit.mixed  # d alpha / d pose of the least squares, (F, N, 6)
+    pose_covariance = np.linalg.inv(best.at.reduced) * variance
+    by_pose = -fit.at.solved @ fit.at.mixed  # d alpha / d pose of the least squares, (F, N, 6)
     covariance = covariance + by_pose @ pose_covariance @ np.swapaxes(by_pose, 1, 2)
     sigma = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     return LinkageFit(
@@ -201,18 +201,50 @@ class _Scene:
 
 
 @dataclass(frozen=True)
-class _Fit:
-    pose: Array
-    alpha: Array
+class _Linear:
+    """Normal equations at a pose and angles, corners weighted; g of the angles, (F, N), and of the pose, (6,)."""
+
     residual: Complex
     """(F, 4 markers), px, zero where not seen"""
+    cost: float
     normal: Array
     """(F, N, N): J^T J by the angles"""
     mixed: Array
     """(F, N, 6): J^T J between angles and pose"""
-    pose_covariance: Array
-    """(6, 6) for corners of unit variance, the angles being unknown too"""
-    cost: float
+    solved: Array
+    """(F, N, N): inverse of normal, zero in directions without information"""
+    reduced: Array
+    """(6, 6): J^T J of the pose with the angles eliminated"""
+    g_angles: Array
+    g_pose: Array
+
+
+@dataclass(frozen=True)
+class _Fit:
+    pose: Array
+    alpha: Array
+    at: _Linear
+
+
+def _linearise(scene: _Scene, target: Complex, seen: NDArray[np.bool_], pose: Array, alpha: Array) -> _Linear:
+    r = (target - scene.corners(pose, alpha)) * seen
+    scale = 1.5 * float(np.median(np.abs(r[seen]))) + 1e-12
+    w = np.minimum(1.0, HUBER * scale / np.maximum(np.abs(r), 1e-12)) * seen
+    Ja, Jp = scene.slopes(pose, alpha)
+    normal = np.einsum("fki,fk,fkj->fij", Ja.conj(), w, Ja).real
+    mixed = np.einsum("fki,fk,fkj->fij", Ja.conj(), w, Jp).real
+    solved = _inverse(normal, finite=True)
+    full = np.einsum("fki,fk,fkj->ij", Jp.conj(), w, Jp).real
+    return _Linear(
+        residual=r,
+        cost=float(np.sum(w * np.abs(r) ** 2)),
+        normal=normal,
+        mixed=mixed,
+        solved=solved,
+        reduced=full - np.einsum("fni,fnm,fmj->ij", mixed, solved, mixed),
+        g_angles=np.einsum("fki,fk->fi", Ja.conj(), w * r).real,
+        g_pose=np.einsum("fki,fk->i", Jp.conj(), w * r).real,
+    )
 
 
 def _gauss_newton(scene: _Scene, image: Complex, pose: Array, alpha: Array, free_pose: bool) -> _Fit:
@@ -220,28 +252,16 @@ def _gauss_newton(scene: _Scene, image: Complex, pose: Array, alpha: Array, free
     seen = ~np.isnan(image).reshape(len(image), -1)
     target = np.where(seen, scene.focal * image.reshape(seen.shape), 0)
     for _ in range(ROUNDS):
-        r = (target - scene.corners(pose, alpha)) * seen
-        scale = 1.5 * float(np.median(np.abs(r[seen]))) + 1e-12
-        w = np.minimum(1.0, HUBER * scale / np.maximum(np.abs(r), 1e-12)) * seen
-        Ja, Jp = scene.slopes(pose, alpha)
-        normal = np.einsum("fki,fk,fkj->fij", Ja.conj(), w, Ja).real
-        mixed = np.einsum("fki,fk,fkj->fij", Ja.conj(), w, Jp).real
-        g = np.einsum("fki,fk->fi", Ja.conj(), w * r).real
-        solved = _inverse(normal, finite=True)
+        k = _linearise(scene, target, seen, pose, alpha)
         turn = np.zeros(6)
-        reduced = np.einsum("fki,fk,fkj->ij", Jp.conj(), w, Jp).real - np.einsum(
-            "fni,fnm,fmj->ij", mixed, solved, mixed
-        )
         if free_pose:
-            push = np.einsum("fki,fk->i", Jp.conj(), w * r).real - np.einsum("fni,fnm,fm->i", mixed, solved, g)
-            turn = np.linalg.solve(reduced, push)
-        change = np.einsum("fnm,fm->fn", solved, g - mixed @ turn)
+            turn = np.linalg.solve(k.reduced, k.g_pose - np.einsum("fni,fnm,fm->i", k.mixed, k.solved, k.g_angles))
+        change = np.einsum("fnm,fm->fn", k.solved, k.g_angles - k.mixed @ turn)
         pose = pose + turn
         alpha = np.clip(alpha + np.clip(change, -0.5, 0.5), -2.8, 2.8)
         if max(np.max(np.abs(change)), np.max(np.abs(turn))) < 1e-9:
             break
-    r = (target - scene.corners(pose, alpha)) * seen
-    return _Fit(pose, alpha, r, normal, mixed, np.linalg.inv(reduced), float(np.sum(w * np.abs(r) ** 2)))
+    return _Fit(pose, alpha, _linearise(scene, target, seen, pose, alpha))
 
 
 def _inverse(normal: Array, finite: bool = False) -> Array:

@@ -1,6 +1,7 @@
 """How a camera was calibrated: where the corners lay in the picture, and how far they are from where the model puts them."""
 
 import numpy as np
+from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -21,9 +22,10 @@ def coverage_and_errors(calibration: Calibration) -> Block:
     figure, axes = style.panel(2.9)
     for k, view in enumerate(calibration.views):
         style.dots(axes, view.image_points[:, 0], view.image_points[:, 1], style.cable_colour(k), 2.4, 0.8)
-    axes.set_xlim(0, camera.width)
-    axes.set_ylim(camera.height, 0)
-    axes.set_aspect("equal")
+    axes.add_patch(Rectangle((0, 0), camera.width, camera.height, fill=False, edgecolor=style.QUIET))
+    axes.set_xlim(-0.02 * camera.width, 1.02 * camera.width)
+    axes.set_ylim(1.02 * camera.height, -0.02 * camera.height)
+    axes.set_aspect("equal", adjustable="datalim")
     axes.set_title(f"{len(pixels)} corners in the picture")
     axes.set_xlabel("px to the right")
     axes.set_ylabel("px down")
@@ -36,7 +38,7 @@ def coverage_and_errors(calibration: Calibration) -> Block:
     style.line(axes, calibration.rms_px * np.cos(turn), calibration.rms_px * np.sin(turn), style.MEASURED, width=1.4)
     axes.set_xlim(-reach, reach)
     axes.set_ylim(-reach, reach)
-    axes.set_aspect("equal")
+    axes.set_aspect("equal", adjustable="datalim")
     axes.set_title("what the camera model leaves")
     axes.set_xlabel("error to the right, px")
     axes.set_ylabel("error down, px")

@@ -105,7 +105,7 @@ def _axes(figure: Figure, low: float, high: float) -> Axes:
     height = float(figure.get_figheight())
     inner = WIDTH - _LEFT - _RIGHT
     axes = figure.add_axes((_LEFT / WIDTH, low / height, inner / WIDTH, (high - low) / height))
-    axes.yaxis.set_label_coords((0.12 - _LEFT) / inner, 0.5)
+    axes.yaxis.set_label_coords((0.16 - _LEFT) / inner, 0.5)
     axes.locator_params(axis="y", nbins=7 if high - low > 1.2 else 5)
     return axes
 
