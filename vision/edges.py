@@ -69,9 +69,12 @@ def _sides(grey: NDArray[np.uint8], corners: Array, reach: float) -> Array | Non
 
 def _line(points: Array) -> Array:
     """Total least squares line through points (n, 2), once more without those that stray."""
-    for _ in range(2):
-        middle = points.mean(axis=0)
-        normal = np.linalg.svd(points - middle, full_matrices=False)[2][1]
-        off = np.abs((points - middle) @ normal)
-        points = points[off <= 3 * np.median(off) + 0.02]
+    normal, middle = _through(points)
+    off = np.abs((points - middle) @ normal)
+    normal, middle = _through(points[off <= 3 * np.median(off) + 0.02])
     return np.array([*normal, -normal @ middle])
+
+
+def _through(points: Array) -> tuple[Array, Array]:
+    middle = points.mean(axis=0)
+    return np.linalg.svd(points - middle, full_matrices=False)[2][1], middle

@@ -42,5 +42,6 @@ def solve(alpha: NDArray[np.float64], L: NDArray[np.float64], b: NDArray[np.floa
         across = centre_b - centre_a
         height = np.sqrt(L[i - 1] ** 2 - np.abs(across) ** 2 / 4)
         middle[..., i] = (centre_a + centre_b) / 2 + 1j * across / np.abs(across) * height
-    half = np.append(b, b[-1])[: n + 1] / 2 * np.exp(1j * gamma)
+    # of a bar that carries unlike mechanisms these are the ends of the one above
+    half = np.concatenate([b, b[-1:]]) / 2 * np.exp(1j * gamma)
     return Bars(middle, gamma, middle - half, middle + half)

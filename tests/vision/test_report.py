@@ -81,7 +81,7 @@ def some_simulation(data: DataSet) -> Simulated:
     for stem in ("alpha", "theta"):
         measured = state.matrix(stem)[:kept]
         columns |= numbered(stem, measured + drift) | numbered(stem, measured, "_measured")
-    rms = dict.fromkeys(("alpha1", "alpha2", "alpha3", "theta1", "theta2", "theta3", "theta4"), 0.01)
+    rms = {name: 0.01 for name in columns if not name.endswith("_measured")}
     return Simulated(Series(state.time[:kept], columns), rms, 1.0)
 
 
@@ -211,6 +211,14 @@ def test_what_does_not_apply_is_said(result: Result, tmp_path: Path) -> None:
     assert "No camera" in page.text
     assert "No video" in page.text
     assert "Not simulated: no <b>." in page.text
+
+
+def test_a_camera_that_was_read_is_told_from_one_that_was_calibrated(result: Result, tmp_path: Path) -> None:
+    given = replace(result.recording, camera=tmp_path / "lab.yaml")
+    write_report(replace(result, calibration=None, recording=given), tmp_path / "read.html")
+    text = Elements((tmp_path / "read.html").read_text(encoding="utf-8")).text
+    assert "Read from lab.yaml: 1280 × 720 px, 0.137 px RMS for pictures held out" in text
+    assert "Calibrated from" not in text
 
 
 def test_the_seed_is_not_compared_with_another_arm(result: Result) -> None:

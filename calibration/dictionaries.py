@@ -1,0 +1,46 @@
+"""Marker dictionaries by name: OpenCV's predefined ones in lower case.
+
+OpenCV's AprilTag patterns are turned by 180 degrees against AprilTag's own drawings. What counts here is OpenCV's
+orientation: the x axis of a marker points right in its drawing by `marker_cells`.
+"""
+
+from functools import cache
+
+import cv2
+import numpy as np
+
+from xneck.errors import Refused, one_of
+
+
+@cache
+def _constants() -> dict[str, int]:
+    names: dict[str, int] = {}
+    for constant in dir(cv2.aruco):
+        if constant.startswith("DICT_"):
+            name = constant.removeprefix("DICT_").lower()
+            name = name if name.startswith(("apriltag", "aruco")) else f"aruco_{name}"
+            names[name] = getattr(cv2.aruco, constant)
+    return names
+
+
+def dictionary_names() -> list[str]:
+    """All valid names, such as aruco_5x5_100 and apriltag_36h11."""
+    return sorted(_constants())
+
+
+def dictionary(name: str, where: str = "dictionary") -> cv2.aruco.Dictionary:
+    """OpenCV's dictionary of that name; raises Refused with the valid names for an unknown one."""
+    return cv2.aruco.getPredefinedDictionary(_constants()[one_of(where, name, dictionary_names(), "dictionary")])
+
+
+def dictionary_size(name: str) -> int:
+    """How many markers the dictionary has; their ids are 0 .. size - 1."""
+    return int(dictionary(name).bytesList.shape[0])
+
+
+def marker_cells(name: str, marker_id: int) -> np.ndarray:
+    """The marker as cells, True = black, border of one black cell included: shape (n + 2, n + 2), first row on top."""
+    family = dictionary(name)
+    if not 0 <= marker_id < family.bytesList.shape[0]:
+        raise Refused(f"marker {marker_id}", f"{name} has the ids 0 to {family.bytesList.shape[0] - 1}")
+    return cv2.aruco.generateImageMarker(family, marker_id, family.markerSize + 2, borderBits=1) == 0

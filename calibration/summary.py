@@ -1,0 +1,54 @@
+"""A calibration as the machine-readable result that other programs hold on to."""
+
+from typing import Any
+
+import numpy as np
+
+from calibration import lens
+from calibration.estimation import Calibration
+
+_POOR = 30.0  # %, relative sigma from which on a parameter counts as not identified
+
+
+def as_json(calibration: Calibration) -> dict[str, Any]:
+    """The result with JSON's types only. Parameters not estimated (k3, as a rule) have sigma null."""
+    camera = calibration.camera
+    assert camera.covariance is not None
+    sigmas = np.sqrt(np.diag(camera.covariance))
+    parameters: list[dict[str, Any]] = []
+    for name, value, sigma in zip(lens.NAMES, camera.parameters, sigmas, strict=True):
+        free = name in calibration.free
+        relative = 100 * float(sigma) / abs(float(value)) if free and value else None
+        parameters.append(
+            {
+                "name": name,
+                "index": None,
+                "value": float(value),
+                "unit": "px" if name in ("fx", "fy", "cx", "cy") else "1",
+                "sigma": float(sigma) if free else None,
+                "relative_sigma_percent": relative,
+                "identified": relative is not None and relative < _POOR,
+            }
+        )
+    return {
+        "rms_px": calibration.rms_px,
+        "held_out_rms_px": calibration.held_out_rms_px,
+        "parameters": parameters,
+        "pictures": [
+            {
+                "file": picture.name,
+                "used": picture.used,
+                "why": picture.why,
+                "rms_px": picture.rms_px,
+                "held_out_rms_px": picture.held_out_rms_px,
+            }
+            for picture in calibration.pictures
+        ],
+        "image_width": camera.width,
+        "image_height": camera.height,
+        "corners": calibration.corners,
+        "largest_tilt_rad": calibration.tilt,
+        "sigma_least_squares": dict(zip(lens.NAMES, map(float, calibration.sigma_least_squares), strict=True)),
+        "sigma_jackknife": dict(zip(lens.NAMES, map(float, calibration.sigma_jackknife), strict=True)),
+        "notes": list(calibration.notes),
+    }

@@ -1,0 +1,69 @@
+"""What the arm is asked to do: sums of sines in every joint, and tensions that rise and fall on their own."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from samples.generator.statics import hold
+from samples.generator.taut_string import Array
+
+_HERTZ = (0.1, 1.2)
+_TONES = 6
+_PEAK_DEG = (25.0, 32.0)
+_LEVEL_N = (62.0, 24.0)
+"""mean and swing of the tension level"""
+_TENSION_LIMITS_N = (15.0, 120.0)
+_RAMP_S = 1.0
+RATE_HZ = 500
+"""of the controller, which reads the motion"""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion that starts and ends at rest in the straight pose, sampled at the controller's rate."""
+
+    time: Array
+    """shape (T,), s from its start"""
+    alpha: Array
+    """shape (T, N), rad"""
+    tension: Array
+    """that holds the described arm there, shape (T, M), N"""
+
+
+def ramp(time: Array, duration: float) -> Array:
+    """0 at both ends, 1 between, with two continuous derivatives, shape (T,)."""
+    u = np.clip(np.minimum(time, duration - time) / _RAMP_S, 0.0, 1.0)
+    return u**3 * (10 - 15 * u + 6 * u**2)
+
+
+def _sum_of_sines(time: Array, rng: np.random.Generator) -> Array:
+    """One tone in each of equal (logarithmic) bands, so that no two signals share their frequencies; peak 1."""
+    edges = np.geomspace(*_HERTZ, _TONES + 1)
+    hertz = rng.uniform(edges[:-1], edges[1:])
+    phase = rng.uniform(0, 2 * np.pi, _TONES)
+    amplitude = hertz**-0.3  # a little less of what costs most acceleration
+    signal = amplitude @ np.sin(2 * np.pi * hertz[:, None] * time + phase[:, None])
+    return signal / np.abs(signal).max()
+
+
+def exciting(neck: dict[str, Any], duration: float, rng: np.random.Generator) -> Motion:
+    """A persistently exciting motion; drawn again until every tension stays within its limits."""
+    time = np.arange(round(duration * RATE_HZ) + 1) / RATE_HZ
+    on = ramp(time, duration)
+    n, m = len(neck["mechanisms"]), len(neck["cables"])
+    for _ in range(200):
+        peaks = np.radians(rng.uniform(*_PEAK_DEG, n))
+        alpha = np.stack([on * p * _sum_of_sines(time, rng) for p in peaks], axis=-1)
+        level = _LEVEL_N[0] + _LEVEL_N[1] * on * _sum_of_sines(time, rng)
+        tension = hold(neck, alpha, np.repeat(level[:, None], m, axis=1)).tension
+        if _TENSION_LIMITS_N[0] < tension.min() and tension.max() < _TENSION_LIMITS_N[1]:
+            return Motion(time, alpha, tension)
+    raise ValueError(f"no motion within {_TENSION_LIMITS_N} N was found")
+
+
+def with_rest(motion: Motion, before: int, after: int) -> Motion:
+    """The motion with that many samples of rest before and after it."""
+    time = np.arange(before + len(motion.time) + after) / RATE_HZ
+    around = ((before, after), (0, 0))
+    return Motion(time, np.pad(motion.alpha, around, mode="edge"), np.pad(motion.tension, around, mode="edge"))

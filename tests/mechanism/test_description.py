@@ -1,0 +1,69 @@
+"""neck.yaml is read strictly: what cannot be built is refused with the place of every fault."""
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from mechanism.description import read_neck
+from xneck.errors import Refused
+
+FILE = Path(__file__).parents[2] / "samples/recording/neck.yaml"
+
+
+def changed(tmp_path: Path, **places: Any) -> Path:
+    """neck.yaml with values put at dotted places such as mechanisms__0__b."""
+    document = copy.deepcopy(yaml.safe_load(FILE.read_text()))
+    for place, value in places.items():
+        *way, last = [int(part) if part.isdigit() else part for part in place.split("__")]
+        target = document
+        for part in way:
+            target = target[part]
+        if value is None:
+            del target[last]
+        else:
+            target[last] = value
+    out = tmp_path / "neck.yaml"
+    out.write_text(yaml.safe_dump(document))
+    return out
+
+
+def test_the_sample_is_read() -> None:
+    neck = read_neck(FILE)
+    assert (neck.N, neck.M) == (3, 4)
+    assert neck.cables[3].route == ("left_through", "left_through", "left")
+
+
+@pytest.mark.parametrize(
+    ("places", "words"),
+    [
+        ({"mechanisms__0__b": 50}, ["mechanisms[0].b", "50"]),
+        ({"mechanisms__1__L": 100.0, "motors__2__rd": 10.0}, ["mechanisms[1].L", "motors[2].rd"]),
+        ({"mechanisms__0__L": 0.04}, ["mechanisms[0]", "exceed b"]),
+        ({"mechanisms__0__r": 0.026}, ["mechanisms[0]", "do not fit"]),
+        ({"mechanisms__0__L": 0.0502}, ["mechanisms[0]", "do not fit"]),
+        ({"mechanisms__0__mass": 1.0}, ["mechanisms[0].mass: unknown key"]),
+        ({"mechanisms__2__springs__stiffness": None}, ["mechanisms[2].springs.stiffness: missing"]),
+        ({"cables__0__route": ["upwards"]}, ["cables[0].route[0]", "'right'"]),
+        ({"cables__1__route": ["right", "right"]}, ["cables[1]", "only be the last"]),
+        ({"cables__1__route": ["strut", "left"]}, ["cables[1]", "right side"]),
+        ({"cables__1__route": ["strut"] * 4}, ["cables[1].route crosses 4 mechanisms of 3"]),
+        ({"motors__3": None}, ["3 motors for 4 cables"]),
+        ({"markers__on_bars__2__bar": 7}, ["on_bars[2].bar is 7", "0..3"]),
+        ({"markers__on_bars__2__id": 0}, ["id 0 stands twice"]),
+        ({"motors__0__theta_sign": 2}, ["motors[0].theta_sign"]),
+        ({"mechanisms__0__b": "0.05"}, ["mechanisms[0].b", "number"]),
+        ({"xneck": 2}, ["xneck"]),
+    ],
+)
+def test_faults_are_refused_with_their_places(tmp_path: Path, places: dict[str, Any], words: list[str]) -> None:
+    with pytest.raises(Refused) as caught:
+        read_neck(changed(tmp_path, **places))
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_markers_may_be_absent(tmp_path: Path) -> None:
+    assert read_neck(changed(tmp_path, markers=None)).markers is None
