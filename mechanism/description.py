@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from xneck.errors import Refused
 from xneck.strict_yaml import Strict, read
 
-Length = Annotated[float, Field(ge=0.001, le=10.0)]
+Length = Annotated[float, Field(ge=0.001, le=2.0)]
 Angle = Annotated[float, Field(ge=-pi, le=pi)]
 Word = Literal["right", "left", "right_through", "left_through", "strut", "strut_mirrored"]
 
@@ -174,7 +174,7 @@ class Neck(Strict):
 
 def read_neck(path: str | Path) -> Neck:
     """neck.yaml as a Neck. Raises Refused with every fault, its key's path, what was found and what is expected."""
-    return read(path, Neck)
+    return read(path, Neck, "all in SI units: m, kg, N, rad")
 
 
 def markers_of(neck: Neck, where: str | Path) -> Markers:

@@ -86,6 +86,8 @@ def _open(path: Path) -> av.container.InputContainer:
     try:
         container = av.open(str(path))
     except (av.error.FFmpegError, ValueError) as error:
+        if _ends_early(path):
+            raise Refused(path, "is truncated: its index is missing", "copy the file again, or record again") from error
         word = getattr(error, "strerror", None) or str(error)
         raise Refused(path, f"is not a video that can be read ({word})", "is it whole, and a video?") from error
     if not container.streams.video:
@@ -95,6 +97,23 @@ def _open(path: Path) -> av.container.InputContainer:
         container.close()
         raise Refused(path, "is a bare stream without time stamps", "record into mp4 or mkv")
     return container
+
+
+def _ends_early(path: Path) -> bool:
+    """Whether an mp4's last box runs past the end of the file (ISO 14496-12: size and type lead every box)."""
+    end, at = path.stat().st_size, 0
+    with path.open("rb") as stream:
+        while at < end:
+            stream.seek(at)
+            head = stream.read(16)
+            if len(head) < 8 or (at == 0 and head[4:8] != b"ftyp"):
+                return at > 0
+            size = int.from_bytes(head[:4], "big")
+            size = int.from_bytes(head[8:16], "big") if size == 1 else size or end - at
+            if size < 8:
+                return False
+            at += size
+    return at > end
 
 
 def _luma(picture: av.VideoFrame) -> Grey:

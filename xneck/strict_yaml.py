@@ -82,12 +82,12 @@ def read_text(path: Path) -> str:
         raise Refused(path, f"cannot be read ({getattr(error, 'strerror', None) or 'not UTF-8 text'})") from error
 
 
-def read(path: str | Path, kind: type[M]) -> M:
-    """`path` as a `kind`; raises Refused with every fault and its key's path."""
-    return validate(load(path), kind, path)
+def read(path: str | Path, kind: type[M], hint: str = "") -> M:
+    """`path` as a `kind`; raises Refused with every fault and its key's path, and `hint` for what to do."""
+    return validate(load(path), kind, path, hint)
 
 
-def validate(document: Any, kind: type[M], where: str | Path) -> M:
+def validate(document: Any, kind: type[M], where: str | Path, hint: str = "") -> M:
     """A loaded document as a `kind`; raises Refused with every fault, its path, what was found and what is expected."""
     if not isinstance(document, dict):
         raise Refused(where, f"expected keys and values, found {type(document).__name__}")
@@ -95,7 +95,7 @@ def validate(document: Any, kind: type[M], where: str | Path) -> M:
         # by JSON's rules a list may become a tuple and an integer a float, but text is never a number
         return kind.model_validate_json(json.dumps(document))
     except ValidationError as error:
-        raise Refused(where, "; ".join(_fault(e) for e in error.errors())) from error
+        raise Refused(where, "; ".join(_fault(e) for e in error.errors()), hint) from error
 
 
 def _fault(error: Any) -> str:
@@ -108,6 +108,7 @@ def _fault(error: Any) -> str:
     if error["type"] == "extra_forbidden":
         return f"{place}: unknown key"
     message = error["msg"].removeprefix("Value error, ")
+    message = message.replace("Input should be", "expected")
     message = message[0].lower() + message[1:]
     found = error["input"]
     shown = "" if isinstance(found, dict | list | BaseModel) else f", found {found!r}"

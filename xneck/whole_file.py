@@ -9,6 +9,16 @@ from pathlib import Path
 from xneck.errors import Refused
 
 
+def check_place(path: Path) -> None:
+    """Refused where a file cannot be put at `path`, so that long work does not end in nothing."""
+    if path.is_dir():
+        raise Refused(path, "is a folder", "name a file")
+    if not path.parent.is_dir():
+        raise Refused(path, f"the folder {path.parent} does not exist", "make it first")
+    if not os.access(path.parent, os.W_OK):
+        raise Refused(path, f"the folder {path.parent} cannot be written to")
+
+
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[Path]:
     """A temporary path beside `path`, of the same suffix, moved over it when the block ends without an error.
@@ -16,10 +26,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     Raises Refused where the folder does not exist or cannot be written.
     """
     path = Path(path)
-    if path.is_dir():
-        raise Refused(path, "is a folder", "name a file")
-    if not path.parent.is_dir():
-        raise Refused(path, f"the folder {path.parent} does not exist", "make it first")
+    check_place(path)
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
     except OSError as error:

@@ -32,7 +32,7 @@ def solve(alpha: NDArray[np.float64], L: NDArray[np.float64], b: NDArray[np.floa
     """
     alpha = np.asarray(alpha, dtype=float)
     n = alpha.shape[-1]
-    gamma = np.concatenate([np.zeros(alpha.shape[:-1] + (1,)), np.cumsum(alpha, axis=-1)], axis=-1)
+    gamma = np.concatenate([np.zeros((*alpha.shape[:-1], 1)), np.cumsum(alpha, axis=-1)], axis=-1)
     middle = np.zeros(gamma.shape, dtype=complex)
     for i in range(1, n + 1):
         half_below = b[i - 1] / 2 * np.exp(1j * gamma[..., i - 1])

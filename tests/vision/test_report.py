@@ -1,5 +1,6 @@
 """The report: everything in one page, nothing from outside, seen in a real browser."""
 
+import base64
 import re
 import shutil
 from collections import Counter
@@ -9,6 +10,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from playwright.sync_api import Page, sync_playwright
@@ -32,6 +34,7 @@ from vision.recording import Recording
 from vision.report import published, write_report
 from vision.report.alignment import align
 from vision.report.elongation import explain
+from vision.report.shots import shots
 from vision.report.style import decimated
 from vision.report.tables import camera_rows, seed_table
 from vision.report.wording import listed, number, size_of, with_sigma
@@ -211,6 +214,19 @@ def test_what_does_not_apply_is_said(result: Result, tmp_path: Path) -> None:
     assert "No camera" in page.text
     assert "No video" in page.text
     assert "Not simulated: no <b>." in page.text
+
+
+def test_frames_are_cut_to_where_the_markers_were(result: Result) -> None:
+    assert result.extraction is not None
+    corners = np.full(result.extraction.corners.shape, np.nan)
+    corners[0, 0], corners[5, 1] = (300.0, 200.0), (500.0, 600.0)
+    first, last = shots(replace(result, extraction=replace(result.extraction, corners=corners)))
+    packed = np.frombuffer(base64.b64decode(first.uri.split(",")[1]), np.uint8)
+    picture = cv2.imdecode(packed, cv2.IMREAD_COLOR)
+    assert picture is not None
+    assert picture.shape == (400 + 2 * 48, 200 + 2 * 48, 3)  # a margin of 0.12 of the longer side
+    assert last.angles[0].startswith("alpha 1: ")
+    assert last.angles[0].endswith(" deg")
 
 
 def test_a_camera_that_was_read_is_told_from_one_that_was_calibrated(result: Result, tmp_path: Path) -> None:

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import click
 
-from vision.cli.output import FILE, report_result, results
+from vision.cli.output import FILE, OUT, report_result, results
 
 
 @click.command(epilog="Example: xneck board board.yaml --out board.pdf")
 @click.argument("source", metavar="BOARD.yaml|NECK.yaml", type=FILE)
-@click.option("--out", type=FILE, required=True, help="The sheet: .pdf or .svg.")
+@click.option("--out", type=OUT, required=True, help="The sheet: .pdf or .svg.")
 @results
 def command(source: Path, out: Path, json_out: str | None, quiet: bool) -> None:
     """Print a calibration board, or the markers of an arm, at true scale with a ruler to check it."""

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import click
 
-from vision.cli.output import ANY, FILE, progress, report_result, results
+from vision.cli.output import FILE, OUT, progress, report_result, results
 
 
 @click.command(epilog="Example: xneck calibrate board/*.jpg --board board.yaml --out camera.yaml")
-@click.argument("sources", metavar="PICTURES... | VIDEO", nargs=-1, required=True, type=ANY)
+@click.argument("sources", metavar="PICTURES... | VIDEO", nargs=-1, required=True, type=FILE)
 @click.option("--board", "board_file", type=FILE, required=True, help="board.yaml: what is printed on the board.")
-@click.option("--out", type=FILE, required=True, help="camera.yaml, as ROS and OpenCV read it.")
+@click.option("--out", type=OUT, required=True, help="camera.yaml, as ROS and OpenCV read it.")
 @click.option("--every", type=click.IntRange(1), default=5, show_default=True, help="Take every n-th frame of a video.")
 @results
 def command(

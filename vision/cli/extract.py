@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from vision.cli.output import FILE, export_beside, exported, progress, report_result, results
+from vision.cli.output import FILE, OUT, export_beside, exported, progress, report_result, results
 
 
 @click.command(epilog="Example: xneck extract video.mp4 --camera camera.yaml --neck neck.yaml --out angles.mcap")
@@ -13,8 +13,8 @@ from vision.cli.output import FILE, export_beside, exported, progress, report_re
     "--camera", "camera_file", type=FILE, required=True, help="camera.yaml of the camera at the video's size."
 )
 @click.option("--neck", "neck_file", type=FILE, required=True, help="neck.yaml with the arm's markers.")
-@click.option("--out", type=FILE, required=True, help="angles.mcap, or .csv, .npz, .mat.")
-@click.option("--overlay", type=FILE, help="A video with what was found drawn over it.")
+@click.option("--out", type=OUT, required=True, help="angles.mcap, or .csv, .npz, .mat.")
+@click.option("--overlay", type=OUT, help="A video with what was found drawn over it.")
 @exported
 @results
 def command(

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import click
 
-from vision.cli.output import FILE, report_result, results
+from vision.cli.output import FILE, OUT, report_result, results
 
 
 @click.command(epilog="Example: xneck identify dataset.mcap --out model.yaml --json identified.json")
 @click.argument("datasets", metavar="DATASET...", nargs=-1, required=True, type=FILE)
-@click.option("--out", type=FILE, required=True, help="model.yaml, which `xneck simulate` takes.")
+@click.option("--out", type=OUT, required=True, help="model.yaml, which `xneck simulate` takes.")
 @click.option("--model", type=click.IntRange(1, 3), default=1, show_default=True, help="Elastic model of the seed.")
 @results
 def command(datasets: tuple[Path, ...], out: Path, model: int, json_out: str | None, quiet: bool) -> None:

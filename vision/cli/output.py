@@ -11,13 +11,24 @@ import click
 
 from identification.dataset_file import FORMATS, export
 from identification.series import Series
-from xneck.whole_file import write_text
+from xneck.whole_file import check_place, write_text
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-FILE = click.Path(path_type=Path, dir_okay=False)
+
+class _OutFile(click.ParamType):
+    """A file to be written; its place is checked before any work begins."""
+
+    name = "file"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        check_place(Path(value))
+        return Path(value)
+
+
+FILE = click.Path(path_type=Path)
+OUT = _OutFile()
 FOLDER = click.Path(path_type=Path, file_okay=False)
-ANY = click.Path(path_type=Path)
 
 
 def results(function: F) -> F:

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import click
 
-from vision.cli.output import FOLDER, as_json, report_result, results
+from vision.cli.output import FILE, FOLDER, as_json, report_result, results
 
 
 @click.command(epilog="Example: xneck run recordings/monday --out results")
-@click.argument("folders", metavar="RECORDING...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("folders", metavar="RECORDING...", nargs=-1, required=True, type=FILE)
 @click.option(
     "--out", type=FOLDER, default=Path("results"), show_default=True, help="A folder for each recording here."
 )

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import click
 
-from vision.cli.output import FILE, export_beside, exported, progress, report_result, results
+from vision.cli.output import FILE, OUT, export_beside, exported, progress, report_result, results
 
 
 @click.command(epilog="Example: xneck simulate dataset.mcap --model model.yaml --out simulated.mcap --window 1")
 @click.argument("dataset", type=FILE)
 @click.option("--model", "model_file", type=FILE, required=True, help="model.yaml from `xneck identify`.")
-@click.option("--out", type=FILE, required=True, help="simulated.mcap.")
+@click.option("--out", type=OUT, required=True, help="simulated.mcap.")
 @click.option("--window", type=click.FloatRange(0.05), help="Restart from the measured state every so many seconds.")
 @exported
 @results

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import click
 
-from vision.cli.output import FILE, export_beside, exported, report_result, results
+from vision.cli.output import FILE, OUT, export_beside, exported, report_result, results
 
 
 @click.command(epilog="Example: xneck sync angles.mcap log.mcap --neck neck.yaml --out dataset.mcap")
 @click.argument("angles_file", metavar="ANGLES", type=FILE)
 @click.argument("log_file", metavar="LOG", type=FILE)
 @click.option("--neck", "neck_file", type=FILE, required=True, help="neck.yaml of the arm.")
-@click.option("--out", type=FILE, required=True, help="dataset.mcap.")
+@click.option("--out", type=OUT, required=True, help="dataset.mcap.")
 @click.option(
     "--cutoff", type=click.FloatRange(0.5, 15), default=5.0, show_default=True, help="Hz, of the seed's filter."
 )

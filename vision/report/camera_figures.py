@@ -1,6 +1,7 @@
 """How a camera was calibrated: where the corners lay in the picture, and how far they are from where the model puts them."""
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -23,9 +24,8 @@ def coverage_and_errors(calibration: Calibration) -> Block:
     for k, view in enumerate(calibration.views):
         style.dots(axes, view.image_points[:, 0], view.image_points[:, 1], style.cable_colour(k), 2.4, 0.8)
     axes.add_patch(Rectangle((0, 0), camera.width, camera.height, fill=False, edgecolor=style.QUIET))
-    axes.set_xlim(-0.02 * camera.width, 1.02 * camera.width)
-    axes.set_ylim(1.02 * camera.height, -0.02 * camera.height)
-    axes.set_aspect("equal", adjustable="datalim")
+    _equal_scales(axes, camera.width / 2, camera.height / 2, 0.52 * camera.width, 0.52 * camera.height)
+    axes.invert_yaxis()
     axes.set_title(f"{len(pixels)} corners in the picture")
     axes.set_xlabel("px to the right")
     axes.set_ylabel("px down")
@@ -36,9 +36,7 @@ def coverage_and_errors(calibration: Calibration) -> Block:
     style.dots(axes, errors[:, 0], errors[:, 1], style.CABLES[0], 2.0, 0.5)
     turn = np.linspace(0, 2 * np.pi, 90)
     style.line(axes, calibration.rms_px * np.cos(turn), calibration.rms_px * np.sin(turn), style.MEASURED, width=1.4)
-    axes.set_xlim(-reach, reach)
-    axes.set_ylim(-reach, reach)
-    axes.set_aspect("equal", adjustable="datalim")
+    _equal_scales(axes, 0.0, 0.0, reach, reach)
     axes.set_title("what the camera model leaves")
     axes.set_xlabel("error to the right, px")
     axes.set_ylabel("error down, px")
@@ -49,6 +47,14 @@ def coverage_and_errors(calibration: Calibration) -> Block:
         f"cloud without a tail, of the size of the circle (RMS {calibration.rms_px:.3f} px).",
         (coverage, left),
     )
+
+
+def _equal_scales(axes: Axes, x: float, y: float, half_width: float, half_height: float) -> None:
+    """Limits about (x, y) that hold the rectangle with the same scale both ways, in axes that keep their size."""
+    box = axes.get_window_extent()
+    scale = max(half_width / box.width, half_height / box.height)
+    axes.set_xlim(x - scale * box.width, x + scale * box.width)
+    axes.set_ylim(y - scale * box.height, y + scale * box.height)
 
 
 def _errors(calibration: Calibration) -> Array:

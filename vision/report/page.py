@@ -1,14 +1,10 @@
 """The page itself: figures and tables of a result put into the template."""
 
-import base64
 from importlib.resources import files
 from pathlib import Path
 
-import cv2
-import numpy as np
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
-from numpy.typing import NDArray
 
 from identification.reconstruction import reconstruct
 from identification.seed_method import WELL_IDENTIFIED
@@ -26,13 +22,10 @@ from vision.report import (
 )
 from vision.report.alignment import align
 from vision.report.elongation import explain
+from vision.report.shots import shots
 from vision.report.style import drawing
 from vision.report.wording import number
 from xneck.whole_file import write_text
-
-PICTURE_WIDTH = 960
-"""px: of an annotated frame in the page"""
-_JPEG_QUALITY = 82
 
 
 def write_report(result: Result, path: Path) -> None:
@@ -68,7 +61,7 @@ def page(result: Result) -> str:
         published=published,
         number=number,
         well_identified=WELL_IDENTIFIED,
-        pictures=[_shown(result, index, picture) for index, picture in result.pictures],
+        shots=shots(result),
         **_figures(result),
     )
 
@@ -95,15 +88,3 @@ def _figures(result: Result) -> dict[str, object]:
                 simulation_figures.simulated_beside_measured(result.simulated) if result.simulated else None
             ),
         }
-
-
-def _shown(result: Result, index: int, picture: NDArray[np.uint8]) -> tuple[int, float, str]:
-    """Frame index, its camera time in s, and the picture as a data URI."""
-    height, width = picture.shape[:2]
-    if width > PICTURE_WIDTH:
-        size = (PICTURE_WIDTH, round(height * PICTURE_WIDTH / width))
-        picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-    done, packed = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
-    assert done
-    uri = "data:image/jpeg;base64," + base64.b64encode(packed.tobytes()).decode("ascii")
-    return index, float(result.angles.time[index]), uri

@@ -35,7 +35,7 @@ _LEFT, _RIGHT, _BOTTOM, _TOP = 0.68, 0.12, 0.46, 0.30
 """in: margins"""
 POINTS = 1200
 """of a line: more than the pixels it is drawn on"""
-DOTS = 700
+DOTS = 1000
 
 _RC = {
     "svg.fonttype": "none",

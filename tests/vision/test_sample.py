@@ -1,0 +1,121 @@
+"""The sample from pixels to parameters, by the commands, against a truth that only tests read."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identification.dataset_file import read_dataset
+from tests.vision.command import run
+from vision.angles import read_angles
+
+SAMPLES = Path(__file__).parents[2] / "samples"
+R = SAMPLES / "recording"
+TRUTH = json.loads((SAMPLES / "truth.json").read_text())
+STORED = np.load(SAMPLES / "truth.npz")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The recording taken through calibrate, extract, sync, identify once; all files in one folder."""
+    folder = tmp_path_factory.mktemp("sample")
+    patch = pytest.MonkeyPatch()
+    patch.chdir(folder)
+    import subprocess
+    import sys
+
+    for words in (
+        ["calibrate", R / "board", "--board", R / "board.yaml", "--out", "camera.yaml", "--json", "calibrate.json"],
+        ["extract", R / "video.mp4", "--camera", "camera.yaml", "--neck", R / "neck.yaml", "--out", "angles.mcap",
+         "--json", "extract.json", "--export", "csv"],
+        ["sync", "angles.mcap", R / "log.mcap", "--neck", R / "neck.yaml", "--out", "dataset.mcap", "--json", "sync.json"],
+        ["identify", "dataset.mcap", "--out", "model.yaml", "--json", "identify.json"],
+    ):  # fmt: skip
+        call = [sys.executable, "-c", "from vision.cli import main; main()", *map(str, words)]
+        done = subprocess.run(call, capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    patch.undo()
+    return folder
+
+
+def record(folder: Path, name: str) -> dict:
+    return json.loads((folder / f"{name}.json").read_text())
+
+
+def test_the_camera_is_found(made: Path) -> None:
+    """Focal lengths and axis within three of their sigmas, which are below a pixel."""
+    for p in record(made, "calibrate")["parameters"][:4]:
+        assert p["sigma"] < 1.0
+        assert abs(p["value"] - TRUTH["camera"][p["name"]]) < 3 * p["sigma"]
+
+
+def test_angles_are_within_a_twentieth_of_a_degree(made: Path) -> None:
+    """0.15 deg is asked; 0.05 deg holds on every joint, no frame is lost, and sigma says what the error is."""
+    angles = read_angles(made / "angles.mcap", 3)
+    np.testing.assert_allclose(angles.time, STORED["recording_frame_times"], atol=1 / 90_000)
+    error = angles.alpha - STORED["recording_frame_alpha"]
+    assert np.isfinite(error).all()
+    rms = np.sqrt(np.mean(error**2, axis=0))
+    assert np.degrees(rms).max() < 0.05
+    z = np.sqrt(np.mean((error / angles.sigma) ** 2, axis=0))
+    assert np.all((z > 0.6) & (z < 1.6))
+    assert record(made, "extract")["frames_with_all_angles"] == len(error)
+
+
+def test_exported_angles_are_the_same(made: Path) -> None:
+    a, b = read_angles(made / "angles.mcap", 3), read_angles(made / "angles.csv", 3)
+    np.testing.assert_array_equal(a.alpha, b.alpha)
+    np.testing.assert_allclose(a.time, b.time, atol=1e-9)
+
+
+def test_the_clock_is_within_half_a_millisecond(made: Path) -> None:
+    """2 ms are asked."""
+    found, t = record(made, "sync"), TRUTH["recording"]
+    expected = t["offset_s"] + t["skew"] * (found["camera_middle_s"] - t["middle_s"])
+    assert abs(found["offset_s"] - expected) < min(0.5e-3, 3 * found["offset_sigma_s"])
+    assert abs(found["skew_ppm"] - 1e6 * t["skew"]) < 3 * found["skew_sigma_ppm"]
+    assert found["frames_dropped"] == 720 - found["frames"]
+
+
+def test_state_is_near_the_truth_at_the_logs_rate(made: Path) -> None:
+    """alpha, alpha', alpha'' at 500 Hz against the simulation's own, with sigmas that are no smaller than half the error."""
+    state = read_dataset(made / "dataset.mcap").state
+    for suffix, limit in (("", 0.03), ("_d", 0.5), ("_dd", 20.0)):
+        stored = STORED[f"recording_alpha{suffix}"]
+        truth = np.stack([np.interp(state.time, STORED["recording_log_time"], c) for c in stored.T], axis=-1)
+        error, sigma = state.matrix("alpha", suffix) - truth, state.matrix("sigma_alpha", suffix)
+        assert np.degrees(np.sqrt(np.mean(error**2, axis=0))).max() < limit
+        assert np.sqrt(np.mean((error / sigma) ** 2)) < 2
+
+
+def test_friction_and_stiffness_are_within_fifteen_per_cent(made: Path) -> None:
+    found = record(made, "identify")["parameters"]
+    for name in ("fs", "k"):
+        values = np.array([p["value"] for p in found if p["name"] == name])
+        assert np.max(np.abs(values / TRUTH["recording"]["hidden"][name] - 1)) < 0.15
+    assert not any(p["identified"] for p in found if p["name"] == "ca")
+
+
+def test_check_simulate_and_export_by_command(made: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    checked = run(capfd, "check", made / "dataset.mcap", "--json", "-")
+    assert json.loads(checked.out)["verdict"] == "consistent"
+    out = made / "simulated.mcap"
+    done = run(
+        capfd, "simulate", made / "dataset.mcap", "--model", made / "model.yaml", "--out", out,
+        "--window", "0.5", "--export", "npz", "--json", "-",
+    )  # fmt: skip
+    rms = json.loads(done.out)["rms"]
+    assert set(rms) == {f"alpha{i}" for i in (1, 2, 3)} | {f"theta{j}" for j in (1, 2, 3, 4)}
+    assert max(rms[f"alpha{i}"] for i in (1, 2, 3)) < np.radians(5)
+    assert "tension4" in np.load(made / "simulated.npz")
+
+
+def test_overlay_has_every_frame(made: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    from tests.vision.test_video import frames  # the reader that those tests hold to account
+
+    out = made / "overlay.mp4"
+    words = ["--camera", made / "camera.yaml", "--neck", R / "neck.yaml", "--out", made / "a.csv", "--overlay", out]
+    assert run(capfd, "extract", R / "video.mp4", *words, "--quiet").status == 0
+    times = [f.time for f in frames(out)]
+    np.testing.assert_allclose(times, STORED["recording_frame_times"], atol=2e-3)
