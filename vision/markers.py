@@ -36,15 +36,17 @@ class Finder:
         self._cells = family.markerSize + 2
         self._detector = cv2.aruco.ArucoDetector(family, parameters)
 
-    def find(self, grey: NDArray[np.uint8]) -> Found:
-        """The arm's markers in a picture, (height, width) uint8."""
+    def detections(self, grey: NDArray[np.uint8]) -> list[tuple[int, Array]]:
+        """All markers of the dictionary in a picture, (height, width) uint8: ids and refined corners (4, 2), px."""
         corners, ids, _ = self._detector.detectMarkers(np.ascontiguousarray(grey))
         seen = [] if ids is None else [int(i) for i in np.ravel(ids)]
-        counts = Counter(seen)
-        kept = {
-            i: refine(grey, np.asarray(c, dtype=float).reshape(4, 2), self._cells)
-            for i, c in zip(seen, corners, strict=True)
-            if i in self._ids and counts[i] == 1
-        }
+        found = (np.asarray(c, dtype=float).reshape(4, 2) for c in corners)
+        return [(i, refine(grey, c, self._cells)) for i, c in zip(seen, found, strict=True)]
+
+    def find(self, grey: NDArray[np.uint8]) -> Found:
+        """The arm's markers in a picture, (height, width) uint8."""
+        seen = self.detections(grey)
+        counts = Counter(i for i, _ in seen)
+        kept = {i: c for i, c in seen if i in self._ids and counts[i] == 1}
         twice = tuple(sorted(i for i, n in counts.items() if n > 1 and i in self._ids))
-        return Found(kept, twice, tuple(sorted(set(seen) - self._ids)))
+        return Found(kept, twice, tuple(sorted(set(counts) - self._ids)))

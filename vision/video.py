@@ -45,7 +45,7 @@ def describe(path: str | Path) -> Video:
     with _open(path) as container:
         stream = container.streams.video[0]
         rate = float(stream.average_rate) if stream.average_rate else None
-        return Video(path, stream.width, stream.height, stream.frames or None, rate)
+        return Video(path, stream.width, stream.height, _indexed(container), rate)
 
 
 def frames(path: str | Path) -> Iterator[Frame]:
@@ -59,7 +59,7 @@ def frames(path: str | Path) -> Iterator[Frame]:
     with _open(path) as container:
         stream = container.streams.video[0]
         stream.thread_type = "AUTO"
-        expected = stream.frames
+        expected = _indexed(container)
         try:
             for picture in container.decode(stream):
                 if picture.pts is None or picture.time_base is None:
@@ -97,6 +97,15 @@ def _open(path: Path) -> av.container.InputContainer:
         container.close()
         raise Refused(path, "is a bare stream without time stamps", "record into mp4 or mkv")
     return container
+
+
+def _indexed(container: av.container.InputContainer) -> int | None:
+    """How many frames the container's index lists; None where it lists key frames only.
+
+    Headers' own counts are not it: AVI counts the slots of frames that were dropped.
+    """
+    listing_all = {"mov", "mp4", "avi"} & set(container.format.name.split(","))
+    return len(container.streams.video[0].index_entries) or None if listing_all else None
 
 
 def _ends_early(path: Path) -> bool:

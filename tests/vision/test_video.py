@@ -43,6 +43,13 @@ def test_stamps_come_back_as_written_to_the_containers_resolution(
     np.testing.assert_allclose([f.time for f in seen], np.array(STAMPS) / 90_000, atol=step)
 
 
+def test_an_avi_counts_slots_of_dropped_frames_and_is_whole_all_the_same(tmp_path: Path) -> None:
+    path = film(tmp_path / "a.avi", STAMPS, "avi")
+    with av.open(str(path)) as container:
+        assert container.streams.video[0].frames > len(STAMPS)
+    assert len(list(frames(path))) == len(STAMPS)
+
+
 def test_grey_is_the_luma_in_order(tmp_path: Path) -> None:
     levels = [float(np.median(f.grey[16:])) for f in frames(film(tmp_path / "a.mp4", STAMPS))]
     assert np.all(np.diff(levels) > 0)
