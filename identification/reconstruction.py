@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset import DataSet
-from identification.seed_method import Identification, regressors
-from mechanism.elasticity import MODELS, Model
+from identification.seed_method import Identification, regressors, tension_of
+from mechanism.elasticity import Model
 
 Array = NDArray[np.float64]
 
@@ -44,10 +44,6 @@ def reconstruct(data: DataSet, found: Identification) -> Reconstruction:
     frictionless = r.arm_load + couple(f - r.pull)
     fs = found.dry_only.values("fs")
     both = r.dry * found.dry_and_viscous.values("fs") + r.theta_d * found.dry_and_viscous.values("fv")
-    elastic: dict[Model, Array] = {}
-    for model in MODELS:
-        stiffness, damping = (found.elastic[model].values(name) for name in (("k", "ca") if model == 1 else ("E", "c")))
-        elastic[model] = r.strain[model] * (stiffness * r.x + damping * r.x_d)
     return Reconstruction(
         time=data.seed.time,
         couple_measured=couple(f),
@@ -55,5 +51,5 @@ def reconstruct(data: DataSet, found: Identification) -> Reconstruction:
         couple_dry=frictionless + couple(r.dry * fs),
         couple_dry_and_viscous=frictionless + couple(both),
         tension_from_force=r.pull - r.dry * fs,
-        tension_elastic=elastic,
+        tension_elastic={model: tension_of(r, model, fit) for model, fit in found.elastic.items()},
     )

@@ -104,7 +104,7 @@ def identify(recordings: Sequence[DataSet]) -> Identification:
     dry_only, viscous = friction_alone(r, viscous=False), friction_alone(r, viscous=True)
     from_force = r.pull - r.dry * dry_only.values("fs")
     elastic = {model: elastic_system(r, model) for model in MODELS}
-    errors = {model: _tension(r, model, fit) - from_force for model, fit in elastic.items()}
+    errors = {model: tension_of(r, model, fit) - from_force for model, fit in elastic.items()}
     return Identification(dry_only, viscous, elastic, from_force, errors)
 
 
@@ -169,7 +169,8 @@ def _per_cable_on_arm(r: Regressors, values: Array) -> Array:
     return (r.Z * values[:, None, :]).reshape(-1, values.shape[1])
 
 
-def _tension(r: Regressors, model: Model, fit: Fit) -> Array:
+def tension_of(r: Regressors, model: Model, fit: Fit) -> Array:
+    """Tension of an elastic model with identified parameters (53), (57), shape (S, M), N."""
     stiffness, damping = ("k", "ca") if model == 1 else ("E", "c")
     return r.strain[model] * (fit.values(stiffness) * r.x + fit.values(damping) * r.x_d)
 

@@ -1,7 +1,7 @@
 """Is vision consistent with the cable lengths that the pulley model predicts.
 
-The elongation x (41) of a healthy cable follows the motor force: x = c0 + c1 n + c2 n^2 + h dry(theta'), with
-n = f - Ia (R/rd) theta''. What is left must be of the size of vision's own uncertainty.
+The elongation x (41) of a healthy cable follows the motor force (see elongation.py); what is left must be of the size of
+vision's own uncertainty.
 """
 
 from dataclasses import dataclass
@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from identification.series import Series
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
-from mechanism.friction import dry
-from xneck.estimate import linear
+from vision.elongation import explain
 
 Array = NDArray[np.float64]
 
@@ -64,14 +63,11 @@ class Check:
 
 def check_elongations(arm: Arm, series: Series, sigma_alpha: Array) -> Check:
     """Elongations of a series (alpha, theta_d, theta_dd, f, x) against the motor forces; sigma_alpha (T, N), rad."""
-    x, f = series.matrix("x"), series.matrix("f")
-    n = f - arm.motor_inertia / arm.drum * series.matrix("theta", "_dd")
-    rubbing = dry(series.matrix("theta", "_d"))
+    explained = explain(arm, series)
+    x, n = explained.x, explained.force
     noise = np.sqrt(np.mean(np.einsum("tij,ti->tj", Z(arm, series.matrix("alpha")) ** 2, sigma_alpha**2), axis=0))
     cables, faults = [], []
-    for j in range(arm.M):
-        D = np.column_stack([np.ones(len(x)), n[:, j], n[:, j] ** 2, rubbing[:, j]])
-        fit = linear(D, x[:, j])
+    for j, fit in enumerate(explained.fits):
         mean = float(np.mean(n[:, j]))
         slope = np.array([0.0, 1.0, 2 * mean, 0.0])
         # neighbouring samples are not independent: count one a quarter of a second

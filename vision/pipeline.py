@@ -69,6 +69,8 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
         else:
             assert recording.board is not None
             stage("calibrate")
+            inputs["board"] = recording.board
+            inputs |= {f"picture {path.name}": path for path in recording.pictures}
             calibration = calibrate_from(recording.pictures, recording.board)
             camera = calibration.camera
             write_camera(camera, out / "camera.yaml")

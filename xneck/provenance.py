@@ -9,7 +9,7 @@ from typing import Any
 
 from xneck import __version__
 
-_LIBRARIES = ("numpy", "scipy", "opencv-contrib-python-headless", "av", "mcap")
+_LIBRARIES = ("numpy", "scipy", "opencv-contrib-python-headless", "av", "mcap", "matplotlib")
 
 
 def provenance(inputs: Mapping[str, str | Path], settings: Mapping[str, Any] | None = None) -> dict[str, Any]:

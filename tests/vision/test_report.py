@@ -26,6 +26,7 @@ from identification.simulated import Simulated
 from mechanism.description import read_neck
 from tests.calibration.truth import synthetic_views
 from vision.angles import Angles, read_angles
+from vision.elongation import explain
 from vision.encoder_log import read_log
 from vision.extract import Extraction
 from vision.linkage_fit import LinkageFit
@@ -33,7 +34,6 @@ from vision.pipeline import Result
 from vision.recording import Recording
 from vision.report import published, write_report
 from vision.report.alignment import align
-from vision.report.elongation import explain
 from vision.report.shots import shots
 from vision.report.style import decimated
 from vision.report.tables import camera_rows, seed_table
@@ -277,7 +277,7 @@ def test_the_clock_of_the_record_fits_best(result: Result) -> None:
 
 
 def test_elongations_are_explained_as_the_check_does(result: Result) -> None:
-    found = explain(result.data)
+    found = explain(result.data.arm, result.data.state)
     rms = np.sqrt(np.mean((found.x - found.explained) ** 2, axis=0))
     np.testing.assert_allclose(rms, [cable["unexplained_rms"] for cable in result.data.check["cables"]], rtol=1e-6)
 

@@ -4,9 +4,9 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from identification.dataset import DataSet
+from vision.elongation import Explained
 from vision.report import style
 from vision.report.block import Block, Entry
-from vision.report.elongation import Explained
 from vision.report.svg import inline
 
 MEDIAN_S = 0.5

@@ -9,6 +9,7 @@ from markupsafe import Markup
 from identification.reconstruction import reconstruct
 from identification.seed_method import WELL_IDENTIFIED
 from mechanism.elasticity import MODELS
+from vision.elongation import explain
 from vision.pipeline import Result
 from vision.report import (
     cable_figures,
@@ -21,7 +22,6 @@ from vision.report import (
     verdict,
 )
 from vision.report.alignment import align
-from vision.report.elongation import explain
 from vision.report.shots import shots
 from vision.report.style import drawing
 from vision.report.wording import number
@@ -69,7 +69,7 @@ def page(result: Result) -> str:
 def _figures(result: Result) -> dict[str, object]:
     data = result.data
     found = reconstruct(data, result.identification)
-    alignment, elongation = align(data), explain(data)
+    alignment, elongation = align(data), explain(data.arm, data.state)
     with drawing():
         return {
             "calibration_figure": camera_figures.coverage_and_errors(result.calibration)
