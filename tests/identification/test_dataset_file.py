@@ -18,13 +18,18 @@ from xneck.errors import Refused
 NECK = Path(__file__).parents[2] / "samples/recording/neck.yaml"
 
 
+def thrice(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same for a signal and its derivatives: only the file is at stake here."""
+    return values, values, values
+
+
 @pytest.fixture
 def data() -> DataSet:
     neck = read_neck(NECK)
-    t = 0.002 * np.arange(300)
+    t = 0.002 * np.arange(300, dtype=float)
     alpha = 0.2 * np.sin(np.outer(t, [1.0, 2.0, 3.0]))
     theta = np.sin(np.outer(t, [1.0, 2.0, 3.0, 4.0]))
-    state = state_series(arm_of(neck), t, (alpha,) * 3, (theta,) * 3, 40 + theta, (alpha**2,) * 3)
+    state = state_series(arm_of(neck), t, thrice(alpha), thrice(theta), 40 + theta, thrice(alpha**2))
     angles = Series(t[::16], numbered("alpha", alpha[::16]))
     log = Series(t, numbered("theta", theta) | numbered("f", 40 + theta))
     return DataSet(neck, NECK.read_text(), state, state, angles, log, {"offset_s": 1.5}, {"verdict": "consistent"}, {})
@@ -84,7 +89,7 @@ def test_an_elongation_is_what_the_winding_adds(data: DataSet) -> None:
     """Turning a motor by a radian at rest stretches its cable by rd/R, whatever the arm's pose."""
     arm = data.arm
     alpha, zero = np.full((1, 3), 0.3), np.zeros((1, 4))
-    held = state_series(arm, np.zeros(1), (alpha,) * 3, (zero,) * 3, zero).matrix("x")
-    turned = state_series(arm, np.zeros(1), (alpha,) * 3, (zero + 1.0,) * 3, zero).matrix("x")
+    held = state_series(arm, np.zeros(1), thrice(alpha), thrice(zero), zero).matrix("x")
+    turned = state_series(arm, np.zeros(1), thrice(alpha), thrice(zero + 1.0), zero).matrix("x")
     np.testing.assert_allclose(turned - held, 0.010 / 25, rtol=1e-9)
     assert replace(data, clock={}).arm.M == 4

@@ -19,7 +19,7 @@ def made(samples: int = 200) -> Series:
     rng = np.random.default_rng(0)
     columns = {name: rng.normal(size=samples) for name in NAMES}
     columns["a"][3] = np.nan
-    return Series(1_700_000_000 + 0.002 * np.arange(samples), columns)
+    return Series(1_700_000_000 + 0.002 * np.arange(samples, dtype=float), columns)
 
 
 def test_round_trip_keeps_every_bit_of_values_and_nanoseconds_of_time(tmp_path: Path) -> None:

@@ -58,7 +58,7 @@ def test_arm_equation_holds_on_a_motion_that_another_engine_made_once_the_hidden
     for kg in (0.0, 0.1):
         alpha = (t["alpha"], t["alpha_d"], t["alpha_dd"])
         theta = np.zeros((len(t["alpha"]), 4))
-        series = state_series(arm, t["log_time"], alpha, (theta,) * 3, t["tension"], x_d=theta)
+        series = state_series(arm, t["log_time"], alpha, (theta, theta, theta), t["tension"], x_d=theta)
         r = regressors(with_payload(arm, kg), series)
         torque = np.einsum("sij,sj->si", r.Z, t["tension"])
         rest[kg] = float(np.sqrt(np.mean((torque - r.arm_load)[50:-50] ** 2)))

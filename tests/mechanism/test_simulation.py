@@ -16,11 +16,11 @@ from xneck.errors import Refused
 ARM = arm_of(read_neck(Path(__file__).parents[2] / "samples/recording/neck.yaml"))
 DRIVE = Drive(np.array([10e3, 9e3, 8e3, 5.5e3]), np.full(4, 60.0), np.array([14.0, 17, 18, 16]), np.full(4, 0.02))
 REST = State(np.zeros(3), np.zeros(3), np.zeros(4), np.zeros(4))
-TIME = 0.002 * np.arange(100)
+TIME = 0.002 * np.arange(100, dtype=float)
 
 
 def forces(samples: int = 100) -> np.ndarray:
-    t = 0.002 * np.arange(samples)
+    t = 0.002 * np.arange(samples, dtype=float)
     return 40 + 15 * np.sin(np.outer(t, [9.0, 12.0, 7.0, 10.0]) + np.arange(4))
 
 
@@ -45,7 +45,10 @@ def test_a_batch_of_arms_and_drives_moves_as_each_alone() -> None:
     soft = replace(DRIVE, stiffness=DRIVE.stiffness * 0.7)
     step = 2e-4
     alone = [simulate(a, d, REST, TIME, forces(), step) for a, d in ((ARM, DRIVE), (heavy, soft))]
-    both = Drive(*(np.stack([getattr(DRIVE, n), getattr(soft, n)]) for n in ("stiffness", "damping", "fs", "fv")))
+    stiffness, damping, fs, fv = (
+        np.stack([getattr(DRIVE, name), getattr(soft, name)]) for name in ("stiffness", "damping", "fs", "fv")
+    )
+    both = Drive(stiffness, damping, fs, fv)
     together = simulate(batch([ARM, heavy]), both, REST, TIME, forces(), step)
     for k in range(2):
         np.testing.assert_allclose(together.alpha[k], alone[k].alpha, atol=1e-12)
@@ -83,4 +86,4 @@ def test_a_motion_out_of_range_is_refused_with_its_time() -> None:
     weightless = replace(ARM, spring_stiffness=ARM.spring_stiffness * 0)
     f = np.tile([400.0, 0, 0, 0], (400, 1))
     with pytest.raises(Refused, match=r"leaves the range.* s"):
-        simulate(weightless, DRIVE, REST, 0.002 * np.arange(400), f)
+        simulate(weightless, DRIVE, REST, 0.002 * np.arange(400, dtype=float), f)

@@ -102,7 +102,7 @@ def test_an_arm_at_rest_and_a_periodic_motion_are_refused(log: Series) -> None:
 
 def periodic(arm: Arm) -> tuple[Angles, Series]:
     """A sinusoid of 1 Hz on rigid cables: any whole second fits."""
-    t, T = np.arange(600) / 30, 0.002 * np.arange(12_000) - 2
+    t, T = np.arange(600, dtype=float) / 30, 0.002 * np.arange(12_000, dtype=float) - 2
 
     def alpha(t: np.ndarray) -> np.ndarray:
         return np.column_stack([0.3 * np.sin(2 * np.pi * t + p) for p in (0.0, 1.0, 2.0)])

@@ -144,7 +144,7 @@ def true_angles(place: Path) -> Path:
     return place / "true.csv"
 
 
-CASES = {
+CASES: dict[Callable[[Path], list[str | Path]], str] = {
     missing_video: r"none\.mp4: does not exist",
     text_named_mp4: r"v\.mp4: is not a video",
     truncated_mp4: r"v\.mp4: is truncated",
