@@ -105,7 +105,7 @@ def simulate(
         net = force - friction(theta_d, drive.fs, drive.fv, drive.cm) - t
         return np.concatenate([alpha_d, alpha_dd, theta_d, arm.drum * net / arm.motor_inertia], axis=-1)
 
-    step = max_step or 1.0 / fastest_rate(arm, drive, start)
+    step = max_step or 1.0 / fastest_rate(arm, drive, State(*np.split(y, cuts, axis=-1)))
     out = np.empty((*shape, len(time), y.shape[-1]))
     out[..., 0, :] = y
     tensions = np.empty((*shape, len(time), m))

@@ -43,5 +43,5 @@ def solve(alpha: NDArray[np.float64], L: NDArray[np.float64], b: NDArray[np.floa
         height = np.sqrt(L[i - 1] ** 2 - np.abs(across) ** 2 / 4)
         middle[..., i] = (centre_a + centre_b) / 2 + 1j * across / np.abs(across) * height
     # of a bar that carries unlike mechanisms these are the ends of the one above
-    half: NDArray[np.complex128] = np.exp(1j * gamma) * (np.concatenate([b, b[-1:]]) / 2)
+    half = np.asarray(np.exp(1j * gamma) * (np.concatenate([b, b[-1:]]) / 2), dtype=complex)
     return Bars(middle, gamma, middle - half, middle + half)

@@ -55,6 +55,11 @@ def test_a_batch_of_arms_and_drives_moves_as_each_alone() -> None:
         np.testing.assert_allclose(together.tension[k], alone[k].tension, atol=1e-8)
 
 
+def test_a_batch_of_arms_from_one_start_finds_its_own_step() -> None:
+    arms = batch([ARM, replace(ARM, top_mass=ARM.top_mass * 1.2)])
+    assert simulate(arms, DRIVE, REST, TIME[:3], forces()[:3]).alpha.shape == (2, 3, 3)
+
+
 def test_windows_of_one_arm_are_a_batch_too() -> None:
     starts = State(*(np.stack([part, part + 0.01]) for part in (REST.alpha, REST.alpha_d, REST.theta, REST.theta_d)))
     f = np.stack([forces(), forces() + 1.0])

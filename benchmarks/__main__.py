@@ -1,0 +1,28 @@
+"""python -m benchmarks [NAME...] [--json FILE]: runs the benchmarks and prints one table a topic."""
+
+import argparse
+import json
+from pathlib import Path
+
+from benchmarks import clock, extraction, simulation
+from benchmarks.table import Table
+
+TOPICS = {"extraction": extraction.measure, "clock": clock.measure, "simulation": simulation.measure}
+
+
+def main() -> None:
+    """Command line of the benchmarks."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(TOPICS)}; all by default")
+    parser.add_argument("--json", type=Path, help="the tables for other programs")
+    chosen = parser.parse_args()
+    tables: dict[str, Table] = {}
+    for name in chosen.names or TOPICS:
+        tables[name] = TOPICS[name]()
+        print(tables[name].text(), end="\n\n", flush=True)
+    if chosen.json:
+        chosen.json.write_text(json.dumps({name: table.as_json() for name, table in tables.items()}, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()

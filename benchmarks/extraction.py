@@ -1,0 +1,85 @@
+"""Angles from the sample video: time and error beside OpenCV's refinements, decoding alone as the limit."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.table import Table
+from calibration.camera import Camera, camera_from
+from calibration.dictionaries import dictionary
+from mechanism.description import Neck, markers_of, read_neck
+from samples.generator.camera import SAMPLE_CAMERA
+from vision.linkage_fit import fit_linkage
+from vision.markers import Finder
+from vision.video import frames
+
+SAMPLES = Path(__file__).parents[1] / "samples"
+VIDEO = SAMPLES / "recording/video.mp4"
+FRAMES = 240
+
+Find = Callable[[NDArray[np.uint8]], dict[int, NDArray[np.float64]]]
+
+
+def measure() -> Table:
+    """Ratios of time to decoding, and the angles' RMS error, on the first frames of the sample with its true camera."""
+    neck = read_neck(SAMPLES / "recording/neck.yaml")
+    markers = markers_of(neck, "neck.yaml")
+    c = SAMPLE_CAMERA
+    camera = camera_from(np.array([c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3]), (c.width, c.height))
+    finder = Finder(markers)
+    ways: dict[str, Find] = {
+        "xneck": lambda grey: finder.find(grey).corners,
+        "OpenCV, no refinement": _opencv(markers.dictionary, cv2.aruco.CORNER_REFINE_NONE),
+        "OpenCV SUBPIX": _opencv(markers.dictionary, cv2.aruco.CORNER_REFINE_SUBPIX),
+        "OpenCV CONTOUR": _opencv(markers.dictionary, cv2.aruco.CORNER_REFINE_CONTOUR),
+        "OpenCV APRILTAG": _opencv(markers.dictionary, cv2.aruco.CORNER_REFINE_APRILTAG),
+    }
+    decode = _seconds(lambda: [None for _ in _frames()])
+    rows: list[tuple[str, tuple[float | None, ...]]] = [("decoding alone", (1.0, None, None))]
+    for name, find in ways.items():
+        seen: list[dict[int, NDArray[np.float64]]] = []
+        spent = _seconds(lambda find=find, seen=seen: seen.extend(find(grey) for grey in _frames()))
+        error, lost = _error(neck, camera, seen)
+        rows.append((name, (spent / decode, error, lost)))
+    columns = ("time / decoding", "alpha rms deg", "angles lost")
+    return Table(f"Extraction, {FRAMES} frames of the sample, one pass each", columns, tuple(rows))
+
+
+def _frames():  # type: ignore[no-untyped-def]
+    for frame in frames(VIDEO):
+        if frame.index == FRAMES:
+            return
+        yield frame.grey
+
+
+def _opencv(name: str, refinement: int) -> Find:
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.cornerRefinementMethod = refinement
+    detector = cv2.aruco.ArucoDetector(dictionary(name), parameters)
+
+    def find(grey: NDArray[np.uint8]) -> dict[int, NDArray[np.float64]]:
+        corners, ids, _ = detector.detectMarkers(np.ascontiguousarray(grey))
+        found = [] if ids is None else [int(i) for i in np.ravel(ids)]
+        return {i: np.asarray(c, dtype=float).reshape(4, 2) for i, c in zip(found, corners, strict=True)}
+
+    return find
+
+
+def _error(neck: Neck, camera: Camera, seen: list[dict[int, NDArray[np.float64]]]) -> tuple[float, float]:
+    """RMS over all joints and frames in degrees, and how many angles are missing."""
+    order = [marker.id for marker in markers_of(neck, "neck.yaml").on_bars]
+    hidden = np.full((4, 2), np.nan)
+    corners = np.stack([np.stack([found.get(i, hidden) for i in order]) for found in seen])
+    alpha = fit_linkage(neck, camera, corners, "benchmark").alpha
+    truth = np.load(SAMPLES / "truth.npz")["recording_frame_alpha"][: len(alpha)]
+    return float(np.degrees(np.sqrt(np.nanmean((alpha - truth) ** 2)))), float(np.isnan(alpha).sum())
+
+
+def _seconds(work: Callable[[], object]) -> float:
+    begin = time.perf_counter()
+    work()
+    return time.perf_counter() - begin
