@@ -40,8 +40,8 @@ class Finder:
         """All markers of the dictionary in a picture, (height, width) uint8: ids and refined corners (4, 2), px."""
         corners, ids, _ = self._detector.detectMarkers(np.ascontiguousarray(grey))
         seen = [] if ids is None else [int(i) for i in np.ravel(ids)]
-        found = (np.asarray(c, dtype=float).reshape(4, 2) for c in corners)
-        return [(i, refine(grey, c, self._cells)) for i, c in zip(seen, found, strict=True)]
+        found = np.array(corners, dtype=float).reshape(-1, 4, 2)
+        return list(zip(seen, refine(grey, found, self._cells), strict=True))
 
     def find(self, grey: NDArray[np.uint8]) -> Found:
         """The arm's markers in a picture, (height, width) uint8."""
