@@ -19,15 +19,33 @@ Grey = NDArray[np.uint8]
 CONTAINERS_WITHOUT_STAMPS = ("h264", "hevc", "m4v", "mjpeg")
 
 
+SEGMENT_S = 10.0
+"""s: about how much of a video is worked on as one piece, from a key frame to a later one"""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Frames of a video from a key frame on: how many were before it, how many it has, and their stamps' range."""
+
+    before: int
+    count: int
+    first: int
+    """presentation stamp of its key frame, in ticks"""
+    end: int | None
+    """stamp of the next segment's key frame; None for the last"""
+
+
 @dataclass(frozen=True)
 class Video:
-    """What a video says of itself; `frames` is its index's count, None where the container has no index."""
+    """What a video holds, by its packets: size as shown (turned by its tag), frames, key frame to key frame."""
 
     path: Path
     width: int
     height: int
-    frames: int | None
-    rate: float | None
+    frames: int
+    turned: int
+    """quarter turns counter-clockwise that its tag asks for"""
+    segments: tuple[Segment, ...]
 
 
 @dataclass(frozen=True)
@@ -40,44 +58,106 @@ class Frame:
 
 
 def describe(path: str | Path) -> Video:
-    """A video's size and count. Raises Refused where it is missing, no video, or has no time stamps."""
+    """A video's size, count and segments, without decoding more than its first frame.
+
+    Raises Refused where it is missing, no video, without time stamps, or ends before its index does.
+    """
     path = Path(path)
     with _open(path) as container:
         stream = container.streams.video[0]
-        rate = float(stream.average_rate) if stream.average_rate else None
-        return Video(path, stream.width, stream.height, _indexed(container), rate)
+        try:
+            packets = [p for p in container.demux(stream) if p.size and not p.is_discard]
+        except av.error.FFmpegError as error:
+            raise Refused(path, f"is damaged ({error.strerror})", "copy the file again") from error
+        stamps = [p.pts for p in packets if p.pts is not None]
+        if not packets:
+            raise Refused(path, "has no frame")
+        if len(stamps) < len(packets):
+            raise Refused(path, "has frames without time stamps", "record into mp4 or mkv")
+        indexed, tick = _indexed(container), float(stream.time_base or 0)
+        shown_s = (container.duration or 0) / av.time_base
+        if (indexed and len(packets) < indexed) or (not indexed and shown_s - max(stamps) * tick > 1.0):
+            raise Refused(path, f"is truncated: {len(packets)} frames are there", "copy the file again")
+        keys = sorted(p.pts for p in packets if p.is_keyframe and p.pts is not None)
+        width, height = stream.width, stream.height
+    turned = _turned(path)
+    if turned % 2:
+        width, height = height, width
+    return Video(path, width, height, len(packets), turned, _segments(sorted(stamps), keys, tick))
 
 
 def frames(path: str | Path) -> Iterator[Frame]:
-    """All frames in order, one pass, flat in memory.
+    """All frames in order, one pass, flat in memory. Raises Refused as `describe` and `frames_of` do."""
+    video = describe(path)
+    for segment in video.segments:
+        yield from frames_of(video, segment)
 
-    Raises Refused where a frame is damaged, has no stamp or a stamp that does not increase, or where the file ends
-    before the last frame that its index names.
+
+def frames_of(video: Video, segment: Segment) -> Iterator[Frame]:
+    """Frames of one segment, the same whether those before it were decoded or not.
+
+    Raises Refused where a frame is damaged or missing, or has a stamp that does not increase.
     """
-    path = Path(path)
-    count, last = 0, -np.inf
+    path, count, last = video.path, 0, -np.inf
     with _open(path) as container:
         stream = container.streams.video[0]
         stream.thread_type = "AUTO"
-        expected = _indexed(container)
         try:
+            if segment.before:
+                container.seek(segment.first, stream=stream)
             for picture in container.decode(stream):
+                at = segment.before + count
                 if picture.pts is None or picture.time_base is None:
-                    raise Refused(path, f"frame {count} has no time stamp", "record into mp4 or mkv")
+                    raise Refused(path, f"frame {at} has no time stamp", "record into mp4 or mkv")
+                if picture.pts < segment.first:
+                    continue  # of the segment before: shown earlier than the key frame that the decoder began with
+                if segment.end is not None and picture.pts >= segment.end:
+                    break
                 if picture.is_corrupt:
-                    raise Refused(path, f"frame {count} is damaged", "copy the file again, or record again")
+                    raise Refused(path, f"frame {at} is damaged", "copy the file again, or record again")
                 time = float(picture.pts * picture.time_base)
                 if time <= last:
-                    raise Refused(path, f"frame {count} is not later than the one before ({time:.4f} s)")
-                yield Frame(count, time, _luma(picture))
+                    raise Refused(path, f"frame {at} is not later than the one before ({time:.4f} s)")
+                yield Frame(at, time, np.rot90(_luma(picture), video.turned))
                 last = time
                 count += 1
         except av.error.FFmpegError as error:
-            raise Refused(path, f"is damaged after frame {count} ({error.strerror})", "copy the file again") from error
-    if count == 0:
-        raise Refused(path, "has no frame")
-    if expected and count < expected:
-        raise Refused(path, f"is truncated: {count} of {expected} frames are there", "copy the file again")
+            at = segment.before + count
+            raise Refused(path, f"is damaged after frame {at} ({error.strerror})", "copy the file again") from error
+    if count != segment.count:
+        at = segment.before + count
+        raise Refused(
+            path, f"is damaged: {segment.count - count} frames are missing before frame {at}", "copy it again"
+        )
+
+
+def _segments(stamps: list[int], keys: list[int], tick: float) -> tuple[Segment, ...]:
+    """Cuts at key frames, each at least SEGMENT_S after the one before; the first segment takes in what precedes its key."""
+    cuts = [stamps[0]]
+    for key in keys:
+        if (key - cuts[-1]) * tick >= SEGMENT_S:
+            cuts.append(key)
+    starts = np.searchsorted(stamps, cuts).tolist()
+    out = []
+    for k, (first, before) in enumerate(zip(cuts, starts, strict=True)):
+        last = k + 1 == len(cuts)
+        count = (len(stamps) if last else starts[k + 1]) - before
+        out.append(Segment(before, count, first, None if last else cuts[k + 1]))
+    return tuple(out)
+
+
+def _turned(path: Path) -> int:
+    """Quarter turns counter-clockwise that the first frame's display matrix asks for."""
+    with _open(path) as container:
+        try:
+            picture = next(container.decode(container.streams.video[0]), None)
+        except av.error.FFmpegError as error:
+            raise Refused(path, f"is damaged at its first frame ({error.strerror})", "copy the file again") from error
+    if picture is None:
+        raise Refused(path, "has no frame that can be decoded", "is it whole?")
+    if picture.rotation % 90:
+        raise Refused(path, f"is tagged as turned by {picture.rotation} deg", "only quarter turns are read")
+    return picture.rotation // 90 % 4
 
 
 def _open(path: Path) -> av.container.InputContainer:

@@ -1,5 +1,6 @@
 """Every frame with its own stamp, and damage named."""
 
+import struct
 from fractions import Fraction
 from pathlib import Path
 
@@ -7,22 +8,28 @@ import av
 import numpy as np
 import pytest
 
-from vision.video import describe, frames
+from vision.video import describe, frames, frames_of
 from xneck.errors import Refused
 
 TICK = Fraction(1, 90_000)
 
 
-def film(path: Path, stamps: list[int], form: str = "mp4", pixels: str = "yuv420p") -> Path:
-    """A film whose frame k is grey level 40 + 4 k, at stamps in ticks of 1/90000 s."""
-    options = {"movflags": "faststart", "movie_timescale": "90000"} if form == "mp4" else {}
-    with av.open(str(path), "w", format=form, options=options) as container:
-        stream = container.add_stream("libx264", rate=30, options={"bf": "0", "crf": "18"})
+def film(
+    path: Path,
+    stamps: list[int],
+    form: str = "mp4",
+    pixels: str = "yuv420p",
+    options: dict[str, str] | None = None,
+) -> Path:
+    """A film whose frame k is grey level 40 + 4 k (mod 200), at stamps in ticks of 1/90000 s."""
+    container_options = {"movflags": "faststart", "movie_timescale": "90000"} if form == "mp4" else {}
+    with av.open(str(path), "w", format=form, options=container_options) as container:
+        stream = container.add_stream("libx264", rate=30, options={"bf": "0", "crf": "18", **(options or {})})
         stream.width, stream.height, stream.pix_fmt = 96, 64, pixels
         stream.codec_context.time_base = TICK
         rng = np.random.default_rng(0)
         for k, stamp in enumerate(stamps):
-            picture = np.full((64, 96), 40 + 4 * k, dtype=np.uint8)
+            picture = np.full((64, 96), 40 + 4 * k % 200, dtype=np.uint8)
             picture[:8] = rng.integers(0, 255, (8, 96))  # something to code, so that the file has a size
             frame = av.VideoFrame.from_ndarray(picture, format="gray").reformat(format=pixels)
             frame.pts, frame.time_base = stamp, TICK
@@ -74,7 +81,7 @@ def test_a_video_cut_anywhere_is_refused(tmp_path: Path) -> None:
     cut = tmp_path / "cut.mp4"
     for share in (0.02, 0.3, 0.6, 0.9, 0.99):
         cut.write_bytes(whole[: int(share * len(whole))])
-        with pytest.raises(Refused, match=r"truncated|damaged|not a video"):
+        with pytest.raises(Refused, match=r"truncated|damaged|not a video|no frame"):
             list(frames(cut))
 
 
@@ -91,3 +98,53 @@ def test_what_is_no_video_is_refused_by_name(tmp_path: Path) -> None:
 def test_a_bare_stream_has_no_stamps(tmp_path: Path) -> None:
     with pytest.raises(Refused, match="without time stamps"):
         list(frames(film(tmp_path / "a.h264", STAMPS, "h264")))
+
+
+def turned_clockwise(path: Path) -> Path:
+    """The film with the display matrix of a quarter turn clockwise written into its track header (ISO 14496-12, 8.3.2)."""
+    data = bytearray(path.read_bytes())
+    upright = struct.pack(">9i", 65536, 0, 0, 0, 65536, 0, 0, 0, 0x40000000)
+    turned = struct.pack(">9i", 0, 65536, 0, -65536, 0, 0, 0, 0, 0x40000000)
+    at = data.index(upright, data.index(b"tkhd"))
+    data[at : at + 36] = turned
+    path.write_bytes(data)
+    return path
+
+
+def test_a_video_turned_by_its_tag_is_shown_upright(tmp_path: Path) -> None:
+    """A portrait film of a phone: what was the top row (coded noise) stands at the right after a quarter turn clockwise."""
+    film(tmp_path / "a.mp4", STAMPS[:4])
+    plain = list(frames(tmp_path / "a.mp4"))
+    video = describe(turned_clockwise(tmp_path / "a.mp4"))
+    shown = list(frames(tmp_path / "a.mp4"))
+    assert (video.width, video.height) == (64, 96)
+    for a, b in zip(plain, shown, strict=True):
+        np.testing.assert_array_equal(b.grey, np.rot90(a.grey, -1))
+
+
+def test_segments_begin_at_key_frames_and_hold_every_frame_once(tmp_path: Path) -> None:
+    """Decoded alone and in any order they give the frames of the whole to the last bit, B-frames or none."""
+    for name, options in (("p.mp4", {"bf": "0"}), ("b.mp4", {"bf": "3", "x264-params": "open-gop=1"})):
+        path = film(tmp_path / name, [3000 * k for k in range(700)], options={"g": "50", **options})
+        video = describe(path)
+        assert len(video.segments) == 3
+        assert [s.before for s in video.segments] == np.cumsum([0, *(s.count for s in video.segments[:-1])]).tolist()
+        alone = [frame for s in reversed(video.segments) for frame in reversed(list(frames_of(video, s)))][::-1]
+        whole = list(frames(path))
+        assert [f.index for f in alone] == [f.index for f in whole] == list(range(700))
+        with av.open(str(path)) as container:
+            for a, picture in zip(alone, container.decode(video=0), strict=True):
+                assert a.time == float(picture.pts * picture.time_base)
+                np.testing.assert_array_equal(a.grey, picture.to_ndarray()[:64])
+
+
+def test_a_frame_lost_within_is_missed(tmp_path: Path) -> None:
+    """Zeroes over a packet in the middle: named as damage, not passed over."""
+    data = bytearray(film(tmp_path / "a.mp4", STAMPS).read_bytes())
+    with av.open(str(tmp_path / "a.mp4")) as container:
+        places = [(e.pos, e.size) for e in container.streams.video[0].index_entries]
+    at, size = places[20]
+    data[at : at + size] = bytes(size)
+    (tmp_path / "a.mp4").write_bytes(data)
+    with pytest.raises(Refused, match=r"damaged"):
+        list(frames(tmp_path / "a.mp4"))

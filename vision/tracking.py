@@ -1,0 +1,151 @@
+"""Markers from frame to frame: predicted from the last three, refined where predicted, searched only where lost.
+
+A segment of the video is tracked from a full search on, and forgets what was before it: so segments can be worked on by several
+processes with the same result to the last bit.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from calibration.dictionaries import marker_cells
+from mechanism.description import Markers
+from vision.edges import refine
+from vision.markers import Finder
+from vision.video import Frame
+
+Array = NDArray[np.float64]
+Grey = NDArray[np.uint8]
+
+SEARCH_EVERY = 150
+"""frames between full searches, which also see doubled and foreign markers"""
+RETRY_EVERY = 5
+"""frames between full searches while a marker is lost; around its last place it is searched in every frame"""
+MARGIN = 1.0
+"""of a marker's side: how far around its predicted place a lost marker is searched"""
+MIN_CELLS = 0.85
+"""share of a marker's cells that must read right for it to be the marker"""
+
+SEEN, SEARCHED, HIDDEN, UNREADABLE, DOUBLED = range(5)
+"""how a marker was come by in a frame: tracked, found by search, not found, lost while tracked, left out as ambiguous"""
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """One frame: corners (markers, 4, 2), px, NaN where not found, and how each marker was come by, (markers,)."""
+
+    time: float
+    corners: Array
+    how: NDArray[np.int8]
+    foreign: tuple[int, ...]
+
+
+class Tracker:
+    """Follows the arm's markers through one segment of a video."""
+
+    def __init__(self, markers: Markers) -> None:
+        self._finder = Finder(markers)
+        self._ids = [marker.id for marker in markers.on_bars]
+        self._cells = np.stack([marker_cells(markers.dictionary, i) for i in self._ids])
+        self._past: list[tuple[float, Array]] = []
+        self._since_search = 0
+
+    def see(self, frame: Frame) -> Sighting:
+        """The next frame of the segment."""
+        count = len(self._ids)
+        corners, how = np.full((count, 4, 2), np.nan), np.full(count, HIDDEN, dtype=np.int8)
+        foreign: tuple[int, ...] = ()
+        predicted = self._predicted(frame.time)
+        known = np.flatnonzero(~np.isnan(predicted[:, 0, 0]))
+        self._since_search += 1
+        if self._past and self._since_search < SEARCH_EVERY:
+            refined = refine(frame.grey, predicted[known], self._cells.shape[1])
+            right = self._read(frame.grey, refined, known) >= MIN_CELLS
+            corners[known[right]] = refined[right]
+            how[known[right]] = SEEN
+            how[known[~right]] = UNREADABLE
+            for k in known[~right]:
+                found = self._around(frame.grey, predicted[k], self._ids[k])
+                if found is not None:
+                    corners[k], how[k] = found, SEARCHED
+        lost = np.isnan(corners[:, 0, 0])
+        if not self._past or self._since_search >= SEARCH_EVERY or (lost.any() and self._since_search >= RETRY_EVERY):
+            everything = self._finder.find(frame.grey)
+            foreign = everything.foreign
+            for k, i in enumerate(self._ids):
+                if i in everything.duplicate:
+                    corners[k], how[k] = np.nan, DOUBLED
+                elif i in everything.corners:
+                    corners[k] = everything.corners[i]
+                    how[k] = SEARCHED
+            self._since_search = 0
+        self._past = [*self._past[-2:], (frame.time, corners)]
+        return Sighting(frame.time, corners, how, foreign)
+
+    def _predicted(self, time: float) -> Array:
+        """Corners at `time` by the parabola through the last three frames, the line or the point where fewer are known."""
+        if not self._past:
+            return np.full((len(self._ids), 4, 2), np.nan)
+        out = self._past[-1][1]
+        for used in (2, 3):
+            if len(self._past) >= used:
+                times = np.array([t for t, _ in self._past[-used:]])
+                weights = [np.prod([(time - s) / (t - s) for s in times if s != t]) for t in times]
+                further = sum(w * c for w, (_, c) in zip(weights, self._past[-used:], strict=True))
+                out = np.where(np.isnan(further), out, further)
+        return out
+
+    def _read(self, grey: Grey, corners: Array, which: NDArray[np.intp]) -> Array:
+        """Share of each marker's cells that are as dark or bright as they should be, (len(which),)."""
+        if not len(which):
+            return np.empty(0)
+        n = self._cells.shape[1]
+        centre = (np.arange(n) + 0.5) / n
+        u, v = np.meshgrid(centre, centre)
+        H = _homographies(corners)
+        plane = np.stack([u.ravel(), v.ravel(), np.ones(n * n)])
+        x, y, w = np.moveaxis(H @ plane, 1, 0)
+        samples = cv2.remap(
+            grey,
+            (x / w).astype(np.float32),
+            (y / w).astype(np.float32),
+            cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_REPLICATE,
+        ).astype(float)
+        black = self._cells[which].reshape(len(which), -1)
+        dark = np.sum(samples * black, axis=1) / black.sum(axis=1)
+        bright = np.sum(samples * ~black, axis=1) / np.maximum((~black).sum(axis=1), 1)
+        threshold = ((dark + bright) / 2)[:, None]
+        share = np.mean((samples < threshold) == black, axis=1)
+        inside = np.all((corners > 0) & (corners < np.array(grey.shape[::-1]) - 1), axis=(1, 2))
+        return np.where(inside & (bright - dark > 10), share, 0.0)
+
+    def _around(self, grey: Grey, predicted: Array, marker_id: int) -> Array | None:
+        """The marker searched near its predicted place; None where it is not."""
+        side = float(np.max(np.ptp(predicted, axis=0)))
+        low = np.floor(predicted.min(axis=0) - MARGIN * side).astype(int)
+        high = np.ceil(predicted.max(axis=0) + MARGIN * side).astype(int)
+        x0, y0 = np.clip(low, 0, None)
+        x1, y1 = np.clip(high, 0, np.array(grey.shape[::-1]))
+        if x1 - x0 < 12 or y1 - y0 < 12:
+            return None
+        hits = [c for i, c in self._finder.detections(grey[y0:y1, x0:x1]) if i == marker_id]
+        return hits[0] + np.array([x0, y0], dtype=float) if len(hits) == 1 else None
+
+
+def _homographies(corners: Array) -> Array:
+    """Maps from the unit square (0,0), (1,0), (1,1), (0,1) to corners (K, 4, 2): (K, 3, 3), in closed form."""
+    p0, p1, p2, p3 = np.moveaxis(corners, 1, 0)
+    d1, d2, s = p1 - p2, p3 - p2, p0 - p1 + p2 - p3
+    area = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
+    area = np.where(np.abs(area) > 1e-9, area, 1e-9)
+    g = (s[:, 0] * d2[:, 1] - s[:, 1] * d2[:, 0]) / area
+    h = (d1[:, 0] * s[:, 1] - d1[:, 1] * s[:, 0]) / area
+    H = np.empty((len(corners), 3, 3))
+    H[:, :2, 0] = p1 - p0 + g[:, None] * p1
+    H[:, :2, 1] = p3 - p0 + h[:, None] * p3
+    H[:, :2, 2] = p0
+    H[:, 2] = np.column_stack([g, h, np.ones_like(g)])
+    return H
