@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from calibration.camera import Camera
 from mechanism.description import Neck, markers_of
 from vision.angles import Angles
+from vision.following import follow
 from vision.linkage_fit import LinkageFit, fit_linkage
-from vision.markers import Finder
-from vision.video import describe, frames
+from vision.tracking import DOUBLED
+from vision.video import describe
 from xneck.errors import Refused
 
 Array = NDArray[np.float64]
@@ -44,9 +45,13 @@ class Extraction:
 
 
 def extract(
-    video: str | Path, camera: Camera, neck: Neck, progress: Callable[[int], object] = lambda frames: None
+    video: str | Path,
+    camera: Camera,
+    neck: Neck,
+    workers: int = 1,
+    progress: Callable[[int], object] = lambda frames: None,
 ) -> Extraction:
-    """Angles of every frame; `progress` is told of each frame read. One pass, memory grows by some bytes a frame only.
+    """Angles of every frame; `workers` processes share the video, `progress` is told of frames done.
 
     Raises Refused for a damaged video, a picture size that is not the camera's, or where no marker of the arm is in view.
     """
@@ -58,46 +63,31 @@ def extract(
             f"is {size.width}x{size.height}, the camera was calibrated at {camera.width}x{camera.height}",
             "calibrate with pictures of the video's size",
         )
-    finder = Finder(markers)
-    order = {marker.id: k for k, marker in enumerate(markers.on_bars)}
-    times: list[float] = []
-    found: list[Array] = []
-    twice = np.zeros(len(order), dtype=int)
-    foreign: set[int] = set()
-    for frame in frames(video):
-        seen = finder.find(frame.grey)
-        corners = np.full((len(order), 4, 2), np.nan)
-        for i, c in seen.corners.items():
-            corners[order[i]] = c
-        for i in seen.duplicate:
-            twice[order[i]] += 1
-        foreign.update(seen.foreign)
-        times.append(frame.time)
-        found.append(corners)
-        progress(1)
-    corners = np.stack(found)
-    if np.isnan(corners).all():
-        other = f", though others of the dictionary are (ids {sorted(foreign)[:8]})" if foreign else ""
+    seen = follow(size, markers, workers, progress)
+    if np.isnan(seen.corners).all():
+        other = f", though others of the dictionary are (ids {list(seen.foreign)[:8]})" if seen.foreign else ""
         raise Refused(
             video,
-            f"no marker of neck.yaml is in view in {len(times)} frames{other}",
+            f"no marker of neck.yaml is in view in {len(seen.time)} frames{other}",
             f"check markers.dictionary ({markers.dictionary}) and the ids",
         )
+    corners = seen.corners
     fit = fit_linkage(neck, camera, corners, str(video))
     sigma = np.sqrt(np.diagonal(fit.covariance, axis1=1, axis2=2))
     sigma = np.where(np.isnan(fit.alpha), np.nan, sigma)
     shares = (~np.isnan(corners[:, :, 0, 0])).mean(axis=0)
+    twice = (seen.how == DOUBLED).sum(axis=0)
     notes = {
         "source": Path(video).name,
         "markers": [
             {"id": marker.id, "seen_share": float(shares[k]), "duplicates": int(twice[k])}
             for k, marker in enumerate(markers.on_bars)
         ],
-        "foreign_ids": sorted(foreign)[:50],
+        "foreign_ids": list(seen.foreign)[:50],
         "T_camera_base": {
             "rvec": fit.rvec.tolist(),
             "tvec_m": fit.tvec.tolist(),
             "sigma": fit.pose_sigma.tolist(),
         },
     }
-    return Extraction(Angles(np.array(times), fit.alpha, sigma, notes), fit, corners)
+    return Extraction(Angles(seen.time, fit.alpha, sigma, notes), fit, corners)

@@ -15,6 +15,7 @@ from vision.cli.output import FILE, OUT, export_beside, exported, progress, repo
 @click.option("--neck", "neck_file", type=FILE, required=True, help="neck.yaml with the arm's markers.")
 @click.option("--out", type=OUT, required=True, help="angles.mcap, or .csv, .npz, .mat.")
 @click.option("--overlay", type=OUT, help="A video with what was found drawn over it.")
+@click.option("--workers", type=click.IntRange(1), default=1, show_default=True, help="Processes that share the video.")
 @exported
 @results
 def command(
@@ -23,6 +24,7 @@ def command(
     neck_file: Path,
     out: Path,
     overlay: Path | None,
+    workers: int,
     export_as: str | None,
     json_out: str | None,
     quiet: bool,
@@ -40,7 +42,7 @@ def command(
 
     camera, neck = read_camera(camera_file), read_neck(neck_file)
     with progress(describe(video).frames, "extract", quiet) as done:
-        found = extract(video, camera, neck, done)
+        found = extract(video, camera, neck, workers, done)
     found.angles.notes["provenance"] = provenance({"video": video, "camera": camera_file, "neck": neck_file})
     write_angles(found.angles, out)
     export_beside(found.angles.series, out, export_as)
