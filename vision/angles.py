@@ -40,10 +40,11 @@ class Angles:
         return np.asarray(np.isfinite(self.alpha).all(axis=1))
 
 
-def write_angles(angles: Angles, path: str | Path) -> None:
-    """As MCAP (.mcap, with the notes) or as .csv, .npz, .mat."""
+def write_angles(angles: Angles, path: str | Path, quality: Series | None = None) -> None:
+    """As MCAP (.mcap, with the notes, and each frame's quality) or as .csv, .npz, .mat."""
     if Path(path).suffix == ".mcap":
-        joint_state.write(path, {"angles": angles.series}, {"angles": angles.notes})
+        series = {"angles": angles.series} | ({"quality": quality} if quality else {})
+        joint_state.write(path, series, {"angles": angles.notes})
     else:
         export(angles.series, path)
 

@@ -9,10 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calibration.camera import Camera
+from identification.series import Series
 from mechanism.description import Neck, markers_of
 from vision.angles import Angles
 from vision.following import follow
 from vision.linkage_fit import LinkageFit, fit_linkage
+from vision.quality import gaps, quality
+from vision.shutter import UNKNOWN, Shutter, at_middle_row
 from vision.tracking import DOUBLED
 from vision.video import describe
 from xneck.errors import Refused
@@ -28,6 +31,7 @@ class Extraction:
     fit: LinkageFit
     corners: Array
     """(F, markers, 4, 2), px, NaN where a marker was not found; markers in neck.yaml's order"""
+    quality: Series
 
     def as_json(self) -> dict[str, Any]:
         """The contract's record of an extraction."""
@@ -40,6 +44,7 @@ class Extraction:
             "sigma_alpha_median_rad": median,
             "corner_sigma_px": self.fit.corner_sigma_px,
             "markers": a.notes["markers"],
+            "gaps": a.notes["gaps"],
             "T_camera_base": a.notes["T_camera_base"],
         }
 
@@ -48,6 +53,7 @@ def extract(
     video: str | Path,
     camera: Camera,
     neck: Neck,
+    shutter: Shutter = UNKNOWN,
     workers: int = 1,
     progress: Callable[[int], object] = lambda frames: None,
 ) -> Extraction:
@@ -71,13 +77,13 @@ def extract(
             f"no marker of neck.yaml is in view in {len(seen.time)} frames{other}",
             f"check markers.dictionary ({markers.dictionary}) and the ids",
         )
-    corners = seen.corners
+    corners = at_middle_row(seen.time, seen.corners, size.height, shutter)
     fit = fit_linkage(neck, camera, corners, str(video))
     sigma = np.sqrt(np.diagonal(fit.covariance, axis1=1, axis2=2))
     sigma = np.where(np.isnan(fit.alpha), np.nan, sigma)
     shares = (~np.isnan(corners[:, :, 0, 0])).mean(axis=0)
     twice = (seen.how == DOUBLED).sum(axis=0)
-    notes = {
+    notes: dict[str, Any] = {
         "source": Path(video).name,
         "markers": [
             {"id": marker.id, "seen_share": float(shares[k]), "duplicates": int(twice[k])}
@@ -90,4 +96,8 @@ def extract(
             "sigma": fit.pose_sigma.tolist(),
         },
     }
-    return Extraction(Angles(seen.time, fit.alpha, sigma, notes), fit, corners)
+    time = shutter.middle(seen.time, size.height)
+    ids = [marker.id for marker in markers.on_bars]
+    notes["gaps"] = gaps(time, fit.alpha, ids, seen.how)
+    frame_quality = quality(time, ids, seen.how, corners, fit.residual_px, shutter.exposure_s)
+    return Extraction(Angles(time, fit.alpha, sigma, notes), fit, corners, frame_quality)

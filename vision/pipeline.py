@@ -76,9 +76,9 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
             write_camera(camera, out / "camera.yaml")
         inputs["video"] = recording.video
         stage("extract")
-        extraction = extract(recording.video, camera, neck)
+        extraction = extract(recording.video, camera, neck, recording.shutter)
         angles = extraction.angles
-        write_angles(angles, out / "angles.mcap")
+        write_angles(angles, out / "angles.mcap", extraction.quality)
         pictures = _annotated(recording.video, neck, camera, extraction)
     stage("sync")
     origin = provenance(inputs)

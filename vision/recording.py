@@ -2,7 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
+from pydantic import Field
+
+from vision.shutter import Shutter, Stamp
 from xneck.errors import Refused
 from xneck.strict_yaml import Strict, read
 
@@ -17,6 +21,9 @@ class _File(Strict):
     board: str | None = None
     pictures: str | None = None
     angles: str | None = None
+    exposure: Annotated[float, Field(ge=0, le=1)] = 0.0
+    row_time: Annotated[float, Field(ge=-1e-3, le=1e-3)] = 0.0
+    stamp: Stamp = "middle"
 
 
 @dataclass(frozen=True)
@@ -31,6 +38,7 @@ class Recording:
     board: Path | None
     pictures: tuple[Path, ...]
     angles: Path | None
+    shutter: Shutter
 
 
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
@@ -65,7 +73,9 @@ def read_recording(folder: str | Path) -> Recording:
             raise Refused(config, f"{key}: {value} does not exist", "check the name")
         return path
 
-    paths = {key: inside(key, value) for key, value in file.model_dump().items()}
+    paths = {
+        key: inside(key, value) for key, value in file.model_dump(exclude={"exposure", "row_time", "stamp"}).items()
+    }
     pictures = paths.pop("pictures")
     listed: tuple[Path, ...] = ()
     if pictures is not None:
@@ -75,4 +85,5 @@ def read_recording(folder: str | Path) -> Recording:
     log, neck = paths.pop("log"), paths.pop("neck")
     assert log is not None
     assert neck is not None
-    return Recording(folder, log, neck, pictures=listed, **paths)
+    shutter = Shutter(file.exposure, file.row_time, file.stamp)
+    return Recording(folder, log, neck, pictures=listed, shutter=shutter, **paths)

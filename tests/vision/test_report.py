@@ -38,6 +38,7 @@ from vision.report.shots import shots
 from vision.report.style import decimated
 from vision.report.tables import camera_rows, seed_table
 from vision.report.wording import listed, number, size_of, with_sigma
+from vision.shutter import Shutter
 from vision.synchronise import synchronise
 from xneck.provenance import provenance
 
@@ -98,12 +99,12 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
     fit = LinkageFit(
         angles.alpha, np.zeros((frames, joints, joints)), np.zeros(3), np.zeros(3), np.zeros(6), 0.07, np.zeros(frames)
     )
-    extraction = Extraction(angles, fit, np.zeros((frames, 4, 4, 2)))
+    extraction = Extraction(angles, fit, np.zeros((frames, 4, 4, 2)), Series(angles.time, {}))
     rng = np.random.default_rng(1)
     picture = rng.integers(0, 255, (72, 128, 3), dtype=np.uint8).repeat(10, axis=0).repeat(10, axis=1)
     return Result(
         name=NASTY,
-        recording=Recording(folder, folder / "log", SAMPLE / "neck.yaml", None, None, None, (), None),
+        recording=Recording(folder, folder / "log", SAMPLE / "neck.yaml", None, None, None, (), None, Shutter()),
         camera=calibration.camera,
         calibration=calibration,
         extraction=extraction,

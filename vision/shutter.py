@@ -1,0 +1,54 @@
+"""When a picture was really taken: exposure, the rows of a rolling shutter, and what the frame's stamp means.
+
+All angles of a frame are stated for one moment: the middle of the exposure of the middle row. A delay that is the same for
+all frames is left to the clocks.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Stamp = Literal["start", "middle", "end"]
+
+
+@dataclass(frozen=True)
+class Shutter:
+    """What is known of the camera's timing; nothing, by default."""
+
+    exposure_s: float = 0.0
+    row_s: float = 0.0
+    """from one row's exposure to the next one's below it, s; negative where it runs upwards"""
+    stamp: Stamp = "middle"
+    """what stamps mean: begin of the first row's exposure, middle of the middle row's, end of the last row's"""
+
+    def middle(self, stamps: Array, height: int) -> Array:
+        """Times of the middle of the exposure of the middle row, shape (F,), s."""
+        half = self.exposure_s / 2 + abs(self.row_s) * (height - 1) / 2
+        return stamps + {"start": half, "middle": 0.0, "end": -half}[self.stamp]
+
+
+UNKNOWN = Shutter()
+
+
+def at_middle_row(time: Array, corners: Array, height: int, shutter: Shutter) -> Array:
+    """Corners (F, markers, 4, 2), px, moved along their own motion to where they were when the middle row was exposed."""
+    if not shutter.row_s:
+        return corners
+    late = (corners[..., 1:] - (height - 1) / 2) * shutter.row_s
+    return corners - _velocity(time, corners) * late
+
+
+def _velocity(time: Array, corners: Array) -> Array:
+    """px/s by central differences, one-sided where a neighbour is missing, zero where both are."""
+    step = np.diff(time).reshape(-1, *[1] * (corners.ndim - 1))
+    between = np.diff(corners, axis=0) / step
+    nothing = np.full_like(corners[:1], np.nan)
+    before, after = np.concatenate([nothing, between]), np.concatenate([between, nothing])
+    # weights by the other side's interval make the mean exact for a parabola
+    gap = np.concatenate([step[:1], step])
+    next_gap = np.concatenate([step, step[-1:]])
+    both = (before * next_gap + after * gap) / (gap + next_gap)
+    return np.nan_to_num(np.where(np.isnan(both), np.where(np.isnan(before), after, before), both))
