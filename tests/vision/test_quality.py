@@ -5,7 +5,7 @@ import numpy as np
 from vision.quality import gaps, quality
 from vision.tracking import DOUBLED, HIDDEN, SEEN
 
-TIME = np.arange(30) / 30.0
+TIME = np.arange(30, dtype=float) / 30
 IDS = [7, 8, 9]
 
 
