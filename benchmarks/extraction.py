@@ -1,7 +1,7 @@
 """Angles from the sample video: time and error beside OpenCV's refinements, decoding alone as the limit."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import cv2
@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from benchmarks.table import Table
 from calibration.camera import Camera, camera_from
 from calibration.dictionaries import dictionary
-from mechanism.description import Neck, markers_of, read_neck
+from mechanism.description import Markers, Neck, markers_of, read_neck
 from samples.generator.camera import SAMPLE_CAMERA
 from vision.linkage_fit import fit_linkage
 from vision.markers import Finder
+from vision.tracking import Tracker
 from vision.video import frames
 
 SAMPLES = Path(__file__).parents[1] / "samples"
@@ -32,7 +33,7 @@ def measure() -> Table:
     camera = camera_from(np.array([c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3]), (c.width, c.height))
     finder = Finder(markers)
     ways: dict[str, Find] = {
-        "xneck": lambda grey: finder.find(grey).corners,
+        "xneck, searching every frame": lambda grey: finder.find(grey).corners,
         "OpenCV, no refinement": _opencv(markers.dictionary, cv2.aruco.CORNER_REFINE_NONE),
         "OpenCV SUBPIX": _opencv(markers.dictionary, cv2.aruco.CORNER_REFINE_SUBPIX),
         "OpenCV CONTOUR": _opencv(markers.dictionary, cv2.aruco.CORNER_REFINE_CONTOUR),
@@ -45,6 +46,10 @@ def measure() -> Table:
         spent = _seconds(lambda find=find, seen=seen: seen.extend(find(grey) for grey in _frames()))
         error, lost = _error(neck, camera, seen)
         rows.append((name, (spent / decode, error, lost)))
+    followed: list[dict[int, NDArray[np.float64]]] = []
+    spent = _seconds(lambda: followed.extend(_followed(markers)))
+    error, lost = _error(neck, camera, followed)
+    rows.insert(1, ("xneck, following", (spent / decode, error, lost)))
     columns = ("time / decoding", "alpha rms deg", "angles lost")
     return Table(f"Extraction, {FRAMES} frames of the sample, one pass each", columns, tuple(rows))
 
@@ -54,6 +59,14 @@ def _frames():  # type: ignore[no-untyped-def]
         if frame.index == FRAMES:
             return
         yield frame.grey
+
+
+def _followed(markers: Markers) -> Iterator[dict[int, NDArray[np.float64]]]:
+    tracker = Tracker(markers)
+    for frame in frames(VIDEO):
+        if frame.index == FRAMES:
+            return
+        yield dict(zip([m.id for m in markers.on_bars], tracker.see(frame).corners, strict=True))
 
 
 def _opencv(name: str, refinement: int) -> Find:

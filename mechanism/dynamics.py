@@ -5,6 +5,7 @@ alpha'' = 0 takes, which equals the Christoffel terms of M; g is the gradient of
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -46,44 +47,43 @@ def _bodies(arm: Arm, alpha: Array, alpha_d: Array) -> _Bodies:
     # orientation against the bottom bar: alpha; alpha/2 +- atan2(d, b cos(alpha/2)), whose slope is b sin(alpha/2) / 2d
     lean1 = arm.b * np.sin(alpha / 2) / (2 * s.d)
     lean2 = arm.b * np.cos(alpha / 2) / (4 * s.d) - lean1 * s.d1 / s.d
-    one, zero = np.ones_like(s.d), np.zeros_like(s.d)
-    kinds = ((top, one, zero), (A, 0.5 + lean1, lean2), (B, 0.5 - lean1, -lean2))
+    kinds = ((top, np.ones_like(s.d), np.zeros_like(s.d)), (A, 0.5 + lean1, lean2), (B, 0.5 - lean1, -lean2))
 
-    # acceleration and Jacobian of the bar middles, accumulated upwards
-    bar_acceleration = [np.zeros(np.broadcast_shapes(s.d.shape[:-1], alpha_d.shape[:-1]), dtype=complex)]
-    for i in range(n):
-        bar_acceleration.append(bar_acceleration[-1] + _carried(middle, i, below, alpha_d, rate))
-    centre, velocity_by, turning_by, acceleration, turning_acceleration = [], [], [], [], []
-    for z, w1, w2 in kinds:
-        for i in range(n):
-            at = p.bar_middle[..., i] + below[..., i] * z[0][..., i]
-            centre.append(at)
-            # turning mechanism k < i carries everything above it: (middle of bar k-1 as origin) rigidly by dgamma, and by z' itself
-            columns = [1j * (at - p.bar_middle[..., k + 1]) + below[..., k] * middle[1][..., k] for k in range(i)]
-            columns.append(below[..., i] * z[1][..., i])
-            columns += [np.zeros_like(at)] * (n - 1 - i)
-            velocity_by.append(np.stack(columns, axis=-1))
-            turning = [one[..., i]] * i + [w1[..., i]] + [zero[..., i]] * (n - 1 - i)
-            turning_by.append(np.stack(turning, axis=-1))
-            acceleration.append(bar_acceleration[i] + _carried(z, i, below, alpha_d, rate))
-            turning_acceleration.append(w2[..., i] * alpha_d[..., i] ** 2)
-    mass = np.concatenate([arm.top_mass, arm.diagonal_mass, arm.diagonal_mass], axis=-1)
-    inertia = np.concatenate([arm.top_inertia, arm.diagonal_inertia, arm.diagonal_inertia], axis=-1)
+    # axes from here on: kind of body (top bar, A, B), mechanism i, and for Jacobians the turning joint k
+    z, z1, z2 = (np.stack([kind[0][order] for kind in kinds], axis=-2) for order in range(3))
+    w1, w2 = (np.stack([kind[order] for kind in kinds], axis=-2) for order in (1, 2))
+    foot, on, a, w = p.bar_middle[..., None, :-1], below[..., None, :], alpha_d, rate[..., :-1]
+    centre = foot + on * z
+    # joint k < i carries everything above: its bar moves by z', and what lies further turns about that bar's middle
+    carried = 1j * (centre[..., None] - p.bar_middle[..., None, None, 1:]) + (below * middle[1])[..., None, None, :]
+    above, own = np.tri(n, k=-1), np.eye(n)
+    velocity_by = above * carried + own * (on * z1)[..., None]
+    turning_by = above + own * w1[..., None]
+
+    def felt(z: Complex, z1: Complex, z2: Complex, on: Complex, a: Array, w: Array) -> Complex:
+        """Acceleration at alpha'' = 0 of a point z(alpha_i) of a bar that turns at w, against that bar's middle."""
+        return on * (z2 * a**2 + 2j * w * z1 * a - w**2 * z)
+
+    of_middles = np.cumsum(felt(*middle, below, a, w), axis=-1)
+    below_them = np.concatenate([np.zeros_like(of_middles[..., :1]), of_middles[..., :-1]], axis=-1)
+    a, w = a[..., None, :], w[..., None, :]
+    acceleration = below_them[..., None, :] + felt(z, z1, z2, on, a, w)
+    lead = np.broadcast_shapes(s.d.shape[:-1], alpha_d.shape[:-1])
+
+    def flat(values: Any, axes: int) -> Any:
+        """Kind and mechanism as one axis of bodies."""
+        tail = values.shape[values.ndim - axes + 2 :]
+        return np.broadcast_to(values, (*lead, 3, n, *tail)).reshape(*lead, 3 * n, *tail)
+
     return _Bodies(
-        mass,
-        inertia,
-        np.stack(centre, axis=-1),
-        np.stack(velocity_by, axis=-2),
-        np.stack(turning_by, axis=-2),
-        np.stack(acceleration, axis=-1),
-        np.stack(turning_acceleration, axis=-1),
+        np.concatenate([arm.top_mass, arm.diagonal_mass, arm.diagonal_mass], axis=-1),
+        np.concatenate([arm.top_inertia, arm.diagonal_inertia, arm.diagonal_inertia], axis=-1),
+        flat(centre, 2),
+        flat(velocity_by, 3),
+        flat(turning_by, 3),
+        flat(acceleration, 2),
+        flat(w2 * a**2, 2),
     )
-
-
-def _carried(z: tuple[Complex, Complex, Complex], i: int, below: Complex, alpha_d: Array, rate: Array) -> Complex:
-    """Acceleration of a point z(alpha_i) of a bar's frame that turns at gamma'_(i-1), at alpha'' = 0, against the bar's middle."""
-    a, w = alpha_d[..., i], rate[..., i]
-    return below[..., i] * (z[2][..., i] * a**2 + 2j * w * z[1][..., i] * a - w**2 * z[0][..., i])
 
 
 @dataclass(frozen=True)
