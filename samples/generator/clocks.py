@@ -37,7 +37,7 @@ def frame_times(duration: float, rng: np.random.Generator) -> Array:
     times = nominal + rng.normal(0, _JITTER_S, len(nominal))
     inner = np.arange(FRAME_HZ, len(nominal) - FRAME_HZ, dtype=int)  # the first and the last second stay whole
     dropped = rng.choice(inner, max(2, round(_DROPPED_SHARE * len(nominal))), replace=False)
-    times = np.delete(times - times[0], dropped)
+    times = np.delete(times - times[0], dropped.astype(int))
     return np.round(times * _TICK_HZ) / _TICK_HZ
 
 

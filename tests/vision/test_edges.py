@@ -50,7 +50,7 @@ def test_with_the_cameras_noise_they_are_several_times_better_than_opencvs_defau
         picture = grey(alpha, k)
         ours.append(found(picture) - truth[k])
         c, ids, _ = peer.detectMarkers(picture)
-        theirs.append(np.stack([c[i].reshape(4, 2) for i in np.argsort(np.ravel(ids))]) - truth[k])
+        theirs.append(np.stack([c[int(i)].reshape(4, 2) for i in np.argsort(np.ravel(ids))]) - truth[k])
     rms = [float(np.sqrt(np.mean(np.square(e)))) for e in (ours, theirs)]
     assert rms[0] < 0.06
     assert rms[0] < rms[1] / 3
