@@ -4,6 +4,7 @@ The angles are eliminated frame by frame with a Schur complement, so that cost g
 with a prior stay where the prior puts them as far as the frames leave them undetermined.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +20,9 @@ Complex = NDArray[np.complex128]
 ROUNDS = 40
 HUBER = 5.0
 """standard deviations from which on a corner pulls with constant force only"""
+PORTION = 500
+"""frames at once, so that memory does not grow with the recording"""
+POLISHING = 4
 LEAST_VARIANCE = 1e-8
 """of exact corners, so that a prior keeps its say"""
 
@@ -160,6 +164,45 @@ def frame_angles(
         if np.max(np.abs(turn), initial=0.0) < 1e-9:
             break
     return alpha, linearise(scene, observed, shared, alpha, course, 0, scale)
+
+
+def polished(
+    scene: Scene,
+    take: Callable[[NDArray[np.intp]], Observed],
+    fit: Fit,
+    alpha: Array,
+    course: Array,
+    prior: Prior,
+) -> tuple[Shared, Array, float]:
+    """A fit of some frames carried on over all, portion by portion: shared numbers, their covariance (p, p), the variance.
+
+    take: the corners of given frames; alpha: first angles of all frames, (F, N); course: of all frames, (F, terms).
+    """
+    shared, variance, count = fit.shared, fit.at.variance, int(prior.free.sum())
+    live = np.flatnonzero(prior.free)
+    covariance = np.zeros_like(fit.covariance)
+    for _ in range(POLISHING):
+        total, pull = np.diag(prior.information * variance), prior.information * variance * (prior.mean - shared.vector)
+        squares, free = [], []
+        for start in range(0, len(alpha), PORTION):
+            frames = np.arange(start, min(start + PORTION, len(alpha)))
+            part = take(frames)
+            scale = float(np.sqrt(variance))
+            alpha[frames], k = frame_angles(scene, part, shared, alpha[frames], course[frames], scale)
+            total, pull = total + k.reduced.sum(axis=0), pull + k.g_reduced.sum(axis=0)
+            squares.append(k.squares)
+            free.append(freedom(part, alpha.shape[1]))
+        left = np.concatenate(free)
+        left = left * max(1 - count / max(left.sum(), 1.0), 0.1)
+        variance = _variance(np.concatenate(squares), left)
+        inverted = _solve(total[np.ix_(live, live)], np.eye(len(live)))
+        covariance[np.ix_(live, live)] = variance * inverted
+        change = np.zeros(len(pull))
+        change[live] = inverted @ pull[live]
+        shared = shared.moved(change)
+        if np.max(np.abs(change[live]) / np.sqrt(np.diag(covariance)[live])) < 0.01:
+            break
+    return shared, covariance, variance
 
 
 def extended(prior: Prior, information: Array) -> Prior:

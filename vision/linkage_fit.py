@@ -15,7 +15,7 @@ from scipy.stats import chi2
 from calibration.camera import Camera
 from mechanism.description import Neck
 from vision.corner_noise import observed
-from vision.joint_fit import frame_angles, freedom, inverse
+from vision.joint_fit import PORTION, frame_angles, freedom, inverse
 from vision.marker_scene import frame_poses
 from vision.placement import Placement, placement_of
 from vision.pose_drift import DriftTerm
@@ -25,8 +25,6 @@ Array = NDArray[np.float64]
 
 MAX_SIGMA = np.radians(3.0)
 """an angle that its frame's corners leave less certain than this counts as not seen"""
-PORTION = 500
-"""frames at once, so that memory does not grow with the recording"""
 CONFESS = 0.99
 """a frame whose residuals exceed this quantile of what noise gives is believed less, in proportion"""
 UNKNOWN = 1e12

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from calibration.camera import Camera
 from mechanism.arm import arm_of
 from mechanism.description import Neck, markers_of
-from vision.corner_noise import normalise, observed
+from vision.corner_noise import Observed, normalise, observed
 from vision.first_guess import first_angles, first_poses, shared_frames
-from vision.joint_fit import Fit, Prior, gauss_newton
+from vision.joint_fit import Fit, Prior, gauss_newton, polished
 from vision.marker_scene import Scene, Shared, nominal, onto_plane
 from vision.pose_drift import DriftTerm, follow, size_of, square_px, step_frame
 
@@ -76,7 +76,7 @@ def fit_shared(
     focal = float(np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
     chosen = shared_frames(markers, ~np.isnan(image[..., 0]), FRAMES, where)
 
-    def taken(frames: NDArray[np.intp]):
+    def taken(frames: NDArray[np.intp]) -> Observed:
         return observed(camera, image[frames], None if covariance is None else covariance[frames])
 
     plain = nominal(scene.arm, markers, np.zeros(6))
@@ -96,7 +96,7 @@ def fit_shared(
     course = np.zeros((len(image), 0))
     terms: list[DriftTerm] = []
     if drift:
-        fit, _, found, known = follow(scene, seen, fit, prior, chosen, len(image), focal)
+        fit, prior, found, known = follow(scene, seen, fit, prior, chosen, len(image), focal)
         square = square_px(scene, seen, fit, known, focal)
         for j, c in enumerate(found):
             frame = len(image) - 1
@@ -112,11 +112,17 @@ def fit_shared(
             else:
                 column = np.arange(len(image)) / max(len(image) - 1, 1)
             course = np.column_stack([course, column])
-            at = slice(len(prior.mean) + 6 * j, len(prior.mean) + 6 * j + 6)
+            start = len(prior.mean) - 6 * (len(found) - j)
+            at = slice(start, start + 6)
             size, sigma = size_of(fit.shared.drift[j], fit.covariance[at, at], square)
             moment = None if time is None else float(time[frame])
             terms.append(DriftTerm(c.kind, frame, moment, size, sigma, fit.shared.drift[j]))
-    return SharedFit(scene, image, fit.shared, fit.covariance, fit.at.variance, course, tuple(terms))
+    shared, spread, variance = fit.shared, fit.covariance, fit.at.variance
+    if placement is not None:
+        # the weakest directions of the placement want every frame
+        first = _first_angles(scene, shared, image)
+        shared, spread, variance = polished(scene, taken, fit, first, course, prior)
+    return SharedFit(scene, image, shared, spread, variance, course, tuple(terms))
 
 
 def _prior(plain: Shared, placement: PlacementPrior | None) -> Prior:
