@@ -17,8 +17,8 @@ from vision.recording_fit import PlacementPrior, SharedFit, fit_shared
 
 Array = NDArray[np.float64]
 
-DETERMINED = 1 / 3
-PARTLY = 0.8
+DETERMINED = 0.25
+PARTLY = 0.5
 """shares of the prior's standard deviation below which a number is determined, or partly so"""
 
 
