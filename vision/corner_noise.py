@@ -42,7 +42,7 @@ def observed(camera: Camera, image: Complex, covariance: Array | None) -> Observ
     Without a covariance (None, or NaN for single markers) corners are independent and alike, 1 px. A direction
     of zero variance carries no information: that is how a refinement of fewer than eight degrees of freedom states its.
     """
-    seen = ~np.isnan(image).any(axis=-1)
+    seen = np.asarray(~np.isnan(image).any(axis=-1))
     image = np.where(seen[..., None], image, 0)
     rays = np.stack([image.real, image.imag], axis=-1).reshape(-1, 2)
     slope = lens.ray_jacobian(rays, camera.parameters).reshape(*image.shape, 2, 2)
@@ -53,13 +53,16 @@ def observed(camera: Camera, image: Complex, covariance: Array | None) -> Observ
     if covariance is None:
         whitener, sigma_px, rank = blocks, np.ones(image.shape), np.full(seen.shape, 8)
     else:
-        known = np.isfinite(covariance).all(axis=(-2, -1))[..., None, None]
+        known = np.asarray(np.isfinite(covariance).all(axis=(-2, -1)))[..., None, None]
         w, v = np.linalg.eigh(np.where(known, covariance, np.eye(8)))
         live = w > 1e-9 * w[..., -1:]
         root = np.where(live, 1 / np.sqrt(np.where(live, w, 1.0)), 0.0)
         whitener = root[..., None] * np.swapaxes(v, -1, -2) @ blocks
         spread = np.diagonal(np.where(known, covariance, np.eye(8)), axis1=-2, axis2=-1)
-        sigma_px = np.sqrt(spread.reshape(*image.shape, 2).mean(axis=-1))
+        of_corner = spread.reshape(*image.shape, 2).mean(axis=-1)
+        of_marker = spread.mean(axis=-1, keepdims=True)
+        # a corner of zero variance does not enter; it only must not divide by zero
+        sigma_px = np.sqrt(np.where(of_corner > 0, of_corner, np.where(of_marker > 0, of_marker, 1.0)))
         rank = live.sum(axis=-1)
     return Observed(
         image=image,
