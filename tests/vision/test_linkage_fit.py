@@ -148,7 +148,7 @@ def test_stated_covariances_weigh_and_their_scale_is_found() -> None:
     neck = with_markers([{"bar": 0}, {"bar": 1}, {"bar": 2}, {"bar": 3}, {"diagonal": "A2"}])
     alpha = motion(60)
     z, weighed, equal = [], [], []
-    for seed in range(10):
+    for seed in range(6):
         seen, covariance = unequal_noise(neck, alpha, seed)
         fit = fit_linkage(neck, camera(), seen, "test", covariance=covariance / 9)
         error = fit.alpha - alpha

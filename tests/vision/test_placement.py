@@ -73,9 +73,9 @@ def test_with_one_marker_a_bar_the_zero_of_alpha_is_known_as_well_as_sigma_says(
 
 
 def test_error_over_sigma_has_spread_one() -> None:
-    """8 recordings of 30 s, 12 numbers each: the spread scatters by 0.07 around one; so do the angles' common errors (0.14)."""
+    """6 recordings of 30 s, 12 numbers each: the spread scatters by 0.08 around one; so do the angles' common errors (0.17)."""
     number, angle = [], []
-    for seed in range(8):
+    for seed in range(6):
         alpha, fit, neck = recording(seed, 900, 40.0, False)
         assert fit.placement is not None
         assert fit.noise is not None
@@ -95,7 +95,7 @@ def test_small_motion_determines_no_angle_and_says_so() -> None:
     angles = [n for n in fit.placement.numbers if n.name == "angle"]
     assert not any(n.determined for n in angles)
     assert all(n.word.startswith("not determined") for n in angles)
-    assert all(abs(n.value - n.nominal) < n.prior_sigma for n in angles)
+    assert all(abs(n.value - n.nominal) < n.prior_sigma and n.sigma < n.prior_sigma for n in angles)
     sigma = np.sqrt(np.diagonal(fit.covariance, axis1=1, axis2=2))
     assert np.all(sigma > np.radians(1.0))
     assert np.all(np.abs(fit.alpha - alpha) < 3 * sigma)

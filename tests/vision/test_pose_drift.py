@@ -33,21 +33,21 @@ def test_a_knock_is_found_at_its_frame_with_its_size_and_does_not_reach_the_angl
 ) -> None:
     alpha = motion(900, 30.0, 1)
     time = 5 + np.arange(900) / 30
-    seen, size = moved(NECK, alpha, (np.arange(900) >= 371).astype(float), 1, KNOCK)
+    seen, size = moved(NECK, alpha, (np.arange(900) >= 372).astype(float), 1, KNOCK)
     fit = fit_linkage(NECK, camera(), seen, "test", time=time, placement=placement)
     (knock,) = fit.drift
-    assert (knock.kind, knock.frame, knock.time) == ("step", 371, time[371])
+    assert (knock.kind, knock.frame, knock.time) == ("step", 372, time[372])
     assert size > 1
     assert abs(knock.size_px - size) < 4 * knock.sigma_px + 0.02 * size  # its mean over all frames, not over 50
     assert abs(fit.corner_sigma_px / NOISE_PX - 1) < 0.02
-    assert f"{time[371]:.1f} s" in fit.notes["drift"][0]["sentence"]
+    assert f"{time[372]:.1f} s" in fit.notes["drift"][0]["sentence"]
     # what differs from frame to frame is noise only, on both sides of the knock
     assert fit.noise is not None
     error = fit.alpha - alpha - np.mean(fit.alpha - alpha, axis=0)
     z = np.einsum("fi,fij,fj->f", error, np.linalg.inv(fit.noise), error) / 3
     assert 0.9 < np.mean(z) < 1.1
     ignored = fit_linkage(NECK, camera(), seen, "test", drift=False)
-    assert np.max(np.abs(np.mean((ignored.alpha - alpha)[:371], axis=0))) > np.radians(0.2)
+    assert np.max(np.abs(np.mean((ignored.alpha - alpha)[:372], axis=0))) > np.radians(0.2)
 
 
 def test_a_tripod_that_sinks_slowly_is_a_ramp() -> None:
