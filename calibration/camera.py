@@ -4,7 +4,6 @@ Pixels: integer coordinates are pixel centres, (0, 0) the centre of the upper le
 ROS's convention). Camera frame: x right, y down, z forward. `T_camera_board` is (rvec, tvec): p_camera = R p_board + t.
 """
 
-import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -17,6 +16,7 @@ from calibration import lens
 from xneck.errors import Refused
 from xneck.strict_yaml import Strict, load, validate
 from xneck.whole_file import write_text
+from xneck.yaml_text import flow
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ def write_camera(camera: Camera, path: str | Path) -> None:
     lines = [
         f"image_width: {camera.width}",
         f"image_height: {camera.height}",
-        f"camera_name: {_flow(camera.name)}",
+        f"camera_name: {flow(camera.name)}",
         *_matrix_lines("camera_matrix", K),
         "distortion_model: plumb_bob",
         *_matrix_lines("distortion_coefficients", d.reshape(1, -1)),
@@ -149,41 +149,20 @@ def write_camera(camera: Camera, path: str | Path) -> None:
     if camera.covariance is not None:
         lines.append(f"  # of {', '.join(lens.NAMES)}; zero where fixed")
         lines.append("  covariance:")
-        lines += [f"    - {_flow(row)}" for row in camera.covariance.tolist()]
+        lines += [f"    - {flow(row)}" for row in camera.covariance.tolist()]
     if camera.info:
         lines.append("  info:")
         for key, value in camera.info.items():
             if isinstance(value, list) and value and not isinstance(value[0], int | float):
-                lines += [f"    {key}:", *(f"      - {_flow(entry)}" for entry in value)]
+                lines += [f"    {key}:", *(f"      - {flow(entry)}" for entry in value)]
             else:
-                lines.append(f"    {key}: {_flow(value)}")
+                lines.append(f"    {key}: {flow(value)}")
     write_text(path, "\n".join(lines) + "\n")
 
 
 def _matrix_lines(key: str, matrix: np.ndarray) -> list[str]:
     rows, cols = matrix.shape
-    return [f"{key}:", f"  rows: {rows}", f"  cols: {cols}", f"  data: {_flow(matrix.ravel().tolist())}"]
-
-
-def _flow(value: Any) -> str:
-    """A value on one line that every YAML reader takes for the same thing."""
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{key}: {_flow(entry)}" for key, entry in value.items()) + "}"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(_flow(entry) for entry in value) + "]"
-    if value is None or isinstance(value, bool):
-        return {None: "null", True: "true", False: "false"}[value]
-    if isinstance(value, float):
-        if not math.isfinite(value):
-            raise ValueError(f"{value} has no place in a camera file")
-        text = repr(value)  # the shortest text that reads back as the same number
-        mantissa, e, exponent = text.partition("e")
-        # readers of YAML 1.1 (ROS) take 5e-05 for text, but not 5.0e-05
-        return f"{mantissa if '.' in mantissa else mantissa + '.0'}{e}{exponent}"
-    if isinstance(value, int):
-        return str(value)
-    text = str(value).replace("\\", "\\\\").replace('"', '\\"')
-    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in text) + '"'
+    return [f"{key}:", f"  rows: {rows}", f"  cols: {cols}", f"  data: {flow(matrix.ravel().tolist())}"]
 
 
 def _array(path: str | Path, key: str, matrix: _Matrix, shape: tuple[int, int]) -> np.ndarray:

@@ -111,12 +111,35 @@ class Motor(Strict):
 
 
 class BarMarker(Strict):
-    """Where a marker sits: its middle `at` in the bar's frame, and its x axis' `angle` against the bar's."""
+    """Where a marker sits: its middle `at` in its bar's frame, and its x axis' `angle` against the bar's.
+
+    Its bar is a horizontal one (`bar`: 0 is the base) or a diagonal one (`diagonal`: A2 is mechanism 2's from bottom left to
+    top right, B2 the one from bottom right to top left). A bar's frame has its origin at the bar's middle and x along it,
+    a diagonal's from its lower to its upper end.
+    """
 
     id: Annotated[int, Field(ge=0, le=100_000)]
-    bar: Annotated[int, Field(ge=0)]
+    bar: Annotated[int, Field(ge=0)] | None = None
+    diagonal: Annotated[str, Field(pattern=r"^[AB][1-9][0-9]{0,2}$")] | None = None
     at: tuple[Annotated[float, Field(ge=-1, le=1)], Annotated[float, Field(ge=-1, le=1)]] = (0.0, 0.0)
     angle: Angle = 0.0
+
+    @model_validator(mode="after")
+    def _one_bar(self) -> "BarMarker":
+        if (self.bar is None) == (self.diagonal is None):
+            found = "neither" if self.bar is None else f"bar: {self.bar} and diagonal: {self.diagonal}"
+            raise ValueError(f"expected either `bar` or `diagonal`, found {found}")
+        return self
+
+    @property
+    def mechanism(self) -> int | None:
+        """Number of the mechanism, from 1, whose diagonal bar carries the marker; None on a horizontal bar."""
+        return None if self.diagonal is None else int(self.diagonal[1:])
+
+    @property
+    def place(self) -> str:
+        """The bar in words: `bar 1`, `diagonal A2`."""
+        return f"bar {self.bar}" if self.diagonal is None else f"diagonal {self.diagonal}"
 
 
 class Markers(Strict):
@@ -155,7 +178,12 @@ class Neck(Strict):
             faults += [
                 f"markers.on_bars[{k}].bar is {m.bar}, but bars are 0..{n}"
                 for k, m in enumerate(self.markers.on_bars)
-                if m.bar > n
+                if m.bar is not None and m.bar > n
+            ]
+            faults += [
+                f"markers.on_bars[{k}].diagonal is {m.diagonal}, but mechanisms are 1..{n}"
+                for k, m in enumerate(self.markers.on_bars)
+                if m.mechanism is not None and m.mechanism > n
             ]
         if faults:
             raise ValueError("; ".join(faults))

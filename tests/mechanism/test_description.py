@@ -52,6 +52,13 @@ def test_the_sample_is_read() -> None:
         ({"cables__1__route": ["strut"] * 4}, ["cables[1].route crosses 4 mechanisms of 3"]),
         ({"motors__3": None}, ["3 motors for 4 cables"]),
         ({"markers__on_bars__2__bar": 7}, ["on_bars[2].bar is 7", "0..3"]),
+        ({"markers__on_bars__2__diagonal": "A1"}, ["on_bars[2]", "found bar: 2 and diagonal: A1"]),
+        ({"markers__on_bars__2__bar": None}, ["on_bars[2]", "either `bar` or `diagonal`, found neither"]),
+        (
+            {"markers__on_bars__2__bar": None, "markers__on_bars__2__diagonal": "B4"},
+            ["on_bars[2].diagonal is B4", "1..3"],
+        ),
+        ({"markers__on_bars__2__diagonal": "C1"}, ["on_bars[2].diagonal", "C1"]),
         ({"markers__on_bars__2__id": 0}, ["id 0 stands twice"]),
         ({"motors__0__theta_sign": 2}, ["motors[0].theta_sign"]),
         ({"mechanisms__0__b": "0.05"}, ["mechanisms[0].b", "number"]),

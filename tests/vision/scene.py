@@ -2,15 +2,27 @@
 
 import numpy as np
 
-from mechanism.description import Neck
+from mechanism.description import BarMarker, Neck
 from samples.generator.camera import SAMPLE_CAMERA
-from samples.generator.linkage import solve
+from samples.generator.linkage import Bars, solve
 
 NOISE_PX = 0.05
 
 
-def corners(neck: Neck, alpha: np.ndarray, seed: int | None = None) -> np.ndarray:
-    """Where the sample's camera sees the markers' corners, (F, markers, 4, 2), px, with noise of NOISE_PX."""
+def carrier(marker: BarMarker, bars: Bars, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Middle and direction (complex, of length one) of a marker's bar, (F,) each; a diagonal joins two bar ends."""
+    if marker.bar is not None:
+        return bars.middle[:, marker.bar], np.exp(1j * bars.orientation[:, marker.bar])
+    assert marker.diagonal is not None
+    i = int(marker.diagonal[1:])
+    half = b[i - 1] / 2 * np.exp(1j * bars.orientation)
+    side = 1 if marker.diagonal[0] == "A" else -1
+    lower, upper = bars.middle[:, i - 1] - side * half[:, i - 1], bars.middle[:, i] + side * half[:, i]
+    return (lower + upper) / 2, (upper - lower) / np.abs(upper - lower)
+
+
+def corners(neck: Neck, alpha: np.ndarray, seed: int | None = None, noise: float = NOISE_PX) -> np.ndarray:
+    """Where the sample's camera sees the markers' corners, (F, markers, 4, 2), px, with `noise` px where seeded."""
     assert neck.markers is not None
     m = neck.mechanisms
     bars = solve(alpha, np.array([x.L for x in m]), np.array([x.b for x in m]))
@@ -19,9 +31,10 @@ def corners(neck: Neck, alpha: np.ndarray, seed: int | None = None) -> np.ndarra
     out = np.empty((len(alpha), len(neck.markers.on_bars), 4, 2))
     for k, marker in enumerate(neck.markers.on_bars):
         local = complex(*marker.at) + np.exp(1j * marker.angle) * square
-        plane = bars.middle[:, marker.bar, None] + np.exp(1j * bars.orientation[:, marker.bar, None]) * local
+        middle, turn = carrier(marker, bars, np.array([x.b for x in m]))
+        plane = middle[:, None] + turn[:, None] * local
         points = np.stack([plane.real, plane.imag, np.zeros(plane.shape)], axis=-1)
         out[:, k] = SAMPLE_CAMERA.project(points.reshape(-1, 3)).reshape(len(alpha), 4, 2)
     if seed is not None:
-        out += np.random.default_rng(seed).normal(0, NOISE_PX, out.shape)
+        out += np.random.default_rng(seed).normal(0, noise, out.shape)
     return out

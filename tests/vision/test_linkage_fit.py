@@ -2,15 +2,19 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
 from calibration.camera import Camera, camera_from
-from mechanism.description import read_neck
+from mechanism.arm import arm_of
+from mechanism.description import BarMarker, Neck, read_neck
 from samples.generator.camera import SAMPLE_CAMERA
 from tests.vision.scene import NOISE_PX, corners
 from vision.linkage_fit import fit_linkage
+from vision.marker_scene import Scene, Shared, rotations
 from xneck.errors import Refused
 
 NECK = read_neck(Path(__file__).parents[2] / "samples/recording/neck.yaml")
@@ -24,6 +28,13 @@ def camera() -> Camera:
 def motion(frames: int) -> np.ndarray:
     t = np.arange(frames) / 30
     return 0.5 * np.sin(2 * np.pi * np.outer(t, [0.31, 0.47, 0.73]) + [0.0, 1.0, 2.0])
+
+
+def with_markers(places: list[dict[str, Any]]) -> Neck:
+    """The sample's arm with markers at the middles of other bars."""
+    assert NECK.markers is not None
+    on_bars = tuple(BarMarker(id=i, **place) for i, place in enumerate(places))
+    return NECK.model_copy(update={"markers": NECK.markers.model_copy(update={"on_bars": on_bars})})
 
 
 def test_exact_corners_give_exact_angles_and_pose() -> None:
@@ -109,3 +120,71 @@ def test_a_camera_that_ignores_its_lens_is_wrong_and_its_residuals_tell() -> Non
     fit = fit_linkage(NECK, replace(camera(), distortion=np.zeros(5)), corners(NECK, alpha), "test")
     assert np.max(np.abs(fit.alpha - alpha)) > np.radians(0.1)
     assert fit.corner_sigma_px > 0.1
+
+
+def test_markers_on_diagonals_stand_for_the_bars() -> None:
+    """Exact corners of a base marker and of one diagonal a mechanism; another arm has both kinds of bars, two a bar."""
+    alpha = motion(90)
+    for places in (
+        [{"bar": 0}, {"diagonal": "A1"}, {"diagonal": "B2"}, {"diagonal": "A3", "angle": 1.2, "at": (0.01, 0.004)}],
+        [{"bar": 0}, {"bar": 0, "at": (0.02, 0.0)}, {"bar": 2}, {"bar": 3}, {"diagonal": "B1"}, {"diagonal": "A2"}],
+    ):
+        neck = with_markers(places)
+        fit = fit_linkage(neck, camera(), corners(neck, alpha), "test")
+        assert np.max(np.abs(fit.alpha - alpha)) < 1e-7
+
+
+def unequal_noise(neck: Neck, alpha: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Corners whose noise is correlated and differs twentyfold between markers, with its covariance."""
+    rng = np.random.default_rng(seed)
+    seen = corners(neck, alpha)
+    root = 0.03 * rng.normal(0, 1, (*seen.shape[:2], 8, 8)) * 20 ** rng.uniform(-0.5, 0.5, (*seen.shape[:2], 1, 1))
+    noise = (root @ rng.normal(0, 1, (*seen.shape[:2], 8, 1))).reshape(seen.shape)
+    return seen + noise, root @ np.swapaxes(root, -1, -2)
+
+
+def test_stated_covariances_weigh_and_their_scale_is_found() -> None:
+    """Covariances three times too small: the scale says 3, z is still one, and the angles gain over equal weights."""
+    neck = with_markers([{"bar": 0}, {"bar": 1}, {"bar": 2}, {"bar": 3}, {"diagonal": "A2"}])
+    alpha = motion(60)
+    z, weighed, equal = [], [], []
+    for seed in range(6):
+        seen, covariance = unequal_noise(neck, alpha, seed)
+        fit = fit_linkage(neck, camera(), seen, "test", covariance=covariance / 9)
+        error = fit.alpha - alpha
+        z.append(np.einsum("fi,fij,fj->f", error, np.linalg.inv(fit.covariance), error) / 3)
+        assert abs(fit.scale / 3 - 1) < 0.1
+        weighed.append(error)
+        equal.append(fit_linkage(neck, camera(), seen, "test").alpha - alpha)
+    assert 0.9 < np.sqrt(np.mean(z)) < 1.1
+    assert np.sqrt(np.mean(np.square(weighed))) < 0.5 * np.sqrt(np.mean(np.square(equal)))
+
+
+def test_single_covariances_may_be_missing_or_of_lower_rank() -> None:
+    """A refinement of four degrees of freedom states a singular covariance; where it failed, NaN."""
+    alpha = motion(60)
+    covariance = np.broadcast_to(np.eye(8), (60, 4, 8, 8)).copy()
+    covariance[10:20, 1] = np.nan
+    covariance[:, 2] = np.diag([1.0] * 4 + [0.0] * 4)
+    fit = fit_linkage(NECK, camera(), corners(NECK, alpha), "test", covariance=covariance)
+    assert np.max(np.abs(fit.alpha - alpha)) < 1e-7
+    assert np.isfinite(fit.covariance).all()
+
+
+def test_derivatives_by_all_that_frames_share() -> None:
+    """The assembled Jacobian against a step of the whole vector in a random direction; rotations against OpenCV's."""
+    rng = np.random.default_rng(4)
+    neck = with_markers([{"bar": 0}, {"bar": 2}, {"diagonal": "B3"}])
+    assert neck.markers is not None
+    scene = Scene(arm_of(neck), neck.markers)
+    pose = np.array([*SAMPLE_CAMERA.rotation, *SAMPLE_CAMERA.translation])
+    drift = rng.normal(0, 0.01, (2, 6))
+    shared = Shared(pose, rng.normal(0, 0.003, (3, 3)), np.stack([scene.arm.L, scene.arm.b]), drift)
+    alpha, course, way = rng.normal(0, 0.3, (5, 3)), rng.uniform(0, 1, (5, 2)), rng.normal(0, 1, len(shared.vector))
+    h = 1e-6
+    ahead, behind = (scene.image(shared.moved(s * h * way), alpha, course) for s in (1, -1))
+    np.testing.assert_allclose(
+        scene.by_shared(shared, alpha, course) @ way, (ahead - behind) / (2 * h), rtol=1e-6, atol=1e-8
+    )
+    for vector in (np.zeros(3), pose[:3], np.array([2.9, 1.9, -0.4])):
+        np.testing.assert_allclose(rotations(vector), cv2.Rodrigues(vector)[0], atol=1e-12)
