@@ -15,12 +15,16 @@ from vision.angles import Angles
 from vision.following import follow
 from vision.linkage_fit import LinkageFit, fit_linkage
 from vision.quality import gaps, quality
+from vision.recording_fit import PlacementPrior
 from vision.shutter import UNKNOWN, Shutter, at_middle_row
 from vision.tracking import DOUBLED
 from vision.video import describe
 from xneck.errors import Refused
 
 Array = NDArray[np.float64]
+
+ASKEW = 1.5
+"""times as large a corner error with the placement of neck.yaml as with a free one tells that it is wrong"""
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,9 @@ class Extraction:
             "corner_sigma_px": self.fit.corner_sigma_px,
             "markers": a.notes["markers"],
             "gaps": a.notes["gaps"],
+            "drift": a.notes["drift"],
+            "placement": a.notes.get("placement"),
+            "askew": a.notes["askew"],
             "T_camera_base": a.notes["T_camera_base"],
         }
 
@@ -54,10 +61,14 @@ def extract(
     camera: Camera,
     neck: Neck,
     shutter: Shutter = UNKNOWN,
+    placement: PlacementPrior | None = None,
     workers: int = 1,
     progress: Callable[[int], object] = lambda frames: None,
 ) -> Extraction:
     """Angles of every frame; `workers` processes share the video, `progress` is told of frames done.
+
+    With a `placement` prior it is estimated where each marker sits; without one neck.yaml is believed, and held against what
+    the motion shows (`notes["askew"]`).
 
     Raises Refused for a damaged video, a picture size that is not the camera's, or where no marker of the arm is in view.
     """
@@ -78,7 +89,8 @@ def extract(
             f"check markers.dictionary ({markers.dictionary}) and the ids",
         )
     corners = at_middle_row(seen.time, seen.corners, size.height, shutter)
-    fit = fit_linkage(neck, camera, corners, str(video))
+    time = shutter.middle(seen.time, size.height)
+    fit = fit_linkage(neck, camera, corners, str(video), time=time, placement=placement)
     sigma = np.sqrt(np.diagonal(fit.covariance, axis1=1, axis2=2))
     sigma = np.where(np.isnan(fit.alpha), np.nan, sigma)
     shares = (~np.isnan(corners[:, :, 0, 0])).mean(axis=0)
@@ -96,8 +108,27 @@ def extract(
             "sigma": fit.pose_sigma.tolist(),
         },
     }
-    time = shutter.middle(seen.time, size.height)
     ids = [marker.id for marker in markers.on_bars]
+    notes |= fit.notes
+    notes["askew"] = None if placement else _askew(neck, camera, corners, str(video), fit)
     notes["gaps"] = gaps(time, fit.alpha, ids, seen.how)
     frame_quality = quality(time, ids, seen.how, corners, fit.residual_px, shutter.exposure_s)
     return Extraction(Angles(time, fit.alpha, sigma, notes), fit, corners, frame_quality)
+
+
+def _askew(neck: Neck, camera: Camera, corners: Array, where: str, believed: LinkageFit) -> str | None:
+    """A sentence where markers that sit as neck.yaml says explain the corners much worse than markers free to sit elsewhere."""
+    free = fit_linkage(neck, camera, corners, where, placement=PlacementPrior(), drift=False)
+    if believed.corner_sigma_px < ASKEW * free.corner_sigma_px or free.placement is None:
+        return None
+    worst = max(free.placement.numbers, key=lambda n: abs(n.value - n.nominal) / n.prior_sigma)
+    shown = (
+        f"{1e3 * (worst.value - worst.nominal):+.1f} mm"
+        if worst.unit == "m"
+        else f"{np.degrees(worst.value - worst.nominal):+.1f} deg"
+    )
+    return (
+        f"the markers do not sit as neck.yaml says: corners fit to {believed.corner_sigma_px:.2f} px as described, to "
+        f"{free.corner_sigma_px:.2f} px where they may sit otherwise (most: {worst.name} of {worst.where}, {shown}); "
+        "estimate their placement, or correct neck.yaml"
+    )

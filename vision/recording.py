@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vision.recording_fit import PlacementPrior
 from vision.shutter import Shutter, Stamp
 from xneck.errors import Refused
 from xneck.strict_yaml import Strict, read
@@ -24,6 +25,7 @@ class _File(Strict):
     exposure: Annotated[float, Field(ge=0, le=1)] = 0.0
     row_time: Annotated[float, Field(ge=-1e-3, le=1e-3)] = 0.0
     stamp: Stamp = "middle"
+    placement: Literal["believed", "estimated"] = "believed"
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,8 @@ class Recording:
     pictures: tuple[Path, ...]
     angles: Path | None
     shutter: Shutter
+    placement: PlacementPrior | None
+    """to estimate where the markers sit; None believes neck.yaml"""
 
 
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
@@ -74,7 +78,8 @@ def read_recording(folder: str | Path) -> Recording:
         return path
 
     paths = {
-        key: inside(key, value) for key, value in file.model_dump(exclude={"exposure", "row_time", "stamp"}).items()
+        key: inside(key, value)
+        for key, value in file.model_dump(exclude={"exposure", "row_time", "stamp", "placement"}).items()
     }
     pictures = paths.pop("pictures")
     listed: tuple[Path, ...] = ()
@@ -86,4 +91,5 @@ def read_recording(folder: str | Path) -> Recording:
     assert log is not None
     assert neck is not None
     shutter = Shutter(file.exposure, file.row_time, file.stamp)
-    return Recording(folder, log, neck, pictures=listed, shutter=shutter, **paths)
+    prior = PlacementPrior() if file.placement == "estimated" else None
+    return Recording(folder, log, neck, pictures=listed, shutter=shutter, placement=prior, **paths)

@@ -1,7 +1,7 @@
 """xneck extract."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import click
 
@@ -25,6 +25,8 @@ from vision.cli.output import FILE, OUT, export_beside, exported, progress, repo
     show_default=True,
     help="What the frames' stamps mean: begin, middle or end of the exposure.",
 )
+@click.option("--placement", is_flag=True, help="Estimate from the motion where each marker sits on its bar.")
+@click.option("--corrected-neck", type=OUT, help="Write neck.yaml with the markers where they were found.")
 @click.option("--workers", type=click.IntRange(1), default=1, show_default=True, help="Processes that share the video.")
 @exported
 @results
@@ -37,6 +39,8 @@ def command(
     exposure: float,
     row_time: float,
     stamp: Literal["start", "middle", "end"],
+    placement: bool,
+    corrected_neck: Path | None,
     workers: int,
     export_as: str | None,
     json_out: str | None,
@@ -47,32 +51,50 @@ def command(
 
     from calibration.camera import read_camera
     from mechanism.description import read_neck
+    from mechanism.neck_text import neck_text
     from vision.angles import write_angles
     from vision.extract import extract
     from vision.overlay import write_overlay
+    from vision.recording_fit import PlacementPrior
     from vision.shutter import Shutter
     from vision.video import describe
     from xneck.provenance import provenance
+    from xneck.whole_file import write_text
 
     camera, neck = read_camera(camera_file), read_neck(neck_file)
+    shutter = Shutter(exposure, row_time, stamp)
+    prior = PlacementPrior() if placement or corrected_neck else None
     with progress(describe(video).frames, "extract", quiet) as done:
-        found = extract(video, camera, neck, Shutter(exposure, row_time, stamp), workers, done)
+        found = extract(video, camera, neck, shutter, prior, workers, done)
     found.angles.notes["provenance"] = provenance({"video": video, "camera": camera_file, "neck": neck_file})
     write_angles(found.angles, out, found.quality)
     export_beside(found.angles.series, out, export_as)
     if overlay:
         with progress(len(found.angles.time), "overlay", quiet) as done:
             write_overlay(video, overlay, neck, camera, found, done)
+    if corrected_neck and found.fit.placement:
+        comment = f"markers as found in {video.name}"
+        write_text(corrected_neck, neck_text(found.fit.placement.neck, comment))
     result = found.as_json()
     median = result["sigma_alpha_median_rad"]
     shares = ", ".join(f"id {m['id']} {100 * m['seen_share']:.1f} %" for m in found.angles.notes["markers"])
-    lost = [
+    more = [
         f"\n  {', '.join(gap['angles'])} missing {gap['from_s']:.2f} to {gap['to_s']:.2f} s: {gap['cause']}"
-        for gap in result["gaps"]
+        for gap in result["gaps"][:10]
     ]
+    more += [f"\n  {drift['sentence']}" for drift in result["drift"]]
+    more += [f"\n  {result['askew']}"] if result["askew"] else []
+    more += [f"\n  {_placed(number)}" for number in result["placement"] or []]
     text = (
         f"{out}: {result['frames_with_all_angles']} of {result['frames']} frames with all angles, "
         f"sigma {np.degrees(median) if median else float('nan'):.3f} deg, corners {result['corner_sigma_px']:.3f} px\n"
         f"  markers seen: {shares}"
     )
-    report_result(result, text + "".join(lost[:10]), json_out, quiet)
+    report_result(result, text + "".join(more), json_out, quiet)
+
+
+def _placed(number: dict[str, Any]) -> str:
+    """One number of the placement, in mm or degrees."""
+    scale, unit = (1e3, "mm") if number["unit"] == "m" else (57.29578, "deg")
+    off = scale * (number["value"] - number["nominal"])
+    return f"{number['where']}: {number['name']} {off:+.3f} +- {scale * number['sigma']:.3f} {unit}, {number['word']}"
