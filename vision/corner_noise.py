@@ -11,6 +11,9 @@ from calibration.camera import Camera
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+PORTION = 500
+"""frames at once, so that memory does not grow with the recording"""
+
 
 @dataclass(frozen=True)
 class Observed:
@@ -30,8 +33,11 @@ class Observed:
 
 def normalise(camera: Camera, corners: Array) -> Complex:
     """Corners (F, markers, 4, 2), px as detected, as normalised coordinates, NaN where not seen."""
-    rays = camera.rays(np.nan_to_num(corners.reshape(-1, 2)))
-    image: Complex = (rays[:, 0] + 1j * rays[:, 1]).reshape(corners.shape[:-1])
+    image = np.empty(corners.shape[:-1], dtype=complex)
+    for start in range(0, len(corners), PORTION):
+        part = corners[start : start + PORTION]
+        rays = camera.rays(np.nan_to_num(part.reshape(-1, 2)))
+        image[start : start + PORTION] = (rays[:, 0] + 1j * rays[:, 1]).reshape(part.shape[:-1])
     image[np.isnan(corners).any(axis=(-2, -1)) | np.isnan(image).any(axis=-1)] = np.nan
     return image
 

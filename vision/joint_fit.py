@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from vision.corner_noise import Observed
+from vision.corner_noise import PORTION, Observed
 from vision.marker_scene import Scene, Shared
 
 Array = NDArray[np.float64]
@@ -20,8 +20,6 @@ Complex = NDArray[np.complex128]
 ROUNDS = 40
 HUBER = 5.0
 """standard deviations from which on a corner pulls with constant force only"""
-PORTION = 500
-"""frames at once, so that memory does not grow with the recording"""
 POLISHING = 4
 LEAST_VARIANCE = 1e-8
 """of exact corners, so that a prior keeps its say"""

@@ -14,8 +14,8 @@ from scipy.stats import chi2
 
 from calibration.camera import Camera
 from mechanism.description import Neck
-from vision.corner_noise import observed
-from vision.joint_fit import PORTION, frame_angles, freedom, inverse
+from vision.corner_noise import PORTION, observed
+from vision.joint_fit import frame_angles, freedom, inverse
 from vision.marker_scene import frame_poses
 from vision.placement import Placement, placement_of
 from vision.pose_drift import DriftTerm

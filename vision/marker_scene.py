@@ -62,6 +62,8 @@ class Scene:
 
     arm: Arm
     markers: Markers
+    free_lengths: bool = False
+    """whether L and b may move; otherwise derivatives by them are not computed but zero"""
 
     @property
     def bodies(self) -> list[int]:
@@ -112,10 +114,12 @@ class Scene:
         plane = self.plane(shared.placement, shared.lengths, alpha)
         by_pose = _difference(lambda step: onto_image(plane, pose + step), 6)
         by_place = _difference(lambda s: onto_image(self.plane(shared.placement + s, shared.lengths, alpha), pose), 3)
-        by_length = _difference(
-            lambda s: onto_image(self.plane(shared.placement, shared.lengths + s.reshape(2, -1), alpha), pose),
-            shared.lengths.size,
-        )
+        by_length = np.zeros((*plane.shape, shared.lengths.size), dtype=complex)
+        if self.free_lengths:
+            by_length = _difference(
+                lambda s: onto_image(self.plane(shared.placement, shared.lengths + s.reshape(2, -1), alpha), pose),
+                shared.lengths.size,
+            )
         # a marker's place moves that marker alone
         own = np.zeros((*plane.shape, *shared.placement.shape), dtype=complex)
         for k in range(len(shared.placement)):

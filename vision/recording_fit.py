@@ -71,7 +71,8 @@ def fit_shared(
     time: (F,), s, to name the moment of a drift. Raises Refused where the frames do not show what the pose needs.
     """
     markers = markers_of(neck, where)
-    scene = Scene(arm_of(neck), markers)
+    free_lengths = placement is not None and placement.length_sigma is not None
+    scene = Scene(arm_of(neck), markers, free_lengths)
     image = normalise(camera, corners)
     focal = float(np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
     chosen = shared_frames(markers, ~np.isnan(image[..., 0]), FRAMES, where)

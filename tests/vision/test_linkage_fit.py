@@ -176,7 +176,7 @@ def test_derivatives_by_all_that_frames_share() -> None:
     rng = np.random.default_rng(4)
     neck = with_markers([{"bar": 0}, {"bar": 2}, {"diagonal": "B3"}])
     assert neck.markers is not None
-    scene = Scene(arm_of(neck), neck.markers)
+    scene = Scene(arm_of(neck), neck.markers, free_lengths=True)
     pose = np.array([*SAMPLE_CAMERA.rotation, *SAMPLE_CAMERA.translation])
     drift = rng.normal(0, 0.01, (2, 6))
     shared = Shared(pose, rng.normal(0, 0.003, (3, 3)), np.stack([scene.arm.L, scene.arm.b]), drift)
