@@ -1,0 +1,261 @@
+"""Corners of markers from all of their grey levels: each marker's picture, as the template has it, fitted by Gauss-Newton.
+
+Unknown are the motion of the marker (eight numbers, `planar_motion`), a plane of light on black and one on white, and small
+changes of blur and bleed against what the recording shares. Pixels that the model does not explain, a cable or a shadow,
+lose their weight. The covariance is measured from the scores of picture blocks, so that it holds for compressed pictures too.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.edges import refine
+from vision.pixels import Pixels, select
+from vision.planar_motion import CORNERS, DOF, corner_slopes, displacement, homography, moved, project
+from vision.robust import EFFICIENT, block_inflation, scale_of, slope_share, tukey
+from vision.template import Optics, look_up
+
+Array = NDArray[np.float64]
+
+ROUNDS = 8
+MIN_ROUNDS = 2
+SETTLED = 0.03
+"""px; a step below this is the last, since its own error is a small share of it"""
+RESELECT = 0.7
+"""px; further from where the pixels were chosen, they are chosen anew"""
+PERSPECTIVE_SD = 0.05
+"""how far the perspective terms may be from those of the start; holds small markers, big ones know better"""
+MIN_CONTRAST = 12.0
+"""grey levels between black and white, below which there is nothing to fit"""
+MAX_ERROR_SHARE = 0.25
+"""residual scale over contrast, above which what is fitted is not this marker"""
+MIN_WEIGHT = 0.4
+"""share of the pixels' weight that must be left"""
+BLURRED = 1.5
+"""px over the exposure, from which on a marker counts as blurred"""
+EDGE_SD, LOST_SD = 0.15, 1.0
+"""px: corners of the fallback, from the square's edges or as they were"""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a marker is about to be found."""
+
+    corners: Array
+    """(4, 2), px, in OpenCV's order, within half a cell"""
+    cells: NDArray[np.bool_]
+    """(n, n), True is black, as `marker_cells` gives them"""
+    motion: Array
+    """(4, 2), px: how far each corner moves during the exposure; corners are those in its middle"""
+
+
+@dataclass(frozen=True)
+class MarkerFit:
+    """A marker's corners and what they rest on."""
+
+    corners: Array
+    """(4, 2), px"""
+    covariance: Array
+    """(8, 8), px^2, of x and y of the first corner, and so on"""
+    rms: float
+    """of the residual, weighted, grey levels"""
+    contrast: float
+    """between black and white, grey levels"""
+    sigma: float
+    """of the lens' blur, px, as this marker shows it"""
+    bleed: float
+    """px, as this marker shows it"""
+    optics_sd: Array
+    """standard deviations of sigma and bleed, (2,), px; the optics that were passed in included"""
+    hidden: float
+    """share of the pixels' weight that robust weighting took away"""
+    clipped: float
+    """share of the pixels that are black or white to the limit"""
+    blurred: bool
+    fell_back: bool
+    """True where the fit failed and the corners are those of the edges, or of the start"""
+
+
+def fit_markers(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Optics) -> list[MarkerFit]:
+    """Markers of one picture, (height, width) uint8; all are fitted side by side."""
+    if not starts:
+        return []
+    state = _gauss_newton(grey, starts, optics)
+    return [
+        _result(state, k, start, optics) if _sound(state, k, start) else _fallback(grey, start, optics)
+        for k, start in enumerate(starts)
+    ]
+
+
+@dataclass(frozen=True)
+class _State:
+    """The last round, markers first."""
+
+    pixels: Pixels
+    corners: Array
+    """(M, 4, 2), px"""
+    covariance: Array
+    """(M, 8, 8), px^2"""
+    solution: Array
+    """(M, columns)"""
+    spread: Array
+    """(M, 2): standard deviations of the columns blur and bleed"""
+    scale: Array
+    """(M,): of the residual, grey levels"""
+    rms: Array
+    weight: Array
+    """(M,): share of the weight left, 1 where nothing but noise is"""
+    settled: NDArray[np.bool_]
+
+
+HEAT, INK, LIGHT = DOF, DOF + 1, slice(DOF + 2, DOF + 8)
+"""columns: the blur's variance, the bleed, and the light's 1, u, v times black and white, then white alone"""
+COLUMNS = DOF + 8
+WHITE = DOF + 5
+
+
+def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Optics) -> _State:
+    corners = np.stack([s.corners for s in starts]).astype(float)
+    motion = np.stack([s.motion for s in starts]).astype(float)
+    pixels = select(grey, [s.cells for s in starts], corners, motion, optics)
+    chosen_at, first = corners, corners
+    count = np.maximum(pixels.used.sum(axis=1), 1)
+    light = np.zeros((len(starts), 3))
+    light[:, 0] = pixels.contrast
+    weight = pixels.used.astype(float)
+    prior = np.zeros((len(starts), COLUMNS))
+    prior[:, 6:DOF] = PERSPECTIVE_SD**-2
+    prior[:, HEAT] = (2 * optics.sigma * optics.sigma_sd) ** -2
+    prior[:, INK] = optics.bleed_sd**-2
+    known = np.zeros((len(starts), COLUMNS))
+    scale = 0.1 * pixels.contrast + 1.0
+    for turn in range(ROUNDS):
+        H = homography(corners)
+        D = _columns(pixels, H, motion, corners, light)
+        # the perspective's prior holds about the start, so it is carried along
+        inverse, solution, residual = _solve(D, pixels.grey, weight, prior * scale[:, None] ** 2, known)
+        if turn == 0:
+            scale = scale_of(residual, pixels.used)
+            weight = tukey(residual, 1.5 * scale) * pixels.used
+            inverse, solution, residual = _solve(D, pixels.grey, weight, prior * scale[:, None] ** 2, known)
+        scale = scale_of(residual, pixels.used)
+        xi = np.clip(np.nan_to_num(solution[:, :DOF]), -0.2, 0.2)
+        corners = moved(H, xi)
+        known[:, 6:DOF] -= xi[:, 6:]
+        light = solution[:, WHITE : WHITE + 3]
+        step = np.abs(corners - project(H, np.broadcast_to(CORNERS, (len(H), 4, 2)))).max(axis=(1, 2))
+        last = turn + 1 >= MIN_ROUNDS and step.max() < SETTLED
+        if last or turn == ROUNDS - 1:
+            break
+        if np.abs(corners - chosen_at).max() > RESELECT and np.abs(corners - first).max() < 30:
+            pixels = select(grey, [s.cells for s in starts], corners, motion, optics)
+            chosen_at, count = corners, np.maximum(pixels.used.sum(axis=1), 1)
+            weight = pixels.used.astype(float)
+            H = homography(corners)
+            D = _columns(pixels, H, motion, corners, light)
+            residual = pixels.grey - np.einsum("mpn,mp->mn", D[:, HEAT:], solution[:, HEAT:])
+            scale = scale_of(residual, pixels.used)
+        weight = tukey(residual, scale) * pixels.used
+    inflation = block_inflation(D, inverse, weight * residual, weight, pixels.block, pixels.blocks)
+    inflation = inflation / slope_share(residual, scale, pixels.used) ** 2
+    slopes = corner_slopes(H)
+    covariance = slopes @ (inverse[:, :DOF, :DOF] * inflation[:, None, None]) @ np.swapaxes(slopes, 1, 2)
+    total = np.maximum(weight.sum(axis=1), 1e-9)
+    return _State(
+        pixels=pixels,
+        corners=corners,
+        covariance=covariance,
+        solution=solution,
+        spread=np.sqrt(np.maximum(inverse[:, [HEAT, INK], [HEAT, INK]] * inflation[:, None], 0)),
+        scale=scale,
+        rms=np.sqrt(np.sum(weight * residual**2, axis=1) / total),
+        weight=total / count / EFFICIENT,
+        settled=step < 5 * SETTLED,
+    )
+
+
+def _columns(pixels: Pixels, H: Array, motion: Array, corners: Array, light: Array) -> Array:
+    """The model's derivatives, (M, COLUMNS, N); motion, blur and bleed for the light at hand (M, 3: white's 1, u, v)."""
+    u, v = pixels.seen_from(np.linalg.inv(H))
+    picture = np.zeros((len(H), 5, u.shape[1]))
+    for k, texture in enumerate(pixels.textures):
+        for share, place in pixels.instants[k]:
+            G = np.linalg.inv(homography((corners[k] + place * motion[k])[None])) if place else None
+            at = (u[k], v[k]) if G is None else tuple(x[0] for x in pixels.only(k).seen_from(G))
+            picture[k] += share * look_up(texture, *at).T
+    value, by_u, by_v, heat, ink = np.moveaxis(picture, 1, 0)
+    white = light[:, :1] + light[:, 1:2] * u + light[:, 2:] * v
+    D = np.empty((len(H), COLUMNS, u.shape[1]))
+    along_u, along_v = -white * by_u, -white * by_v
+    for j, (a, b) in enumerate(zip(*displacement(u, v), strict=True)):
+        D[:, j] = along_u * a + along_v * b
+    D[:, HEAT], D[:, INK] = white * heat, white * ink
+    for j, one in enumerate((1.0, u, v)):
+        D[:, HEAT + 2 + j] = one
+        D[:, WHITE + j] = value * one
+    return D
+
+
+def _solve(D: Array, grey: Array, weight: Array, prior: Array, known: Array) -> tuple[Array, Array, Array]:
+    """Weighted least squares: inverse of the normal matrix (M, P, P), solution (M, P), residual (M, N)."""
+    weighted = D * weight[:, None]
+    normal = weighted @ np.swapaxes(D, 1, 2)
+    diagonal = np.einsum("mpp->mp", normal)
+    diagonal += prior + 1e-9 * diagonal + 1e-12
+    inverse = np.linalg.inv(normal)
+    solution = (inverse @ (weighted @ grey[..., None] + (prior * known)[..., None]))[..., 0]
+    return inverse, solution, grey - (solution[:, None] @ D)[:, 0]
+
+
+def _sound(state: _State, k: int, start: Start) -> bool:
+    cell = np.mean(np.linalg.norm(np.roll(start.corners, -1, axis=0) - start.corners, axis=1)) / len(start.cells)
+    reach = cell + np.abs(start.motion).max() / 2
+    contrast = state.solution[k, WHITE]
+    return bool(
+        np.isfinite(state.covariance[k]).all()
+        and state.settled[k]
+        and np.abs(state.corners[k] - start.corners).max() < reach
+        and contrast > MIN_CONTRAST
+        and state.scale[k] < MAX_ERROR_SHARE * contrast
+        and state.weight[k] > MIN_WEIGHT
+        and state.pixels.inside[k] > 0.5
+    )
+
+
+def _result(state: _State, k: int, start: Start, optics: Optics) -> MarkerFit:
+    variance = optics.sigma**2 + state.solution[k, HEAT]
+    sigma = float(np.sqrt(max(variance, 0.01)))
+    return MarkerFit(
+        corners=state.corners[k],
+        covariance=state.covariance[k],
+        rms=float(state.rms[k]),
+        contrast=float(state.solution[k, WHITE]),
+        sigma=sigma,
+        bleed=optics.bleed + float(state.solution[k, INK]),
+        optics_sd=state.spread[k] * [1 / (2 * sigma), 1.0],
+        hidden=float(np.clip(1 - state.weight[k], 0, 1)),
+        clipped=float(state.pixels.clipped[k]),
+        blurred=bool(np.linalg.norm(start.motion, axis=1).max() > BLURRED),
+        fell_back=False,
+    )
+
+
+def _fallback(grey: NDArray[np.uint8], start: Start, optics: Optics) -> MarkerFit:
+    corners = refine(grey, start.corners, len(start.cells))
+    smear = float(np.linalg.norm(start.motion, axis=1).max())
+    sd = np.hypot(LOST_SD if np.array_equal(corners, start.corners) else EDGE_SD, smear / np.sqrt(12))
+    return MarkerFit(
+        corners=corners,
+        covariance=sd**2 * np.eye(8),
+        rms=float("nan"),
+        contrast=float("nan"),
+        sigma=optics.sigma,
+        bleed=optics.bleed,
+        optics_sd=np.array([optics.sigma_sd, optics.bleed_sd]),
+        hidden=float("nan"),
+        clipped=float("nan"),
+        blurred=smear > BLURRED,
+        fell_back=True,
+    )
