@@ -13,16 +13,19 @@ from numpy.typing import NDArray
 
 from vision.edges import refine
 from vision.pixels import Pixels, select
-from vision.planar_motion import CORNERS, DOF, corner_slopes, displacement, homography, moved, project
+from vision.planar_motion import CORNERS, DOF, corner_slopes, homography, moved, project
 from vision.robust import EFFICIENT, block_inflation, scale_of, slope_share, tukey
 from vision.template import Optics, look_up
 
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
 
 ROUNDS = 8
 MIN_ROUNDS = 2
-SETTLED = 0.03
-"""px; a step below this is the last, since its own error is a small share of it"""
+SETTLED = 0.06
+"""px; a step below this is the last, since a tenth of it is what remains"""
+MOVING = 0.3
+"""px; a last step above this means that it did not converge"""
 RESELECT = 0.7
 """px; further from where the pixels were chosen, they are chosen anew"""
 PERSPECTIVE_SD = 0.05
@@ -31,6 +34,12 @@ MIN_CONTRAST = 12.0
 """grey levels between black and white, below which there is nothing to fit"""
 MAX_ERROR_SHARE = 0.25
 """residual scale over contrast, above which what is fitted is not this marker"""
+SLOPE_SD = 0.2
+"""change of the light from a marker's middle to its side, as a share of the contrast: what is to be expected"""
+STIFF = 0.05
+"""the same in the first round, so that a thing across the marker is not taken for a slope of the light"""
+FEW_LOST = 0.93
+"""share of the weight; with more lost the first round is solved once more without what does not fit"""
 MIN_WEIGHT = 0.4
 """share of the pixels' weight that must be left"""
 BLURRED = 1.5
@@ -48,7 +57,7 @@ class Start:
     cells: NDArray[np.bool_]
     """(n, n), True is black, as `marker_cells` gives them"""
     motion: Array
-    """(4, 2), px: how far each corner moves during the exposure; corners are those in its middle"""
+    """(4, 2), px: how far each corner moves during the exposure; corners are those in its middle. Their mean is what blurs"""
 
 
 @dataclass(frozen=True)
@@ -131,15 +140,19 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
     prior[:, INK] = optics.bleed_sd**-2
     known = np.zeros((len(starts), COLUMNS))
     scale = 0.1 * pixels.contrast + 1.0
+    slopes = [LIGHT.start + 1, LIGHT.start + 2, WHITE + 1, WHITE + 2]
     for turn in range(ROUNDS):
         H = homography(corners)
-        D = _columns(pixels, H, motion, corners, light)
+        slope_sd = (SLOPE_SD if turn else STIFF) * np.maximum(light[:, :1], MIN_CONTRAST)
+        prior[:, slopes] = slope_sd**-2
+        D = _columns(pixels, H, light)
         # the perspective's prior holds about the start, so it is carried along
         inverse, solution, residual = _solve(D, pixels.grey, weight, prior * scale[:, None] ** 2, known)
         if turn == 0:
             scale = scale_of(residual, pixels.used)
-            weight = tukey(residual, 1.5 * scale) * pixels.used
-            inverse, solution, residual = _solve(D, pixels.grey, weight, prior * scale[:, None] ** 2, known)
+            weight = tukey(residual, 1.2 * scale) * pixels.used
+            if np.any(weight.sum(axis=1) < FEW_LOST * count):
+                inverse, solution, residual = _solve(D, pixels.grey, weight, prior * scale[:, None] ** 2, known)
         scale = scale_of(residual, pixels.used)
         xi = np.clip(np.nan_to_num(solution[:, :DOF]), -0.2, 0.2)
         corners = moved(H, xi)
@@ -154,7 +167,7 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
             chosen_at, count = corners, np.maximum(pixels.used.sum(axis=1), 1)
             weight = pixels.used.astype(float)
             H = homography(corners)
-            D = _columns(pixels, H, motion, corners, light)
+            D = _columns(pixels, H, light)
             residual = pixels.grey - np.einsum("mpn,mp->mn", D[:, HEAT:], solution[:, HEAT:])
             scale = scale_of(residual, pixels.used)
         weight = tukey(residual, scale) * pixels.used
@@ -172,41 +185,47 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
         scale=scale,
         rms=np.sqrt(np.sum(weight * residual**2, axis=1) / total),
         weight=total / count / EFFICIENT,
-        settled=step < 5 * SETTLED,
+        settled=step < MOVING,
     )
 
 
-def _columns(pixels: Pixels, H: Array, motion: Array, corners: Array, light: Array) -> Array:
+def _columns(pixels: Pixels, H: Array, light: Array) -> Single:
     """The model's derivatives, (M, COLUMNS, N); motion, blur and bleed for the light at hand (M, 3: white's 1, u, v)."""
-    u, v = pixels.seen_from(np.linalg.inv(H))
-    picture = np.zeros((len(H), 5, u.shape[1]))
+    u, v = (at.astype(np.float32) for at in pixels.seen_from(np.linalg.inv(H)))
+    D = np.empty((len(H), COLUMNS, u.shape[1]), dtype=np.float32)
     for k, texture in enumerate(pixels.textures):
-        for share, place in pixels.instants[k]:
-            G = np.linalg.inv(homography((corners[k] + place * motion[k])[None])) if place else None
-            at = (u[k], v[k]) if G is None else tuple(x[0] for x in pixels.only(k).seen_from(G))
-            picture[k] += share * look_up(texture, *at).T
-    value, by_u, by_v, heat, ink = np.moveaxis(picture, 1, 0)
-    white = light[:, :1] + light[:, 1:2] * u + light[:, 2:] * v
-    D = np.empty((len(H), COLUMNS, u.shape[1]))
-    along_u, along_v = -white * by_u, -white * by_v
-    for j, (a, b) in enumerate(zip(*displacement(u, v), strict=True)):
-        D[:, j] = along_u * a + along_v * b
-    D[:, HEAT], D[:, INK] = white * heat, white * ink
-    for j, one in enumerate((1.0, u, v)):
-        D[:, HEAT + 2 + j] = one
-        D[:, WHITE + j] = value * one
+        D[k, [WHITE, 0, 1, HEAT, INK]] = look_up(texture, u[k], v[k])
+    one, along_u, along_v = light.astype(np.float32).T[..., None]
+    white = one + along_u * u + along_v * v
+    D[:, [HEAT, INK]] *= white[:, None]
+    a, b = (np.multiply(D[:, k], -white, out=D[:, k]) for k in range(2))
+    # the displacements of `planar_motion`, times the picture's slopes
+    np.multiply(a, u, out=D[:, 2])
+    np.multiply(a, v, out=D[:, 3])
+    np.multiply(b, u, out=D[:, 4])
+    np.multiply(b, v, out=D[:, 5])
+    away = D[:, 2] + D[:, 5]
+    np.multiply(away, u, out=D[:, 6])
+    np.multiply(away, v, out=D[:, 7])
+    D[:, LIGHT.start], D[:, LIGHT.start + 1], D[:, LIGHT.start + 2] = 1.0, u, v
+    np.multiply(D[:, WHITE], u, out=D[:, WHITE + 1])
+    np.multiply(D[:, WHITE], v, out=D[:, WHITE + 2])
     return D
 
 
-def _solve(D: Array, grey: Array, weight: Array, prior: Array, known: Array) -> tuple[Array, Array, Array]:
+def _solve(D: Single, grey: Array, weight: Array, prior: Array, known: Array) -> tuple[Array, Array, Array]:
     """Weighted least squares: inverse of the normal matrix (M, P, P), solution (M, P), residual (M, N)."""
-    weighted = D * weight[:, None]
-    normal = weighted @ np.swapaxes(D, 1, 2)
+    level = grey.mean(axis=1, keepdims=True)  # single precision serves differences
+    weighted = D * weight[:, None].astype(np.float32)
+    normal = (weighted @ np.swapaxes(D, 1, 2)).astype(float)
+    right = (weighted @ (grey - level)[..., None].astype(np.float32)).astype(float)[..., 0]
     diagonal = np.einsum("mpp->mp", normal)
     diagonal += prior + 1e-9 * diagonal + 1e-12
     inverse = np.linalg.inv(normal)
-    solution = (inverse @ (weighted @ grey[..., None] + (prior * known)[..., None]))[..., 0]
-    return inverse, solution, grey - (solution[:, None] @ D)[:, 0]
+    solution = (inverse @ (right + prior * known)[..., None])[..., 0]
+    residual = grey - level - (solution[:, None].astype(np.float32) @ D)[:, 0]
+    solution[:, LIGHT.start] += level[:, 0]
+    return inverse, solution, residual
 
 
 def _sound(state: _State, k: int, start: Start) -> bool:

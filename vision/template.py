@@ -6,7 +6,7 @@ written down once for a size and a blur on a raster finer than the pixels, with 
 Marker coordinates: u to the right and v downwards in the upright marker, -1 .. 1 over the black square.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import cv2
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
 
 PIXEL_VARIANCE = 1 / 12
 """px^2: what a square pixel's area adds to the blur along either axis"""
@@ -27,6 +28,12 @@ STEEP = 0.2
 """share of an edge's full steepness, above which a pixel is taken: 99 % of what a straight edge tells"""
 OUTSIDE = 0.7
 """cells of the white ring that are looked at; further out the ground may shine in"""
+INSTANT = 1.5
+"""px of motion to an instant of the exposure; the lens' blur fills the gaps"""
+STILL = 0.3
+"""px; a motion below this is no blur"""
+SHARP = 2.0
+"""px: width of an edge without motion"""
 BLEED_STEP = 0.05
 """px, of the difference that shows what bleed does"""
 BLUR_STEP = 0.03
@@ -96,10 +103,36 @@ def _texture(bits: bytes, n: int, step_u: int, step_v: int, bleed_step: int, sig
     ink = (more - less) / (2 * BLEED_STEP)
     channels = np.stack([value, by_u * n / 2, by_v * n / 2, heat, ink], axis=-1).astype(np.float32)
     slope = np.hypot(by_u / cell_px[0], by_v / cell_px[1])  # per px
-    at = (np.arange(len(slope)) + 0.5) / per_cell - MARGIN
+    return Texture(channels, n, per_cell, _near_edges(slope * sigma * np.sqrt(2 * np.pi) > STEEP, n, per_cell))
+
+
+def moving(still: Texture, shift: Array, smear: float) -> Texture:
+    """The mean over an exposure in which the marker moves uniformly by shift (2,), marker coordinates, or `smear` px."""
+    if smear < STILL:
+        return still
+    places, shares = _instants(1 + int(np.ceil(smear / INSTANT)))
+    total = np.zeros_like(still.channels)
+    size = still.channels.shape[1::-1]
+    for (x, y), share in zip(places[:, None] * shift * still.cells * still.per_cell / 2, shares, strict=True):
+        away = np.array([[1.0, 0.0, x], [0.0, 1.0, y]])
+        there = cv2.warpAffine(still.channels, away, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        cv2.scaleAdd(there, float(share), total, total)
+    steepness = np.hypot(total[..., 1], total[..., 2]) / np.abs(still.channels[..., 1:3]).max()
+    steep = steepness > STEEP * min(1.0, SHARP / smear)
+    return replace(still, channels=total, near_edges=_near_edges(steep, still.cells, still.per_cell))
+
+
+@lru_cache(maxsize=64)
+def _instants(n: int) -> tuple[Array, Array]:
+    """Gauss's nodes and weights for a mean over -1/2 .. 1/2."""
+    places, shares = np.polynomial.legendre.leggauss(n)
+    return places / 2, shares / 2
+
+
+def _near_edges(steep: NDArray[np.bool_], n: int, per_cell: int) -> NDArray[np.uint8]:
+    at = (np.arange(len(steep)) + 0.5) / per_cell - MARGIN
     near = (at > -OUTSIDE) & (at < n + OUTSIDE)
-    steep = slope * sigma * np.sqrt(2 * np.pi) > STEEP  # 1 on a long straight edge
-    return Texture(channels, n, per_cell, (steep & near & near[:, None]).astype(np.uint8))
+    return (steep & near & near[:, None]).astype(np.uint8)
 
 
 def _mixed(
@@ -136,9 +169,8 @@ def _edges(n: int, per_cell: int, strip: float, blur: float, order: int) -> Arra
     return -np.diff(np.hstack([first, step, last]), axis=1)
 
 
-def look_up(texture: Texture, u: Array, v: Array) -> Array:
-    """The channels at marker coordinates of shape (n,): (n, 5)."""
-    scale, _, shift = texture.to_raster[0]
-    x, y = (u * scale + shift).astype(np.float32), (v * scale + shift).astype(np.float32)
-    found = cv2.remap(texture.channels, x[None], y[None], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return found[0].astype(float)
+def look_up(texture: Texture, u: Single, v: Single) -> Single:
+    """The channels at marker coordinates of shape (n,): (5, n)."""
+    scale, _, shift = texture.to_raster[0].astype(np.float32)
+    at = (u * scale + shift)[None], (v * scale + shift)[None]
+    return cv2.remap(texture.channels, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)[0].T

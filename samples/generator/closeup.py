@@ -11,8 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 ZOOM = 8
-GROUND = 90.0
-"""grey level around the plate"""
 QUIET = 1.0
 """cells of white around the black square"""
 
@@ -29,6 +27,8 @@ class Flaws:
     """grey levels"""
     black: float = 40.0
     white: float = 190.0
+    ground: float = 90.0
+    """grey levels of ink, paper and what is around the plate"""
     slope: tuple[float, float] = (0.0, 0.0)
     """change of the light over 100 px to the right and downwards, as a share of it in the middle"""
     gamma: bool = False
@@ -102,7 +102,7 @@ def _ink(cells: NDArray[np.bool_], corners: Array, fine: int, flaws: Flaws) -> A
     if reach:
         disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
         black = (cv2.dilate if flaws.bleed > 0 else cv2.erode)(black, disc)
-    level = np.where(plate, np.where(black > 0, flaws.black, flaws.white), GROUND)
+    level = np.where(plate, np.where(black > 0, flaws.black, flaws.white), flaws.ground)
     if flaws.hidden:
         level = np.where(u < n * flaws.hidden, 120.0, level)
     if flaws.cable:
