@@ -30,16 +30,18 @@ RESELECT = 0.7
 """px; further from where the pixels were chosen, they are chosen anew"""
 PERSPECTIVE_SD = 0.05
 """how far the perspective terms may be from those of the start; holds small markers, big ones know better"""
+FEW = 20
+"""pixels of black or white, below which there is no marker"""
 MIN_CONTRAST = 12.0
 """grey levels between black and white, below which there is nothing to fit"""
 MAX_ERROR_SHARE = 0.25
 """residual scale over contrast, above which what is fitted is not this marker"""
 SLOPE_SD = 0.2
 """change of the light from a marker's middle to its side, as a share of the contrast: what is to be expected"""
-STIFF = 0.05
+STIFF = 0.002
 """the same in the first round, so that a thing across the marker is not taken for a slope of the light"""
-FEW_LOST = 0.93
-"""share of the weight; with more lost the first round is solved once more without what does not fit"""
+FIRST_SCALE = 0.09
+"""share of the contrast that the first round takes for the residuals' scale: a start's error, not a thing across"""
 MIN_WEIGHT = 0.4
 """share of the pixels' weight that must be left"""
 BLURRED = 1.5
@@ -131,28 +133,25 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
     pixels = select(grey, [s.cells for s in starts], corners, motion, optics)
     chosen_at, first = corners, corners
     count = np.maximum(pixels.used.sum(axis=1), 1)
-    light = np.zeros((len(starts), 3))
-    light[:, 0] = pixels.contrast
-    weight = pixels.used.astype(float)
+    light = np.tile([1.0, 0.0, 0.0], (len(starts), 1))
     prior = np.zeros((len(starts), COLUMNS))
     prior[:, 6:DOF] = PERSPECTIVE_SD**-2
     prior[:, HEAT] = (2 * optics.sigma * optics.sigma_sd) ** -2
     prior[:, INK] = optics.bleed_sd**-2
     known = np.zeros((len(starts), COLUMNS))
-    scale = 0.1 * pixels.contrast + 1.0
+    known[:, HEAT] = -pixels.excess
+    scale, weight = np.ones(len(starts)), pixels.used.astype(float)
     slopes = [LIGHT.start + 1, LIGHT.start + 2, WHITE + 1, WHITE + 2]
     for turn in range(ROUNDS):
         H = homography(corners)
+        D = _columns(pixels, H, light)
+        if turn == 0:
+            light[:, 0], scale, weight = _first_light(D, pixels)
+            D[:, : LIGHT.start] *= light[:, :1, None].astype(np.float32)
         slope_sd = (SLOPE_SD if turn else STIFF) * np.maximum(light[:, :1], MIN_CONTRAST)
         prior[:, slopes] = slope_sd**-2
-        D = _columns(pixels, H, light)
         # the perspective's prior holds about the start, so it is carried along
         inverse, solution, residual = _solve(D, pixels.grey, weight, prior * scale[:, None] ** 2, known)
-        if turn == 0:
-            scale = scale_of(residual, pixels.used)
-            weight = tukey(residual, 1.2 * scale) * pixels.used
-            if np.any(weight.sum(axis=1) < FEW_LOST * count):
-                inverse, solution, residual = _solve(D, pixels.grey, weight, prior * scale[:, None] ** 2, known)
         scale = scale_of(residual, pixels.used)
         xi = np.clip(np.nan_to_num(solution[:, :DOF]), -0.2, 0.2)
         corners = moved(H, xi)
@@ -187,6 +186,20 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
         weight=total / count / EFFICIENT,
         settled=step < MOVING,
     )
+
+
+def _first_light(D: Single, pixels: Pixels) -> tuple[Array, Array, Array]:
+    """Contrast and scale (M,), and weights (M, N), from the middle levels of what ought to be black and white."""
+    contrast = np.ones(len(D))
+    weight = pixels.used.astype(float)
+    for k, (value, grey, used) in enumerate(zip(D[:, WHITE], pixels.grey, pixels.used, strict=True)):
+        black, white = grey[used & (value < 0.15)], grey[used & (value > 0.85)]
+        if min(len(black), len(white)) < FEW:
+            continue
+        low = float(np.median(black))
+        contrast[k] = max(float(np.median(white)) - low, 1.0)
+        weight[k] *= tukey((grey - low - contrast[k] * value)[None], np.array([FIRST_SCALE * contrast[k]]))[0]
+    return contrast, FIRST_SCALE * contrast, weight
 
 
 def _columns(pixels: Pixels, H: Array, light: Array) -> Single:
@@ -244,7 +257,7 @@ def _sound(state: _State, k: int, start: Start) -> bool:
 
 
 def _result(state: _State, k: int, start: Start, optics: Optics) -> MarkerFit:
-    variance = optics.sigma**2 + state.solution[k, HEAT]
+    variance = optics.sigma**2 + state.pixels.excess[k] + state.solution[k, HEAT]
     sigma = float(np.sqrt(max(variance, 0.01)))
     return MarkerFit(
         corners=state.corners[k],

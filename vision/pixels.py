@@ -34,8 +34,8 @@ class Pixels:
     """(M,): share of the marker's square within the picture"""
     clipped: Array
     """(M,): share of pixels at 0 or 255"""
-    contrast: Array
-    """(M,): a first guess of white - black, grey levels"""
+    excess: Array
+    """(M,), px^2: by how much the textures' blur is wider than the optics', as blurs are rounded"""
     textures: tuple[Texture, ...]
     """with the motion during the exposure"""
 
@@ -55,13 +55,14 @@ def select(
     """Pixels for markers whose corners are at (M, 4, 2) px and move by `motion` (M, 4, 2) px during the exposure."""
     H = homography(corners)
     textures = tuple(_texture(c, h, m, optics) for c, h, m in zip(cells, H, motion, strict=True))
+    excess = np.array([t.variance for t in textures]) - optics.sigma**2 - PIXEL_VARIANCE
     to_marker = np.linalg.inv(H)
     found = [_near_edges(grey, t, c, g) for t, c, g in zip(textures, corners, to_marker, strict=True)]
     n = max(64, *(len(f[0]) for f in found))
     x, y = np.zeros((len(found), n)), np.zeros((len(found), n))
     level, used = np.zeros((len(found), n)), np.zeros((len(found), n), dtype=bool)
     block = np.zeros((len(found), n), dtype=np.intp)
-    clipped, contrast, inside = np.zeros(len(found)), np.zeros(len(found)), np.zeros(len(found))
+    clipped, inside = np.zeros(len(found)), np.zeros(len(found))
     blocks = 1
     for k, (px, py, share) in enumerate(found):
         inside[k] = share
@@ -76,8 +77,7 @@ def select(
         block[k, at] = row * (column.max() + 1) + column
         blocks = max(blocks, int(block[k].max()) + 1)
         clipped[k] = limit.mean()
-        contrast[k] = 2.5 * value.std() + 1e-3
-    return Pixels(x, y, level, used, block, blocks, inside, clipped, contrast, textures)
+    return Pixels(x, y, level, used, block, blocks, inside, clipped, excess, textures)
 
 
 def _texture(cells: NDArray[np.bool_], H: Array, motion: Array, optics: Optics) -> Texture:

@@ -64,6 +64,8 @@ class Texture:
     """along a side, border included"""
     per_cell: int
     """raster samples"""
+    variance: float
+    """px^2: of the whole blur, pixels' area included"""
     near_edges: NDArray[np.uint8]
     """(h, w): 1 where a pixel tells about the marker's place"""
 
@@ -81,15 +83,17 @@ def texture(cells: NDArray[np.bool_], blur_u: float, blur_v: float, bleed: float
     cells: (n, n), True is black. blur_u, blur_v: standard deviation of the whole blur along u and v, in cells.
     bleed and sigma (of the whole blur): px.
     """
-    steps = [round(np.log(b) / BLUR_STEP) for b in (blur_u, blur_v)]
-    return _texture(cells.tobytes(), len(cells), *steps, round(bleed / 0.01), round(sigma / 0.01))
+    rounded = [BLUR_STEP * round(np.log(b) / BLUR_STEP) for b in (blur_u, blur_v)]
+    wider = float(np.exp(np.mean(rounded))) / np.sqrt(blur_u * blur_v)
+    made = _texture(cells.tobytes(), len(cells), *rounded, round(bleed / 0.01), round(sigma / 0.01))
+    return replace(made, variance=(wider * sigma) ** 2)
 
 
 @lru_cache(maxsize=256)
-def _texture(bits: bytes, n: int, step_u: int, step_v: int, bleed_step: int, sigma_step: int) -> Texture:
+def _texture(bits: bytes, n: int, log_u: float, log_v: float, bleed_step: int, sigma_step: int) -> Texture:
     cells = np.frombuffer(bits, dtype=bool).reshape(n, n)
     sigma, bleed = 0.01 * sigma_step, 0.01 * bleed_step
-    blur = np.exp(BLUR_STEP * np.array([step_u, step_v]))
+    blur = np.exp([log_u, log_v])
     cell_px = sigma / blur  # of a cell's side along u and v
     wanted = PER_PIXEL * float(cell_px.max())
     per_cell = int(np.clip(round(STEP ** round(np.log(wanted) / np.log(STEP))), 6, 48))
@@ -103,7 +107,9 @@ def _texture(bits: bytes, n: int, step_u: int, step_v: int, bleed_step: int, sig
     ink = (more - less) / (2 * BLEED_STEP)
     channels = np.stack([value, by_u * n / 2, by_v * n / 2, heat, ink], axis=-1).astype(np.float32)
     slope = np.hypot(by_u / cell_px[0], by_v / cell_px[1])  # per px
-    return Texture(channels, n, per_cell, _near_edges(slope * sigma * np.sqrt(2 * np.pi) > STEEP, n, per_cell))
+    return Texture(
+        channels, n, per_cell, sigma**2, _near_edges(slope * sigma * np.sqrt(2 * np.pi) > STEEP, n, per_cell)
+    )
 
 
 def moving(still: Texture, shift: Array, smear: float) -> Texture:
