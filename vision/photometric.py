@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vision.edges import refine
 from vision.pixels import Pixels, select
 from vision.planar_motion import CORNERS, DOF, corner_slopes, homography, moved, project
-from vision.robust import EFFICIENT, block_inflation, scale_of, slope_share, tukey
+from vision.robust import EFFICIENT, block_inflation, scale_of, slope_share, tukey, with_neighbours
 from vision.template import Optics, look_up
 
 Array = NDArray[np.float64]
@@ -169,7 +169,7 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
             D = _columns(pixels, H, light)
             residual = pixels.grey - np.einsum("mpn,mp->mn", D[:, HEAT:], solution[:, HEAT:])
             scale = scale_of(residual, pixels.used)
-        weight = tukey(residual, scale) * pixels.used
+        weight = with_neighbours(tukey(residual, scale) * pixels.used, pixels.used, pixels.x, pixels.y)
     inflation = block_inflation(D, inverse, weight * residual, weight, pixels.block, pixels.blocks)
     inflation = inflation / slope_share(residual, scale, pixels.used) ** 2
     slopes = corner_slopes(H)
@@ -199,6 +199,7 @@ def _first_light(D: Single, pixels: Pixels) -> tuple[Array, Array, Array]:
         low = float(np.median(black))
         contrast[k] = max(float(np.median(white)) - low, 1.0)
         weight[k] *= tukey((grey - low - contrast[k] * value)[None], np.array([FIRST_SCALE * contrast[k]]))[0]
+    weight = with_neighbours(weight, pixels.used, pixels.x, pixels.y)
     return contrast, FIRST_SCALE * contrast, weight
 
 

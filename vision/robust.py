@@ -3,6 +3,7 @@
 All for M markers side by side: residuals (M, N), columns of the model (M, P, N).
 """
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +13,10 @@ TUKEY = 5.0
 """scales, from which on a residual counts for nothing"""
 EFFICIENT = 0.925
 """mean weight of normal noise"""
+PATCH = 4
+"""px: side of the squares in which lost pixels are counted"""
+MANY, FEW_LOST = 0.3, 0.01
+"""share of a patch's pixels that takes it and its neighbours out; share of a marker's pixels below which nobody looks"""
 SOME = 3
 """every how manieth residual the scale is taken from"""
 
@@ -29,6 +34,24 @@ def scale_of(residual: Array, used: NDArray[np.bool_]) -> Array:
 def tukey(residual: Array, scale: Array) -> Array:
     """Tukey's weights, (M, N)."""
     return np.maximum(1 - (residual / (TUKEY * scale[:, None])) ** 2, 0) ** 2
+
+
+def with_neighbours(weight: Array, used: NDArray[np.bool_], x: Array, y: Array) -> Array:
+    """Weights (M, N) of pixels at x, y (M, N), px, without those beside many that count for nothing.
+
+    A thing across a marker meets the model's grey by chance in places; where it is seen, its surroundings go too.
+    """
+    lost = used & (weight == 0)
+    weight = weight.copy()
+    for k in np.flatnonzero(lost.sum(axis=1) > FEW_LOST * used.sum(axis=1)):
+        column, row = ((z[k] - z[k][used[k]].min()).astype(int) // PATCH for z in (x, y))
+        column, row = np.maximum(column, 0), np.maximum(row, 0)  # padding
+        shape = (int(row.max()) + 1, int(column.max()) + 1)
+        patch = row * shape[1] + column
+        seen, gone = (np.bincount(patch, one[k], shape[0] * shape[1]) for one in (used, lost))
+        bad = ((gone > MANY * seen) & (gone > 1)).astype(np.uint8).reshape(shape)
+        weight[k, cv2.dilate(bad, cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))).ravel()[patch] > 0] = 0
+    return weight
 
 
 def slope_share(residual: Array, scale: Array, used: NDArray[np.bool_]) -> Array:
