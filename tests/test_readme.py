@@ -17,7 +17,15 @@ def shown() -> list[str]:
 
 
 def test_it_shows_the_main_commands() -> None:
-    assert {line.split()[1] for line in shown()} >= {"board", "calibrate", "extract", "sync", "check", "identify", "run"}
+    assert {line.split()[1] for line in shown()} >= {
+        "board",
+        "calibrate",
+        "extract",
+        "sync",
+        "check",
+        "identify",
+        "run",
+    }
     assert set(re.findall(r"`?xneck ([a-z]+)", TEXT)) - {"in", "reads"} <= set(COMMANDS)
 
 

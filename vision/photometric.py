@@ -22,7 +22,7 @@ Single = NDArray[np.float32]
 
 ROUNDS = 8
 MIN_ROUNDS = 2
-SETTLED = 0.06
+SETTLED = 0.03
 """px; a step below this is the last, since a tenth of it is what remains"""
 MOVING = 0.3
 """px; a last step above this means that it did not converge"""
@@ -32,6 +32,8 @@ PERSPECTIVE_SD = 0.05
 """how far the perspective terms may be from those of the start; holds small markers, big ones know better"""
 FEW = 20
 """pixels of black or white, below which there is no marker"""
+MIN_SIDE = 8.0
+"""px"""
 MIN_CONTRAST = 12.0
 """grey levels between black and white, below which there is nothing to fit"""
 MAX_ERROR_SHARE = 0.25
@@ -91,13 +93,22 @@ class MarkerFit:
 
 def fit_markers(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Optics) -> list[MarkerFit]:
     """Markers of one picture, (height, width) uint8; all are fitted side by side."""
-    if not starts:
-        return []
-    state = _gauss_newton(grey, starts, optics)
-    return [
-        _result(state, k, start, optics) if _sound(state, k, start) else _fallback(grey, start, optics)
-        for k, start in enumerate(starts)
-    ]
+    able = [k for k, start in enumerate(starts) if _is_square(start.corners)]
+    fits: dict[int, MarkerFit] = {}
+    if able:
+        chosen = [starts[k] for k in able]
+        state = _gauss_newton(grey, chosen, optics)
+        for m, k in enumerate(able):
+            if _sound(state, m, chosen[m]):
+                fits[k] = _result(state, m, chosen[m], optics)
+    return [fits[k] if k in fits else _fallback(grey, start, optics) for k, start in enumerate(starts)]
+
+
+def _is_square(corners: Array) -> bool:
+    """Finite and clockwise at every corner, with sides of some pixels."""
+    side = np.roll(corners, -1, axis=0) - corners
+    following = np.roll(side, -1, axis=0)
+    return bool(np.all(side[:, 0] * following[:, 1] - side[:, 1] * following[:, 0] > MIN_SIDE**2 / 2))
 
 
 @dataclass(frozen=True)
@@ -276,9 +287,9 @@ def _result(state: _State, k: int, start: Start, optics: Optics) -> MarkerFit:
 
 
 def _fallback(grey: NDArray[np.uint8], start: Start, optics: Optics) -> MarkerFit:
-    corners = refine(grey, start.corners, len(start.cells))
+    corners = refine(grey, start.corners, len(start.cells)) if _is_square(start.corners) else start.corners
     smear = float(np.linalg.norm(start.motion, axis=1).max())
-    sd = np.hypot(LOST_SD if np.array_equal(corners, start.corners) else EDGE_SD, smear / np.sqrt(12))
+    sd = np.hypot(LOST_SD if np.array_equal(corners, start.corners, equal_nan=True) else EDGE_SD, smear / np.sqrt(12))
     return MarkerFit(
         corners=corners,
         covariance=sd**2 * np.eye(8),
