@@ -79,7 +79,7 @@ def views(side: int, flaws: Flaws, count: int, seed: int) -> Iterator[View]:
 def bound(cells: NDArray[np.bool_], corners: Array, size: int, flaws: Flaws) -> float:
     """Cramér-Rao bound of the turn about the marker's middle, rad: from differences of rendered pictures, on white ground."""
     clean = replace(flaws, ground=flaws.white, cable=0.0, hidden=0.0)
-    h = 0.3 / np.linalg.norm(corners[1] - corners[0])
+    h = 0.3 / float(np.linalg.norm(corners[1] - corners[0]))
     slope = np.subtract(*(light(cells, _turned(corners, t), size, clean) for t in (h, -h))) / (2 * h)
     return float(flaws.noise / np.linalg.norm(slope))
 

@@ -21,12 +21,11 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
 ROUNDS = 8
-MIN_ROUNDS = 2
 SETTLED = 0.03
 """px; a step below this is the last, since a tenth of it is what remains"""
 MOVING = 0.3
 """px; a last step above this means that it did not converge"""
-RESELECT = 0.7
+RESELECT = 0.4
 """px; further from where the pixels were chosen, they are chosen anew"""
 PERSPECTIVE_SD = 0.05
 """how far the perspective terms may be from those of the start; holds small markers, big ones know better"""
@@ -144,7 +143,7 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
     pixels = select(grey, [s.cells for s in starts], corners, motion, optics)
     chosen_at, first = corners, corners
     count = np.maximum(pixels.used.sum(axis=1), 1)
-    light = np.tile([1.0, 0.0, 0.0], (len(starts), 1))
+    light = np.zeros((len(starts), 3))
     prior = np.zeros((len(starts), COLUMNS))
     prior[:, 6:DOF] = PERSPECTIVE_SD**-2
     prior[:, HEAT] = (2 * optics.sigma * optics.sigma_sd) ** -2
@@ -153,13 +152,16 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
     known[:, HEAT] = -pixels.excess
     scale, weight = np.ones(len(starts)), pixels.used.astype(float)
     slopes = [LIGHT.start + 1, LIGHT.start + 2, WHITE + 1, WHITE + 2]
-    for turn in range(ROUNDS):
+    turn, fresh = 0, True
+    while True:
+        turn += 1
         H = homography(corners)
-        D = _columns(pixels, H, light)
-        if turn == 0:
+        D = _columns(pixels, H, np.tile([1.0, 0.0, 0.0], (len(H), 1)) if fresh else light)
+        if fresh:
+            light = np.zeros((len(H), 3))
             light[:, 0], scale, weight = _first_light(D, pixels)
             D[:, : LIGHT.start] *= light[:, :1, None].astype(np.float32)
-        slope_sd = (SLOPE_SD if turn else STIFF) * np.maximum(light[:, :1], MIN_CONTRAST)
+        slope_sd = (STIFF if fresh else SLOPE_SD) * np.maximum(light[:, :1], MIN_CONTRAST)
         prior[:, slopes] = slope_sd**-2
         # the perspective's prior holds about the start, so it is carried along
         inverse, solution, residual = _solve(D, pixels.grey, weight, prior * scale[:, None] ** 2, known)
@@ -169,17 +171,16 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
         known[:, 6:DOF] -= xi[:, 6:]
         light = solution[:, WHITE : WHITE + 3]
         step = np.abs(corners - project(H, np.broadcast_to(CORNERS, (len(H), 4, 2)))).max(axis=(1, 2))
-        last = turn + 1 >= MIN_ROUNDS and step.max() < SETTLED
-        if last or turn == ROUNDS - 1:
+        last = not fresh and float(step.max()) < SETTLED
+        if last or turn == ROUNDS:
             break
         if np.abs(corners - chosen_at).max() > RESELECT and np.abs(corners - first).max() < 30:
             pixels = select(grey, [s.cells for s in starts], corners, motion, optics)
             chosen_at, count = corners, np.maximum(pixels.used.sum(axis=1), 1)
-            weight = pixels.used.astype(float)
-            H = homography(corners)
-            D = _columns(pixels, H, light)
-            residual = pixels.grey - np.einsum("mpn,mp->mn", D[:, HEAT:], solution[:, HEAT:])
-            scale = scale_of(residual, pixels.used)
+            known[:, HEAT] = -pixels.excess
+            fresh = True
+            continue
+        fresh = False
         weight = with_neighbours(tukey(residual, scale) * pixels.used, pixels.used, pixels.x, pixels.y)
     inflation = block_inflation(D, inverse, weight * residual, weight, pixels.block, pixels.blocks)
     inflation = inflation / slope_share(residual, scale, pixels.used) ** 2
@@ -195,7 +196,7 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
         scale=scale,
         rms=np.sqrt(np.sum(weight * residual**2, axis=1) / total),
         weight=total / count / EFFICIENT,
-        settled=step < MOVING,
+        settled=np.asarray(step < MOVING),
     )
 
 
@@ -216,7 +217,7 @@ def _first_light(D: Single, pixels: Pixels) -> tuple[Array, Array, Array]:
 
 def _columns(pixels: Pixels, H: Array, light: Array) -> Single:
     """The model's derivatives, (M, COLUMNS, N); motion, blur and bleed for the light at hand (M, 3: white's 1, u, v)."""
-    u, v = (at.astype(np.float32) for at in pixels.seen_from(np.linalg.inv(H)))
+    u, v = (at.astype(np.float32) for at in pixels.seen_from(np.linalg.inv(H).astype(float)))
     D = np.empty((len(H), COLUMNS, u.shape[1]), dtype=np.float32)
     for k, texture in enumerate(pixels.textures):
         D[k, [WHITE, 0, 1, HEAT, INK]] = look_up(texture, u[k], v[k])

@@ -77,9 +77,9 @@ def block_inflation(
     share = weight * np.einsum("mpn,mpn->mn", Q, Q)
 
     def summed(values: Array) -> Array:
-        return np.bincount(index, values.ravel(), m * blocks).reshape(m, blocks)
+        return np.bincount(index, values.ravel(), m * blocks).astype(float).reshape(m, blocks)
 
-    size = sum(summed(score[:, k]) ** 2 for k in range(8)).sum(axis=1)
+    size = np.sum([summed(score[:, k]) ** 2 for k in range(8)], axis=(0, 2))
     # the fit has taken its part out of every block's score; a block has about two directions of its own
     taken = (summed(share) ** 2).sum(axis=1) / 2
     return size / np.maximum(8 - taken, 1.0)

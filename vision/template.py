@@ -172,7 +172,7 @@ def _edges(n: int, per_cell: int, strip: float, blur: float, order: int) -> Arra
     step = (ndtr(z), bell / blur, -z * bell / blur**2)[order]
     # the outermost parts reach to infinity: the ground is white as far as the picture is looked at
     first, last = np.full((len(at), 1), float(order == 0)), np.zeros((len(at), 1))
-    return -np.diff(np.hstack([first, step, last]), axis=1)
+    return -np.diff(np.hstack([first, step, last]), axis=1).astype(float)
 
 
 def look_up(texture: Texture, u: Single, v: Single) -> Single:
