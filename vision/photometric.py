@@ -27,6 +27,8 @@ MOVING = 0.3
 """px; a last step above this means that it did not converge"""
 RESELECT = 0.4
 """px; further from where the pixels were chosen, they are chosen anew"""
+RESELECTIONS = 3
+"""rounds after which that may happen"""
 PERSPECTIVE_SD = 0.05
 """how far the perspective terms may be from those of the start; holds small markers, big ones know better"""
 FEW = 20
@@ -141,7 +143,7 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
     corners = np.stack([s.corners for s in starts]).astype(float)
     motion = np.stack([s.motion for s in starts]).astype(float)
     pixels = select(grey, [s.cells for s in starts], corners, motion, optics)
-    chosen_at, first = corners, corners
+    chosen_at = corners
     count = np.maximum(pixels.used.sum(axis=1), 1)
     light = np.zeros((len(starts), 3))
     prior = np.zeros((len(starts), COLUMNS))
@@ -174,7 +176,7 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
         last = not fresh and float(step.max()) < SETTLED
         if last or turn == ROUNDS:
             break
-        if np.abs(corners - chosen_at).max() > RESELECT and np.abs(corners - first).max() < 30:
+        if turn <= RESELECTIONS and np.abs(corners - chosen_at).max() > RESELECT:
             pixels = select(grey, [s.cells for s in starts], corners, motion, optics)
             chosen_at, count = corners, np.maximum(pixels.used.sum(axis=1), 1)
             known[:, HEAT] = -pixels.excess

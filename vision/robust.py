@@ -62,7 +62,7 @@ def slope_share(residual: Array, scale: Array, used: NDArray[np.bool_]) -> Array
 
 
 def block_inflation(
-    D: Array, inverse: Array, pull: Array, weight: Array, block: NDArray[np.intp], blocks: int
+    D: NDArray[np.float32], inverse: Array, pull: Array, weight: Array, block: NDArray[np.intp], blocks: int
 ) -> Array:
     """Variance of the residuals as the first eight parameters feel it, (M,).
 

@@ -169,10 +169,11 @@ def _edges(n: int, per_cell: int, strip: float, blur: float, order: int) -> Arra
     at = (np.arange(per_cell * len(whole)) + 0.5) / per_cell - MARGIN
     z = (at[:, None] - bounds) / blur
     bell = np.exp(-0.5 * z * z) / np.sqrt(2 * np.pi)
-    step = (ndtr(z), bell / blur, -z * bell / blur**2)[order]
+    step: Array = (np.asarray(ndtr(z), dtype=float), bell / blur, -z * bell / blur**2)[order]
     # the outermost parts reach to infinity: the ground is white as far as the picture is looked at
     first, last = np.full((len(at), 1), float(order == 0)), np.zeros((len(at), 1))
-    return -np.diff(np.hstack([first, step, last]), axis=1).astype(float)
+    steps: Array = np.hstack([first, step, last])
+    return steps[:, :-1] - steps[:, 1:]
 
 
 def look_up(texture: Texture, u: Single, v: Single) -> Single:
