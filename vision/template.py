@@ -159,7 +159,8 @@ def _with_bleed(cells: NDArray[np.bool_], bleed: float) -> Array:
     """White (1) and black (0) with a ring of white around; each cell in three parts, the outer ones as wide as the bleed."""
     black = np.kron(np.pad(cells, MARGIN), np.ones((3, 3))).astype(np.uint8)
     grow = cv2.dilate if bleed > 0 else cv2.erode
-    return 1.0 - (grow(black, np.ones((3, 3), np.uint8)) if bleed else black)
+    grown = grow(black, np.ones((3, 3), np.uint8)) if bleed else black
+    return 1.0 - np.asarray(grown, dtype=np.float64)
 
 
 def _edges(n: int, per_cell: int, strip: float, blur: float, order: int) -> Array:
