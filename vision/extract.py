@@ -17,7 +17,7 @@ from vision.linkage_fit import LinkageFit, fit_linkage
 from vision.quality import gaps, quality
 from vision.recording_fit import PlacementPrior
 from vision.shutter import UNKNOWN, Shutter, at_middle_row
-from vision.tracking import DOUBLED
+from vision.tracking import DOUBLED, Manner
 from vision.video import describe
 from xneck.errors import Refused
 
@@ -62,13 +62,15 @@ def extract(
     neck: Neck,
     shutter: Shutter = UNKNOWN,
     placement: PlacementPrior | None = None,
+    template: bool = False,
     workers: int = 1,
     progress: Callable[[int], object] = lambda frames: None,
 ) -> Extraction:
     """Angles of every frame; `workers` processes share the video, `progress` is told of frames done.
 
-    With a `placement` prior it is estimated where each marker sits; without one neck.yaml is believed, and held against what
-    the motion shows (`notes["askew"]`).
+    With `template` corners are fitted to all grey levels of a marker, else to the edges of its square. With a `placement`
+    prior it is estimated where each marker sits; without one neck.yaml is believed, and held against what the motion shows
+    (`notes["askew"]`).
 
     Raises Refused for a damaged video, a picture size that is not the camera's, or where no marker of the arm is in view.
     """
@@ -80,7 +82,7 @@ def extract(
             f"is {size.width}x{size.height}, the camera was calibrated at {camera.width}x{camera.height}",
             "calibrate with pictures of the video's size",
         )
-    seen = follow(size, markers, workers, progress)
+    seen = follow(size, markers, Manner(template, shutter.exposure_s), workers, progress)
     if np.isnan(seen.corners).all():
         other = f", though others of the dictionary are (ids {list(seen.foreign)[:8]})" if seen.foreign else ""
         raise Refused(
@@ -89,8 +91,9 @@ def extract(
             f"check markers.dictionary ({markers.dictionary}) and the ids",
         )
     corners = at_middle_row(seen.time, seen.corners, size.height, shutter)
+    covariance = seen.covariance.astype(float) if template else None
     time = shutter.middle(seen.time, size.height)
-    fit = fit_linkage(neck, camera, corners, str(video), time=time, placement=placement)
+    fit = fit_linkage(neck, camera, corners, str(video), covariance=covariance, time=time, placement=placement)
     sigma = np.sqrt(np.diagonal(fit.covariance, axis1=1, axis2=2))
     sigma = np.where(np.isnan(fit.alpha), np.nan, sigma)
     shares = (~np.isnan(corners[:, :, 0, 0])).mean(axis=0)
@@ -110,15 +113,17 @@ def extract(
     }
     ids = [marker.id for marker in markers.on_bars]
     notes |= fit.notes
-    notes["askew"] = None if placement else _askew(neck, camera, corners, str(video), fit)
+    notes["askew"] = None if placement else _askew(neck, camera, corners, covariance, str(video), fit)
     notes["gaps"] = gaps(time, fit.alpha, ids, seen.how)
-    frame_quality = quality(time, ids, seen.how, corners, fit.residual_px, shutter.exposure_s)
+    frame_quality = quality(seen, ids, fit.residual_px, shutter.exposure_s)
     return Extraction(Angles(time, fit.alpha, sigma, notes), fit, corners, frame_quality)
 
 
-def _askew(neck: Neck, camera: Camera, corners: Array, where: str, believed: LinkageFit) -> str | None:
+def _askew(
+    neck: Neck, camera: Camera, corners: Array, covariance: Array | None, where: str, believed: LinkageFit
+) -> str | None:
     """A sentence where markers that sit as neck.yaml says explain the corners much worse than markers free to sit elsewhere."""
-    free = fit_linkage(neck, camera, corners, where, placement=PlacementPrior(), drift=False)
+    free = fit_linkage(neck, camera, corners, where, covariance=covariance, placement=PlacementPrior(), drift=False)
     if believed.corner_sigma_px < ASKEW * free.corner_sigma_px or free.placement is None:
         return None
     worst = max(free.placement.numbers, key=lambda n: abs(n.value - n.nominal) / n.prior_sigma)

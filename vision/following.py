@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanism.description import Markers
-from vision.tracking import Tracker
+from vision.tracking import BY_EDGES, Manner, Tracker
 from vision.video import Segment, Video, frames_of
 
 Array = NDArray[np.float64]
@@ -17,23 +17,29 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Followed:
-    """All frames of a video: memory grows by some hundred bytes a frame."""
+    """All frames of a video, arrays (F, markers, ...) of what `Sighting` has for each; memory grows by 2 kB a frame."""
 
     time: Array
     """(F,), s, camera clock"""
     corners: Array
-    """(F, markers, 4, 2), px, NaN where not found"""
+    covariance: NDArray[np.float32]
     how: NDArray[np.int8]
-    """(F, markers), words of tracking.py"""
+    hidden: NDArray[np.float32]
+    clipped: NDArray[np.float32]
+    fell_back: NDArray[np.bool_]
     foreign: tuple[int, ...]
     """ids of the dictionary in view that are not on the arm"""
 
 
 def follow(
-    video: Video, markers: Markers, workers: int = 1, progress: Callable[[int], object] = lambda frames: None
+    video: Video,
+    markers: Markers,
+    manner: Manner = BY_EDGES,
+    workers: int = 1,
+    progress: Callable[[int], object] = lambda frames: None,
 ) -> Followed:
     """Every frame of `video`; the result does not depend on `workers`. Raises Refused for damage."""
-    work = [(video, segment, markers) for segment in video.segments]
+    work = [(video, segment, markers, manner) for segment in video.segments]
     if workers == 1 or len(work) == 1:
         parts = [_segment(one, progress) for one in work]
     else:
@@ -43,24 +49,21 @@ def follow(
             for part in pool.map(_segment, work):
                 parts.append(part)
                 progress(len(part.time))
-    return Followed(
-        np.concatenate([p.time for p in parts]),
-        np.concatenate([p.corners for p in parts]),
-        np.concatenate([p.how for p in parts]),
-        tuple(sorted({i for p in parts for i in p.foreign})),
-    )
+    arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in _ARRAYS)
+    return Followed(*arrays, foreign=tuple(sorted({i for part in parts for i in part.foreign})))
 
 
-def _segment(work: tuple[Video, Segment, Markers], progress: Callable[[int], object] = lambda frames: None) -> Followed:
-    video, segment, markers = work
-    tracker = Tracker(markers)
+_ARRAYS = ("time", "corners", "covariance", "how", "hidden", "clipped", "fell_back")
+
+
+def _segment(
+    work: tuple[Video, Segment, Markers, Manner], progress: Callable[[int], object] = lambda frames: None
+) -> Followed:
+    video, segment, markers, manner = work
+    tracker = Tracker(markers, manner)
     seen = []
     for frame in frames_of(video, segment):
         seen.append(tracker.see(frame))
         progress(1)
-    return Followed(
-        np.array([s.time for s in seen]),
-        np.stack([s.corners for s in seen]),
-        np.stack([s.how for s in seen]),
-        tuple(sorted({i for s in seen for i in s.foreign})),
-    )
+    arrays = (np.stack([getattr(s, name) for s in seen]) for name in _ARRAYS)
+    return Followed(*arrays, foreign=tuple(sorted({i for s in seen for i in s.foreign})))

@@ -76,7 +76,7 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
             write_camera(camera, out / "camera.yaml")
         inputs["video"] = recording.video
         stage("extract")
-        extraction = extract(recording.video, camera, neck, recording.shutter, recording.placement)
+        extraction = extract(recording.video, camera, neck, recording.shutter, recording.placement, recording.template)
         angles = extraction.angles
         write_angles(angles, out / "angles.mcap", extraction.quality)
         pictures = _annotated(recording.video, neck, camera, extraction)

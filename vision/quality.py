@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.series import Series
+from vision.following import Followed
 from vision.tracking import DOUBLED, HIDDEN, UNREADABLE
 
 Array = NDArray[np.float64]
@@ -17,16 +18,20 @@ CAUSES = {
 }
 
 
-def quality(
-    time: Array, ids: list[int], how: NDArray[np.int8], corners: Array, residual_px: Array, exposure_s: float
-) -> Series:
+def quality(seen: Followed, ids: list[int], residual_px: Array, exposure_s: float) -> Series:
     """Columns over the frames: residual_px of the fit, blur_px (fastest corner's way during the exposure), and for each marker
-    how it was come by (0 followed, 1 searched, 2 not found, 3 lost, 4 doubled)."""
-    way = np.abs(np.gradient(corners, time, axis=0)) * exposure_s
+    how it was come by (0 followed, 1 searched, 2 not found, 3 lost, 4 doubled); where corners were fitted by the template also
+    what share of it is hidden or clipped, and whether the fit fell back to the edges."""
+    way = np.abs(np.gradient(seen.corners, seen.time, axis=0)) * exposure_s
     filled = np.nan_to_num(way, nan=-1.0)
     blur = np.max(np.linalg.norm(np.maximum(filled, 0.0), axis=-1), axis=(1, 2))
     columns = {"residual_px": residual_px, "blur_px": blur}
-    return Series(time, columns | {f"how_id{i}": how[:, k].astype(float) for k, i in enumerate(ids)})
+    parts = {"how": seen.how}
+    if np.isfinite(seen.covariance).any():
+        parts |= {"hidden": seen.hidden, "clipped": seen.clipped, "fell_back": seen.fell_back}
+    for name, values in parts.items():
+        columns |= {f"{name}_id{i}": values[:, k].astype(float) for k, i in enumerate(ids)}
+    return Series(seen.time, columns)
 
 
 def gaps(time: Array, alpha: Array, ids: list[int], how: NDArray[np.int8]) -> list[dict[str, Any]]:

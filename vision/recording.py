@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from calibration.pictures import picture_files
 from vision.recording_fit import PlacementPrior
 from vision.shutter import Shutter, Stamp
 from xneck.errors import Refused
@@ -26,6 +27,7 @@ class _File(Strict):
     row_time: Annotated[float, Field(ge=-1e-3, le=1e-3)] = 0.0
     stamp: Stamp = "middle"
     placement: Literal["believed", "estimated"] = "believed"
+    corners: Literal["edges", "template"] = "edges"
 
 
 @dataclass(frozen=True)
@@ -43,9 +45,8 @@ class Recording:
     shutter: Shutter
     placement: PlacementPrior | None
     """to estimate where the markers sit; None believes neck.yaml"""
-
-
-PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
+    template: bool
+    """whether corners are fitted to all grey levels of a marker, rather than to its edges"""
 
 
 def read_recording(folder: str | Path) -> Recording:
@@ -79,17 +80,22 @@ def read_recording(folder: str | Path) -> Recording:
 
     paths = {
         key: inside(key, value)
-        for key, value in file.model_dump(exclude={"exposure", "row_time", "stamp", "placement"}).items()
+        for key, value in file.model_dump(exclude={"exposure", "row_time", "stamp", "placement", "corners"}).items()
     }
     pictures = paths.pop("pictures")
-    listed: tuple[Path, ...] = ()
-    if pictures is not None:
-        listed = tuple(sorted(p for p in pictures.iterdir() if p.suffix.lower() in PICTURE_SUFFIXES))
-        if not listed:
-            raise Refused(config, f"pictures: {pictures.name} has no picture", f"known: {', '.join(PICTURE_SUFFIXES)}")
+    listed = () if pictures is None else tuple(picture_files(pictures))
     log, neck = paths.pop("log"), paths.pop("neck")
     assert log is not None
     assert neck is not None
     shutter = Shutter(file.exposure, file.row_time, file.stamp)
     prior = PlacementPrior() if file.placement == "estimated" else None
-    return Recording(folder, log, neck, pictures=listed, shutter=shutter, placement=prior, **paths)
+    return Recording(
+        folder,
+        log,
+        neck,
+        pictures=listed,
+        shutter=shutter,
+        placement=prior,
+        template=file.corners == "template",
+        **paths,
+    )

@@ -104,7 +104,9 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
     picture = rng.integers(0, 255, (72, 128, 3), dtype=np.uint8).repeat(10, axis=0).repeat(10, axis=1)
     return Result(
         name=NASTY,
-        recording=Recording(folder, folder / "log", SAMPLE / "neck.yaml", None, None, None, (), None, Shutter(), None),
+        recording=Recording(
+            folder, folder / "log", SAMPLE / "neck.yaml", None, None, None, (), None, Shutter(), None, False
+        ),
         camera=calibration.camera,
         calibration=calibration,
         extraction=extraction,

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from identification.dataset_file import read_dataset
+from mechanism.description import read_neck
 from tests.vision.command import run
 from vision.angles import read_angles
 
@@ -109,6 +110,28 @@ def test_check_simulate_and_export_by_command(made: Path, capfd: pytest.CaptureF
     assert set(rms) == {f"alpha{i}" for i in (1, 2, 3)} | {f"theta{j}" for j in (1, 2, 3, 4)}
     assert max(rms[f"alpha{i}"] for i in (1, 2, 3)) < np.radians(5)
     assert "tension4" in np.load(made / "simulated.npz")
+
+
+def test_corners_by_template_and_placement_by_command(made: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Markers said to sit 1 mm and 1 deg askew: noticed where believed; estimated, angles are back within 3 of their sigmas
+    (of their common error, which the sigma confesses), and neck.yaml is written as it should have been."""
+    text = (R / "neck.yaml").read_text().replace("at: [0.0, 0.0], angle: 0.0}", "at: [0.001, 0.0], angle: 0.0175}")
+    (made / "askew.yaml").write_text(text)
+    words = ["extract", R / "video.mp4", "--camera", made / "camera.yaml", "--neck", made / "askew.yaml"]
+    believed = run(capfd, *words, "--out", made / "askew.csv")
+    assert "the markers do not sit as neck.yaml says" in believed.out
+    assert run(capfd, *words, "--out", made / "placed.csv", "--corrected-neck", made / "right.yaml").status == 0
+    placed = read_angles(made / "placed.csv", 3)
+    error = placed.alpha - STORED["recording_frame_alpha"]
+    assert np.max(np.abs(np.mean(error, axis=0)) / np.mean(placed.sigma, axis=0)) < 3
+    found = read_neck(made / "right.yaml").markers
+    assert found is not None
+    assert all(abs(m.at[0]) < 2e-4 and abs(m.angle) < np.radians(0.5) for m in found.on_bars)
+    right = ["extract", R / "video.mp4", "--camera", made / "camera.yaml", "--neck", R / "neck.yaml"]
+    assert run(capfd, *right, "--corners", "template", "--exposure", "0.004", "--out", made / "t.csv").status == 0
+    fitted = read_angles(made / "t.csv", 3).alpha - STORED["recording_frame_alpha"]
+    edges = read_angles(made / "angles.mcap", 3).alpha - STORED["recording_frame_alpha"]
+    assert np.sqrt(np.mean(fitted**2)) < 0.85 * np.sqrt(np.mean(edges**2))
 
 
 def test_overlay_has_every_frame(made: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -111,7 +111,7 @@ def test_a_doubled_marker_is_left_out_and_said_so() -> None:
 def test_the_number_of_processes_changes_nothing(workers: int) -> None:
     video = describe(VIDEO)
     assert len(video.segments) == 3
-    one, more = follow(video, markers()), follow(video, markers(), workers)
+    one, more = follow(video, markers()), follow(video, markers(), workers=workers)
     np.testing.assert_array_equal(one.time, more.time)
     np.testing.assert_array_equal(one.corners, more.corners)
     np.testing.assert_array_equal(one.how, more.how)
