@@ -4,10 +4,15 @@ import argparse
 import json
 from pathlib import Path
 
-from benchmarks import clock, extraction, simulation
+from benchmarks import clock, extraction, growth, simulation
 from benchmarks.table import Table
 
-TOPICS = {"extraction": extraction.measure, "clock": clock.measure, "simulation": simulation.measure}
+TOPICS = {
+    "extraction": extraction.measure,
+    "growth": growth.measure,
+    "clock": clock.measure,
+    "simulation": simulation.measure,
+}
 
 
 def main() -> None:

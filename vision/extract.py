@@ -91,7 +91,7 @@ def extract(
             f"check markers.dictionary ({markers.dictionary}) and the ids",
         )
     corners = at_middle_row(seen.time, seen.corners, size.height, shutter)
-    covariance = seen.covariance.astype(float) if template else None
+    covariance = None if seen.covariance is None else seen.covariance.astype(float)
     time = shutter.middle(seen.time, size.height)
     fit = fit_linkage(neck, camera, corners, str(video), covariance=covariance, time=time, placement=placement)
     sigma = np.sqrt(np.diagonal(fit.covariance, axis1=1, axis2=2))

@@ -27,7 +27,7 @@ def quality(seen: Followed, ids: list[int], residual_px: Array, exposure_s: floa
     blur = np.max(np.linalg.norm(np.maximum(filled, 0.0), axis=-1), axis=(1, 2))
     columns = {"residual_px": residual_px, "blur_px": blur}
     parts = {"how": seen.how}
-    if np.isfinite(seen.covariance).any():
+    if seen.covariance is not None:
         parts |= {"hidden": seen.hidden, "clipped": seen.clipped, "fell_back": seen.fell_back}
     for name, values in parts.items():
         columns |= {f"{name}_id{i}": values[:, k].astype(float) for k, i in enumerate(ids)}

@@ -60,8 +60,8 @@ class Sighting:
     time: float
     corners: Array
     """(markers, 4, 2), px, NaN where not found"""
-    covariance: NDArray[np.float32]
-    """(markers, 8, 8), px^2, of x1, y1, x2, ...; NaN where not found or where only the edges were used"""
+    covariance: NDArray[np.float32] | None
+    """(markers, 8, 8), px^2, of x1, y1, x2, ..., NaN where not found; None where the edges alone were used"""
     how: NDArray[np.int8]
     hidden: NDArray[np.float32]
     """share of a marker that something covers, or that does not look like it"""
@@ -116,11 +116,13 @@ class Tracker:
                     how[k] = SEARCHED
             self._since_search = 0
         fits = self._fitted(frame, corners) if self._manner.template else {}
-        covariance = np.full((count, 8, 8), np.nan, dtype=np.float32)
+        covariance = np.full((count, 8, 8), np.nan, dtype=np.float32) if self._manner.template else None
         hidden, clipped = np.zeros(count, dtype=np.float32), np.zeros(count, dtype=np.float32)
         fell_back = np.zeros(count, dtype=bool)
         for k, fit in fits.items():
-            corners[k], covariance[k] = fit.corners, fit.covariance
+            corners[k] = fit.corners
+            if covariance is not None:
+                covariance[k] = fit.covariance
             hidden[k], clipped[k], fell_back[k] = fit.hidden, fit.clipped, fit.fell_back
         self._past = [*self._past[-2:], (frame.time, corners)]
         return Sighting(frame.time, corners, covariance, how, hidden, clipped, fell_back, foreign)

@@ -66,10 +66,11 @@ def describe(path: str | Path) -> Video:
     with _open(path) as container:
         stream = container.streams.video[0]
         try:
-            packets = [p for p in container.demux(stream) if p.size and not p.is_discard]
+            # stamps only: the packets themselves are as large as the file
+            packets = [(p.pts, p.is_keyframe) for p in container.demux(stream) if p.size and not p.is_discard]
         except av.error.FFmpegError as error:
             raise Refused(path, f"is damaged ({error.strerror})", "copy the file again") from error
-        stamps = [p.pts for p in packets if p.pts is not None]
+        stamps = [pts for pts, _ in packets if pts is not None]
         if not packets:
             raise Refused(path, "has no frame")
         if len(stamps) < len(packets):
@@ -78,7 +79,7 @@ def describe(path: str | Path) -> Video:
         shown_s = (container.duration or 0) / av.time_base
         if (indexed and len(packets) < indexed) or (not indexed and shown_s - max(stamps) * tick > 1.0):
             raise Refused(path, f"is truncated: {len(packets)} frames are there", "copy the file again")
-        keys = sorted(p.pts for p in packets if p.is_keyframe and p.pts is not None)
+        keys = sorted(pts for pts, is_key in packets if is_key and pts is not None)
         width, height = stream.width, stream.height
     turned = _turned(path)
     if turned % 2:

@@ -31,9 +31,8 @@ def test_blur_is_the_way_during_the_exposure() -> None:
     corners[:, 1, :, 0] = 300 * TIME[:, None]
     corners[:, 2] = np.nan
     nothing = np.zeros((30, 3), dtype=np.float32)
-    unknown = np.full((30, 3, 8, 8), np.nan, dtype=np.float32)
     how = np.zeros((30, 3), dtype=np.int8)
-    seen = Followed(TIME, corners, unknown, how, nothing, nothing, nothing.astype(bool), ())
+    seen = Followed(TIME, corners, None, how, nothing, nothing, nothing.astype(bool), ())
     found = quality(seen, IDS, np.zeros(30), 0.004)
     np.testing.assert_allclose(found.columns["blur_px"], 1.2, rtol=1e-9)
     assert set(found.columns) == {"residual_px", "blur_px", "how_id7", "how_id8", "how_id9"}
