@@ -125,7 +125,7 @@ def apriltags() -> Callable[[View], Array | None]:
 
 def edges(view: View) -> Array | None:
     """Corners by `vision.edges`."""
-    return refine(view.grey, view.start.corners, len(view.cells))
+    return refine(view.grey, view.start.corners[None], len(view.cells))[0]
 
 
 def peers() -> dict[str, Callable[[View], Array | None]]:
@@ -174,7 +174,7 @@ def times() -> dict[str, float]:
     detector = cv2.aruco.ArucoDetector(dictionary(FAMILY), parameters)
     jobs: dict[str, Callable[[], object]] = {
         "OpenCV detection with SUBPIX": lambda: detector.detectMarkers(grey),
-        "edges, four markers": lambda: [refine(grey, s.corners, 8) for s in starts],
+        "edges, four markers": lambda: refine(grey, np.stack([s.corners for s in starts]), 8),
         "photometric, four markers": lambda: fit_markers(grey, starts, Optics(0.8, 0.0, 0.05, 0.05)),
     }
     taken: dict[str, list[float]] = {name: [] for name in jobs}

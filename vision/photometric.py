@@ -290,7 +290,7 @@ def _result(state: _State, k: int, start: Start, optics: Optics) -> MarkerFit:
 
 
 def _fallback(grey: NDArray[np.uint8], start: Start, optics: Optics) -> MarkerFit:
-    corners = refine(grey, start.corners, len(start.cells)) if _is_square(start.corners) else start.corners
+    corners = refine(grey, start.corners[None], len(start.cells))[0] if _is_square(start.corners) else start.corners
     smear = float(np.linalg.norm(start.motion, axis=1).max())
     sd = np.hypot(LOST_SD if np.array_equal(corners, start.corners, equal_nan=True) else EDGE_SD, smear / np.sqrt(12))
     return MarkerFit(
