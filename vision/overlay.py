@@ -39,10 +39,9 @@ def draw(grey: Picture, index: int, neck: Neck, camera: Camera, found: Extractio
     for i, (a, s) in enumerate(zip(alpha, sigma, strict=True)):
         shown = "not seen" if np.isnan(a) else f"{np.degrees(a):7.2f} +- {np.degrees(s):.2f} deg"
         lines.append(f"alpha{i + 1} {shown}")
+    out[: 40 + 26 * (len(lines) - 1), :330] //= 3  # a dark ground, so that the words are read on any picture
     for row, line in enumerate(lines):
-        at = (12, 28 + 26 * row)
-        cv2.putText(out, line, at, cv2.FONT_HERSHEY_SIMPLEX, 0.7, (0, 0, 0), 4, cv2.LINE_AA)
-        cv2.putText(out, line, at, cv2.FONT_HERSHEY_SIMPLEX, 0.7, TEXT, 1, cv2.LINE_AA)
+        cv2.putText(out, line, (12, 28 + 26 * row), cv2.FONT_HERSHEY_SIMPLEX, 0.7, TEXT, 1, cv2.LINE_AA)
     return out
 
 
