@@ -126,6 +126,37 @@ def linearise(
     )
 
 
+@dataclass(frozen=True)
+class Offsets:
+    """How corner offsets that stay the same over all frames, normalised coordinates, 8 a marker, pull on what is estimated.
+
+    They do not average out: the codec's error on a marker that stands still, light, the lens model.
+    """
+
+    reduced: Array
+    """(p, p): normal equations of the shared numbers, the angles eliminated"""
+    on_shared: Array
+    """(p, 8 markers): the pull on them"""
+    on_angles: Array
+    """(F, N, 8 markers): d angle / d offset with the shared numbers held"""
+
+
+def offsets(scene: Scene, observed: Observed, shared: Shared, alpha: Array, course: Array) -> Offsets:
+    """At `shared` and `alpha`, (F, N)."""
+    count = observed.image.shape[1]
+    unit = np.zeros((count, 4, 8 * count), dtype=complex)
+    for k in range(count):
+        for c in range(4):
+            unit[k, c, 8 * k + 2 * c], unit[k, c, 8 * k + 2 * c + 1] = 1.0, 1.0j
+    Ja = _white(observed, scene.by_angles(shared, alpha, course))
+    Js = _white(observed, scene.by_shared(shared, alpha, course))
+    E = _white(observed, np.broadcast_to(unit, (len(alpha), *unit.shape)))
+    JaT, JsT = np.swapaxes(Ja, 1, 2), np.swapaxes(Js, 1, 2)
+    on_angles = inverse(JaT @ Ja) @ (JaT @ E)
+    reduced = JsT @ (Js - Ja @ (inverse(JaT @ Ja) @ (JaT @ Js)))
+    return Offsets(np.sum(reduced, axis=0), np.sum(JsT @ (E - Ja @ on_angles), axis=0), on_angles)
+
+
 def gauss_newton(scene: Scene, observed: Observed, shared: Shared, alpha: Array, course: Array, prior: Prior) -> Fit:
     """The best shared numbers and angles, from a start. course: (F, terms)."""
     live = np.flatnonzero(prior.free)

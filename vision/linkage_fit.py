@@ -15,7 +15,7 @@ from scipy.stats import chi2
 from calibration.camera import Camera
 from mechanism.description import Neck
 from vision.corner_noise import PORTION, observed
-from vision.joint_fit import frame_angles, freedom, inverse
+from vision.joint_fit import frame_angles, freedom, inverse, offsets
 from vision.marker_scene import frame_poses
 from vision.placement import Placement, placement_of
 from vision.pose_drift import DriftTerm
@@ -91,21 +91,23 @@ def fit_linkage(
     time: Array | None = None,
     placement: PlacementPrior | None = None,
     drift: bool = True,
+    systematic_px: float = 0.0,
 ) -> LinkageFit:
     """Angles from corners of shape (F, markers, 4, 2), px as detected, NaN where a marker was not found.
 
     covariance: of each marker's corners x1, y1, x2, ..., (F, markers, 8, 8), px^2, NaN or None where not known; only its
     proportions count, its scale is estimated from the residuals. time: (F,), s, to name the moment of a drift.
-    placement: estimate where each marker sits, within this prior; without it neck.yaml is believed.
+    placement: estimate where each marker sits, within this prior; without it neck.yaml is believed. systematic_px: standard
+    deviation of corner offsets that stay the same over the recording.
     Raises Refused where no marker is on the base bar, or too few frames show what the pose needs.
     """
-    fit = fit_shared(neck, camera, corners, where, covariance, time, placement, drift)
+    fit = fit_shared(neck, camera, corners, where, covariance, time, placement, drift, systematic_px)
     focal = float(np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
     parts = []
     for start in range(0, len(corners), PORTION):
         frames = np.arange(start, min(start + PORTION, len(corners)))
         stated = None if covariance is None else covariance[frames]
-        parts.append(_angles(fit, camera, frames, stated, focal))
+        parts.append(_angles(fit, camera, frames, stated, focal, systematic_px / focal))
     alpha, noise, common, residual = (np.concatenate(column) for column in zip(*parts, strict=True))
     certain = np.sqrt(np.diagonal(noise, axis1=1, axis2=2)) < MAX_SIGMA
     poses = frame_poses(fit.shared, fit.course)
@@ -115,7 +117,7 @@ def fit_linkage(
         covariance=noise + common,
         rvec=poses[0, :3],
         tvec=poses[0, 3:],
-        pose_sigma=np.sqrt(np.diag(fit.covariance)[:6]),
+        pose_sigma=np.sqrt(np.diag(fit.whole_covariance)[:6]),
         corner_sigma_px=float(np.sqrt(fit.variance)) * typical,
         residual_px=residual,
         noise=noise,
@@ -127,7 +129,7 @@ def fit_linkage(
 
 
 def _angles(
-    fit: SharedFit, camera: Camera, frames: NDArray[np.intp], stated: Array | None, focal: float
+    fit: SharedFit, camera: Camera, frames: NDArray[np.intp], stated: Array | None, focal: float, lasting: float
 ) -> tuple[Array, Array, Array, Array]:
     """alpha, its covariance by noise and by what is shared, and the RMS residual in px, of some frames."""
     seen = observed(camera, fit.image[frames], stated)
@@ -142,6 +144,11 @@ def _angles(
     noise = noise * np.where(wrong, excess / np.maximum(free, 1), 1.0)[:, None, None]
     by_shared = -at.solved @ at.mixed  # d alpha / d shared of the least squares, (F, N, p)
     common = by_shared @ fit.covariance @ np.swapaxes(by_shared, 1, 2)
+    if fit.offset_gain is not None:
+        # what lasting offsets do to an angle directly, and by way of what the frames share
+        direct = lasting * offsets(fit.scene, seen, fit.shared, alpha, fit.course[frames]).on_angles
+        total = direct + by_shared @ fit.offset_gain
+        common = common + total @ np.swapaxes(total, 1, 2)
     squares = np.sum(np.abs(focal * at.residual) ** 2, axis=(1, 2))
     return alpha, noise, common, np.sqrt(squares / np.maximum(4 * seen.seen.sum(axis=1), 1))
 

@@ -93,7 +93,7 @@ def placement_of(neck: Neck, fit: SharedFit, prior: PlacementPrior) -> Placement
     """The readable result of a fit that had the placement free."""
     markers = markers_of(neck, "neck.yaml")
     numbers, rows = [], []
-    sigma = np.sqrt(np.diag(fit.covariance))
+    sigma = np.sqrt(np.diag(fit.whole_covariance))
     for k, m in enumerate(markers.on_bars):
         beforehand = ((*m.at, m.angle), (prior.at_sigma, prior.at_sigma, prior.angle_sigma))
         for j, (name, unit) in enumerate((("x", "m"), ("y", "m"), ("angle", "rad"))):
@@ -113,7 +113,7 @@ def placement_of(neck: Neck, fit: SharedFit, prior: PlacementPrior) -> Placement
                 place = f"mechanism {i + 1}"
                 numbers.append(PlacedNumber(name, place, value, was, float(sigma[row]), prior.length_sigma, "m"))
                 rows.append(row)
-    return Placement(tuple(numbers), fit.covariance[np.ix_(rows, rows)], _corrected(neck, fit, prior))
+    return Placement(tuple(numbers), fit.whole_covariance[np.ix_(rows, rows)], _corrected(neck, fit, prior))
 
 
 def _corrected(neck: Neck, fit: SharedFit, prior: PlacementPrior) -> Neck:

@@ -10,7 +10,7 @@ from mechanism.arm import arm_of
 from mechanism.description import Neck, markers_of
 from vision.corner_noise import Observed, normalise, observed
 from vision.first_guess import first_angles, first_poses, shared_frames
-from vision.joint_fit import Fit, Prior, gauss_newton, polished
+from vision.joint_fit import Fit, Prior, frame_angles, gauss_newton, offsets, polished
 from vision.marker_scene import Scene, Shared, nominal, onto_plane
 from vision.pose_drift import DriftTerm, follow, size_of, square_px, step_frame
 
@@ -50,6 +50,15 @@ class SharedFit:
     course: Array
     """(F, terms): how much of each drift term a frame has"""
     drift: tuple[DriftTerm, ...]
+    offset_gain: Array | None
+    """(p, 8 markers): by how much one standard deviation of each lasting corner offset moves `shared`; None where they are
+    taken to be none"""
+
+    @property
+    def whole_covariance(self) -> Array:
+        """(p, p) of `shared.vector`, lasting offsets included."""
+        gain = self.offset_gain
+        return self.covariance if gain is None else self.covariance + gain @ gain.T
 
     def first_angles(self, frames: NDArray[np.intp]) -> Array:
         """A start for the angles of some frames, (F, N), rad."""
@@ -65,10 +74,12 @@ def fit_shared(
     time: Array | None = None,
     placement: PlacementPrior | None = None,
     drift: bool = True,
+    systematic_px: float = 0.0,
 ) -> SharedFit:
     """corners (F, markers, 4, 2), px as detected, NaN where not found; covariance (F, markers, 8, 8), px^2, of them.
 
-    time: (F,), s, to name the moment of a drift. Raises Refused where the frames do not show what the pose needs.
+    time: (F,), s, to name the moment of a drift. systematic_px: standard deviation of corner offsets that stay the same over the
+    recording, which more frames do not average out. Raises Refused where the frames do not show what the pose needs.
     """
     markers = markers_of(neck, where)
     free_lengths = placement is not None and placement.length_sigma is not None
@@ -123,7 +134,22 @@ def fit_shared(
         # the weakest directions of the placement want every frame
         first = _first_angles(scene, shared, image)
         shared, spread, variance = polished(scene, taken, fit, first, course, prior)
-    return SharedFit(scene, image, shared, spread, variance, course, tuple(terms))
+    gain = None
+    if systematic_px:
+        gain = systematic_px / focal * _offset_gain(scene, seen, shared, course[chosen], prior, variance)
+    return SharedFit(scene, image, shared, spread, variance, course, tuple(terms), gain)
+
+
+def _offset_gain(scene: Scene, seen: Observed, shared: Shared, course: Array, prior: Prior, variance: float) -> Array:
+    """d shared / d corner offsets that stay the same over the recording, (p, 8 markers), by normalised coordinate."""
+    first = _first_angles(scene, shared, seen.image)
+    alpha, _ = frame_angles(scene, seen, shared, first, course, float(np.sqrt(variance)))
+    pulled = offsets(scene, seen, shared, alpha, course)
+    live = np.flatnonzero(prior.free)
+    information = pulled.reduced + np.diag(prior.information * variance)
+    out = np.zeros_like(pulled.on_shared)
+    out[live] = np.linalg.solve(information[np.ix_(live, live)], pulled.on_shared[live])
+    return out
 
 
 def _prior(plain: Shared, placement: PlacementPrior | None) -> Prior:
