@@ -3,7 +3,7 @@
 import numpy as np
 
 from mechanism.arm import Arm, Array
-from mechanism.cable_lengths import Z, lengths
+from mechanism.cable_lengths import lengths
 
 Model = int
 """the seed's number of it"""
@@ -15,9 +15,9 @@ def elongation(arm: Arm, alpha: Array, theta: Array) -> Array:
     return lengths(arm, alpha) - lengths(arm, np.zeros(arm.N)) + arm.drum * theta + arm.x0
 
 
-def elongation_rate(arm: Arm, alpha: Array, alpha_d: Array, theta_d: Array) -> Array:
-    """(42): x' = -Z^T alpha' + (rd/R) theta', shape (..., M), m/s."""
-    return -np.einsum("...ij,...i->...j", Z(arm, alpha), alpha_d) + arm.drum * theta_d
+def elongation_rate(arm: Arm, jacobian: Array, alpha_d: Array, theta_d: Array) -> Array:
+    """(42): x' = -Z^T alpha' + (rd/R) theta', shape (..., M), m/s; jacobian is Z, shape (..., N, M), m."""
+    return arm.drum * theta_d - np.einsum("...ij,...i->...j", jacobian, alpha_d)
 
 
 def strain_scale(arm: Arm, alpha: Array, model: Model) -> Array:

@@ -16,7 +16,7 @@ import numpy as np
 from mechanism.arm import Arm, Array
 from mechanism.cable_lengths import Z, lengths
 from mechanism.dynamics import terms
-from mechanism.elasticity import Model, strain_scale
+from mechanism.elasticity import Model, elongation_rate, strain_scale
 from mechanism.friction import CM, friction
 from xneck.errors import Refused
 
@@ -93,7 +93,7 @@ def simulate(
     def pulls(alpha: Array, alpha_d: Array, theta: Array, theta_d: Array) -> tuple[Array, Array]:
         jacobian = Z(arm, alpha)
         x = lengths(arm, alpha) - l0 + arm.drum * theta + arm.x0
-        x_d = arm.drum * theta_d - np.einsum("...ij,...i->...j", jacobian, alpha_d)
+        x_d = elongation_rate(arm, jacobian, alpha_d, theta_d)
         return tension(arm, drive, alpha, x, x_d), jacobian
 
     def rate(y: Array, force: Array) -> Array:

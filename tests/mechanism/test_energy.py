@@ -72,7 +72,7 @@ def test_losses_are_those_of_friction_and_damping(arm: Arm) -> None:
     ca, fs, fv = 60.0, 15.0, 0.05
     motion, f = moved(arm, ca, fs, fv, step=2.5e-4, sample=2.5e-4)
     missing = work_of_motors(arm, motion, f) - (stored(arm, motion) - stored(arm, motion)[0])
-    x_d = elongation_rate(arm, motion.alpha, motion.alpha_d, motion.theta_d)
+    x_d = elongation_rate(arm, Z(arm, motion.alpha), motion.alpha_d, motion.theta_d)
     rubbing = friction(motion.theta_d, np.full(4, fs), np.full(4, fv)) * arm.drum * motion.theta_d
     damping = motion.tension - K * np.maximum(elongation(arm, motion.alpha, motion.theta), 0.0)
     power = np.sum(damping * x_d + rubbing, axis=-1)
@@ -111,6 +111,6 @@ def test_cables_do_on_the_arm_what_they_take_from_the_drums(arm: Arm) -> None:
     rng = np.random.default_rng(4)
     alpha, alpha_d, t = rng.uniform(-0.8, 0.8, (20, 3)), rng.uniform(-3, 3, (20, 3)), rng.uniform(10, 90, (20, 4))
     theta_d = np.einsum("tij,ti->tj", Z(arm, alpha), alpha_d) / arm.drum
-    np.testing.assert_allclose(elongation_rate(arm, alpha, alpha_d, theta_d), 0, atol=1e-15)
+    np.testing.assert_allclose(elongation_rate(arm, Z(arm, alpha), alpha_d, theta_d), 0, atol=1e-15)
     on_arm = np.einsum("ti,tij,tj->t", alpha_d, Z(arm, alpha), t)
     np.testing.assert_allclose(on_arm, np.sum(t * arm.drum * theta_d, axis=-1), rtol=1e-12)
