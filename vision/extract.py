@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from vision.quality import gaps, quality
 from vision.recording_fit import PlacementPrior
 from vision.shutter import UNKNOWN, Shutter, at_middle_row
 from vision.tracking import DOUBLED, Manner
-from vision.video import describe
+from vision.video import Video
 from xneck.errors import Refused
 
 Array = NDArray[np.float64]
@@ -59,7 +58,7 @@ class Extraction:
 
 
 def extract(
-    video: str | Path,
+    video: Video,
     camera: Camera,
     neck: Neck,
     shutter: Shutter = UNKNOWN,
@@ -68,7 +67,7 @@ def extract(
     workers: int = 1,
     progress: Callable[[int], object] = lambda frames: None,
 ) -> Extraction:
-    """Angles of every frame; `workers` processes share the video, `progress` is told of frames done.
+    """Angles of every frame of a video that was described; `workers` processes share the video, `progress` is told of frames done.
 
     With `template` corners are fitted to all grey levels of a marker, else to the edges of its square. With a `placement`
     prior it is estimated where each marker sits; without one neck.yaml is believed, and held against what the motion shows
@@ -77,29 +76,28 @@ def extract(
     Raises Refused for a damaged video, a picture size that is not the camera's, or where no marker of the arm is in view.
     """
     markers = markers_of(neck, "neck.yaml")
-    size = describe(video)
-    if (size.width, size.height) != camera.size:
+    if (video.width, video.height) != camera.size:
         raise Refused(
-            video,
-            f"is {size.width}x{size.height}, the camera was calibrated at {camera.width}x{camera.height}",
+            video.path,
+            f"is {video.width}x{video.height}, the camera was calibrated at {camera.width}x{camera.height}",
             "calibrate with pictures of the video's size",
         )
-    seen = follow(size, markers, Manner(template, shutter.exposure_s), workers, progress)
+    seen = follow(video, markers, Manner(template, shutter.exposure_s), workers, progress)
     if np.isnan(seen.corners).all():
         other = f", though others of the dictionary are (ids {list(seen.foreign)[:8]})" if seen.foreign else ""
         raise Refused(
-            video,
+            video.path,
             f"no marker of neck.yaml is in view in {len(seen.time)} frames{other}",
             f"check markers.dictionary ({markers.dictionary}) and the ids",
         )
-    corners = at_middle_row(seen.time, seen.corners, size.height, shutter)
+    corners = at_middle_row(seen.time, seen.corners, video.height, shutter)
     covariance = None if seen.covariance is None else seen.covariance.astype(float)
-    time = shutter.middle(seen.time, size.height)
+    time = shutter.middle(seen.time, video.height)
     fit = fit_linkage(
         neck,
         camera,
         corners,
-        str(video),
+        str(video.path),
         covariance=covariance,
         time=time,
         placement=placement,
@@ -110,7 +108,7 @@ def extract(
     shares = (~np.isnan(corners[:, :, 0, 0])).mean(axis=0)
     twice = (seen.how == DOUBLED).sum(axis=0)
     notes: dict[str, Any] = {
-        "source": Path(video).name,
+        "source": video.path.name,
         "markers": [
             {"id": marker.id, "seen_share": float(shares[k]), "duplicates": int(twice[k])}
             for k, marker in enumerate(markers.on_bars)
@@ -124,7 +122,7 @@ def extract(
     }
     ids = [marker.id for marker in markers.on_bars]
     notes |= fit.notes
-    notes["askew"] = None if placement else _askew(neck, camera, corners, covariance, str(video), fit)
+    notes["askew"] = None if placement else _askew(neck, camera, corners, covariance, str(video.path), fit)
     notes["gaps"] = gaps(time, fit.alpha, ids, seen.how)
     frame_quality = quality(seen, ids, fit.residual_px, shutter.exposure_s)
     return Extraction(Angles(time, fit.alpha, sigma, notes), fit, corners, frame_quality)

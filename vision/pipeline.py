@@ -23,7 +23,7 @@ from vision.extract import Extraction, extract
 from vision.overlay import draw
 from vision.recording import Recording
 from vision.synchronise import synchronise
-from vision.video import frames
+from vision.video import Video, describe, frames_of
 from xneck.errors import Refused
 from xneck.provenance import provenance
 from xneck.strict_yaml import read_text
@@ -76,10 +76,11 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
             write_camera(camera, out / "camera.yaml")
         inputs["video"] = recording.video
         stage("extract")
-        extraction = extract(recording.video, camera, neck, recording.shutter, recording.placement, recording.template)
+        video = describe(recording.video)
+        extraction = extract(video, camera, neck, recording.shutter, recording.placement, recording.template)
         angles = extraction.angles
         write_angles(angles, out / "angles.mcap", extraction.quality)
-        pictures = _annotated(recording.video, neck, camera, extraction)
+        pictures = _annotated(video, neck, camera, extraction)
     stage("sync")
     origin = provenance(inputs)
     data = synchronise(neck, read_text(recording.neck), angles, log, origin)
@@ -102,7 +103,7 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
 
 
 def _annotated(
-    video: Path, neck: Neck, camera: Camera, extraction: Extraction
+    video: Video, neck: Neck, camera: Camera, extraction: Extraction
 ) -> tuple[tuple[int, NDArray[np.uint8]], ...]:
     """Frames spread over the video, and the one in which the arm is bent most."""
     count = len(extraction.angles.time)
@@ -110,6 +111,8 @@ def _annotated(
     wanted = {*np.linspace(0, count - 1, SHOWN_FRAMES, dtype=int).tolist(), bent}
     return tuple(
         (frame.index, draw(frame.grey, frame.index, neck, camera, extraction))
-        for frame in frames(video)
+        for segment in video.segments
+        if any(segment.before <= index < segment.before + segment.count for index in wanted)
+        for frame in frames_of(video, segment)
         if frame.index in wanted
     )

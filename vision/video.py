@@ -17,8 +17,6 @@ from xneck.errors import Refused
 
 Grey = NDArray[np.uint8]
 CONTAINERS_WITHOUT_STAMPS = ("h264", "hevc", "m4v", "mjpeg")
-
-
 SEGMENT_S = 10.0
 """s: about how much of a video is worked on as one piece, from a key frame to a later one"""
 

@@ -72,8 +72,9 @@ def command(
     camera, neck = read_camera(camera_file), read_neck(neck_file)
     shutter = Shutter(exposure, row_time, stamp)
     prior = PlacementPrior() if placement or corrected_neck else None
-    with progress(describe(video).frames, "extract", quiet) as done:
-        found = extract(video, camera, neck, shutter, prior, corners == "template", workers, done)
+    described = describe(video)
+    with progress(described.frames, "extract", quiet) as done:
+        found = extract(described, camera, neck, shutter, prior, corners == "template", workers, done)
     found.angles.notes["provenance"] = provenance({"video": video, "camera": camera_file, "neck": neck_file})
     write_angles(found.angles, out, found.quality)
     export_beside(found.angles.series, out, export_as)
