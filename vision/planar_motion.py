@@ -29,6 +29,7 @@ def homography(corners: Array) -> Array:
     p0, p1, p2, p3 = np.moveaxis(corners, 1, 0)
     d1, d2, s = p1 - p2, p3 - p2, p0 - p1 + p2 - p3
     det = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
+    det = np.where(np.abs(det) > 1e-9, det, 1e-9)  # corners on a line: no marker, but no division by zero either
     g = (s[:, 0] * d2[:, 1] - s[:, 1] * d2[:, 0]) / det
     h = (d1[:, 0] * s[:, 1] - d1[:, 1] * s[:, 0]) / det
     H = np.empty((len(corners), 3, 3))

@@ -19,6 +19,7 @@ from vision.edges import refine
 from vision.markers import Finder
 from vision.optics import pooled
 from vision.photometric import MarkerFit, Start, fit_markers
+from vision.planar_motion import homography, project
 from vision.template import Optics
 from vision.video import Frame
 
@@ -170,18 +171,12 @@ class Tracker:
         if not len(which):
             return np.empty(0)
         n = self._cells.shape[1]
-        centre = (np.arange(n) + 0.5) / n
+        centre = (2 * np.arange(n) + 1) / n - 1  # in the marker's own coordinates, -1 to 1
         u, v = np.meshgrid(centre, centre)
-        H = _homographies(corners)
-        plane = np.stack([u.ravel(), v.ravel(), np.ones(n * n)])
-        x, y, w = np.moveaxis(H @ plane, 1, 0)
-        samples = cv2.remap(
-            grey,
-            (x / w).astype(np.float32),
-            (y / w).astype(np.float32),
-            cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_REPLICATE,
-        ).astype(float)
+        cells = np.column_stack([u.ravel(), v.ravel()])
+        places = project(homography(corners), np.broadcast_to(cells, (len(which), *cells.shape)))
+        x, y = np.moveaxis(places.astype(np.float32), -1, 0)
+        samples = cv2.remap(grey, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
         black = self._cells[which].reshape(len(which), -1)
         dark = np.sum(samples * black, axis=1) / black.sum(axis=1)
         bright = np.sum(samples * ~black, axis=1) / np.maximum((~black).sum(axis=1), 1)
@@ -201,19 +196,3 @@ class Tracker:
             return None
         hits = [c for i, c in self._finder.detections(grey[y0:y1, x0:x1]) if i == marker_id]
         return hits[0] + np.array([x0, y0], dtype=float) if len(hits) == 1 else None
-
-
-def _homographies(corners: Array) -> Array:
-    """Maps from the unit square (0,0), (1,0), (1,1), (0,1) to corners (K, 4, 2): (K, 3, 3), in closed form."""
-    p0, p1, p2, p3 = np.moveaxis(corners, 1, 0)
-    d1, d2, s = p1 - p2, p3 - p2, p0 - p1 + p2 - p3
-    area = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
-    area = np.where(np.abs(area) > 1e-9, area, 1e-9)
-    g = (s[:, 0] * d2[:, 1] - s[:, 1] * d2[:, 0]) / area
-    h = (d1[:, 0] * s[:, 1] - d1[:, 1] * s[:, 0]) / area
-    H = np.empty((len(corners), 3, 3))
-    H[:, :2, 0] = p1 - p0 + g[:, None] * p1
-    H[:, :2, 1] = p3 - p0 + h[:, None] * p3
-    H[:, :2, 2] = p0
-    H[:, 2] = np.column_stack([g, h, np.ones_like(g)])
-    return H
