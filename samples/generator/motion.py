@@ -8,9 +8,7 @@ import numpy as np
 from samples.generator.statics import hold
 from samples.generator.taut_string import Array
 
-_HERTZ = (0.1, 1.2)
 _TONES = 6
-_PEAK_DEG = (25.0, 32.0)
 _LEVEL_N = (62.0, 24.0)
 """mean and swing of the tension level"""
 _TENSION_LIMITS_N = (15.0, 120.0)
@@ -37,25 +35,31 @@ def ramp(time: Array, duration: float) -> Array:
     return u**3 * (10 - 15 * u + 6 * u**2)
 
 
-def _sum_of_sines(time: Array, rng: np.random.Generator) -> Array:
+def _sum_of_sines(time: Array, rng: np.random.Generator, hertz: tuple[float, float]) -> Array:
     """One tone in each of equal (logarithmic) bands, so that no two signals share their frequencies; peak 1."""
-    edges = np.geomspace(*_HERTZ, _TONES + 1)
-    hertz = rng.uniform(edges[:-1], edges[1:])
+    edges = np.geomspace(*hertz, _TONES + 1)
+    tones = rng.uniform(edges[:-1], edges[1:])
     phase = rng.uniform(0, 2 * np.pi, _TONES)
-    amplitude = hertz**-0.3  # a little less of what costs most acceleration
-    signal = amplitude @ np.sin(2 * np.pi * hertz[:, None] * time + phase[:, None])
+    amplitude = tones**-0.3  # a little less of what costs most acceleration
+    signal = amplitude @ np.sin(2 * np.pi * tones[:, None] * time + phase[:, None])
     return signal / np.abs(signal).max()
 
 
-def exciting(neck: dict[str, Any], duration: float, rng: np.random.Generator) -> Motion:
+def exciting(
+    neck: dict[str, Any],
+    duration: float,
+    rng: np.random.Generator,
+    hertz: tuple[float, float] = (0.1, 1.2),
+    peak_deg: tuple[float, float] = (25.0, 32.0),
+) -> Motion:
     """A persistently exciting motion; drawn again until every tension stays within its limits."""
     time = np.arange(round(duration * RATE_HZ) + 1) / RATE_HZ
     on = ramp(time, duration)
     n, m = len(neck["mechanisms"]), len(neck["cables"])
     for _ in range(200):
-        peaks = np.radians(rng.uniform(*_PEAK_DEG, n))
-        alpha = np.stack([on * p * _sum_of_sines(time, rng) for p in peaks], axis=-1)
-        level = _LEVEL_N[0] + _LEVEL_N[1] * on * _sum_of_sines(time, rng)
+        peaks = np.radians(rng.uniform(*peak_deg, n))
+        alpha = np.stack([on * p * _sum_of_sines(time, rng, hertz) for p in peaks], axis=-1)
+        level = _LEVEL_N[0] + _LEVEL_N[1] * on * _sum_of_sines(time, rng, hertz)
         tension = hold(neck, alpha, np.repeat(level[:, None], m, axis=1)).tension
         if _TENSION_LIMITS_N[0] < tension.min() and tension.max() < _TENSION_LIMITS_N[1]:
             return Motion(time, alpha, tension)

@@ -20,17 +20,26 @@ def potential_energy(neck: dict[str, Any], alpha: Array) -> Array:
     energy = np.zeros(np.shape(alpha)[:-1])
     for i, x in enumerate(m):
         below, above = b[i] / 2 * along[..., i], b[i] / 2 * along[..., i + 1]
-        ends = {
-            "left": (bars.middle[..., i] - below, bars.middle[..., i + 1] - above),
-            "right": (bars.middle[..., i] + below, bars.middle[..., i + 1] + above),
-        }
-        places = [(x["top"]["mass"], bars.middle[..., i + 1] + complex(*x["top"]["com"]) * along[..., i + 1])]
-        places += [(x["diagonal"]["mass"], (ends["left"][0] + ends["right"][1]) / 2)]
-        places += [(x["diagonal"]["mass"], (ends["right"][0] + ends["left"][1]) / 2)]
+        low, high = bars.middle[..., i], bars.middle[..., i + 1]
+        places = [(x["top"]["mass"], high + complex(*x["top"]["com"]) * along[..., i + 1])]
+        places += [(x["diagonal"]["mass"], (low - below + high + above) / 2)]
+        places += [(x["diagonal"]["mass"], (low + below + high - above) / 2)]
         for mass, place in places:
             energy = energy - mass * (place * np.conj(toward)).real
-        for low, high in ends.values():
-            stretch = np.abs(high - low) - x["springs"]["free_length"]
+    return energy + spring_energy(neck, alpha)
+
+
+def spring_energy(neck: dict[str, Any], alpha: Array) -> Array:
+    """Of the springs on both sides of all mechanisms, shape (...), J; alpha of shape (..., N), rad."""
+    m = neck["mechanisms"]
+    b = np.array([x["b"] for x in m])
+    bars = solve(alpha, np.array([x["L"] for x in m]), b)
+    half = np.exp(1j * bars.orientation)
+    energy = np.zeros(np.shape(alpha)[:-1])
+    for i, x in enumerate(m):
+        for side in (-b[i] / 2, b[i] / 2):
+            ends = [bars.middle[..., k] + side * half[..., k] for k in (i, i + 1)]
+            stretch = np.abs(ends[1] - ends[0]) - x["springs"]["free_length"]
             if x["springs"].get("slack", False):
                 stretch = np.maximum(stretch, 0.0)
             energy = energy + x["springs"]["stiffness"] * stretch**2 / 2

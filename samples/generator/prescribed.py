@@ -1,0 +1,161 @@
+"""A recording whose motion is given: what its motors must have done and drawn, exactly, without integrating the arm.
+
+The motion is known as a function of time; joint torques come from `inverse_dynamics`, tensions from them and a level that
+rises and falls, elongations from a law, motor angles from elongations and taut strings, forces from all of these. Nothing of
+the packages takes part, and 60 s cost about two seconds, where a simulation costs minutes.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline, make_interp_spline
+
+from samples.generator.clocks import Clocks, clocks, frame_times
+from samples.generator.inverse_dynamics import joint_torque
+from samples.generator.laws import Friction, Stretch, dry_and_viscous, linear
+from samples.generator.motion import RATE_HZ, Motion, exciting, with_rest
+from samples.generator.mujoco_arm import Load
+from samples.generator.routes import lengths
+from samples.generator.simulation import quantum
+from samples.generator.statics import pull_matrix
+from samples.generator.taut_string import Array
+
+STEP_S = 1e-3
+"""of arm and tensions"""
+MOTOR_STEP_S = 2e-4
+"""of cables and motors"""
+_LEAST_TENSION_N = 4.0
+_FORCE_STEP_N = 0.001
+_REST_S = 0.5
+_FS, _K, _CA = (14.0, 17.0, 18.0, 16.0), (10000.0, 9000.0, 8000.0, 5500.0), (60.0, 60.0, 60.0, 60.0)
+
+
+def _no_friction(alpha_d: Array) -> Array:
+    return np.zeros_like(alpha_d)
+
+
+@dataclass(frozen=True)
+class World:
+    """The arm as it really is. By default: dry friction, linear damped cables, nothing hidden."""
+
+    neck: dict[str, Any]
+    """geometry, masses and motors that are true (parsed neck.yaml)"""
+    stretch: Stretch = field(default_factory=lambda: linear(np.array(_K), np.array(_CA)))
+    friction: Friction = field(default_factory=lambda: dry_and_viscous(np.array(_FS), np.zeros(4)))
+    joint_friction: Callable[[Array], Array] = _no_friction
+    """joint speeds (T, N), rad/s -> torque against them, N m"""
+    load: Load = field(default_factory=Load)
+    written: Callable[[Array], Array] = lambda force: force
+    """true force at every fine step, (T, M), N -> what the controller believes it commanded"""
+
+
+@dataclass(frozen=True)
+class Prescribed:
+    """What the files hold, and the truth behind it. Rows of the log T, frames F."""
+
+    world: World
+    log_time: Array
+    """(T,), s, the controller's clock"""
+    counted: Array
+    """motor angles as the encoders give them, (T, M), rad"""
+    f: Array
+    """force commands, (T, M), N: what was held from the row on"""
+    clocks: Clocks
+    frame_times: Array
+    """(F,), s, the camera's clock"""
+    frame_alpha: Array
+    """true angles in the frames, (F, N), rad"""
+    alpha: Array
+    """true, at the rows of the log, (T, N), like the following"""
+    alpha_d: Array
+    alpha_dd: Array
+    theta: Array
+    tension: Array
+    x: Array
+    """elongation, (T, M), m"""
+
+
+def prescribe(
+    world: World,
+    duration: float,
+    seed: int | list[int],
+    hertz: tuple[float, float] = (0.1, 1.2),
+    peak_deg: tuple[float, float] = (25.0, 32.0),
+) -> Prescribed:
+    """A recording of `duration` s of frames. Motions are drawn again until no cable comes near to slack."""
+    rng = np.random.default_rng(seed)
+    times = frame_times(duration, rng)
+    two = clocks(times, rng)
+    first, last = two.log_time(times[[0, -1]])
+    start = np.floor((first - rng.uniform(0.2, 0.6)) * 1e3) / 1e3
+    before = round((first - start + _REST_S) * RATE_HZ)
+    after = round((_REST_S + rng.uniform(0.2, 0.6)) * RATE_HZ)
+    for _ in range(50):
+        drawn = exciting(world.neck, last - first - 2 * _REST_S, rng, hertz, peak_deg)
+        motion = with_rest(drawn, before, after)
+        made = _made(world, motion)
+        if made is not None:
+            break
+    else:
+        raise ValueError("no motion was found that keeps the cables taut")
+    alpha, at_row, f = made
+    log_time = np.round(start + motion.time, 3)
+    count = quantum(world.neck)
+    spline = make_interp_spline(log_time, at_row["alpha"], k=5)
+    return Prescribed(
+        world=world,
+        log_time=log_time,
+        counted=np.round(at_row["theta"] / count) * count,
+        f=np.round(f / _FORCE_STEP_N) * _FORCE_STEP_N,
+        clocks=two,
+        frame_times=times,
+        frame_alpha=spline(two.log_time(times)),
+        alpha=at_row["alpha"],
+        alpha_d=alpha.derivative(1)(motion.time),
+        alpha_dd=alpha.derivative(2)(motion.time),
+        theta=at_row["theta"],
+        tension=at_row["tension"],
+        x=at_row["x"],
+    )
+
+
+def _made(world: World, motion: Motion) -> tuple[Any, dict[str, Array], Array] | None:
+    """The motion as a spline, true series at the rows, and the forces held from the rows on; None where a cable goes slack."""
+    neck = world.neck
+    spline = make_interp_spline(motion.time, motion.alpha, k=5)
+    time = np.arange(round(motion.time[-1] / STEP_S) + 1) * STEP_S
+    alpha = spline(time)
+    torque = joint_torque(neck, alpha, STEP_S, world.load) + world.joint_friction(spline.derivative(1)(time))
+    level = np.stack([np.interp(time, motion.time, t) for t in motion.tension.T], axis=-1)
+    tension, unrolled = _tension(neck, alpha, torque, level)
+    if tension.min() < _LEAST_TENSION_N:
+        return None
+    fine = np.arange(round(motion.time[-1] / MOTOR_STEP_S) + 1) * MOTOR_STEP_S
+    t = CubicSpline(time, tension)(fine)
+    x = world.stretch(t, MOTOR_STEP_S)
+    motors = neck["motors"]
+    drum = np.array([m["rd"] / m["R"] for m in motors])
+    inertia = np.array([m["Ia"] for m in motors])
+    x0 = np.array([c.get("x0", 0.0) for c in neck["cables"]])
+    theta = (x - x0 - CubicSpline(time, unrolled)(fine)) / drum
+    theta_d = np.gradient(theta, MOTOR_STEP_S, axis=0)
+    theta_dd = np.gradient(theta_d, MOTOR_STEP_S, axis=0)
+    force = world.written(t + world.friction(theta_d, t) + inertia / drum * theta_dd)
+    per_row = round(1 / (RATE_HZ * MOTOR_STEP_S))
+    rows = np.arange(len(motion.time)) * per_row
+    # the drive holds a command for one period: the mean of what the motion wants over it
+    held = np.vstack([force, np.repeat(force[-1:], per_row, axis=0)])
+    summed = np.vstack([np.zeros(force.shape[1]), np.cumsum(held, axis=0)])
+    f = (summed[rows + per_row] - summed[rows]) / per_row
+    at_row = {"alpha": motion.alpha, "theta": theta[rows], "tension": t[rows], "x": x[rows]}
+    return spline, at_row, f
+
+
+def _tension(neck: dict[str, Any], alpha: Array, torque: Array, level: Array) -> tuple[Array, Array]:
+    """Tensions nearest to `level` that make the torques, (T, M), N, and how much longer each cable is than in the straight pose."""
+    Z = pull_matrix(neck, alpha)
+    missing = torque - np.einsum("tnm,tm->tn", Z, level)
+    tension = level + np.einsum("tmn,tn->tm", np.linalg.pinv(Z), missing)
+    return tension, lengths(neck, alpha) - lengths(neck, np.zeros_like(alpha[:1]))
