@@ -1,25 +1,23 @@
-"""Angles lost where a cable, a strip, blur, a shadow or glare is on the markers: ours beside OpenCV's detector with each refinement.
+"""Angles lost where a cable, a strip, blur, a shadow or glare is on the markers: ours beside OpenCV's detector.
 
 All get the same video, the same true camera and the same fit of the linkage, which gives no angle (NaN) where a frame's
-corners leave it uncertain. OpenCV searches every frame; ours follows. An angle is a joint in a frame.
+corners leave it uncertain. OpenCV searches every frame, with each of its refinements; ours follows. An angle is a joint in a frame.
 """
 
 import tempfile
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
-import cv2
 import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from benchmarks.opencv import REFINEMENTS, searching
+from benchmarks.opencv import searching
 from benchmarks.table import Table
 from calibration.camera import Camera, camera_from
 from mechanism.description import Neck, markers_of, read_neck
 from samples.generator import camera as seen_by
-from samples.generator.hard import Hard, cases
+from samples.generator.hard import cases
 from vision.extract import extract
 from vision.linkage_fit import fit_linkage
 from vision.shutter import Shutter
@@ -31,6 +29,18 @@ Array = NDArray[np.float64]
 SAMPLES = Path(__file__).parents[1] / "samples"
 SAMPLE_SHARE = 240
 """frames of the sample: OpenCV's APRILTAG takes a quarter of a second for each"""
+THEIRS = ("NONE", "SUBPIX", "APRILTAG")
+OURS = ("edges", "template")
+COLUMNS = (
+    "angles",
+    *(f"{m} lost" for m in (*THEIRS, *OURS)),
+    *(f"{m} alone" for m in OURS),
+    *("SUBPIX markers", "edges markers"),
+    *(f"{m} deg" for m in (*THEIRS, *OURS)),
+    *(f"{m} z" for m in OURS),
+)
+TITLE = """Hard recordings: angles (joints x frames) that each way loses; those lost by ours alone, that some OpenCV refinement has;
+markers x frames lost; RMS error of the angles that are left; ours: error over sigma"""
 
 
 @dataclass(frozen=True)
@@ -46,9 +56,6 @@ class Measured:
 
 def measure() -> Table:
     """Counts of angles (and markers) lost, RMS error and the spread of error over sigma, of each case."""
-    methods = [*REFINEMENTS, "edges", "template"]
-    columns = ("angles", *(f"{m} lost" for m in methods), "edges lost alone", "template alone", "SUBPIX mk. lost",
-               "edges mk. lost", *(f"{m} deg" for m in methods[1:]), "edges z", "template z")  # fmt: skip
     rows: list[tuple[str, tuple[float | None, ...]]] = []
     with tempfile.TemporaryDirectory() as folder:
         for name, case in cases(yaml.safe_load((SAMPLES / "recording/neck.yaml").read_text())).items():
@@ -59,15 +66,14 @@ def measure() -> Table:
     neck = read_neck(SAMPLES / "recording/neck.yaml")
     truth = np.load(SAMPLES / "truth.npz")["recording_frame_alpha"][:SAMPLE_SHARE]
     rows.insert(0, ("the sample", row(SAMPLES / "recording/video.mp4", neck, seen_by.SAMPLE_CAMERA, truth)))
-    title = "Hard recordings: angles lost of all (joints x frames), lost alone: by ours though some OpenCV refinement has it, markers lost, RMS error, error over sigma"
-    return Table(title, columns, tuple(rows))
+    return Table(TITLE, COLUMNS, tuple(rows))
 
 
 def row(video: Path, neck: Neck, view: seen_by.Camera, truth: Array) -> tuple[float | None, ...]:
-    """One recording's figures, in the order of `measure`'s columns; truth (F, N) of as many frames as are looked at."""
+    """One recording's figures, in the order of COLUMNS; truth (F, N) of as many frames as are looked at."""
     camera = true_camera(view)
-    theirs = {m: by_opencv(m, video, neck, camera, len(truth)) for m in REFINEMENTS}
-    ours = {c: by_ours(c, video, neck, camera, view.exposure_s, len(truth)) for c in ("edges", "template")}
+    theirs = {m: by_opencv(m, video, neck, camera, len(truth)) for m in THEIRS}
+    ours = {c: by_ours(c, video, neck, camera, view.exposure_s, len(truth)) for c in OURS}
     known = ~np.all([np.isnan(m.alpha) for m in theirs.values()], axis=0)
     every = [*theirs.values(), *ours.values()]
     return (
@@ -76,7 +82,7 @@ def row(video: Path, neck: Neck, view: seen_by.Camera, truth: Array) -> tuple[fl
         *(int((np.isnan(m.alpha) & known).sum()) for m in ours.values()),
         theirs["SUBPIX"].markers_lost,
         ours["edges"].markers_lost,
-        *(rms(np.degrees(m.alpha - truth)) for m in every[1:]),
+        *(rms(np.degrees(m.alpha - truth)) for m in every),
         *(rms((m.alpha - truth) / m.sigma) for m in ours.values()),
     )
 

@@ -14,18 +14,17 @@ ALONG = np.linspace(0.1, 0.9, 33)
 """where profiles are taken along a side, away from the corners, whose blur bends the edge"""
 ACROSS = np.linspace(-1.0, 1.0, 17)
 """samples of a profile, in units of its reach, from inside to outside"""
-REACH, FARTHEST = 0.5, 0.9
-"""half length of a profile in cells, without and with blur of motion: inside black border and white margin"""
+REACH = 0.5
+"""half length of a profile in cells: inside black border and white margin"""
 MIN_CONTRAST = 10.0
 """grey levels between both ends of a profile, below which it is left out"""
 ROUNDS = 2
 
 
-def refine(grey: NDArray[np.uint8], corners: Array, cells: int, smear: Array | float = 0.0) -> Array:
+def refine(grey: NDArray[np.uint8], corners: Array, cells: int) -> Array:
     """Corners of K markers, shape (K, 4, 2), px, moved to the meeting points of their sides.
 
-    cells: black and white cells along a side of the marker, border included. smear: px over which motion blurs each marker,
-    (K,), by half of which a profile is longer than one of a sharp edge. A side with too few clear profiles, or
+    cells: black and white cells along a side of the marker, border included. A side with too few clear profiles, or
     corners that would move by more than a cell, leave a marker's corners as they were.
     """
     if not len(corners):
@@ -33,8 +32,7 @@ def refine(grey: NDArray[np.uint8], corners: Array, cells: int, smear: Array | f
     start = corners
     cell = np.mean(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2), axis=1) / cells
     # three pixels serve a sharp edge; a reach of half a cell keeps the neighbouring cells out
-    sharp = np.clip(REACH * cell, 1.5, 4.0)
-    reach = np.clip(sharp + np.asarray(smear) / 2, sharp, np.maximum(FARTHEST * cell, sharp))
+    reach = np.clip(REACH * cell, 1.5, 4.0)
     for _ in range(ROUNDS):
         lines = _sides(grey, corners, reach)
         meeting = np.cross(np.roll(lines, 1, axis=1), lines)

@@ -98,10 +98,7 @@ class Tracker:
         known = np.flatnonzero(~np.isnan(predicted[:, 0, 0]))
         self._since_search += 1
         if self._past and self._since_search < SEARCH_EVERY:
-            smear = np.linalg.norm(predicted - self._past[-1][1], axis=-1).mean(axis=-1) / (frame.time - self._past[-1][0])
-            refined = refine(
-                frame.grey, predicted[known], self._cells.shape[1], smear[known] * self._manner.exposure_s
-            )
+            refined = refine(frame.grey, predicted[known], self._cells.shape[1])
             right = self._read(frame.grey, refined, known) >= MIN_CELLS
             corners[known[right]] = refined[right]
             how[known[right]] = SEEN

@@ -1,7 +1,7 @@
-"""Short recordings that are hard to measure: things across the markers, blur, shadow, glare; the truth is the motion they are made of.
+"""Short recordings that are hard to measure: things across the markers, blur, shadow, glare; their truth is given.
 
-    from samples.generator.hard import cases
-    case = cases(neck)["cable"]; case.render("cable.mp4")
+from samples.generator.hard import cases
+case = cases(neck)["cable"]; case.render("cable.mp4")
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from samples.generator.video import Look, render_video
 
 Array = NDArray[np.float64]
 
-FRAMES = 75
+FRAMES = 60
 FRAME_HZ = 30.0
 CABLE = 0.002
 """m: 4 px where a marker has 60"""
@@ -86,7 +86,7 @@ def cases(neck: dict[str, Any]) -> dict[str, Hard]:
         "hidden from the start": Hard(neck, swing, _quarter(neck, swing, 0.0)),
         "6 px of blur": Hard(neck, quick, lambda t: NONE, FAST, instants=12),
         "6 px of blur, cable": Hard(neck, quick, _cable(neck, quick, COMES_AT), FAST, instants=12),
-        "19 px of blur": Hard(neck, rush, lambda t: NONE, FAST, instants=24),
+        "19 px of blur": Hard(neck, rush, lambda t: NONE, FAST, instants=20),
         "hard shadow": Hard(neck, swing, _shadow),
         "glare": Hard(neck, swing, _glare),
         "cable, on diagonals": Hard(diagonal, swing, _cable(diagonal, swing, COMES_AT)),
@@ -153,4 +153,6 @@ def _shadow(t: float) -> Trouble:
 
 def _glare(t: float) -> Trouble:
     """A lamp in the gloss of the upper markers."""
-    return Trouble(glare=(Glare(0.015 + 0.17j, 0.008, 1.1), Glare(-0.01 + 0.255j, 0.008, 1.1), Glare(0.08j, 0.006, 1.1)))
+    return Trouble(
+        glare=(Glare(0.015 + 0.17j, 0.008, 1.1), Glare(-0.01 + 0.255j, 0.008, 1.1), Glare(0.08j, 0.006, 1.1))
+    )
