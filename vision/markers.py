@@ -63,6 +63,6 @@ class Finder:
             filled = self.detections(grey, thin)
             again = Counter(i for i, _ in filled)
             kept |= {i: c for i, c in filled if i in self._ids and i not in counts and again[i] == 1}
-            counts |= {i: n for i, n in again.items() if i in self._ids}
+            counts |= Counter({i: n for i, n in again.items() if i in self._ids})
         twice = tuple(sorted(i for i, n in counts.items() if n > 1 and i in self._ids))
         return Found(kept, twice, tuple(sorted(set(counts) - self._ids)))

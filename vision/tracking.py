@@ -29,7 +29,7 @@ Grey = NDArray[np.uint8]
 SEARCH_EVERY = 150
 """frames between full searches, which also see doubled and foreign markers"""
 RETRY_EVERY = 5
-"""frames between full searches for a marker that was lost PATIENCE frames ago or was never seen; before, every frame is searched"""
+"""frames between full searches once a marker has been missing for PATIENCE frames; until then every frame is searched"""
 PATIENCE = 60
 MARGIN = 1.0
 """of a marker's side: how far around its predicted place a lost marker is searched"""
