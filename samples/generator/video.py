@@ -82,7 +82,7 @@ def render_video(
     if not turned:
         encode(path, stamps, pictures, camera.size, look.crf)
         return
-    encode(path, stamps, (np.ascontiguousarray(np.rot90(p)) for p in pictures), camera.size[::-1], look.crf)
+    encode(path, stamps, (np.ascontiguousarray(np.rot90(p)) for p in pictures), (camera.height, camera.width), look.crf)
     tag_as_turned(path)
 
 
