@@ -4,11 +4,13 @@ import argparse
 import json
 from pathlib import Path
 
-from benchmarks import clock, extraction, growth, simulation
+from benchmarks import clock, extraction, growth, hard, real_markers, simulation
 from benchmarks.table import Table
 
 TOPICS = {
     "extraction": extraction.measure,
+    "hard": hard.measure,
+    "real_markers": real_markers.measure,
     "growth": growth.measure,
     "clock": clock.measure,
     "simulation": simulation.measure,

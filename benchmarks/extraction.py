@@ -4,13 +4,12 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.opencv import REFINEMENTS, Find, searching
 from benchmarks.table import Table
 from calibration.camera import Camera, camera_from
-from calibration.dictionaries import dictionary
 from mechanism.description import Markers, Neck, markers_of, read_neck
 from samples.generator.camera import SAMPLE_CAMERA
 from vision.linkage_fit import fit_linkage
@@ -22,8 +21,6 @@ SAMPLES = Path(__file__).parents[1] / "samples"
 VIDEO = SAMPLES / "recording/video.mp4"
 FRAMES = 240
 
-Find = Callable[[NDArray[np.uint8]], dict[int, NDArray[np.float64]]]
-
 
 def measure() -> Table:
     """Ratios of time to decoding, and the angles' RMS error, on the first frames of the sample with its true camera."""
@@ -34,11 +31,7 @@ def measure() -> Table:
     finder = Finder(markers)
     ways: dict[str, Find] = {
         "xneck, searching every frame": lambda grey: finder.find(grey).corners,
-        "OpenCV, no refinement": _opencv(markers.dictionary, cv2.aruco.CORNER_REFINE_NONE),
-        "OpenCV SUBPIX": _opencv(markers.dictionary, cv2.aruco.CORNER_REFINE_SUBPIX),
-        "OpenCV CONTOUR": _opencv(markers.dictionary, cv2.aruco.CORNER_REFINE_CONTOUR),
-        "OpenCV APRILTAG": _opencv(markers.dictionary, cv2.aruco.CORNER_REFINE_APRILTAG),
-    }
+    } | {f"OpenCV {name}": searching(markers.dictionary, name) for name in REFINEMENTS}
     decode = _seconds(lambda: [None for _ in _frames()])
     rows: list[tuple[str, tuple[float | None, ...]]] = [("decoding alone", (1.0, None, None))]
     for name, find in ways.items():
@@ -67,19 +60,6 @@ def _followed(markers: Markers) -> Iterator[dict[int, NDArray[np.float64]]]:
         if frame.index == FRAMES:
             return
         yield dict(zip([m.id for m in markers.on_bars], tracker.see(frame).corners, strict=True))
-
-
-def _opencv(name: str, refinement: int) -> Find:
-    parameters = cv2.aruco.DetectorParameters()
-    parameters.cornerRefinementMethod = refinement
-    detector = cv2.aruco.ArucoDetector(dictionary(name), parameters)
-
-    def find(grey: NDArray[np.uint8]) -> dict[int, NDArray[np.float64]]:
-        corners, ids, _ = detector.detectMarkers(np.ascontiguousarray(grey))
-        found = [] if ids is None else [int(i) for i in np.ravel(ids)]
-        return {i: np.asarray(c, dtype=float).reshape(4, 2) for i, c in zip(found, corners, strict=True)}
-
-    return find
 
 
 def _error(neck: Neck, camera: Camera, seen: list[dict[int, NDArray[np.float64]]]) -> tuple[float, float]:

@@ -29,7 +29,8 @@ Grey = NDArray[np.uint8]
 SEARCH_EVERY = 150
 """frames between full searches, which also see doubled and foreign markers"""
 RETRY_EVERY = 5
-"""frames between full searches while a marker is lost; around its last place it is searched in every frame"""
+"""frames between full searches once a marker has been missing for PATIENCE frames; until then every frame is searched"""
+PATIENCE = 60
 MARGIN = 1.0
 """of a marker's side: how far around its predicted place a lost marker is searched"""
 MIN_CELLS = 0.85
@@ -82,6 +83,7 @@ class Tracker:
         self._cells = np.stack([marker_cells(markers.dictionary, i) for i in self._ids])
         self._past: list[tuple[float, Array]] = []
         self._since_search = 0
+        self._lost_for = 0
         self._manner = manner
         self._optics = Optics()
         self._learnt: list[MarkerFit] | None = []
@@ -106,7 +108,9 @@ class Tracker:
                 if found is not None:
                     corners[k], how[k] = found, SEARCHED
         lost = np.isnan(corners[:, 0, 0])
-        if not self._past or self._since_search >= SEARCH_EVERY or (lost.any() and self._since_search >= RETRY_EVERY):
+        self._lost_for = self._lost_for + 1 if lost.any() else 0
+        pause = SEARCH_EVERY if not lost.any() else RETRY_EVERY if self._lost_for > PATIENCE else 1
+        if not self._past or self._since_search >= pause:
             everything = self._finder.find(frame.grey)
             foreign = everything.foreign
             for k, i in enumerate(self._ids):
