@@ -2,8 +2,8 @@
 
 A compressed video repeats its errors from frame to frame until the next key frame, or the marker has moved on. So the frames'
 scores are summed over blocks of consecutive frames, longer than errors last, and their scatter from block to block is
-taken for what it is (the sandwich clustered by blocks, Liang and Zeger 1986; CR2 of Bell and McCaffrey 2002). Few blocks tell
-the size of the scatter but not its shape; what they leave open is filled with the shape that white noise would have.
+taken for what it is (the sandwich clustered by blocks, Liang and Zeger 1986; CR2 of Bell and McCaffrey 2002). What few
+blocks leave open is filled with a share of what white noise would give.
 """
 
 import numpy as np
@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 LEAST_FRAMES = 45
 """of a block: half a second to a second is how long errors of a codec last at 30 frames/s"""
 MOST_BLOCKS = 40
+FEW = 3.0
+"""blocks; so many leave half of the variance of white noise open"""
 MOST_LEVERAGE = 0.9
 """of a block in a direction; more would be one block's say against no other's"""
 
@@ -46,7 +48,5 @@ def clustered(information: Array, score: Array, prior: Array, variance: float) -
     given = 1 / np.sqrt(1 - np.clip(leverage, 0.0, MOST_LEVERAGE))
     z = np.einsum("bik,bk,bjk,bj->bi", ways, given, ways, z)
     scatter = z.T @ z
-    size = max(float(np.trace(scatter) / max(np.trace(white), 1e-12)), 1.0)
-    few = np.trace(white) / (np.trace(white) + live.sum())
-    middle = (1 - few) * scatter + few * size * white + beforehand
+    middle = scatter + FEW / (FEW + live.sum()) * white + beforehand
     return variance * to_unit.T @ middle @ to_unit
