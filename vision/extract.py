@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calibration.camera import Camera
+from calibration.dictionaries import marker_cells
 from identification.series import Series
 from mechanism.description import Neck, markers_of
 from vision.angles import Angles
 from vision.following import follow
+from vision.lens_bow import straightened
 from vision.linkage_fit import LinkageFit, fit_linkage
 from vision.quality import gaps, quality
 from vision.recording_fit import PlacementPrior
@@ -90,7 +92,9 @@ def extract(
             f"no marker of neck.yaml is in view in {len(seen.time)} frames{other}",
             f"check markers.dictionary ({markers.dictionary}) and the ids",
         )
-    corners = at_middle_row(seen.time, seen.corners, video.height, shutter)
+    cells = np.stack([marker_cells(markers.dictionary, marker.id) for marker in markers.on_bars]) if template else None
+    corners = straightened(camera, seen.corners, cells)
+    corners = at_middle_row(seen.time, corners, video.height, shutter)
     covariance = None if seen.covariance is None else seen.covariance.astype(float)
     time = shutter.middle(seen.time, video.height)
     fit = fit_linkage(
