@@ -8,28 +8,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.planar_motion import homography, pixel_slopes
-from vision.template import MARGIN, PIXEL_VARIANCE, Optics, Texture, moving, texture
+from vision.template import MARGIN, PIXEL_VARIANCE, Optics, Texture, moving, texture, way_of
 
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
 
 BLOCK = 8
 """px: compression works on blocks of this size from the picture's corner on"""
+FEWEST = 64
+"""pixels, below which a marker has none"""
 
 
 @dataclass(frozen=True)
 class Pixels:
-    """Pixels of M markers, padded to N a marker."""
+    """Pixels of M markers, padded to N a marker, block by block."""
 
-    x: Array
-    """(M, N), px"""
-    y: Array
-    grey: Array
+    place: Single
+    """(M, 3, N): homogeneous coordinates about the marker's `origin`, px"""
+    origin: Array
+    """(M, 2), px"""
+    grey: Single
     """(M, N), grey levels"""
     used: NDArray[np.bool_]
     """(M, N): neither padding nor clipped"""
-    block: NDArray[np.intp]
-    """(M, N): number of the compression block"""
-    blocks: int
+    blocks: tuple[NDArray[np.intp], ...]
+    """of each marker, where its compression blocks begin; the last one goes on into the padding"""
     inside: Array
     """(M,): share of the marker's square within the picture"""
     clipped: Array
@@ -39,14 +42,17 @@ class Pixels:
     textures: tuple[Texture, ...]
     """with the motion during the exposure"""
 
-    def seen_from(self, G: Array) -> tuple[Array, Array]:
+    @property
+    def at(self) -> tuple[Single, Single]:
+        """x and y about the origin, (M, N), px."""
+        return self.place[:, 0], self.place[:, 1]
+
+    def seen_from(self, G: Array) -> tuple[Single, Single]:
         """u and v, (M, N), through G (M, 3, 3), pixels to marker coordinates."""
-        g = G[..., None]
-        w = g[:, 2, 0] * self.x + g[:, 2, 1] * self.y + g[:, 2, 2]
-        return (
-            (g[:, 0, 0] * self.x + g[:, 0, 1] * self.y + g[:, 0, 2]) / w,
-            (g[:, 1, 0] * self.x + g[:, 1, 1] * self.y + g[:, 1, 2]) / w,
-        )
+        about = G.copy()
+        about[:, :, 2] += (G[:, :, :2] @ self.origin[..., None])[..., 0]
+        w: Single = np.matmul(about.astype(np.float32), self.place)
+        return w[:, 0] / w[:, 2], w[:, 1] / w[:, 2]
 
 
 def select(
@@ -54,58 +60,73 @@ def select(
 ) -> Pixels:
     """Pixels for markers whose corners are at (M, 4, 2) px and move by `motion` (M, 4, 2) px during the exposure."""
     H = homography(corners)
-    textures = tuple(_texture(c, h, m, optics) for c, h, m in zip(cells, H, motion, strict=True))
+    way = motion.mean(axis=1)
+    textures = _textures(cells, H, way, optics)
     excess = np.array([t.variance for t in textures]) - optics.sigma**2 - PIXEL_VARIANCE
-    to_marker = np.linalg.inv(H)
-    found = [_near_edges(grey, t, c, g) for t, c, g in zip(textures, corners, to_marker, strict=True)]
-    n = max(64, *(len(f[0]) for f in found))
-    x, y = np.zeros((len(found), n)), np.zeros((len(found), n))
-    level, used = np.zeros((len(found), n)), np.zeros((len(found), n), dtype=bool)
-    block = np.zeros((len(found), n), dtype=np.intp)
-    clipped, inside = np.zeros(len(found)), np.zeros(len(found))
-    blocks = 1
-    for k, (px, py, share) in enumerate(found):
-        inside[k] = share
-        if len(px) < 64:
+    found, inside = _near_edges(grey, textures, corners, np.linalg.inv(H).astype(float), way)
+    n = max(FEWEST, *(len(f) for f in found))
+    place = np.ones((len(found), 3, n), dtype=np.float32)
+    level, used = np.zeros((len(found), n), dtype=np.float32), np.zeros((len(found), n), dtype=bool)
+    origin, clipped = np.zeros((len(found), 2)), np.zeros(len(found))
+    blocks = []
+    for k, at in enumerate(found):
+        if len(at) < FEWEST:
+            blocks.append(np.zeros(1, dtype=np.intp))
             continue
-        at = slice(0, len(px))
-        value = grey[py, px]
+        first = at.min(axis=0)
+        column, row = ((at // BLOCK) - first // BLOCK).T
+        block = (row * (int(column.max()) + 1) + column).astype(np.uint16)
+        order = np.argsort(block, kind="stable")
+        at, block = at[order], block[order]
+        count = len(at)
+        value = grey[at[:, 1], at[:, 0]]
         limit = (value == 0) | (value == 255)
-        x[k, at], y[k, at], level[k, at], used[k, at] = px, py, value, ~limit
-        column, row = px // BLOCK, py // BLOCK
-        column, row = column - column.min(), row - row.min()
-        block[k, at] = row * (column.max() + 1) + column
-        blocks = max(blocks, int(block[k].max()) + 1)
-        clipped[k] = limit.mean()
-    return Pixels(x, y, level, used, block, blocks, inside, clipped, excess, textures)
+        place[k, :2, :count], origin[k] = (at - first).T, first
+        level[k, :count], used[k, :count] = value, ~limit
+        blocks.append(np.concatenate([[0], np.flatnonzero(block[1:] != block[:-1]) + 1]))
+        clipped[k] = np.count_nonzero(limit) / count
+    return Pixels(place, origin, level, used, tuple(blocks), inside, clipped, excess, textures)
 
 
-def _texture(cells: NDArray[np.bool_], H: Array, motion: Array, optics: Optics) -> Texture:
-    per_px = np.linalg.inv(pixel_slopes(H[None], np.zeros((1, 2)))[0, 0])  # marker coordinates per px, (2, 2)
+def _textures(cells: Sequence[NDArray[np.bool_]], H: Array, way: Array, optics: Optics) -> tuple[Texture, ...]:
+    per_px = np.linalg.inv(pixel_slopes(H, np.zeros((1, 2)))[:, 0])  # marker coordinates per px, (M, 2, 2)
     sigma = float(np.sqrt(optics.sigma**2 + PIXEL_VARIANCE))
-    blur = sigma * np.linalg.norm(per_px, axis=1) * len(cells) / 2
-    still = texture(cells, float(blur[0]), float(blur[1]), optics.bleed, sigma)
-    mean = motion.mean(axis=0)
-    return moving(still, per_px @ mean, float(np.linalg.norm(mean)))
+    blur = (sigma / 2 * np.linalg.norm(per_px, axis=2)).tolist()  # of the marker's half side, not yet of a cell
+    shift = (per_px @ way[..., None])[..., 0]
+    smear = np.linalg.norm(way, axis=1).tolist()
+    return tuple(
+        moving(texture(c, len(c) * b[0], len(c) * b[1], optics.bleed, sigma), s, m)
+        for c, b, s, m in zip(cells, blur, shift, smear, strict=True)
+    )
 
 
 def _near_edges(
-    grey: NDArray[np.uint8], texture: Texture, corners: Array, to_marker: Array
-) -> tuple[NDArray[np.intp], NDArray[np.intp], float]:
-    """x and y of the pixels, and the share of the marker's surroundings that is in the picture."""
-    middle = corners.mean(axis=0)
-    ring = (1 + 2 * MARGIN / texture.cells) * (corners - middle) + middle
-    nothing = np.zeros(0, dtype=np.intp)
-    if not np.isfinite(ring).all():
-        return nothing, nothing, 0.0
-    low, high = np.floor(ring.min(axis=0)), np.ceil(ring.max(axis=0)) + 1
-    height, width = grey.shape
-    x0, y0 = (int(np.clip(e, 0, 1 << 20)) for e in low)
-    x1, y1 = int(min(high[0], width)), int(min(high[1], height))
-    if x1 - x0 < 8 or y1 - y0 < 8:
-        return nothing, nothing, 0.0
-    to_raster = texture.to_raster @ to_marker @ np.array([[1.0, 0.0, x0], [0.0, 1.0, y0], [0.0, 0.0, 1.0]])
-    flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
-    seen = cv2.warpPerspective(texture.near_edges, to_raster, (x1 - x0, y1 - y0), flags=flags)
-    row, column = np.nonzero(seen)
-    return column + x0, row + y0, (x1 - x0) * (y1 - y0) / float(np.prod(high - low))
+    grey: NDArray[np.uint8], textures: Sequence[Texture], corners: Array, to_marker: Array, way: Array
+) -> tuple[list[NDArray[np.int32]], Array]:
+    """x and y of each marker's pixels, (n, 2), and the share of its surroundings that is in the picture, (M,)."""
+    middle = corners.mean(axis=1, keepdims=True)
+    around = np.array([1 + 2 * MARGIN / t.cells for t in textures])[:, None, None]
+    ring = around * (corners - middle) + middle
+    low, high = np.floor(ring.min(axis=1)), np.ceil(ring.max(axis=1)) + 1
+    size = np.array(grey.shape[::-1], dtype=float)
+    whole = np.prod(high - low, axis=1)
+    low, high = np.clip(low, 0, size), np.clip(high, 0, size)
+    wide = np.all(high - low >= 8, axis=1)  # false for NaN
+    to_raster = np.stack([t.to_raster for t in textures]) @ to_marker
+    to_raster[:, :, 2] += (to_raster[:, :, :2] @ np.nan_to_num(low)[..., None])[..., 0]
+    found = []
+    for k, t in enumerate(textures):
+        if not wide[k]:
+            found.append(np.zeros((0, 2), dtype=np.int32))
+            continue
+        x0, y0, x1, y1 = (int(e) for e in (*low[k], *high[k]))
+        flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
+        bits = np.asarray(cv2.warpPerspective(t.near_edges, to_raster[k], (x1 - x0, y1 - y0), flags=flags), np.uint8)
+        seen = bits & 1
+        if t.instants > 1:
+            # an edge passes over the pixels on its way; what is outside stays so
+            seen = np.asarray(cv2.dilate(seen, way_of(way[k], t.instants)), np.uint8) & (bits >> 1)
+        at = np.asarray(cv2.findNonZero(seen) if seen.any() else np.zeros((0, 2)), dtype=np.int32)
+        found.append(at.reshape(-1, 2) + np.array([x0, y0], dtype=np.int32))
+    share = np.where(wide, np.prod(high - low, axis=1) / whole, 0.0)
+    return found, share
