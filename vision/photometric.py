@@ -21,11 +21,17 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
 ROUNDS = 8
+SETTLED = 0.08
+"""px; after a step below this even the weights of a marker that is whole stay"""
+WHOLE = 0.9
+"""share of the weight that a marker has without a thing across"""
 LINEAR = 0.15
 """px; within this of where the model's columns were computed they hold"""
+ROUGHLY = 400
+"""pixels of a marker that are enough for a first step"""
 MOVING = 0.3
 """px; a last step above this means that it did not converge"""
-RESELECT = 0.4
+RESELECT = 0.8
 """px; further from where the pixels were chosen, they are chosen anew"""
 RESELECTIONS = 3
 """rounds after which that may happen"""
@@ -98,22 +104,23 @@ class MarkerFit:
 
 def fit_markers(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Optics) -> list[MarkerFit]:
     """Markers of one picture, (height, width) uint8; all are fitted side by side."""
-    able = [k for k, start in enumerate(starts) if _is_square(start.corners)]
+    if not starts:
+        return []
+    able = np.flatnonzero(_are_squares(np.stack([start.corners for start in starts]))).tolist()
     fits: dict[int, MarkerFit] = {}
     if able:
         chosen = [starts[k] for k in able]
         state = _gauss_newton(grey, chosen, optics)
-        for m, k in enumerate(able):
-            if _sound(state, m, chosen[m]):
-                fits[k] = _result(state, m, chosen[m], optics)
+        results = _results(state, chosen, optics)
+        fits = {k: fit for k, fit, sound in zip(able, results, _sound(state, chosen), strict=True) if sound}
     return [fits[k] if k in fits else _fallback(grey, start, optics) for k, start in enumerate(starts)]
 
 
-def _is_square(corners: Array) -> bool:
-    """Finite and clockwise at every corner, with sides of some pixels."""
-    side = np.roll(corners, -1, axis=0) - corners
-    following = np.roll(side, -1, axis=0)
-    return bool(np.all(side[:, 0] * following[:, 1] - side[:, 1] * following[:, 0] > MIN_SIDE**2 / 2))
+def _are_squares(corners: Array) -> NDArray[np.bool_]:
+    """Which of (M, 4, 2) are finite and clockwise at every corner, with sides of some pixels."""
+    side = corners[:, NEXT] - corners
+    following = side[:, NEXT]
+    return np.all(side[..., 0] * following[..., 1] - side[..., 1] * following[..., 0] > MIN_SIDE**2 / 2, axis=1)
 
 
 @dataclass(frozen=True)
@@ -143,6 +150,7 @@ COLUMNS = DOF + 8
 WHITE = DOF + 5
 SLOPES = [DOF + 3, DOF + 4, DOF + 6, DOF + 7]
 UNKNOWN = np.full(6, np.nan)
+NEXT = [1, 2, 3, 0]
 
 
 def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Optics) -> _State:
@@ -158,42 +166,42 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
     prior[:, INK] = optics.bleed_sd**-2
     known = np.zeros((len(starts), COLUMNS))
     known[:, HEAT] = -pixels.excess
-    scale, weight = np.ones(len(starts)), pixels.used.astype(np.float32)
-    turn, fresh = 0, True
+    turn, fresh, chosen = 0, True, pixels
     while True:
         turn += 1
+        # the first step from a light that is known only brings the start nearer
+        rough = fresh and not np.isnan(light).any()
+        pixels = chosen.thinned(ROUGHLY) if rough else chosen
         H = homography(corners)
         picture = _Picture.of(pixels, H)
-        rough = False
-        if fresh:
-            light, rough = _first_light(picture, pixels, light)
-            scale = FIRST_SCALE * light[:, 3]
-            residual = pixels.grey - picture.under(light)
-            weight = with_neighbours(tukey(residual, scale) * pixels.used, pixels.used, *pixels.at)
+        light = _first_light(picture, pixels, light)
+        residual = pixels.grey - picture.under(light)
+        scale = FIRST_SCALE * light[:, 3] if fresh else scale_of(residual, pixels.used)
+        weight = _weights(residual, scale, pixels)
         D = _columns(picture, pixels.grey, light)
         known[:, SLOPES] = light[:, [1, 2, 4, 5]] if fresh else 0.0
-        prior[:, SLOPES] = ((STIFF if fresh else SLOPE_SD) * np.maximum(light[:, 3:4], MIN_CONTRAST)) ** -2
         # the perspective's prior holds about the start, so it is carried along
+        _hold(prior, light, STIFF if fresh else SLOPE_SD)
         inverse, solution, residual = _solve(D, weight, prior * scale[:, None] ** 2, known)
-        scale = scale_of(residual, pixels.used)
-        weight = with_neighbours(tukey(residual, scale) * pixels.used, pixels.used, *pixels.at)
         there = _step(H, solution)
-        last = not rough and np.abs(there - corners).max() < LINEAR
-        if last or turn == ROUNDS:
+        step = float(np.abs(there - corners).max())
+        if (not fresh and step < LINEAR) or turn == ROUNDS:
             break
         known[:, 6:DOF] -= np.clip(np.nan_to_num(solution[:, 6:DOF]), -0.2, 0.2)
         corners, light, fresh = there, solution[:, LIGHT], False
         if turn <= RESELECTIONS and np.abs(corners - chosen_at).max() > RESELECT:
-            pixels = select(grey, cells, corners, motion, optics)
+            chosen = select(grey, cells, corners, motion, optics)
             chosen_at = corners
-            known[:, HEAT] = -pixels.excess
+            known[:, HEAT] = -chosen.excess
             light, fresh = np.full_like(light, np.nan), True
-    # so near, the columns stay as they are and only the weights are renewed
-    known[:, SLOPES] = 0.0
-    prior[:, SLOPES] = (SLOPE_SD * np.maximum(solution[:, WHITE, None], MIN_CONTRAST)) ** -2
-    inverse, solution, residual = _solve(D, weight, prior * scale[:, None] ** 2, known)
     scale = scale_of(residual, pixels.used)
-    there = _step(H, solution)
+    whole = weight.sum(axis=1) > WHOLE * EFFICIENT * np.count_nonzero(pixels.used, axis=1)
+    if step > SETTLED or not whole.all():  # so near, the columns stay as they are and only the weights are renewed
+        weight = _weights(residual, scale, pixels)
+        _hold(prior, solution[:, LIGHT], SLOPE_SD)
+        inverse, solution, residual = _solve(D, weight, prior * scale[:, None] ** 2, known)
+        scale = scale_of(residual, pixels.used)
+        there = _step(H, solution)
     inflation = block_inflation(D[:, :COLUMNS], inverse, weight, residual, pixels.blocks)
     inflation = inflation / slope_share(residual, scale, pixels.used) ** 2
     slopes = corner_slopes(H)
@@ -211,6 +219,14 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
         weight=total / count / EFFICIENT,
         settled=np.abs(there - corners).max(axis=(1, 2)) < MOVING,
     )
+
+
+def _weights(residual: Single, scale: Array, pixels: Pixels) -> Single:
+    return with_neighbours(tukey(residual, scale) * pixels.used, pixels.used, *pixels.at)
+
+
+def _hold(prior: Array, light: Array, slope_sd: float) -> None:
+    prior[:, SLOPES] = (slope_sd * np.maximum(light[:, 3:4], MIN_CONTRAST)) ** -2
 
 
 def _step(H: Array, solution: Array) -> Array:
@@ -241,8 +257,8 @@ class _Picture:
         return b0 + bu * self.u + bv * self.v + (w0 + wu * self.u + wv * self.v) * self.channels[:, 0]
 
 
-def _first_light(picture: _Picture, pixels: Pixels, light: Array) -> tuple[Array, bool]:
-    """Light (M, 6) completed from the middle levels of what ought to be black and white; whether there was need to."""
+def _first_light(picture: _Picture, pixels: Pixels, light: Array) -> Array:
+    """Light (M, 6) completed from the middle levels of what ought to be black and white."""
     unknown = np.flatnonzero(np.isnan(light[:, 0]))
     light = light.copy()
     for k in unknown:
@@ -251,7 +267,7 @@ def _first_light(picture: _Picture, pixels: Pixels, light: Array) -> tuple[Array
         enough = min(len(black), len(white)) >= FEW
         low, high = (float(np.median(black)), float(np.median(white))) if enough else (0.0, 0.0)
         light[k] = [low, 0.0, 0.0, max(high - low, 1.0), 0.0, 0.0]
-    return light, len(unknown) > 0
+    return light
 
 
 def _columns(picture: _Picture, grey: Single, light: Array) -> Single:
@@ -294,43 +310,56 @@ def _solve(D: Single, weight: Single, prior: Array, known: Array) -> tuple[Array
     return inverse, solution, (by_all @ D)[:, 0]
 
 
-def _sound(state: _State, k: int, start: Start) -> bool:
-    cell = np.mean(np.linalg.norm(np.roll(start.corners, -1, axis=0) - start.corners, axis=1)) / len(start.cells)
-    reach = cell + np.abs(start.motion).max() / 2
-    contrast = state.solution[k, WHITE]
-    return bool(
-        np.isfinite(state.covariance[k]).all()
-        and state.settled[k]
-        and np.abs(state.corners[k] - start.corners).max() < reach
-        and contrast > MIN_CONTRAST
-        and state.scale[k] < MAX_ERROR_SHARE * contrast
-        and state.weight[k] > MIN_WEIGHT
-        and state.pixels.inside[k] > 0.5
+def _sound(state: _State, starts: Sequence[Start]) -> NDArray[np.bool_]:
+    begun, motion = np.stack([s.corners for s in starts]), np.stack([s.motion for s in starts])
+    side = begun[:, NEXT] - begun
+    cell = np.sqrt((side**2).sum(axis=2)).mean(axis=1) / [len(s.cells) for s in starts]
+    reach = cell + np.abs(motion).max(axis=(1, 2)) / 2
+    contrast = state.solution[:, WHITE]
+    return np.asarray(
+        np.isfinite(state.covariance).all(axis=(1, 2))
+        & state.settled
+        & (np.abs(state.corners - begun).max(axis=(1, 2)) < reach)
+        & (contrast > MIN_CONTRAST)
+        & (state.scale < MAX_ERROR_SHARE * contrast)
+        & (state.weight > MIN_WEIGHT)
+        & (state.pixels.inside > 0.5)
     )
 
 
-def _result(state: _State, k: int, start: Start, optics: Optics) -> MarkerFit:
-    variance = optics.sigma**2 + state.pixels.excess[k] + state.solution[k, HEAT]
-    sigma = float(np.sqrt(max(variance, 0.01)))
-    return MarkerFit(
-        corners=state.corners[k],
-        covariance=state.covariance[k],
-        rms=float(state.rms[k]),
-        contrast=float(state.solution[k, WHITE]),
-        light=state.solution[k, LIGHT],
-        sigma=sigma,
-        bleed=optics.bleed + float(state.solution[k, INK]),
-        optics_sd=state.spread[k] * [1 / (2 * sigma), 1.0],
-        hidden=float(np.clip(1 - state.weight[k], 0, 1)),
-        clipped=float(state.pixels.clipped[k]),
-        blurred=bool(np.linalg.norm(start.motion, axis=1).max() > BLURRED),
-        fell_back=False,
-    )
+def _results(state: _State, starts: Sequence[Start], optics: Optics) -> list[MarkerFit]:
+    variance = optics.sigma**2 + state.pixels.excess + state.solution[:, HEAT]
+    sigma = np.sqrt(np.maximum(variance, 0.01))
+    optics_sd = state.spread / np.column_stack([2 * sigma, np.ones(len(sigma))])
+    hidden = np.clip(1 - state.weight, 0, 1)
+    return [
+        MarkerFit(
+            corners=state.corners[k],
+            covariance=state.covariance[k],
+            rms=float(state.rms[k]),
+            contrast=float(state.solution[k, WHITE]),
+            light=state.solution[k, LIGHT],
+            sigma=float(sigma[k]),
+            bleed=optics.bleed + float(state.solution[k, INK]),
+            optics_sd=optics_sd[k],
+            hidden=float(hidden[k]),
+            clipped=float(state.pixels.clipped[k]),
+            blurred=_smear(start) > BLURRED,
+            fell_back=False,
+        )
+        for k, start in enumerate(starts)
+    ]
+
+
+def _smear(start: Start) -> float:
+    """The way of the fastest corner during the exposure, px."""
+    return float(np.sqrt((start.motion**2).sum(axis=1).max()))
 
 
 def _fallback(grey: NDArray[np.uint8], start: Start, optics: Optics) -> MarkerFit:
-    corners = refine(grey, start.corners[None], len(start.cells))[0] if _is_square(start.corners) else start.corners
-    smear = float(np.linalg.norm(start.motion, axis=1).max())
+    corners, smear = start.corners, _smear(start)
+    if _are_squares(corners[None])[0]:
+        corners = refine(grey, corners[None], len(start.cells))[0]
     sd = np.hypot(LOST_SD if np.array_equal(corners, start.corners, equal_nan=True) else EDGE_SD, smear / np.sqrt(12))
     return MarkerFit(
         corners=corners,

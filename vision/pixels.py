@@ -1,7 +1,9 @@
 """Which pixels of a picture tell where a marker is: those across its edges, side by side for all markers of a frame."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
 
 import cv2
 import numpy as np
@@ -47,6 +49,13 @@ class Pixels:
         """x and y about the origin, (M, N), px."""
         return self.place[:, 0], self.place[:, 1]
 
+    def thinned(self, left: int) -> "Pixels":
+        """About `left` of each marker's pixels."""
+        every = max(1, self.used.shape[1] // left)
+        some = slice(every // 2, None, every)
+        place, grey, used = self.place[:, :, some], self.grey[:, some], self.used[:, some]
+        return replace(self, place=np.ascontiguousarray(place), grey=grey, used=used)
+
     def seen_from(self, G: Array) -> tuple[Single, Single]:
         """u and v, (M, N), through G (M, 3, 3), pixels to marker coordinates."""
         about = G.copy()
@@ -63,29 +72,24 @@ def select(
     way = motion.mean(axis=1)
     textures = _textures(cells, H, way, optics)
     excess = np.array([t.variance for t in textures]) - optics.sigma**2 - PIXEL_VARIANCE
-    found, inside = _near_edges(grey, textures, corners, np.linalg.inv(H).astype(float), way)
-    n = max(FEWEST, *(len(f) for f in found))
+    windows, inside = _windows(grey, textures, corners)
+    to_marker = np.linalg.inv(H).astype(float)
+    found = [
+        _near_edges(grey, w, t, g, m) if w else NOTHING
+        for w, t, g, m in zip(windows, textures, to_marker, way, strict=True)
+    ]
+    n = max(FEWEST, *(len(f.x) for f in found))
     place = np.ones((len(found), 3, n), dtype=np.float32)
     level, used = np.zeros((len(found), n), dtype=np.float32), np.zeros((len(found), n), dtype=bool)
     origin, clipped = np.zeros((len(found), 2)), np.zeros(len(found))
-    blocks = []
-    for k, at in enumerate(found):
-        if len(at) < FEWEST:
-            blocks.append(np.zeros(1, dtype=np.intp))
-            continue
-        first = at.min(axis=0)
-        column, row = ((at // BLOCK) - first // BLOCK).T
-        block = (row * (int(column.max()) + 1) + column).astype(np.uint16)
-        order = np.argsort(block, kind="stable")
-        at, block = at[order], block[order]
-        count = len(at)
-        value = grey[at[:, 1], at[:, 0]]
-        limit = (value == 0) | (value == 255)
-        place[k, :2, :count], origin[k] = (at - first).T, first
-        level[k, :count], used[k, :count] = value, ~limit
-        blocks.append(np.concatenate([[0], np.flatnonzero(block[1:] != block[:-1]) + 1]))
-        clipped[k] = np.count_nonzero(limit) / count
-    return Pixels(place, origin, level, used, tuple(blocks), inside, clipped, excess, textures)
+    for k, f in enumerate(found):
+        count = len(f.x)
+        if count >= FEWEST:
+            place[k, 0, :count], place[k, 1, :count], origin[k] = f.x, f.y, f.origin
+            level[k, :count] = f.grey
+            np.less(f.grey - np.uint8(1), 254, out=used[k, :count])  # 0 - 1 is 255
+            clipped[k] = 1 - np.count_nonzero(used[k]) / count
+    return Pixels(place, origin, level, used, tuple(f.blocks for f in found), inside, clipped, excess, textures)
 
 
 def _textures(cells: Sequence[NDArray[np.bool_]], H: Array, way: Array, optics: Optics) -> tuple[Texture, ...]:
@@ -100,33 +104,77 @@ def _textures(cells: Sequence[NDArray[np.bool_]], H: Array, way: Array, optics: 
     )
 
 
-def _near_edges(
-    grey: NDArray[np.uint8], textures: Sequence[Texture], corners: Array, to_marker: Array, way: Array
-) -> tuple[list[NDArray[np.int32]], Array]:
-    """x and y of each marker's pixels, (n, 2), and the share of its surroundings that is in the picture, (M,)."""
+def _windows(
+    grey: NDArray[np.uint8], textures: Sequence[Texture], corners: Array
+) -> tuple[list[tuple[int, int, int, int] | None], Array]:
+    """Whole blocks around each marker as x, y, width, height, None where it is outside; the share in the picture, (M,)."""
     middle = corners.mean(axis=1, keepdims=True)
     around = np.array([1 + 2 * MARGIN / t.cells for t in textures])[:, None, None]
     ring = around * (corners - middle) + middle
     low, high = np.floor(ring.min(axis=1)), np.ceil(ring.max(axis=1)) + 1
-    size = np.array(grey.shape[::-1], dtype=float)
     whole = np.prod(high - low, axis=1)
+    size = np.array(grey.shape[::-1], dtype=float)
     low, high = np.clip(low, 0, size), np.clip(high, 0, size)
     wide = np.all(high - low >= 8, axis=1)  # false for NaN
-    to_raster = np.stack([t.to_raster for t in textures]) @ to_marker
-    to_raster[:, :, 2] += (to_raster[:, :, :2] @ np.nan_to_num(low)[..., None])[..., 0]
-    found = []
-    for k, t in enumerate(textures):
-        if not wide[k]:
-            found.append(np.zeros((0, 2), dtype=np.int32))
-            continue
-        x0, y0, x1, y1 = (int(e) for e in (*low[k], *high[k]))
-        flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
-        bits = np.asarray(cv2.warpPerspective(t.near_edges, to_raster[k], (x1 - x0, y1 - y0), flags=flags), np.uint8)
-        seen = bits & 1
-        if t.instants > 1:
-            # an edge passes over the pixels on its way; what is outside stays so
-            seen = np.asarray(cv2.dilate(seen, way_of(way[k], t.instants)), np.uint8) & (bits >> 1)
-        at = np.asarray(cv2.findNonZero(seen) if seen.any() else np.zeros((0, 2)), dtype=np.int32)
-        found.append(at.reshape(-1, 2) + np.array([x0, y0], dtype=np.int32))
     share = np.where(wide, np.prod(high - low, axis=1) / whole, 0.0)
-    return found, share
+    windows: list[tuple[int, int, int, int] | None] = [None] * len(textures)
+    for k in np.flatnonzero(wide):
+        x0, y0 = (BLOCK * (int(e) // BLOCK) for e in low[k])
+        x1, y1 = (BLOCK * -(-int(e) // BLOCK) for e in high[k])
+        windows[k] = x0, y0, x1 - x0, y1 - y0
+    return windows, share
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Pixels of one marker block by block: about the origin, and where blocks begin."""
+
+    x: Single
+    y: Single
+    origin: tuple[int, int]
+    grey: NDArray[np.uint8]
+    blocks: NDArray[np.intp]
+
+
+ONE_BLOCK = np.zeros(1, dtype=np.intp)
+NOTHING = _Found(np.empty(0, np.float32), np.empty(0, np.float32), (0, 0), np.empty(0, np.uint8), ONE_BLOCK)
+
+
+def _near_edges(
+    grey: NDArray[np.uint8], window: tuple[int, int, int, int], texture: Texture, to_marker: Array, way: Array
+) -> _Found:
+    x0, y0, width, height = window
+    to_raster = texture.to_raster @ to_marker
+    to_raster[:, 2] += to_raster[:, :2] @ (x0, y0)
+    flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
+    bits = np.asarray(cv2.warpPerspective(texture.near_edges, to_raster, (width, height), flags=flags), np.uint8)
+    seen = bits & 1
+    if texture.instants > 1:
+        # an edge passes over the pixels on its way; what is outside stays so
+        seen = np.asarray(cv2.dilate(seen, way_of(way, texture.instants)), np.uint8) & (bits >> 1)
+    there = grey[y0 : y0 + height, x0 : x0 + width]
+    if there.shape != seen.shape:  # a picture that is no whole number of blocks
+        rows, columns = there.shape
+        seen[rows:], seen[:, columns:] = 0, 0
+        there = np.pad(there, ((0, height - rows), (0, width - columns)))
+    at = np.flatnonzero(_by_block(seen).view(bool))
+    if len(at) < FEWEST:
+        return NOTHING
+    x, y = _coordinates(width, height)
+    block = at // BLOCK**2
+    blocks = np.concatenate([ONE_BLOCK, np.flatnonzero(block[1:] != block[:-1]) + 1])
+    return _Found(x[at], y[at], (x0, y0), _by_block(there)[at], blocks)
+
+
+def _by_block(window: NDArray[Any]) -> NDArray[np.uint8]:
+    """Pixels of whole blocks, (h w,), a block after the other."""
+    h, w = window.shape
+    return window.reshape(h // BLOCK, BLOCK, w // BLOCK, BLOCK).swapaxes(1, 2).ravel()
+
+
+@lru_cache(maxsize=64)
+def _coordinates(width: int, height: int) -> tuple[Single, Single]:
+    """x and y of `_by_block`."""
+    y, x = np.indices((height // BLOCK, width // BLOCK, BLOCK, BLOCK))[[0, 1]] * BLOCK
+    inner = np.arange(BLOCK)
+    return (x + inner).astype(np.float32).ravel(), (y + inner[:, None]).astype(np.float32).ravel()

@@ -28,7 +28,7 @@ STEEP = 0.2
 """share of an edge's full steepness, above which a pixel is taken: 99 % of what a straight edge tells"""
 OUTSIDE = 0.7
 """cells of the white ring that are looked at; further out the ground may shine in"""
-INSTANT = 1.5
+INSTANT = 2.0
 """px of motion to an instant of the exposure; the lens' blur fills the gaps"""
 STILL = 0.3
 """px; a motion below this is no blur"""
