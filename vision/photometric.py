@@ -31,8 +31,8 @@ ROUGHLY = 400
 """pixels of a marker that are enough for a first step"""
 MOVING = 0.3
 """px; a last step above this means that it did not converge"""
-RESELECT = 0.8
-"""px; further from where the pixels were chosen, they are chosen anew"""
+RESELECT, RESELECT_LIT = 0.4, 0.8
+"""px; further from where the pixels were chosen, they are chosen anew; the second where the light was known from the start"""
 RESELECTIONS = 3
 """rounds after which that may happen"""
 PERSPECTIVE_SD = 0.05
@@ -166,6 +166,7 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
     prior[:, INK] = optics.bleed_sd**-2
     known = np.zeros((len(starts), COLUMNS))
     known[:, HEAT] = -pixels.excess
+    reselect = RESELECT if np.isnan(light).any() else RESELECT_LIT
     turn, fresh, chosen = 0, True, pixels
     while True:
         turn += 1
@@ -189,7 +190,7 @@ def _gauss_newton(grey: NDArray[np.uint8], starts: Sequence[Start], optics: Opti
             break
         known[:, 6:DOF] -= np.clip(np.nan_to_num(solution[:, 6:DOF]), -0.2, 0.2)
         corners, light, fresh = there, solution[:, LIGHT], False
-        if turn <= RESELECTIONS and np.abs(corners - chosen_at).max() > RESELECT:
+        if turn <= RESELECTIONS and np.abs(corners - chosen_at).max() > reselect:
             chosen = select(grey, cells, corners, motion, optics)
             chosen_at = corners
             known[:, HEAT] = -chosen.excess
