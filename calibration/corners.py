@@ -11,9 +11,11 @@ from calibration.dictionaries import dictionary, is_turned
 from calibration.pictures import Picture
 from calibration.saddle import fit_saddles
 
-_MIN_CORNERS = 6  # four would do for a pose, but then nothing tells whether it is right
+MIN_CORNERS = 6  # four would do for a pose, but then nothing tells whether it is right
 _MIN_TAGS = 4
-_MOST_REST = 0.35  # of half the contrast: a corner under a reflection or a finger leaves 0.4 and more, a good one 0.05 to 0.2
+_MOST_REST = (
+    0.35  # of half the contrast: a corner under a reflection or a finger leaves 0.4 and more, a good one 0.05 to 0.2
+)
 
 
 @dataclass(frozen=True)
@@ -121,7 +123,7 @@ class CornerFinder:
             self._detectors[legacy] = cv2.aruco.CharucoDetector(board.opencv(legacy))
         corners, ids, _, markers = self._detectors[legacy].detectBoard(grey)
         count = 0 if markers is None else len(markers)
-        if ids is None or len(ids) < _MIN_CORNERS:
+        if ids is None or len(ids) < MIN_CORNERS:
             return None, count
         return (np.array(corners, np.float64).reshape(-1, 2), np.array(ids).ravel()), count
 
@@ -184,7 +186,7 @@ class CornerFinder:
         view = BoardView(picture.name, refined, objects, ids, 1 / blur, sigma)
         if isinstance(self.board, AprilGrid):
             view = view.of(settled)  # the others were predicted, not seen
-        return view if len(view.corner_ids) >= _MIN_CORNERS else None
+        return view if len(view.corner_ids) >= MIN_CORNERS else None
 
 
 def expected_size(board: Chessboard, seen: Counter[tuple[int, int]]) -> tuple[int, int] | None:

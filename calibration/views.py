@@ -2,13 +2,14 @@
 
 import hashlib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from calibration.board import Board, Chessboard
-from calibration.corners import BoardView, CornerFinder, Variant, expected_size
+from calibration.corners import MIN_CORNERS, BoardView, CornerFinder, Variant, expected_size
 from calibration.pictures import Picture
+from calibration.seen_instead import seen_instead
 from xneck.errors import Refused
 
 
@@ -69,6 +70,20 @@ def observe(pictures: Iterable[Picture], board: Board) -> Observations:
     return Observations(tuple(views), tuple(left_out), image_size, variant.notes(), variant)
 
 
+def settled(observations: Observations) -> Observations:
+    """The views without the corners of which no saddle was seen (under a reflection, a finger, at the picture's edge)."""
+    views = [view if view.sigma is None else view.of(np.isfinite(view.sigma)) for view in observations.views]
+    hidden = sum(len(view.corner_ids) for view in observations.views) - sum(len(view.corner_ids) for view in views)
+    few = [LeftOut(view.name, "too few clear corners") for view in views if len(view.corner_ids) < MIN_CORNERS]
+    notes = (f"{hidden} corners are hidden or damaged (a reflection, a finger) and left out",) if hidden else ()
+    return replace(
+        observations,
+        views=tuple(view for view in views if len(view.corner_ids) >= MIN_CORNERS),
+        left_out=(*observations.left_out, *few),
+        notes=(*observations.notes, *notes),
+    )
+
+
 def distinct_views(observations: Observations, limit: int = 30, apart: float = 0.01) -> Observations:
     """At most `limit` sharp views that differ, out of many (the frames of a video).
 
@@ -124,6 +139,9 @@ def _outlines(views: Sequence[BoardView]) -> np.ndarray:
 
 def _refuse_wrong_board(finder: CornerFinder, views: list[BoardView], pictures: int) -> None:
     board = finder.board
+    instead = None if views else seen_instead(board, finder.kept)
+    if instead is not None:
+        raise Refused("board", f"the pictures show {instead}", "describe the board as it is printed")
     if isinstance(board, Chessboard):
         size = expected_size(board, finder.seen_sizes)
         if size is not None:
