@@ -71,7 +71,7 @@ def test_printed_rendered_found_calibrated(charuco):
     assert len(errors) > 380
     assert np.sqrt(np.mean(errors**2)) < 0.03
     assert errors.max() < 0.1
-    sigma = np.concatenate([view.sigma for view in observations.views])
+    sigma = np.concatenate([np.ravel(view.sigma) for view in observations.views])  # type: ignore[arg-type]
     assert 0.5 < np.sqrt(np.mean(errors**2 / (2 * sigma**2))) < 2.0, "claimed and true error"
     result = calibrate(observations)
     assert result.camera.covariance is not None
@@ -98,12 +98,12 @@ def test_chessboard(tmp_path: Path):
 
 @pytest.mark.parametrize("how", ["", "inverted", "mirrored"])
 def test_aprilgrid(tmp_path: Path, how: str):
-    pictures, truth = rendered(GRID, tmp_path, 3, 0, **({how: True} if how else {}))
+    pictures, truth = rendered(GRID, tmp_path, 2, 0, **({how: True} if how else {}))
     observations = observe(pictures, GRID)
-    assert len(observations.views) == 3
+    assert len(observations.views) == 2
     assert len(observations.notes) == bool(how)
     errors = corner_errors(observations, truth)
-    assert len(errors) > 0.9 * 3 * 96
+    assert len(errors) > 0.75 * 2 * 96  # small tags at the far end are left out where their saddles are unclear
     assert errors.max() < 0.1
 
 
@@ -111,13 +111,14 @@ def test_a_hidden_corner_has_no_say(charuco):
     pictures, truth = charuco
     grey = pictures[0].grey.copy()
     x, y = np.round(truth[0][20]).astype(int)
-    grey[y - 1 : y + 9, x - 60 : x + 60] = 235  # a lamp's reflection just beside the row of corners
+    grey[y - 3 : y + 3, x - 60 : x + 60] = 235  # a lamp's reflection along a row of corners
     observations = observe([Picture("00.png", grey)], CHARUCO)
     whole = observe(pictures[:1], CHARUCO)
     assert np.all(np.isfinite(whole.views[0].sigma))  # type: ignore[arg-type]
     clear = settled(observations)
     assert "hidden" in clear.notes[-1]
-    assert corner_errors(clear, truth).max() < 0.5 < corner_errors(observations, truth).max()
+    assert corner_errors(clear, truth).max() < 0.1 < 0.5 < corner_errors(observations, truth).max()
+    assert len(corner_errors(clear, truth)) > 35
 
 
 @pytest.mark.parametrize(
@@ -173,8 +174,7 @@ def test_refuses_mixed_sizes(charuco):
         observe([pictures[0], turned], CHARUCO)
 
 
-def test_refuses_when_no_picture_shows_the_board(charuco):
-    pictures, _ = charuco
+def test_refuses_when_no_picture_shows_the_board():
     with pytest.raises(Refused, match="none given"):
         observe([], CHARUCO)
     with pytest.raises(Refused, match="not found in any of 1 pictures; expected: ChArUco 9 x 6 squares of 25 mm"):
