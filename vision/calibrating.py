@@ -7,7 +7,7 @@ from pathlib import Path
 from calibration.board import read_board
 from calibration.estimation import Calibration, calibrate
 from calibration.pictures import Picture, picture_files, read_pictures
-from calibration.views import distinct_views, observe
+from calibration.views import distinct_views, observe, settled
 from vision.video import frames
 from xneck.errors import Refused
 
@@ -39,7 +39,7 @@ def calibrate_from(
             yield picture
             progress(1)
 
-    seen = observe(told(), board)
+    seen = settled(observe(told(), board))
     return calibrate(distinct_views(seen) if video else seen)
 
 
