@@ -20,7 +20,7 @@ def command(
 
     Pictures that disagree are left out and named. Refused where the pictures cannot tell the camera.
     """
-    from calibration.camera import write_camera
+    from calibration.camera_file import write_camera
     from calibration.summary import as_json
     from vision.calibrating import calibrate_from, listed
 
