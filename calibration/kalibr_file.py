@@ -46,7 +46,9 @@ def from_kalibr(document: Any, path: str | Path) -> Camera:
     if cam.camera_model != "pinhole":
         raise Refused(path, f"cam0.camera_model: {cam.camera_model} is not read", "calibrate with pinhole-radtan")
     if cam.distortion_model not in ("radtan", "none"):
-        raise Refused(path, f"cam0.distortion_model: {cam.distortion_model} is not read", "calibrate with pinhole-radtan")
+        raise Refused(
+            path, f"cam0.distortion_model: {cam.distortion_model} is not read", "calibrate with pinhole-radtan"
+        )
     count = 4 if cam.distortion_model == "radtan" else 0
     if len(cam.distortion_coeffs) != count:
         raise Refused(path, f"cam0.distortion_coeffs: expected {count}, found {len(cam.distortion_coeffs)}")
@@ -61,7 +63,9 @@ def kalibr_text(camera: Camera, path: str | Path) -> tuple[str, str]:
     """`camera` as a camchain of one, and what is lost, in words. Raises Refused for k3, which radtan does not have."""
     fx, fy, cx, cy, k1, k2, p1, p2, k3 = camera.parameters.tolist()
     if k3:
-        raise Refused(path, f"not written: k3 = {k3:.3g} has no place in Kalibr's radtan", "export opencv, which has k3")
+        raise Refused(
+            path, f"not written: k3 = {k3:.3g} has no place in Kalibr's radtan", "export opencv, which has k3"
+        )
     lines = [
         "cam0:",
         "  camera_model: pinhole",

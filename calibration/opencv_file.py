@@ -52,11 +52,15 @@ def from_opencv(text: str, path: str | Path) -> Camera:
         raise Refused(path, "camera_matrix: expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]", "a skewed camera is not read")
     coefficients = _matrix(path, nodes, _DISTORTION).ravel()
     if len(coefficients) not in (4, 5, 8, 12, 14):
-        raise Refused(path, f"distortion_coefficients: expected 4 or 5 of them (k1 k2 p1 p2 k3), found {coefficients.size}")
+        raise Refused(
+            path, f"distortion_coefficients: expected 4 or 5 of them (k1 k2 p1 p2 k3), found {coefficients.size}"
+        )
     if np.any(coefficients[5:]):
         names = ("k4", "k5", "k6", "s1", "s2", "s3", "s4", "tau_x", "tau_y")
         used = [name for name, value in zip(names, coefficients[5:], strict=False) if value]
-        raise Refused(path, f"a lens model with {', '.join(used)} is not read", "calibrate with k1, k2, p1, p2, k3 only")
+        raise Refused(
+            path, f"a lens model with {', '.join(used)} is not read", "calibrate with k1, k2, p1, p2, k3 only"
+        )
     width, height = _size(path, nodes)
     covariance = None
     if _COVARIANCE in nodes:

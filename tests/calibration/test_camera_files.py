@@ -95,7 +95,7 @@ def test_radtan_means_what_plumb_bob_means(tmp_path: Path):
 
 def test_k3_is_not_dropped_in_silence(tmp_path: Path):
     wild = camera_from(CAMERA + np.eye(9)[8] * -0.4, SIZE)
-    with pytest.raises(Refused, match="k3 = -0.4 has no place in Kalibr's radtan; export opencv"):
+    with pytest.raises(Refused, match=r"k3 = -0\.4 has no place in Kalibr's radtan; export opencv"):
         export_camera(wild, tmp_path / "camera.yaml", "kalibr")
     assert not list(tmp_path.iterdir())
     path, _ = export_camera(wild, tmp_path / "camera.yaml", "opencv")
