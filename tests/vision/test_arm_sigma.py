@@ -93,7 +93,7 @@ def test_without_a_distance_it_fills_the_picture():
 
 
 def test_an_arm_too_near_is_refused():
-    with pytest.raises(Refused, match="distance: at 0.1 m the arm .* does not fit"):
+    with pytest.raises(Refused, match=r"distance: at 0\.1 m the arm .* does not fit"):
         arm_sigma(camera_from(CAMERA, SIZE), link_arm(0.18), 0.1)
 
 

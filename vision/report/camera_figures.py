@@ -10,6 +10,7 @@ from vision.report import style
 from vision.report.block import Block
 from vision.report.svg import inline
 
+
 def coverage_and_errors(calibration: Calibration) -> Block:
     """Corners over the picture, and their errors."""
     camera = calibration.camera
@@ -50,4 +51,3 @@ def equal_scales(axes: Axes, x: float, y: float, half_width: float, half_height:
     scale = max(half_width / box.width, half_height / box.height)
     axes.set_xlim(x - scale * box.width, x + scale * box.width)
     axes.set_ylim(y - scale * box.height, y + scale * box.height)
-
