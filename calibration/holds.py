@@ -104,10 +104,6 @@ def check_camera(camera: Camera, observations: Observations) -> Holds:
         comparison = _compare(camera, old, views, refitted, free)
     px, ray = _apart(camera, refitted.parameters)
     notes = []
-    known = {entry.get("file") for entry in camera.info.get("pictures", []) if isinstance(entry, dict)}
-    again = sum(view.name in known for view in views)
-    if again:
-        notes.append(f"{again} of these pictures have names of those that it was calibrated with: only new ones tell")
     then = camera.info.get("rms_px")
     then = float(then) if isinstance(then, int | float) else None
     if camera.covariance is None:

@@ -5,6 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from calibration.board import Chessboard
@@ -23,7 +24,7 @@ SPREAD = 3.5 / np.sqrt(2 * DRAWS)
 """relative: a standard deviation of DRAWS draws is known to 1 / sqrt(2 DRAWS)"""
 
 
-def pixels(p: np.ndarray, rvec: np.ndarray, tvec: np.ndarray, plane: np.ndarray) -> np.ndarray:
+def pixels(p: np.ndarray, rvec: np.ndarray, tvec: np.ndarray, plane: NDArray[np.complex128]) -> np.ndarray:
     """Points of the arm's plane (complex, y up) as OpenCV's camera sees them, (n, 2), px."""
     points = np.column_stack([plane.real, -plane.imag, np.zeros(plane.size)])
     K = np.array([[p[0], 0, p[2]], [0, p[1], p[3]], [0, 0, 1.0]])

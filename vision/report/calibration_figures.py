@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon, Rectangle
-from matplotlib.ticker import MaxNLocator
 from scipy.spatial import ConvexHull
 
 from calibration.camera import Camera
@@ -108,8 +107,7 @@ def coverage(calibration: Calibration, found: Meaning) -> Block:
 def sigma_map(calibration: Calibration, found: Meaning, arm: ArmSigma | None) -> Block:
     """Sigma of projection over the picture, and at the arm's markers."""
     camera, projection = calibration.camera, found.projection
-    levels = MaxNLocator(len(SHADES), steps=[1, 2, 5, 10]).tick_values(0, projection.worst)
-    levels = levels[(levels >= 0)][: len(SHADES) + 1]
+    levels = _levels(projection.worst)
     figure, axes = style.panel(_HEIGHT)
     _shaded(axes, projection, levels)
     _missing(axes, camera, found)
@@ -132,9 +130,11 @@ def sigma_map(calibration: Calibration, found: Meaning, arm: ArmSigma | None) ->
         for k, (points, sigma) in enumerate(zip(arm.pixels, arm.sigma_px, strict=True)):
             colour = style.joint_colour(k)
             style.dots(axes, points[:, 0], points[:, 1], colour, 1.8)
-            ring = magnified * sigma[:, None] * np.exp(1j * turn) + (points[:, 0] + 1j * points[:, 1])[:, None]
-            ring = np.concatenate([ring, np.full((len(ring), 1), np.nan)], axis=1).ravel()
-            axes.plot(ring.real, ring.imag, color=colour, linewidth=0.7)
+            x, y = (
+                np.column_stack([points[:, k, None] + magnified * sigma[:, None] * part, np.full(len(points), np.nan)])
+                for k, part in enumerate((np.cos(turn), np.sin(turn)))
+            )
+            axes.plot(x.ravel(), y.ravel(), color=colour, linewidth=0.7)
         panels.append(inline(figure, "arm", "sigma of the camera at the markers of the arm in three poses"))
         caption += (
             f" The second panel shows it at the corners of the arm's markers, its pose fitted too: circles of 1 σ, {magnified:g} "
@@ -196,6 +196,13 @@ def _picture(axes: Axes, camera: Camera, title: str) -> None:
     axes.set_title(title)
     axes.set_xlabel("px to the right")
     axes.set_ylabel("px down")
+
+
+def _levels(worst: float) -> np.ndarray:
+    """Bounds of the shades: 0, then steps of 1, 2, 5 up to the first that `worst`, px, does not exceed; sigma grows fast."""
+    steps = [step * 10.0**power for power in range(-9, 9) for step in (1, 2, 5)]
+    top = next(k for k, step in enumerate(steps) if step >= worst)
+    return np.array([0.0, *steps[top - len(SHADES) + 1 : top + 1]])
 
 
 def _round(value: float) -> float:
