@@ -8,8 +8,7 @@ import click
 from vision.cli.output import FILE, OUT, progress, report_result, results
 
 EXAMPLES = """\b
-Examples:
-  xneck calibrate board/*.jpg --board board.yaml --out camera.yaml
+Example: xneck calibrate board/*.jpg --board board.yaml --out camera.yaml
   xneck calibrate board/ --board board.yaml --out camera.yaml --neck neck.yaml --report calibration.html
   xneck calibrate board/ --board board.yaml --out camera.yaml --export kalibr
   xneck calibrate monday/ --board board.yaml --check camera.yaml
