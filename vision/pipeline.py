@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from calibration.camera import Camera, read_camera, write_camera
+from calibration.camera import Camera
+from calibration.camera_file import read_camera, write_camera
 from calibration.estimation import Calibration
 from identification import joint_state
 from identification.dataset import DataSet

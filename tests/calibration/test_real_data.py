@@ -15,6 +15,7 @@ from calibration.board import Charuco, Chessboard
 from calibration.bundle import fit, start
 from calibration.corners import BoardView
 from calibration.estimation import calibrate
+from calibration.holds import check_camera
 from calibration.pictures import Picture, read_pictures
 from calibration.saddle import Saddles
 from calibration.views import distinct_views, observe, settled
@@ -37,6 +38,18 @@ def test_opencv_left():
     assert result.held_out_rms_px < 0.175
     jackknife = result.sigma_jackknife[:4] / result.sigma_least_squares[:4]
     assert np.all((jackknife > 1.2) & (jackknife < 5.0))
+
+
+def test_half_of_the_pictures_holds_for_the_other_half_and_not_for_the_other_camera():
+    """Left and right are two copies of one lens and camera, 22 px apart in their principal points."""
+    files = sorted((DATA / "opencv_left_right").glob("left??.jpg"))
+    camera = calibrate(observe(read_pictures(files[:7]), LEFT)).camera
+    same = check_camera(camera, observe(read_pictures(files[7:]), LEFT))
+    assert same.verdict == "holds", same.why
+    right = sorted((DATA / "opencv_left_right").glob("right??.jpg"))
+    other = check_camera(camera, observe(read_pictures(right[7:]), LEFT))
+    assert other.verdict == "does not hold"
+    assert "principal point moved" in other.why
 
 
 def test_opencv_left_with_the_window_that_damages_left02(monkeypatch: pytest.MonkeyPatch):

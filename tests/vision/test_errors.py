@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.camera import camera_from, write_camera
+from calibration.camera import camera_from
+from calibration.camera_file import write_camera
 from samples.generator.camera import SAMPLE_CAMERA
 from samples.generator.video import render_video
 from tests.vision.command import run

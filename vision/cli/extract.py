@@ -57,7 +57,7 @@ def command(
     """Joint angles alpha_1..N of every frame of a recorded video, with their standard deviations."""
     import numpy as np
 
-    from calibration.camera import read_camera
+    from calibration.camera_file import read_camera
     from mechanism.description import read_neck
     from mechanism.neck_text import neck_text
     from vision.angles import write_angles
