@@ -9,7 +9,7 @@ import yaml
 
 import vision.markers
 from benchmarks.hard import by_opencv, by_ours, true_camera
-from calibration.camera import write_camera
+from calibration.camera_file import write_camera
 from mechanism.description import Neck, markers_of, read_neck
 from samples.generator.frame import render_frame
 from samples.generator.hard import COMES_AT, FRAME_HZ, Hard, cases
