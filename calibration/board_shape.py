@@ -1,0 +1,87 @@
+"""The shape of a printed board as an estimate: a sheet that was glued on bows, and printers stretch one way more than the other.
+
+Every model is linear in its numbers: corner = nominal + sum of modes (+ an offset of its own, in the model `free`).
+Modes and offsets move no board as a whole: that the poses do. What stretches both ways alike is left out too, since no
+picture tells the size of a board; the columns' pitch is believed.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+NAMES = ("bow_x", "bow_y", "aspect")
+OFFSET_SIGMA = (0.005, 0.005, 0.05)
+"""what is believed of a free corner's offset before the pictures speak, in squares: 0.1 mm in the plane and 1 mm out of
+it for squares of 25 mm"""
+
+
+@dataclass(frozen=True)
+class ShapeModel:
+    """Which numbers of the board's shape are estimated."""
+
+    name: str
+    free: tuple[str, ...] = ()  # of NAMES
+    offsets: bool = False  # a free offset for each corner
+
+
+MODELS = {
+    model.name: model
+    for model in (
+        ShapeModel("rigid"),
+        ShapeModel("aspect", ("aspect",)),
+        ShapeModel("bowed", ("bow_x", "bow_y")),
+        ShapeModel("bowed, aspect", NAMES),
+        ShapeModel("free", (), True),
+    )
+}
+"""From the simplest on; each is a part of a later one (`free` holds all up to its prior)."""
+
+
+@dataclass(frozen=True)
+class BoardShape:
+    """Where a board's corners really are, in the frame of the nominal ones."""
+
+    model: ShapeModel
+    ids: np.ndarray  # corner ids, ascending, shape (c,)
+    nominal: np.ndarray  # as board.yaml has them, shape (c, 3), m
+    values: np.ndarray  # bow over x and over y (the middle's depth under the rim, m), aspect - 1, shape (3,)
+    offsets: np.ndarray  # shape (c, 3), m
+
+    @property
+    def points(self) -> np.ndarray:
+        """The corners as estimated, shape (c, 3), m."""
+        return self.nominal + np.tensordot(self.values, modes(self.nominal), 1) + self.offsets
+
+    def of(self, ids: np.ndarray) -> np.ndarray:
+        """The estimated corners with these ids, shape (k, 3), m."""
+        return self.points[np.searchsorted(self.ids, ids)]
+
+    @property
+    def bow(self) -> np.ndarray:
+        """Sagitta along x and y, whatever the model: the least-squares bow of the estimated corners, shape (2,), m."""
+        shapes = modes(self.nominal)[:2, :, 2].T
+        return np.linalg.lstsq(shapes, (self.points - self.nominal)[:, 2], rcond=None)[0]
+
+
+def flat(ids: np.ndarray, nominal: np.ndarray) -> BoardShape:
+    """A board as it was meant."""
+    return BoardShape(MODELS["rigid"], ids, nominal, np.zeros(3), np.zeros_like(nominal))
+
+
+def modes(nominal: np.ndarray) -> np.ndarray:
+    """What each of NAMES at 1 moves, shape (3, c, 3); the bows without what a pose could do."""
+    low, high = nominal[:, :2].min(axis=0), nominal[:, :2].max(axis=0)
+    unit = (2 * nominal[:, :2] - low - high) / np.maximum(high - low, 1e-12)
+    plane = np.column_stack([np.ones(len(unit)), unit])
+    squares = unit**2
+    bows = squares - plane @ np.linalg.lstsq(plane, squares, rcond=None)[0]
+    out = np.zeros((3, len(nominal), 3))
+    out[:2, :, 2] = bows.T
+    out[2, :, 1] = nominal[:, 1] - nominal[:, 1].mean()
+    return out
+
+
+def offset_sigma(nominal: np.ndarray) -> np.ndarray:
+    """Prior standard deviation of a corner's offset along x, y and z, shape (3,), m."""
+    from_first = np.linalg.norm(nominal - nominal[0], axis=1)
+    return float(np.min(from_first[from_first > 0])) * np.array(OFFSET_SIGMA)
