@@ -186,6 +186,11 @@ def huber(distances: np.ndarray, knee: float) -> np.ndarray:
     return np.where(distances <= knee, distances**2, knee * (2 * distances - knee))
 
 
+def residuals_of(fitted: Fit, sightings: Sightings) -> np.ndarray:
+    """Predicted less seen, shape (n, c, 2), px; zero where not seen."""
+    return _residuals(sightings, fitted.parameters, fitted.shape.points, fitted.poses)
+
+
 def noise_of(fitted: Fit) -> float:
     """Standard deviation of one coordinate, px, from the median distance, which bad corners do not move."""
     return max(float(np.median(fitted.distances[fitted.seen])) / np.sqrt(2 * np.log(2)), 1e-3)
@@ -208,6 +213,11 @@ class _Problem:
     def precision(self) -> np.ndarray:
         """Weight of an offset's square beside that of a residual's, shape (3,), px^2/m^2."""
         return ((self.noise or 0.0) / board_shape.offset_sigma(self.sightings.nominal)) ** 2
+
+    @cached_property
+    def basis(self) -> np.ndarray:
+        """Of the offsets, shape (3 c, b)."""
+        return board_shape.offset_basis(self.sightings.nominal)
 
     def residuals(self, p: np.ndarray, points: np.ndarray, poses: Poses) -> np.ndarray:
         return _residuals(self.sightings, p, points, poses)
@@ -239,7 +249,7 @@ class _Problem:
         if not self.model.offsets:
             return _Normal(products, weight)
         E = (root * by_board).transpose(0, 1, 3, 2)
-        return _Normal(products, weight, E @ all_of, E @ E.transpose(0, 1, 3, 2), self.precision, shape.offsets)
+        return _Normal(products, weight, E @ all_of, E @ E.transpose(0, 1, 3, 2), self.precision, shape.offsets, self.basis)
 
     def moved(self, p: np.ndarray, shape: BoardShape, step: np.ndarray) -> tuple[np.ndarray, BoardShape]:
         return _moved(p, shape, step, self.free)
@@ -253,9 +263,10 @@ class _Problem:
         if shared:
             inverse = normal.inverse()
             # an offset counts by how much of it the pictures decide
-            decided = 3 * seen.shape[1] - np.sum(
-                self.precision * np.diag(inverse)[shared:].reshape(-1, 3)
-            ) if self.model.offsets else 0.0
+            decided = 0.0
+            if self.model.offsets:
+                believed = (self.basis.T * np.tile(self.precision, seen.shape[1])) @ self.basis
+                decided = len(believed) - float(np.sum(believed * inverse[shared:, shared:]))
             freedom = max(2 * corners - shared - 6 * n - decided, 1.0)
             felt = np.minimum(distances[seen], self.knee)
             steep = np.where(distances[seen] <= self.knee, 1.0, 0.5 * felt / np.maximum(distances[seen], 1e-300))
@@ -280,6 +291,7 @@ class _Normal:
     offset_squares: np.ndarray | None = None  # shape (n, c, 3, 3)
     precision: np.ndarray | None = None  # of what is believed of the offsets, shape (3,)
     offsets: np.ndarray | None = None  # where they are, shape (c, 3)
+    basis: np.ndarray | None = None  # of the offsets, shape (3 c, b)
 
     def of(self, index: np.ndarray) -> "_Normal":
         """Of some views only."""
@@ -305,10 +317,13 @@ class _Normal:
             except np.linalg.LinAlgError:
                 step = -np.linalg.lstsq(scaled, right, rcond=None)[0] / scale
         poses = -np.einsum("nab,nb->na", inverse, h + W @ step)
+        if self.basis is not None:
+            m = self.products.shape[1] - 7
+            step = np.concatenate([step[:m], self.basis @ step[m:]])
         return step, poses
 
     def inverse(self) -> np.ndarray:
-        """Of the undamped matrix of shared numbers and offsets."""
+        """Of the undamped matrix of shared numbers and the offsets in their basis."""
         S = self._reduced(0.0)[0]
         scale = np.sqrt(np.maximum(np.diag(S), 1e-300))
         return np.linalg.pinv(S / np.outer(scale, scale), hermitian=True) / np.outer(scale, scale)
@@ -323,14 +338,17 @@ class _Normal:
         if self.by_offset is not None and self.offset_squares is not None:
             assert self.precision is not None
             assert self.offsets is not None
+            assert self.basis is not None
             n, c = self.weight.shape
             summed = self.by_offset.sum(axis=0).reshape(3 * c, -1)
             own = np.zeros((c, 3, c, 3))
             each = np.arange(c)
             own[each, :, each, :] = self.offset_squares.sum(axis=0) + np.diag(self.precision)
-            U = np.block([[U, summed[:, :m].T], [summed[:, :m], own.reshape(3 * c, 3 * c)]])
-            g = np.concatenate([g, summed[:, -1] + (self.precision * self.offsets).ravel()])
-            W = np.concatenate([W, self.by_offset[..., m : m + 6].reshape(n, 3 * c, 6).transpose(0, 2, 1)], axis=2)
+            N = self.basis
+            both = N.T @ summed
+            U = np.block([[U, both[:, :m].T], [both[:, :m], N.T @ own.reshape(3 * c, 3 * c) @ N]])
+            g = np.concatenate([g, both[:, -1] + N.T @ (self.precision * self.offsets).ravel()])
+            W = np.concatenate([W, self.by_offset[..., m : m + 6].reshape(n, 3 * c, 6).transpose(0, 2, 1) @ N], axis=2)
         index = np.arange(6)
         V[:, index, index] *= 1 + damping
         U = U + damping * np.diag(np.diag(U))

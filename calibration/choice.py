@@ -24,6 +24,8 @@ class Candidate:
     lens: str  # of lens.MODELS
     board: str  # of board_shape.MODELS
     free: int  # number of free parameters, poses aside
+    fx: float  # px
+    fy: float  # px
     rms_px: float
     held_out_rms_px: float
     excess: float  # mean over views of the held-out error's logarithm less that of the best candidate
@@ -104,6 +106,8 @@ def _choice(
         Candidate(
             *key,
             free=_free(fits[key]),
+            fx=float(fits[key].parameters[0]),
+            fy=float(fits[key].parameters[1]),
             rms_px=fits[key].rms,
             held_out_rms_px=root_mean_square(errors[key], sightings.seen),
             excess=excess[key],

@@ -63,5 +63,5 @@ def _errors(calibration: Calibration) -> Array:
     out = []
     for view, R, t in zip(calibration.views, poses.R, poses.t, strict=True):
         rvec = Rotation.from_matrix(R).as_rotvec()
-        out.append(view.image_points - calibration.camera.project(view.object_points, rvec, t))
+        out.append(view.image_points - calibration.camera.project(calibration.board.of(view.corner_ids), rvec, t))
     return np.concatenate(out)
