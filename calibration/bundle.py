@@ -215,6 +215,11 @@ class _Problem:
         return ((self.noise or 0.0) / board_shape.offset_sigma(self.sightings.nominal)) ** 2
 
     @cached_property
+    def number_precision(self) -> np.ndarray:
+        """The same of the board's three numbers, shape (3,)."""
+        return ((self.noise or 0.0) / np.array(board_shape.NUMBER_SIGMA)) ** 2
+
+    @cached_property
     def basis(self) -> np.ndarray:
         """Of the offsets, shape (3 c, b)."""
         return board_shape.offset_basis(self.sightings.nominal)
@@ -225,6 +230,7 @@ class _Problem:
     def cost(self, residuals: np.ndarray, shape: BoardShape) -> float:
         distances = np.linalg.norm(residuals[self.sightings.seen], axis=1)
         believed = float(np.sum(self.precision * shape.offsets**2)) if self.model.offsets else 0.0
+        believed += float(np.sum(self.number_precision * shape.values**2))
         return float(np.sum(huber(distances, self.knee))) + believed
 
     def normal(self, p: np.ndarray, shape: BoardShape, poses: Poses, residuals: np.ndarray) -> "_Normal":
@@ -246,10 +252,16 @@ class _Problem:
         all_of = root * np.concatenate(parts, axis=3)
         stacked = all_of.reshape(n, 2 * c, -1)
         products = stacked.transpose(0, 2, 1) @ stacked
+        m = products.shape[1] - 7
+        believed = np.zeros((m, 2))
+        numbers = [board_shape.NAMES.index(name) for name in self.model.free]
+        believed[len(self.free) :, 0] = self.number_precision[numbers]
+        believed[len(self.free) :, 1] = (self.number_precision * shape.values)[numbers]
         if not self.model.offsets:
-            return _Normal(products, weight)
+            return _Normal(products, weight, believed)
         E = (root * by_board).transpose(0, 1, 3, 2)
-        return _Normal(products, weight, E @ all_of, E @ E.transpose(0, 1, 3, 2), self.precision, shape.offsets, self.basis)
+        own = E @ E.transpose(0, 1, 3, 2)
+        return _Normal(products, weight, believed, E @ all_of, own, self.precision, shape.offsets, self.basis)
 
     def moved(self, p: np.ndarray, shape: BoardShape, step: np.ndarray) -> tuple[np.ndarray, BoardShape]:
         return _moved(p, shape, step, self.free)
@@ -287,6 +299,7 @@ class _Normal:
 
     products: np.ndarray  # shape (n, m + 7, m + 7)
     weight: np.ndarray  # of each corner, shape (n, c)
+    believed: np.ndarray  # of the shared numbers beforehand: precision, and its pull, shape (m, 2)
     by_offset: np.ndarray | None = None  # offset by the same m + 7, shape (n, c, 3, m + 7)
     offset_squares: np.ndarray | None = None  # shape (n, c, 3, 3)
     precision: np.ndarray | None = None  # of what is believed of the offsets, shape (3,)
@@ -296,7 +309,7 @@ class _Normal:
     def of(self, index: np.ndarray) -> "_Normal":
         """Of some views only."""
         if self.by_offset is None or self.offset_squares is None:
-            return _Normal(self.products[index], self.weight[index])
+            return replace(self, products=self.products[index], weight=self.weight[index])
         return replace(
             self,
             products=self.products[index],
@@ -332,7 +345,7 @@ class _Normal:
         """Matrix and gradient with the poses eliminated, and what finishes a step: W (n, 6, M), inverse V, h (n, 6)."""
         m = self.products.shape[1] - 7
         total = self.products.sum(axis=0)
-        U, g = total[:m, :m], total[:m, -1]
+        U, g = total[:m, :m] + np.diag(self.believed[:, 0]), total[:m, -1] + self.believed[:, 1]
         V = self.products[:, m : m + 6, m : m + 6].copy()
         W, h = self.products[:, m : m + 6, :m], self.products[:, m : m + 6, -1]
         if self.by_offset is not None and self.offset_squares is not None:
@@ -355,10 +368,9 @@ class _Normal:
         scale = np.sqrt(np.maximum(V[:, index, index], 1e-300))
         outer = scale[:, :, None] * scale[:, None]
         inverse = np.linalg.inv(V / outer) / outer
-        M = W.shape[2]
-        eliminated = inverse @ W
-        S = U - W.reshape(-1, M).T @ eliminated.reshape(-1, M)
-        return S, g - h.ravel() @ eliminated.reshape(-1, M), W, inverse, h
+        rows = (6 * len(W), W.shape[2])
+        eliminated = (inverse @ W).reshape(rows)
+        return U - W.reshape(rows).T @ eliminated, g - h.ravel() @ eliminated, W, inverse, h
 
 
 def _moved(p: np.ndarray, shape: BoardShape, step: np.ndarray, free: tuple[str, ...]) -> tuple[np.ndarray, BoardShape]:

@@ -15,6 +15,8 @@ from calibration.bundle import Fit, fit, huber, predicted, without
 from calibration.sightings import Sightings
 
 FOLDS = 10
+_ITERATIONS = 20
+"""candidates start from one another and need three to six"""
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ def choose(sightings: Sightings, fitted: Fit, noise: float) -> tuple[Choice, dic
         for shape_name, model in board_shape.MODELS.items():
             parameters = np.where(fixed, 0.0, start.parameters)
             # a distortion that was fixed at nothing so far starts there too, and fits are nested: none starts far off
-            one = fit(sightings, parameters, start.poses, free, start.shape, model, noise)
+            one = fit(sightings, parameters, start.poses, free, start.shape, model, noise, _ITERATIONS)
             fits[lens_name, shape_name] = one
             errors[lens_name, shape_name] = held_out(sightings, one, groups)
             if shape_name == "rigid":

@@ -1,7 +1,7 @@
 """Views of a board -> camera, its uncertainty, and a refusal where the views cannot tell.
 
-Lens model and board shape are what cross-validation chooses. The reported sigma is the largest of three: of least squares,
-of the jackknife that leaves out one view after another, and how far candidates lie apart that predict as well. Corner
+Lens model and board shape are what cross-validation chooses. The reported sigma is the larger of two, of least squares and
+of the jackknife that leaves out one view after another; what candidates differ by that predict as well adds to it. Corner
 errors of one picture have causes in common (print, blur, board shape), so that least squares, which takes every corner for
 independent, comes out two to three times too small on real sets.
 """
@@ -101,6 +101,7 @@ def calibrate(observations: Observations) -> Calibration:
     left_out += disagreeing
     refuse_few(len(kept), left_out)
     views, seen = [views[i] for i in kept.tolist()], seen.of(kept)
+    refuse_undetermined(fitted)
     of_corners = corner_noise(seen)
     choice, fits = choose(seen, fitted, noise_of(fitted))
     full = fits[_FULLEST, choice.chosen.board]
@@ -151,12 +152,13 @@ def _result(
     out = _jackknife(seen, fitted)
     sigma_jackknife, board_jackknife = out.sigma()
     sigma_least_squares = np.sqrt(np.diag(fitted.covariance))
-    sigma_choice = np.max(np.abs(to_rivals), axis=0, initial=0.0)
-    # the correlations of least squares (a jackknife of few views has no full rank) with the largest sigma of each
+    # distortion numbers make up for one another, so that each alone may differ much between models of the same camera
+    sigma_choice = np.where(np.arange(9) < 4, np.max(np.abs(to_rivals), axis=0, initial=0.0), 0.0)
+    # the correlations of least squares (a jackknife of few views has no full rank) with the total sigma of each
     estimated = sigma_least_squares > 0
     grow = np.ones(9)
-    largest = np.maximum(sigma_jackknife, sigma_choice)[estimated]
-    grow[estimated] = np.maximum(1.0, largest / sigma_least_squares[estimated])
+    total = np.hypot(np.maximum(sigma_jackknife, sigma_least_squares), sigma_choice)[estimated]
+    grow[estimated] = total / sigma_least_squares[estimated]
     covariance = fitted.covariance * np.outer(grow, grow)
     counts = seen.counts
     held_out = float(np.sqrt(np.sum(counts * out.rms_views**2) / counts.sum()))
