@@ -72,7 +72,5 @@ def bad_corners(views: Sequence[BoardView], sightings: Sightings, fitted: Fit) -
         if row.any():
             which = ", ".join(str(i) for i in sightings.ids[row][:3]) + (", ..." if row.sum() > 3 else "")
             s = "s" if row.sum() > 1 else ""
-            notes.append(
-                f"{view.name}: corner{s} {which} up to {distances.max():.1f} px off, counted for little"
-            )
+            notes.append(f"{view.name}: corner{s} {which} up to {distances.max():.1f} px off, counted for little")
     return notes

@@ -47,13 +47,14 @@ class BoardShape:
     model: ShapeModel
     ids: np.ndarray  # corner ids, ascending, shape (c,)
     nominal: np.ndarray  # as board.yaml has them, shape (c, 3), m
-    values: np.ndarray  # bow over x and over y (the middle's depth under the rim, m), aspect - 1, shape (3,)
+    modes: np.ndarray  # what each of NAMES at 1 moves, shape (3, c, 3)
+    values: np.ndarray  # bow over x and over y (how far the rim lies behind the middle, m), aspect - 1, shape (3,)
     offsets: np.ndarray  # shape (c, 3), m
 
     @property
     def points(self) -> np.ndarray:
         """The corners as estimated, shape (c, 3), m."""
-        return self.nominal + np.tensordot(self.values, modes(self.nominal), 1) + self.offsets
+        return self.nominal + np.tensordot(self.values, self.modes, 1) + self.offsets
 
     def of(self, ids: np.ndarray) -> np.ndarray:
         """The estimated corners with these ids, shape (k, 3), m."""
@@ -62,13 +63,13 @@ class BoardShape:
     @property
     def bow(self) -> np.ndarray:
         """Sagitta along x and y, whatever the model: the least-squares bow of the estimated corners, shape (2,), m."""
-        shapes = modes(self.nominal)[:2, :, 2].T
+        shapes = self.modes[:2, :, 2].T
         return np.linalg.lstsq(shapes, (self.points - self.nominal)[:, 2], rcond=None)[0]
 
 
 def flat(ids: np.ndarray, nominal: np.ndarray) -> BoardShape:
     """A board as it was meant."""
-    return BoardShape(MODELS["rigid"], ids, nominal, np.zeros(3), np.zeros_like(nominal))
+    return BoardShape(MODELS["rigid"], ids, nominal, modes(nominal), np.zeros(3), np.zeros_like(nominal))
 
 
 def modes(nominal: np.ndarray) -> np.ndarray:

@@ -76,7 +76,9 @@ def start(sightings: Sightings, image_size: tuple[int, int]) -> tuple[np.ndarray
     Raises cv2.error where OpenCV finds no start (views of lines, for example).
     """
     objects = [sightings.nominal[seen].astype(np.float32) for seen in sightings.seen]
-    images = [at[seen].astype(np.float32).reshape(-1, 1, 2) for at, seen in zip(sightings.pixels, sightings.seen, strict=True)]
+    images = [
+        at[seen].astype(np.float32).reshape(-1, 1, 2) for at, seen in zip(sightings.pixels, sightings.seen, strict=True)
+    ]
     K = cv2.initCameraMatrix2D(objects, images, image_size)
     found = [cv2.solvePnP(o, i, K, None, flags=cv2.SOLVEPNP_IPPE)[1:] for o, i in zip(objects, images, strict=True)]
     rvecs, tvecs = (np.array(part, float).reshape(-1, 3) for part in zip(*found, strict=True))
@@ -124,7 +126,7 @@ def fit(
         gain = cost - new_cost
         p, shape, poses, residuals, cost = p_new, shape_new, poses_new, new, new_cost
         damping = max(damping / 10, 1e-9)
-        if gain <= 1e-9 * cost + 1e-18:
+        if gain <= 1e-8 * cost + 1e-18:  # of 1000 corners: a few thousandths of a sigma
             converged = True
             break
     normal = problem.normal(p, shape, poses, residuals)
@@ -246,7 +248,7 @@ class _Problem:
             parts.append(lens.parameter_jacobian(_rays(self.sightings, shape.points, poses), p)[..., columns])
         by_board = by_point @ poses.R[:, None] if self.model.free or self.model.offsets else None
         if self.model.free:
-            shown = board_shape.modes(shape.nominal)[[board_shape.NAMES.index(name) for name in self.model.free]]
+            shown = shape.modes[[board_shape.NAMES.index(name) for name in self.model.free]]
             parts.append(by_board @ shown.transpose(1, 2, 0))  # type: ignore[operator]
         parts += [by_pose, residuals[..., None]]
         all_of = root * np.concatenate(parts, axis=3)
@@ -405,7 +407,7 @@ def _residuals(sightings: Sightings, p: np.ndarray, points: np.ndarray, poses: P
 def _by_point_and_pose(
     sightings: Sightings, p: np.ndarray, points: np.ndarray, poses: Poses
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives of the pixels by the point in the camera frame, (n, c, 2, 3), and by the pose (rotation, then t), (n, c, 2, 6)."""
+    """Of the pixels, by the point in the camera frame, (n, c, 2, 3), and by the pose (rotation, then t), (n, c, 2, 6)."""
     turned = points @ poses.R.transpose(0, 2, 1)
     at = turned + poses.t[:, None]
     depth = np.where(sightings.seen, at[..., 2], 1.0)

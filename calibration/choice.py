@@ -95,9 +95,7 @@ def _choice(
 ) -> Choice:
     # logarithms, because one view at the edge of the picture would outweigh all others by its error
     knee = next(iter(fits.values())).knee
-    size = {
-        key: 0.5 * np.log(huber(e, knee).sum(axis=1) / sightings.counts + 1e-18) for key, e in errors.items()
-    }
+    size = {key: 0.5 * np.log(huber(e, knee).sum(axis=1) / sightings.counts + 1e-18) for key, e in errors.items()}
     best = min(size, key=lambda key: float(np.mean(size[key])))
     away = {key: value - size[best] for key, value in size.items()}
     excess = {key: float(np.mean(value)) for key, value in away.items()}

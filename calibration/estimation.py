@@ -78,7 +78,9 @@ class _Jackknife:
     def sigma(self) -> tuple[np.ndarray, np.ndarray]:
         """Of the parameters, shape (9,), and of the board's shape, shape (3,)."""
         n = len(self.parameters)
-        spread = [np.sqrt((n - 1) / n * np.sum((v - v.mean(axis=0)) ** 2, axis=0)) for v in (self.parameters, self.shapes)]
+        spread = [
+            np.sqrt((n - 1) / n * np.sum((v - v.mean(axis=0)) ** 2, axis=0)) for v in (self.parameters, self.shapes)
+        ]
         return spread[0], spread[1]
 
 
@@ -101,8 +103,10 @@ def calibrate(observations: Observations) -> Calibration:
     left_out += disagreeing
     refuse_few(len(kept), left_out)
     views, seen = [views[i] for i in kept.tolist()], seen.of(kept)
-    refuse_undetermined(fitted)
     of_corners = corner_noise(seen)
+    # what is hopeless needs no choice of models
+    refuse_unexplained(fitted, None, observations.image_size, disagreeing)
+    refuse_undetermined(fitted)
     choice, fits = choose(seen, fitted, noise_of(fitted))
     full = fits[_FULLEST, choice.chosen.board]
     about = noise_of(full) if of_corners is None else min(of_corners, noise_of(full))
@@ -168,9 +172,7 @@ def _result(
     ]
     pictures.sort(key=lambda picture: picture.name)
     board_sigma = np.maximum(np.sqrt(np.diag(fitted.shape_covariance)), board_jackknife)
-    beside = cross_check(
-        views, observations.image_size, fitted.free, fitted.parameters, np.sqrt(np.diag(covariance))
-    )
+    beside = cross_check(views, observations.image_size, fitted.free, fitted.parameters, np.sqrt(np.diag(covariance)))
     notes = [
         *observations.notes,
         *bad_corners(views, seen, fitted),
@@ -267,7 +269,8 @@ def _board_notes(shape: BoardShape, sigma: np.ndarray) -> list[str]:
         words.append(f"with rows {100 * shape.values[i]:+.2f} +- {100 * sigma[i]:.2f} % apart")
     if shape.model.offsets:
         away = 1e3 * np.sqrt(np.mean(shape.offsets**2, axis=0))
+        plane = float(np.hypot(away[0], away[1]))
         words.append(
-            f"with corners off their places by {np.hypot(away[0], away[1]):.2f} mm in the plane and {away[2]:.2f} mm out of it (rms)"
+            f"with corners off their places by {plane:.2f} mm in the plane and {away[2]:.2f} mm out of it (rms)"
         )
     return [f"the board is estimated {', '.join(words)}"] if words else []

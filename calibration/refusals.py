@@ -46,7 +46,7 @@ def refuse_unexplained(
 ) -> None:
     """Raises Refused where the corners are further from any camera than corner finding can be.
 
-    `noise`: of corner finding, one coordinate, px, None where unknown.
+    `noise`: of corner finding, one coordinate, px; where unknown, only what no corner finding leaves is refused.
     """
     most = max(1.0, 4e-4 * float(np.hypot(*image_size)))  # px; corner finding leaves 0.05 to 0.5 px
     limit = most if noise is None else float(np.clip(_ABOVE_NOISE * np.sqrt(2) * noise, 0.35 * most, most))

@@ -55,7 +55,9 @@ def test_normal_equations_are_those_of_finite_differences(model: str):
     size = np.concatenate([np.full(9, 1e-5), np.full(numbers - 9, 1e-6), np.full(6, 1e-6)])
     for view in range(2):
         steps = np.diag(size)
-        J = np.stack([(residuals(d, view) - residuals(-d, view)) / (2 * h) for d, h in zip(steps, size, strict=True)], 1)
+        J = np.stack(
+            [(residuals(d, view) - residuals(-d, view)) / (2 * h) for d, h in zip(steps, size, strict=True)], 1
+        )
         r = residuals(np.zeros(len(size)), view)
         numeric = np.column_stack([J, r]).T @ np.column_stack([J, r])
         dense = [*range(9 + len(shape.model.free)), *range(numbers, numbers + 7)]

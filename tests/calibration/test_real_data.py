@@ -12,12 +12,12 @@ import pytest
 from calibration import corners as corner_finding
 from calibration import lens
 from calibration.board import Charuco, Chessboard
-from calibration.bundle import fit, start
+from calibration.bundle import fit, start, without
 from calibration.corners import BoardView
 from calibration.estimation import calibrate
 from calibration.pictures import Picture, read_pictures
 from calibration.sightings import sightings
-from calibration.views import Observations, distinct_views, observe
+from calibration.views import distinct_views, observe
 from tests.calibration.truth import DATA
 
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"no real data in {DATA}")
@@ -112,3 +112,31 @@ def test_caliscope_video_of_an_inverted_board():
     assert result.rms_px < 0.3
     assert any("no corners in these ninths" in note for note in result.notes)
 
+
+@pytest.mark.parametrize("name", ["left", "sony"])
+def test_halves_of_a_set_differ_by_what_their_sigmas_say(name: str):
+    if name == "left":
+        observations = observe(left_pictures(), LEFT)
+    else:
+        files = sorted((DATA / "boofcv_mono_Sony_DSC-HX5V_Chess").glob("frame*.jpg"))
+        observations = observe(read_pictures(files), Chessboard(kind="chessboard", columns=6, rows=4, square=0.03))
+    whole = calibrate(observations)
+    seen = sightings(whole.views)
+    rng = np.random.default_rng(0)
+    jackknife, plain = [], []
+    for _ in range(8):
+        order = rng.permutation(len(whole.views))
+        found = []
+        for part in (order[: len(order) // 2], order[len(order) // 2 :]):
+            half = fit(
+                seen.of(part), whole.camera.parameters, whole.poses.of(part), whole.free, whole.board,
+                whole.board.model, whole.noise_px, iterations=10,
+            )  # fmt: skip
+            without_one = np.array([p for p, _ in without(half, [np.array([i]) for i in range(len(part))])])
+            spread = np.sqrt((len(part) - 1) ** 2 / len(part)) * np.std(without_one, axis=0, ddof=1)
+            found.append((half.parameters[:4], spread[:4], np.sqrt(np.diag(half.covariance))[:4]))
+        apart = found[0][0] - found[1][0]
+        jackknife.append(apart / np.hypot(found[0][1], found[1][1]))
+        plain.append(apart / np.hypot(found[0][2], found[1][2]))
+    assert 0.6 < np.sqrt(np.mean(np.square(jackknife))) < 1.3
+    assert np.sqrt(np.mean(np.square(plain))) > 2, "least squares alone is too sure of itself"
