@@ -94,10 +94,13 @@ def offset_basis(nominal: np.ndarray) -> np.ndarray:
     x, y = (nominal[:, :2] - nominal[:, :2].mean(axis=0)).T / max(float(np.ptp(nominal[:, :2])), 1e-12)
     one, zero = np.ones_like(x), np.zeros_like(x)
     pairs = ((one, zero), (zero, one), (x, zero), (y, zero), (zero, x), (zero, y), (x * x, x * y), (x * y, y * y))
-    fixed = [np.stack([a, b, zero], axis=1).ravel() for a, b in pairs]
-    fixed += [np.stack([zero, zero, a], axis=1).ravel() for a in (one, x, y)]
-    full, _ = np.linalg.qr(np.array(fixed).T, mode="complete")
-    return full[:, len(fixed) :]
+    c = len(x)
+    plane, _ = np.linalg.qr(np.array([np.concatenate(pair) for pair in pairs]).T, mode="complete")
+    out, _ = np.linalg.qr(np.column_stack([one, x, y]), mode="complete")
+    basis = np.zeros((c, 3, 3 * c - 11))
+    basis[:, :2, : 2 * c - 8] = plane[:, 8:].reshape(2, c, -1).transpose(1, 0, 2)
+    basis[:, 2, 2 * c - 8 :] = out[:, 3:]
+    return basis.reshape(3 * c, -1)
 
 
 def offset_sigma(nominal: np.ndarray) -> np.ndarray:

@@ -221,11 +221,6 @@ class _Problem:
         """The same of the board's three numbers, shape (3,)."""
         return ((self.noise or 0.0) / np.array(board_shape.NUMBER_SIGMA)) ** 2
 
-    @cached_property
-    def basis(self) -> np.ndarray:
-        """Of the offsets, shape (3 c, b)."""
-        return board_shape.offset_basis(self.sightings.nominal)
-
     def residuals(self, p: np.ndarray, points: np.ndarray, poses: Poses) -> np.ndarray:
         return _residuals(self.sightings, p, points, poses)
 
@@ -263,7 +258,9 @@ class _Problem:
             return _Normal(products, weight, believed)
         E = (root * by_board).transpose(0, 1, 3, 2)
         own = E @ E.transpose(0, 1, 3, 2)
-        return _Normal(products, weight, believed, E @ all_of, own, self.precision, shape.offsets, self.basis)
+        return _Normal(
+            products, weight, believed, E @ all_of, own, self.precision, shape.offsets, self.sightings.offset_basis
+        )
 
     def moved(self, p: np.ndarray, shape: BoardShape, step: np.ndarray) -> tuple[np.ndarray, BoardShape]:
         return _moved(p, shape, step, self.free)
@@ -279,7 +276,8 @@ class _Problem:
             # an offset counts by how much of it the pictures decide
             decided = 0.0
             if self.model.offsets:
-                believed = (self.basis.T * np.tile(self.precision, seen.shape[1])) @ self.basis
+                basis = self.sightings.offset_basis
+                believed = (basis.T * np.tile(self.precision, seen.shape[1])) @ basis
                 decided = len(believed) - float(np.sum(believed * inverse[shared:, shared:]))
             freedom = max(2 * corners - shared - 6 * n - decided, 1.0)
             felt = np.minimum(distances[seen], self.knee)

@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from calibration.board_shape import offset_basis
 from calibration.corners import BoardView
 
 
@@ -20,6 +22,11 @@ class Sightings:
     def of(self, index: np.ndarray | Sequence[int]) -> "Sightings":
         """Some of the views."""
         return Sightings(self.ids, self.nominal, self.pixels[index], self.seen[index])
+
+    @cached_property
+    def offset_basis(self) -> np.ndarray:
+        """Of free offsets of the corners, shape (3 c, 3 c - 11)."""
+        return offset_basis(self.nominal)
 
     @property
     def counts(self) -> np.ndarray:

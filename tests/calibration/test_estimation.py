@@ -1,6 +1,7 @@
 """Recovery, honest error bars, and a refusal wherever the views cannot tell."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,9 @@ from tests.calibration.truth import CAMERA, SIZE, bowed, synthetic_views
 from xneck.errors import Refused
 
 CORNERS = Chessboard(kind="chessboard", columns=8, rows=6, square=0.025).corners
+
+CENTRED = np.where(np.isin(np.arange(9), (6, 7)), 0.0, CAMERA)
+"""so that any lens model to choose from holds: a jackknife knows nothing of one that does not"""
 
 
 def seen(views: list[BoardView], left_out: tuple[LeftOut, ...] = ()) -> Observations:
@@ -45,12 +49,12 @@ def spread(**how) -> tuple[float, float]:
 
 @pytest.fixture(scope="module")
 def thirty() -> list[Calibration]:
-    """Flat boards; a good part of the noise is alike for neighbouring corners of a view."""
-    return [calibrate(seen(views(seed, noise_px=0.06, common_px=0.06))) for seed in range(30)]
+    """Flat boards; a good part of the noise is alike for neighbouring corners of a view; no tangential distortion."""
+    return [calibrate(seen(views(seed, noise_px=0.06, common_px=0.06, parameters=CENTRED))) for seed in range(30)]
 
 
 def test_error_bars_hold_for_noise_that_neighbours_share(thirty: list[Calibration]):
-    errors = np.array([(result.camera.parameters - CAMERA)[:4] for result in thirty])
+    errors = np.array([(result.camera.parameters - CENTRED)[:4] for result in thirty])
     reported = [np.sqrt(np.diag(result.camera.covariance))[:4] for result in thirty]  # type: ignore[arg-type]
     z = {
         "reported": errors / reported,
@@ -169,7 +173,7 @@ def test_a_single_bad_corner_is_named_and_its_view_stays():
     result = calibrate(seen([*good[:4], replace(good[4], image_points=points), *good[5:]]))
     assert len(result.views) == 15
     (note,) = [note for note in result.notes if "counted for little" in note]
-    assert note.startswith("view 04: corner 17 up to 5")
+    assert re.match(r"view 04: corner 17 up to (4\.[89]|5\.[0-2]) px off", note), "5 px, and what the noise adds"
     clean = calibrate(seen(good))
     away = (result.camera.parameters - clean.camera.parameters)[:4]
     assert np.all(np.abs(away) < 0.5 * clean.sigma_least_squares[:4])
