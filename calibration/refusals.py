@@ -19,6 +19,9 @@ _RADIAL_F = 5.0
 """variance ratio from which on errors depend on the distance from the middle: real sets have up to 2.2, an equidistant lens
 of 120 degrees 8 to 16, of 135 degrees 150 and more"""
 
+_RADIAL_NOISE = 0.5
+"""such errors over the noise of a corner: 130 degrees leave 0.5, 135 degrees 0.66"""
+
 
 def tilt_of(poses: Poses) -> float:
     """The largest angle between the planes of two boards, rad."""
@@ -49,7 +52,7 @@ def refuse_unexplained(
     `noise`: of corner finding, one coordinate, px; where unknown, only what no corner finding leaves is refused.
     """
     most = max(1.0, 4e-4 * float(np.hypot(*image_size)))  # px; corner finding leaves 0.05 to 0.5 px
-    limit = most if noise is None else float(np.clip(_ABOVE_NOISE * np.sqrt(2) * noise, 0.35 * most, most))
+    limit = most if noise is None else float(np.clip(_ABOVE_NOISE * np.sqrt(2) * noise, 0.25 * most, most))
     error = float(np.sqrt(np.mean(fitted.robust_rms_views**2)))
     if error <= limit:
         return
@@ -85,13 +88,13 @@ def refuse_undetermined(fitted: Fit) -> None:
 def refuse_fisheye(full: Fit, sightings: Sightings, residuals: np.ndarray, noise: float) -> str | None:
     """A note where what the fullest lens model leaves still depends on the distance from the middle.
 
-    Raises Refused where it does so by more than the noise of one corner: a fisheye in a pinhole's clothes.
+    Raises Refused where it does so by more than half the noise of one corner: a fisheye in a pinhole's clothes.
     residuals: shape (n, c, 2), px; `noise` of one coordinate, px.
     """
-    amplitude, ratio = _radial(full, sightings, residuals)
-    if ratio <= _RADIAL_F:
+    amplitude, ratio, common = _radial(full, sightings, residuals)
+    if ratio <= _RADIAL_F or not common:
         return None
-    if amplitude > noise:
+    if amplitude > _RADIAL_NOISE * noise:
         raise Refused(
             "pictures",
             f"the corners' errors depend on their distance from the middle ({amplitude:.2f} px rms, {ratio:.0f} times chance)"
@@ -104,14 +107,21 @@ def refuse_fisheye(full: Fit, sightings: Sightings, residuals: np.ndarray, noise
     )
 
 
-def _radial(full: Fit, sightings: Sightings, residuals: np.ndarray) -> tuple[float, float]:
-    """What a smooth function of the distance explains of the errors along it: px rms, and variance over chance's."""
+def _radial(full: Fit, sightings: Sightings, residuals: np.ndarray) -> tuple[float, float, bool]:
+    """What a smooth function of the distance explains of the errors along it: px rms, variance over chance's, and whether
+    views predict it for one another (the lens did it) or each has its own (something moved between them)."""
     seen = sightings.seen
     away = sightings.pixels[seen] - full.parameters[2:4]
     radius = np.linalg.norm(away, axis=1)
-    outward = np.sum(residuals[seen] * away, axis=1) / np.maximum(radius, 1.0)
-    outward = np.clip(outward, -full.knee, full.knee)
+    outward = np.clip(np.sum(residuals[seen] * away, axis=1) / np.maximum(radius, 1.0), -full.knee, full.knee)
     terms = np.polynomial.chebyshev.chebvander(2 * radius / max(float(radius.max()), 1.0) - 1, _RADIAL_TERMS - 1)
     fitted = terms @ np.linalg.lstsq(terms, outward, rcond=None)[0]
     left = np.sum((outward - fitted) ** 2) / max(len(outward) - _RADIAL_TERMS, 1)
-    return float(np.sqrt(np.mean(fitted**2))), float(np.sum(fitted**2) / _RADIAL_TERMS / max(left, 1e-18))
+    view_of = np.nonzero(seen)[0]
+    gains = np.empty(len(seen))
+    for view in range(len(seen)):
+        own = view_of == view
+        others = np.linalg.lstsq(terms[~own], outward[~own], rcond=None)[0]
+        gains[view] = np.mean(outward[own] ** 2 - (outward[own] - terms[own] @ others) ** 2)
+    common = bool(np.mean(gains) > 2 * np.std(gains, ddof=1) / np.sqrt(len(gains)))
+    return float(np.sqrt(np.mean(fitted**2))), float(np.sum(fitted**2) / _RADIAL_TERMS / max(left, 1e-18)), common

@@ -87,7 +87,7 @@ class TestBowedBoard:
             np.testing.assert_allclose(result.camera.parameters[:2], CAMERA[:2], atol=1.0)
             np.testing.assert_allclose(result.board.bow, [0.0005, 0.0], atol=5e-5)
             z.append((result.board.bow - [0.0005, 0.0]) / result.board_sigma[:2])
-            assert any("the board is estimated bowed by 0.5" in note for note in result.notes)
+            assert any(re.search(r"the board is estimated bowed by 0\.(4[5-9]|5[0-5]) ", note) for note in result.notes)
         assert 0.4 < np.sqrt(np.mean(np.square(z))) < 1.8
 
     def test_believed_flat_the_focal_length_is_off_by_many_sigmas(self):
@@ -340,14 +340,14 @@ class TestRefuses:
         with pytest.raises(Refused, match="fisheye"):
             calibrate(seen(fisheye(degrees)))
 
-    def test_a_zoom_between_pictures(self):
-        # half of the pictures 8 % longer: poses hide most of it, and 1 px would be allowed if noise did not tell
+    def test_a_lens_that_changed_between_pictures(self):
+        # every other picture with another distortion: 1 px would be allowed if the noise did not tell
         zoomed = views(1, noise_px=0.03)
         middle = CAMERA[2:4]
         for i in range(0, 15, 2):
             at = zoomed[i].image_points
             r2 = np.sum((at - middle) ** 2, axis=1, keepdims=True) / 320**2
-            zoomed[i] = replace(zoomed[i], image_points=middle + (at - middle) * (1.0 + 0.02 * r2))
+            zoomed[i] = replace(zoomed[i], image_points=middle + (at - middle) * (1.0 + 0.06 * r2))
         with pytest.raises(
             Refused, match=r"explains the corners: 0\.\d\d px rms, where the noise of the corners is 0\.04"
         ):
