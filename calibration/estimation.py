@@ -21,7 +21,14 @@ from calibration.choice import Candidate, Choice, choose
 from calibration.corner_noise import corner_noise
 from calibration.corners import BoardView
 from calibration.cross_check import CrossCheck, cross_check
-from calibration.refusals import refuse_few, refuse_fisheye, refuse_undetermined, refuse_unexplained, tilt_of
+from calibration.refusals import (
+    refuse_few,
+    refuse_fisheye,
+    refuse_undetermined,
+    refuse_unexplained,
+    refuse_unsettled,
+    tilt_of,
+)
 from calibration.sightings import Sightings, sightings
 from calibration.views import LeftOut, Observations
 from xneck.errors import Refused
@@ -116,6 +123,7 @@ def calibrate(observations: Observations) -> Calibration:
     # the noise about the chosen model, not about the first guess at it, sets the knee of the loss
     one = choice.fit
     chosen = fit(seen, one.parameters, one.poses, one.free, one.shape, one.shape.model, noise_of(one))
+    refuse_unsettled(chosen)
     rivals = np.array([fits[rival.lens, rival.board].parameters for rival in choice.rivals()]).reshape(-1, 9)
     return _result(observations, views, seen, left_out, choice, chosen, rivals - one.parameters, of_corners, wide)
 

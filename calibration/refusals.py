@@ -77,10 +77,20 @@ def refuse_undetermined(fitted: Fit) -> None:
         )
     focal = fitted.parameters[:2]
     sigma = np.sqrt(np.diag(fitted.covariance))[:2]
-    if np.any(focal <= 0) or np.any(sigma > _MAX_FOCAL_SIGMA * focal) or not fitted.converged:
+    if np.any(focal <= 0) or np.any(sigma > _MAX_FOCAL_SIGMA * focal):
         raise Refused(
             "pictures",
             f"the focal length is known to {100 * float(np.max(sigma / np.abs(focal))):.1f} % only",
+            "add views tilted by 20 to 40 degrees in different directions, near enough to fill the picture",
+        )
+
+
+def refuse_unsettled(fitted: Fit) -> None:
+    """Raises Refused where the least squares went on and on: some of what is estimated is not determined."""
+    if not fitted.converged:
+        raise Refused(
+            "pictures",
+            "the camera keeps changing while it is estimated",
             "add views tilted by 20 to 40 degrees in different directions, near enough to fill the picture",
         )
 
