@@ -102,7 +102,8 @@ def refuse_fisheye(full: Fit, sightings: Sightings, residuals: np.ndarray, noise
     residuals: shape (n, c, 2), px; `noise` of one coordinate, px.
     """
     amplitude, ratio, common = _radial(full, sightings, residuals)
-    if ratio <= _RADIAL_F or not common:
+    # a view at the very edge can spoil the prediction; lenses that moved between views give ratios up to 7
+    if ratio <= _RADIAL_F or not (common or ratio > 4 * _RADIAL_F):
         return None
     if amplitude > _RADIAL_NOISE * noise:
         raise Refused(
