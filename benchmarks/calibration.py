@@ -146,7 +146,7 @@ def _looks(p: Array) -> float:
     rays = np.column_stack([x.ravel(), y.ravel(), np.ones(x.size)])
     pixels = _project(rays, TRUTH)
     K = np.array([[p[0], 0, p[2]], [0, p[1], p[3]], [0, 0, 1.0]])
-    turn, shift = np.zeros(3), np.zeros(3)
+    turn, shift, left = np.zeros(3), np.zeros(3), np.zeros(2 * len(rays))
     for _ in range(10):
         predicted, J = cv2.projectPoints(rays, turn, shift, K, p[4:])
         left = (np.reshape(predicted, (-1, 2)) - pixels).ravel()
