@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from benchmarks import clock, extraction, growth, hard, real_markers, simulation
+from benchmarks import calibration, clock, extraction, growth, hard, real_markers, simulation
 from benchmarks.table import Table
 
 TOPICS = {
@@ -13,6 +13,7 @@ TOPICS = {
     "real_markers": real_markers.measure,
     "growth": growth.measure,
     "clock": clock.measure,
+    "calibration": calibration.measure,
     "simulation": simulation.measure,
 }
 

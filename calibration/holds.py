@@ -22,6 +22,7 @@ from calibration.bundle import DEFAULT_FREE, Fit, Poses, fit
 from calibration.camera import Camera, camera_from
 from calibration.corners import BoardView
 from calibration.projection import by_rotation, information
+from calibration.sightings import sightings
 from calibration.views import LeftOut, Observations
 from xneck.errors import Refused
 
@@ -83,14 +84,14 @@ def check_camera(camera: Camera, observations: Observations) -> Holds:
         return _without_fit(camera, "cannot tell", f"too few pictures: {why}", views, left_out)
     free = _free(camera)
     try:
-        refitted = fit(views, camera.parameters, poses, free)
+        refitted = fit(sightings(views), camera.parameters, poses, free)
         while (out := _disagreeing(refitted)) is not None and len(views) > max(
             MIN_VIEWS, 2 * len(observations.views) // 3
         ):
             left_out.append(LeftOut(views[out].name, f"disagrees with the others: {refitted.rms_views[out]:.2f} px"))
             views, poses = [*views[:out], *views[out + 1 :]], poses.of(np.delete(np.arange(len(views)), out))
-            refitted = fit(views, camera.parameters, poses, free)
-        fixed = fit(views, camera.parameters, poses, ())
+            refitted = fit(sightings(views), camera.parameters, poses, free)
+        fixed = fit(sightings(views), camera.parameters, poses, ())
         old = np.zeros((9, 9)) if camera.covariance is None else camera.covariance
         # from the camera as it was a single linear step: where the pictures tell little, an iterated one runs away
         comparison = _compare(camera, old, views, fixed, free)

@@ -54,7 +54,9 @@ def corner_errors(calibration: Calibration) -> tuple[np.ndarray, np.ndarray]:
     """Every corner used: where it was seen, and seen less predicted, both shape (n, 2), px."""
     pixels, errors = [], []
     for view, R, t in zip(calibration.views, calibration.poses.R, calibration.poses.t, strict=True):
-        predicted = calibration.camera.project(view.object_points @ R.T + t, np.zeros(3), np.zeros(3))
+        predicted = calibration.camera.project(
+            calibration.board.of(view.corner_ids) @ R.T + t, np.zeros(3), np.zeros(3)
+        )
         pixels.append(view.image_points)
         errors.append(view.image_points - predicted)
     return np.concatenate(pixels), np.concatenate(errors)

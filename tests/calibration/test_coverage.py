@@ -11,6 +11,7 @@ from calibration.corners import BoardView
 from calibration.coverage import cover, next_pictures
 from calibration.estimation import Calibration, calibrate
 from calibration.projection import projection_sigma
+from calibration.sightings import sightings
 from calibration.views import Observations
 from tests.calibration.truth import CAMERA, SIZE, poses, project, synthetic_views
 
@@ -62,8 +63,8 @@ def test_the_advised_picture_helps_as_promised_and_more_than_a_repeat():
             pixels = project(CORNERS, R, t) + NOISE * rng.normal(size=(len(CORNERS), 2))
             more = [*found.views, BoardView("new", pixels, CORNERS, np.arange(len(CORNERS)))]
             together = Poses(np.concatenate([found.poses.R, R[None]]), np.concatenate([found.poses.t, t[None]]))
-            result.append(fit(more, found.camera.parameters, together, found.free))
-        plain = fit(found.views, found.camera.parameters, found.poses, found.free)
+            result.append(fit(sightings(more), found.camera.parameters, together, found.free))
+        plain = fit(sightings(found.views), found.camera.parameters, found.poses, found.free)
         rms = [
             float(
                 np.sqrt(
