@@ -67,9 +67,10 @@ def test_opencv_left_with_the_window_that_damages_left02(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(corner_finding, "fit_saddles", eleven)
     result = calibrate(observe(left_pictures(), LEFT))
-    (out,) = [picture for picture in result.pictures if not picture.used]
-    assert out.name == "left02.jpg"
-    assert "disagrees" in out.why
+    # a column of its corners is pulled off by up to 5 px: these, not the picture, are left out
+    assert any("left02.jpg: corners 8, 17, 26" in note and "counted for little" in note for note in result.notes)
+    by_view = {picture.name: picture.rms_px or 0.0 for picture in result.pictures}
+    assert max(by_view, key=by_view.__getitem__) == "left02.jpg"
     assert result.camera.K[0, 0] == pytest.approx(533.0, abs=1.5)
 
 
@@ -78,11 +79,11 @@ def test_sony_chessboard():
     observations = observe(read_pictures(files), Chessboard(kind="chessboard", columns=6, rows=4, square=0.03))
     result = calibrate(observations)
     assert len(result.views) == 13
-    # published without tangential distortion
+    # published without tangential distortion, from another corner finder; sigma of the focal length is 7.6 px
     assert result.lens == "k1 k2"
-    np.testing.assert_allclose(result.camera.parameters[:2], [701.01, 698.65], atol=0.5)
+    np.testing.assert_allclose(result.camera.parameters[:2], [701.01, 698.65], atol=1.5)
     flat = next(c for c in result.candidates if c.board == "rigid" and c.lens == "k1 k2")
-    np.testing.assert_allclose([flat.fx, flat.fy], [701.01, 698.65], atol=0.5)
+    np.testing.assert_allclose([flat.fx, flat.fy], [701.01, 698.65], atol=1.5)
 
 
 def test_zhang_1998():
