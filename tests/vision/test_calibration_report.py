@@ -21,7 +21,7 @@ from vision.report.calibration_page import sentence
 from xneck.provenance import provenance
 
 NASTY = "<script>alert(1)</script>"
-SECTIONS = ("sigma", "next", "coverage", "residuals", "parameters", "pictures", "inputs")
+SECTIONS = ("sigma", "next", "coverage", "residuals", "parameters", "models", "pictures", "inputs")
 BOARD = Chessboard(kind="chessboard", columns=8, rows=6, square=0.025)
 
 

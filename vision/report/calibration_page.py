@@ -51,6 +51,8 @@ def page(result: CalibrationResult) -> str:
             head=head(result),
             parameters=parameter_rows(found),
             pictures=picture_rows(result),
+            models=model_rows(found),
+            board_shape=shape_in_words(found),
             arm_rows=arm_rows(result.arm) if result.arm else None,
             inputs=[
                 (role, entry["file"], size_of(entry["bytes"]), entry["sha256"])
@@ -107,7 +109,7 @@ def head(result: CalibrationResult) -> list[Figure]:
 
 
 def parameter_rows(found: Calibration) -> list[tuple[str, ...]]:
-    """Name, value with the reported sigma, sigma of least squares, of the jackknife, unit."""
+    """Name, value with the reported sigma, sigma of least squares, of the jackknife, OpenCV's value, unit."""
     assert found.camera.covariance is not None
     reported = np.sqrt(np.diag(found.camera.covariance))
     out = []
@@ -118,8 +120,36 @@ def parameter_rows(found: Calibration) -> list[tuple[str, ...]]:
             sigmas = [number(float(s[k]), 2) for s in (found.sigma_least_squares, found.sigma_jackknife)]
         else:
             text, sigmas = f"{number(value)} (held fixed)", ["–", "–"]
-        out.append((name, text, *sigmas, unit))
+        beside = "–" if found.cross_check is None else number(float(found.cross_check.parameters[k]))
+        out.append((name, text, *sigmas, beside, unit))
     return out
+
+
+def model_rows(found: Calibration) -> list[tuple[str, ...]]:
+    """Lens, board, numbers estimated, focal length, errors, and whether it was taken; simplest first."""
+    return [
+        (
+            c.lens,
+            c.board,
+            str(c.free),
+            f"{(c.fx + c.fy) / 2:.2f}",
+            f"{c.rms_px:.3f}",
+            f"{c.held_out_rms_px:.3f}",
+            "taken" if c.chosen else "as good" if c.excess <= c.excess_error else "",
+        )
+        for c in found.candidates
+    ]
+
+
+def shape_in_words(found: Calibration) -> str:
+    """What the chosen board's shape is."""
+    if found.board.model.name == "rigid":
+        return "The board is taken as flat and printed as described: nothing else predicts pictures held out better."
+    bow = 1e3 * found.board.bow
+    return (
+        f"The board is estimated along with the camera ({found.board.model.name}): it bows by {number(float(bow[0]), 2)} mm "
+        f"along x and {number(float(bow[1]), 2)} mm along y. Believed flat, it would have bent the lens."
+    )
 
 
 def picture_rows(result: CalibrationResult) -> list[tuple[str, ...]]:
