@@ -63,7 +63,7 @@ def plates(alpha: NDArray[np.float64], neck: dict[str, Any]) -> list[tuple[Patte
     bars = linkage.solve(alpha, L, b)
     found = []
     for on in markers["on_bars"]:
-        if "diagonal" in on:
+        if on.get("diagonal"):
             middle, turn = linkage.diagonal(bars, b, on["diagonal"])
         else:
             middle, turn = bars.middle[on["bar"]], float(bars.orientation[on["bar"]])

@@ -204,7 +204,9 @@ def test_a_camera_that_was_read_is_told_from_one_that_was_calibrated(result: Res
     given = replace(result.recording, camera=tmp_path / "lab.yaml")
     write_report(replace(result, calibration=None, recording=given), tmp_path / "read.html")
     text = Elements((tmp_path / "read.html").read_text(encoding="utf-8")).text
-    assert "Read from lab.yaml: 1280 × 720 px, 0.137 px RMS for pictures held out" in text
+    assert result.calibration is not None
+    held_out = f"{result.calibration.held_out_rms_px:.3f}"
+    assert f"Read from lab.yaml: 1280 × 720 px, {held_out} px RMS for pictures held out" in text
     assert "Calibrated from" not in text
 
 
