@@ -55,7 +55,7 @@ class Law:
 
 @dataclass(frozen=True)
 class Frames:
-    """Frames with all angles: camera time (F,), s; alpha (F, N), rad; winding w and its Jacobian by alpha; variances."""
+    """Frames with all angles: camera time (F,), s; alpha and its sigma (F, N), rad; what the cables make of them."""
 
     time: Array
     alpha: Array
@@ -64,13 +64,24 @@ class Frames:
     """-(l(alpha) - l(0)), (F, M), m"""
     Z: Array
     """(F, N, M), m/rad"""
+    solver: Array
+    """(F, N, M): turns of the joints that explain travels best, rad/m"""
+    by_model: Array
+    """(F, N): their variance for travels of unit variance, rad^2/m^2"""
     middle: float
+    """camera time at which the offset holds, s"""
 
 
 def frames_of(arm: Arm, time: Array, alpha: Array, sigma: Array, middle: float) -> Frames:
     """Frames whose angles are all known."""
     winding = lengths(arm, np.zeros(arm.N)) - lengths(arm, alpha)
-    return Frames(time, alpha, sigma, winding, Z(arm, alpha), middle)
+    jacobian = Z(arm, alpha)
+    square = np.einsum("fij,fkj->fik", jacobian, jacobian)
+    # more joints than cables leave a turn that moves none: the ridge keeps it at nothing
+    inverse = np.linalg.inv(square + 1e-9 * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(arm.N))
+    return Frames(
+        time, alpha, sigma, winding, jacobian, inverse @ jacobian, np.diagonal(inverse, axis1=1, axis2=2), middle
+    )
 
 
 @dataclass(frozen=True)
@@ -104,9 +115,7 @@ class Cables:
         if not self.law.damping:
             return np.zeros(len(own))
         powers = [p[f"g{k + 1}"] for k in range(self.law.powers)]
-        u = self._usual / NEWTON
-        slope = sum(k * g * u ** (k - 1) for k, g in enumerate(powers, 1)) / NEWTON
-        return np.clip(p["ca"] * NEWTON * slope, 0.0, LONGEST_LAG)
+        return np.clip(p["ca"] * NEWTON * _slope(powers, self._usual), 0.0, LONGEST_LAG)
 
     def start(self, frames: Frames, offset: float) -> Array:
         """Own parameters (M, K) from a linear fit of constant, force and friction."""
@@ -123,21 +132,29 @@ class Cables:
     def rows(self, frames: Frames, offset: float, skew: float, fv: Array, own: Array) -> Rows:
         """Travel less winding less elongation at every frame."""
         at = np.clip(frames.time + offset + skew * (frames.time - frames.middle), *self._span)
+        rows = self._rows(at, fv, own)
+        return Rows(rows.residual - frames.winding, rows.by_offset, rows.by_fv, rows.by_own)
+
+    def without_elongation(self, fv: Array, own: Array) -> CubicSpline:
+        """Travel less elongation over the log's time, (..., M), m: what the winding should be."""
+        time = self._curves.x
+        return CubicSpline(time, self._rows(time, fv, own).residual)
+
+    def _rows(self, at: Array, fv: Array, own: Array) -> Rows:
+        """Travel less elongation at log times (F,), s, with its slopes."""
         travel, n, d, v, *late = np.moveaxis(self._curves(at), -1, 0)
         travel_d, n_d, d_d, v_d, *_ = np.moveaxis(self._curves(at, 1), -1, 0)
         p = dict(zip(self.law.names, own.T, strict=True))
         h, ca = p["h"] * NEWTON, p.get("ca", np.zeros(len(own))) * NEWTON
         powers = [p[f"g{k + 1}"] for k in range(self.law.powers)]
         loose = n - h * d - fv * v
-        slope = sum(k * g * (loose / NEWTON) ** (k - 1) for k, g in enumerate(powers, 1)) / NEWTON
         # the curves lag by tau already; what is left of the damping is small and taken to first order
         loose_d = n_d - h * d_d - fv * v_d
-        x_d = slope * loose_d
+        x_d = _slope(powers, loose) * loose_d
         t = loose - ca * x_d + self.tau * loose_d
-        u = t / NEWTON
-        slope = sum(k * g * u ** (k - 1) for k, g in enumerate(powers, 1)) / NEWTON
-        x = p["c"] + sum(g * u**k for k, g in enumerate(powers, 1))
+        u, slope = t / NEWTON, _slope(powers, t)
         columns = {"c": np.ones_like(t)} | {f"g{k}": u**k for k in range(1, self.law.powers + 1)}
+        x = p["c"] + sum(g * columns[f"g{k}"] for k, g in enumerate(powers, 1))
         columns |= {"h": -slope * d * NEWTON, "ca": -slope * x_d * NEWTON}
         by_fv = -slope * v
         for k in range(len(self.law.creep)):
@@ -148,7 +165,22 @@ class Cables:
             columns["h"] = columns["h"] - share * d_c * NEWTON
             by_fv = by_fv - share * v_c
         by_own = -np.stack([columns[name] for name in self.law.names], axis=-1)
-        return Rows(travel - frames.winding - x, travel_d - x_d, -by_fv, by_own)
+        return Rows(travel - x, travel_d - x_d, -by_fv, by_own)
+
+
+def _slope(powers: list[Array], tension: Array) -> Array:
+    """dx/dt of the polynomial, m/N."""
+    u = tension / NEWTON
+    return np.asarray(sum(k * g * u ** (k - 1) for k, g in enumerate(powers, 1)) / NEWTON)
+
+
+def part_of(frames: Frames, kept: Array | slice) -> Frames:
+    """Some of the frames."""
+    arrays = {
+        name: getattr(frames, name)[kept]
+        for name in ("time", "alpha", "sigma", "winding", "Z", "solver", "by_model")
+    }
+    return Frames(**arrays, middle=frames.middle)
 
 
 def whitening(frames: Frames, model_error: float, scale: float = 1.0) -> Array:
@@ -162,10 +194,9 @@ def whitening(frames: Frames, model_error: float, scale: float = 1.0) -> Array:
 def errors_seen(frames: Frames, residual: Array) -> tuple[float, float]:
     """(model error in m, true over stated noise of the angles): what of the residuals no angles explain, and what they do."""
     n, m = frames.Z.shape[1:]
-    inverse = np.linalg.pinv(np.einsum("fij,fkj->fik", frames.Z, frames.Z))
-    turned = np.einsum("fik,fkj,fj->fi", inverse, frames.Z, residual)
+    turned = np.einsum("fij,fj->fi", frames.solver, residual)
     beside = residual - np.einsum("fij,fi->fj", frames.Z, turned)
     model = LEAST_ERROR if m <= n else max(float(np.sqrt(np.mean(np.sum(beside**2, axis=1)) / (m - n))), LEAST_ERROR)
-    by_model = model**2 * np.diagonal(inverse, axis1=1, axis2=2)
+    by_model = model**2 * frames.by_model
     square = float(np.mean((turned**2 - by_model) / frames.sigma**2))
     return model, float(np.sqrt(max(square, LEAST_SCALE**2)))

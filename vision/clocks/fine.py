@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mechanism.arm import Arm
 from vision.clocks.arm_equation import ArmRows, arm_rows
-from vision.clocks.cables import FIRST_ERROR, SKEW, Cables, Frames, Law, errors_seen, whitening
+from vision.clocks.cables import FIRST_ERROR, SKEW, Cables, Frames, Law, Rows, errors_seen, whitening
 from vision.clocks.signals import Signals
 
 Array = NDArray[np.float64]
@@ -73,11 +73,32 @@ class State:
 
 
 @dataclass(frozen=True)
+class System:
+    """The equations of a step: rows (R, P) of columns scaled by `size`, residuals and times of the rows, (J^T J + prior)^-1."""
+
+    J: Array
+    residual: Array
+    time: Array
+    inverse: Array
+    weight: Array
+    size: Array
+
+    def covariance(self, count: int) -> Array:
+        """Of the first `count` unknowns, with residuals free to be correlated within blocks of BLOCK seconds, (count, count)."""
+        block = ((self.time - self.time.min()) // BLOCK).astype(int)
+        order = np.argsort(block, kind="stable")
+        begins = np.flatnonzero(np.diff(block[order], prepend=-1))
+        scores = np.add.reduceat((self.J * self.residual[:, None])[order], begins, axis=0)
+        head = self.inverse[:count] / self.size[:count, None]
+        return head @ (scores.T @ scores + np.diag(self.weight)) @ head.T
+
+
+@dataclass(frozen=True)
 class Fit:
-    """A model's estimate: covariance of (offset, skew, fv), residuals of the cables (F, M), m."""
+    """A model's estimate, the equations of its last step, and the residuals of the cables (F, M), m."""
 
     state: State
-    covariance: Array
+    system: System
     residual: Array
 
 
@@ -89,6 +110,7 @@ class Fine:
     offset_sigma: float
     skew_sigma: float
     cables: Cables
+    frames: Frames
     models: int
     """how many of the ladder took part"""
 
@@ -96,7 +118,6 @@ class Fine:
 def fit_fine(arm: Arm, signals: Signals, frames: Frames, offset: float, fv: Array) -> Fine:
     """Offset (at the frames' middle) and skew, from a start within some 20 ms. fv (M,), N s/rad, NaN where not known."""
     start = Cables(signals, LADDER[0].law)
-    m, n = frames.winding.shape[1], arm.N
     state = State(
         offset,
         0.0,
@@ -105,7 +126,7 @@ def fit_fine(arm: Arm, signals: Signals, frames: Frames, offset: float, fv: Arra
         np.zeros(0),
         FIRST_ERROR,
         1.0,
-        np.full(n, np.inf),
+        np.full(arm.N, np.inf),
     )
     first, cables = _settle(arm, signals, frames, state, LADDER[0], start, None, fv)
     rows = _rows(arm, signals, frames, first.state, LADDER[0])
@@ -115,18 +136,26 @@ def fit_fine(arm: Arm, signals: Signals, frames: Frames, offset: float, fv: Arra
         state = replace(reported.state, own=_carried(reported.state.own, LADDER[0].law, model.law))
         other = cables if model.law == LADDER[0].law else Cables(signals, model.law, cables.tau)
         changed = rows if model.joint_width == LADDER[0].joint_width else rows.with_width(model.joint_width)
-        fit, _ = _settle(arm, signals, frames, state, model, other, changed, fv, rounds=4)
+        fit, _ = _settle(arm, signals, frames, state, model, other, changed, fv, rounds=2)
         if _unexplained(fit.state) < AS_WELL * _unexplained(reported.state):
             others.append(fit)
     spread = [
         float(np.std([getattr(fit.state, name) for fit in (reported, *others)], ddof=1)) if others else 0.0
         for name in ("offset", "skew")
     ]
-    own = np.sqrt(np.diag(reported.covariance)[:2])
-    assert m == len(reported.state.fv)
+    own = np.sqrt(np.diag(reported.system.covariance(2))) * [1.0, SKEW]
     return Fine(
-        reported, float(np.hypot(own[0], spread[0])), float(np.hypot(own[1], spread[1])), cables, 1 + len(others)
+        reported, float(np.hypot(own[0], spread[0])), float(np.hypot(own[1], spread[1])), cables, frames, 1 + len(others)
     )
+
+
+def fit_window(arm: Arm, signals: Signals, frames: Frames, offset: float, fv: Array) -> tuple[Fit, Cables]:
+    """A first fit to few frames: linear cables with friction, and the offset around frames.middle."""
+    model = Model(Law(powers=1, creep=(), damping=False))
+    cables = Cables(signals, model.law)
+    own = cables.start(frames, offset)
+    state = State(offset, 0.0, np.nan_to_num(fv), own, np.zeros(0), FIRST_ERROR, 1.0, np.full(arm.N, np.inf))
+    return _settle(arm, signals, frames, state, model, cables, None, fv, locked=True)
 
 
 def _unexplained(state: State) -> float:
@@ -157,34 +186,37 @@ def _settle(
     rows: ArmRows | None,
     fv: Array,
     rounds: int = ROUNDS,
+    locked: bool = False,
 ) -> tuple[Fit, Cables]:
-    """Gauss-Newton steps; weights, and the curves' lag, follow the estimate."""
+    """Gauss-Newton steps; weights, and the curves' lag, follow the estimate. With `locked` the skew stays."""
     shrink = np.ones(len(frames.time))
-    lagged = 0
+    found, lagged, last = cables.rows(frames, state.offset, state.skew, state.fv, state.own), 0, None
     for step in range(rounds):
         whiten = whitening(frames, state.model_error, state.scale) * shrink[:, None, None]
         before = state.offset
-        state, covariance = _step(frames, state, model, cables, rows, whiten, fv)
-        residual = cables.rows(frames, state.offset, state.skew, state.fv, state.own).residual
-        error, scale = errors_seen(frames, residual)
-        size = np.sqrt(np.mean(np.einsum("fij,fj->fi", whiten, residual) ** 2, axis=1)) / shrink
+        state, last = _step(frames, state, model, found, rows, whiten, fv, 1e-9 if locked else np.inf)
+        found = cables.rows(frames, state.offset, state.skew, state.fv, state.own)
+        error, scale = errors_seen(frames, found.residual)
+        size = np.sqrt(np.mean(np.einsum("fij,fj->fi", whiten, found.residual) ** 2, axis=1)) / shrink
         shrink = np.minimum(1.0, OUTLIER / np.maximum(size / max(np.median(size), 1e-9), 1e-9)) if step else shrink
         state = replace(state, model_error=error, scale=scale)
         tau = cables.lag(state.own)
         if lagged < 2 and step and np.max(np.abs(tau - cables.tau)) > 3e-4:
             cables, lagged = Cables(signals, model.law, tau), lagged + 1
+            found = cables.rows(frames, state.offset, state.skew, state.fv, state.own)
         elif step > 1 and abs(state.offset - before) < TOLERANCE:
             break
-    return Fit(state, covariance, residual), cables
+    assert last is not None
+    return Fit(state, last, found.residual), cables
 
 
 def _step(
-    frames: Frames, state: State, model: Model, cables: Cables, rows: ArmRows | None, whiten: Array, fv: Array
-) -> tuple[State, Array]:
-    """One step on all unknowns: (offset, skew, fv, own, joints); and the block-robust covariance of the first of them."""
+    frames: Frames, state: State, model: Model, found: Rows, rows: ArmRows | None, whiten: Array, fv: Array,
+    skew_sigma: float,
+) -> tuple[State, System]:
+    """One step on all unknowns: (offset, skew, fv, own, joints), and the equations it solved."""
     f, m = frames.winding.shape
     k = state.own.shape[1]
-    found = cables.rows(frames, state.offset, state.skew, state.fv, state.own)
     common = 2 + m + m * k
     J = np.zeros((f, m, common))
     J[..., 0] = found.by_offset
@@ -200,8 +232,8 @@ def _step(
         fv_sigma = np.where(known, FV_TRUST * np.abs(fv), 1e-9)
     else:
         fv_sigma = np.where(known, np.maximum(FV_TRUST * np.abs(fv), 1e-6), FV_WIDE)
-    centre = np.concatenate([np.zeros(2), np.where(known, np.nan_to_num(fv), 0.0), np.zeros(m * k)])
-    prior = np.concatenate([np.full(2, np.inf), np.maximum(fv_sigma, 1e-9), np.tile(model.law.wide, m)])
+    centre = np.concatenate([[0.0, state.skew / SKEW], np.where(known, np.nan_to_num(fv), 0.0), np.zeros(m * k)])
+    prior = np.concatenate([[np.inf, skew_sigma / SKEW], np.maximum(fv_sigma, 1e-9), np.tile(model.law.wide, m)])
     joints = state.joints
     torque_error = state.torque_error
     if rows is not None:
@@ -235,12 +267,6 @@ def _step(
     # unknowns that nothing excites keep their place: a millionth of the data's weight holds them
     inverse = np.linalg.inv(J.T @ J + np.diag(weight + 1e-12))
     move = -inverse @ (J.T @ r + weight * size * (now - centre)) / size
-    block = ((time - time.min()) // BLOCK).astype(int)
-    scores = np.zeros((block.max() + 1, len(size)))
-    np.add.at(scores, block, J * r[:, None])
-    head = inverse[: 2 + m] / size[: 2 + m, None]
-    covariance = head @ (scores.T @ scores + np.diag(weight)) @ head.T
-    unit = np.concatenate([[1.0, SKEW], np.ones(m)])
     after = now + move
     return (
         replace(
@@ -252,5 +278,5 @@ def _step(
             joints=after[common:] if rows is not None else state.joints,
             torque_error=torque_error,
         ),
-        covariance * np.outer(unit, unit),
+        System(J, r, time, inverse, weight, size),
     )
