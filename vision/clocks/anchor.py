@@ -84,6 +84,11 @@ def fit_anchor(edges: Array, first_on: bool, frame_time: Array, brightness: Arra
         centre = np.where(sigma > 0.5 * step, mean, [o[best[0]], s[best[1]]])
         half = np.maximum(6 * sigma, 4 * step)
         offset, skew = centre[0] + half[0] * np.array([-1, 1]), centre[1] + half[1] * np.array([-1, 1])
+    # frames that an edge fell into show whether brightness follows the exposure as said
+    share = lit(edges, first_on, time + mean[0] + mean[1] * (time - middle), exposure)
+    partly = (share > 0.02) & (share < 0.98)
+    misfit = float(np.mean(((level - share)[partly] / noise) ** 2)) if partly.sum() > 3 else 1.0
+    sigma = sigma * np.sqrt(max(misfit, 1.0))
     return Anchor(float(mean[0]), float(sigma[0]), float(mean[1]), float(sigma[1]), middle, int(at.sum()))
 
 

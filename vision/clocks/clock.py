@@ -14,11 +14,11 @@ from identification.series import Series
 from mechanism.arm import Arm
 from mechanism.cable_lengths import lengths
 from vision.angles import Angles
-from vision.clocks.anchor import Anchor
+from vision.clocks.anchor import Anchor, edges_of, fit_anchor
 from vision.clocks.cables import Frames, frames_of, part_of, whitening
 from vision.clocks.coarse import MIN_OVERLAP, RATE, Match, Speeds, match, nearby, speeds
 from vision.clocks.fine import Fine, fit_fine, fit_window
-from vision.clocks.labels import check_labels
+from vision.clocks.labels import check_alternatives, check_labels
 from vision.clocks.log_gaps import Mended, mend
 from vision.clocks.signals import Signals, signals_of
 from vision.clocks.slips import Slips, decode, locked_skew, slips_of
@@ -37,6 +37,8 @@ LEAST_TRAVEL = 1e-3
 LEAST_FRAMES = 30
 PERIODIC, NEARLY_PERIODIC = 0.9, 0.85
 """a second peak of the correlation this high is refused, and flagged"""
+DISAGREES = 4.0
+"""sigma between light and motion that are reported"""
 REFERENCE, REFERENCES = 4.0, 10
 """s of a window in which cables are first fitted, short enough to be without losses, and how many are tried"""
 ASTRAY = 2.0
@@ -64,7 +66,7 @@ class Clock:
     source: str
     """what the clock rests on: `cables and arm`, `cables without forces`, `light`"""
     slips: Slips
-    """frames lost without a trace"""
+    """frames lost without a trace, and the frames' period"""
     log: Mended
     """the log without repeated rows, and its gaps"""
     warnings: tuple[str, ...]
@@ -78,19 +80,63 @@ class Clock:
         return true + self.offset + self.skew * (true - self.middle)
 
 
+class NoClue(Refused):
+    """The motion does not tell the clock; a light may."""
+
+
 def fit_clock(arm: Arm, angles: Angles, log: Series, fv: Array | None = None) -> Clock:
     """Offset and skew from angles (camera clock) and a log as recorded; fv (M,), N s/rad, NaN where not known.
 
-    Raises Refused where the two do not show the same motion, show too little of it, repeat so that a period could be
+    With a light in both, `led` in the log and `angles.light`, the clock is the light's alone: cables and arm then only settle
+    labels and lost frames, and what they would have said is kept beside it. Raises Refused where the two do not show the same motion, show too little of it, repeat so that a period could be
     mistaken, overlap too little, or where cables, angles or signs are exchanged.
     """
+    mended = mend(log)
+    by_light = "led" in log.columns and angles.light is not None
+    try:
+        clock = _by_motion(arm, angles, mended, fv)
+    except NoClue:
+        if not by_light:
+            raise
+        period = float(np.median(np.diff(angles.time)))
+        clock = Clock(0.0, np.inf, 0.0, np.inf, 0.0, 0.0, 0.0, np.zeros(arm.M), "", Slips(period=period), mended, ())
+    return _by_light(clock, angles, log) if by_light else clock
+
+
+def _by_light(clock: Clock, angles: Angles, log: Series) -> Clock:
+    """The same clock, tied by the light."""
+    assert angles.light is not None
+    seen = angles.notes.get("light", {})
+    true = clock.slips.corrected(angles.time) + seen.get("later_s", 0.0)
+    anchor = fit_anchor(*edges_of(log.time, log.columns["led"]), true, angles.light, seen.get("exposure_s", 0.0))
+    mechanics, warnings = None, clock.warnings
+    if np.isfinite(clock.offset_sigma):
+        mechanics = (clock.offset + clock.skew * (anchor.middle - clock.middle), clock.offset_sigma)
+        apart = mechanics[0] - anchor.offset
+        if abs(apart) > DISAGREES * np.hypot(clock.offset_sigma, anchor.offset_sigma):
+            warnings = (*warnings, f"cables and arm put the clock {1e3 * apart:+.2f} ms away from the light")
+    return replace(
+        clock,
+        offset=anchor.offset,
+        offset_sigma=anchor.offset_sigma,
+        skew=anchor.skew,
+        skew_sigma=anchor.skew_sigma,
+        middle=anchor.middle,
+        source="light",
+        warnings=warnings,
+        anchor=anchor,
+        mechanics=mechanics,
+    )
+
+
+def _by_motion(arm: Arm, angles: Angles, mended: Mended, fv: Array | None) -> Clock:
+    """The clock from the motion. Raises NoClue where it tells none, Refused where what was recorded contradicts itself."""
     good = angles.complete
     time, alpha, sigma = angles.time[good], angles.alpha[good], angles.sigma[good]
     if len(time) < LEAST_FRAMES:
         raise Refused(
             "sync", f"only {len(time)} frames have all angles", "check the overlay for what hides the markers"
         )
-    mended = mend(log)
     even = uniform(mended.log)
     winding = lengths(arm, np.zeros(arm.N)) - lengths(arm, alpha)
     travel = arm.drum * even.matrix("theta")
@@ -99,7 +145,7 @@ def fit_clock(arm: Arm, angles: Angles, log: Series, fv: Array | None = None) ->
     found = match(seen, logged)
     check_labels(arm, time, alpha, seen, logged, found)
     if found.second > PERIODIC:
-        raise Refused(
+        raise NoClue(
             "sync",
             f"the motion repeats itself: another shift fits {100 * found.second:.0f} % as well",
             "record a motion that is not periodic",
@@ -147,10 +193,10 @@ def fit_clock(arm: Arm, angles: Angles, log: Series, fv: Array | None = None) ->
 
 def _check_motion(time: Array, winding: Array, log_time: Array, travel: Array) -> None:
     if min(time[-1] - time[0], log_time[-1] - log_time[0]) < MIN_OVERLAP:
-        raise Refused("sync", f"video or log is shorter than {MIN_OVERLAP:.0f} s", "record longer")
+        raise NoClue("sync", f"video or log is shorter than {MIN_OVERLAP:.0f} s", "record longer")
     moved = np.ptp(winding, axis=0).max()
     if moved < LEAST_TRAVEL:
-        raise Refused("sync", f"the cables move by {1e3 * moved:.2f} mm only", "record a motion of at least 10 deg")
+        raise NoClue("sync", f"the cables move by {1e3 * moved:.2f} mm only", "record a motion of at least 10 deg")
     if np.ptp(travel, axis=0).max() < LEAST_TRAVEL:
         raise Refused("sync", "the motors of the log stand still", "is it the log of this recording?")
 
@@ -163,7 +209,7 @@ def _compared(every: Frames, signals: Signals, mended: Mended, slips: Slips, off
     inside &= (true > true[0] + EDGE) & (true < true[-1] - EDGE) & mended.outside(at, BESIDE)
     if inside.sum() < LEAST_FRAMES or np.ptp(true[inside]) < MIN_OVERLAP - 2 * EDGE:
         overlap = float(np.ptp(true[inside])) if inside.any() else 0.0
-        raise Refused(
+        raise NoClue(
             "sync", f"log and video overlap by {overlap:.1f} s", f"record at least {MIN_OVERLAP:.0f} s of both"
         )
     kept = replace(every, time=true, middle=float(true[inside][0] + true[inside][-1]) / 2)
@@ -189,10 +235,11 @@ def _first_slips(
         fit, cables = fit_window(arm, signals, window, start, fv)
         error = float(np.sqrt(np.mean(fit.residual**2)))
         if best is None or error < best[0]:
-            best = (error, fit, cables, (kept.start + kept.stop) // 2)
+            best = (error, fit, cables, (kept.start + kept.stop) // 2, window)
     if best is None:
         return Slips(period=period), found.shift
-    _, fit, cables, at = best
+    error, fit, cables, at, window = best
+    check_alternatives(arm, signals, window, fit.state.offset, fv, error)
     curve = cables.without_elongation(fit.state.fv, fit.state.own)
     whiten = whitening(every, FIRST_DECODING)
     skew = locked_skew(every, curve, fit.state.offset, whiten, at)

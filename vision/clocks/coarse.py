@@ -36,9 +36,11 @@ class Match:
     second: float
     """the next best peak's correlation over the best one's"""
     own: Array
+    """(M,): each cable's correlation around the best shift"""
+    elsewhere: Array
     """(M,): each cable's best correlation over all shifts"""
-    own_shift: Array
-    """(M,), s: where that is"""
+    elsewhere_shift: Array
+    """(M,), s: where that is, against the best shift"""
     span: tuple[float, float]
     """camera times that were compared, s"""
 
@@ -123,7 +125,8 @@ def _match(seen: Speeds, logged: Speeds) -> Match:
         shift(float(lags[best] + part)),
         float(both[best]),
         second,
+        np.array([one[~away].max() for one in each]),
         np.array([one.max() for one in each]),
-        np.array([shift(float(lags[int(np.argmax(one))])) for one in each]),
+        np.array([(lags[int(np.argmax(one))] - lags[best]) / RATE for one in each]),
         (seen.first, seen.last),
     )

@@ -12,17 +12,26 @@ from scipy.signal import correlate
 
 from mechanism.arm import Arm
 from mechanism.cable_lengths import lengths
+from vision.clocks.cables import Frames, frames_of
 from vision.clocks.coarse import Match, Speeds, speeds
+from vision.clocks.fine import fit_window
+from vision.clocks.signals import Signals, rewired
 from xneck.errors import Refused
 
 Array = NDArray[np.float64]
 
 ALIKE = 0.8
 """correlation below which log and video are not of one motion"""
+CONTRADICTS = 0.6
+"""correlation of one cable below which it is at odds with others above ALIKE"""
 CERTAIN = 0.9
 """correlation that an exchange must bring before it is named"""
 CLEARER = 0.03
 """by which it must lead over any other exchange"""
+SUSPICIOUS = 2.5
+"""times the angles' noise that cables must leave over before other arms are tried"""
+MUCH_LESS = 0.5
+"""times what the described arm leaves over, below which another is taken for the true one"""
 MOST_JOINTS = 4
 """up to which all orders of the angles are tried"""
 
@@ -33,9 +42,8 @@ def check_labels(arm: Arm, time: Array, alpha: Array, seen: Speeds, logged: Spee
     time (F,), s, and alpha (F, N), rad, are the angles that `seen` was computed from.
     """
     moving = np.std(seen.values, axis=0) > 0.1 * np.std(seen.values, axis=0).max()
-    low = np.flatnonzero(moving & (found.own < 0.6))
+    low = np.flatnonzero(moving & (found.own < CONTRADICTS))
     if found.likeness >= ALIKE and not len(low):
-        _check_cables(found, moving)
         return
     words, score, rivals = _exchange(arm, time, alpha, logged)
     if score > CERTAIN and words:
@@ -56,24 +64,56 @@ def check_labels(arm: Arm, time: Array, alpha: Array, seen: Speeds, logged: Spee
 
 def _check_cables(found: Match, moving: NDArray[np.bool_]) -> None:
     """Refused where one cable contradicts what the others agree on."""
-    if np.sum(moving) < 3:
-        return
-    usual = float(np.median(found.own_shift[moving]))
     for j in np.flatnonzero(moving):
         others = moving & (np.arange(len(moving)) != j)
-        agreed = np.all(found.own[others] > ALIKE) and np.ptp(found.own_shift[others]) < 0.1
-        if agreed and found.own[j] < 0.6:
+        if others.sum() < 2 or found.own[j] > CONTRADICTS or np.any(found.own[others] < ALIKE):
+            continue
+        later = f", but it does {found.elsewhere_shift[j]:+.2f} s away from them" if found.elsewhere[j] > CERTAIN else ""
+        raise Refused(
+            "sync",
+            f"cable {j + 1} contradicts all others: it does not follow its motor at the time that they agree on "
+            f"(correlation {found.own[j]:.2f}, theirs {np.median(found.own[others]):.2f}{later})",
+            f"check theta{j + 1} in the log (is it f{j + 1}?), its theta_sign and its route in neck.yaml",
+        )
+
+
+def check_alternatives(
+    arm: Arm, signals: Signals, window: Frames, offset: float, fv: Array, error: float
+) -> None:
+    """Refused where an arm that is mirrored, or whose joints and cables are numbered otherwise, leaves much less over.
+
+    Speeds of such an arm agree nearly as well with the log; only lengths tell, by the little that pulleys and the sides' common
+    length add. error: RMS that the arm as described leaves over in `window`, m.
+    """
+    noise = np.sqrt(np.mean(np.einsum("fij,fi->fj", window.Z**2, window.sigma**2)))
+    if error < SUSPICIOUS * noise:
+        return
+    at = np.clip(window.time + offset, signals.time[0], signals.time[-1])
+    moved = signals.travel(at) - signals.travel(at).mean(axis=0)
+    orders = permutations(range(arm.N)) if arm.N <= MOST_JOINTS else [tuple(range(arm.N))]
+    for order, sign in product(orders, (1, -1)):
+        if sign > 0 and order == (*range(arm.N),):
+            continue
+        other = frames_of(arm, window.time, sign * window.alpha[:, list(order)], window.sigma, window.middle)
+        predicted = other.winding - other.winding.mean(axis=0)
+        size = np.sqrt(np.sum(predicted**2, axis=0))[:, None] * np.sqrt(np.sum(moved**2, axis=0))
+        alike = sign * (predicted.T @ moved) / np.maximum(size, 1e-12)
+        cables = linear_sum_assignment(-alike)[1]
+        if np.mean(alike[np.arange(arm.M), cables]) < ALIKE:
+            continue
+        fit, _ = fit_window(arm, rewired(arm, signals, cables.tolist(), sign), other, offset, fv)
+        left = float(np.sqrt(np.mean(fit.residual**2)))
+        if left < MUCH_LESS * error:
+            words = ["with all signs turned (a mirrored picture, and the other theta_sign for every motor)"] if sign < 0 else []
+            if order != (*range(arm.N),):
+                words.append(
+                    f"with the angles in the order {', '.join(str(i + 1) for i in order)} and at once the log's columns in "
+                    f"the order {', '.join(str(j + 1) for j in cables)}"
+                )
             raise Refused(
                 "sync",
-                f"cable {j + 1} does not follow its motor (correlation {found.own[j]:.2f}, the others' "
-                f"{np.median(found.own[others]):.2f})",
-                f"check theta{j + 1} in the log (is it f{j + 1}?), its theta_sign and its route in neck.yaml",
-            )
-        if agreed and abs(found.own_shift[j] - usual) > 0.15:
-            raise Refused(
-                "sync",
-                f"cable {j + 1} contradicts all others: it fits {found.own_shift[j] - usual:+.2f} s away from them",
-                f"check theta{j + 1} in the log",
+                f"log and video fit better {' and '.join(words)}: {1e3 * left:.2f} mm are left instead of {1e3 * error:.2f}",
+                "check markers.on_bars, theta_sign and the order of the log's columns; this is not corrected by itself",
             )
 
 
@@ -89,7 +129,10 @@ def _exchange(arm: Arm, time: Array, alpha: Array, logged: Speeds) -> tuple[str,
             seen = speeds(time, lengths(arm, np.zeros(n)) - lengths(arm, changed))
             score, cables = _assigned(seen.values, logged.values)
             words = [f"angles are in the order {', '.join(str(i + 1) for i in order)}"] if order != (*range(n),) else []
-            words += [f"alpha{i + 1} has the wrong sign" for i in range(n) if turn[i] < 0]
+            if np.all(turn < 0):
+                words.append("all theta run against the camera (theta_sign of every motor, or a mirrored picture)")
+            else:
+                words += [f"alpha{i + 1} has the wrong sign" for i in range(n) if turn[i] < 0]
             taken = [k for k, _ in cables]
             if taken != list(range(m)):
                 away = [j for j in range(m) if taken[j] != j]

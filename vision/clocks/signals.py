@@ -3,6 +3,7 @@
 Row n of a log holds the force from that row on, so the force at the row is the mean of the periods before and after it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,6 +67,18 @@ def signals_of(arm: Arm, log: Series) -> Signals:
         curve(theta_d),
         has_force,
     )
+
+
+def rewired(arm: Arm, signals: Signals, order: Sequence[int], sign: int) -> Signals:
+    """The signals if the log's columns stood in another order (motor j's is column order[j]) and all motors turned by `sign`."""
+    s = signals
+    columns = list(order)
+    force = s.force(s.time)
+    if sign < 0:  # inertia resists the other way round under the same command
+        force = force + 2 * arm.motor_inertia / arm.drum * s.speed(s.time, 1)
+    turned = (CubicSpline(s.time, sign * curve(s.time)[:, columns]) for curve in (s.rubbing, s.speed))
+    travel = CubicSpline(s.time, sign * s.travel(s.time)[:, columns])
+    return Signals(s.time, travel, CubicSpline(s.time, force[:, columns]), *turned, s.has_force)
 
 
 def low_pass(values: Array, rate: float, cutoff: float) -> Array:
