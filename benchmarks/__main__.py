@@ -4,13 +4,14 @@ import argparse
 import json
 from pathlib import Path
 
-from benchmarks import clock, extraction, growth, simulation
+from benchmarks import clock, extraction, growth, lost_frames, simulation
 from benchmarks.table import Table
 
 TOPICS = {
     "extraction": extraction.measure,
     "growth": growth.measure,
     "clock": clock.measure,
+    "lost_frames": lost_frames.measure,
     "simulation": simulation.measure,
 }
 

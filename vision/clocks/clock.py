@@ -17,7 +17,7 @@ from vision.angles import Angles
 from vision.clocks.anchor import Anchor, edges_of, fit_anchor
 from vision.clocks.cables import Frames, frames_of, part_of, whitening
 from vision.clocks.coarse import MIN_OVERLAP, RATE, Match, Speeds, match, nearby, speeds
-from vision.clocks.fine import Fine, fit_fine, fit_window
+from vision.clocks.fine import Fine, fit_cables, fit_fine
 from vision.clocks.labels import check_alternatives, check_labels
 from vision.clocks.log_gaps import Mended, mend
 from vision.clocks.signals import Signals, signals_of
@@ -162,6 +162,7 @@ def _by_motion(arm: Arm, angles: Angles, mended: Mended, fv: Array | None) -> Cl
         slips, start = _first_slips(arm, signals, every, seen, logged, found, period, viscosity)
         frames = _compared(every, signals, mended, slips, start)
         fine = fit_fine(arm, signals, frames, start, viscosity)
+        check_alternatives(arm, signals, frames, fine, viscosity)
         again = _slips_again(every, fine, slips)
         if again != slips:
             slips = again
@@ -232,14 +233,13 @@ def _first_slips(
             continue
         window = replace(part_of(every, kept), middle=(span[0] + span[1]) / 2)
         start = nearby(seen, logged, found.shift, span, ASTRAY)
-        fit, cables = fit_window(arm, signals, window, start, fv)
+        fit, cables = fit_cables(arm, signals, window, start, fv)
         error = float(np.sqrt(np.mean(fit.residual**2)))
         if best is None or error < best[0]:
-            best = (error, fit, cables, (kept.start + kept.stop) // 2, window)
+            best = (error, fit, cables, (kept.start + kept.stop) // 2)
     if best is None:
         return Slips(period=period), found.shift
-    error, fit, cables, at, window = best
-    check_alternatives(arm, signals, window, fit.state.offset, fv, error)
+    _, fit, cables, at = best
     curve = cables.without_elongation(fit.state.fv, fit.state.own)
     whiten = whitening(every, FIRST_DECODING)
     skew = locked_skew(every, curve, fit.state.offset, whiten, at)

@@ -149,9 +149,15 @@ def fit_fine(arm: Arm, signals: Signals, frames: Frames, offset: float, fv: Arra
     )
 
 
-def fit_window(arm: Arm, signals: Signals, frames: Frames, offset: float, fv: Array) -> tuple[Fit, Cables]:
-    """A first fit to few frames: linear cables with friction, and the offset around frames.middle."""
-    model = Model(Law(powers=1, creep=(), damping=False))
+LINEAR = Law(powers=1, creep=(), damping=False)
+"""cables for a first fit to few frames"""
+
+
+def fit_cables(
+    arm: Arm, signals: Signals, frames: Frames, offset: float, fv: Array, law: Law = LINEAR
+) -> tuple[Fit, Cables]:
+    """The offset around frames.middle from the cables alone, the skew at zero."""
+    model = Model(law)
     cables = Cables(signals, model.law)
     own = cables.start(frames, offset)
     state = State(offset, 0.0, np.nan_to_num(fv), own, np.zeros(0), FIRST_ERROR, 1.0, np.full(arm.N, np.inf))

@@ -12,9 +12,9 @@ from scipy.signal import correlate
 
 from mechanism.arm import Arm
 from mechanism.cable_lengths import lengths
-from vision.clocks.cables import Frames, frames_of
+from vision.clocks.cables import Frames, frames_of, part_of
 from vision.clocks.coarse import Match, Speeds, speeds
-from vision.clocks.fine import fit_window
+from vision.clocks.fine import Fine, Fit, fit_cables
 from vision.clocks.signals import Signals, rewired
 from xneck.errors import Refused
 
@@ -28,8 +28,10 @@ CERTAIN = 0.9
 """correlation that an exchange must bring before it is named"""
 CLEARER = 0.03
 """by which it must lead over any other exchange"""
-SUSPICIOUS = 2.5
-"""times the angles' noise that cables must leave over before other arms are tried"""
+SUSPICIOUS = 1.2e-5
+"""m that the cables must leave over before other arms are tried"""
+ENOUGH = 600
+"""frames that tell arms apart"""
 MUCH_LESS = 0.5
 """times what the described arm leaves over, below which another is taken for the true one"""
 MOST_JOINTS = 4
@@ -77,17 +79,18 @@ def _check_cables(found: Match, moving: NDArray[np.bool_]) -> None:
         )
 
 
-def check_alternatives(
-    arm: Arm, signals: Signals, window: Frames, offset: float, fv: Array, error: float
-) -> None:
+def check_alternatives(arm: Arm, signals: Signals, frames: Frames, fine: Fine, fv: Array) -> None:
     """Refused where an arm that is mirrored, or whose joints and cables are numbered otherwise, leaves much less over.
 
     Speeds of such an arm agree nearly as well with the log; only lengths tell, by the little that pulleys and the sides' common
-    length add. error: RMS that the arm as described leaves over in `window`, m.
+    length add. Other arms are tried only where the described one leaves more over than a healthy one.
     """
-    noise = np.sqrt(np.mean(np.einsum("fij,fi->fj", window.Z**2, window.sigma**2)))
-    if error < SUSPICIOUS * noise:
+    if _left(fine.fit) < SUSPICIOUS:
         return
+    offset = fine.fit.state.offset
+    window = part_of(frames, slice(None, None, max(1, len(frames.time) // ENOUGH)))
+    described, _ = fit_cables(arm, signals, window, offset, fv, fine.cables.law)
+    error = _left(described)
     at = np.clip(window.time + offset, signals.time[0], signals.time[-1])
     moved = signals.travel(at) - signals.travel(at).mean(axis=0)
     orders = permutations(range(arm.N)) if arm.N <= MOST_JOINTS else [tuple(range(arm.N))]
@@ -101,8 +104,8 @@ def check_alternatives(
         cables = linear_sum_assignment(-alike)[1]
         if np.mean(alike[np.arange(arm.M), cables]) < ALIKE:
             continue
-        fit, _ = fit_window(arm, rewired(arm, signals, cables.tolist(), sign), other, offset, fv)
-        left = float(np.sqrt(np.mean(fit.residual**2)))
+        fit, _ = fit_cables(arm, rewired(arm, signals, cables.tolist(), sign), other, offset, fv, fine.cables.law)
+        left = _left(fit)
         if left < MUCH_LESS * error:
             words = ["with all signs turned (a mirrored picture, and the other theta_sign for every motor)"] if sign < 0 else []
             if order != (*range(arm.N),):
@@ -112,9 +115,16 @@ def check_alternatives(
                 )
             raise Refused(
                 "sync",
-                f"log and video fit better {' and '.join(words)}: {1e3 * left:.2f} mm are left instead of {1e3 * error:.2f}",
+                f"log and video fit better {' and '.join(words)}: {1e3 * left:.3f} mm are left unexplained "
+                f"instead of {1e3 * error:.3f}",
                 "check markers.on_bars, theta_sign and the order of the log's columns; this is not corrected by itself",
             )
+
+
+def _left(fit: Fit) -> float:
+    """What no angles can explain of the cables' travels, RMS, m; of as many cables as joints, all that is left."""
+    cables, joints = fit.residual.shape[1], len(fit.state.torque_error)
+    return fit.state.model_error if cables > joints else float(np.sqrt(np.mean(fit.residual**2)))
 
 
 def _exchange(arm: Arm, time: Array, alpha: Array, logged: Speeds) -> tuple[str, float, list[str]]:

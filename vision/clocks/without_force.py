@@ -8,28 +8,29 @@ from vision.clocks.signals import Signals
 
 Array = NDArray[np.float64]
 
-UNEXPLAINED = 4e-3
-"""s: what elasticity, damping and viscosity together pull the clock by, each worth 1.5 to 7 ms and of either sign"""
+UNEXPLAINED = 2e-3
+"""s: what elasticity, damping, friction and viscosity together pull the clock by; each alone is worth 1.5 to 7 ms of either sign,
+and together 0.6 to 1.4 ms were seen"""
 ROUNDS = 6
 
 
 def fit_without_force(signals: Signals, frames: Frames, offset: float) -> tuple[float, float, float, float, Array]:
-    """Offset, its sigma, skew, its sigma, and what is left (F, M), m, with a constant and dry friction for each cable."""
+    """Offset, its sigma, skew, its sigma, and what is left (F, M), m, with a constant for each cable."""
     m, skew = frames.winding.shape[1], 0.0
     away = frames.time - frames.middle
     covariance, left = np.eye(2), np.zeros_like(frames.winding)
     for _ in range(ROUNDS):
         at = np.clip(frames.time + offset + skew * away, signals.time[0], signals.time[-1])
-        slope, rubbing = signals.travel(at, 1), signals.rubbing(at)
-        J = np.zeros((*slope.shape, 2 + 2 * m))
+        slope = signals.travel(at, 1)
+        J = np.zeros((*slope.shape, 2 + m))
         J[..., 0], J[..., 1] = slope, slope * (SKEW * away)[:, None]
         for j in range(m):
-            J[:, j, 2 + j], J[:, j, 2 + m + j] = -1.0, -rubbing[:, j]
-        D, r = J.reshape(-1, 2 + 2 * m), (signals.travel(at) - frames.winding).ravel()
+            J[:, j, 2 + j] = -1.0
+        D, r = J.reshape(-1, 2 + m), (signals.travel(at) - frames.winding).ravel()
         step = np.linalg.lstsq(D, -r, rcond=None)[0]
         left = (r + D @ step).reshape(-1, m)
         offset, skew = offset + float(step[0]), skew + float(SKEW * step[1])
-        scores = D.reshape(-1, m, 2 + 2 * m) * left[..., None]
+        scores = D.reshape(-1, m, 2 + m) * left[..., None]
         block = ((frames.time - frames.time[0]) // 1.0).astype(int)
         summed = np.add.reduceat(scores.sum(axis=1), np.flatnonzero(np.diff(block, prepend=-1)), axis=0)
         bread = np.linalg.pinv(D.T @ D)
