@@ -89,11 +89,19 @@ class Light:
     brightness: Array
 
 
-def light(clocks: Clocks, frame_times: Array, seed: int, changes: int = 100, exposure: float = 0.004) -> Light:
-    """Brightness with 2 % of noise, integrated over every exposure in 400 steps."""
+def light(
+    clocks: Clocks,
+    frame_times: Array,
+    seed: int,
+    changes: int = 100,
+    exposure: float = 0.004,
+    rows: Array | None = None,
+) -> Light:
+    """Brightness with 2 % of noise, integrated over every exposure in 400 steps; the log's rows are given, or drawn."""
     rng = np.random.default_rng([seed, 3])
     first, last = clocks.log_time(frame_times[[0, -1]])
-    time = np.floor(1e3 * (first - 0.5)) / 1e3 + 0.002 * np.arange(round((last - first + 1.0) * 500))
+    drawn = np.floor(1e3 * (first - 0.5)) / 1e3 + 0.002 * np.arange(round((last - first + 1.0) * 500))
+    time = drawn if rows is None else rows
     led = np.zeros(len(time))
     led[rng.choice(np.arange(50, len(time) - 50), changes, replace=False)] = 1
     led = np.cumsum(led) % 2

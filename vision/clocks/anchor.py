@@ -29,6 +29,8 @@ LEAST_NOISE = 0.01
 """of the contrast: what a camera's curve and the light's rise leave at best"""
 WORST = 5.0
 """sigma beyond which a frame counts no further, as one with something before the light"""
+MISFIT = 2.5
+"""mean square of z of the frames that edges fell into, above which the sigmas grow with it; ten frames of noise stay below"""
 _GRID = 61
 _ZOOMS = 8
 
@@ -88,7 +90,7 @@ def fit_anchor(edges: Array, first_on: bool, frame_time: Array, brightness: Arra
     share = lit(edges, first_on, time + mean[0] + mean[1] * (time - middle), exposure)
     partly = (share > 0.02) & (share < 0.98)
     misfit = float(np.mean(((level - share)[partly] / noise) ** 2)) if partly.sum() > 3 else 1.0
-    sigma = sigma * np.sqrt(max(misfit, 1.0))
+    sigma = sigma * np.sqrt(misfit if misfit > MISFIT else 1.0)
     return Anchor(float(mean[0]), float(sigma[0]), float(mean[1]), float(sigma[1]), middle, int(at.sum()))
 
 

@@ -1,7 +1,8 @@
 """Motor viscosity from the arm's equation, which hardly asks the clock: Z t = M alpha'' + c + g + joint friction.
 
 With t = n - fs dry(theta') - fv theta'. Through the cables alone fv looks like an offset (5 ms for 0.02 N s/rad); here it turns the
-joints by Z fv theta', which no friction of the joints does. Masses, springs and joint friction are nuisances. Both sides
+joints by Z fv theta', which no friction of the joints does. Masses, springs, a load at the tip, the base's tilt and
+joint friction are nuisances. Both sides
 pass the same filters.
 """
 
@@ -34,6 +35,10 @@ SETTLING = 0.4
 """s left out beside gaps and ends"""
 CAD_ERROR = 0.01
 """relative, of masses and spring stiffness in neck.yaml"""
+PAYLOAD = 3.0
+"""times its own mass may the last top bar carry"""
+TILT = 0.05
+"""rad, of the base against gravity"""
 _LATER = 2e-3
 """s, of the difference that gives the slope by the offset"""
 
@@ -96,17 +101,23 @@ def arm_rows(
     e, e_d, e_dd = moving(time - _LATER)
     later = _torque(arm, e, e_d, e_dd) - np.einsum("tnm,tm->tn", Z(arm, e), n)
     joints = np.eye(arm.N)
+    across = np.stack([-arm.gravity[..., 1], arm.gravity[..., 0]], axis=-1)
+    nothing = {"spring_stiffness": np.zeros_like(arm.spring_stiffness)}
+    tilt = terms(replace(arm, gravity=across, **nothing), a, np.zeros_like(a)).g
     slow = low_pass(a_d, RATE, CUTOFF)
     nuisance = np.concatenate(
         [
             by_part,
+            tilt[..., None],
             _dry(slow, joint_width),
             a_d[..., None] * joints,
             np.ones_like(a_d)[..., None] * joints,
         ],
         axis=-1,
     )
-    known = np.concatenate([np.full(len(parts), CAD_ERROR), np.full(3 * arm.N, np.inf)])
+    wrong = np.full(len(parts), CAD_ERROR)
+    wrong[arm.N - 1] = PAYLOAD  # of the last top bar: what hangs there is not in neck.yaml
+    known = np.concatenate([wrong, [TILT], np.full(3 * arm.N, np.inf)])
     keep = _away_from_gaps(time, frame_time)
 
     return ArmRows(
