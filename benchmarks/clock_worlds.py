@@ -111,7 +111,7 @@ def light(
     return Light(time, led, 80 + 120 * share + 2.4 * rng.normal(size=len(frame_times)))
 
 
-def without_trace(recording: Recorded, share: float, seed: int) -> tuple[Angles, Array, Array]:
+def without_trace(recording: Recorded, share: float, seed: int) -> tuple[Angles, Array, NDArray[np.intp]]:
     """The angles with a share of frames lost and stamps that go on evenly; the frames' true times; which frames were lost."""
     rng = np.random.default_rng([seed, 77])
     time = recording.angles.time

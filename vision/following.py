@@ -46,7 +46,10 @@ def follow(
     progress: Callable[[int], object] = lambda frames: None,
     light: LightPatch | None = None,
 ) -> Followed:
-    """Every frame of `video`, and the brightness of a `light`; the result does not depend on `workers`. Raises Refused for damage."""
+    """Every frame of `video`, with the brightness of a `light`; the result does not depend on `workers`.
+
+    Raises Refused for damage.
+    """
     work = [(video, segment, markers, manner, light) for segment in video.segments]
     if workers == 1 or len(work) == 1:
         parts = [_segment(one, progress) for one in work]
@@ -70,7 +73,8 @@ _ARRAYS = (*_SEEN, "light")
 
 
 def _segment(
-    work: tuple[Video, Segment, Markers, Manner, LightPatch | None], progress: Callable[[int], object] = lambda frames: None
+    work: tuple[Video, Segment, Markers, Manner, LightPatch | None],
+    progress: Callable[[int], object] = lambda frames: None,
 ) -> Followed:
     video, segment, markers, manner, light = work
     tracker = Tracker(markers, manner)

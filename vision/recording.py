@@ -91,7 +91,9 @@ def read_recording(folder: str | Path) -> Recording:
 
     paths = {
         key: inside(key, value)
-        for key, value in file.model_dump(exclude={"exposure", "row_time", "stamp", "placement", "corners", "anchor"}).items()
+        for key, value in file.model_dump(
+            exclude={"exposure", "row_time", "stamp", "placement", "corners", "anchor"}
+        ).items()
     }
     pictures = paths.pop("pictures")
     listed = () if pictures is None else tuple(picture_files(pictures))

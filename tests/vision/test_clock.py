@@ -1,4 +1,5 @@
-"""The clock between camera and log, on motions made by MuJoCo, exact tangents and motors of their own, and on arms drawn at random."""
+"""The clock between camera and log: on motions made by MuJoCo, exact tangents and motors of their own, and on arms drawn at
+random, whose cables, motors and joints follow laws of the generator."""
 
 import json
 from collections.abc import Callable
@@ -15,8 +16,8 @@ from mechanism.arm import Arm, arm_of
 from mechanism.cable_lengths import lengths
 from mechanism.description import read_neck
 from vision.angles import Angles
-from vision.clocks.clock import Clock, fit_clock
 from vision.clocks.cables import Law, frames_of
+from vision.clocks.clock import Clock, fit_clock
 from vision.clocks.fine import fit_cables
 from vision.clocks.signals import signals_of
 from vision.encoder_log import read_log, uniform
@@ -82,7 +83,7 @@ def test_neither_cables_nor_motors_nor_joints_pull_the_clock(kind: str) -> None:
 
 
 def test_viscosity_needs_the_arm_or_a_person_to_tell_it_from_the_offset() -> None:
-    """0.005 to 0.03 N s/rad are worth 1 to 7 ms through the cables alone; the arm's equation, or the number itself, removes that."""
+    """0.005 to 0.03 N s/rad are worth 1 to 7 ms through the cables alone; the arm's equation, or the number, removes that."""
     made = recording("everything", 100)
     alone, _ = fit_cables(
         arm(),
@@ -233,7 +234,9 @@ def test_an_arm_that_is_mirrored_or_renumbered_as_a_whole_is_refused_not_correct
     with pytest.raises(Refused, match=r"all signs turned.*not corrected"):
         fit_clock(arm(), replace(angles, alpha=-angles.alpha), turned(log, *ALL))
     both = swapped(swapped(log, "theta1", "theta2"), "f1", "f2")
-    with pytest.raises(Refused, match=r"angles in the order 2, 1, 3 and at once the log's columns in the order 2, 1, 3, 4"):
+    with pytest.raises(
+        Refused, match=r"angles in the order 2, 1, 3 and at once the log's columns in the order 2, 1, 3, 4"
+    ):
         fit_clock(arm(), replace(angles, alpha=angles.alpha[:, [1, 0, 2]]), both)
 
 
@@ -266,19 +269,22 @@ def test_an_arm_at_rest_and_a_periodic_motion_are_refused(log: Series) -> None:
 
 
 def test_a_motion_that_nearly_repeats_is_flagged() -> None:
-    """A sinusoid whose amplitude swells: another period fits a little worse."""
-    clock = fit_clock(ARM, *periodic(ARM, swell=0.95))
+    """A sinusoid with nine small tones beside it: another period fits a little worse."""
+    clock = fit_clock(ARM, *periodic(ARM, beside=0.05))
     assert 0.85 < clock.second < 0.9
     assert any("nearly repeats" in word for word in clock.warnings)
 
 
-def periodic(arm: Arm, swell: float = 0.0) -> tuple[Angles, Series]:
-    """A sinusoid of 1 Hz on rigid cables: any whole second fits."""
+def periodic(arm: Arm, beside: float = 0.0) -> tuple[Angles, Series]:
+    """A sinusoid of 1 Hz on rigid cables: any whole second fits. With `beside`, rad, nine tones of that size go along."""
+    hertz, phase = np.geomspace(0.3, 2.5, 9), np.random.default_rng(0).uniform(0, 6, (9, 3))
     t, T = np.arange(600, dtype=float) / 30, 0.002 * np.arange(12_000, dtype=float) - 2
 
     def alpha(t: np.ndarray) -> np.ndarray:
-        size = 0.3 * (1 + swell * np.sin(2 * np.pi * t / 5.3))
-        return np.column_stack([size * np.sin(2 * np.pi * t + p) for p in (0.0, 1.0, 2.0)])
+        tones = [[np.sin(2 * np.pi * f * t + q) for f, q in zip(hertz, own, strict=True)] for own in phase.T]
+        return np.column_stack(
+            [0.2 * np.sin(2 * np.pi * t + p) + beside * np.sum(tones[i], axis=0) for i, p in enumerate((0.0, 1.0, 2.0))]
+        )
 
     theta = -(lengths(arm, alpha(T)) - lengths(arm, np.zeros(3))) / arm.drum
     columns = {f"theta{j + 1}": theta[:, j] for j in range(4)} | {f"f{j + 1}": np.full(len(T), 40.0) for j in range(4)}

@@ -56,7 +56,9 @@ def fit_anchor(edges: Array, first_on: bool, frame_time: Array, brightness: Arra
     known = np.isfinite(brightness)
     time, seen = frame_time[known], brightness[known]
     if len(edges) < LEAST_EDGES or len(time) < 30:
-        raise Refused("anchor", f"the light changes {len(edges)} times in the log", f"let it change {LEAST_EDGES} times")
+        raise Refused(
+            "anchor", f"the light changes {len(edges)} times in the log", f"let it change {LEAST_EDGES} times"
+        )
     level, noise = _level(seen)
     guess = _first_guess(edges, first_on, time, level)
     middle = float(time[0] + time[-1]) / 2
@@ -69,7 +71,7 @@ def fit_anchor(edges: Array, first_on: bool, frame_time: Array, brightness: Arra
     offset, skew = np.array([guess - NEAR, guess + NEAR]), np.array([-most, most])
     mean, sigma = np.zeros(2), np.zeros(2)
     for _ in range(_ZOOMS):
-        o, s = np.linspace(*offset, _GRID), np.linspace(*skew, _GRID)
+        o, s = np.linspace(offset[0], offset[1], _GRID), np.linspace(skew[0], skew[1], _GRID)
         O, S = np.meshgrid(o, s, indexing="ij")  # noqa: E741
         chi = np.zeros(O.shape)
         for t, b in zip(time.tolist(), level.tolist(), strict=True):
@@ -118,15 +120,14 @@ def lit(edges: Array, first_on: bool, middle: Array, exposure: float) -> Array:
 def _level(seen: Array) -> tuple[Array, float]:
     """Brightness as 0 (off) to 1 (on), and its noise in that unit."""
     split = (np.percentile(seen, 2) + np.percentile(seen, 98)) / 2
-    for _ in range(5):
-        low, high = seen[seen < split], seen[seen >= split]
-        if not len(low) or not len(high):
+    for _ in range(20):
+        low, high = seen[seen <= split], seen[seen > split]
+        if not len(high):
             break
-        split = (np.median(low) + np.median(high)) / 2
-    else:
         off, on = float(np.median(low)), float(np.median(high))
-        noise = 1.4826 * max(float(np.median(np.abs(part - np.median(part)))) for part in (low, high))
-        if on - off > LEAST_CONTRAST * noise and on > off:
+        noise = 1.4826 * max(float(np.median(np.abs(low - off))), float(np.median(np.abs(high - on))))
+        settled, split = split, (off + on) / 2
+        if split == settled and on - off > LEAST_CONTRAST * noise:
             return (seen - off) / (on - off), max(noise / (on - off), LEAST_NOISE)
     raise Refused("anchor", "the light does not stand out in the video", "check the rectangle, or darken the scene")
 

@@ -76,9 +76,7 @@ class ArmRows:
         return replace(self, by_nuisance=nuisance)
 
 
-def arm_rows(
-    arm: Arm, signals: Signals, frame_time: Array, alpha: Array, joint_width: float, offset: float
-) -> ArmRows:
+def arm_rows(arm: Arm, signals: Signals, frame_time: Array, alpha: Array, joint_width: float, offset: float) -> ArmRows:
     """The equation at fv = fs = 0, for frames at `frame_time` (F,), s, on the log's clock, with angles alpha (F, N), rad."""
     first, last = max(frame_time[0], signals.time[0]), min(frame_time[-1], signals.time[-1])
     fine = np.arange(first, last, 1 / FINE)

@@ -177,8 +177,7 @@ def _slope(powers: list[Array], tension: Array) -> Array:
 def part_of(frames: Frames, kept: Array | slice) -> Frames:
     """Some of the frames."""
     arrays = {
-        name: getattr(frames, name)[kept]
-        for name in ("time", "alpha", "sigma", "winding", "Z", "solver", "by_model")
+        name: getattr(frames, name)[kept] for name in ("time", "alpha", "sigma", "winding", "Z", "solver", "by_model")
     }
     return Frames(**arrays, middle=frames.middle)
 

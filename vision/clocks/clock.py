@@ -88,8 +88,10 @@ def fit_clock(arm: Arm, angles: Angles, log: Series, fv: Array | None = None) ->
     """Offset and skew from angles (camera clock) and a log as recorded; fv (M,), N s/rad, NaN where not known.
 
     With a light in both, `led` in the log and `angles.light`, the clock is the light's alone: cables and arm then only settle
-    labels and lost frames, and what they would have said is kept beside it. Raises Refused where the two do not show the same motion, show too little of it, repeat so that a period could be
-    mistaken, overlap too little, or where cables, angles or signs are exchanged.
+    labels and lost frames, and what they would have said is kept beside it.
+
+    Raises Refused where the two do not show the same motion, show too little of it, repeat so that a period could be mistaken,
+    overlap too little, or where cables, angles or signs are exchanged.
     """
     mended = mend(log)
     by_light = "led" in log.columns and angles.light is not None
@@ -175,7 +177,9 @@ def _by_motion(arm: Arm, angles: Angles, mended: Mended, fv: Array | None) -> Cl
         frames = _compared(every, signals, mended, slips, found.shift)
         offset, offset_sigma, skew, skew_sigma, residual = fit_without_force(signals, frames, found.shift)
         source = "cables without forces"
-        warnings.append("the log holds no forces, so what cables stretch is unknown: the clock is good to milliseconds only")
+        warnings.append(
+            "the log holds no forces, so how far cables stretch is unknown: the clock is good to milliseconds only"
+        )
     return Clock(
         offset,
         offset_sigma,

@@ -70,7 +70,9 @@ def _check_cables(found: Match, moving: NDArray[np.bool_]) -> None:
         others = moving & (np.arange(len(moving)) != j)
         if others.sum() < 2 or found.own[j] > CONTRADICTS or np.any(found.own[others] < ALIKE):
             continue
-        later = f", but it does {found.elsewhere_shift[j]:+.2f} s away from them" if found.elsewhere[j] > CERTAIN else ""
+        later = (
+            f", but it does {found.elsewhere_shift[j]:+.2f} s away from them" if found.elsewhere[j] > CERTAIN else ""
+        )
         raise Refused(
             "sync",
             f"cable {j + 1} contradicts all others: it does not follow its motor at the time that they agree on "
@@ -107,7 +109,11 @@ def check_alternatives(arm: Arm, signals: Signals, frames: Frames, fine: Fine, f
         fit, _ = fit_cables(arm, rewired(arm, signals, cables.tolist(), sign), other, offset, fv, fine.cables.law)
         left = _left(fit)
         if left < MUCH_LESS * error:
-            words = ["with all signs turned (a mirrored picture, and the other theta_sign for every motor)"] if sign < 0 else []
+            words = (
+                ["with all signs turned (a mirrored picture, and the other theta_sign for every motor)"]
+                if sign < 0
+                else []
+            )
             if order != (*range(arm.N),):
                 words.append(
                     f"with the angles in the order {', '.join(str(i + 1) for i in order)} and at once the log's columns in "

@@ -76,9 +76,18 @@ def rewired(arm: Arm, signals: Signals, order: Sequence[int], sign: int) -> Sign
     force = s.force(s.time)
     if sign < 0:  # inertia resists the other way round under the same command
         force = force + 2 * arm.motor_inertia / arm.drum * s.speed(s.time, 1)
-    turned = (CubicSpline(s.time, sign * curve(s.time)[:, columns]) for curve in (s.rubbing, s.speed))
-    travel = CubicSpline(s.time, sign * s.travel(s.time)[:, columns])
-    return Signals(s.time, travel, CubicSpline(s.time, force[:, columns]), *turned, s.has_force)
+
+    def curve(values: Array) -> CubicSpline:
+        return CubicSpline(s.time, values[:, columns])
+
+    return Signals(
+        s.time,
+        curve(sign * s.travel(s.time)),
+        curve(force),
+        curve(sign * s.rubbing(s.time)),
+        curve(sign * s.speed(s.time)),
+        s.has_force,
+    )
 
 
 def low_pass(values: Array, rate: float, cutoff: float) -> Array:
@@ -88,7 +97,8 @@ def low_pass(values: Array, rate: float, cutoff: float) -> Array:
 
 
 def lagged(values: Array, step: float, tau: Array) -> Array:
-    """`values` (T, M) as first-order elements of time constants tau (M,), s, follow them: straight between samples, at rest at first."""
+    """`values` (T, M) as first-order elements of time constants tau (M,), s, follow them; they are straight between samples
+    and rest at first."""
     out = values.copy()
     for j, ratio in enumerate(tau / step):
         if ratio < 1e-3:

@@ -55,7 +55,9 @@ class Slips:
         return stamp + late
 
 
-def decode(frames: Frames, curve: CubicSpline, offset: float, skew: float, whiten: Array, period: float, at: int) -> Whole:
+def decode(
+    frames: Frames, curve: CubicSpline, offset: float, skew: float, whiten: Array, period: float, at: int
+) -> Whole:
     """How many frames were lost before each frame, counted from frame `at`, (F,); non-decreasing.
 
     curve: travel less elongation over log time, (..., M), m. offset and skew: the clock around frame `at`.
