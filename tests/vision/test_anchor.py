@@ -1,17 +1,21 @@
 """A light that the controller switches: brightness integrated over exposures by the test's own sum over 400 instants."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from benchmarks.clock_worlds import arm, light, recorded
+from benchmarks.clock_worlds import NECK_FILE, arm, light, recorded
 from identification.series import Series
+from mechanism.description import read_neck
 from samples.generator.clocks import clocks, frame_times
-from vision.angles import Angles
+from vision.angles import Angles, read_angles, write_angles
 from vision.clocks.anchor import edges_of, fit_anchor
 from vision.clocks.clock import fit_clock
+from vision.encoder_log import read_log
 from vision.light_patch import LightPatch
+from vision.recording import read_recording
 from vision.shutter import Shutter
 from xneck.errors import Refused
 
@@ -100,3 +104,35 @@ def test_a_patch_is_read_where_it_is_and_when_its_rows_are_exposed() -> None:
     assert patch.later(480, Shutter(row_s=1e-5)) == pytest.approx(-135e-5)
     with pytest.raises(Refused, match="reaches"):
         patch.inside(210, 480, "video")
+
+
+def test_the_light_of_a_log_and_its_place_in_a_recording_are_read(tmp_path: Path) -> None:
+    neck = read_neck(NECK_FILE)
+    names = [f"{stem}{j + 1}" for stem in ("theta", "f") for j in range(4)]
+    rows = [",".join(["time", *names, "led"])] + [
+        ",".join([str(0.002 * k), *["1.5"] * 8, str(k % 2)]) for k in range(9)
+    ]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(rows))
+    np.testing.assert_array_equal(read_log(path, neck).columns["led"], np.arange(9) % 2)
+    path.write_text("\n".join([*rows[:-1], rows[-1][:-1] + "7"]))
+    with pytest.raises(Refused, match="led is neither 0 nor 1 in sample 9"):
+        read_log(path, neck)
+    (tmp_path / "neck.yaml").write_text(NECK_FILE.read_text())
+    for name in ("video.mp4", "camera.yaml"):
+        (tmp_path / name).touch()
+    config = tmp_path / "recording.yaml"
+    named = "video: video.mp4\ncamera: camera.yaml\nlog: log.csv\nneck: neck.yaml\n"
+    config.write_text(named + "anchor: {x: 3, y: 4, width: 5, height: 6}\n")
+    assert read_recording(tmp_path).light == LightPatch(3, 4, 5, 6)
+    config.write_text(named)
+    assert read_recording(tmp_path).light is None
+
+
+def test_the_light_goes_with_the_angles_through_their_files(tmp_path: Path) -> None:
+    angles, _, _ = lit_recording()
+    quality = Series(angles.time, {"residual_px": angles.time * 0, "light": np.asarray(angles.light)})
+    write_angles(angles, tmp_path / "a.mcap", quality)
+    back = read_angles(tmp_path / "a.mcap", 3)
+    np.testing.assert_array_equal(back.light, angles.light)
+    assert back.notes["light"] == angles.notes["light"]
