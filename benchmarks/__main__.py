@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from benchmarks import calibration, clock, extraction, growth, hard, real_markers, simulation
+from benchmarks import calibration, clock, extraction, growth, hard, lost_frames, real_markers, simulation
 from benchmarks.table import Table
 
 TOPICS = {
@@ -14,6 +14,7 @@ TOPICS = {
     "growth": growth.measure,
     "clock": clock.measure,
     "calibration": calibration.measure,
+    "lost_frames": lost_frames.measure,
     "simulation": simulation.measure,
 }
 

@@ -27,7 +27,9 @@ class Angles:
     alpha: Array
     sigma: Array
     notes: dict[str, Any] = field(default_factory=dict)
-    """where they come from: provenance, camera pose, marker statistics"""
+    """where they come from: provenance, camera pose, marker statistics; of a switched light its exposure and delay"""
+    light: Array | None = None
+    """(F,): grey level where a light that the controller switches was seen; None without one"""
 
     @property
     def series(self) -> Series:
@@ -60,9 +62,12 @@ def read_angles(path: str | Path, joints: int) -> Angles:
         if "angles" not in logs:
             raise Refused(path, f"has no /angles, only /{', /'.join(logs)}", "make it with `xneck extract`")
         series, notes = joint_state.as_series(logs["angles"]), metadata.get("angles", {})
+        seen = joint_state.as_series(logs["quality"]).columns if "quality" in logs else {}
+        light = seen.get("light")
     else:
         wanted = [f"alpha{i + 1}" for i in range(joints)]
-        series = read_table(path, wanted, optional=[f"sigma{i + 1}" for i in range(joints)])
+        series = read_table(path, wanted, optional=[*(f"sigma{i + 1}" for i in range(joints)), "light"])
+        light = series.columns.get("light")
         notes = {"source": path.name}
     check_time(series.time, str(path))
     alpha, sigma = series.matrix("alpha"), series.matrix("sigma")
@@ -79,4 +84,4 @@ def read_angles(path: str | Path, joints: int) -> Angles:
         sigma = np.where(np.isnan(alpha), np.nan, DEFAULT_SIGMA)
     elif np.any(sigma[~np.isnan(alpha)] <= 0):
         raise Refused(path, "has a sigma that is not positive", "give standard deviations in rad, or none")
-    return Angles(series.time, alpha, sigma, notes)
+    return Angles(series.time, alpha, sigma, notes, light)

@@ -78,7 +78,9 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
         inputs["video"] = recording.video
         stage("extract")
         video = describe(recording.video)
-        extraction = extract(video, camera, neck, recording.shutter, recording.placement, recording.template)
+        extraction = extract(
+            video, camera, neck, recording.shutter, recording.placement, recording.template, light=recording.light
+        )
         angles = extraction.angles
         write_angles(angles, out / "angles.mcap", extraction.quality)
         pictures = _annotated(video, neck, camera, extraction)

@@ -13,7 +13,7 @@ from mechanism.arm import arm_of
 from mechanism.description import Neck
 from vision.angles import Angles
 from vision.check import check_elongations
-from vision.clock import Clock, fit_clock
+from vision.clocks.clock import Clock, fit_clock
 from vision.encoder_log import uniform
 
 Array = NDArray[np.float64]
@@ -32,8 +32,9 @@ def synchronise(
     Raises Refused with the reason where clocks cannot be aligned.
     """
     arm = arm_of(neck)
-    even = uniform(log)
-    clock = fit_clock(arm, angles, even)
+    viscosity = np.array([np.nan if motor.fv is None else motor.fv for motor in neck.motors])
+    clock = fit_clock(arm, angles, log, viscosity)
+    even = uniform(clock.log.log)
     good = angles.complete
     frame_time = clock.log_time(angles.time)
     known = frame_time[good]
@@ -76,8 +77,6 @@ def clock_json(clock: Clock, angles: Angles, log: Series) -> dict[str, Any]:
     nominal = float(np.median(steps))
     # frames missing between two stamps, as the stamps themselves tell
     dropped = np.maximum(np.rint(steps / nominal) - 1, 0)
-    log_steps = np.diff(log.time)
-    missing = np.maximum(np.rint(log_steps / np.median(log_steps)) - 1, 0)
     return {
         "offset_s": clock.offset,
         "offset_sigma_s": clock.offset_sigma,
@@ -87,11 +86,21 @@ def clock_json(clock: Clock, angles: Angles, log: Series) -> dict[str, Any]:
         "likeness": clock.likeness,
         "second_best": clock.second,
         "residual_m": clock.residual.tolist(),
+        "source": clock.source,
+        "warnings": list(clock.warnings),
+        "mechanics_offset_s": clock.mechanics and clock.mechanics[0],
+        "mechanics_offset_sigma_s": clock.mechanics and clock.mechanics[1],
+        "light_edges": clock.anchor and clock.anchor.edges,
+        "frame_period_s": clock.slips.period,
+        "slips": [{"time_s": slip.time, "frames": slip.frames} for slip in clock.slips.slips],
+        "frames_lost": sum(slip.frames for slip in clock.slips.slips),
         "frames": len(angles.time),
         "frames_used": int(angles.complete.sum()),
         "frames_dropped": int(dropped.sum()),
         "log_rows": len(log),
-        "log_rows_missing": int(missing.sum()),
+        "log_rows_missing": clock.log.missing,
+        "log_rows_held": clock.log.held,
+        "log_gaps": [list(gap) for gap in clock.log.gaps],
     }
 
 

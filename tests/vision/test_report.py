@@ -102,7 +102,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
     return Result(
         name=NASTY,
         recording=Recording(
-            folder, folder / "log", SAMPLE / "neck.yaml", None, None, None, (), None, Shutter(), None, False
+            folder, folder / "log", SAMPLE / "neck.yaml", None, None, None, (), None, Shutter(), None, False, None
         ),
         camera=calibration.camera,
         calibration=calibration,

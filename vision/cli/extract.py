@@ -32,6 +32,13 @@ from vision.cli.output import FILE, OUT, export_beside, exported, progress, repo
     show_default=True,
     help="Markers' corners from the edges of their squares, or from all grey levels (a third more precise, three times slower).",
 )
+@click.option(
+    "--light",
+    type=click.IntRange(0),
+    nargs=4,
+    metavar="X Y WIDTH HEIGHT",
+    help="Rectangle (px) with a light that the controller switches and logs as `led`.",
+)
 @click.option("--placement", is_flag=True, help="Estimate from the motion where each marker sits on its bar.")
 @click.option("--corrected-neck", type=OUT, help="Write neck.yaml with the markers where they were found.")
 @click.option("--workers", type=click.IntRange(1), default=1, show_default=True, help="Processes that share the video.")
@@ -47,6 +54,7 @@ def command(
     row_time: float,
     stamp: Literal["start", "middle", "end"],
     corners: Literal["edges", "template"],
+    light: tuple[int, int, int, int] | None,
     placement: bool,
     corrected_neck: Path | None,
     workers: int,
@@ -62,6 +70,7 @@ def command(
     from mechanism.neck_text import neck_text
     from vision.angles import write_angles
     from vision.extract import extract
+    from vision.light_patch import LightPatch
     from vision.overlay import write_overlay
     from vision.recording_fit import PlacementPrior
     from vision.shutter import Shutter
@@ -72,9 +81,10 @@ def command(
     camera, neck = read_camera(camera_file), read_neck(neck_file)
     shutter = Shutter(exposure, row_time, stamp)
     prior = PlacementPrior() if placement or corrected_neck else None
+    patch = LightPatch(*light) if light else None
     described = describe(video)
     with progress(described.frames, "extract", quiet) as done:
-        found = extract(described, camera, neck, shutter, prior, corners == "template", workers, done)
+        found = extract(described, camera, neck, shutter, prior, corners == "template", workers, patch, done)
     found.angles.notes["provenance"] = provenance({"video": video, "camera": camera_file, "neck": neck_file})
     write_angles(found.angles, out, found.quality)
     export_beside(found.angles.series, out, export_as)
