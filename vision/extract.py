@@ -66,7 +66,7 @@ def extract(
     neck: Neck,
     shutter: Shutter = UNKNOWN,
     placement: PlacementPrior | None = None,
-    template: bool = False,
+    template: bool = True,
     workers: int = 1,
     light: LightPatch | None = None,
     progress: Callable[[int], object] = lambda frames: None,

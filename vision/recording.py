@@ -35,7 +35,7 @@ class _File(Strict):
     row_time: Annotated[float, Field(ge=-1e-3, le=1e-3)] = 0.0
     stamp: Stamp = "middle"
     placement: Literal["believed", "estimated"] = "believed"
-    corners: Literal["edges", "template"] = "edges"
+    corners: Literal["template", "edges"] = "template"
     anchor: _Rectangle | None = None
 
 
