@@ -105,6 +105,8 @@ def extract(
     )
     sigma = np.sqrt(np.diagonal(fit.covariance, axis1=1, axis2=2))
     sigma = np.where(np.isnan(fit.alpha), np.nan, sigma)
+    shared = np.diagonal(fit.covariance - (fit.covariance if fit.noise is None else fit.noise), axis1=1, axis2=2)
+    common = np.where(np.isnan(fit.alpha), np.nan, np.sqrt(np.maximum(shared, 0.0)))
     shares = (~np.isnan(corners[:, :, 0, 0])).mean(axis=0)
     twice = (seen.how == DOUBLED).sum(axis=0)
     notes: dict[str, Any] = {
@@ -125,7 +127,7 @@ def extract(
     notes["askew"] = None if placement else _askew(neck, camera, corners, covariance, str(video.path), fit)
     notes["gaps"] = gaps(time, fit.alpha, ids, seen.how)
     frame_quality = quality(seen, ids, fit.residual_px, shutter.exposure_s)
-    return Extraction(Angles(time, fit.alpha, sigma, notes), fit, corners, frame_quality)
+    return Extraction(Angles(time, fit.alpha, sigma, notes, common), fit, corners, frame_quality)
 
 
 def _askew(
