@@ -4,13 +4,14 @@ import argparse
 import json
 from pathlib import Path
 
-from benchmarks import clock, extraction, growth, simulation
+from benchmarks import clock, extraction, growth, simulation, state
 from benchmarks.table import Table
 
 TOPICS = {
     "extraction": extraction.measure,
     "growth": growth.measure,
     "clock": clock.measure,
+    "state": state.measure,
     "simulation": simulation.measure,
 }
 

@@ -100,9 +100,8 @@ def disagreement(cables: Cables, alpha: Array, beta: Array, used: NDArray[np.boo
 def _whitener(wander: Wander, step: float, count: int) -> sparse.csr_array:
     taps, sigma = wander.whitener(step)
     late = len(taps) - 1
-    body = sparse.diags_array(
-        [np.full(count - late, tap) for tap in taps[::-1]], offsets=np.arange(late + 1), shape=(count - late, count)
-    )
+    full = [sparse.eye_array(count - late, count, k=k) * tap for k, tap in enumerate(taps[::-1])]
+    body = sum(full[1:], full[0])
     # the first rows have too little before them: each is believed as if it were alone, and all of them as one
     head = sparse.eye_array(late, count) / (sigma * np.sqrt(late))
     return sparse.csr_array(sparse.vstack([head, body]))

@@ -20,7 +20,7 @@ FORMATS = ("csv", "npz", "mat")
 
 
 def write_dataset(data: DataSet, path: str | Path) -> None:
-    """`data` as MCAP: channels /state, /seed, /angles, /log, /covariance, metadata clock, check and provenance, neck.yaml attached."""
+    """`data` as MCAP: channels as its series, metadata clock, check and provenance, neck.yaml attached."""
     joint_state.write(
         path,
         {topic: getattr(data, topic) for topic in _TOPICS}

@@ -1,9 +1,9 @@
 """What the motor force explains of a cable's elongation, and how much it leaves.
 
 x = X beta + e. X holds the force t that reaches the cable (f less motor inertia and friction): itself, its square and cube
-(stiffening), its rate (damping), its slow parts (creep); and the rate of n = f - Ia (R/rd) theta'' (a late force), dry friction with an
-uncertain transition and viscous friction (what was taken off wrongly). Friction is taken off n as a first fit finds it. What is
-left, e, is an Ornstein-Uhlenbeck process: it wanders with the standard deviation `sigma` and forgets within `memory`.
+(stiffening), its rate (damping), its slow parts (creep); the rate of n = f - Ia (R/rd) theta'' (a late force); dry friction
+with an uncertain transition, and viscous friction (what was taken off wrongly). Friction is taken off n as a first fit finds
+it. What is left, e, is the sum of two Ornstein-Uhlenbeck processes and white noise.
 """
 
 from dataclasses import dataclass
@@ -48,7 +48,7 @@ class Wander:
     slow: float
 
     def whitener(self, step: float) -> tuple[Array, float]:
-        """Filter (TAPS + 1,), newest first, that leaves samples `step` s apart as white noise of variance one, and their own sigma."""
+        """Filter (TAPS + 1,), newest first, that whitens samples `step` s apart to variance one, and their own sigma."""
         lags = step * np.arange(TAPS + 1)
         covariance = self.fast**2 * np.exp(-lags / MEMORY_S[0]) + self.slow**2 * np.exp(-lags / MEMORY_S[1])
         covariance[0] += self.fast**2
@@ -82,6 +82,7 @@ def law_of(arm: Arm, time: Array, theta_d: Array, theta_dd: Array, f: Array, see
     late = np.gradient(n, 1 / rate, axis=0)
     friction = np.stack([rubbing, transition, theta_d], axis=-1)
     t = n
+    law = Law(time, n[..., None])
     for _ in range(PASSES):
         stretch = [t, t**2, t**3, np.gradient(t, 1 / rate, axis=0), *(_slow(t, rate, tau) for tau in CREEP_S), late]
         X = np.concatenate([np.ones_like(n)[..., None], np.stack(stretch, axis=-1), friction], axis=-1)

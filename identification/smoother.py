@@ -5,7 +5,7 @@ order that falls off faster than a Wiener jerk is believed where the samples say
 mean with the spread that it usually has.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ LEAST = 8
 """samples"""
 WIDTH = max(*ORDERS, SUPPORT - 1)
 """of the bands, in coefficients"""
-_STIFFEST = np.log(1e-6)
+_STIFFEST = np.log(1e-5)
 """(corner step)^order below it would lose the prior's precision in rounding"""
 _BLOCK = 4 * SUPPORT
 
@@ -58,7 +58,7 @@ def smooth(time: Array, values: Array, sigma: Array, at: Array, step: float | No
     parts = [knots.rows(at, d)[1] for d in range(3)]
     near = c[first[:, None] + np.arange(SUPPORT)]
     value, d1, d2 = (np.einsum("tk,tk->t", w, near) for w in parts)
-    windows = inverse_windows(found.band, _BLOCK, np.arange(knots.count - SUPPORT + 1), SUPPORT)[first]
+    windows = inverse_windows(found, _BLOCK, np.arange(knots.count - SUPPORT + 1), SUPPORT)[first]
     weights = np.stack(parts, axis=1)
     return Smoothed(value + mean, d1, d2, weights @ windows @ np.swapaxes(weights, 1, 2))
 

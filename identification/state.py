@@ -2,7 +2,8 @@
 
 Angles of all joints are one spline (see spline.py). Vision measures them in its frames; cables measure them at the log's rate
 where the motor force explains their elongations (see force_law.py). All of it is one banded least squares. Errors that
-are common to all frames (clock, camera pose, marker placement) are not estimated: how they would move the result enters its covariance.
+are common to all frames (clock, camera pose, marker placement) are not estimated: what they would do to it
+enters its covariance.
 """
 
 from dataclasses import dataclass, field
@@ -127,7 +128,9 @@ def estimate_state(
     """The state at `at` (T,), s, even times of the log within the frames.
 
     clock_sigma: of the offset (s) and of the skew (ratio, about the middle of the frames). Without `fuse`, and where the cables
-    cannot be believed, from vision alone, as the notes say. Raises Refused where `at` reaches beyond the frames or they are too few.
+    cannot be believed, from vision alone, as the notes say.
+
+    Raises Refused where `at` reaches beyond the frames or they are too few.
     """
     for column in seen.alpha.T:
         check_span(seen.time[~np.isnan(column)], at)
@@ -171,11 +174,11 @@ def _solved(
         none = np.zeros((len(right), 0))
         return _Fit(knots, mean, found.solve(right), np.zeros(0), found, none, none, np.zeros((0, 0)))
     rows = cable_rows(cables, knots, near, mean, wander)
-    found = factor(band + band_of(rows.normal, len(band) - 1))
+    found = factor(band + band_of(rows.normal, len(band) - 1, len(right)))
     V = found.solve(rows.mixed)
     schur = rows.own + np.eye(len(rows.own)) / SPREAD_M**2 - rows.mixed.T @ V
     c = found.solve(right + rows.right)
-    beta = np.linalg.solve(schur, rows.own_right + rows.mixed.T @ c)
+    beta = np.asarray(np.linalg.solve(schur, rows.own_right + rows.mixed.T @ c), dtype=float)
     return _Fit(knots, mean, c + V @ beta, beta, found, V, rows.mixed, schur)
 
 
@@ -252,7 +255,7 @@ def _covariance(fit: _Fit, seen: Seen, at: Array, clock_sigma: tuple[float, floa
     first, _ = knots.rows(at)
     weights = np.stack([knots.rows(at, d)[1] for d in range(3)], axis=1)
     maps = np.einsum("tdk,ij->tdikj", weights, np.eye(n)).reshape(len(at), 3 * n, SUPPORT * n)
-    windows = inverse_windows(fit.factor.band, (WIDTH + 1) * n, np.arange(knots.count - SUPPORT + 1) * n, SUPPORT * n)
+    windows = inverse_windows(fit.factor, (WIDTH + 1) * n, np.arange(knots.count - SUPPORT + 1) * n, SUPPORT * n)
     covariance = maps @ windows[first] @ np.swapaxes(maps, 1, 2)
     near = first[:, None] + np.arange(SUPPORT)
 
