@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from benchmarks import calibration, clock, extraction, growth, hard, lost_frames, real_markers, simulation
+from benchmarks import calibration, clock, extraction, growth, hard, lost_frames, real_markers, simulation, state
 from benchmarks.table import Table
 
 TOPICS = {
@@ -15,6 +15,7 @@ TOPICS = {
     "clock": clock.measure,
     "calibration": calibration.measure,
     "lost_frames": lost_frames.measure,
+    "state": state.measure,
     "simulation": simulation.measure,
 }
 

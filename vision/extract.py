@@ -113,6 +113,8 @@ def extract(
     )
     sigma = np.sqrt(np.diagonal(fit.covariance, axis1=1, axis2=2))
     sigma = np.where(np.isnan(fit.alpha), np.nan, sigma)
+    shared = np.diagonal(fit.covariance - (fit.covariance if fit.noise is None else fit.noise), axis1=1, axis2=2)
+    common = np.where(np.isnan(fit.alpha), np.nan, np.sqrt(np.maximum(shared, 0.0)))
     shares = (~np.isnan(corners[:, :, 0, 0])).mean(axis=0)
     twice = (seen.how == DOUBLED).sum(axis=0)
     notes: dict[str, Any] = {
@@ -136,7 +138,7 @@ def extract(
         later = light.later(video.height, shutter)
         notes["light"] = {**asdict(light), "exposure_s": shutter.exposure_s, "later_s": later}
     frame_quality = quality(seen, ids, fit.residual_px, shutter.exposure_s)
-    return Extraction(Angles(time, fit.alpha, sigma, notes, seen.light), fit, corners, frame_quality)
+    return Extraction(Angles(time, fit.alpha, sigma, notes, seen.light, common), fit, corners, frame_quality)
 
 
 def _askew(

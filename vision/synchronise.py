@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset import DataSet, state_series
+from identification.motors import motors_of
 from identification.seed_series import CUTOFF, seed_series
-from identification.series import Series
-from identification.smoother import smooth
+from identification.series import Series, numbered
+from identification.state import Seen, estimate_state
 from mechanism.arm import arm_of
 from mechanism.description import Neck
 from vision.angles import Angles
@@ -17,6 +18,9 @@ from vision.clocks.clock import Clock, fit_clock
 from vision.encoder_log import uniform
 
 Array = NDArray[np.float64]
+
+COVARIANCE_HZ = 10.0
+"""of the full covariance in the data set; its diagonal stands beside the state at the log's rate"""
 
 
 def synchronise(
@@ -40,22 +44,18 @@ def synchronise(
     known = frame_time[good]
     inside = (even.time >= known[0]) & (even.time <= known[-1])
     time = even.time[inside]
-    alpha = [smooth(frame_time, angles.alpha[:, i], angles.sigma[:, i], time) for i in range(neck.N)]
-    # a count is uniform noise; motors without gear play know their angle to a count's twelfth root
-    counts = np.array([2 * np.pi / motor.counts for motor in neck.motors]) / np.sqrt(12)
-    theta = [
-        smooth(even.time, column, np.full(len(even), counts[j]), time)
-        for j, column in enumerate(even.matrix("theta").T)
-    ]
-    sigma = np.sqrt(np.stack([np.diagonal(a.covariance, axis1=1, axis2=2) for a in alpha], axis=-1))  # (T, 3, N)
+    motors = motors_of(even, np.array([2 * np.pi / motor.counts for motor in neck.motors]))
+    seen = Seen(frame_time, angles.alpha, angles.white, angles.shared)
+    found = estimate_state(arm, seen, motors, time, (clock.offset_sigma, clock.skew_sigma))
     state = state_series(
         arm,
         time,
-        (_side([a.value for a in alpha]), _side([a.d1 for a in alpha]), _side([a.d2 for a in alpha])),
-        (_side([t.value for t in theta]), _side([t.d1 for t in theta]), _side([t.d2 for t in theta])),
-        even.matrix("f")[inside],
-        (sigma[:, 0], sigma[:, 1], sigma[:, 2]),
+        (found.alpha, found.alpha_d, found.alpha_dd),
+        (motors.theta[inside], motors.theta_d[inside], motors.theta_dd[inside]),
+        motors.f[inside],
+        found.sigma,
     )
+    state = Series(time, {**state.columns, **numbered("bridged", found.bridged.astype(float))})
     seed = seed_series(arm, even, frame_time[good], angles.alpha[good], cutoff)
     check = check_elongations(arm, state, state.matrix("sigma_alpha"))
     return DataSet(
@@ -65,9 +65,11 @@ def synchronise(
         seed,
         angles.series,
         log,
-        clock_json(clock, angles, log),
+        clock_json(clock, angles, log)
+        | {"state": found.notes | {"rows_bridged": int(found.bridged.any(axis=1).sum())}},
         check.as_json(),
         {**provenance, "angles": angles.notes},
+        found.covariance_series(COVARIANCE_HZ),
     )
 
 
@@ -102,7 +104,3 @@ def clock_json(clock: Clock, angles: Angles, log: Series) -> dict[str, Any]:
         "log_rows_held": clock.log.held,
         "log_gaps": [list(gap) for gap in clock.log.gaps],
     }
-
-
-def _side(columns: list[Array]) -> Array:
-    return np.stack(columns, axis=-1)
