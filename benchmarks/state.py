@@ -26,7 +26,7 @@ from xneck.strict_yaml import parse
 Array = NDArray[np.float64]
 
 NECK = Path(__file__).parents[1] / "samples/recording/neck.yaml"
-SEEDS = 6
+SEEDS = 4
 SECONDS = 60.0
 NOISE = np.radians(0.1)
 EDGE = 1.0
