@@ -34,7 +34,7 @@ STILL = 0.3
 """px; a motion below this is no blur"""
 BLEED_STEP = 0.05
 """px, of the difference that shows what bleed does"""
-BLUR_STEP = 0.03
+BLUR_STEP = 0.06
 """relative steps in which the blur is rounded, so that neighbouring frames share a raster"""
 
 
