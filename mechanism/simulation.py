@@ -61,7 +61,8 @@ def simulate(
 
     time: shape (T,), s, increasing. f: shape (..., T, M), N, f[k] held from time[k] to time[k + 1]. Batch axes of the
     machine's arm and values, of start and f broadcast. Steps are shorter than `max_step` (default: the fastest time
-    constant, error about 1e-8 rad). `progress` is told of every sample done. Raises Refused where the motion leaves the mechanism's range.
+    constant, error about 1e-8 rad). `progress` is told of every sample done. Raises Refused where the motion leaves the
+    mechanism's range.
     """
     time = np.asarray(time, dtype=float)
     arm = machine.arm
