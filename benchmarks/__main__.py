@@ -4,13 +4,18 @@ import argparse
 import json
 from pathlib import Path
 
-from benchmarks import clock, extraction, growth, simulation
+from benchmarks import calibration, clock, extraction, growth, hard, lost_frames, real_markers, simulation, state
 from benchmarks.table import Table
 
 TOPICS = {
     "extraction": extraction.measure,
+    "hard": hard.measure,
+    "real_markers": real_markers.measure,
     "growth": growth.measure,
     "clock": clock.measure,
+    "calibration": calibration.measure,
+    "lost_frames": lost_frames.measure,
+    "state": state.measure,
     "simulation": simulation.measure,
 }
 

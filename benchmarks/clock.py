@@ -1,59 +1,93 @@
-"""The clock between camera and log beside cross-correlation of cable speeds, over noise seeds."""
+"""The clock between camera and log beside cross-correlation of cable speeds, over arms and motions drawn at random."""
 
-import json
-from pathlib import Path
+import time
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import correlate
 
+from benchmarks.clock_worlds import KINDS, Recorded, arm, light, recorded
 from benchmarks.table import Table
 from identification.series import Series
-from mechanism.arm import Arm, arm_of
+from mechanism.arm import Arm
 from mechanism.cable_lengths import lengths
-from mechanism.description import read_neck
 from vision.angles import Angles
-from vision.clock import fit_clock
-from vision.encoder_log import read_log, uniform
+from vision.clocks.anchor import edges_of, fit_anchor
+from vision.clocks.clock import fit_clock
+from vision.encoder_log import uniform
 
-SAMPLES = Path(__file__).parents[1] / "samples"
-SEEDS = 20
-NOISE = np.radians(0.1)
+Array = NDArray[np.float64]
+
+SEEDS = 50
 RATE = 500.0
 
 
-def measure() -> Table:
-    """RMS error of the offset in ms over seeds of 0.1 deg noise on the sample's true angles."""
-    neck = read_neck(SAMPLES / "recording/neck.yaml")
-    arm, log = arm_of(neck), uniform(read_log(SAMPLES / "recording/log.mcap", neck))
-    t = json.loads((SAMPLES / "truth.json").read_text())["recording"]
-    stored = np.load(SAMPLES / "truth.npz")
-    times, alpha = stored["recording_frame_times"], stored["recording_frame_alpha"]
-    ours, z, peer = [], [], []
-    for seed in range(SEEDS):
-        noisy = alpha + np.random.default_rng(seed).normal(0, NOISE, alpha.shape)
-        angles = Angles(times, noisy, np.full(alpha.shape, NOISE))
-        clock = fit_clock(arm, angles, log)
-        truth = t["offset_s"] + t["skew"] * (clock.middle - t["middle_s"])
-        ours.append(clock.offset - truth)
-        z.append(ours[-1] / clock.offset_sigma)
-        peer.append(_cross_correlation(arm, angles, log) - t["offset_s"])
-    rms = [float(1e3 * np.sqrt(np.mean(np.square(e)))) for e in (ours, peer)]
-    spread = float(np.sqrt(np.mean(np.square(z))))
-    rows = (
-        ("xneck", (rms[0], 1.0, spread)),
-        ("cross-correlation of cable speeds", (rms[1], rms[1] / rms[0], None)),
-    )
-    return Table(f"Clock, {SEEDS} seeds of 0.1 deg", ("offset rms ms", "over xneck", "error/sigma"), rows)
+def measure(seeds: int = SEEDS, first: int = 0) -> Table:
+    """RMS error of the offset in ms over recordings of 60 s at 0.1 deg, and of error over sigma; the same of the skew."""
+    rows: list[tuple[str, tuple[float | None, ...]]] = []
+    for kind in KINDS:
+        made = [recorded(kind, first + seed) for seed in range(seeds)]
+        peer = [_cross_correlation(arm(), r.angles, r.log) - r.clocks.offset_s for r in made]
+        rows.append((kind, (*_ours(made), 1e3 * _rms(peer))))
+        if kind == "everything":
+            rows.append((f"{kind}, fv given", (*_ours(made, fv=True), 1e3 * _rms(peer))))
+        rows.append((f"{kind}, no forces", (*_ours(made, forces=False), 1e3 * _rms(peer))))
+        if kind == KINDS[0]:
+            rows.append(("a light, 100 changes", (*_by_light(made, first), None)))
+    columns = ("offset ms", "over sigma", "skew ppm", "skew over sigma", "worst ms", "s each", "correlation ms")
+    return Table(f"Clock, {seeds} recordings of 60 s, 0.1 deg, rms of errors", columns, tuple(rows))
 
 
-def _cross_correlation(arm: Arm, angles: Angles, log: Series) -> float:
+def _ours(made: list[Recorded], fv: bool = False, forces: bool = True) -> tuple[float, ...]:
+    errors, z, skews, skew_z, spent = [], [], [], [], []
+    for r in made:
+        log = r.log if forces else Series(r.log.time, {n: c for n, c in r.log.columns.items() if n.startswith("theta")})
+        begin = time.process_time()
+        clock = fit_clock(arm(), r.angles, log, r.fv if fv else None)
+        spent.append(time.process_time() - begin)
+        truth = r.clocks.offset_s + r.clocks.skew * (clock.middle - r.clocks.middle_s)
+        errors.append(clock.offset - truth)
+        skews.append(clock.skew - r.clocks.skew)
+        z.append(errors[-1] / clock.offset_sigma)
+        skew_z.append(skews[-1] / clock.skew_sigma)
+    return _figures(errors, z, skews, skew_z, spent)
+
+
+def _by_light(made: list[Recorded], first: int) -> tuple[float, ...]:
+    errors, z, skews, skew_z, spent = [], [], [], [], []
+    for seed, r in enumerate(made, first):
+        seen = light(r.clocks, r.angles.time, seed)
+        begin = time.process_time()
+        anchor = fit_anchor(*edges_of(seen.time, seen.led), r.angles.time, seen.brightness, 0.004)
+        spent.append(time.process_time() - begin)
+        errors.append(anchor.offset - r.clocks.offset_s - r.clocks.skew * (anchor.middle - r.clocks.middle_s))
+        skews.append(anchor.skew - r.clocks.skew)
+        z.append(errors[-1] / anchor.offset_sigma)
+        skew_z.append(skews[-1] / anchor.skew_sigma)
+    return _figures(errors, z, skews, skew_z, spent)
+
+
+def _figures(
+    errors: list[float], z: list[float], skews: list[float], skew_z: list[float], spent: list[float]
+) -> tuple[float, ...]:
+    worst = float(1e3 * np.max(np.abs(errors)))
+    return (1e3 * _rms(errors), _rms(z), 1e6 * _rms(skews), _rms(skew_z), worst, float(np.median(spent)))
+
+
+def _rms(values: list[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _cross_correlation(described: Arm, angles: Angles, recorded_log: Series) -> float:
     """The usual way: both speeds at the log's rate, the peak of their correlation, and a parabola through it."""
+    log = uniform(recorded_log)
     grid = np.arange(angles.time[0], angles.time[-1], 1 / RATE)
-    winding = -lengths(arm, angles.alpha)
+    winding = -lengths(described, angles.alpha)
     seen = np.stack([np.gradient(np.interp(grid, angles.time, c)) for c in winding.T], axis=-1)
     even = np.arange(log.time[0], log.time[-1], 1 / RATE)
-    moved = np.stack([np.gradient(np.interp(even, log.time, c)) for c in (arm.drum * log.matrix("theta")).T], axis=-1)
-    both = np.sum([correlate(moved[:, j], seen[:, j]) for j in range(arm.M)], axis=0)
+    travel = described.drum * log.matrix("theta")
+    moved = np.stack([np.gradient(np.interp(even, log.time, c)) for c in travel.T], axis=-1)
+    both = np.sum([correlate(moved[:, j], seen[:, j]) for j in range(described.M)], axis=0)
     best = int(np.argmax(both))
     left, middle, right = both[best - 1 : best + 2]
     part = 0.5 * (left - right) / (left - 2 * middle + right)

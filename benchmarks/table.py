@@ -14,7 +14,7 @@ class Table:
 
     def text(self) -> str:
         """Aligned columns."""
-        wide = max(len(label) for label, _ in self.rows) + 2
+        wide = max((len(label) for label, _ in self.rows), default=0) + 2
         widths = [max(len(name), 9) + 2 for name in self.columns]
         lines = [self.title, " " * wide + "".join(f"{n:>{w}}" for n, w in zip(self.columns, widths, strict=True))]
         for label, figures in self.rows:

@@ -1,7 +1,7 @@
 """board.yaml: what a calibration board looks like.
 
 The board frame lies in the board's plane: x right, y down in the drawing, z into the board, origin at the outer corner
-of the first square (ChArUco) or at the first inner corner (chessboard).
+of the first square (ChArUco), at the first inner corner (chessboard) or at the outer corner of the upper left tag (AprilGrid).
 """
 
 from functools import cached_property
@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
-from calibration.dictionaries import dictionary, dictionary_names, dictionary_size
-from xneck.errors import Refused, one_of
+from calibration.dictionaries import check_dictionary, dictionary
+from xneck.errors import one_of
 from xneck.strict_yaml import Strict, load, validate
 
 Count = Annotated[int, Field(ge=3, le=50)]
@@ -41,12 +41,12 @@ class Charuco(Strict):
     @field_validator("dictionary")
     @classmethod
     def _known(cls, name: str, info: ValidationInfo) -> str:
-        if name not in dictionary_names():
-            raise ValueError(f"unknown dictionary, valid: {', '.join(dictionary_names())}")
-        needed = info.data.get("columns", 0) * info.data.get("rows", 0) // 2
-        if needed > dictionary_size(name):
-            raise ValueError(f"has {dictionary_size(name)} markers, the board needs {needed}")
-        return name
+        return check_dictionary(name, info.data.get("columns", 0) * info.data.get("rows", 0) // 2)
+
+    @property
+    def window(self) -> tuple[float, float]:
+        """How far, in squares, nothing but its own four squares lies around a corner: at all, and off the edges."""
+        return 0.45, 0.45 * (1 - self.marker / self.square)
 
     @cached_property
     def corners(self) -> np.ndarray:
@@ -81,6 +81,11 @@ class Chessboard(Strict):
     rows: Count
     square: Square
 
+    @property
+    def window(self) -> tuple[float, float]:
+        """How far, in squares, nothing but its own four squares lies around a corner: at all, and off the edges."""
+        return 0.45, 0.45
+
     @cached_property
     def corners(self) -> np.ndarray:
         """Inner corners in the board frame, row by row, shape (n, 3), m."""
@@ -97,18 +102,77 @@ class Chessboard(Strict):
         return f"Chessboard {self.columns} x {self.rows} inner corners, squares of {1e3 * self.square:g} mm"
 
 
-Board = Charuco | Chessboard
+class AprilGrid(Strict):
+    """Tags in rows with a small black square at each of their corners, as Kalibr draws them.
+
+    `columns` and `rows` count tags, `tag` is the side of a tag's black square, `spacing` the gap between two as a part of
+    it. The tags' black border is two cells wide. The lower left tag has `first_id`; ids run to the right, then upwards.
+    """
+
+    kind: Literal["aprilgrid"]
+    columns: Annotated[int, Field(ge=2, le=50)]
+    rows: Annotated[int, Field(ge=2, le=50)]
+    tag: Square
+    spacing: Annotated[float, Field(ge=0.1, le=1.0)]
+    first_id: Annotated[int, Field(ge=0)] = 0
+    dictionary: Annotated[str, Field(validate_default=True)] = "apriltag_36h11"
+
+    @field_validator("dictionary")
+    @classmethod
+    def _known(cls, name: str, info: ValidationInfo) -> str:
+        needed = info.data.get("columns", 0) * info.data.get("rows", 0) + info.data.get("first_id", 0)
+        return check_dictionary(name, needed)
+
+    @property
+    def square(self) -> float:
+        """Side of the small black squares, m."""
+        return self.spacing * self.tag
+
+    @property
+    def window(self) -> tuple[float, float]:
+        """How far, in small squares, nothing but them, the tag's border and white lie around a corner."""
+        border = 2 / (dictionary(self.dictionary).markerSize + 4) / self.spacing
+        return min(0.6, 0.9 * border), min(0.6, 0.9 * border)
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """Corners of the tags in the board frame, shape (n, 3), m: four a tag, clockwise from its upper left one."""
+        low = np.array([self.tag_place(index) for index in range(self.columns * self.rows)])
+        around = self.tag * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+        flat = (low[:, None] + around).reshape(-1, 2)
+        return np.column_stack([flat, np.zeros(len(flat))])
+
+    def tag_place(self, index: int) -> tuple[float, float]:
+        """Upper left corner of the tag `first_id` + index in the board frame, m."""
+        pitch = self.tag * (1 + self.spacing)
+        return index % self.columns * pitch, (self.rows - 1 - index // self.columns) * pitch
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height of the drawing, m, its outermost small squares included."""
+        pitch = self.tag * (1 + self.spacing)
+        return self.columns * pitch + self.square, self.rows * pitch + self.square
+
+    @property
+    def title(self) -> str:
+        """The board in words, with its sizes."""
+        return (
+            f"AprilGrid {self.columns} x {self.rows} tags of {1e3 * self.tag:g} mm, spacing {self.spacing:g}, "
+            f"{self.dictionary} from id {self.first_id}"
+        )
+
+
+Board = Charuco | Chessboard | AprilGrid
+_KINDS: dict[str, type[Board]] = {"charuco": Charuco, "chessboard": Chessboard, "aprilgrid": AprilGrid}
 
 
 def read_board(path: str | Path) -> Board:
     """board.yaml as a board. Raises Refused with every fault of the file and its key's path."""
     document = load(path)
     kind = document.get("kind") if isinstance(document, dict) else None
-    if kind == "aprilgrid":
-        raise Refused(path, "boards of the kind aprilgrid are not yet read", "use charuco or chessboard")
     if kind is not None:
-        one_of(path, str(kind), ["charuco", "chessboard"], "kind of board")
-    return validate(document, Chessboard if kind == "chessboard" else Charuco, path)
+        one_of(path, str(kind), sorted(_KINDS), "kind of board")
+    return validate(document, _KINDS.get(str(kind), Charuco), path)
 
 
 def _grid(columns: int, rows: int, square: float) -> np.ndarray:

@@ -38,9 +38,26 @@ def dictionary_size(name: str) -> int:
     return int(dictionary(name).bytesList.shape[0])
 
 
-def marker_cells(name: str, marker_id: int) -> np.ndarray:
-    """The marker as cells, True = black, border of one black cell included: shape (n + 2, n + 2), first row on top."""
+def check_dictionary(name: str, needed: int) -> str:
+    """The name of a dictionary with `needed` markers or more; raises ValueError, for validators."""
+    if name not in dictionary_names():
+        raise ValueError(f"unknown dictionary, valid: {', '.join(dictionary_names())}")
+    if needed > dictionary_size(name):
+        raise ValueError(f"has {dictionary_size(name)} markers, the board needs {needed}")
+    return name
+
+
+def is_turned(name: str) -> bool:
+    """Is OpenCV's drawing of these markers turned by 180 degrees against that of those who made them?"""
+    return name.startswith("apriltag")
+
+
+def marker_cells(name: str, marker_id: int, border: int = 1) -> np.ndarray:
+    """The marker as cells, True = black, its black border of `border` cells included; first row on top.
+
+    Shape (n + 2 border, n + 2 border) for markers of n x n bits.
+    """
     family = dictionary(name)
     if not 0 <= marker_id < family.bytesList.shape[0]:
         raise Refused(f"marker {marker_id}", f"{name} has the ids 0 to {family.bytesList.shape[0] - 1}")
-    return cv2.aruco.generateImageMarker(family, marker_id, family.markerSize + 2, borderBits=1) == 0
+    return cv2.aruco.generateImageMarker(family, marker_id, family.markerSize + 2 * border, borderBits=border) == 0

@@ -1,8 +1,9 @@
 """Views of a board -> camera, its uncertainty, and a refusal where the views cannot tell.
 
-The reported sigma is the larger of two: of least squares, and of the jackknife that leaves out one view after another.
-Corner errors of one picture have causes in common (print, blur, board shape), so that least squares, which takes every
-corner for independent, comes out two to three times too small on real sets.
+Lens model and board shape are what cross-validation chooses. The reported sigma is the larger of two, of least squares and
+of the jackknife that leaves out one view after another; what candidates differ by that predict as well adds to it. Corner
+errors of one picture have causes in common (print, blur, board shape), so that least squares, which takes every corner for
+independent, comes out two to three times too small on real sets.
 """
 
 from collections.abc import Sequence
@@ -11,17 +12,30 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from calibration import lens
-from calibration.bundle import DEFAULT_FREE, Fit, Poses, fit, start
+from calibration import board_shape, lens
+from calibration.agreement import bad_corners, without_disagreeing, without_repeats
+from calibration.board_shape import BoardShape
+from calibration.bundle import Fit, Poses, fit, noise_of, predicted, residuals_of, start, without
 from calibration.camera import Camera, camera_from
+from calibration.choice import Candidate, Choice, choose
+from calibration.corner_noise import corner_noise
 from calibration.corners import BoardView
+from calibration.cross_check import CrossCheck, cross_check
+from calibration.refusals import (
+    refuse_few,
+    refuse_fisheye,
+    refuse_undetermined,
+    refuse_unexplained,
+    refuse_unsettled,
+    tilt_of,
+)
+from calibration.sightings import Sightings, sightings
 from calibration.views import LeftOut, Observations
 from xneck.errors import Refused
 
-MIN_VIEWS = 6
-_MIN_TILT = np.radians(10.0)  # largest angle between two boards
-_MAX_FOCAL_SIGMA = 0.02  # of the focal length
-_DISAGREES = 3.0  # a view's rms over the median of the others
+_FULLEST = "k1 k2 p1 p2 k3"
+_APART = 1.5
+"""ratio of jackknife to least squares, either way, from which on it is worth a word"""
 
 
 @dataclass(frozen=True)
@@ -51,136 +65,148 @@ class Calibration:
     views: tuple[BoardView, ...]  # those used
     poses: Poses  # of those used
     notes: tuple[str, ...]  # what a person should know, in sentences
+    candidates: tuple[Candidate, ...]  # lens models and board shapes, simplest first
+    lens: str  # the chosen one's, of lens.MODELS
+    board: BoardShape  # as estimated; of the model that was chosen
+    board_sigma: np.ndarray  # of board.values, zero where fixed, shape (3,)
+    noise_px: float  # standard deviation of one coordinate of a corner about the camera's prediction
+    corner_noise_px: float | None  # the same about a smooth map of each view, which asks no camera
+    cross_check: CrossCheck | None  # OpenCV's own, where it finds one
 
 
 @dataclass(frozen=True)
-class _LeaveOneOut:
-    """One fit without each view, and that view's error when predicted by it."""
+class _Jackknife:
+    """One estimate without each view, and that view's corners when predicted by it."""
 
     parameters: np.ndarray  # shape (n, 9)
+    shapes: np.ndarray  # values of the board's shape, shape (n, 3)
     rms_views: np.ndarray  # shape (n,), px
+
+    def sigma(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of the parameters, shape (9,), and of the board's shape, shape (3,)."""
+        n = len(self.parameters)
+        spread = [
+            np.sqrt((n - 1) / n * np.sum((v - v.mean(axis=0)) ** 2, axis=0)) for v in (self.parameters, self.shapes)
+        ]
+        return spread[0], spread[1]
 
 
 def calibrate(observations: Observations) -> Calibration:
     """Estimate the camera that took the views.
 
     Raises Refused for fewer than 6 distinct views, corners that are not finite, boards all tilted alike, views that
-    disagree among themselves, and an error far above what corner finding leaves.
+    disagree among themselves, an error far above what corner finding leaves, and a fisheye.
     """
     for view in observations.views:
         if not (np.all(np.isfinite(view.image_points)) and np.all(np.isfinite(view.object_points))):
             raise Refused(view.name, "corner coordinates that are not finite", "leave the picture out")
-    views, left_out = _without_repeats(observations)
-    _refuse_few(len(views), left_out)
+    views, repeats = without_repeats(observations.views, observations.image_size)
+    left_out = [*observations.left_out, *repeats]
+    refuse_few(len(views), left_out)
+    seen = sightings(views)
+    fitted = _first(seen, observations.image_size)
+    noise = noise_of(fitted)
+    kept, fitted, disagreeing = without_disagreeing(views, seen, fitted, noise)
+    left_out += disagreeing
+    refuse_few(len(kept), left_out)
+    views, seen = [views[i] for i in kept.tolist()], seen.of(kept)
+    of_corners = corner_noise(seen)
+    # what is hopeless needs no choice of models
+    refuse_unexplained(fitted, None, observations.image_size, disagreeing)
+    refuse_undetermined(fitted)
+    choice, fits = choose(seen, fitted, noise_of(fitted))
+    full = fits[_FULLEST, choice.chosen.board]
+    about = noise_of(full) if of_corners is None else min(of_corners, noise_of(full))
+    wide = refuse_fisheye(full, seen, residuals_of(full, seen), about)
+    refuse_unexplained(choice.fit, of_corners, observations.image_size, disagreeing)
+    refuse_undetermined(choice.fit)
+    # the noise about the chosen model, not about the first guess at it, sets the knee of the loss
+    one = choice.fit
+    chosen = fit(seen, one.parameters, one.poses, one.free, one.shape, one.shape.model, noise_of(one))
+    refuse_unsettled(chosen)
+    rivals = np.array([fits[rival.lens, rival.board].parameters for rival in choice.rivals()]).reshape(-1, 9)
+    return _result(observations, views, seen, left_out, choice, chosen, rivals - one.parameters, of_corners, wide)
+
+
+def _first(seen: Sightings, image_size: tuple[int, int]) -> Fit:
+    """The default lens model and a flat board, robustly."""
     unexplained = Refused("pictures", "no camera explains the corners", "check board.yaml and take tilted views")
     try:
-        parameters, poses = start(views, observations.image_size)
+        parameters, poses = start(seen, image_size)
     except cv2.error as error:
         raise unexplained from error
     if not all(np.all(np.isfinite(values)) for values in (parameters, poses.R, poses.t)):
         raise unexplained
-    fitted = fit(views, parameters, poses)
-    views, fitted, disagreeing = _without_disagreeing(views, fitted)
-    left_out += disagreeing
-    _refuse_few(len(views), left_out)
-    _refuse_poor(fitted, observations.image_size, disagreeing)
-    plain = _leave_one_out(views, fitted)
-    with_k3 = fit(views, fitted.parameters, fitted.poses, (*DEFAULT_FREE, "k3"))
-    out_k3 = _leave_one_out(views, with_k3)
-    chosen, out = (with_k3, out_k3) if _clearly_better(out_k3.rms_views, plain.rms_views) else (fitted, plain)
-    return _result(observations, views, left_out, chosen, out)
+    fitted = fit(seen, parameters, poses)
+    return fit(seen, fitted.parameters, fitted.poses, noise=noise_of(fitted))
 
 
-def _without_repeats(observations: Observations) -> tuple[list[BoardView], list[LeftOut]]:
-    """Views that differ: one of each pose, since a repeated one adds no information but shrinks sigma."""
-    # a board on a table in front of a camera on a tripod moves by less than this
-    same = max(1.0, 0.002 * observations.image_size[0])
-    kept: list[BoardView] = []
-    left_out = list(observations.left_out)
-    for view in observations.views:
-        for other in kept:
-            _, mine, its = np.intersect1d(view.corner_ids, other.corner_ids, return_indices=True)
-            moved = np.linalg.norm(view.image_points[mine] - other.image_points[its], axis=1)
-            if len(mine) >= 4 and np.sqrt(np.mean(moved**2)) < same:
-                left_out.append(LeftOut(view.name, f"the board stands as in {other.name}"))
-                break
-        else:
-            kept.append(view)
-    return kept, left_out
-
-
-def _without_disagreeing(views: list[BoardView], fitted: Fit) -> tuple[list[BoardView], Fit, list[LeftOut]]:
-    """Leave out the worst view, refit, and again, while one is far above the others; at most a third of them.
-
-    The error within the fit decides, not the held-out one: a view that alone covers an edge of the picture is hard to
-    predict and the most valuable of all.
-    """
-    left_out: list[LeftOut] = []
-    most = len(views) // 3
-    while len(left_out) < most and len(views) > 3:
-        worst = int(np.argmax(fitted.rms_views))
-        others = float(np.median(np.delete(fitted.rms_views, worst)))
-        if fitted.rms_views[worst] <= _DISAGREES * others:
-            break
-        rest = np.delete(np.arange(len(views)), worst)
-        agreeing = [views[i] for i in rest.tolist()]
-        refitted = fit(agreeing, fitted.parameters, fitted.poses.of(rest))
-        error = fit([views[worst]], refitted.parameters, fitted.poses.of([worst]), ()).rms
-        why = f"disagrees: {error:.2f} px when predicted from the others, which agree to {refitted.rms:.2f} px"
-        left_out.append(LeftOut(views[worst].name, why))
-        views, fitted = agreeing, refitted
-    return views, fitted, left_out
-
-
-def _leave_one_out(views: Sequence[BoardView], fitted: Fit) -> _LeaveOneOut:
-    parameters = np.empty((len(views), 9))
-    rms = np.empty(len(views))
-    for i in range(len(views)):
-        rest = np.delete(np.arange(len(views)), i)
-        without = fit([views[j] for j in rest.tolist()], fitted.parameters, fitted.poses.of(rest), fitted.free)
-        parameters[i] = without.parameters
-        rms[i] = fit([views[i]], without.parameters, fitted.poses.of([i]), ()).rms
-    return _LeaveOneOut(parameters, rms)
-
-
-def _clearly_better(candidate: np.ndarray, plain: np.ndarray) -> bool:
-    """Is the held-out error per view smaller, by 2 % and by two standard errors of the paired difference?
-
-    Logarithms, because one view at the edge of the picture would outweigh all others by its error.
-    """
-    gain = np.log(plain / candidate)
-    return bool(np.mean(gain) > max(0.02, 2 * float(np.std(gain, ddof=1) / np.sqrt(len(gain)))))
+def _jackknife(seen: Sightings, fitted: Fit) -> _Jackknife:
+    n = len(seen.seen)
+    each = without(fitted, [np.array([i]) for i in range(n)])
+    parameters = np.array([p for p, _ in each])
+    distances = predicted(seen, parameters, np.array([shape.points for _, shape in each]), fitted.poses, fitted.knee)
+    rms = np.sqrt(np.sum(distances**2, axis=1) / seen.counts)
+    return _Jackknife(parameters, np.array([shape.values for _, shape in each]), rms)
 
 
 def _result(
     observations: Observations,
     views: Sequence[BoardView],
+    seen: Sightings,
     left_out: Sequence[LeftOut],
+    choice: Choice,
     fitted: Fit,
-    out: _LeaveOneOut,
+    to_rivals: np.ndarray,
+    of_corners: float | None,
+    wide: str | None,
 ) -> Calibration:
-    n = len(views)
-    away = out.parameters - out.parameters.mean(axis=0)
-    sigma_jackknife = np.sqrt((n - 1) / n * np.sum(away**2, axis=0))
+    out = _jackknife(seen, fitted)
+    sigma_jackknife, board_jackknife = out.sigma()
     sigma_least_squares = np.sqrt(np.diag(fitted.covariance))
-    # the correlations of least squares (a jackknife of few views has no full rank) with the larger sigma of each
+    # distortion numbers make up for one another, so that each alone may differ much between models of the same camera
+    sigma_choice = np.where(np.arange(9) < 4, np.max(np.abs(to_rivals), axis=0, initial=0.0), 0.0)
+    # the correlations of least squares (a jackknife of few views has no full rank) with the total sigma of each
     estimated = sigma_least_squares > 0
     grow = np.ones(9)
-    grow[estimated] = np.maximum(1.0, sigma_jackknife[estimated] / sigma_least_squares[estimated])
+    total = np.hypot(np.maximum(sigma_jackknife, sigma_least_squares), sigma_choice)[estimated]
+    grow[estimated] = total / sigma_least_squares[estimated]
     covariance = fitted.covariance * np.outer(grow, grow)
-    counts = np.array([len(view.corner_ids) for view in views])
+    counts = seen.counts
     held_out = float(np.sqrt(np.sum(counts * out.rms_views**2) / counts.sum()))
     pictures = [PictureUse(entry.name, False, entry.why) for entry in left_out] + [
         PictureUse(view.name, True, "", float(rms), float(held))
         for view, rms, held in zip(views, fitted.rms_views, out.rms_views, strict=True)
     ]
     pictures.sort(key=lambda picture: picture.name)
-    notes = [*observations.notes, *_notes(observations.image_size, views, fitted, grow)]
+    board_sigma = np.maximum(np.sqrt(np.diag(fitted.shape_covariance)), board_jackknife)
+    beside = cross_check(views, observations.image_size, fitted.free, fitted.parameters, np.sqrt(np.diag(covariance)))
+    notes = [
+        *observations.notes,
+        *bad_corners(views, seen, fitted),
+        *_notes(observations.image_size, views, fitted, sigma_jackknife, sigma_least_squares),
+        *_board_notes(fitted.shape, board_sigma),
+        *([wide] if wide else []),
+    ]
+    said = beside.note(fitted.shape.model.name == "rigid") if beside else None
+    notes += [said] if said else []
     info = {
         "rms_px": fitted.rms,
         "held_out_rms_px": held_out,
         "corners": int(counts.sum()),
+        "lens": choice.chosen.lens,
+        "board": choice.chosen.board,
         "notes": notes,
+        "candidates": [
+            {
+                "lens": candidate.lens,
+                "board": candidate.board,
+                "rms_px": candidate.rms_px,
+                "held_out_rms_px": candidate.held_out_rms_px,
+                "chosen": candidate.chosen,
+            }
+            for candidate in choice.candidates
+        ],
         "pictures": [{"file": picture.name, "used": picture.used, "why": picture.why} for picture in pictures],
     }
     return Calibration(
@@ -192,14 +218,27 @@ def _result(
         sigma_jackknife=sigma_jackknife,
         free=fitted.free,
         corners=int(counts.sum()),
-        tilt=_tilt(fitted.poses),
+        tilt=tilt_of(fitted.poses),
         views=tuple(views),
         poses=fitted.poses,
         notes=tuple(notes),
+        candidates=choice.candidates,
+        lens=choice.chosen.lens,
+        board=fitted.shape,
+        board_sigma=board_sigma,
+        noise_px=noise_of(fitted),
+        corner_noise_px=of_corners,
+        cross_check=beside,
     )
 
 
-def _notes(image_size: tuple[int, int], views: Sequence[BoardView], fitted: Fit, grow: np.ndarray) -> list[str]:
+def _notes(
+    image_size: tuple[int, int],
+    views: Sequence[BoardView],
+    fitted: Fit,
+    jackknife: np.ndarray,
+    least_squares: np.ndarray,
+) -> list[str]:
     width, height = image_size
     notes: list[str] = []
     points = np.concatenate([view.image_points for view in views])
@@ -213,59 +252,33 @@ def _notes(image_size: tuple[int, int], views: Sequence[BoardView], fitted: Fit,
     ]
     if empty:
         notes.append(f"no corners in these ninths of the picture: {', '.join(empty)}; the lens is a guess there")
-    if grow[:2].max() > 1.5:
-        notes.append(
-            f"the views differ by more than their corners' noise: sigma of the focal length is {grow[:2].max():.1f} "
-            "times that of least squares (is the board flat?)"
-        )
+    free = least_squares > 0
+    ratio = np.ones(9)
+    ratio[free] = jackknife[free] / least_squares[free]
+    for words, which in (("larger", ratio > _APART), ("smaller", ratio < 1 / _APART)):
+        if which.any():
+            found = ", ".join(f"{lens.NAMES[i]} {ratio[i]:.1f}" for i in np.nonzero(which)[0])
+            notes.append(f"sigma by leaving out views is {words} than that of least squares, times: {found}")
     border = np.array([[0, 0], [width - 1, 0], [0, height - 1], [width - 1, height - 1]], float)
     if np.any(np.isnan(lens.undistort(border, fitted.parameters))):
         notes.append("the lens model turns back before the picture's corners: do not use it there")
     return notes
 
 
-def _tilt(poses: Poses) -> float:
-    """The largest angle between the planes of two boards, rad."""
-    normals = poses.R[:, :, 2]
-    # arcsin of the cross product: arccos has no digits for small angles
-    cross = np.linalg.norm(np.cross(normals[:, None], normals[None]), axis=2)
-    return float(np.max(np.arctan2(cross, normals @ normals.T)))
-
-
-def _refuse_few(count: int, left_out: Sequence[LeftOut]) -> None:
-    if count >= MIN_VIEWS:
-        return
-    shown = "; ".join(f"{entry.name}: {entry.why}" for entry in left_out[:3])
-    more = f" and {len(left_out) - 3} more" if len(left_out) > 3 else ""
-    raise Refused(
-        "pictures",
-        f"{count} distinct views of the board" + (f" (left out: {shown}{more})" if shown else ""),
-        f"take {MIN_VIEWS} or more, better 15, tilted by 20 to 40 degrees in all directions, all over the picture",
-    )
-
-
-def _refuse_poor(fitted: Fit, image_size: tuple[int, int], disagreeing: Sequence[LeftOut]) -> None:
-    limit = max(1.0, 4e-4 * float(np.hypot(*image_size)))  # px; corner finding leaves 0.05 to 0.5 px
-    if fitted.rms > limit:
-        also = f" even without {', '.join(entry.name for entry in disagreeing)}" if disagreeing else ""
-        raise Refused(
-            "pictures",
-            f"no camera with this lens model explains the corners: {fitted.rms:.2f} px rms{also}",
-            "check the board's columns, rows and sizes, that it is flat, that nothing zoomed or focused between "
-            "pictures, and that the lens is no fisheye",
+def _board_notes(shape: BoardShape, sigma: np.ndarray) -> list[str]:
+    """What is worth saying of the board's shape."""
+    free = shape.model.free
+    words: list[str] = []
+    if "bow_x" in free:
+        bow, s = 1e3 * shape.values, 1e3 * sigma
+        words.append(f"bowed by {bow[0]:.2f} +- {s[0]:.2f} mm along x and {bow[1]:.2f} +- {s[1]:.2f} mm along y")
+    if "aspect" in free:
+        i = board_shape.NAMES.index("aspect")
+        words.append(f"with rows {100 * shape.values[i]:+.2f} +- {100 * sigma[i]:.2f} % apart")
+    if shape.model.offsets:
+        away = 1e3 * np.sqrt(np.mean(shape.offsets**2, axis=0))
+        plane = float(np.hypot(away[0], away[1]))
+        words.append(
+            f"with corners off their places by {plane:.2f} mm in the plane and {away[2]:.2f} mm out of it (rms)"
         )
-    tilt = _tilt(fitted.poses)
-    if tilt < _MIN_TILT:
-        raise Refused(
-            "pictures",
-            f"all boards are tilted alike (within {np.degrees(tilt):.1f} degrees), which cannot tell the focal length",
-            "tilt the board by 20 to 40 degrees in different directions",
-        )
-    focal = fitted.parameters[:2]
-    sigma = np.sqrt(np.diag(fitted.covariance))[:2]
-    if np.any(focal <= 0) or np.any(sigma > _MAX_FOCAL_SIGMA * focal) or not fitted.converged:
-        raise Refused(
-            "pictures",
-            f"the focal length is known to {100 * float(np.max(sigma / np.abs(focal))):.1f} % only",
-            "add views tilted by 20 to 40 degrees in different directions, near enough to fill the picture",
-        )
+    return [f"the board is estimated {', '.join(words)}"] if words else []

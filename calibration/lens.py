@@ -9,45 +9,59 @@ x = X/Z, y = Y/Z, r2 = x^2 + y^2, c = 1 + k1 r2 + k2 r2^2 + k3 r2^3 and
 import numpy as np
 
 NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+MODELS = {
+    "k1 k2": NAMES[:6],
+    "k1 k2 p1 p2": NAMES[:8],
+    "k1 k2 p1 p2 k3": NAMES,
+}
+"""The lens models to choose from, each a part of the next, and what is free in them. The rational model is none of them:
+its coefficients explode, for a gain that held-out views do not show."""
 
 
 def distort(rays: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Rays (x, y), shape (n, 2), to pixels, shape (n, 2)."""
-    x, y = rays[:, 0], rays[:, 1]
-    r2 = x * x + y * y
-    c = 1 + r2 * (p[4] + r2 * (p[5] + r2 * p[8]))
-    u = p[0] * (x * c + 2 * p[6] * x * y + p[7] * (r2 + 2 * x * x)) + p[2]
-    v = p[1] * (y * c + p[6] * (r2 + 2 * y * y) + 2 * p[7] * x * y) + p[3]
-    return np.column_stack([u, v])
+    """Rays (x, y), shape (..., 2), to pixels, shape (..., 2); `p` of shape (9,), or one for each ray, (..., 9)."""
+    fx, fy, cx, cy, k1, k2, p1, p2, k3 = np.moveaxis(p, -1, 0)
+    x, y = rays[..., 0], rays[..., 1]
+    xx, yy, xy = x * x, y * y, x * y
+    r2 = xx + yy
+    c = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    u = fx * (x * c + 2 * p1 * xy + p2 * (r2 + 2 * xx)) + cx
+    v = fy * (y * c + p1 * (r2 + 2 * yy) + 2 * p2 * xy) + cy
+    return np.stack([u, v], axis=-1)
 
 
 def ray_jacobian(rays: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Derivative of the pixels by the rays, shape (n, 2, 2)."""
-    x, y = rays[:, 0], rays[:, 1]
+    """Derivative of the pixels by the rays, shape (..., 2, 2); `p` as in `distort`."""
+    fx, fy, _, _, k1, k2, p1, p2, k3 = np.moveaxis(p, -1, 0)
+    x, y = rays[..., 0], rays[..., 1]
     r2 = x * x + y * y
-    c = 1 + r2 * (p[4] + r2 * (p[5] + r2 * p[8]))
-    slope = 2 * (p[4] + r2 * (2 * p[5] + r2 * 3 * p[8]))  # dc/dx = slope x, dc/dy = slope y
-    cross = slope * x * y + 2 * p[6] * x + 2 * p[7] * y
-    out = np.empty((len(rays), 2, 2))
-    out[:, 0, 0] = p[0] * (c + slope * x * x + 2 * p[6] * y + 6 * p[7] * x)
-    out[:, 0, 1] = p[0] * cross
-    out[:, 1, 0] = p[1] * cross
-    out[:, 1, 1] = p[1] * (c + slope * y * y + 6 * p[6] * y + 2 * p[7] * x)
+    c = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    slope = 2 * (k1 + r2 * (2 * k2 + r2 * 3 * k3))  # dc/dx = slope x, dc/dy = slope y
+    cross = slope * x * y + 2 * p1 * x + 2 * p2 * y
+    out = np.empty((*r2.shape, 2, 2))
+    out[..., 0, 0] = fx * (c + slope * x * x + 2 * p1 * y + 6 * p2 * x)
+    out[..., 0, 1] = fx * cross
+    out[..., 1, 0] = fy * cross
+    out[..., 1, 1] = fy * (c + slope * y * y + 6 * p1 * y + 2 * p2 * x)
     return out
 
 
 def parameter_jacobian(rays: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Derivative of the pixels by the nine parameters, shape (n, 2, 9)."""
-    x, y = rays[:, 0], rays[:, 1]
-    r2 = x * x + y * y
+    """Derivative of the pixels by the nine parameters `p`, shape (9,): shape (..., 2, 9)."""
+    x, y = rays[..., 0], rays[..., 1]
+    xx, yy, xy = x * x, y * y, x * y
+    r2 = xx + yy
+    out = np.zeros((*r2.shape, 2, 9))
     ideal = (distort(rays, p) - p[2:4]) / p[:2]
-    out = np.zeros((len(rays), 2, 9))
-    out[:, 0, 0], out[:, 1, 1] = ideal[:, 0], ideal[:, 1]
-    out[:, 0, 2] = out[:, 1, 3] = 1.0
-    for column, power in ((4, r2), (5, r2**2), (8, r2**3)):
-        out[:, 0, column], out[:, 1, column] = p[0] * x * power, p[1] * y * power
-    out[:, 0, 6], out[:, 1, 6] = p[0] * 2 * x * y, p[1] * (r2 + 2 * y * y)
-    out[:, 0, 7], out[:, 1, 7] = p[0] * (r2 + 2 * x * x), p[1] * 2 * x * y
+    out[..., 0, 0], out[..., 1, 1] = ideal[..., 0], ideal[..., 1]
+    out[..., 0, 2] = out[..., 1, 3] = 1.0
+    fx, fy = p[0] * x, p[1] * y
+    power = r2
+    for column in (4, 5, 8):
+        out[..., 0, column], out[..., 1, column] = fx * power, fy * power
+        power = power * r2
+    out[..., 0, 6], out[..., 1, 6] = 2 * p[0] * xy, p[1] * (r2 + 2 * yy)
+    out[..., 0, 7], out[..., 1, 7] = p[0] * (r2 + 2 * xx), 2 * p[1] * xy
     return out
 
 

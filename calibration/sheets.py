@@ -4,15 +4,15 @@ Everything is drawn in millimetres from the sheet's lower left corner, as outlin
 neither a viewer's anti-aliasing nor a printer's resolution leaves hairlines.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from calibration.board import Board, Chessboard
-from calibration.dictionaries import marker_cells
+from calibration.board import AprilGrid, Board, Charuco
+from calibration.dictionaries import is_turned, marker_cells
 from xneck.errors import Refused, one_of
 from xneck.whole_file import whole_file
 
@@ -47,22 +47,8 @@ def board_sheet(board: Board, out: str | Path) -> tuple[float, float]:
     figure, axes = _blank(page)
     x0 = (page[0] - width) / 2
     y0 = _FOOT + quiet + (page[1] - _FOOT - _MARGIN - 2 * quiet - height) / 2
-    if isinstance(board, Chessboard):
-        for row in range(board.rows + 1):
-            for column in range(row % 2, board.columns + 1, 2):
-                _square(axes, x0, y0 + height, 1e3 * board.square, column, row)
-    else:
-        pattern = board.opencv()
-        with_marker: set[tuple[int, int]] = set()
-        for marker_id, corners in zip(np.ravel(pattern.getIds()), pattern.getObjPoints(), strict=True):
-            middle = np.mean(np.reshape(corners, (4, 3)), axis=0)
-            with_marker.add((int(middle[0] // board.square), int(middle[1] // board.square)))
-            x, y = x0 + 1e3 * (middle[0] - board.marker / 2), y0 + height - 1e3 * (middle[1] + board.marker / 2)
-            _cells(axes, marker_cells(board.dictionary, int(marker_id)), x, y, 1e3 * board.marker)
-        for row in range(board.rows):
-            for column in range(board.columns):
-                if (column, row) not in with_marker:
-                    _square(axes, x0, y0 + height, 1e3 * board.square, column, row)
+    for cells, x, y, side in _drawing(board):
+        _cells(axes, cells, x0 + 1e3 * x, y0 + height - 1e3 * (y + side), 1e3 * side)
     _foot(axes, page, board.title)
     _write([figure], out)
     return page
@@ -143,6 +129,36 @@ def outlines(cells: np.ndarray) -> list[np.ndarray]:
     return loops
 
 
+def _drawing(board: Board) -> Iterator[tuple[np.ndarray, float, float, float]]:
+    """Black cells with their place: x and y of the upper left corner from the drawing's own, y down, and side, m."""
+    black = np.ones((1, 1), bool)
+    if isinstance(board, AprilGrid):
+        for index in range(board.columns * board.rows):
+            cells = marker_cells(board.dictionary, board.first_id + index, border=2)
+            x, y = board.tag_place(index)
+            yield np.rot90(cells, 2 * is_turned(board.dictionary)), x + board.square, y + board.square, board.tag
+        pitch = board.tag + board.square
+        for row in range(board.rows + 1):
+            for column in range(board.columns + 1):
+                yield black, column * pitch, row * pitch, board.square
+        return
+    with_marker: set[tuple[int, int]] = set()
+    columns, rows = board.columns + 1, board.rows + 1
+    if isinstance(board, Charuco):
+        columns, rows = board.columns, board.rows
+        pattern = board.opencv()
+        for marker_id, corners in zip(np.ravel(pattern.getIds()), pattern.getObjPoints(), strict=True):
+            x, y = np.mean(np.reshape(corners, (4, 3)), axis=0)[:2]
+            with_marker.add((int(x // board.square), int(y // board.square)))
+            cells = marker_cells(board.dictionary, int(marker_id))
+            yield cells, x - board.marker / 2, y - board.marker / 2, board.marker
+    for row in range(rows):
+        for column in range(columns):
+            white = (column, row) in with_marker if with_marker else (column + row) % 2 == 1
+            if not white:
+                yield black, column * board.square, row * board.square, board.square
+
+
 def _cells(axes: "Axes", cells: np.ndarray, x: float, y: float, side: float) -> None:
     """Black cells as one compound path, lower left corner at (x, y), mm."""
     from matplotlib.patches import PathPatch
@@ -156,10 +172,6 @@ def _cells(axes: "Axes", cells: np.ndarray, x: float, y: float, side: float) -> 
         corners += [*points, points[0]]
         codes += [int(Outline.MOVETO), *[int(Outline.LINETO)] * (len(points) - 1), int(Outline.CLOSEPOLY)]
     axes.add_patch(PathPatch(Outline(np.array(corners), np.array(codes, np.uint8)), facecolor="black", linewidth=0))
-
-
-def _square(axes: "Axes", x0: float, top: float, side: float, column: int, row: int) -> None:
-    _cells(axes, np.ones((1, 1), bool), x0 + column * side, top - (row + 1) * side, side)
 
 
 def _labelled(axes: "Axes", dictionary: str, marker: _Marker, floor: float) -> None:

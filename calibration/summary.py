@@ -1,10 +1,11 @@
 """A calibration as the machine-readable result that other programs hold on to."""
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from calibration import lens
+from calibration import board_shape, lens
 from calibration.estimation import Calibration
 
 _POOR = 30.0  # %, relative sigma from which on a parameter counts as not identified
@@ -50,5 +51,41 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "largest_tilt_rad": calibration.tilt,
         "sigma_least_squares": dict(zip(lens.NAMES, map(float, calibration.sigma_least_squares), strict=True)),
         "sigma_jackknife": dict(zip(lens.NAMES, map(float, calibration.sigma_jackknife), strict=True)),
+        "noise_px": calibration.noise_px,
+        "corner_noise_px": calibration.corner_noise_px,
+        "lens": calibration.lens,
+        "board": _board(calibration),
+        "candidates": [asdict(candidate) for candidate in calibration.candidates],
+        "cross_check": _cross_check(calibration),
         "notes": list(calibration.notes),
+    }
+
+
+def _board(calibration: Calibration) -> dict[str, Any]:
+    """The board's shape; sigma is null where the chosen model holds a number fixed."""
+    shape, free = calibration.board, calibration.board.model.free
+    numbers = {
+        name: {"value": float(value), "unit": unit, "sigma": float(sigma) if name in free else None}
+        for name, value, sigma, unit in zip(
+            board_shape.NAMES, shape.values, calibration.board_sigma, ("m", "m", "1"), strict=True
+        )
+    }
+    away = np.sqrt(np.mean(shape.offsets**2, axis=0))
+    return {
+        "model": shape.model.name,
+        **numbers,
+        "sagitta_m": [float(bow) for bow in shape.bow],
+        "offsets_rms_m": [float(value) for value in away],
+    }
+
+
+def _cross_check(calibration: Calibration) -> dict[str, Any] | None:
+    """OpenCV's values, and how many of our sigmas ours are above them."""
+    beside = calibration.cross_check
+    if beside is None:
+        return None
+    return {
+        "rms_px": beside.rms_px,
+        "parameters": dict(zip(lens.NAMES, map(float, beside.parameters), strict=True)),
+        "differences_sigma": dict(zip(lens.NAMES, map(float, beside.differences), strict=True)),
     }

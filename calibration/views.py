@@ -2,13 +2,15 @@
 
 import hashlib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from calibration.board import Board, Chessboard
-from calibration.corners import BoardView, CornerFinder, Variant, expected_size
+from calibration.corners import MIN_CORNERS, BoardView, CornerFinder, Variant, expected_size
+from calibration.information import information
 from calibration.pictures import Picture
+from calibration.seen_instead import seen_instead
 from xneck.errors import Refused
 
 
@@ -69,11 +71,26 @@ def observe(pictures: Iterable[Picture], board: Board) -> Observations:
     return Observations(tuple(views), tuple(left_out), image_size, variant.notes(), variant)
 
 
+def settled(observations: Observations) -> Observations:
+    """The views without the corners of which no saddle was seen (under a reflection, a finger, at the picture's edge)."""
+    views = [view if view.sigma is None else view.of(np.isfinite(view.sigma)) for view in observations.views]
+    hidden = sum(len(view.corner_ids) for view in observations.views) - sum(len(view.corner_ids) for view in views)
+    few = [LeftOut(view.name, "too few clear corners") for view in views if len(view.corner_ids) < MIN_CORNERS]
+    notes = (f"{hidden} corners are hidden or damaged (a reflection, a finger) and left out",) if hidden else ()
+    return replace(
+        observations,
+        views=tuple(view for view in views if len(view.corner_ids) >= MIN_CORNERS),
+        left_out=(*observations.left_out, *few),
+        notes=(*observations.notes, *notes),
+    )
+
+
 def distinct_views(observations: Observations, limit: int = 30, apart: float = 0.01) -> Observations:
     """At most `limit` sharp views that differ, out of many (the frames of a video).
 
-    Farthest-point selection on where the board's outline lies in the picture, so that position, distance and tilt all
-    count; `apart` is the least difference between two views, as a part of the picture's diagonal. Views less than 0.7
+    Each next view is the one that adds most to what is known of the camera (the determinant of the information); where
+    no rough camera can be had, the one whose outline lies farthest from those chosen. `apart` is the least difference
+    between the outlines of two views, as a part of the picture's diagonal. Views less than 0.7
     times as sharp as the better quarter are not considered. Frames without the board are counted in a note, not named.
     """
     views = observations.views
@@ -86,13 +103,19 @@ def distinct_views(observations: Observations, limit: int = 30, apart: float = 0
     # partial views have an uncertain outline and say less: they come after the whole ones
     counts = np.array([len(view.corner_ids) for view in views])
     weight = np.where(candidates, np.sqrt(counts / counts.max()), 0.0)
+    told = information(views, observations.image_size)
+    known = 1e-4 * np.eye(8)
     chosen = [int(np.argmax(weight * sharpness))]
     distance = np.full(len(views), np.inf)
     while len(chosen) < limit:
         distance = np.minimum(distance, np.sqrt(np.mean((outlines - outlines[chosen[-1]]) ** 2, axis=(1, 2))))
         score = np.where(distance >= apart, distance, 0.0) * weight
+        if told is not None:
+            known = known + told[chosen[-1]]
+            gain = np.linalg.slogdet(known + told)[1] - np.linalg.slogdet(known)[1]
+            score = np.where(score > 0, gain, 0.0)
         best = int(np.argmax(score))
-        if score[best] == 0.0:
+        if score[best] <= 0.0:
             break
         chosen.append(best)
     kept = tuple(views[i] for i in sorted(chosen))
@@ -124,6 +147,9 @@ def _outlines(views: Sequence[BoardView]) -> np.ndarray:
 
 def _refuse_wrong_board(finder: CornerFinder, views: list[BoardView], pictures: int) -> None:
     board = finder.board
+    instead = None if views else seen_instead(board, finder.kept)
+    if instead is not None:
+        raise Refused("board", f"the pictures show {instead}", "describe the board as it is printed")
     if isinstance(board, Chessboard):
         size = expected_size(board, finder.seen_sizes)
         if size is not None:

@@ -20,10 +20,11 @@ FORMATS = ("csv", "npz", "mat")
 
 
 def write_dataset(data: DataSet, path: str | Path) -> None:
-    """`data` as MCAP: channels /state, /seed, /angles, /log, metadata clock, check and provenance, neck.yaml attached."""
+    """`data` as MCAP: channels as its series, metadata clock, check and provenance, neck.yaml attached."""
     joint_state.write(
         path,
-        {topic: getattr(data, topic) for topic in _TOPICS},
+        {topic: getattr(data, topic) for topic in _TOPICS}
+        | ({"covariance": data.covariance} if data.covariance else {}),
         {"clock": dict(data.clock), "check": dict(data.check), "provenance": dict(data.provenance)},
         {"neck.yaml": data.neck_yaml.encode()},
     )
@@ -39,7 +40,8 @@ def read_dataset(path: str | Path) -> DataSet:
     neck = strict_yaml.validate(strict_yaml.parse(text, f"{path}:neck.yaml"), Neck, f"{path}:neck.yaml")
     parts: dict[str, Series] = {topic: joint_state.as_series(logs[topic]) for topic in _TOPICS}
     records: dict[str, Any] = {name: metadata.get(name, {}) for name in ("clock", "check", "provenance")}
-    return DataSet(neck, text, **parts, **records)
+    covariance = joint_state.as_series(logs["covariance"]) if "covariance" in logs else None
+    return DataSet(neck, text, **parts, **records, covariance=covariance)
 
 
 def export(series: Series, path: str | Path) -> None:

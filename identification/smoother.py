@@ -1,26 +1,33 @@
-"""A signal and its first two derivatives from noisy samples: the Gauss-Markov smoother with a Wiener-jerk prior.
+"""A signal and its first two derivatives from noisy samples: a spline whose spectrum the samples themselves tell.
 
-The prior lets the jerk wander as a Wiener process, driven by white noise of spectral density q, which maximum
-likelihood finds in the data. Filter and Rauch-Tung-Striebel smoother run over the samples; between two samples the state given
-both ends is again Gaussian, in closed form, so any other clock is served in one vectorised step.
+The prior (see spline.py) has three numbers, its order, corner and drive, which maximise the likelihood of the samples. An
+order that falls off faster than a Wiener jerk is believed where the samples say so, and a signal without samples goes back to its
+mean with the spread that it usually has.
 """
 
 from dataclasses import dataclass
-from math import factorial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize
 
+from identification.banded import Factor, factor, inverse_windows
+from identification.spline import SUPPORT, Knots, Prior, knots_over
 from xneck.errors import Refused
 
 Array = NDArray[np.float64]
 
-_STATES = 4
-"""value, velocity, acceleration, jerk"""
-_ENOUGH = 3000
-"""samples from the middle that tell q well enough"""
-_FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
+ORDERS = (2, 3, 4, 6, 8)
+"""tried for the prior"""
+ENOUGH = 6000
+"""samples from the middle that tell the prior well enough"""
+LEAST = 8
+"""samples"""
+WIDTH = max(*ORDERS, SUPPORT - 1)
+"""of the bands, in coefficients"""
+_STIFFEST = np.log(1e-5)
+"""(corner step)^order below it would lose the prior's precision in rounding"""
+_BLOCK = 4 * SUPPORT
 
 
 @dataclass(frozen=True)
@@ -33,90 +40,94 @@ class Smoothed:
     covariance: Array
 
 
-def smooth(time: Array, values: Array, sigma: Array, at: Array) -> Smoothed:
+def smooth(time: Array, values: Array, sigma: Array, at: Array, step: float | None = None) -> Smoothed:
     """Samples `values` (F,) with standard deviations `sigma` (F,) at `time` (F,), s, NaN left out, evaluated at `at` (T,).
 
-    `at` must lie within the samples: nothing is extrapolated. Raises Refused where it does not, or samples are too few.
+    step: of the knots, s; the samples' own by default. `at` must lie within the samples: nothing is extrapolated. Raises
+    Refused where it does not, or samples are too few.
     """
     known = ~np.isnan(values)
     t, y, r = time[known], values[known], sigma[known] ** 2
-    if len(t) < 8:
-        raise Refused("smoother", f"only {len(t)} samples", "record longer")
-    if at[0] < t[0] - 1e-9 or at[-1] > t[-1] + 1e-9:
+    check_span(t, at)
+    knots = knots_over(t[0], t[-1], step or float(np.median(np.diff(t))))
+    mean = float(np.mean(y))
+    prior = fit_prior(t, y - mean, r, knots.step)
+    found, b = _system(knots, prior, t, y - mean, r)
+    c = found.solve(b)
+    first, _ = knots.rows(at)
+    parts = [knots.rows(at, d)[1] for d in range(3)]
+    near = c[first[:, None] + np.arange(SUPPORT)]
+    value, d1, d2 = (np.einsum("tk,tk->t", w, near) for w in parts)
+    windows = inverse_windows(found, _BLOCK, np.arange(knots.count - SUPPORT + 1), SUPPORT)[first]
+    weights = np.stack(parts, axis=1)
+    return Smoothed(value + mean, d1, d2, weights @ windows @ np.swapaxes(weights, 1, 2))
+
+
+def check_span(time: Array, at: Array) -> None:
+    """Refused where samples at `time` are too few, or `at` reaches beyond them."""
+    if len(time) < LEAST:
+        raise Refused("smoother", f"only {len(time)} samples", "record longer")
+    if at[0] < time[0] - 1e-9 or at[-1] > time[-1] + 1e-9:
         raise Refused("smoother", "asked outside the samples", "nothing is extrapolated")
-    scale = float(np.var(np.diff(y, n=2))) / float(np.median(np.diff(t))) ** 7 + 1e-12
-    part = slice(max(0, len(t) // 2 - _ENOUGH // 2), len(t) // 2 + _ENOUGH // 2)
-    best = minimize_scalar(
-        lambda log_q: -_filter(t[part], y[part], r[part], np.exp(log_q))[3],
-        bounds=(np.log(scale) - 35, np.log(scale) + 5),
-        method="bounded",
-        options={"xatol": 0.2},
-    )
-    return _evaluate(t, y, r, float(np.exp(best.x)), at)
 
 
-def _transition(step: Array) -> tuple[Array, Array]:
-    """Phi and Q / q over steps (T,): shapes (T, 4, 4)."""
-    h = np.asarray(step, dtype=float)[:, None, None]
-    phi = sum((h**k / factorial(k) * np.eye(_STATES, k=k) for k in range(1, _STATES)), np.eye(_STATES))
-    # integral of (h^a / a!) (h^b / b!) over the step, a and b counting down to the driven state
-    a = _STATES - 1 - np.arange(_STATES)
-    power = a[:, None] + a + 1
-    return phi, h**power / (_FACTORIALS[a][:, None] * _FACTORIALS[a] * power)
+def fit_prior(time: Array, values: Array, variance: Array, step: float) -> Prior:
+    """The prior for knots `step` apart that makes samples of mean zero most likely."""
+    part = slice(max(0, len(time) // 2 - ENOUGH // 2), len(time) // 2 + ENOUGH // 2)
+    t, y, r = time[part], values[part], variance[part]
+    knots = knots_over(t[0], t[-1], step)
+    design, b = normal_equations(knots, t, y, r)
+    fixed = float(np.sum(np.log(r)) + np.sum(y**2 / r))
+    spread = 10 * float(np.std(y)) + 10 * float(np.sqrt(np.median(r)))
+
+    def prior(order: int, v: Array) -> Prior:
+        """v: logarithms of the corner in rad/s and of the signal's standard deviation over the samples'."""
+        corner = float(np.exp(v[0]))
+        # standard deviation of the driven noise that gives the process its own
+        return Prior(order, corner, float(np.exp(v[1])) * spread * (corner * step) ** (order - 0.5), spread)
+
+    def cost(order: int, v: Array) -> float:
+        if not (-3 < v[0] < np.log(0.8 / step) and -12 < v[1] < 12) or (v[0] + np.log(step)) * order < _STIFFEST:
+            return 1e12
+        p = prior(order, v)
+        band = padded(p.band(knots))
+        try:
+            found = factor(band + design)
+        except np.linalg.LinAlgError:
+            return 1e12
+        return found.log_determinant - p.log_determinant(knots) + fixed - float(b @ found.solve(b))
+
+    best: tuple[float, Prior] | None = None
+    for order in ORDERS:
+        start = np.array([np.log(6.0 * np.sqrt(order)), 0.0])
+        found = minimize(
+            lambda v, order=order: cost(order, v),
+            start,
+            method="Nelder-Mead",
+            options={"xatol": 0.05, "fatol": 0.1, "initial_simplex": start + np.array([[0, 0], [0.7, 0], [0, 1.5]])},
+        )
+        if best is None or found.fun < best[0]:
+            best = float(found.fun), prior(order, found.x)
+    assert best is not None
+    return best[1]
 
 
-def _filter(t: Array, y: Array, r: Array, q: float) -> tuple[Array, Array, tuple[Array, Array], float]:
-    """Filtered means (F, 4) and covariances (F, 4, 4), the transitions used, and the log likelihood."""
-    phi, noise = _transition(np.diff(t))
-    noise = noise * q
-    n = len(t)
-    means, covariances = np.empty((n, _STATES)), np.empty((n, _STATES, _STATES))
-    step = float(np.median(np.diff(t)))
-    # a start that knows nothing: many times what the samples can vary
-    spread = np.ptp(y) + np.sqrt(r[0])
-    m = np.zeros(_STATES)
-    m[0] = y[0]
-    P = np.diag(spread / step ** np.arange(_STATES)) ** 2 * 10.0
-    likelihood = 0.0
-    for k in range(n):
-        if k:
-            F = phi[k - 1]
-            m, P = F @ m, F @ P @ F.T + noise[k - 1]
-        s = P[0, 0] + r[k]
-        gain = P[:, 0] / s
-        e = y[k] - m[0]
-        m = m + gain * e
-        P = P - np.outer(gain, P[0])
-        P = (P + P.T) / 2
-        means[k], covariances[k] = m, P
-        if k >= _STATES:
-            likelihood -= 0.5 * (e * e / s + np.log(s))
-    return means, covariances, (phi, noise), float(likelihood)
+def padded(band: Array) -> Array:
+    """A lower band with rows of zeros down to WIDTH."""
+    return np.vstack([band, np.zeros((WIDTH + 1 - len(band), band.shape[1]))])
 
 
-def _evaluate(t: Array, y: Array, r: Array, q: float, at: Array) -> Smoothed:
-    means, covariances, (phi, noise), _ = _filter(t, y, r, q)
-    n = len(t)
-    sm, sP = means.copy(), covariances.copy()
-    cross = np.empty((n - 1, _STATES, _STATES))  # covariance of state k with state k + 1, given everything
-    for k in range(n - 2, -1, -1):
-        ahead = phi[k] @ covariances[k] @ phi[k].T + noise[k]
-        G = np.linalg.solve(ahead, phi[k] @ covariances[k]).T
-        sm[k] = means[k] + G @ (sm[k + 1] - phi[k] @ means[k])
-        sP[k] = covariances[k] + G @ (sP[k + 1] - ahead) @ G.T
-        cross[k] = G @ sP[k + 1]
-    k = np.clip(np.searchsorted(t, at, side="right") - 1, 0, n - 2)
-    tau = np.clip(at - t[k], 0, None)
-    phi_a, noise_a = _transition(tau)
-    phi_b, _ = _transition(t[k + 1] - t[k] - tau)
-    noise_a = noise_a * q
-    towards = noise_a @ np.swapaxes(phi_b, 1, 2)
-    # weight of the later sample's state, and of the earlier one's
-    W1 = np.swapaxes(np.linalg.solve(noise[k], np.swapaxes(towards, 1, 2)), 1, 2)
-    W0 = phi_a - W1 @ phi[k]
-    mean = np.einsum("tij,tj->ti", W0, sm[k]) + np.einsum("tij,tj->ti", W1, sm[k + 1])
-    mixed = W0 @ cross[k] @ np.swapaxes(W1, 1, 2)
-    own = noise_a - W1 @ np.swapaxes(towards, 1, 2)
-    P = W0 @ sP[k] @ np.swapaxes(W0, 1, 2) + W1 @ sP[k + 1] @ np.swapaxes(W1, 1, 2)
-    P = P + mixed + np.swapaxes(mixed, 1, 2) + own
-    return Smoothed(mean[:, 0], mean[:, 1], mean[:, 2], P[:, :3, :3])
+def normal_equations(knots: Knots, t: Array, y: Array, r: Array) -> tuple[Array, Array]:
+    """Band (WIDTH + 1, count) and right side (count,) of the samples' normal equations."""
+    first, weights = knots.rows(t)
+    band, b = np.zeros((WIDTH + 1, knots.count)), np.zeros(knots.count)
+    for k in range(SUPPORT):
+        b += np.bincount(first + k, weights[:, k] * y / r, knots.count)
+        for lag in range(SUPPORT - k):
+            band[lag] += np.bincount(first + k, weights[:, k] * weights[:, k + lag] / r, knots.count)
+    return band, b
+
+
+def _system(knots: Knots, prior: Prior, t: Array, y: Array, r: Array) -> tuple[Factor, Array]:
+    design, b = normal_equations(knots, t, y, r)
+    return factor(design + padded(prior.band(knots))), b

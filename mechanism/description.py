@@ -102,6 +102,8 @@ class Motor(Strict):
     Ia: Annotated[float, Field(ge=0, le=1)]
     counts: Annotated[int, Field(ge=1, le=2**31)]
     theta_sign: Literal[-1, 1] = 1
+    fv: Annotated[float, Field(ge=0, le=10)] | None = None
+    """viscous friction at the cable per motor speed, N s/rad, where it is known (from a run with the cables off, say)"""
     joint: str | None = None
     """its name in a JointState log; without one, motor j is the j-th joint"""
     theta_scale: Annotated[float, Field(gt=0)] = 1.0

@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 DEFAULT_SIGMA = np.radians(0.1)
 """rad: assumed for angles that come without their sigma, and said so"""
 
+_LEAST_WHITE = 0.05
+"""of sigma: no angle is free of noise"""
+
 
 @dataclass(frozen=True)
 class Angles:
@@ -27,12 +30,27 @@ class Angles:
     alpha: Array
     sigma: Array
     notes: dict[str, Any] = field(default_factory=dict)
-    """where they come from: provenance, camera pose, marker statistics"""
+    """where they come from: provenance, camera pose, marker statistics; of a switched light its exposure and delay"""
+    light: Array | None = None
+    """(F,): grey level where a light that the controller switches was seen; None without one"""
+    common: Array | None = None
+    """(F, N), rad: the part of sigma that all frames share (camera pose, placement of markers), if known"""
 
     @property
     def series(self) -> Series:
         """The columns of the contract."""
-        return Series(self.time, numbered("alpha", self.alpha) | numbered("sigma", self.sigma))
+        columns = numbered("alpha", self.alpha) | numbered("sigma", self.sigma)
+        return Series(self.time, columns | ({} if self.common is None else numbered("common", self.common)))
+
+    @property
+    def shared(self) -> Array:
+        """`common`, or zeros."""
+        return np.zeros_like(self.sigma) if self.common is None else self.common
+
+    @property
+    def white(self) -> Array:
+        """The part of sigma that differs from frame to frame, (F, N), rad."""
+        return np.sqrt(np.maximum(self.sigma**2 - self.shared**2, (_LEAST_WHITE * self.sigma) ** 2))
 
     @property
     def complete(self) -> NDArray[np.bool_]:
@@ -60,9 +78,14 @@ def read_angles(path: str | Path, joints: int) -> Angles:
         if "angles" not in logs:
             raise Refused(path, f"has no /angles, only /{', /'.join(logs)}", "make it with `xneck extract`")
         series, notes = joint_state.as_series(logs["angles"]), metadata.get("angles", {})
+        seen = joint_state.as_series(logs["quality"]).columns if "quality" in logs else {}
+        light = seen.get("light")
     else:
         wanted = [f"alpha{i + 1}" for i in range(joints)]
-        series = read_table(path, wanted, optional=[f"sigma{i + 1}" for i in range(joints)])
+        stems = ("sigma", "common")
+        optional = [f"{stem}{i + 1}" for stem in stems for i in range(joints)]
+        series = read_table(path, wanted, optional=[*optional, "light"])
+        light = series.columns.get("light")
         notes = {"source": path.name}
     check_time(series.time, str(path))
     alpha, sigma = series.matrix("alpha"), series.matrix("sigma")
@@ -79,4 +102,5 @@ def read_angles(path: str | Path, joints: int) -> Angles:
         sigma = np.where(np.isnan(alpha), np.nan, DEFAULT_SIGMA)
     elif np.any(sigma[~np.isnan(alpha)] <= 0):
         raise Refused(path, "has a sigma that is not positive", "give standard deviations in rad, or none")
-    return Angles(series.time, alpha, sigma, notes)
+    common = series.matrix("common")
+    return Angles(series.time, alpha, sigma, notes, light, common if common.shape[1] == joints else None)

@@ -7,7 +7,7 @@ from pathlib import Path
 from calibration.board import read_board
 from calibration.estimation import Calibration, calibrate
 from calibration.pictures import Picture, picture_files, read_pictures
-from calibration.views import distinct_views, observe
+from calibration.views import Observations, distinct_views, observe, settled
 from vision.video import frames
 from xneck.errors import Refused
 
@@ -30,6 +30,16 @@ def calibrate_from(
     progress: Callable[[int], object] = lambda pictures: None,
 ) -> Calibration:
     """Camera from picture files, or from every n-th frame of one video; `progress` is told of each picture looked at."""
+    return calibrate(observed(files, board_file, every, progress))
+
+
+def observed(
+    files: Sequence[Path],
+    board_file: str | Path,
+    every: int = 5,
+    progress: Callable[[int], object] = lambda pictures: None,
+) -> Observations:
+    """What picture files, or every n-th frame of one video (then only views that differ), show of the board."""
     board = read_board(board_file)
     video = len(files) == 1 and files[0].suffix.lower() in VIDEO_SUFFIXES
     pictures = _from_video(files[0], every) if video else read_pictures(files)
@@ -39,8 +49,8 @@ def calibrate_from(
             yield picture
             progress(1)
 
-    seen = observe(told(), board)
-    return calibrate(distinct_views(seen) if video else seen)
+    seen = settled(observe(told(), board))
+    return distinct_views(seen) if video else seen
 
 
 def _from_video(path: Path, every: int) -> Iterator[Picture]:

@@ -13,9 +13,13 @@ from xneck.errors import Refused
 
 Array = NDArray[np.float64]
 
+LED = "led"
+
 
 def read_log(path: str | Path, neck: Neck) -> Series:
     """Columns theta1..M (rad, motor side, winding in positive) and f1..M (N) of a CSV or of an MCAP with JointState.
+
+    A column `led` (in an MCAP the position of a joint of that name), 0 or 1, says whether a light was on that the video shows.
 
     Raises Refused where columns or joints are missing, values not finite, or times do not increase.
     """
@@ -24,7 +28,7 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     if path.suffix == ".mcap":
         series = _from_joint_states(path, neck)
     else:
-        series = read_table(path, [f"theta{j + 1}" for j in range(m)] + [f"f{j + 1}" for j in range(m)])
+        series = read_table(path, [f"theta{j + 1}" for j in range(m)] + [f"f{j + 1}" for j in range(m)], optional=[LED])
     check_time(series.time, str(path))
     for name, values in series.columns.items():
         if not np.all(np.isfinite(values)):
@@ -33,6 +37,11 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     turn = np.array([motor.theta_sign * motor.theta_scale for motor in neck.motors])
     force = np.array([motor.f_scale for motor in neck.motors])
     columns = numbered("theta", series.matrix("theta") * turn) | numbered("f", series.matrix("f") * force)
+    if LED in series.columns:
+        light = series.columns[LED]
+        if not np.all((light == 0) | (light == 1)):
+            raise Refused(path, f"{LED} is neither 0 nor 1 in sample {int(np.argmax((light != 0) & (light != 1))) + 1}")
+        columns[LED] = light
     return Series(series.time, columns)
 
 
@@ -43,17 +52,19 @@ def _from_joint_states(path: Path, neck: Neck) -> Series:
         fitting = {topic: log for topic, log in logs.items() if set(named) <= set(log.names)}
         wanted = f"joints {', '.join(map(str, named))}"
     else:
-        fitting = {topic: log for topic, log in logs.items() if len(log.names) == neck.M}
+        fitting = {topic: log for topic, log in logs.items() if len(set(log.names) - {LED}) == neck.M}
         wanted = f"{neck.M} joints"
     if len(fitting) != 1:
         found = "; ".join(f"/{topic} has {', '.join(log.names[:8])}" for topic, log in logs.items())
         word = "no channel" if not fitting else f"{len(fitting)} channels"
         raise Refused(path, f"{word} with {wanted} ({found})", "name the joints in neck.yaml, motors[].joint")
     log = next(iter(fitting.values()))
-    order = [log.names.index(name) if name else j for j, name in enumerate(named)]
+    unnamed = [k for k, name in enumerate(log.names) if name != LED]
+    order = [log.names.index(name) if name else unnamed[j] for j, name in enumerate(named)]
     if np.isnan(log.effort).all():
         raise Refused(path, "its JointState has no effort", "log the force command f as effort")
-    return Series(log.time, numbered("theta", log.position[:, order]) | numbered("f", log.effort[:, order]))
+    light = {LED: log.position[:, log.names.index(LED)]} if LED in log.names else {}
+    return Series(log.time, numbered("theta", log.position[:, order]) | numbered("f", log.effort[:, order]) | light)
 
 
 def uniform(log: Series) -> Series:

@@ -1,17 +1,20 @@
 """A recorded video to joint angles."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from calibration.camera import Camera
+from calibration.dictionaries import marker_cells
 from identification.series import Series
 from mechanism.description import Neck, markers_of
 from vision.angles import Angles
 from vision.following import follow
+from vision.lens_bow import straightened
+from vision.light_patch import LightPatch
 from vision.linkage_fit import LinkageFit, fit_linkage
 from vision.quality import gaps, quality
 from vision.recording_fit import PlacementPrior
@@ -63,15 +66,16 @@ def extract(
     neck: Neck,
     shutter: Shutter = UNKNOWN,
     placement: PlacementPrior | None = None,
-    template: bool = False,
+    template: bool = True,
     workers: int = 1,
+    light: LightPatch | None = None,
     progress: Callable[[int], object] = lambda frames: None,
 ) -> Extraction:
     """Angles of every frame of a video that was described; `workers` processes share the video, `progress` is told of frames done.
 
     With `template` corners are fitted to all grey levels of a marker, else to the edges of its square. With a `placement`
     prior it is estimated where each marker sits; without one neck.yaml is believed, and held against what the motion shows
-    (`notes["askew"]`).
+    (`notes["askew"]`). A `light` that the controller switches is read along the way.
 
     Raises Refused for a damaged video, a picture size that is not the camera's, or where no marker of the arm is in view.
     """
@@ -82,7 +86,9 @@ def extract(
             f"is {video.width}x{video.height}, the camera was calibrated at {camera.width}x{camera.height}",
             "calibrate with pictures of the video's size",
         )
-    seen = follow(video, markers, Manner(template, shutter.exposure_s), workers, progress)
+    if light:
+        light.inside(video.width, video.height, str(video.path))
+    seen = follow(video, markers, Manner(template, shutter.exposure_s), workers, progress, light)
     if np.isnan(seen.corners).all():
         other = f", though others of the dictionary are (ids {list(seen.foreign)[:8]})" if seen.foreign else ""
         raise Refused(
@@ -90,7 +96,9 @@ def extract(
             f"no marker of neck.yaml is in view in {len(seen.time)} frames{other}",
             f"check markers.dictionary ({markers.dictionary}) and the ids",
         )
-    corners = at_middle_row(seen.time, seen.corners, video.height, shutter)
+    cells = np.stack([marker_cells(markers.dictionary, marker.id) for marker in markers.on_bars]) if template else None
+    corners = straightened(camera, seen.corners, cells)
+    corners = at_middle_row(seen.time, corners, video.height, shutter)
     covariance = None if seen.covariance is None else seen.covariance.astype(float)
     time = shutter.middle(seen.time, video.height)
     fit = fit_linkage(
@@ -105,6 +113,8 @@ def extract(
     )
     sigma = np.sqrt(np.diagonal(fit.covariance, axis1=1, axis2=2))
     sigma = np.where(np.isnan(fit.alpha), np.nan, sigma)
+    shared = np.diagonal(fit.covariance - (fit.covariance if fit.noise is None else fit.noise), axis1=1, axis2=2)
+    common = np.where(np.isnan(fit.alpha), np.nan, np.sqrt(np.maximum(shared, 0.0)))
     shares = (~np.isnan(corners[:, :, 0, 0])).mean(axis=0)
     twice = (seen.how == DOUBLED).sum(axis=0)
     notes: dict[str, Any] = {
@@ -124,8 +134,11 @@ def extract(
     notes |= fit.notes
     notes["askew"] = None if placement else _askew(neck, camera, corners, covariance, str(video.path), fit)
     notes["gaps"] = gaps(time, fit.alpha, ids, seen.how)
+    if light:
+        later = light.later(video.height, shutter)
+        notes["light"] = {**asdict(light), "exposure_s": shutter.exposure_s, "later_s": later}
     frame_quality = quality(seen, ids, fit.residual_px, shutter.exposure_s)
-    return Extraction(Angles(time, fit.alpha, sigma, notes), fit, corners, frame_quality)
+    return Extraction(Angles(time, fit.alpha, sigma, notes, seen.light, common), fit, corners, frame_quality)
 
 
 def _askew(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanism.description import Markers
+from vision.light_patch import LightPatch
 from vision.tracking import BY_EDGES, Manner, Tracker
 from vision.video import Segment, Video, frames_of
 
@@ -33,6 +34,8 @@ class Followed:
     fell_back: NDArray[np.bool_]
     foreign: tuple[int, ...]
     """ids of the dictionary in view that are not on the arm"""
+    light: Array | None = None
+    """(F,): mean grey level where a switched light is to be seen; None without one"""
 
 
 def follow(
@@ -41,9 +44,13 @@ def follow(
     manner: Manner = BY_EDGES,
     workers: int = 1,
     progress: Callable[[int], object] = lambda frames: None,
+    light: LightPatch | None = None,
 ) -> Followed:
-    """Every frame of `video`; the result does not depend on `workers`. Raises Refused for damage."""
-    work = [(video, segment, markers, manner) for segment in video.segments]
+    """Every frame of `video`, with the brightness of a `light`; the result does not depend on `workers`.
+
+    Raises Refused for damage.
+    """
+    work = [(video, segment, markers, manner, light) for segment in video.segments]
     if workers == 1 or len(work) == 1:
         parts = [_segment(one, progress) for one in work]
     else:
@@ -53,25 +60,30 @@ def follow(
             for part in pool.map(_segment, work):
                 parts.append(part)
                 progress(len(part.time))
-    arrays = (_joined(np.concatenate, [getattr(part, name) for part in parts]) for name in _ARRAYS)
-    return Followed(*arrays, foreign=tuple(sorted({i for part in parts for i in part.foreign})))
+    arrays = {name: _joined(np.concatenate, [getattr(part, name) for part in parts]) for name in _ARRAYS}
+    return Followed(**arrays, foreign=tuple(sorted({i for part in parts for i in part.foreign})))
 
 
 def _joined(how: Callable[[list[Any]], Any], values: list[Any]) -> Any:
     return None if values[0] is None else how(values)
 
 
-_ARRAYS = ("time", "corners", "covariance", "how", "hidden", "clipped", "fell_back")
+_SEEN = ("time", "corners", "covariance", "how", "hidden", "clipped", "fell_back")
+_ARRAYS = (*_SEEN, "light")
 
 
 def _segment(
-    work: tuple[Video, Segment, Markers, Manner], progress: Callable[[int], object] = lambda frames: None
+    work: tuple[Video, Segment, Markers, Manner, LightPatch | None],
+    progress: Callable[[int], object] = lambda frames: None,
 ) -> Followed:
-    video, segment, markers, manner = work
+    video, segment, markers, manner, light = work
     tracker = Tracker(markers, manner)
-    seen = []
+    seen, brightness = [], []
     for frame in frames_of(video, segment):
         seen.append(tracker.see(frame))
+        if light:
+            brightness.append(light.brightness(frame.grey))
         progress(1)
-    arrays = (_joined(np.stack, [getattr(s, name) for s in seen]) for name in _ARRAYS)
-    return Followed(*arrays, foreign=tuple(sorted({i for s in seen for i in s.foreign})))
+    arrays = {name: _joined(np.stack, [getattr(s, name) for s in seen]) for name in _SEEN}
+    arrays["light"] = np.array(brightness) if light else None
+    return Followed(**arrays, foreign=tuple(sorted({i for s in seen for i in s.foreign})))

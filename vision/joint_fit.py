@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from vision.block_covariance import clustered
 from vision.corner_noise import PORTION, Observed
 from vision.marker_scene import Scene, Shared
 
@@ -202,36 +203,51 @@ def polished(
     alpha: Array,
     course: Array,
     prior: Prior,
+    block: NDArray[np.intp],
 ) -> tuple[Shared, Array, float]:
     """A fit of some frames carried on over all, portion by portion: shared numbers, their covariance (p, p), the variance.
 
-    take: the corners of given frames; alpha: first angles of all frames, (F, N); course: of all frames, (F, terms).
+    take: the corners of given frames; alpha: first angles of all frames, (F, N); course: of all frames, (F, terms); block: of
+    all frames, (F,), which ones' errors may go together (`blocks_of`).
     """
     shared, variance, count = fit.shared, fit.at.variance, int(prior.free.sum())
     live = np.flatnonzero(prior.free)
     covariance = np.zeros_like(fit.covariance)
     for _ in range(POLISHING):
-        total, pull = np.diag(prior.information * variance), prior.information * variance * (prior.mean - shared.vector)
         squares, free = [], []
+        score = np.zeros((block.max() + 1, len(shared.vector)))
+        information = np.zeros((*score.shape, score.shape[1]))
         for start in range(0, len(alpha), PORTION):
             frames = np.arange(start, min(start + PORTION, len(alpha)))
             part = take(frames)
             scale = float(np.sqrt(variance))
             alpha[frames], k = frame_angles(scene, part, shared, alpha[frames], course[frames], scale)
-            total, pull = total + k.reduced.sum(axis=0), pull + k.g_reduced.sum(axis=0)
+            np.add.at(information, block[frames], k.reduced)
+            np.add.at(score, block[frames], k.g_reduced)
             squares.append(k.squares)
             free.append(freedom(part, alpha.shape[1]))
         left = np.concatenate(free)
         left = left * max(1 - count / max(left.sum(), 1.0), 0.1)
         variance = _variance(np.concatenate(squares), left)
-        inverted = _solve(total[np.ix_(live, live)], np.eye(len(live)))
-        covariance[np.ix_(live, live)] = variance * inverted
+        weight = prior.information * variance
+        total = (information.sum(axis=0) + np.diag(weight))[np.ix_(live, live)]
+        pull = score.sum(axis=0) + weight * (prior.mean - shared.vector)
         change = np.zeros(len(pull))
-        change[live] = inverted @ pull[live]
+        change[live] = _solve(total, pull[live])
         shared = shared.moved(change)
+        covariance = by_blocks(information, score - information @ change, prior, variance)
         if np.max(np.abs(change[live]) / np.sqrt(np.diag(covariance)[live])) < 0.01:
             break
     return shared, covariance, variance
+
+
+def by_blocks(information: Array, score: Array, prior: Prior, variance: float) -> Array:
+    """`clustered` covariance (p, p) of the shared numbers, zero rows for what was not free."""
+    live = np.flatnonzero(prior.free)
+    covariance = np.zeros((len(prior.mean), len(prior.mean)))
+    part = np.ix_(live, live)
+    covariance[part] = clustered(information[:, *part], score[:, live], prior.information[live], variance)
+    return covariance
 
 
 def extended(prior: Prior, information: Array) -> Prior:

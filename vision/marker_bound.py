@@ -23,7 +23,7 @@ def information(
     empty = np.full((height, width), 128, dtype=np.uint8)
     pixels = select(empty, [cells], near[None], motion[None], optics)
     u, v = (at[0] for at in pixels.seen_from(np.linalg.inv(homography(near[None])).astype(float)))
-    picture = look_up(pixels.textures[0], u.astype(np.float32), v.astype(np.float32))
+    picture = look_up(pixels.textures[0], u, v)
     a, b = contrast * picture[1:3].astype(float) * pixels.used[0]
     J = np.stack([a, b, a * u, a * v, b * u, b * v, (a * u + b * v) * u, (a * u + b * v) * v])
     return J @ J.T / noise**2

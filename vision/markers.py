@@ -13,6 +13,9 @@ from vision.edges import refine
 
 Array = NDArray[np.float64]
 
+THIN = (5, 9)
+"""px: dark lines narrower than this, a cable across a marker, are filled where a marker is missing"""
+
 
 @dataclass(frozen=True)
 class Found:
@@ -36,9 +39,15 @@ class Finder:
         self._cells = family.markerSize + 2
         self._detector = cv2.aruco.ArucoDetector(family, parameters)
 
-    def detections(self, grey: NDArray[np.uint8]) -> list[tuple[int, Array]]:
-        """All markers of the dictionary in a picture, (height, width) uint8: ids and refined corners (4, 2), px."""
-        corners, ids, _ = self._detector.detectMarkers(np.ascontiguousarray(grey))
+    def detections(self, grey: NDArray[np.uint8], thin: int = 0) -> list[tuple[int, Array]]:
+        """All markers of the dictionary in a picture, (height, width) uint8: ids and refined corners (4, 2), px.
+
+        They are looked for where dark lines up to `thin` px are filled, and refined in the picture as it is.
+        """
+        shown = np.ascontiguousarray(grey)
+        if thin:
+            shown = cv2.morphologyEx(shown, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (thin, thin)))
+        corners, ids, _ = self._detector.detectMarkers(shown)
         seen = [] if ids is None else [int(i) for i in np.ravel(ids)]
         found = np.array(corners, dtype=float).reshape(-1, 4, 2)
         return list(zip(seen, refine(grey, found, self._cells), strict=True))
@@ -48,5 +57,12 @@ class Finder:
         seen = self.detections(grey)
         counts = Counter(i for i, _ in seen)
         kept = {i: c for i, c in seen if i in self._ids and counts[i] == 1}
+        for thin in THIN:
+            if counts.keys() >= self._ids:
+                break
+            filled = self.detections(grey, thin)
+            again = Counter(i for i, _ in filled)
+            kept |= {i: c for i, c in filled if i in self._ids and i not in counts and again[i] == 1}
+            counts |= Counter({i: n for i, n in again.items() if i in self._ids})
         twice = tuple(sorted(i for i, n in counts.items() if n > 1 and i in self._ids))
         return Found(kept, twice, tuple(sorted(set(counts) - self._ids)))

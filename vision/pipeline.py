@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from calibration.camera import Camera, read_camera, write_camera
+from calibration.camera import Camera
+from calibration.camera_file import read_camera, write_camera
 from calibration.estimation import Calibration
 from identification import joint_state
 from identification.dataset import DataSet
@@ -77,7 +78,9 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
         inputs["video"] = recording.video
         stage("extract")
         video = describe(recording.video)
-        extraction = extract(video, camera, neck, recording.shutter, recording.placement, recording.template)
+        extraction = extract(
+            video, camera, neck, recording.shutter, recording.placement, recording.template, light=recording.light
+        )
         angles = extraction.angles
         write_angles(angles, out / "angles.mcap", extraction.quality)
         pictures = _annotated(video, neck, camera, extraction)

@@ -21,7 +21,7 @@ CAUSES = {
 def quality(seen: Followed, ids: list[int], residual_px: Array, exposure_s: float) -> Series:
     """Columns over the frames: residual_px of the fit, blur_px (fastest corner's way during the exposure), and for each marker
     how it was come by (0 followed, 1 searched, 2 not found, 3 lost, 4 doubled); where corners were fitted by the template also
-    what share of it is hidden or clipped, and whether the fit fell back to the edges."""
+    what share of it is hidden or clipped, and whether the fit fell back to the edges; and the grey level of a switched light."""
     way = np.abs(np.gradient(seen.corners, seen.time, axis=0)) * exposure_s
     filled = np.nan_to_num(way, nan=-1.0)
     blur = np.max(np.linalg.norm(np.maximum(filled, 0.0), axis=-1), axis=(1, 2))
@@ -31,6 +31,8 @@ def quality(seen: Followed, ids: list[int], residual_px: Array, exposure_s: floa
         parts |= {"hidden": seen.hidden, "clipped": seen.clipped, "fell_back": seen.fell_back}
     for name, values in parts.items():
         columns |= {f"{name}_id{i}": values[:, k].astype(float) for k, i in enumerate(ids)}
+    if seen.light is not None:
+        columns["light"] = seen.light
     return Series(seen.time, columns)
 
 

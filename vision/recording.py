@@ -7,12 +7,20 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from calibration.pictures import picture_files
+from vision.light_patch import LightPatch
 from vision.recording_fit import PlacementPrior
 from vision.shutter import Shutter, Stamp
 from xneck.errors import Refused
 from xneck.strict_yaml import Strict, read
 
 NAME = "recording.yaml"
+
+
+class _Rectangle(Strict):
+    x: Annotated[int, Field(ge=0)]
+    y: Annotated[int, Field(ge=0)]
+    width: Annotated[int, Field(ge=1)]
+    height: Annotated[int, Field(ge=1)]
 
 
 class _File(Strict):
@@ -27,7 +35,8 @@ class _File(Strict):
     row_time: Annotated[float, Field(ge=-1e-3, le=1e-3)] = 0.0
     stamp: Stamp = "middle"
     placement: Literal["believed", "estimated"] = "believed"
-    corners: Literal["edges", "template"] = "edges"
+    corners: Literal["template", "edges"] = "template"
+    anchor: _Rectangle | None = None
 
 
 @dataclass(frozen=True)
@@ -47,6 +56,8 @@ class Recording:
     """to estimate where the markers sit; None believes neck.yaml"""
     template: bool
     """whether corners are fitted to all grey levels of a marker, rather than to its edges"""
+    light: LightPatch | None
+    """where in the video a light is seen that the controller switches and logs as `led`"""
 
 
 def read_recording(folder: str | Path) -> Recording:
@@ -80,7 +91,9 @@ def read_recording(folder: str | Path) -> Recording:
 
     paths = {
         key: inside(key, value)
-        for key, value in file.model_dump(exclude={"exposure", "row_time", "stamp", "placement", "corners"}).items()
+        for key, value in file.model_dump(
+            exclude={"exposure", "row_time", "stamp", "placement", "corners", "anchor"}
+        ).items()
     }
     pictures = paths.pop("pictures")
     listed = () if pictures is None else tuple(picture_files(pictures))
@@ -97,5 +110,6 @@ def read_recording(folder: str | Path) -> Recording:
         shutter=shutter,
         placement=prior,
         template=file.corners == "template",
+        light=LightPatch(**file.anchor.model_dump()) if file.anchor else None,
         **paths,
     )

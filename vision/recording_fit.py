@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from calibration.camera import Camera
 from mechanism.arm import arm_of
 from mechanism.description import Neck, markers_of
+from vision.block_covariance import blocks_of
 from vision.corner_noise import Observed, normalise, observed
 from vision.first_guess import first_angles, first_poses, shared_frames
-from vision.joint_fit import Fit, Prior, frame_angles, gauss_newton, offsets, polished
+from vision.joint_fit import Fit, Prior, by_blocks, frame_angles, gauss_newton, offsets, polished
 from vision.marker_scene import Scene, Shared, nominal, onto_plane
 from vision.pose_drift import DriftTerm, follow, size_of, square_px, step_frame
 
@@ -129,15 +130,27 @@ def fit_shared(
             size, sigma = size_of(fit.shared.drift[j], fit.covariance[at, at], square)
             moment = None if time is None else float(time[frame])
             terms.append(DriftTerm(c.kind, frame, moment, size, sigma, fit.shared.drift[j]))
-    shared, spread, variance = fit.shared, fit.covariance, fit.at.variance
-    if placement is not None:
+    block = blocks_of(len(image))
+    if placement is None:
+        shared, variance = fit.shared, fit.at.variance
+        spread = _spread(fit, prior, block[chosen])
+    else:
         # the weakest directions of the placement want every frame
-        first = _first_angles(scene, shared, image)
-        shared, spread, variance = polished(scene, taken, fit, first, course, prior)
+        first = _first_angles(scene, fit.shared, image)
+        shared, spread, variance = polished(scene, taken, fit, first, course, prior, block)
     gain = None
     if systematic_px:
         gain = systematic_px / focal * _offset_gain(scene, seen, shared, course[chosen], prior, variance)
     return SharedFit(scene, image, shared, spread, variance, course, tuple(terms), gain)
+
+
+def _spread(fit: Fit, prior: Prior, block: NDArray[np.intp]) -> Array:
+    """Covariance of the shared numbers of a fit, (p, p); block: of its frames, (F,)."""
+    score = np.zeros((block.max() + 1, len(prior.mean)))
+    information = np.zeros((*score.shape, score.shape[1]))
+    np.add.at(information, block, fit.at.reduced)
+    np.add.at(score, block, fit.at.g_reduced)
+    return by_blocks(information, score, prior, fit.at.variance)
 
 
 def _offset_gain(scene: Scene, seen: Observed, shared: Shared, course: Array, prior: Prior, variance: float) -> Array:

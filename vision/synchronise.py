@@ -6,17 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset import DataSet, state_series
+from identification.motors import motors_of
 from identification.seed_series import CUTOFF, seed_series
-from identification.series import Series
-from identification.smoother import smooth
+from identification.series import Series, numbered
+from identification.state import Seen, estimate_state
 from mechanism.arm import arm_of
 from mechanism.description import Neck
 from vision.angles import Angles
 from vision.check import check_elongations
-from vision.clock import Clock, fit_clock
+from vision.clocks.clock import Clock, fit_clock
 from vision.encoder_log import uniform
 
 Array = NDArray[np.float64]
+
+COVARIANCE_HZ = 10.0
+"""of the full covariance in the data set; its diagonal stands beside the state at the log's rate"""
 
 
 def synchronise(
@@ -32,29 +36,26 @@ def synchronise(
     Raises Refused with the reason where clocks cannot be aligned.
     """
     arm = arm_of(neck)
-    even = uniform(log)
-    clock = fit_clock(arm, angles, even)
+    viscosity = np.array([np.nan if motor.fv is None else motor.fv for motor in neck.motors])
+    clock = fit_clock(arm, angles, log, viscosity)
+    even = uniform(clock.log.log)
     good = angles.complete
     frame_time = clock.log_time(angles.time)
     known = frame_time[good]
     inside = (even.time >= known[0]) & (even.time <= known[-1])
     time = even.time[inside]
-    alpha = [smooth(frame_time, angles.alpha[:, i], angles.sigma[:, i], time) for i in range(neck.N)]
-    # a count is uniform noise; motors without gear play know their angle to a count's twelfth root
-    counts = np.array([2 * np.pi / motor.counts for motor in neck.motors]) / np.sqrt(12)
-    theta = [
-        smooth(even.time, column, np.full(len(even), counts[j]), time)
-        for j, column in enumerate(even.matrix("theta").T)
-    ]
-    sigma = np.sqrt(np.stack([np.diagonal(a.covariance, axis1=1, axis2=2) for a in alpha], axis=-1))  # (T, 3, N)
+    motors = motors_of(even, np.array([2 * np.pi / motor.counts for motor in neck.motors]))
+    seen = Seen(frame_time, angles.alpha, angles.white, angles.shared)
+    found = estimate_state(arm, seen, motors, time, (clock.offset_sigma, clock.skew_sigma))
     state = state_series(
         arm,
         time,
-        (_side([a.value for a in alpha]), _side([a.d1 for a in alpha]), _side([a.d2 for a in alpha])),
-        (_side([t.value for t in theta]), _side([t.d1 for t in theta]), _side([t.d2 for t in theta])),
-        even.matrix("f")[inside],
-        (sigma[:, 0], sigma[:, 1], sigma[:, 2]),
+        (found.alpha, found.alpha_d, found.alpha_dd),
+        (motors.theta[inside], motors.theta_d[inside], motors.theta_dd[inside]),
+        motors.f[inside],
+        found.sigma,
     )
+    state = Series(time, {**state.columns, **numbered("bridged", found.bridged.astype(float))})
     seed = seed_series(arm, even, frame_time[good], angles.alpha[good], cutoff)
     check = check_elongations(arm, state, state.matrix("sigma_alpha"))
     return DataSet(
@@ -64,9 +65,11 @@ def synchronise(
         seed,
         angles.series,
         log,
-        clock_json(clock, angles, log),
+        clock_json(clock, angles, log)
+        | {"state": found.notes | {"rows_bridged": int(found.bridged.any(axis=1).sum())}},
         check.as_json(),
         {**provenance, "angles": angles.notes},
+        found.covariance_series(COVARIANCE_HZ),
     )
 
 
@@ -76,8 +79,6 @@ def clock_json(clock: Clock, angles: Angles, log: Series) -> dict[str, Any]:
     nominal = float(np.median(steps))
     # frames missing between two stamps, as the stamps themselves tell
     dropped = np.maximum(np.rint(steps / nominal) - 1, 0)
-    log_steps = np.diff(log.time)
-    missing = np.maximum(np.rint(log_steps / np.median(log_steps)) - 1, 0)
     return {
         "offset_s": clock.offset,
         "offset_sigma_s": clock.offset_sigma,
@@ -87,13 +88,19 @@ def clock_json(clock: Clock, angles: Angles, log: Series) -> dict[str, Any]:
         "likeness": clock.likeness,
         "second_best": clock.second,
         "residual_m": clock.residual.tolist(),
+        "source": clock.source,
+        "warnings": list(clock.warnings),
+        "mechanics_offset_s": clock.mechanics and clock.mechanics[0],
+        "mechanics_offset_sigma_s": clock.mechanics and clock.mechanics[1],
+        "light_edges": clock.anchor and clock.anchor.edges,
+        "frame_period_s": clock.slips.period,
+        "slips": [{"time_s": slip.time, "frames": slip.frames} for slip in clock.slips.slips],
+        "frames_lost": sum(slip.frames for slip in clock.slips.slips),
         "frames": len(angles.time),
         "frames_used": int(angles.complete.sum()),
         "frames_dropped": int(dropped.sum()),
         "log_rows": len(log),
-        "log_rows_missing": int(missing.sum()),
+        "log_rows_missing": clock.log.missing,
+        "log_rows_held": clock.log.held,
+        "log_gaps": [list(gap) for gap in clock.log.gaps],
     }
-
-
-def _side(columns: list[Array]) -> Array:
-    return np.stack(columns, axis=-1)

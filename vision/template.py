@@ -28,12 +28,10 @@ STEEP = 0.2
 """share of an edge's full steepness, above which a pixel is taken: 99 % of what a straight edge tells"""
 OUTSIDE = 0.7
 """cells of the white ring that are looked at; further out the ground may shine in"""
-INSTANT = 1.5
+INSTANT = 2.0
 """px of motion to an instant of the exposure; the lens' blur fills the gaps"""
 STILL = 0.3
 """px; a motion below this is no blur"""
-SHARP = 2.0
-"""px: width of an edge without motion"""
 BLEED_STEP = 0.05
 """px, of the difference that shows what bleed does"""
 BLUR_STEP = 0.03
@@ -67,7 +65,11 @@ class Texture:
     variance: float
     """px^2: of the whole blur, pixels' area included"""
     near_edges: NDArray[np.uint8]
-    """(h, w): 1 where a pixel tells about the marker's place"""
+    """(h, w): bit 0 where a pixel tells about the marker's place, bit 1 where the marker and its white ring are"""
+    shift: tuple[float, float] = (0.0, 0.0)
+    """motion during the exposure, marker coordinates"""
+    instants: int = 1
+    """of the exposure, over which the mean is taken"""
 
     @property
     def to_raster(self) -> Array:
@@ -113,19 +115,20 @@ def _texture(bits: bytes, n: int, log_u: float, log_v: float, bleed_step: int, s
 
 
 def moving(still: Texture, shift: Array, smear: float) -> Texture:
-    """The mean over an exposure in which the marker moves uniformly by shift (2,), marker coordinates, or `smear` px."""
+    """Seen over an exposure in which the marker moves uniformly by shift (2,), marker coordinates, or `smear` px."""
     if smear < STILL:
         return still
-    places, shares = _instants(1 + int(np.ceil(smear / INSTANT)))
-    total = np.zeros_like(still.channels)
-    size = still.channels.shape[1::-1]
-    for (x, y), share in zip(places[:, None] * shift * still.cells * still.per_cell / 2, shares, strict=True):
-        away = np.array([[1.0, 0.0, x], [0.0, 1.0, y]])
-        there = cv2.warpAffine(still.channels, away, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        cv2.scaleAdd(there, float(share), total, total)
-    steepness = np.hypot(total[..., 1], total[..., 2]) / np.abs(still.channels[..., 1:3]).max()
-    steep = steepness > STEEP * min(1.0, SHARP / smear)
-    return replace(still, channels=total, near_edges=_near_edges(steep, still.cells, still.per_cell))
+    return replace(still, shift=(float(shift[0]), float(shift[1])), instants=1 + int(np.ceil(smear / INSTANT)))
+
+
+def way_of(motion: Array, instants: int) -> NDArray[np.uint8]:
+    """A kernel that has 1 where something is that moves by (2,) px about its middle."""
+    at = np.rint(_instants(instants)[0][:, None] * motion).astype(int)
+    reach = int(np.abs(at).max())
+    kernel = np.zeros((2 * reach + 1, 2 * reach + 1), dtype=np.uint8)
+    kernel[reach + at[:, 1], reach + at[:, 0]] = 1
+    kernel[reach, reach] = 1
+    return kernel
 
 
 @lru_cache(maxsize=64)
@@ -138,7 +141,8 @@ def _instants(n: int) -> tuple[Array, Array]:
 def _near_edges(steep: NDArray[np.bool_], n: int, per_cell: int) -> NDArray[np.uint8]:
     at = (np.arange(len(steep)) + 0.5) / per_cell - MARGIN
     near = (at > -OUTSIDE) & (at < n + OUTSIDE)
-    return (steep & near & near[:, None]).astype(np.uint8)
+    ring = near & near[:, None]
+    return ring.astype(np.uint8) * 2 + (steep & ring)
 
 
 def _mixed(
@@ -178,7 +182,14 @@ def _edges(n: int, per_cell: int, strip: float, blur: float, order: int) -> Arra
 
 
 def look_up(texture: Texture, u: Single, v: Single) -> Single:
-    """The channels at marker coordinates of shape (n,): (5, n)."""
-    scale, _, shift = texture.to_raster[0].astype(np.float32)
-    at = (u * scale + shift)[None], (v * scale + shift)[None]
-    return cv2.remap(texture.channels, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)[0].T
+    """The channels at marker coordinates of shape (n,), the mean over the exposure: (5, n)."""
+    scale, _, shift = texture.to_raster[0].tolist()
+    x, y = u * np.float32(scale) + np.float32(shift), v * np.float32(scale) + np.float32(shift)
+    if texture.instants == 1:
+        at = x[None], y[None]
+        return cv2.remap(texture.channels, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)[0].T
+    places, shares = _instants(texture.instants)
+    away = (scale * places).astype(np.float32)[:, None]
+    at = x - away * np.float32(texture.shift[0]), y - away * np.float32(texture.shift[1])
+    seen = cv2.remap(texture.channels, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return (shares.astype(np.float32) @ seen.reshape(len(shares), -1)).reshape(-1, 5).T

@@ -1,7 +1,8 @@
 """Markers from frame to frame: predicted from the last three, refined where predicted, searched only where lost.
 
-The square's edges bring a prediction within a tenth of a pixel and tell whether it is the marker. On request the fit of all its
-grey levels to the marker's template then gives the corners and their covariance, with the blur of its own motion.
+The square's edges bring a prediction within a tenth of a pixel, and its cells tell whether it is the marker. On request the fit
+of all its grey levels to the marker's template then gives the corners and their covariance, with the blur of its own motion; it
+begins at the prediction where that shows the marker, and needs no edges there.
 
 A segment of the video is tracked from a full search on, and forgets what was before it: so segments can be worked on by several
 processes with the same result to the last bit.
@@ -19,7 +20,7 @@ from vision.edges import refine
 from vision.markers import Finder
 from vision.optics import pooled
 from vision.photometric import MarkerFit, Start, fit_markers
-from vision.planar_motion import homography, project
+from vision.planar_motion import homography
 from vision.template import Optics
 from vision.video import Frame
 
@@ -29,7 +30,8 @@ Grey = NDArray[np.uint8]
 SEARCH_EVERY = 150
 """frames between full searches, which also see doubled and foreign markers"""
 RETRY_EVERY = 5
-"""frames between full searches while a marker is lost; around its last place it is searched in every frame"""
+"""frames between full searches once a marker has been missing for PATIENCE frames; until then every frame is searched"""
+PATIENCE = 60
 MARGIN = 1.0
 """of a marker's side: how far around its predicted place a lost marker is searched"""
 MIN_CELLS = 0.85
@@ -80,12 +82,18 @@ class Tracker:
         self._finder = Finder(markers)
         self._ids = [marker.id for marker in markers.on_bars]
         self._cells = np.stack([marker_cells(markers.dictionary, i) for i in self._ids])
+        self._black = self._cells.reshape(len(self._ids), -1)
+        n = self._cells.shape[1]
+        centre = (2 * np.arange(n) + 1) / n - 1  # in the marker's own coordinates, -1 to 1
+        self._centres = np.stack([np.tile(centre, n), np.repeat(centre, n), np.ones(n * n)])
         self._past: list[tuple[float, Array]] = []
         self._since_search = 0
+        self._lost_for = 0
         self._manner = manner
         self._optics = Optics()
         self._learnt: list[MarkerFit] | None = []
         self._learning = 0
+        self._light = np.full((len(self._ids), 6), np.nan)
 
     def see(self, frame: Frame) -> Sighting:
         """The next frame of the segment."""
@@ -95,7 +103,12 @@ class Tracker:
         predicted = self._predicted(frame.time)
         known = np.flatnonzero(~np.isnan(predicted[:, 0, 0]))
         self._since_search += 1
+        fits: dict[int, MarkerFit] = {}
         if self._past and self._since_search < SEARCH_EVERY:
+            fits = self._at_once(frame, predicted)
+            for k, fit in fits.items():
+                corners[k], how[k] = fit.corners, SEEN
+            known = np.array([k for k in known if k not in fits], dtype=np.intp)
             refined = refine(frame.grey, predicted[known], self._cells.shape[1])
             right = self._read(frame.grey, refined, known) >= MIN_CELLS
             corners[known[right]] = refined[right]
@@ -106,7 +119,9 @@ class Tracker:
                 if found is not None:
                     corners[k], how[k] = found, SEARCHED
         lost = np.isnan(corners[:, 0, 0])
-        if not self._past or self._since_search >= SEARCH_EVERY or (lost.any() and self._since_search >= RETRY_EVERY):
+        self._lost_for = self._lost_for + 1 if lost.any() else 0
+        pause = SEARCH_EVERY if not lost.any() else RETRY_EVERY if self._lost_for > PATIENCE else 1
+        if not self._past or self._since_search >= pause:
             everything = self._finder.find(frame.grey)
             foreign = everything.foreign
             for k, i in enumerate(self._ids):
@@ -115,8 +130,12 @@ class Tracker:
                 elif i in everything.corners:
                     corners[k] = everything.corners[i]
                     how[k] = SEARCHED
+                fits = {m: fit for m, fit in fits.items() if how[m] == SEEN}
             self._since_search = 0
-        fits = self._fitted(frame, corners) if self._manner.template else {}
+        if self._manner.template:
+            rest = [k for k in np.flatnonzero(~np.isnan(corners[:, 0, 0])).tolist() if k not in fits]
+            fits |= self._fitted(frame, corners, rest)
+            self._learn(fits)
         covariance = np.full((count, 8, 8), np.nan, dtype=np.float32) if self._manner.template else None
         hidden, clipped = np.zeros(count, dtype=np.float32), np.zeros(count, dtype=np.float32)
         fell_back = np.zeros(count, dtype=bool)
@@ -128,18 +147,35 @@ class Tracker:
         self._past = [*self._past[-2:], (frame.time, corners)]
         return Sighting(frame.time, corners, covariance, how, hidden, clipped, fell_back, foreign)
 
-    def _fitted(self, frame: Frame, corners: Array) -> dict[int, MarkerFit]:
-        """Photometric fits of the markers that were found, by their place in the list."""
-        found = np.flatnonzero(~np.isnan(corners[:, 0, 0]))
+    def _at_once(self, frame: Frame, predicted: Array) -> dict[int, MarkerFit]:
+        """Fits from the prediction, of markers that three frames predict, under light that is known, and that are there."""
+        steady = ~np.isnan(self._light[:, 0])
+        for _, corners in self._past:
+            steady &= ~np.isnan(corners[:, 0, 0])
+        which = np.flatnonzero(steady)
+        if len(self._past) < 3 or not len(which):
+            return {}
+        there = which[self._read(frame.grey, predicted[which], which) >= MIN_CELLS]
+        fits = self._fitted(frame, predicted, there.tolist())
+        return {k: fit for k, fit in fits.items() if not fit.fell_back}
+
+    def _fitted(self, frame: Frame, corners: Array, which: list[int]) -> dict[int, MarkerFit]:
+        """Photometric fits of the markers `which` in the list, that are near `corners` (markers, 4, 2)."""
         motion = np.nan_to_num(self._velocity(frame.time, corners)) * self._manner.exposure_s
-        starts = [Start(corners[k], self._cells[k], motion[k]) for k in found]
-        fits = fit_markers(frame.grey, starts, self._optics)
+        light = [None if np.isnan(self._light[k, 0]) else self._light[k] for k in which]
+        starts = [Start(corners[k], self._cells[k], motion[k], at) for k, at in zip(which, light, strict=True)]
+        return dict(zip(which, fit_markers(frame.grey, starts, self._optics), strict=True))
+
+    def _learn(self, fits: dict[int, MarkerFit]) -> None:
+        """The light for the next frame, and from the first frames the optics."""
+        self._light = np.full_like(self._light, np.nan)
+        for k, fit in fits.items():
+            self._light[k] = fit.light
         if self._learnt is not None:
-            self._learnt += fits
+            self._learnt += fits.values()
             self._learning += 1
             if self._learning == LEARNING:
                 self._optics, self._learnt = pooled(self._optics, self._learnt), None
-        return dict(zip(found.tolist(), fits, strict=True))
 
     def _velocity(self, time: float, corners: Array) -> Array:
         """Slope at `time` of the parabola through the last two frames and this one, px/s; of the line where one is missing."""
@@ -170,16 +206,13 @@ class Tracker:
         """Share of each marker's cells that are as dark or bright as they should be, (len(which),)."""
         if not len(which):
             return np.empty(0)
-        n = self._cells.shape[1]
-        centre = (2 * np.arange(n) + 1) / n - 1  # in the marker's own coordinates, -1 to 1
-        u, v = np.meshgrid(centre, centre)
-        cells = np.column_stack([u.ravel(), v.ravel()])
-        places = project(homography(corners), np.broadcast_to(cells, (len(which), *cells.shape)))
-        x, y = np.moveaxis(places.astype(np.float32), -1, 0)
+        places = homography(corners) @ self._centres
+        x, y = ((places[:, axis] / places[:, 2]).astype(np.float32) for axis in range(2))
         samples = cv2.remap(grey, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
-        black = self._cells[which].reshape(len(which), -1)
-        dark = np.sum(samples * black, axis=1) / black.sum(axis=1)
-        bright = np.sum(samples * ~black, axis=1) / np.maximum((~black).sum(axis=1), 1)
+        black = self._black[which]
+        count = np.count_nonzero(black, axis=1)
+        dark, every = np.einsum("kc,kc->k", samples, black), samples.sum(axis=1)
+        dark, bright = dark / count, (every - dark) / np.maximum(black.shape[1] - count, 1)
         threshold = ((dark + bright) / 2)[:, None]
         share = np.mean((samples < threshold) == black, axis=1)
         inside = np.all((corners > 0) & (corners < np.array(grey.shape[::-1]) - 1), axis=(1, 2))

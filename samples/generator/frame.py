@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from samples.generator import backdrop, linkage, scene
+from samples.generator import backdrop, linkage, scene, trouble
 from samples.generator.camera import Camera, meet_plane, pixel_directions
 from samples.generator.printed import Pattern, marker_pattern, seen
 from samples.generator.sensor import FloatImage, expose
@@ -24,11 +24,13 @@ def render_frame(
     *,
     payload: bool = True,
     wall_seed: int = 0,
+    suffers: trouble.Trouble = trouble.NONE,
 ) -> NDArray[np.uint8]:
     """A colour picture (red, green, blue), shape (h, w, 3).
 
     `alpha`, shape (S, N), rad: the joint angles in the middle of S equal parts of the exposure; (N,) for one at rest.
     `neck`: the contents of neck.yaml, with or without markers; the markers are where it says.
+    `suffers`: what comes between the markers and the camera.
     """
     still = _still(camera, wall_seed, float(neck["mechanisms"][0]["b"]))
     light = cv2.resize(still, camera.size, interpolation=cv2.INTER_AREA).astype(np.float32)
@@ -46,7 +48,9 @@ def render_frame(
             _lay(now, pattern, place, angle, camera, (left, top))
         part += now
     light[top:bottom, left:right] = part / len(instants)
+    trouble.lay_in_front(light, suffers, camera)
     light *= backdrop.light(camera)[..., None] / np.float32(255)
+    trouble.spoil(light, suffers, camera)
     return expose(light, camera, rng)
 
 
@@ -55,13 +59,17 @@ def plates(alpha: NDArray[np.float64], neck: dict[str, Any]) -> list[tuple[Patte
     markers = neck.get("markers")
     if not markers:
         return []
-    bars = linkage.solve(alpha, *(np.array([float(m[key]) for m in neck["mechanisms"]]) for key in ("L", "b")))
+    L, b = (np.array([float(m[key]) for m in neck["mechanisms"]]) for key in ("L", "b"))
+    bars = linkage.solve(alpha, L, b)
     found = []
     for on in markers["on_bars"]:
-        bar, size = on["bar"], float(on.get("size", markers["size"]))
-        turn = float(bars.orientation[bar])
-        place = bars.middle[bar] + complex(*on.get("at", (0.0, 0.0))) * np.exp(1j * turn)
-        found.append((marker_pattern(markers["dictionary"], on["id"], size), place, turn + on.get("angle", 0.0)))
+        if on.get("diagonal"):
+            middle, turn = linkage.diagonal(bars, b, on["diagonal"])
+        else:
+            middle, turn = bars.middle[on["bar"]], float(bars.orientation[on["bar"]])
+        place = middle + complex(*on.get("at", (0.0, 0.0))) * np.exp(1j * turn)
+        pattern = marker_pattern(markers["dictionary"], on["id"], float(on.get("size", markers["size"])))
+        found.append((pattern, place, turn + on.get("angle", 0.0)))
     return found
 
 

@@ -45,3 +45,14 @@ def solve(alpha: NDArray[np.float64], L: NDArray[np.float64], b: NDArray[np.floa
     # of a bar that carries unlike mechanisms these are the ends of the one above
     half = np.asarray(np.exp(1j * gamma) * (np.concatenate([b, b[-1:]]) / 2), dtype=complex)
     return Bars(middle, gamma, middle - half, middle + half)
+
+
+def diagonal(bars: Bars, b: NDArray[np.float64], name: str) -> tuple[complex, float]:
+    """Middle, m, and direction from lower to upper end, rad, of a diagonal of an arm at one pose; b of shape (N,), m.
+
+    A2 is mechanism 2's from bottom left to top right, B2 the one from bottom right to top left.
+    """
+    i, side = int(name[1:]), {"A": 1, "B": -1}[name[0]]
+    half = side * b[i - 1] / 2 * np.exp(1j * bars.orientation)
+    lower, upper = bars.middle[i - 1] - half[i - 1], bars.middle[i] + half[i]
+    return complex(lower + upper) / 2, float(np.angle(upper - lower))

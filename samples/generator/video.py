@@ -5,6 +5,7 @@ file's stamps have gaps, as those of a real recording have.
 """
 
 import multiprocessing
+import struct
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -22,11 +23,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from samples.generator.camera import Camera
 from samples.generator.frame import render_frame
+from samples.generator.trouble import NONE, Trouble
 
 TICKS = 90_000
 """stamps are whole multiples of 1 / TICKS s"""
 KEYFRAME_S = 0.9
 """longest time between key frames, s"""
+
+Job = tuple[int, NDArray[np.float64], Trouble]
+"""a frame's number, its joint angles over the exposure, and what it suffers from"""
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,8 @@ def render_video(
     seed: int,
     look: Look | None = None,
     processes: int = 1,
+    trouble_at: Callable[[float], Trouble] = lambda time: NONE,
+    turned: bool = False,
 ) -> None:
     """Render and encode an arm's motion.
 
@@ -58,6 +65,8 @@ def render_video(
     `alpha_at`: the joint angles at a time of that clock, shape (N,), rad.
     `neck`: the contents of neck.yaml; without `markers` the arm has no plates.
     `processes` changes nothing but the time it takes.
+    `trouble_at`: what comes between the markers and the camera at a time of that clock.
+    `turned`: store the pictures on their side, with the tag by which a player sets them upright, as a phone does.
     """
     look = look or Look()
     stamps = np.rint(np.asarray(frame_times, dtype=float) * TICKS).astype(np.int64)
@@ -65,11 +74,16 @@ def render_video(
         raise ValueError(f"{path}: frame times must start at or after 0 and increase by more than 1/{TICKS} s")
     parts = (np.arange(look.instants) + 0.5) / look.instants - 0.5
     jobs = (
-        (k, np.array([np.asarray(alpha_at(t + p * camera.exposure_s), dtype=float) for p in parts]))
+        (k, np.array([np.asarray(alpha_at(t + p * camera.exposure_s), dtype=float) for p in parts]), trouble_at(t))
         for k, t in enumerate(np.asarray(frame_times, dtype=float))
     )
     draw = partial(_draw, neck=neck, camera=camera, seed=seed, look=look)
-    encode(path, stamps, _all_frames(draw, jobs, processes), camera.size, look.crf)
+    pictures = _all_frames(draw, jobs, processes)
+    if not turned:
+        encode(path, stamps, pictures, camera.size, look.crf)
+        return
+    encode(path, stamps, (np.ascontiguousarray(np.rot90(p)) for p in pictures), (camera.height, camera.width), look.crf)
+    tag_as_turned(path)
 
 
 def encode(
@@ -108,18 +122,26 @@ def encode(
             container.mux(packet)
 
 
-def _draw(
-    job: tuple[int, NDArray[np.float64]], neck: dict[str, Any], camera: Camera, seed: int, look: Look
-) -> NDArray[np.uint8]:
+def tag_as_turned(path: str | Path) -> None:
+    """Write the display matrix of a quarter turn clockwise into an MP4's only track header (ISO 14496-12, 8.3.2)."""
+    data = bytearray(Path(path).read_bytes())
+    upright = struct.pack(">9i", 65536, 0, 0, 0, 65536, 0, 0, 0, 0x40000000)
+    turned = struct.pack(">9i", 0, 65536, 0, -65536, 0, 0, 0, 0, 0x40000000)
+    at = data.index(upright, data.index(b"tkhd"))
+    data[at : at + len(turned)] = turned
+    Path(path).write_bytes(data)
+
+
+def _draw(job: Job, neck: dict[str, Any], camera: Camera, seed: int, look: Look) -> NDArray[np.uint8]:
     """One frame; its noise depends on the seed and its number only, not on who draws it."""
-    number, alpha = job
+    number, alpha, suffers = job
     rng = np.random.default_rng([seed, 2, number])
-    return render_frame(alpha, neck, camera, rng, payload=look.payload, wall_seed=look.wall_seed)
+    return render_frame(alpha, neck, camera, rng, payload=look.payload, wall_seed=look.wall_seed, suffers=suffers)
 
 
 def _all_frames(
-    draw: Callable[[tuple[int, NDArray[np.float64]]], NDArray[np.uint8]],
-    jobs: Iterator[tuple[int, NDArray[np.float64]]],
+    draw: Callable[[Job], NDArray[np.uint8]],
+    jobs: Iterator[Job],
     processes: int,
 ) -> Iterator[NDArray[np.uint8]]:
     if processes == 1:

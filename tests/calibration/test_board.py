@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calibration.board import Charuco, Chessboard, read_board
+from calibration.board import AprilGrid, Charuco, Chessboard, read_board
 from xneck.errors import Refused
 
 GOOD = {"kind": "charuco", "columns": 9, "rows": 6, "square": 0.025, "marker": 0.0175, "dictionary": "aruco_5x5_100"}
@@ -30,6 +30,21 @@ def test_reads_chessboard(tmp_path: Path):
     np.testing.assert_allclose(board.corners[10], [0.025, 0.025, 0.0])
 
 
+def test_reads_aprilgrid_as_kalibr_means_it(tmp_path: Path):
+    path = tmp_path / "grid.yaml"
+    path.write_text("{kind: aprilgrid, columns: 6, rows: 4, tag: 0.03, spacing: 0.3, first_id: 10}")
+    board = read_board(path)
+    assert isinstance(board, AprilGrid)
+    assert board.dictionary == "apriltag_36h11"
+    corners = board.corners.reshape(24, 4, 3)
+    # the first tag is the lower left one, y down; the pitch is tag * (1 + spacing)
+    np.testing.assert_allclose(corners[0][:, :2], [[0, 0.117], [0.03, 0.117], [0.03, 0.147], [0, 0.147]])
+    np.testing.assert_allclose(corners[7][0], [0.039, 0.078, 0.0])
+    path.write_text("{kind: aprilgrid, columns: 6, rows: 4, tag: 0.03, spacing: 0.3, first_id: 564}")
+    with pytest.raises(Refused, match="has 587 markers, the board needs 588"):
+        read_board(path)
+
+
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
@@ -42,8 +57,8 @@ def test_reads_chessboard(tmp_path: Path):
         ({"marker": None}, "marker: missing"),
         ({"dictionary": "DICT_5X5_100"}, "dictionary: unknown dictionary, valid: .*aruco_5x5_100"),
         ({"columns": 20, "rows": 20}, "dictionary: has 100 markers, the board needs 200"),
-        ({"kind": "circles"}, "unknown kind of board 'circles'; valid: charuco, chessboard"),
-        ({"kind": "aprilgrid"}, "not yet read; use charuco or chessboard"),
+        ({"kind": "circles"}, "unknown kind of board 'circles'; valid: aprilgrid, charuco, chessboard"),
+        ({"kind": "aprilgrid"}, "tag: missing"),
         ({"kind": None}, "kind: missing"),
         ({"colour": "red"}, "colour: unknown key"),
         ({"kind": "chessboard"}, "marker: unknown key"),

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.camera import Camera, camera_from, read_camera, write_camera
+from calibration.camera import Camera, camera_from
+from calibration.camera_file import read_camera, write_camera
 from tests.calibration.truth import CAMERA, SIZE, project
 from xneck.errors import Refused
 

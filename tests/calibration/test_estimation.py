@@ -1,21 +1,30 @@
 """Recovery, honest error bars, and a refusal wherever the views cannot tell."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from calibration import lens
 from calibration.board import Chessboard
+from calibration.board_shape import MODELS
+from calibration.bundle import fit, start
 from calibration.corners import BoardView
-from calibration.estimation import calibrate
+from calibration.cross_check import cross_check
+from calibration.estimation import Calibration, calibrate
+from calibration.sightings import sightings
 from calibration.summary import as_json
 from calibration.views import LeftOut, Observations
-from tests.calibration.truth import CAMERA, SIZE, synthetic_views
+from tests.calibration.truth import CAMERA, SIZE, bowed, synthetic_views
 from xneck.errors import Refused
 
 CORNERS = Chessboard(kind="chessboard", columns=8, rows=6, square=0.025).corners
+
+CENTRED = np.where(np.isin(np.arange(9), (6, 7)), 0.0, CAMERA)
+"""so that any lens model to choose from holds: a jackknife knows nothing of one that does not"""
 
 
 def seen(views: list[BoardView], left_out: tuple[LeftOut, ...] = ()) -> Observations:
@@ -38,10 +47,144 @@ def spread(**how) -> tuple[float, float]:
     return float(np.sqrt(np.mean(np.square(reported)))), float(np.sqrt(np.mean(np.square(plain))))
 
 
-def test_error_bars_hold_for_independent_noise():
-    reported, plain = spread()
-    assert 0.5 < reported < 1.3
-    assert 0.6 < plain < 1.5
+@pytest.fixture(scope="module")
+def thirty() -> list[Calibration]:
+    """Flat boards; a good part of the noise is alike for neighbouring corners of a view; no tangential distortion."""
+    return [calibrate(seen(views(seed, noise_px=0.06, common_px=0.06, parameters=CENTRED))) for seed in range(30)]
+
+
+def test_error_bars_hold_for_noise_that_neighbours_share(thirty: list[Calibration]):
+    errors = np.array([(result.camera.parameters - CENTRED)[:4] for result in thirty])
+    reported = [np.sqrt(np.diag(result.camera.covariance))[:4] for result in thirty]  # type: ignore[arg-type]
+    z = {
+        "reported": errors / reported,
+        "jackknife": errors / [result.sigma_jackknife[:4] for result in thirty],
+        "least squares": errors / [result.sigma_least_squares[:4] for result in thirty],
+    }
+    spread = {key: float(np.sqrt(np.mean(np.square(value)))) for key, value in z.items()}
+    assert 0.6 < spread["jackknife"] < 1.3
+    assert 0.6 < spread["reported"] < 1.3
+    assert spread["least squares"] > 1.25 * spread["reported"]
+
+
+def test_a_flat_board_is_believed_flat(thirty: list[Calibration]):
+    assert sum(result.board.model.name == "rigid" for result in thirty) >= 24
+    bent = [result for result in thirty if result.board.model.name != "rigid"]
+    # where chance bends it after all, by next to nothing
+    assert all(np.abs(result.board.bow).max() < 1e-4 for result in bent)
+
+
+class TestBowedBoard:
+    """The same bow of 0.5 mm in all views."""
+
+    BENT = bowed(CORNERS, 0.0005)
+
+    def test_is_recovered(self):
+        z = []
+        for seed in range(6):
+            result = calibrate(seen(views(seed, count=20, noise_px=0.05, shape=self.BENT)))
+            assert result.board.model.name.startswith("bowed")
+            np.testing.assert_allclose(result.camera.parameters[:2], CAMERA[:2], atol=1.0)
+            np.testing.assert_allclose(result.board.bow, [0.0005, 0.0], atol=5e-5)
+            z.append((result.board.bow - [0.0005, 0.0]) / result.board_sigma[:2])
+            assert any(re.search(r"the board is estimated bowed by 0\.(4[5-9]|5[0-5]) ", note) for note in result.notes)
+        assert 0.4 < np.sqrt(np.mean(np.square(z))) < 1.8
+
+    def test_believed_flat_the_focal_length_is_off_by_many_sigmas(self):
+        at = sightings(views(0, count=20, noise_px=0.05, shape=self.BENT))
+        rigid = fit(at, *start(at, SIZE))
+        away = (rigid.parameters - CAMERA)[:2]
+        assert np.all(np.abs(away) > 3.0)
+        assert np.all(np.abs(away) > 5 * np.sqrt(np.diag(rigid.covariance))[:2])
+        assert rigid.rms < 0.2, "and nothing in the error tells"
+
+    def test_free_corners_take_in_a_bow_too(self):
+        at = sightings(views(1, count=20, noise_px=0.05, shape=self.BENT))
+        first = fit(at, *start(at, SIZE))
+        free = fit(at, first.parameters, first.poses, shape_model=MODELS["free"], noise=0.05)
+        np.testing.assert_allclose(free.parameters[:2], CAMERA[:2], atol=1.5)
+        np.testing.assert_allclose(free.shape.bow, [0.0005, 0.0], atol=5e-5)
+
+    def test_the_stretch_of_a_printer_is_recovered(self):
+        stretched = CORNERS * np.array([1.0, 1.004, 1.0])
+        result = calibrate(seen(views(3, count=20, noise_px=0.05, shape=stretched)))
+        assert "aspect" in result.board.model.name
+        # the belief of 0.3 % pulls, so that a little less than all is found
+        assert abs(result.board.values[2] - 0.004) < 4 * result.board_sigma[2]
+        assert result.board_sigma[2] < 0.001
+
+
+def test_free_offsets_hold_nothing_that_poses_or_a_principal_point_do():
+    at = sightings(views(2, count=12, shape=CORNERS + np.random.default_rng(0).normal(scale=1e-4, size=(48, 3))))
+    first = fit(at, *start(at, SIZE))
+    offsets = fit(at, first.parameters, first.poses, shape_model=MODELS["free"], noise=0.1).shape.offsets
+    x, y = (CORNERS[:, :2] - CORNERS[:, :2].mean(axis=0)).T
+    size = float(np.abs(offsets).sum())
+    assert size > 1e-3
+    for a, b in (
+        (0 * x + 1, 0 * x),
+        (0 * x, 0 * x + 1),
+        (-y, x),
+        (x, y),
+        (x, -y),
+        (y, x),
+        (x * x, x * y),
+        (x * y, y * y),
+    ):
+        assert abs(offsets[:, 0] @ a + offsets[:, 1] @ b) < 1e-9 * size * max(np.abs(a).max(), np.abs(b).max())
+    for c in (0 * x + 1, x, y):
+        assert abs(offsets[:, 2] @ c) < 1e-9 * size
+
+
+def test_the_table_of_candidates_is_kept():
+    result = calibrate(seen(views(1)))
+    assert len(result.candidates) == 15
+    (chosen,) = [c for c in result.candidates if c.chosen]
+    assert (chosen.lens, chosen.board) == (result.lens, result.board.model.name) == ("k1 k2 p1 p2", "rigid")
+    frees = [c.free for c in result.candidates]
+    assert frees == sorted(frees)
+    assert all(c.held_out_rms_px > c.rms_px for c in result.candidates)
+    assert all(c.excess > c.excess_error for c in result.candidates[: result.candidates.index(chosen)])
+    nested = {(c.lens, c.board): c.rms_px for c in result.candidates}
+    assert nested["k1 k2", "rigid"] >= nested["k1 k2 p1 p2", "rigid"] >= nested["k1 k2 p1 p2 k3", "rigid"] - 1e-6
+    document = as_json(result)
+    assert document["board"]["model"] == "rigid"
+    assert document["board"]["bow_x"] == {"value": 0.0, "unit": "m", "sigma": None}
+    assert [c["chosen"] for c in document["candidates"]].count(True) == 1
+    assert result.camera.info["candidates"][0]["lens"] == "k1 k2"
+
+
+def test_opencv_agrees_and_a_disagreement_is_said():
+    result = calibrate(seen(views(1)))
+    assert result.cross_check is not None
+    assert np.abs(result.cross_check.differences).max() < 0.5
+    assert as_json(result)["cross_check"]["differences_sigma"]["k3"] == 0.0
+    assert result.cross_check.note(flat=True) is None
+    far = cross_check(result.views, SIZE, result.free, result.camera.parameters + 2.0, np.ones(9))
+    assert far is not None
+    assert "OpenCV's own calibration disagrees: " in (far.note(flat=True) or "")
+    assert far.note(flat=False) is None, "OpenCV believes in flat boards only"
+
+
+def test_a_single_bad_corner_is_named_and_its_view_stays():
+    good = views(6)
+    points = good[4].image_points.copy()
+    points[17] += [4.0, 3.0]
+    result = calibrate(seen([*good[:4], replace(good[4], image_points=points), *good[5:]]))
+    assert len(result.views) == 15
+    (note,) = [note for note in result.notes if "counted for little" in note]
+    assert re.match(r"view 04: corner 17 up to (4\.[89]|5\.[0-2]) px off", note), "5 px, and what the noise adds"
+    clean = calibrate(seen(good))
+    away = (result.camera.parameters - clean.camera.parameters)[:4]
+    assert np.all(np.abs(away) < 0.5 * clean.sigma_least_squares[:4])
+
+
+def test_where_views_disagree_more_than_their_corners_the_note_says_by_how_much():
+    result = calibrate(seen(views(7, bow_m=0.0005)))
+    (note,) = [note for note in result.notes if "leaving out views is larger" in note]
+    ratio = result.sigma_jackknife / np.where(result.sigma_least_squares > 0, result.sigma_least_squares, np.inf)
+    worst = int(np.argmax(ratio))
+    assert f"{lens.NAMES[worst]} {ratio[worst]:.1f}" in note
 
 
 def test_error_bars_hold_where_errors_are_common_to_a_view():
@@ -124,6 +267,33 @@ def test_uncovered_parts_of_the_picture_are_named():
     assert "left" not in note.replace("left out", "")
 
 
+def fisheye(degrees: float, noise_px: float = 0.1) -> list[BoardView]:
+    """Pixels proportional to the angle, `degrees` from corner to corner of the picture, boards up to 72 degrees off the axis."""
+    rng = np.random.default_rng(0)
+    half = np.radians(degrees / 2)
+    wide: list[BoardView] = []
+    while len(wide) < 20:
+        about = rng.uniform(0, 2 * np.pi)
+        off = rng.uniform(0, min(half, 1.25))
+        ray = Rotation.from_rotvec(off * np.array([np.cos(about), np.sin(about), 0.0]))
+        turn = Rotation.from_rotvec([*rng.uniform(-0.6, 0.6, 2), rng.uniform(-0.4, 0.4)])
+        away = np.array([0.0, 0.0, rng.uniform(0.2, 0.4)])
+        at = ray.apply(turn.apply(CORNERS - CORNERS.mean(axis=0)) + away)
+        across = np.linalg.norm(at[:, :2], axis=1)
+        angle = np.arctan2(across, at[:, 2])
+        pixels = [320, 240] + 400 / half * (angle / across)[:, None] * at[:, :2] + noise_px * rng.normal(size=(48, 2))
+        if np.all((pixels > 5) & (pixels < [635, 475])) and at[:, 2].min() > 0.01:
+            wide.append(BoardView(f"{len(wide)}", pixels, CORNERS, np.arange(48)))
+    return wide
+
+
+def test_a_wide_lens_that_is_all_but_described_has_a_note():
+    result = calibrate(seen(fisheye(120)))
+    assert any("wider than its model" in note for note in result.notes)
+    assert "k3" in result.free
+    assert not any("wider" in note for note in calibrate(seen(fisheye(80))).notes)
+
+
 class TestRefuses:
     def test_few_views(self):
         out = (LeftOut("x.png", "the board was not found"),)
@@ -165,19 +335,23 @@ class TestRefuses:
         with pytest.raises(Refused, match=r"no camera .* explains the corners: 4\.\d\d px rms"):
             calibrate(seen(noisy))
 
-    def test_a_fisheye(self):
-        # pixels proportional to the angle, boards up to 80 degrees off the axis, tilted by up to 40 against the ray
-        rng = np.random.default_rng(0)
-        wide, away = [], np.array([-0.1, -0.07, 0.3])
-        for i in range(20):
-            ray = Rotation.from_rotvec([*rng.uniform(-0.85, 0.85, 2), 0.0])
-            seen_points = ray.apply(Rotation.from_rotvec(rng.uniform(-0.5, 0.5, 3)).apply(CORNERS) + away)
-            across = np.linalg.norm(seen_points[:, :2], axis=1)
-            angle = np.arctan2(across, seen_points[:, 2])
-            pixels = [320, 240] + 220 * (angle / across)[:, None] * seen_points[:, :2]
-            wide.append(BoardView(f"{i}", pixels, CORNERS, np.arange(48)))
+    @pytest.mark.parametrize("degrees", [135, 150, 210])
+    def test_a_fisheye(self, degrees: int):
         with pytest.raises(Refused, match="fisheye"):
-            calibrate(seen(wide))
+            calibrate(seen(fisheye(degrees)))
+
+    def test_a_lens_that_changed_between_pictures(self):
+        # every other picture with another distortion: 1 px would be allowed if the noise did not tell
+        zoomed = views(1, noise_px=0.03)
+        middle = CAMERA[2:4]
+        for i in range(0, 15, 2):
+            at = zoomed[i].image_points
+            r2 = np.sum((at - middle) ** 2, axis=1, keepdims=True) / 320**2
+            zoomed[i] = replace(zoomed[i], image_points=middle + (at - middle) * (1.0 + 0.06 * r2))
+        with pytest.raises(
+            Refused, match=r"explains the corners: 0\.\d\d px rms, where the noise of the corners is 0\.04"
+        ):
+            calibrate(seen(zoomed))
 
     def test_a_line_of_corners(self):
         line = [

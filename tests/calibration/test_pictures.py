@@ -1,3 +1,4 @@
+import zlib
 from pathlib import Path
 
 import cv2
@@ -43,6 +44,42 @@ def test_the_rotation_tag_is_ignored(tmp_path: Path):
     assert turned.shape[:2] == (30, 20), "OpenCV turns it"
     (picture,) = read_pictures([path])
     assert picture.grey.shape == (20, 30)
+
+
+@pytest.mark.parametrize("kind", ["16 bit", "colour", "alpha", "16 bit colour"])
+def test_other_depths_and_channels_become_grey(tmp_path: Path, kind: str):
+    deep = GREY.astype(np.uint16) * 257
+    alpha = np.full_like(GREY, 255)
+    stored = {
+        "16 bit": deep,
+        "colour": np.dstack([GREY] * 3),
+        "alpha": np.dstack([GREY, GREY, GREY, alpha]),
+        "16 bit colour": np.dstack([deep] * 3),
+    }[kind]
+    (picture,) = read_pictures([save(tmp_path / "a.png", stored)])
+    assert picture.grey.dtype == np.uint8
+    np.testing.assert_allclose(picture.grey.astype(int), GREY, atol=1)
+
+
+def test_grey_with_alpha_becomes_grey(tmp_path: Path):
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return len(data).to_bytes(4, "big") + kind + data + zlib.crc32(kind + data).to_bytes(4, "big")
+
+    rows = b"".join(b"\x00" + np.dstack([row, np.full_like(row, 255)]).tobytes() for row in GREY)
+    head = GREY.shape[1].to_bytes(4, "big") + GREY.shape[0].to_bytes(4, "big") + b"\x08\x04\x00\x00\x00"
+    path = tmp_path / "a.png"  # OpenCV writes no such file: colour type 4
+    body = chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + body)
+    (picture,) = read_pictures([path])
+    np.testing.assert_array_equal(picture.grey, GREY)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".tif", ".bmp"])
+def test_refuses_a_picture_cut_short(tmp_path: Path, suffix: str):
+    path = save(tmp_path / f"a{suffix}")
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    with pytest.raises(Refused, match=rf"a{suffix}: (is not a picture|is cut short)"):
+        list(read_pictures([path]))
 
 
 def test_refuses_missing_files_before_reading_any(tmp_path: Path):

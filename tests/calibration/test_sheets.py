@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial import KDTree
 
-from calibration.board import Charuco, Chessboard
+from calibration.board import AprilGrid, Charuco, Chessboard
 from calibration.dictionaries import dictionary, marker_cells
 from calibration.sheets import board_sheet, marker_sheet, outlines
 from tests.calibration.truth import raster, svg_blacks
@@ -65,6 +65,26 @@ def test_chessboard_svg_is_true_to_scale_and_found(tmp_path: Path):
     assert len(shapes) == 35  # half of 10 x 7
     found, _ = cv2.findChessboardCornersSB(raster(size, shapes, 4), (9, 6))
     assert found
+
+
+def test_aprilgrid_has_kalibrs_geometry(tmp_path: Path):
+    board = AprilGrid(kind="aprilgrid", columns=4, rows=3, tag=0.03, spacing=0.3)
+    board_sheet(board, tmp_path / "board.svg")
+    size, shapes = svg_blacks(tmp_path / "board.svg")
+    low, high = bounds(shapes)
+    np.testing.assert_allclose(high - low, [4 * 39.0 + 9.0, 3 * 39.0 + 9.0], atol=1e-3)
+    small = [shape for shape in shapes if np.allclose(np.ptp(np.concatenate(shape), axis=0), 9.0, atol=1e-3)]
+    assert len(small) == 5 * 4, "a small square at every corner of a tag, the outermost too"
+    texture = raster(size, shapes)
+    # the lower left tag is the family's first, upright as its makers draw it, its border two cells of ten wide
+    left, top = low[0] + 9.0, high[1] - 39.0
+    middles = 3.0 * np.arange(10) + 1.5
+    x, y = (8 * (left + middles)).astype(int), (8 * (top + middles)).astype(int)
+    cells = texture[np.ix_(y, x)] > 128
+    assert not cells[:2].any()
+    assert not cells[:, -2:].any()
+    bits = cells[2:-2, 2:-2].ravel()
+    assert int("".join("01"[int(bit)] for bit in bits), 2) == 0xD5D628584
 
 
 def test_pdf_has_the_same_geometry(tmp_path: Path):

@@ -6,28 +6,29 @@ import cv2
 import numpy as np
 import pytest
 
-from calibration.board import Charuco, Chessboard
+from calibration.board import AprilGrid, Board, Charuco, Chessboard
 from calibration.estimation import calibrate
 from calibration.pictures import Picture
 from calibration.sheets import board_sheet
-from calibration.views import distinct_views, observe
+from calibration.views import distinct_views, observe, settled
 from tests.calibration.truth import CAMERA, SIZE, picture, poses, project, raster, svg_blacks
 from xneck.errors import Refused
 
 CHARUCO = Charuco(kind="charuco", columns=9, rows=6, square=0.025, marker=0.0175, dictionary="aruco_5x5_100")
 CHESSBOARD = Chessboard(kind="chessboard", columns=8, rows=5, square=0.025)
+GRID = AprilGrid(kind="aprilgrid", columns=6, rows=4, tag=0.03, spacing=0.3)
 PER_MM = 8
 
 
-def rendered(board: Charuco | Chessboard, folder: Path, count: int, seed: int, **how: bool):
+def rendered(board: Board, folder: Path, count: int, seed: int, **how: bool):
     """Pictures of the board as `board_sheet` draws it, and the true corner positions in each."""
     board_sheet(board, folder / "board.svg")
     size, shapes = svg_blacks(folder / "board.svg")
     texture = raster(size, shapes, PER_MM)
     points = np.concatenate([loop for shape in shapes for loop in shape])
     origin = points.min(axis=0)
-    if isinstance(board, Chessboard):
-        origin = origin + 1e3 * board.square  # its frame starts at the first inner corner
+    if not isinstance(board, Charuco):
+        origin = origin + 1e3 * board.square  # its frame starts at the first inner corner, or tag
     if how.get("legacy"):
         plain = board.opencv(legacy=True).generateImage((225 * PER_MM, 150 * PER_MM))  # type: ignore[union-attr]
         texture = np.pad(plain, 20 * PER_MM, constant_values=255)
@@ -68,7 +69,10 @@ def test_printed_rendered_found_calibrated(charuco):
     assert observations.notes == ()
     errors = corner_errors(observations, truth)
     assert len(errors) > 380
-    assert np.sqrt(np.mean(errors**2)) < 0.08
+    assert np.sqrt(np.mean(errors**2)) < 0.03
+    assert errors.max() < 0.1
+    sigma = np.concatenate([np.ravel(view.sigma) for view in observations.views])  # type: ignore[arg-type]
+    assert 0.5 < np.sqrt(np.mean(errors**2 / (2 * sigma**2))) < 2.0, "claimed and true error"
     result = calibrate(observations)
     assert result.camera.covariance is not None
     z = (result.camera.parameters - CAMERA)[:8] / np.sqrt(np.diag(result.camera.covariance))[:8]
@@ -89,7 +93,45 @@ def test_chessboard(tmp_path: Path):
     for view in observations.views:
         # 9 x 6 squares look the same turned by 180 degrees
         either = [truth[int(view.name[:2])][ids] for ids in (view.corner_ids, view.corner_ids[::-1])]
-        assert min(np.abs(view.image_points - pixels).max() for pixels in either) < 0.2
+        assert min(np.abs(view.image_points - pixels).max() for pixels in either) < 0.1
+
+
+@pytest.mark.parametrize("how", ["", "inverted", "mirrored"])
+def test_aprilgrid(tmp_path: Path, how: str):
+    pictures, truth = rendered(GRID, tmp_path, 2, 0, **({how: True} if how else {}))
+    observations = observe(pictures, GRID)
+    assert len(observations.views) == 2
+    assert len(observations.notes) == bool(how)
+    errors = corner_errors(observations, truth)
+    assert len(errors) > 0.75 * 2 * 96  # small tags at the far end are left out where their saddles are unclear
+    assert errors.max() < 0.1
+
+
+def test_a_hidden_corner_has_no_say(charuco):
+    pictures, truth = charuco
+    grey = pictures[0].grey.copy()
+    x, y = np.round(truth[0][20]).astype(int)
+    grey[y - 3 : y + 3, x - 60 : x + 60] = 235  # a lamp's reflection along a row of corners
+    observations = observe([Picture("00.png", grey)], CHARUCO)
+    whole = observe(pictures[:1], CHARUCO)
+    assert np.all(np.isfinite(whole.views[0].sigma))  # type: ignore[arg-type]
+    clear = settled(observations)
+    assert "hidden" in clear.notes[-1]
+    assert corner_errors(clear, truth).max() < 0.1 < 0.5 < corner_errors(observations, truth).max()
+    assert len(corner_errors(clear, truth)) > 35
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"columns": 7}, "show a board of 9 columns and 6 or more rows, not of 7 x 6"),
+        ({"columns": 6, "rows": 9}, "show a board of 9 columns and 6 or more rows, not of 6 x 9"),
+        ({"dictionary": "aruco_6x6_50"}, "show markers of aruco_5x5_50, not of aruco_6x6_50"),
+    ],
+)
+def test_says_what_it_saw_instead(charuco, changes: dict[str, object], says: str):
+    with pytest.raises(Refused, match=says):
+        observe(charuco[0][:2], CHARUCO.model_copy(update=changes))
 
 
 @pytest.mark.parametrize(
@@ -102,7 +144,7 @@ def test_variants_are_resolved_and_reported(tmp_path: Path, how: str, says: str)
     assert len(observations.views) == len(pictures)
     assert len(observations.notes) == 1
     assert says in observations.notes[0]
-    assert np.median(corner_errors(observations, truth)) < 0.08
+    assert np.median(corner_errors(observations, truth)) < 0.03
     if how == "mirrored":
         # the camera is that of the pictures as they are: the optical axis mirrored, the focal length the same
         result = calibrate(observations)
@@ -132,15 +174,11 @@ def test_refuses_mixed_sizes(charuco):
         observe([pictures[0], turned], CHARUCO)
 
 
-def test_refuses_when_no_picture_shows_the_board(charuco):
-    pictures, _ = charuco
+def test_refuses_when_no_picture_shows_the_board():
     with pytest.raises(Refused, match="none given"):
         observe([], CHARUCO)
     with pytest.raises(Refused, match="not found in any of 1 pictures; expected: ChArUco 9 x 6 squares of 25 mm"):
         observe([Picture("empty", np.zeros((480, 640), np.uint8))], CHARUCO)
-    other = CHARUCO.model_copy(update={"columns": 7})
-    with pytest.raises(Refused, match="2 of 2 pictures show markers of its dictionary but not the board"):
-        observe(pictures[:2], other)
 
 
 def test_refuses_another_size_of_chessboard(tmp_path: Path):

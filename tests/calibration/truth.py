@@ -33,7 +33,11 @@ def project(points: np.ndarray, R: np.ndarray, t: np.ndarray, p: np.ndarray = CA
 
 
 def poses(
-    rng: np.random.Generator, count: int, size_m: tuple[float, float], tilt_deg: float = 35.0
+    rng: np.random.Generator,
+    count: int,
+    size_m: tuple[float, float],
+    tilt_deg: float = 35.0,
+    parameters: np.ndarray = CAMERA,
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Boards all over the picture: tilted by `tilt_deg` about axes all around, at distances that show them whole."""
     found: list[tuple[np.ndarray, np.ndarray]] = []
@@ -43,10 +47,11 @@ def poses(
         axis = rng.uniform(0, 2 * np.pi)
         turn = np.radians(tilt_deg) * np.array([np.cos(axis), np.sin(axis), 0.0])
         R = cv2.Rodrigues(turn)[0] @ cv2.Rodrigues(np.array([0.0, 0.0, rng.uniform(-0.4, 0.4)]))[0]
-        z = rng.uniform(1.3, 2.4) * max(w, h)
-        middle = np.array([rng.uniform(-0.3, 0.3) * z, rng.uniform(-0.22, 0.22) * z, z])
+        z = rng.uniform(1.3, 2.4) * max(w, h) * parameters[0] / CAMERA[0]
+        wide = z * CAMERA[0] / parameters[0]
+        middle = np.array([rng.uniform(-0.3, 0.3) * wide, rng.uniform(-0.22, 0.22) * wide, z])
         t = middle - R @ np.array([w / 2, h / 2, 0.0])
-        pixels = project(outline, R, t)
+        pixels = project(outline, R, t, parameters)
         if np.all((pixels > 6) & (pixels < np.array(SIZE) - 7)):
             found.append((R, t))
     return found
@@ -60,19 +65,39 @@ def synthetic_views(
     tilt_deg: float = 35.0,
     bow_m: float = 0.0,
     parameters: np.ndarray = CAMERA,
+    common_px: float = 0.0,
+    shape: np.ndarray | None = None,
 ) -> list[BoardView]:
-    """Views without pictures: projected corners and noise; each board bowed by its own amount of about `bow_m`."""
+    """Views without pictures: projected corners and noise; each board bowed by its own amount of about `bow_m`.
+
+    `common_px` more noise is alike for neighbours on the board (a Gaussian process of two squares' reach, anew for each
+    view and direction), as light and blur make it. `shape`, (n, 3), m, is where the corners really are in all views.
+    """
     low, high = corners.min(axis=0), corners.max(axis=0)
     margin = corners[1, 0] - corners[0, 0]
+    apart = np.linalg.norm(corners[:, None] - corners[None], axis=2) / (2 * margin)
+    alike = np.linalg.cholesky(np.exp(-0.5 * apart**2) + 1e-9 * np.eye(len(corners)))
     views = []
-    everywhere = poses(rng, count, (float(high[0] + margin), float(high[1] + margin)), tilt_deg)
+    everywhere = poses(rng, count, (float(high[0] + margin), float(high[1] + margin)), tilt_deg, parameters)
     for index, (R, t) in enumerate(everywhere):
         unit = 2 * (corners - low)[:, :2] / (high - low)[:2] - 1
-        shape = corners.copy()
-        shape[:, 2] += bow_m * (rng.normal() * unit[:, 0] ** 2 + rng.normal() * unit[:, 1] ** 2)
-        pixels = project(shape, R, t, parameters) + noise_px * rng.normal(size=(len(corners), 2))
+        bent = (corners if shape is None else shape).copy()
+        if bow_m:
+            bent[:, 2] += bow_m * (rng.normal() * unit[:, 0] ** 2 + rng.normal() * unit[:, 1] ** 2)
+        pixels = project(bent, R, t, parameters) + noise_px * rng.normal(size=(len(corners), 2))
+        if common_px:
+            pixels += common_px * alike @ rng.normal(size=(len(corners), 2))
         views.append(BoardView(f"view {index:02d}", pixels, corners.copy(), np.arange(len(corners))))
     return views
+
+
+def bowed(corners: np.ndarray, x_m: float, y_m: float = 0.0) -> np.ndarray:
+    """A sheet whose rim lies `x_m` behind the middle along x and `y_m` along y: parabolas, middle at nought."""
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    half = np.ptp(corners, axis=0)[:2] / 2
+    bent = corners.copy()
+    bent[:, 2] = x_m * ((corners - middle)[:, 0] / half[0]) ** 2 + y_m * ((corners - middle)[:, 1] / half[1]) ** 2
+    return bent
 
 
 def svg_blacks(path: Path) -> tuple[tuple[float, float], list[list[np.ndarray]]]:
@@ -118,16 +143,22 @@ def picture(
     t: np.ndarray,
     rng: np.random.Generator,
     name: str = "rendered",
+    bow: tuple[float, float, float, float] | None = None,
 ) -> Picture:
     """What CAMERA sees of a sheet: 3 x 3 rays a pixel, a point spread of 0.7 px, noise of 2 grey levels.
 
-    `origin_mm` is where the board frame's origin lies on the sheet, from its upper left.
+    `origin_mm` is where the board frame's origin lies on the sheet, from its upper left. With a `bow` of (sagitta, x of
+    the middle, y of the middle, half the extent along x), m, the sheet is the parabola `bowed` along x.
     """
     rays, shape = _rays()
     # the ray d = (a, b, 1) meets the board where (R' (z d - t))_3 = 0
     d = np.column_stack([rays, np.ones(len(rays))]) @ R
     at = t @ R
-    on_board = (at[2] / d[:, 2])[:, None] * d - at
+    depth = at[2] / d[:, 2]
+    if bow is not None:
+        for _ in range(6):  # the depth at which the ray meets the parabola: a contraction by the bow's slope
+            depth = (at[2] + bow[0] * (((depth * d[:, 0] - at[0]) - bow[1]) / bow[3]) ** 2) / d[:, 2]
+    on_board = depth[:, None] * d - at
     x = (1e3 * on_board[:, 0] + origin_mm[0]) * per_mm - 0.5
     y = (1e3 * on_board[:, 1] + origin_mm[1]) * per_mm - 0.5
     seen = cv2.remap(

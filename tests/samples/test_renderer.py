@@ -18,7 +18,10 @@ from scipy.ndimage import map_coordinates
 from samples.generator.board import board_poses, render_board, render_board_pictures
 from samples.generator.camera import SAMPLE_CAMERA, Camera, pose
 from samples.generator.frame import on_plane, plates, render_frame
+from samples.generator.linkage import solve
 from samples.generator.printed import INK, PAPER, charuco_pattern, marker_pattern, seen
+from samples.generator.scene import Shape
+from samples.generator.trouble import Glare, Trouble
 from samples.generator.video import Look, render_video
 
 SMALL = SAMPLE_CAMERA.scaled(0.25)
@@ -184,6 +187,41 @@ def test_markers_placement_is_followed(neck: dict[str, Any]) -> None:
     (_, place, angle), (_, unmoved, _) = plates(alpha, moved)[0], plates(alpha, neck)[1]
     assert place - unmoved == pytest.approx(0.002j, abs=1e-12)
     assert angle == pytest.approx(np.pi / 2 + 0.1)
+
+
+def test_markers_on_diagonals_are_on_the_line_between_the_bars_ends(neck: dict[str, Any]) -> None:
+    """A2 joins the lower left and the upper right end, B2 the others; 5 mm along it is 5 mm nearer to its upper end."""
+    on_bars = [
+        {"id": 1, "diagonal": "A2"},
+        {"id": 2, "diagonal": "B2"},
+        {"id": 3, "diagonal": "B2", "at": [0.005, 0.0]},
+    ]
+    alpha = np.radians([30.0, -20.0, 10.0])
+    laid = plates(alpha, {**neck, "markers": {**neck["markers"], "on_bars": on_bars}})
+    bars = solve(alpha, np.full(3, 0.10), np.full(3, 0.05))
+    for (_, place, angle), low, high in (
+        (laid[0], bars.left[1], bars.right[2]),
+        (laid[1], bars.right[1], bars.left[2]),
+    ):
+        assert place == pytest.approx((low + high) / 2, abs=1e-12)
+        assert np.exp(1j * angle) == pytest.approx((high - low) / 0.10, abs=1e-9)
+    assert abs(laid[2][1] - bars.left[2]) == pytest.approx(0.045, abs=1e-12)
+
+
+def test_what_is_in_front_hides_and_a_shadow_dims(neck: dict[str, Any]) -> None:
+    """Inside an outline a thing's own level, or a share of the light; outside nothing changes, to the grey level."""
+    box = np.array([-0.004 - 0.004j, 0.004 - 0.004j, 0.004 + 0.004j, -0.004 + 0.004j])
+    plain = mean_levels(np.zeros(3), neck, SAMPLE_CAMERA)
+    x, y = np.rint(SAMPLE_CAMERA.project(np.zeros(2))).astype(int)
+    for suffers, least, most in (
+        (Trouble(in_front=(Shape(box, (0.5, 0.5, 0.5)),)), 90, 140),
+        (Trouble(shadows=(Shape(box, (0.25, 0.25, 0.25)),)), 0, 64),
+        (Trouble(glare=(Glare(0j, 0.001, 1.2),)), 250, 255),
+    ):
+        spoilt = render_frame(np.zeros(3), neck, SAMPLE_CAMERA, suffers=suffers).mean(axis=-1)
+        assert least <= spoilt[y - 1 : y + 2, x - 1 : x + 2].mean() <= most
+        far = np.hypot(*(np.mgrid[:720, :1280] - np.array([y, x])[:, None, None])) > 25
+        np.testing.assert_array_equal(spoilt[far], plain[far])
 
 
 def test_an_arm_without_markers_shows_none(neck: dict[str, Any]) -> None:

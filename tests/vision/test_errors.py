@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.camera import camera_from, write_camera
+from calibration.camera import camera_from
+from calibration.camera_file import write_camera
 from samples.generator.camera import SAMPLE_CAMERA
 from samples.generator.video import render_video
 from tests.vision.command import run
@@ -152,7 +153,7 @@ CASES: dict[Callable[[Path], list[str | Path]], str] = {
     bar_of_fifty_metres: r"neck\.yaml: mechanisms\[0\]\.b: expected .* 2, found 50.*SI units",
     missing_column: r"log\.csv: lacks the column f3",
     swapped_theta: r"theta1 and theta2 are swapped",
-    theta_for_force: r"cable 1 does not follow its motor.*is it f1",
+    theta_for_force: r"cable 1 contradicts all others.*is it f1",
     log_of_another_time: r"do not show the same motion.*overlap",
     angles_in_degrees: r"a\.csv: .*radians",
     half_a_log: r"log\.mcap: .*MCAP",

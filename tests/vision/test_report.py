@@ -2,18 +2,15 @@
 
 import base64
 import re
-import shutil
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 
 from calibration.estimation import Calibration, calibrate
 from calibration.views import LeftOut, Observations
@@ -25,6 +22,7 @@ from identification.series import Series, numbered
 from identification.simulated import Simulated
 from mechanism.description import read_neck
 from tests.calibration.truth import synthetic_views
+from tests.vision.html_page import Elements, label_faults, look
 from vision.angles import Angles, read_angles
 from vision.elongation import explain
 from vision.encoder_log import read_log
@@ -49,7 +47,6 @@ SECTIONS = (
     "inputs", "camera", "frames", "angles", "clocks", "elongations", "parameters", "couples", "tensions", "simulation",
 )  # fmt: skip
 LIMIT_BYTES = 4_000_000
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 
 def sample_start(folder: Path) -> tuple[DataSet, Angles]:
@@ -105,7 +102,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
     return Result(
         name=NASTY,
         recording=Recording(
-            folder, folder / "log", SAMPLE / "neck.yaml", None, None, None, (), None, Shutter(), None, False
+            folder, folder / "log", SAMPLE / "neck.yaml", None, None, None, (), None, Shutter(), None, False, None
         ),
         camera=calibration.camera,
         calibration=calibration,
@@ -125,35 +122,6 @@ def report(result: Result, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("report") / "a report ü.html"
     write_report(result, path)
     return path
-
-
-class Elements(HTMLParser):
-    """Every start tag with its attributes, and the visible text; open elements must be closed in order."""
-
-    VOID = frozenset(("meta", "link", "img", "br", "hr", "input"))
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.text = ""
-        self.open: list[str] = []
-        self.feed(text)
-        self.close()
-        assert not self.open
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-        if tag not in self.VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
 
 
 @pytest.fixture(scope="module")
@@ -236,7 +204,9 @@ def test_a_camera_that_was_read_is_told_from_one_that_was_calibrated(result: Res
     given = replace(result.recording, camera=tmp_path / "lab.yaml")
     write_report(replace(result, calibration=None, recording=given), tmp_path / "read.html")
     text = Elements((tmp_path / "read.html").read_text(encoding="utf-8")).text
-    assert "Read from lab.yaml: 1280 × 720 px, 0.137 px RMS for pictures held out" in text
+    assert result.calibration is not None
+    held_out = f"{result.calibration.held_out_rms_px:.3f}"
+    assert f"Read from lab.yaml: 1280 × 720 px, {held_out} px RMS for pictures held out" in text
     assert "Calibrated from" not in text
 
 
@@ -321,55 +291,13 @@ def test_a_lens_parameter_that_was_held_says_so(result: Result) -> None:
     assert "±" in rows["fx"]
 
 
-@pytest.fixture(scope="module")
-def browser_page() -> Iterator[Page]:
-    if BROWSER is None:
-        pytest.skip("no chromium, chromium-browser or google-chrome on this machine")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=BROWSER, args=["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
-        )
-        yield browser.new_page()
-        browser.close()
-
-
 @pytest.mark.parametrize("width", [390, 1280])
 def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
-    """No error, no request but the file itself, all pictures decoded, nothing wider than the screen."""
-    complaints: list[str] = []
-    requests: list[str] = []
-    browser_page.on("console", lambda message: complaints.append(f"{message.type}: {message.text}"))
-    browser_page.on("pageerror", lambda error: complaints.append(str(error)))
-    browser_page.on("dialog", lambda dialog: complaints.append(f"dialog: {dialog.message}"))
-    browser_page.on("request", lambda request: requests.append(request.url))
-    browser_page.set_viewport_size({"width": width, "height": 844})
-    browser_page.goto(report.as_uri())
-    browser_page.wait_for_load_state("networkidle")
-    assert complaints == []
-    assert [url for url in requests if not url.startswith("data:")] == [report.as_uri()]
+    look(browser_page, report, width)
     assert browser_page.title() == f"{NASTY}: xneck report"
     assert browser_page.evaluate("[...document.images].map(i => i.complete && i.naturalWidth > 0)") == [True, True]
-    assert browser_page.evaluate("document.documentElement.scrollWidth") <= width
-    drawn = browser_page.evaluate(
-        "[...document.querySelectorAll('svg.plot')].map(s => s.getBoundingClientRect().height)"
-    )
-    assert min(drawn) > 100
 
 
 def test_no_label_leaves_its_figure(report: Path, browser_page: Page) -> None:
-    """Every text of every figure lies within the figure, as the browser lays it out, and no two of one figure overlap."""
-    browser_page.set_viewport_size({"width": 1280, "height": 844})
-    browser_page.goto(report.as_uri())
-    faults = browser_page.evaluate(
-        """() => [...document.querySelectorAll('svg.plot')].flatMap(svg => {
-            const frame = svg.getBoundingClientRect();
-            const labels = [...svg.querySelectorAll('text')].map(t => [t.textContent, t.getBoundingClientRect()]);
-            const outside = labels.filter(([, r]) => r.left < frame.left - 1 || r.right > frame.right + 1
-                || r.top < frame.top - 1 || r.bottom > frame.bottom + 1).map(([text]) => text + ' outside');
-            const overlapping = labels.flatMap(([a, p], i) => labels.slice(i + 1).filter(([, q]) =>
-                Math.min(p.right, q.right) - Math.max(p.left, q.left) > 1.5
-                && Math.min(p.bottom, q.bottom) - Math.max(p.top, q.top) > 3).map(([b]) => a + ' over ' + b));
-            return [...outside, ...overlapping].map(fault => svg.getAttribute('aria-label') + ': ' + fault);
-        })"""
-    )
+    faults = label_faults(browser_page, report)
     assert not faults, "\n".join(faults)

@@ -112,7 +112,7 @@ def test_check_simulate_and_export_by_command(made: Path, capfd: pytest.CaptureF
     assert "tension4" in np.load(made / "simulated.npz")
 
 
-def test_corners_by_template_and_placement_by_command(made: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_corners_by_edges_and_placement_by_command(made: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Markers said to sit 1 mm and 1 deg askew: noticed where believed; estimated, angles are back within 3 of their sigmas
     (of their common error, which the sigma confesses), and neck.yaml is written as it should have been."""
     text = (R / "neck.yaml").read_text().replace("at: [0.0, 0.0], angle: 0.0}", "at: [0.001, 0.0], angle: 0.0175}")
@@ -128,9 +128,9 @@ def test_corners_by_template_and_placement_by_command(made: Path, capfd: pytest.
     assert found is not None
     assert all(abs(m.at[0]) < 2e-4 and abs(m.angle) < np.radians(0.5) for m in found.on_bars)
     right = ["extract", R / "video.mp4", "--camera", made / "camera.yaml", "--neck", R / "neck.yaml"]
-    assert run(capfd, *right, "--corners", "template", "--exposure", "0.004", "--out", made / "t.csv").status == 0
-    fitted = read_angles(made / "t.csv", 3).alpha - STORED["recording_frame_alpha"]
-    edges = read_angles(made / "angles.mcap", 3).alpha - STORED["recording_frame_alpha"]
+    assert run(capfd, *right, "--corners", "edges", "--out", made / "e.csv").status == 0
+    edges = read_angles(made / "e.csv", 3).alpha - STORED["recording_frame_alpha"]
+    fitted = read_angles(made / "angles.mcap", 3).alpha - STORED["recording_frame_alpha"]
     assert np.sqrt(np.mean(fitted**2)) < 0.85 * np.sqrt(np.mean(edges**2))
 
 

@@ -10,6 +10,7 @@ import pytest
 from mechanism.description import Markers, read_neck
 from tests.vision.scene import corners
 from vision.following import follow
+from vision.light_patch import LightPatch
 from vision.tracking import DOUBLED, HIDDEN, SEARCHED, SEEN, Tracker
 from vision.video import Frame, describe, frames
 
@@ -111,7 +112,13 @@ def test_a_doubled_marker_is_left_out_and_said_so() -> None:
 def test_the_number_of_processes_changes_nothing(workers: int) -> None:
     video = describe(VIDEO)
     assert len(video.segments) == 3
-    one, more = follow(video, markers()), follow(video, markers(), workers=workers)
+    light = LightPatch(600, 300, 40, 30)
+    one, more = follow(video, markers(), light=light), follow(video, markers(), workers=workers, light=light)
     np.testing.assert_array_equal(one.time, more.time)
     np.testing.assert_array_equal(one.corners, more.corners)
     np.testing.assert_array_equal(one.how, more.how)
+    assert one.light is not None
+    assert more.light is not None
+    np.testing.assert_array_equal(one.light, more.light)
+    eighth = next(frame for frame in frames(VIDEO) if frame.index == 7)
+    assert one.light[7] == eighth.grey[300:330, 600:640].mean()

@@ -1,6 +1,5 @@
 """Every frame with its own stamp, and damage named."""
 
-import struct
 from fractions import Fraction
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import av
 import numpy as np
 import pytest
 
+from samples.generator.video import tag_as_turned
 from vision.video import describe, frames, frames_of
 from xneck.errors import Refused
 
@@ -100,22 +100,12 @@ def test_a_bare_stream_has_no_stamps(tmp_path: Path) -> None:
         list(frames(film(tmp_path / "a.h264", STAMPS, "h264")))
 
 
-def turned_clockwise(path: Path) -> Path:
-    """The film with the display matrix of a quarter turn clockwise written into its track header (ISO 14496-12, 8.3.2)."""
-    data = bytearray(path.read_bytes())
-    upright = struct.pack(">9i", 65536, 0, 0, 0, 65536, 0, 0, 0, 0x40000000)
-    turned = struct.pack(">9i", 0, 65536, 0, -65536, 0, 0, 0, 0, 0x40000000)
-    at = data.index(upright, data.index(b"tkhd"))
-    data[at : at + 36] = turned
-    path.write_bytes(data)
-    return path
-
-
 def test_a_video_turned_by_its_tag_is_shown_upright(tmp_path: Path) -> None:
     """A portrait film of a phone: what was the top row (coded noise) stands at the right after a quarter turn clockwise."""
     film(tmp_path / "a.mp4", STAMPS[:4])
     plain = list(frames(tmp_path / "a.mp4"))
-    video = describe(turned_clockwise(tmp_path / "a.mp4"))
+    tag_as_turned(tmp_path / "a.mp4")
+    video = describe(tmp_path / "a.mp4")
     shown = list(frames(tmp_path / "a.mp4"))
     assert (video.width, video.height) == (64, 96)
     for a, b in zip(plain, shown, strict=True):

@@ -27,10 +27,17 @@ from vision.cli.output import FILE, OUT, export_beside, exported, progress, repo
 )
 @click.option(
     "--corners",
-    type=click.Choice(["edges", "template"]),
-    default="edges",
+    type=click.Choice(["template", "edges"]),
+    default="template",
     show_default=True,
-    help="Markers' corners from the edges of their squares, or from all grey levels (a third more precise, three times slower).",
+    help="Markers' corners from all their grey levels, or from the edges of their squares (less precise, a third faster).",
+)
+@click.option(
+    "--light",
+    type=click.IntRange(0),
+    nargs=4,
+    metavar="X Y WIDTH HEIGHT",
+    help="Rectangle (px) with a light that the controller switches and logs as `led`.",
 )
 @click.option("--placement", is_flag=True, help="Estimate from the motion where each marker sits on its bar.")
 @click.option("--corrected-neck", type=OUT, help="Write neck.yaml with the markers where they were found.")
@@ -46,7 +53,8 @@ def command(
     exposure: float,
     row_time: float,
     stamp: Literal["start", "middle", "end"],
-    corners: Literal["edges", "template"],
+    corners: Literal["template", "edges"],
+    light: tuple[int, int, int, int] | None,
     placement: bool,
     corrected_neck: Path | None,
     workers: int,
@@ -57,11 +65,12 @@ def command(
     """Joint angles alpha_1..N of every frame of a recorded video, with their standard deviations."""
     import numpy as np
 
-    from calibration.camera import read_camera
+    from calibration.camera_file import read_camera
     from mechanism.description import read_neck
     from mechanism.neck_text import neck_text
     from vision.angles import write_angles
     from vision.extract import extract
+    from vision.light_patch import LightPatch
     from vision.overlay import write_overlay
     from vision.recording_fit import PlacementPrior
     from vision.shutter import Shutter
@@ -72,9 +81,10 @@ def command(
     camera, neck = read_camera(camera_file), read_neck(neck_file)
     shutter = Shutter(exposure, row_time, stamp)
     prior = PlacementPrior() if placement or corrected_neck else None
+    patch = LightPatch(*light) if light else None
     described = describe(video)
     with progress(described.frames, "extract", quiet) as done:
-        found = extract(described, camera, neck, shutter, prior, corners == "template", workers, done)
+        found = extract(described, camera, neck, shutter, prior, corners == "template", workers, patch, done)
     found.angles.notes["provenance"] = provenance({"video": video, "camera": camera_file, "neck": neck_file})
     write_angles(found.angles, out, found.quality)
     export_beside(found.angles.series, out, export_as)

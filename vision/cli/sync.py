@@ -50,6 +50,10 @@ def command(
     text = (
         f"{out}: log = camera + {c['offset_s']:.5f} s +- {1e3 * c['offset_sigma_s']:.2f} ms, "
         f"skew {c['skew_ppm']:.0f} +- {c['skew_sigma_ppm']:.0f} ppm; {len(data.state)} samples, "
-        f"{c['frames_dropped']} frames dropped, {c['log_rows_missing']} log rows missing; {data.check['verdict']}"
+        f"{c['frames_dropped']} frames dropped, {c['log_rows_missing']} log rows missing; {data.check['verdict']}\n"
+        f"  from {c['source']}"
     )
+    text += f"; {c['frames_lost']} frames lost without a trace" if c["frames_lost"] else ""
+    text += f"; {c['log_rows_held']} log rows repeated" if c["log_rows_held"] else ""
+    text += "".join(f"\n  {warning}" for warning in c["warnings"])
     report_result(dict(c), text, json_out, quiet)

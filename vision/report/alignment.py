@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from identification.dataset import DataSet
 from mechanism.cable_lengths import lengths
 from mechanism.friction import dry
+from vision.clocks.slips import Slip, Slips
 
 Array = NDArray[np.float64]
 
@@ -42,7 +43,9 @@ class Alignment:
 
 
 def log_time(clock: Mapping[str, Any], camera_time: Array) -> Array:
-    """Camera times on the log's clock, s, by the record of a synchronisation."""
+    """Stamps of frames on the log's clock, s, by the record of a synchronisation."""
+    slips = tuple(Slip(s["time_s"], s["frames"]) for s in clock.get("slips", ()))
+    camera_time = Slips(slips, clock.get("frame_period_s", 0.0)).corrected(camera_time)
     skew = 1e-6 * clock["skew_ppm"]
     return camera_time + clock["offset_s"] + skew * (camera_time - clock["camera_middle_s"])
 

@@ -3,28 +3,24 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
-from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from calibration.estimation import Calibration
+from calibration.meaning import corner_errors
 from vision.report import style
 from vision.report.block import Block
 from vision.report.svg import inline
-
-Array = NDArray[np.float64]
 
 
 def coverage_and_errors(calibration: Calibration) -> Block:
     """Corners over the picture, and their errors."""
     camera = calibration.camera
-    pixels = np.concatenate([view.image_points for view in calibration.views])
-    errors = _errors(calibration)
+    pixels, errors = corner_errors(calibration)
 
     figure, axes = style.panel(2.9)
     for k, view in enumerate(calibration.views):
         style.dots(axes, view.image_points[:, 0], view.image_points[:, 1], style.cable_colour(k), 2.4, 0.8)
     axes.add_patch(Rectangle((0, 0), camera.width, camera.height, fill=False, edgecolor=style.QUIET))
-    _equal_scales(axes, camera.width / 2, camera.height / 2, 0.52 * camera.width, 0.52 * camera.height)
+    equal_scales(axes, camera.width / 2, camera.height / 2, 0.52 * camera.width, 0.52 * camera.height)
     axes.invert_yaxis()
     axes.set_title(f"{len(pixels)} corners in the picture")
     axes.set_xlabel("px to the right")
@@ -36,7 +32,7 @@ def coverage_and_errors(calibration: Calibration) -> Block:
     style.dots(axes, errors[:, 0], errors[:, 1], style.CABLES[0], 2.0, 0.5)
     turn = np.linspace(0, 2 * np.pi, 90)
     style.line(axes, calibration.rms_px * np.cos(turn), calibration.rms_px * np.sin(turn), style.MEASURED, width=1.4)
-    _equal_scales(axes, 0.0, 0.0, reach, reach)
+    equal_scales(axes, 0.0, 0.0, reach, reach)
     axes.set_title("what the camera model leaves")
     axes.set_xlabel("error to the right, px")
     axes.set_ylabel("error down, px")
@@ -49,19 +45,9 @@ def coverage_and_errors(calibration: Calibration) -> Block:
     )
 
 
-def _equal_scales(axes: Axes, x: float, y: float, half_width: float, half_height: float) -> None:
+def equal_scales(axes: Axes, x: float, y: float, half_width: float, half_height: float) -> None:
     """Limits about (x, y) that hold the rectangle with the same scale both ways, in axes that keep their size."""
     box = axes.get_window_extent()
     scale = max(half_width / box.width, half_height / box.height)
     axes.set_xlim(x - scale * box.width, x + scale * box.width)
     axes.set_ylim(y - scale * box.height, y + scale * box.height)
-
-
-def _errors(calibration: Calibration) -> Array:
-    """Corner seen less corner predicted, (n, 2), px."""
-    poses = calibration.poses
-    out = []
-    for view, R, t in zip(calibration.views, poses.R, poses.t, strict=True):
-        rvec = Rotation.from_matrix(R).as_rotvec()
-        out.append(view.image_points - calibration.camera.project(view.object_points, rvec, t))
-    return np.concatenate(out)

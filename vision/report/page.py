@@ -1,10 +1,6 @@
 """The page itself: figures and tables of a result put into the template."""
 
-from importlib.resources import files
 from pathlib import Path
-
-from jinja2 import Environment, StrictUndefined
-from markupsafe import Markup
 
 from identification.reconstruction import reconstruct
 from identification.seed_method import WELL_IDENTIFIED
@@ -24,6 +20,7 @@ from vision.report import (
 from vision.report.alignment import align
 from vision.report.shots import shots
 from vision.report.style import drawing
+from vision.report.template import render
 from vision.report.wording import number
 from xneck.whole_file import write_text
 
@@ -35,13 +32,10 @@ def write_report(result: Result, path: Path) -> None:
 
 def page(result: Result) -> str:
     """The HTML of a result, with everything that it shows inside."""
-    home = files("vision.report")
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    template = environment.from_string(home.joinpath("report.html.jinja").read_text(encoding="utf-8"))
-    return template.render(
+    return render(
+        "report.html.jinja",
         result=result,
         data=result.data,
-        style_sheet=Markup(home.joinpath("report.css").read_text(encoding="utf-8")),  # our own file, not a person's
         sentence=verdict.sentence(result),
         head=verdict.figures(result),
         tables=tables,

@@ -1,0 +1,183 @@
+"""Markers that nobody here made, found by ours, OpenCV and pyapriltags: counts, jitter at rest, and how they fit known layouts.
+
+The files are those of AprilTag, OpenCV's samples and scikit-surgeryarucotracker, in `shared/data/markers` beside the checkout.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.opencv import REFINEMENTS, searching
+from benchmarks.table import Table
+from calibration.dictionaries import dictionary, marker_cells
+from mechanism.description import BarMarker, Markers
+from vision.markers import Finder
+from vision.photometric import Start, fit_markers
+from vision.planar_motion import in_plane_angle
+from vision.template import Optics
+from vision.tracking import Manner, Tracker
+from vision.video import Frame, frames
+
+Array = NDArray[np.float64]
+Grey = NDArray[np.uint8]
+Corners = dict[int, Array]
+"""of one picture, (4, 2) px by id"""
+Figures = tuple[float | None, ...]
+
+DATA = Path(__file__).parents[2] / "shared/data/markers"
+SURGERY = DATA / "scikit_surgery"
+METHODS = ("edges", "template", *(f"OpenCV {name}" for name in REFINEMENTS), "pyapriltags")
+STILLS = ("singlemarkersoriginal", "chocclusion_original", "img_00", "img_01", "img_02", "img_03")
+"""OpenCV's samples, of aruco_6x6_250"""
+LAYOUTS = ("reference.txt", "pointer.txt")
+NEAR = 4.0
+"""px between middles, within which a tag is the published one"""
+LEAST = 3
+"""markers of a layout in a picture, below which its fit says little"""
+
+
+def measure() -> Table:
+    """A row a file and figure, a column a method."""
+    if not DATA.is_dir():
+        return Table(f"Real markers: skipped, no data at {DATA}", METHODS, ())
+    layouts = {name: _layout(SURGERY / name) for name in LAYOUTS}
+    known = sorted({i for layout in layouts.values() for i in layout})
+    rows = [*_photographs(), *_stills()]
+    rows += _video("multipattern.avi", "aruco_original", known, layouts)
+    rows += _video("output.avi", "aruco_4x4_50", [0], {})
+    rows += _video("12markers.avi", "aruco_6x6_250", list(range(1, 13)), {})
+    title = (
+        "Real markers: how many are found; noise of the angle of markers seen in every picture, by its second differences;\n"
+        "RMS of the corners about the flat layout they were printed in, freely placed; the same markers for every method"
+    )
+    return Table(title, METHODS, tuple(rows))
+
+
+def _photographs() -> list[tuple[str, Figures]]:
+    """AprilTag's pictures, each tag many times over: those found near published ones, and the median of their corners' errors."""
+    pictures = sorted((DATA / "apriltag").glob("*.jpg"))
+    ways = _all_in_picture("apriltag_36h11", 587)
+    truth = [_published(picture) for picture in pictures]
+    found: list[float | None] = []
+    off: list[float | None] = []
+    for way in ways:
+        if way is None:
+            found.append(None)
+            off.append(None)
+            continue
+        errors = []
+        for picture, tags in zip(pictures, truth, strict=True):
+            seen = way(_grey(picture))
+            for tag in tags:
+                near = [c for c in seen if np.linalg.norm(c.mean(axis=0) - tag.mean(axis=0)) < NEAR]
+                turns = [np.roll(c[::way_round], k, axis=0) for c in near for k in range(4) for way_round in (1, -1)]
+                errors += [min(float(np.abs(c - tag).max()) for c in turns)] if near else []
+        found.append(len(errors))
+        off.append(float(np.median(errors)))
+    count = sum(len(tags) for tags in truth)
+    return [(f"photographs, found of {count}", tuple(found)), ("  worst corner, median px", tuple(off))]
+
+
+def _stills() -> list[tuple[str, Figures]]:
+    ways = _all_in_picture("aruco_6x6_250", 250)
+    pictures = {name: _grey(DATA / f"opencv_aruco/{name}.jpg") for name in STILLS}
+    return [
+        (f"{name}.jpg, found", tuple(None if way is None else len(way(grey)) for way in ways))
+        for name, grey in pictures.items()
+    ]
+
+
+def _video(name: str, family: str, ids: list[int], layouts: dict[str, Corners]) -> list[tuple[str, Figures]]:
+    """Ours as it follows a recording, the others picture by picture."""
+    shown = list(frames(SURGERY / name))
+    ways = [_followed(family, ids, shown, template) for template in (False, True)]
+    for refinement in REFINEMENTS:
+        find = searching(family, refinement)
+        ways.append([{i: c for i, c in find(frame.grey).items() if i in ids} for frame in shown])
+    counts = [sum(len(one) for one in way) for way in ways]
+    rows: list[tuple[str, Figures]] = [(f"{name}, found in {len(shown)}", (*counts, None))]
+    shared = [set.intersection(*(set(way[k]) for way in ways)) for k in range(len(shown))]
+    always = sorted(set.intersection(*shared))
+    if len(shown) > 2 and always:
+        rows.append((f"  {len(always)} jitter, deg", (*(_jitter(way, always) for way in ways), None)))
+    for layout, plate in layouts.items():
+        common = [sorted(one & set(plate)) for one in shared]
+        if max(map(len, common)) >= LEAST:
+            rows.append((f"  on {layout}, px", (*(_misfit(way, plate, common) for way in ways), None)))
+    return rows
+
+
+def _all_in_picture(family: str, count: int) -> list[Callable[[Grey], list[Array]] | None]:
+    """Corners of all markers of a picture, by each method; None where it does not know the dictionary or is not installed."""
+    finder = Finder(Markers(dictionary=family, size=0.02, on_bars=tuple(BarMarker(id=i, bar=0) for i in range(count))))
+
+    def template(grey: Grey) -> list[Array]:
+        rest = np.zeros((4, 2))
+        starts = [Start(c, marker_cells(family, i), rest) for i, c in finder.detections(grey)]
+        return [fit.corners for fit in fit_markers(grey, starts, Optics())]
+
+    def opencv(refinement: str) -> Callable[[Grey], list[Array]]:
+        parameters = cv2.aruco.DetectorParameters()
+        parameters.cornerRefinementMethod = REFINEMENTS[refinement]
+        detector = cv2.aruco.ArucoDetector(dictionary(family), parameters)
+        return lambda grey: [np.asarray(c, dtype=float).reshape(4, 2) for c in detector.detectMarkers(grey)[0]]
+
+    ours = [lambda grey: [c for _, c in finder.detections(grey)], template]
+    return [*ours, *(opencv(name) for name in REFINEMENTS), _apriltags(family)]
+
+
+def _followed(family: str, ids: list[int], shown: list[Frame], template: bool) -> list[Corners]:
+    """As a recording of markers on a bar."""
+    on_bars = tuple(BarMarker(id=i, bar=0) for i in ids)
+    tracker = Tracker(Markers(dictionary=family, size=0.02, on_bars=on_bars), Manner(template))
+    seen = [tracker.see(frame).corners for frame in shown]
+    return [{i: c for i, c in zip(ids, one, strict=True) if np.isfinite(c).all()} for one in seen]
+
+
+def _apriltags(family: str) -> Callable[[Grey], list[Array]] | None:
+    if family != "apriltag_36h11":
+        return None
+    try:
+        import pyapriltags
+    except ImportError:
+        return None
+    detector: Any = pyapriltags.Detector(families="tag36h11", quad_decimate=1.0, refine_edges=1)
+    # its pixels have their edges at integers
+    return lambda grey: [np.asarray(d.corners) - 0.5 for d in detector.detect(grey)]
+
+
+def _published(picture: Path) -> list[Array]:
+    """Corners of a photograph's tags, (4, 2), pixel edges at integers, turned to pixel centres at integers."""
+    rows = [line for line in picture.with_suffix(".txt").read_text().splitlines() if line.strip()]
+    cells = [row.split(",", 1)[1].replace("(", " ").replace(")", " ").replace(",", " ").split() for row in rows]
+    return [np.array(c, dtype=float).reshape(4, 2) - 0.5 for c in cells]
+
+
+def _grey(path: Path) -> Grey:
+    return np.asarray(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
+
+
+def _layout(path: Path) -> Corners:
+    """Corners of each marker of a rigid plate, mm: the file has id, middle and four corners with three coordinates each."""
+    return {int(row[0]): row[4:].reshape(4, 3)[:, :2] for row in np.loadtxt(path)}
+
+
+def _jitter(found: list[Corners], ids: list[int]) -> float:
+    """Noise of an angle, deg: RMS of second differences over sqrt(6), which even motion leaves alone."""
+    angles = np.unwrap([[in_plane_angle(one[i]) for i in ids] for one in found], axis=0)
+    return float(np.degrees(np.sqrt(np.mean(np.diff(angles, 2, axis=0) ** 2) / 6)))
+
+
+def _misfit(found: list[Corners], layout: dict[int, Array], common: list[list[int]]) -> float:
+    """RMS per coordinate, px, about the layout's picture: a homography, so that no camera need be known."""
+    off = []
+    for one, ids in zip(found, common, strict=True):
+        if len(ids) >= LEAST:
+            plate, seen = (np.concatenate([corners[i] for i in ids]) for corners in (layout, one))
+            H, _ = cv2.findHomography(plate, seen)
+            off.append(cv2.perspectiveTransform(plate[None], H)[0] - seen)
+    return float(np.sqrt(np.mean(np.concatenate(off) ** 2)))

@@ -1,0 +1,87 @@
+"""Symmetric positive banded matrices: factor, solve, and the band of the inverse."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import cho_solve_banded, cholesky_banded
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Factor:
+    """Cholesky factor of a matrix (n, n)."""
+
+    lower: Array
+    """its lower band, (w + 1, n)"""
+
+    def solve(self, right: Array) -> Array:
+        """(n,) or (n, k)."""
+        return np.asarray(cho_solve_banded((self.lower, True), right, check_finite=False))
+
+    @property
+    def log_determinant(self) -> float:
+        """Of the matrix."""
+        return float(2 * np.sum(np.log(self.lower[0])))
+
+
+def factor(band: Array) -> Factor:
+    """Of the matrix whose lower band (w + 1, n) is given. Raises numpy.linalg.LinAlgError where the matrix is not positive."""
+    return Factor(np.asarray(cholesky_banded(band, lower=True, check_finite=False)))
+
+
+def band_of(matrix: sparse.csr_array, width: int, n: int) -> Array:
+    """Lower band (width + 1, n) of a symmetric sparse matrix (n, n) whose entries lie within it."""
+    entries = matrix.tocoo()
+    below = entries.row >= entries.col
+    i, j, v = entries.row[below], entries.col[below], entries.data[below]
+    out = np.zeros((width + 1, n))
+    np.add.at(out, (i - j, j), v)
+    return out
+
+
+def inverse_windows(found: Factor, block: int, first: NDArray[np.intp], wide: int) -> Array:
+    """Parts of the inverse, rows and columns first[t] ... first[t] + wide - 1, shape (T, wide, wide), without the whole of it.
+
+    `block` must be at least the band's width and wide - 1. Takahashi's recursion in blocks of the Cholesky factor, from the last
+    one back: sums of squares only, so that rounding cannot make a variance negative. Cost is linear in the matrix's size.
+    """
+    width, n = len(found.lower) - 1, found.lower.shape[1]
+    count = -(-n // block)
+    padded = np.zeros((width + 1, count * block))
+    padded[:, :n] = found.lower
+    padded[0, n:] = 1.0
+    own, below = _blocks(padded, block)
+    root = np.linalg.inv(own)
+    diagonal = np.swapaxes(root, 1, 2) @ root
+    gain = below @ root[:-1]
+    beside = np.empty_like(gain)  # rows of block k + 1, columns of block k
+    for k in range(count - 2, -1, -1):
+        beside[k] = -diagonal[k + 1] @ gain[k]
+        diagonal[k] -= gain[k].T @ beside[k]
+    pair = np.zeros((count, 2 * block, 2 * block))
+    pair[:, :block, :block] = diagonal
+    pair[:-1, block:, block:] = diagonal[1:]
+    pair[:-1, block:, :block] = beside
+    pair[:-1, :block, block:] = np.swapaxes(beside, 1, 2)
+    k = first // block
+    inside = (first - k * block)[:, None] + np.arange(wide)
+    return pair[k[:, None, None], inside[:, :, None], inside[:, None, :]]
+
+
+def _blocks(lower: Array, block: int) -> tuple[Array, Array]:
+    """A lower triangle's blocks on the diagonal (count, block, block) and those below them (count - 1, block, block)."""
+    n = lower.shape[1]
+    count = n // block
+    own, below = np.zeros((count, block, block)), np.zeros((count, block, block))
+    j = np.arange(n)
+    for lag, column in enumerate(lower):
+        i = j + lag
+        same = (i // block) == (j // block)
+        c, a, b = j // block, i % block, j % block
+        own[c[same], a[same], b[same]] = column[same]
+        beyond = ~same & (i < n)
+        below[c[beyond], a[beyond], b[beyond]] = column[beyond]
+    return own, below[: count - 1]

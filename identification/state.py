@@ -1,0 +1,283 @@
+"""The state of the arm at the log's rate: alpha, alpha', alpha'' of all joints with their covariance.
+
+Angles of all joints are one spline (see spline.py). Vision measures them in its frames; cables measure them at the log's rate
+where the motor force explains their elongations (see force_law.py). All of it is one banded least squares. Errors that
+are common to all frames (clock, camera pose, marker placement) are not estimated: what they would do to it
+enters its covariance.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.banded import Factor, band_of, factor, inverse_windows
+from identification.cable_rows import Cables, cable_angles, cable_rows, disagreement
+from identification.force_law import SPREAD_M, Wander, fit_wander, law_of, unseen
+from identification.motors import Motors
+from identification.series import Series
+from identification.smoother import WIDTH, check_span, fit_prior, normal_equations, padded
+from identification.spline import SUPPORT, Knots, Prior, knots_over
+from mechanism.arm import Arm
+from mechanism.cable_lengths import Z, lengths
+
+Array = NDArray[np.float64]
+
+KNOT_S = 1 / 30
+"""s between knots: carries motion to about 8 Hz"""
+CABLE_HZ = 50.0
+"""of the cables' rows"""
+COVARIANCE_HZ = 50.0
+BRIDGE_S = 0.2
+"""rows of a joint that vision missed for longer are marked"""
+ROUNDS = 2
+SEEN = 1.5
+"""an error this many times the least that vision can tell is one that it saw"""
+_NO_WEIGHT = 1.0
+"""m: the error of a cable that is left out"""
+USELESS = 3.0
+"""a cable whose error is this many times what vision leaves it uncertain is left out"""
+WORSE = 0.1
+"""cables that pull the angles away from vision by this much more than noise, in its variance, are not believed"""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What vision saw: times (F,) on the log's clock, s; angles and sigmas (F, N), rad, NaN where not seen."""
+
+    time: Array
+    alpha: Array
+    sigma: Array
+    """of what differs from frame to frame"""
+    common: Array
+    """of what all frames share"""
+
+
+@dataclass(frozen=True)
+class State:
+    """Angles with two derivatives, each (T, N), their covariance at fewer times, and what they rest on."""
+
+    time: Array
+    alpha: Array
+    alpha_d: Array
+    alpha_dd: Array
+    covariance_time: Array
+    """(K,), s"""
+    covariance: Array
+    """(K, 3 N, 3 N): of alpha_1..N, then their first, then their second derivatives"""
+    bridged: NDArray[np.bool_]
+    """(T, N): vision missed the joint for longer than BRIDGE_S there"""
+    notes: dict[str, Any] = field(default_factory=dict)
+    """method ("fused" or "vision"), cables used and left out with the reason"""
+
+    @property
+    def sigma(self) -> tuple[Array, Array, Array]:
+        """Standard deviations of alpha, alpha', alpha'', each (T, N)."""
+        every = np.sqrt(np.diagonal(self.covariance, axis1=1, axis2=2))
+        flat = np.stack([np.interp(self.time, self.covariance_time, column) for column in every.T], axis=-1)
+        one, two, three = np.split(flat, 3, axis=1)
+        return one, two, three
+
+    def covariance_series(self, rate: float) -> Series:
+        """The covariance's upper triangle at about `rate` Hz, in columns `cov_alpha1_alpha2_d`."""
+        step = float(np.median(np.diff(self.covariance_time)))
+        rows = slice(None, None, max(1, round(1 / (rate * step))))
+        n = self.alpha.shape[1]
+        names = [f"alpha{i + 1}{suffix}" for suffix in ("", "_d", "_dd") for i in range(n)]
+        pairs = [(a, b) for a in range(3 * n) for b in range(a, 3 * n)]
+        columns = {f"cov_{names[a]}_{names[b]}": self.covariance[rows, a, b] for a, b in pairs}
+        return Series(self.covariance_time[rows], columns)
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """A solved system: coefficients c (joints side by side at each knot), and the border's V = H^-1 G and Schur complement."""
+
+    knots: Knots
+    mean: Array
+    c: Array
+    beta: Array
+    factor: Factor
+    V: Array
+    mixed: Array
+    schur: Array
+
+    def alpha(self, time: Array, derivative: int = 0) -> Array:
+        """(T, N)"""
+        n = len(self.mean)
+        own = self.mean if derivative == 0 else 0.0
+        return self.knots.design(time, derivative) @ self.c.reshape(-1, n) + own
+
+    def response(self, right: Array) -> Array:
+        """How coefficients answer to a change (n, k) of the right side."""
+        direct = self.factor.solve(right)
+        if not self.mixed.shape[1]:
+            return direct
+        return direct + self.V @ np.linalg.solve(self.schur, self.mixed.T @ direct)
+
+
+def estimate_state(
+    arm: Arm,
+    seen: Seen,
+    motors: Motors,
+    at: Array,
+    clock_sigma: tuple[float, float] = (0.0, 0.0),
+    fuse: bool = True,
+) -> State:
+    """The state at `at` (T,), s, even times of the log within the frames.
+
+    clock_sigma: of the offset (s) and of the skew (ratio, about the middle of the frames). Without `fuse`, and where the cables
+    cannot be believed, from vision alone, as the notes say.
+
+    Raises Refused where `at` reaches beyond the frames or they are too few.
+    """
+    for column in seen.alpha.T:
+        check_span(seen.time[~np.isnan(column)], at)
+    knots = knots_over(seen.time[0], seen.time[-1], KNOT_S)
+    mean = np.nanmean(seen.alpha, axis=0)
+    priors = [
+        fit_prior(seen.time[known], a[known] - mean[i], s[known] ** 2, KNOT_S)
+        for i, (a, s) in enumerate(zip(seen.alpha.T, seen.sigma.T, strict=True))
+        for known in [~np.isnan(a)]
+    ]
+    fit = _solved(knots, mean, seen, priors)
+    notes: dict[str, Any] = {"method": "vision"}
+    if fuse:
+        fused, more = _fused(arm, seen, motors, fit, priors)
+        notes |= more
+        if fused is not None:
+            fit, notes["method"] = fused, "fused"
+    every = max(1, round(1 / (COVARIANCE_HZ * float(np.mean(np.diff(at))))))
+    rows = np.unique(np.append(np.arange(0, len(at), every), len(at) - 1))
+    bridged = np.stack([_bridged(seen.time[~np.isnan(a)], at) for a in seen.alpha.T], axis=-1)
+    alpha, alpha_d, alpha_dd = (fit.alpha(at, d) for d in range(3))
+    covariance = _covariance(fit, seen, at[rows], clock_sigma)
+    return State(at, alpha, alpha_d, alpha_dd, at[rows], covariance, bridged, notes)
+
+
+def _solved(
+    knots: Knots, mean: Array, seen: Seen, priors: list[Prior], cables: Cables | None = None,
+    near: Array | None = None, wander: list[Wander] | None = None,
+) -> _Fit:  # fmt: skip
+    """Vision and priors, with cables linearised about angles `near` where given."""
+    n = len(mean)
+    band = np.zeros(((WIDTH + 1) * n, knots.count * n))
+    right = np.zeros(knots.count * n)
+    for i, prior in enumerate(priors):
+        known = ~np.isnan(seen.alpha[:, i])
+        own, b = normal_equations(knots, seen.time[known], seen.alpha[known, i] - mean[i], seen.sigma[known, i] ** 2)
+        band[::n, i::n] = own + padded(prior.band(knots))
+        right[i::n] = b
+    if cables is None or near is None or wander is None:
+        found = factor(band)
+        none = np.zeros((len(right), 0))
+        return _Fit(knots, mean, found.solve(right), np.zeros(0), found, none, none, np.zeros((0, 0)))
+    rows = cable_rows(cables, knots, near, mean, wander)
+    found = factor(band + band_of(rows.normal, len(band) - 1, len(right)))
+    V = found.solve(rows.mixed)
+    schur = rows.own + np.eye(len(rows.own)) / SPREAD_M**2 - rows.mixed.T @ V
+    c = found.solve(right + rows.right)
+    beta = np.asarray(np.linalg.solve(schur, rows.own_right + rows.mixed.T @ c), dtype=float)
+    return _Fit(knots, mean, c + V @ beta, beta, found, V, rows.mixed, schur)
+
+
+def _fused(
+    arm: Arm, seen: Seen, motors: Motors, vision: _Fit, priors: list[Prior]
+) -> tuple[_Fit | None, dict[str, Any]]:
+    """Vision and cables together, or None, and why."""
+    whole = np.isfinite(seen.alpha).all(axis=1) & (seen.time >= motors.time[0]) & (seen.time <= motors.time[-1])
+    frames, alpha, sigma = seen.time[whole], seen.alpha[whole], seen.sigma[whole]
+    variance = np.einsum("tij,ti->tj", Z(arm, alpha) ** 2, sigma**2)
+    theta = np.stack([np.interp(frames, motors.time, column) for column in motors.theta.T], axis=-1)
+    x = lengths(arm, alpha) - lengths(arm, np.zeros(arm.N)) + arm.drum * theta + arm.x0
+    law = law_of(arm, motors.time, motors.theta_d, motors.theta_dd, motors.f, frames, x)
+    X = law.at(frames)
+    wander = [fit_wander(frames, x[:, j], variance[:, j], X[:, j]) for j in range(arm.M)]
+    blur = np.sqrt(np.median(variance, axis=0))
+    errors = np.array([np.hypot(w.fast, w.slow) for w in wander])
+    poor = errors > USELESS * blur
+    notes: dict[str, Any] = {
+        "cables_left_out": [
+            {"cable": int(j) + 1, "why": f"the force leaves {1e6 * errors[j]:.0f} um of its elongation unexplained"}
+            for j in np.flatnonzero(poor)
+        ]
+    }
+    if poor.all():
+        return None, notes
+    wander = [Wander(_NO_WEIGHT, 0.0) if bad else w for w, bad in zip(wander, poor, strict=True)]
+    inside = np.flatnonzero((motors.time >= seen.time[0]) & (motors.time <= seen.time[-1]))
+    rows = inside[:: max(1, round(1 / (CABLE_HZ * float(np.mean(np.diff(motors.time))))))]
+    cables = Cables(arm, motors.time[rows], arm.drum * motors.theta[rows] + arm.x0, law.X[rows])
+    near = vision.alpha(cables.time)
+    fit = _solved(vision.knots, vision.mean, seen, priors, cables, near, wander)
+    usable = int(arm.M - poor.sum())
+    for _ in range(ROUNDS):
+        near = fit.alpha(cables.time)
+        beta = fit.beta.reshape(arm.M, -1)
+        if usable > arm.N:
+            floor = np.array([unseen(v) for v in variance.T])
+            fast = np.maximum(disagreement(cables, near, beta, ~poor), floor / 2)
+            wander = [
+                w if bad else Wander(max(fast[j], w.fast if w.fast > SEEN * floor[j] else 0.0), w.slow)
+                for j, (w, bad) in enumerate(zip(wander, poor, strict=True))
+            ]
+        if usable >= arm.N:
+            # the cables show what lies below vision's noise: the spectrum's far end
+            told, spread = cable_angles(cables, near, beta, wander)
+            priors = [fit_prior(cables.time, told[:, i] - vision.mean[i], spread[:, i], KNOT_S) for i in range(arm.N)]
+        fit = _solved(vision.knots, vision.mean, seen, priors, cables, near, wander)
+    excess = _misfit(fit, seen) / _misfit(vision, seen) - 1
+    notes["cable_error_m"] = [None if bad else float(w.fast) for w, bad in zip(wander, poor, strict=True)]
+    if excess > WORSE:
+        notes["why"] = f"cables pull the angles from what vision saw (its variance grows by {100 * excess:.0f} %)"
+        return None, notes
+    return fit, notes
+
+
+def _misfit(fit: _Fit, seen: Seen) -> float:
+    """Mean square of vision's residuals over their sigma, per degree of freedom that the fit left them."""
+    known = np.isfinite(seen.alpha)
+    sigma = np.where(known, seen.sigma, 1.0)
+    left = np.where(known, seen.alpha - fit.alpha(seen.time), 0.0) / sigma
+    # the trace of the hat matrix by random signs (Hutchinson)
+    signs = np.where(known, np.random.default_rng(0).choice([-1.0, 1.0], known.shape), 0.0)
+    design = fit.knots.design(seen.time)
+    pull = (design.T @ (signs / sigma)).reshape(-1, 1)
+    taken = float(np.sum(pull * fit.response(pull)))
+    return float(np.sum(left**2)) / (known.sum() - taken)
+
+
+def _covariance(fit: _Fit, seen: Seen, at: Array, clock_sigma: tuple[float, float]) -> Array:
+    """(K, 3 N, 3 N) at `at` (K,): of noise and prior, and of what all frames share."""
+    n = len(fit.mean)
+    knots = fit.knots
+    first, _ = knots.rows(at)
+    weights = np.stack([knots.rows(at, d)[1] for d in range(3)], axis=1)
+    maps = np.einsum("tdk,ij->tdikj", weights, np.eye(n)).reshape(len(at), 3 * n, SUPPORT * n)
+    windows = inverse_windows(fit.factor, (WIDTH + 1) * n, np.arange(knots.count - SUPPORT + 1) * n, SUPPORT * n)
+    covariance = maps @ windows[first] @ np.swapaxes(maps, 1, 2)
+    near = first[:, None] + np.arange(SUPPORT)
+
+    def moved(coefficients: Array) -> Array:
+        """(n, k) -> (K, 3 N, k)"""
+        local = coefficients.reshape(knots.count, n, -1)[near]
+        return np.einsum("tdk,tkiq->tdiq", weights, local).reshape(len(at), 3 * n, -1)
+
+    if fit.mixed.shape[1]:
+        border = moved(fit.V)
+        covariance = covariance + border @ np.linalg.solve(fit.schur, np.swapaxes(border, 1, 2))
+    speed = fit.alpha(seen.time, 1)
+    age = (seen.time - (seen.time[0] + seen.time[-1]) / 2)[:, None]
+    shifts = [clock_sigma[0] * speed, clock_sigma[1] * age * speed]
+    shifts += [seen.common * (np.arange(n) == i) for i in range(n)]
+    design = knots.design(seen.time)
+    pulls = [design.T @ np.nan_to_num(np.where(np.isnan(seen.alpha), 0.0, d) / seen.sigma**2) for d in shifts]
+    common = moved(fit.response(np.stack([pull.ravel() for pull in pulls], axis=-1)))
+    return covariance + common @ np.swapaxes(common, 1, 2)
+
+
+def _bridged(known: Array, at: Array) -> NDArray[np.bool_]:
+    """Rows between two frames further apart than BRIDGE_S."""
+    after = np.clip(np.searchsorted(known, at), 1, len(known) - 1)
+    return (known[after] - known[after - 1] > BRIDGE_S) & (at > known[after - 1]) & (at < known[after])

@@ -1,0 +1,201 @@
+"""The cables' equation of the clock: (rd/R) theta = w(alpha) + x, with x explained by the force.
+
+x = c + g(t) + creep, t = n - h dry(theta') - fv theta' - ca x', with g a polynomial of each cable. Offset and skew move the
+log's signals against the camera's alpha. There is a row for every cable and frame, weighted by what vision's noise and the
+model's own error leave uncertain; with more cables than joints the difference of both is seen.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from mechanism.arm import Arm
+from mechanism.cable_lengths import Z, lengths
+from vision.clocks.signals import Signals, lagged
+
+Array = NDArray[np.float64]
+
+NEWTON = 50.0
+"""N: brings tensions to the size of one"""
+SKEW = 1e-4
+"""ratio: brings the skew to the size of one"""
+LEAST_ERROR = 2e-6
+"""m: a model of a cable is never believed better than this"""
+FIRST_ERROR = 3e-5
+"""m: the same before anything is fitted"""
+LEAST_SCALE = 0.1
+"""angles are never believed ten times better than they say"""
+WIDE = {"c": 0.1, "g": 0.05, "h": 2.0, "ca": 10.0, "creep": 0.01}
+"""in m, and in NEWTON where it is a force"""
+LONGEST_LAG = 0.05
+"""s: what a damped cable may lag behind its force"""
+
+
+@dataclass(frozen=True)
+class Law:
+    """What an elongation may consist of: powers of the tension, creep with time constants in s, damping."""
+
+    powers: int = 3
+    creep: tuple[float, ...] = (3.0,)
+    damping: bool = True
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters that each cable has for itself."""
+        powers = tuple(f"g{p + 1}" for p in range(self.powers))
+        return ("c", *powers, "h", *(("ca",) if self.damping else ()), *(f"creep{k}" for k in range(len(self.creep))))
+
+    @property
+    def wide(self) -> Array:
+        """What each of these can be at most, roughly: a weak prior that keeps unexcited laws at nothing, (K,)."""
+        return np.array([WIDE.get(name.rstrip("0123456789"), 1.0) for name in self.names])
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Frames with all angles: camera time (F,), s; alpha and its sigma (F, N), rad; what the cables make of them."""
+
+    time: Array
+    alpha: Array
+    sigma: Array
+    winding: Array
+    """-(l(alpha) - l(0)), (F, M), m"""
+    Z: Array
+    """(F, N, M), m/rad"""
+    solver: Array
+    """(F, N, M): turns of the joints that explain travels best, rad/m"""
+    by_model: Array
+    """(F, N): their variance for travels of unit variance, rad^2/m^2"""
+    middle: float
+    """camera time at which the offset holds, s"""
+
+
+def frames_of(arm: Arm, time: Array, alpha: Array, sigma: Array, middle: float) -> Frames:
+    """Frames whose angles are all known."""
+    winding = lengths(arm, np.zeros(arm.N)) - lengths(arm, alpha)
+    jacobian = Z(arm, alpha)
+    square = np.einsum("fij,fkj->fik", jacobian, jacobian)
+    # more joints than cables leave a turn that moves none: the ridge keeps it at nothing
+    inverse = np.linalg.inv(square + 1e-9 * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(arm.N))
+    return Frames(
+        time, alpha, sigma, winding, jacobian, inverse @ jacobian, np.diagonal(inverse, axis1=1, axis2=2), middle
+    )
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Residuals (F, M), m; slopes by offset and by fv (F, M); by each cable's own parameters (F, M, K)."""
+
+    residual: Array
+    by_offset: Array
+    by_fv: Array
+    by_own: Array
+
+
+class Cables:
+    """The curves of a log that a law needs, and rows for given parameters."""
+
+    def __init__(self, signals: Signals, law: Law, tau: Array | float = 0.0) -> None:
+        s, step = signals, float(signals.time[1] - signals.time[0])
+        base = [s.force(s.time), s.rubbing(s.time), s.speed(s.time)]
+        m = base[0].shape[1]
+        self.law = law
+        self.tau = np.broadcast_to(np.asarray(tau, dtype=float), (m,))
+        self._usual = base[0].mean(axis=0)
+        base = [lagged(values, step, self.tau) for values in base]
+        late = [lagged(values, step, np.full(m, long)) for long in law.creep for values in base]
+        self._curves = CubicSpline(s.time, np.stack([s.travel(s.time), *base, *late], axis=-1))
+        self._span = (s.time[0], s.time[-1])
+
+    def lag(self, own: Array) -> Array:
+        """Time constants ca g' of the cables at their mean tension, (M,), s."""
+        p = dict(zip(self.law.names, own.T, strict=True))
+        if not self.law.damping:
+            return np.zeros(len(own))
+        powers = [p[f"g{k + 1}"] for k in range(self.law.powers)]
+        return np.clip(p["ca"] * NEWTON * _slope(powers, self._usual), 0.0, LONGEST_LAG)
+
+    def start(self, frames: Frames, offset: float) -> Array:
+        """Own parameters (M, K) from a linear fit of constant, force and friction."""
+        travel, n, d, *_ = np.moveaxis(self._curves(np.clip(frames.time + offset, *self._span)), -1, 0)
+        names = self.law.names
+        own = np.zeros((travel.shape[1], len(names)))
+        for j in range(len(own)):
+            D = np.column_stack([np.ones(len(n)), n[:, j] / NEWTON, d[:, j]])
+            c, g, h = np.linalg.lstsq(D, travel[:, j] - frames.winding[:, j], rcond=None)[0]
+            own[j, names.index("c")], own[j, names.index("g1")] = c, g
+            own[j, names.index("h")] = np.clip(-h / g, -1.0, 1.0) if abs(g) > 1e-6 else 0.0
+        return own
+
+    def rows(self, frames: Frames, offset: float, skew: float, fv: Array, own: Array) -> Rows:
+        """Travel less winding less elongation at every frame."""
+        at = np.clip(frames.time + offset + skew * (frames.time - frames.middle), *self._span)
+        rows = self._rows(at, fv, own)
+        return Rows(rows.residual - frames.winding, rows.by_offset, rows.by_fv, rows.by_own)
+
+    def without_elongation(self, fv: Array, own: Array) -> CubicSpline:
+        """Travel less elongation over the log's time, (..., M), m: what the winding should be."""
+        time = self._curves.x
+        return CubicSpline(time, self._rows(time, fv, own).residual)
+
+    def _rows(self, at: Array, fv: Array, own: Array) -> Rows:
+        """Travel less elongation at log times (F,), s, with its slopes."""
+        travel, n, d, v, *late = np.moveaxis(self._curves(at), -1, 0)
+        travel_d, n_d, d_d, v_d, *_ = np.moveaxis(self._curves(at, 1), -1, 0)
+        p = dict(zip(self.law.names, own.T, strict=True))
+        h, ca = p["h"] * NEWTON, p.get("ca", np.zeros(len(own))) * NEWTON
+        powers = [p[f"g{k + 1}"] for k in range(self.law.powers)]
+        loose = n - h * d - fv * v
+        # the curves lag by tau already; what is left of the damping is small and taken to first order
+        loose_d = n_d - h * d_d - fv * v_d
+        x_d = _slope(powers, loose) * loose_d
+        t = loose - ca * x_d + self.tau * loose_d
+        u, slope = t / NEWTON, _slope(powers, t)
+        columns = {"c": np.ones_like(t)} | {f"g{k}": u**k for k in range(1, self.law.powers + 1)}
+        x = p["c"] + sum(g * columns[f"g{k}"] for k, g in enumerate(powers, 1))
+        columns |= {"h": -slope * d * NEWTON, "ca": -slope * x_d * NEWTON}
+        by_fv = -slope * v
+        for k in range(len(self.law.creep)):
+            n_c, d_c, v_c = late[3 * k : 3 * k + 3]
+            share = p[f"creep{k}"] / NEWTON
+            columns[f"creep{k}"] = (n_c - h * d_c - fv * v_c) / NEWTON
+            x = x + p[f"creep{k}"] * columns[f"creep{k}"]
+            columns["h"] = columns["h"] - share * d_c * NEWTON
+            by_fv = by_fv - share * v_c
+        by_own = -np.stack([columns[name] for name in self.law.names], axis=-1)
+        return Rows(travel - x, travel_d - x_d, -by_fv, by_own)
+
+
+def _slope(powers: list[Array], tension: Array) -> Array:
+    """dx/dt of the polynomial, m/N."""
+    u = tension / NEWTON
+    return np.asarray(sum(k * g * u ** (k - 1) for k, g in enumerate(powers, 1)) / NEWTON)
+
+
+def part_of(frames: Frames, kept: Array | slice) -> Frames:
+    """Some of the frames."""
+    arrays = {
+        name: getattr(frames, name)[kept] for name in ("time", "alpha", "sigma", "winding", "Z", "solver", "by_model")
+    }
+    return Frames(**arrays, middle=frames.middle)
+
+
+def whitening(frames: Frames, model_error: float, scale: float = 1.0) -> Array:
+    """(F, M, M): what makes a frame's residuals independent and of unit variance."""
+    cables = frames.Z.shape[2]
+    covariance = np.einsum("fij,fi,fik->fjk", frames.Z, (scale * frames.sigma) ** 2, frames.Z)
+    covariance += model_error**2 * np.eye(cables)
+    return np.linalg.inv(np.linalg.cholesky(covariance))
+
+
+def errors_seen(frames: Frames, residual: Array) -> tuple[float, float]:
+    """(model error in m, true over stated noise of the angles): what of the residuals no angles explain, and what they do."""
+    n, m = frames.Z.shape[1:]
+    turned = np.einsum("fij,fj->fi", frames.solver, residual)
+    beside = residual - np.einsum("fij,fi->fj", frames.Z, turned)
+    model = LEAST_ERROR if m <= n else max(float(np.sqrt(np.mean(np.sum(beside**2, axis=1)) / (m - n))), LEAST_ERROR)
+    by_model = model**2 * frames.by_model
+    square = float(np.mean((turned**2 - by_model) / frames.sigma**2))
+    return model, float(np.sqrt(max(square, LEAST_SCALE**2)))

@@ -1,0 +1,167 @@
+"""Offset and skew from the cables' equation and the arm's, solved together with everything else that these hold.
+
+Both are linearised at the present estimate and solved as one weighted least squares; motor viscosity couples them. Several
+models of what is not known are fitted: the first is reported, and the spread of those that explain as well enters its sigma.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechanism.arm import Arm
+from vision.clocks.arm_equation import ArmRows, arm_rows
+from vision.clocks.cables import FIRST_ERROR, SKEW, Cables, Frames, Law, errors_seen, whitening
+from vision.clocks.signals import Signals
+from vision.clocks.step import Model, State, System, newton_step
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-6
+"""s: a step of the offset that ends the search"""
+ROUNDS = 12
+OUTLIER = 4.0
+"""sigma of a whole frame, from which its weight falls"""
+SYSTEMATIC = 4e-5
+"""s: bias of the offset that filters and held commands leave; 0.02 to 0.05 ms were seen, as a mean over arms drawn at random"""
+AS_WELL = 1.15
+"""a model counts if it leaves at most this many times the error that the reported one leaves"""
+
+
+LADDER = (
+    Model(),
+    Model(Law(creep=(1.0, 6.0))),
+    Model(Law(powers=4)),
+    Model(Law(powers=2, creep=())),
+    Model(joint_width=0.15),
+    Model(cad_scale=5.0),
+)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A model's estimate, the equations of its last step, and the residuals of the cables (F, M), m."""
+
+    state: State
+    system: System
+    residual: Array
+
+
+@dataclass(frozen=True)
+class Fine:
+    """The reported fit, with the spread of the models that explain as well in its sigmas."""
+
+    fit: Fit
+    offset_sigma: float
+    skew_sigma: float
+    cables: Cables
+    frames: Frames
+    models: int
+    """how many of the ladder took part"""
+
+
+def fit_fine(arm: Arm, signals: Signals, frames: Frames, offset: float, fv: Array) -> Fine:
+    """Offset (at the frames' middle) and skew, from a start within some 20 ms. fv (M,), N s/rad, NaN where not known."""
+    start = Cables(signals, LADDER[0].law)
+    state = State(
+        offset,
+        0.0,
+        np.nan_to_num(fv),
+        start.start(frames, offset),
+        np.zeros(0),
+        FIRST_ERROR,
+        1.0,
+        np.full(arm.N, np.inf),
+    )
+    first, cables = _settle(arm, signals, frames, state, LADDER[0], start, None, fv)
+    rows = _rows(arm, signals, frames, first.state, LADDER[0])
+    reported, cables = _settle(arm, signals, frames, first.state, LADDER[0], cables, rows, fv)
+    others = []
+    for model in LADDER[1:]:
+        state = replace(reported.state, own=_carried(reported.state.own, LADDER[0].law, model.law))
+        other = cables if model.law == LADDER[0].law else Cables(signals, model.law, cables.tau)
+        changed = rows if model.joint_width == LADDER[0].joint_width else rows.with_width(model.joint_width)
+        fit, _ = _settle(arm, signals, frames, state, model, other, changed, fv, rounds=2)
+        if _unexplained(fit.state) < AS_WELL * _unexplained(reported.state):
+            others.append(fit)
+    spread = [
+        float(np.std([getattr(fit.state, name) for fit in (reported, *others)], ddof=1)) if others else 0.0
+        for name in ("offset", "skew")
+    ]
+    own = np.sqrt(np.diag(reported.system.covariance(2))) * [1.0, SKEW]
+    own[0] = np.hypot(own[0], SYSTEMATIC)
+    return Fine(
+        reported,
+        float(np.hypot(own[0], spread[0])),
+        float(np.hypot(own[1], spread[1])),
+        cables,
+        frames,
+        1 + len(others),
+    )
+
+
+LINEAR = Law(powers=1, creep=(), damping=False)
+"""cables for a first fit to few frames"""
+
+
+def fit_cables(
+    arm: Arm, signals: Signals, frames: Frames, offset: float, fv: Array, law: Law = LINEAR
+) -> tuple[Fit, Cables]:
+    """The offset around frames.middle from the cables alone, the skew at zero."""
+    model = Model(law)
+    cables = Cables(signals, model.law)
+    own = cables.start(frames, offset)
+    state = State(offset, 0.0, np.nan_to_num(fv), own, np.zeros(0), FIRST_ERROR, 1.0, np.full(arm.N, np.inf))
+    return _settle(arm, signals, frames, state, model, cables, None, fv, locked=True)
+
+
+def _unexplained(state: State) -> float:
+    return float(state.model_error * np.exp(np.mean(np.log(state.torque_error))))
+
+
+def _carried(own: Array, old: Law, new: Law) -> Array:
+    """Own parameters of one law as a start for another."""
+    out = np.zeros((len(own), len(new.names)))
+    for k, name in enumerate(new.names):
+        if name in old.names:
+            out[:, k] = own[:, old.names.index(name)]
+    return out
+
+
+def _rows(arm: Arm, signals: Signals, frames: Frames, state: State, model: Model) -> ArmRows:
+    at = frames.time + state.offset + state.skew * (frames.time - frames.middle)
+    return arm_rows(arm, signals, at, frames.alpha, model.joint_width, state.offset)
+
+
+def _settle(
+    arm: Arm,
+    signals: Signals,
+    frames: Frames,
+    state: State,
+    model: Model,
+    cables: Cables,
+    rows: ArmRows | None,
+    fv: Array,
+    rounds: int = ROUNDS,
+    locked: bool = False,
+) -> tuple[Fit, Cables]:
+    """Gauss-Newton steps; weights, and the curves' lag, follow the estimate. With `locked` the skew stays."""
+    shrink = np.ones(len(frames.time))
+    found, lagged, last = cables.rows(frames, state.offset, state.skew, state.fv, state.own), 0, None
+    for step in range(rounds):
+        whiten = whitening(frames, state.model_error, state.scale) * shrink[:, None, None]
+        before = state.offset
+        state, last = newton_step(frames, state, model, found, rows, whiten, fv, 1e-9 if locked else np.inf)
+        found = cables.rows(frames, state.offset, state.skew, state.fv, state.own)
+        error, scale = errors_seen(frames, found.residual)
+        size = np.sqrt(np.mean(np.einsum("fij,fj->fi", whiten, found.residual) ** 2, axis=1)) / shrink
+        shrink = np.minimum(1.0, OUTLIER / np.maximum(size / max(np.median(size), 1e-9), 1e-9)) if step else shrink
+        state = replace(state, model_error=error, scale=scale)
+        tau = cables.lag(state.own)
+        if lagged < 2 and step and np.max(np.abs(tau - cables.tau)) > 3e-4:
+            cables, lagged = Cables(signals, model.law, tau), lagged + 1
+            found = cables.rows(frames, state.offset, state.skew, state.fv, state.own)
+        elif step > 1 and abs(state.offset - before) < TOLERANCE:
+            break
+    assert last is not None
+    return Fit(state, last, found.residual), cables

@@ -1,0 +1,20 @@
+"""The templates beside this file, and the one style sheet."""
+
+from importlib.resources import files
+
+from jinja2 import Environment, FunctionLoader, StrictUndefined
+from markupsafe import Markup
+
+
+def render(name: str, **values: object) -> str:
+    """The template `name` with `values`; undefined names are errors, text is never markup."""
+    home = files("vision.report")
+
+    def load(template: str) -> str:
+        return home.joinpath(template).read_text(encoding="utf-8")
+
+    environment = Environment(
+        loader=FunctionLoader(load), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    style_sheet = Markup(load("report.css"))  # our own file, not a person's
+    return environment.get_template(name).render(style_sheet=style_sheet, **values)
