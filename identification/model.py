@@ -2,15 +2,17 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import yaml
-from pydantic import Field
+from pydantic import Field, field_validator
 
+from mechanism.arm import Arm
 from mechanism.elasticity import Model as ElasticModel
 from mechanism.friction import CM
-from mechanism.simulation import Drive
+from mechanism.laws import LAWS
+from mechanism.machine import Machine
 from xneck.errors import Refused
 from xneck.estimate import Parameter
 from xneck.strict_yaml import Strict, read
@@ -30,48 +32,66 @@ class ModelParameter(Strict):
 
 
 class Model(Strict):
-    """Identified friction and elasticity of one arm."""
+    """The laws that one arm's motors, cables and joints obey, and their numbers."""
 
     xneck_model: Literal[1] = 1
-    elastic_model: Literal[1, 2, 3]
-    cm: Annotated[float, Field(gt=0)] = CM
+    laws: tuple[str, ...]
     parameters: tuple[ModelParameter, ...]
     provenance: dict[str, Any] = Field(default_factory=dict)
 
-    def values(self, name: str, cables: int) -> np.ndarray:
-        """Values of a name for each cable, shape (cables,); one of a kind serves all, an absent one is zero."""
-        found = [p for p in self.parameters if p.name == name]
-        if not found:
-            return np.zeros(cables)
-        if len(found) == 1 and found[0].index is None:
-            return np.full(cables, found[0].value)
-        by_index = {p.index: p.value for p in found}
-        if set(by_index) != set(range(1, cables + 1)):
-            raise Refused("model", f"{name} is given for cables {sorted(map(str, by_index))}, the arm has {cables}")
-        return np.array([by_index[j + 1] for j in range(cables)])
+    @field_validator("laws")
+    @classmethod
+    def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        for name in names:
+            if name not in LAWS:
+                raise ValueError(f"unknown law {name!r}, valid: {', '.join(LAWS)}")
+        return names
 
 
-def model_of(parameters: Sequence[Parameter], elastic_model: ElasticModel, provenance: dict[str, Any]) -> Model:
-    """The model that a fit's parameters make."""
-    listed = tuple(ModelParameter(**p.as_json()) for p in parameters)
-    content = {"elastic_model": elastic_model, "parameters": listed, "provenance": provenance}
-    return Model.model_validate(content)
+SEED_LAWS: dict[ElasticModel, tuple[str, ...]] = {
+    1: ("dry_friction", "linear_cable"),
+    2: ("dry_friction", "youngs_modulus"),
+    3: ("dry_friction", "youngs_modulus_in_pose"),
+}
+"""what the seed's elastic models assume"""
 
 
-def drive_of(model: Model, cables: int) -> Drive:
-    """Cables and motor friction for the simulation.
+def model_of(parameters: Sequence[Parameter], laws: Sequence[str], provenance: dict[str, Any]) -> Model:
+    """The model that a fit's parameters make; friction's transition, where it was not fitted, is the seed's (48)."""
+    listed = [ModelParameter(**p.as_json()) for p in parameters]
+    if not any(p.name == "cm" for p in listed):
+        listed.append(
+            ModelParameter(
+                name="cm", index=None, value=CM, unit="s/rad", sigma=None, relative_sigma_percent=None, identified=False
+            )
+        )
+    return Model(laws=tuple(laws), parameters=tuple(listed), provenance=provenance)
 
-    A damping that was not identified and came out negative would feed energy in: it is taken as zero.
+
+def machine_of(model: Model, arm: Arm) -> Machine:
+    """The arm with the model's laws, for the simulation. Terms that the model leaves out are zero.
+
+    What was not identified may have come out below what its law allows, a negative damping that would feed energy in:
+    then it is taken at the law's limit. Raises Refused where a term is not given for each of its cables or joints.
     """
-    stiffness, damping = ("k", "ca") if model.elastic_model == 1 else ("E", "c")
-    return Drive(
-        stiffness=model.values(stiffness, cables),
-        damping=np.maximum(model.values(damping, cables), 0.0),
-        fs=model.values("fs", cables),
-        fv=model.values("fv", cables),
-        model=model.elastic_model,
-        cm=model.cm,
-    )
+    values: dict[str, np.ndarray] = {}
+    for name in model.laws:
+        for term in LAWS[name].terms:
+            count = {"cable": arm.M, "joint": arm.N, "arm": 1}[term.of]
+            values[term.name] = np.maximum(_values(model, term.name, count), min(term.low, 0.0))
+    return Machine(arm, model.laws, values)
+
+
+def _values(model: Model, name: str, count: int) -> np.ndarray:
+    found = [p for p in model.parameters if p.name == name]
+    if not found:
+        return np.zeros(count)
+    if len(found) == 1 and found[0].index is None:
+        return np.full(count, found[0].value)
+    by_index = {p.index: p.value for p in found}
+    if set(by_index) != set(range(1, count + 1)):
+        raise Refused("model", f"{name} is given for {sorted(map(str, by_index))}, the arm has {count} of it")
+    return np.array([by_index[j + 1] for j in range(count)])
 
 
 def write_model(model: Model, path: str | Path) -> None:

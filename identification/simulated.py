@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset import DataSet
-from identification.model import Model, drive_of
+from identification.model import Model, machine_of
 from identification.series import Series, numbered
 from mechanism.simulation import State, fastest_rate, simulate
 from xneck.errors import Refused
@@ -37,7 +37,7 @@ def simulate_recording(
     Windows run as one batch; `progress` is told of every sample of a window. Raises Refused where the recording is
     shorter than a window.
     """
-    arm, drive = data.arm, drive_of(model, data.neck.M)
+    machine = machine_of(model, data.arm)
     s = data.state
     step = float(np.mean(np.diff(s.time)))
     samples = len(s) if window_s is None else round(window_s / step)
@@ -52,8 +52,8 @@ def simulate_recording(
     alpha, alpha_d = cut(s.matrix("alpha")), cut(s.matrix("alpha", "_d"))
     theta, theta_d, f = cut(s.matrix("theta")), cut(s.matrix("theta", "_d")), cut(s.matrix("f"))
     start = State(alpha[:, 0], alpha_d[:, 0], theta[:, 0], theta_d[:, 0])
-    at_most = 1 / fastest_rate(arm, drive, start)
-    motion = simulate(arm, drive, start, step * np.arange(samples, dtype=float), f, max_step=at_most, progress=progress)
+    at_most = 1 / fastest_rate(machine, start)
+    motion = simulate(machine, start, step * np.arange(samples, dtype=float), f, max_step=at_most, progress=progress)
     columns: dict[str, Array] = {}
     rms: dict[str, float] = {}
     for stem, found, measured in (("alpha", motion.alpha, alpha), ("theta", motion.theta, theta)):

@@ -15,16 +15,22 @@ from mechanism.geometry import Sides, sides
 
 @dataclass(frozen=True)
 class Portion:
-    """Length of a cable portion and its first and second derivative by alpha, each (...), m."""
+    """Length of a cable portion and its first and second derivative by alpha, each (...), m, and how far it is wound, rad."""
 
     length: Array
     d1: Array
     d2: Array
+    wrap: Array
 
 
 def lengths(arm: Arm, alpha: Array) -> Array:
     """(31)-(34): lengths of the cables from the base's pulleys on, shape (..., M), m; alpha of shape (..., N), rad."""
     return _sum(arm, alpha, "length")
+
+
+def wraps(arm: Arm, alpha: Array) -> Array:
+    """By how much the cables are wound around their pulleys in all, shape (..., M), rad."""
+    return _sum(arm, alpha, "wrap")
 
 
 def Z(arm: Arm, alpha: Array) -> Array:
@@ -58,14 +64,15 @@ def _ends(side: Array, d1: Array, d2: Array, arm: Arm, alpha: Array, sign: float
     """(19), (20): along a side to the centre of the upper pulley; sign -1 on the left, +1 on the right."""
     r = arm.r
     t = np.sqrt(side**2 - r**2)
-    length = t + r * (np.pi + sign * alpha / 2 - np.arctan2(t, r))
+    wrap = np.pi + sign * alpha / 2 - np.arctan2(t, r)
     # d/dl of t - r atan(t/r) is t/l: the tangent's share of the side
-    return Portion(length, d1 * t / side + sign * r / 2, d2 * t / side + d1**2 * r**2 / (side**2 * t))
+    return Portion(t + r * wrap, d1 * t / side + sign * r / 2, d2 * t / side + d1**2 * r**2 / (side**2 * t), wrap)
 
 
 def _passes(side: Array, d1: Array, d2: Array, arm: Arm, alpha: Array, sign: float) -> Portion:
     """(25): along a side and on upwards, with the full turn on the upper pulley."""
-    return Portion(side + arm.r * (2 * np.pi + sign * alpha), d1 + sign * arm.r, d2)
+    wrap = 2 * np.pi + sign * alpha
+    return Portion(side + arm.r * wrap, d1 + sign * arm.r, d2, wrap)
 
 
 def _strut(arm: Arm, alpha: Array, s: Sides) -> Portion:
@@ -75,10 +82,10 @@ def _strut(arm: Arm, alpha: Array, s: Sides) -> Portion:
     a3, a5 = np.arccos(2 * r / arm.L), np.arccos(2 * r / arm.b)
     straight = 2 * np.sqrt((arm.L / 2) ** 2 - r**2) + 2 * np.sqrt((arm.b / 2) ** 2 - r**2)
     # 2 psi - alpha = 2 (pi - lean)
-    length = straight + r * (4 * np.pi - 2 * lean - 2 * a3 - 2 * a5)
+    wrap = 4 * np.pi - 2 * lean - 2 * a3 - 2 * a5
     half = alpha / 2
     d1 = -r * arm.b * np.sin(half) / s.d
-    return Portion(length, d1, -r * arm.b * np.cos(half) / (2 * s.d) - d1 * s.d1 / s.d)
+    return Portion(straight + r * wrap, d1, -r * arm.b * np.cos(half) / (2 * s.d) - d1 * s.d1 / s.d, wrap)
 
 
 _PORTION = {

@@ -8,11 +8,6 @@ CM = 0.5
 """s/rad: slope of the arc tangent around rest (48), on the motor side"""
 
 
-def dry(theta_d: Array, cm: float = CM) -> Array:
+def dry(theta_d: Array, cm: float | Array = CM) -> Array:
     """(48) for fs = 1 N: (2/pi) atan(cm theta'), theta' in rad/s on the motor side; of the shape given."""
     return 2 / np.pi * np.arctan(cm * theta_d)
-
-
-def friction(theta_d: Array, fs: Array, fv: Array, cm: float = CM) -> Array:
-    """(50): fs in N, fv in N s/rad, shape (..., M); N against the motion."""
-    return fs * dry(theta_d, cm) + fv * theta_d

@@ -1,8 +1,8 @@
 """The whole in motion: arm, elastic cables and motors under given motor forces.
 
-    arm     M(alpha) alpha'' + c + g = Z t                       (44)
+    arm     M(alpha) alpha'' + c + g + joint friction = Z t      (44)
     motors  Ia theta'' = (rd/R) (f - friction - t)               (43)
-    cables  t = max(0, k x + ca x'), a cable cannot push         (53), (57)
+    cables  t by their laws, a cable cannot push                 (53), (57)
 
 The classical Runge-Kutta method with a fixed step, forces held between samples as a controller holds them. Every state
 has leading axes for a batch, so that many parameter sets, or many windows of one recording, run at once.
@@ -13,25 +13,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechanism.arm import Arm, Array
-from mechanism.cable_lengths import Z, lengths
+from mechanism.arm import Array
+from mechanism.cable_lengths import Z, lengths, wraps
 from mechanism.dynamics import terms
-from mechanism.elasticity import Model, elongation_rate, strain_scale
-from mechanism.friction import CM, friction
+from mechanism.elasticity import elongation_rate
+from mechanism.laws import Stretching, Turning
+from mechanism.machine import Machine
 from xneck.errors import Refused
 
-
-@dataclass(frozen=True)
-class Drive:
-    """Cables and motor friction, each shape (..., M): stiffness in N/m and damping in N s/m (models 2, 3: Pa and Pa s),
-    dry friction fs in N, viscous friction fv in N s/rad on the motor side."""
-
-    stiffness: Array
-    damping: Array
-    fs: Array
-    fv: Array
-    model: Model = 1
-    cm: float = CM
+TYPICAL_STRETCH, TYPICAL_TENSION, SMALL = 0.01, 100.0, 1e-6
+"""m, N: where the fastest rate is judged; and the step of differences"""
 
 
 @dataclass(frozen=True)
@@ -42,6 +33,8 @@ class State:
     alpha_d: Array
     theta: Array
     theta_d: Array
+    memory: Array | None = None
+    """what cables remember, (..., M, states); None: nothing yet"""
 
 
 @dataclass(frozen=True)
@@ -56,15 +49,8 @@ class Motion:
     tension: Array
 
 
-def tension(arm: Arm, drive: Drive, alpha: Array, x: Array, x_d: Array) -> Array:
-    """t = max(0, stiffness x + damping x'), scaled as the elastic model says; shape (..., M), N."""
-    pull = strain_scale(arm, alpha, drive.model) * (drive.stiffness * x + drive.damping * x_d)
-    return np.maximum(pull, 0.0)
-
-
 def simulate(
-    arm: Arm,
-    drive: Drive,
+    machine: Machine,
     start: State,
     time: Array,
     f: Array,
@@ -73,43 +59,49 @@ def simulate(
 ) -> Motion:
     """The motion from `start` under motor forces f.
 
-    time: shape (T,), s, increasing. f: shape (..., T, M), N, f[k] held from time[k] to time[k + 1]. Batch axes of arm, drive,
-    start and f broadcast. Steps are shorter than `max_step` (default: the fastest time constant, error about 1e-8 rad).
-    `progress` is told of every sample done. Raises Refused where the motion leaves the mechanism's range.
+    time: shape (T,), s, increasing. f: shape (..., T, M), N, f[k] held from time[k] to time[k + 1]. Batch axes of the
+    machine's arm and values, of start and f broadcast. Steps are shorter than `max_step` (default: the fastest time
+    constant, error about 1e-8 rad). `progress` is told of every sample done. Raises Refused where the motion leaves the
+    mechanism's range.
     """
     time = np.asarray(time, dtype=float)
-    l0 = lengths(arm, np.zeros(arm.N))
-    shape = np.broadcast_shapes(start.alpha.shape[:-1], arm.L.shape[:-1], drive.fs.shape[:-1], f.shape[:-2])
-    y = np.concatenate(
-        [
-            np.broadcast_to(part, (*shape, part.shape[-1]))
-            for part in (start.alpha, start.alpha_d, start.theta, start.theta_d)
-        ],
-        axis=-1,
-    )
-    n, m = arm.N, arm.M
-    cuts = (n, 2 * n, 2 * n + m)
+    arm = machine.arm
+    n, m, states = arm.N, arm.M, machine.states
+    l0 = lengths(arm, np.zeros(n))
+    of_values = [np.shape(v)[:-1] for v in machine.values.values()]
+    shape = np.broadcast_shapes(start.alpha.shape[:-1], arm.L.shape[:-1], f.shape[:-2], *of_values)
+    memory = np.zeros((*shape, m, states)) if start.memory is None else start.memory
+    parts = (start.alpha, start.alpha_d, start.theta, start.theta_d, memory.reshape(*memory.shape[:-2], m * states))
+    y = np.concatenate([np.broadcast_to(part, (*shape, part.shape[-1])) for part in parts], axis=-1)
+    cuts = (n, 2 * n, 2 * n + m, 2 * (n + m))
 
-    def pulls(alpha: Array, alpha_d: Array, theta: Array, theta_d: Array) -> tuple[Array, Array]:
-        jacobian = Z(arm, alpha)
-        x = lengths(arm, alpha) - l0 + arm.drum * theta + arm.x0
-        x_d = elongation_rate(arm, jacobian, alpha_d, theta_d)
-        return tension(arm, drive, alpha, x, x_d), jacobian
+    def stretched(alpha: Array, alpha_d: Array, theta: Array, theta_d: Array) -> tuple[Stretching, Array]:
+        jacobian, length = Z(arm, alpha), lengths(arm, alpha)
+        x = length - l0 + arm.drum * theta + arm.x0
+        return Stretching(x, elongation_rate(arm, jacobian, alpha_d, theta_d), length, arm), jacobian
 
     def rate(y: Array, force: Array) -> Array:
-        alpha, alpha_d, theta, theta_d = np.split(y, cuts, axis=-1)
-        t, jacobian = pulls(alpha, alpha_d, theta, theta_d)
+        alpha, alpha_d, theta, theta_d, memory = np.split(y, cuts, axis=-1)
+        z = memory.reshape(*shape, m, states)
+        at, jacobian = stretched(alpha, alpha_d, theta, theta_d)
+        t = machine.tension(at, z)
         k = terms(arm, alpha, alpha_d)
-        torque = np.einsum("...ij,...j->...i", jacobian, t) - k.c - k.g
+        torque = np.einsum("...ij,...j->...i", jacobian, t) - k.c - k.g - machine.resistance(alpha_d)
         alpha_dd = np.linalg.solve(k.M, torque[..., None])[..., 0]
-        net = force - friction(theta_d, drive.fs, drive.fv, drive.cm) - t
-        return np.concatenate([alpha_d, alpha_dd, theta_d, arm.drum * net / arm.motor_inertia], axis=-1)
+        net = force - machine.friction(Turning(theta_d, t, wraps(arm, alpha))) - t
+        theta_dd = arm.drum * net / arm.motor_inertia
+        remembered = machine.drift(at, z).reshape(*shape, m * states)
+        return np.concatenate([alpha_d, alpha_dd, theta_d, theta_dd, remembered], axis=-1)
 
-    step = max_step or 1.0 / fastest_rate(arm, drive, State(*np.split(y, cuts, axis=-1)))
+    def pulls(y: Array) -> Array:
+        *place, memory = np.split(y, cuts, axis=-1)
+        return machine.tension(stretched(*place)[0], memory.reshape(*shape, m, states))
+
+    step = max_step or 1.0 / fastest_rate(machine, State(*np.split(y, cuts, axis=-1)[:4]))
     out = np.empty((*shape, len(time), y.shape[-1]))
     out[..., 0, :] = y
     tensions = np.empty((*shape, len(time), m))
-    tensions[..., 0, :] = pulls(*np.split(y, cuts, axis=-1))[0]
+    tensions[..., 0, :] = pulls(y)
     with np.errstate(invalid="ignore", over="ignore"):
         for i, interval in enumerate(np.diff(time)):
             substeps = max(1, int(np.ceil(interval / step - 1e-9)))
@@ -128,19 +120,29 @@ def simulate(
                     "check forces, start and parameters, or simulate in shorter windows",
                 )
             out[..., i + 1, :] = y
-            tensions[..., i + 1, :] = pulls(*np.split(y, cuts, axis=-1))[0]
+            tensions[..., i + 1, :] = pulls(y)
             progress(1)
-    return Motion(time, *np.split(out, cuts, axis=-1), tension=tensions)
+    return Motion(time, *np.split(out, cuts, axis=-1)[:4], tension=tensions)
 
 
-def fastest_rate(arm: Arm, drive: Drive, state: State) -> float:
+def fastest_rate(machine: Machine, state: State) -> float:
     """An upper bound of the system's rates at `state`, rad/s: elastic modes, cable damping, dry friction's slope."""
+    arm = machine.arm
     M = terms(arm, state.alpha, np.zeros_like(state.alpha)).M
-    jacobian = Z(arm, state.alpha)
-    scale = strain_scale(arm, state.alpha, drive.model)
+    jacobian, length = Z(arm, state.alpha), lengths(arm, state.alpha)
     compliance = np.swapaxes(jacobian, -1, -2) @ np.linalg.solve(M, jacobian)  # inverse mass seen along the cables
     inverse_mass = np.linalg.eigvalsh(compliance)[..., -1:] + 1 / arm.motor_mass
-    elastic = np.sqrt(np.max(scale * drive.stiffness * inverse_mass))
-    damped = np.max(scale * np.abs(drive.damping) * inverse_mass)
-    dry = np.max(drive.fs * 2 / np.pi * drive.cm * arm.drum / arm.motor_inertia)
-    return float(max(elastic, damped, dry))
+    rest = np.zeros(np.broadcast_shapes(state.theta.shape, length.shape))
+    stretch = TYPICAL_STRETCH + rest
+    z = np.zeros((*rest.shape, machine.states))
+
+    def pull(x: Array, x_d: Array) -> Array:
+        return machine.pull(Stretching(x, x_d, length, arm), z)
+
+    def rubbing(theta_d: Array) -> Array:
+        return machine.friction(Turning(theta_d, TYPICAL_TENSION + rest, wraps(arm, state.alpha) + rest))
+
+    stiffness = (pull(stretch + SMALL, rest) - pull(stretch, rest)) / SMALL
+    damping = (pull(stretch, rest + SMALL) - pull(stretch, rest)) / SMALL
+    dry = np.max((rubbing(rest + SMALL) - rubbing(rest)) / SMALL * arm.drum / arm.motor_inertia)
+    return float(max(np.sqrt(np.max(stiffness * inverse_mass)), np.max(np.abs(damping) * inverse_mass), dry))

@@ -13,7 +13,7 @@ from calibration.estimation import Calibration
 from identification import joint_state
 from identification.dataset import DataSet
 from identification.dataset_file import write_dataset
-from identification.model import Model, model_of, write_model
+from identification.model import SEED_LAWS, Model, model_of, write_model
 from identification.seed_method import Identification, identify
 from identification.simulated import Simulated, simulate_recording
 from mechanism.description import Neck, read_neck
@@ -90,7 +90,7 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
     write_dataset(data, out / "dataset.mcap")
     stage("identify")
     found = identify([data])
-    model = model_of(found.elastic[1].parameters, 1, origin)
+    model = model_of(found.elastic[1].parameters, SEED_LAWS[1], origin)
     write_model(model, out / "model.yaml")
     stage("simulate")
     simulated, why = None, None

@@ -11,10 +11,16 @@ from mechanism.cable_lengths import Z
 from mechanism.description import read_neck
 from mechanism.dynamics import coriolis, gravity_and_springs, mass_matrix, potential_energy
 from mechanism.elasticity import elongation, elongation_rate
-from mechanism.friction import friction
-from mechanism.simulation import Drive, Motion, State, simulate
+from mechanism.laws import LAWS, Turning
+from mechanism.machine import Machine
+from mechanism.simulation import Motion, State, simulate
 
 K = np.array([10000.0, 9000.0, 8000.0, 5500.0])
+FRICTION, CABLE = ("dry_friction", "viscous_friction"), ("linear_cable",)
+
+
+def values(ca: float, fs: float, fv: float) -> dict[str, np.ndarray]:
+    return {"k": K, "ca": np.full(4, ca), "fs": np.full(4, fs), "fv": np.full(4, fv), "cm": np.array([0.5])}
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +47,7 @@ def moved(arm: Arm, ca: float, fs: float, fv: float, step: float, sample: float 
     alpha = np.array([0.2, -0.15, 0.1])
     theta = (0.006 - elongation(arm, alpha, np.zeros(4))) / arm.drum  # every cable taut at first
     start = State(alpha, np.array([0.5, -1.0, 2.0]), theta, np.zeros(4))
-    drive = Drive(stiffness=K, damping=np.full(4, ca), fs=np.full(4, fs), fv=np.full(4, fv))
-    return simulate(arm, drive, start, time, f, max_step=step), f
+    return simulate(Machine(arm, FRICTION + CABLE, values(ca, fs, fv)), start, time, f, max_step=step), f
 
 
 def work_of_motors(arm: Arm, motion: Motion, f: np.ndarray) -> np.ndarray:
@@ -73,7 +78,8 @@ def test_losses_are_those_of_friction_and_damping(arm: Arm) -> None:
     motion, f = moved(arm, ca, fs, fv, step=2.5e-4, sample=2.5e-4)
     missing = work_of_motors(arm, motion, f) - (stored(arm, motion) - stored(arm, motion)[0])
     x_d = elongation_rate(arm, Z(arm, motion.alpha), motion.alpha_d, motion.theta_d)
-    rubbing = friction(motion.theta_d, np.full(4, fs), np.full(4, fv)) * arm.drum * motion.theta_d
+    turning = Turning(motion.theta_d, motion.tension, np.zeros(()))
+    rubbing = sum(LAWS[name].rub(values(ca, fs, fv), turning) for name in FRICTION) * arm.drum * motion.theta_d
     damping = motion.tension - K * np.maximum(elongation(arm, motion.alpha, motion.theta), 0.0)
     power = np.sum(damping * x_d + rubbing, axis=-1)
     lost = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(motion.time))])

@@ -17,7 +17,9 @@ from mechanism.arm import Arm, arm_of
 from mechanism.cable_lengths import Z
 from mechanism.description import Neck
 from mechanism.dynamics import coriolis, gravity_and_springs, mass_matrix
-from mechanism.simulation import Drive, State
+from mechanism.friction import CM
+from mechanism.machine import Machine
+from mechanism.simulation import State
 from mechanism.simulation import simulate as simulate_equations
 from samples.generator.motors import dry_and_viscous, linear_cable, motors_of
 from samples.generator.mujoco_arm import Load, MujocoArm
@@ -142,9 +144,10 @@ def test_driven_motion_is_the_simulation_of_the_equations() -> None:
     neck = unlike_neck()
     arm = arm_from(neck)
     coarse, fine = (driven(neck, step) for step in (2e-4, 1e-4))
-    drive = Drive(stiffness=np.array(K), damping=np.array(CA), fs=np.array(FS), fv=np.array(FV))
+    values = {"k": np.array(K), "ca": np.array(CA), "fs": np.array(FS), "fv": np.array(FV), "cm": np.array([CM])}
+    machine = Machine(arm, ("dry_friction", "viscous_friction", "linear_cable"), values)
     start = State(np.zeros(3), np.zeros(3), np.zeros(4), np.zeros(4))
-    motion = simulate_equations(arm, drive, start, fine.time, fine.f)
+    motion = simulate_equations(machine, start, fine.time, fine.f)
     assert np.ptp(motion.alpha, axis=0).min() > 0.3
     for found, unit, left in (("alpha", 1.0, 2e-5), ("theta", 4e-4, 1e-7), ("tension", 1e-2, 2e-4)):
         errors = [unit * np.abs(getattr(run, found) - getattr(motion, found)).max() for run in (coarse, fine)]

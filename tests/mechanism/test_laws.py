@@ -1,0 +1,98 @@
+"""Each law does what its formula promises in a motion that it did not choose: work, memory, nesting."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mechanism.arm import arm_of
+from mechanism.cable_lengths import wraps
+from mechanism.description import read_neck
+from mechanism.laws import LAWS, Stretching, Turning
+from mechanism.machine import Machine
+from mechanism.simulation import State, simulate
+from samples.generator.routes import piece
+
+FILE = Path(__file__).parents[2] / "samples/recording/neck.yaml"
+ARM = arm_of(read_neck(FILE))
+BASE = {"k": np.full(4, 8e3), "ca": np.full(4, 60.0), "fs": np.full(4, 15.0), "cm": np.array([0.5])}
+NAMES = ("dry_friction", "linear_cable")
+TIME = np.arange(0, 0.08, 0.002)
+F = 45 + 20 * np.sin(np.outer(TIME, [9.0, 12.0, 7.0, 10.0]))
+REST = State(np.zeros(3), np.zeros(3), np.zeros(4), np.zeros(4))
+
+
+def some(name: str, size: float = 1.0) -> dict[str, np.ndarray]:
+    """The law's terms at `size` times what a person would call a change; widths and times, which cannot be zero, at one."""
+    values = dict(BASE)
+    for term in LAWS[name].terms:
+        if term.name not in BASE:
+            count = {"cable": 4, "joint": 3, "arm": 1}[term.of]
+            values[term.name] = np.full(count, (size if term.low == 0 else 1.0) * term.size)
+    return values
+
+
+EXTRA = [name for name in LAWS if not {t.name for t in LAWS[name].terms} <= set(BASE) and "modulus" not in name]
+
+
+@pytest.mark.parametrize("name", EXTRA)
+def test_a_law_is_nested_in_the_base_at_zero_and_moves_the_arm_elsewhere(name: str) -> None:
+    base = simulate(Machine(ARM, NAMES, BASE), REST, TIME, F)
+    zero, there = (simulate(Machine(ARM, (*NAMES, name), some(name, s)), REST, TIME, F) for s in (0.0, 1.0))
+    np.testing.assert_allclose(zero.alpha, base.alpha, atol=1e-7)
+    assert np.abs(there.alpha - base.alpha).max() > 1e-5
+
+
+@pytest.mark.parametrize("name", ["dry_friction", "viscous_friction", "stribeck_friction", "pulley_friction"])
+def test_friction_takes_power_and_never_gives(name: str) -> None:
+    theta_d = np.linspace(-200, 200, 41)[:, None] * np.ones(4)
+    at = Turning(theta_d, np.full((41, 4), 60.0), wraps(ARM, np.zeros(3)) * np.ones((41, 4)))
+    power = LAWS[name].rub(some(name), at) * theta_d
+    assert power.min() >= 0 < power.max()
+
+
+@pytest.mark.parametrize("name", ["cable_hysteresis", "cable_creep"])
+def test_a_cable_that_remembers_loses_energy_in_a_cycle(name: str) -> None:
+    """The integral of pull dx over closed cycles, after the first: the area of the loop is positive."""
+    values, law, h = some(name), LAWS[name], 1e-3
+    t = np.arange(0, 20, h)
+    x, x_d = 0.006 + 0.003 * np.sin(2 * np.pi * t), 0.006 * np.pi * np.cos(2 * np.pi * t)
+    z, work = np.zeros((4, 1)), 0.0
+    for k in range(len(t)):
+        at = Stretching(np.full(4, x[k]), np.full(4, x_d[k]), np.ones(4), ARM)
+        if t[k] >= 10:
+            work += float(law.pull(values, at, z)[0] * x_d[k] * h)
+        z = z + h * law.drift(values, at, z)
+    assert work > 1e-4
+
+
+def test_creep_relaxes_with_its_time_constant() -> None:
+    """After a step of the elongation the pull falls from km x to nothing, by 1/e in tau."""
+    values = {"km": np.full(4, 500.0), "tau": np.array([2.0])}
+    z = np.full((4, 1), 5.0)
+    at = Stretching(np.full(4, 0.01), np.zeros(4), np.ones(4), ARM)
+    for _ in range(2000):
+        z = z + 1e-3 * LAWS["cable_creep"].drift(values, at, z)
+    np.testing.assert_allclose(z, 5.0 * np.exp(-1), rtol=1e-3)
+
+
+def test_toe_ends_at_the_cables_own_stiffness() -> None:
+    values = {"k": np.full(4, 8e3), "ca": np.zeros(4), "xt": np.full(4, 1e-3)}
+
+    def pull(x: float) -> float:
+        at = Stretching(np.full(4, x), np.zeros(4), np.ones(4), ARM)
+        return float(Machine(ARM, ("linear_cable", "cable_toe"), values).tension(at, np.zeros((4, 0)))[0])
+
+    assert (pull(1e-5) - pull(0.0)) / 1e-5 < 100 < 7900 < (pull(0.0101) - pull(0.01)) / 1e-4
+
+
+def test_wraps_are_those_of_taut_strings() -> None:
+    """By another construction: tangents of circles and the angles wound between them."""
+    alpha = np.random.default_rng(0).uniform(-0.6, 0.6, (20, 3))
+    expected = np.zeros((20, 4))
+    for j, route in enumerate(ARM.routes):
+        for i, word in enumerate(route):
+            string = piece(word, alpha[:, i], ARM.L[i], ARM.b[i], ARM.r[i]).string
+            radii = np.array([w.radius > 0 for w in string.wheels])
+            expected[:, j] += string.wound @ radii
+    np.testing.assert_allclose(wraps(ARM, alpha), expected, atol=1e-12)
