@@ -17,8 +17,15 @@ WITHIN_SIGMA = 3.0
 """a rival is this much worse, at least, before it is ruled out"""
 WITHIN_SHARE = 0.05
 """of the gain: and by this much, since laws and signatures are not exact"""
-NEXT = 0.05
+NEXT = 0.1
 """a further fault gains at least this share of what the first did: less is what its signature, for small sizes, leaves"""
+APART_S = 3.0
+"""between two events of one cable: a step leaves a trace around it, since motor angles are smoothed"""
+
+CORRELATED = 4.0
+"""times the variance that a fit of a law would have if what it leaves were white"""
+ANEW_M = 5e-6
+"""m that cables rest differently from one recording to the next"""
 
 
 @dataclass(frozen=True)
@@ -50,8 +57,15 @@ def name_faults(seen: Observed, known: Known | None = None) -> tuple[tuple[Named
         if named and best.gain < NEXT * named[0].best.gain:
             break
         named.append(Named(best, _rivals(best, scores)))
+        every = [c for c in every if _apart(c, best.candidate)]
         fit = fit_law(seen, known, [*found, best.candidate.signature])
     return tuple(named), fit
+
+
+def _apart(other: Candidate, found: Candidate) -> bool:
+    if other.when is None or found.when is None or other.where != found.where:
+        return other is not found
+    return abs(other.when - found.when) > APART_S
 
 
 def _best(scores: Sequence[Score]) -> Score:
@@ -77,9 +91,3 @@ def known_of(seen: Observed, fit: Fitted) -> Known:
     covariance = CORRELATED * fit.inverse[:size, :size]
     covariance[range(size), range(size)] += np.where(np.arange(size) % seen.law.X.shape[2] == 0, ANEW_M**2, 0.0)
     return Known(fit.beta[:size], covariance)
-
-
-CORRELATED = 4.0
-"""times the variance that a fit of a law would have if what it leaves were white"""
-ANEW_M = 5e-6
-"""m that cables rest differently from one recording to the next"""

@@ -46,9 +46,7 @@ class Observed:
         return lengths(arm, alpha) - lengths(arm, np.zeros(arm.N)) + arm.drum * self.theta + arm.x0
 
 
-def observe(
-    arm: Arm, seen: Seen, motors: Motors, clock_sigma: float = 0.0, friction: Array | None = None
-) -> Observed:
+def observe(arm: Arm, seen: Seen, motors: Motors, clock_sigma: float = 0.0, friction: Array | None = None) -> Observed:
     """Frames of `seen` within the motors' time; friction (M, 3), N, where it is known from a baseline."""
     whole = np.isfinite(seen.alpha).all(axis=1) & (seen.time >= motors.time[0]) & (seen.time <= motors.time[-1])
     time, alpha = seen.time[whole], seen.alpha[whole]

@@ -56,9 +56,7 @@ def candidates(seen: Observed) -> Iterator[Candidate]:
         yield Candidate("marker_offset", f"mechanism {i + 1}", "rad", _by_angles(seen, np.eye(arm.N)[i]))
     for i in range(1, arm.N):
         # a marker of an inner bar enters the angle below it and, turned, the one above it
-        yield Candidate(
-            "marker_offset", f"bar {i}", "rad", _by_angles(seen, np.eye(arm.N)[i - 1] - np.eye(arm.N)[i])
-        )
+        yield Candidate("marker_offset", f"bar {i}", "rad", _by_angles(seen, np.eye(arm.N)[i - 1] - np.eye(arm.N)[i]))
     for j, own in enumerate(np.eye(arm.M)):
         yield Candidate("drum_radius", f"cable {j + 1}", "1", -seen.theta * arm.drum * own)
     yield Candidate("drum_radius", "all", "1", -seen.theta * arm.drum)
