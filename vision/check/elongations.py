@@ -106,8 +106,8 @@ def baseline_of(arm: Arm, state: Series, seen: Seen, clock_sigma: float = 0.0, w
     """From a healthy recording. Raises Refused where it is not: it would hide the fault that is looked for."""
     observed = observe(arm, seen, motors_in(state), clock_sigma)
     exchange = find_exchange(observed)
-    named, fit = ((), None) if exchange else name_faults(observed)
-    if exchange or named or fit is None:
+    named, fit = name_faults(observed)
+    if exchange or named:
         fault = fault_of_exchange(exchange) if exchange else fault_of(named[0])
         raise Refused(
             where, f"is not healthy itself: {sentence(fault)}", "give a recording that passes the check alone"

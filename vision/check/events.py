@@ -1,6 +1,7 @@
 """Faults with a memory: a winch that slips, counts that get lost, a cable that goes slack for a moment."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,8 @@ NEAR_SLACK_N = 5.0
 def missed_counts(seen: Observed) -> Iterator[Candidate]:
     """A share of the counts is lost while winding in, or while paying out: what is counted drifts with the way gone."""
     way = np.diff(seen.theta, axis=0, prepend=seen.theta[:1]) * seen.arm.drum
-    for word, part in (("winding in", np.maximum(way, 0.0)), ("paying out", np.minimum(way, 0.0))):
+    # lost while winding in, and while paying out
+    for part in (np.maximum(way, 0.0), np.minimum(way, 0.0)):
         for j, own in enumerate(np.eye(seen.arm.M)):
             yield Candidate("missed_counts", f"cable {j + 1}", "1", -np.cumsum(part, axis=0) * own)
 
@@ -59,7 +61,7 @@ def slacks(seen: Observed, cable: int) -> Iterator[Candidate]:
     force = seen.law.force[:, cable]
     own = np.eye(seen.arm.M)[cable]
     edges = np.linspace(seen.time[0], seen.time[-1], int(np.clip(np.ptp(seen.time) / SLACK_S, 1, MOST_TIMES)) + 1)
-    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+    for begin, end in pairwise(edges):
         inside = (seen.time >= begin) & (seen.time < end)
         if not inside.any() or force[inside].min() > NEAR_SLACK_N:
             continue

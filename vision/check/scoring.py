@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mechanism.cable_lengths import Z
 from vision.check.law import SPREAD
 from vision.check.observed import Observed
-from vision.check.signatures import Candidate
+from vision.check.signatures import TOLERANCE, Candidate
 
 Array = NDArray[np.float64]
 
@@ -57,6 +57,7 @@ class Fitted:
     """of each row, where blocks begin"""
     residual: Array
     """(F, M), m"""
+    with_baseline: bool
 
     def whitened(self, signature: Array) -> Array:
         """(F, M) -> (F M,)"""
@@ -77,11 +78,13 @@ class Score:
     """what every block adds to the size, over sigma, (B,)"""
     prior: float
     """sigma's part that comes from priors, over sigma"""
+    tolerance: float
+    """size up to which an arm counts as healthy"""
 
     @property
     def z(self) -> float:
         """By how many sigma the size exceeds what a healthy arm may have."""
-        return max(abs(self.size) - self.candidate.tolerance, 0.0) / self.sigma
+        return max(abs(self.size) - self.tolerance, 0.0) / self.sigma
 
 
 def fit_law(
@@ -112,18 +115,24 @@ def fit_law(
     vision = seen.vision
     rounds = ROUNDS if error is None else 0
     error = np.full(M, FIRST_ERROR_M) if error is None else error
-    for k in range(rounds + 1):
-        whiten = np.linalg.inv(np.linalg.cholesky(vision + np.diag(error**2)))
-        A = (whiten @ D).reshape(F * M, -1)
-        u = np.einsum("tjk,tk->tj", whiten, seen.x).ravel()
-        normal = A.T @ A + prior
-        inverse = np.linalg.inv(normal)
-        beta = inverse @ (A.T @ u + prior @ before)
-        residual = seen.x - D @ beta
-        if k < rounds:
-            error = _own_error(vision, residual, error)
+    u, whiten, A, inverse, beta = _solved(seen.x, vision, error, D, prior, before)
+    for _ in range(rounds):
+        error = _own_error(vision, seen.x - D @ beta, error)
+        u, whiten, A, inverse, beta = _solved(seen.x, vision, error, D, prior, before)
     starts = np.searchsorted(seen.time, np.arange(seen.time[0], seen.time[-1], BLOCK_S)) * M
-    return Fitted(whiten, A, prior, inverse, beta, u - A @ beta, error, np.unique(starts), residual)
+    blocks = np.unique(starts[starts < F * M])
+    return Fitted(whiten, A, prior, inverse, beta, u - A @ beta, error, blocks, seen.x - D @ beta, known is not None)
+
+
+def _solved(
+    x: Array, vision: Array, error: Array, D: Array, prior: Array, before: Array
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Whitened elongations, what whitens, whitened D, inverse normal matrix and factors."""
+    whiten = np.asarray(np.linalg.inv(np.linalg.cholesky(vision + np.diag(error**2))), dtype=float)
+    A = (whiten @ D).reshape(x.size, -1)
+    u = np.einsum("tjk,tk->tj", whiten, x).ravel()
+    inverse = np.asarray(np.linalg.inv(A.T @ A + prior), dtype=float)
+    return u, whiten, A, inverse, inverse @ (A.T @ u + prior @ before)
 
 
 def score(fit: Fitted, candidate: Candidate) -> Score:
@@ -134,7 +143,7 @@ def score(fit: Fitted, candidate: Candidate) -> Score:
     information = float(s @ free)
     if information <= BLIND * float(s @ s):
         nothing = np.zeros(len(fit.blocks))
-        return Score(candidate, 0.0, np.inf, 0.0, 0.0 * s, nothing, 0.0)
+        return Score(candidate, 0.0, np.inf, 0.0, 0.0 * s, nothing, 0.0, 0.0)
     size = float(s @ fit.left) / information
     # what is left when this fault is there tells how much correlated noise moves its size
     parts = np.add.reduceat(free * (fit.left - size * free), fit.blocks)
@@ -149,6 +158,7 @@ def score(fit: Fitted, candidate: Candidate) -> Score:
         free / np.sqrt(information),
         parts / spread,
         float(np.sqrt(believed / variance)),
+        TOLERANCE[candidate.fault][fit.with_baseline],
     )
 
 
