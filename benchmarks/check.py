@@ -129,7 +129,8 @@ def inputs(made: Recorded, case: Hidden, seed: int, fitted: bool = False) -> tup
 def judged(result: Check, fault: tuple[str, str] | None) -> tuple[float, float, float]:
     """Whether the verdict is right (the fault at its place is named or within the class), named best, and alone."""
     if fault is None:
-        return (float(not result.faults),) * 3
+        healthy = float(not result.faults)
+        return healthy, healthy, healthy
     if not result.faults:
         return 0.0, 0.0, 0.0
     first = result.faults[0]
