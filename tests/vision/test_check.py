@@ -1,19 +1,21 @@
 """The check names what was hidden in recordings that nothing of the packages made, and blames no healthy arm."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
 from benchmarks.check import COUNT, Hidden, hidden, inputs, judged
-from benchmarks.clock_worlds import NOISE, Recorded, arm, recorded
+from benchmarks.clock_worlds import NECK_FILE, NOISE, Recorded, arm, recorded
+from identification.dataset import DataSet
 from identification.series import Series, numbered
+from mechanism.description import read_neck
 from samples.generator.laws import dry_and_viscous, linear
 from samples.generator.prescribed import World, prescribe
 from vision.angles import Angles
 from vision.check.elongations import Baseline, baseline_of, check_elongations
+from vision.check.from_dataset import check_dataset
 from vision.check.wording import sentence, usable
 from xneck.errors import Refused
 
@@ -126,7 +128,7 @@ def test_exchanges_are_named(fault: str, where: str, made: Recorded, cases: list
 def test_a_cable_that_went_slack_is_named_with_its_time() -> None:
     """For a second the motor gives way by 1.5 mm more than the unloaded cable would take, and pulls with friction only."""
     k, fs, j = np.array([10e3, 9e3, 8e3, 5.5e3]), np.array([14.0, 17.0, 18.0, 16.0]), 2
-    neck = yaml.safe_load((Path(__file__).parents[2] / "samples/recording/neck.yaml").read_text())
+    neck = yaml.safe_load(NECK_FILE.read_text())
     friction = dry_and_viscous(fs, np.zeros(4))
     p = prescribe(World(neck, linear(k, np.zeros(4)), friction), 60.0, 75)
     middle = p.log_time[0] + 30.0
@@ -148,3 +150,15 @@ def test_a_cable_that_went_slack_is_named_with_its_time() -> None:
     assert (first["fault"], first["where"]) == ("cable_slack", "cable 3")
     assert abs(first["when_s"] - middle) < 0.3
     assert usable(found.faults) == "in part"
+
+
+def test_a_data_set_made_by_hand_is_checked_from_its_state(made: Recorded, cases: list[Hidden]) -> None:
+    """Without a record of a clock the frames' stamps mean nothing, and the state stands in for them."""
+    case = next(c for c in cases if c.label.startswith("drum"))
+    state, _, _ = inputs(made, case, SEED)
+    neck = read_neck(NECK_FILE)
+    motors = [m.model_copy(update={"rd": float(d * m.R)}) for m, d in zip(neck.motors, case.arm.drum, strict=True)]
+    neck = neck.model_copy(update={"motors": tuple(motors)})
+    none = Series(np.empty(0), {})
+    found = check_dataset(DataSet(neck, "", state, state, none, none)).faults[0]
+    assert (found["fault"], found["where"]) == case.fault
