@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from benchmarks import calibration, clock, extraction, growth, hard, lost_frames, real_markers, simulation, state
+from benchmarks import calibration, check, clock, extraction, growth, hard, lost_frames, real_markers, simulation, state
 from benchmarks.table import Table
 
 TOPICS = {
@@ -13,6 +13,7 @@ TOPICS = {
     "real_markers": real_markers.measure,
     "growth": growth.measure,
     "clock": clock.measure,
+    "check": check.measure,
     "calibration": calibration.measure,
     "lost_frames": lost_frames.measure,
     "state": state.measure,

@@ -45,14 +45,16 @@ def arm() -> Arm:
     return arm_of(read_neck(NECK_FILE))
 
 
-def recorded(kind: str, seed: int, duration: float = 60.0) -> Recorded:
+def recorded(kind: str, seed: int, duration: float = 60.0, motion: int | None = None) -> Recorded:
     """A recording of one of KINDS: stiffness and dry friction always differ; `everything` adds to damping motor viscosity,
-    stiffening, creep, friction in the joints, and masses and springs that are 1 % off."""
+    stiffening, creep, friction in the joints, and masses and springs that are 1 % off.
+    The arm goes with the seed, and so does what it is made to do unless `motion` is another seed for that."""
     rng = np.random.default_rng([seed, 1])
     world, fv = _world(kind, rng)
     hertz = (rng.uniform(0.08, 0.15), rng.uniform(0.9, 1.4))
-    made = prescribe(world, duration, seed, hertz)
-    alpha = made.frame_alpha + np.random.default_rng([seed, 9]).normal(0, NOISE, made.frame_alpha.shape)
+    moved = seed if motion is None else motion
+    made = prescribe(world, duration, moved, hertz)
+    alpha = made.frame_alpha + np.random.default_rng([moved, 9]).normal(0, NOISE, made.frame_alpha.shape)
     angles = Angles(made.frame_times, alpha, np.full(alpha.shape, NOISE))
     log = Series(made.log_time, numbered("theta", made.counted) | numbered("f", made.f))
     return Recorded(angles, log, made.clocks, fv)

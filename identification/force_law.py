@@ -77,14 +77,14 @@ def law_of(arm: Arm, time: Array, theta_d: Array, theta_dd: Array, f: Array, see
     rate = 1 / float(np.mean(np.diff(time)))
     turn = CM * theta_d
     raw = [f - arm.motor_inertia / arm.drum * theta_dd, dry(theta_d), turn / (1 + turn**2)]
-    n, rubbing, transition = (_low_pass(part, rate) for part in raw)
+    n, rubbing, transition = (low_pass(part, rate) for part in raw)
     n = n - n.mean(axis=0)
     late = np.gradient(n, 1 / rate, axis=0)
     friction = np.stack([rubbing, transition, theta_d], axis=-1)
     t = n
     law = Law(time, n[..., None])
     for _ in range(PASSES):
-        stretch = [t, t**2, t**3, np.gradient(t, 1 / rate, axis=0), *(_slow(t, rate, tau) for tau in CREEP_S), late]
+        stretch = [t, t**2, t**3, np.gradient(t, 1 / rate, axis=0), *(slow(t, rate, tau) for tau in CREEP_S), late]
         X = np.concatenate([np.ones_like(n)[..., None], np.stack(stretch, axis=-1), friction], axis=-1)
         size = np.sqrt(np.mean(X**2, axis=0))
         law = Law(time, X / np.where(size > 0, size, 1.0))
@@ -98,11 +98,11 @@ def law_of(arm: Arm, time: Array, theta_d: Array, theta_dd: Array, f: Array, see
     return law
 
 
-def _low_pass(values: Array, rate: float) -> Array:
+def low_pass(values: Array, rate: float) -> Array:
     return sosfiltfilt(butter(4, min(CUTOFF / (rate / 2), 0.9), output="sos"), values, axis=0)
 
 
-def _slow(values: Array, rate: float, tau: float) -> Array:
+def slow(values: Array, rate: float, tau: float) -> Array:
     keep = np.exp(-1 / rate / tau)
     return np.stack([lfilter([1 - keep], [1, -keep], c, zi=[keep * c[0]])[0] for c in values.T], axis=-1)
 

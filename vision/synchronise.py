@@ -13,7 +13,7 @@ from identification.state import Seen, estimate_state
 from mechanism.arm import arm_of
 from mechanism.description import Neck
 from vision.angles import Angles
-from vision.check import check_elongations
+from vision.check.elongations import check_elongations
 from vision.clocks.clock import Clock, fit_clock
 from vision.encoder_log import uniform
 
@@ -57,7 +57,7 @@ def synchronise(
     )
     state = Series(time, {**state.columns, **numbered("bridged", found.bridged.astype(float))})
     seed = seed_series(arm, even, frame_time[good], angles.alpha[good], cutoff)
-    check = check_elongations(arm, state, state.matrix("sigma_alpha"))
+    check = check_elongations(arm, state, seen, clock.offset_sigma)
     return DataSet(
         neck,
         neck_yaml,

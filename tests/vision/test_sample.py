@@ -101,6 +101,9 @@ def test_friction_and_stiffness_are_within_fifteen_per_cent(made: Path) -> None:
 def test_check_simulate_and_export_by_command(made: Path, capfd: pytest.CaptureFixture[str]) -> None:
     checked = run(capfd, "check", made / "dataset.mcap", "--json", "-")
     assert json.loads(checked.out)["verdict"] == "consistent"
+    again = run(capfd, "check", made / "dataset.mcap", "--baseline", made / "dataset.mcap", "--json", "-")
+    assert json.loads(again.out)["with_baseline"]
+    assert json.loads(again.out)["usable"]
     out = made / "simulated.mcap"
     done = run(
         capfd, "simulate", made / "dataset.mcap", "--model", made / "model.yaml", "--out", out,

@@ -1,8 +1,6 @@
 """How well the two clocks agree, computed anew from the data set: what a figure of the clocks shows."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +8,7 @@ from numpy.typing import NDArray
 from identification.dataset import DataSet
 from mechanism.cable_lengths import lengths
 from mechanism.friction import dry
-from vision.clocks.slips import Slip, Slips
+from vision.clocks.record import log_time
 
 Array = NDArray[np.float64]
 
@@ -40,14 +38,6 @@ class Alignment:
     def left(self) -> Array:
         """What the prediction leaves, (F, M), m."""
         return self.logged - self.predicted
-
-
-def log_time(clock: Mapping[str, Any], camera_time: Array) -> Array:
-    """Stamps of frames on the log's clock, s, by the record of a synchronisation."""
-    slips = tuple(Slip(s["time_s"], s["frames"]) for s in clock.get("slips", ()))
-    camera_time = Slips(slips, clock.get("frame_period_s", 0.0)).corrected(camera_time)
-    skew = 1e-6 * clock["skew_ppm"]
-    return camera_time + clock["offset_s"] + skew * (camera_time - clock["camera_middle_s"])
 
 
 def align(data: DataSet) -> Alignment:

@@ -4,8 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset import DataSet
+from vision.clocks.record import log_time
 from vision.report import style
-from vision.report.alignment import Alignment, gaps, liveliest, log_time
+from vision.report.alignment import Alignment, gaps, liveliest
 from vision.report.block import Block, Entry
 from vision.report.svg import inline
 

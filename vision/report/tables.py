@@ -11,9 +11,9 @@ from calibration.lens import NAMES
 from identification.seed_method import WELL_IDENTIFIED, Fit
 from identification.tables import rows
 from mechanism.description import Neck
+from vision.clocks.record import log_time
 from vision.pipeline import Result
 from vision.report import published
-from vision.report.alignment import log_time
 from vision.report.wording import number, percent, size_of, with_sigma
 
 _PRINTED = {"Pa": ("GPa", 1e-9), "Pa s": ("MPa s", 1e-6), "1": ("", 1.0)}

@@ -1,0 +1,148 @@
+"""The check of elongations: how often it names a fault that was hidden, and how often it blames a healthy arm.
+
+Seeds take the worlds of the clocks' benchmark in turn. The check is given another neck.yaml than the recording was made with
+(drum, pulley, pre-elongation), angles that are off, or counts that slipped or got lost.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.clock_worlds import KINDS, Recorded, arm, recorded
+from benchmarks.table import Table
+from identification.dataset import state_series
+from identification.motors import motors_of
+from identification.series import Series, numbered
+from identification.state import Seen
+from mechanism.arm import Arm
+from vision.angles import Angles
+from vision.check.elongations import Baseline, Check, baseline_of, check_elongations
+from vision.clocks.clock import fit_clock
+from vision.encoder_log import uniform
+from xneck.errors import Refused
+
+Array = NDArray[np.float64]
+
+SEEDS = 50
+CLOCK_S = 3e-4
+"""error of a clock that is drawn instead of fitted"""
+COUNT = 2 * np.pi / 2048
+X0_M = 1e-3
+"""m by which neck.yaml is wrong of every cable's pre-elongation"""
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """What is hidden in a recording, and what the check is given: angles, log and arm."""
+
+    label: str
+    fault: tuple[str, str] | None
+    angles: Angles
+    log: Series
+    arm: Arm
+    baseline: bool = False
+
+
+def hidden(made: Recorded, seed: int) -> list[Hidden]:
+    """Every case once, the place and the sign going with the seed."""
+    i, j, sign = seed % 3, seed % 4, 1 if seed % 2 else -1
+    a, log = made.angles, made.log
+    plain = arm()
+    plain = replace(plain, x0=plain.x0 + np.random.default_rng([seed, 21]).normal(0, X0_M, plain.M))
+
+    def off(degrees: float) -> Angles:
+        return Angles(a.time, a.alpha + np.radians(degrees) * sign * np.eye(3)[i], a.sigma)
+
+    def counted(change: Callable[[Array, Array], Array]) -> Series:
+        theta = log.matrix("theta")
+        theta = theta + change(log.time - log.time[0], theta) * np.eye(4)[j]
+        return Series(log.time, {**log.columns, **numbered("theta", np.round(theta / COUNT) * COUNT)})
+
+    slip = 5e-4 * sign / plain.drum[j]
+    slipped = counted(lambda t, _: np.where(t > 10 + seed % 40, slip, 0.0)[:, None])
+    lost = counted(lambda _, th: -1e-3 * np.cumsum(np.maximum(np.diff(th, axis=0, prepend=th[:1]), 0), axis=0))
+    drum = replace(plain, drum=plain.drum * (1 + 0.02 * sign * np.eye(4)[j]))
+    pulley = replace(plain, r=plain.r + 3e-4 * sign * np.eye(3)[i])
+    mechanism, cable = f"mechanism {i + 1}", f"cable {j + 1}"
+    return [
+        Hidden("healthy", None, a, log, plain),
+        Hidden("healthy, baseline", None, a, log, plain, baseline=True),
+        Hidden("joint angle off by 1.6 deg", ("marker_offset", mechanism), off(1.6), log, plain),
+        Hidden("by 0.15 deg, baseline", ("marker_offset", mechanism), off(0.15), log, plain, baseline=True),
+        Hidden("drum radius off by 2 %", ("drum_radius", cable), a, log, drum),
+        Hidden("pulley radius off by 0.3 mm", ("pulley_radius", mechanism), a, log, pulley),
+        Hidden("slip of 0.5 mm", ("winch_slip", cable), a, slipped, plain),
+        Hidden("0.1 % of counts missed", ("missed_counts", cable), a, lost, plain),
+    ]
+
+
+def measure(seeds: int = SEEDS, first: int = 0, fitted: bool = False) -> Table:
+    """Shares of recordings of 60 s at 0.1 deg. With `fitted` the clock is what `sync` makes of the faulty recording."""
+    found: dict[str, list[tuple[float, ...]]] = {}
+    for seed in range(first, first + seeds):
+        kind = KINDS[seed % len(KINDS)]
+        made = recorded(kind, seed)
+        before = recorded(kind, seed, motion=seed + 50_000)
+        for case in hidden(made, seed):
+            known = _baseline(before, seed, case.arm) if case.baseline else None
+            try:
+                state, seen, sigma = inputs(made, case, seed, fitted)
+            except Refused:
+                found.setdefault(case.label, []).append((0.0, 0.0, 0.0, np.nan))
+                continue
+            begin = time.process_time()
+            result = check_elongations(case.arm, state, seen, sigma, known)
+            found.setdefault(case.label, []).append((*judged(result, case.fault), time.process_time() - begin))
+    columns = ("right", "named best", "alone", "s each")
+    rows = tuple((label, tuple(float(v) for v in np.nanmean(values, axis=0))) for label, values in found.items())
+    how = "fitted" if fitted else "drawn"
+    return Table(f"Check, {seeds} recordings of 60 s, 0.1 deg, clock {how}, shares", columns, rows)
+
+
+def inputs(made: Recorded, case: Hidden, seed: int, fitted: bool = False) -> tuple[Series, Seen, float]:
+    """The state's series, with angles as vision alone has them, the frames on the log's clock, and the clock's sigma."""
+    even = uniform(case.log)
+    motors = motors_of(even, np.full(case.arm.M, COUNT))
+    if fitted:
+        clock = fit_clock(case.arm, case.angles, case.log)
+        at, sigma = clock.log_time(case.angles.time), clock.offset_sigma
+    else:
+        drawn = CLOCK_S * np.random.default_rng([seed, 5]).normal()
+        at, sigma = made.clocks.log_time(case.angles.time) + drawn, CLOCK_S
+    inside = (even.time >= at[0]) & (even.time <= at[-1])
+    alpha = np.stack([np.interp(even.time[inside], at, c) for c in case.angles.alpha.T], axis=-1)
+    still = np.zeros_like(alpha)
+    state = state_series(
+        case.arm,
+        even.time[inside],
+        (alpha, still, still),
+        (motors.theta[inside], motors.theta_d[inside], motors.theta_dd[inside]),
+        motors.f[inside],
+        (still + case.angles.sigma[0], still, still),
+    )
+    return state, Seen(at, case.angles.alpha, case.angles.white, case.angles.shared), sigma
+
+
+def judged(result: Check, fault: tuple[str, str] | None) -> tuple[float, float, float]:
+    """Whether the verdict is right (the fault at its place is named or within the class), named best, and alone."""
+    if fault is None:
+        healthy = float(not result.faults)
+        return healthy, healthy, healthy
+    if not result.faults:
+        return 0.0, 0.0, 0.0
+    first = result.faults[0]
+    others = first.get("or", [])
+    best = (first["fault"], first["where"]) == fault
+    right = best or fault in [(o["fault"], o["where"]) for o in others]
+    return float(right), float(best), float(best and not others and len(result.faults) == 1)
+
+
+def _baseline(before: Recorded, seed: int, described: Arm) -> Baseline | None:
+    case = Hidden("", None, before.angles, before.log, described)
+    try:
+        return baseline_of(described, *inputs(before, case, seed + 50_000))
+    except Refused:
+        return None

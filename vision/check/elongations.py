@@ -1,0 +1,146 @@
+"""Is vision consistent with the cable lengths that the pulley model predicts, and if not, what is to blame.
+
+The elongation x (41) of a healthy cable follows the motor force; what is left must be of the size of vision's own uncertainty
+and of the cables' own, and look like no known fault.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.motors import Motors
+from identification.series import Series
+from identification.state import Seen
+from mechanism.arm import Arm
+from mechanism.cable_lengths import Z
+from vision.check.exchanges import find_exchange
+from vision.check.naming import known_of, name_faults
+from vision.check.observed import observe
+from vision.check.scoring import Known
+from vision.check.wording import fault_of, fault_of_exchange, sentence, unexplained, usable
+from vision.elongation import explain
+from xneck.errors import Refused
+
+Array = NDArray[np.float64]
+
+TOLERANCE_M = 2e-4
+"""m: what the simple force model may leave unexplained (creep, damping, friction's transition) besides vision's noise"""
+
+
+@dataclass(frozen=True)
+class CableCheck:
+    """One cable: its elongation and how much of it the force explains."""
+
+    cable: int
+    elongation_mean: float
+    elongation_rms: float
+    """about the mean, m"""
+    unexplained_rms: float
+    """m"""
+    expected_rms: float
+    """m, vision's sigma through Z"""
+    compliance: float
+    """c1 at the mean force, m/N"""
+    compliance_sigma: float
+    offset: float
+    """elongation at zero force against x = 0, m: pre-elongation in neck.yaml that is wrong, or an angle's constant error"""
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """What a healthy recording of the same arm has shown: its cables' law, and friction (M, 3), N."""
+
+    known: Known
+    friction: Array
+
+
+@dataclass(frozen=True)
+class Check:
+    """All cables, and the verdict."""
+
+    cables: tuple[CableCheck, ...]
+    faults: tuple[dict[str, Any], ...]
+    with_baseline: bool = False
+
+    @property
+    def verdict(self) -> str:
+        """`consistent` or `inconsistent`."""
+        return "inconsistent" if self.faults else "consistent"
+
+    def as_json(self) -> dict[str, Any]:
+        """The contract's record of a check."""
+        return {
+            "verdict": self.verdict,
+            "usable": usable(self.faults),
+            "with_baseline": self.with_baseline,
+            "faults": list(self.faults),
+            "cables": [vars(cable) for cable in self.cables],
+        }
+
+
+def check_elongations(
+    arm: Arm, state: Series, seen: Seen, clock_sigma: float = 0.0, baseline: Baseline | None = None
+) -> Check:
+    """Frames as `seen` on the log's clock against the motors of `state` (theta with derivatives, f), as a data set holds them.
+
+    clock_sigma: of the offset between both, s.
+    """
+    observed = observe(arm, seen, motors_in(state), clock_sigma, baseline and baseline.friction)
+    cables = _cables(arm, state)
+    exchange = find_exchange(observed)
+    if exchange is not None:
+        return Check(cables, (fault_of_exchange(exchange),), baseline is not None)
+    named, _ = name_faults(observed, baseline and baseline.known)
+    faults = tuple(fault_of(n) for n in named)
+    if not faults:
+        for c in cables:
+            limit = float(np.hypot(TOLERANCE_M, 3 * c.expected_rms))
+            if c.unexplained_rms > limit:
+                faults += (unexplained(c.cable, c.unexplained_rms, limit / 3),)
+    return Check(cables, faults, baseline is not None)
+
+
+def baseline_of(arm: Arm, state: Series, seen: Seen, clock_sigma: float = 0.0, where: str = "baseline") -> Baseline:
+    """From a healthy recording. Raises Refused where it is not: it would hide the fault that is looked for."""
+    observed = observe(arm, seen, motors_in(state), clock_sigma)
+    exchange = find_exchange(observed)
+    named, fit = name_faults(observed)
+    if exchange or named:
+        fault = fault_of_exchange(exchange) if exchange else fault_of(named[0])
+        raise Refused(
+            where, f"is not healthy itself: {sentence(fault)}", "give a recording that passes the check alone"
+        )
+    return Baseline(known_of(observed, fit), observed.law.friction)
+
+
+def motors_in(state: Series) -> Motors:
+    """The motors' part of a data set's state."""
+    theta, theta_d, theta_dd = (state.matrix("theta", suffix) for suffix in ("", "_d", "_dd"))
+    return Motors(state.time, theta, theta_d, theta_dd, state.matrix("f"))
+
+
+def _cables(arm: Arm, state: Series) -> tuple[CableCheck, ...]:
+    explained = explain(arm, state)
+    x, n = explained.x, explained.force
+    sigma = state.matrix("sigma_alpha")
+    noise = np.sqrt(np.mean(np.einsum("tij,ti->tj", Z(arm, state.matrix("alpha")) ** 2, sigma**2), axis=0))
+    # neighbouring samples are not independent: count one a quarter of a second
+    wider = np.sqrt(max(1.0, 0.25 / float(np.mean(np.diff(state.time)))))
+    out = []
+    for j, fit in enumerate(explained.fits):
+        slope = np.array([0.0, 1.0, 2 * float(np.mean(n[:, j])), 0.0])
+        out.append(
+            CableCheck(
+                cable=j + 1,
+                elongation_mean=float(np.mean(x[:, j])),
+                elongation_rms=float(np.std(x[:, j])),
+                unexplained_rms=float(np.sqrt(np.mean(fit.residuals**2))),
+                expected_rms=float(noise[j]),
+                compliance=float(slope @ fit.value),
+                compliance_sigma=float(np.sqrt(slope @ fit.covariance @ slope) * wider),
+                offset=float(fit.value[0]),
+            )
+        )
+    return tuple(out)

@@ -1,0 +1,93 @@
+"""Which faults there are: the best one, those that noise cannot tell from it, and then the next one with these fitted along."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision.check.events import missed_counts, nearby, slacks, slips
+from vision.check.observed import Observed
+from vision.check.scoring import Fitted, Known, Score, fit_law, score, threshold
+from vision.check.signatures import Candidate, candidates
+
+MOST_FAULTS = 4
+REFINEMENTS = 2
+"""times that the cables' own errors are found anew with the best fault fitted along"""
+WITHIN_SIGMA = 3.0
+"""a rival is this much worse, at least, before it is ruled out"""
+WITHIN_SHARE = 0.05
+"""of the gain: and by this much, since laws and signatures are not exact"""
+NEXT = 0.1
+"""a further fault gains at least this share of what the first did: less is what its signature, for small sizes, leaves"""
+APART_S = 3.0
+"""between two events of one cable: a step leaves a trace around it, since motor angles are smoothed"""
+
+CORRELATED = 4.0
+"""times the variance that a fit of a law would have if what it leaves were white"""
+ANEW_M = 5e-6
+"""m that cables rest differently from one recording to the next"""
+
+
+@dataclass(frozen=True)
+class Named:
+    """The best explanation, and others that explain as much, the best first."""
+
+    best: Score
+    rivals: tuple[Score, ...]
+
+
+def name_faults(seen: Observed, known: Known | None = None) -> tuple[tuple[Named, ...], Fitted]:
+    """Faults in the order in which they stand out, none on a healthy arm, and the law's fit with them."""
+    every = [*candidates(seen), *missed_counts(seen)]
+    for j in range(seen.arm.M):
+        every += [*slips(seen, j), *slacks(seen, j)]
+    named: list[Named] = []
+    fit = fit_law(seen, known)
+    while len(named) < MOST_FAULTS:
+        scores = [score(fit, c) for c in every]
+        best = _best(scores)
+        if best.z < threshold(scores):
+            break
+        found = [n.best.candidate.signature for n in named]
+        for _ in range(REFINEMENTS):
+            error = fit_law(seen, known, [*found, best.candidate.signature]).error
+            fit = fit_law(seen, known, found, error)
+            scores = [score(fit, c) for c in (*every, *nearby(seen, best.candidate))]
+            best = _best(scores)
+        if named and best.gain < NEXT * named[0].best.gain:
+            break
+        named.append(Named(best, _rivals(best, scores)))
+        every = [c for c in every if _apart(c, best.candidate)]
+        fit = fit_law(seen, known, [*found, best.candidate.signature])
+    return tuple(named), fit
+
+
+def _apart(other: Candidate, found: Candidate) -> bool:
+    if other.when is None or found.when is None or other.where != found.where:
+        return other is not found
+    return abs(other.when - found.when) > APART_S
+
+
+def _best(scores: Sequence[Score]) -> Score:
+    beyond = [s for s in scores if s.z > 0]
+    return max(beyond or scores, key=lambda s: s.gain)
+
+
+def _rivals(best: Score, scores: Sequence[Score]) -> tuple[Score, ...]:
+    """One for each fault and place, where it gains as much within noise."""
+    noise = WITHIN_SIGMA**2 * best.gain * (best.sigma / best.size) ** 2
+    least = best.gain - noise - WITHIN_SHARE * best.gain
+    out: dict[tuple[str, str], Score] = {}
+    for s in sorted(scores, key=lambda s: -s.gain):
+        place = (s.candidate.fault, s.candidate.where)
+        if s.gain >= least and place != (best.candidate.fault, best.candidate.where):
+            out.setdefault(place, s)
+    return tuple(out.values())
+
+
+def known_of(seen: Observed, fit: Fitted) -> Known:
+    """A healthy recording's law as belief about the next one's."""
+    size = seen.arm.M * seen.law.X.shape[2]
+    covariance = CORRELATED * fit.inverse[:size, :size]
+    covariance[range(size), range(size)] += np.where(np.arange(size) % seen.law.X.shape[2] == 0, ANEW_M**2, 0.0)
+    return Known(fit.beta[:size], covariance)
