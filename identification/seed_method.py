@@ -91,6 +91,8 @@ def identify(recordings: Sequence[DataSet]) -> Identification:
         if other.neck.model_dump(exclude={"markers"}) != first.neck.model_dump(exclude={"markers"}):
             raise Refused("identify", "the recordings are of different arms", "give recordings made with one neck.yaml")
     arm = first.arm
+    if not all("f1" in data.seed.columns for data in recordings):
+        raise Refused("identify", "the log holds no forces f", "log the force command of every motor")
     parts = [regressors(arm, data.seed) for data in recordings]
     r = Regressors(
         *(np.concatenate([getattr(p, name) for p in parts]) for name in

@@ -19,6 +19,7 @@ LED = "led"
 def read_log(path: str | Path, neck: Neck) -> Series:
     """Columns theta1..M (rad, motor side, winding in positive) and f1..M (N) of a CSV or of an MCAP with JointState.
 
+    A log without any f is taken as it is: then its clock is known to a few milliseconds only and nothing can be identified.
     A column `led` (in an MCAP the position of a joint of that name), 0 or 1, says whether a light was on that the video shows.
 
     Raises Refused where columns or joints are missing, values not finite, or times do not increase.
@@ -28,7 +29,15 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     if path.suffix == ".mcap":
         series = _from_joint_states(path, neck)
     else:
-        series = read_table(path, [f"theta{j + 1}" for j in range(m)] + [f"f{j + 1}" for j in range(m)], optional=[LED])
+        forces = [f"f{j + 1}" for j in range(m)]
+        series = read_table(path, [f"theta{j + 1}" for j in range(m)], optional=[*forces, LED])
+        missing = [name for name in forces if name not in series.columns]
+        if 0 < len(missing) < m:
+            raise Refused(
+                path,
+                f"lacks the column{'s' * (len(missing) > 1)} {', '.join(missing)}",
+                "log the forces of all motors, or of none",
+            )
     check_time(series.time, str(path))
     for name, values in series.columns.items():
         if not np.all(np.isfinite(values)):
@@ -36,7 +45,9 @@ def read_log(path: str | Path, neck: Neck) -> Series:
             raise Refused(path, f"{name} is not a number in sample {row}", "leave such rows out")
     turn = np.array([motor.theta_sign * motor.theta_scale for motor in neck.motors])
     force = np.array([motor.f_scale for motor in neck.motors])
-    columns = numbered("theta", series.matrix("theta") * turn) | numbered("f", series.matrix("f") * force)
+    columns = numbered("theta", series.matrix("theta") * turn)
+    if "f1" in series.columns:
+        columns |= numbered("f", series.matrix("f") * force)
     if LED in series.columns:
         light = series.columns[LED]
         if not np.all((light == 0) | (light == 1)):
@@ -61,10 +72,9 @@ def _from_joint_states(path: Path, neck: Neck) -> Series:
     log = next(iter(fitting.values()))
     unnamed = [k for k, name in enumerate(log.names) if name != LED]
     order = [log.names.index(name) if name else unnamed[j] for j, name in enumerate(named)]
-    if np.isnan(log.effort).all():
-        raise Refused(path, "its JointState has no effort", "log the force command f as effort")
+    force = {} if np.isnan(log.effort).all() else numbered("f", log.effort[:, order])
     light = {LED: log.position[:, log.names.index(LED)]} if LED in log.names else {}
-    return Series(log.time, numbered("theta", log.position[:, order]) | numbered("f", log.effort[:, order]) | light)
+    return Series(log.time, numbered("theta", log.position[:, order]) | force | light)
 
 
 def uniform(log: Series) -> Series:

@@ -22,6 +22,9 @@ Array = NDArray[np.float64]
 COVARIANCE_HZ = 10.0
 """of the full covariance in the data set; its diagonal stands beside the state at the log's rate"""
 
+UNCHECKED = {"verdict": "cannot tell", "why": "the log holds no forces f", "faults": [], "cables": []}
+"""the check's record where nothing says how far cables stretch"""
+
 
 def synchronise(
     neck: Neck,
@@ -46,7 +49,8 @@ def synchronise(
     time = even.time[inside]
     motors = motors_of(even, np.array([2 * np.pi / motor.counts for motor in neck.motors]))
     seen = Seen(frame_time, angles.alpha, angles.white, angles.shared)
-    found = estimate_state(arm, seen, motors, time, (clock.offset_sigma, clock.skew_sigma))
+    forces = "f1" in log.columns
+    found = estimate_state(arm, seen, motors, time, (clock.offset_sigma, clock.skew_sigma), fuse=forces)
     state = state_series(
         arm,
         time,
@@ -57,7 +61,7 @@ def synchronise(
     )
     state = Series(time, {**state.columns, **numbered("bridged", found.bridged.astype(float))})
     seed = seed_series(arm, even, frame_time[good], angles.alpha[good], cutoff)
-    check = check_elongations(arm, state, seen, clock.offset_sigma)
+    check = check_elongations(arm, state, seen, clock.offset_sigma).as_json() if forces else dict(UNCHECKED)
     return DataSet(
         neck,
         neck_yaml,
@@ -67,7 +71,7 @@ def synchronise(
         log,
         clock_json(clock, angles, log)
         | {"state": found.notes | {"rows_bridged": int(found.bridged.any(axis=1).sum())}},
-        check.as_json(),
+        check,
         {**provenance, "angles": angles.notes},
         found.covariance_series(COVARIANCE_HZ),
     )

@@ -115,6 +115,26 @@ def test_check_simulate_and_export_by_command(made: Path, capfd: pytest.CaptureF
     assert "tension4" in np.load(made / "simulated.npz")
 
 
+def test_a_log_without_forces_gives_a_rough_clock_and_says_so(made: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """As a controller leaves it that logs positions only: a clock with milliseconds of sigma, and no check or parameters."""
+    rows = [line.split(",") for line in (R / "log.csv").read_text().splitlines()]
+    kept = [k for k, name in enumerate(rows[0]) if not name.startswith("f")]
+    (made / "positions.csv").write_text("\n".join(",".join(row[k] for k in kept) for row in rows) + "\n")
+    out = made / "positions.mcap"
+    words = ["--neck", R / "neck.yaml", "--out", out, "--json", "-"]
+    done = run(capfd, "sync", made / "angles.mcap", made / "positions.csv", *words)
+    found, t = json.loads(done.out), TRUTH["recording"]
+    error = found["offset_s"] - t["offset_s"] - t["skew"] * (found["camera_middle_s"] - t["middle_s"])
+    assert abs(error) < 3 * found["offset_sigma_s"]
+    assert found["offset_sigma_s"] > 1e-3
+    assert found["state"]["method"] == "vision"
+    assert any("no forces" in warning for warning in found["warnings"])
+    for words in (["check", out], ["identify", out, "--out", made / "none.yaml"]):
+        refused = run(capfd, *words)
+        assert refused.status == 1
+        assert "no forces f" in refused.err
+
+
 def test_corners_by_edges_and_placement_by_command(made: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Markers said to sit 1 mm and 1 deg askew: noticed where believed; estimated, angles are back within 3 of their sigmas
     (of their common error, which the sigma confesses), and neck.yaml is written as it should have been."""

@@ -8,6 +8,7 @@ from mechanism.arm import Arm
 from vision.angles import DEFAULT_SIGMA, Angles
 from vision.check.elongations import Baseline, Check, baseline_of, check_elongations
 from vision.clocks.record import log_time
+from xneck.errors import Refused
 
 FRAME_HZ = 25.0
 """at which the state stands in for frames"""
@@ -16,8 +17,12 @@ FRAME_HZ = 25.0
 def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "baseline") -> Check:
     """With `baseline`, a data set of the same arm that is known to be healthy; raises Refused where that one is not.
 
-    Both are computed with the checked data set's neck.yaml.
+    Raises Refused where a data set holds no forces: then nothing says how far the cables stretch. Both are computed with
+    the checked data set's neck.yaml.
     """
+    for one, name in ((data, "check"), (baseline, where)):
+        if one is not None and "f1" not in one.state.columns:
+            raise Refused(name, "the data set holds no forces f", "log the force command of every motor")
     known: Baseline | None = None
     if baseline is not None:
         known = baseline_of(data.arm, baseline.state, seen_in(data.arm, baseline), _clock_sigma(baseline), where)

@@ -7,9 +7,7 @@ import click
 from vision.cli.output import FILE, report_result, results
 
 
-@click.command(
-    epilog="Examples: xneck check dataset.mcap --json check.json; xneck check today.mcap --baseline healthy.mcap"
-)
+@click.command(epilog="Example: xneck check today.mcap --baseline healthy.mcap --json check.json")
 @click.argument("dataset", type=FILE)
 @click.option(
     "--baseline",
