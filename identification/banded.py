@@ -43,7 +43,8 @@ def band_of(matrix: sparse.csr_array, width: int, n: int) -> Array:
 
 
 def inverse_windows(found: Factor, block: int, first: NDArray[np.intp], wide: int, parts: int = 1) -> Array:
-    """Parts of the inverse, rows and columns first[t] ... first[t] + wide - 1, shape (T, wide, wide), without the whole of it.
+    """Parts of the inverse, rows and columns first[t] ... first[t] + wide - 1, shape (T, wide, wide), without the whole of it;
+    with `parts` summed over as many neighbours in rows and columns, shape (T, wide / parts, wide / parts).
 
     `block` must be at least the band's width and wide - 1. Takahashi's recursion in blocks of the Cholesky factor, from the last
     one back: sums of squares only, so that rounding cannot make a variance negative. Cost is linear in the matrix's size.

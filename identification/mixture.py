@@ -18,17 +18,26 @@ from identification.spline import Knots, Prior, knots_over
 Array = NDArray[np.float64]
 
 PARTS = 2
+"""coefficients of a signal at each knot"""
 ORDERS = (4, 8)
 """tried for the smooth part"""
 ROUGH_ORDER = 3
+"""an acceleration that wanders: torques that dry friction switches reach the arm through elastic cables"""
 ROUGH_CORNER = 6.0
-DOUBT = 2.0
+"""rad/s; what is slower is the smooth part's"""
+STIFFEST = np.log(3e-5)
+"""(corner step)^order below it would lose the prior's precision in rounding"""
 ENOUGH = 6000
-STIFF = 3e-5
+"""samples from the middle that tell the prior well enough"""
+_LEAST, _MOST = -12.5, 3.5
+"""logarithm of the rough part's size"""
+_HALVINGS = 7
 
 
 @dataclass(frozen=True)
 class Mixture:
+    """Both parts' spectra."""
+
     smooth: Prior
     rough: Prior
 
@@ -54,9 +63,9 @@ class Mixture:
         return self.smooth.log_determinant(knots) + self.rough.log_determinant(knots)
 
 
-def rougher(one: Mixture, other: Mixture) -> Mixture:
-    """One, as rough as the rougher of both."""
-    return Mixture(one.smooth, max(one.rough, other.rough, key=lambda prior: prior.drive))
+def calmer(one: Mixture, other: Mixture) -> Mixture:
+    """One, as rough as the calmer of both: each is rough as its samples just allow, and both must hold."""
+    return Mixture(one.smooth, min(one.rough, other.rough, key=lambda prior: prior.drive))
 
 
 def side_by_side(measured: list[Array], priors: list[tuple[Array, Array]]) -> Array:
@@ -77,8 +86,12 @@ def side_by_side(measured: list[Array], priors: list[tuple[Array, Array]]) -> Ar
     return out
 
 
-def fit_mixture(time: Array, values: Array, variance: Array, step: float) -> Mixture:
-    """The prior for knots `step` apart that makes samples of mean zero most likely, and as rough as they cannot exclude."""
+def fit_mixture(time: Array, values: Array, variance: Array, step: float, doubt: float) -> Mixture:
+    """The prior for knots `step` apart that makes samples of mean zero most likely, and as rough as they allow.
+
+    doubt: what the rough part may cost in -2 log likelihood. Where kicks lie below the samples' noise, the likeliest prior
+    denies them, and what it claims to know of accelerations is wrong by two sigma and more.
+    """
     part = slice(max(0, len(time) // 2 - ENOUGH // 2), len(time) // 2 + ENOUGH // 2)
     t, y, r = time[part], values[part], variance[part]
     knots = knots_over(t[0], t[-1], step)
@@ -88,6 +101,7 @@ def fit_mixture(time: Array, values: Array, variance: Array, step: float) -> Mix
     spread = 10 * float(np.std(y)) + 10 * float(np.sqrt(np.median(r)))
 
     def prior(order: int, v: Array) -> Mixture:
+        """v: logarithms of the smooth part's corner in rad/s, and of both standard deviations over `spread`."""
         corner = float(np.exp(v[0]))
         smooth = Prior(order, corner, float(np.exp(v[1])) * spread * (corner * step) ** (order - 0.5), spread)
         size = float(np.exp(v[2])) * spread
@@ -95,9 +109,9 @@ def fit_mixture(time: Array, values: Array, variance: Array, step: float) -> Mix
         return Mixture(smooth, Prior(ROUGH_ORDER, ROUGH_CORNER, drive, 3 * size))
 
     def cost(order: int, v: Array) -> float:
-        if not (-3 < v[0] < np.log(0.8 / step) and -12 < v[1] < 12 and -12.5 < v[2] < 5):
+        if not (-3 < v[0] < np.log(0.8 / step) and -12 < v[1] < 12 and _LEAST < v[2] < _MOST):
             return 1e12
-        if (v[0] + np.log(step)) * order < np.log(STIFF):
+        if (v[0] + np.log(step)) * order < STIFFEST:
             return 1e12
         p = prior(order, v)
         try:
@@ -106,7 +120,7 @@ def fit_mixture(time: Array, values: Array, variance: Array, step: float) -> Mix
             return 1e12
         return found.log_determinant - p.log_determinant(knots) + fixed - float(both @ found.solve(both))
 
-    best = None
+    best: tuple[float, int, Array] | None = None
     for order in ORDERS:
         start = np.array([np.log(6.0 * np.sqrt(order)), 0.0, -6.0])
         simplex = start + np.array([[0, 0, 0], [0.7, 0, 0], [0, 1.5, 0], [0, 0, 2.0]])
@@ -118,13 +132,11 @@ def fit_mixture(time: Array, values: Array, variance: Array, step: float) -> Mix
             best = float(found.fun), order, found.x
     assert best is not None
     least, order, v = best
-    low, high = v[2], 3.0
-    if DOUBT:
-        low = max(low, -12.0)
-        for _ in range(7):
-            middle = (low + high) / 2
-            if cost(order, np.array([v[0], v[1], middle])) < least + DOUBT:
-                low = middle
-            else:
-                high = middle
+    low, high = max(float(v[2]), _LEAST + 0.5), _MOST - 0.5
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        if cost(order, np.array([v[0], v[1], middle])) < least + doubt:
+            low = middle
+        else:
+            high = middle
     return prior(order, np.array([v[0], v[1], low]))

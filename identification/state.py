@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from identification.banded import Factor, band_of, factor, inverse_windows
 from identification.cable_rows import Cables, cable_angles, cable_rows, disagreement
 from identification.force_law import SPREAD_M, Wander, fit_wander, law_of, unseen
+from identification.mixture import PARTS, Mixture, calmer, fit_mixture, side_by_side
 from identification.motors import Motors
 from identification.series import Series
-from identification.mixture import PARTS, Mixture, fit_mixture, rougher, side_by_side
 from identification.smoother import WIDTH, check_span, normal_equations
 from identification.spline import SUPPORT, Knots, knots_over
 from mechanism.arm import Arm
@@ -35,6 +35,9 @@ BRIDGE_S = 0.2
 ROUNDS = 2
 SEEN = 1.5
 """an error this many times the least that vision can tell is one that it saw"""
+VISION_DOUBT, CABLE_DOUBT = 8.0, 20.0
+"""what the prior's rough part may cost of either's -2 log likelihood: kicks are few and come in bursts, so that a stationary
+likelihood is surer than it may be, and cables err where they kick"""
 _NO_WEIGHT = 1.0
 """m: the error of a cable that is left out"""
 USELESS = 3.0
@@ -139,7 +142,7 @@ def estimate_state(
     knots = knots_over(seen.time[0], seen.time[-1], KNOT_S)
     mean = np.nanmean(seen.alpha, axis=0)
     priors = [
-        fit_mixture(seen.time[known], a[known] - mean[i], s[known] ** 2, KNOT_S)
+        fit_mixture(seen.time[known], a[known] - mean[i], s[known] ** 2, KNOT_S, VISION_DOUBT)
         for i, (a, s) in enumerate(zip(seen.alpha.T, seen.sigma.T, strict=True))
         for known in [~np.isnan(a)]
     ]
@@ -227,7 +230,10 @@ def _fused(
             # the cables show what lies below vision's noise: the spectrum's far end
             told, spread = cable_angles(cables, near, beta, wander)
             priors = [
-                rougher(fit_mixture(cables.time, told[:, i] - vision.mean[i], spread[:, i], KNOT_S), vision.priors[i])
+                calmer(
+                    fit_mixture(cables.time, told[:, i] - vision.mean[i], spread[:, i], KNOT_S, CABLE_DOUBT),
+                    vision.priors[i],
+                )
                 for i in range(arm.N)
             ]
         fit = _solved(vision.knots, vision.mean, seen, priors, cables, near, wander)
