@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 
 from identification.banded import factor
 from identification.smoother import WIDTH, normal_equations, padded
-from identification.spline import Knots, Prior, knots_over
+from identification.spline import SUPPORT, Knots, Prior, knots_over
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ ROUGH_CORNER = 6.0
 """rad/s; what is slower is the smooth part's"""
 STIFFEST = np.log(3e-5)
 """(corner step)^order below it would lose the prior's precision in rounding"""
-ENOUGH = 6000
+ENOUGH = 3000
 """samples from the middle that tell the prior well enough"""
 _LEAST, _MOST = -12.5, 3.5
 """logarithm of the rough part's size"""
@@ -71,7 +71,7 @@ def calmer(one: Mixture, other: Mixture) -> Mixture:
 def side_by_side(measured: list[Array], priors: list[tuple[Array, Array]]) -> Array:
     """Lower band of all signals' parts side by side at each knot: measured sums of the parts, and the parts' own priors.
 
-    Bands of each signal alone (WIDTH + 1, count).
+    Bands of each signal alone (WIDTH + 1, count); samples couple SUPPORT knots.
     """
     n = PARTS * len(measured)
     count = measured[0].shape[1]
@@ -81,7 +81,7 @@ def side_by_side(measured: list[Array], priors: list[tuple[Array, Array]]) -> Ar
             out[::n, PARTS * i + r :: n] += parts[r]
             for s in range(PARTS):
                 # row of part r at knot k + lag, column of part s at knot k
-                for lag in range(0 if r >= s else 1, WIDTH + 1):
+                for lag in range(0 if r >= s else 1, SUPPORT):
                     out[lag * n + r - s, PARTS * i + s :: n] += own[lag]
     return out
 
