@@ -38,6 +38,8 @@ SEEN = 1.5
 VISION_DOUBT, CABLE_DOUBT = 8.0, 20.0
 """what the prior's rough part may cost of either's -2 log likelihood: kicks are few and come in bursts, so that a stationary
 likelihood is surer than it may be, and cables err where they kick"""
+LESS, TRIES = 1.6, 3
+"""factor on the errors of cables that pull, and how often before they are not believed at all"""
 _NO_WEIGHT = 1.0
 """m: the error of a cable that is left out"""
 USELESS = 3.0
@@ -237,7 +239,15 @@ def _fused(
                 for i in range(arm.N)
             ]
         fit = _solved(vision.knots, vision.mean, seen, priors, cables, near, wander)
-    excess = _misfit(fit, seen) / _misfit(vision, seen) - 1
+    own = _misfit(vision, seen)
+    excess = _misfit(fit, seen) / own - 1
+    for _ in range(TRIES):
+        if excess < WORSE:
+            break
+        # what pulls is an error of the law that its own samples did not show: cables count for less
+        wander = [w if bad else Wander(LESS * w.fast, LESS * w.slow) for w, bad in zip(wander, poor, strict=True)]
+        fit = _solved(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
+        excess = _misfit(fit, seen) / own - 1
     notes["cable_error_m"] = [None if bad else float(w.fast) for w, bad in zip(wander, poor, strict=True)]
     if excess > WORSE:
         notes["why"] = f"cables pull the angles from what vision saw (its variance grows by {100 * excess:.0f} %)"
