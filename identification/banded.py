@@ -42,8 +42,9 @@ def band_of(matrix: sparse.csr_array, width: int, n: int) -> Array:
     return out
 
 
-def inverse_windows(found: Factor, block: int, first: NDArray[np.intp], wide: int) -> Array:
-    """Parts of the inverse, rows and columns first[t] ... first[t] + wide - 1, shape (T, wide, wide), without the whole of it.
+def inverse_windows(found: Factor, block: int, first: NDArray[np.intp], wide: int, parts: int = 1) -> Array:
+    """Parts of the inverse, rows and columns first[t] ... first[t] + wide - 1, shape (T, wide, wide), without the whole of it;
+    with `parts` summed over as many neighbours in rows and columns, shape (T, wide / parts, wide / parts).
 
     `block` must be at least the band's width and wide - 1. Takahashi's recursion in blocks of the Cholesky factor, from the last
     one back: sums of squares only, so that rounding cannot make a variance negative. Cost is linear in the matrix's size.
@@ -67,8 +68,12 @@ def inverse_windows(found: Factor, block: int, first: NDArray[np.intp], wide: in
     pair[:-1, block:, :block] = beside
     pair[:-1, :block, block:] = np.swapaxes(beside, 1, 2)
     k = first // block
-    inside = (first - k * block)[:, None] + np.arange(wide)
-    return pair[k[:, None, None], inside[:, :, None], inside[:, None, :]]
+    inside = (first - k * block)[:, None] + np.arange(0, wide, parts)
+    out = np.zeros((len(first), inside.shape[1], inside.shape[1]))
+    for a in range(parts):
+        for b in range(parts):
+            out += pair[k[:, None, None], inside[:, :, None] + a, inside[:, None, :] + b]
+    return out
 
 
 def _blocks(lower: Array, block: int) -> tuple[Array, Array]:

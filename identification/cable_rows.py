@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from identification.force_law import Wander
+from identification.mixture import PARTS
 from identification.spline import SUPPORT, Knots
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths
@@ -50,9 +51,10 @@ def cable_rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: 
     """Rows linearised about angles (K, N); coefficients are those of alpha - mean, joints side by side at each knot."""
     n_joints, m = cables.arm.N, cables.arm.M
     count, p = len(cables.time), cables.X.shape[2]
-    size = knots.count * n_joints
+    wide = n_joints * PARTS
+    size = knots.count * wide
     first, weights = knots.rows(cables.time)
-    columns = ((first[:, None] + np.arange(SUPPORT))[:, :, None] * n_joints + np.arange(n_joints)).reshape(count, -1)
+    columns = ((first[:, None] + np.arange(SUPPORT))[:, :, None] * wide + np.arange(wide)).reshape(count, -1)
     starts = columns.shape[1] * np.arange(count + 1)
     slope = -Z(cables.arm, alpha)  # (K, N, M)
     y = np.einsum("tij,ti->tj", slope, alpha - mean) - cables.elongation(alpha)
@@ -61,7 +63,7 @@ def cable_rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: 
     own, own_right = np.zeros((m * p, m * p)), np.zeros(m * p)
     step = float(cables.time[1] - cables.time[0])
     for j in range(m):
-        values = (weights[:, :, None] * slope[:, None, :, j]).reshape(-1)
+        values = np.repeat((weights[:, :, None] * slope[:, None, :, j]).reshape(-1), PARTS)
         whiten = _whitener(wander[j], step, count)
         A = whiten @ sparse.csr_array((values, columns.ravel(), starts), shape=(count, size))
         yw, Xw = whiten @ y[:, j], whiten @ cables.X[:, j]

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from identification.banded import Factor, band_of, factor, inverse_windows
 from identification.cable_rows import Cables, cable_angles, cable_rows, disagreement
 from identification.force_law import SPREAD_M, Wander, fit_wander, law_of, unseen
+from identification.mixture import PARTS, Mixture, calmer, fit_mixture, side_by_side
 from identification.motors import Motors
 from identification.series import Series
-from identification.smoother import WIDTH, check_span, fit_prior, normal_equations, padded
-from identification.spline import SUPPORT, Knots, Prior, knots_over
+from identification.smoother import WIDTH, check_span, normal_equations
+from identification.spline import SUPPORT, Knots, knots_over
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths
 
@@ -34,6 +35,11 @@ BRIDGE_S = 0.2
 ROUNDS = 2
 SEEN = 1.5
 """an error this many times the least that vision can tell is one that it saw"""
+VISION_DOUBT, CABLE_DOUBT = 8.0, 20.0
+"""what the prior's rough part may cost of either's -2 log likelihood: kicks are few and come in bursts, so that a stationary
+likelihood is surer than it may be, and cables err where they kick"""
+LESS, TRIES = 1.6, 3
+"""factor on the errors of cables that pull, and how often before they are not believed at all"""
 _NO_WEIGHT = 1.0
 """m: the error of a cable that is left out"""
 USELESS = 3.0
@@ -96,6 +102,7 @@ class _Fit:
 
     knots: Knots
     mean: Array
+    priors: list[Mixture]
     c: Array
     beta: Array
     factor: Factor
@@ -107,7 +114,7 @@ class _Fit:
         """(T, N)"""
         n = len(self.mean)
         own = self.mean if derivative == 0 else 0.0
-        return self.knots.design(time, derivative) @ self.c.reshape(-1, n) + own
+        return self.knots.design(time, derivative) @ self.c.reshape(-1, n, PARTS).sum(axis=2) + own
 
     def response(self, right: Array) -> Array:
         """How coefficients answer to a change (n, k) of the right side."""
@@ -137,7 +144,7 @@ def estimate_state(
     knots = knots_over(seen.time[0], seen.time[-1], KNOT_S)
     mean = np.nanmean(seen.alpha, axis=0)
     priors = [
-        fit_prior(seen.time[known], a[known] - mean[i], s[known] ** 2, KNOT_S)
+        fit_mixture(seen.time[known], a[known] - mean[i], s[known] ** 2, KNOT_S, VISION_DOUBT)
         for i, (a, s) in enumerate(zip(seen.alpha.T, seen.sigma.T, strict=True))
         for known in [~np.isnan(a)]
     ]
@@ -157,33 +164,32 @@ def estimate_state(
 
 
 def _solved(
-    knots: Knots, mean: Array, seen: Seen, priors: list[Prior], cables: Cables | None = None,
+    knots: Knots, mean: Array, seen: Seen, priors: list[Mixture], cables: Cables | None = None,
     near: Array | None = None, wander: list[Wander] | None = None,
 ) -> _Fit:  # fmt: skip
     """Vision and priors, with cables linearised about angles `near` where given."""
-    n = len(mean)
-    band = np.zeros(((WIDTH + 1) * n, knots.count * n))
-    right = np.zeros(knots.count * n)
-    for i, prior in enumerate(priors):
+    measured, right = [], np.zeros((knots.count, len(mean), PARTS))
+    for i in range(len(mean)):
         known = ~np.isnan(seen.alpha[:, i])
         own, b = normal_equations(knots, seen.time[known], seen.alpha[known, i] - mean[i], seen.sigma[known, i] ** 2)
-        band[::n, i::n] = own + padded(prior.band(knots))
-        right[i::n] = b
+        measured.append(own)
+        right[:, i] = b[:, None]
+    band, right = side_by_side(measured, [prior.bands(knots) for prior in priors]), right.ravel()
     if cables is None or near is None or wander is None:
         found = factor(band)
         none = np.zeros((len(right), 0))
-        return _Fit(knots, mean, found.solve(right), np.zeros(0), found, none, none, np.zeros((0, 0)))
+        return _Fit(knots, mean, priors, found.solve(right), np.zeros(0), found, none, none, np.zeros((0, 0)))
     rows = cable_rows(cables, knots, near, mean, wander)
     found = factor(band + band_of(rows.normal, len(band) - 1, len(right)))
     V = found.solve(rows.mixed)
     schur = rows.own + np.eye(len(rows.own)) / SPREAD_M**2 - rows.mixed.T @ V
     c = found.solve(right + rows.right)
     beta = np.asarray(np.linalg.solve(schur, rows.own_right + rows.mixed.T @ c), dtype=float)
-    return _Fit(knots, mean, c + V @ beta, beta, found, V, rows.mixed, schur)
+    return _Fit(knots, mean, priors, c + V @ beta, beta, found, V, rows.mixed, schur)
 
 
 def _fused(
-    arm: Arm, seen: Seen, motors: Motors, vision: _Fit, priors: list[Prior]
+    arm: Arm, seen: Seen, motors: Motors, vision: _Fit, priors: list[Mixture]
 ) -> tuple[_Fit | None, dict[str, Any]]:
     """Vision and cables together, or None, and why."""
     whole = np.isfinite(seen.alpha).all(axis=1) & (seen.time >= motors.time[0]) & (seen.time <= motors.time[-1])
@@ -225,9 +231,23 @@ def _fused(
         if usable >= arm.N:
             # the cables show what lies below vision's noise: the spectrum's far end
             told, spread = cable_angles(cables, near, beta, wander)
-            priors = [fit_prior(cables.time, told[:, i] - vision.mean[i], spread[:, i], KNOT_S) for i in range(arm.N)]
+            priors = [
+                calmer(
+                    fit_mixture(cables.time, told[:, i] - vision.mean[i], spread[:, i], KNOT_S, CABLE_DOUBT),
+                    vision.priors[i],
+                )
+                for i in range(arm.N)
+            ]
         fit = _solved(vision.knots, vision.mean, seen, priors, cables, near, wander)
-    excess = _misfit(fit, seen) / _misfit(vision, seen) - 1
+    own = _misfit(vision, seen)
+    excess = _misfit(fit, seen) / own - 1
+    for _ in range(TRIES):
+        if excess < WORSE:
+            break
+        # what pulls is an error of the law that its own samples did not show: cables count for less
+        wander = [w if bad else Wander(LESS * w.fast, LESS * w.slow) for w, bad in zip(wander, poor, strict=True)]
+        fit = _solved(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
+        excess = _misfit(fit, seen) / own - 1
     notes["cable_error_m"] = [None if bad else float(w.fast) for w, bad in zip(wander, poor, strict=True)]
     if excess > WORSE:
         notes["why"] = f"cables pull the angles from what vision saw (its variance grows by {100 * excess:.0f} %)"
@@ -243,7 +263,7 @@ def _misfit(fit: _Fit, seen: Seen) -> float:
     # the trace of the hat matrix by random signs (Hutchinson)
     signs = np.where(known, np.random.default_rng(0).choice([-1.0, 1.0], known.shape), 0.0)
     design = fit.knots.design(seen.time)
-    pull = (design.T @ (signs / sigma)).reshape(-1, 1)
+    pull = np.repeat((design.T @ (signs / sigma)).ravel(), PARTS)[:, None]
     taken = float(np.sum(pull * fit.response(pull)))
     return float(np.sum(left**2)) / (known.sum() - taken)
 
@@ -255,13 +275,17 @@ def _covariance(fit: _Fit, seen: Seen, at: Array, clock_sigma: tuple[float, floa
     first, _ = knots.rows(at)
     weights = np.stack([knots.rows(at, d)[1] for d in range(3)], axis=1)
     maps = np.einsum("tdk,ij->tdikj", weights, np.eye(n)).reshape(len(at), 3 * n, SUPPORT * n)
-    windows = inverse_windows(fit.factor, (WIDTH + 1) * n, np.arange(knots.count - SUPPORT + 1) * n, SUPPORT * n)
+    wide = PARTS * n
+    starts = np.arange(knots.count - SUPPORT + 1) * wide
+    windows = inverse_windows(fit.factor, (WIDTH + 1) * wide, starts, SUPPORT * wide, PARTS)
     covariance = maps @ windows[first] @ np.swapaxes(maps, 1, 2)
+    last = np.arange(2 * n, 3 * n)
+    covariance[:, last, last] += [prior.beyond(knots.step) for prior in fit.priors]
     near = first[:, None] + np.arange(SUPPORT)
 
     def moved(coefficients: Array) -> Array:
         """(n, k) -> (K, 3 N, k)"""
-        local = coefficients.reshape(knots.count, n, -1)[near]
+        local = coefficients.reshape(knots.count, n, PARTS, -1).sum(axis=2)[near]
         return np.einsum("tdk,tkiq->tdiq", weights, local).reshape(len(at), 3 * n, -1)
 
     if fit.mixed.shape[1]:
@@ -273,7 +297,7 @@ def _covariance(fit: _Fit, seen: Seen, at: Array, clock_sigma: tuple[float, floa
     shifts += [seen.common * (np.arange(n) == i) for i in range(n)]
     design = knots.design(seen.time)
     pulls = [design.T @ np.nan_to_num(np.where(np.isnan(seen.alpha), 0.0, d) / seen.sigma**2) for d in shifts]
-    common = moved(fit.response(np.stack([pull.ravel() for pull in pulls], axis=-1)))
+    common = moved(fit.response(np.stack([np.repeat(pull.ravel(), PARTS) for pull in pulls], axis=-1)))
     return covariance + common @ np.swapaxes(common, 1, 2)
 
 

@@ -1,5 +1,6 @@
 """The state against recordings of the independent generator: whose cables, friction and motions know nothing of splines."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,11 +13,12 @@ from identification.state import BRIDGE_S, Seen, State, estimate_state
 from mechanism.arm import arm_of
 from mechanism.description import read_neck
 from samples.generator.prescribed import Prescribed, World, prescribe
-from vision.encoder_log import uniform
+from vision.encoder_log import read_log, uniform
 from xneck.errors import Refused
 from xneck.strict_yaml import parse
 
-NECK = Path(__file__).parents[2] / "samples/recording/neck.yaml"
+SAMPLES = Path(__file__).parents[2] / "samples"
+NECK = SAMPLES / "recording/neck.yaml"
 ARM = arm_of(read_neck(NECK))
 COUNTS = np.array([2 * np.pi / motor.counts for motor in read_neck(NECK).motors])
 SIGMA = np.radians(0.1)
@@ -49,7 +51,11 @@ def errors(made: Prescribed, state: State) -> np.ndarray:
 
 def nees(made: Prescribed, state: State) -> float:
     """Mean of e^T P^-1 e per dimension: 1 where the covariance is what the errors are."""
-    e = errors(made, state).reshape(len(state.covariance), -1)
+    return per_dimension(errors(made, state).reshape(len(state.covariance), -1), state)
+
+
+def per_dimension(e: np.ndarray, state: State) -> float:
+    """The same of errors (K, 3 N)."""
     return float(np.mean(e * np.linalg.solve(state.covariance, e[..., None])[..., 0]))
 
 
@@ -75,6 +81,30 @@ def test_cables_make_the_state_better_and_both_are_honest(recordings: list) -> N
     assert np.all(np.mean(both, axis=0) < 0.75 * np.mean(alone, axis=0))
 
 
+@pytest.mark.parametrize("noise_deg", [0.1, 0.02])
+@pytest.mark.parametrize("fuse", [False, True])
+def test_kicks_of_friction_below_the_noise_are_in_the_covariance(noise_deg: float, fuse: bool) -> None:
+    """MuJoCo's arm is kicked where dry friction turns over: the likeliest smooth prior denies it, and errs by NEES 1.7 to 7.
+
+    Three joints of 30 s with about four independent values a second: a spread of 0.08, and kicks come in bursts, which no
+    stationary prior knows; the same limits as for smooth motion hold.
+    """
+    truth = np.load(SAMPLES / "truth.npz")
+    clock = json.loads((SAMPLES / "truth.json").read_text())["recording"]
+    log = uniform(read_log(SAMPLES / "recording/log.mcap", read_neck(NECK)))
+    camera, exact = truth["recording_frame_times"], truth["recording_frame_alpha"]
+    frames = camera + clock["offset_s"] + clock["skew"] * (camera - clock["middle_s"])
+    sigma = np.full(exact.shape, np.radians(noise_deg))
+    seen = Seen(frames, exact + np.random.default_rng(1).normal(0, sigma), sigma, 0 * sigma)
+    at = log.time[(log.time > frames[0] + 0.5) & (log.time < frames[-1] - 0.5)]
+    state = estimate_state(ARM, seen, motors_of(log, COUNTS), at, fuse=fuse)
+    e = []
+    for found, suffix in ((state.alpha, ""), (state.alpha_d, "_d"), (state.alpha_dd, "_dd")):
+        true = [np.interp(at, truth["recording_log_time"], column) for column in truth[f"recording_alpha{suffix}"].T]
+        e.append((found - np.stack(true, axis=-1))[np.searchsorted(at, state.covariance_time - 1e-9)])
+    assert 0.3 < per_dimension(np.concatenate(e, axis=1), state) < 1.6
+
+
 def test_an_error_of_the_clock_is_in_the_covariance(recordings: list) -> None:
     """A camera 3 ms late moves every angle by 3 ms of its motion: honest if the clock's sigma is given, and not without it."""
     made, seen, motors, at = recordings[0]
@@ -83,7 +113,8 @@ def test_an_error_of_the_clock_is_in_the_covariance(recordings: list) -> None:
     untold = estimate_state(ARM, late, motors, at, fuse=False)
     # one sigma of one common error in nine dimensions adds about a ninth
     assert nees(made, told) < 1.6
-    assert nees(made, untold) > 5
+    # twice what is called honest
+    assert nees(made, untold) > 3.2
 
 
 def test_what_all_frames_share_does_not_average_out(recordings: list) -> None:
