@@ -1,8 +1,8 @@
 """Laws fitted to recordings: least squares first, then instruments, with an uncertainty that holds.
 
-    least squares   sum over channels and rows of (whitened residual)^2, Gauss and Newton within the terms' bounds
-    instruments     Zi^T residual = 0, Zi the columns that the motors alone tell (instruments.py)
-    covariance      by leaving out blocks of a second in turn, and what errors that a recording shares do
+least squares   sum over channels and rows of (whitened residual)^2, Gauss and Newton within the terms' bounds
+instruments     Zi^T residual = 0, Zi the columns that the motors alone tell (instruments.py)
+covariance      by leaving out blocks of a second in turn, and what errors that a recording shares do
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,6 +22,10 @@ from identification.whitening import ORDER, Whitener, fit_whitener
 Array = NDArray[np.float64]
 
 _ROUNDS, _WHITENED_ROUNDS, _DRIVEN_ROUNDS = 4, 3, 2
+_REACH = 50.0
+"""sizes of a term: one step goes no further, and where nothing is told not at all"""
+_BLIND, _SHARE = 1e-9, 0.05
+"""of one, in columns scaled to one: what a combination tells at least, and what a parameter has in it"""
 _NEAR_BOUND = 1e-6
 """of a term's range"""
 
@@ -46,7 +50,9 @@ class Solution:
     """terms whose column the instruments replace"""
 
 
-def solve(recordings: Sequence[Signals], u: Unknowns, priors: Mapping[int, tuple[float, float]] | None = None) -> Solution:
+def solve(
+    recordings: Sequence[Signals], u: Unknowns, priors: Mapping[int, tuple[float, float]] | None = None
+) -> Solution:
     """Both stages. priors: mean and sigma by place in the vector."""
     prior = _Prior(u, priors or {})
     starts = [_starts(s) for s in recordings]
@@ -65,7 +71,9 @@ def solve(recordings: Sequence[Signals], u: Unknowns, priors: Mapping[int, tuple
     assert whiten is not None
     first, found = p, linearised(p)
     instruments = [rows(driven(s, u, first, r), u, first, r).jacobian for r, s in enumerate(recordings)]
-    touched = np.any([np.abs(i - f.jacobian).max(axis=(0, 1)) > 0 for i, f in zip(instruments, found, strict=True)], axis=0)
+    touched = np.any(
+        [np.abs(i - f.jacobian).max(axis=(0, 1)) > 0 for i, f in zip(instruments, found, strict=True)], axis=0
+    )
     Zi = [whiten(i, b) for i, b in zip(instruments, starts, strict=True)]
     free = ~_at_bound(u, p)
     for _ in range(_DRIVEN_ROUNDS):
@@ -98,19 +106,34 @@ def solve(recordings: Sequence[Signals], u: Unknowns, priors: Mapping[int, tuple
     ours, ours_shared = spread(Zi)
     plain, plain_shared = spread(J)
     apart = ours - plain
-    information = sum(np.einsum("csp,csq->pq", j, j) for j in J)
+    information = np.asarray(sum(np.einsum("csp,csq->pq", j, j) for j in J)) + prior.information
+    unseen = blind(information, free).any(axis=0)
+    covariance = ours.T @ ours + ours_shared.T @ ours_shared
+    covariance[unseen, unseen] = np.inf
     return Solution(
         p=p,
-        covariance=ours.T @ ours + ours_shared.T @ ours_shared,
+        covariance=covariance,
         least_squares=first,
         least_squares_covariance=plain.T @ plain + plain_shared.T @ plain_shared,
         difference_covariance=apart.T @ apart,
         blocks=len(ours) - len(prior.roots),
-        information=np.asarray(information),
+        information=information,
         residuals=tuple(f.residual for f in found),
         at_bound=_at_bound(u, p),
         touched=touched,
     )
+
+
+def blind(information: Array, free: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which parameters take part in each combination that the rows do not tell, (combinations, P)."""
+    scale = np.sqrt(np.diag(information))
+    live = free & (scale > 0)
+    place = np.flatnonzero(live)
+    values, vectors = np.linalg.eigh(information[np.ix_(place, place)] / np.outer(scale[place], scale[place]))
+    nothing = vectors[:, values < _BLIND].T
+    out = np.zeros((len(nothing), len(scale)), dtype=bool)
+    out[:, place] = np.abs(nothing) > _SHARE
+    return out
 
 
 class _Prior:
@@ -139,8 +162,10 @@ def _stepped(
         e = whiten(f.residual, begin).reshape(-1, 1)
         pieces.append(np.linalg.qr(np.concatenate([J, e], axis=1), mode="r"))
     knowledge = np.concatenate([np.diag(prior.weight * u.size), (prior.weight * (p - prior.mean))[:, None]], axis=1)
-    R = np.linalg.qr(np.concatenate([*pieces, knowledge]), mode="r")
-    step = lsq_linear(R[:, :-1], -R[:, -1], ((u.low - p) / u.size - 1e-12, (u.high - p) / u.size + 1e-12))
+    damping = np.eye(len(p), len(p) + 1) / _REACH
+    R = np.linalg.qr(np.concatenate([*pieces, knowledge, damping]), mode="r")
+    low, high = np.maximum((u.low - p) / u.size, -_REACH), np.minimum((u.high - p) / u.size, _REACH)
+    step = lsq_linear(R[:, :-1], -R[:, -1], (low - 1e-12, high + 1e-12))
     return np.clip(p + u.size * step.x, u.low, u.high)
 
 

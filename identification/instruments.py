@@ -1,8 +1,8 @@
 """Instrumental variables: elongations that the motors tell, in which vision's noise had no part.
 
-Least squares divides by the variance of the elongation with vision's noise in it, so that stiffness comes out too small. Columns built
-from the force, the motor's turning and the laws found so far are the same but for that noise: as instruments they take the
-bias away (Brunot, Janot and others on robots: IDIM-IV). Two stages; what the first got wrong only costs precision.
+Least squares divides by the variance of the elongation with vision's noise in it, so that stiffness comes out too small.
+Columns built from the force, the motor's turning and the laws found so far are the same but for that noise: as instruments
+they take the bias away (Brunot, Janot and others on robots: IDIM-IV). Two stages; what the first got wrong only costs precision.
 """
 
 from dataclasses import replace
