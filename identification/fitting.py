@@ -24,8 +24,10 @@ Array = NDArray[np.float64]
 _ROUNDS, _WHITENED_ROUNDS, _DRIVEN_ROUNDS = 4, 3, 2
 _REACH = 50.0
 """sizes of a term: one step goes no further, and where nothing is told not at all"""
-_BLIND, _SHARE = 1e-9, 0.05
-"""of one, in columns scaled to one: what a combination tells at least, and what a parameter has in it"""
+_BLIND = 1e-9
+"""of one, in columns scaled to one: what rows tell of a combination at least"""
+NOT_TOLD = 0.01
+"""share of a parameter from which it is not told at all"""
 _NEAR_BOUND = 1e-6
 """of a term's range"""
 
@@ -107,7 +109,7 @@ def solve(
     plain, plain_shared = spread(J)
     apart = ours - plain
     information = np.asarray(sum(np.einsum("csp,csq->pq", j, j) for j in J)) + prior.information
-    unseen = blind(information, free).any(axis=0)
+    unseen = np.diag(blind(information, free)) > NOT_TOLD
     covariance = ours.T @ ours + ours_shared.T @ ours_shared
     covariance[unseen, unseen] = np.inf
     return Solution(
@@ -124,15 +126,17 @@ def solve(
     )
 
 
-def blind(information: Array, free: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which parameters take part in each combination that the rows do not tell, (combinations, P)."""
+def blind(information: Array, free: NDArray[np.bool_]) -> Array:
+    """Projection onto the combinations of parameters, scaled to columns of one, that the rows do not tell, (P, P).
+
+    Its diagonal is what of each parameter is not told.
+    """
     scale = np.sqrt(np.diag(information))
-    live = free & (scale > 0)
-    place = np.flatnonzero(live)
+    place = np.flatnonzero(free & (scale > 0))
     values, vectors = np.linalg.eigh(information[np.ix_(place, place)] / np.outer(scale[place], scale[place]))
-    nothing = vectors[:, values < _BLIND].T
-    out = np.zeros((len(nothing), len(scale)), dtype=bool)
-    out[:, place] = np.abs(nothing) > _SHARE
+    nothing = vectors[:, values < _BLIND]
+    out = np.zeros_like(information)
+    out[np.ix_(place, place)] = nothing @ nothing.T
     return out
 
 

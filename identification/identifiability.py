@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
-from identification.fitting import Solution, blind
+from identification.fitting import NOT_TOLD, Solution, blind
 from identification.seed_method import WELL_IDENTIFIED
 from identification.unknowns import Unknown, Unknowns
 
@@ -60,8 +60,10 @@ def judge(u: Unknowns, found: Solution) -> tuple[Verdict, ...]:
     sigma = np.sqrt(np.diag(found.covariance))
     safe = np.where((sigma > 0) & np.isfinite(sigma), sigma, 1.0)
     correlation = np.where(np.isfinite(found.covariance), found.covariance, 0.0) / np.outer(safe, safe)
-    for group in blind(found.information, ~found.at_bound):
-        correlation[np.ix_(group, group)] = 1.0
+    nothing = blind(found.information, ~found.at_bound)
+    unseen = np.diag(nothing) > NOT_TOLD
+    part = np.sqrt(np.where(unseen, np.diag(nothing), 1.0))
+    correlation = np.where(np.outer(unseen, unseen), nothing / np.outer(part, part), correlation)
     return tuple(_judged(u, found, place, sigma, correlation) for place in range(len(u.entries)))
 
 

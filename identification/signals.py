@@ -2,7 +2,8 @@
 
 Elongations come from the frames themselves: a smoothed angle lacks some of its fast motion, which is large beside an
 elongation, and one that cables have pulled towards what the force says of them would agree with the force whatever the
-stiffness. Noise does no harm to instruments. The arm's own terms take the state: they need alpha'', and no equation of the arm went into it.
+stiffness. Noise does no harm to instruments. The arm's own terms take the state: they need alpha'', and no equation of the
+arm went into it.
 """
 
 from dataclasses import dataclass
