@@ -167,7 +167,7 @@ def _stepped(
         pieces.append(np.linalg.qr(np.concatenate([J, e], axis=1), mode="r"))
     knowledge = np.concatenate([np.diag(prior.weight * u.size), (prior.weight * (p - prior.mean))[:, None]], axis=1)
     damping = np.eye(len(p), len(p) + 1) / _REACH
-    R = np.linalg.qr(np.concatenate([*pieces, knowledge, damping]), mode="r")
+    R = np.asarray(np.linalg.qr(np.concatenate([*pieces, knowledge, damping]), mode="r"))
     low, high = np.maximum((u.low - p) / u.size, -_REACH), np.minimum((u.high - p) / u.size, _REACH)
     step = lsq_linear(R[:, :-1], -R[:, -1], (low - 1e-12, high + 1e-12))
     return np.clip(p + u.size * step.x, u.low, u.high)

@@ -33,7 +33,7 @@ class LowPass:
 def low_pass(step: float, known: NDArray[np.bool_]) -> LowPass:
     """For rows `step` s apart; known (T,): False where a row tells nothing."""
     half = round(LENGTH_S / 2 / step)
-    taps = firwin(2 * half + 1, CUTOFF_HZ, fs=1 / step)
+    taps = np.asarray(firwin(2 * half + 1, CUTOFF_HZ, fs=1 / step), dtype=float)
     factor = max(1, round(1 / (RATE_HZ * step)))
     ends = np.arange(0, len(known), factor)
     missing = np.concatenate([[0], np.cumsum(~known)])

@@ -77,9 +77,12 @@ def signals_of(data: DataSet) -> Signals:
     f = np.concatenate([written[:1], (written[:-1] + written[1:]) / 2])
     # a mean over two periods is a little smoother than what it stands beside: undone to the second order
     f[1:-1] -= (f[2:] - 2 * f[1:-1] + f[:-2]) / 6
-    bridged = state.matrix("bridged")
-    filtered = low_pass(float(np.mean(np.diff(time))), ~(bridged > 0).any(axis=1))
-    if len(filtered.kept) * filtered.factor * float(np.mean(np.diff(time))) < LEAST_S:
+    step = float(np.mean(np.diff(time)))
+    missed = np.asarray(np.any(state.matrix("bridged") > 0, axis=1))
+    for begin, end in data.clock.get("log_gaps", ()):
+        missed |= (time > begin - step) & (time < end + step)
+    filtered = low_pass(step, ~missed)
+    if len(filtered.kept) * filtered.factor * step < LEAST_S:
         raise Refused(
             "identify", f"insufficient: {time[-1] - time[0]:.1f} s, with gaps, are too short", "record longer"
         )

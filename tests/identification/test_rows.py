@@ -26,7 +26,7 @@ def arm() -> Arm:
 
 def signals(rng: np.random.Generator, count: int = 1000) -> Signals:
     """Smooth signals that no arm made: columns must be right for any."""
-    time = STEP * np.arange(count)
+    time = STEP * np.arange(count, dtype=float)
 
     def some(width: int, size: float) -> np.ndarray:
         return size * np.sin(np.outer(time, rng.uniform(2, 9, width)) + rng.uniform(0, 6, width))
