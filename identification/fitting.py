@@ -21,11 +21,13 @@ from identification.whitening import ORDER, Whitener, fit_whitener
 
 Array = NDArray[np.float64]
 
-_ROUNDS, _WHITENED_ROUNDS, _DRIVEN_ROUNDS = 4, 3, 2
+_ROUNDS, _DRIVEN_ROUNDS = 5, 2
+_SETTLED = 0.02
+"""of a term's size: a step that is smaller ends a round, and the next one starts from it"""
 _REACH = 50.0
 """sizes of a term: one step goes no further, and where nothing is told not at all"""
 PREPARED = 1e-4
-"""of a law's number: what smoothing of counts and angles does to it. Friction is 0.4e-4 to 1e-4 low by it where the truth is known"""
+"""of a law's number: what smoothing of counts and angles does to it. Friction comes out 0.4e-4 to 1e-4 low where truth is known"""
 _BLIND = 1e-9
 """of one, in columns scaled to one: what rows tell of a combination at least"""
 NOT_TOLD = 0.01
@@ -65,14 +67,15 @@ def solve(
     def linearised(p: Array) -> list[Rows]:
         return [rows(s, u, p, r) for r, s in enumerate(recordings)]
 
-    whiten: Whitener | None = None
-    for turn in range(_ROUNDS + _WHITENED_ROUNDS):
-        found = linearised(p)
-        if turn in (0, 1, 2) or turn >= _ROUNDS:
-            whiten = fit_whitener([r.residual for r in found], starts, order=0 if turn < _ROUNDS else ORDER)
-        assert whiten is not None
-        p = _stepped(found, whiten, starts, u, prior, p)
-    assert whiten is not None
+    # first every channel by its size alone, until the numbers settle; then by what its rows tell beyond those before them
+    whiten = Whitener(np.ones((0, 1)))
+    for order in (0, ORDER):
+        for _ in range(_ROUNDS):
+            found = linearised(p)
+            whiten = fit_whitener([r.residual for r in found], starts, order)
+            before, p = p, _stepped(found, whiten, starts, u, prior, p)
+            if np.max(np.abs(p - before) / u.size) < _SETTLED:
+                break
     first, found = p, linearised(p)
     instruments = [rows(driven(s, u, first, r), u, first, r).jacobian for r, s in enumerate(recordings)]
     touched = np.any(
