@@ -4,7 +4,19 @@ import argparse
 import json
 from pathlib import Path
 
-from benchmarks import calibration, check, clock, extraction, growth, hard, lost_frames, real_markers, simulation, state
+from benchmarks import (
+    calibration,
+    check,
+    clock,
+    extraction,
+    growth,
+    hard,
+    identification,
+    lost_frames,
+    real_markers,
+    simulation,
+    state,
+)
 from benchmarks.table import Table
 
 TOPICS = {
@@ -17,6 +29,7 @@ TOPICS = {
     "calibration": calibration.measure,
     "lost_frames": lost_frames.measure,
     "state": state.measure,
+    "identification": identification.measure,
     "simulation": simulation.measure,
 }
 

@@ -1,6 +1,7 @@
 """model.yaml: what was identified, as simulation takes it up."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -69,7 +70,7 @@ def model_of(parameters: Sequence[Parameter], laws: Sequence[str], provenance: d
 
 
 def machine_of(model: Model, arm: Arm) -> Machine:
-    """The arm with the model's laws, for the simulation. Terms that the model leaves out are zero.
+    """The arm with the model's laws, for the simulation, and its x0 where it has them. Terms that the model leaves out are zero.
 
     What was not identified may have come out below what its law allows, a negative damping that would feed energy in:
     then it is taken at the law's limit. Raises Refused where a term is not given for each of its cables or joints.
@@ -79,6 +80,8 @@ def machine_of(model: Model, arm: Arm) -> Machine:
         for term in LAWS[name].terms:
             count = {"cable": arm.M, "joint": arm.N, "arm": 1}[term.of]
             values[term.name] = np.maximum(_values(model, term.name, count), min(term.low, 0.0))
+    if any(p.name == "x0" for p in model.parameters):
+        arm = replace(arm, x0=_values(model, "x0", arm.M))
     return Machine(arm, model.laws, values)
 
 

@@ -8,7 +8,7 @@ from xneck.estimate import Parameter
 
 
 def as_json(found: Identification, model: Model = 1) -> dict[str, Any]:
-    """The contract's record: parameters of the chosen elastic model, and all the tables."""
+    """The seed's record: parameters of the chosen elastic model, and all the tables."""
     fits = {"dry": found.dry_only, "dry_and_viscous": found.dry_and_viscous}
     fits |= {f"model_{m}": found.elastic[m] for m in MODELS}
     return {

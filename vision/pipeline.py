@@ -13,7 +13,8 @@ from calibration.estimation import Calibration
 from identification import joint_state
 from identification.dataset import DataSet
 from identification.dataset_file import write_dataset
-from identification.model import SEED_LAWS, Model, model_of, write_model
+from identification.estimates import Estimates, estimate
+from identification.model import Model, model_of, write_model
 from identification.seed_method import Identification, identify
 from identification.simulated import Simulated, simulate_recording
 from mechanism.description import Neck, read_neck
@@ -47,6 +48,7 @@ class Result:
     angles: Angles
     data: DataSet
     identification: Identification
+    estimates: Estimates
     model: Model
     simulated: Simulated | None
     simulation_refused: str | None
@@ -90,7 +92,8 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
     write_dataset(data, out / "dataset.mcap")
     stage("identify")
     found = identify([data])
-    model = model_of(found.elastic[1].parameters, SEED_LAWS[1], origin)
+    estimates = estimate([data])
+    model = model_of(estimates.parameters, estimates.laws, origin)
     write_model(model, out / "model.yaml")
     stage("simulate")
     simulated, why = None, None
@@ -100,8 +103,8 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
     except Refused as refused:  # a model that cannot be simulated is a result, not the end of the report
         why = str(refused)
     return Result(
-        recording.folder.name, recording, camera, calibration, extraction, pictures, angles, data, found, model,
-        simulated, why,
+        recording.folder.name, recording, camera, calibration, extraction, pictures, angles, data, found,
+        estimates, model, simulated, why,
     )  # fmt: skip
 
 

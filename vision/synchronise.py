@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 
 from identification.dataset import DataSet, state_series
 from identification.motors import motors_of
@@ -59,7 +60,9 @@ def synchronise(
         motors.f[inside],
         found.sigma,
     )
-    state = Series(time, {**state.columns, **numbered("bridged", found.bridged.astype(float))})
+    alone = _between_frames(frame_time, angles.alpha, time)
+    seen_alone = numbered("vision", alone[0]) | numbered("vision", alone[1], "_d")
+    state = Series(time, {**state.columns, **numbered("bridged", found.bridged.astype(float)), **seen_alone})
     seed = seed_series(arm, even, frame_time[good], angles.alpha[good], cutoff)
     check = check_elongations(arm, state, seen, clock.offset_sigma).as_json() if forces else dict(UNCHECKED)
     return DataSet(
@@ -75,6 +78,13 @@ def synchronise(
         {**provenance, "angles": angles.notes},
         found.covariance_series(COVARIANCE_HZ),
     )
+
+
+def _between_frames(frames: Array, alpha: Array, time: Array) -> tuple[Array, Array]:
+    """Angles and rates (T, N) by splines through every frame: noise and all, but nothing smoothed away and no cable asked."""
+    known = np.isfinite(alpha)
+    through = [make_interp_spline(frames[k], a[k], k=5) for k, a in zip(known.T, alpha.T, strict=True)]
+    return np.stack([s(time) for s in through], axis=-1), np.stack([s(time, 1) for s in through], axis=-1)
 
 
 def clock_json(clock: Clock, angles: Angles, log: Series) -> dict[str, Any]:

@@ -28,6 +28,8 @@ class Term:
     size: float
     """what a person would call a change: scales differences and priors"""
     of: Part = "cable"
+    linear: bool = True
+    """whether a law is in proportion to it where it may be zero: an estimate may then come out below, by chance"""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ class Toe(Law):
     """k (x - xt (1 - exp(-x/xt))): the linear cable's k, reached beyond xt; zero xt is no toe."""
 
     name = "cable_toe"
-    terms = (Term("xt", "m", 0.0, 0.02, 1e-3),)
+    terms = (Term("xt", "m", 0.0, 0.02, 1e-3, linear=False),)
 
     def pull(self, p: Values, at: Stretching, z: Array) -> Array:
         xt = np.maximum(p["xt"], 1e-9)

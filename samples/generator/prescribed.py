@@ -147,6 +147,7 @@ def _made(world: World, motion: Motion) -> tuple[Any, dict[str, Array], Array] |
     rows = np.arange(len(motion.time)) * per_row
     # the drive holds a command for one period: the mean of what the motion wants over it
     held = np.vstack([force, np.repeat(force[-1:], per_row, axis=0)])
+    held = np.vstack([(held[:-1] + held[1:]) / 2, held[-1:]])
     summed = np.vstack([np.zeros(force.shape[1]), np.cumsum(held, axis=0)])
     f = (summed[rows + per_row] - summed[rows]) / per_row
     at_row = {"alpha": motion.alpha, "theta": theta[rows], "tension": t[rows], "x": x[rows]}

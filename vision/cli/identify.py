@@ -13,15 +13,19 @@ from vision.cli.output import FILE, OUT, report_result, results
 @click.option("--model", type=click.IntRange(1, 3), default=1, show_default=True, help="Elastic model of the seed.")
 @results
 def command(datasets: tuple[Path, ...], out: Path, model: int, json_out: str | None, quiet: bool) -> None:
-    """Identify dry friction, viscous friction and cable elasticity as the seed does, with relative sigmas."""
+    """Identify friction of the motors and elasticity of the cables: the seed's tables, and estimates that hold."""
+    from identification import estimate_table, tables
     from identification.dataset_file import read_dataset
-    from identification.model import SEED_LAWS, model_of, write_model
+    from identification.estimates import LAWS_BESIDE, estimate
+    from identification.model import model_of, write_model
     from identification.seed_method import identify
-    from identification.tables import as_json, as_text
     from xneck.provenance import provenance
 
-    found = identify([read_dataset(path) for path in datasets])
-    fit = found.elastic[model]
+    recordings = [read_dataset(path) for path in datasets]
+    seed = identify(recordings)
+    found = estimate(recordings, LAWS_BESIDE[model])
     origin = provenance({f"dataset{i + 1}": path for i, path in enumerate(datasets)}, {"model": model})
-    write_model(model_of(fit.parameters, SEED_LAWS[model], origin), out)
-    report_result(as_json(found, model), f"{as_text(found)}\n{out}", json_out, quiet)
+    write_model(model_of(found.parameters, found.laws, origin), out)
+    record = found.as_json() | {"seed": tables.as_json(seed, model)}
+    text = f"{tables.as_text(seed)}\n\n{estimate_table.as_text(found)}\n{out}"
+    report_result(record, text, json_out, quiet)

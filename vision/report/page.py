@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from identification.identifiability import durbin_wu_hausman
 from identification.reconstruction import reconstruct
 from identification.seed_method import WELL_IDENTIFIED
 from mechanism.elasticity import MODELS
@@ -52,6 +53,7 @@ def page(result: Result) -> str:
             result.data.neck.M,
         ),
         mean_errors=[(m, result.identification.mean_error(m)) for m in MODELS],
+        hausman=durbin_wu_hausman(result.estimates.solution)[1],
         published=published,
         number=number,
         well_identified=WELL_IDENTIFIED,

@@ -8,6 +8,7 @@ import numpy as np
 from calibration.camera import Camera
 from calibration.estimation import Calibration
 from calibration.lens import NAMES
+from identification.estimates import Estimates
 from identification.seed_method import WELL_IDENTIFIED, Fit
 from identification.tables import rows
 from mechanism.description import Neck
@@ -57,6 +58,17 @@ def seed_table(title: str, fits: Sequence[Fit], beside: Sequence[published.Colum
         out.append((label, printed, ours, theirs))
     titles = tuple(fit.title for fit in fits)
     return SeedTable(title, titles, titles if shown else (), tuple(out))
+
+
+def estimate_rows(found: Estimates) -> list[tuple[str, str, str, str]]:
+    """Parameter, value with sigma, unit, and whether it is identified: if not, why, and what would tell it."""
+    out = []
+    for p, verdict in found.judged:
+        label = p.name if p.index is None else f"{p.name}({p.index})"
+        unit, factor = _PRINTED.get(p.unit, (p.unit, 1.0))
+        value = with_sigma(factor * p.value, factor * p.sigma) if np.isfinite(p.sigma) else number(factor * p.value)
+        out.append((label, value, unit, "identified" if verdict.identified else f"no: {verdict.why}; {verdict.record}"))
+    return out
 
 
 def _published(pair: tuple[str, str] | None) -> Cell:

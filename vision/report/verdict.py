@@ -32,7 +32,7 @@ def sentence(result: Result) -> str:
     parts = [
         f"{head} over {clock['frames_used']} of {clock['frames']} frames",
         f"the camera's clock is set to the log's within ±{number(1e3 * clock['offset_sigma_s'], 2)} ms (1 σ)",
-        identified_in_words(result.identification.elastic[1].parameters),
+        identified_in_words(tuple(p for p in result.estimates.parameters if p.name in _MEANING and p.name != "cm")),
     ]
     return "; ".join(parts) + "."
 

@@ -1,0 +1,205 @@
+"""Estimates that hold: the laws of an arm from recordings of it, each number with its uncertainty and whether to believe it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset import DataSet
+from identification.fitting import Solution, solve
+from identification.identifiability import Verdict, durbin_wu_hausman, judge, label
+from identification.signals import Signals, signals_of
+from identification.unknowns import Unknowns, unknowns
+from mechanism.arm import Arm
+from mechanism.elasticity import Model
+from xneck.errors import Refused
+from xneck.estimate import Parameter
+
+Array = NDArray[np.float64]
+
+LAWS_BESIDE: dict[Model, tuple[str, ...]] = {
+    1: ("dry_friction", "viscous_friction", "linear_cable"),
+    2: ("dry_friction", "viscous_friction", "youngs_modulus"),
+    3: ("dry_friction", "viscous_friction", "youngs_modulus_in_pose"),
+}
+"""what is fitted beside each of the seed's elastic models"""
+LAWS = LAWS_BESIDE[1]
+_MOVES = 1.0
+"""rad/s: a motor slower than this all the time is at rest"""
+_OPPOSED = 5.0
+"""sigmas by which a negative friction says that signs are wrong"""
+_CHANCE = 0.05
+"""below this probability least squares is said to be biased"""
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """What was fitted to which recordings."""
+
+    laws: tuple[str, ...]
+    unknowns: Unknowns
+    solution: Solution
+    verdicts: tuple[Verdict, ...]
+    x0: Array
+    """pre-elongations of the description, (M,), m"""
+    seconds: tuple[float, ...]
+    """used of each recording"""
+
+    @property
+    def sigma(self) -> Array:
+        """(P,)"""
+        return np.sqrt(np.diag(self.solution.covariance))
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Of the laws; and x0 of the cables, whole, where all comes from one recording."""
+        return tuple(p for p, _ in self.judged)
+
+    @property
+    def judged(self) -> tuple[tuple[Parameter, Verdict], ...]:
+        """`parameters` with what is to be said of each."""
+        one = len(self.seconds) == 1
+        return tuple(
+            (self._parameter(place), self.verdicts[place])
+            for place, e in enumerate(self.unknowns.entries)
+            if e.recording is None or (one and e.term.name == "x0")
+        )
+
+    def _parameter(self, place: int) -> Parameter:
+        e, value = self.unknowns.entries[place], float(self.solution.p[place])
+        if e.term.name == "x0" and e.index is not None:
+            value += float(self.x0[e.index - 1])
+        sigma = float(self.sigma[place]) or float("inf")
+        return Parameter(e.term.name, e.index, value, e.term.unit, sigma, self.verdicts[place].identified)
+
+    def values(self, name: str) -> Array:
+        """Of a term, in the order of cables or joints, fitted or held."""
+        return self.unknowns.get(self.solution.p, name)
+
+    def rms(self) -> tuple[Array, Array]:
+        """What is left of the motor equations (M,), N, and of the arm's (N,), N m."""
+        every = np.concatenate(self.solution.residuals, axis=1)
+        out = np.sqrt(np.mean(every**2, axis=1))
+        return out[: len(self.x0)], out[len(self.x0) :]
+
+    def as_json(self) -> dict[str, Any]:
+        """The contract's parameters, and the fit behind them."""
+        u, p, sigma = self.unknowns, self.solution.p, self.sigma
+        statistic, chance = durbin_wu_hausman(self.solution)
+        motor, arm = self.rms()
+        recordings = [
+            {"seconds": seconds}
+            | {
+                e.term.name + ("" if e.index is None else str(e.index)): [float(p[i]), float(sigma[i])]
+                for i, e in enumerate(u.entries)
+                if e.recording == r
+            }
+            for r, seconds in enumerate(self.seconds)
+        ]
+        return {
+            "parameters": [found.as_json() | _words(verdict) for found, verdict in self.judged],
+            "fit": {
+                "laws": list(self.laws),
+                "method": "instrumental variables at the log's rate",
+                "blocks": self.solution.blocks,
+                "rms_motor_N": motor.tolist(),
+                "rms_arm_Nm": arm.tolist(),
+                "least_squares": [
+                    {"name": label(e), "value": float(v), "sigma": float(s)}
+                    for e, v, s in zip(
+                        u.entries,
+                        self.solution.least_squares,
+                        np.sqrt(np.diag(self.solution.least_squares_covariance)),
+                        strict=True,
+                    )
+                    if e.recording is None
+                ],
+                "durbin_wu_hausman": {
+                    "statistic": statistic,
+                    "probability": chance,
+                    "least_squares_biased": chance < _CHANCE,
+                },
+                "recordings": recordings,
+                "recordings_unit": "value and sigma, m and s; x0 beyond the description's",
+            },
+        }
+
+
+def _words(v: Verdict) -> dict[str, str]:
+    return {} if v.identified else {"why": v.why, "would_tell": v.record}
+
+
+def estimate(
+    recordings: Sequence[DataSet],
+    laws: Sequence[str] = LAWS,
+    held: Mapping[str, float | Array] | None = None,
+    priors: Mapping[tuple[str, int | None], tuple[float, float]] | None = None,
+) -> Estimates:
+    """Laws (names of mechanism.laws) fitted to recordings of one arm together; x0 and delay are each recording's own.
+
+    held: terms, x0 or delay that keep a value. priors: mean and sigma by term and index. Raises Refused where recordings are
+    of different arms, a motor stands still, forces and motor angles are counted in opposite senses, or nothing can be told.
+    """
+    arm = one_arm(recordings)
+    signals = [signals_of(data) for data in recordings]
+    check_motion(signals)
+    u = unknowns(arm, laws, len(signals), held)
+    places = {(e.term.name, e.index): i for i, e in enumerate(u.entries) if e.recording is None}
+    known: dict[int, tuple[float, float]] = {}
+    for key, prior in (priors or {}).items():
+        if key not in places:
+            raise Refused(
+                "identify", f"no parameter {key[0]}({key[1]}) for a prior", "give one of a law that is fitted"
+            )
+        known[places[key]] = prior
+    found = solve(signals, u, known)
+    _check_signs(u, found)
+    verdicts = judge(u, found)
+    if not any(v.identified for v, e in zip(verdicts, u.entries, strict=True) if e.recording is None):
+        raise Refused("identify", "insufficient: this motion tells none of the parameters", "move more, for longer")
+    seconds = tuple(s.step * s.low_pass.factor * len(s.low_pass.kept) for s in signals)
+    return Estimates(tuple(laws), u, found, verdicts, arm.x0, seconds)
+
+
+def one_arm(recordings: Sequence[DataSet]) -> Arm:
+    """The arm of all recordings. Raises Refused where they differ in more than markers and where the motors started."""
+
+    def of(data: DataSet) -> dict[str, Any]:
+        described = data.neck.model_dump(exclude={"markers"})
+        for cable in described["cables"]:
+            cable.pop("x0")
+        return described
+
+    if any(of(other) != of(recordings[0]) for other in recordings[1:]):
+        raise Refused("identify", "the recordings are of different arms", "give recordings made with one neck.yaml")
+    return recordings[0].arm
+
+
+def check_motion(signals: Sequence[Signals]) -> None:
+    """Refused where a motor stands still in all recordings."""
+    still = np.max([np.abs(s.theta_d).max(axis=0) for s in signals], axis=0) < _MOVES
+    if still.any():
+        names = ", ".join(str(j + 1) for j in np.flatnonzero(still))
+        raise Refused(
+            "identify",
+            f"insufficient: motor {names} hardly moves (under {_MOVES:g} rad/s)",
+            "record a motion of every motor",
+        )
+
+
+def _check_signs(u: Unknowns, found: Solution) -> None:
+    """Refused where friction drives: the force is counted against the motor's turning."""
+    slot = u.slots.get(("fs", None))
+    if slot is None:
+        return
+    value, sigma = found.p[slot], np.sqrt(np.diag(found.covariance))[slot]
+    wrong = value < -_OPPOSED * np.maximum(sigma, 1e-3)
+    if wrong.any():
+        names = ", ".join(str(j + 1) for j in np.flatnonzero(wrong))
+        raise Refused(
+            "identify",
+            f"the signs of f and theta of motor {names} are opposed: its friction would drive it",
+            "turn one of them, theta_sign or the force's sign of that motor in neck.yaml",
+        )

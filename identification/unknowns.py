@@ -1,0 +1,104 @@
+"""What a fit does not know: terms of the laws, and of every recording where its motors started and how late they act."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechanism.arm import Arm
+from mechanism.friction import CM
+from mechanism.laws import LAWS, Term
+from xneck.errors import Refused
+
+Array = NDArray[np.float64]
+
+X0 = Term("x0", "m", -0.05, 0.05, 1e-3)
+"""pre-elongation beyond the description's, of each recording"""
+DELAY = Term("delay", "s", -0.01, 0.05, 1e-3, "arm")
+"""by which forces act later than the log says, of each recording; below zero only by error"""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One number: of a law (recording None) or of a recording, counted from 0; index from 1, None where there is one."""
+
+    term: Term
+    index: int | None
+    recording: int | None = None
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """All numbers that are fitted, in the order of the parameter vector (P,), and those that are held."""
+
+    entries: tuple[Unknown, ...]
+    slots: Mapping[tuple[str, int | None], slice]
+    """of each fitted term (by name and recording) in the vector"""
+    held: Mapping[str, Array]
+    laws: tuple[str, ...]
+
+    @property
+    def low(self) -> Array:
+        """(P,); what is nothing at zero may come out below by chance: cut off there it would be biased."""
+        return np.array([-e.term.high if e.term.linear and e.term.low == 0 else e.term.low for e in self.entries])
+
+    @property
+    def high(self) -> Array:
+        """(P,)"""
+        return np.array([e.term.high for e in self.entries])
+
+    @property
+    def size(self) -> Array:
+        """What a person would call a change of each, (P,)."""
+        return np.array([e.term.size for e in self.entries])
+
+    def get(self, p: Array, name: str, recording: int | None = None) -> Array:
+        """Values of a term, fitted or held."""
+        slot = self.slots.get((name, recording))
+        return self.held[name] if slot is None else p[slot]
+
+    def values(self, p: Array) -> dict[str, Array]:
+        """Of all terms of the laws, as laws take them."""
+        return {term.name: self.get(p, term.name) for term in terms_of(self.laws)}
+
+    def start(self) -> Array:
+        """Where a fit begins: nothing beyond springs of middling stiffness; shapes (transitions, time constants) at their size."""
+        begin = {"k": 5e3, "cm": CM, "delay": 0.0, "x0": 0.0, "E": 3e9}
+        amount = [
+            begin.get(e.term.name, e.term.size if e.term.of == "arm" and e.term.low > 0 else max(e.term.low, 0.0))
+            for e in self.entries
+        ]
+        return np.array(amount)
+
+
+def terms_of(laws: Sequence[str]) -> tuple[Term, ...]:
+    """The terms of laws, each once."""
+    return tuple({term.name: term for name in laws for term in LAWS[name].terms}.values())
+
+
+def unknowns(
+    arm: Arm, laws: Sequence[str], recordings: int, held: Mapping[str, float | Array] | None = None
+) -> Unknowns:
+    """For laws by name; `held`: terms (also x0, delay) that keep the value given. Raises Refused where one is unknown."""
+    for name in laws:
+        if name not in LAWS:
+            raise Refused("identify", f"unknown law {name!r}", f"valid: {', '.join(LAWS)}")
+    counts = {"cable": arm.M, "joint": arm.N, "arm": 1}
+    wanted = [(term, None) for term in terms_of(laws)] + [(term, r) for r in range(recordings) for term in (X0, DELAY)]
+    fixed: dict[str, Array] = {}
+    names = {term.name for term, _ in wanted}
+    for name, value in (held or {}).items():
+        if name not in names:
+            raise Refused("identify", f"no term {name!r} to hold", f"valid: {', '.join(sorted(names))}")
+        part = next(term.of for term, _ in wanted if term.name == name)
+        fixed[name] = np.broadcast_to(np.asarray(value, dtype=float), (counts[part],)).copy()
+    entries: list[Unknown] = []
+    slots: dict[tuple[str, int | None], slice] = {}
+    for term, recording in wanted:
+        if term.name in fixed:
+            continue
+        count = counts[term.of]
+        slots[term.name, recording] = slice(len(entries), len(entries) + count)
+        entries += [Unknown(term, None if term.of == "arm" else i + 1, recording) for i in range(count)]
+    return Unknowns(tuple(entries), slots, fixed, tuple(laws))

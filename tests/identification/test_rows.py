@@ -1,0 +1,115 @@
+"""The rows of a fit: filtering, memory of cables, columns, whitening."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from identification.low_pass import CUTOFF_HZ, low_pass
+from identification.memory import remembered
+from identification.residuals import rows
+from identification.signals import Signals
+from identification.unknowns import unknowns
+from identification.whitening import fit_whitener
+from mechanism.arm import Arm, arm_of
+from mechanism.description import read_neck
+from mechanism.laws import LAWS, Stretching
+from mechanism.machine import Machine
+from tests.identification.test_estimates import FILE
+
+STEP = 0.002
+
+
+def arm() -> Arm:
+    return arm_of(read_neck(FILE))
+
+
+def signals(rng: np.random.Generator, count: int = 1000) -> Signals:
+    """Smooth signals that no arm made: columns must be right for any."""
+    time = STEP * np.arange(count, dtype=float)
+
+    def some(width: int, size: float) -> np.ndarray:
+        return size * np.sin(np.outer(time, rng.uniform(2, 9, width)) + rng.uniform(0, 6, width))
+
+    a = arm()
+    known: dict[str, Any] = {name: some(3, 1.0) for name in ("alpha", "alpha_d", "alpha_dd", "load")}
+    known |= {"theta_d": some(4, 20.0), "f": 50 + some(4, 20.0), "inertial": some(4, 1.0), "wrap": 6 + some(4, 1.0)}
+    known |= {"length": 1 + some(4, 0.1), "x": 5e-3 + some(4, 3e-3), "x_d": some(4, 2e-2)}
+    Z = 0.03 + 0.01 * rng.normal(size=(3, 4)) + np.zeros((count, 1, 1))
+    return Signals(arm=a, time=time, Z=Z, low_pass=low_pass(STEP, np.ones(count, bool)), clock_sigma=(0.0, 0.0),
+                   angle_sigma=np.zeros(3), **known)  # fmt: skip
+
+
+def test_low_pass_keeps_the_motion_and_drops_what_would_fold_back() -> None:
+    """Half a cutoff passes within 1 %, two cutoffs are down to 1 %, and rows are where `kept` says."""
+    time = STEP * np.arange(5000)
+    keep = low_pass(STEP, np.ones(5000, bool))
+    for hertz, gain in ((CUTOFF_HZ / 2, 1.0), (2 * CUTOFF_HZ, 0.0)):
+        wave = np.sin(2 * np.pi * hertz * time)
+        np.testing.assert_allclose(keep(wave), gain * wave[keep.kept], atol=0.01)
+
+
+def test_low_pass_looks_at_no_row_that_is_not_known() -> None:
+    known = np.ones(5000, bool)
+    known[2000:2100] = known[3000] = False
+    values = np.where(known, 1.0, np.nan)
+    out = low_pass(STEP, known)(values)
+    np.testing.assert_allclose(out, 1.0)
+    assert len(out) < len(low_pass(STEP, np.ones(5000, bool)).kept)
+
+
+def test_what_laws_remember_is_affine_in_itself() -> None:
+    """`remembered` rests on it: the drift at 2 z is as far from that at z as that is from the one at 0."""
+    rng = np.random.default_rng(0)
+    at = Stretching(rng.normal(size=(9, 4)), rng.normal(size=(9, 4)), np.ones((9, 4)), arm())
+    for law in LAWS.values():
+        if law.states:
+            p = {term.name: np.full(4, term.size) for term in law.terms}
+            z = rng.normal(size=(9, 4, law.states))
+            a, b, c = (law.drift(p, at, k * z) for k in (0, 1, 2))
+            np.testing.assert_allclose(c - b, b - a, atol=1e-9 * np.abs(b).max())
+
+
+def test_creep_is_remembered_as_its_exact_solution() -> None:
+    """A steady rate v: z = km v tau (1 - exp(-t/tau))."""
+    at = Stretching(np.zeros((3000, 4)), np.full((3000, 4), 1e-3), np.ones((3000, 4)), arm())
+    z = remembered(Machine(arm(), ("cable_creep",), {"km": np.full(4, 500.0), "tau": np.array([2.0])}), at, STEP)
+    expected = 500 * 1e-3 * 2.0 * (1 - np.exp(-STEP * np.arange(3000) / 2.0))
+    np.testing.assert_allclose(z[:, 1, 0], expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("elastic", [("linear_cable", "cable_hardening", "cable_toe", "cable_creep", "cable_hysteresis"),
+                                     ("youngs_modulus",), ("youngs_modulus_in_pose",)])  # fmt: skip
+def test_columns_are_the_derivatives_of_the_residuals(elastic: tuple[str, ...]) -> None:
+    """Central differences of the whole residual, each entry alone, with every law of friction taking part."""
+    rng = np.random.default_rng(1)
+    laws = ("dry_friction", "viscous_friction", "stribeck_friction", "pulley_friction", "joint_friction", *elastic)
+    s, u = signals(rng), unknowns(arm(), laws, 2)
+    p = u.start() + u.size * rng.uniform(0.5, 1.0, len(u.entries))
+    J = rows(s, u, p, 1).jacobian
+    for place, entry in enumerate(u.entries):
+        h = 1e-3 * entry.term.size * np.eye(len(p))[place]
+        slope = (rows(s, u, p + h, 1).residual - rows(s, u, p - h, 1).residual) / (2 * h[place])
+        # forward differences over a thousandth of a term's size: off by about a thousandth; delays sample straight pieces
+        near = 2e-2 if entry.term.name == "delay" else 5e-3
+        np.testing.assert_allclose(J[:, :, place], slope, atol=near * max(np.abs(slope).max(), 1e-12))
+        if entry.recording == 0:
+            assert not J[:, :, place].any()
+
+
+def test_whitening_leaves_nothing_that_one_row_tells_of_the_next() -> None:
+    """An autoregression of order 2, twice, with a gap: lags 1 to 3 below three standard errors, unit variance, and no row
+    just after a gap counts."""
+    rng = np.random.default_rng(2)
+    e = rng.normal(size=(1, 6000))
+    x = np.zeros_like(e)
+    for i in range(2, 6000):
+        x[:, i] = 1.2 * x[:, i - 1] - 0.5 * x[:, i - 2] + 3 * e[:, i]
+    starts = np.zeros(6000, bool)
+    starts[[0, 2500]] = True
+    white = fit_whitener([x], [starts])(x, starts)[0]
+    assert not white[:6].any()
+    assert not white[2500:2506].any()
+    assert np.std(white) == pytest.approx(1, abs=0.03)
+    for lag in (1, 2, 3):
+        assert abs(np.mean(white[lag:] * white[:-lag])) < 3 / np.sqrt(6000)
