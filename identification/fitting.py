@@ -27,7 +27,7 @@ _SETTLED = 0.02
 _REACH = 50.0
 """sizes of a term: one step goes no further, and where nothing is told not at all"""
 PREPARED = 2e-4
-"""of a law's number: what smoothing of counts and angles does to it. Where truth is known friction comes out low, by 0.3e-4 of it on
+"""of a law's number: what smoothing of counts and angles does to it. Where truth is known friction comes out low, by 0.3e-4 on
 recordings of 60 s and by 2e-4 on recordings of 30 s"""
 _BLIND = 1e-9
 """of one, in columns scaled to one: what rows tell of a combination at least"""
