@@ -10,7 +10,6 @@ import yaml
 from pydantic import Field, field_validator
 
 from mechanism.arm import Arm
-from mechanism.elasticity import Model as ElasticModel
 from mechanism.friction import CM
 from mechanism.laws import LAWS
 from mechanism.machine import Machine
@@ -47,14 +46,6 @@ class Model(Strict):
             if name not in LAWS:
                 raise ValueError(f"unknown law {name!r}, valid: {', '.join(LAWS)}")
         return names
-
-
-SEED_LAWS: dict[ElasticModel, tuple[str, ...]] = {
-    1: ("dry_friction", "linear_cable"),
-    2: ("dry_friction", "youngs_modulus"),
-    3: ("dry_friction", "youngs_modulus_in_pose"),
-}
-"""what the seed's elastic models assume"""
 
 
 def model_of(parameters: Sequence[Parameter], laws: Sequence[str], provenance: dict[str, Any]) -> Model:

@@ -15,8 +15,8 @@ from playwright.sync_api import Page
 from calibration.estimation import Calibration, calibrate
 from calibration.views import LeftOut, Observations
 from identification.dataset import DataSet
-from identification.estimates import estimate
-from identification.model import SEED_LAWS, model_of
+from identification.estimates import LAWS_BESIDE, estimate
+from identification.model import model_of
 from identification.reconstruction import reconstruct
 from identification.seed_method import identify
 from identification.series import Series, numbered
@@ -113,7 +113,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
         data=data,
         identification=found,
         estimates=estimate([data]),
-        model=model_of(found.elastic[1].parameters, SEED_LAWS[1], {}),
+        model=model_of(found.elastic[1].parameters, LAWS_BESIDE[1], {}),
         simulated=some_simulation(data),
         simulation_refused=None,
     )
