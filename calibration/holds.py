@@ -30,6 +30,8 @@ MIN_VIEWS = 3
 _FALSE_ALARM = 0.001
 _TELLS = 0.02
 """of the focal length: a change that three sigma of the new pictures would hide makes them unable to tell"""
+_NO_BOARD = 2e-3
+"""of the picture's diagonal: what any camera leaves of corners that are another board's"""
 _DISAGREES = 3.0  # a view's rms over the median of the others
 _KINDS = ("focal length", "principal point", "aspect", "distortion")
 
@@ -91,18 +93,22 @@ def check_camera(camera: Camera, observations: Observations) -> Holds:
             left_out.append(LeftOut(views[out].name, f"disagrees with the others: {refitted.rms_views[out]:.2f} px"))
             views, poses = [*views[:out], *views[out + 1 :]], poses.of(np.delete(np.arange(len(views)), out))
             refitted = fit(sightings(views), camera.parameters, poses, free)
+        if not refitted.rms < _NO_BOARD * float(np.hypot(*camera.size)):
+            why = f"no camera explains these corners ({refitted.rms:.1f} px): is it the board of board.yaml, and flat?"
+            return _without_fit(camera, "cannot tell", why, views, left_out)
         fixed = fit(sightings(views), camera.parameters, poses, ())
         old = np.zeros((9, 9)) if camera.covariance is None else camera.covariance
         # from the camera as it was a single linear step: where the pictures tell little, an iterated one runs away
         comparison = _compare(camera, old, views, fixed, free)
+        # one of five tests may be the most extreme by chance
+        every = (*((kind,) for kind in _KINDS), _KINDS)
+        significance = min(1.0, 5 * min(comparison.probability(kinds) for kinds in every))
+        changed = significance < _FALSE_ALARM
+        if changed:  # then the pictures do tell, and a large change is not linear
+            comparison = _compare(camera, old, views, refitted, free)
     except np.linalg.LinAlgError:
         why = "the pictures do not determine a camera: tilt the board by 20 to 40 degrees in different directions"
         return _without_fit(camera, "cannot tell", why, views, left_out)
-    # one of five tests may be the most extreme by chance
-    significance = min(1.0, 5 * min(comparison.probability(kinds) for kinds in (*((kind,) for kind in _KINDS), _KINDS)))
-    changed = significance < _FALSE_ALARM
-    if changed:  # then the pictures do tell, and a large change is not linear
-        comparison = _compare(camera, old, views, refitted, free)
     px, ray = _apart(camera, refitted.parameters)
     notes = []
     then = camera.info.get("rms_px")
@@ -235,6 +241,8 @@ def _compare(
     grow = max(1.0, sum(float(g @ inverse @ g) for g in slopes) / expected)
     change = (found.parameters - camera.parameters)[columns] + step / scale
     both = variance * grow * inverse / np.outer(scale, scale) + old[at]
+    if not np.all(np.diag(both) > 0):
+        raise np.linalg.LinAlgError
     size = np.sqrt(np.diag(both))
     weight = np.linalg.inv(both / np.outer(size, size)) / np.outer(size, size)
     freedom = max((len(views) - 1) * len(columns) / 2, 1.0)
