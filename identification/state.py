@@ -21,7 +21,8 @@ from identification.series import Series
 from identification.smoother import WIDTH, check_span, normal_equations
 from identification.spline import SUPPORT, Knots, knots_over
 from mechanism.arm import Arm
-from mechanism.cable_lengths import Z, lengths
+from mechanism.cable_lengths import Z
+from mechanism.elasticity import elongation
 
 Array = NDArray[np.float64]
 
@@ -196,7 +197,7 @@ def _fused(
     frames, alpha, sigma = seen.time[whole], seen.alpha[whole], seen.sigma[whole]
     variance = np.einsum("tij,ti->tj", Z(arm, alpha) ** 2, sigma**2)
     theta = np.stack([np.interp(frames, motors.time, column) for column in motors.theta.T], axis=-1)
-    x = lengths(arm, alpha) - lengths(arm, np.zeros(arm.N)) + arm.drum * theta + arm.x0
+    x = elongation(arm, alpha, theta)
     law = law_of(arm, motors.time, motors.theta_d, motors.theta_dd, motors.f, frames, x)
     X = law.at(frames)
     wander = [fit_wander(frames, x[:, j], variance[:, j], X[:, j]) for j in range(arm.M)]

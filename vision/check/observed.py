@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from identification.motors import Motors
 from identification.state import Seen
 from mechanism.arm import Arm
-from mechanism.cable_lengths import Z, lengths
+from mechanism.cable_lengths import Z
+from mechanism.elasticity import elongation
 from vision.check.law import Regressors, regressors
 
 Array = NDArray[np.float64]
@@ -43,7 +44,7 @@ class Observed:
         """(41) as another arm, or other angles, would have it, (F, M), m."""
         arm = arm or self.arm
         alpha = self.alpha if alpha is None else alpha
-        return lengths(arm, alpha) - lengths(arm, np.zeros(arm.N)) + arm.drum * self.theta + arm.x0
+        return elongation(arm, alpha, self.theta)
 
 
 def observe(arm: Arm, seen: Seen, motors: Motors, clock_sigma: float = 0.0, friction: Array | None = None) -> Observed:
@@ -54,7 +55,7 @@ def observe(arm: Arm, seen: Seen, motors: Motors, clock_sigma: float = 0.0, fric
         np.stack([np.interp(time, motors.time, c) for c in values.T], axis=-1)
         for values in (motors.theta, motors.theta_d)
     )
-    x = lengths(arm, alpha) - lengths(arm, np.zeros(arm.N)) + arm.drum * theta + arm.x0
+    x = elongation(arm, alpha, theta)
     law = regressors(arm, motors, time, x, friction)
     common = np.sqrt(np.mean(seen.common[whole] ** 2, axis=0))
     return Observed(arm, time, alpha, theta, theta_d, seen.sigma[whole] ** 2, common, clock_sigma, x, law)
