@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from identification.memory import remembered
-from identification.residuals import delayed, forces
+from identification.residuals import forces, stretching
 from identification.signals import Signals
 from identification.unknowns import Unknowns
-from mechanism.laws import Stretching
 from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
@@ -31,12 +30,11 @@ def driven(s: Signals, u: Unknowns, p: Array, recording: int) -> Signals:
     machine = Machine(s.arm, u.laws, values)
 
     def pull(x: Array, x_d: Array) -> Array:
-        at = Stretching(x, x_d, s.length, s.arm)
+        at = stretching(replace(s, x=x, x_d=x_d), np.zeros(1))
         return np.broadcast_to(machine.pull(at, remembered(machine, at, s.step)), x.shape)
 
     x, x_d = s.x + x0, s.x_d
-    rub = forces(s, u.laws, values, x0).rub
-    tension = delayed(s, float(u.get(p, "delay", recording)[0])) - s.inertial - rub
+    tension = forces(s, u.laws, values, x0, float(u.get(p, "delay", recording)[0])).drive - s.inertial
     now = pull(x, x_d)
     stiffness = np.max((pull(x + _SMALL_M, x_d) - now) / _SMALL_M, axis=0)
     damping = np.maximum(np.mean((pull(x, x_d + _SMALL_M_S) - now) / _SMALL_M_S, axis=0), 0.0)

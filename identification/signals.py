@@ -36,8 +36,13 @@ class Signals:
     """(T, N), rad, with its derivatives"""
     alpha_d: Array
     alpha_dd: Array
+    seen: Array
+    """by splines through every frame, (T, N), rad, and its rate"""
+    seen_d: Array
+    theta: Array
+    """(T, M), rad, with its derivatives"""
     theta_d: Array
-    """(T, M), rad/s"""
+    theta_dd: Array
     f: Array
     """mean force around the row, (T, M), N"""
     inertial: Array
@@ -98,7 +103,11 @@ def signals_of(data: DataSet) -> Signals:
         alpha=alpha,
         alpha_d=alpha_d,
         alpha_dd=alpha_dd,
+        seen=seen,
+        seen_d=seen_d,
+        theta=theta,
         theta_d=theta_d,
+        theta_dd=theta_dd,
         f=f,
         inertial=arm.motor_inertia / arm.drum * theta_dd,
         Z=Z(arm, alpha),

@@ -27,6 +27,12 @@ class Machine:
         """Numbers that each cable remembers."""
         return sum(law.states for law in self.laws)
 
+    def command(self, f: Array, step: float) -> Array:
+        """Forces that act where f (..., T, M), N, are written, on rows `step` s apart."""
+        for law in self.laws:
+            f = law.command(self.values, f, step)
+        return f
+
     def friction(self, at: Turning) -> Array:
         """Force that friction takes from each motor's command, (..., M), N."""
         return sum((law.rub(self.values, at) for law in self.laws), start=np.zeros(()))

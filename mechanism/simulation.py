@@ -78,7 +78,8 @@ def simulate(
     def stretched(alpha: Array, alpha_d: Array, theta: Array, theta_d: Array) -> tuple[Stretching, Array]:
         jacobian, length = Z(arm, alpha), lengths(arm, alpha)
         x = length - l0 + arm.drum * theta + arm.x0
-        return Stretching(x, elongation_rate(arm, jacobian, alpha_d, theta_d), length, arm), jacobian
+        rate = elongation_rate(arm, jacobian, alpha_d, theta_d)
+        return Stretching(x, rate, length, arm, arm.drum * theta_d), jacobian
 
     def rate(y: Array, force: Array) -> Array:
         alpha, alpha_d, theta, theta_d, memory = np.split(y, cuts, axis=-1)
@@ -137,7 +138,7 @@ def fastest_rate(machine: Machine, state: State) -> float:
     z = np.zeros((*rest.shape, machine.states))
 
     def pull(x: Array, x_d: Array) -> Array:
-        return machine.pull(Stretching(x, x_d, length, arm), z)
+        return machine.pull(Stretching(x, x_d, length, arm, x_d), z)
 
     def rubbing(theta_d: Array) -> Array:
         return machine.friction(Turning(theta_d, TYPICAL_TENSION + rest, wraps(arm, state.alpha) + rest))

@@ -3,6 +3,10 @@
 One definition serves simulation, identification and diagnosis: `LAWS` lists them by name.
 """
 
+from mechanism.laws.actuator_gain import ActuatorGain
+from mechanism.laws.actuator_lag import ActuatorLag
+from mechanism.laws.actuator_offset import ActuatorOffset
+from mechanism.laws.backlash import Backlash
 from mechanism.laws.creep import Creep
 from mechanism.laws.dry_friction import DryFriction
 from mechanism.laws.hardening import Hardening
@@ -11,6 +15,7 @@ from mechanism.laws.joint_friction import JointFriction
 from mechanism.laws.law import Law, Stretching, Term, Turning, Values
 from mechanism.laws.linear_cable import LinearCable
 from mechanism.laws.pulley_friction import PulleyFriction
+from mechanism.laws.slack import Slack
 from mechanism.laws.stribeck import Stribeck
 from mechanism.laws.toe import Toe
 from mechanism.laws.viscous_friction import ViscousFriction
@@ -33,5 +38,10 @@ LAWS: dict[str, Law] = {
         Creep(),
         Hysteresis(),
         JointFriction(),
+        ActuatorGain(),
+        ActuatorOffset(),
+        ActuatorLag(),
+        Backlash(),
+        Slack(),
     )
 }

@@ -55,6 +55,8 @@ class Stretching:
     length: Array
     """l(alpha), m"""
     arm: Arm
+    travel_d: Array
+    """what the drum winds in, (rd/R) theta', m/s"""
 
 
 class Law:
@@ -64,6 +66,10 @@ class Law:
     terms: ClassVar[tuple[Term, ...]]
     states: ClassVar[int] = 0
     """numbers that a cable remembers on account of this law"""
+
+    def command(self, p: Values, f: Array, step: float) -> Array:
+        """Force that acts where f (..., T, M), N, is written, on rows `step` s apart."""
+        return f
 
     def rub(self, p: Values, at: Turning) -> Array:
         """Force that friction takes from the motor's command, (..., M), N."""

@@ -59,7 +59,7 @@ def test_a_cable_that_remembers_loses_energy_in_a_cycle(name: str) -> None:
     x, x_d = 0.006 + 0.003 * np.sin(2 * np.pi * t), 0.006 * np.pi * np.cos(2 * np.pi * t)
     z, work = np.zeros((4, 1)), 0.0
     for k in range(len(t)):
-        at = Stretching(np.full(4, x[k]), np.full(4, x_d[k]), np.ones(4), ARM)
+        at = Stretching(np.full(4, x[k]), np.full(4, x_d[k]), np.ones(4), ARM, np.zeros(4))
         if t[k] >= 10:
             work += float(law.pull(values, at, z)[0] * x_d[k] * h)
         z = z + h * law.drift(values, at, z)
@@ -70,7 +70,7 @@ def test_creep_relaxes_with_its_time_constant() -> None:
     """After a step of the elongation the pull falls from km x to nothing, by 1/e in tau."""
     values = {"km": np.full(4, 500.0), "tau": np.array([2.0])}
     z = np.full((4, 1), 5.0)
-    at = Stretching(np.full(4, 0.01), np.zeros(4), np.ones(4), ARM)
+    at = Stretching(np.full(4, 0.01), np.zeros(4), np.ones(4), ARM, np.zeros(4))
     for _ in range(2000):
         z = z + 1e-3 * LAWS["cable_creep"].drift(values, at, z)
     np.testing.assert_allclose(z, 5.0 * np.exp(-1), rtol=1e-3)
@@ -80,7 +80,7 @@ def test_toe_ends_at_the_cables_own_stiffness() -> None:
     values = {"k": np.full(4, 8e3), "ca": np.zeros(4), "xt": np.full(4, 1e-3)}
 
     def pull(x: float) -> float:
-        at = Stretching(np.full(4, x), np.zeros(4), np.ones(4), ARM)
+        at = Stretching(np.full(4, x), np.zeros(4), np.ones(4), ARM, np.zeros(4))
         return float(Machine(ARM, ("linear_cable", "cable_toe"), values).tension(at, np.zeros((4, 0)))[0])
 
     assert (pull(1e-5) - pull(0.0)) / 1e-5 < 100 < 7900 < (pull(0.0101) - pull(0.01)) / 1e-4

@@ -1,0 +1,13 @@
+"""Play between motor and drum."""
+
+from identification.diagnosis.effect import OfLaw, of_law
+
+
+class Backlash(OfLaw):
+    """Play between motor and drum."""
+
+    name = "backlash"
+    words = "there is play between a motor and its drum"
+    place = "motor"
+    law = "backlash"
+    terms = of_law("backlash", "play")

@@ -1,0 +1,14 @@
+"""Cables that get stiffer under load."""
+
+from identification.diagnosis.effect import OfLaw, of_law
+
+
+class CableHardening(OfLaw):
+    """Cables that get stiffer under load."""
+
+    name = "cable_hardening"
+    words = "the cables get stiffer the more they are tensioned"
+    place = "cable"
+    law = "cable_hardening"
+    terms = of_law("cable_hardening", "k2", "k3")
+    single = False

@@ -1,0 +1,14 @@
+"""Friction of the arm itself."""
+
+from identification.diagnosis.effect import OfLaw, of_law
+
+
+class JointFriction(OfLaw):
+    """Friction of the arm itself."""
+
+    name = "joint_friction"
+    words = "the joints rub"
+    place = "joint"
+    law = "joint_friction"
+    terms = of_law("joint_friction", "cj", "dj")
+    single = False

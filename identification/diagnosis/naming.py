@@ -1,0 +1,170 @@
+"""Which causes explain what the base model does not: the best one first, as long as one explains a part worth naming.
+
+A cause is named where it takes MATERIAL of the loss away. With it go all others that explain as much but for TIED of it: data
+cannot tell these apart. Of two that explain as much the one with fewer numbers stands for both.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset import DataSet
+from identification.diagnosis.cause import Cause, believed
+from identification.diagnosis.comparison import Comparison, begins, compare
+from identification.diagnosis.effect import Effect, Shape, Where
+from identification.diagnosis.effects import EFFECTS
+from identification.diagnosis.hypothesis import Hypothesis
+from identification.diagnosis.noise import Read, noise, whitener
+from identification.diagnosis.point import Point, point
+from identification.whitening import Whitener, fit_whitener
+
+Array = NDArray[np.float64]
+
+MATERIAL = 0.08
+"""of the loss: what a cause must take away at least"""
+TIED = 0.05
+"""of what the best cause explains: nearer than that to it a cause is not told from it; laws have forms that nobody knows better"""
+ALONE = 0.95
+"""of what an effect explains everywhere: a place that explains as much has it alone"""
+MOST = 3
+_BETTER = 0.01
+"""of what the best explains: by how much more numbers must explain more"""
+_ROUNDS = 3
+_SETTLED = 0.02
+"""of a size"""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect in its best shape and place, and what it takes from the loss."""
+
+    effect: Effect
+    shape: Shape
+    where: Where
+    gain: float
+
+
+@dataclass(frozen=True)
+class Named:
+    """A cause, those that explain as much, and the loss before it."""
+
+    best: Candidate
+    tied: tuple[Candidate, ...]
+    loss_before: float
+
+
+@dataclass(frozen=True)
+class Search:
+    """Where it began, and where it ended."""
+
+    base: Comparison
+    end: Comparison
+    named: tuple[Named, ...]
+    causes: tuple[Cause, ...]
+    """of these, with numbers"""
+    whiten: Whitener
+    floor_before: tuple[list[Array], ...]
+    """residuals of noise alone, by recording and draw, at the beginning"""
+    floor: tuple[list[Array], ...]
+    """and at the end"""
+    rankings: tuple[tuple[Candidate, ...], ...]
+    """of every turn, the best first"""
+
+
+def search(h: Hypothesis, read: Sequence[Read]) -> Search:
+    """Causes beyond a hypothesis in recordings of one arm."""
+    data = [one.data for one in read]
+    at = point(h, data)
+    plain = _by_size(at)
+    at, _ = refined(h, (), data, at.p, plain)
+    drawn = noise(at, read)
+    whiten = whitener(drawn, [begins(place) for place in at.places], at.places[0].signals.arm.M)
+    at, _ = refined(h, (), data, at.p, whiten)
+    named: list[Named] = []
+    causes: tuple[Cause, ...] = ()
+    rankings = []
+    first = None
+    while True:
+        taken = {cause.effect.name for cause in causes}
+        every = [(e, shape) for e in EFFECTS.values() if e.name not in taken for shape in e.shapes]
+        now = compare(at, causes, every, whiten)
+        first = first or now
+        loss = now.fit().loss
+        ranked = rank(now, loss)
+        rankings.append(ranked)
+        if len(named) == MOST or not ranked or ranked[0].gain < MATERIAL * loss:
+            break
+        near = tied(ranked)
+        named.append(Named(near[0], near, loss))
+        causes = (*causes, entered(now, near[0]))
+        at, causes = refined(h, causes, data, at.p, whiten)
+    return Search(first, now, tuple(named), causes, whiten, tuple(drawn), tuple(noise(at, read)), tuple(rankings))
+
+
+def rank(now: Comparison, loss: float) -> tuple[Candidate, ...]:
+    """Every effect in its best shape and place, the most telling first."""
+    arm = now.point.places[0].signals.arm
+    best: dict[str, Candidate] = {}
+    for group in now.groups:
+        name = group.effect.name
+        options = [
+            Candidate(group.effect, group.shape, where, loss - now.fit(now.columns(group, where.columns)).loss)
+            for where in group.effect.wheres(arm)
+        ]
+        most = max(option.gain for option in options)
+        found = min((o for o in options if o.gain >= most - (1 - ALONE) * abs(most)), key=lambda o: (len(o.where.columns), -o.gain))
+        if name not in best or found.gain > best[name].gain:
+            best[name] = found
+    return tuple(sorted(best.values(), key=lambda c: -c.gain))
+
+
+def tied(ranked: Sequence[Candidate]) -> tuple[Candidate, ...]:
+    """Those that explain as much as the best but for TIED of it, the most telling first, less those whose more numbers bring nothing."""
+    most = ranked[0].gain
+    kept: list[Candidate] = []
+    for c in sorted((c for c in ranked if c.gain >= (1 - TIED) * most), key=lambda c: (len(c.where.columns), -c.gain)):
+        simpler = [k.gain for k in kept if len(k.where.columns) < len(c.where.columns)]
+        if not simpler or c.gain > max(simpler) + _BETTER * most:
+            kept.append(c)
+    return tuple(sorted(kept, key=lambda c: -c.gain))
+
+
+def entered(now: Comparison, c: Candidate) -> Cause:
+    """A candidate as a cause, with the numbers that fit best."""
+    group = next(g for g in now.groups if g.effect is c.effect and g.shape == c.shape)
+    columns = now.columns(group, c.where.columns)
+    fit = now.fit(columns)
+    cause = Cause(c.effect, c.where, np.zeros(len(columns)), dict(c.shape))
+    numbers = np.append(fit.numbers[-len(columns) :], np.zeros(len(c.effect.forms)))
+    return cause.stepped(numbers, now.point.places[0].signals.arm)
+
+
+def refined(
+    h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], p: Array, whiten: Whitener
+) -> tuple[Point, tuple[Cause, ...]]:
+    """The base model's numbers and the causes' fitted together, by Gauss and Newton."""
+    arm = h.arm
+    at = point(believed(h, causes), data, p)
+    for _ in range(_ROUNDS):
+        now = compare(at, causes, (), whiten)
+        fit = now.fit()
+        u = at.unknowns
+        step = fit.numbers[: now.base]
+        p = np.clip(at.p + u.size * step, u.low, u.high)
+        numbers, moved = fit.numbers[now.base + len(now.nuisances) :], []
+        for cause in causes:
+            own, numbers = np.split(numbers, [len(cause.sizes(arm))])
+            moved.append(cause.stepped(own, arm))
+            step = np.append(step, own)
+        causes = tuple(moved)
+        at = point(believed(h, causes), data, p)
+        if np.abs(step).max() < _SETTLED:
+            break
+    return at, causes
+
+
+def _by_size(at: Point) -> Whitener:
+    """Channels by the size of their residuals alone."""
+    return fit_whitener([place.rows.residual for place in at.places], [begins(place) for place in at.places], 0)

@@ -1,0 +1,91 @@
+"""What noise alone leaves of the residuals: recordings of the same motion with angles drawn anew, through the same chain.
+
+The state as estimated stands for the truth. What smoothing takes away from it, and what the camera's noise adds, is in the
+draws; what the base model cannot say is not. That is the floor which a true model would reach.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+
+from identification.dataset import DataSet
+from identification.diagnosis.point import Point
+from identification.motors import Motors
+from identification.residuals import rows
+from identification.series import Series, numbered
+from identification.signals import signals_of
+from identification.state import Seen, estimate_state
+from identification.whitening import Whitener, fit_whitener
+
+Array = NDArray[np.float64]
+
+DRAWS = 4
+_ELSE = (0.03, 0.10)
+"""part of a channel's noise, of the motors' and of the arm's equations, that is laid under it as white: rounding of forces and
+the shape of friction's reversal reach frequencies where cameras leave next to nothing"""
+
+
+@dataclass(frozen=True)
+class Read:
+    """A recording by vision alone, and the same with its angles drawn anew."""
+
+    data: DataSet
+    drawn: tuple[DataSet, ...]
+    smooth: DataSet
+    """where every frame shows the state itself"""
+
+
+def read(data: DataSet, seen: Seen, seed: int, draws: int = DRAWS) -> Read:
+    """seen: the frames on the log's clock. Cables have no part in the state: what they do is what is in question."""
+    alone = _by_vision(data, seen, seen.alpha)
+    state = alone.state
+    truth = make_interp_spline(state.time, state.matrix("alpha"), k=5)
+    inside = (seen.time >= state.time[0]) & (seen.time <= state.time[-1])
+    shown = seen.alpha.copy()
+    shown[inside] = np.where(np.isnan(seen.alpha[inside]), np.nan, truth(seen.time[inside]))
+    rng = np.random.default_rng(seed)
+    drawn = tuple(_by_vision(data, seen, shown + seen.sigma * rng.normal(size=shown.shape)) for _ in range(draws))
+    columns = {**state.columns, **numbered("vision", state.matrix("alpha"))}
+    columns |= numbered("vision", state.matrix("alpha", "_d"), "_d")
+    return Read(alone, drawn, replace(alone, state=Series(state.time, columns)))
+
+
+def _by_vision(data: DataSet, seen: Seen, alpha: Array) -> DataSet:
+    s = data.state
+    theta, theta_d, theta_dd = (s.matrix("theta", suffix) for suffix in ("", "_d", "_dd"))
+    motors = Motors(s.time, theta, theta_d, theta_dd, s.matrix("f"))
+    found = estimate_state(data.arm, replace(seen, alpha=alpha), motors, s.time, fuse=False)
+    columns = dict(s.columns)
+    for suffix, values in (("", found.alpha), ("_d", found.alpha_d), ("_dd", found.alpha_dd)):
+        columns |= numbered("alpha", values, suffix)
+    known = np.isfinite(alpha)
+    through = [make_interp_spline(seen.time[k], a[k], k=5) for k, a in zip(known.T, alpha.T, strict=True)]
+    for suffix, order in (("", 0), ("_d", 1)):
+        columns |= numbered("vision", np.stack([each(s.time, order) for each in through], axis=-1), suffix)
+    columns |= numbered("bridged", found.bridged.astype(float))
+    return replace(data, state=Series(s.time, columns))
+
+
+def noise(at: Point, recordings: Sequence[Read]) -> list[list[Array]]:
+    """Residuals of noise alone at a point, (C, S), of each draw of each recording."""
+    out = []
+    for r, one in enumerate(recordings):
+        true = rows(signals_of(at.hypothesis.read(one.smooth)), at.unknowns, at.p, r).residual
+        drawn = [rows(signals_of(at.hypothesis.read(d)), at.unknowns, at.p, r).residual for d in one.drawn]
+        out.append([d - true for d in drawn])
+    return out
+
+
+def whitener(drawn: list[list[Array]], starts: list[NDArray[np.bool_]], motors: int) -> Whitener:
+    """Each channel's noise told from what came before, from all draws."""
+    rng = np.random.default_rng(0)
+    flat, begins = [], []
+    for draws, begin in zip(drawn, starts, strict=True):
+        for residual in draws:
+            part = np.where(np.arange(len(residual)) < motors, *_ELSE)[:, None]
+            flat.append(residual + part * residual.std(axis=1, keepdims=True) * rng.normal(size=residual.shape))
+            begins.append(begin)
+    return fit_whitener(flat, begins)

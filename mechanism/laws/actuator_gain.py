@@ -1,0 +1,14 @@
+"""Motors that pull more or less than they are told, in proportion."""
+
+from mechanism.arm import Array
+from mechanism.laws.law import Law, Term, Values
+
+
+class ActuatorGain(Law):
+    """What is written is 1 + g times the force that acts."""
+
+    name = "actuator_gain"
+    terms = (Term("g", "1", -0.5, 1.0, 0.02),)
+
+    def command(self, p: Values, f: Array, step: float) -> Array:
+        return f / (1 + p["g"])

@@ -1,0 +1,16 @@
+"""Cables that cannot push: what a linear cable says of one that is longer than its way is taken back."""
+
+import numpy as np
+
+from mechanism.arm import Array
+from mechanism.laws.law import Law, Stretching, Term, Values
+
+
+class Slack(Law):
+    """slack (0 or 1) times what k x falls below zero. A simulation lets no cable push, with or without this law."""
+
+    name = "cable_slack"
+    terms = (Term("slack", "1", 0.0, 1.5, 1.0),)
+
+    def pull(self, p: Values, at: Stretching, z: Array) -> Array:
+        return p["slack"] * p["k"] * np.maximum(-at.x, 0.0)
