@@ -77,6 +77,26 @@ def _first_order(u: Array, k: Array, ca: Array, step: float) -> Array:
     return out
 
 
+def maxwell_slip(k: Array, ca: Array, stiffness: Array, travel: Array) -> Stretch:
+    """Beside a spring k and a damper ca, both (M,), elements that stick, give way by `travel` (m) and slip; both (E, M), N/m.
+
+    (k + sum of stiffnesses) x + ca x' = t + sum of stiffness * play(x) is solved like `damped`.
+    """
+    steepest = k + stiffness.sum(axis=0)
+
+    def stretch(tension: Array, step: float) -> Array:
+        x = tension / steepest
+        for _ in range(_ROUNDS):
+            before = x
+            free = sum(s * play(x, h) for s, h in zip(stiffness, travel, strict=True))
+            x = _first_order(tension + free, steepest, ca, step)
+            if np.abs(x - before).max() < _EXACT_M:
+                return x
+        raise ValueError("no elongation was found that the elements agree on")
+
+    return stretch
+
+
 def toe(k: Array, growth: Array) -> Spring:
     """t = k (exp(growth x) - 1) / growth: soft at first; k N/m, growth 1/m, both (M,)."""
     return lambda x: k * x * exprel(growth * x)
@@ -121,3 +141,19 @@ def ahead(values: Array, step: float, by: float) -> Array:
     """A series (T, M) sampled every `step` s, read `by` s later (or earlier, if negative); its ends are held."""
     time = np.arange(len(values)) * step
     return np.stack([np.interp(time + by, time, column) for column in values.T], axis=-1)
+
+
+def play(values: Array, half: Array) -> Array:
+    """What follows `values` (T, M) through a play of `half` (M,) to either side; in its middle at first."""
+    out = np.empty_like(values)
+    for j, column in enumerate(values.T):
+        moving = np.flatnonzero(np.diff(column))
+        up = column[moving + 1] > column[moving]
+        starts, y = np.concatenate([[0], moving[1:][up[1:] != up[:-1]]]), column[0]
+        kept = np.empty(len(starts))
+        for i, row in enumerate(starts):  # between two turns the play is either crossed or pushed on
+            y = min(max(y, column[row] - half[j]), column[row] + half[j])
+            kept[i] = y
+        held = np.repeat(kept, np.diff(starts, append=len(column)))
+        out[:, j] = np.clip(held, column - half[j], column + half[j])
+    return out

@@ -29,11 +29,17 @@ MOTOR_STEP_S = 2e-4
 _LEAST_TENSION_N = 4.0
 _FORCE_STEP_N = 0.001
 _REST_S = 0.5
+_DRAWS = 200
 _FS, _K, _CA = (14.0, 17.0, 18.0, 16.0), (10000.0, 9000.0, 8000.0, 5500.0), (60.0, 60.0, 60.0, 60.0)
 
 
 Course = Callable[[Array, float], Array]
 """a series (T, M) sampled every so many s -> another of that shape"""
+
+
+Slack = Callable[[Array, Array], tuple[Array, Array] | None]
+"""tensions (T, M), N, of taut cables and Z (T, N, M), m, every STEP_S -> tensions that make the same torques, and how far
+slack cables hang, (T, M), m; or None where this motion allows none"""
 
 
 def _no_friction(alpha_d: Array) -> Array:
@@ -65,9 +71,7 @@ class World:
     push: Callable[[Array, Array], Array] = _no_push
     """s since the log began, (T,), and joint angles (T, N), rad -> torque of what pushes from outside, (T, N), N m"""
     load: Load = field(default_factory=Load)
-    slack: Callable[[Array, Array], tuple[Array, Array]] = _taut
-    """tensions (T, M), N, of taut cables and Z (T, N, M), m, every STEP_S -> tensions that make the same torques, and how
-    far slack cables hang, (T, M), m"""
+    slack: Slack = _taut
     gear: Course = _as_is
     """angle of the drum, in rad of the motor -> angle of the motor"""
     encoder: Course = _as_is
@@ -114,7 +118,7 @@ def prescribe(
     peak_deg: tuple[float, float] = (25.0, 32.0),
     level_n: tuple[float, float] = LEVEL_N,
 ) -> Prescribed:
-    """A recording of `duration` s of frames. Motions are drawn again until no cable comes near to slack.
+    """A recording of `duration` s of frames. Motions are drawn again until no cable comes near to slack unless it is to.
 
     level_n: mean and swing of the tension level, N.
     """
@@ -125,14 +129,14 @@ def prescribe(
     start = np.floor((first - rng.uniform(0.2, 0.6)) * 1e3) / 1e3
     before = round((first - start + _REST_S) * RATE_HZ)
     after = round((_REST_S + rng.uniform(0.2, 0.6)) * RATE_HZ)
-    for _ in range(50):
+    for _ in range(_DRAWS):
         drawn = exciting(world.neck, last - first - 2 * _REST_S, rng, hertz, peak_deg, level_n)
         motion = with_rest(drawn, before, after)
         made = _made(world, motion)
         if made is not None:
             break
     else:
-        raise ValueError("no motion was found that keeps the cables taut")
+        raise ValueError("no motion was found that suits the cables")
     alpha, at_row, f = made
     log_time = np.round(start + motion.time, 3)
     count = quantum(world.neck)
@@ -156,7 +160,7 @@ def prescribe(
 
 
 def _made(world: World, motion: Motion) -> tuple[Any, dict[str, Array], Array] | None:
-    """The motion as a spline, true series at the rows, and the forces held from the rows on; None where a cable goes slack."""
+    """The motion as a spline, true series at the rows, and the forces held from the rows on; None where this cannot be."""
     neck = world.neck
     spline = make_interp_spline(motion.time, motion.alpha, k=5)
     time = np.arange(round(motion.time[-1] / STEP_S) + 1) * STEP_S
@@ -168,7 +172,10 @@ def _made(world: World, motion: Motion) -> tuple[Any, dict[str, Array], Array] |
     tension = _tension(Z, torque, level)
     if tension.min() < _LEAST_TENSION_N:
         return None
-    tension, hanging = world.slack(tension, Z)
+    loosened = world.slack(tension, Z)
+    if loosened is None:
+        return None
+    tension, hanging = loosened
     x = world.stretch(tension, STEP_S) - hanging
     motors = neck["motors"]
     drum = np.array([m["rd"] / m["R"] for m in motors])

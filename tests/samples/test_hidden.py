@@ -16,10 +16,11 @@ from mechanism.description import read_neck
 from mechanism.dynamics import terms
 from mechanism.elasticity import elongation
 from mechanism.friction import dry
-from samples.generator.hidden.experiment import KINDS, hide
+from samples.generator.hidden.experiment import KINDS, MANNERS, RECORDINGS, hide
 
 Array = NDArray[np.float64]
 STEP = 2e-3
+SECONDS, SHORT = (8.0, 5.0), (5.0, 5.0)
 FLOOR_N, FLOOR_NM = 0.2, 0.003
 """rms of the motor and of the arm equation in recordings with nothing hidden and 0.1 deg of noise"""
 
@@ -82,14 +83,13 @@ def _below(hertz: float, values: Array) -> Array:
 @pytest.fixture(scope="module")
 def nothing(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("nothing")
-    assert hide((), 1, folder, seconds=(10.0, 8.0), cad=0.0, noise_deg=0.0) == ()
+    assert hide((), 1, folder, seconds=SECONDS, cad=0.0, noise_deg=0.0) == ()
     return folder
 
 
 @pytest.mark.parametrize("name", ["fitted", "held_out"])
 def test_without_an_effect_the_model_holds(nothing: Path, name: str) -> None:
     motor, arm = residuals(nothing, name)
-    print(motor.std(axis=0), arm.std(axis=0))
     assert np.sqrt(np.mean(motor**2)) < FLOOR_N / 2
     assert np.sqrt(np.mean(arm**2)) < FLOOR_NM / 2
 
@@ -97,8 +97,75 @@ def test_without_an_effect_the_model_holds(nothing: Path, name: str) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_effect_shows(nothing: Path, kind: str, tmp_path: Path) -> None:
     """In one of the equations, twice what noise leaves of it, whatever the seed's model is fitted to."""
-    (hidden,) = hide((kind,), 1, tmp_path, seconds=(10.0, 8.0), cad=0.0, noise_deg=0.0)
+    (hidden,) = hide((kind,), 1, tmp_path, seconds=SECONDS, cad=0.0, noise_deg=0.0)
     assert hidden.effect == kind
     motor, arm = (np.sqrt(np.mean(part**2, axis=0)).max() for part in residuals(tmp_path, fitted=True))
-    print(kind, motor, arm)
     assert motor > 2 * FLOOR_N or arm > 2 * FLOOR_NM
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_effect_of_no_size_is_none(nothing: Path, kind: str, tmp_path: Path) -> None:
+    hide((kind,), 1, tmp_path, seconds=SHORT, cad=0.0, noise_deg=0.0, size=0.0)
+    none, this = (read(folder, "held_out") for folder in (nothing, tmp_path))
+    count = 2 * np.pi / 2048  # one, where angles are rounded the other way
+    np.testing.assert_allclose(this.theta, none.theta, atol=1.01 * count)
+    np.testing.assert_allclose(this.f, none.f, atol=0.0101)
+    np.testing.assert_allclose(this.alpha, none.alpha, atol=1e-5)
+
+
+def test_a_seed_gives_the_same_files_and_another_seed_another_arm(tmp_path: Path) -> None:
+    kinds = ("pulley_radius", "warming_friction")
+    first, again, other = (hide(kinds, seed, tmp_path / str(i), seconds=SHORT) for i, seed in enumerate((5, 5, 6)))
+    assert first == again != other
+    assert [h.effect for h in first] == ["warming_friction", "pulley_radius"]
+    files = sorted(path.relative_to(tmp_path / "0") for path in (tmp_path / "0").rglob("*.*"))
+    assert len(files) == 9
+    for file in files:
+        texts = [(tmp_path / str(i) / file).read_text() for i in range(3)]
+        assert texts[0] == texts[1]
+        assert (texts[0] == texts[2]) == (file.name == "recording.yaml")
+
+
+def test_both_recordings_hide_the_same_in_other_motions(tmp_path: Path) -> None:
+    hide((), 2, tmp_path, seconds=SHORT)
+    fitted, held_out = (read(tmp_path, name) for name in RECORDINGS)
+    assert (tmp_path / "fitted/neck.yaml").read_text() == (tmp_path / "held_out/neck.yaml").read_text()
+    rows = slice(0, 2500)
+    assert abs(np.corrcoef(fitted.alpha[rows, 0], held_out.alpha[rows, 0])[0, 1]) < 0.9
+
+
+def test_the_engineer_is_wrong_by_no_more_than_said(tmp_path: Path) -> None:
+    hide((), 3, tmp_path, seconds=SHORT, cad=0.01)
+    said = read_neck(tmp_path / "fitted/neck.yaml").model_dump()
+    true = json.loads((tmp_path / "truth.json").read_text())["neck"]
+    for group, keys in (("mechanisms", ("L", "b", "r")), ("motors", ("Ia", "rd")), ("cables", ("x0",))):
+        for is_said, is_true in zip(said[group], true[group], strict=True):
+            for key in keys:
+                off = abs(is_said[key] / is_true[key] - 1)
+                assert 0 < off < 0.01 * {"rd": 0.2, "x0": 10}.get(key, 1), key
+
+
+@pytest.mark.parametrize("manner", MANNERS)
+def test_three_effects_go_together_in_every_manner(manner: str, tmp_path: Path) -> None:
+    """The effects are those that each would have alone."""
+    kinds = ("cable_creep", "cable_hardening", "actuator_gain")
+    together = hide(kinds, 4, tmp_path / "all", seconds=SHORT, manner=manner)
+    assert [h.effect for h in together] == ["cable_hardening", "cable_creep", "actuator_gain"]
+    alone = hide(kinds[2:], 4, tmp_path / "one", seconds=SHORT, manner=manner)
+    assert alone == together[2:]
+
+
+def test_a_slack_cable_hangs_and_the_others_carry_the_arm(tmp_path: Path) -> None:
+    """Its elongation goes below zero with nothing but friction in its force, and the arm equation holds as ever."""
+    (hidden,) = hide(("cable_slack",), 1, tmp_path, seconds=(20.0, 8.0), cad=0.0, noise_deg=0.0)
+    j, at = int(hidden.where[-1]) - 1, read(tmp_path)
+    x = elongation(at.arm, at.alpha, at.theta)
+    loose = x[:, j] < -0.1e-3
+    assert loose.sum() * STEP > 0.5
+    assert hidden.parameters["depth"] * 0.98 < -x[:, j].min() < hidden.parameters["depth"] * 1.02
+    assert np.delete(x, j, axis=1).min() > 0
+    truth = json.loads((tmp_path / "truth.json").read_text())
+    pulls = np.einsum("tij,tj->ti", Z(at.arm, at.alpha), np.maximum(truth["k"] * x, 0))
+    dynamics = terms(at.arm, at.alpha, at.alpha_d)
+    torque = np.einsum("tij,tj->ti", dynamics.M, at.alpha_dd) + dynamics.c + dynamics.g
+    assert np.std((pulls - torque)[loose]) < 0.05 * np.std(torque), "but for dampers"

@@ -7,12 +7,19 @@ from typing import Any
 import numpy as np
 
 from samples.generator.hidden.kind import Draw, Hidden, Kind, numbered, rubbing, writing
-from samples.generator.laws import capstan, cubic, damped, fading, toe, way, with_creep
+from samples.generator.hidden.slack import slackening
+from samples.generator.laws import ahead, capstan, cubic, damped, fading, maxwell_slip, toe, way, with_creep
 from samples.generator.prescribed import World
 from samples.generator.routes import wrap_table
+from samples.generator.taut_string import Array
 
 _MOST_N = 160.0
 """tension up to which a hardening cable is solved"""
+_CROSSING_N = 15.0
+_PEAK = 5.77
+"""largest acceleration of u^3 (10 - 15 u + 6 u^2)"""
+_STILL_RAD = 1e-9
+"""a step of the motor that is rounding only"""
 
 
 def cable_hardening(world: World, d: Draw) -> tuple[World, Hidden]:
@@ -144,11 +151,67 @@ def cable_creep(world: World, d: Draw) -> tuple[World, Hidden]:
     return replace(world, stretch=stretch), Hidden("cable_creep", "all", {"share": float(share), "tau": float(tau)})
 
 
+def cable_hysteresis(world: World, d: Draw) -> tuple[World, Hidden]:
+    """The fibres of all cables stick and slip: three elements, of which each slips at a third of the force."""
+    force, travel = d.sized(2, 5, 4), d.rng.uniform([[0.3e-3], [0.8e-3], [1.5e-3]], [[0.6e-3], [1.2e-3], [2.5e-3]])
+    travel = np.repeat(travel, 4, axis=1)
+    stretch = maxwell_slip(d.arm.k, d.arm.ca, force / 3 / travel, travel)
+    return replace(world, stretch=stretch), Hidden("cable_hysteresis", "all", numbered(force=force))
+
+
+def cable_slack(world: World, d: Draw) -> tuple[World, Hidden]:
+    """One cable goes slack for moments; never the last one, which pulls against all others and keeps most."""
+    j, depth = d.one(3), float(d.sized(0.5e-3, 2e-3))
+    parameters = {"depth": depth}
+    law = slackening(j, depth, min(d.size, 1.0), d.own)
+    hanging = replace(world, slack=law) if d.size else world  # moments without slack need not be found
+    return hanging, Hidden("cable_slack", f"cable {j + 1}", parameters)
+
+
+def backlash(world: World, d: Draw) -> tuple[World, Hidden]:
+    """One drum lags its motor by half a play; a motor that turns round crosses it as fast as 15 N accelerate its rotor."""
+    j, width = d.one(4), float(d.sized(0.5e-3, 1.5e-3))
+    motor = world.neck["motors"][j]
+    drum = motor["rd"] / motor["R"]
+    crossing = float(np.sqrt(_PEAK * width * motor["Ia"] / drum**2 / _CROSSING_N))
+    known = world.gear
+
+    def gear(drums: Array, step: float) -> Array:
+        theta = known(drums, step)
+        theta[:, j] += width / 2 / drum * _side(theta[:, j], max(1, round(crossing / step)))
+        return theta
+
+    parameters = {"play": width, "crossing_s": crossing}
+    return replace(world, gear=gear), Hidden("backlash", f"motor {j + 1}", parameters)
+
+
+def _side(theta: Array, rows: int) -> Array:
+    """The flank that drives, -1 or 1, with its smooth change over so many rows after each turn, (T,)."""
+    steps = np.diff(theta, prepend=theta[0])
+    known = np.abs(steps) > _STILL_RAD
+    last = np.maximum.accumulate(np.where(known, np.arange(len(steps)), np.argmax(known)))
+    u = (np.arange(rows) + 0.5) / rows
+    kernel = u**2 * (1 - u) ** 2
+    way_of = np.sign(steps[last])
+    padded = np.concatenate([np.full(rows - 1, way_of[0]), way_of])
+    return np.convolve(padded, kernel / kernel.sum(), mode="valid")
+
+
+def clock_offset(world: World, d: Draw) -> tuple[World, Hidden]:
+    """The log holds the motors' angles of some milliseconds before."""
+    late, known = float(d.sized(4e-3, 8e-3)), world.encoder
+    return replace(world, encoder=lambda theta, step: ahead(known(theta, step), step, -late)), Hidden(
+        "clock_offset", "all", {"late_s": late}
+    )
+
+
 CATALOGUE: dict[str, Kind] = {
     kind.__name__: kind
     for kind in (
         cable_hardening,
+        cable_hysteresis,
         cable_creep,
+        cable_slack,
         stribeck_friction,
         viscous_friction,
         pulley_friction,
@@ -159,6 +222,8 @@ CATALOGUE: dict[str, Kind] = {
         drum_radius,
         spring_stiffness,
         marker_offset,
+        backlash,
+        clock_offset,
         actuator_lag,
         actuator_gain,
         actuator_offset,

@@ -14,13 +14,14 @@ from samples.generator.files import write_angles_csv, write_log_csv
 from samples.generator.hidden.arms import Arm, described, random_arm
 from samples.generator.hidden.effects import CATALOGUE
 from samples.generator.hidden.kind import Draw, Hidden, Kind
+from samples.generator.hidden.outside import OUTSIDE
 from samples.generator.laws import ahead, dry_and_viscous, linear
 from samples.generator.motion import LEVEL_N
 from samples.generator.prescribed import Prescribed, World, prescribe
 from samples.generator.taut_string import Array
 
 RECORDINGS = ("fitted", "held_out")
-KINDS: dict[str, Kind] = CATALOGUE
+KINDS: dict[str, Kind] = OUTSIDE | CATALOGUE
 """everything that can be hidden, in the order in which it is laid on"""
 MANNERS = ("rich", "slow", "constant tension")
 _LEAST_SIGMA = 1e-6
@@ -49,7 +50,7 @@ def hide(
     hidden: tuple[Hidden, ...] = ()
     about: dict[str, Any] = {}
     for number, (name, duration) in enumerate(zip(RECORDINGS, seconds, strict=True)):
-        world, hidden = _world(arm, kinds, seed, number, duration, size)
+        world, hidden = _world(arm, kinds, seed, number, seconds, size)
         made = _moved(world, duration, [seed, 3, number], manner)
         noise = np.random.default_rng([seed, 4, number]).normal(0, sigma, made.frame_seen.shape)
         _write(folder / name, said, made, made.frame_seen + noise, max(sigma, _LEAST_SIGMA))
@@ -71,7 +72,7 @@ def hide(
 
 
 def _world(
-    arm: Arm, kinds: Sequence[str], seed: int, number: int, seconds: float, size: float
+    arm: Arm, kinds: Sequence[str], seed: int, number: int, seconds: tuple[float, float], size: float
 ) -> tuple[World, tuple[Hidden, ...]]:
     """The arm with all its effects, as recording `number` meets it. Each effect draws from a stream of its own."""
     world = World(
@@ -84,7 +85,7 @@ def _world(
     for name in (name for name in KINDS if name in kinds):
         stream = [seed, 5, zlib.crc32(name.encode())]
         rng, own = np.random.default_rng(stream), np.random.default_rng([*stream, number])
-        world, one = KINDS[name](world, Draw(arm, rng, own, seconds, size))
+        world, one = KINDS[name](world, Draw(arm, rng, own, seconds[number], max(seconds), size))
         hidden.append(one)
     return world, tuple(hidden)
 

@@ -33,6 +33,8 @@ class Draw:
     """each recording's own: times at which something happens"""
     seconds: float
     """of the recording"""
+    longest: float
+    """of the arm's recordings, s"""
     size: float
     """1 is normal, 0 is no effect"""
 
