@@ -126,6 +126,13 @@ def test_a_seed_gives_the_same_files_and_another_seed_another_arm(tmp_path: Path
         assert (texts[0] == texts[2]) == (file.name == "recording.yaml")
 
 
+def test_a_name_that_nothing_has_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="gremlins is none of warming_friction"):
+        hide(("gremlins",), 1, tmp_path)
+    with pytest.raises(ValueError, match="wild is none of rich"):
+        hide((), 1, tmp_path, manner="wild")
+
+
 def test_both_recordings_hide_the_same_in_other_motions(tmp_path: Path) -> None:
     hide((), 2, tmp_path, seconds=SHORT)
     fitted, held_out = (read(tmp_path, name) for name in RECORDINGS)

@@ -43,7 +43,12 @@ def hide(
 
     Both are of the same arm with the same effects, in other motions, with other clocks and noise. neck.yaml says what its
     engineer believes: dimensions off by up to `cad`, and no effect. manner: one of MANNERS.
+
+    Raises ValueError for a name that is not in KINDS or MANNERS, and where no motion allows what is asked for.
     """
+    for given, known in ((kinds, KINDS), ([manner], MANNERS)):
+        if unknown := set(given) - set(known):
+            raise ValueError(f"{', '.join(sorted(unknown))} is none of {', '.join(known)}")
     arm = random_arm(np.random.default_rng([seed, 1]))
     said = described(arm.neck, cad, np.random.default_rng([seed, 2]))
     sigma = np.radians(noise_deg)
