@@ -33,17 +33,18 @@ def solve(alpha: NDArray[np.float64], L: NDArray[np.float64], b: NDArray[np.floa
     alpha = np.asarray(alpha, dtype=float)
     n = alpha.shape[-1]
     gamma = np.concatenate([np.zeros((*alpha.shape[:-1], 1)), np.cumsum(alpha, axis=-1)], axis=-1)
+    along = np.exp(1j * gamma)
     middle = np.zeros(gamma.shape, dtype=complex)
     for i in range(1, n + 1):
-        half_below = b[i - 1] / 2 * np.exp(1j * gamma[..., i - 1])
-        half_above = b[i - 1] / 2 * np.exp(1j * gamma[..., i])
+        half_below = b[i - 1] / 2 * along[..., i - 1]
+        half_above = b[i - 1] / 2 * along[..., i]
         centre_a = middle[..., i - 1] - half_below - half_above  # |middle + half_above - left below| = L
         centre_b = middle[..., i - 1] + half_below + half_above
         across = centre_b - centre_a
         height = np.sqrt(L[i - 1] ** 2 - np.abs(across) ** 2 / 4)
         middle[..., i] = (centre_a + centre_b) / 2 + 1j * across / np.abs(across) * height
     # of a bar that carries unlike mechanisms these are the ends of the one above
-    half = np.asarray(np.exp(1j * gamma) * (np.concatenate([b, b[-1:]]) / 2), dtype=complex)
+    half = np.asarray(along * (np.concatenate([b, b[-1:]]) / 2), dtype=complex)
     return Bars(middle, gamma, middle - half, middle + half)
 
 

@@ -4,6 +4,7 @@ A piece runs from the lowest point of its entry wheel to its end, or to the lowe
 next piece begins; "lowest" is meant in the frame of the bar that carries the wheel.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
 from typing import Any
@@ -94,6 +95,23 @@ def lengths(neck: dict[str, Any], alpha: Array) -> Array:
         ],
         axis=-1,
     )
+
+
+def wrap_table(neck: dict[str, Any], reach: float = 1.2, nodes: int = 601) -> Callable[[Array], Array]:
+    """alpha (T, N), rad -> the angle that each cable is wound around wheels, (T, M), rad; straight lines between nodes."""
+    grid = np.linspace(-reach, reach, nodes)
+    m = neck["mechanisms"]
+    tables = {
+        (i, word): piece(word, grid, m[i]["L"], m[i]["b"], m[i]["r"]).string.wound.sum(axis=-1)
+        for cable in neck["cables"]
+        for i, word in enumerate(cable["route"])
+    }
+
+    def wrap(alpha: Array) -> Array:
+        found = {(i, word): np.interp(alpha[:, i], grid, table) for (i, word), table in tables.items()}
+        return np.stack([sum(found[key] for key in enumerate(c["route"])) for c in neck["cables"]], axis=-1)
+
+    return wrap
 
 
 def cable_outlines(neck: dict[str, Any], alpha: Array) -> list[Complex]:

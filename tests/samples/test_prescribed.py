@@ -12,7 +12,7 @@ from mechanism.description import read_neck
 from mechanism.dynamics import terms
 from mechanism.elasticity import elongation
 from mechanism.friction import dry
-from samples.generator.laws import cubic, damped, linear, toe, with_creep
+from samples.generator.laws import cubic, damped, linear, maxwell_slip, play, toe, with_creep
 from samples.generator.mujoco_arm import Load
 from samples.generator.prescribed import World, prescribe
 
@@ -68,3 +68,28 @@ def test_creep_ends_at_its_compliance() -> None:
     step = np.where(TIME[:, None] < 0.01, 40.0, 80.0) * np.ones(4)
     rigid, slow = (law(step, 2e-4) for law in (linear(K, CA), with_creep(linear(K, CA), np.full(4, 1e-5), 0.5)))
     np.testing.assert_allclose((slow - rigid)[-1], 80e-5 - 40e-5 * np.exp(-(TIME[-1] - 0.01) / 0.5), rtol=1e-3)
+
+
+def test_a_play_is_followed_step_by_step() -> None:
+    """With turns in between, and values that stay for a while."""
+    values, half, y = np.rint(PULL), np.array([0.0, 0.5, 5.0, 50.0]), np.rint(PULL[0])
+    expected = []
+    for row in values:
+        y = np.clip(y, row - half, row + half)
+        expected.append(y)
+    np.testing.assert_array_equal(play(values, half), expected)
+
+
+def test_elements_that_slip_make_a_loop() -> None:
+    """Between going and coming lies twice the force of all elements, once all of them slip; going slowly, at one elongation."""
+    k, force, travel = np.full(4, 8e3), 3.0, np.array([0.2e-3, 0.4e-3, 0.8e-3])[:, None] * np.ones(4)
+    slow = 60 + 40 * np.sin(2 * np.pi * 0.2 * TIME[:, None]) * np.ones(4)
+    x = maxwell_slip(k, np.zeros(4), force / 3 / travel, travel)(slow, 2e-4)
+    back, forth = (np.interp(55 / 8e3, side[:, 0], pull[:, 0]) for side, pull in _ways(x, slow))
+    assert forth - back == pytest.approx(2 * force, abs=1e-3)
+
+
+def _ways(x: np.ndarray, pull: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+    """Coming back between 1.25 and 3.75 s, in rising order, and going on after that."""
+    back, forth = (TIME > 1.25) & (TIME < 3.75), TIME > 3.75
+    return (x[back][::-1], pull[back][::-1]), (x[forth], pull[forth])

@@ -11,7 +11,8 @@ from benchmarks.clock_worlds import NECK_FILE, NOISE, Recorded, arm, recorded
 from identification.dataset import DataSet
 from identification.series import Series, numbered
 from mechanism.description import read_neck
-from samples.generator.laws import dry_and_viscous, linear
+from samples.generator.laws import dry_and_viscous, linear, way
+from samples.generator.motors import SHARPNESS
 from samples.generator.prescribed import World, prescribe
 from vision.angles import Angles
 from vision.check.elongations import Baseline, baseline_of, check_elongations
@@ -129,8 +130,7 @@ def test_a_cable_that_went_slack_is_named_with_its_time() -> None:
     """For a second the motor gives way by 1.5 mm more than the unloaded cable would take, and pulls with friction only."""
     k, fs, j = np.array([10e3, 9e3, 8e3, 5.5e3]), np.array([14.0, 17.0, 18.0, 16.0]), 2
     neck = yaml.safe_load(NECK_FILE.read_text())
-    friction = dry_and_viscous(fs, np.zeros(4))
-    p = prescribe(World(neck, linear(k, np.zeros(4)), friction), 60.0, 75)
+    p = prescribe(World(neck, linear(k, np.zeros(4)), dry_and_viscous(fs, np.zeros(4))), 60.0, 75)
     middle = p.log_time[0] + 30.0
     near = np.abs(p.log_time - middle) < 0.5
     hanging = np.where(near, np.cos(np.pi * (p.log_time - middle)) ** 2, 0.0)
@@ -140,7 +140,7 @@ def test_a_cable_that_went_slack_is_named_with_its_time() -> None:
     theta[:, j] -= (tension / k[j] + 1.5e-3 * hanging) / drum
     before, after = (np.gradient(t, p.log_time, axis=0) for t in (p.theta, theta))
     inertia = neck["motors"][j]["Ia"] / drum * np.gradient((after - before)[:, j], p.log_time)
-    f[:, j] += (friction(after, f) - friction(before, f))[:, j] - tension + inertia
+    f[:, j] += (fs * (way(after, SHARPNESS) - way(before, SHARPNESS)))[:, j] - tension + inertia
     alpha = p.frame_alpha + np.random.default_rng(5).normal(0, NOISE, p.frame_alpha.shape)
     log = Series(p.log_time, numbered("theta", np.round(theta / COUNT) * COUNT) | numbered("f", f))
     angles = Angles(p.frame_times, alpha, np.full(alpha.shape, NOISE))
