@@ -19,7 +19,8 @@ from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 4
+_ROUNDS = 12
+_CLOSE_N = 1e-3
 _SMALL_M, _SMALL_M_S = 1e-5, 1e-3
 """steps for the slope of the cables' law"""
 
@@ -40,11 +41,12 @@ def driven(s: Signals, u: Unknowns, p: Array, recording: int) -> Signals:
     damping = np.maximum(np.mean((pull(x, x_d + _SMALL_M_S) - now) / _SMALL_M_S, axis=0), 0.0)
     if np.any(stiffness <= 0):
         return s
-    for turn in range(_ROUNDS):
+    for _ in range(_ROUNDS):
         x = x + _answer(tension - now, stiffness, damping, s.step)
         x_d = np.gradient(x, s.step, axis=0)
-        if turn < _ROUNDS - 1:
-            now = pull(x, x_d)
+        now = pull(x, x_d)
+        if np.max(np.abs(tension - now)) < _CLOSE_N:
+            break
     return replace(s, x=x - x0, x_d=x_d)
 
 

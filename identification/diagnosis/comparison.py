@@ -67,32 +67,39 @@ class Comparison:
     rows: int
     """that count"""
 
-    def fit(self, more: Sequence[int] = ()) -> Fitted:
-        """The base model with nuisances, causes and further columns."""
+    def fit(self, more: Sequence[int] = (), damping: float = 0.0) -> Fitted:
+        """The base model with nuisances, causes and further columns; damping (Marquardt's) for steps of what is not linear."""
         first = self.base + len(self.nuisances)
-        use = np.concatenate([np.arange(first), self.held, np.asarray(more, dtype=int)])
+        return self._fit(np.concatenate([np.arange(first), self.held, np.asarray(more, dtype=int)]), damping)
+
+    @property
+    def merit(self) -> float:
+        """Loss of the point as it is, but for nuisances."""
+        return self._fit(np.arange(self.base, self.base + len(self.nuisances)), 0.0).loss
+
+    def _fit(self, use: Index, damping: float) -> Fitted:
+        nuisance = (use >= self.base) & (use < self.base + len(self.nuisances))
         last = len(self.sigma)
         G = self.table[np.ix_(use, use)] + np.diag(1 / self.sigma[use] ** 2)
         known = self.mean[use] / self.sigma[use] ** 2
         b = known - self.table[use, last]
         total = float(self.table[last, last] + known @ self.mean[use])
         scale = np.sqrt(np.where(np.diag(G) > 0, np.diag(G), 1.0))
-        G, b = G / np.outer(scale, scale) + _RIDGE * np.eye(len(use)), b / scale
+        G, b = G / np.outer(scale, scale), b / scale
+        H = G + np.diag(np.where(nuisance, _RIDGE, _RIDGE + damping))
         wall = WALL * self.sigma[use] * scale
-        bounded = np.zeros(len(use), dtype=bool)
-        bounded[self.base : first] = True
         x, free = np.zeros(len(use)), np.ones(len(use), dtype=bool)
         for _ in range(_TURNS):
             held = np.where(free, 0.0, x)
-            x[free] = cho_solve(cho_factor(G[np.ix_(free, free)]), (b - G @ held)[free])
-            over = np.where(bounded & free, np.abs(x) / wall, 0.0)
+            x[free] = cho_solve(cho_factor(H[np.ix_(free, free)]), (b - H @ held)[free])
+            over = np.where(nuisance & free, np.abs(x) / wall, 0.0)
             if over.max() <= 1:
                 break
             beyond = over >= max(1.0, over.max() / 2)
             x[beyond] = np.sign(x[beyond]) * wall[beyond]
             free &= ~beyond
         covariance = np.zeros_like(G)
-        covariance[np.ix_(free, free)] = np.linalg.inv(G[np.ix_(free, free)])
+        covariance[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
         loss = total - 2 * float(x @ b) + float(x @ G @ x)
         return Fitted(use, x / scale, loss, covariance / np.outer(scale, scale))
 

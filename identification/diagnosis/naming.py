@@ -31,9 +31,10 @@ ALONE = 0.95
 MOST = 3
 _BETTER = 0.01
 """of what the best explains: by how much more numbers must explain more"""
-_ROUNDS = 3
-_SETTLED = 0.02
-"""of a size"""
+_ROUNDS = 25
+_SETTLED = 5e-3
+"""of the loss: where a step would take less away it is not taken"""
+_FIRST_DAMPING = 1e-5
 
 
 @dataclass(frozen=True)
@@ -132,37 +133,42 @@ def tied(ranked: Sequence[Candidate]) -> tuple[Candidate, ...]:
 
 
 def entered(now: Comparison, c: Candidate) -> Cause:
-    """A candidate as a cause, with the numbers that fit best."""
-    group = next(g for g in now.groups if g.effect is c.effect and g.shape == c.shape)
-    columns = now.columns(group, c.where.columns)
-    fit = now.fit(columns)
-    cause = Cause(c.effect, c.where, np.zeros(len(columns)), dict(c.shape))
-    numbers = np.append(fit.numbers[-len(columns) :], np.zeros(len(c.effect.forms)))
-    return cause.stepped(numbers, now.point.places[0].signals.arm)
+    """A candidate as a cause that does nothing yet."""
+    return Cause(c.effect, c.where, np.zeros(len(c.where.columns)), dict(c.shape))
 
 
 def refined(
     h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], p: Array, whiten: Whitener
 ) -> tuple[Point, tuple[Cause, ...]]:
-    """The base model's numbers and the causes' fitted together, by Gauss and Newton."""
-    arm = h.arm
+    """The base model's numbers and the causes' fitted together, by Levenberg and Marquardt."""
     at = point(believed(h, causes), data, p)
+    now = compare(at, causes, (), whiten)
+    merit, damping = now.merit, 0.0
     for _ in range(_ROUNDS):
-        now = compare(at, causes, (), whiten)
-        fit = now.fit()
-        u = at.unknowns
-        step = fit.numbers[: now.base]
-        p = np.clip(at.p + u.size * step, u.low, u.high)
-        numbers, moved = fit.numbers[now.base + len(now.nuisances) :], []
-        for cause in causes:
-            own, numbers = np.split(numbers, [len(cause.sizes(arm))])
-            moved.append(cause.stepped(own, arm))
-            step = np.append(step, own)
-        causes = tuple(moved)
-        at = point(believed(h, causes), data, p)
-        if np.abs(step).max() < _SETTLED:
+        if merit - now.fit().loss < _SETTLED * merit:
             break
+        fit = now.fit(damping=damping)
+        step = np.append(fit.numbers[: now.base], fit.numbers[now.base + len(now.nuisances) :])
+        p, changed = _stepped(at, causes, step)
+        then = point(believed(h, changed), data, p)
+        there = compare(then, changed, (), whiten)
+        if there.merit < merit:
+            at, now, causes, merit = then, there, changed, there.merit
+            damping = damping / 10 if damping > _FIRST_DAMPING else 0.0
+        else:
+            damping = max(_FIRST_DAMPING, 10 * damping)
     return at, causes
+
+
+def _stepped(at: Point, causes: tuple[Cause, ...], step: Array) -> tuple[Array, tuple[Cause, ...]]:
+    """The base model's numbers and the causes a step further."""
+    u, arm = at.unknowns, at.hypothesis.arm
+    own, rest = np.split(step, [len(u.size)])
+    p, moved = np.clip(at.p + u.size * own, u.low, u.high), []
+    for cause in causes:
+        part, rest = np.split(rest, [len(cause.sizes(arm))])
+        moved.append(cause.stepped(part, arm))
+    return p, tuple(moved)
 
 
 def _by_size(at: Point) -> Whitener:

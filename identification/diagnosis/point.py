@@ -51,12 +51,13 @@ def point(h: Hypothesis, recordings: Sequence[DataSet], p: Array | None = None) 
 
 
 def _place(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> Place:
+    told = driven(s, u, p, recording)
     return Place(
         h,
         s,
-        driven(s, u, p, recording),
+        told,
         Slow(s, u, p, recording),
-        rows(s, u, p, recording),
+        Rows(rows(s, u, p, recording).residual, rows(told, u, p, recording).jacobian),
         u.laws,
         u.values(p),
         u.get(p, "x0", recording),

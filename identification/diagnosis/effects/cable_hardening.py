@@ -10,5 +10,7 @@ class CableHardening(OfLaw):
     words = "the cables get stiffer the more they are tensioned"
     place = "cable"
     law = "cable_hardening"
-    terms = of_law("cable_hardening", "k2", "k3")
+    terms = of_law("cable_hardening", "k2")
+    forms = of_law("cable_hardening", "nh")
+    shapes = tuple({"nh": n} for n in (2.0, 3.0))
     single = False
