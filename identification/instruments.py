@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 
 _ROUNDS = 12
 _CLOSE_N = 1e-3
+"""of the tension: there it ends"""
+_FAR_M = 0.1
+"""beyond any cable's elongation: a law that is far off must not run away"""
 _SMALL_M, _SMALL_M_S = 1e-5, 1e-3
 """steps for the slope of the cables' law"""
 
@@ -43,6 +46,7 @@ def driven(s: Signals, u: Unknowns, p: Array, recording: int) -> Signals:
         return s
     for _ in range(_ROUNDS):
         x = x + _answer(tension - now, stiffness, damping, s.step)
+        x = np.clip(x, -_FAR_M, _FAR_M)
         x_d = np.gradient(x, s.step, axis=0)
         now = pull(x, x_d)
         if np.max(np.abs(tension - now)) < _CLOSE_N:

@@ -31,9 +31,7 @@ class Cause:
 
     def sizes(self, arm: Arm) -> Array:
         """What a person would call a change of each number."""
-        return np.append(
-            self.effect.sizes(arm)[list(self.where.columns)], [term.size for term in self.effect.forms]
-        )
+        return np.append(self.effect.sizes(arm)[list(self.where.columns)], [term.size for term in self.effect.forms])
 
     def stepped(self, numbers: Array, arm: Arm) -> "Cause":
         """With these numbers, in sizes, more."""

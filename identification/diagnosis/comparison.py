@@ -5,7 +5,7 @@ The base model's numbers are free in every comparison, nuisances are known to th
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -56,6 +56,7 @@ class Comparison:
     """of each recording, not whitened: columns and residual, (C, S, K + 1)"""
     base: int
     nuisances: tuple[str, ...]
+    """the arm's, then of each recording its clock's two"""
     held: Index
     """columns of the causes named so far"""
     groups: tuple[Group, ...]
@@ -102,6 +103,32 @@ class Comparison:
         covariance[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
         loss = total - 2 * float(x @ b) + float(x @ G @ x)
         return Fitted(use, x / scale, loss, covariance / np.outer(scale, scale))
+
+    def shifted(self, numbers: Array) -> "Comparison":
+        """With these numbers (K,) taken as given: what remains to be explained is other."""
+        A, r = self.table[:-1, :-1], self.table[:-1, -1]
+        table = self.table.copy()
+        table[:-1, -1] = table[-1, :-1] = r + A @ numbers
+        table[-1, -1] += 2 * float(r @ numbers) + float(numbers @ A @ numbers)
+        matrix = []
+        for old in self.matrix:
+            new = old.copy()
+            new[..., -1] += old[..., :-1] @ numbers
+            matrix.append(new)
+        return replace(self, table=table, matrix=tuple(matrix))
+
+    def silent(self) -> "Comparison":
+        """With nothing to be explained: for asking what would be seen of something."""
+        table = self.table.copy()
+        table[-1, :] = table[:, -1] = 0.0
+        return replace(self, table=table, matrix=(), mean=np.zeros_like(self.mean))
+
+    def of_recordings(self) -> Fitted:
+        """Only what each recording has of its own: pre-elongations, delay, clock."""
+        entries = self.point.unknowns.entries
+        own = [i for i, e in enumerate(entries) if e.recording is not None]
+        clocks = self.base + np.arange(len(self.nuisances) - 2 * len(self.matrix), len(self.nuisances))
+        return self._fit(np.append(own, clocks), 0.0)
 
     def left(self, fit: Fitted) -> list[Array]:
         """Residuals once fitted, of each recording, (C, S), in N and N m."""

@@ -47,6 +47,8 @@ class Effect:
     """what is tried of its form while causes are compared"""
     forms: ClassVar[tuple[Term, ...]] = ()
     """terms of these shapes, fitted once the cause is named"""
+    first: ClassVar[int] = 1
+    """index of the first place"""
     single: ClassVar[bool] = True
     """whether it may sit in one place alone"""
 

@@ -18,7 +18,8 @@ from identification.diagnosis.effects import EFFECTS
 from identification.diagnosis.hypothesis import Hypothesis
 from identification.diagnosis.noise import Read, noise, whitener
 from identification.diagnosis.point import Point, point
-from identification.whitening import Whitener, fit_whitener
+from identification.fitting import solve
+from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
 
@@ -78,8 +79,8 @@ def search(h: Hypothesis, read: Sequence[Read]) -> Search:
     """Causes beyond a hypothesis in recordings of one arm."""
     data = [one.data for one in read]
     at = point(h, data)
-    plain = _by_size(at)
-    at, _ = refined(h, (), data, at.p, plain)
+    start = solve([place.signals for place in at.places], at.unknowns).least_squares
+    at = point(h, data, start)
     drawn = noise(at, read)
     whiten = whitener(drawn, [begins(place) for place in at.places], at.places[0].signals.arm.M)
     at, _ = refined(h, (), data, at.p, whiten)
@@ -115,14 +116,19 @@ def rank(now: Comparison, loss: float) -> tuple[Candidate, ...]:
             for where in group.effect.wheres(arm)
         ]
         most = max(option.gain for option in options)
-        found = min((o for o in options if o.gain >= most - (1 - ALONE) * abs(most)), key=lambda o: (len(o.where.columns), -o.gain))
+        found = min(
+            (o for o in options if o.gain >= most - (1 - ALONE) * abs(most)),
+            key=lambda o: (len(o.where.columns), -o.gain),
+        )
         if name not in best or found.gain > best[name].gain:
             best[name] = found
     return tuple(sorted(best.values(), key=lambda c: -c.gain))
 
 
 def tied(ranked: Sequence[Candidate]) -> tuple[Candidate, ...]:
-    """Those that explain as much as the best but for TIED of it, the most telling first, less those whose more numbers bring nothing."""
+    """Those that explain as much as the best but for TIED of it, the most telling first.
+
+    One with more numbers than another stays only where it explains more by them."""
     most = ranked[0].gain
     kept: list[Candidate] = []
     for c in sorted((c for c in ranked if c.gain >= (1 - TIED) * most), key=lambda c: (len(c.where.columns), -c.gain)):
@@ -169,8 +175,3 @@ def _stepped(at: Point, causes: tuple[Cause, ...], step: Array) -> tuple[Array, 
         part, rest = np.split(rest, [len(cause.sizes(arm))])
         moved.append(cause.stepped(part, arm))
     return p, tuple(moved)
-
-
-def _by_size(at: Point) -> Whitener:
-    """Channels by the size of their residuals alone."""
-    return fit_whitener([place.rows.residual for place in at.places], [begins(place) for place in at.places], 0)

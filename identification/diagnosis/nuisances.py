@@ -1,11 +1,13 @@
 """What is known of an arm to about a per cent only: small errors of it are no cause, and must not be taken for one."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.diagnosis.point import Place
+from mechanism.description import Neck
 
 Array = NDArray[np.float64]
 
@@ -13,9 +15,20 @@ _ABOUT = 0.006
 """standard deviation of a drawing's number, relative: even within 1 %"""
 _TURNED = 0.0012
 """of what is turned on a lathe"""
-_OF_MECHANISMS = (
-    "L", "b", "r", "top_mass", "diagonal_mass", "top_inertia", "diagonal_inertia", "spring_stiffness", "spring_free_length",
-)  # fmt: skip
+_FIELDS: dict[str, tuple[str, tuple[str, ...], float]] = {
+    "L": ("mechanisms", ("L",), _ABOUT),
+    "b": ("mechanisms", ("b",), _ABOUT),
+    "r": ("mechanisms", ("r",), _ABOUT),
+    "top_mass": ("mechanisms", ("top", "mass"), _ABOUT),
+    "diagonal_mass": ("mechanisms", ("diagonal", "mass"), _ABOUT),
+    "top_inertia": ("mechanisms", ("top", "inertia"), _ABOUT),
+    "diagonal_inertia": ("mechanisms", ("diagonal", "inertia"), _ABOUT),
+    "spring_stiffness": ("mechanisms", ("springs", "stiffness"), _ABOUT),
+    "spring_free_length": ("mechanisms", ("springs", "free_length"), _ABOUT),
+    "motor_inertia": ("motors", ("Ia",), _ABOUT),
+    "drum": ("motors", ("rd",), _TURNED),
+}
+"""of Arm: where neck.yaml has it, and how well it is known"""
 WALL = 3.4
 """standard deviations beyond which a nuisance does not go: 2 %"""
 
@@ -23,8 +36,8 @@ WALL = 3.4
 def nuisances(at: Place) -> tuple[tuple[str, ...], Array]:
     """Names, and what one sigma of each does to the residuals, (C, S, Q); the clock's and the angles' own come last."""
     arm, names, columns = at.signals.arm, [], []
-    fields = [(f, _ABOUT, arm.N) for f in _OF_MECHANISMS] + [("motor_inertia", _ABOUT, arm.M), ("drum", _TURNED, arm.M)]
-    for field, sigma, count in fields:
+    for field, (group, _, sigma) in _FIELDS.items():
+        count = arm.N if group == "mechanisms" else arm.M
         value = getattr(arm, field)
         for i in range(count):
             more = np.where(np.arange(count) == i, 1 + sigma, 1.0)
@@ -40,3 +53,16 @@ def of_recording(at: Place) -> Array:
     offset, skew = s.clock_sigma
     moves = (at.slow.late(offset), at.slow.late(skew * age))
     return np.stack([at.slow.change(turned=move) for move in moves], axis=-1)
+
+
+def adjusted(neck: Neck, names: Sequence[str], numbers: Array) -> Neck:
+    """neck.yaml with its numbers moved by so many sigmas; names as `nuisances` gives them."""
+    changed = neck.model_dump()
+    for name, number in zip(names, numbers, strict=True):
+        field, place = name.rsplit(" ", 1)
+        group, path, sigma = _FIELDS[field]
+        entry = changed[group][int(place) - 1]
+        for key in path[:-1]:
+            entry = entry[key]
+        entry[path[-1]] *= 1 + sigma * float(number)
+    return Neck.model_validate(changed)

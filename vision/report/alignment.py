@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset import DataSet
+from identification.frames import log_time
 from mechanism.cable_lengths import lengths
 from mechanism.friction import dry
-from vision.clocks.record import log_time
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset import DataSet
-from vision.clocks.record import log_time
+from identification.frames import log_time
 from vision.report import style
 from vision.report.alignment import Alignment, gaps, liveliest
 from vision.report.block import Block, Entry

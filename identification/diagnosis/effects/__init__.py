@@ -1,5 +1,6 @@
 """What may be wrong with the model, one cause a file; `EFFECTS` lists them by name."""
 
+from identification.diagnosis.effect import Effect
 from identification.diagnosis.effects.actuator_gain import ActuatorGain
 from identification.diagnosis.effects.actuator_lag import ActuatorLag
 from identification.diagnosis.effects.actuator_offset import ActuatorOffset
@@ -19,7 +20,6 @@ from identification.diagnosis.effects.spring_stiffness import SpringStiffness
 from identification.diagnosis.effects.stribeck_friction import StribeckFriction
 from identification.diagnosis.effects.tip_payload import TipPayload
 from identification.diagnosis.effects.viscous_friction import ViscousFriction
-from identification.diagnosis.effect import Effect
 
 __all__ = ["EFFECTS"]
 

@@ -18,6 +18,7 @@ class MarkerOffset(Effect):
     name = "marker_offset"
     words = "the markers of a bar are turned against how they are described, or an angle's zero is wrong"
     place = "bar"
+    first = 0
     terms = (Term("turn", "rad", -0.5, 0.5, 0.01, "joint"),)
 
     def labels(self, arm: Arm) -> tuple[str, ...]:

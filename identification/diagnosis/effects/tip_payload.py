@@ -26,6 +26,4 @@ class TipPayload(OfArm):
                 "inertia": max(top.inertia + around, 0.0),
             }
         )
-        return neck.model_copy(
-            update={"mechanisms": (*neck.mechanisms[:-1], last.model_copy(update={"top": loaded}))}
-        )
+        return neck.model_copy(update={"mechanisms": (*neck.mechanisms[:-1], last.model_copy(update={"top": loaded}))})

@@ -1,0 +1,103 @@
+"""What the simulation gets wrong, its cause, and what the model gains by it: the whole diagnosis of recordings of one arm."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset import DataSet
+from identification.diagnosis.cause import believed
+from identification.diagnosis.excess import Excess, excess
+from identification.diagnosis.gain import Gain, gains, held
+from identification.diagnosis.hypothesis import Hypothesis, as_described
+from identification.diagnosis.naming import Search, search
+from identification.diagnosis.noise import read
+from identification.diagnosis.sight import Sight, sight
+from identification.estimates import check_motion, one_arm
+from identification.frames import frames_of
+from xneck.errors import Refused
+
+Array = NDArray[np.float64]
+
+EXPLAINED = 0.6
+"""of what stands above noise: what causes leave more of, nobody has named"""
+TOO_MANY = 4
+"""causes that explain alike: then the data cannot decide"""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """A verdict with what it rests on."""
+
+    verdict: str
+    """consistent, cause, ambiguous, unknown or insufficient"""
+    why: str
+    search: Search
+    before: Excess
+    """what the base model leaves where it was fitted"""
+    after: Excess
+    sight: Sight
+    """what these recordings could have shown"""
+    gains: tuple[Gain, ...]
+    """on recordings that were not fitted"""
+    extended: Hypothesis
+    """the description with what was found in it"""
+
+    @property
+    def explained(self) -> float:
+        """Share of what stood above noise that the causes take away."""
+        return 1 - self.after.energy / self.before.energy if self.before.energy else 0.0
+
+
+def diagnose(
+    recordings: Sequence[DataSet],
+    held_out: Sequence[DataSet] = (),
+    seed: int = 0,
+    progress: Callable[[str], object] = lambda step: None,
+) -> Diagnosis:
+    """Recordings of one arm, fitted together, and others of it on which the gain is measured.
+
+    Raises Refused where they are of different arms, a motor stands still, or forces are missing.
+    """
+    for data in (*recordings, *held_out):
+        if "f1" not in data.state.columns:
+            raise Refused("diagnose", "a data set holds no forces f", "log the force command of every motor")
+    one_arm([*recordings, *held_out])
+    h = as_described(recordings[0].neck)
+    progress("noise")
+    fitted = [read(data, frames_of(data), seed + i) for i, data in enumerate(recordings)]
+    others = [read(data, frames_of(data), seed + 100 + i) for i, data in enumerate(held_out)]
+    progress("causes")
+    found = search(h, fitted)
+    check_motion([place.signals for place in found.end.point.places])
+    first, last = found.base.fit(), found.end.fit()
+    before = excess(found.base.left(first), found.floor_before)
+    after = excess(found.end.left(last), found.floor)
+    could = sight(found)
+    verdict, why = _verdict(found, before, after, could)
+    progress("gain")
+    gained: tuple[Gain, ...] = ()
+    if others:
+        extended = believed(h, found.causes)
+        was = held(found.base, first, h, others, found.whiten)
+        now = held(found.end, last, extended, others, found.whiten)
+        gained = gains(was, now, h.arm.M)
+    return Diagnosis(verdict, why, found, before, after, could, gained, believed(h, found.causes))
+
+
+def _verdict(found: Search, before: Excess, after: Excess, could: Sight) -> tuple[str, str]:
+    share = 1 - after.energy / before.energy if before.energy else 0.0
+    if not found.named:
+        if before.plain:
+            return "unknown", "the data differ from the model, and no cause that is known explains it"
+        if could.blind:
+            return "insufficient", f"these recordings could not show {', '.join(could.blind)}"
+        return "consistent", "nothing stands above noise"
+    if max(len(named.tied) for named in found.named) >= TOO_MANY:
+        return "insufficient", "too many causes explain the data alike"
+    if after.plain and share < EXPLAINED:
+        return "unknown", f"what is known explains {100 * share:.0f} % of what stands above noise"
+    if any(len(named.tied) > 1 for named in found.named):
+        return "ambiguous", "several causes explain the data alike"
+    return "cause", ""

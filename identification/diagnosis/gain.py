@@ -1,0 +1,110 @@
+"""What an extended model gains where it was not fitted: the same equations on other recordings, before, after, and noise alone."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.diagnosis.comparison import Comparison, Fitted, compare
+from identification.diagnosis.excess import Excess, excess
+from identification.diagnosis.hypothesis import Hypothesis
+from identification.diagnosis.noise import Read, noise
+from identification.diagnosis.point import Point, point
+from identification.unknowns import unknowns
+from identification.whitening import Whitener
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 3
+_BLOCKS = 30
+"""that the gain's sigma is told from, each left out in turn"""
+
+
+@dataclass(frozen=True)
+class Held:
+    """Residuals of recordings that were not fitted, (C, S) each, and noise alone there."""
+
+    left: tuple[Array, ...]
+    floor: tuple[list[Array], ...]
+
+    @property
+    def excess(self) -> Excess:
+        """Of all recordings together."""
+        return excess(self.left, self.floor)
+
+
+@dataclass(frozen=True)
+class Gain:
+    """RMS over the channels of one kind."""
+
+    measure: str
+    unit: str
+    before: float
+    after: float
+    noise_floor: float
+    sigma: float
+    """of before less after, by blocks"""
+
+    def as_json(self) -> dict[str, Any]:
+        """The contract's record."""
+        return {
+            "measure": self.measure,
+            "unit": self.unit,
+            "before": self.before,
+            "after": self.after,
+            "noise_floor": self.noise_floor,
+            "gain_sigma": self.sigma,
+            "held_out": True,
+        }
+
+
+def held(end: Comparison, fit: Fitted, h: Hypothesis, read: Sequence[Read], whiten: Whitener) -> Held:
+    """Recordings read with a hypothesis and the numbers of its fit; pre-elongation, delay and clock are each recording's own."""
+    left, floor = [], []
+    arm = len(end.nuisances) - 2 * len(end.matrix)
+    for one in read:
+        at = _placed(end.point, fit, h, one)
+        for _ in range(_ROUNDS):
+            now = compare(at, (), (), whiten)
+            given = np.zeros(len(now.sigma))
+            given[now.base : now.base + arm] = fit.numbers[end.base : end.base + arm]
+            now = now.shifted(given)
+            own = now.of_recordings()
+            step = np.zeros(now.base)
+            step[own.columns[own.columns < now.base]] = own.numbers[own.columns < now.base]
+            at = point(h, [one.data], at.p + at.unknowns.size * step)
+        left.extend(now.left(own))
+        floor.extend(noise(at, [one]))
+    return Held(tuple(left), tuple(floor))
+
+
+def gains(before: Held, after: Held, motors: int) -> tuple[Gain, ...]:
+    """Of the motors' and of the arm's equations."""
+    out = []
+    for measure, unit, part in (
+        ("motor equations", "N", slice(0, motors)),
+        ("arm equations", "N m", slice(motors, None)),
+    ):
+        was, now = (np.concatenate([each[part] for each in of.left], axis=1) for of in (before, after))
+        drawn = np.concatenate([d[part] for draws in after.floor for d in draws], axis=1)
+        rms = [float(np.sqrt(np.mean(each**2))) for each in (was, now, drawn)]
+        blocks = np.array_split(np.arange(was.shape[1]), _BLOCKS)
+        apart = [
+            np.sqrt(np.mean(np.delete(was, b, axis=1) ** 2)) - np.sqrt(np.mean(np.delete(now, b, axis=1) ** 2))
+            for b in blocks
+        ]
+        sigma = float(np.sqrt((_BLOCKS - 1) * np.var(apart)))
+        out.append(Gain(measure, unit, *rms, sigma))
+    return tuple(out)
+
+
+def _placed(of: Point, fit: Fitted, h: Hypothesis, one: Read) -> Point:
+    """The laws' numbers at another recording, which starts with the first one's pre-elongation and delay."""
+    fitted = of.p + of.unknowns.size * fit.numbers[: len(of.p)]
+    u = unknowns(h.arm, of.unknowns.laws, 1, dict(of.unknowns.held))
+    p = u.start()
+    for (name, recording), slot in u.slots.items():
+        p[slot] = fitted[of.unknowns.slots[name, recording]]
+    return point(h, [one.data], p)

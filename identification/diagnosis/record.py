@@ -1,0 +1,117 @@
+"""A diagnosis as the contract's record, and in words."""
+
+from typing import Any
+
+import numpy as np
+
+from identification.diagnosis.cause import Cause
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.naming import TIED, Named
+from xneck.estimate import Parameter
+
+_KNOWN = 0.1
+"""sigma over value up to which a number is identified"""
+
+
+def as_json(d: Diagnosis) -> dict[str, Any]:
+    """The contract's record."""
+    parameters = parameters_of(d)
+    causes = []
+    for named, cause, own in zip(d.search.named, d.search.causes, parameters, strict=True):
+        causes.append(
+            {
+                "effect": cause.effect.name,
+                "where": cause.where.label,
+                "words": cause.effect.words,
+                "parameters": [p.as_json() for p in own],
+                "probability": probability(named),
+                "indistinguishable_from": [c.effect.name for c in named.tied if c.effect is not cause.effect],
+                "explains": named.best.gain / named.loss_before,
+            }
+        )
+    arm = d.extended.arm
+    channels = [f"motor {j + 1}" for j in range(arm.M)] + [f"joint {i + 1}" for i in range(arm.N)]
+    gain = max(d.gains, key=lambda g: g.before / g.noise_floor, default=None)
+    return {
+        "verdict": d.verdict,
+        "why": d.why,
+        "causes": causes,
+        "gain": gain and gain.as_json(),
+        "gains": [g.as_json() for g in d.gains],
+        "explained": d.explained,
+        "channels": [
+            {
+                "channel": name,
+                "unit": "N" if j < arm.M else "N m",
+                "before": float(d.before.rms[j]),
+                "after": float(d.after.rms[j]),
+                "noise_floor": float(d.after.floor[j]),
+            }
+            for j, name in enumerate(channels)
+        ],
+        "considered": [
+            {"effect": c.effect.name, "where": c.where.label, "explains": c.gain / d.search.base.fit().loss}
+            for c in d.search.rankings[0]
+        ],
+        "could_not_show": list(d.sight.blind),
+        "look_alikes": [
+            {"effect": a, "feigned_by": b, "share": float(d.sight.alike[i, j])}
+            for i, a in enumerate(d.sight.effects)
+            for j, b in enumerate(d.sight.effects)
+            if i != j and d.sight.alike[i, j] > 1 - 2 * TIED
+        ],
+    }
+
+
+def probability(named: Named) -> float:
+    """Of a cause among all that were considered beside it, laws' unknown forms allowed for: half of TIED is one step of e."""
+    gains = np.array([c.gain for c in named.tied])
+    weight = np.exp((gains - named.best.gain) / (TIED / 2 * named.best.gain))
+    return float(1 / weight.sum())
+
+
+def parameters_of(d: Diagnosis) -> tuple[tuple[Parameter, ...], ...]:
+    """Of each cause, with sigma: from the rows' noise, widened by what is left above it."""
+    fit, end = d.search.end.fit(), d.search.end
+    wider = max(1.0, fit.loss / max(end.rows, 1))
+    sigma = np.sqrt(np.diag(fit.covariance) * wider)[end.base + len(end.nuisances) :]
+    out, arm = [], d.extended.arm
+    for cause in d.search.causes:
+        size = cause.sizes(arm)
+        own, sigma = sigma[: len(size)] * size, sigma[len(size) :]
+        out.append(tuple(_parameters(cause, own, len(cause.effect.labels(arm)))))
+    return tuple(out)
+
+
+def _parameters(cause: Cause, sigma: np.ndarray, places: int) -> list[Parameter]:
+    found = []
+    for column, value, s in zip(cause.where.columns, cause.amounts, sigma, strict=False):
+        term, place = cause.effect.terms[column // places], column % places
+        index = None if places == 1 else place + cause.effect.first
+        found.append(Parameter(term.name, index, float(value), term.unit, float(s), bool(s <= _KNOWN * abs(value))))
+    for term, s in zip(cause.effect.forms, sigma[len(cause.amounts) :], strict=True):
+        value = cause.forms[term.name]
+        found.append(Parameter(term.name, None, value, term.unit, float(s), bool(s <= _KNOWN * abs(value))))
+    return found
+
+
+def as_text(d: Diagnosis) -> str:
+    """The verdict, the causes, and the gain, for a person."""
+    lines = [d.verdict + (f": {d.why}" if d.why else "")]
+    for named, cause, own in zip(d.search.named, d.search.causes, parameters_of(d), strict=True):
+        lines.append(f"  {cause.effect.name} ({cause.where.label}): {cause.effect.words}")
+        lines += [
+            f"    {p.name}{'' if p.index is None else f'({p.index})'} = {p.value:.4g} +- {p.sigma:.2g} {p.unit}"
+            for p in own
+        ]
+        others = [c.effect.name for c in named.tied if c.effect is not cause.effect]
+        if others:
+            lines.append(f"    explains the data as well: {', '.join(others)}")
+    for g in d.gains:
+        lines.append(
+            f"  {g.measure}, not fitted: {g.before:.4g} -> {g.after:.4g} {g.unit} (noise {g.noise_floor:.4g}, "
+            f"gain {g.before - g.after:.2g} +- {g.sigma:.1g})"
+        )
+    if d.sight.blind:
+        lines.append(f"  these recordings would not show: {', '.join(d.sight.blind)}")
+    return "\n".join(lines)
