@@ -108,7 +108,12 @@ def on_channels(s: Signals, base: Forces, moved: Forces, term: Term) -> Array:
     out[np.arange(m), :, np.arange(m)] = s.low_pass(np.ascontiguousarray((drive - pull).T))
     if drive.any():
         out[m:] = np.moveaxis(filtered(s, drive)[1], 1, 2)
-    return out.sum(axis=2, keepdims=True) if term.of == "arm" else out
+    if term.of == "cable":
+        return out
+    out = out.sum(axis=2, keepdims=True)
+    if resist.any():
+        out[m:, :, 0] -= s.low_pass(np.ascontiguousarray(resist.T))
+    return out
 
 
 def filtered(s: Signals, force: Array) -> tuple[Array, Array]:

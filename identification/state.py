@@ -144,11 +144,7 @@ def estimate_state(
         check_span(seen.time[~np.isnan(column)], at)
     knots = knots_over(seen.time[0], seen.time[-1], KNOT_S)
     mean = np.nanmean(seen.alpha, axis=0)
-    priors = [
-        fit_mixture(seen.time[known], a[known] - mean[i], s[known] ** 2, KNOT_S, VISION_DOUBT)
-        for i, (a, s) in enumerate(zip(seen.alpha.T, seen.sigma.T, strict=True))
-        for known in [~np.isnan(a)]
-    ]
+    priors = _priors(seen, mean)
     fit = _solved(knots, mean, seen, priors)
     notes: dict[str, Any] = {"method": "vision"}
     if fuse:
@@ -162,6 +158,36 @@ def estimate_state(
     alpha, alpha_d, alpha_dd = (fit.alpha(at, d) for d in range(3))
     covariance = _covariance(fit, seen, at[rows], clock_sigma)
     return State(at, alpha, alpha_d, alpha_dd, at[rows], covariance, bridged, notes)
+
+
+@dataclass(frozen=True)
+class Sight:
+    """Angles with two derivatives by vision alone, (T, N) each, where a joint was bridged, and what motion was expected."""
+
+    alpha: Array
+    alpha_d: Array
+    alpha_dd: Array
+    bridged: NDArray[np.bool_]
+    priors: list[Mixture]
+
+
+def by_vision(seen: Seen, at: Array, priors: list[Mixture] | None = None) -> Sight:
+    """The state at `at` by vision alone, without covariance; with priors of a recording alike that are known already."""
+    knots = knots_over(seen.time[0], seen.time[-1], KNOT_S)
+    mean = np.nanmean(seen.alpha, axis=0)
+    known = priors or _priors(seen, mean)
+    fit = _solved(knots, mean, seen, known)
+    bridged = np.stack([_bridged(seen.time[~np.isnan(a)], at) for a in seen.alpha.T], axis=-1)
+    return Sight(*(fit.alpha(at, d) for d in range(3)), bridged, known)
+
+
+def _priors(seen: Seen, mean: Array) -> list[Mixture]:
+    """Of each joint, told by its own angles."""
+    return [
+        fit_mixture(seen.time[known], a[known] - mean[i], s[known] ** 2, KNOT_S, VISION_DOUBT)
+        for i, (a, s) in enumerate(zip(seen.alpha.T, seen.sigma.T, strict=True))
+        for known in [~np.isnan(a)]
+    ]
 
 
 def _solved(

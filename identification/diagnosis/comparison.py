@@ -14,7 +14,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from identification.diagnosis.cause import Cause
 from identification.diagnosis.effect import Effect, Shape
-from identification.diagnosis.nuisances import WALL, nuisances, of_recording
+from identification.diagnosis.nuisances import WALL, Errors
 from identification.diagnosis.point import Place, Point
 from identification.whitening import Whitener
 
@@ -140,23 +140,22 @@ class Comparison:
 
 
 def compare(
-    at: Point, causes: Sequence[Cause], effects: Sequence[tuple[Effect, Shape]], whiten: Whitener
+    at: Point, causes: Sequence[Cause], effects: Sequence[tuple[Effect, Shape]], known: Errors, whiten: Whitener
 ) -> Comparison:
     """Causes that the point holds, and effects, each in the shape given, beside them."""
     places = at.places
     size, arm = at.unknowns.size, places[0].signals.arm
     own = 2 * len(places)
     matrices: list[Array] = []
-    names: tuple[str, ...] = ()
+    names = known.names
     widths: list[int] = []
     for r, place in enumerate(places):
-        names, drawn = nuisances(place)
-        recording = np.zeros((*drawn.shape[:2], own))
-        recording[..., 2 * r : 2 * r + 2] = of_recording(place)
+        recording = np.zeros((*place.rows.residual.shape, own))
+        recording[..., 2 * r : 2 * r + 2] = known.own[r]
         further = [cause.columns(place) for cause in causes]
         further += [effect.columns(place, shape) * effect.sizes(arm) for effect, shape in effects]
         widths = [part.shape[2] for part in further]
-        parts = [place.rows.jacobian * size, drawn, recording, *further, place.rows.residual[..., None]]
+        parts = [place.rows.jacobian * size, known.arm[r], recording, *further, place.rows.residual[..., None]]
         matrices.append(np.concatenate(parts, axis=2))
     first = len(size) + len(names) + own
     ends = first + np.cumsum([0, *widths])

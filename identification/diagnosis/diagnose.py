@@ -20,10 +20,10 @@ from xneck.errors import Refused
 
 Array = NDArray[np.float64]
 
-EXPLAINED = 0.6
-"""of what stands above noise: what causes leave more of, nobody has named"""
 TOO_MANY = 4
 """causes that explain alike: then the data cannot decide"""
+BLIND = 0.5
+"""share of the effects that recordings may not show at most, to say that there is none"""
 
 
 @dataclass(frozen=True)
@@ -87,17 +87,14 @@ def diagnose(
 
 
 def _verdict(found: Search, before: Excess, after: Excess, could: Sight) -> tuple[str, str]:
-    share = 1 - after.energy / before.energy if before.energy else 0.0
     if not found.named:
         if before.plain:
             return "unknown", "the data differ from the model, and no cause that is known explains it"
-        if could.blind:
+        if len(could.blind) > BLIND * len(could.effects):
             return "insufficient", f"these recordings could not show {', '.join(could.blind)}"
         return "consistent", "nothing stands above noise"
     if max(len(named.tied) for named in found.named) >= TOO_MANY:
         return "insufficient", "too many causes explain the data alike"
-    if after.plain and share < EXPLAINED:
-        return "unknown", f"what is known explains {100 * share:.0f} % of what stands above noise"
     if any(len(named.tied) > 1 for named in found.named):
         return "ambiguous", "several causes explain the data alike"
     return "cause", ""

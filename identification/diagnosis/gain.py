@@ -11,13 +11,14 @@ from identification.diagnosis.comparison import Comparison, Fitted, compare
 from identification.diagnosis.excess import Excess, excess
 from identification.diagnosis.hypothesis import Hypothesis
 from identification.diagnosis.noise import Read, noise
-from identification.diagnosis.point import Point, point
+from identification.diagnosis.nuisances import errors
+from identification.diagnosis.point import Point, moved, point
 from identification.unknowns import unknowns
 from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 3
+_ROUNDS = 2
 _BLOCKS = 30
 """that the gain's sigma is told from, each left out in turn"""
 
@@ -66,15 +67,16 @@ def held(end: Comparison, fit: Fitted, h: Hypothesis, read: Sequence[Read], whit
     arm = len(end.nuisances) - 2 * len(end.matrix)
     for one in read:
         at = _placed(end.point, fit, h, one)
+        known = errors(at)
         for _ in range(_ROUNDS):
-            now = compare(at, (), (), whiten)
+            now = compare(at, (), (), known, whiten)
             given = np.zeros(len(now.sigma))
             given[now.base : now.base + arm] = fit.numbers[end.base : end.base + arm]
             now = now.shifted(given)
             own = now.of_recordings()
             step = np.zeros(now.base)
             step[own.columns[own.columns < now.base]] = own.numbers[own.columns < now.base]
-            at = point(h, [one.data], at.p + at.unknowns.size * step)
+            at = moved(at, at.p + at.unknowns.size * step)
         left.extend(now.left(own))
         floor.extend(noise(at, [one]))
     return Held(tuple(left), tuple(floor))

@@ -13,11 +13,10 @@ from scipy.interpolate import make_interp_spline
 
 from identification.dataset import DataSet
 from identification.diagnosis.point import Point
-from identification.motors import Motors
 from identification.residuals import rows
 from identification.series import Series, numbered
 from identification.signals import signals_of
-from identification.state import Seen, estimate_state
+from identification.state import Seen, Sight, by_vision
 from identification.whitening import Whitener, fit_whitener
 
 Array = NDArray[np.float64]
@@ -40,24 +39,26 @@ class Read:
 
 def read(data: DataSet, seen: Seen, seed: int, draws: int = DRAWS) -> Read:
     """seen: the frames on the log's clock. Cables have no part in the state: what they do is what is in question."""
-    alone = _by_vision(data, seen, seen.alpha)
+    found = by_vision(seen, data.state.time)
+    alone = _with(data, seen, found)
     state = alone.state
     truth = make_interp_spline(state.time, state.matrix("alpha"), k=5)
     inside = (seen.time >= state.time[0]) & (seen.time <= state.time[-1])
     shown = seen.alpha.copy()
     shown[inside] = np.where(np.isnan(seen.alpha[inside]), np.nan, truth(seen.time[inside]))
     rng = np.random.default_rng(seed)
-    drawn = tuple(_by_vision(data, seen, shown + seen.sigma * rng.normal(size=shown.shape)) for _ in range(draws))
+    drawn = []
+    for _ in range(draws):
+        other = replace(seen, alpha=shown + seen.sigma * rng.normal(size=shown.shape))
+        drawn.append(_with(data, other, by_vision(other, state.time, found.priors)))
     columns = {**state.columns, **numbered("vision", state.matrix("alpha"))}
     columns |= numbered("vision", state.matrix("alpha", "_d"), "_d")
-    return Read(alone, drawn, replace(alone, state=Series(state.time, columns)))
+    return Read(alone, tuple(drawn), replace(alone, state=Series(state.time, columns)))
 
 
-def _by_vision(data: DataSet, seen: Seen, alpha: Array) -> DataSet:
-    s = data.state
-    theta, theta_d, theta_dd = (s.matrix("theta", suffix) for suffix in ("", "_d", "_dd"))
-    motors = Motors(s.time, theta, theta_d, theta_dd, s.matrix("f"))
-    found = estimate_state(data.arm, replace(seen, alpha=alpha), motors, s.time, fuse=False)
+def _with(data: DataSet, seen: Seen, found: Sight) -> DataSet:
+    """The data set with a state by vision alone."""
+    s, alpha = data.state, seen.alpha
     columns = dict(s.columns)
     for suffix, values in (("", found.alpha), ("_d", found.alpha_d), ("_dd", found.alpha_dd)):
         columns |= numbered("alpha", values, suffix)

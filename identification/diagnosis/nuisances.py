@@ -1,12 +1,12 @@
 """What is known of an arm to about a per cent only: small errors of it are no cause, and must not be taken for one."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.diagnosis.point import Place
+from identification.diagnosis.point import Place, Point
 from mechanism.description import Neck
 
 Array = NDArray[np.float64]
@@ -44,6 +44,21 @@ def nuisances(at: Place) -> tuple[tuple[str, ...], Array]:
             columns.append(at.slow.change(arm=replace(arm, **{field: value * more})))
             names.append(f"{field} {i + 1}")
     return tuple(names), np.stack(columns, axis=-1)
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Of every recording: what one sigma of each nuisance does, (C, S, Q), and of its own clock, (C, S, 2)."""
+
+    names: tuple[str, ...]
+    arm: tuple[Array, ...]
+    own: tuple[Array, ...]
+
+
+def errors(at: Point) -> Errors:
+    """At a point; nearby they are the same."""
+    found = [nuisances(place) for place in at.places]
+    return Errors(found[0][0], tuple(columns for _, columns in found), tuple(of_recording(p) for p in at.places))
 
 
 def of_recording(at: Place) -> Array:

@@ -1,7 +1,7 @@
 """Recordings at one hypothesis and one set of the base model's numbers: residuals, and what they depend on."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +65,12 @@ def _place(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> 
     )
 
 
+def relaid(at: Point, h: Hypothesis, p: Array) -> Point:
+    """Another hypothesis by which the recordings read the same, at numbers p."""
+    u = unknowns(h.arm, (*BASE, *h.laws), len(at.places), dict(h.values))
+    return Point(h, u, p, tuple(_place(h, one.signals, u, p, r) for r, one in enumerate(at.places)))
+
+
 def moved(at: Point, p: Array) -> Point:
     """The same hypothesis at other numbers of the base model."""
-    h, u = at.hypothesis, at.unknowns
-    return replace(at, p=p, places=tuple(_place(h, one.signals, u, p, r) for r, one in enumerate(at.places)))
+    return relaid(at, at.hypothesis, p)

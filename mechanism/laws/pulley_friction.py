@@ -1,4 +1,6 @@
-"""Friction of a cable on the pulleys of its route, in proportion to its tension and to the angle it is wound (Euler, Eytelwein)."""
+"""Friction of a cable on the pulleys of its route, in proportion to its tension (Euler, Eytelwein)."""
+
+import numpy as np
 
 from mechanism.arm import Array
 from mechanism.friction import dry
@@ -6,10 +8,10 @@ from mechanism.laws.law import Law, Term, Turning, Values
 
 
 class PulleyFriction(Law):
-    """mu wrap t, against the motion; the first order of exp(mu wrap) - 1, felt at the motor."""
+    """(exp(mu wrap) - 1) t against the motion, felt at the motor."""
 
     name = "pulley_friction"
     terms = (Term("mu", "1/rad", 0.0, 0.3, 0.005),)
 
     def rub(self, p: Values, at: Turning) -> Array:
-        return p["mu"] * at.wrap * at.tension * dry(at.theta_d, p["cm"])
+        return np.expm1(p["mu"] * at.wrap) * at.tension * dry(at.theta_d, p["cm"])

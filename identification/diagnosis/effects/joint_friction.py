@@ -11,4 +11,6 @@ class JointFriction(OfLaw):
     place = "joint"
     law = "joint_friction"
     terms = of_law("joint_friction", "cj", "dj")
+    forms = of_law("joint_friction", "vj")
+    shapes = tuple({"vj": v} for v in (0.02, 0.1))
     single = False

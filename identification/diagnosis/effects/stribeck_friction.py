@@ -11,5 +11,5 @@ class StribeckFriction(OfLaw):
     place = "motor"
     law = "stribeck_friction"
     terms = of_law("stribeck_friction", "fst")
-    forms = of_law("stribeck_friction", "vs")
-    shapes = tuple({"vs": v} for v in (3.0, 6.0, 12.0, 25.0))
+    forms = of_law("stribeck_friction", "vs", "ns")
+    shapes = tuple({"vs": v, "ns": n} for v in (3.0, 6.0, 12.0, 25.0) for n in (1.0, 5.0))
