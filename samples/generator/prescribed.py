@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from samples.generator.clocks import Clocks, clocks, frame_times
+from samples.generator.clocks import FRAME_HZ, Clocks, clocks, frame_times
 from samples.generator.inverse_dynamics import joint_torque
 from samples.generator.laws import Friction, Stretch, dry_and_viscous, linear
 from samples.generator.motion import RATE_HZ, Motion, exciting, with_rest
@@ -83,10 +83,15 @@ def prescribe(
     seed: int | list[int],
     hertz: tuple[float, float] = (0.1, 1.2),
     peak_deg: tuple[float, float] = (25.0, 32.0),
+    log_hz: float = RATE_HZ,
+    frame_hz: float = FRAME_HZ,
 ) -> Prescribed:
-    """A recording of `duration` s of frames. Motions are drawn again until no cable comes near to slack."""
+    """A recording of `duration` s of frames. Motions are drawn again until no cable comes near to slack.
+
+    log_hz: whole parts of 5 kHz.
+    """
     rng = np.random.default_rng(seed)
-    times = frame_times(duration, rng)
+    times = frame_times(duration, rng, frame_hz)
     two = clocks(times, rng)
     first, last = two.log_time(times[[0, -1]])
     start = np.floor((first - rng.uniform(0.2, 0.6)) * 1e3) / 1e3
@@ -95,13 +100,14 @@ def prescribe(
     for _ in range(50):
         drawn = exciting(world.neck, last - first - 2 * _REST_S, rng, hertz, peak_deg)
         motion = with_rest(drawn, before, after)
-        made = _made(world, motion)
+        made = _made(world, motion, log_hz)
         if made is not None:
             break
     else:
         raise ValueError("no motion was found that keeps the cables taut")
     alpha, at_row, f = made
-    log_time = np.round(start + motion.time, 3)
+    row_time = np.arange(len(f)) / log_hz
+    log_time = np.round(start + row_time, 3)
     count = quantum(world.neck)
     spline = make_interp_spline(log_time, at_row["alpha"], k=5)
     return Prescribed(
@@ -113,15 +119,15 @@ def prescribe(
         frame_times=times,
         frame_alpha=spline(two.log_time(times)),
         alpha=at_row["alpha"],
-        alpha_d=alpha.derivative(1)(motion.time),
-        alpha_dd=alpha.derivative(2)(motion.time),
+        alpha_d=alpha.derivative(1)(row_time),
+        alpha_dd=alpha.derivative(2)(row_time),
         theta=at_row["theta"],
         tension=at_row["tension"],
         x=at_row["x"],
     )
 
 
-def _made(world: World, motion: Motion) -> tuple[Any, dict[str, Array], Array] | None:
+def _made(world: World, motion: Motion, log_hz: float) -> tuple[Any, dict[str, Array], Array] | None:
     """The motion as a spline, true series at the rows, and the forces held from the rows on; None where a cable goes slack."""
     neck = world.neck
     spline = make_interp_spline(motion.time, motion.alpha, k=5)
@@ -143,14 +149,14 @@ def _made(world: World, motion: Motion) -> tuple[Any, dict[str, Array], Array] |
     theta_d = np.gradient(theta, MOTOR_STEP_S, axis=0)
     theta_dd = np.gradient(theta_d, MOTOR_STEP_S, axis=0)
     force = world.written(t + world.friction(theta_d, t) + inertia / drum * theta_dd)
-    per_row = round(1 / (RATE_HZ * MOTOR_STEP_S))
-    rows = np.arange(len(motion.time)) * per_row
+    per_row = round(1 / (log_hz * MOTOR_STEP_S))
+    rows = np.arange(0, len(fine), per_row)
     # the drive holds a command for one period: the mean of what the motion wants over it
     held = np.vstack([force, np.repeat(force[-1:], per_row, axis=0)])
     held = np.vstack([(held[:-1] + held[1:]) / 2, held[-1:]])
     summed = np.vstack([np.zeros(force.shape[1]), np.cumsum(held, axis=0)])
     f = (summed[rows + per_row] - summed[rows]) / per_row
-    at_row = {"alpha": motion.alpha, "theta": theta[rows], "tension": t[rows], "x": x[rows]}
+    at_row = {"alpha": spline(fine[rows]), "theta": theta[rows], "tension": t[rows], "x": x[rows]}
     return spline, at_row, f
 
 
