@@ -146,7 +146,8 @@ class _Reading:
                 if following is None:
                     self.cut = True
                     return
-                self.damage.append(f"a record at byte {at} has a wrong length or kind")
+                kind = _KINDS.get(index.get(at, 0), "a record")
+                self.damage.append(f"{kind} at byte {at} has a wrong length or kind")
                 at = following
                 continue
             content = self.stream.read(length)

@@ -36,10 +36,16 @@ def series(rows: int, columns: int, seed: int, rate: float = 500.0) -> Series:
     return Series(100 + np.arange(rows) / rate, {f"c{i + 1}": v for i, v in enumerate(values)})
 
 
-def data_set() -> DataSet:
-    """Two seconds, in columns as wide as those of a real one."""
-    parts = {"state": series(1000, 47, 0), "seed": series(62, 30, 1, 31.25), "log": series(1000, 8, 3)}
-    parts |= {"angles": series(60, 9, 2, 30.0), "covariance": series(20, 45, 4, 10.0)}
+def data_set(seconds: float = 2.0) -> DataSet:
+    """In columns as wide as those of a real one."""
+    rates = {
+        "state": (47, 500.0),
+        "seed": (30, 31.25),
+        "log": (8, 500.0),
+        "angles": (9, 30.0),
+        "covariance": (45, 10.0),
+    }
+    parts = {n: series(max(2, int(rate * seconds)), c, c, rate) for n, (c, rate) in rates.items()}
     records = {"clock": {"offset_s": 1.25}, "check": {"verdict": "consistent"}, "provenance": {"xneck": "0"}}
     return DataSet(read_neck(NECK), NECK.read_text(), **parts, **records)
 
@@ -118,6 +124,17 @@ def test_a_flipped_bit_loses_a_chunk_at_most(written: Written, share: float, bit
     content[int(share * len(content))] ^= 1 << bit
     found, said = written.damaged(bytes(content))
     check_honest(found, said, written)
+
+
+def test_no_part_of_a_file_is_unguarded(tmp_path: Path) -> None:
+    """A few rows, so that what is around them has its share: every fifth byte, each bit in turn."""
+    path, data = tmp_path / "dataset.mcap", data_set(0.01)
+    write_dataset(data, path)
+    few = Written(data, path.read_bytes(), path)
+    for at in range(0, len(few.whole), 5):
+        content = bytearray(few.whole)
+        content[at] ^= 1 << (at // 5) % 8
+        check_honest(*few.damaged(bytes(content)), few)
 
 
 @EVERYWHERE

@@ -199,8 +199,7 @@ def as_data_set(made: Recorded, case: Hidden, late: float, frames: bool) -> Data
     return DataSet(neck, "", moved, moved, none, none)
 
 
-@pytest.mark.parametrize("frames", [True, False])
-@pytest.mark.parametrize("late", [5e-3, -10e-3])
+@pytest.mark.parametrize(("late", "frames"), [(5e-3, True), (-10e-3, False)])
 def test_a_clock_that_is_wrong_is_named(late: float, frames: bool, made: Recorded, cases: list[Hidden]) -> None:
     """Elongations alone take it for friction of the motors. The clock of `inputs` is off by 0.3 ms rms already."""
     found = check_dataset(as_data_set(made, cases[0], late, frames)).faults
