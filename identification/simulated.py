@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from identification.dataset import DataSet
 from identification.model import Model, machine_of
 from identification.series import Series, numbered
-from mechanism.simulation import State, fastest_rate, simulate
+from mechanism.simulation import State, simulate
 from xneck.errors import Refused
 
 Array = NDArray[np.float64]
@@ -52,8 +52,7 @@ def simulate_recording(
     alpha, alpha_d = cut(s.matrix("alpha")), cut(s.matrix("alpha", "_d"))
     theta, theta_d, f = cut(s.matrix("theta")), cut(s.matrix("theta", "_d")), cut(s.matrix("f"))
     start = State(alpha[:, 0], alpha_d[:, 0], theta[:, 0], theta_d[:, 0])
-    at_most = 1 / fastest_rate(machine, start)
-    motion = simulate(machine, start, step * np.arange(samples, dtype=float), f, max_step=at_most, progress=progress)
+    motion = simulate(machine, start, step * np.arange(samples, dtype=float), f, progress=progress)
     columns: dict[str, Array] = {}
     rms: dict[str, float] = {}
     for stem, found, measured in (("alpha", motion.alpha, alpha), ("theta", motion.theta, theta)):
