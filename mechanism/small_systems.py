@@ -1,7 +1,5 @@
 """Many small symmetric systems at once, one a lane: A = L D L^T without pivots, for A of positive definite kind."""
 
-import numpy as np
-
 from mechanism.arm import Array
 
 

@@ -22,7 +22,7 @@ from mechanism.small_systems import factored, solved
 GAMMA = 0.43586652150845899941601945119356
 C = ((), (-1.0156171083877702091975600115545,), (4.0759956452537699824805835358067, 9.2076794298330791242156818474003))
 WEIGHTS = (1.0, 6.1697947043828245592553615689730, -0.42772256543218573326238373806514)
-"""Ros3 of order 3, L-stable, with rates at the beginning and after the first stage only (Sandu et al. 1997, Atmospheric Environment)"""
+"""Ros3 of order 3, L-stable, with rates at the beginning and after the first stage only (Sandu et al., Atmos. Environ. 31, 1997)"""
 
 
 @dataclass(frozen=True)

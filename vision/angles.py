@@ -9,17 +9,12 @@ from numpy.typing import NDArray
 
 from identification import joint_state
 from identification.dataset_file import export
+from identification.frames import DEFAULT_SIGMA, white
 from identification.series import Series, check_time, numbered
 from vision.csv_table import read_table
 from xneck.errors import Refused
 
 Array = NDArray[np.float64]
-
-DEFAULT_SIGMA = np.radians(0.1)
-"""rad: assumed for angles that come without their sigma, and said so"""
-
-_LEAST_WHITE = 0.05
-"""of sigma: no angle is free of noise"""
 
 
 @dataclass(frozen=True)
@@ -50,7 +45,7 @@ class Angles:
     @property
     def white(self) -> Array:
         """The part of sigma that differs from frame to frame, (F, N), rad."""
-        return np.sqrt(np.maximum(self.sigma**2 - self.shared**2, (_LEAST_WHITE * self.sigma) ** 2))
+        return white(self.sigma, self.shared)
 
     @property
     def complete(self) -> NDArray[np.bool_]:

@@ -93,7 +93,7 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
     stage("identify")
     found = identify([data])
     estimates = estimate([data])
-    model = model_of(estimates.parameters, estimates.laws, origin)
+    model = model_of(estimates.parameters, estimates.laws, origin, estimates.covariance)
     write_model(model, out / "model.yaml")
     stage("simulate")
     simulated, why = None, None

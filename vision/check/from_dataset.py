@@ -5,17 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from identification.dataset import DataSet
-from identification.state import Seen
-from mechanism.arm import Arm
-from vision.angles import DEFAULT_SIGMA, Angles
+from identification.frames import seen_in
 from vision.check.clock_left import clock_left, mended
 from vision.check.elongations import Baseline, Check, baseline_of, check_elongations, motors_in, not_healthy
 from vision.check.wording import EXCHANGES
-from vision.clocks.record import log_time
 from xneck.errors import Refused
-
-FRAME_HZ = 25.0
-"""at which the state stands in for frames"""
 
 
 def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "baseline") -> Check:
@@ -32,12 +26,12 @@ def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "
     fv = np.array([np.nan if motor.fv is None else motor.fv for motor in data.neck.motors])
     known: Baseline | None = None
     if baseline is not None:
-        before = seen_in(arm, baseline)
+        before = seen_in(baseline)
         known = baseline_of(arm, baseline.state, before, _clock_sigma(baseline), where)
         late = clock_left(arm, before, motors_in(baseline.state), fv)
         if late is not None:
             raise not_healthy(where, late)
-    seen = seen_in(arm, data)
+    seen = seen_in(data)
     found = check_elongations(arm, data.state, seen, _clock_sigma(data), known)
     if found.faults and found.faults[0]["fault"] in EXCHANGES:
         return found
@@ -46,21 +40,6 @@ def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "
         return found
     rest = check_elongations(arm, data.state, mended(seen, late), late["sigma"], known)
     return replace(rest, faults=(late, *rest.faults))
-
-
-def seen_in(arm: Arm, data: DataSet) -> Seen:
-    """Frames on the log's clock; the state, thinned, where the data set has no frames or no clock for them."""
-    alpha = data.angles.matrix("alpha")
-    if "offset_s" in data.clock and alpha.shape[1] == arm.N:
-        sigma, common = data.angles.matrix("sigma"), data.angles.matrix("common")
-        sigma = sigma if sigma.shape == alpha.shape else np.full(alpha.shape, DEFAULT_SIGMA)
-        angles = Angles(data.angles.time, alpha, sigma, common=common if common.shape == alpha.shape else None)
-        return Seen(log_time(data.clock, angles.time), alpha, angles.white, angles.shared)
-    state = data.state
-    rows = slice(None, None, max(1, round(1 / (FRAME_HZ * float(np.mean(np.diff(state.time)))))))
-    alpha, sigma = state.matrix("alpha")[rows], state.matrix("sigma_alpha")[rows]
-    sigma = sigma if sigma.shape == alpha.shape else np.full(alpha.shape, DEFAULT_SIGMA)
-    return Seen(state.time[rows], alpha, sigma, np.zeros_like(sigma))
 
 
 def _clock_sigma(data: DataSet) -> float:

@@ -5,12 +5,11 @@ that lateness, and each further loss costs as much as it is unlikely. The skew i
 slow sequences of losses for itself.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from identification.clock_record import Slip, Slips
 from vision.clocks.cables import Frames
 
 Array = NDArray[np.float64]
@@ -29,30 +28,6 @@ WORST = 200.0
 WINDOW = 5.0
 """s over which an offset is taken to find the skew"""
 MOST_SKEW = 3e-4
-
-
-@dataclass(frozen=True)
-class Slip:
-    """Frames that were lost just before the frame stamped `time` (camera clock, s); it and all later ones are late."""
-
-    time: float
-    frames: int
-
-
-@dataclass(frozen=True)
-class Slips:
-    """All losses of a recording, and the period by which a frame is late, s."""
-
-    slips: tuple[Slip, ...] = ()
-    period: float = 0.0
-
-    def corrected(self, stamp: Array) -> Array:
-        """When frames were really taken, s on the camera's clock."""
-        stamp = np.asarray(stamp, dtype=float)
-        late = np.zeros(stamp.shape)
-        for slip in self.slips:
-            late += slip.frames * self.period * (stamp >= slip.time)
-        return stamp + late
 
 
 def decode(

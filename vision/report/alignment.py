@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.clock_record import log_time
 from identification.dataset import DataSet
 from mechanism.cable_lengths import lengths
 from mechanism.friction import dry
-from vision.clocks.record import log_time
 
 Array = NDArray[np.float64]
 

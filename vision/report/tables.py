@@ -8,11 +8,11 @@ import numpy as np
 from calibration.camera import Camera
 from calibration.estimation import Calibration
 from calibration.lens import NAMES
+from identification.clock_record import log_time
 from identification.estimates import Estimates
 from identification.seed_method import WELL_IDENTIFIED, Fit
 from identification.tables import rows
 from mechanism.description import Neck
-from vision.clocks.record import log_time
 from vision.pipeline import Result
 from vision.report import published
 from vision.report.wording import number, percent, size_of, with_sigma

@@ -1,0 +1,37 @@
+"""Angles in the camera's frames, on the log's clock, as a data set holds them."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.clock_record import log_time
+from identification.dataset import DataSet
+from identification.state import Seen
+
+Array = NDArray[np.float64]
+
+DEFAULT_SIGMA = np.radians(0.1)
+"""rad: assumed for angles that come without their sigma, and said so"""
+FRAME_HZ = 25.0
+"""at which the state stands in for frames"""
+_LEAST_WHITE = 0.05
+"""of sigma: no angle is free of noise"""
+
+
+def seen_in(data: DataSet) -> Seen:
+    """Frames on the log's clock; the state, thinned, where the data set has no frames or no clock for them."""
+    n, alpha = data.arm.N, data.angles.matrix("alpha")
+    if "offset_s" in data.clock and alpha.shape[1] == n:
+        sigma, common = data.angles.matrix("sigma"), data.angles.matrix("common")
+        sigma = sigma if sigma.shape == alpha.shape else np.full(alpha.shape, DEFAULT_SIGMA)
+        common = common if common.shape == alpha.shape else np.zeros_like(alpha)
+        return Seen(log_time(data.clock, data.angles.time), alpha, white(sigma, common), common)
+    state = data.state
+    rows = slice(None, None, max(1, round(1 / (FRAME_HZ * float(np.mean(np.diff(state.time)))))))
+    alpha, sigma = state.matrix("alpha")[rows], state.matrix("sigma_alpha")[rows]
+    sigma = sigma if sigma.shape == alpha.shape else np.full(alpha.shape, DEFAULT_SIGMA)
+    return Seen(state.time[rows], alpha, sigma, np.zeros_like(sigma))
+
+
+def white(sigma: Array, common: Array) -> Array:
+    """The part of sigma that differs from frame to frame, (F, N), rad."""
+    return np.sqrt(np.maximum(sigma**2 - common**2, (_LEAST_WHITE * sigma) ** 2))
