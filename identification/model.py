@@ -91,6 +91,13 @@ def machine_of(model: Model, arm: Arm) -> Machine:
     return Machine(arm, model.laws, values)
 
 
+def covariance_of(model: Model) -> np.ndarray:
+    """Of the parameters, (P, P), infinite where nothing is known; of a model without one from the sigmas."""
+    if model.covariance is not None:
+        return np.array([[np.inf if v is None else v for v in row] for row in model.covariance])
+    return np.diag([np.inf if p.sigma is None else p.sigma**2 for p in model.parameters])
+
+
 def _values(model: Model, name: str, count: int) -> np.ndarray:
     found = [p for p in model.parameters if p.name == name]
     if not found:

@@ -6,12 +6,15 @@ Christoffel terms of M; g is the gradient of gravity and spring energy.
 """
 
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
 
 from mechanism.arm import Arm, Array
 from mechanism.geometry import Complex, poses, sides
 from mechanism.lanes import arm_in_lanes, from_lanes, shape_of, to_lanes
+
+Values = TypeVar("Values", bound=np.ndarray[Any, Any])
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ def terms_in_lanes(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:
     lean1 = arm.b * np.sin(alpha / 2) / (2 * d)  # diagonals turn by 1/2 +- lean1
     lean2 = arm.b * np.cos(alpha / 2) / (4 * d) - lean1 * s.d1 / d
 
-    def carried(of_top: Array, of_pair: Array) -> Array:
+    def carried(of_top: Any, of_pair: Any) -> Any:
         """Of all that stands on bar i: its own and what is above."""
         return _summed((of_top + of_pair)[::-1])[::-1] - of_pair
 
@@ -87,7 +90,7 @@ def terms_in_lanes(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:
     return Terms(M, c, g)
 
 
-def _summed(values: Array | Complex) -> Array:
+def _summed(values: Values) -> Values:
     """Running sums over the first axis; numpy's cumsum is ten times slower where that axis is short."""
     out = values.copy()
     for i in range(1, len(out)):

@@ -124,12 +124,13 @@ def _moved(
                 done = (number * (len(time) - 1) + row) // len(parts)
                 progress(done - told)
                 told = done
-    series = np.split(out.reshape(*shape, len(time), -1), np.cumsum(widths)[:-1], axis=-1)
-    return Motion(time, *series)
+    edges = np.cumsum(widths)[:-1]
+    alpha, alpha_d, theta, theta_d, tension, f = np.split(out.reshape(*shape, len(time), -1), edges, axis=-1)
+    return Motion(time, alpha, alpha_d, theta, theta_d, tension, f)
 
 
 def _in_lanes(places: tuple[Array, ...], memory: Array, part: slice, shape: tuple[int, ...]) -> Lanes:
     lanes = len(range(int(np.prod(shape)))[part])
-    moved = [np.broadcast_to(to_lanes(p, shape, part), (np.shape(p)[-1], lanes)) for p in places]
+    a, a_d, t, t_d = (np.broadcast_to(to_lanes(p, shape, part), (np.shape(p)[-1], lanes)) for p in places)
     remembered = to_lanes(memory, shape, part, axes=2)
-    return Lanes(*moved, np.moveaxis(np.broadcast_to(remembered, (*remembered.shape[:2], lanes)), 1, -1))
+    return Lanes(a, a_d, t, t_d, np.moveaxis(np.broadcast_to(remembered, (*remembered.shape[:2], lanes)), 1, -1))

@@ -16,7 +16,7 @@ from identification.dataset_file import write_dataset
 from identification.estimates import Estimates, estimate
 from identification.model import Model, model_of, write_model
 from identification.seed_method import Identification, identify
-from identification.simulated import Simulated, simulate_recording
+from identification.simulation.simulated import Simulated, simulate_recording
 from mechanism.description import Neck, read_neck
 from vision.angles import Angles, read_angles, write_angles
 from vision.calibrating import calibrate_from

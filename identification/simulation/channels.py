@@ -36,7 +36,9 @@ class Channel:
         }
 
 
-def channels_of(stem: str, unit: str, cases: Array, measured: Array, variance: Array, counted: Array) -> list[Channel]:
+def channels_of(
+    stem: str, unit: str, cases: Array, measured: Array, variance: Array, counted: NDArray[np.bool_]
+) -> list[Channel]:
     """One a column. cases (1 + doubts, S, columns): simulated as measured and modelled, then with each doubt by one sigma.
 
     measured: (S, columns), NaN where it is not known; variance of its own noise (S, columns); counted: which samples (S,).
@@ -55,6 +57,8 @@ def as_text(channels: Sequence[Channel]) -> str:
     """A channel a row; angles in degrees."""
     lines = [f"{'channel':9}{'rms':>10}{'noise floor':>13}{'ratio':>8}"]
     for c in channels:
-        rms, floor, unit = (degrees(c.rms), degrees(c.noise_floor), "deg") if c.unit == "rad" else (c.rms, c.noise_floor, c.unit)
+        rms, floor, unit = (
+            (degrees(c.rms), degrees(c.noise_floor), "deg") if c.unit == "rad" else (c.rms, c.noise_floor, c.unit)
+        )
         lines.append(f"{c.name:9}{rms:>10.3g}{floor:>13.3g}{c.ratio:>8.2f}  {unit}")
     return "\n".join(lines)

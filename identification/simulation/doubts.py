@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.model import Model
+from identification.model import Model, covariance_of
 from identification.simulation.own import Own
 from identification.simulation.windows import Windows
 from mechanism.laws import LAWS
@@ -41,7 +41,9 @@ def cases_of(windows: Windows, model: Model, machine: Machine, own: Own | None) 
     laws = _law_axes(model, machine)
     mine = [] if own is None else list(_axes(own.covariance).T)
     count = 1 + 2 * n + len(rounding) + len(laws) + len(mine)
-    start = np.repeat(np.concatenate([windows.state("alpha")[:, 0], windows.state("alpha", "_d")[:, 0]], axis=1)[None], count, axis=0)
+    start = np.repeat(
+        np.concatenate([windows.state("alpha")[:, 0], windows.state("alpha", "_d")[:, 0]], axis=1)[None], count, axis=0
+    )
     start[1 : 1 + 2 * n] += np.moveaxis(starts, -1, 0)
     motors = np.zeros((3, count, windows.count, m))
     for place, (order, motor, sigma) in enumerate(rounding, 1 + 2 * n):
@@ -80,11 +82,7 @@ def _law_axes(model: Model, machine: Machine) -> list[Mapping[tuple[str, int | N
     terms = {term.name for name in machine.names for term in LAWS[name].terms}
     place = [i for i, p in enumerate(model.parameters) if p.name in terms]
     names = [(model.parameters[i].name, model.parameters[i].index) for i in place]
-    sigma = [model.parameters[i].sigma for i in place]
-    if model.covariance is None:
-        whole = np.diag([0.0 if s is None else s**2 for s in sigma])
-    else:
-        whole = np.array([[model.covariance[i][j] for j in place] for i in place], dtype=float)
+    whole = covariance_of(model)[np.ix_(place, place)]
     unknown = ~np.isfinite(np.diag(whole))
     whole[unknown] = whole[:, unknown] = 0.0
     return [

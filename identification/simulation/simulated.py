@@ -28,6 +28,7 @@ Source = Literal["f", "theta"]
 Progress = Callable[[int], object]
 
 WINDOW_S = 0.5
+"""s: until then what a payload does grows faster than what state and parameters leave unknown, by the square of the time"""
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Simulated:
     """Simulated and measured series on the same times, and the error of each channel."""
 
     series: Series
-    """columns alphaI, thetaJ, tensionJ as simulated and alphaI_measured, thetaJ_measured; from motor angles fJ and fJ_measured too"""
+    """columns alphaI, thetaJ, tensionJ as simulated, alphaI_measured, thetaJ_measured; from motor angles also fJ, fJ_measured"""
     channels: tuple[Channel, ...]
     """alphaI in the camera's frames; from forces thetaJ, from motor angles fJ, in the rows of the log"""
     window_s: float
@@ -69,7 +70,9 @@ def simulate_recording(
     own = own_of(data, machine.names, machine.values)
     cases = cases_of(windows, model, machine, own)
     motion = _run(windows, cases, source, progress)
-    return Simulated(_series(windows, motion, source), tuple(_channels(windows, motion, source)), windows.seconds, source)
+    return Simulated(
+        _series(windows, motion, source), tuple(_channels(windows, motion, source)), windows.seconds, source
+    )
 
 
 def _run(windows: Windows, cases: Cases, source: Source, progress: Progress) -> Motion:

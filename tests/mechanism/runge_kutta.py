@@ -21,12 +21,14 @@ def runge_kutta(machine: Machine, start: State, time: np.ndarray, f: np.ndarray,
     l0 = lengths(arm, np.zeros(arm.N))
 
     def rate(y: State, force: np.ndarray) -> State:
+        assert y.memory is not None
         jacobian, length = Z(arm, y.alpha), lengths(arm, y.alpha)
         x = length - l0 + arm.drum * y.theta + arm.x0
         at = Stretching(x, elongation_rate(arm, jacobian, y.alpha_d, y.theta_d), length, arm)
         t = machine.tension(at, y.memory)
         k = terms(arm, y.alpha, y.alpha_d)
-        alpha_dd = np.linalg.solve(k.M, jacobian @ t - k.c - k.g - machine.resistance(y.alpha_d))
+        torque = jacobian @ t - k.c - k.g - machine.resistance(y.alpha_d)
+        alpha_dd = np.asarray(np.linalg.solve(k.M, torque), dtype=float)
         net = force - machine.friction(Turning(y.theta_d, t, wraps(arm, y.alpha))) - t
         return State(y.alpha_d, alpha_dd, y.theta_d, arm.drum * net / arm.motor_inertia, machine.drift(at, y.memory))
 

@@ -35,7 +35,7 @@ def forces(samples: int = 100) -> np.ndarray:
 
 def moving(samples: int = 100) -> tuple[State, np.ndarray]:
     """A state in the midst of a motion, taut and turning, and the forces from there on, of all samples."""
-    t = 0.002 * np.arange(300 + samples)
+    t = 0.002 * np.arange(300 + samples, dtype=float)
     f = 45 + 30 * np.sin(2 * np.pi * np.outer(t, [1.1, 1.7, 1.4, 0.9]))
     motion = simulate(MACHINE, REST, t[:300], f)
     return State(*(getattr(motion, name)[-1] for name in ("alpha", "alpha_d", "theta", "theta_d"))), f[299:]
