@@ -31,7 +31,6 @@ from xneck.provenance import provenance
 from xneck.strict_yaml import read_text
 
 SHOWN_FRAMES = 4
-WINDOW_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,7 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
     stage("simulate")
     simulated, why = None, None
     try:
-        simulated = simulate_recording(data, model, WINDOW_S)
+        simulated = simulate_recording(data, model)
         joint_state.write(out / "simulated.mcap", {"simulated": simulated.series}, {"provenance": origin})
     except Refused as refused:  # a model that cannot be simulated is a result, not the end of the report
         why = str(refused)

@@ -33,13 +33,13 @@ class Cases:
     """(cases,), s"""
 
 
-def cases_of(windows: Windows, model: Model, machine: Machine, own: Own | None) -> Cases:
-    """machine: of the model, on the description's arm and x0 where `own` says how far it is off."""
+def cases_of(windows: Windows, model: Model, machine: Machine, own: Own) -> Cases:
+    """machine: the model's laws on the arm as described, whose x0 `own` says how far to be off."""
     n, m = machine.arm.N, machine.arm.M
     starts = _axes(windows.covariance())  # (W, 2 N, 2 N), columns
     rounding = _rounding(windows)
     laws = _law_axes(model, machine)
-    mine = [] if own is None else list(_axes(own.covariance).T)
+    mine = _axes(own.covariance).T
     count = 1 + 2 * n + len(rounding) + len(laws) + len(mine)
     start = np.repeat(
         np.concatenate([windows.state("alpha")[:, 0], windows.state("alpha", "_d")[:, 0]], axis=1)[None], count, axis=0
@@ -49,17 +49,14 @@ def cases_of(windows: Windows, model: Model, machine: Machine, own: Own | None) 
     for place, (order, motor, sigma) in enumerate(rounding, 1 + 2 * n):
         motors[order, place, :, motor] = sigma
     values = {name: np.repeat(np.broadcast_to(v, (1, len(v))), count, axis=0) for name, v in machine.values.items()}
-    x0, delay = np.zeros((count, m)), np.zeros(count)
-    if own is not None:
-        x0, delay = x0 + own.x0, delay + own.delay
+    x0, delay = np.repeat(own.x0[None], count, axis=0), np.full(count, own.delay)
     first = 1 + 2 * n + len(rounding)
     for place, change in enumerate(laws, first):
         for (name, index), amount in change.items():
             values[name][place, 0 if index is None else index - 1] += amount
-            if own is not None:
-                moved = own.by_law[name, index] * amount
-                x0[place] += moved[:m]
-                delay[place] += moved[m]
+            moved = own.by_law[name, index] * amount
+            x0[place] += moved[:m]
+            delay[place] += moved[m]
     for place, axis in enumerate(mine, first + len(laws)):
         x0[place] += axis[:m]
         delay[place] += axis[m]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from identification.dataset import DataSet
 from identification.fitting import solve, stretch_starts
-from identification.residuals import rows
+from identification.residuals import delayed, rows
 from identification.signals import signals_of
 from identification.unknowns import unknowns
 from identification.whitening import fit_whitener
@@ -28,6 +28,8 @@ class Own:
     delay: float
     covariance: Array
     """(M + 1, M + 1), were the laws exact"""
+    f: Array
+    """forces as they act in the middle of what is held around each row of the state, (T, M), N"""
     by_law: Mapping[tuple[str, int | None], Array]
     """how the vector would answer to a change of each number of the laws, (M + 1,)"""
 
@@ -48,4 +50,5 @@ def own_of(data: DataSet, laws: tuple[str, ...], values: Mapping[str, Array]) ->
     ours = [i for i, e in enumerate(both.entries) if e.recording is not None]
     answer = -np.linalg.lstsq(J[:, ours] * both.size[ours], J, rcond=None)[0] * both.size[ours][:, None]
     by_law = {(e.term.name, e.index): answer[:, i] for i, e in enumerate(both.entries) if e.recording is None}
-    return Own(found.p[:m], float(found.p[m]), found.covariance, by_law)
+    delay = float(found.p[m])
+    return Own(found.p[:m], delay, found.covariance, delayed(signals, delay), by_law)

@@ -14,7 +14,7 @@ from identification.model import Model, machine_of
 from identification.series import Series, numbered
 from identification.simulation.channels import Channel, channels_of
 from identification.simulation.doubts import Cases, cases_of
-from identification.simulation.own import own_of
+from identification.simulation.own import Own, own_of
 from identification.simulation.windows import Windows, windows_of
 from mechanism.cable_lengths import Z, lengths
 from mechanism.elasticity import elongation, elongation_rate
@@ -65,14 +65,13 @@ def simulate_recording(
     if not len(data.state.matrix("f").T):
         raise Refused("simulate", "the data set holds no forces f", "log the force command of every motor")
     windows = windows_of(data, window_s)
-    machine = machine_of(model, data.arm)
-    machine = replace(machine, arm=data.arm)
+    machine = replace(machine_of(model, data.arm), arm=data.arm)
     own = own_of(data, machine.names, machine.values)
-    cases = cases_of(windows, model, machine, own)
-    motion = _run(windows, cases, source, progress)
-    return Simulated(
-        _series(windows, motion, source), tuple(_channels(windows, motion, source)), windows.seconds, source
+    motion = _run(windows, cases_of(windows, model, machine, own), source, progress)
+    channels = _of_arm(windows, motion) + (
+        _of_motors(windows, motion) if source == "f" else _of_forces(windows, motion, own)
     )
+    return Simulated(_series(windows, motion, source), tuple(channels), windows.seconds, source)
 
 
 def _run(windows: Windows, cases: Cases, source: Source, progress: Progress) -> Motion:
@@ -125,28 +124,37 @@ def _series(windows: Windows, motion: Motion, source: Source) -> Series:
     return Series(windows.data.state.time[: windows.kept], columns)
 
 
-def _channels(windows: Windows, motion: Motion, source: Source) -> list[Channel]:
-    data = windows.data
-    time, kept = data.state.time[: windows.kept], windows.kept
-    counted = np.repeat(windows.whole(), windows.samples)
-
-    def flat(values: Array) -> Array:
-        return values.reshape(len(values), kept, -1)
-
-    seen = seen_in(data)
+def _of_arm(windows: Windows, motion: Motion) -> list[Channel]:
+    """Angles in the camera's frames."""
+    time, seen = windows.data.state.time[: windows.kept], seen_in(windows.data)
     inside = (seen.time >= time[0]) & (seen.time < time[-1])
     row = np.searchsorted(time, seen.time[inside], side="right") - 1
     within = row % windows.samples < windows.samples - 1  # between rows of one window
     row, frame = row[within], np.flatnonzero(inside)[within]
     share = ((seen.time[frame] - time[row]) / (time[row + 1] - time[row]))[:, None]
-    alpha = flat(motion.alpha)
-    in_frames = (1 - share) * alpha[:, row] + share * alpha[:, row + 1]
-    found = channels_of("alpha", "rad", in_frames, seen.alpha[frame], seen.sigma[frame] ** 2, counted[row])
-    if source == "theta":
-        f = data.state.matrix("f")
-        around = np.concatenate([f[:1], (f[:-1] + f[1:]) / 2])[:kept]
-        return found + channels_of("f", "N", flat(motion.f), around, np.zeros(()), counted)
-    logged = data.log.matrix("theta")
-    counts = np.stack([np.interp(time, data.log.time, column) for column in logged.T], axis=-1)
-    quantum = np.array([2 * np.pi / motor.counts for motor in data.neck.motors])
-    return found + channels_of("theta", "rad", flat(motion.theta), counts, quantum**2 / 12, counted)
+    alpha = _in_rows(windows, motion.alpha)
+    found = (1 - share) * alpha[:, row] + share * alpha[:, row + 1]
+    return channels_of("alpha", "rad", found, seen.alpha[frame], seen.sigma[frame] ** 2, _counted(windows)[row])
+
+
+def _of_motors(windows: Windows, motion: Motion) -> list[Channel]:
+    """Motor angles in the rows of the log, as counted."""
+    data, time = windows.data, windows.data.state.time[: windows.kept]
+    counted = np.stack([np.interp(time, data.log.time, column) for column in data.log.matrix("theta").T], axis=-1)
+    variance = np.array([2 * np.pi / motor.counts for motor in data.neck.motors]) ** 2 / 12
+    return channels_of("theta", "rad", _in_rows(windows, motion.theta), counted, variance, _counted(windows))
+
+
+def _of_forces(windows: Windows, motion: Motion, own: Own) -> list[Channel]:
+    """What motors give for the motion that they made; the command itself is exact."""
+    measured = own.f[: windows.kept]
+    return channels_of("f", "N", _in_rows(windows, motion.f), measured, np.zeros(()), _counted(windows))
+
+
+def _in_rows(windows: Windows, values: Array) -> Array:
+    """(cases, W, samples, columns) -> (cases, rows, columns)"""
+    return values.reshape(len(values), windows.kept, -1)
+
+
+def _counted(windows: Windows) -> NDArray[np.bool_]:
+    return np.repeat(windows.whole(), windows.samples)
