@@ -86,13 +86,20 @@ def _run(windows: Windows, cases: Cases, source: Source, progress: Progress) -> 
 
 
 def _late(windows: Windows, delay: Array) -> Array:
-    """Forces as they act, (cases, W, samples, M): of each row the mean of what is held while it lasts, `delay` (cases,) earlier."""
-    state = windows.data.state
-    f, edges = state.matrix("f"), np.append(state.time, state.time[-1] + windows.step)
-    summed = np.vstack([np.zeros(f.shape[1]), np.cumsum(f * np.diff(edges)[:, None], axis=0)])
+    """Forces as they act, (cases, W, samples, M): of each row the mean of what is held while it lasts, `delay` (cases,) earlier.
+
+    Before the first row and after the last the force is taken to be theirs.
+    """
+    state, step = windows.data.state, windows.step
+    edges = np.append(state.time, state.time[-1] + step)
+    beyond = 1 + int(np.ceil(np.max(np.abs(delay)) / step))
+    f = np.pad(state.matrix("f"), ((beyond, beyond), (0, 0)), mode="edge")
+    far = step * np.arange(1, beyond + 1)
+    held = np.concatenate([edges[0] - far[::-1], edges, edges[-1] + far])
+    summed = np.vstack([np.zeros(f.shape[1]), np.cumsum(f * np.diff(held)[:, None], axis=0)])
     out = []
     for late in delay:
-        through = np.stack([np.interp(edges - late, edges, column) for column in summed.T], axis=-1)
+        through = np.stack([np.interp(edges - late, held, column) for column in summed.T], axis=-1)
         out.append(windows.cut(np.diff(through, axis=0) / np.diff(edges)[:, None]))
     return np.stack(out)
 

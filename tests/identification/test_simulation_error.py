@@ -105,9 +105,9 @@ def test_where_motors_started_and_how_late_they_act_is_the_recordings_own(
 ) -> None:
     """Motors zeroed 1 mm of cable further on and forces logged two rows early change no error by more than a tenth of its floor."""
     state = held_out.state
-    late = np.stack([np.append(f[2:], f[-2:]) - f for f in state.matrix("f").T])
+    early = np.stack([np.append(f[2:], f[-2:]) - f for f in state.matrix("f").T])
     shifted = moved(held_out, theta=1e-3 / held_out.arm.drum)
-    other = replace(shifted, state=moved(replace(shifted, log=shifted.state), f=late).state)
+    other = replace(shifted, state=moved(replace(shifted, log=shifted.state), f=early).state)
     for before, after in zip(simulated.channels, simulate_recording(other, model).channels, strict=True):
         assert abs(after.rms - before.rms) < 0.1 * before.noise_floor, after.name
 
