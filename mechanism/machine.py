@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,12 +18,12 @@ class Machine:
     names: tuple[str, ...]
     values: Mapping[str, Array]
 
-    @property
+    @cached_property
     def laws(self) -> tuple[Law, ...]:
         """In the order of their names."""
         return tuple(LAWS[name] for name in self.names)
 
-    @property
+    @cached_property
     def states(self) -> int:
         """Numbers that each cable remembers."""
         return sum(law.states for law in self.laws)
