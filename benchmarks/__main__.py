@@ -15,6 +15,7 @@ from benchmarks import (
     lost_frames,
     real_markers,
     simulation,
+    simulation_error,
     state,
 )
 from benchmarks.table import Table
@@ -31,6 +32,7 @@ TOPICS = {
     "state": state.measure,
     "identification": identification.measure,
     "simulation": simulation.measure,
+    "simulation_error": simulation_error.measure,
 }
 
 

@@ -1,6 +1,7 @@
 """The data set's file: one MCAP that plotting tools open as named curves, and exports of the same series."""
 
 import csv
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -9,13 +10,15 @@ from scipy.io import savemat
 
 from identification import joint_state
 from identification.dataset import DataSet
-from identification.series import Series
+from identification.mcap_losses import holes
+from identification.series import Series, check_time
 from mechanism.description import Neck
 from xneck import strict_yaml
 from xneck.errors import Refused
 from xneck.whole_file import whole_file
 
 _TOPICS = ("state", "seed", "angles", "log")
+_NEEDED = ("state", "seed")
 FORMATS = ("csv", "npz", "mat")
 
 
@@ -31,17 +34,35 @@ def write_dataset(data: DataSet, path: str | Path) -> None:
 
 
 def read_dataset(path: str | Path) -> DataSet:
-    """A data set from its MCAP. Raises Refused where it is damaged or something else."""
-    logs, metadata, attached = joint_state.read(path)
-    missing = [topic for topic in _TOPICS if topic not in logs] + [n for n in ("neck.yaml",) if n not in attached]
+    """A data set from its MCAP; of a damaged one what is whole, with a warning `Recovered`.
+
+    Rows after a hole are on no even clock with those before it, so of state and seed the longest whole stretch is taken.
+    Raises Refused where it is something else, or lacks what no result can do without: state, seed, clock and neck.yaml.
+    """
+    found = joint_state.read(path)
+    needed = _NEEDED if found.lost else _TOPICS
+    missing = [topic for topic in needed if topic not in found.logs]
+    missing += [name for name, there in (("clock", found.metadata), ("neck.yaml", found.attached)) if name not in there]
+    if missing and found.lost:
+        lacks = ", ".join(missing)
+        raise Refused(path, f"lacks {lacks} ({found.lost})", "copy it again, or make it anew with `xneck sync`")
     if missing:
         raise Refused(path, f"is not a data set: lacks {', '.join(missing)}", "make one with `xneck sync`")
-    text = attached["neck.yaml"].decode()
+    text = found.attached["neck.yaml"].decode()
     neck = strict_yaml.validate(strict_yaml.parse(text, f"{path}:neck.yaml"), Neck, f"{path}:neck.yaml")
-    parts: dict[str, Series] = {topic: joint_state.as_series(logs[topic]) for topic in _TOPICS}
-    records: dict[str, Any] = {name: metadata.get(name, {}) for name in ("clock", "check", "provenance")}
-    covariance = joint_state.as_series(logs["covariance"]) if "covariance" in logs else None
-    return DataSet(neck, text, **parts, **records, covariance=covariance)
+    series = {topic: joint_state.as_series(log) for topic, log in found.logs.items()}
+    for topic in _NEEDED:
+        check_time(series[topic].time, f"{path}:/{topic}")
+        series[topic] = _longest(series[topic]) if found.lost else series[topic]
+    parts = {topic: series.get(topic, Series(np.empty(0), {})) for topic in _TOPICS}
+    records: dict[str, Any] = {name: found.metadata.get(name, {}) for name in ("clock", "check", "provenance")}
+    return DataSet(neck, text, **parts, **records, covariance=series.get("covariance"))
+
+
+def _longest(series: Series) -> Series:
+    """The most rows between two holes."""
+    begin, end = max(pairwise((0, *holes(series.time), len(series))), key=lambda stretch: stretch[1] - stretch[0])
+    return Series(series.time[begin:end], {name: values[begin:end] for name, values in series.columns.items()})
 
 
 def export(series: Series, path: str | Path) -> None:

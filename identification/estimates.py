@@ -60,12 +60,20 @@ class Estimates:
     @property
     def judged(self) -> tuple[tuple[Parameter, Verdict], ...]:
         """`parameters` with what is to be said of each."""
+        return tuple((self._parameter(place), self.verdicts[place]) for place in self._told)
+
+    @property
+    def covariance(self) -> Array:
+        """Of `parameters`, (P', P')."""
+        place = self._told
+        return self.solution.covariance[np.ix_(place, place)]
+
+    @property
+    def _told(self) -> list[int]:
+        """Places of the parameters that are spoken of."""
         one = len(self.seconds) == 1
-        return tuple(
-            (self._parameter(place), self.verdicts[place])
-            for place, e in enumerate(self.unknowns.entries)
-            if e.recording is None or (one and e.term.name == "x0")
-        )
+        entries = enumerate(self.unknowns.entries)
+        return [i for i, e in entries if e.recording is None or (one and e.term.name == "x0")]
 
     def _parameter(self, place: int) -> Parameter:
         e, value = self.unknowns.entries[place], float(self.solution.p[place])

@@ -62,7 +62,7 @@ def solve(
 ) -> Solution:
     """Both stages. priors: mean and sigma by place in the vector."""
     prior = _Prior(u, priors or {})
-    starts = [_starts(s) for s in recordings]
+    starts = [stretch_starts(s) for s in recordings]
     p = u.start()
 
     def linearised(p: Array) -> list[Rows]:
@@ -181,7 +181,7 @@ def _stepped(
     return np.clip(p + u.size * step.x, u.low, u.high)
 
 
-def _starts(s: Signals) -> NDArray[np.bool_]:
+def stretch_starts(s: Signals) -> NDArray[np.bool_]:
     """Filtered rows that have none right before them."""
     kept = s.low_pass.kept
     return np.concatenate([[True], np.diff(kept) > s.low_pass.factor])

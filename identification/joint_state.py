@@ -1,25 +1,26 @@
 """sensor_msgs/JointState in ROS 2 CDR, as MCAP: the one format that ROS tools and plotting tools read as named curves.
 
-A channel's messages are all of one size, so they are written as rows of one byte table and read back as one.
+A channel's messages are all of one size, so they are written as rows of one byte table and read back as one. What tells a file's
+meaning comes first in it and the channels go side by side, so that a file that is cut off is a shorter one.
 """
 
 import json
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
 from mcap.writer import Writer
 from numpy.typing import NDArray
-from zstandard import ZstdError
 
+from identification.mcap_losses import words
+from identification.mcap_records import ROWS, read_records, sealed
 from identification.series import Series
 from xneck import __version__
 from xneck.errors import Refused
+from xneck.recovered import say_recovered
 from xneck.whole_file import whole_file
 
 Array = NDArray[np.float64]
@@ -40,6 +41,9 @@ int32 sec
 uint32 nanosec
 """
 
+CHUNK = 1 << 18
+"""bytes of rows that share a checksum and are lost together: a seventh of a second of a data set"""
+
 
 @dataclass(frozen=True)
 class Log:
@@ -52,6 +56,17 @@ class Log:
     effort: Array
 
 
+@dataclass(frozen=True)
+class Contents:
+    """Of a file: channels by topic (without its slash), JSON metadata, attachments; of a damaged one what is whole."""
+
+    logs: dict[str, Log]
+    metadata: dict[str, Any]
+    attached: dict[str, bytes]
+    lost: str
+    """what is lost, in words; empty of a whole file"""
+
+
 def write(
     path: str | Path,
     series: Mapping[str, Series],
@@ -60,61 +75,48 @@ def write(
 ) -> None:
     """Series as JointState channels `/name` whose positions are the columns, with JSON metadata and attached files."""
     with whole_file(path) as part, part.open("wb") as stream:
-        writer = Writer(stream)
+        writer = Writer(stream, chunk_size=CHUNK)
         writer.start(profile="ros2", library=f"xneck {__version__}")
         schema = writer.register_schema("sensor_msgs/msg/JointState", "ros2msg", DEFINITION.encode())
-        for name, value in metadata.items():
-            writer.add_metadata(name, {"json": json.dumps(value)})
+        for name, value in {ROWS: {topic: len(one) for topic, one in series.items()}, **metadata}.items():
+            writer.add_metadata(name, sealed(name, value))
         for name, content in (attachments or {}).items():
             kind = "application/yaml" if name.endswith(".yaml") else "application/octet-stream"
             writer.add_attachment(0, 0, name, kind, content)
-        for topic, one in series.items():
-            channel = writer.register_channel(f"/{topic}", "cdr", schema)
-            stamps = nanoseconds(one.time)
-            for k, (stamp, data) in enumerate(zip(stamps.tolist(), _encode(one, stamps), strict=True)):
-                writer.add_message(channel, stamp, data, stamp, k)
+        channels = [writer.register_channel(f"/{topic}", "cdr", schema) for topic in series]
+        stamps = [nanoseconds(one.time) for one in series.values()]
+        rows = [_encode(one, at) for one, at in zip(series.values(), stamps, strict=True)]
+        for c, k in _side_by_side([len(at) for at in stamps]):
+            stamp = int(stamps[c][k])
+            writer.add_message(channels[c], stamp, rows[c][k].tobytes(), stamp, k)
         writer.finish()
 
 
-def read(path: str | Path) -> tuple[dict[str, Log], dict[str, Any], dict[str, bytes]]:
-    """Channels of JointState messages by topic (without its slash), JSON metadata, and attachments of an MCAP file.
+def read(path: str | Path) -> Contents:
+    """An MCAP file with JointState; where it is damaged or cut off, what is whole, with a warning `Recovered`.
 
-    Raises Refused where the file is missing, damaged, or holds no JointState.
+    Raises Refused where the file is missing, is something else, holds no JointState, or nothing of it is whole.
     """
     path = Path(path)
-    rows: dict[str, list[bytes]] = {}
-    encodings: dict[str, str] = {}
-    others: set[str] = set()
-    try:
-        with path.open("rb") as stream:
-            reader = make_reader(stream, validate_crcs=True)
-            if reader.get_summary() is None:
-                raise Refused(path, "ends before its index: a half-written MCAP", "recover it with `mcap recover`")
-            metadata = {m.name: json.loads(m.metadata["json"]) for m in reader.iter_metadata() if "json" in m.metadata}
-            attached = {a.name: bytes(a.data) for a in reader.iter_attachments()}
-            for schema, channel, message in reader.iter_messages(log_time_order=False):
-                if schema is None or not schema.name.endswith("JointState"):
-                    others.add(channel.topic)
-                    continue
-                encodings[channel.topic.lstrip("/")] = channel.message_encoding
-                rows.setdefault(channel.topic.lstrip("/"), []).append(message.data)
-    except FileNotFoundError as error:
-        raise Refused(path, "does not exist", "check the name") from error
-    except OSError as error:
-        raise Refused(path, f"cannot be read ({error.strerror or error})") from error
-    except (McapError, ZstdError, ValueError, struct.error, RuntimeError, EOFError) as error:
-        raise Refused(path, f"is not a whole MCAP file ({error or type(error).__name__})", "record it again") from error
-    if not rows:
-        found = f"topics {', '.join(sorted(others))}" if others else "no messages"
-        raise Refused(path, f"holds no sensor_msgs/JointState, only {found}")
+    found = read_records(path, "JointState")
     logs = {}
-    for topic, messages in rows.items():
-        decode = _decode_json if encodings[topic] == "json" else _decode_cdr
+    for name, topic in found.topics.items():
+        decode = _decode_json if topic.encoding == "json" else _decode_cdr
         try:
-            logs[topic] = decode(messages)
+            if topic.messages:
+                logs[name] = decode(topic.messages)
         except (ValueError, struct.error, KeyError, TypeError, IndexError) as error:
-            raise Refused(path, f"topic /{topic}: messages are not JointState ({error})") from error
-    return logs, metadata, attached
+            raise Refused(path, f"topic /{name}: messages are not JointState ({error})") from error
+    times = {name: logs[name].time if name in logs else np.empty(0) for name in found.topics}
+    lost = words(found, times)
+    if not logs:
+        if lost:
+            raise Refused(path, f"not one row of it can be read: {lost}", "copy it again, or record it again")
+        only = f"topics {', '.join(found.others)}" if found.others else "no messages"
+        raise Refused(path, f"holds no sensor_msgs/JointState, only {only}")
+    if lost:
+        say_recovered(path, lost)
+    return Contents(logs, found.metadata, found.attached, lost)
 
 
 def as_series(log: Log) -> Series:
@@ -127,8 +129,17 @@ def nanoseconds(time: Array) -> NDArray[np.int64]:
     return np.rint(np.asarray(time) * 1e9).astype(np.int64)
 
 
-def _encode(series: Series, stamps: NDArray[np.int64]) -> Iterable[bytes]:
-    """One CDR message a row: a template of bytes with the stamps and the positions laid over it."""
+def _side_by_side(counts: list[int]) -> Iterator[tuple[int, int]]:
+    """Channel and row of all rows of channels with so many each, every channel as far along as the others."""
+    share = np.concatenate([(np.arange(n) + 0.5) / max(n, 1) for n in counts])
+    channel = np.repeat(np.arange(len(counts)), counts)
+    row = np.concatenate([np.arange(n) for n in counts])
+    order = np.argsort(share, kind="stable")
+    yield from zip(channel[order].tolist(), row[order].tolist(), strict=True)
+
+
+def _encode(series: Series, stamps: NDArray[np.int64]) -> NDArray[np.uint8]:
+    """One CDR message a row, (T, bytes): a template of bytes with the stamps and the positions laid over it."""
     names = list(series.columns)
     body = bytearray(b"\x00\x01\x00\x00" + bytes(8) + struct.pack("<I", 1) + b"\x00")  # header: stamp, empty frame_id
 
@@ -152,7 +163,7 @@ def _encode(series: Series, stamps: NDArray[np.int64]) -> Iterable[bytes]:
     table[:, 8:12] = rest.astype("<u4")[:, None].view(np.uint8)
     values = np.ascontiguousarray(np.stack(list(series.columns.values()), axis=1), dtype="<f8")
     table[:, at : at + 8 * len(names)] = values.view(np.uint8)
-    return (row.tobytes() for row in table)
+    return table
 
 
 def _decode_cdr(messages: list[bytes]) -> Log:

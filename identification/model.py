@@ -37,6 +37,8 @@ class Model(Strict):
     xneck_model: Literal[1] = 1
     laws: tuple[str, ...]
     parameters: tuple[ModelParameter, ...]
+    covariance: tuple[tuple[float | None, ...], ...] | None = None
+    """of the parameters in their order, in their units; null of what is not known"""
     provenance: dict[str, Any] = Field(default_factory=dict)
 
     @field_validator("laws")
@@ -48,8 +50,16 @@ class Model(Strict):
         return names
 
 
-def model_of(parameters: Sequence[Parameter], laws: Sequence[str], provenance: dict[str, Any]) -> Model:
-    """The model that a fit's parameters make; friction's transition, where it was not fitted, is the seed's (48)."""
+def model_of(
+    parameters: Sequence[Parameter],
+    laws: Sequence[str],
+    provenance: dict[str, Any],
+    covariance: np.ndarray | None = None,
+) -> Model:
+    """The model that a fit's parameters make; friction's transition, where it was not fitted, is the seed's (48).
+
+    covariance: (P, P) of the parameters in their order.
+    """
     listed = [ModelParameter(**p.as_json()) for p in parameters]
     if not any(p.name == "cm" for p in listed):
         listed.append(
@@ -57,7 +67,12 @@ def model_of(parameters: Sequence[Parameter], laws: Sequence[str], provenance: d
                 name="cm", index=None, value=CM, unit="s/rad", sigma=None, relative_sigma_percent=None, identified=False
             )
         )
-    return Model(laws=tuple(laws), parameters=tuple(listed), provenance=provenance)
+    known = None
+    if covariance is not None:
+        whole = np.full((len(listed), len(listed)), 0.0)
+        whole[: len(parameters), : len(parameters)] = covariance
+        known = tuple(tuple(float(v) if np.isfinite(v) else None for v in row) for row in whole)
+    return Model(laws=tuple(laws), parameters=tuple(listed), covariance=known, provenance=provenance)
 
 
 def machine_of(model: Model, arm: Arm) -> Machine:
@@ -74,6 +89,13 @@ def machine_of(model: Model, arm: Arm) -> Machine:
     if any(p.name == "x0" for p in model.parameters):
         arm = replace(arm, x0=_values(model, "x0", arm.M))
     return Machine(arm, model.laws, values)
+
+
+def covariance_of(model: Model) -> np.ndarray:
+    """Of the parameters, (P, P), infinite where nothing is known; of a model without one from the sigmas."""
+    if model.covariance is not None:
+        return np.array([[np.inf if v is None else v for v in row] for row in model.covariance])
+    return np.diag([np.inf if p.sigma is None else p.sigma**2 for p in model.parameters])
 
 
 def _values(model: Model, name: str, count: int) -> np.ndarray:

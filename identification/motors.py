@@ -23,6 +23,8 @@ class Motors:
     theta_d: Array
     theta_dd: Array
     f: Array
+    sigma: tuple[Array, Array, Array] | None = None
+    """of theta and its derivatives, from rounding"""
 
 
 def motors_of(log: Series, count: Array) -> Motors:
@@ -33,4 +35,5 @@ def motors_of(log: Series, count: Array) -> Motors:
         for j, column in enumerate(log.matrix("theta").T)
     ]
     theta, theta_d, theta_dd = (np.stack([getattr(s, name) for s in found], axis=-1) for name in ("value", "d1", "d2"))
-    return Motors(log.time, theta, theta_d, theta_dd, log.matrix("f"))
+    one, two, three = (np.sqrt(np.stack([s.covariance[:, d, d] for s in found], axis=-1)) for d in range(3))
+    return Motors(log.time, theta, theta_d, theta_dd, log.matrix("f"), (one, two, three))

@@ -43,7 +43,7 @@ class Arm:
     @property
     def N(self) -> int:
         """Number of mechanisms."""
-        return self.L.shape[-1]
+        return len(self.spring_slack)
 
     @property
     def M(self) -> int:

@@ -53,6 +53,36 @@ def lengths_without_pulleys(arm: Arm, alpha: Array) -> Array:
     return np.stack(np.broadcast_arrays(*per_cable), axis=-1)
 
 
+@dataclass(frozen=True)
+class Strung:
+    """All cables in one pose, in lanes: lengths and wraps (M, lanes), m and rad, Z (N, M, lanes), m."""
+
+    length: Array
+    wrap: Array
+    Z: Array
+
+    def stretch(self, drum: Array, joints: Array, motors: Array) -> Array:
+        """(42) in lanes: (rd/R) motors - Z^T joints, (M, lanes), by which cables stretch where joints and motors move so."""
+        return drum * motors - np.einsum("ijb,ib->jb", self.Z, joints)
+
+    def torque(self, t: Array) -> Array:
+        """Z t, (N, lanes), N m."""
+        return np.einsum("ijb,jb->ib", self.Z, t)
+
+
+def strung(arm: Arm, alpha: Array) -> Strung:
+    """Lengths, wraps and Z together; arm in lanes, alpha (N, lanes)."""
+    found = portions(arm, alpha)
+    shape = np.broadcast_shapes(alpha.shape, arm.L.shape)
+    length, wrap, jacobian = (np.zeros((*axes, *shape[1:])) for axes in ((arm.M,), (arm.M,), (arm.N, arm.M)))
+    for j, route in enumerate(arm.routes):
+        for i, word in enumerate(route):
+            length[j] += found[word].length[i]
+            wrap[j] += found[word].wrap[i]
+            jacobian[i, j] = -found[word].d1[i]
+    return Strung(length, wrap, jacobian)
+
+
 def portions(arm: Arm, alpha: Array) -> dict[str, Portion]:
     """The portion that each route word in use would have in each mechanism, arrays of shape (..., N)."""
     s = sides(arm, alpha)

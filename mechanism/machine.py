@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,12 +18,12 @@ class Machine:
     names: tuple[str, ...]
     values: Mapping[str, Array]
 
-    @property
+    @cached_property
     def laws(self) -> tuple[Law, ...]:
         """In the order of their names."""
         return tuple(LAWS[name] for name in self.names)
 
-    @property
+    @cached_property
     def states(self) -> int:
         """Numbers that each cable remembers."""
         return sum(law.states for law in self.laws)
@@ -32,6 +33,12 @@ class Machine:
         for law in self.laws:
             f = law.command(self.values, f, step)
         return f
+
+    def written(self, force: Array, step: float) -> Array:
+        """What is written where forces (..., T, M), N, act."""
+        for law in reversed(self.laws):
+            force = law.written(self.values, force, step)
+        return force
 
     def friction(self, at: Turning) -> Array:
         """Force that friction takes from each motor's command, (..., M), N."""

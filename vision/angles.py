@@ -69,12 +69,14 @@ def read_angles(path: str | Path, joints: int) -> Angles:
     """
     path = Path(path)
     if path.suffix == ".mcap":
-        logs, metadata, _ = joint_state.read(path)
+        found = joint_state.read(path)
+        logs = found.logs
         if "angles" not in logs:
             raise Refused(path, f"has no /angles, only /{', /'.join(logs)}", "make it with `xneck extract`")
-        series, notes = joint_state.as_series(logs["angles"]), metadata.get("angles", {})
-        seen = joint_state.as_series(logs["quality"]).columns if "quality" in logs else {}
-        light = seen.get("light")
+        series, notes = joint_state.as_series(logs["angles"]), found.metadata.get("angles", {})
+        light = _light(series.time, joint_state.as_series(logs["quality"])) if "quality" in logs else None
+        if light is not None and "angles" not in found.metadata:
+            raise Refused(path, f"has lost what it says of the light ({found.lost})", "copy it again")
     else:
         wanted = [f"alpha{i + 1}" for i in range(joints)]
         stems = ("sigma", "common")
@@ -99,3 +101,11 @@ def read_angles(path: str | Path, joints: int) -> Angles:
         raise Refused(path, "has a sigma that is not positive", "give standard deviations in rad, or none")
     common = series.matrix("common")
     return Angles(series.time, alpha, sigma, notes, light, common if common.shape[1] == joints else None)
+
+
+def _light(time: Array, quality: Series) -> Array | None:
+    """The light's brightness at frames (F,), s; NaN where a damaged file lost the frame's quality."""
+    if "light" not in quality.columns:
+        return None
+    found = dict(zip(quality.time.tolist(), quality.columns["light"].tolist(), strict=True))
+    return np.array([found.get(at, np.nan) for at in time.tolist()])

@@ -57,7 +57,7 @@ def read_log(path: str | Path, neck: Neck) -> Series:
 
 
 def _from_joint_states(path: Path, neck: Neck) -> Series:
-    logs, _, _ = joint_state.read(path)
+    logs = joint_state.read(path).logs
     named = [motor.joint for motor in neck.motors]
     if all(name is not None for name in named):
         fitting = {topic: log for topic, log in logs.items() if set(named) <= set(log.names)}

@@ -16,7 +16,7 @@ from identification.dataset_file import write_dataset
 from identification.estimates import Estimates, estimate
 from identification.model import Model, model_of, write_model
 from identification.seed_method import Identification, identify
-from identification.simulated import Simulated, simulate_recording
+from identification.simulation.simulated import Simulated, simulate_recording
 from mechanism.description import Neck, read_neck
 from vision.angles import Angles, read_angles, write_angles
 from vision.calibrating import calibrate_from
@@ -31,7 +31,6 @@ from xneck.provenance import provenance
 from xneck.strict_yaml import read_text
 
 SHOWN_FRAMES = 4
-WINDOW_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -93,12 +92,12 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
     stage("identify")
     found = identify([data])
     estimates = estimate([data])
-    model = model_of(estimates.parameters, estimates.laws, origin)
+    model = model_of(estimates.parameters, estimates.laws, origin, estimates.covariance)
     write_model(model, out / "model.yaml")
     stage("simulate")
     simulated, why = None, None
     try:
-        simulated = simulate_recording(data, model, WINDOW_S)
+        simulated = simulate_recording(data, model)
         joint_state.write(out / "simulated.mcap", {"simulated": simulated.series}, {"provenance": origin})
     except Refused as refused:  # a model that cannot be simulated is a result, not the end of the report
         why = str(refused)

@@ -62,7 +62,11 @@ def synchronise(
     )
     alone = _between_frames(frame_time, angles.alpha, time)
     seen_alone = numbered("vision", alone[0]) | numbered("vision", alone[1], "_d")
-    state = Series(time, {**state.columns, **numbered("bridged", found.bridged.astype(float)), **seen_alone})
+    rounded: dict[str, Array] = {}
+    for suffix, sigma in zip(("", "_d", "_dd"), motors.sigma or (), strict=False):
+        rounded |= numbered("sigma_theta", sigma[inside], suffix)
+    bridged = numbered("bridged", found.bridged.astype(float))
+    state = Series(time, {**state.columns, **rounded, **bridged, **seen_alone})
     seed = seed_series(arm, even, frame_time[good], angles.alpha[good], cutoff)
     check = check_elongations(arm, state, seen, clock.offset_sigma).as_json() if forces else dict(UNCHECKED)
     return DataSet(

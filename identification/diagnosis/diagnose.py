@@ -15,7 +15,7 @@ from identification.diagnosis.naming import Search, search
 from identification.diagnosis.noise import read
 from identification.diagnosis.sight import Sight, sight
 from identification.estimates import check_motion, one_arm
-from identification.frames import frames_of
+from identification.frames import seen_in
 from xneck.errors import Refused
 
 Array = NDArray[np.float64]
@@ -66,8 +66,8 @@ def diagnose(
     one_arm([*recordings, *held_out])
     h = as_described(recordings[0].neck)
     progress("noise")
-    fitted = [read(data, frames_of(data), seed + i) for i, data in enumerate(recordings)]
-    others = [read(data, frames_of(data), seed + 100 + i) for i, data in enumerate(held_out)]
+    fitted = [read(data, seen_in(data), seed + i) for i, data in enumerate(recordings)]
+    others = [read(data, seen_in(data), seed + 100 + i) for i, data in enumerate(held_out)]
     progress("causes")
     found = search(h, fitted)
     check_motion([place.signals for place in found.end.point.places])

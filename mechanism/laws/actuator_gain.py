@@ -12,3 +12,6 @@ class ActuatorGain(Law):
 
     def command(self, p: Values, f: Array, step: float) -> Array:
         return f / (1 + p["g"])
+
+    def written(self, p: Values, force: Array, step: float) -> Array:
+        return force * (1 + p["g"])

@@ -12,3 +12,6 @@ class ActuatorOffset(Law):
 
     def command(self, p: Values, f: Array, step: float) -> Array:
         return f - p["fo"]
+
+    def written(self, p: Values, force: Array, step: float) -> Array:
+        return force + p["fo"]

@@ -71,6 +71,10 @@ class Law:
         """Force that acts where f (..., T, M), N, is written, on rows `step` s apart."""
         return f
 
+    def written(self, p: Values, force: Array, step: float) -> Array:
+        """What is written where that force acts: `command` the other way."""
+        return force
+
     def rub(self, p: Values, at: Turning) -> Array:
         """Force that friction takes from the motor's command, (..., M), N."""
         return np.zeros(())

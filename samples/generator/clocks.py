@@ -31,11 +31,11 @@ class Clocks:
         return (log_time - self.offset_s + self.skew * self.middle_s) / (1 + self.skew)
 
 
-def frame_times(duration: float, rng: np.random.Generator) -> Array:
+def frame_times(duration: float, rng: np.random.Generator, hertz: float = FRAME_HZ) -> Array:
     """Middles of the exposures on the camera's clock, shape (F,), s, from 0 on: jittering, a few frames missing."""
-    nominal = np.arange(round(duration * FRAME_HZ)) / FRAME_HZ
+    nominal = np.arange(round(duration * hertz)) / hertz
     times = nominal + rng.normal(0, _JITTER_S, len(nominal))
-    inner = np.arange(FRAME_HZ, len(nominal) - FRAME_HZ, dtype=int)  # the first and the last second stay whole
+    inner = np.arange(hertz, len(nominal) - hertz, dtype=int)  # the first and the last second stay whole
     dropped = rng.choice(inner, max(2, round(_DROPPED_SHARE * len(nominal))), replace=False)
     times = np.delete(times - times[0], dropped.astype(int))
     return np.round(times * _TICK_HZ) / _TICK_HZ

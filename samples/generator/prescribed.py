@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from samples.generator.clocks import Clocks, clocks, frame_times
+from samples.generator.clocks import FRAME_HZ, Clocks, clocks, frame_times
 from samples.generator.inverse_dynamics import joint_torque
 from samples.generator.laws import Friction, Running, Stretch, dry_and_viscous, linear
 from samples.generator.motion import LEVEL_N, RATE_HZ, Motion, exciting, with_rest
@@ -117,13 +117,15 @@ def prescribe(
     hertz: tuple[float, float] = (0.1, 1.2),
     peak_deg: tuple[float, float] = (25.0, 32.0),
     level_n: tuple[float, float] = LEVEL_N,
+    log_hz: float = RATE_HZ,
+    frame_hz: float = FRAME_HZ,
 ) -> Prescribed:
     """A recording of `duration` s of frames. Motions are drawn again until no cable comes near to slack unless it is to.
 
-    level_n: mean and swing of the tension level, N.
+    level_n: mean and swing of the tension level, N. log_hz: whole parts of 5 kHz.
     """
     rng = np.random.default_rng(seed)
-    times = frame_times(duration, rng)
+    times = frame_times(duration, rng, frame_hz)
     two = clocks(times, rng)
     first, last = two.log_time(times[[0, -1]])
     start = np.floor((first - rng.uniform(0.2, 0.6)) * 1e3) / 1e3
@@ -132,13 +134,14 @@ def prescribe(
     for _ in range(_DRAWS):
         drawn = exciting(world.neck, last - first - 2 * _REST_S, rng, hertz, peak_deg, level_n)
         motion = with_rest(drawn, before, after)
-        made = _made(world, motion)
+        made = _made(world, motion, log_hz)
         if made is not None:
             break
     else:
         raise ValueError("no motion was found that suits the cables")
     alpha, at_row, f = made
-    log_time = np.round(start + motion.time, 3)
+    row_time = np.arange(len(f)) / log_hz
+    log_time = np.round(start + row_time, 3)
     count = quantum(world.neck)
     frame_alpha = make_interp_spline(log_time, at_row["alpha"], k=5)(two.log_time(times))
     return Prescribed(
@@ -151,15 +154,15 @@ def prescribe(
         frame_alpha=frame_alpha,
         frame_seen=world.seen(frame_alpha),
         alpha=at_row["alpha"],
-        alpha_d=alpha.derivative(1)(motion.time),
-        alpha_dd=alpha.derivative(2)(motion.time),
+        alpha_d=alpha.derivative(1)(row_time),
+        alpha_dd=alpha.derivative(2)(row_time),
         theta=at_row["theta"],
         tension=at_row["tension"],
         x=at_row["x"],
     )
 
 
-def _made(world: World, motion: Motion) -> tuple[Any, dict[str, Array], Array] | None:
+def _made(world: World, motion: Motion, log_hz: float) -> tuple[Any, dict[str, Array], Array] | None:
     """The motion as a spline, true series at the rows, and the forces held from the rows on; None where this cannot be."""
     neck = world.neck
     spline = make_interp_spline(motion.time, motion.alpha, k=5)
@@ -189,16 +192,16 @@ def _made(world: World, motion: Motion) -> tuple[Any, dict[str, Array], Array] |
     t = CubicSpline(time, tension)(fine)
     friction = world.friction(Running(fine, spline(fine), theta, theta_d, t))
     force = world.written(t + friction + inertia / drum * theta_dd, MOTOR_STEP_S)
-    per_row = round(1 / (RATE_HZ * MOTOR_STEP_S))
-    rows = np.arange(len(motion.time)) * per_row
+    per_row = round(1 / (log_hz * MOTOR_STEP_S))
+    rows = np.arange(0, len(fine), per_row)
     # the drive holds a command for one period: the mean of what the motion wants over it
     held = np.vstack([force, np.repeat(force[-1:], per_row, axis=0)])
     held = np.vstack([(held[:-1] + held[1:]) / 2, held[-1:]])
     summed = np.vstack([np.zeros(force.shape[1]), np.cumsum(held, axis=0)])
     f = (summed[rows + per_row] - summed[rows]) / per_row
-    every = round(1 / (RATE_HZ * STEP_S))
-    at_row = {"alpha": motion.alpha, "theta": theta[rows], "tension": tension[::every], "x": x[::every]}
-    return spline, at_row | {"read": world.encoder(theta, MOTOR_STEP_S)[rows]}, f
+    at_row = {"alpha": spline(fine[rows]), "theta": theta[rows], "tension": t[rows]}
+    at_row |= {"x": CubicSpline(time, x)(fine[rows]), "read": world.encoder(theta, MOTOR_STEP_S)[rows]}
+    return spline, at_row, f
 
 
 def _tension(Z: Array, torque: Array, level: Array) -> Array:

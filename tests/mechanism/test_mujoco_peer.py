@@ -147,7 +147,7 @@ def test_driven_motion_is_the_simulation_of_the_equations() -> None:
     values = {"k": np.array(K), "ca": np.array(CA), "fs": np.array(FS), "fv": np.array(FV), "cm": np.array([CM])}
     machine = Machine(arm, ("dry_friction", "viscous_friction", "linear_cable"), values)
     start = State(np.zeros(3), np.zeros(3), np.zeros(4), np.zeros(4))
-    motion = simulate_equations(machine, start, fine.time, fine.f)
+    motion = simulate_equations(machine, start, fine.time, fine.f, max_step=2.5e-4)
     assert np.ptp(motion.alpha, axis=0).min() > 0.3
     for found, unit, left in (("alpha", 1.0, 2e-5), ("theta", 4e-4, 1e-7), ("tension", 1e-2, 2e-4)):
         errors = [unit * np.abs(getattr(run, found) - getattr(motion, found)).max() for run in (coarse, fine)]

@@ -152,6 +152,79 @@ def test_a_cable_that_went_slack_is_named_with_its_time() -> None:
     assert usable(found.faults) == "in part"
 
 
+def with_slip(log: Series, cable: int, after: float, size: float) -> Series:
+    """The log where a rope moved on its drum by `size`, m, `after` s from the first row on."""
+    theta = log.matrix("theta").copy()
+    theta[:, cable] += np.where(log.time - log.time[0] > after, size / arm().drum[cable], 0.0)
+    return Series(log.time, {**log.columns, **numbered("theta", np.round(theta / COUNT) * COUNT)})
+
+
+def test_two_faults_are_both_named_with_their_sizes(made: Recorded, cases: list[Hidden]) -> None:
+    """A drum described 2 % too large and a slip of 1 mm of another cable; sizes within a tenth, as each alone."""
+    healthy = cases[0]
+    drum = replace(healthy.arm, drum=healthy.arm.drum * np.array([1, 1.02, 1, 1]))
+    both = replace(healthy, arm=drum, log=with_slip(healthy.log, 3, 20, 1e-3))
+    found = check_elongations(drum, *inputs(made, both, SEED)).faults
+    sizes = {(f["fault"], f["where"]): f["size"] for f in found}
+    assert sizes == pytest.approx({("drum_radius", "cable 2"): -0.02, ("winch_slip", "cable 4"): 1e-3}, rel=0.1)
+    assert usable(found) is False
+
+
+def test_faults_of_one_cable_do_not_take_each_others_size(made: Recorded, cases: list[Hidden]) -> None:
+    """A rope that slips and slips back: found one after the other, the first is a third too small for what the second left."""
+    log = with_slip(with_slip(cases[0].log, 0, 15, 1e-3), 0, 40, -1e-3)
+    found = check_elongations(cases[0].arm, *inputs(made, replace(cases[0], log=log), SEED)).faults
+    assert [(f["fault"], f["where"]) for f in found] == [("winch_slip", "cable 1")] * 2
+    early, late = sorted(found, key=lambda f: f["when_s"])
+    assert (early["size"], late["size"]) == pytest.approx((1e-3, -1e-3), abs=1e-4)
+    assert late["when_s"] - early["when_s"] == pytest.approx(25, abs=0.2)
+    assert usable(found) == "in part"
+
+
+def as_data_set(made: Recorded, case: Hidden, late: float, frames: bool) -> DataSet:
+    """What a person makes by hand: frames stamped `late` s too late, beside the log or instead of it in the state."""
+    state, seen, _ = inputs(made, case, SEED)
+    neck = read_neck(NECK_FILE)
+    motors = [m.model_copy(update={"rd": float(d * m.R)}) for m, d in zip(neck.motors, case.arm.drum, strict=True)]
+    cables = [c.model_copy(update={"x0": float(x)}) for c, x in zip(neck.cables, case.arm.x0, strict=True)]
+    neck = neck.model_copy(update={"motors": tuple(motors), "cables": tuple(cables)})
+    time = seen.time + late
+    if frames:
+        angles = Series(time, numbered("alpha", seen.alpha) | numbered("sigma", seen.sigma))
+        clock = {"offset_s": 0.0, "skew_ppm": 0.0, "camera_middle_s": 0.0}
+        return DataSet(neck, "", state, state, angles, Series(np.empty(0), {}), clock)
+    alpha = np.stack([np.interp(state.time, time, column) for column in seen.alpha.T], axis=-1)
+    moved = Series(state.time, {**state.columns, **numbered("alpha", alpha)})
+    none = Series(np.empty(0), {})
+    return DataSet(neck, "", moved, moved, none, none)
+
+
+@pytest.mark.parametrize(("late", "frames"), [(5e-3, True), (-10e-3, False)])
+def test_a_clock_that_is_wrong_is_named(late: float, frames: bool, made: Recorded, cases: list[Hidden]) -> None:
+    """Elongations alone take it for friction of the motors. The clock of `inputs` is off by 0.3 ms rms already."""
+    found = check_dataset(as_data_set(made, cases[0], late, frames)).faults
+    assert [(f["fault"], f["where"]) for f in found] == [("clock_offset", "all")]
+    assert found[0]["size"] == pytest.approx(late, abs=1e-3)
+    assert "ms +-" in sentence(found[0])
+    assert usable(found) is False
+
+
+def test_a_wrong_clock_hides_no_other_fault(made: Recorded, cases: list[Hidden]) -> None:
+    drum = next(c for c in cases if c.label.startswith("drum"))
+    found = check_dataset(as_data_set(made, drum, 5e-3, True)).faults
+    assert [(f["fault"], f["where"]) for f in found] == [("clock_offset", "all"), drum.fault]
+    assert found[1]["size"] == pytest.approx(0.02, rel=0.25)
+
+
+def test_no_clock_is_blamed_where_it_is_right_and_none_believed_where_it_is_wrong(
+    made: Recorded, cases: list[Hidden]
+) -> None:
+    right, wrong = (as_data_set(made, cases[0], late, True) for late in (0.0, 8e-3))
+    assert check_dataset(right).faults == ()
+    with pytest.raises(Refused, match="not healthy itself: clock_offset of all"):
+        check_dataset(right, wrong, "before.mcap")
+
+
 def test_a_data_set_made_by_hand_is_checked_from_its_state(made: Recorded, cases: list[Hidden]) -> None:
     """Without a record of a clock the frames' stamps mean nothing, and the state stands in for them."""
     case = next(c for c in cases if c.label.startswith("drum"))

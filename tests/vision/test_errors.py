@@ -100,10 +100,20 @@ def angles_in_degrees(place: Path) -> list[str | Path]:
     return sync(place, written(place / "a.csv", "\n".join(["time,alpha1,alpha2,alpha3", *rows])), H / "log.mcap")
 
 
-def half_a_log(place: Path) -> list[str | Path]:
+def log_without_a_whole_chunk(place: Path) -> list[str | Path]:
     whole = (R / "log.mcap").read_bytes()
-    (place / "log.mcap").write_bytes(whole[: len(whole) // 2])
+    (place / "log.mcap").write_bytes(whole[: len(whole) // 5])
     return sync(place, H / "angles.csv", place / "log.mcap")
+
+
+def too_little_of_a_log(place: Path) -> list[str | Path]:
+    """Its first half, and angles of a time after that."""
+    whole = (H / "log.mcap").read_bytes()
+    (place / "log.mcap").write_bytes(whole[: len(whole) // 2])
+    rows = (H / "angles.csv").read_text().splitlines()
+    return sync(
+        place, written(place / "a.csv", "\n".join([rows[0], *rows[-290:]])), place / "log.mcap", H / "neck.yaml"
+    )
 
 
 def time_that_jumps_back(place: Path) -> list[str | Path]:
@@ -156,7 +166,8 @@ CASES: dict[Callable[[Path], list[str | Path]], str] = {
     theta_for_force: r"cable 1 contradicts all others.*is it f1",
     log_of_another_time: r"do not show the same motion.*overlap",
     angles_in_degrees: r"a\.csv: .*radians",
-    half_a_log: r"log\.mcap: .*MCAP",
+    log_without_a_whole_chunk: r"log\.mcap: not one row of it can be read: is cut off",
+    too_little_of_a_log: r"the same motion .*log\.mcap: is cut off; /joint_states has \d+ rows",
     time_that_jumps_back: r"log\.csv: time jumps back in row 500",
     two_pictures_for_a_camera: r"2",
     results_into_nowhere: r"nowhere does not exist",

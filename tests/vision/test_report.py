@@ -20,7 +20,8 @@ from identification.model import model_of
 from identification.reconstruction import reconstruct
 from identification.seed_method import identify
 from identification.series import Series, numbered
-from identification.simulated import Simulated
+from identification.simulation.channels import Channel
+from identification.simulation.simulated import Simulated
 from mechanism.description import read_neck
 from tests.calibration.truth import synthetic_views
 from tests.vision.html_page import Elements, label_faults, look
@@ -83,8 +84,8 @@ def some_simulation(data: DataSet) -> Simulated:
     for stem in ("alpha", "theta"):
         measured = state.matrix(stem)[:kept]
         columns |= numbered(stem, measured + drift) | numbered(stem, measured, "_measured")
-    rms = {name: 0.01 for name in columns if not name.endswith("_measured")}
-    return Simulated(Series(state.time[:kept], columns), rms, 1.0)
+    channels = tuple(Channel(name, 0.01, 0.005, "rad") for name in columns if not name.endswith("_measured"))
+    return Simulated(Series(state.time[:kept], columns), channels, 1.0, "f")
 
 
 @pytest.fixture(scope="module")

@@ -126,7 +126,10 @@ def test_check_simulate_and_export_by_command(made: Path, capfd: pytest.CaptureF
         capfd, "simulate", made / "dataset.mcap", "--model", made / "model.yaml", "--out", out,
         "--window", "0.5", "--export", "npz", "--json", "-",
     )  # fmt: skip
-    rms = json.loads(done.out)["rms"]
+    result = json.loads(done.out)
+    rms = result["rms"]
+    assert [c["channel"] for c in result["channels"]] == list(rms)
+    assert all(c["ratio"] == pytest.approx(c["rms"] / c["noise_floor"]) for c in result["channels"])
     assert set(rms) == {f"alpha{i}" for i in (1, 2, 3)} | {f"theta{j}" for j in (1, 2, 3, 4)}
     assert max(rms[f"alpha{i}"] for i in (1, 2, 3)) < np.radians(5)
     assert "tension4" in np.load(made / "simulated.npz")

@@ -108,11 +108,13 @@ def baseline_of(arm: Arm, state: Series, seen: Seen, clock_sigma: float = 0.0, w
     exchange = find_exchange(observed)
     named, fit = name_faults(observed)
     if exchange or named:
-        fault = fault_of_exchange(exchange) if exchange else fault_of(named[0])
-        raise Refused(
-            where, f"is not healthy itself: {sentence(fault)}", "give a recording that passes the check alone"
-        )
+        raise not_healthy(where, fault_of_exchange(exchange) if exchange else fault_of(named[0]))
     return Baseline(known_of(observed, fit), observed.law.friction)
+
+
+def not_healthy(where: str, fault: dict[str, Any]) -> Refused:
+    """What to raise of a baseline with a fault."""
+    return Refused(where, f"is not healthy itself: {sentence(fault)}", "give a recording that passes the check alone")
 
 
 def motors_in(state: Series) -> Motors:

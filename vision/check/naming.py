@@ -59,7 +59,21 @@ def name_faults(seen: Observed, known: Known | None = None) -> tuple[tuple[Named
         named.append(Named(best, _rivals(best, scores)))
         every = [c for c in every if _apart(c, best.candidate)]
         fit = fit_law(seen, known, [*found, best.candidate.signature])
-    return tuple(named), fit
+    return _together(seen, named, known, fit), fit
+
+
+def _together(seen: Observed, named: Sequence[Named], known: Known | None, fit: Fitted) -> tuple[Named, ...]:
+    """Each fault with the size, sigma and moment that it has beside all the others: found alone, it took some of theirs."""
+    if len(named) < 2:
+        return tuple(named)
+    out: list[Named] = []
+    for k, one in enumerate(named):
+        others = [n.best.candidate.signature for n in (*out, *named[k + 1 :])]
+        without = fit_law(seen, known, others, fit.error)
+        candidate = one.best.candidate
+        scores = [score(without, c) for c in (candidate, *nearby(seen, candidate))]
+        out.append(Named(max(scores, key=lambda s: s.gain), one.rivals))
+    return tuple(out)
 
 
 def _apart(other: Candidate, found: Candidate) -> bool:

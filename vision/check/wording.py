@@ -22,6 +22,7 @@ FIX = {
     "swapped_markers": "correct markers.on_bars in neck.yaml, or the order of the angles' columns",
     "unexplained_elongation": "look at the report's elongations over time: none of the known faults explains them",
 }
+EXCHANGES = ("theta_sign", "swapped_cables", "swapped_markers")
 IN_PART = ("winch_slip", "cable_slack")
 """faults of one moment: the rest of the recording is good"""
 
@@ -46,6 +47,11 @@ def fault_of_exchange(found: Exchange) -> dict[str, Any]:
     return _record(found.fault, found.where, found.described, "m", found.undone)
 
 
+def fault_of_clock(late: float, sigma: float) -> dict[str, Any]:
+    """Frames whose times are `late` s later than true."""
+    return _record("clock_offset", "all", late, "s", sigma)
+
+
 def unexplained(cable: int, left: float, sigma: float) -> dict[str, Any]:
     """RMS of an elongation that nothing explains, m."""
     return _record("unexplained_elongation", f"cable {cable}", left, "m", sigma)
@@ -67,6 +73,8 @@ def sentence(fault: dict[str, Any]) -> str:
         size = f"{100 * fault['size']:.3g} % +- {100 * fault['sigma']:.2g}"
     elif fault["unit"] == "m":
         size = f"{1e3 * fault['size']:.3g} mm +- {1e3 * fault['sigma']:.2g}"
+    elif fault["unit"] == "s":
+        size = f"{1e3 * fault['size']:.3g} ms +- {1e3 * fault['sigma']:.2g}"
     when = f" at {fault['when_s']:.2f} s" if "when_s" in fault else ""
     others = "".join(f", or {o['fault']} of {o['where']}" for o in fault.get("or", []))
     return f"{fault['fault']} of {fault['where']}{when}: {size}{others}; {fault['fix']}"

@@ -25,7 +25,7 @@ def command(datasets: tuple[Path, ...], out: Path, model: int, json_out: str | N
     seed = identify(recordings)
     found = estimate(recordings, LAWS_BESIDE[model])
     origin = provenance({f"dataset{i + 1}": path for i, path in enumerate(datasets)}, {"model": model})
-    write_model(model_of(found.parameters, found.laws, origin), out)
+    write_model(model_of(found.parameters, found.laws, origin, found.covariance), out)
     record = found.as_json() | {"seed": tables.as_json(seed, model)}
     text = f"{tables.as_text(seed)}\n\n{estimate_table.as_text(found)}\n{out}"
     report_result(record, text, json_out, quiet)

@@ -1,5 +1,6 @@
 """Options and output that all commands share."""
 
+import functools
 import json
 import math
 from collections.abc import Callable, Iterator
@@ -11,6 +12,8 @@ import click
 
 from identification.dataset_file import FORMATS, export
 from identification.series import Series
+from xneck.errors import Refused
+from xneck.recovered import recoveries
 from xneck.whole_file import check_place, write_text
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -31,12 +34,34 @@ OUT = _OutFile()
 FOLDER = click.Path(path_type=Path, file_okay=False)
 
 
+_RECOVERED = "recovered"
+"""key of the click context's notes, and of every result"""
+
+
 def results(function: F) -> F:
-    """Adds --json and --quiet."""
-    function = click.option("--quiet", is_flag=True, help="Print nothing but errors.")(function)
-    return click.option("--json", "json_out", metavar="FILE", help="Machine-readable result; - for standard output.")(
-        function
-    )
+    """Adds --json and --quiet, and hears of files that were read in part."""
+
+    @functools.wraps(function)
+    def heard(*values: Any, **options: Any) -> Any:
+        with recoveries() as said:
+            click.get_current_context().meta[_RECOVERED] = said
+            try:
+                return function(*values, **options)
+            except Refused as refusal:
+                if said:
+                    raise Refused(refusal.where, f"{refusal.what} ({'; '.join(said)})", refusal.do) from refusal
+                raise
+
+    command = click.option("--quiet", is_flag=True, help="Print nothing but errors and warnings.")(heard)
+    command = click.option(
+        "--json", "json_out", metavar="FILE", help="Machine-readable result; - for standard output."
+    )(command)
+    return command  # type: ignore[return-value]
+
+
+def recovered() -> list[str]:
+    """What files lost that this command has read so far."""
+    return list(click.get_current_context().meta[_RECOVERED])
 
 
 def exported(function: F) -> F:
@@ -47,7 +72,14 @@ def exported(function: F) -> F:
 
 
 def report_result(result: dict[str, Any], text: str, json_out: str | None, quiet: bool) -> None:
-    """The result as JSON where asked for, and as text to standard output unless that is taken or quiet."""
+    """The result as JSON where asked for, and as text to standard output unless that is taken or quiet.
+
+    What files lost goes into both: the result's `recovered`, and a line each on standard error.
+    """
+    lost = recovered()
+    result = {**result, _RECOVERED: lost}
+    for line in lost:
+        click.echo(f"xneck: warning: {line}", err=True)
     if json_out == "-":
         click.echo(as_json(result), nl=False)
         return

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from vision.cli.output import FILE, FOLDER, as_json, report_result, results
+from vision.cli.output import FILE, FOLDER, as_json, recovered, report_result, results
 
 
 @click.command(epilog="Example: xneck run recordings/monday --out results")
@@ -46,6 +46,7 @@ def run_all(folders: tuple[Path, ...], out: Path, quiet: bool) -> dict[str, dict
 
             folder = out / name
             folder.mkdir(parents=True, exist_ok=True)
+            before = len(recovered())
             result = run_recording(recording, folder, stage)
             write_report(result, folder / "report.html")
             record: dict[str, object] = {
@@ -54,6 +55,7 @@ def run_all(folders: tuple[Path, ...], out: Path, quiet: bool) -> dict[str, dict
                 "check": dict(result.data.check),
                 "identify": tables_json(result.identification),
                 "simulate": result.simulated.rms if result.simulated else None,
+                "recovered": recovered()[before:],
             }
             if result.extraction:
                 record["extract"] = result.extraction.as_json()

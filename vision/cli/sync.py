@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from vision.cli.output import FILE, OUT, export_beside, exported, report_result, results
+from vision.cli.output import FILE, OUT, export_beside, exported, recovered, report_result, results
 
 
 @click.command(epilog="Example: xneck sync angles.mcap log.mcap --neck neck.yaml --out dataset.mcap")
@@ -43,6 +43,7 @@ def command(
     neck = read_neck(neck_file)
     angles, log = read_angles(angles_file, neck.N), read_log(log_file, neck)
     origin = provenance({"angles": angles_file, "log": log_file, "neck": neck_file}, {"cutoff_hz": cutoff})
+    origin["recovered"] = recovered()
     data = synchronise(neck, read_text(neck_file), angles, log, origin, cutoff)
     write_dataset(data, out)
     export_beside(data.state, out, export_as)

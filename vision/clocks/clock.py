@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.frames import Slips
 from identification.series import Series
 from mechanism.arm import Arm
 from mechanism.cable_lengths import lengths
@@ -22,7 +21,7 @@ from vision.clocks.fine import Fine, fit_cables, fit_fine
 from vision.clocks.labels import check_alternatives, check_labels
 from vision.clocks.log_gaps import Mended, mend
 from vision.clocks.signals import Signals, signals_of
-from vision.clocks.slips import decode, locked_skew, slips_of
+from vision.clocks.slips import Slips, decode, locked_skew, slips_of
 from vision.clocks.without_force import fit_without_force
 from vision.encoder_log import uniform
 from xneck.errors import Refused

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from identification.frames import Slip, Slips
+from identification.clock_record import Slip, Slips
 from vision.clocks.cables import Frames
 
 Array = NDArray[np.float64]

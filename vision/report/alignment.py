@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.clock_record import log_time
 from identification.dataset import DataSet
-from identification.frames import log_time
 from mechanism.cable_lengths import lengths
 from mechanism.friction import dry
 

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.clock_record import log_time
 from identification.dataset import DataSet
-from identification.frames import log_time
 from vision.report import style
 from vision.report.alignment import Alignment, gaps, liveliest
 from vision.report.block import Block, Entry

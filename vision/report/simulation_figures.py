@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.simulated import Simulated
+from identification.simulation.simulated import Simulated
 from vision.report import style
 from vision.report.block import Block, Entry
 from vision.report.svg import inline

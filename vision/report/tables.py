@@ -8,8 +8,8 @@ import numpy as np
 from calibration.camera import Camera
 from calibration.estimation import Calibration
 from calibration.lens import NAMES
+from identification.clock_record import log_time
 from identification.estimates import Estimates
-from identification.frames import log_time
 from identification.seed_method import WELL_IDENTIFIED, Fit
 from identification.tables import rows
 from mechanism.description import Neck
@@ -188,16 +188,14 @@ def marker_rows(result: Result) -> list[tuple[str, str, str]]:
 
 
 def simulated_rows(result: Result) -> list[tuple[str, str]]:
-    """RMS of each channel: alpha in degrees, theta as cable travel."""
+    """RMS of each channel and its noise floor: alpha in degrees, theta as cable travel."""
     if result.simulated is None:
         return []
     drum = result.data.arm.drum
     out = []
-    for name, value in result.simulated.rms.items():
-        stem, index = name.rstrip("0123456789"), int(name[len(name.rstrip("0123456789")) :])
-        if stem == "alpha":
-            out.append((f"alpha {index}", f"{number(float(np.degrees(value)), 3)} deg"))
-        else:
-            travel = f"{number(1e3 * value * float(drum[index - 1]), 3)} mm of cable"
-            out.append((f"theta {index}", f"{number(value, 3)} rad, {travel}"))
+    for channel in result.simulated.channels:
+        stem, index = channel.name.rstrip("0123456789"), int(channel.name[len(channel.name.rstrip("0123456789")) :])
+        scale, unit = (np.degrees(1.0), "deg") if stem == "alpha" else (1e3 * float(drum[index - 1]), "mm of cable")
+        floor = f"{number(scale * channel.noise_floor, 2)} {unit} were the model true"
+        out.append((f"{stem} {index}", f"{number(scale * channel.rms, 3)} {unit}; {floor}"))
     return out

@@ -1,0 +1,68 @@
+"""Simulation of recordings that the model has not seen, held against what state, sensors and parameters leave unknown.
+
+Arms drawn as in `identification`; one recording of 60 s is identified, another of 60 s with the same arm, and one with 0.1 kg
+on its tip that the description does not know, are simulated in windows, from forces and from motor angles.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.clock_worlds import NECK_FILE, NOISE
+from benchmarks.table import Table
+from identification.dataset import DataSet
+from identification.estimates import estimate
+from identification.model import model_of
+from identification.series import Series, numbered
+from identification.simulation.channels import Channel
+from identification.simulation.simulated import Source, simulate_recording
+from mechanism.description import read_neck
+from samples.generator.laws import dry_and_viscous, linear
+from samples.generator.mujoco_arm import Load
+from samples.generator.prescribed import World, prescribe
+from vision.angles import Angles
+from vision.synchronise import synchronise
+from xneck.strict_yaml import parse
+
+SEEDS = 10
+SECONDS = 60.0
+PAYLOAD_KG = 0.1
+SOURCES: tuple[Source, ...] = ("f", "theta")
+WANTED = 1.3
+_K = np.array([10e3, 9e3, 8e3, 5.5e3])
+
+
+def recorded(seed: int, motion: int, load: Load | None = None, seconds: float = SECONDS) -> DataSet:
+    """The arm of a seed in one of its motions."""
+    rng = np.random.default_rng([seed, 1])
+    k, fs, ca = _K * rng.uniform(0.7, 1.3, 4), rng.uniform(10, 20, 4), rng.uniform(20, 120, 4)
+    real = parse(NECK_FILE.read_text(), str(NECK_FILE))
+    world = World(real, linear(k, ca), dry_and_viscous(fs, np.zeros(4)), load=load or Load())
+    p = prescribe(world, seconds, [seed, motion])
+    noise = np.random.default_rng([seed, motion, 9]).normal(0, NOISE, p.frame_alpha.shape)
+    angles = Angles(p.frame_times, p.frame_alpha + noise, np.full(p.frame_alpha.shape, NOISE))
+    log = Series(p.log_time, numbered("theta", p.counted) | numbered("f", p.f))
+    return synchronise(read_neck(NECK_FILE), "", angles, log, {})
+
+
+def measure(first: int = 0, seeds: int = SEEDS) -> Table:
+    """Error over noise floor, of all channels of a kind: median, root mean square, largest, and how many are within 1.3 of it."""
+    found: dict[tuple[str, str], list[Channel]] = {}
+    for seed in range(first, first + seeds):
+        fit = estimate([recorded(seed, 0)])
+        model = model_of(fit.parameters, fit.laws, {}, fit.covariance)
+        for what, data in (
+            ("held out", recorded(seed, 1)),
+            ("with payload", recorded(seed, 2, Load(payload_kg=PAYLOAD_KG))),
+        ):
+            for source in SOURCES:
+                for channel in simulate_recording(data, model, source=source).channels:
+                    found.setdefault((what, f"from {source}, {channel.name.rstrip('1234')}"), []).append(channel)
+    rows: list[tuple[str, tuple[float | None, ...]]] = []
+    for (what, kind), channels in found.items():
+        ratio: NDArray[np.float64] = np.array([c.ratio for c in channels])
+        floor = float(np.median([c.noise_floor for c in channels]))
+        within = 100 * float(np.mean(ratio < WANTED))
+        figures = (floor, float(np.median(ratio)), float(np.sqrt(np.mean(ratio**2))), float(ratio.min()))
+        rows.append((f"{what}, {kind}", (*figures, float(ratio.max()), within)))
+    columns = ("floor, SI", "median", "rms", "least", "largest", "% < 1.3")
+    return Table(f"Simulation error over its noise floor, {seeds} arms, windows of 0.5 s", columns, tuple(rows))

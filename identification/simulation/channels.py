@@ -1,0 +1,64 @@
+"""How far a simulation is from the measurement, channel by channel, and how far it would be were the model true."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import degrees
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """RMS over all windows of simulated less measured, and of what state, parameters and sensors leave unknown."""
+
+    name: str
+    rms: float
+    noise_floor: float
+    unit: str
+
+    @property
+    def ratio(self) -> float:
+        """About one where the model is true, and more where it is not."""
+        return self.rms / self.noise_floor if self.noise_floor else float("inf")
+
+    def as_json(self) -> dict[str, Any]:
+        """The contract's record."""
+        return {
+            "channel": self.name,
+            "rms": self.rms,
+            "noise_floor": self.noise_floor,
+            "ratio": self.ratio if np.isfinite(self.ratio) else None,
+            "unit": self.unit,
+        }
+
+
+def channels_of(
+    stem: str, unit: str, cases: Array, measured: Array, variance: Array, counted: NDArray[np.bool_]
+) -> list[Channel]:
+    """One a column. cases (1 + doubts, S, columns): simulated as measured and modelled, then with each doubt by one sigma.
+
+    measured: (S, columns), NaN where it is not known; variance of its own noise (S, columns); counted: which samples (S,).
+    """
+    out = []
+    for i in range(measured.shape[1]):
+        known = np.isfinite(measured[:, i]) & counted
+        error = cases[0, known, i] - measured[known, i]
+        doubt = np.sum((cases[1:, known, i] - cases[0, known, i]) ** 2, axis=0)
+        floor = np.mean(doubt + np.broadcast_to(variance, measured.shape)[known, i])
+        out.append(Channel(f"{stem}{i + 1}", float(np.sqrt(np.mean(error**2))), float(np.sqrt(floor)), unit))
+    return out
+
+
+def as_text(channels: Sequence[Channel]) -> str:
+    """A channel a row; angles in degrees."""
+    lines = [f"{'channel':9}{'rms':>10}{'noise floor':>13}{'ratio':>8}"]
+    for c in channels:
+        rms, floor, unit = (
+            (degrees(c.rms), degrees(c.noise_floor), "deg") if c.unit == "rad" else (c.rms, c.noise_floor, c.unit)
+        )
+        lines.append(f"{c.name:9}{rms:>10.3g}{floor:>13.3g}{c.ratio:>8.2f}  {unit}")
+    return "\n".join(lines)

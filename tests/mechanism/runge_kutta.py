@@ -1,0 +1,53 @@
+"""The same equations by the classical Runge-Kutta method of order four, with everything taken anew four times a step.
+
+Nothing is frozen, extrapolated or linearised here: what the simulation is held against.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from mechanism.cable_lengths import Z, lengths, wraps
+from mechanism.dynamics import terms
+from mechanism.elasticity import elongation_rate
+from mechanism.laws import Stretching, Turning
+from mechanism.machine import Machine
+from mechanism.simulation import State
+
+
+def runge_kutta(machine: Machine, start: State, time: np.ndarray, f: np.ndarray, step: float) -> list[State]:
+    """States at every time, of one machine without batch axes, under forces f (T, M) held from row to row."""
+    arm = machine.arm
+    l0 = lengths(arm, np.zeros(arm.N))
+
+    def rate(y: State, force: np.ndarray) -> State:
+        assert y.memory is not None
+        jacobian, length = Z(arm, y.alpha), lengths(arm, y.alpha)
+        x = length - l0 + arm.drum * y.theta + arm.x0
+        at = Stretching(x, elongation_rate(arm, jacobian, y.alpha_d, y.theta_d), length, arm, arm.drum * y.theta_d)
+        t = machine.tension(at, y.memory)
+        k = terms(arm, y.alpha, y.alpha_d)
+        torque = jacobian @ t - k.c - k.g - machine.resistance(y.alpha_d)
+        alpha_dd = np.asarray(np.linalg.solve(k.M, torque), dtype=float)
+        net = force - machine.friction(Turning(y.theta_d, t, wraps(arm, y.alpha))) - t
+        return State(y.alpha_d, alpha_dd, y.theta_d, arm.drum * net / arm.motor_inertia, machine.drift(at, y.memory))
+
+    y = replace(start, memory=np.zeros((arm.M, machine.states)) if start.memory is None else start.memory)
+    out = [y]
+    for row, interval in enumerate(np.diff(time)):
+        count = int(np.ceil(interval / step - 1e-9))
+        h = interval / count
+        for _ in range(count):
+            k1 = rate(y, f[row])
+            k2 = rate(_moved(y, k1, h / 2), f[row])
+            k3 = rate(_moved(y, k2, h / 2), f[row])
+            k4 = rate(_moved(y, k3, h), f[row])
+            for k, weight in ((k1, 1), (k2, 2), (k3, 2), (k4, 1)):
+                y = _moved(y, k, weight * h / 6)
+        out.append(y)
+    return out
+
+
+def _moved(y: State, rate: State, h: float) -> State:
+    names = ("alpha", "alpha_d", "theta", "theta_d", "memory")
+    return State(*(getattr(y, name) + h * getattr(rate, name) for name in names))

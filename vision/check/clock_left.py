@@ -1,0 +1,62 @@
+"""An offset that is left between frames and log, as a data set made by hand may have.
+
+To the elongations alone it looks like viscous friction of the motors. The clock's own fit tells the two apart by the arm's
+equation.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.motors import Motors
+from identification.series import Series, numbered
+from identification.state import Seen
+from mechanism.arm import Arm
+from mechanism.cable_lengths import lengths
+from vision.check.wording import fault_of_clock
+from vision.clocks.cables import frames_of
+from vision.clocks.clock import EDGE, LEAST_FRAMES, PERIODIC
+from vision.clocks.coarse import MIN_OVERLAP, match, speeds
+from vision.clocks.fine import fit_fine
+from vision.clocks.labels import ALIKE
+from vision.clocks.signals import signals_of
+
+Array = NDArray[np.float64]
+
+LEAST_S = 1e-3
+"""s that are named: faults of other kinds, of the sizes that are found, pulled the clock by up to 0.4 ms"""
+BEYOND = 5.0
+"""sigma"""
+
+
+def clock_left(arm: Arm, seen: Seen, motors: Motors, fv: Array) -> dict[str, Any] | None:
+    """The fault, its size being how much later than true the frames' times are, s; None where there is none, or none can be told.
+
+    Frames of `seen` and `motors` are taken to be on one clock. fv (M,), N s/rad, NaN where not known.
+    """
+    whole = np.isfinite(seen.alpha).all(axis=1)
+    time, alpha, sigma = seen.time[whole], seen.alpha[whole], seen.sigma[whole]
+    if len(time) < LEAST_FRAMES or min(np.ptp(time), np.ptp(motors.time)) < 2 * MIN_OVERLAP:
+        return None
+    found = match(speeds(time, -lengths(arm, alpha)), speeds(motors.time, arm.drum * motors.theta))
+    if found.likeness < ALIKE or found.second > PERIODIC:
+        return None
+    at = time + found.shift
+    inside = (at > motors.time[0] + EDGE) & (at < motors.time[-1] - EDGE)
+    inside &= (time > time[0] + EDGE) & (time < time[-1] - EDGE)
+    if inside.sum() < LEAST_FRAMES or np.ptp(time[inside]) < MIN_OVERLAP:
+        return None
+    signals = signals_of(arm, Series(motors.time, numbered("theta", motors.theta) | numbered("f", motors.f)))
+    middle = float(time[inside][0] + time[inside][-1]) / 2
+    fine = fit_fine(arm, signals, frames_of(arm, time[inside], alpha[inside], sigma[inside], middle), found.shift, fv)
+    offset = fine.fit.state.offset
+    if abs(offset) < max(LEAST_S, BEYOND * fine.offset_sigma):
+        return None
+    return fault_of_clock(-offset, fine.offset_sigma)
+
+
+def mended(seen: Seen, fault: dict[str, Any]) -> Seen:
+    """The frames at the times at which the fit would have them."""
+    return replace(seen, time=seen.time - fault["size"])
