@@ -68,7 +68,7 @@ class Comparison:
     rows: int
     """that count"""
 
-    def fit(self, more: Sequence[int] = (), damping: float = 0.0) -> Fitted:
+    def fit(self, more: Sequence[int] | Index = (), damping: float = 0.0) -> Fitted:
         """The base model with nuisances, causes and further columns; damping (Marquardt's) for steps of what is not linear."""
         first = self.base + len(self.nuisances)
         return self._fit(np.concatenate([np.arange(first), self.held, np.asarray(more, dtype=int)]), damping)

@@ -39,6 +39,8 @@ MOST = 3
 _BETTER = 0.01
 """of what the best explains: by how much more numbers must explain more"""
 _ROUNDS = 16
+_FAR_M, _SOFT = 5e-3, 0.3
+"""x0 beyond the description's, and stiffness over the middle one: a fit begins within"""
 _SETTLED = 5e-3
 """of the loss: where a step would take less away it is not taken"""
 _FIRST_DAMPING, _MOST_DAMPING = 1e-5, 0.5
@@ -85,8 +87,7 @@ def search(h: Hypothesis, read: Sequence[Read]) -> Search:
     """Causes beyond a hypothesis in recordings of one arm."""
     data = [one.data for one in read]
     at = point(h, data)
-    start = solve([place.signals for place in at.places], at.unknowns).least_squares
-    at = point(h, data, start)
+    at = relaid(at, h, _start(at))
     drawn = noise(at, read)
     whiten = whitener(drawn, [begins(place) for place in at.places], at.places[0].signals.arm.M)
     known = errors(at)
@@ -171,22 +172,37 @@ def refined(
     at = _at(at, believed(h, causes), data, at.p)
     now = compare(at, causes, (), known, whiten)
     merit, damping = now.merit, 0.0
+    gap = merit - now.fit().loss
     for _ in range(_ROUNDS):
-        if merit - now.fit().loss < _SETTLED * merit:
+        if gap < _SETTLED * merit:
             break
         fit = now.fit(damping=damping)
         step = np.append(fit.numbers[: now.base], fit.numbers[now.base + len(now.nuisances) :])
         p, changed = _stepped(at, causes, step)
         then = _at(at, believed(h, changed), data, p)
         there = compare(then, changed, (), known, whiten)
-        if there.merit < merit:
-            at, now, causes, merit = then, there, changed, there.merit
+        # columns are told by the motors, so that the best numbers leave nothing along them, not the least of all
+        left = there.merit - there.fit().loss
+        if left < gap:
+            at, now, causes, merit, gap = then, there, changed, there.merit, left
             damping = damping / 10 if damping > _FIRST_DAMPING else 0.0
         else:
             damping = max(_FIRST_DAMPING, 10 * damping)
             if damping > _MOST_DAMPING:
                 break
     return at, causes
+
+
+def _start(at: Point) -> Array:
+    """Numbers of the base model by least squares, kept from where a cause that is not in it may have driven them."""
+    u = at.unknowns
+    p = solve([place.signals for place in at.places], u).least_squares.copy()
+    for recording in range(len(at.places)):
+        slot = u.slots["x0", recording]
+        p[slot] = np.clip(p[slot], -_FAR_M, _FAR_M)
+    k = u.slots["k", None]
+    p[k] = np.maximum(p[k], _SOFT * np.median(p[k]))
+    return p
 
 
 def _at(near: Point, h: Hypothesis, data: Sequence[DataSet], p: Array) -> Point:
