@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 REST_S = 0.5
 """at both ends, all still"""
-RAMP_S = 1.0
+RAMP_S = 1.5
 """of fading in and out"""
 TONES = 6
 """of each signal"""
@@ -91,12 +91,15 @@ def series(shape: Shape, time: Array) -> Signal:
 
 
 def _ramp(time: Array) -> tuple[Array, Array, Array]:
-    """0 at both ends, 1 between, with two derivatives that are continuous, each (T, 1)."""
+    """0 at both ends, 1 between, with two derivatives, each (T, 1).
+
+    Four are continuous: tensions follow alpha'', elongations tensions, and forces the second derivative of elongations.
+    """
     end = time[-1]
     first = time < end / 2
     u = np.clip((np.where(first, time, end - time) - REST_S) / RAMP_S, 0.0, 1.0)
     sign = np.where(first, 1.0, -1.0)
-    value = u**3 * (10 - 15 * u + 6 * u**2)
-    slope = 30 * u**2 * (1 - u) ** 2 * sign / RAMP_S
-    bend = 60 * u * (1 - u) * (1 - 2 * u) / RAMP_S**2
+    value = u**5 * (126 - 420 * u + 540 * u**2 - 315 * u**3 + 70 * u**4)
+    slope = 630 * u**4 * (1 - u) ** 4 * sign / RAMP_S
+    bend = 2520 * u**3 * (1 - u) ** 3 * (1 - 2 * u) / RAMP_S**2
     return value[:, None], slope[:, None], bend[:, None]

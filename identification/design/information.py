@@ -1,8 +1,8 @@
 """What a motion will tell of each parameter before it is made: the rows of the identification, and vision's noise in them.
 
-Noise is independent in every frame. In the motors' equation it is an elongation, k Z^T; in the arm's it is alpha'' of
-smoothed angles, M. Both are taken as white below the filter's cutoff and as independent of each other, channel by channel, as
-the fit weighs them. A sigma holds the fit's own floor too; clocks and what all frames share are not in it.
+Noise is independent in every frame. In the motors' equation it is an elongation, k Z^T; in the arm's it is angles, smoothed,
+with their alpha''. Both are taken as white below the filter's cutoff and as independent of each other, channel by channel, as the
+fit weighs them. A sigma holds the fit's own floor too; clocks and what all frames share are not in it.
 """
 
 from dataclasses import dataclass
@@ -19,15 +19,17 @@ from identification.signals import Signals
 from identification.unknowns import Unknowns
 from mechanism.cable_lengths import Z, lengths, wraps
 from mechanism.dynamics import mass_matrix, terms
-from mechanism.laws import Stretching
+from mechanism.laws import Stretching, Turning
 from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
 
-FOLLOWED_HZ = 2.8
-"""up to which a state follows angles: noise of 0.1 deg at 30 Hz, differentiated twice up to here, is the 0.10 rad/s^2 that states of
-such recordings claim of their alpha''"""
-_SMALL_M = 1e-5
+FOLLOWED_HZ = 1.0
+"""up to which a state follows the noise of its angles, as cables help it: on a recording of 30 s at 0.1 deg it leaves as much in
+the arm's equation as there was, within a half"""
+_SMALL_M, _SMALL_RAD = 1e-5, 1e-4
+_ROWS_APART = 8
+"""of the filter's, where the arm's noise is looked at"""
 
 
 @dataclass(frozen=True)
@@ -42,11 +44,6 @@ class Noise:
     def density(self) -> float:
         """Two-sided, rad^2/Hz."""
         return self.sigma**2 / self.frame_hz
-
-    @property
-    def acceleration(self) -> float:
-        """Standard deviation of alpha'' as smoothed, rad/s^2."""
-        return float(np.sqrt(2 * self.density * (2 * np.pi) ** 4 * FOLLOWED_HZ**5 / 5))
 
 
 def signals_for(motion: Trajectory) -> Signals:
@@ -97,9 +94,25 @@ def channel_noise(s: Signals, u: Unknowns, p: Array, noise: Noise) -> Array:
     z = remembered(machine, Stretching(x, s.x_d, s.length, s.arm), s.step)
     stiffness = (pull(x + _SMALL_M, z) - pull(x, z)) / _SMALL_M
     motor = np.mean(stiffness**2 * np.sum(s.Z**2, axis=1), axis=0) * noise.density * 2 * CUTOFF_HZ
-    inertia = mass_matrix(s.arm, s.alpha[s.low_pass.kept])
-    arm = np.mean(np.sum(inertia**2, axis=2), axis=0) * noise.acceleration**2
-    return np.sqrt(np.concatenate([motor, arm]))
+    return np.sqrt(np.concatenate([motor, _on_arm(s, u, values, noise)]))
+
+
+def _on_arm(s: Signals, u: Unknowns, values: dict[str, Array], noise: Noise) -> Array:
+    """Variance of what errors of smoothed angles do to the arm's equation, (N,), (N m)^2: (S - M w^2) on each frequency."""
+    at = s.low_pass.kept[::_ROWS_APART]
+    alpha, still = s.alpha[at], np.zeros_like(s.alpha[at])
+    rub = Machine(s.arm, u.laws, values).friction(Turning(s.theta_d, np.zeros_like(s.theta_d), s.wrap))
+    net = (s.f - s.inertial - rub)[at]
+
+    def torque(alpha: Array) -> Array:
+        return terms(s.arm, alpha, still).g - np.einsum("tij,tj->ti", Z(s.arm, alpha), net)
+
+    now = torque(alpha)
+    steps = _SMALL_RAD * np.eye(s.arm.N)
+    stiffness = np.stack([(torque(alpha + h) - now) / _SMALL_RAD for h in steps], axis=-1)
+    inertia, w, b = mass_matrix(s.arm, alpha), 2 * np.pi, FOLLOWED_HZ
+    each = stiffness**2 * b - 2 * stiffness * inertia * w**2 * b**3 / 3 + inertia**2 * w**4 * b**5 / 5
+    return 2 * noise.density * np.mean(np.sum(each, axis=2), axis=0)
 
 
 def covariance(matrix: Array) -> Array:

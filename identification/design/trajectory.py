@@ -5,7 +5,7 @@
     motors     theta from elongations under which the cables pull with t (41), f from friction and the rotor (43)
 
 A level may use all of the room that the motion leaves between the limits of tension, so that these hold by construction. A
-motion that is too fast or takes too much force is made smaller until it is not.
+motion that is too fast is made smaller, and where motors would pull too hard tensions stay lower.
 """
 
 from dataclasses import dataclass
@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 _ROUNDS = 60
 _NEARER = 0.995
 """made smaller by this beyond what the limit asks for, so that few rounds do"""
+_SMALLER, _STILL = 0.8, 1e-3
+"""shares of the motion: where it leaves no room for tensions, and of which nothing is left"""
 _WITHIN = 1e-3
 """of the range of tension, kept clear at its ends"""
 _SIDE = 0.25
@@ -122,22 +124,26 @@ def trajectory(machine: Machine, shape: Shape, limits: Limits, seconds: float, r
     directions = levels(arm)
     signal = series(shape, time)
     check_angles(arm, np.full((1, arm.N), limits.peak), "design --peak-deg")
-    joints, fade = slice(0, arm.N), 1.0
+    joints, fade, (low, high) = slice(0, arm.N), 1.0, limits.tension
     for _ in range(_ROUNDS):
+        if fade < _STILL or high <= low:
+            break
         size = fade * limits.peak * shape.reach[joints]
         alpha, alpha_d, alpha_dd = (size * part[:, joints] for part in (signal.value, signal.d1, signal.d2))
         swing = fade * shape.reach[arm.N :] * signal.value[:, arm.N :]
-        tension = _tension(machine, alpha, alpha_d, alpha_dd, swing, directions, limits.tension)
+        tension = _tension(machine, alpha, alpha_d, alpha_dd, swing, directions, (low, high))
         if tension is None:
-            fade *= 0.8
+            fade *= _SMALLER
             continue
         made = _made(machine, time, alpha, alpha_d, alpha_dd, tension)
-        over = max(np.abs(made.theta_d).max() / limits.speed, np.abs(made.f).max() / limits.force)
-        if over <= 1:
+        fast = np.abs(made.theta_d).max() / limits.speed
+        beyond = np.abs(made.f).max() - limits.force
+        if fast <= 1 and beyond <= 0:
             return made
-        if fade < 1e-3:
-            break
-        fade *= max(_NEARER / over, 0.3)
+        if fast > 1:
+            fade *= max(_NEARER / fast, 0.3)
+        if beyond > 0:
+            high -= beyond / _NEARER
     raise Refused(
         "design",
         f"no motion keeps tensions of {limits.tension[0]:g} to {limits.tension[1]:g} N, motors below {limits.speed:g} rad/s "

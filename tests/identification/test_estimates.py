@@ -163,6 +163,12 @@ def test_wrong_inputs_are_named(data: DataSet) -> None:
         estimate([changed(data, ["f2"], np.negative)])
     with pytest.raises(Refused, match="signs of f and theta of motor 1, 2, 3, 4 are opposed"):
         estimate([changed(data, ["theta"], np.negative)])
+    with pytest.raises(
+        Refused, match=r"both f and theta of motor 1, 2, 3, 4 are turned: it would push on its cable \(-\d+ N\)"
+    ):
+        estimate([changed(data, ["f", "theta"], np.negative)])
+    with pytest.raises(Refused, match="both f and theta of motor 4 are turned"):
+        estimate([changed(data, ["f4", "theta4"], np.negative)])
     with pytest.raises(Refused, match="insufficient: motor 3 hardly moves"):
         estimate([changed(data, ["theta3"], lambda c: 0 * c)])
     other = NECK.model_copy(update={"gravity": (0.0, -1.62)})

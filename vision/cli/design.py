@@ -51,8 +51,8 @@ def command(
 ) -> None:
     """Design an exciting motion: joint angles, motor angles and forces at 500 Hz for the controller.
 
-    The tension level varies apart from the motion. It begins and ends at rest in the straight pose, with the cables under the tension
-    that the first row says. With it comes how well each parameter will be told.
+    The tension level varies apart from the motion. It begins and ends at rest in the straight pose, where the motors already
+    stand as the first row says. With it comes how well each parameter will be told.
     """
     from math import inf, radians
 
