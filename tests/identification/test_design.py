@@ -166,7 +166,7 @@ def test_predicted_sigmas_are_those_of_an_identification_of_the_motion(monkeypat
     made = prescribed.prescribe(world, 29.5, 4002)
     begin = int(np.argmax(np.abs(made.alpha).max(axis=1) > 1e-9) - np.argmax(np.abs(motion.alpha).max(axis=1) > 1e-9))
     during = slice(begin, begin + len(motion.time))
-    np.testing.assert_allclose(made.theta[during], motion.theta, atol=1e-4)
+    np.testing.assert_allclose(made.theta[during], motion.theta, atol=1e-3)  # a third of a count
     held = (motion.f[:-1] + motion.f[1:]) / 2
     assert np.std(made.f[during][:-1] - held) < 0.05
 
