@@ -14,6 +14,8 @@ from identification.signals import Signals, signals_of
 from identification.unknowns import Unknowns, unknowns
 from mechanism.arm import Arm
 from mechanism.elasticity import Model
+from mechanism.laws import Turning
+from mechanism.machine import Machine
 from xneck.errors import Refused
 from xneck.estimate import Parameter
 
@@ -30,6 +32,8 @@ _MOVES = 1.0
 """rad/s: a motor slower than this all the time is at rest"""
 _OPPOSED = 5.0
 """sigmas by which a negative friction says that signs are wrong"""
+_PUSHES_N, _NEARLY_ALL = 1.0, 0.95
+"""a slack cable shows a force around zero for part of the time: one that pushes by more, in this share of rows, is none"""
 _CHANCE = 0.05
 """below this probability least squares is said to be biased"""
 
@@ -164,6 +168,7 @@ def estimate(
         known[places[key]] = prior
     found = solve(signals, u, known)
     _check_signs(u, found)
+    _check_pull(signals, u, found)
     verdicts = judge(u, found)
     if not any(v.identified for v, e in zip(verdicts, u.entries, strict=True) if e.recording is None):
         raise Refused("identify", "insufficient: this motion tells none of the parameters", "move more, for longer")
@@ -210,4 +215,23 @@ def _check_signs(u: Unknowns, found: Solution) -> None:
             "identify",
             f"the signs of f and theta of motor {names} are opposed: its friction would drive it",
             "turn one of them, theta_sign or the force's sign of that motor in neck.yaml",
+        )
+
+
+def _check_pull(signals: Sequence[Signals], u: Unknowns, found: Solution) -> None:
+    """Refused where a motor pushes on its cable nearly all the time: turned in both f and theta, friction looks right."""
+    values = u.values(found.p)
+    at_rows = []
+    for s in signals:
+        rub = Machine(s.arm, u.laws, values).friction(Turning(s.theta_d, np.zeros_like(s.theta_d), s.wrap))
+        at_rows.append((s.f - s.inertial - rub)[s.low_pass.kept])
+    tension = np.concatenate(at_rows)
+    wrong = np.mean(tension < -_PUSHES_N, axis=0) > _NEARLY_ALL
+    if wrong.any():
+        names = ", ".join(str(j + 1) for j in np.flatnonzero(wrong))
+        raise Refused(
+            "identify",
+            f"the signs of both f and theta of motor {names} are turned: it would push on its cable "
+            f"({float(tension[:, wrong].mean()):.0f} N)",
+            "turn both, theta_sign and f_scale of that motor in neck.yaml",
         )

@@ -9,6 +9,7 @@ from scipy.stats import f as f_distribution
 from identification.fitting import NOT_TOLD, Solution, blind
 from identification.seed_method import WELL_IDENTIFIED
 from identification.unknowns import Unknown, Unknowns
+from mechanism.laws import LAWS, Law
 
 Array = NDArray[np.float64]
 
@@ -51,6 +52,9 @@ _WANTED = {
 }
 """what to record, by term"""
 
+ELASTIC = {term.name for law in LAWS.values() if type(law).pull is not Law.pull for term in law.terms}
+"""terms of laws by which cables pull"""
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -80,6 +84,11 @@ def _judged(u: Unknowns, found: Solution, place: int, sigma: Array, correlation:
     record = _WANTED.get(entry.term.name, "")
     if found.at_bound[place]:
         return Verdict(False, "bound", f"at its bound, {value:g} {entry.term.unit}", record)
+    stuck = entry.term.of == "cable" and entry.term.name in ELASTIC and _x0_at_bound(u, found, entry.index)
+    if stuck:
+        return Verdict(
+            False, "bound", f"insufficient: x0({entry.index}) is at its bound, vision's noise hides it", record
+        )
     alone = float(found.information[place, place])
     if own == 0 or alone * (entry.term.high - entry.term.low) ** 2 < 1:
         return Verdict(False, "dead", "this motion does not show it", record)
@@ -96,6 +105,11 @@ def _judged(u: Unknowns, found: Solution, place: int, sigma: Array, correlation:
     if not nuisance and abs(value) < _TOLD * own:
         return Verdict(False, "nothing", "not told apart from zero", record)
     return Verdict(False, "flat", f"known to {100 * own / abs(value):.0f} % only" if value else "not known", record)
+
+
+def _x0_at_bound(u: Unknowns, found: Solution, index: int | None) -> bool:
+    """Whether a cable's stretch at rest ran away in any recording: then its stiffness is not the cable's."""
+    return any(found.at_bound[i] for i, e in enumerate(u.entries) if e.term.name == "x0" and e.index == index)
 
 
 def label(entry: Unknown) -> str:

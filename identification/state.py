@@ -178,7 +178,7 @@ def by_vision(seen: Seen, at: Array, priors: list[Mixture] | None = None) -> Sig
     known = priors or _priors(seen, mean)
     fit = _solved(knots, mean, seen, known)
     bridged = np.stack([_bridged(seen.time[~np.isnan(a)], at) for a in seen.alpha.T], axis=-1)
-    return Sight(*(fit.alpha(at, d) for d in range(3)), bridged, known)
+    return Sight(fit.alpha(at), fit.alpha(at, 1), fit.alpha(at, 2), bridged, known)
 
 
 def _priors(seen: Seen, mean: Array) -> list[Mixture]:

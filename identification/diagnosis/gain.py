@@ -11,14 +11,14 @@ from identification.diagnosis.comparison import Comparison, Fitted, compare
 from identification.diagnosis.excess import Excess, excess
 from identification.diagnosis.hypothesis import Hypothesis
 from identification.diagnosis.noise import Read, noise
-from identification.diagnosis.nuisances import errors
+from identification.diagnosis.nuisances import Errors, errors
 from identification.diagnosis.point import Point, moved, point
 from identification.unknowns import unknowns
 from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 2
+_ROUNDS = 1
 _BLOCKS = 30
 """that the gain's sigma is told from, each left out in turn"""
 
@@ -64,22 +64,29 @@ class Gain:
 def held(end: Comparison, fit: Fitted, h: Hypothesis, read: Sequence[Read], whiten: Whitener) -> Held:
     """Recordings read with a hypothesis and the numbers of its fit; pre-elongation, delay and clock are each recording's own."""
     left, floor = [], []
-    arm = len(end.nuisances) - 2 * len(end.matrix)
     for one in read:
         at = _placed(end.point, fit, h, one)
         known = errors(at)
+        now, own = _given(at, fit, end, known, whiten)
         for _ in range(_ROUNDS):
-            now = compare(at, (), (), known, whiten)
-            given = np.zeros(len(now.sigma))
-            given[now.base : now.base + arm] = fit.numbers[end.base : end.base + arm]
-            now = now.shifted(given)
-            own = now.of_recordings()
             step = np.zeros(now.base)
-            step[own.columns[own.columns < now.base]] = own.numbers[own.columns < now.base]
+            base = own.columns < now.base
+            step[own.columns[base]] = own.numbers[base]
             at = moved(at, at.p + at.unknowns.size * step)
+            now, own = _given(at, fit, end, known, whiten)
         left.extend(now.left(own))
         floor.extend(noise(at, [one]))
     return Held(tuple(left), tuple(floor))
+
+
+def _given(at: Point, fit: Fitted, end: Comparison, known: Errors, whiten: Whitener) -> tuple[Comparison, Fitted]:
+    """With the arm's numbers as they were fitted, and what is the recording's own."""
+    arm = len(end.nuisances) - 2 * len(end.matrix)
+    now = compare(at, (), (), known, whiten)
+    given = np.zeros(len(now.sigma))
+    given[now.base : now.base + arm] = fit.numbers[end.base : end.base + arm]
+    now = now.shifted(given)
+    return now, now.of_recordings()
 
 
 def gains(before: Held, after: Held, motors: int) -> tuple[Gain, ...]:
@@ -98,7 +105,7 @@ def gains(before: Held, after: Held, motors: int) -> tuple[Gain, ...]:
             for b in blocks
         ]
         sigma = float(np.sqrt((_BLOCKS - 1) * np.var(apart)))
-        out.append(Gain(measure, unit, *rms, sigma))
+        out.append(Gain(measure, unit, rms[0], rms[1], rms[2], sigma))
     return tuple(out)
 
 

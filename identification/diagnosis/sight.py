@@ -33,7 +33,7 @@ class Sight:
 def sight(found: Search) -> Sight:
     """Of the search's recordings, at the base model."""
     now = found.base
-    loss = now.fit().loss
+    loss = found.end.fit().loss
     arm = now.point.hypothesis.arm
     groups = {group.effect.name: group for group in now.groups}
     names = tuple(groups)
@@ -52,13 +52,13 @@ def sight(found: Search) -> Sight:
             for a, target, whole in zip(names, targets, alone, strict=True)
         ]
     )
-    return Sight(names, alike, _VISIBLE**2 * seen / (loss + _VISIBLE**2 * seen))
+    return Sight(names, alike, seen / (loss + seen))
 
 
 def _target(now: Comparison, group: Group, columns: tuple[int, ...]) -> Array:
-    """An effect in a place, one size, as numbers of all columns."""
+    """An effect in a place, of a size that should show, as numbers of all columns."""
     numbers = np.zeros(len(now.sigma))
-    numbers[group.columns[list(columns)]] = 1.0
+    numbers[group.columns[list(columns)]] = _VISIBLE
     return numbers
 
 

@@ -191,7 +191,7 @@ def test_one_line_exit_one_and_nothing_left(
 def test_wrong_usage_is_two_and_help_has_an_example(capfd: pytest.CaptureFixture[str]) -> None:
     assert run(capfd, "extract").status == 2
     assert run(capfd, "nonsense").status == 2
-    for name in ("board", "calibrate", "extract", "sync", "check", "identify", "simulate", "run", "demo"):
+    for name in ("board", "calibrate", "extract", "sync", "check", "identify", "simulate", "design", "run", "demo"):
         shown = run(capfd, name, "--help")
         assert shown.status == 0
         assert f"Example: xneck {name}" in shown.out

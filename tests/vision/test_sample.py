@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import loadmat
 
 from identification.dataset_file import read_dataset
 from mechanism.description import read_neck
@@ -133,6 +134,20 @@ def test_check_simulate_and_export_by_command(made: Path, capfd: pytest.CaptureF
     assert set(rms) == {f"alpha{i}" for i in (1, 2, 3)} | {f"theta{j}" for j in (1, 2, 3, 4)}
     assert max(rms[f"alpha{i}"] for i in (1, 2, 3)) < np.radians(5)
     assert "tension4" in np.load(made / "simulated.npz")
+
+
+def test_identify_by_command_writes_for_matlab_and_the_next_description(
+    made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    neck = tmp_path / "neck.yaml"
+    done = run(
+        capfd, "identify", made / "dataset.mcap", "--out", tmp_path / "model.yaml", "--export", "mat",
+        "--neck-out", neck, "--json", "-",
+    )  # fmt: skip
+    found = json.loads(done.out)["parameters"]
+    arrays = loadmat(tmp_path / "model.mat", simplify_cells=True)["parameters"]
+    for name, values in (("k", arrays["k"]["value"]), ("x0", [cable.x0 for cable in read_neck(neck).cables])):
+        np.testing.assert_array_equal(values, [p["value"] for p in found if p["name"] == name])
 
 
 def test_a_log_without_forces_gives_a_rough_clock_and_says_so(made: Path, capfd: pytest.CaptureFixture[str]) -> None:

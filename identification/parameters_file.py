@@ -1,0 +1,50 @@
+"""What was identified, for other tools: a .mat of arrays, and the arm's description with its pre-elongations."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.io import savemat
+
+from mechanism.description import Neck
+from mechanism.neck_text import neck_text
+from xneck import strict_yaml
+from xneck.errors import Refused
+from xneck.estimate import Parameter
+from xneck.whole_file import whole_file, write_text
+
+
+def write_mat(parameters: Sequence[Parameter], laws: Sequence[str], path: str | Path) -> None:
+    """`parameters.k.value`, `.sigma`, `.identified`, columns in the order of cables or joints, and `.unit`; and `laws`."""
+    names = dict.fromkeys(p.name for p in parameters)
+    struct: dict[str, Any] = {}
+    for name in names:
+        found = [p for p in parameters if p.name == name]
+        struct[name] = {
+            "value": np.array([p.value for p in found]),
+            "sigma": np.array([p.sigma for p in found]),
+            "identified": np.array([p.identified for p in found]),
+            "unit": found[0].unit,
+        }
+    content = {"parameters": struct, "laws": np.array(laws, dtype=object)}
+    with whole_file(path) as part, part.open("wb") as stream:
+        savemat(stream, content, oned_as="column", long_field_names=True)
+
+
+def write_neck(neck: Neck, parameters: Sequence[Parameter], source: str, path: str | Path) -> None:
+    """neck.yaml with the pre-elongations that were identified, the others as they were.
+
+    Raises Refused where there are none, or one is beyond what a neck.yaml may say.
+    """
+    x0 = {p.index: p for p in parameters if p.name == "x0" and p.identified}
+    if not x0:
+        raise Refused(path, "no pre-elongation was identified", "give one data set: x0 is each recording's own")
+    cables = tuple(
+        cable.model_copy(update={"x0": x0[j].value}) if j in x0 else cable
+        for j, cable in enumerate(neck.cables, start=1)
+    )
+    found = ", ".join(f"{j} +- {1e3 * p.sigma:.2g} mm" for j, p in x0.items())
+    text = neck_text(neck.model_copy(update={"cables": cables}), f"x0 as identified from {source}: cable {found}")
+    strict_yaml.validate(strict_yaml.parse(text, path), Neck, path)
+    write_text(path, text)
