@@ -6,20 +6,21 @@ are common to all frames (clock, camera pose, marker placement) are not estimate
 enters its covariance.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.banded import Factor, band_of, factor, inverse_windows
-from identification.cable_rows import Cables, cable_angles, cable_rows, disagreement
-from identification.force_law import SPREAD_M, Wander, fit_wander, law_of, unseen
+from identification.cable_rows import Cables, Rows, cable_angles, cable_rows
+from identification.force_law import law_of
 from identification.mixture import PARTS, Mixture, calmer, fit_mixture, side_by_side
 from identification.motors import Motors
 from identification.series import Series
 from identification.smoother import WIDTH, check_span, normal_equations
 from identification.spline import SUPPORT, Knots, knots_over
+from identification.wander import SPREAD_M, Wander, fit_wander, retold
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.elasticity import elongation
@@ -33,15 +34,18 @@ CABLE_HZ = 50.0
 COVARIANCE_HZ = 50.0
 BRIDGE_S = 0.2
 """rows of a joint that vision missed for longer are marked"""
-ROUNDS = 2
-SEEN = 1.5
-"""an error this many times the least that vision can tell is one that it saw"""
+ROUNDS, PRIOR_ROUNDS = 6, (2, 4)
+"""that the cables' errors are told in, and those of them that tell the priors again"""
+ENOUGH_S = 60.0
+"""s from the middle that tell both well enough"""
+PROBES = 4
+"""of white noise, for what a solution leaves of the cables' errors"""
 VISION_DOUBT, CABLE_DOUBT = 8.0, 20.0
 """what the prior's rough part may cost of either's -2 log likelihood: kicks are few and come in bursts, so that a stationary
 likelihood is surer than it may be, and cables err where they kick"""
 LESS, TRIES = 1.6, 3
 """factor on the errors of cables that pull, and how often before they are not believed at all"""
-_NO_WEIGHT = 1.0
+_LEFT_OUT = Wander(1.0, 0.0, 0.0)
 """m: the error of a cable that is left out"""
 USELESS = 3.0
 """a cable whose error is this many times what vision leaves it uncertain is left out"""
@@ -59,6 +63,11 @@ class Seen:
     """of what differs from frame to frame"""
     common: Array
     """of what all frames share"""
+
+    def within(self, first: float, last: float) -> "Seen":
+        """Frames from `first` to `last`, s."""
+        part = (self.time >= first) & (self.time <= last)
+        return Seen(self.time[part], self.alpha[part], self.sigma[part], self.common[part])
 
 
 @dataclass(frozen=True)
@@ -110,6 +119,7 @@ class _Fit:
     V: Array
     mixed: Array
     schur: Array
+    rows: Rows | None = None
 
     def alpha(self, time: Array, derivative: int = 0) -> Array:
         """(T, N)"""
@@ -117,12 +127,15 @@ class _Fit:
         own = self.mean if derivative == 0 else 0.0
         return self.knots.design(time, derivative) @ self.c.reshape(-1, n, PARTS).sum(axis=2) + own
 
+    def both(self, of_c: Array, of_beta: Array) -> tuple[Array, Array]:
+        """Coefficients c (n, ...) and beta (p, ...) of right sides of these shapes."""
+        direct = self.factor.solve(of_c)
+        beta = np.asarray(np.linalg.solve(self.schur, of_beta + self.mixed.T @ direct), dtype=float)
+        return direct + self.V @ beta, beta
+
     def response(self, right: Array) -> Array:
         """How coefficients answer to a change (n, k) of the right side."""
-        direct = self.factor.solve(right)
-        if not self.mixed.shape[1]:
-            return direct
-        return direct + self.V @ np.linalg.solve(self.schur, self.mixed.T @ direct)
+        return self.both(right, np.zeros((len(self.schur), right.shape[1])))[0]
 
 
 def estimate_state(
@@ -184,9 +197,10 @@ def _solved(
     found = factor(band + band_of(rows.normal, len(band) - 1, len(right)))
     V = found.solve(rows.mixed)
     schur = rows.own + np.eye(len(rows.own)) / SPREAD_M**2 - rows.mixed.T @ V
-    c = found.solve(right + rows.right)
-    beta = np.asarray(np.linalg.solve(schur, rows.own_right + rows.mixed.T @ c), dtype=float)
-    return _Fit(knots, mean, priors, c + V @ beta, beta, found, V, rows.mixed, schur)
+    fit = _Fit(knots, mean, priors, right, np.zeros(len(schur)), found, V, rows.mixed, schur, rows)
+    of_c, of_beta = rows.right(rows.y)
+    c, beta = fit.both(right + of_c, of_beta)
+    return replace(fit, c=c, beta=beta)
 
 
 def _fused(
@@ -212,48 +226,60 @@ def _fused(
     }
     if poor.all():
         return None, notes
-    wander = [Wander(_NO_WEIGHT, 0.0) if bad else w for w, bad in zip(wander, poor, strict=True)]
+    wander = [_LEFT_OUT if bad else w for w, bad in zip(wander, poor, strict=True)]
     inside = np.flatnonzero((motors.time >= seen.time[0]) & (motors.time <= seen.time[-1]))
     rows = inside[:: max(1, round(1 / (CABLE_HZ * float(np.mean(np.diff(motors.time))))))]
     cables = Cables(arm, motors.time[rows], arm.drum * motors.theta[rows] + arm.x0, law.X[rows])
-    near = vision.alpha(cables.time)
-    fit = _solved(vision.knots, vision.mean, seen, priors, cables, near, wander)
-    usable = int(arm.M - poor.sum())
-    for _ in range(ROUNDS):
-        near = fit.alpha(cables.time)
-        beta = fit.beta.reshape(arm.M, -1)
-        if usable > arm.N:
-            floor = np.array([unseen(v) for v in variance.T])
-            fast = np.maximum(disagreement(cables, near, beta, ~poor), floor / 2)
-            wander = [
-                w if bad else Wander(max(fast[j], w.fast if w.fast > SEEN * floor[j] else 0.0), w.slow)
-                for j, (w, bad) in enumerate(zip(wander, poor, strict=True))
-            ]
-        if usable >= arm.N:
-            # the cables show what lies below vision's noise: the spectrum's far end
-            told, spread = cable_angles(cables, near, beta, wander)
-            priors = [
-                calmer(
-                    fit_mixture(cables.time, told[:, i] - vision.mean[i], spread[:, i], KNOT_S, CABLE_DOUBT),
-                    vision.priors[i],
-                )
-                for i in range(arm.N)
-            ]
-        fit = _solved(vision.knots, vision.mean, seen, priors, cables, near, wander)
+    wander, priors = _told(vision, seen, cables, wander, priors)
+    fit = _solved(vision.knots, vision.mean, seen, priors, cables, vision.alpha(cables.time), wander)
+    fit = _solved(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
     own = _misfit(vision, seen)
     excess = _misfit(fit, seen) / own - 1
     for _ in range(TRIES):
         if excess < WORSE:
             break
         # what pulls is an error of the law that its own samples did not show: cables count for less
-        wander = [w if bad else Wander(LESS * w.fast, LESS * w.slow) for w, bad in zip(wander, poor, strict=True)]
+        wander = [w if bad else w.times(LESS) for w, bad in zip(wander, poor, strict=True)]
         fit = _solved(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
         excess = _misfit(fit, seen) / own - 1
-    notes["cable_error_m"] = [None if bad else float(w.fast) for w, bad in zip(wander, poor, strict=True)]
+    notes["cable_error_m"] = [None if bad else float(np.sqrt(w.variance)) for w, bad in zip(wander, poor, strict=True)]
     if excess > WORSE:
         notes["why"] = f"cables pull the angles from what vision saw (its variance grows by {100 * excess:.0f} %)"
         return None, notes
     return fit, notes
+
+
+def _told(
+    vision: _Fit, seen: Seen, cables: Cables, wander: list[Wander], priors: list[Mixture]
+) -> tuple[list[Wander], list[Mixture]]:
+    """The cables' errors and the joints' priors, as vision and cables tell them together in the middle of the recording."""
+    middle = (cables.time[0] + cables.time[-1]) / 2
+    seen = seen.within(middle - ENOUGH_S / 2, middle + ENOUGH_S / 2)
+    rows = (cables.time >= seen.time[0]) & (cables.time <= seen.time[-1])
+    cables = replace(cables, time=cables.time[rows], travel=cables.travel[rows], X=cables.X[rows])
+    knots, near = knots_over(seen.time[0], seen.time[-1], KNOT_S), vision.alpha(cables.time)
+    m = cables.arm.M
+    probes = np.random.default_rng(0).normal(size=(m, len(cables.time), PROBES))
+    used = [w is not _LEFT_OUT for w in wander]
+    for k in range(ROUNDS):
+        fit = _solved(knots, vision.mean, seen, priors, cables, near, wander)
+        assert fit.rows is not None
+        near = fit.alpha(cables.time)
+        left = fit.rows.left(fit.c, fit.beta, fit.rows.y)
+        noise = [-part for part in probes]
+        kept = fit.rows.left(*fit.both(*fit.rows.right(noise)), noise)
+        wander = [retold(w, cables.step, left[j], probes[j], kept[j]) if used[j] else w for j, w in enumerate(wander)]
+        if k in PRIOR_ROUNDS and sum(used) >= cables.arm.N:
+            # the cables show what lies below vision's noise: the spectrum's far end
+            told, spread = cable_angles(cables, near, fit.beta.reshape(m, -1), wander)
+            priors = [
+                calmer(
+                    fit_mixture(cables.time, told[:, i] - vision.mean[i], spread[:, i], KNOT_S, CABLE_DOUBT),
+                    vision.priors[i],
+                )
+                for i in range(cables.arm.N)
+            ]
+    return wander, priors
 
 
 def _misfit(fit: _Fit, seen: Seen) -> float:
