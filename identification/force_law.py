@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfiltfilt
 
 from mechanism.arm import Arm
-from mechanism.friction import CM, dry
+from mechanism.friction import CM
 
 Array = NDArray[np.float64]
 
@@ -23,6 +23,8 @@ PASSES = 6
 """that friction and lag are found in: each leaves about a third of their errors"""
 CUTOFF = 15.0
 """Hz: low-pass of the force's parts; wider than the motion, narrower than what a reversal of friction does to each of them"""
+EVEN = 1e-4
+"""change of CM theta' over a step below which its middle will do"""
 LEAST_LAG_S, MOST_LAG_S = 1e-6, 0.1
 """of a cable behind its force: ca / k; the seed's worst is 805 / 10454 = 0.08 s"""
 
@@ -42,12 +44,13 @@ class Law:
         )
 
 
-def law_of(arm: Arm, time: Array, theta_d: Array, theta_dd: Array, f: Array, seen_time: Array, seen_x: Array) -> Law:
-    """Regressors at even times (T,), from motor speeds, accelerations and forces (T, M), and elongations seen (F, M), m."""
+def law_of(arm: Arm, time: Array, theta_d: Array, f: Array, seen_time: Array, seen_x: Array) -> Law:
+    """Regressors at even times (T,), from motor speeds and forces (T, M), and elongations seen (F, M), m."""
     rate = 1 / float(np.mean(np.diff(time)))
-    turn = CM * theta_d
+    # a command is held over its step, so all else is its mean over it: friction turns over within less than a step
+    time, f, theta_dd = time[:-1] + 0.5 / rate, f[:-1], np.diff(theta_d, axis=0) * rate
     n = f - arm.motor_inertia / arm.drum * theta_dd
-    raw = [low_pass(part, rate) for part in (n, f, dry(theta_d), turn / (1 + turn**2), theta_d)]
+    raw = [low_pass(part, rate) for part in (n, f, *rubs(theta_d))]
     lag, taken = np.full(arm.M, LEAST_LAG_S), np.zeros((arm.M, 3))
     law = Law(time, np.empty((len(time), arm.M, 0)))
     for _ in range(PASSES):
@@ -69,11 +72,29 @@ def law_of(arm: Arm, time: Array, theta_d: Array, theta_dd: Array, f: Array, see
     return law
 
 
+def rubs(theta_d: Array) -> tuple[Array, Array, Array]:
+    """Means over each step of dry friction, its transition and the speed (T - 1, M), from speeds (T, M) straight between."""
+    turn = CM * theta_d
+    softened = np.log1p(turn**2) / 2
+    change = np.diff(turn, axis=0)
+    even = np.abs(change) < EVEN
+    over = np.where(even, 1.0, change)
+    middle = (turn[1:] + turn[:-1]) / 2
+    # integrals of atan(u) and of u / (1 + u^2)
+    dried = np.where(even, np.arctan(middle), np.diff(turn * np.arctan(turn) - softened, axis=0) / over)
+    transition = np.where(even, middle / (1 + middle**2), np.diff(softened, axis=0) / over)
+    return 2 / np.pi * dried, transition, middle / CM
+
+
 def low_pass(values: Array, rate: float) -> Array:
     return sosfiltfilt(butter(4, min(CUTOFF / (rate / 2), 0.9), output="sos"), values, axis=0)
 
 
 def slow(values: Array, rate: float, tau: float | Array) -> Array:
-    """(T, M), behind by tau, s, of all columns or of each, (M,)."""
-    keep = np.exp(-1 / rate / np.broadcast_to(tau, values.shape[1]))
-    return np.stack([lfilter([1 - a], [1, -a], c, zi=[a * c[0]])[0] for c, a in zip(values.T, keep, strict=True)], -1)
+    """(T, M), straight between samples, behind by tau, s, of all columns or of each, (M,)."""
+    out = []
+    for c, steps in zip(values.T, rate * np.broadcast_to(tau, values.shape[1]), strict=True):
+        keep = np.exp(-1 / steps)
+        now = 1 - steps * (1 - keep)
+        out.append(lfilter([now, 1 - keep - now], [1, -keep], c, zi=[(1 - now) * c[0]])[0])
+    return np.stack(out, axis=-1)

@@ -212,7 +212,7 @@ def _fused(
     variance = np.einsum("tij,ti->tj", Z(arm, alpha) ** 2, sigma**2)
     theta = np.stack([np.interp(frames, motors.time, column) for column in motors.theta.T], axis=-1)
     x = elongation(arm, alpha, theta)
-    law = law_of(arm, motors.time, motors.theta_d, motors.theta_dd, motors.f, frames, x)
+    law = law_of(arm, motors.time, motors.theta_d, motors.f, frames, x)
     X = law.at(frames)
     wander = [fit_wander(frames, x[:, j], variance[:, j], X[:, j]) for j in range(arm.M)]
     blur = np.sqrt(np.median(variance, axis=0))
@@ -229,7 +229,7 @@ def _fused(
     wander = [_LEFT_OUT if bad else w for w, bad in zip(wander, poor, strict=True)]
     inside = np.flatnonzero((motors.time >= seen.time[0]) & (motors.time <= seen.time[-1]))
     rows = inside[:: max(1, round(1 / (CABLE_HZ * float(np.mean(np.diff(motors.time))))))]
-    cables = Cables(arm, motors.time[rows], arm.drum * motors.theta[rows] + arm.x0, law.X[rows])
+    cables = Cables(arm, motors.time[rows], arm.drum * motors.theta[rows] + arm.x0, law.at(motors.time[rows]))
     wander, priors = _told(vision, seen, cables, wander, priors)
     fit = _solved(vision.knots, vision.mean, seen, priors, cables, vision.alpha(cables.time), wander)
     fit = _solved(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
