@@ -21,7 +21,7 @@ CREEP_S = (1.5, 6.0)
 """time constants of the force's slow parts"""
 PASSES = 6
 """that friction and lag are found in: each leaves about a third of their errors"""
-CUTOFF = 15.0
+CUTOFF = 20.0
 """Hz: low-pass of the force's parts; wider than the motion, narrower than what a reversal of friction does to each of them"""
 EVEN = 1e-4
 """change of CM theta' over a step below which its middle will do"""
@@ -48,9 +48,8 @@ def law_of(arm: Arm, time: Array, theta_d: Array, f: Array, seen_time: Array, se
     """Regressors at even times (T,), from motor speeds and forces (T, M), and elongations seen (F, M), m."""
     rate = 1 / float(np.mean(np.diff(time)))
     # a command is held over its step, so all else is its mean over it: friction turns over within less than a step
-    time, f, theta_dd = time[:-1] + 0.5 / rate, f[:-1], np.diff(theta_d, axis=0) * rate
-    n = f - arm.motor_inertia / arm.drum * theta_dd
-    raw = [low_pass(part, rate) for part in (n, f, *rubs(theta_d))]
+    n = f[:-1] - arm.motor_inertia / arm.drum * np.diff(theta_d, axis=0) * rate
+    raw = [between(low_pass(part, rate)) for part in (n, f[:-1], *rubs(theta_d))]
     lag, taken = np.full(arm.M, LEAST_LAG_S), np.zeros((arm.M, 3))
     law = Law(time, np.empty((len(time), arm.M, 0)))
     for _ in range(PASSES):
@@ -84,6 +83,12 @@ def rubs(theta_d: Array) -> tuple[Array, Array, Array]:
     dried = np.where(even, np.arctan(middle), np.diff(turn * np.arctan(turn) - softened, axis=0) / over)
     transition = np.where(even, middle / (1 + middle**2), np.diff(softened, axis=0) / over)
     return 2 / np.pi * dried, transition, middle / CM
+
+
+def between(means: Array) -> Array:
+    """Values (T, M) at the ends of steps from means over them (T - 1, M), smooth ones: exact for cubics."""
+    padded = np.pad(means, ((2, 2), (0, 0)), mode="edge")
+    return (7 * (padded[1:-2] + padded[2:-1]) - padded[:-3] - padded[3:]) / 12
 
 
 def low_pass(values: Array, rate: float) -> Array:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from identification.banded import Factor, band_of, factor, inverse_windows
 from identification.cable_rows import Cables, Rows, cable_angles, cable_rows
-from identification.force_law import law_of
+from identification.force_law import CUTOFF, law_of
 from identification.mixture import PARTS, Mixture, calmer, fit_mixture, side_by_side
 from identification.motors import Motors
 from identification.series import Series
@@ -29,8 +29,8 @@ Array = NDArray[np.float64]
 
 KNOT_S = 1 / 30
 """s between knots: carries motion to about 8 Hz"""
-CABLE_HZ = 50.0
-"""of the cables' rows"""
+CABLE_HZ = 2 * CUTOFF
+"""of the cables' rows: faster ones would show no more of what forces explain than its cutoff"""
 COVARIANCE_HZ = 50.0
 BRIDGE_S = 0.2
 """rows of a joint that vision missed for longer are marked"""
@@ -40,7 +40,7 @@ ENOUGH_S = 60.0
 """s from the middle that tell both well enough"""
 PROBES = 4
 """of white noise, for what a solution leaves of the cables' errors"""
-VISION_DOUBT, CABLE_DOUBT = 8.0, 20.0
+VISION_DOUBT, CABLE_DOUBT = 8.0, 8.0
 """what the prior's rough part may cost of either's -2 log likelihood: kicks are few and come in bursts, so that a stationary
 likelihood is surer than it may be, and cables err where they kick"""
 LESS, TRIES = 1.6, 3
@@ -228,7 +228,7 @@ def _fused(
         return None, notes
     wander = [_LEFT_OUT if bad else w for w, bad in zip(wander, poor, strict=True)]
     inside = np.flatnonzero((motors.time >= seen.time[0]) & (motors.time <= seen.time[-1]))
-    rows = inside[:: max(1, round(1 / (CABLE_HZ * float(np.mean(np.diff(motors.time))))))]
+    rows = inside[:: max(1, int(1 / (CABLE_HZ * float(np.mean(np.diff(motors.time))))))]
     cables = Cables(arm, motors.time[rows], arm.drum * motors.theta[rows] + arm.x0, law.at(motors.time[rows]))
     wander, priors = _told(vision, seen, cables, wander, priors)
     fit = _solved(vision.knots, vision.mean, seen, priors, cables, vision.alpha(cables.time), wander)
