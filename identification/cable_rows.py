@@ -78,7 +78,7 @@ def cable_rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: 
     every, regressors, measured = [], [], []
     for j in range(m):
         values = np.repeat((weights[:, :, None] * slope[:, None, :, j]).reshape(-1), PARTS)
-        whiten = _whitener(wander[j], cables.step, count)
+        whiten = _whitener(wander[j], count)
         A = whiten @ sparse.csr_array((values, columns.ravel(), starts), shape=(count, size))
         X = whiten @ cables.X[:, j]
         part = slice(j * p, (j + 1) * p)
@@ -99,8 +99,8 @@ def cable_angles(cables: Cables, alpha: Array, beta: Array, wander: list[Wander]
     return alpha - step, np.diagonal(covariance, axis1=1, axis2=2)
 
 
-def _whitener(wander: Wander, step: float, count: int) -> sparse.csr_array:
-    taps, sigma = wander.whitener(step)
+def _whitener(wander: Wander, count: int) -> sparse.csr_array:
+    taps, sigma = wander.whitener()
     late = len(taps) - 1
     full = [sparse.eye_array(count - late, count, k=k) * tap for k, tap in enumerate(taps[::-1])]
     body = sum(full[1:], full[0])

@@ -20,7 +20,7 @@ from identification.motors import Motors
 from identification.series import Series
 from identification.smoother import WIDTH, check_span, normal_equations
 from identification.spline import SUPPORT, Knots, knots_over
-from identification.wander import SPREAD_M, Wander, fit_wander, retold
+from identification.wander import SPREAD_M, Wander, fit_wander, white
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.elasticity import elongation
@@ -45,7 +45,7 @@ VISION_DOUBT, CABLE_DOUBT = 8.0, 8.0
 likelihood is surer than it may be, and cables err where they kick"""
 LESS, TRIES = 1.6, 3
 """factor on the errors of cables that pull, and how often before they are not believed at all"""
-_LEFT_OUT = Wander(1.0, 0.0, 0.0)
+_NO_WEIGHT = 1.0
 """m: the error of a cable that is left out"""
 USELESS = 3.0
 """a cable whose error is this many times what vision leaves it uncertain is left out"""
@@ -214,9 +214,11 @@ def _fused(
     x = elongation(arm, alpha, theta)
     law = law_of(arm, motors.time, motors.theta_d, motors.f, frames, x)
     X = law.at(frames)
-    wander = [fit_wander(frames, x[:, j], variance[:, j], X[:, j]) for j in range(arm.M)]
+    step = float(np.mean(np.diff(motors.time)))
+    every = max(1, int(1 / (CABLE_HZ * step)))
+    wander = [fit_wander(frames, x[:, j], variance[:, j], X[:, j], every * step) for j in range(arm.M)]
     blur = np.sqrt(np.median(variance, axis=0))
-    errors = np.array([np.hypot(w.fast, w.slow) for w in wander])
+    errors = np.sqrt([w.variance for w in wander])
     poor = errors > USELESS * blur
     notes: dict[str, Any] = {
         "cables_left_out": [
@@ -226,11 +228,11 @@ def _fused(
     }
     if poor.all():
         return None, notes
-    wander = [_LEFT_OUT if bad else w for w, bad in zip(wander, poor, strict=True)]
+    wander = [white(_NO_WEIGHT, w.step) if bad else w for w, bad in zip(wander, poor, strict=True)]
     inside = np.flatnonzero((motors.time >= seen.time[0]) & (motors.time <= seen.time[-1]))
-    rows = inside[:: max(1, int(1 / (CABLE_HZ * float(np.mean(np.diff(motors.time))))))]
+    rows = inside[::every]
     cables = Cables(arm, motors.time[rows], arm.drum * motors.theta[rows] + arm.x0, law.at(motors.time[rows]))
-    wander, priors = _told(vision, seen, cables, wander, priors)
+    wander, priors = _told(vision, seen, cables, wander, ~poor, priors)
     fit = _solved(vision.knots, vision.mean, seen, priors, cables, vision.alpha(cables.time), wander)
     fit = _solved(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
     own = _misfit(vision, seen)
@@ -250,7 +252,7 @@ def _fused(
 
 
 def _told(
-    vision: _Fit, seen: Seen, cables: Cables, wander: list[Wander], priors: list[Mixture]
+    vision: _Fit, seen: Seen, cables: Cables, wander: list[Wander], used: NDArray[np.bool_], priors: list[Mixture]
 ) -> tuple[list[Wander], list[Mixture]]:
     """The cables' errors and the joints' priors, as vision and cables tell them together in the middle of the recording."""
     middle = (cables.time[0] + cables.time[-1]) / 2
@@ -260,7 +262,6 @@ def _told(
     knots, near = knots_over(seen.time[0], seen.time[-1], KNOT_S), vision.alpha(cables.time)
     m = cables.arm.M
     probes = np.random.default_rng(0).normal(size=(m, len(cables.time), PROBES))
-    used = [w is not _LEFT_OUT for w in wander]
     for k in range(ROUNDS):
         fit = _solved(knots, vision.mean, seen, priors, cables, near, wander)
         assert fit.rows is not None
@@ -268,7 +269,7 @@ def _told(
         left = fit.rows.left(fit.c, fit.beta, fit.rows.y)
         noise = [-part for part in probes]
         kept = fit.rows.left(*fit.both(*fit.rows.right(noise)), noise)
-        wander = [retold(w, cables.step, left[j], probes[j], kept[j]) if used[j] else w for j, w in enumerate(wander)]
+        wander = [w.retold(left[j], probes[j], kept[j]) if used[j] else w for j, w in enumerate(wander)]
         if k in PRIOR_ROUNDS and sum(used) >= cables.arm.N:
             # the cables show what lies below vision's noise: the spectrum's far end
             told, spread = cable_angles(cables, near, fit.beta.reshape(m, -1), wander)

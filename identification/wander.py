@@ -15,10 +15,12 @@ from identification.banded import factor
 
 Array = NDArray[np.float64]
 
-LEAST_M = 1e-6
-"""m: no error is smaller"""
+LEAST_M = 3.5e-7
+"""m: no error is smaller; what rounding leaves where a motor of 2048 counts a turn winds 0.4 mm a radian"""
 MEMORY_S = (0.1, 3.0)
-"""of the fast and of the slow process"""
+"""of the two processes that vision bounds"""
+EDGES_HZ = (0.0, 0.5, 1.5, 4.0, 9.0, 15.0)
+"""of bands in which the error is as dense everywhere; the last one reaches to half the rows' rate"""
 SPREAD_M = 5e-3
 """m: how far any one regressor may move a cable, before the data speak (standard deviation)"""
 TAPS = 4
@@ -28,55 +30,66 @@ ENOUGH = 3000
 
 @dataclass(frozen=True)
 class Wander:
-    """Standard deviations, m: new at every sample, forgotten fast, forgotten slowly."""
+    """Spectral density, m^2/Hz, one-sided, in the bands of EDGES_HZ, of samples `step` s apart."""
 
-    fresh: float
-    fast: float
-    slow: float
+    density: Array
+    step: float
 
     @property
     def variance(self) -> float:
-        return self.fresh**2 + self.fast**2 + self.slow**2
+        """m^2"""
+        return float(self.density @ np.diff(self._edges))
+
+    @property
+    def _edges(self) -> Array:
+        return np.append(EDGES_HZ, 0.5 / self.step)
 
     def times(self, factor: float) -> "Wander":
-        return Wander(factor * self.fresh, factor * self.fast, factor * self.slow)
+        return Wander(factor**2 * self.density, self.step)
 
-    def densities(self, step: float, turn: Array) -> Array:
-        """(3, K): variance of samples `step` s apart per their number, of the three, at `turn` (K,), rad a sample."""
-        out = [np.full(turn.shape, self.fresh**2)]
-        for sigma, memory in zip((self.fast, self.slow), MEMORY_S, strict=True):
-            keep = np.exp(-step / memory)
-            out.append(sigma**2 * (1 - keep**2) / (1 - 2 * keep * np.cos(turn) + keep**2))
-        return np.stack(out)
-
-    def whitener(self, step: float) -> tuple[Array, float]:
-        """Filter (TAPS + 1,), newest first, that whitens samples `step` s apart to variance one, and their own sigma."""
-        lags = step * np.arange(TAPS + 1)
-        covariance = self.fast**2 * np.exp(-lags / MEMORY_S[0]) + self.slow**2 * np.exp(-lags / MEMORY_S[1])
-        covariance[0] += self.fresh**2
+    def whitener(self) -> tuple[Array, float]:
+        """Filter (TAPS + 1,), newest first, that whitens samples to variance one as far as it reaches, and their own sigma."""
+        lags = self.step * np.arange(TAPS + 1)
+        # integral of density cos(2 pi f lag)
+        covariance = np.diff(self._edges * np.sinc(2 * self._edges * lags[:, None]), axis=1) @ self.density
         ahead = solve_toeplitz(covariance[:-1], covariance[1:])
         fresh = np.sqrt(covariance[0] - ahead @ covariance[1:])
         return np.concatenate([[1.0], -ahead]) / fresh, float(np.sqrt(covariance[0]))
 
+    def retold(self, left: Array, probes: Array, kept: Array) -> "Wander":
+        """As dense in each band as whitened residuals `left` (K,) say it is.
 
-def retold(wander: Wander, step: float, left: Array, probes: Array, kept: Array) -> Wander:
-    """Each part as large as whitened residuals `left` (K,) say it is.
+        probes (K, Q): white noise in place of the error; kept (K, Q): what a solution leaves of it. Where the error is what the model
+        says, left^2 is probes * kept on average (restricted maximum likelihood, as a fixed point).
+        """
+        hertz = np.fft.rfftfreq(len(left), self.step)
+        band = np.clip(np.searchsorted(EDGES_HZ, hertz, side="right") - 1, 0, len(EDGES_HZ) - 1)
+        taps, _ = self.whitener()
+        model = 2 * self.step / np.abs(np.exp(-2j * np.pi * hertz[:, None] * self.step * np.arange(TAPS + 1)) @ taps) ** 2
+        found = np.abs(np.fft.rfft(left)) ** 2
+        expected = np.mean(np.real(np.conj(np.fft.rfft(probes, axis=0)) * np.fft.rfft(kept, axis=0)), axis=1)
+        every = np.arange(len(EDGES_HZ))
+        total = [np.bincount(band, values, len(every)) for values in (found, expected, model, np.ones_like(model))]
+        least = LEAST_M**2 * 2 * self.step
+        return Wander(np.maximum(total[0] / np.maximum(total[1], total[3]*1e-3) * total[2] / total[3], least), self.step)
 
-    probes (K, Q): white noise in place of the error; kept (K, Q): what a solution leaves of it. A part's share of left^2 over what the
-    model expects of it, summed over frequencies, is what its variance was wrong by: restricted maximum likelihood as a fixed point.
-    """
-    turn = 2 * np.pi * np.fft.rfftfreq(len(left))
-    parts = wander.densities(step, turn)
-    share = parts / parts.sum(axis=0)
-    found = np.abs(np.fft.rfft(left)) ** 2
-    expected = np.mean(np.real(np.conj(np.fft.rfft(probes, axis=0)) * np.fft.rfft(kept, axis=0)), axis=1)
-    factors = np.sqrt((share @ found) / np.maximum(share @ expected, 1e-12))
-    fresh, fast, slow = np.array([wander.fresh, wander.fast, wander.slow]) * factors
-    return Wander(max(float(fresh), LEAST_M), float(fast), float(slow))
+
+def white(sigma: float, step: float) -> Wander:
+    """Of samples that have nothing in common; m."""
+    return Wander(np.full(len(EDGES_HZ), 2 * step * sigma**2), step)
 
 
-def fit_wander(time: Array, x: Array, variance: Array, X: Array) -> Wander:
-    """The process that makes samples of an elongation x (F,), m, of `variance` (F,) most likely, X (F, P) fitted along."""
+def _of_processes(sigmas: tuple[float, float], step: float) -> Wander:
+    """Of both processes and what is new at every sample, as much as the fast one."""
+    edges = np.append(EDGES_HZ, 0.5 / step)
+    below = sum(
+        sigma**2 * 2 / np.pi * np.arctan(2 * np.pi * edges * memory) for sigma, memory in zip(sigmas, MEMORY_S, strict=True)
+    )
+    return Wander(np.diff(below + sigmas[0] ** 2 * 2 * step * edges) / np.diff(edges), step)
+
+
+def fit_wander(time: Array, x: Array, variance: Array, X: Array, step: float) -> Wander:
+    """The error, of samples `step` s apart, that makes elongations x (F,), m, of `variance` (F,) most likely, X (F, P) fitted along."""
     part = slice(max(0, len(time) // 2 - ENOUGH // 2), len(time) // 2 + ENOUGH // 2)
     t, y, r, D = time[part], x[part], variance[part], X[part]
     both = np.column_stack([D, y])
@@ -110,7 +123,7 @@ def fit_wander(time: Array, x: Array, variance: Array, X: Array) -> Wander:
         cost, start, method="Nelder-Mead", options={"xatol": 0.05, "fatol": 0.1, "initial_simplex": simplex}
     )
     fast, slow = np.exp(found.x)
-    return Wander(float(fast), float(fast), float(slow))
+    return _of_processes((float(fast), float(slow)), step)
 
 
 def unseen(variance: Array) -> float:
