@@ -1,9 +1,9 @@
 """What the motor force explains of a cable's elongation.
 
-x = X beta + e. X holds the force t that reaches the cable (f less motor inertia and friction), behind by the lag of a spring beside a
-damper: itself, its square and cube (stiffening), its rate (what the lag is wrong by), its slow parts (creep); the rate of f (a late
-command: one that is held for its step is late by half of it); dry friction with an uncertain transition, and viscous friction
-(what was taken off wrongly). Friction and lag are found in passes. What is left, e, wanders (see wander.py).
+x = X beta + e. X holds the force t that reaches the cable (f less motor inertia and friction), behind by the lag of a spring
+beside a damper: itself, its square and cube (stiffening), its rate (what the lag is wrong by), its slow parts (creep); the
+rate of f (a late command); dry friction with an uncertain transition, and viscous friction (what was taken off wrongly). Friction
+and lag are found in passes. What is left, e, wanders (see wander.py).
 """
 
 from dataclasses import dataclass

@@ -32,6 +32,8 @@ ENOUGH = 3000
 _LEAST, _MOST = -12.5, 3.5
 """logarithm of the rough part's size"""
 _HALVINGS = 7
+PATIENCE = 150
+"""evaluations, after which -2 log likelihood falls by less than 2 where the rough part is nothing and its size may be any"""
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,7 @@ def fit_mixture(time: Array, values: Array, variance: Array, step: float, doubt:
         simplex = start + np.array([[0, 0, 0], [0.7, 0, 0], [0, 1.5, 0], [0, 0, 2.0]])
         found = minimize(
             lambda v, order=order: cost(order, v), start, method="Nelder-Mead",
-            options={"xatol": 0.05, "fatol": 0.1, "initial_simplex": simplex},
+            options={"xatol": 0.05, "fatol": 0.1, "maxfev": PATIENCE, "initial_simplex": simplex},
         )  # fmt: skip
         if best is None or found.fun < best[0]:
             best = float(found.fun), order, found.x

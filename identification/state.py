@@ -34,15 +34,15 @@ CABLE_HZ = 2 * CUTOFF
 COVARIANCE_HZ = 50.0
 BRIDGE_S = 0.2
 """rows of a joint that vision missed for longer are marked"""
-ROUNDS, PRIOR_ROUNDS = 6, (2, 4)
-"""that the cables' errors are told in, and those of them that tell the priors again"""
+ROUNDS, PRIOR_ROUND = 6, 3
+"""that the cables' errors are told in, and the one of them that tells the priors again"""
 ENOUGH_S = 60.0
 """s from the middle that tell both well enough"""
 PROBES = 4
 """of white noise, for what a solution leaves of the cables' errors"""
-VISION_DOUBT, CABLE_DOUBT = 8.0, 8.0
-"""what the prior's rough part may cost of either's -2 log likelihood: kicks are few and come in bursts, so that a stationary
-likelihood is surer than it may be, and cables err where they kick"""
+DOUBT = 8.0
+"""what the prior's rough part may cost of -2 log likelihood, z of 2.8: kicks are few and come in bursts, so that a stationary
+likelihood is surer than it may be"""
 LESS, TRIES = 1.6, 3
 """factor on the errors of cables that pull, and how often before they are not believed at all"""
 _NO_WEIGHT = 1.0
@@ -158,7 +158,7 @@ def estimate_state(
     knots = knots_over(seen.time[0], seen.time[-1], KNOT_S)
     mean = np.nanmean(seen.alpha, axis=0)
     priors = [
-        fit_mixture(seen.time[known], a[known] - mean[i], s[known] ** 2, KNOT_S, VISION_DOUBT)
+        fit_mixture(seen.time[known], a[known] - mean[i], s[known] ** 2, KNOT_S, DOUBT)
         for i, (a, s) in enumerate(zip(seen.alpha.T, seen.sigma.T, strict=True))
         for known in [~np.isnan(a)]
     ]
@@ -270,12 +270,12 @@ def _told(
         noise = [-part for part in probes]
         kept = fit.rows.left(*fit.both(*fit.rows.right(noise)), noise)
         wander = [w.retold(left[j], probes[j], kept[j]) if used[j] else w for j, w in enumerate(wander)]
-        if k in PRIOR_ROUNDS and sum(used) >= cables.arm.N:
+        if k == PRIOR_ROUND and sum(used) >= cables.arm.N:
             # the cables show what lies below vision's noise: the spectrum's far end
             told, spread = cable_angles(cables, near, fit.beta.reshape(m, -1), wander)
             priors = [
                 calmer(
-                    fit_mixture(cables.time, told[:, i] - vision.mean[i], spread[:, i], KNOT_S, CABLE_DOUBT),
+                    fit_mixture(cables.time, told[:, i] - vision.mean[i], spread[:, i], KNOT_S, DOUBT),
                     vision.priors[i],
                 )
                 for i in range(cables.arm.N)

@@ -1,7 +1,7 @@
-"""What no force explains of a cable's elongation: how much it is, and how fast it forgets.
+"""What no force explains of a cable's elongation: how much of it there is at which frequencies.
 
-e is white noise and two Ornstein-Uhlenbeck processes. Vision alone bounds it (`fit_wander`); where cables, joints that move smoothly
-and vision are solved together, their residuals tell it (`retold`).
+Vision alone bounds it, as white noise and two Ornstein-Uhlenbeck processes (`fit_wander`). Where cables, vision and joints that
+move smoothly are solved together, their residuals tell how dense it is in each of a few bands (`Wander.retold`).
 """
 
 from dataclasses import dataclass
@@ -19,6 +19,8 @@ LEAST_M = 3.5e-7
 """m: no error is smaller; what rounding leaves where a motor of 2048 counts a turn winds 0.4 mm a radian"""
 MEMORY_S = (0.1, 3.0)
 """of the two processes that vision bounds"""
+UNTOLD = 0.02
+"""share of a band's noise: where a solution leaves less, a few probes cannot tell what it should leave"""
 EDGES_HZ = (0.0, 0.5, 1.5, 4.0, 9.0, 15.0)
 """of bands in which the error is as dense everywhere; the last one reaches to half the rows' rate"""
 SPREAD_M = 5e-3
@@ -59,19 +61,23 @@ class Wander:
     def retold(self, left: Array, probes: Array, kept: Array) -> "Wander":
         """As dense in each band as whitened residuals `left` (K,) say it is.
 
-        probes (K, Q): white noise in place of the error; kept (K, Q): what a solution leaves of it. Where the error is what the model
-        says, left^2 is probes * kept on average (restricted maximum likelihood, as a fixed point).
+        probes (K, Q): white noise in place of the error; kept (K, Q): what a solution leaves of it. Where the error is what
+        the model says, left^2 is probes * kept on average (restricted maximum likelihood, as a fixed point).
         """
         hertz = np.fft.rfftfreq(len(left), self.step)
         band = np.clip(np.searchsorted(EDGES_HZ, hertz, side="right") - 1, 0, len(EDGES_HZ) - 1)
         taps, _ = self.whitener()
-        model = 2 * self.step / np.abs(np.exp(-2j * np.pi * hertz[:, None] * self.step * np.arange(TAPS + 1)) @ taps) ** 2
+        model = (
+            2 * self.step / np.abs(np.exp(-2j * np.pi * hertz[:, None] * self.step * np.arange(TAPS + 1)) @ taps) ** 2
+        )
         found = np.abs(np.fft.rfft(left)) ** 2
         expected = np.mean(np.real(np.conj(np.fft.rfft(probes, axis=0)) * np.fft.rfft(kept, axis=0)), axis=1)
-        every = np.arange(len(EDGES_HZ))
-        total = [np.bincount(band, values, len(every)) for values in (found, expected, model, np.ones_like(model))]
-        least = LEAST_M**2 * 2 * self.step
-        return Wander(np.maximum(total[0] / np.maximum(total[1], total[3]*1e-3) * total[2] / total[3], least), self.step)
+        found, expected, model, count = (
+            np.bincount(band, values, len(EDGES_HZ)) for values in (found, expected, model, np.ones(len(hertz)))
+        )
+        # a band that a solution takes whole is not told
+        factors = np.where(expected > UNTOLD * count * len(left), found / np.maximum(expected, 1e-300), 1.0)
+        return Wander(np.maximum(factors * model / count, 2 * self.step * LEAST_M**2), self.step)
 
 
 def white(sigma: float, step: float) -> Wander:
@@ -83,13 +89,17 @@ def _of_processes(sigmas: tuple[float, float], step: float) -> Wander:
     """Of both processes and what is new at every sample, as much as the fast one."""
     edges = np.append(EDGES_HZ, 0.5 / step)
     below = sum(
-        sigma**2 * 2 / np.pi * np.arctan(2 * np.pi * edges * memory) for sigma, memory in zip(sigmas, MEMORY_S, strict=True)
+        sigma**2 * 2 / np.pi * np.arctan(2 * np.pi * edges * memory)
+        for sigma, memory in zip(sigmas, MEMORY_S, strict=True)
     )
     return Wander(np.diff(below + sigmas[0] ** 2 * 2 * step * edges) / np.diff(edges), step)
 
 
 def fit_wander(time: Array, x: Array, variance: Array, X: Array, step: float) -> Wander:
-    """The error, of samples `step` s apart, that makes elongations x (F,), m, of `variance` (F,) most likely, X (F, P) fitted along."""
+    """The error that makes samples of an elongation x (F,), m, of `variance` (F,) most likely, X (F, P) fitted along.
+
+    step: s, of the samples that the error is told for.
+    """
     part = slice(max(0, len(time) // 2 - ENOUGH // 2), len(time) // 2 + ENOUGH // 2)
     t, y, r, D = time[part], x[part], variance[part], X[part]
     both = np.column_stack([D, y])
