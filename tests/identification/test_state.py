@@ -22,7 +22,7 @@ NECK = SAMPLES / "recording/neck.yaml"
 ARM = arm_of(read_neck(NECK))
 COUNTS = np.array([2 * np.pi / motor.counts for motor in read_neck(NECK).motors])
 SIGMA = np.radians(0.1)
-SEEDS = range(3)
+SEEDS = range(5)
 
 
 def recorded(seed: int) -> tuple[Prescribed, Seen, Motors, np.ndarray]:
@@ -64,21 +64,24 @@ def rms(e: np.ndarray) -> np.ndarray:
 
 
 def test_cables_make_the_state_better_and_both_are_honest(recordings: list) -> None:
-    """Four cables known to about 20 um say more of an angle (20 um / 25 mm = 0.05 deg, at every row) than frames of 0.1 deg.
+    """Asked: NEES between 0.6 and 1.3; found over five seeds, so with what five seeds may be off by.
 
-    A second of 2 Hz motion holds about four independent values a joint: 28 s and three joints give NEES a spread of
-    sqrt(2 / 336) = 0.08 a recording, and the law of the elongation is not quite the world's; between 0.3 and 1.6 is honest.
+    A second of 2 Hz motion holds about four independent values a joint: 28 s, three joints and five seeds give vision a spread of
+    sqrt(2 / 1680) = 0.03, of which four are allowed. What cables tell of alpha rests on the factors of the law, of which about five
+    directions are weak enough to matter: sqrt(2 / 25) = 0.28 of alpha's NEES, a third of that jointly; two of them are allowed.
     """
-    alone, both = [], []
+    alone, both, honest = [], [], []
     for made, seen, motors, at in recordings:
         vision = estimate_state(ARM, seen, motors, at, fuse=False)
         fused = estimate_state(ARM, seen, motors, at)
         assert (vision.notes["method"], fused.notes["method"]) == ("vision", "fused")
-        for state in (vision, fused):
-            assert 0.3 < nees(made, state) < 1.6
+        honest.append([nees(made, state) for state in (vision, fused)])
         alone.append(rms(errors(made, vision)))
         both.append(rms(errors(made, fused)))
-    assert np.all(np.mean(both, axis=0) < 0.75 * np.mean(alone, axis=0))
+    of_vision, of_both = np.mean(honest, axis=0)
+    assert 0.6 - 4 * 0.03 < of_vision < 1.3 + 4 * 0.03
+    assert 0.6 - 2 * 0.09 < of_both < 1.3 + 2 * 0.09
+    assert np.all(np.mean(both, axis=0) < 0.25 * np.mean(alone, axis=0))
 
 
 @pytest.mark.parametrize("noise_deg", [0.1, 0.02])
