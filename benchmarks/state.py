@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.table import Table
+from identification.fusion import Seen
 from identification.motors import motors_of
 from identification.seed_series import seed_series
 from identification.series import Series, numbered
-from identification.state import Seen, State, estimate_state
+from identification.state import State, estimate_state
 from mechanism.arm import Arm, arm_of
 from mechanism.description import read_neck
 from samples.generator.laws import cubic, damped, dry_and_viscous, linear, with_creep

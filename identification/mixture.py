@@ -27,6 +27,9 @@ ROUGH_CORNER = 6.0
 """rad/s; what is slower is the smooth part's"""
 STIFFEST = np.log(3e-5)
 """(corner step)^order below it would lose the prior's precision in rounding"""
+DOUBT = 8.0
+"""what the prior's rough part may cost of -2 log likelihood, z of 2.8: kicks are few and come in bursts, so that a stationary
+likelihood is surer than it may be"""
 ENOUGH = 3000
 """samples from the middle that tell the prior well enough"""
 _LEAST, _MOST = -12.5, 3.5

@@ -6,21 +6,23 @@ are common to all frames (clock, camera pose, marker placement) are not estimate
 enters its covariance.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.banded import Factor, band_of, factor, inverse_windows
-from identification.cable_rows import Cables, Rows, cable_angles, cable_rows
+from identification.banded import inverse_windows
+from identification.cable_rows import Cables
 from identification.force_law import CUTOFF, law_of
-from identification.mixture import PARTS, Mixture, calmer, fit_mixture, side_by_side
+from identification.fusion import Fit, Seen, misfit, solve
+from identification.mixture import DOUBT, PARTS, Mixture, fit_mixture
 from identification.motors import Motors
 from identification.series import Series
-from identification.smoother import WIDTH, check_span, normal_equations
-from identification.spline import SUPPORT, Knots, knots_over
-from identification.wander import SPREAD_M, Wander, fit_wander, white
+from identification.smoother import WIDTH, check_span
+from identification.spline import SUPPORT, knots_over
+from identification.variances import told_by_both
+from identification.wander import fit_wander, white
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.elasticity import elongation
@@ -34,15 +36,6 @@ CABLE_HZ = 2 * CUTOFF
 COVARIANCE_HZ = 50.0
 BRIDGE_S = 0.2
 """rows of a joint that vision missed for longer are marked"""
-ROUNDS, PRIOR_ROUND = 6, 3
-"""that the cables' errors are told in, and the one of them that tells the priors again"""
-ENOUGH_S = 60.0
-"""s from the middle that tell both well enough"""
-PROBES = 4
-"""of white noise, for what a solution leaves of the cables' errors"""
-DOUBT = 8.0
-"""what the prior's rough part may cost of -2 log likelihood, z of 2.8: kicks are few and come in bursts, so that a stationary
-likelihood is surer than it may be"""
 LESS, TRIES = 1.6, 3
 """factor on the errors of cables that pull, and how often before they are not believed at all"""
 _NO_WEIGHT = 1.0
@@ -51,23 +44,6 @@ USELESS = 3.0
 """a cable whose error is this many times what vision leaves it uncertain is left out"""
 WORSE = 0.1
 """cables that pull the angles away from vision by this much more than noise, in its variance, are not believed"""
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What vision saw: times (F,) on the log's clock, s; angles and sigmas (F, N), rad, NaN where not seen."""
-
-    time: Array
-    alpha: Array
-    sigma: Array
-    """of what differs from frame to frame"""
-    common: Array
-    """of what all frames share"""
-
-    def within(self, first: float, last: float) -> "Seen":
-        """Frames from `first` to `last`, s."""
-        part = (self.time >= first) & (self.time <= last)
-        return Seen(self.time[part], self.alpha[part], self.sigma[part], self.common[part])
 
 
 @dataclass(frozen=True)
@@ -106,38 +82,6 @@ class State:
         return Series(self.covariance_time[rows], columns)
 
 
-@dataclass(frozen=True)
-class _Fit:
-    """A solved system: coefficients c (joints side by side at each knot), and the border's V = H^-1 G and Schur complement."""
-
-    knots: Knots
-    mean: Array
-    priors: list[Mixture]
-    c: Array
-    beta: Array
-    factor: Factor
-    V: Array
-    mixed: Array
-    schur: Array
-    rows: Rows | None = None
-
-    def alpha(self, time: Array, derivative: int = 0) -> Array:
-        """(T, N)"""
-        n = len(self.mean)
-        own = self.mean if derivative == 0 else 0.0
-        return self.knots.design(time, derivative) @ self.c.reshape(-1, n, PARTS).sum(axis=2) + own
-
-    def both(self, of_c: Array, of_beta: Array) -> tuple[Array, Array]:
-        """Coefficients c (n, ...) and beta (p, ...) of right sides of these shapes."""
-        direct = self.factor.solve(of_c)
-        beta = np.asarray(np.linalg.solve(self.schur, of_beta + self.mixed.T @ direct), dtype=float)
-        return direct + self.V @ beta, beta
-
-    def response(self, right: Array) -> Array:
-        """How coefficients answer to a change (n, k) of the right side."""
-        return self.both(right, np.zeros((len(self.schur), right.shape[1])))[0]
-
-
 def estimate_state(
     arm: Arm,
     seen: Seen,
@@ -162,7 +106,7 @@ def estimate_state(
         for i, (a, s) in enumerate(zip(seen.alpha.T, seen.sigma.T, strict=True))
         for known in [~np.isnan(a)]
     ]
-    fit = _solved(knots, mean, seen, priors)
+    fit = solve(knots, mean, seen, priors)
     notes: dict[str, Any] = {"method": "vision"}
     if fuse:
         fused, more = _fused(arm, seen, motors, fit, priors)
@@ -177,35 +121,9 @@ def estimate_state(
     return State(at, alpha, alpha_d, alpha_dd, at[rows], covariance, bridged, notes)
 
 
-def _solved(
-    knots: Knots, mean: Array, seen: Seen, priors: list[Mixture], cables: Cables | None = None,
-    near: Array | None = None, wander: list[Wander] | None = None,
-) -> _Fit:  # fmt: skip
-    """Vision and priors, with cables linearised about angles `near` where given."""
-    measured, right = [], np.zeros((knots.count, len(mean), PARTS))
-    for i in range(len(mean)):
-        known = ~np.isnan(seen.alpha[:, i])
-        own, b = normal_equations(knots, seen.time[known], seen.alpha[known, i] - mean[i], seen.sigma[known, i] ** 2)
-        measured.append(own)
-        right[:, i] = b[:, None]
-    band, right = side_by_side(measured, [prior.bands(knots) for prior in priors]), right.ravel()
-    if cables is None or near is None or wander is None:
-        found = factor(band)
-        none = np.zeros((len(right), 0))
-        return _Fit(knots, mean, priors, found.solve(right), np.zeros(0), found, none, none, np.zeros((0, 0)))
-    rows = cable_rows(cables, knots, near, mean, wander)
-    found = factor(band + band_of(rows.normal, len(band) - 1, len(right)))
-    V = found.solve(rows.mixed)
-    schur = rows.own + np.eye(len(rows.own)) / SPREAD_M**2 - rows.mixed.T @ V
-    fit = _Fit(knots, mean, priors, right, np.zeros(len(schur)), found, V, rows.mixed, schur, rows)
-    of_c, of_beta = rows.right(rows.y)
-    c, beta = fit.both(right + of_c, of_beta)
-    return replace(fit, c=c, beta=beta)
-
-
 def _fused(
-    arm: Arm, seen: Seen, motors: Motors, vision: _Fit, priors: list[Mixture]
-) -> tuple[_Fit | None, dict[str, Any]]:
+    arm: Arm, seen: Seen, motors: Motors, vision: Fit, priors: list[Mixture]
+) -> tuple[Fit | None, dict[str, Any]]:
     """Vision and cables together, or None, and why."""
     whole = np.isfinite(seen.alpha).all(axis=1) & (seen.time >= motors.time[0]) & (seen.time <= motors.time[-1])
     frames, alpha, sigma = seen.time[whole], seen.alpha[whole], seen.sigma[whole]
@@ -232,18 +150,18 @@ def _fused(
     inside = np.flatnonzero((motors.time >= seen.time[0]) & (motors.time <= seen.time[-1]))
     rows = inside[::every]
     cables = Cables(arm, motors.time[rows], arm.drum * motors.theta[rows] + arm.x0, law.at(motors.time[rows]))
-    wander, priors = _told(vision, seen, cables, wander, ~poor, priors)
-    fit = _solved(vision.knots, vision.mean, seen, priors, cables, vision.alpha(cables.time), wander)
-    fit = _solved(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
-    own = _misfit(vision, seen)
-    excess = _misfit(fit, seen) / own - 1
+    wander, priors = told_by_both(vision, seen, cables, wander, ~poor, priors)
+    fit = solve(vision.knots, vision.mean, seen, priors, cables, vision.alpha(cables.time), wander)
+    fit = solve(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
+    own = misfit(vision, seen)
+    excess = misfit(fit, seen) / own - 1
     for _ in range(TRIES):
         if excess < WORSE:
             break
         # what pulls is an error of the law that its own samples did not show: cables count for less
         wander = [w if bad else w.times(LESS) for w, bad in zip(wander, poor, strict=True)]
-        fit = _solved(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
-        excess = _misfit(fit, seen) / own - 1
+        fit = solve(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
+        excess = misfit(fit, seen) / own - 1
     notes["cable_error_m"] = [None if bad else float(np.sqrt(w.variance)) for w, bad in zip(wander, poor, strict=True)]
     if excess > WORSE:
         notes["why"] = f"cables pull the angles from what vision saw (its variance grows by {100 * excess:.0f} %)"
@@ -251,52 +169,7 @@ def _fused(
     return fit, notes
 
 
-def _told(
-    vision: _Fit, seen: Seen, cables: Cables, wander: list[Wander], used: NDArray[np.bool_], priors: list[Mixture]
-) -> tuple[list[Wander], list[Mixture]]:
-    """The cables' errors and the joints' priors, as vision and cables tell them together in the middle of the recording."""
-    middle = (cables.time[0] + cables.time[-1]) / 2
-    seen = seen.within(middle - ENOUGH_S / 2, middle + ENOUGH_S / 2)
-    rows = (cables.time >= seen.time[0]) & (cables.time <= seen.time[-1])
-    cables = replace(cables, time=cables.time[rows], travel=cables.travel[rows], X=cables.X[rows])
-    knots, near = knots_over(seen.time[0], seen.time[-1], KNOT_S), vision.alpha(cables.time)
-    m = cables.arm.M
-    probes = np.random.default_rng(0).normal(size=(m, len(cables.time), PROBES))
-    for k in range(ROUNDS):
-        fit = _solved(knots, vision.mean, seen, priors, cables, near, wander)
-        assert fit.rows is not None
-        near = fit.alpha(cables.time)
-        left = fit.rows.left(fit.c, fit.beta, fit.rows.y)
-        noise = [-part for part in probes]
-        kept = fit.rows.left(*fit.both(*fit.rows.right(noise)), noise)
-        wander = [w.retold(left[j], probes[j], kept[j]) if used[j] else w for j, w in enumerate(wander)]
-        if k == PRIOR_ROUND and sum(used) >= cables.arm.N:
-            # the cables show what lies below vision's noise: the spectrum's far end
-            told, spread = cable_angles(cables, near, fit.beta.reshape(m, -1), wander)
-            priors = [
-                calmer(
-                    fit_mixture(cables.time, told[:, i] - vision.mean[i], spread[:, i], KNOT_S, DOUBT),
-                    vision.priors[i],
-                )
-                for i in range(cables.arm.N)
-            ]
-    return wander, priors
-
-
-def _misfit(fit: _Fit, seen: Seen) -> float:
-    """Mean square of vision's residuals over their sigma, per degree of freedom that the fit left them."""
-    known = np.isfinite(seen.alpha)
-    sigma = np.where(known, seen.sigma, 1.0)
-    left = np.where(known, seen.alpha - fit.alpha(seen.time), 0.0) / sigma
-    # the trace of the hat matrix by random signs (Hutchinson)
-    signs = np.where(known, np.random.default_rng(0).choice([-1.0, 1.0], known.shape), 0.0)
-    design = fit.knots.design(seen.time)
-    pull = np.repeat((design.T @ (signs / sigma)).ravel(), PARTS)[:, None]
-    taken = float(np.sum(pull * fit.response(pull)))
-    return float(np.sum(left**2)) / (known.sum() - taken)
-
-
-def _covariance(fit: _Fit, seen: Seen, at: Array, clock_sigma: tuple[float, float]) -> Array:
+def _covariance(fit: Fit, seen: Seen, at: Array, clock_sigma: tuple[float, float]) -> Array:
     """(K, 3 N, 3 N) at `at` (K,): of noise and prior, and of what all frames share."""
     n = len(fit.mean)
     knots = fit.knots

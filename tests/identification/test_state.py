@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identification.fusion import Seen
 from identification.motors import Motors, motors_of
 from identification.series import Series, numbered
-from identification.state import BRIDGE_S, Seen, State, estimate_state
+from identification.state import BRIDGE_S, State, estimate_state
 from mechanism.arm import arm_of
 from mechanism.description import read_neck
 from samples.generator.prescribed import Prescribed, World, prescribe
