@@ -91,13 +91,13 @@ def solve(
 
 
 def misfit(fit: Fit, seen: Seen) -> float:
-    """Mean square of vision's residuals over their sigma, per degree of freedom that the fit left them."""
+    """Mean square of vision's residuals over what noise of its sigma alone would leave: what the fit does to one such noise."""
     known = np.isfinite(seen.alpha)
     sigma = np.where(known, seen.sigma, 1.0)
     left = np.where(known, seen.alpha - fit.alpha(seen.time), 0.0) / sigma
-    # the trace of the hat matrix by random signs (Hutchinson)
+    # signs have the mean square of one exactly
     signs = np.where(known, np.random.default_rng(0).choice([-1.0, 1.0], known.shape), 0.0)
     design = fit.knots.design(seen.time)
-    pull = np.repeat((design.T @ (signs / sigma)).ravel(), PARTS)[:, None]
-    taken = float(np.sum(pull * fit.response(pull)))
-    return float(np.sum(left**2)) / (known.sum() - taken)
+    answer = fit.response(np.repeat((design.T @ (signs / sigma)).ravel(), PARTS)[:, None])
+    followed = np.where(known, design @ answer.reshape(-1, len(fit.mean), PARTS).sum(axis=2) / sigma, 0.0)
+    return float(np.sum(left**2) / np.sum((signs - followed) ** 2))
