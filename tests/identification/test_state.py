@@ -26,9 +26,11 @@ SIGMA = np.radians(0.1)
 SEEDS = range(5)
 
 
-def recorded(seed: int) -> tuple[Prescribed, Seen, Motors, np.ndarray]:
-    """Thirty seconds of damped cables and dry friction, motion to 2 Hz."""
-    made = prescribe(World(parse(NECK.read_text(), str(NECK))), 30.0, seed, (0.1, 2.0))
+def recorded(
+    seed: int, seconds: float = 30.0, hertz: float = 2.0, peak_deg: tuple[float, float] = (25.0, 32.0)
+) -> tuple[Prescribed, Seen, Motors, np.ndarray]:
+    """Damped cables and dry friction, motion from 0.1 Hz to `hertz`."""
+    made = prescribe(World(parse(NECK.read_text(), str(NECK))), seconds, seed, (0.1, hertz), peak_deg)
     frames = made.clocks.log_time(made.frame_times)
     alpha = made.frame_alpha + np.random.default_rng([seed, 5]).normal(0, SIGMA, made.frame_alpha.shape)
     log = uniform(Series(made.log_time, numbered("theta", made.counted) | numbered("f", made.f)))
@@ -167,6 +169,13 @@ def test_cables_whose_force_explains_nothing_are_left_out_and_named(recordings: 
     state = estimate_state(ARM, seen, replace(motors, f=f), at)
     assert [left["cable"] for left in state.notes["cables_left_out"]] == [2]
     assert 0.2 < nees(made, state) < 1.6
+
+
+def test_fast_motion_does_not_look_like_cables_that_pull() -> None:
+    """Vision alone follows part of its own noise where motion reaches 5 Hz: unless that is taken from what its residuals are held
+    against, cables seem to make them 12 % larger, and are dropped. Signs are the only chance in it."""
+    _, seen, motors, at = recorded(2, 60.0, 5.0, (8.0, 9.6))
+    assert estimate_state(ARM, seen, motors, at).notes["method"] == "fused"
 
 
 def test_nothing_is_extrapolated(recordings: list) -> None:
