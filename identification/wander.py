@@ -26,6 +26,7 @@ EDGES_HZ = (0.0, 0.5, 1.5, 4.0, 9.0, 15.0)
 SPREAD_M = 5e-3
 """m: how far any one regressor may move a cable, before the data speak (standard deviation)"""
 TAPS = 4
+"""of rows 25 ms apart or less: they reach over three knots, which the band of the normal equations has room for"""
 ENOUGH = 3000
 """samples from the middle that tell the error well enough"""
 
