@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from benchmarks.clock_worlds import KINDS, Recorded, arm, recorded
 from benchmarks.table import Table
 from identification.dataset import state_series
+from identification.fusion import Seen
 from identification.motors import motors_of
 from identification.series import Series, numbered
-from identification.state import Seen
 from mechanism.arm import Arm
 from vision.angles import Angles
 from vision.check.elongations import Baseline, Check, baseline_of, check_elongations

@@ -1,10 +1,12 @@
 """The state at the log's rate beside the seed's own chain, on recordings whose motion is given.
 
 The peer decimates, interpolates, filters and differentiates; of its cutoffs each recording takes the one that truth likes best, for
-every derivative apart: more than anyone could know. The clock is the true one for both.
+every derivative apart: more than anyone could know. The clock is the true one for both. NEES is e^T P^-1 e per dimension, 1 where
+the covariance is what the errors are: of alpha, alpha', alpha'' each with its own block, and of all of it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 
@@ -12,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.table import Table
+from identification.fusion import Seen
 from identification.motors import motors_of
 from identification.seed_series import seed_series
 from identification.series import Series, numbered
-from identification.state import Seen, State, estimate_state
+from identification.state import State, estimate_state
 from mechanism.arm import Arm, arm_of
 from mechanism.description import read_neck
 from samples.generator.laws import cubic, damped, dry_and_viscous, linear, with_creep
@@ -26,11 +29,13 @@ from xneck.strict_yaml import parse
 Array = NDArray[np.float64]
 
 NECK = Path(__file__).parents[1] / "samples/recording/neck.yaml"
-SEEDS = 4
+SEEDS = range(12)
 SECONDS = 60.0
 NOISE = np.radians(0.1)
 EDGE = 1.0
 """s left out at both ends, where the seed's filters settle"""
+GAPS = ((14.0, 15.0), (29.5, 30.5), (45.0, 46.0))
+"""s after the first frame: no joint seen, in the rows that say so"""
 CUTOFFS = (2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 14.0)
 CONTENTS = {"2 Hz": ((0.1, 2.0), (25.0, 32.0)), "5 Hz": ((0.1, 5.0), (8.0, 9.6))}
 """bands in Hz, peaks in deg"""
@@ -53,41 +58,67 @@ def _worlds() -> dict[str, World]:
     }
 
 
-def measure() -> Table:
-    """RMS error over the peer's, of alpha, alpha', alpha'' in turn, NEES per dimension, and time."""
+@dataclass(frozen=True)
+class _Run:
+    """One recording, one method."""
+
+    ratio: Array
+    """RMS errors over the peer's, (3,)"""
+    nees: Array
+    """of alpha, alpha', alpha'', and jointly, (4,), where vision sees"""
+    blind: Array
+    """the same within gaps, NaN without"""
+    seconds: float
+    """of computing per minute of recording"""
+
+
+def measure(seeds: Iterable[int] = SEEDS) -> Table:
+    """RMS error over the peer's, NEES per dimension over all seeds, its least and most joint one, and time."""
     arm = arm_of(read_neck(NECK))
     counts = np.array([2 * np.pi / motor.counts for motor in read_neck(NECK).motors])
-    rows = []
+    seeds, rows = tuple(seeds), []
     for content, (hertz, peak) in CONTENTS.items():
         for name, world in _worlds().items():
-            figures: dict[str, list[Array]] = {"fused": [], "vision alone": []}
-            for seed in range(SEEDS):
+            kinds = [(True, False)] + ([(False, False), (True, True), (False, True)] if name == "damped" else [])
+            runs: dict[tuple[bool, bool], list[_Run]] = {kind: [] for kind in kinds}
+            for seed in seeds:
                 made = prescribe(world, SECONDS, seed, hertz, peak)
-                for method, found in figures.items():
-                    found.append(_one(arm, counts, made, seed, method == "fused"))
-            for method, found in figures.items():
-                if method == "fused" or name == "linear":
-                    mean, nees = np.mean(found, axis=0), [f[3] for f in found]
-                    label = f"{content}, {method}" + (f", {name} cables" if method == "fused" else "")
-                    rows.append((label, (*mean[:4].tolist(), min(nees), max(nees), float(mean[4]))))
-    columns = ("alpha", "alpha'", "alpha''", "NEES", "least", "most", "s/min")
-    return Table(f"State over the seed's chain, RMS, {SEEDS} seeds of 0.1 deg", columns, tuple(rows))
+                for (fuse, gaps), found in runs.items():
+                    found.append(_one(arm, counts, made, seed, fuse, gaps))
+            for (fuse, gaps), found in runs.items():
+                label = f"{content}, fused, {name} cables" if fuse else f"{content}, vision alone"
+                seconds = float(np.mean([run.seconds for run in found]))
+                if not gaps:
+                    ratio = np.mean([run.ratio for run in found], axis=0).tolist()
+                    rows.append((label, (*ratio, *_honesty([run.nees for run in found]), seconds)))
+                    continue
+                for where, nees in (("in", [r.blind for r in found]), ("beside", [r.nees for r in found])):
+                    rows.append((f"{label}, {where} gaps", (None, None, None, *_honesty(nees), seconds)))
+    columns = ("alpha", "alpha'", "alpha''", "NEES", "NEES'", "NEES''", "joint", "least", "most", "s/min")
+    return Table(f"State over the seed's chain, RMS, {len(seeds)} seeds of 0.1 deg", columns, tuple(rows))
 
 
-def _one(arm: Arm, counts: Array, made: Prescribed, seed: int, fuse: bool) -> Array:
-    """Three RMS errors over the peer's, NEES, and s of computing per minute of recording."""
+def _honesty(nees: list[Array]) -> tuple[float, ...]:
+    """Means of the four, least and most of the last."""
+    joint = [float(found[3]) for found in nees]
+    return (*np.mean(nees, axis=0).tolist(), min(joint), max(joint))
+
+
+def _one(arm: Arm, counts: Array, made: Prescribed, seed: int, fuse: bool, gaps: bool) -> _Run:
     noise = np.random.default_rng([seed, 1]).normal(0, NOISE, made.frame_alpha.shape)
     frames, alpha = made.clocks.log_time(made.frame_times), made.frame_alpha + noise
     log = uniform(Series(made.log_time, numbered("theta", made.counted) | numbered("f", made.f)))
     inside = (log.time > frames[0] + EDGE) & (log.time < frames[-1] - EDGE)
-    begin = perf_counter()
     seen = Seen(frames, alpha, np.full(alpha.shape, NOISE), np.zeros(alpha.shape))
+    if gaps:
+        seen = replace(seen, alpha=np.where(_hidden(frames, frames[0])[:, None], np.nan, alpha))
+    begin = perf_counter()
     state = estimate_state(arm, seen, motors_of(log, counts), log.time[inside], fuse=fuse)
     took = perf_counter() - begin
     truth = [_at(made, values) for values in (made.alpha, made.alpha_d, made.alpha_dd)]
     ours = [_rms(v - t(state.time)) for v, t in zip(_parts(state), truth, strict=True)]
-    peer = np.full(3, np.inf)
-    for cutoff in CUTOFFS:
+    peer = np.full(3, np.nan if gaps else np.inf)
+    for cutoff in () if gaps else CUTOFFS:
         series = seed_series(arm, log, frames, alpha, cutoff)
         kept = (series.time > state.time[0]) & (series.time < state.time[-1])
         for d, suffix in enumerate(("", "_d", "_dd")):
@@ -95,8 +126,24 @@ def _one(arm: Arm, counts: Array, made: Prescribed, seed: int, fuse: bool) -> Ar
     at = state.covariance_time
     rows = np.searchsorted(state.time, at - 1e-9)
     e = np.concatenate([v[rows] - t(at) for v, t in zip(_parts(state), truth, strict=True)], axis=1)
-    nees = float(np.mean(e * np.linalg.solve(state.covariance, e[..., None])[..., 0]))
-    return np.array([*(np.array(ours) / peer), nees, took * 60 / SECONDS])
+    blind = _hidden(at, frames[0]) & gaps
+    nees = [_nees(e[part], state.covariance[part]) for part in (~blind, blind)]
+    return _Run(np.array(ours) / peer, nees[0], nees[1], took * 60 / SECONDS)
+
+
+def _hidden(time: Array, first: float) -> NDArray[np.bool_]:
+    return np.any([(time > first + begin) & (time < first + end) for begin, end in GAPS], axis=0)
+
+
+def _nees(e: Array, covariance: Array) -> Array:
+    """Of errors (K, 3 N): of each derivative with its own block, and of all, (4,); NaN where K = 0."""
+    if not len(e):
+        return np.full(4, np.nan)
+    n = e.shape[1] // 3
+    parts = [slice(d * n, (d + 1) * n) for d in range(3)] + [slice(None)]
+    return np.array(
+        [float(np.mean(e[:, p] * np.linalg.solve(covariance[:, p, p], e[:, p, None])[..., 0])) for p in parts]
+    )
 
 
 def _parts(state: State) -> tuple[Array, Array, Array]:

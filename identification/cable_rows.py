@@ -1,7 +1,7 @@
 """Cables as measurements of the angles: what the motors say of the joints, with the elongation's law fitted along.
 
 l_j(alpha) - l_j(0) + (rd/R) theta_j + x0_j = X_j beta_j + e_j, linearised about angles that are already near; e_j coloured (see
-force_law.py), so rows are filtered until what is left is white.
+wander.py), so rows are filtered until what is left is white.
 """
 
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from identification.force_law import Wander
 from identification.mixture import PARTS
 from identification.spline import SUPPORT, Knots
+from identification.wander import Wander
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths
 
@@ -31,6 +31,10 @@ class Cables:
     X: Array
     """(K, M, P)"""
 
+    @property
+    def step(self) -> float:
+        return float(self.time[1] - self.time[0])
+
     def elongation(self, alpha: Array) -> Array:
         """(41), (K, M), m, at angles (K, N)."""
         return lengths(self.arm, alpha) - lengths(self.arm, np.zeros(self.arm.N)) + self.travel
@@ -38,13 +42,24 @@ class Cables:
 
 @dataclass(frozen=True)
 class Rows:
-    """Normal equations of the cables' rows for coefficients c and regressors' factors beta: of |A c - y - X beta|^2."""
+    """Whitened rows A_j c - y_j - X_j beta_j of each cable, and their normal equations for all c and beta."""
 
+    A: list[sparse.csr_array]
+    X: list[Array]
+    y: list[Array]
     normal: sparse.csr_array
-    right: Array
     mixed: Array
     own: Array
-    own_right: Array
+
+    def right(self, y: list[Array]) -> tuple[Array, Array]:
+        """Right sides of c and of beta where the rows measure y, each (K, ...)."""
+        of_c = sum((A.T @ part for A, part in zip(self.A, y, strict=True)), 0.0)
+        return np.asarray(of_c), np.concatenate([-X.T @ part for X, part in zip(self.X, y, strict=True)])
+
+    def left(self, c: Array, beta: Array, y: list[Array]) -> list[Array]:
+        """What c (n, ...) and beta (M P, ...) leave of them."""
+        each = np.split(beta, len(self.X))
+        return [A @ c - part - X @ b for A, X, part, b in zip(self.A, self.X, y, each, strict=True)]
 
 
 def cable_rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: list[Wander]) -> Rows:
@@ -59,48 +74,33 @@ def cable_rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: 
     slope = -Z(cables.arm, alpha)  # (K, N, M)
     y = np.einsum("tij,ti->tj", slope, alpha - mean) - cables.elongation(alpha)
     normal: sparse.csr_array = sparse.csr_array((size, size))
-    right, mixed = np.zeros(size), np.zeros((size, m * p))
-    own, own_right = np.zeros((m * p, m * p)), np.zeros(m * p)
-    step = float(cables.time[1] - cables.time[0])
+    mixed, own = np.zeros((size, m * p)), np.zeros((m * p, m * p))
+    every, regressors, measured = [], [], []
     for j in range(m):
         values = np.repeat((weights[:, :, None] * slope[:, None, :, j]).reshape(-1), PARTS)
-        whiten = _whitener(wander[j], step, count)
+        whiten = _whitener(wander[j], count)
         A = whiten @ sparse.csr_array((values, columns.ravel(), starts), shape=(count, size))
-        yw, Xw = whiten @ y[:, j], whiten @ cables.X[:, j]
+        X = whiten @ cables.X[:, j]
         part = slice(j * p, (j + 1) * p)
         normal = normal + A.T @ A
-        right += A.T @ yw
-        mixed[:, part] = A.T @ Xw
-        own[part, part] = Xw.T @ Xw
-        own_right[part] = -Xw.T @ yw
-    return Rows(normal, right, mixed, own, own_right)
+        mixed[:, part], own[part, part] = A.T @ X, X.T @ X
+        every.append(A)
+        regressors.append(X)
+        measured.append(whiten @ y[:, j])
+    return Rows(every, regressors, measured, normal, mixed, own)
 
 
 def cable_angles(cables: Cables, alpha: Array, beta: Array, wander: list[Wander]) -> tuple[Array, Array]:
     """Angles (K, N) as the cables alone tell them near `alpha`, and their variances; where M >= N."""
-    slope, weights = -Z(cables.arm, alpha), np.array([1 / (2 * w.fast**2 + w.slow**2) for w in wander])
+    slope, weights = -Z(cables.arm, alpha), np.array([1 / w.variance for w in wander])
     left = cables.elongation(alpha) - np.einsum("tjp,jp->tj", cables.X, beta)
     covariance = np.linalg.inv(np.einsum("tij,j,tkj->tik", slope, weights, slope))
     step = np.einsum("tik,tkj,j,tj->ti", covariance, slope, weights, left)
     return alpha - step, np.diagonal(covariance, axis1=1, axis2=2)
 
 
-def disagreement(cables: Cables, alpha: Array, beta: Array, used: NDArray[np.bool_]) -> Array:
-    """What more than N cables contradict each other in, however the arm stands, as each one's share, (M,), m RMS.
-
-    used: (M,). A cable's error is taken to grow with what its elongation varies.
-    """
-    explained = np.einsum("tjp,jp->tj", cables.X, beta)
-    size = explained.std(axis=0)
-    left = (cables.elongation(alpha) - explained)[:, used]
-    # combinations of cables that no angle moves
-    blind = np.linalg.svd(Z(cables.arm, alpha)[:, :, used])[2][:, cables.arm.N :, :]
-    each = np.einsum("tqj,tj->tq", blind, left) / np.sqrt(np.einsum("tqj,j->tq", blind**2, size[used] ** 2))
-    return size * np.sqrt(np.mean(each**2))
-
-
-def _whitener(wander: Wander, step: float, count: int) -> sparse.csr_array:
-    taps, sigma = wander.whitener(step)
+def _whitener(wander: Wander, count: int) -> sparse.csr_array:
+    taps, sigma = wander.whitener()
     late = len(taps) - 1
     full = [sparse.eye_array(count - late, count, k=k) * tap for k, tap in enumerate(taps[::-1])]
     body = sum(full[1:], full[0])

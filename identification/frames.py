@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from identification.clock_record import log_time
 from identification.dataset import DataSet
-from identification.state import Seen
+from identification.fusion import Seen
 
 Array = NDArray[np.float64]
 

@@ -27,11 +27,16 @@ ROUGH_CORNER = 6.0
 """rad/s; what is slower is the smooth part's"""
 STIFFEST = np.log(3e-5)
 """(corner step)^order below it would lose the prior's precision in rounding"""
+DOUBT = 8.0
+"""what the prior's rough part may cost of -2 log likelihood, z of 2.8: kicks are few and come in bursts, so that a stationary
+likelihood is surer than it may be"""
 ENOUGH = 3000
 """samples from the middle that tell the prior well enough"""
 _LEAST, _MOST = -12.5, 3.5
 """logarithm of the rough part's size"""
 _HALVINGS = 7
+PATIENCE = 150
+"""evaluations, after which -2 log likelihood falls by less than 2 where the rough part is nothing and its size may be any"""
 
 
 @dataclass(frozen=True)
@@ -126,7 +131,7 @@ def fit_mixture(time: Array, values: Array, variance: Array, step: float, doubt:
         simplex = start + np.array([[0, 0, 0], [0.7, 0, 0], [0, 1.5, 0], [0, 0, 2.0]])
         found = minimize(
             lambda v, order=order: cost(order, v), start, method="Nelder-Mead",
-            options={"xatol": 0.05, "fatol": 0.1, "initial_simplex": simplex},
+            options={"xatol": 0.05, "fatol": 0.1, "maxfev": PATIENCE, "initial_simplex": simplex},
         )  # fmt: skip
         if best is None or found.fun < best[0]:
             best = float(found.fun), order, found.x

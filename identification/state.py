@@ -12,14 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.banded import Factor, band_of, factor, inverse_windows
-from identification.cable_rows import Cables, cable_angles, cable_rows, disagreement
-from identification.force_law import SPREAD_M, Wander, fit_wander, law_of, unseen
-from identification.mixture import PARTS, Mixture, calmer, fit_mixture, side_by_side
+from identification.banded import inverse_windows
+from identification.cable_rows import Cables
+from identification.force_law import CUTOFF, law_of
+from identification.fusion import Fit, Seen, misfit, solve
+from identification.mixture import DOUBT, PARTS, Mixture, fit_mixture
 from identification.motors import Motors
 from identification.series import Series
-from identification.smoother import WIDTH, check_span, normal_equations
-from identification.spline import SUPPORT, Knots, knots_over
+from identification.smoother import WIDTH, check_span
+from identification.spline import SUPPORT, knots_over
+from identification.variances import told_by_both
+from identification.wander import fit_wander, white
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.elasticity import elongation
@@ -28,17 +31,11 @@ Array = NDArray[np.float64]
 
 KNOT_S = 1 / 30
 """s between knots: carries motion to about 8 Hz"""
-CABLE_HZ = 50.0
-"""of the cables' rows"""
+CABLE_HZ = 2 * CUTOFF
+"""of the cables' rows: faster ones would show no more of what forces explain than its cutoff"""
 COVARIANCE_HZ = 50.0
 BRIDGE_S = 0.2
 """rows of a joint that vision missed for longer are marked"""
-ROUNDS = 2
-SEEN = 1.5
-"""an error this many times the least that vision can tell is one that it saw"""
-VISION_DOUBT, CABLE_DOUBT = 8.0, 20.0
-"""what the prior's rough part may cost of either's -2 log likelihood: kicks are few and come in bursts, so that a stationary
-likelihood is surer than it may be, and cables err where they kick"""
 LESS, TRIES = 1.6, 3
 """factor on the errors of cables that pull, and how often before they are not believed at all"""
 _NO_WEIGHT = 1.0
@@ -47,18 +44,6 @@ USELESS = 3.0
 """a cable whose error is this many times what vision leaves it uncertain is left out"""
 WORSE = 0.1
 """cables that pull the angles away from vision by this much more than noise, in its variance, are not believed"""
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What vision saw: times (F,) on the log's clock, s; angles and sigmas (F, N), rad, NaN where not seen."""
-
-    time: Array
-    alpha: Array
-    sigma: Array
-    """of what differs from frame to frame"""
-    common: Array
-    """of what all frames share"""
 
 
 @dataclass(frozen=True)
@@ -97,34 +82,6 @@ class State:
         return Series(self.covariance_time[rows], columns)
 
 
-@dataclass(frozen=True)
-class _Fit:
-    """A solved system: coefficients c (joints side by side at each knot), and the border's V = H^-1 G and Schur complement."""
-
-    knots: Knots
-    mean: Array
-    priors: list[Mixture]
-    c: Array
-    beta: Array
-    factor: Factor
-    V: Array
-    mixed: Array
-    schur: Array
-
-    def alpha(self, time: Array, derivative: int = 0) -> Array:
-        """(T, N)"""
-        n = len(self.mean)
-        own = self.mean if derivative == 0 else 0.0
-        return self.knots.design(time, derivative) @ self.c.reshape(-1, n, PARTS).sum(axis=2) + own
-
-    def response(self, right: Array) -> Array:
-        """How coefficients answer to a change (n, k) of the right side."""
-        direct = self.factor.solve(right)
-        if not self.mixed.shape[1]:
-            return direct
-        return direct + self.V @ np.linalg.solve(self.schur, self.mixed.T @ direct)
-
-
 def estimate_state(
     arm: Arm,
     seen: Seen,
@@ -145,7 +102,7 @@ def estimate_state(
     knots = knots_over(seen.time[0], seen.time[-1], KNOT_S)
     mean = np.nanmean(seen.alpha, axis=0)
     priors = _priors(seen, mean)
-    fit = _solved(knots, mean, seen, priors)
+    fit = solve(knots, mean, seen, priors)
     notes: dict[str, Any] = {"method": "vision"}
     if fuse:
         fused, more = _fused(arm, seen, motors, fit, priors)
@@ -176,7 +133,7 @@ def by_vision(seen: Seen, at: Array, priors: list[Mixture] | None = None) -> Sig
     knots = knots_over(seen.time[0], seen.time[-1], KNOT_S)
     mean = np.nanmean(seen.alpha, axis=0)
     known = priors or _priors(seen, mean)
-    fit = _solved(knots, mean, seen, known)
+    fit = solve(knots, mean, seen, known)
     bridged = np.stack([_bridged(seen.time[~np.isnan(a)], at) for a in seen.alpha.T], axis=-1)
     return Sight(fit.alpha(at), fit.alpha(at, 1), fit.alpha(at, 2), bridged, known)
 
@@ -184,51 +141,28 @@ def by_vision(seen: Seen, at: Array, priors: list[Mixture] | None = None) -> Sig
 def _priors(seen: Seen, mean: Array) -> list[Mixture]:
     """Of each joint, told by its own angles."""
     return [
-        fit_mixture(seen.time[known], a[known] - mean[i], s[known] ** 2, KNOT_S, VISION_DOUBT)
+        fit_mixture(seen.time[known], a[known] - mean[i], s[known] ** 2, KNOT_S, DOUBT)
         for i, (a, s) in enumerate(zip(seen.alpha.T, seen.sigma.T, strict=True))
         for known in [~np.isnan(a)]
     ]
 
 
-def _solved(
-    knots: Knots, mean: Array, seen: Seen, priors: list[Mixture], cables: Cables | None = None,
-    near: Array | None = None, wander: list[Wander] | None = None,
-) -> _Fit:  # fmt: skip
-    """Vision and priors, with cables linearised about angles `near` where given."""
-    measured, right = [], np.zeros((knots.count, len(mean), PARTS))
-    for i in range(len(mean)):
-        known = ~np.isnan(seen.alpha[:, i])
-        own, b = normal_equations(knots, seen.time[known], seen.alpha[known, i] - mean[i], seen.sigma[known, i] ** 2)
-        measured.append(own)
-        right[:, i] = b[:, None]
-    band, right = side_by_side(measured, [prior.bands(knots) for prior in priors]), right.ravel()
-    if cables is None or near is None or wander is None:
-        found = factor(band)
-        none = np.zeros((len(right), 0))
-        return _Fit(knots, mean, priors, found.solve(right), np.zeros(0), found, none, none, np.zeros((0, 0)))
-    rows = cable_rows(cables, knots, near, mean, wander)
-    found = factor(band + band_of(rows.normal, len(band) - 1, len(right)))
-    V = found.solve(rows.mixed)
-    schur = rows.own + np.eye(len(rows.own)) / SPREAD_M**2 - rows.mixed.T @ V
-    c = found.solve(right + rows.right)
-    beta = np.asarray(np.linalg.solve(schur, rows.own_right + rows.mixed.T @ c), dtype=float)
-    return _Fit(knots, mean, priors, c + V @ beta, beta, found, V, rows.mixed, schur)
-
-
 def _fused(
-    arm: Arm, seen: Seen, motors: Motors, vision: _Fit, priors: list[Mixture]
-) -> tuple[_Fit | None, dict[str, Any]]:
+    arm: Arm, seen: Seen, motors: Motors, vision: Fit, priors: list[Mixture]
+) -> tuple[Fit | None, dict[str, Any]]:
     """Vision and cables together, or None, and why."""
     whole = np.isfinite(seen.alpha).all(axis=1) & (seen.time >= motors.time[0]) & (seen.time <= motors.time[-1])
     frames, alpha, sigma = seen.time[whole], seen.alpha[whole], seen.sigma[whole]
     variance = np.einsum("tij,ti->tj", Z(arm, alpha) ** 2, sigma**2)
     theta = np.stack([np.interp(frames, motors.time, column) for column in motors.theta.T], axis=-1)
     x = elongation(arm, alpha, theta)
-    law = law_of(arm, motors.time, motors.theta_d, motors.theta_dd, motors.f, frames, x)
+    law = law_of(arm, motors.time, motors.theta_d, motors.f, frames, x)
     X = law.at(frames)
-    wander = [fit_wander(frames, x[:, j], variance[:, j], X[:, j]) for j in range(arm.M)]
+    step = float(np.mean(np.diff(motors.time)))
+    every = max(1, int(1 / (CABLE_HZ * step)))
+    wander = [fit_wander(frames, x[:, j], variance[:, j], X[:, j], every * step) for j in range(arm.M)]
     blur = np.sqrt(np.median(variance, axis=0))
-    errors = np.array([np.hypot(w.fast, w.slow) for w in wander])
+    errors = np.sqrt([w.variance for w in wander])
     poor = errors > USELESS * blur
     notes: dict[str, Any] = {
         "cables_left_out": [
@@ -238,64 +172,30 @@ def _fused(
     }
     if poor.all():
         return None, notes
-    wander = [Wander(_NO_WEIGHT, 0.0) if bad else w for w, bad in zip(wander, poor, strict=True)]
+    wander = [white(_NO_WEIGHT, w.step) if bad else w for w, bad in zip(wander, poor, strict=True)]
     inside = np.flatnonzero((motors.time >= seen.time[0]) & (motors.time <= seen.time[-1]))
-    rows = inside[:: max(1, round(1 / (CABLE_HZ * float(np.mean(np.diff(motors.time))))))]
-    cables = Cables(arm, motors.time[rows], arm.drum * motors.theta[rows] + arm.x0, law.X[rows])
-    near = vision.alpha(cables.time)
-    fit = _solved(vision.knots, vision.mean, seen, priors, cables, near, wander)
-    usable = int(arm.M - poor.sum())
-    for _ in range(ROUNDS):
-        near = fit.alpha(cables.time)
-        beta = fit.beta.reshape(arm.M, -1)
-        if usable > arm.N:
-            floor = np.array([unseen(v) for v in variance.T])
-            fast = np.maximum(disagreement(cables, near, beta, ~poor), floor / 2)
-            wander = [
-                w if bad else Wander(max(fast[j], w.fast if w.fast > SEEN * floor[j] else 0.0), w.slow)
-                for j, (w, bad) in enumerate(zip(wander, poor, strict=True))
-            ]
-        if usable >= arm.N:
-            # the cables show what lies below vision's noise: the spectrum's far end
-            told, spread = cable_angles(cables, near, beta, wander)
-            priors = [
-                calmer(
-                    fit_mixture(cables.time, told[:, i] - vision.mean[i], spread[:, i], KNOT_S, CABLE_DOUBT),
-                    vision.priors[i],
-                )
-                for i in range(arm.N)
-            ]
-        fit = _solved(vision.knots, vision.mean, seen, priors, cables, near, wander)
-    own = _misfit(vision, seen)
-    excess = _misfit(fit, seen) / own - 1
+    rows = inside[::every]
+    cables = Cables(arm, motors.time[rows], arm.drum * motors.theta[rows] + arm.x0, law.at(motors.time[rows]))
+    wander, priors = told_by_both(vision, seen, cables, wander, ~poor, priors)
+    fit = solve(vision.knots, vision.mean, seen, priors, cables, vision.alpha(cables.time), wander)
+    fit = solve(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
+    own = misfit(vision, seen)
+    excess = misfit(fit, seen) / own - 1
     for _ in range(TRIES):
         if excess < WORSE:
             break
         # what pulls is an error of the law that its own samples did not show: cables count for less
-        wander = [w if bad else Wander(LESS * w.fast, LESS * w.slow) for w, bad in zip(wander, poor, strict=True)]
-        fit = _solved(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
-        excess = _misfit(fit, seen) / own - 1
-    notes["cable_error_m"] = [None if bad else float(w.fast) for w, bad in zip(wander, poor, strict=True)]
+        wander = [w if bad else w.times(LESS) for w, bad in zip(wander, poor, strict=True)]
+        fit = solve(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
+        excess = misfit(fit, seen) / own - 1
+    notes["cable_error_m"] = [None if bad else float(np.sqrt(w.variance)) for w, bad in zip(wander, poor, strict=True)]
     if excess > WORSE:
         notes["why"] = f"cables pull the angles from what vision saw (its variance grows by {100 * excess:.0f} %)"
         return None, notes
     return fit, notes
 
 
-def _misfit(fit: _Fit, seen: Seen) -> float:
-    """Mean square of vision's residuals over their sigma, per degree of freedom that the fit left them."""
-    known = np.isfinite(seen.alpha)
-    sigma = np.where(known, seen.sigma, 1.0)
-    left = np.where(known, seen.alpha - fit.alpha(seen.time), 0.0) / sigma
-    # the trace of the hat matrix by random signs (Hutchinson)
-    signs = np.where(known, np.random.default_rng(0).choice([-1.0, 1.0], known.shape), 0.0)
-    design = fit.knots.design(seen.time)
-    pull = np.repeat((design.T @ (signs / sigma)).ravel(), PARTS)[:, None]
-    taken = float(np.sum(pull * fit.response(pull)))
-    return float(np.sum(left**2)) / (known.sum() - taken)
-
-
-def _covariance(fit: _Fit, seen: Seen, at: Array, clock_sigma: tuple[float, float]) -> Array:
+def _covariance(fit: Fit, seen: Seen, at: Array, clock_sigma: tuple[float, float]) -> Array:
     """(K, 3 N, 3 N) at `at` (K,): of noise and prior, and of what all frames share."""
     n = len(fit.mean)
     knots = fit.knots

@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from identification.dataset import DataSet, state_series
+from identification.fusion import Seen
 from identification.motors import motors_of
 from identification.seed_series import CUTOFF, seed_series
 from identification.series import Series, numbered
-from identification.state import Seen, estimate_state
+from identification.state import estimate_state
 from mechanism.arm import arm_of
 from mechanism.description import Neck
 from vision.angles import Angles

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identification.fusion import Seen
 from identification.motors import Motors, motors_of
 from identification.series import Series, numbered
-from identification.state import BRIDGE_S, Seen, State, estimate_state
+from identification.state import BRIDGE_S, State, estimate_state
 from mechanism.arm import arm_of
 from mechanism.description import read_neck
 from samples.generator.prescribed import Prescribed, World, prescribe
@@ -22,12 +23,14 @@ NECK = SAMPLES / "recording/neck.yaml"
 ARM = arm_of(read_neck(NECK))
 COUNTS = np.array([2 * np.pi / motor.counts for motor in read_neck(NECK).motors])
 SIGMA = np.radians(0.1)
-SEEDS = range(3)
+SEEDS = range(5)
 
 
-def recorded(seed: int) -> tuple[Prescribed, Seen, Motors, np.ndarray]:
-    """Thirty seconds of damped cables and dry friction, motion to 2 Hz."""
-    made = prescribe(World(parse(NECK.read_text(), str(NECK))), 30.0, seed, (0.1, 2.0))
+def recorded(
+    seed: int, seconds: float = 30.0, hertz: float = 2.0, peak_deg: tuple[float, float] = (25.0, 32.0)
+) -> tuple[Prescribed, Seen, Motors, np.ndarray]:
+    """Damped cables and dry friction, motion from 0.1 Hz to `hertz`."""
+    made = prescribe(World(parse(NECK.read_text(), str(NECK))), seconds, seed, (0.1, hertz), peak_deg)
     frames = made.clocks.log_time(made.frame_times)
     alpha = made.frame_alpha + np.random.default_rng([seed, 5]).normal(0, SIGMA, made.frame_alpha.shape)
     log = uniform(Series(made.log_time, numbered("theta", made.counted) | numbered("f", made.f)))
@@ -64,21 +67,24 @@ def rms(e: np.ndarray) -> np.ndarray:
 
 
 def test_cables_make_the_state_better_and_both_are_honest(recordings: list) -> None:
-    """Four cables known to about 20 um say more of an angle (20 um / 25 mm = 0.05 deg, at every row) than frames of 0.1 deg.
+    """Asked: NEES between 0.6 and 1.3; found over five seeds, so with what five seeds may be off by.
 
-    A second of 2 Hz motion holds about four independent values a joint: 28 s and three joints give NEES a spread of
-    sqrt(2 / 336) = 0.08 a recording, and the law of the elongation is not quite the world's; between 0.3 and 1.6 is honest.
+    A second of 2 Hz motion holds about four independent values a joint: 28 s, three joints and five seeds give vision a spread of
+    sqrt(2 / 1680) = 0.03, of which four are allowed. What cables tell of alpha rests on the factors of the law, of which about five
+    directions are weak enough to matter: sqrt(2 / 25) = 0.28 of alpha's NEES, a third of that jointly; two of them are allowed.
     """
-    alone, both = [], []
+    alone, both, honest = [], [], []
     for made, seen, motors, at in recordings:
         vision = estimate_state(ARM, seen, motors, at, fuse=False)
         fused = estimate_state(ARM, seen, motors, at)
         assert (vision.notes["method"], fused.notes["method"]) == ("vision", "fused")
-        for state in (vision, fused):
-            assert 0.3 < nees(made, state) < 1.6
+        honest.append([nees(made, state) for state in (vision, fused)])
         alone.append(rms(errors(made, vision)))
         both.append(rms(errors(made, fused)))
-    assert np.all(np.mean(both, axis=0) < 0.75 * np.mean(alone, axis=0))
+    of_vision, of_both = np.mean(honest, axis=0)
+    assert 0.6 - 4 * 0.03 < of_vision < 1.3 + 4 * 0.03
+    assert 0.6 - 2 * 0.09 < of_both < 1.3 + 2 * 0.09
+    assert np.all(np.mean(both, axis=0) < 0.25 * np.mean(alone, axis=0))
 
 
 @pytest.mark.parametrize("noise_deg", [0.1, 0.02])
@@ -163,6 +169,13 @@ def test_cables_whose_force_explains_nothing_are_left_out_and_named(recordings: 
     state = estimate_state(ARM, seen, replace(motors, f=f), at)
     assert [left["cable"] for left in state.notes["cables_left_out"]] == [2]
     assert 0.2 < nees(made, state) < 1.6
+
+
+def test_fast_motion_does_not_look_like_cables_that_pull() -> None:
+    """Vision alone follows part of its own noise where motion reaches 5 Hz: unless that is taken from what its residuals are held
+    against, cables seem to make them 12 % larger, and are dropped. Signs are the only chance in it."""
+    _, seen, motors, at = recorded(2, 60.0, 5.0, (8.0, 9.6))
+    assert estimate_state(ARM, seen, motors, at).notes["method"] == "fused"
 
 
 def test_nothing_is_extrapolated(recordings: list) -> None:

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.fusion import Seen
 from identification.motors import Motors
 from identification.series import Series, numbered
-from identification.state import Seen
 from mechanism.arm import Arm
 from mechanism.cable_lengths import lengths
 from vision.check.wording import fault_of_clock

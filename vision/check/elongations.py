@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.fusion import Seen
 from identification.motors import Motors
 from identification.series import Series
-from identification.state import Seen
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from vision.check.exchanges import find_exchange

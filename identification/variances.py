@@ -1,0 +1,57 @@
+"""What vision and cables together tell of the cables' errors and of the joints' priors.
+
+Either depends on the other: residuals of a solution tell the errors (restricted maximum likelihood, see wander.py), angles as the
+cables tell them show priors what lies below vision's noise.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.cable_rows import Cables, cable_angles
+from identification.fusion import Fit, Seen, solve
+from identification.mixture import DOUBT, Mixture, calmer, fit_mixture
+from identification.spline import knots_over
+from identification.wander import Wander
+
+Array = NDArray[np.float64]
+
+ROUNDS, PRIOR_ROUND = 6, 3
+"""that the cables' errors are told in, and the one of them that tells the priors again"""
+ENOUGH_S = 60.0
+"""s from the middle that tell both well enough"""
+PROBES = 4
+"""of white noise, for what a solution leaves of the cables' errors"""
+
+
+def told_by_both(
+    vision: Fit, seen: Seen, cables: Cables, wander: list[Wander], used: NDArray[np.bool_], priors: list[Mixture]
+) -> tuple[list[Wander], list[Mixture]]:
+    """The cables' errors and the joints' priors, as vision and cables tell them together in the middle of the recording."""
+    middle = (cables.time[0] + cables.time[-1]) / 2
+    seen = seen.within(middle - ENOUGH_S / 2, middle + ENOUGH_S / 2)
+    rows = (cables.time >= seen.time[0]) & (cables.time <= seen.time[-1])
+    cables = replace(cables, time=cables.time[rows], travel=cables.travel[rows], X=cables.X[rows])
+    knots, near = knots_over(seen.time[0], seen.time[-1], vision.knots.step), vision.alpha(cables.time)
+    m = cables.arm.M
+    probes = np.random.default_rng(0).normal(size=(m, len(cables.time), PROBES))
+    for k in range(ROUNDS):
+        fit = solve(knots, vision.mean, seen, priors, cables, near, wander)
+        assert fit.rows is not None
+        near = fit.alpha(cables.time)
+        left = fit.rows.left(fit.c, fit.beta, fit.rows.y)
+        noise = [-part for part in probes]
+        kept = fit.rows.left(*fit.both(*fit.rows.right(noise)), noise)
+        wander = [w.retold(left[j], probes[j], kept[j]) if used[j] else w for j, w in enumerate(wander)]
+        if k == PRIOR_ROUND and sum(used) >= cables.arm.N:
+            # the cables show what lies below vision's noise: the spectrum's far end
+            told, spread = cable_angles(cables, near, fit.beta.reshape(m, -1), wander)
+            priors = [
+                calmer(
+                    fit_mixture(cables.time, told[:, i] - vision.mean[i], spread[:, i], vision.knots.step, DOUBT),
+                    vision.priors[i],
+                )
+                for i in range(cables.arm.N)
+            ]
+    return wander, priors
