@@ -18,7 +18,7 @@ from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 1
+_ROUNDS = 4
 _BLOCKS = 30
 """that the gain's sigma is told from, each left out in turn"""
 
