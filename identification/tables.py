@@ -21,6 +21,8 @@ def as_json(found: Identification, model: Model = 1) -> dict[str, Any]:
                 name: {
                     "title": fit.title,
                     "condition": fit.estimate.condition,
+                    "rank": len(fit.estimate.base),
+                    "base_parameters": [_label(fit.parameters[i]) for i in fit.estimate.base],
                     "parameters": [p.as_json() for p in fit.parameters],
                 }
                 for name, fit in fits.items()
@@ -45,10 +47,18 @@ def rows(fits: list[Fit]) -> list[tuple[str, str, list[Parameter | None]]]:
             keys.setdefault((p.name, p.index), p.unit)
     out = []
     for (name, index), unit in keys.items():
-        label = name if index is None else f"{name}({index})"
+        label = _named(name, index)
         found = [next((p for p in fit.parameters if (p.name, p.index) == (name, index)), None) for fit in fits]
         out.append((label, unit, found))
     return sorted(out, key=lambda row: (["fs", "fv", "k", "E", "ca", "c"].index(row[0].split("(")[0]), row[0]))
+
+
+def _label(p: Parameter) -> str:
+    return _named(p.name, p.index)
+
+
+def _named(name: str, index: int | None) -> str:
+    return name if index is None else f"{name}({index})"
 
 
 def _table(title: str, fits: list[Fit]) -> str:
@@ -56,6 +66,8 @@ def _table(title: str, fits: list[Fit]) -> str:
     for label, unit, found in rows(fits):
         cells = "".join(f"{_cell(p):>26}" for p in found)
         lines.append(f"{label:7}{unit:9}{cells}")
+    told = [f"{len(fit.estimate.base)} of {len(fit.parameters)}, {fit.estimate.condition:.3g}" for fit in fits]
+    lines.append(f"{'base, condition':16}" + "".join(f"{cell:>26}" for cell in told))
     lines.append("* not identified: relative sigma above 10 %")
     return "\n".join(lines)
 

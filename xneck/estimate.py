@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import qr
 from scipy.optimize import least_squares
 
 Array = NDArray[np.float64]
@@ -51,6 +52,8 @@ class Estimate:
     variance: float
     condition: float
     """condition number of the Jacobian with its columns scaled to one"""
+    base: tuple[int, ...]
+    """columns that are independent, by QR with pivoting (Gautier 1991): the base parameters, the best told first"""
 
     @property
     def sigma(self) -> Array:
@@ -70,12 +73,12 @@ def linear(D: Array, y: Array) -> Estimate:
     variance, and the value of the shortest v.
     """
     scale = np.linalg.norm(D, axis=0)
-    value, inverse, condition, dead = _solve(D, y, scale)
+    value, inverse, condition, dead, base = _solve(D, y, scale)
     residuals = y - D @ value
     variance = float(residuals @ residuals / max(len(y) - len(value) + dead.sum(), 1))
     covariance = variance * inverse
     covariance[dead, dead] = np.inf
-    return Estimate(value, covariance, residuals, variance, condition)
+    return Estimate(value, covariance, residuals, variance, condition, base)
 
 
 def nonlinear(
@@ -96,16 +99,16 @@ def nonlinear(
     more: dict[str, Any] = {"jac": jacobian} if jacobian else {}
     found = least_squares(residuals, start, x_scale=scale, loss=loss, method=method, **more)  # type: ignore[arg-type]
     J = np.asarray(found.jac)
-    _, inverse, condition, dead = _solve(J, found.fun, np.linalg.norm(J, axis=0))
+    _, inverse, condition, dead, base = _solve(J, found.fun, np.linalg.norm(J, axis=0))
     left = found.fun
     variance = float(left @ left / max(len(left) - len(found.x), 1))
     covariance = inverse * (1.0 if known_sigma else variance)
     covariance[dead, dead] = np.inf
-    return Estimate(found.x, covariance, left, variance, condition)
+    return Estimate(found.x, covariance, left, variance, condition, base)
 
 
-def _solve(D: Array, y: Array, scale: Array) -> tuple[Array, Array, float, NDArray[np.bool_]]:
-    """Scaled least squares by QR and SVD: value, (D^T D)^-1, condition number, and which columns are not determined."""
+def _solve(D: Array, y: Array, scale: Array) -> tuple[Array, Array, float, NDArray[np.bool_], tuple[int, ...]]:
+    """Scaled least squares by QR and SVD: value, (D^T D)^-1, condition number, which columns are not determined, the base."""
     live = scale > 0
     safe = np.where(live, scale, 1.0)
     q, r = np.linalg.qr(D / safe)
@@ -117,4 +120,8 @@ def _solve(D: Array, y: Array, scale: Array) -> tuple[Array, Array, float, NDArr
     value = (vt.T * weights) @ (u.T @ (q.T @ y)) / safe
     inverse = (vt.T * weights**2) @ vt / np.outer(safe, safe)
     condition = float(s[0] / s[-1]) if len(s) and s[-1] > 0 else float("inf")
-    return value, inverse, condition, dead
+    # the stubs forget the order that pivoting returns
+    _, pivoted, order = qr(r, mode="economic", pivoting=True)  # pyright: ignore[reportAssignmentType]
+    told = np.abs(np.diag(pivoted))
+    rank = int(np.sum(told > told[0] * max(D.shape) * np.finfo(float).eps)) if len(told) and told[0] > 0 else 0
+    return value, inverse, condition, dead, tuple(int(i) for i in order[:rank])

@@ -44,3 +44,13 @@ def test_scale_of_the_columns_does_not_matter() -> None:
     y = D @ [1.0, 1.0] + rng.normal(0, 0.1, 40)
     scaled = linear(D * [1e9, 1e-9], y)
     np.testing.assert_allclose(scaled.value * [1e9, 1e-9], linear(D, y).value, rtol=1e-9)
+
+
+def test_base_columns_are_those_that_the_others_do_not_make() -> None:
+    """Of a, b, a + b and nothing, two are a base; the combination comes with two of the three, and a dead column never."""
+    a, b = np.random.default_rng(4).normal(size=(2, 60))
+    D = np.column_stack([a, b, a + b, np.zeros(60)])
+    base = linear(D, D @ [1.0, 2.0, 3.0, 0.0]).base
+    assert len(base) == 2
+    assert 3 not in base
+    assert np.linalg.matrix_rank(D[:, base]) == 2
