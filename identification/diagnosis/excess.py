@@ -10,7 +10,7 @@ Array = NDArray[np.float64]
 
 PLAIN = 1.25
 """times the floor: below, a channel is as good as noise. Forces are rounded, friction turns in its own way, a drawing's per cents
-do not add up in a straight line: without any effect the worst channel of 12 arms that nothing was tuned on came to 1.2"""
+do not add up in a straight line: without any effect the worst channel of three arms came to 1.03, 1.07 and 1.12"""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """What is believed of an arm and of how it was recorded, while causes are sought."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -68,8 +68,3 @@ def at_rest(arm: Arm, law: str) -> dict[str, Array]:
 
 def _shared() -> set[str]:
     return {term.name for name in BASE for term in LAWS[name].terms}
-
-
-def recordings_read(h: Hypothesis, recordings: Sequence[DataSet]) -> list[DataSet]:
-    """All of them."""
-    return [h.read(data) for data in recordings]
