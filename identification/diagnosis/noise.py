@@ -13,10 +13,11 @@ from scipy.interpolate import make_interp_spline
 
 from identification.dataset import DataSet
 from identification.diagnosis.point import Point
+from identification.fusion import Seen
 from identification.residuals import rows
 from identification.series import Series, numbered
 from identification.signals import signals_of
-from identification.state import Seen, Sight, by_vision
+from identification.state import Sight, by_vision
 from identification.whitening import Whitener, fit_whitener
 
 Array = NDArray[np.float64]
