@@ -75,7 +75,9 @@ def test_it_begins_and_ends_at_rest_and_straight() -> None:
     np.testing.assert_allclose(motion.theta[-1], motion.theta[0], atol=1e-9)
 
 
-@pytest.mark.parametrize("laws", [{}, {"cable_hardening": {"k2": 3e5}}, {"cable_creep": {"km": 900.0, "tau": 0.7}}])
+@pytest.mark.parametrize(
+    "laws", [{}, {"cable_hardening": {"k2": 3e5, "nh": 2.0}}, {"cable_creep": {"km": 900.0, "tau": 0.7}}]
+)
 def test_it_is_what_arm_cables_and_motors_do(laws: dict[str, dict[str, float]]) -> None:
     """Each equation in its own terms, speeds by differences of the tables; linear damped cables, stiffening ones, creeping ones."""
     arm = arm_of(NECK)
