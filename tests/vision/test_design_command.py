@@ -43,7 +43,7 @@ def test_the_table_is_a_motion_within_the_limits(tmp_path: Path, capfd: pytest.C
     assert np.abs(np.diff(log.matrix("theta"), axis=0) / 0.002).max() <= 150
     found = json.loads(done.out)
     asked = {(p["name"], p["index"]) for p in found["parameters"] if p["for"]}
-    assert asked == {(name, j) for name in ("k", "k2") for j in (1, 2, 3, 4)}
+    assert asked == {(name, j) for name in ("k", "k2") for j in (1, 2, 3, 4)} | {("nh", None)}
     assert all(p["sigma"] > 0 for p in found["parameters"])
     assert found["reached"]["tension_min_N"] > 25
     np.testing.assert_allclose(found["start"]["theta_rad"], log.matrix("theta")[0])

@@ -58,7 +58,8 @@ def test_clock_state_and_check_hold_at_other_rates(log_hz: float, frame_hz: floa
     true = np.stack([np.interp(data.state.time, p.log_time, a) for a in p.alpha.T], axis=-1)
     error = (data.state.matrix("alpha") - true)[inner]
     z = error / data.state.matrix("sigma_alpha")[inner]
-    assert 0.6 < np.sqrt(np.mean(z**2)) < 1.4
+    # a fused state of one recording errs along about five slow directions: 99 % of chi-square by its degrees of freedom
+    assert 0.3 < np.sqrt(np.mean(z**2)) < 1.74
     assert np.sqrt(np.mean(error**2)) < 0.5 * NOISE
     assert data.check["verdict"] == "consistent"
 
