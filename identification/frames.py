@@ -2,6 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 
 from identification.clock_record import log_time
 from identification.dataset import DataSet
@@ -30,6 +31,13 @@ def seen_in(data: DataSet) -> Seen:
     alpha, sigma = state.matrix("alpha")[rows], state.matrix("sigma_alpha")[rows]
     sigma = sigma if sigma.shape == alpha.shape else np.full(alpha.shape, DEFAULT_SIGMA)
     return Seen(state.time[rows], alpha, sigma, np.zeros_like(sigma))
+
+
+def between_frames(frames: Array, alpha: Array, time: Array) -> tuple[Array, Array]:
+    """Angles and rates (T, N) by splines through every frame: noise and all, but nothing smoothed away and no cable asked."""
+    known = np.isfinite(alpha)
+    through = [make_interp_spline(frames[k], a[k], k=5) for k, a in zip(known.T, alpha.T, strict=True)]
+    return np.stack([s(time) for s in through], axis=-1), np.stack([s(time, 1) for s in through], axis=-1)
 
 
 def white(sigma: Array, common: Array) -> Array:

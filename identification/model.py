@@ -84,8 +84,7 @@ def machine_of(model: Model, arm: Arm) -> Machine:
     values: dict[str, np.ndarray] = {}
     for name in model.laws:
         for term in LAWS[name].terms:
-            count = {"cable": arm.M, "joint": arm.N, "arm": 1}[term.of]
-            values[term.name] = np.maximum(_values(model, term.name, count), min(term.low, 0.0))
+            values[term.name] = np.maximum(_values(model, term.name, term.count(arm)), min(term.low, 0.0))
     if any(p.name == "x0" for p in model.parameters):
         arm = replace(arm, x0=_values(model, "x0", arm.M))
     return Machine(arm, model.laws, values)

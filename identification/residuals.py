@@ -67,18 +67,27 @@ def delayed(s: Signals, delay: float) -> Array:
     return np.stack([np.interp(s.time - delay, s.time, column) for column in s.f.T], axis=-1)
 
 
+def left(s: Signals, base: Forces) -> Array:
+    """Residuals of one recording by the laws' forces, (C, S)."""
+    motor, arm = filtered(s, base.drive - s.inertial)
+    own = s.low_pass(np.ascontiguousarray((s.load + base.resist).T))
+    return np.concatenate([motor - s.low_pass(np.ascontiguousarray(base.pull.T)), arm.sum(axis=1) - own])
+
+
+def forces_at(s: Signals, u: Unknowns, p: Array, recording: int) -> Forces:
+    """The laws' forces on one recording at the vector p."""
+    return forces(s, u.laws, u.values(p), u.get(p, "x0", recording), float(u.get(p, "delay", recording)[0]))
+
+
 def rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Rows:
     """Residuals and columns of one recording at the vector p."""
     n, m = s.arm.N, s.arm.M
     values, x0 = u.values(p), u.get(p, "x0", recording)
     delay = float(u.get(p, "delay", recording)[0])
-    machine = Machine(s.arm, u.laws, values)
-    z = remembered(machine, stretching(s, x0), s.step)
+    z = remembered(Machine(s.arm, u.laws, values), stretching(s, x0), s.step)
     base = forces(s, u.laws, values, x0, delay, z)
     lasting = {term.name for name in u.laws if LAWS[name].states for term in LAWS[name].terms}
-    motor, arm = filtered(s, base.drive - s.inertial)
-    own = s.low_pass(np.ascontiguousarray((s.load + base.resist).T))
-    residual = np.concatenate([motor - s.low_pass(np.ascontiguousarray(base.pull.T)), arm.sum(axis=1) - own])
+    residual = left(s, base)
     J = np.zeros((m + n, residual.shape[1], len(u.entries)))
     for (name, of), slot in u.slots.items():
         if of not in (None, recording):

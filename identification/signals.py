@@ -21,6 +21,8 @@ from xneck.errors import Refused
 
 Array = NDArray[np.float64]
 
+BY_TRAVEL_S = 3e-3
+"""s, that clocks differ by from recording to recording where only the cables' travel tells them"""
 LEAST_S = 2.0
 """s that must remain when unknown rows and the filter's ends are left out"""
 
@@ -62,6 +64,8 @@ class Signals:
     low_pass: LowPass
     clock_sigma: tuple[float, float]
     """of the offset, s, and of the skew about the recording's middle"""
+    clock_doubt: float
+    """s, of the offset were the laws wrong that told it: a light needs none, travel alone tells a few milliseconds"""
     angle_sigma: Array
     """what all frames share, (N,), rad"""
 
@@ -96,6 +100,7 @@ def signals_of(data: DataSet) -> Signals:
     if seen.shape[1] != arm.N:
         seen, seen_d = alpha, alpha_d
     clock = data.clock
+    offset_sigma = float(clock.get("offset_sigma_s") or 0.0)
     common = data.angles.matrix("common")
     return Signals(
         arm=arm,
@@ -117,6 +122,7 @@ def signals_of(data: DataSet) -> Signals:
         x=elongation(arm, seen, theta),
         x_d=elongation_rate(arm, Z(arm, seen), seen_d, theta_d),
         low_pass=filtered,
-        clock_sigma=(float(clock.get("offset_sigma_s") or 0.0), 1e-6 * float(clock.get("skew_sigma_ppm") or 0.0)),
+        clock_sigma=(offset_sigma, 1e-6 * float(clock.get("skew_sigma_ppm") or 0.0)),
+        clock_doubt=offset_sigma if clock.get("source") == "light" else max(offset_sigma, BY_TRAVEL_S),
         angle_sigma=np.sqrt(np.nanmean(common**2, axis=0)) if common.shape[1] else np.zeros(arm.N),
     )

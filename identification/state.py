@@ -99,22 +99,18 @@ def estimate_state(
     """
     for column in seen.alpha.T:
         check_span(seen.time[~np.isnan(column)], at)
-    knots = knots_over(seen.time[0], seen.time[-1], KNOT_S)
-    mean = np.nanmean(seen.alpha, axis=0)
-    priors = _priors(seen, mean)
-    fit = solve(knots, mean, seen, priors)
+    fit = _seen_alone(seen)
     notes: dict[str, Any] = {"method": "vision"}
     if fuse:
-        fused, more = _fused(arm, seen, motors, fit, priors)
+        fused, more = _fused(arm, seen, motors, fit)
         notes |= more
         if fused is not None:
             fit, notes["method"] = fused, "fused"
     every = max(1, round(1 / (COVARIANCE_HZ * float(np.mean(np.diff(at))))))
     rows = np.unique(np.append(np.arange(0, len(at), every), len(at) - 1))
-    bridged = np.stack([_bridged(seen.time[~np.isnan(a)], at) for a in seen.alpha.T], axis=-1)
     alpha, alpha_d, alpha_dd = (fit.alpha(at, d) for d in range(3))
     covariance = _covariance(fit, seen, at[rows], clock_sigma)
-    return State(at, alpha, alpha_d, alpha_dd, at[rows], covariance, bridged, notes)
+    return State(at, alpha, alpha_d, alpha_dd, at[rows], covariance, _bridged(seen, at), notes)
 
 
 @dataclass(frozen=True)
@@ -130,26 +126,22 @@ class Sight:
 
 def by_vision(seen: Seen, at: Array, priors: list[Mixture] | None = None) -> Sight:
     """The state at `at` by vision alone, without covariance; with priors of a recording alike that are known already."""
-    knots = knots_over(seen.time[0], seen.time[-1], KNOT_S)
+    fit = _seen_alone(seen, priors)
+    return Sight(fit.alpha(at), fit.alpha(at, 1), fit.alpha(at, 2), _bridged(seen, at), fit.priors)
+
+
+def _seen_alone(seen: Seen, priors: list[Mixture] | None = None) -> Fit:
+    """Splines of vision, with the motion that is expected of each joint told by its own angles where it is not given."""
     mean = np.nanmean(seen.alpha, axis=0)
-    known = priors or _priors(seen, mean)
-    fit = solve(knots, mean, seen, known)
-    bridged = np.stack([_bridged(seen.time[~np.isnan(a)], at) for a in seen.alpha.T], axis=-1)
-    return Sight(fit.alpha(at), fit.alpha(at, 1), fit.alpha(at, 2), bridged, known)
-
-
-def _priors(seen: Seen, mean: Array) -> list[Mixture]:
-    """Of each joint, told by its own angles."""
-    return [
+    known = priors or [
         fit_mixture(seen.time[known], a[known] - mean[i], s[known] ** 2, KNOT_S, DOUBT)
         for i, (a, s) in enumerate(zip(seen.alpha.T, seen.sigma.T, strict=True))
         for known in [~np.isnan(a)]
     ]
+    return solve(knots_over(seen.time[0], seen.time[-1], KNOT_S), mean, seen, known)
 
 
-def _fused(
-    arm: Arm, seen: Seen, motors: Motors, vision: Fit, priors: list[Mixture]
-) -> tuple[Fit | None, dict[str, Any]]:
+def _fused(arm: Arm, seen: Seen, motors: Motors, vision: Fit) -> tuple[Fit | None, dict[str, Any]]:
     """Vision and cables together, or None, and why."""
     whole = np.isfinite(seen.alpha).all(axis=1) & (seen.time >= motors.time[0]) & (seen.time <= motors.time[-1])
     frames, alpha, sigma = seen.time[whole], seen.alpha[whole], seen.sigma[whole]
@@ -176,7 +168,7 @@ def _fused(
     inside = np.flatnonzero((motors.time >= seen.time[0]) & (motors.time <= seen.time[-1]))
     rows = inside[::every]
     cables = Cables(arm, motors.time[rows], arm.drum * motors.theta[rows] + arm.x0, law.at(motors.time[rows]))
-    wander, priors = told_by_both(vision, seen, cables, wander, ~poor, priors)
+    wander, priors = told_by_both(vision, seen, cables, wander, ~poor, vision.priors)
     fit = solve(vision.knots, vision.mean, seen, priors, cables, vision.alpha(cables.time), wander)
     fit = solve(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
     own = misfit(vision, seen)
@@ -228,7 +220,11 @@ def _covariance(fit: Fit, seen: Seen, at: Array, clock_sigma: tuple[float, float
     return covariance + common @ np.swapaxes(common, 1, 2)
 
 
-def _bridged(known: Array, at: Array) -> NDArray[np.bool_]:
-    """Rows between two frames further apart than BRIDGE_S."""
-    after = np.clip(np.searchsorted(known, at), 1, len(known) - 1)
-    return (known[after] - known[after - 1] > BRIDGE_S) & (at > known[after - 1]) & (at < known[after])
+def _bridged(seen: Seen, at: Array) -> NDArray[np.bool_]:
+    """Rows between two frames that show a joint, further apart than BRIDGE_S, (T, N)."""
+    out = []
+    for alpha in seen.alpha.T:
+        known = seen.time[~np.isnan(alpha)]
+        after = np.clip(np.searchsorted(known, at), 1, len(known) - 1)
+        out.append((known[after] - known[after - 1] > BRIDGE_S) & (at > known[after - 1]) & (at < known[after]))
+    return np.stack(out, axis=-1)

@@ -84,21 +84,20 @@ def unknowns(
     for name in laws:
         if name not in LAWS:
             raise Refused("identify", f"unknown law {name!r}", f"valid: {', '.join(LAWS)}")
-    counts = {"cable": arm.M, "joint": arm.N, "arm": 1}
     wanted = [(term, None) for term in terms_of(laws)] + [(term, r) for r in range(recordings) for term in (X0, DELAY)]
     fixed: dict[str, Array] = {}
     names = {term.name for term, _ in wanted}
     for name, value in (held or {}).items():
         if name not in names:
             raise Refused("identify", f"no term {name!r} to hold", f"valid: {', '.join(sorted(names))}")
-        part = next(term.of for term, _ in wanted if term.name == name)
-        fixed[name] = np.broadcast_to(np.asarray(value, dtype=float), (counts[part],)).copy()
+        count = next(term for term, _ in wanted if term.name == name).count(arm)
+        fixed[name] = np.broadcast_to(np.asarray(value, dtype=float), (count,)).copy()
     entries: list[Unknown] = []
     slots: dict[tuple[str, int | None], slice] = {}
     for term, recording in wanted:
         if term.name in fixed:
             continue
-        count = counts[term.of]
+        count = term.count(arm)
         slots[term.name, recording] = slice(len(entries), len(entries) + count)
         entries += [Unknown(term, None if term.of == "arm" else i + 1, recording) for i in range(count)]
     return Unknowns(tuple(entries), slots, fixed, tuple(laws))

@@ -28,6 +28,12 @@ class Machine:
         """Numbers that each cable remembers."""
         return sum(law.states for law in self.laws)
 
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Between which these stay, (states,) each."""
+        most = np.array([law.most for law in self.laws for _ in range(law.states)])
+        return -most, most
+
     def command(self, f: Array, step: float) -> Array:
         """Forces that act where f (..., T, M), N, are written, on rows `step` s apart."""
         for law in self.laws:

@@ -125,7 +125,7 @@ def step_in_pose(machine: Machine, pose: Pose, rest_length: Array, start: Lanes,
         by_speed.append(moved)
         by_memory.append(kept + remembers * of_cables[..., None])
     place, speed = place + _combined(WEIGHTS, by_place), speed + _combined(WEIGHTS, by_speed)
-    memory = memory + _combined(WEIGHTS, by_memory)
+    memory = np.clip(memory + _combined(WEIGHTS, by_memory), *machine.bounds)
     return Lanes(place[joints], speed[joints], place[motors], speed[motors], memory)
 
 

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
 
 from identification.dataset import DataSet, state_series
+from identification.frames import between_frames
 from identification.fusion import Seen
 from identification.motors import motors_of
 from identification.seed_series import CUTOFF, seed_series
@@ -61,7 +61,7 @@ def synchronise(
         motors.f[inside],
         found.sigma,
     )
-    alone = _between_frames(frame_time, angles.alpha, time)
+    alone = between_frames(frame_time, angles.alpha, time)
     seen_alone = numbered("vision", alone[0]) | numbered("vision", alone[1], "_d")
     rounded: dict[str, Array] = {}
     for suffix, sigma in zip(("", "_d", "_dd"), motors.sigma or (), strict=False):
@@ -83,13 +83,6 @@ def synchronise(
         {**provenance, "angles": angles.notes},
         found.covariance_series(COVARIANCE_HZ),
     )
-
-
-def _between_frames(frames: Array, alpha: Array, time: Array) -> tuple[Array, Array]:
-    """Angles and rates (T, N) by splines through every frame: noise and all, but nothing smoothed away and no cable asked."""
-    known = np.isfinite(alpha)
-    through = [make_interp_spline(frames[k], a[k], k=5) for k, a in zip(known.T, alpha.T, strict=True)]
-    return np.stack([s(time) for s in through], axis=-1), np.stack([s(time, 1) for s in through], axis=-1)
 
 
 def clock_json(clock: Clock, angles: Angles, log: Series) -> dict[str, Any]:

@@ -72,6 +72,7 @@ def signals_for(motion: Trajectory) -> Signals:
         x_d=motion.x_d,
         low_pass=low_pass(step, np.ones(len(motion.time), dtype=bool)),
         clock_sigma=(0.0, 0.0),
+        clock_doubt=0.0,
         angle_sigma=np.zeros(arm.N),
     )
 

@@ -1,11 +1,13 @@
-"""All causes side by side: every number of every one is a column, and one table of their products answers for any choice of them.
+"""All causes side by side: every number of every one is a column, and tables of their products answer for any choice of them.
 
 loss = |whitened residual - columns x numbers|^2 + (numbers known beforehand / sigma)^2
 The base model's numbers are free in every comparison, nuisances are known to their sigma and go no further than a wall.
+Tables are kept by blocks of time, so that a choice can be fitted to some of them and judged on the others.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +17,8 @@ from scipy.linalg import cho_factor, cho_solve
 from identification.diagnosis.cause import Cause
 from identification.diagnosis.effect import Effect, Shape
 from identification.diagnosis.nuisances import WALL, Errors
-from identification.diagnosis.point import Place, Point
+from identification.diagnosis.point import Point
+from identification.fitting import stretch_starts
 from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
@@ -23,6 +26,9 @@ Index = NDArray[np.intp]
 
 DELAY_SIGMA = 2e-3
 """s: forces act about when the log says"""
+BLOCK_S = 2.0
+"""s: longer than what residuals remember"""
+FOLDS = 5
 _RIDGE = 1e-9
 """of columns scaled to one, for those that nothing tells apart"""
 _TURNS = 12
@@ -39,17 +45,16 @@ class Group:
 
 @dataclass(frozen=True)
 class Fitted:
-    """A choice of causes fitted: columns in use, their numbers, loss, and covariance of the numbers."""
+    """A choice of causes fitted: columns in use, their numbers, and the loss."""
 
     columns: Index
     numbers: Array
     loss: float
-    covariance: Array
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Columns: the base model's, nuisances, then groups; `table` their products, the residual and noise draws last."""
+    """Columns: the base model's, nuisances, then causes that are named and groups that are asked about."""
 
     point: Point
     matrix: tuple[Array, ...]
@@ -60,94 +65,180 @@ class Comparison:
     held: Index
     """columns of the causes named so far"""
     groups: tuple[Group, ...]
-    table: Array
+    blocks: Array
+    """products of the columns with the residual last, (B, K + 1, K + 1)"""
+    chance: Array
+    """of the columns with draws of noise, (B, K, D)"""
     sigma: Array
     """of what is known beforehand, (K,); inf where nothing is"""
+    doubt: Array
+    """the same where the clock rests on a model that is wrong"""
     mean: Array
-    """and what it is known to be"""
+    """and what it is known to be, in the same units"""
+    clock: tuple[float, ...]
+    """s: sigma of each recording's offset"""
+    doubted: bool
+    """whether the clock is in doubt for the causes named so far"""
     rows: int
     """that count"""
 
-    def fit(self, more: Sequence[int] | Index = (), damping: float = 0.0) -> Fitted:
+    @cached_property
+    def table(self) -> Array:
+        """Of all blocks, (K + 1, K + 1)."""
+        return self.blocks.sum(axis=0)
+
+    def fit(self, more: Sequence[int] | Index = (), damping: float = 0.0, doubted: bool | None = None) -> Fitted:
         """The base model with nuisances, causes and further columns; damping (Marquardt's) for steps of what is not linear."""
-        first = self.base + len(self.nuisances)
-        return self._fit(np.concatenate([np.arange(first), self.held, np.asarray(more, dtype=int)]), damping)
+        use, sigma = self._use(more), self._known(doubted)
+        return Fitted(use, *self._solved(self.table, use, sigma, damping))
+
+    def crossed(self, more: Sequence[int] | Index = (), doubted: bool | None = None) -> Array:
+        """Loss of every block where all folds but its own were fitted, (B,)."""
+        use, sigma = self._use(more), self._known(doubted)
+        fold = np.arange(len(self.blocks)) % FOLDS
+        out = np.zeros(len(self.blocks))
+        for f in range(min(FOLDS, len(out))):
+            own = self.blocks[fold == f]
+            x, _ = self._solved(self.table - own.sum(axis=0), use, sigma, 0.0)
+            y = np.append(x, 1.0)
+            at = np.append(use, len(self.sigma))
+            out[fold == f] = np.einsum("i,bij,j->b", y, own[:, at[:, None], at], y)
+        return out
 
     @property
     def merit(self) -> float:
         """Loss of the point as it is, but for nuisances."""
-        return self._fit(np.arange(self.base, self.base + len(self.nuisances)), 0.0).loss
+        use = np.arange(self.base, self.base + len(self.nuisances))
+        return self._solved(self.table, use, self._known(None), 0.0)[1]
 
-    def _fit(self, use: Index, damping: float) -> Fitted:
+    def covariance(self, fit: Fitted) -> Array:
+        """Of a fit's numbers: what blocks do to them, each for itself, and what is not known of nuisances."""
+        use, last = fit.columns, len(self.sigma)
+        weight = 1 / self._known(None)[use] ** 2
+        scale = np.sqrt(np.maximum(np.diag(self.table)[use] + weight, 1e-300))
+        H = (self.table[np.ix_(use, use)] + np.diag(weight)) / np.outer(scale, scale)
+        inverse = np.linalg.inv(H + _RIDGE * np.eye(len(use))) / np.outer(scale, scale)
+        pull = self.blocks[:, use[:, None], use] @ fit.numbers + self.blocks[:, use, last]
+        count = len(self.blocks)
+        spread = np.einsum("bi,bj->ij", pull, pull) * count / max(count - 1, 1)
+        # rows that are told well by their own number count at least as noise does
+        least = self.table[np.ix_(use, use)]
+        alone, usual = inverse @ spread @ inverse, inverse @ least @ inverse
+        wider = np.sqrt(np.maximum(np.diag(usual) / np.maximum(np.diag(alone), 1e-300), 1.0))
+        return alone * np.outer(wider, wider) + inverse @ np.diag(weight) @ inverse
+
+    def _use(self, more: Sequence[int] | Index) -> Index:
+        first = self.base + len(self.nuisances)
+        return np.concatenate([np.arange(first), self.held, np.asarray(more, dtype=int)])
+
+    def _known(self, doubted: bool | None) -> Array:
+        return self.doubt if (self.doubted if doubted is None else doubted) else self.sigma
+
+    def _solved(self, table: Array, use: Index, sigma: Array, damping: float) -> tuple[Array, float]:
+        """Numbers and loss."""
+        sigma = sigma[use]
         nuisance = (use >= self.base) & (use < self.base + len(self.nuisances))
         last = len(self.sigma)
-        G = self.table[np.ix_(use, use)] + np.diag(1 / self.sigma[use] ** 2)
-        known = self.mean[use] / self.sigma[use] ** 2
-        b = known - self.table[use, last]
-        total = float(self.table[last, last] + known @ self.mean[use])
+        G = table[np.ix_(use, use)] + np.diag(1 / sigma**2)
+        known = self.mean[use] / sigma**2
+        b = known - table[use, last]
+        total = float(table[last, last] + known @ self.mean[use])
         scale = np.sqrt(np.where(np.diag(G) > 0, np.diag(G), 1.0))
         G, b = G / np.outer(scale, scale), b / scale
         H = G + np.diag(np.where(nuisance, _RIDGE, _RIDGE + damping))
-        wall = WALL * self.sigma[use] * scale
+        wall, middle = WALL * sigma * scale, self.mean[use] * scale
         x, free = np.zeros(len(use)), np.ones(len(use), dtype=bool)
         for _ in range(_TURNS):
             held = np.where(free, 0.0, x)
             x[free] = cho_solve(cho_factor(H[np.ix_(free, free)]), (b - H @ held)[free])
-            over = np.where(nuisance & free, np.abs(x) / wall, 0.0)
+            over = np.where(nuisance & free, np.abs(x - middle) / wall, 0.0)
             if over.max() <= 1:
                 break
             beyond = over >= max(1.0, over.max() / 2)
-            x[beyond] = np.sign(x[beyond]) * wall[beyond]
+            x[beyond] = middle[beyond] + np.sign(x - middle)[beyond] * wall[beyond]
             free &= ~beyond
-        covariance = np.zeros_like(G)
-        covariance[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
         loss = total - 2 * float(x @ b) + float(x @ G @ x)
-        return Fitted(use, x / scale, loss, covariance / np.outer(scale, scale))
+        return x / scale, loss
+
+    def by_chance(self, choices: Sequence[Index], rng: np.random.Generator, count: int) -> Array:
+        """The most that any of these choices of columns takes from the loss where nothing is wrong, in `count` worlds.
+
+        In each the base model holds: residuals are one draw of noise, blocks with signs at random, and what a drawing's errors do.
+        """
+        use, sigma = self._use(()), self._known(True)
+        first, wrong = self.base, len(self.nuisances)
+        signs = rng.choice([-1.0, 1.0], (count, len(self.blocks)))
+        drawn = rng.integers(self.chance.shape[2], size=count)
+        seen = np.einsum("nb,bkn->kn", signs, self.chance[:, :, drawn])
+        off = np.clip(rng.normal(size=(wrong, count)), -WALL, WALL)
+        seen += self.table[:-1, first : first + wrong] @ off
+        G = self.table[:-1, :-1] + np.diag(1 / sigma**2)
+        scale = np.sqrt(np.where(np.diag(G) > 0, np.diag(G), 1.0))
+        G, seen = G / np.outer(scale, scale) + _RIDGE * np.eye(len(scale)), seen / scale[:, None]
+        known = cho_factor(G[np.ix_(use, use)])
+        most = np.zeros(count)
+        for columns in choices:
+            across = G[np.ix_(use, columns)]
+            S = G[np.ix_(columns, columns)] - across.T @ cho_solve(known, across)
+            v = seen[columns] - across.T @ cho_solve(known, seen[use])
+            most = np.maximum(most, np.einsum("in,in->n", v, np.linalg.lstsq(S, v, rcond=1e-9)[0]))
+        return most
 
     def shifted(self, numbers: Array) -> "Comparison":
         """With these numbers (K,) taken as given: what remains to be explained is other."""
-        A, r = self.table[:-1, :-1], self.table[:-1, -1]
-        table = self.table.copy()
-        table[:-1, -1] = table[-1, :-1] = r + A @ numbers
-        table[-1, -1] += 2 * float(r @ numbers) + float(numbers @ A @ numbers)
+        blocks = self.blocks.copy()
+        A, r = self.blocks[:, :-1, :-1], self.blocks[:, :-1, -1]
+        blocks[:, :-1, -1] = blocks[:, -1, :-1] = r + A @ numbers
+        blocks[:, -1, -1] += 2 * r @ numbers + numbers @ (A @ numbers).T
         matrix = []
         for old in self.matrix:
             new = old.copy()
             new[..., -1] += old[..., :-1] @ numbers
             matrix.append(new)
-        return replace(self, table=table, matrix=tuple(matrix))
+        return replace(self, blocks=blocks, matrix=tuple(matrix))
 
     def silent(self) -> "Comparison":
         """With nothing to be explained: for asking what would be seen of something."""
         table = self.table.copy()
         table[-1, :] = table[:, -1] = 0.0
-        return replace(self, table=table, matrix=(), mean=np.zeros_like(self.mean))
+        return replace(self, blocks=table[None], matrix=(), mean=np.zeros_like(self.mean))
 
     def of_recordings(self) -> Fitted:
         """Only what each recording has of its own: pre-elongations, delay, clock."""
         entries = self.point.unknowns.entries
         own = [i for i, e in enumerate(entries) if e.recording is not None]
         clocks = self.base + np.arange(len(self.nuisances) - 2 * len(self.matrix), len(self.nuisances))
-        return self._fit(np.append(own, clocks), 0.0)
+        use = np.append(own, clocks)
+        return Fitted(use, *self._solved(self.table, use, self._known(None), 0.0))
 
     def left(self, fit: Fitted) -> list[Array]:
         """Residuals once fitted, of each recording, (C, S), in N and N m."""
         return [m[..., -1] + m[..., fit.columns] @ fit.numbers for m in self.matrix]
 
-    def columns(self, group: Group, where: Sequence[int]) -> Index:
-        """Of a group in a place."""
-        return group.columns[list(where)]
+    def clock_moved(self, fit: Fitted) -> Array:
+        """By how much a fit puts each recording's frames later than the point has them, s, (R,)."""
+        count = len(self.matrix)
+        columns = self.base + len(self.nuisances) - 2 * count + 2 * np.arange(count)
+        return fit.numbers[np.searchsorted(fit.columns, columns)] * np.array(self.clock)
 
 
 def compare(
-    at: Point, causes: Sequence[Cause], effects: Sequence[tuple[Effect, Shape]], known: Errors, whiten: Whitener
+    at: Point,
+    causes: Sequence[Cause],
+    effects: Sequence[tuple[Effect, Shape]],
+    known: Errors,
+    whiten: Whitener,
+    drawn: Sequence[Sequence[Array]] = (),
+    doubted: bool | None = None,
 ) -> Comparison:
-    """Causes that the point holds, and effects, each in the shape given, beside them."""
+    """Causes that the point holds, and effects, each in the shape given, beside them. drawn: noise of each recording.
+
+    doubted: whether the clock is; unless said it is where a cause is named that is not the clock itself.
+    """
     places = at.places
     size, arm = at.unknowns.size, places[0].signals.arm
     own = 2 * len(places)
     matrices: list[Array] = []
-    names = known.names
     widths: list[int] = []
     for r, place in enumerate(places):
         recording = np.zeros((*place.rows.residual.shape, own))
@@ -157,27 +248,38 @@ def compare(
         widths = [part.shape[2] for part in further]
         parts = [place.rows.jacobian * size, known.arm[r], recording, *further, place.rows.residual[..., None]]
         matrices.append(np.concatenate(parts, axis=2))
-    first = len(size) + len(names) + own
+    first = len(size) + len(known.names) + own
     ends = first + np.cumsum([0, *widths])
     slots = [np.arange(a, b) for a, b in pairwise(ends)]
     groups = [Group(e, shape, s) for (e, shape), s in zip(effects, slots[len(causes) :], strict=True)]
     k = int(ends[-1])
-    table, rows = np.zeros((k + 1, k + 1)), 0
-    for matrix, place in zip(matrices, places, strict=True):
-        flat = whiten(matrix, begins(place)).reshape(-1, k + 1)
-        table += flat.T @ flat
-        rows += int(np.count_nonzero(flat[:, -1]))
+    blocks, chance, rows = [], [], 0
+    for r, (matrix, place) in enumerate(zip(matrices, places, strict=True)):
+        s = place.signals
+        starts = stretch_starts(s)
+        white = whiten(matrix, starts)
+        noise = whiten(np.stack(drawn[r], axis=-1), starts) if drawn else np.zeros((*white.shape[:2], 0))
+        length = max(1, round(BLOCK_S / (s.step * s.low_pass.factor)))
+        for begin in range(0, white.shape[1], length):
+            part = white[:, begin : begin + length].reshape(-1, k + 1)
+            blocks.append(part.T @ part)
+            chance.append(part[:, :k].T @ noise[:, begin : begin + length].reshape(len(part), -1))
+        rows += int(np.count_nonzero(white[..., -1]))
     sigma, mean = np.full(k, np.inf), np.zeros(k)
     sigma[len(size) : first] = 1.0
     for i, entry in enumerate(at.unknowns.entries):
         if entry.term.name == "delay":
             sigma[i], mean[i] = DELAY_SIGMA / entry.term.size, -at.p[i] / entry.term.size
-    every = (*names, *(f"{name} of recording {r + 1}" for r in range(len(places)) for name in ("clock", "skew")))
+    doubt = sigma.copy()
+    for r in range(len(places)):
+        at_clock = first - own + 2 * r
+        doubt[at_clock] = known.doubt[r]
+        mean[at_clock] = -at.late[r] / known.clock[r]
+    every = (*known.names, *(f"{name} of recording {r + 1}" for r in range(len(places)) for name in ("clock", "skew")))
     held = np.concatenate([np.zeros(0, dtype=int), *slots[: len(causes)]]).astype(int)
-    return Comparison(at, tuple(matrices), len(size), every, held, tuple(groups), table, sigma, mean, rows)
-
-
-def begins(place: Place) -> NDArray[np.bool_]:
-    """Filtered rows that have none right before them."""
-    keep = place.signals.low_pass
-    return np.concatenate([[True], np.diff(keep.kept) > keep.factor])
+    if doubted is None:
+        doubted = bool(causes) and not any(cause.effect.of_clock for cause in causes)
+    return Comparison(
+        at, tuple(matrices), len(size), every, held, tuple(groups), np.array(blocks), np.array(chance),
+        sigma, doubt, mean, known.clock, doubted, rows,
+    )  # fmt: skip

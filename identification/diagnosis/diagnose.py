@@ -2,19 +2,19 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset import DataSet
 from identification.diagnosis.cause import believed
-from identification.diagnosis.excess import Excess, excess
 from identification.diagnosis.gain import Gain, gains, held
 from identification.diagnosis.hypothesis import Hypothesis, as_described
 from identification.diagnosis.naming import Search, search
 from identification.diagnosis.noise import read
 from identification.diagnosis.sight import Sight, sight
-from identification.estimates import check_motion, one_arm
+from identification.estimates import one_arm
 from identification.frames import seen_in
 from xneck.errors import Refused
 
@@ -34,9 +34,6 @@ class Diagnosis:
     """consistent, cause, ambiguous, unknown or insufficient"""
     why: str
     search: Search
-    before: Excess
-    """what the base model leaves where it was fitted"""
-    after: Excess
     sight: Sight
     """what these recordings could have shown"""
     gains: tuple[Gain, ...]
@@ -47,7 +44,14 @@ class Diagnosis:
     @property
     def explained(self) -> float:
         """Share of what stood above noise that the causes take away."""
-        return 1 - self.after.energy / self.before.energy if self.before.energy else 0.0
+        before = self.search.first.beyond.energy
+        return 1 - self.search.last.beyond.energy / before if before else 0.0
+
+    @cached_property
+    def sigma(self) -> Array:
+        """Of all numbers of the last fit, in their sizes, (K,)."""
+        last = self.search.last
+        return np.sqrt(np.diag(last.end.covariance(last.fit)))
 
 
 def diagnose(
@@ -69,26 +73,23 @@ def diagnose(
     fitted = [read(data, seen_in(data), seed + i) for i, data in enumerate(recordings)]
     others = [read(data, seen_in(data), seed + 100 + i) for i, data in enumerate(held_out)]
     progress("causes")
-    found = search(h, fitted)
-    check_motion([place.signals for place in found.end.point.places])
-    first, last = found.base.fit(), found.end.fit()
-    before = excess(found.base.left(first), found.floor_before)
-    after = excess(found.end.left(last), found.floor)
+    found = search(h, fitted, seed)
+    first, last = found.first, found.last
     could = sight(found)
-    verdict, why = _verdict(found, before, after, could)
+    verdict, why = _verdict(found, could)
     progress("gain")
+    extended = believed(h, last.causes)
     gained: tuple[Gain, ...] = ()
     if others:
-        extended = believed(h, found.causes)
-        was = held(found.base, first, h, others, found.whiten)
-        now = held(found.end, last, extended, others, found.whiten)
+        was = held(first.end, first.fit, h, others, found.whiten, bool(last.causes))
+        now = held(last.end, last.fit, extended, others, found.whiten, bool(last.causes))
         gained = gains(was, now, h.arm.M)
-    return Diagnosis(verdict, why, found, before, after, could, gained, believed(h, found.causes))
+    return Diagnosis(verdict, why, found, could, gained, extended)
 
 
-def _verdict(found: Search, before: Excess, after: Excess, could: Sight) -> tuple[str, str]:
+def _verdict(found: Search, could: Sight) -> tuple[str, str]:
     if not found.named:
-        if before.plain:
+        if found.first.beyond.plain:
             return "unknown", "the data differ from the model, and no cause that is known explains it"
         if len(could.blind) > BLIND * len(could.effects):
             return "insufficient", f"these recordings could not show {', '.join(could.blind)}"

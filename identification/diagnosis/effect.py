@@ -49,12 +49,14 @@ class Effect:
     """terms of these shapes, fitted once the cause is named"""
     first: ClassVar[int] = 1
     """index of the first place"""
+    of_clock: ClassVar[bool] = False
+    """whether it is the clock itself: where it is not, a clock that rests on the base model's laws is in doubt"""
     single: ClassVar[bool] = True
     """whether it may sit in one place alone"""
 
     def count(self, arm: Arm) -> int:
         """Places."""
-        return {"cable": arm.M, "joint": arm.N, "arm": 1}[self.terms[0].of]
+        return self.terms[0].count(arm)
 
     def labels(self, arm: Arm) -> tuple[str, ...]:
         """Of its places, in the order of each term's columns."""
@@ -110,10 +112,10 @@ class OfLaw(Effect):
         return np.concatenate([self._moved(at, now, term, _SLIGHTLY) for term in self.forms], axis=2)
 
     def _moved(self, at: Place, now: Mapping[str, Array], term: Term, part: float = 1.0) -> Array:
-        s = at.signals if self.by_vision else at.told
-        names = (*at.laws, *(() if self.law in at.laws else (self.law,)))
+        s, base = (at.signals, at.forces) if self.by_vision else (at.told, at.told_forces)
+        # a law does nothing where its amounts are zero, whatever its shape
+        names = at.laws if self.law in at.laws else (*at.laws, self.law)
         h = part * term.size
-        base = forces(s, names, {**at.values, **now}, at.x0, at.delay)
         other = forces(s, names, {**at.values, **now, term.name: now[term.name] + h}, at.x0, at.delay)
         return on_channels(s, base, other, term) / h
 

@@ -2,12 +2,11 @@
 
 from typing import Any
 
-import numpy as np
 import yaml
 
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.nuisances import adjusted
-from identification.diagnosis.record import parameters_of
+from identification.diagnosis.record import KNOWN, parameters_of
 from identification.model import Model, model_of
 from mechanism.description import Neck
 from xneck.estimate import Parameter
@@ -15,13 +14,12 @@ from xneck.estimate import Parameter
 
 def model(d: Diagnosis, provenance: dict[str, Any]) -> Model:
     """Base laws and those of the causes, with their numbers."""
-    end, fit = d.search.end, d.search.end.fit()
+    end, fit = d.search.last.end, d.search.last.fit
     u = end.point.unknowns
-    wider = max(1.0, fit.loss / max(end.rows, 1))
     value = end.point.p + u.size * fit.numbers[: len(u.size)]
-    sigma = u.size * np.sqrt(np.diag(fit.covariance)[: len(u.size)] * wider)
+    sigma = u.size * d.sigma[: len(u.size)]
     found = [
-        Parameter(e.term.name, e.index, float(v), e.term.unit, float(s), bool(s <= 0.1 * abs(v)))
+        Parameter(e.term.name, e.index, float(v), e.term.unit, float(s), bool(s <= KNOWN * abs(v)))
         for e, v, s in zip(u.entries, value, sigma, strict=True)
         if e.recording is None
     ]
@@ -36,7 +34,7 @@ def model(d: Diagnosis, provenance: dict[str, Any]) -> Model:
 
 def description(d: Diagnosis) -> Neck:
     """neck.yaml with what was found wrong in it, and with its numbers moved within what drawings are good for."""
-    fit, end = d.search.end.fit(), d.search.end
+    fit, end = d.search.last.fit, d.search.last.end
     names = end.nuisances[: len(end.nuisances) - 2 * len(end.matrix)]
     return adjusted(d.extended.neck, names, fit.numbers[end.base : end.base + len(names)])
 

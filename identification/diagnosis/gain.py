@@ -8,17 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.diagnosis.comparison import Comparison, Fitted, compare
-from identification.diagnosis.excess import Excess, excess
 from identification.diagnosis.hypothesis import Hypothesis
 from identification.diagnosis.noise import Read, noise
-from identification.diagnosis.nuisances import Errors, errors
-from identification.diagnosis.point import Point, moved, point
+from identification.diagnosis.nuisances import errors
+from identification.diagnosis.point import Point, point, read_all
 from identification.unknowns import unknowns
 from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 4
+_ROUNDS = 6
+_SETTLED, _SETTLED_S = 0.02, 2e-5
+"""of what a person calls a change, and of a clock: steps that are smaller need not be taken"""
 _BLOCKS = 30
 """that the gain's sigma is told from, each left out in turn"""
 
@@ -29,11 +30,6 @@ class Held:
 
     left: tuple[Array, ...]
     floor: tuple[list[Array], ...]
-
-    @property
-    def excess(self) -> Excess:
-        """Of all recordings together."""
-        return excess(self.left, self.floor)
 
 
 @dataclass(frozen=True)
@@ -61,28 +57,32 @@ class Gain:
         }
 
 
-def held(end: Comparison, fit: Fitted, h: Hypothesis, read: Sequence[Read], whiten: Whitener) -> Held:
-    """Recordings read with a hypothesis and the numbers of its fit; pre-elongation, delay and clock are each recording's own."""
+def held(end: Comparison, fit: Fitted, h: Hypothesis, read: Sequence[Read], whiten: Whitener, doubted: bool) -> Held:
+    """Recordings read with a hypothesis and the numbers of its fit; pre-elongation, delay and clock are each recording's own.
+
+    doubted: whether clocks are in doubt for the base model's laws being wrong."""
     left, floor = [], []
     for one in read:
         at = _placed(end.point, fit, h, one)
-        known = errors(at)
-        now, own = _given(at, fit, end, known, whiten)
+        now, own = _given(at, end, fit, whiten, doubted)
         for _ in range(_ROUNDS):
-            step = np.zeros(now.base)
-            base = own.columns < now.base
+            step, base = np.zeros(now.base), own.columns < now.base
             step[own.columns[base]] = own.numbers[base]
-            at = moved(at, at.p + at.unknowns.size * step)
-            now, own = _given(at, fit, end, known, whiten)
+            moved = now.clock_moved(own)
+            if np.all(np.abs(step) < _SETTLED) and np.all(np.abs(moved) < _SETTLED_S):
+                break
+            late = at.late + moved
+            at = point(h, read_all(h, [one.data], late), at.p + at.unknowns.size * step, late)
+            now, own = _given(at, end, fit, whiten, doubted)
         left.extend(now.left(own))
         floor.extend(noise(at, [one]))
     return Held(tuple(left), tuple(floor))
 
 
-def _given(at: Point, fit: Fitted, end: Comparison, known: Errors, whiten: Whitener) -> tuple[Comparison, Fitted]:
+def _given(at: Point, end: Comparison, fit: Fitted, whiten: Whitener, doubted: bool) -> tuple[Comparison, Fitted]:
     """With the arm's numbers as they were fitted, and what is the recording's own."""
     arm = len(end.nuisances) - 2 * len(end.matrix)
-    now = compare(at, (), (), known, whiten)
+    now = compare(at, (), (), errors(at), whiten, doubted=doubted)
     given = np.zeros(len(now.sigma))
     given[now.base : now.base + arm] = fit.numbers[end.base : end.base + arm]
     now = now.shifted(given)
@@ -116,4 +116,5 @@ def _placed(of: Point, fit: Fitted, h: Hypothesis, one: Read) -> Point:
     p = u.start()
     for (name, recording), slot in u.slots.items():
         p[slot] = fitted[of.unknowns.slots[name, recording]]
-    return point(h, [one.data], p)
+    late = np.zeros(1)
+    return point(h, read_all(h, [one.data], late), p, late)

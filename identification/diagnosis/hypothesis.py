@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 
 from identification.dataset import DataSet
 from identification.series import Series
@@ -41,17 +42,22 @@ class Hypothesis:
         laws = self.laws if name in self.laws else (*self.laws, name)
         return replace(self, laws=laws, values={**self.values, **values})
 
-    def read(self, data: DataSet) -> DataSet:
-        """A recording as it reads with these errors put right."""
+    def read(self, data: DataSet, late: float = 0.0) -> DataSet:
+        """A recording as it reads with these errors put right; late: further, of its own clock, s."""
         s, columns = data.state, dict(data.state.columns)
-        for i, wrong in enumerate(self.misread, start=1):
-            alpha, alpha_d, alpha_dd = (s.columns[f"alpha{i}{suffix}"] for suffix in ("", "_d", "_dd"))
-            columns[f"alpha{i}"] = alpha - wrong + self.late * alpha_d
-            columns[f"alpha{i}_d"] = alpha_d + self.late * alpha_dd
-            if f"vision{i}" in columns:
-                columns[f"vision{i}"] = s.columns[f"vision{i}"] - wrong + self.late * alpha_d
-                columns[f"vision{i}_d"] = s.columns[f"vision{i}_d"] + self.late * alpha_dd
+        for name in ("alpha", "vision"):
+            for i, wrong in enumerate(self.misread, start=1):
+                for suffix in ("", "_d", "_dd"):
+                    if (key := f"{name}{i}{suffix}") in columns:
+                        columns[key] = _sooner(s.time, columns[key], self.late + late)
+                if f"{name}{i}" in columns:
+                    columns[f"{name}{i}"] = columns[f"{name}{i}"] - wrong
         return replace(data, neck=self.neck, state=Series(s.time, columns))
+
+
+def _sooner(time: Array, values: Array, by: float) -> Array:
+    """What is there `by` s later, moved to each row; the ends go on as they are."""
+    return values if by == 0 else make_interp_spline(time, values, k=3)(np.clip(time + by, time[0], time[-1]))
 
 
 def as_described(neck: Neck) -> Hypothesis:
@@ -61,9 +67,8 @@ def as_described(neck: Neck) -> Hypothesis:
 
 def at_rest(arm: Arm, law: str) -> dict[str, Array]:
     """A law's terms where it does nothing: amounts zero, shapes at their size."""
-    counts = {"cable": arm.M, "joint": arm.N, "arm": 1}
     own = [term for term in LAWS[law].terms if term.name not in _shared()]
-    return {t.name: np.full(counts[t.of], t.size if t.low > 0 else 0.0) for t in own}
+    return {t.name: np.full(t.count(arm), t.size if t.low > 0 else 0.0) for t in own}
 
 
 def _shared() -> set[str]:

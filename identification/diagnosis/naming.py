@@ -6,21 +6,23 @@ cannot tell these apart. Of two that explain as much the one with fewer numbers 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset import DataSet
 from identification.diagnosis.cause import Cause, believed
-from identification.diagnosis.comparison import Comparison, begins, compare
+from identification.diagnosis.comparison import Comparison, Fitted, Index, compare
 from identification.diagnosis.effect import Effect, Shape, Where
 from identification.diagnosis.effects import EFFECTS
-from identification.diagnosis.excess import excess
+from identification.diagnosis.excess import Excess, excess
 from identification.diagnosis.hypothesis import Hypothesis
 from identification.diagnosis.noise import Read, noise, whitener
 from identification.diagnosis.nuisances import Errors, errors
-from identification.diagnosis.point import Point, point, relaid
-from identification.fitting import solve
+from identification.diagnosis.point import Point, point, read_all, relaid, sought
+from identification.estimates import check_motion
+from identification.fitting import solve, stretch_starts
 from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
@@ -36,6 +38,11 @@ EXPLAINED = 0.6
 MOSTLY = 0.5
 """of what still stands above noise: what a further cause takes away at least"""
 MOST = 3
+FALSE_ALARMS = 0.01
+"""how often the most telling of all causes may be told by noise and a drawing's errors alone"""
+_WORLDS = 400
+_SURELY = 2.0
+"""standard errors of what blocks say of two causes"""
 _BETTER = 0.01
 """of what the best explains: by how much more numbers must explain more"""
 _ROUNDS = 16
@@ -48,12 +55,21 @@ _FIRST_DAMPING, _MOST_DAMPING = 1e-5, 0.5
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect in its best shape and place, and what it takes from the loss."""
+    """An effect in its best shape and place, its columns, and what it takes from the loss of blocks that it was not fitted to."""
 
     effect: Effect
     shape: Shape
     where: Where
-    gain: float
+    columns: Index
+    gains: Array
+    """of every block, (B,)"""
+    numbers: int
+    """that it is fitted by"""
+
+    @property
+    def gain(self) -> float:
+        """Of all blocks."""
+        return float(self.gains.sum())
 
 
 @dataclass(frozen=True)
@@ -66,98 +82,144 @@ class Named:
 
 
 @dataclass(frozen=True)
-class Search:
-    """Where it began, and where it ended."""
+class Turn:
+    """Recordings with the causes named so far."""
 
-    base: Comparison
     end: Comparison
-    named: tuple[Named, ...]
     causes: tuple[Cause, ...]
-    """of these, with numbers"""
-    whiten: Whitener
-    floor_before: tuple[list[Array], ...]
-    """residuals of noise alone, by recording and draw, at the beginning"""
+    """with numbers"""
+    known: Errors
     floor: tuple[list[Array], ...]
-    """and at the end"""
+    """residuals of noise alone, by recording and draw"""
+    fit: Fitted
+
+    @cached_property
+    def beyond(self) -> Excess:
+        """What stands above noise."""
+        return excess(self.end.left(self.fit), self.floor)
+
+
+@dataclass(frozen=True)
+class Search:
+    """Where it began, where it ended, and what was named on the way."""
+
+    first: Turn
+    last: Turn
+    named: tuple[Named, ...]
+    whiten: Whitener
+    asked: Comparison
+    """where it began, with every cause beside it"""
     rankings: tuple[tuple[Candidate, ...], ...]
     """of every turn, the best first"""
 
 
-def search(h: Hypothesis, read: Sequence[Read]) -> Search:
-    """Causes beyond a hypothesis in recordings of one arm."""
+def search(h: Hypothesis, read: Sequence[Read], seed: int = 0) -> Search:
+    """Causes beyond a hypothesis in recordings of one arm. Raises Refused where a motor stands still."""
     data = [one.data for one in read]
-    at = point(h, data)
-    at = relaid(at, h, _start(at))
-    drawn = noise(at, read)
-    whiten = whitener(drawn, [begins(place) for place in at.places], at.places[0].signals.arm.M)
-    known = errors(at)
-    at, _ = refined(at, h, (), data, known, whiten)
+    at = _begun(h, data)
+    whiten = whitener(noise(at, read), [stretch_starts(place.signals) for place in at.places], h.arm.M)
+    first = turn = _settled(at, h, (), data, read, whiten, errors(at))
+    asked = now = _all_beside(first, whiten)
     named: list[Named] = []
-    causes: tuple[Cause, ...] = ()
-    rankings = []
-    first: Comparison | None = None
-    floor_before = floor = noise(at, read)
-    begin, known_before = at, known
+    rankings: list[tuple[Candidate, ...]] = []
     while len(named) < MOST:
-        taken = {cause.effect.name for cause in causes}
-        every = [(e, shape) for e in EFFECTS.values() if e.name not in taken for shape in e.shapes]
-        now = compare(at, causes, every, known, whiten)
-        first = first or now
-        fit = now.fit()
-        beyond = excess(now.left(fit), floor)
-        ranked = rank(now, fit.loss)
-        rankings.append(ranked)
-        if ranked[0].gain < MATERIAL * fit.loss or (named and not beyond.plain):
+        rng = np.random.default_rng(seed + len(named))
+        ranked = rank(now)
+        rankings.append(tuple(ranked))
+        chance = float(np.quantile(now.by_chance([c.columns for c in ranked], rng, _WORLDS), 1 - FALSE_ALARMS))
+        if not ranked or ranked[0].gain < max(MATERIAL * turn.fit.loss, chance) or (named and not turn.beyond.plain):
             break
         near = tied(ranked)
-        more = (*causes, entered(near[0]))
-        there, more = refined(at, h, more, data, known, whiten)
-        errors_there, floor_there = errors(there), noise(there, read)
-        then = compare(there, more, (), errors_there, whiten)
+        then = _settled(turn.end.point, h, (*turn.causes, entered(near[0])), data, read, whiten, turn.known)
         # what a named cause leaves, for its law has another form, others may explain in part; a second cause explains most of it
-        if named and excess(then.left(then.fit()), floor_there).energy > (1 - MOSTLY) * beyond.energy:
+        if named and then.beyond.energy > (1 - MOSTLY) * turn.beyond.energy:
             break
-        named.append(Named(near[0], near, fit.loss))
-        at, causes, known, floor = there, more, errors_there, floor_there
+        named.append(Named(near[0], near, turn.fit.loss))
+        turn, now = then, _all_beside(then, whiten)
+    if named and turn.beyond.plain and turn.beyond.energy > (1 - EXPLAINED) * first.beyond.energy:
+        turn, named = first, []
+    return Search(first, turn, tuple(named), whiten, asked, tuple(rankings))
+
+
+def _begun(h: Hypothesis, data: Sequence[DataSet]) -> Point:
+    """The base model's numbers by least squares, kept from where a cause that is not in it may have driven them."""
+    late = np.zeros(len(data))
+    signals = read_all(h, data, late)
+    check_motion(signals)
+    u = sought(h, len(data))
+    p = solve(signals, u).least_squares.copy()
+    for recording in range(len(data)):
+        slot = u.slots["x0", recording]
+        p[slot] = np.clip(p[slot], -_FAR_M, _FAR_M)
+    k = u.slots["k", None]
+    p[k] = np.maximum(p[k], _SOFT * np.median(p[k]))
+    return point(h, signals, p, late)
+
+
+def _settled(
+    at: Point,
+    h: Hypothesis,
+    causes: tuple[Cause, ...],
+    data: Sequence[DataSet],
+    read: Sequence[Read],
+    whiten: Whitener,
+    known: Errors,
+) -> Turn:
+    """Fitted with these causes, and what stands above noise there."""
+    at, causes = refined(at, h, causes, data, known, whiten)
+    known, floor = errors(at), noise(at, read)
     end = compare(at, causes, (), known, whiten)
-    if first and named:
-        before, after = excess(first.left(first.fit()), floor_before), excess(end.left(end.fit()), floor)
-        if after.plain and after.energy > (1 - EXPLAINED) * before.energy:
-            end, named, causes, floor = compare(begin, (), (), known_before, whiten), [], (), floor_before
-    return Search(first or end, end, tuple(named), causes, whiten, tuple(floor_before), tuple(floor), tuple(rankings))
+    return Turn(end, causes, known, tuple(floor), end.fit())
 
 
-def rank(now: Comparison, loss: float) -> tuple[Candidate, ...]:
+def _all_beside(turn: Turn, whiten: Whitener) -> Comparison:
+    """Every cause that is not named yet, in each of its shapes. What only doubts the clock is no cause once one is named."""
+    taken = {cause.effect.name for cause in turn.causes}
+    left = [e for e in EFFECTS.values() if e.name not in taken and not (taken and e.of_clock)]
+    every = [(e, shape) for e in left for shape in e.shapes]
+    return compare(turn.end.point, turn.causes, every, turn.known, whiten, turn.floor)
+
+
+def rank(now: Comparison) -> list[Candidate]:
     """Every effect in its best shape and place, the most telling first."""
-    arm = now.point.places[0].signals.arm
+    arm = now.point.hypothesis.arm
+    base = now.crossed()
     best: dict[str, Candidate] = {}
     for group in now.groups:
-        name = group.effect.name
-        options = [
-            Candidate(group.effect, group.shape, where, loss - now.fit(now.columns(group, where.columns)).loss)
-            for where in group.effect.wheres(arm)
-        ]
+        effect, options = group.effect, []
+        for where in effect.wheres(arm):
+            columns = group.columns[list(where.columns)]
+            # the first cause that is not the clock itself puts a clock in doubt which rests on the base model's laws
+            doubted = now.doubted or (not len(now.held) and not effect.of_clock)
+            gains = base - now.crossed(columns, doubted)
+            options.append(Candidate(effect, group.shape, where, columns, gains, len(columns) + doubted))
         most = max(option.gain for option in options)
         found = min(
             (o for o in options if o.gain >= most - (1 - ALONE) * abs(most)),
-            key=lambda o: (len(o.where.columns), -o.gain),
+            key=lambda o: (o.numbers, -o.gain),
         )
-        if name not in best or found.gain > best[name].gain:
-            best[name] = found
-    return tuple(sorted(best.values(), key=lambda c: -c.gain))
+        if effect.name not in best or found.gain > best[effect.name].gain:
+            best[effect.name] = found
+    return sorted(best.values(), key=lambda c: -c.gain)
 
 
 def tied(ranked: Sequence[Candidate]) -> tuple[Candidate, ...]:
-    """Those that explain as much as the best but for TIED of it, the most telling first.
+    """Those that explain as much as the best but for TIED of it, or for what blocks differ by chance, the most telling first.
 
     One with more numbers than another stays only where it explains more by them."""
-    most = ranked[0].gain
+    best = ranked[0]
     kept: list[Candidate] = []
-    for c in sorted((c for c in ranked if c.gain >= (1 - TIED) * most), key=lambda c: (len(c.where.columns), -c.gain)):
-        simpler = [k.gain for k in kept if len(k.where.columns) < len(c.where.columns)]
-        if not simpler or c.gain > max(simpler) + _BETTER * most:
+    for c in sorted((c for c in ranked if _near(c, best)), key=lambda c: (c.numbers, -c.gain)):
+        simpler = [k.gain for k in kept if k.numbers < c.numbers]
+        if not simpler or c.gain > max(simpler) + _BETTER * best.gain:
             kept.append(c)
     return tuple(sorted(kept, key=lambda c: -c.gain))
+
+
+def _near(c: Candidate, best: Candidate) -> bool:
+    less = best.gains - c.gains
+    by_chance = _SURELY * np.sqrt(len(less) * np.var(less))
+    return less.sum() <= max(TIED * best.gain, by_chance)
 
 
 def entered(c: Candidate) -> Cause:
@@ -168,8 +230,8 @@ def entered(c: Candidate) -> Cause:
 def refined(
     at: Point, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], known: Errors, whiten: Whitener
 ) -> tuple[Point, tuple[Cause, ...]]:
-    """The base model's numbers and the causes' fitted together from a point on, by Levenberg and Marquardt."""
-    at = _at(at, believed(h, causes), data, at.p)
+    """The base model's numbers, the causes' and doubtful clocks fitted together from a point on, by Levenberg and Marquardt."""
+    at = _at(at, believed(h, causes), data, at.p, at.late)
     now = compare(at, causes, (), known, whiten)
     merit, damping = now.merit, 0.0
     gap = merit - now.fit().loss
@@ -179,7 +241,8 @@ def refined(
         fit = now.fit(damping=damping)
         step = np.append(fit.numbers[: now.base], fit.numbers[now.base + len(now.nuisances) :])
         p, changed = _stepped(at, causes, step)
-        then = _at(at, believed(h, changed), data, p)
+        late = at.late + now.clock_moved(fit) if now.doubted else at.late
+        then = _at(at, believed(h, changed), data, p, late)
         there = compare(then, changed, (), known, whiten)
         # columns are told by the motors, so that the best numbers leave nothing along them, not the least of all
         left = there.merit - there.fit().loss
@@ -193,23 +256,11 @@ def refined(
     return at, causes
 
 
-def _start(at: Point) -> Array:
-    """Numbers of the base model by least squares, kept from where a cause that is not in it may have driven them."""
-    u = at.unknowns
-    p = solve([place.signals for place in at.places], u).least_squares.copy()
-    for recording in range(len(at.places)):
-        slot = u.slots["x0", recording]
-        p[slot] = np.clip(p[slot], -_FAR_M, _FAR_M)
-    k = u.slots["k", None]
-    p[k] = np.maximum(p[k], _SOFT * np.median(p[k]))
-    return p
-
-
-def _at(near: Point, h: Hypothesis, data: Sequence[DataSet], p: Array) -> Point:
+def _at(near: Point, h: Hypothesis, data: Sequence[DataSet], p: Array, late: Array) -> Point:
     """A point; where only laws differ, the recordings read as they did."""
     was = near.hypothesis
-    if h.neck != was.neck or h.late != was.late or np.any(h.misread != was.misread):
-        return point(h, data, p)
+    if h.neck != was.neck or h.late != was.late or np.any(h.misread != was.misread) or np.any(late != near.late):
+        return point(h, read_all(h, data, late), p, late)
     return relaid(near, h, p)
 
 

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from identification.dataset import DataSet
-from identification.diagnosis.point import Point
+from identification.diagnosis.point import Point, read_all
+from identification.frames import between_frames
 from identification.fusion import Seen
-from identification.residuals import rows
+from identification.residuals import forces_at, left
 from identification.series import Series, numbered
-from identification.signals import signals_of
 from identification.state import Sight, by_vision
 from identification.whitening import Whitener, fit_whitener
 
@@ -59,14 +59,12 @@ def read(data: DataSet, seen: Seen, seed: int, draws: int = DRAWS) -> Read:
 
 def _with(data: DataSet, seen: Seen, found: Sight) -> DataSet:
     """The data set with a state by vision alone."""
-    s, alpha = data.state, seen.alpha
+    s = data.state
     columns = dict(s.columns)
     for suffix, values in (("", found.alpha), ("_d", found.alpha_d), ("_dd", found.alpha_dd)):
         columns |= numbered("alpha", values, suffix)
-    known = np.isfinite(alpha)
-    through = [make_interp_spline(seen.time[k], a[k], k=5) for k, a in zip(known.T, alpha.T, strict=True)]
-    for suffix, order in (("", 0), ("_d", 1)):
-        columns |= numbered("vision", np.stack([each(s.time, order) for each in through], axis=-1), suffix)
+    own, own_d = between_frames(seen.time, seen.alpha, s.time)
+    columns |= numbered("vision", own) | numbered("vision", own_d, "_d")
     columns |= numbered("bridged", found.bridged.astype(float))
     return replace(data, state=Series(s.time, columns))
 
@@ -75,8 +73,8 @@ def noise(at: Point, recordings: Sequence[Read]) -> list[list[Array]]:
     """Residuals of noise alone at a point, (C, S), of each draw of each recording."""
     out = []
     for r, one in enumerate(recordings):
-        true = rows(signals_of(at.hypothesis.read(one.smooth)), at.unknowns, at.p, r).residual
-        drawn = [rows(signals_of(at.hypothesis.read(d)), at.unknowns, at.p, r).residual for d in one.drawn]
+        every = read_all(at.hypothesis, (one.smooth, *one.drawn), np.full(1 + len(one.drawn), at.late[r]))
+        true, *drawn = (left(s, forces_at(s, at.unknowns, at.p, r)) for s in every)
         out.append([d - true for d in drawn])
     return out
 

@@ -29,12 +29,14 @@ _FIELDS: dict[str, tuple[str, tuple[str, ...], float]] = {
     "drum": ("motors", ("rd",), _TURNED),
 }
 """of Arm: where neck.yaml has it, and how well it is known"""
+_LEAST_CLOCK_S = 1e-5
+"""of clocks that came without a sigma"""
 WALL = 3.4
 """standard deviations beyond which a nuisance does not go: 2 %"""
 
 
 def nuisances(at: Place) -> tuple[tuple[str, ...], Array]:
-    """Names, and what one sigma of each does to the residuals, (C, S, Q); the clock's and the angles' own come last."""
+    """Names, and what one sigma of each of the arm's does to the residuals, (C, S, Q)."""
     arm, names, columns = at.signals.arm, [], []
     for field, (group, _, sigma) in _FIELDS.items():
         count = arm.N if group == "mechanisms" else arm.M
@@ -53,20 +55,30 @@ class Errors:
     names: tuple[str, ...]
     arm: tuple[Array, ...]
     own: tuple[Array, ...]
+    clock: tuple[float, ...]
+    """s: sigma of each recording's offset"""
+    doubt: tuple[float, ...]
+    """and how many of these it may be off where the laws that told it are wrong"""
 
 
 def errors(at: Point) -> Errors:
     """At a point; nearby they are the same."""
     found = [nuisances(place) for place in at.places]
-    return Errors(found[0][0], tuple(columns for _, columns in found), tuple(of_recording(p) for p in at.places))
+    clock = tuple(max(place.signals.clock_sigma[0], _LEAST_CLOCK_S) for place in at.places)
+    return Errors(
+        found[0][0],
+        tuple(columns for _, columns in found),
+        tuple(of_recording(place, sigma) for place, sigma in zip(at.places, clock, strict=True)),
+        clock,
+        tuple(max(1.0, p.signals.clock_doubt / sigma) for p, sigma in zip(at.places, clock, strict=True)),
+    )
 
 
-def of_recording(at: Place) -> Array:
-    """What one sigma of the recording's own errors does: its clock's offset and skew, (C, S, 2)."""
+def of_recording(at: Place, offset: float) -> Array:
+    """What one sigma of the recording's own errors does: its clock's offset (s) and skew, (C, S, 2)."""
     s = at.signals
     age = s.time[s.low_pass.kept] - s.time.mean()
-    offset, skew = s.clock_sigma
-    moves = (at.slow.late(offset), at.slow.late(skew * age))
+    moves = (at.slow.late(offset), at.slow.late(s.clock_sigma[1] * age))
     return np.stack([at.slow.change(turned=move) for move in moves], axis=-1)
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from identification.dataset import DataSet
 from identification.diagnosis.hypothesis import BASE, Hypothesis
 from identification.instruments import driven
-from identification.residuals import Rows, rows
+from identification.residuals import Forces, Rows, forces_at, left, rows
 from identification.signals import Signals, signals_of
 from identification.slow import Slow
 from identification.unknowns import Unknowns, unknowns
@@ -25,6 +25,9 @@ class Place:
     signals: Signals
     told: Signals
     """with the elongations that the motors tell: columns of vision's own would share its noise"""
+    forces: Forces
+    """by the laws"""
+    told_forces: Forces
     slow: Slow
     rows: Rows
     laws: tuple[str, ...]
@@ -40,24 +43,38 @@ class Point:
     hypothesis: Hypothesis
     unknowns: Unknowns
     p: Array
+    late: Array
+    """s, (R,): by how much each recording's frames show what was done later than its clock says"""
     places: tuple[Place, ...]
 
 
-def point(h: Hypothesis, recordings: Sequence[DataSet], p: Array | None = None) -> Point:
-    """At the base model's numbers p, or where a fit would begin. recordings: as they were read."""
-    u = unknowns(h.arm, (*BASE, *h.laws), len(recordings), dict(h.values))
-    p = u.start() if p is None else p
-    return Point(h, u, p, tuple(_place(h, signals_of(h.read(d)), u, p, r) for r, d in enumerate(recordings)))
+def read_all(h: Hypothesis, recordings: Sequence[DataSet], late: Array) -> list[Signals]:
+    """Recordings as they read with a hypothesis, each with its clock put right."""
+    return [signals_of(h.read(data, float(by))) for data, by in zip(recordings, late, strict=True)]
+
+
+def sought(h: Hypothesis, recordings: int) -> Unknowns:
+    """The base model's numbers and each recording's own."""
+    return unknowns(h.arm, (*BASE, *h.laws), recordings, dict(h.values))
+
+
+def point(h: Hypothesis, recordings: Sequence[Signals], p: Array, late: Array) -> Point:
+    """At the base model's numbers p; recordings as `read_all` gives them."""
+    u = sought(h, len(recordings))
+    return Point(h, u, p, late, tuple(_place(h, s, u, p, r) for r, s in enumerate(recordings)))
 
 
 def _place(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> Place:
     told = driven(s, u, p, recording)
+    own = forces_at(s, u, p, recording)
     return Place(
         h,
         s,
         told,
+        own,
+        forces_at(told, u, p, recording),
         Slow(s, u, p, recording),
-        Rows(rows(s, u, p, recording).residual, rows(told, u, p, recording).jacobian),
+        Rows(left(s, own), rows(told, u, p, recording).jacobian),
         u.laws,
         u.values(p),
         u.get(p, "x0", recording),
@@ -67,10 +84,4 @@ def _place(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> 
 
 def relaid(at: Point, h: Hypothesis, p: Array) -> Point:
     """Another hypothesis by which the recordings read the same, at numbers p."""
-    u = unknowns(h.arm, (*BASE, *h.laws), len(at.places), dict(h.values))
-    return Point(h, u, p, tuple(_place(h, one.signals, u, p, r) for r, one in enumerate(at.places)))
-
-
-def moved(at: Point, p: Array) -> Point:
-    """The same hypothesis at other numbers of the base model."""
-    return relaid(at, at.hypothesis, p)
+    return point(h, [one.signals for one in at.places], p, at.late)

@@ -9,7 +9,7 @@ from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.naming import TIED, Named
 from xneck.estimate import Parameter
 
-_KNOWN = 0.1
+KNOWN = 0.1
 """sigma over value up to which a number is identified"""
 
 
@@ -17,7 +17,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
     """The contract's record."""
     parameters = parameters_of(d)
     causes = []
-    for named, cause, own in zip(d.search.named, d.search.causes, parameters, strict=True):
+    for named, cause, own in zip(d.search.named, d.search.last.causes, parameters, strict=True):
         causes.append(
             {
                 "effect": cause.effect.name,
@@ -31,6 +31,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
         )
     arm = d.extended.arm
     channels = [f"motor {j + 1}" for j in range(arm.M)] + [f"joint {i + 1}" for i in range(arm.N)]
+    before, after = d.search.first.beyond, d.search.last.beyond
     gain = max(d.gains, key=lambda g: g.before / g.noise_floor, default=None)
     return {
         "verdict": d.verdict,
@@ -43,14 +44,14 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
             {
                 "channel": name,
                 "unit": "N" if j < arm.M else "N m",
-                "before": float(d.before.rms[j]),
-                "after": float(d.after.rms[j]),
-                "noise_floor": float(d.after.floor[j]),
+                "before": float(before.rms[j]),
+                "after": float(after.rms[j]),
+                "noise_floor": float(after.floor[j]),
             }
             for j, name in enumerate(channels)
         ],
         "considered": [
-            {"effect": c.effect.name, "where": c.where.label, "explains": c.gain / d.search.base.fit().loss}
+            {"effect": c.effect.name, "where": c.where.label, "explains": c.gain / d.search.first.fit.loss}
             for c in d.search.rankings[0]
         ],
         "could_not_show": list(d.sight.blind),
@@ -71,12 +72,11 @@ def probability(named: Named) -> float:
 
 
 def parameters_of(d: Diagnosis) -> tuple[tuple[Parameter, ...], ...]:
-    """Of each cause, with sigma: from the rows' noise, widened by what is left above it."""
-    fit, end = d.search.end.fit(), d.search.end
-    wider = max(1.0, fit.loss / max(end.rows, 1))
-    sigma = np.sqrt(np.diag(fit.covariance) * wider)[end.base + len(end.nuisances) :]
+    """Of each cause, with sigma."""
+    end = d.search.last.end
+    sigma = d.sigma[end.base + len(end.nuisances) :]
     out, arm = [], d.extended.arm
-    for cause in d.search.causes:
+    for cause in d.search.last.causes:
         size = cause.sizes(arm)
         own, sigma = sigma[: len(size)] * size, sigma[len(size) :]
         out.append(tuple(_parameters(cause, own, len(cause.effect.labels(arm)))))
@@ -88,17 +88,17 @@ def _parameters(cause: Cause, sigma: np.ndarray, places: int) -> list[Parameter]
     for column, value, s in zip(cause.where.columns, cause.amounts, sigma, strict=False):
         term, place = cause.effect.terms[column // places], column % places
         index = None if places == 1 else place + cause.effect.first
-        found.append(Parameter(term.name, index, float(value), term.unit, float(s), bool(s <= _KNOWN * abs(value))))
+        found.append(Parameter(term.name, index, float(value), term.unit, float(s), bool(s <= KNOWN * abs(value))))
     for term, s in zip(cause.effect.forms, sigma[len(cause.amounts) :], strict=True):
         value = cause.forms[term.name]
-        found.append(Parameter(term.name, None, value, term.unit, float(s), bool(s <= _KNOWN * abs(value))))
+        found.append(Parameter(term.name, None, value, term.unit, float(s), bool(s <= KNOWN * abs(value))))
     return found
 
 
 def as_text(d: Diagnosis) -> str:
     """The verdict, the causes, and the gain, for a person."""
     lines = [d.verdict + (f": {d.why}" if d.why else "")]
-    for named, cause, own in zip(d.search.named, d.search.causes, parameters_of(d), strict=True):
+    for named, cause, own in zip(d.search.named, d.search.last.causes, parameters_of(d), strict=True):
         lines.append(f"  {cause.effect.name} ({cause.where.label}): {cause.effect.words}")
         lines += [
             f"    {p.name}{'' if p.index is None else f'({p.index})'} = {p.value:.4g} +- {p.sigma:.2g} {p.unit}"

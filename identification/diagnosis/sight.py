@@ -32,37 +32,26 @@ class Sight:
 
 def sight(found: Search) -> Sight:
     """Of the search's recordings, at the base model."""
-    now = found.base
-    loss = found.end.fit().loss
+    now = found.asked
+    loss = found.last.fit.loss
     arm = now.point.hypothesis.arm
     groups = {group.effect.name: group for group in now.groups}
     names = tuple(groups)
     # of an effect that may sit in one place alone, the place where it shows most
-    targets, alone = [], []
+    shown = []
     for group in groups.values():
         wheres = group.effect.wheres(arm)
-        options = [_target(now, group, w.columns) for w in (wheres[1:] or wheres)]
-        left = [_left(now, option, None) for option in options]
-        targets.append(options[int(np.argmax(left))])
-        alone.append(max(left))
-    seen = np.array(alone)
-    alike = np.array(
-        [
-            [1.0 if a == b else 1 - _left(now, target, groups[b]) / max(whole, 1e-12) for b in names]
-            for a, target, whole in zip(names, targets, alone, strict=True)
-        ]
-    )
-    return Sight(names, alike, seen / (loss + seen))
+        options = [_shown(now, group, w.columns) for w in (wheres[1:] or wheres)]
+        shown.append(max(options, key=lambda quiet: quiet.fit().loss))
+    alone = np.array([quiet.fit().loss for quiet in shown])
+    feigned = [[quiet.fit(groups[b].columns).loss for b in names] for quiet in shown]
+    alike = 1 - np.array(feigned) / np.maximum(alone, 1e-12)[:, None]
+    np.fill_diagonal(alike, 1.0)
+    return Sight(names, alike, alone / (loss + alone))
 
 
-def _target(now: Comparison, group: Group, columns: tuple[int, ...]) -> Array:
-    """An effect in a place, of a size that should show, as numbers of all columns."""
+def _shown(now: Comparison, group: Group, columns: tuple[int, ...]) -> Comparison:
+    """What would be seen of an effect in a place, of a size that should show, and of nothing else."""
     numbers = np.zeros(len(now.sigma))
     numbers[group.columns[list(columns)]] = _VISIBLE
-    return numbers
-
-
-def _left(now: Comparison, target: Array, other: Group | None) -> float:
-    """Loss that an effect makes, with another one to explain it."""
-    quiet = now.silent().shifted(target)
-    return quiet.fit(() if other is None else other.columns).loss
+    return now.silent().shifted(numbers)

@@ -5,17 +5,29 @@ import numpy as np
 from mechanism.arm import Array
 from mechanism.laws.law import Law, Stretching, Term, Values
 
+_LEAST_M = 1e-5
+"""of travel by which it is crossed, where there is none"""
+
 
 class Backlash(Law):
-    """The drum lags by half the play in the direction of turning; it crosses over while the motor turns by a part of it."""
+    """The drum lags by half the play in the direction of turning; it crosses over while the motor travels pb times 2 play.
+
+    With pb a half the drum stands still meanwhile, which is the play operator; with more it has begun to follow. What the motor
+    does alone stretches no cable: neither the spring nor the damper feels it.
+    """
 
     name = "backlash"
-    terms = (Term("play", "m", 0.0, 0.01, 2e-4, linear=False),)
+    terms = (
+        Term("play", "m", 0.0, 0.01, 2e-4, linear=False),
+        Term("pb", "1", 0.1, 3.0, 0.5, "arm", linear=False),
+    )
     states = 1
+    most = 1.0
 
     def pull(self, p: Values, at: Stretching, z: Array) -> Array:
-        return -p["k"] * p["play"] / 2 * z[..., 0]
+        side = z[..., 0]
+        crossing = np.where(np.sign(at.travel_d) * side < 1, self.drift(p, at, z)[..., 0], 0.0)
+        return -p["play"] / 2 * (p["k"] * side + p["ca"] * crossing)
 
     def drift(self, p: Values, at: Stretching, z: Array) -> Array:
-        reach = np.maximum(p["play"] / 2, 1e-5)
-        return ((at.travel_d - np.abs(at.travel_d) * z[..., 0]) / reach)[..., None]
+        return (at.travel_d / np.maximum(p["pb"] * p["play"], _LEAST_M))[..., None]

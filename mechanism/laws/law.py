@@ -31,6 +31,10 @@ class Term:
     linear: bool = True
     """whether a law is in proportion to it where it may be zero: an estimate may then come out below, by chance"""
 
+    def count(self, arm: Arm) -> int:
+        """Of how many places an arm has one."""
+        return {"cable": arm.M, "joint": arm.N, "arm": 1}[self.of]
+
 
 @dataclass(frozen=True)
 class Turning:
@@ -66,6 +70,8 @@ class Law:
     terms: ClassVar[tuple[Term, ...]]
     states: ClassVar[int] = 0
     """numbers that a cable remembers on account of this law"""
+    most: ClassVar[float] = np.inf
+    """beyond which none of these goes, to either side"""
 
     def command(self, p: Values, f: Array, step: float) -> Array:
         """Force that acts where f (..., T, M), N, is written, on rows `step` s apart."""

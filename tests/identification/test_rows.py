@@ -37,7 +37,7 @@ def signals(rng: np.random.Generator, count: int = 1000) -> Signals:
     known |= {"theta": some(4, 5.0), "theta_dd": some(4, 99.0)}
     known |= {"length": 1 + some(4, 0.1), "x": 5e-3 + some(4, 3e-3), "x_d": some(4, 2e-2)}
     Z = 0.03 + 0.01 * rng.normal(size=(3, 4)) + np.zeros((count, 1, 1))
-    return Signals(arm=a, time=time, Z=Z, low_pass=low_pass(STEP, np.ones(count, bool)), clock_sigma=(0.0, 0.0),
+    return Signals(arm=a, time=time, Z=Z, low_pass=low_pass(STEP, np.ones(count, bool)), clock_sigma=(0.0, 0.0), clock_doubt=0.0,
                    angle_sigma=np.zeros(3), **known)  # fmt: skip
 
 

@@ -44,6 +44,7 @@ def runge_kutta(machine: Machine, start: State, time: np.ndarray, f: np.ndarray,
             k4 = rate(_moved(y, k3, h), f[row])
             for k, weight in ((k1, 1), (k2, 2), (k3, 2), (k4, 1)):
                 y = _moved(y, k, weight * h / 6)
+            y = replace(y, memory=np.clip(np.asarray(y.memory), *machine.bounds))
         out.append(y)
     return out
 

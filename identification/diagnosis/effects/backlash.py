@@ -11,3 +11,5 @@ class Backlash(OfLaw):
     place = "motor"
     law = "backlash"
     terms = of_law("backlash", "play")
+    forms = of_law("backlash", "pb")
+    shapes = tuple({"pb": v} for v in (0.5, 1.0))

@@ -16,6 +16,7 @@ class ClockOffset(Effect):
     name = "clock_offset"
     words = "camera and log are not on one clock"
     place = "camera"
+    of_clock = True
     terms = (Term("late", "s", -0.1, 0.1, 1e-3, "arm"),)
 
     def columns(self, at: Place, shape: Shape) -> Array:

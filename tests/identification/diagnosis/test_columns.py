@@ -7,9 +7,9 @@ from identification.dataset import DataSet
 from identification.diagnosis.cause import Cause, believed
 from identification.diagnosis.comparison import Comparison, compare
 from identification.diagnosis.effects import EFFECTS
-from identification.diagnosis.hypothesis import as_described
+from identification.diagnosis.hypothesis import Hypothesis, as_described
 from identification.diagnosis.nuisances import adjusted, errors
-from identification.diagnosis.point import Point, point
+from identification.diagnosis.point import Point, point, read_all, sought
 from identification.whitening import Whitener
 from mechanism.arm import arm_of
 from tests.identification.test_estimates import CA, FS, K, recording
@@ -23,11 +23,16 @@ def data() -> DataSet:
 @pytest.fixture(scope="module")
 def at(data: DataSet) -> Point:
     h = as_described(data.neck)
-    start = point(h, [data])
-    p = start.p.copy()
-    for (name, _), value in {("fs", None): FS, ("k", None): K, ("ca", None): CA}.items():
-        p[start.unknowns.slots[name, None]] = value
-    return point(h, [data], p)
+    u = sought(h, 1)
+    p = u.start()
+    for name, value in {"fs": FS, "k": K, "ca": CA}.items():
+        p[u.slots[name, None]] = value
+    return read_at(h, data, p)
+
+
+def read_at(h: Hypothesis, data: DataSet, p: np.ndarray) -> Point:
+    late = np.zeros(1)
+    return point(h, read_all(h, [data], late), p, late)
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -44,7 +49,7 @@ def test_columns_are_what_an_effect_does(name: str, at: Point, data: DataSet) ->
     where = effect.wheres(arm)[-1]
     k = where.columns[0]
     cause = Cause(effect, where, np.array([sizes[c] if c == k else 0.0 for c in where.columns]), dict(shape))
-    changed = point(believed(h, [cause]), [data], at.p).places[0].rows.residual - place.rows.residual
+    changed = read_at(believed(h, [cause]), data, at.p).places[0].rows.residual - place.rows.residual
     expected = columns[..., k] * sizes[k]
     if name == "cable_slack":  # never slack here
         assert not expected.any()
@@ -63,7 +68,7 @@ def test_an_effect_of_nothing_changes_nothing(name: str, at: Point, data: DataSe
     effect = EFFECTS[name]
     where = effect.wheres(at.hypothesis.arm)[0]
     cause = Cause(effect, where, np.zeros(len(where.columns)), dict(effect.shapes[0]))
-    there = point(believed(at.hypothesis, [cause]), [data], at.p)
+    there = read_at(believed(at.hypothesis, [cause]), data, at.p)
     floor = 1e-6 * np.abs(at.places[0].rows.residual).max()
     np.testing.assert_allclose(there.places[0].rows.residual, at.places[0].rows.residual, atol=max(floor, 2e-4))
 
@@ -71,7 +76,7 @@ def test_an_effect_of_nothing_changes_nothing(name: str, at: Point, data: DataSe
 def test_a_fit_is_least_squares_with_what_is_known(at: Point) -> None:
     """Against stacked rows and numpy, where no nuisance meets its wall; with twice the residual some do, and stay there."""
     now = compared(at)
-    fit = now.fit(now.columns(now.groups[0], range(4)))
+    fit = now.fit(now.groups[0].columns[:4])
     matrix = now.matrix[0][..., fit.columns].reshape(-1, len(fit.columns))
     residual = now.matrix[0][..., -1].ravel()
     known = np.isfinite(now.sigma[fit.columns])
