@@ -1,5 +1,6 @@
 """Many tasks over many cores or machines by dask.distributed: one after the other on each, none lost with the one that fails."""
 
+import logging
 import sys
 import tempfile
 import uuid
@@ -21,13 +22,12 @@ T = TypeVar("T")
 _DEATHS = 2
 """of workers that a task may outlive: what kills three was no accident of theirs"""
 _CONNECT_S = 10
-_CALL_S = 60.0
-"""for workers to import the package and answer"""
-_QUIET = {
-    "logging.distributed": "critical",
-    "distributed.scheduler.allowed-failures": _DEATHS,
-    "distributed.worker.daemon": True,
-    "distributed.comm.timeouts.connect": f"{_CONNECT_S}s",
+_LOCAL: dict[str, Any] = {
+    "threads_per_worker": 1,
+    "silence_logs": logging.CRITICAL,
+    # without an address the scheduler takes port 8787, of this machine's other clusters too
+    "dashboard_address": "127.0.0.1:0",
+    "scheduler_kwargs": {"dashboard": False},
 }
 
 
@@ -47,26 +47,26 @@ def workers(jobs: int | None, cluster: str | None, folder: Path) -> "Iterator[Cl
 
     Raises Refused where a cluster cannot be reached, has no workers, has another Python or xneck, or does not see `folder`.
     """
-    import dask
+    import dask.config
     from distributed import Client, LocalCluster
 
-    with dask.config.set(_QUIET):
-        if cluster is None:
-            with (
-                LocalCluster(
-                    n_workers=jobs or _cores(), threads_per_worker=1, dashboard_address=None, silence_logs="CRITICAL"
-                ) as local,
-                Client(local) as client,
-            ):
-                yield client
-            return
-        try:
-            client = Client(cluster, timeout=_CONNECT_S)
-        except (OSError, ValueError) as error:
-            raise Refused(cluster, "no dask scheduler answers there", "give its address, as tcp://host:8786") from error
-        with client:
-            _preflight(client, cluster, folder)
+    # what ends without a result is said by `spread`, once
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    if cluster is None:
+        with (
+            dask.config.set({"distributed.scheduler.allowed-failures": _DEATHS}),
+            LocalCluster(n_workers=jobs or _cores(), **_LOCAL) as local,
+            Client(local) as client,
+        ):
             yield client
+        return
+    try:
+        client = Client(cluster, timeout=_CONNECT_S)
+    except (OSError, ValueError) as error:
+        raise Refused(cluster, "no dask scheduler answers there", "give its address, as tcp://host:8786") from error
+    with client:
+        _preflight(client, cluster, folder)
+        yield client
 
 
 def spread(
@@ -84,7 +84,8 @@ def spread(
 
     def begin() -> None:
         # no more than can run: what waits on a worker that dies would be blamed with the one that killed it
-        while len(running) < max(1, sum(client.nthreads().values())):
+        threads: Any = client.nthreads()
+        while len(running) < max(1, sum(threads.values())):
             name, arguments = next(waiting, (None, ()))
             if name is None:
                 return
@@ -119,7 +120,7 @@ def _why(future: Any) -> str:
         return "the cluster was lost"
     error = future.exception()
     if isinstance(error, KilledWorker):
-        return f"its worker died, {_DEATHS + 1} times" if _DEATHS else "its worker died"
+        return f"its worker died, {error.allowed_failures + 1} times"
     return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 
@@ -129,7 +130,7 @@ def _cores() -> int:
     return CPU_COUNT
 
 
-def _preflight(client: "Client", cluster: str, folder: Path) -> None:
+def _preflight(client: Any, cluster: str, folder: Path) -> None:
     """Refused where tasks would fail, or hang, for want of the package, of the same one, or of the files."""
     from distributed import TimeoutError as TooLate
 

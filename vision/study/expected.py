@@ -40,8 +40,8 @@ def _hardening(own: Own, truth: Mapping[str, Any], place: int | None) -> Numbers
 def _creep(own: Own, truth: Mapping[str, Any], place: int | None) -> Numbers:
     # a Kelvin element in line with a spring is a Zener element beside one: k gives way to k / (1 + share)
     more = 1 + own["share"]
-    beside = {("km", j + 1): k * own["share"] / more for j, k in enumerate(truth["k"])}
-    return beside | {("tau", None): own["tau"] / more}
+    beside: Numbers = {("km", j + 1): k * own["share"] / more for j, k in enumerate(truth["k"])}
+    return {**beside, ("tau", None): own["tau"] / more}
 
 
 def _capstan(own: Own, truth: Mapping[str, Any], place: int | None) -> Numbers:

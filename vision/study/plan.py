@@ -65,8 +65,8 @@ def plan(
     ]
     for seed in range(seeds.start, seeds.start + pairs):
         both = np.random.default_rng([seed, zlib.crc32(b"pair")]).choice(len(catalogue), 2, replace=False)
-        kinds = tuple(catalogue[i] for i in sorted(both))
-        cases += [Case(kinds, seed, manner, _size(kinds, seed, size), noise_deg, seconds) for manner in manners]
+        pair = tuple(catalogue[int(i)] for i in sorted(both))
+        cases += [Case(pair, seed, manner, _size(pair, seed, size), noise_deg, seconds) for manner in manners]
     return tuple(dict.fromkeys(cases))
 
 
