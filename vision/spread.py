@@ -75,6 +75,7 @@ def spread(
     """function(*arguments) for each named task, as they end; `function` is found by its import path on the workers.
 
     As many run as there are threads. One whose worker dies is begun again on others; one that raises is not, as it would again.
+    Raises Refused where the scheduler is lost.
     """
     from distributed import as_completed
 
@@ -84,8 +85,8 @@ def spread(
 
     def begin() -> None:
         # no more than can run: what waits on a worker that dies would be blamed with the one that killed it
-        threads: Any = client.nthreads()
-        while len(running) < max(1, sum(threads.values())):
+        threads = _threads(client)
+        while len(running) < threads:
             name, arguments = next(waiting, (None, ()))
             if name is None:
                 return
@@ -102,6 +103,14 @@ def spread(
         else:
             yield Outcome(name, None, _why(future))
         begin()
+
+
+def _threads(client: Any) -> int:
+    """That work now, or one, to wait for."""
+    try:
+        return max(1, sum(client.nthreads().values()))
+    except OSError as error:
+        raise Refused("the cluster", "its scheduler is gone", "start it, then the same command again") from error
 
 
 def _tried(function: Callable[..., T], arguments: tuple[Any, ...]) -> tuple[T | None, str | None]:

@@ -3,6 +3,8 @@
 import logging
 import os
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -92,6 +94,24 @@ def test_a_cluster_that_would_fail_is_refused(address: str, tmp_path: Path, monk
     with monkeypatch.context() as patch:
         patch.setattr(module, "_at_home", sees_nothing)
         assert f"does not see {tmp_path}" in refusal()
+
+
+def test_a_scheduler_that_is_lost_ends_it_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    code = (
+        "from distributed import LocalCluster; import time\n"
+        "with LocalCluster(n_workers=1, processes=False, dashboard_address='127.0.0.1:0', protocol='tcp') as c:\n"
+        "    print(c.scheduler_address, flush=True); time.sleep(60)"
+    )
+    monkeypatch.setattr(module, "_CONNECT_S", 1)
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as elsewhere:
+        assert elsewhere.stdout is not None
+        scheduler = elsewhere.stdout.readline().strip()
+        with workers(None, scheduler, tmp_path) as client:
+            outcomes = spread(client, square, {str(i): (i,) for i in range(9)})
+            assert next(outcomes).failure is None
+            elsewhere.kill()
+            with pytest.raises(Refused, match="its scheduler is gone"):
+                list(outcomes)
 
 
 def test_no_cluster_and_one_without_workers_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -101,6 +101,8 @@ def command(
         noise_deg,
         seconds,
     )
+    if not cases:
+        raise Refused("study", "has no case", "give --seeds or --pairs")
     cases_in.mkdir(parents=True, exist_ok=True)
     code = digest(samples / "generator")
     left = undone(cases, cases_in, code)
@@ -109,13 +111,14 @@ def command(
         with workers(jobs, cluster, cases_in) as client, progress(len(left), "study", quiet) as step:
             failed = run_cases(client, left, samples, cases_in, code, keep, step)
     done = [r for case in cases if (r := result_of(case, cases_in)) is not None and r["code"] == code]
+    lost = [f"{name} failed: {why}" for name, why in failed.items()]
     if not done:
-        why = next((f"{name}: {what}" for name, what in failed.items()), "no seeds and no pairs")
-        raise Refused("study", f"no case came to an end ({why})", "see above")
+        raise Refused("study", f"no case came to an end; {lost[0]}")
+    for line in lost:
+        click.echo(f"xneck: warning: {line}", err=True)
     scores = [score(r) for r in done]
     found = tables(scores, list(experiment.KINDS))
     summary = f"{len(done)} cases, {len(done) - len(left) + len(failed)} of them done before; {len(failed)} failed"
-    lost = [f"  {name}: {why}" for name, why in failed.items()]
     settings = {
         "effects": ["+".join(kinds) or "none" for kinds in wanted],
         "seeds": seeds, "first_seed": first_seed, "pairs": pairs, "manners": list(manners), "size": list(size),
@@ -129,8 +132,9 @@ def command(
         "scores": [s.as_json() for s in scores],
     }
     told = ", ".join(f"{key} {value}" for key, value in settings.items())
-    write_text(out / "study.md", "\n\n".join([f"# {summary}", told, *(t.markdown() for t in found), *lost]) + "\n")
+    failures = ["## Failed\n\n" + "\n".join(f"- {line}" for line in lost)] if lost else []
+    parts = [f"# {summary}", told, *(table.markdown() for table in found), *failures]
+    write_text(out / "study.md", "\n\n".join(parts) + "\n")
     write_text(out / "study.json", as_json(result))
-    report_result(
-        result, "\n\n".join([*(t.text() for t in found), "\n".join([f"{summary}; {out}", *lost])]), json_out, quiet
-    )
+    text = "\n\n".join([*(table.text() for table in found), f"{summary}; {out}"])
+    report_result(result, text, json_out, quiet)

@@ -5,6 +5,7 @@ import shutil
 import time
 from itertools import pairwise
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from identification.dataset_file import read_dataset, write_dataset
@@ -29,9 +30,23 @@ def run_case(case: Case, samples: Path, folder: Path, code: str, keep: bool) -> 
     What `sync` or `diagnose` refuse is a result too. Raises ValueError where the generator finds no motion for the case.
     """
     here = folder / case.name
-    if here.exists():  # left by one that was killed
-        shutil.rmtree(here)
-    experiment = generator(samples)
+    _cleared(here)
+    try:
+        result = {"name": case.name, "case": case.as_json(), "code": code, **_outcome(case, generator(samples), here)}
+        write_text(folder / f"{case.name}.json", as_json(result))
+    finally:
+        if not keep:
+            _cleared(here)
+
+
+def _cleared(folder: Path) -> None:
+    """What one that was killed may have left, too."""
+    if folder.exists():
+        shutil.rmtree(folder)
+
+
+def _outcome(case: Case, experiment: ModuleType, here: Path) -> dict[str, Any]:
+    """The truth, and the diagnosis with the clocks' records or why it was refused."""
     took = [time.monotonic()]
     experiment.hide(
         case.kinds,
@@ -52,17 +67,8 @@ def run_case(case: Case, samples: Path, folder: Path, code: str, keep: bool) -> 
     except Refused as refusal:
         outcome = {"refused": str(refusal).replace(f"{here}/", "")}
     took.append(time.monotonic())
-    result = {
-        "name": case.name,
-        "case": case.as_json(),
-        "code": code,
-        "truth": json.loads((here / "truth.json").read_text(encoding="utf-8")),
-        **outcome,
-        "steps_s": [round(b - a, 2) for a, b in pairwise(took)],
-    }
-    write_text(folder / f"{case.name}.json", as_json(result))
-    if not keep:
-        shutil.rmtree(here)
+    truth = json.loads((here / "truth.json").read_text(encoding="utf-8"))
+    return {"truth": truth, **outcome, "steps_s": [round(b - a, 2) for a, b in pairwise(took)]}
 
 
 def _sync(folder: Path, out: Path) -> dict[str, Any]:

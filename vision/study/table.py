@@ -1,7 +1,11 @@
 """A table of counts and shares, in plain text, in Markdown and as records."""
 
+import textwrap
 from dataclasses import dataclass
 from typing import Any
+
+_WIDE = 120
+"""characters of a note's line"""
 
 
 @dataclass(frozen=True)
@@ -20,7 +24,7 @@ class Table:
             "  ".join(f"{c:<{w}}" if i == 0 else f"{c:>{w}}" for i, (c, w) in enumerate(zip(row, widths, strict=True)))
             for row in (self.columns, *self.rows)
         ]
-        return "\n".join([self.title, *(line.rstrip() for line in lines), *filter(None, [self.note])])
+        return "\n".join([self.title, *(line.rstrip() for line in lines), *textwrap.wrap(self.note, _WIDE)])
 
     def markdown(self) -> str:
         """A heading, the table, and the note."""
