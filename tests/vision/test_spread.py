@@ -36,8 +36,8 @@ def troubled(x: int, folder: Path) -> int:
     return x
 
 
-def threads(_: int) -> tuple[str | None, ...]:
-    return tuple(os.environ.get(name) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"))
+def environment(*names: str) -> tuple[str | None, ...]:
+    return tuple(os.environ.get(name) for name in names)
 
 
 def sees_nothing(_: str) -> tuple[str, bool]:
@@ -50,7 +50,9 @@ def test_what_refuses_raises_or_kills_its_worker_is_told_and_the_others_go_on(
     with workers(2, None, tmp_path) as client:
         tasks = {f"task {i}": (i, tmp_path) for i in range(10)}
         outcomes = {o.name: o for o in spread(client, troubled, tasks)}
-        again = [*spread(client, threads, {"a": (0,)})]
+        again = [
+            *spread(client, environment, {"a": ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MALLOC_TRIM_THRESHOLD_")})
+        ]
     assert set(outcomes) == set(tasks)
     assert {name: o.failure for name, o in outcomes.items() if o.failure} == {
         "task 0": "here: no such arm; look again",
@@ -59,7 +61,7 @@ def test_what_refuses_raises_or_kills_its_worker_is_told_and_the_others_go_on(
     }
     assert [outcomes[f"task {i}"].result for i in range(3, 10)] == [*range(3, 10)]
     assert (tmp_path / "once").exists()
-    assert again == [Outcome("a", ("1", "1"), None)]
+    assert again == [Outcome("a", ("1", "1", None), None)]
     assert capfd.readouterr().err == ""
 
 

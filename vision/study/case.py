@@ -30,19 +30,12 @@ def run_case(case: Case, samples: Path, folder: Path, code: str, keep: bool) -> 
     What `sync` or `diagnose` refuse is a result too. Raises ValueError where the generator finds no motion for the case.
     """
     here = folder / case.name
-    _cleared(here)
     try:
         result = {"name": case.name, "case": case.as_json(), "code": code, **_outcome(case, generator(samples), here)}
         write_text(folder / f"{case.name}.json", as_json(result))
     finally:
-        if not keep:
-            _cleared(here)
-
-
-def _cleared(folder: Path) -> None:
-    """What one that was killed may have left, too."""
-    if folder.exists():
-        shutil.rmtree(folder)
+        if not keep and here.exists():
+            shutil.rmtree(here)
 
 
 def _outcome(case: Case, experiment: ModuleType, here: Path) -> dict[str, Any]:

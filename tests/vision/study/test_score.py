@@ -178,12 +178,10 @@ def test_tables_count() -> None:
 
 
 def test_detection_is_counted_by_size_where_sizes_differ() -> None:
-    sizes = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8]
-    scores = [
-        replace(scored([DRUM], "cause", FOUND), size=s) if s > 0.4 else scored([DRUM], "consistent", size=s)
-        for s in sizes
-    ]
+    said = {0.1: "consistent", 0.2: "consistent", 0.3: "unknown", 0.4: "consistent", 0.5: "unknown", 0.6: "unknown"}
+    scores = [replace(scored([DRUM], verdict), size=size) for size, verdict in said.items()]
+    scores += [replace(scored([DRUM], "cause", FOUND), size=size) for size in (0.7, 0.8)]
     made = {table.title: table for table in tables(scores, [*CATALOGUE])}
     (row,) = made["Detection against size"].rows
-    assert row == ("drum_radius", "0 0 2", "0 0 2", "2 2 2", "2 2 2")
+    assert row == ("drum_radius", "0 0 2", "0 1 2", "0 2 2", "2 2 2")
     assert "Detection against size" not in {table.title for table in tables(scores[-1:], [*CATALOGUE])}
