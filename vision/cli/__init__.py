@@ -22,6 +22,7 @@ COMMANDS = {
     "diagnose": "What the simulation gets wrong, its cause, and what the model gains by it.",
     "run": "All of it for recording folders, and one report each.",
     "demo": "The same on the recording shipped in samples/.",
+    "study": "Hides effects in generated data and counts how often they are found.",
 }
 
 

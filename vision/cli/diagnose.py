@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from vision.cli.output import FILE, FOLDER, as_json, report_result, results
+from vision.cli.output import FILE, FOLDER, report_result, results
 
 
 @click.command(epilog="Example: xneck diagnose monday.mcap --held-out tuesday.mcap --out diagnosis")
@@ -29,6 +29,7 @@ def command(
     from identification.dataset_file import read_dataset
     from identification.diagnosis import diagnose, extended, record
     from identification.model import write_model
+    from xneck.json_text import as_json
     from xneck.provenance import provenance
     from xneck.whole_file import write_text
 

@@ -1,8 +1,6 @@
 """Options and output that all commands share."""
 
 import functools
-import json
-import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +11,7 @@ import click
 from identification.dataset_file import FORMATS, export
 from identification.series import Series
 from xneck.errors import Refused
+from xneck.json_text import as_json
 from xneck.recovered import recoveries
 from xneck.whole_file import check_place, write_text
 
@@ -87,21 +86,6 @@ def report_result(result: dict[str, Any], text: str, json_out: str | None, quiet
         write_text(json_out, as_json(result))
     if not quiet:
         click.echo(text)
-
-
-def as_json(value: Any) -> str:
-    """JSON text; numbers that JSON has no words for become null."""
-    return json.dumps(_plain(value), indent=2, ensure_ascii=False) + "\n"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 def export_beside(series: Series, out: Path, kind: str | None) -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from vision.cli.output import FILE, FOLDER, as_json, recovered, report_result, results
+from vision.cli.output import FILE, FOLDER, recovered, report_result, results
 
 
 @click.command(epilog="Example: xneck run recordings/monday --out results")
@@ -29,6 +29,7 @@ def run_all(folders: tuple[Path, ...], out: Path, quiet: bool) -> dict[str, dict
     from vision.recording import read_recording
     from vision.report import write_report
     from xneck.errors import Refused
+    from xneck.json_text import as_json
     from xneck.whole_file import write_text
 
     recordings = [read_recording(folder) for folder in folders]

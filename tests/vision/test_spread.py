@@ -1,0 +1,133 @@
+"""Tasks over processes: all are done, whatever one of them does."""
+
+import logging
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from distributed import LocalCluster
+
+from vision import spread as module
+from vision.spread import Outcome, spread, workers
+from xneck.errors import Refused
+from xneck.source import digest
+
+
+def square(x: int) -> int:
+    return x * x
+
+
+def troubled(x: int, folder: Path) -> int:
+    """Fails in its own way: 0 refuses, 1 raises, 2 takes its worker along, 3 does so the first time."""
+    if x == 0:
+        raise Refused("here", "no such arm", "look again")
+    if x == 1:
+        np.linalg.inv(np.zeros((2, 2)))
+    once = folder / "once"
+    if x == 2 or (x == 3 and not once.exists()):
+        once.touch() if x == 3 else None
+        os.kill(os.getpid(), signal.SIGKILL)
+    return x
+
+
+def environment(*names: str) -> tuple[str | None, ...]:
+    return tuple(os.environ.get(name) for name in names)
+
+
+def sees_nothing(_: str) -> tuple[str, bool]:
+    return digest(), False
+
+
+def test_what_refuses_raises_or_kills_its_worker_is_told_and_the_others_go_on(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with workers(2, None, tmp_path) as client:
+        tasks = {f"task {i}": (i, tmp_path) for i in range(10)}
+        outcomes = {o.name: o for o in spread(client, troubled, tasks)}
+        again = [
+            *spread(client, environment, {"a": ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MALLOC_TRIM_THRESHOLD_")})
+        ]
+    assert set(outcomes) == set(tasks)
+    assert {name: o.failure for name, o in outcomes.items() if o.failure} == {
+        "task 0": "here: no such arm; look again",
+        "task 1": "LinAlgError: Singular matrix",
+        "task 2": "its worker died, 3 times",
+    }
+    assert [outcomes[f"task {i}"].result for i in range(3, 10)] == [*range(3, 10)]
+    assert (tmp_path / "once").exists()
+    assert again == [Outcome("a", ("1", "1", None), None)]
+    assert capfd.readouterr().err == ""
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """Of a cluster with one worker, in a process of its own."""
+    options: Any = {"threads_per_worker": 1, "dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL}
+    cluster: Any
+    with LocalCluster(n_workers=1, **options) as cluster:
+        yield cluster.scheduler_address
+
+
+def test_a_cluster_that_is_there_is_used(address: str, tmp_path: Path) -> None:
+    with workers(None, address, tmp_path) as client:
+        outcomes = [*spread(client, square, {str(i): (i,) for i in range(5)})]
+    assert {o.name: o.result for o in outcomes} == {str(i): i * i for i in range(5)}
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_cluster_that_would_fail_is_refused(address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refusal() -> str:
+        with pytest.raises(Refused) as caught, workers(None, address, tmp_path):
+            raise AssertionError("not refused")
+        return str(caught.value)
+
+    with monkeypatch.context() as patch:
+        patch.setattr("xneck.__version__", "9.9")
+        assert "has xneck " in refusal()
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "digest", lambda: "others")
+        assert "has other sources of xneck" in refusal()
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "_at_home", sees_nothing)
+        assert f"does not see {tmp_path}" in refusal()
+
+
+def test_a_scheduler_that_is_lost_ends_it_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    code = (
+        "from distributed import LocalCluster; import time\n"
+        "with LocalCluster(n_workers=1, processes=False, dashboard_address='127.0.0.1:0', protocol='tcp') as c:\n"
+        "    print(c.scheduler_address, flush=True); time.sleep(60)"
+    )
+    monkeypatch.setattr(module, "_CONNECT_S", 1)
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as elsewhere:
+        assert elsewhere.stdout is not None
+        scheduler = elsewhere.stdout.readline().strip()
+        with workers(None, scheduler, tmp_path) as client:
+            outcomes = spread(client, square, {str(i): (i,) for i in range(9)})
+            assert next(outcomes).failure is None
+            elsewhere.kill()
+            with pytest.raises(Refused, match="its scheduler is gone"):
+                list(outcomes)
+
+
+def test_no_cluster_and_one_without_workers_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    options: Any = {"dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL}
+    idle: Any
+    with (
+        LocalCluster(n_workers=0, **options) as idle,
+        pytest.raises(Refused, match="has no workers"),
+        workers(None, idle.scheduler_address, tmp_path),
+    ):
+        pass
+    monkeypatch.setattr(module, "_CONNECT_S", 0.5)
+    with (
+        pytest.raises(Refused, match="no dask scheduler answers there"),
+        workers(None, "tcp://127.0.0.1:1", tmp_path),
+    ):
+        pass

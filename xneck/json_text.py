@@ -1,0 +1,20 @@
+"""JSON that any reader takes: numbers that it has no words for become null."""
+
+import json
+import math
+from typing import Any
+
+
+def as_json(value: Any) -> str:
+    """JSON text; infinities and what is not a number become null."""
+    return json.dumps(_plain(value), indent=2, ensure_ascii=False) + "\n"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
