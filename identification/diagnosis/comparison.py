@@ -69,6 +69,8 @@ class Comparison:
     """products of the columns with the residual last, (B, K + 1, K + 1)"""
     chance: Array
     """of the columns with draws of noise, (B, K, D)"""
+    quiet: float
+    """loss of noise alone; zero without draws"""
     sigma: Array
     """of what is known beforehand, (K,); inf where nothing is"""
     doubt: Array
@@ -105,11 +107,16 @@ class Comparison:
             out[fold == f] = np.einsum("i,bij,j->b", y, own[:, at[:, None], at], y)
         return out
 
-    @property
+    @cached_property
     def merit(self) -> float:
         """Loss of the point as it is, but for nuisances."""
         use = np.arange(self.base, self.base + len(self.nuisances))
         return self._solved(self.table, use, self._known(None), 0.0)[1]
+
+    @cached_property
+    def with_causes_as_they_are(self) -> float:
+        """Loss with the base model's numbers at their best, and the causes' at the point's."""
+        return self._solved(self.table, np.arange(self.base + len(self.nuisances)), self._known(None), 0.0)[1]
 
     def covariance(self, fit: Fitted) -> Array:
         """Of a fit's numbers: what blocks do to them, each for itself, and what is not known of nuisances."""
@@ -152,11 +159,16 @@ class Comparison:
             held = np.where(free, 0.0, x)
             x[free] = cho_solve(cho_factor(H[np.ix_(free, free)]), (b - H @ held)[free])
             over = np.where(nuisance & free, np.abs(x - middle) / wall, 0.0)
-            if over.max() <= 1:
+            if over.max() > 1:
+                beyond = over >= max(1.0, over.max() / 2)
+                x[beyond] = middle[beyond] + np.sign(x - middle)[beyond] * wall[beyond]
+                free &= ~beyond
+                continue
+            # what was stopped at its wall while others were still in the way may want to come back
+            back = ~free & ((b - H @ x) * (x - middle) < 0)
+            if not back.any():
                 break
-            beyond = over >= max(1.0, over.max() / 2)
-            x[beyond] = middle[beyond] + np.sign(x - middle)[beyond] * wall[beyond]
-            free &= ~beyond
+            free |= back
         loss = total - 2 * float(x @ b) + float(x @ G @ x)
         return x / scale, loss
 
@@ -253,17 +265,18 @@ def compare(
     slots = [np.arange(a, b) for a, b in pairwise(ends)]
     groups = [Group(e, shape, s) for (e, shape), s in zip(effects, slots[len(causes) :], strict=True)]
     k = int(ends[-1])
-    blocks, chance, rows = [], [], 0
+    blocks, chance, quiet, rows = [], [], 0.0, 0
     for r, (matrix, place) in enumerate(zip(matrices, places, strict=True)):
         s = place.signals
         starts = stretch_starts(s)
         white = whiten(matrix, starts)
-        noise = whiten(np.stack(drawn[r], axis=-1), starts) if drawn else np.zeros((*white.shape[:2], 0))
+        noise = whiten(np.stack(drawn[r], axis=-1), starts) if drawn else white[..., :0]
         length = max(1, round(BLOCK_S / (s.step * s.low_pass.factor)))
         for begin in range(0, white.shape[1], length):
             part = white[:, begin : begin + length].reshape(-1, k + 1)
             blocks.append(part.T @ part)
             chance.append(part[:, :k].T @ noise[:, begin : begin + length].reshape(len(part), -1))
+        quiet += float(np.sum(noise**2)) / max(noise.shape[2], 1)
         rows += int(np.count_nonzero(white[..., -1]))
     sigma, mean = np.full(k, np.inf), np.zeros(k)
     sigma[len(size) : first] = 1.0
@@ -280,6 +293,6 @@ def compare(
     if doubted is None:
         doubted = bool(causes) and not any(cause.effect.of_clock for cause in causes)
     return Comparison(
-        at, tuple(matrices), len(size), every, held, tuple(groups), np.array(blocks), np.array(chance),
+        at, tuple(matrices), len(size), every, held, tuple(groups), np.array(blocks), np.array(chance), quiet,
         sigma, doubt, mean, known.clock, doubted, rows,
     )  # fmt: skip

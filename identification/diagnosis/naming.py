@@ -1,7 +1,8 @@
 """Which causes explain what the base model does not: the best one first, as long as one explains a part worth naming.
 
-A cause is named where it takes MATERIAL of the loss away. With it go all others that explain as much but for TIED of it: data
-cannot tell these apart. Of two that explain as much the one with fewer numbers stands for both.
+A cause is named where it takes MATERIAL of the loss away, and more than any would by chance. In the end those that explained
+about as much are fitted in its place; with it go all that leave little more: data cannot tell these apart. Of two that
+explain as much the one with fewer numbers stands for both.
 """
 
 from collections.abc import Sequence
@@ -29,8 +30,6 @@ Array = NDArray[np.float64]
 
 MATERIAL = 0.08
 """of the loss: what a cause must take away at least"""
-TIED = 0.05
-"""of what the best cause explains: nearer than that to it a cause is not told from it; laws have forms that nobody knows better"""
 ALONE = 0.95
 """of what an effect explains everywhere: a place that explains as much has it alone"""
 EXPLAINED = 0.6
@@ -41,10 +40,8 @@ MOST = 3
 FALSE_ALARMS = 0.01
 """how often the most telling of all causes may be told by noise and a drawing's errors alone"""
 _WORLDS = 400
-_SURELY = 2.0
-"""standard errors of what blocks say of two causes"""
-_BETTER = 0.01
-"""of what the best explains: by how much more numbers must explain more"""
+_RIVALS, _NEAR = 4, 0.15
+"""so many of those that explain as much but for this part are fitted in the place of the best: before, all is linear"""
 _ROUNDS = 16
 _FAR_M, _SOFT = 5e-3, 0.3
 """x0 beyond the description's, and stiffness over the middle one: a fit begins within"""
@@ -73,15 +70,6 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Named:
-    """A cause, those that explain as much, and the loss before it."""
-
-    best: Candidate
-    tied: tuple[Candidate, ...]
-    loss_before: float
-
-
-@dataclass(frozen=True)
 class Turn:
     """Recordings with the causes named so far."""
 
@@ -94,9 +82,32 @@ class Turn:
     fit: Fitted
 
     @cached_property
+    def loss(self) -> float:
+        """Of blocks where all but their fold were fitted."""
+        return float(self.end.crossed().sum())
+
+    @cached_property
     def beyond(self) -> Excess:
         """What stands above noise."""
         return excess(self.end.left(self.fit), self.floor)
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A cause that explains as much, and the loss with it."""
+
+    effect: Effect
+    where: Where
+    loss: float
+
+
+@dataclass(frozen=True)
+class Named:
+    """A cause, those that explain as much with itself as the first, and the loss before it."""
+
+    best: Candidate
+    tied: tuple[Rival, ...]
+    loss_before: float
 
 
 @dataclass(frozen=True)
@@ -118,27 +129,62 @@ def search(h: Hypothesis, read: Sequence[Read], seed: int = 0) -> Search:
     data = [one.data for one in read]
     at = _begun(h, data)
     whiten = whitener(noise(at, read), [stretch_starts(place.signals) for place in at.places], h.arm.M)
-    first = turn = _settled(at, h, (), data, read, whiten, errors(at))
-    asked = now = _all_beside(first, whiten)
-    named: list[Named] = []
+
+    def settled(at: Point, causes: tuple[Cause, ...], known: Errors) -> Turn:
+        """Fitted with these causes, and what stands above noise there."""
+        at, causes = refined(at, h, causes, data, known, whiten)
+        known, floor = errors(at), noise(at, read)
+        end = compare(at, causes, (), known, whiten, floor)
+        return Turn(end, causes, known, tuple(floor), end.fit())
+
+    turns = [settled(at, (), errors(at))]
+    asked = now = _all_beside(turns[0], whiten)
+    found: list[tuple[Candidate, ...]] = []
     rankings: list[tuple[Candidate, ...]] = []
-    while len(named) < MOST:
-        rng = np.random.default_rng(seed + len(named))
+    while len(found) < MOST:
+        turn, rng = turns[-1], np.random.default_rng(seed + len(found))
         ranked = rank(now)
         rankings.append(tuple(ranked))
         chance = float(np.quantile(now.by_chance([c.columns for c in ranked], rng, _WORLDS), 1 - FALSE_ALARMS))
-        if not ranked or ranked[0].gain < max(MATERIAL * turn.fit.loss, chance) or (named and not turn.beyond.plain):
+        if ranked[0].gain < max(MATERIAL * turn.fit.loss, chance) or (found and not turn.beyond.plain):
             break
-        near = tied(ranked)
-        then = _settled(turn.end.point, h, (*turn.causes, entered(near[0])), data, read, whiten, turn.known)
+        then = settled(turn.end.point, (*turn.causes, entered(ranked[0])), turn.known)
         # what a named cause leaves, for its law has another form, others may explain in part; a second cause explains most of it
-        if named and then.beyond.energy > (1 - MOSTLY) * turn.beyond.energy:
+        explained = then.end.with_causes_as_they_are < (1 - MATERIAL) * turn.fit.loss
+        if not explained or (found and then.beyond.energy > (1 - MOSTLY) * turn.beyond.energy):
             break
-        named.append(Named(near[0], near, turn.fit.loss))
-        turn, now = then, _all_beside(then, whiten)
-    if named and turn.beyond.plain and turn.beyond.energy > (1 - EXPLAINED) * first.beyond.energy:
-        turn, named = first, []
-    return Search(first, turn, tuple(named), whiten, asked, tuple(rankings))
+        found.append(tuple(c for c in ranked[:_RIVALS] if c.gain > (1 - _NEAR) * ranked[0].gain))
+        turns.append(then)
+        now = _all_beside(then, whiten)
+    first, last, named = turns[0], turns[-1], []
+    for i, near in enumerate(found):
+        # every rival in the place of the cause, with the others that were found
+        tried = [(near[0], last)]
+        for rival in near[1:]:
+            causes = (*last.causes[:i], entered(rival), *last.causes[i + 1 :])
+            tried.append((rival, settled(turns[i].end.point, causes, turns[i].known)))
+        tried.sort(key=lambda each: each[1].loss)
+        (best, last), *_ = tried
+        named.append(Named(best, tied(tried), turns[i].fit.loss))
+    if named and last.beyond.plain and last.beyond.energy > (1 - EXPLAINED) * first.beyond.energy:
+        last, named = first, []
+    return Search(first, last, tuple(named), whiten, asked, tuple(rankings))
+
+
+def tied(tried: Sequence[tuple[Candidate, "Turn"]]) -> tuple[Rival, ...]:
+    """Those that leave little more than the best, the best first; `tried` in this order.
+
+    Little is MATERIAL of what is left, and as much as the best itself leaves above noise: laws have forms that nobody knows
+    better. One with more numbers than another stays only where it leaves less by them."""
+    best = tried[0][1]
+    most = best.loss + MATERIAL * best.loss + max(0.0, best.loss - best.end.quiet)
+    kept: list[tuple[Candidate, Turn]] = []
+    for c, turn in sorted((each for each in tried if each[1].loss <= most), key=lambda each: each[0].numbers):
+        simpler = [t.loss for k, t in kept if k.numbers < c.numbers]
+        if not simpler or turn.loss < (1 - MATERIAL) * min(simpler):
+            kept.append((c, turn))
+    kept.sort(key=lambda each: each[1].loss)
+    return tuple(Rival(c.effect, c.where, turn.loss) for c, turn in kept)
 
 
 def _begun(h: Hypothesis, data: Sequence[DataSet]) -> Point:
@@ -154,22 +200,6 @@ def _begun(h: Hypothesis, data: Sequence[DataSet]) -> Point:
     k = u.slots["k", None]
     p[k] = np.maximum(p[k], _SOFT * np.median(p[k]))
     return point(h, signals, p, late)
-
-
-def _settled(
-    at: Point,
-    h: Hypothesis,
-    causes: tuple[Cause, ...],
-    data: Sequence[DataSet],
-    read: Sequence[Read],
-    whiten: Whitener,
-    known: Errors,
-) -> Turn:
-    """Fitted with these causes, and what stands above noise there."""
-    at, causes = refined(at, h, causes, data, known, whiten)
-    known, floor = errors(at), noise(at, read)
-    end = compare(at, causes, (), known, whiten)
-    return Turn(end, causes, known, tuple(floor), end.fit())
 
 
 def _all_beside(turn: Turn, whiten: Whitener) -> Comparison:
@@ -203,25 +233,6 @@ def rank(now: Comparison) -> list[Candidate]:
     return sorted(best.values(), key=lambda c: -c.gain)
 
 
-def tied(ranked: Sequence[Candidate]) -> tuple[Candidate, ...]:
-    """Those that explain as much as the best but for TIED of it, or for what blocks differ by chance, the most telling first.
-
-    One with more numbers than another stays only where it explains more by them."""
-    best = ranked[0]
-    kept: list[Candidate] = []
-    for c in sorted((c for c in ranked if _near(c, best)), key=lambda c: (c.numbers, -c.gain)):
-        simpler = [k.gain for k in kept if k.numbers < c.numbers]
-        if not simpler or c.gain > max(simpler) + _BETTER * best.gain:
-            kept.append(c)
-    return tuple(sorted(kept, key=lambda c: -c.gain))
-
-
-def _near(c: Candidate, best: Candidate) -> bool:
-    less = best.gains - c.gains
-    by_chance = _SURELY * np.sqrt(len(less) * np.var(less))
-    return less.sum() <= max(TIED * best.gain, by_chance)
-
-
 def entered(c: Candidate) -> Cause:
     """A candidate as a cause that does nothing yet."""
     return Cause(c.effect, c.where, np.zeros(len(c.where.columns)), dict(c.shape))
@@ -233,10 +244,10 @@ def refined(
     """The base model's numbers, the causes' and doubtful clocks fitted together from a point on, by Levenberg and Marquardt."""
     at = _at(at, believed(h, causes), data, at.p, at.late)
     now = compare(at, causes, (), known, whiten)
-    merit, damping = now.merit, 0.0
-    gap = merit - now.fit().loss
+    damping = 0.0
     for _ in range(_ROUNDS):
-        if gap < _SETTLED * merit:
+        gap = now.merit - now.fit().loss
+        if gap < _SETTLED * now.merit:
             break
         fit = now.fit(damping=damping)
         step = np.append(fit.numbers[: now.base], fit.numbers[now.base + len(now.nuisances) :])
@@ -244,10 +255,12 @@ def refined(
         late = at.late + now.clock_moved(fit) if now.doubted else at.late
         then = _at(at, believed(h, changed), data, p, late)
         there = compare(then, changed, (), known, whiten)
-        # columns are told by the motors, so that the best numbers leave nothing along them, not the least of all
-        left = there.merit - there.fit().loss
-        if left < gap:
-            at, now, causes, merit, gap = then, there, changed, there.merit, left
+        was, is_now = now.with_causes_as_they_are, there.with_causes_as_they_are
+        # the base model's numbers are all but linear, and follow what the causes' are. Columns are told by the motors, so that
+        # the best numbers leave nothing along them, not the least of all
+        nearer = there.merit - there.fit().loss < gap
+        if is_now < (1 - _SETTLED) * was or (is_now <= (1 + _SETTLED) * was and nearer):
+            at, now, causes = then, there, changed
             damping = damping / 10 if damping > _FIRST_DAMPING else 0.0
         else:
             damping = max(_FIRST_DAMPING, 10 * damping)

@@ -6,9 +6,11 @@ import numpy as np
 
 from identification.diagnosis.cause import Cause
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.naming import TIED, Named
+from identification.diagnosis.naming import MATERIAL, Named
 from xneck.estimate import Parameter
 
+_ALIKE = 0.9
+"""share of what an effect does that another one may feign"""
 KNOWN = 0.1
 """sigma over value up to which a number is identified"""
 
@@ -59,15 +61,15 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
             {"effect": a, "feigned_by": b, "share": float(d.sight.alike[i, j])}
             for i, a in enumerate(d.sight.effects)
             for j, b in enumerate(d.sight.effects)
-            if i != j and d.sight.alike[i, j] > 1 - 2 * TIED
+            if i != j and d.sight.alike[i, j] > _ALIKE
         ],
     }
 
 
 def probability(named: Named) -> float:
-    """Of a cause among all that were considered beside it, laws' unknown forms allowed for: half of TIED is one step of e."""
-    gains = np.array([c.gain for c in named.tied])
-    weight = np.exp((gains - named.best.gain) / (TIED / 2 * named.best.gain))
+    """Of a cause among all that were considered beside it, laws' unknown forms allowed for: half of MATERIAL is one step of e."""
+    losses = np.array([rival.loss for rival in named.tied])
+    weight = np.exp((losses[0] - losses) / (MATERIAL / 2 * losses[0]))
     return float(1 / weight.sum())
 
 
