@@ -14,6 +14,7 @@ from identification.diagnosis.hypothesis import Hypothesis, as_described
 from identification.diagnosis.naming import Search, search
 from identification.diagnosis.noise import read
 from identification.diagnosis.sight import Sight, sight
+from identification.diagnosis.signature import Signature, signature
 from identification.estimates import check_motion, one_arm
 from identification.frames import seen_in
 from xneck.errors import Refused
@@ -39,6 +40,8 @@ class Diagnosis:
     after: Excess
     sight: Sight
     """what these recordings could have shown"""
+    signature: Signature
+    """where, when and against what the base model errs"""
     gains: tuple[Gain, ...]
     """on recordings that were not fitted"""
     extended: Hypothesis
@@ -83,7 +86,9 @@ def diagnose(
         was = held(found.base, first, h, others, found.whiten)
         now = held(found.end, last, extended, others, found.whiten)
         gained = gains(was, now, h.arm.M)
-    return Diagnosis(verdict, why, found, before, after, could, gained, believed(h, found.causes))
+    return Diagnosis(
+        verdict, why, found, before, after, could, signature(found, before), gained, believed(h, found.causes)
+    )
 
 
 def _verdict(found: Search, before: Excess, after: Excess, could: Sight) -> tuple[str, str]:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from identification.diagnosis import signature_record
 from identification.diagnosis.cause import Cause
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.naming import TIED, Named
@@ -30,7 +31,6 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
             }
         )
     arm = d.extended.arm
-    channels = [f"motor {j + 1}" for j in range(arm.M)] + [f"joint {i + 1}" for i in range(arm.N)]
     gain = max(d.gains, key=lambda g: g.before / g.noise_floor, default=None)
     return {
         "verdict": d.verdict,
@@ -47,12 +47,13 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
                 "after": float(d.after.rms[j]),
                 "noise_floor": float(d.after.floor[j]),
             }
-            for j, name in enumerate(channels)
+            for j, name in enumerate(signature_record.channels(arm.M, arm.N))
         ],
         "considered": [
             {"effect": c.effect.name, "where": c.where.label, "explains": c.gain / d.search.base.fit().loss}
             for c in d.search.rankings[0]
         ],
+        "signature": signature_record.as_json(d.signature, arm.M),
         "could_not_show": list(d.sight.blind),
         "look_alikes": [
             {"effect": a, "feigned_by": b, "share": float(d.sight.alike[i, j])}
@@ -98,6 +99,8 @@ def _parameters(cause: Cause, sigma: np.ndarray, places: int) -> list[Parameter]
 def as_text(d: Diagnosis) -> str:
     """The verdict, the causes, and the gain, for a person."""
     lines = [d.verdict + (f": {d.why}" if d.why else "")]
+    if d.verdict == "unknown":
+        lines.append(f"  {signature_record.words(d.signature, d.extended.arm.M)}")
     for named, cause, own in zip(d.search.named, d.search.causes, parameters_of(d), strict=True):
         lines.append(f"  {cause.effect.name} ({cause.where.label}): {cause.effect.words}")
         lines += [
