@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from identification.diagnosis import signature_record
+from identification.diagnosis.advice import advice
 from identification.diagnosis.cause import Cause
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.naming import TIED, Named
@@ -54,7 +55,12 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
             for c in d.search.rankings[0]
         ],
         "signature": signature_record.as_json(d.signature, arm.M),
+        "next": [step.as_json() for step in advice(d)],
         "could_not_show": list(d.sight.blind),
+        "isolability": {
+            "effects": list(d.sight.effects),
+            "feigned": [[round(float(share), 3) for share in row] for row in d.sight.alike],
+        },
         "look_alikes": [
             {"effect": a, "feigned_by": b, "share": float(d.sight.alike[i, j])}
             for i, a in enumerate(d.sight.effects)
