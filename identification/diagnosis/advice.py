@@ -19,8 +19,8 @@ _MEASURED = {
 }
 """of effects that no design names: what settles them"""
 _SIGNS = {
-    "periodic": "look for teeth, poles or a bent shaft that come round as often as this; a slow motion over more of the drum's turn "
-    "shows them more clearly",
+    "periodic": "look for teeth, poles or a bent shaft that come round as often as this; a slow motion over more of the drum's "
+    "turn shows them more clearly",
     "drift": "let the arm run warm before recording, or record until nothing changes any more, and diagnose again",
     "episodes": "look at the video at these times: something touched or caught the arm; leave these times out, and diagnose again",
     "constant": "look for a load, a spring or an offset that neck.yaml does not know",
@@ -73,7 +73,7 @@ def _apart(effects: Sequence[Effect]) -> tuple[Step, ...]:
 def _onwards() -> tuple[Step, ...]:
     return (
         Step(
-            "neck.yaml and model.yaml in this folder hold the extended model; read the recording anew with this description",
+            "the extended model stands in neck.yaml and model.yaml beside this page; read the recording anew with this description",
             "xneck sync ANGLES LOG --neck neck.yaml --out extended.mcap",
         ),
         Step("and simulate it", "xneck simulate extended.mcap --model model.yaml --out simulated.mcap"),

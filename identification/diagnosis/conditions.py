@@ -27,12 +27,14 @@ class Condition:
     """sign of the motion, where the residual is taken along it: what rubs more or less; (S,) each"""
 
     def means(self, residual: Sequence[Array]) -> tuple[Array, Array]:
-        """Mean and RMS of a residual (S,) of each recording, by bins."""
-        _, which = self.bins()
+        """Mean and RMS of a residual (S,) of each recording, by bins; NaN where a bin is empty."""
+        middles, which = self.bins()
         signed = residual if self.along is None else [r * way for r, way in zip(residual, self.along, strict=True)]
         flat, r = np.concatenate(which), np.concatenate(signed)
-        count = np.maximum(np.bincount(flat, minlength=flat.max() + 1), 1)
-        return np.bincount(flat, r) / count, np.sqrt(np.bincount(flat, np.concatenate(residual) ** 2) / count)
+        count = np.bincount(flat, minlength=len(middles)).astype(float)
+        count[count == 0] = np.nan
+        square = np.bincount(flat, np.concatenate(residual) ** 2, len(middles))
+        return np.bincount(flat, r, len(middles)) / count, np.sqrt(square / count)
 
     def columns(self) -> list[Array]:
         """One for each bin, (S, K) of each recording: 1 within it, or the motion's sign."""

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,8 @@ MOST = 120
 """windows of a recording"""
 MOSTLY = 0.8
 """of what a channel has above noise, that short episodes hold together"""
+_LISTED = 0.95
+"""of the same, that the episodes hold which are listed"""
 SELDOM = 1 / 3
 """of the time, that they take at most: else it is no episode but the rule"""
 
@@ -77,17 +78,16 @@ def brief(courses: Sequence[Course], channel: int) -> float:
 
 
 def episodes(courses: Sequence[Course], channels: Sequence[int]) -> tuple[Episode, ...]:
-    """Stretches of windows that hold MOSTLY of what these channels have above noise, in units of it; neighbours are one."""
+    """Stretches of windows that hold _LISTED of what these channels have above noise, in units of it; neighbours are one."""
     weight = [
         sum((np.maximum(c.before[k] ** 2 / c.noise[k] ** 2 - 1, 0) for k in channels), np.zeros(len(c.begin)))
         for c in courses
     ]
     flat = np.sort(np.concatenate(weight))[::-1]
-    least = flat[min(int(np.searchsorted(np.cumsum(flat), MOSTLY * flat.sum())), len(flat) - 1)]
+    least = flat[min(int(np.searchsorted(np.cumsum(flat), _LISTED * flat.sum())), len(flat) - 1)]
     out = []
     for recording, (c, w) in enumerate(zip(courses, weight, strict=True)):
         edge = np.flatnonzero(np.diff(np.concatenate([[False], w >= least, [False]]).astype(int)))
-        for first, beyond in pairwise(edge.tolist()):
-            if first in edge[::2]:
-                out.append(Episode(recording, float(c.begin[first]), float(c.begin[beyond - 1] + c.length)))
+        for first, beyond in zip(edge[::2].tolist(), edge[1::2].tolist(), strict=True):
+            out.append(Episode(recording, float(c.begin[first]), float(c.begin[beyond - 1] + c.length)))
     return tuple(out)

@@ -22,6 +22,8 @@ BEFORE, AFTER = style.MODELS[3], style.MODELS[1]
 _SHADES = ("#FFFFFF", "#E3E3E3", "#B5B5B5", "#6FA3CD", "#174E80")
 _LEVELS = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
 """of what an effect does, that another could feign; the causes that are named alike explain within 5 % of each other"""
+_SEEN = 1e-6
+"""of the loss: what does less does nothing that could be feigned"""
 
 
 def channel_words(channel: int, motors: int) -> str:
@@ -42,7 +44,7 @@ def proof(s: Signature, motors: int, changed: bool) -> Block:
         )
     p = shown(s)
     if s.kind == "nothing":
-        says = "The channel that stands highest above noise: its error does not leave the band of noise alone."
+        says = "Where it stands highest: the bins' means stay within the band of noise alone, and the RMS is about noise's."
     else:
         share = f", {100 * s.best.explains:.0f} % of what stands above noise there"
         says = f"Every bin's mean{share if s.best.explains else ''}, and its RMS." + (
@@ -106,6 +108,8 @@ def alike(sight: Sight) -> Block:
     for shade, colour in enumerate(_SHADES[1:], start=1):
         rows, columns = np.nonzero((level == shade) & ~np.eye(count, dtype=bool))
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
+            if sight.share[row] < _SEEN:
+                continue
             axes.fill([column, column + 1, column + 1, column], [row, row, row + 1, row + 1], color=colour, linewidth=0)
     for k in range(count):
         axes.fill([k, k + 1, k + 1, k], [k, k, k + 1, k + 1], color=style.QUIET, alpha=0.35, linewidth=0)
@@ -143,19 +147,21 @@ def _legend(changed: bool) -> tuple[Entry, ...]:
 
 def _means(p: Pattern, motors: int, changed: bool, key: str) -> Markup:
     figure, axes = style.panel()
-    axes.fill_between(p.at, -p.noise, p.noise, color=style.BROAD, alpha=0.35, linewidth=0)
+    size = _size(p.channel, motors)
+    axes.fill_between(p.at, -size * p.noise, size * p.noise, color=style.BROAD, alpha=0.35, linewidth=0)
     axes.axhline(0, color=style.QUIET, linewidth=0.7)
-    _lines(axes, p.at, p.before, p.after, changed)
-    axes.set_ylabel(f"mean of what is left, {_unit(p, motors)}")
+    _lines(axes, p.at, size * p.before, size * p.after, changed)
+    axes.set_ylabel(f"mean left, {_unit(p.channel, motors)}")
     return _finished(figure, axes, p, motors, f"{key}-mean")
 
 
 def _spread(p: Pattern, motors: int, changed: bool, key: str) -> Markup:
     figure, axes = style.panel()
-    axes.fill_between(p.at, 0 * p.noise, p.noise, color=style.BROAD, alpha=0.35, linewidth=0)
-    _lines(axes, p.at, p.before_rms, p.after_rms, changed)
+    size = _size(p.channel, motors)
+    axes.fill_between(p.at, 0 * p.noise, size * p.noise, color=style.BROAD, alpha=0.35, linewidth=0)
+    _lines(axes, p.at, size * p.before_rms, size * p.after_rms, changed)
     axes.set_ylim(bottom=0)
-    axes.set_ylabel(f"RMS of what is left, {_unit(p, motors)}")
+    axes.set_ylabel(f"RMS left, {_unit(p.channel, motors)}")
     return _finished(figure, axes, p, motors, f"{key}-rms")
 
 
@@ -178,13 +184,14 @@ def _course(s: Signature, channel: int, motors: int, changed: bool, key: str) ->
         before.append(np.append(c.before[channel], np.nan))
         after.append(np.append(c.after[channel], np.nan))
         noise.append(np.append(np.full(len(c.begin), c.noise[channel]), np.nan))
-    time, floor = np.concatenate(at), np.concatenate(noise)
+    time, size = np.concatenate(at), _size(channel, motors)
+    floor = size * np.concatenate(noise)
     axes.fill_between(time, 0, floor, color=style.BROAD, alpha=0.35, linewidth=0)
-    _lines(axes, time, np.concatenate(before), np.concatenate(after), changed, dots=False)
+    _lines(axes, time, size * np.concatenate(before), size * np.concatenate(after), changed, dots=False)
     axes.set_ylim(bottom=0)
-    name, unit = channel_words(channel, motors), "N" if channel < motors else "N m"
+    name = channel_words(channel, motors)
     axes.set_title(name, color=_colour(channel, motors))
-    axes.set_ylabel(f"RMS, {unit}")
+    axes.set_ylabel(f"RMS, {_unit(channel, motors)}")
     axes.set_xlabel("time, s")
     return inline(figure, f"{key}{channel}", f"what is left at {name} over time")
 
@@ -204,9 +211,13 @@ def _lines(axes: Axes, x: Array, before: Array, after: Array, changed: bool, dot
             style.dots(axes, x, after, AFTER, 4.0)
 
 
-def _unit(p: Pattern, motors: int) -> str:
-    along = ", along the motion" if p.against.endswith("along the motion") else ""
-    return ("N" if p.channel < motors else "N m") + along
+def _unit(channel: int, motors: int) -> str:
+    return "N" if channel < motors else "mN m"
+
+
+def _size(channel: int, motors: int) -> float:
+    """From SI to the unit that is shown."""
+    return 1.0 if channel < motors else 1e3
 
 
 def _colour(channel: int, motors: int) -> str:

@@ -95,7 +95,8 @@ def head(d: Diagnosis) -> list[Figure]:
     else:
         out.append(Figure("worst equation", name, f"{d.before.ratio[worst]:.2f} times noise"))
     for g in d.gains:
-        gain = f"{number(g.before, 3)} → {number(g.after, 3)} {g.unit}"
+        gain = f"{number(g.before, 3)} → {number(g.after, 3)}" if d.search.named else number(g.before, 3)
+        gain = f"{gain} {g.unit}".replace("N m", "N\u00a0m")
         out.append(Figure(f"{g.measure}, not fitted", gain, f"noise alone {number(g.noise_floor, 3)} {g.unit}"))
     return out
 
@@ -113,36 +114,28 @@ def cause_rows(d: Diagnosis) -> list[tuple[str, ...]]:
     return rows
 
 
-def channel_rows(d: Diagnosis) -> list[tuple[str, ...]]:
-    """Equation, RMS before, after, of noise alone, and both ratios."""
+def channel_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
+    """Head and rows: equation, unit, RMS of noise alone, of the base model and over noise; of the extended one where there is one."""
     names = signature_record.channels(d.extended.arm.M, d.extended.arm.N)
-    return [
-        (
-            name,
-            number(float(d.before.rms[k]), 3),
-            number(float(d.after.rms[k]), 3),
-            number(float(d.after.floor[k]), 3),
-            f"{d.before.ratio[k]:.2f}",
-            f"{d.after.ratio[k]:.2f}",
-            "N" if k < d.extended.arm.M else "N m",
-        )
-        for k, name in enumerate(names)
-    ]
+    titles, rows = ["equation", "unit", "noise alone", "base model", "over noise"], []
+    for k, name in enumerate(names):
+        row = [name, "N" if k < d.extended.arm.M else "N m", number(float(d.before.floor[k]), 3)]
+        row += [number(float(d.before.rms[k]), 3), f"{d.before.ratio[k]:.2f}"]
+        if d.search.named:
+            row += [number(float(d.after.rms[k]), 3), f"{d.after.ratio[k]:.2f}"]
+        rows.append(tuple(row))
+    return [*titles, *(["extended model", "over noise"] if d.search.named else [])], rows
 
 
-def gain_rows(d: Diagnosis) -> list[tuple[str, ...]]:
-    """Equations, RMS before, after, of noise alone, and the gain with sigma, where nothing was fitted."""
-    return [
-        (
-            g.measure,
-            number(g.before, 3),
-            number(g.after, 3),
-            number(g.noise_floor, 3),
-            with_sigma(g.before - g.after, g.sigma),
-            g.unit,
-        )
-        for g in d.gains
-    ]
+def gain_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
+    """The same where nothing was fitted, with the gain and its sigma."""
+    titles, rows = ["equations", "unit", "noise alone", "base model"], []
+    for g in d.gains:
+        row = [g.measure, g.unit, number(g.noise_floor, 3), number(g.before, 3)]
+        if d.search.named:
+            row += [number(g.after, 3), with_sigma(g.before - g.after, g.sigma)]
+        rows.append(tuple(row))
+    return [*titles, *(["extended model", "gain ± σ"] if d.search.named else [])], rows
 
 
 def considered_rows(d: Diagnosis) -> list[tuple[str, ...]]:
