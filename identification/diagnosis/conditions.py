@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 BINS = 12
+ALONG = ", along the motion"
+"""of conditions under which the residual is taken with the motion's sign"""
 
 
 @dataclass(frozen=True)
@@ -93,8 +95,8 @@ def conditions(places: Sequence[Place], channel: int) -> tuple[Condition, ...]:
     return (
         *out,
         Condition("time", "s", time),
-        Condition(f"{on}, along the motion", "N", tension, along=way),
-        Condition("time, along the motion", "s", time, along=way),
+        Condition(on + ALONG, "N", tension, along=way),
+        Condition("time" + ALONG, "s", time, along=way),
     )
 
 

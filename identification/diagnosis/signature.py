@@ -69,6 +69,11 @@ class Signature:
     best: Pattern
     """the one that proves most"""
 
+    @property
+    def clear(self) -> tuple[Pattern, ...]:
+        """Patterns that chance does not make, in channels above noise."""
+        return _clear(self.patterns)
+
 
 def signature(found: Search, before: Excess) -> Signature:
     """Of a search's residuals; before: how far they stand above noise."""
@@ -163,10 +168,9 @@ class _Channel:
 
 def _named(patterns: tuple[Pattern, ...], courses: tuple[Course, ...], before: Excess) -> Signature:
     plain = [k for k in range(len(before.rms)) if before.ratio[k] > PLAIN]
-    least = np.log(FALSE_ALARM / len(patterns))
-    clear = [p for p in patterns if p.channel in plain and p.log_p < least and p.explains > _WORTH]
+    clear = _clear(patterns)
     worst = int(np.argmax(before.ratio))
-    best = max(clear or [p for p in patterns if p.channel == worst], key=lambda p: (p.explains, -p.log_p))
+    best = max(clear or tuple(p for p in patterns if p.channel == worst), key=lambda p: (p.explains, -p.log_p))
     best = _simpler(best, clear)
     if not plain:
         return Signature("nothing", (), (), patterns, courses, (), best)
@@ -186,6 +190,11 @@ def _named(patterns: tuple[Pattern, ...], courses: tuple[Course, ...], before: E
     kind = max(weight, key=lambda k: weight[k])
     shown = tuple(sorted(votes[kind], key=lambda p: -p.own))
     return Signature(kind, shown, (), patterns, courses, tuple(sorted(p.channel for p in shown)), best)
+
+
+def _clear(patterns: Sequence[Pattern]) -> tuple[Pattern, ...]:
+    least = np.log(FALSE_ALARM / len(patterns))
+    return tuple(p for p in patterns if p.log_p < least and p.explains > _WORTH)
 
 
 def kind_of(p: Pattern) -> str:

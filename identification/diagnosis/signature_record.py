@@ -12,6 +12,8 @@ Array = NDArray[np.float64]
 
 _DIGITS = 4
 """of binned values: more than a picture shows"""
+_TIMES = 12
+"""episodes that a sentence lists"""
 
 
 def channels(motors: int, joints: int) -> list[str]:
@@ -29,7 +31,8 @@ def words(s: Signature, motors: int) -> str:
     if s.kind == "episodes":
         several = len(s.courses) > 1
         times = [f"{e.begin:.0f} s" + (f" of recording {e.recording + 1}" if several else "") for e in s.episodes]
-        return f"in short episodes, in {where}: from {', '.join(times)} on"
+        more = f" and {len(times) - _TIMES} more" if len(times) > _TIMES else ""
+        return f"in short episodes, in {where}: from {', '.join(times[:_TIMES])} on{more}"
     if s.kind == "drift":
         along = any("along" in p.against for p in s.shown)
         what = "along the motion, as friction that changes" if along else "whatever the motion"

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from identification.diagnosis.conditions import ALONG
 from identification.diagnosis.excess import PLAIN
 from identification.diagnosis.sight import Sight
 from identification.diagnosis.signature import CONSTANT, Pattern, Signature
@@ -54,7 +55,7 @@ def proof(s: Signature, motors: int, changed: bool) -> Block:
     if p.periodic is not None:
         says += f" The drum's angle is folded into one of {number(p.periodic.order, 3)} waves a turn."
     return Block(
-        f"What is left at {channel_words(p.channel, motors)}, against {axis_words(p)}",
+        f"What is left at {channel_words(p.channel, motors)}, against {p.against}",
         says,
         (_means(p, motors, changed, "proof"), _spread(p, motors, changed, "proof")),
         _legend(changed),
@@ -83,17 +84,16 @@ def over_time(s: Signature, motors: int, changed: bool) -> Block:
 
 
 def by_condition(s: Signature, motors: int, changed: bool) -> Block | None:
-    """Of every channel above noise the condition that explains most of it."""
-    best = [
-        max((p for p in s.patterns if p.channel == k and p.against != CONSTANT), key=lambda p: p.explains)
-        for k in sorted({p.channel for p in s.patterns})
-    ]
-    panels = tuple(_means(p, motors, changed, f"by{p.channel}") for p in best if p.explains > 0)
+    """Of every channel above noise the condition that explains most of it, where one is clear."""
+    own = {p.channel: [q for q in s.clear if q.channel == p.channel and q.against != CONSTANT] for p in s.patterns}
+    best = [max(found, key=lambda p: p.explains) for found in own.values() if found]
+    panels = tuple(_means(p, motors, changed, f"by{p.channel}") for p in best)
     if not panels:
         return None
     return Block(
         "Against what each depends on most",
-        "Of every equation above noise the condition whose bins explain most; chance and errors in other equations may show too.",
+        "Of every equation the condition whose bins explain most of what is above noise, where chance does not and the base model "
+        "could not.",
         panels,
         _legend(changed),
     )
@@ -135,8 +135,8 @@ def alike(sight: Sight) -> Block:
 
 
 def axis_words(p: Pattern) -> str:
-    """What a pattern is taken against, with its unit."""
-    return p.against if p.unit in ("turn", "wave", "") else f"{p.against} ({p.unit})"
+    """The horizontal axis, with its unit."""
+    return p.against if p.unit in ("turn", "wave", "") else f"{p.against.removesuffix(ALONG)} ({p.unit})"
 
 
 def _legend(changed: bool) -> tuple[Entry, ...]:
@@ -151,7 +151,7 @@ def _means(p: Pattern, motors: int, changed: bool, key: str) -> Markup:
     axes.fill_between(p.at, -size * p.noise, size * p.noise, color=style.BROAD, alpha=0.35, linewidth=0)
     axes.axhline(0, color=style.QUIET, linewidth=0.7)
     _lines(axes, p.at, size * p.before, size * p.after, changed)
-    axes.set_ylabel(f"mean left, {_unit(p.channel, motors)}")
+    axes.set_ylabel(f"mean left{ALONG if p.against.endswith(ALONG) else ''}, {_unit(p.channel, motors)}")
     return _finished(figure, axes, p, motors, f"{key}-mean")
 
 

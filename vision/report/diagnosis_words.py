@@ -115,7 +115,7 @@ def cause_rows(d: Diagnosis) -> list[tuple[str, ...]]:
 
 
 def channel_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
-    """Head and rows: equation, unit, RMS of noise alone, of the base model and over noise; of the extended one where there is one."""
+    """Head and rows: equation, unit, RMS of noise alone, of the base model and over noise; of the extended one if there is one."""
     names = signature_record.channels(d.extended.arm.M, d.extended.arm.N)
     titles, rows = ["equation", "unit", "noise alone", "base model", "over noise"], []
     for k, name in enumerate(names):
