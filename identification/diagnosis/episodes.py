@@ -17,7 +17,7 @@ MOST = 120
 """windows of a recording"""
 MOSTLY = 0.8
 """of what a channel has above noise, that short episodes hold together"""
-_LISTED = 0.95
+_LISTED = 0.9
 """of the same, that the episodes hold which are listed"""
 SELDOM = 1 / 3
 """of the time, that they take at most: else it is no episode but the rule"""
