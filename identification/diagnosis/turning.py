@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.diagnosis.chance import Autocovariance, Energy, energy
+from identification.diagnosis.chance import Autocovariance, Energy, autocovariance, energy, orthonormal
 from identification.diagnosis.point import Place
 
 Array = NDArray[np.float64]
@@ -51,12 +51,15 @@ def periodic(
     # one whole wave on the drum's way at least: slower ones are what any smooth law leaves
     orders = np.arange(apart, max(_PER_MOTOR_TURN * R, 2 * apart), apart / _FINE)
 
-    def taken(order: float) -> Energy:
-        waves = []
+    def waves(order: float) -> list[Array]:
+        out = []
         for place, drum in zip(places, drums, strict=True):
             wave = place.signals.low_pass(np.exp(1j * order * drum))
-            waves.append(np.column_stack([wave.real, wave.imag]))
-        return energy(residual, waves, beneath, known)
+            out.append(np.column_stack([wave.real, wave.imag]))
+        return out
+
+    def taken(order: float) -> Energy:
+        return energy(residual, waves(order), beneath, known)
 
     found = [taken(order) for order in orders]
     best = int(np.argmax([e.taken for e in found]))
@@ -65,8 +68,13 @@ def periodic(
         near = order + step * np.linspace(-1, 1, 9)
         order, step = float(near[np.argmax([taken(o).taken for o in near])]), step / 4
     most = taken(order)
-    # log likelihood is energy over twice its scale; sigma from its curvature
+    # log likelihood is energy over twice the scale of what the waves leave; sigma from its curvature
+    X = np.concatenate(waves(order))
+    Q = orthonormal(X - beneath @ (beneath.T @ X))
+    flat = np.concatenate(residual)
+    left = np.split(flat - Q @ (Q.T @ flat), np.cumsum([len(r) for r in residual])[:-1])
+    scale = energy(left, waves(order), beneath, autocovariance(left, known.at)).scale
     h = apart / 8
     bend = (2 * most.taken - taken(order + h).taken - taken(order - h).taken) / h**2
-    sigma = float(np.sqrt(2 * most.scale / bend)) if bend > 0 else float("inf")
+    sigma = float(np.sqrt(2 * scale / bend)) if bend > 0 else float("inf")
     return Periodic(order, sigma, R, most, max(1, round((orders[-1] - orders[0]) / apart)))

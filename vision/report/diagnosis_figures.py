@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from identification.diagnosis.conditions import ALONG
-from identification.diagnosis.excess import PLAIN
 from identification.diagnosis.sight import Sight
 from identification.diagnosis.signature import CONSTANT, Pattern, Signature
 from vision.report import style
@@ -35,7 +34,7 @@ def channel_words(channel: int, motors: int) -> str:
 def proof(s: Signature, motors: int, changed: bool) -> Block:
     """The picture that proves a verdict; changed: whether the extended model differs from the base."""
     if s.kind == "episodes":
-        worst = sorted(s.channels, key=lambda k: -max(_ratio(s, k)))[:2]
+        worst = sorted(s.channels, key=lambda k: -max(float(np.max(c.before[k] / c.noise[k])) for c in s.courses))[:2]
         return Block(
             "When it errs",
             f"What the base model leaves in {listed([channel_words(k, motors) for k in sorted(worst)])}, RMS of every "
@@ -222,7 +221,3 @@ def _size(channel: int, motors: int) -> float:
 
 def _colour(channel: int, motors: int) -> str:
     return style.cable_colour(channel) if channel < motors else style.joint_colour(channel - motors)
-
-
-def _ratio(s: Signature, channel: int) -> list[float]:
-    return [float(np.max(c.before[channel] / c.noise[channel])) / PLAIN for c in s.courses]
