@@ -20,7 +20,7 @@ _TIED = 0.9
 _TOLD = 3.0
 """sigmas by which a value differs from nothing"""
 
-_WANTED = {
+WANTED = {
     "k": "vary the cable's tension by tens of newtons",
     "E": "vary the cables' tension by tens of newtons",
     "ca": "vary the tension at 2 Hz and faster, with a clock known to 0.1 ms (a light that the controller switches)",
@@ -81,7 +81,7 @@ def judge(u: Unknowns, found: Solution) -> tuple[Verdict, ...]:
 
 def _judged(u: Unknowns, found: Solution, place: int, sigma: Array, correlation: Array) -> Verdict:
     entry, value, own = u.entries[place], float(found.p[place]), float(sigma[place])
-    record = _WANTED.get(entry.term.name, "")
+    record = WANTED.get(entry.term.name, "")
     if found.at_bound[place]:
         return Verdict(False, "bound", f"at its bound, {value:g} {entry.term.unit}", record)
     stuck = entry.term.of == "cable" and entry.term.name in ELASTIC and _x0_at_bound(u, found, entry.index)

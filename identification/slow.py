@@ -1,6 +1,7 @@
 """What the residuals would be were the arm another, or its angles others than read.
 
 Taken at the filter's rows: geometry, loads and elongations are slow, only the motors' forces need the filter, and these stay.
+Angles are the state's: with vision's own noise in them, changes would share it with the residuals.
 """
 
 from dataclasses import dataclass
@@ -45,7 +46,7 @@ class Slow:
         z = remembered(Machine(s.arm, u.laws, self._values), stretching(s, self._x0), s.step)
         self._drive = s.low_pass(np.ascontiguousarray(forces(s, u.laws, self._values, self._x0, delay, z).drive.T)).T
         self._z = z[at]
-        self._seen = s.seen[at], s.seen_d[at]
+        self._seen = s.alpha[at], s.alpha_d[at]
         self._alpha = s.alpha[at], s.alpha_d[at], s.alpha_dd[at]
         self._jerk = np.gradient(s.alpha_dd, s.step, axis=0)[at]
         self._motion = s.theta[at], s.theta_d[at], s.theta_dd[at]

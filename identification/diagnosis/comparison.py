@@ -69,16 +69,14 @@ class Comparison:
     """products of the columns with the residual last, (B, K + 1, K + 1)"""
     chance: Array
     """of the columns with draws of noise, (B, K, D)"""
-    quiet: float
-    """loss of noise alone; zero without draws"""
     sigma: Array
     """of what is known beforehand, (K,); inf where nothing is"""
     doubt: Array
     """the same where the clock rests on a model that is wrong"""
     mean: Array
     """and what it is known to be, in the same units"""
-    clock: tuple[float, ...]
-    """s: sigma of each recording's offset"""
+    known: Errors
+    """what small errors do"""
     doubted: bool
     """whether the clock is in doubt for the causes named so far"""
     rows: int
@@ -231,7 +229,7 @@ class Comparison:
         """By how much a fit puts each recording's frames later than the point has them, s, (R,)."""
         count = len(self.matrix)
         columns = self.base + len(self.nuisances) - 2 * count + 2 * np.arange(count)
-        return fit.numbers[np.searchsorted(fit.columns, columns)] * np.array(self.clock)
+        return fit.numbers[np.searchsorted(fit.columns, columns)] * np.array(self.known.clock)
 
 
 def compare(
@@ -265,7 +263,7 @@ def compare(
     slots = [np.arange(a, b) for a, b in pairwise(ends)]
     groups = [Group(e, shape, s) for (e, shape), s in zip(effects, slots[len(causes) :], strict=True)]
     k = int(ends[-1])
-    blocks, chance, quiet, rows = [], [], 0.0, 0
+    blocks, chance, rows = [], [], 0
     for r, (matrix, place) in enumerate(zip(matrices, places, strict=True)):
         s = place.signals
         starts = stretch_starts(s)
@@ -276,7 +274,6 @@ def compare(
             part = white[:, begin : begin + length].reshape(-1, k + 1)
             blocks.append(part.T @ part)
             chance.append(part[:, :k].T @ noise[:, begin : begin + length].reshape(len(part), -1))
-        quiet += float(np.sum(noise**2)) / max(noise.shape[2], 1)
         rows += int(np.count_nonzero(white[..., -1]))
     sigma, mean = np.full(k, np.inf), np.zeros(k)
     sigma[len(size) : first] = 1.0
@@ -293,6 +290,6 @@ def compare(
     if doubted is None:
         doubted = bool(causes) and not any(cause.effect.of_clock for cause in causes)
     return Comparison(
-        at, tuple(matrices), len(size), every, held, tuple(groups), np.array(blocks), np.array(chance), quiet,
-        sigma, doubt, mean, known.clock, doubted, rows,
+        at, tuple(matrices), len(size), every, held, tuple(groups), np.array(blocks), np.array(chance),
+        sigma, doubt, mean, known, doubted, rows,
     )  # fmt: skip

@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset import DataSet
-from identification.diagnosis.cause import believed
+from identification.diagnosis.cause import Cause, believed
+from identification.diagnosis.excess import Excess
 from identification.diagnosis.gain import Gain, gains, held
 from identification.diagnosis.hypothesis import Hypothesis, as_described
 from identification.diagnosis.naming import Search, search
 from identification.diagnosis.noise import read
 from identification.diagnosis.sight import Sight, sight
+from identification.diagnosis.signature import Signature, signature
 from identification.estimates import one_arm
 from identification.frames import seen_in
 from xneck.errors import Refused
@@ -36,16 +38,32 @@ class Diagnosis:
     search: Search
     sight: Sight
     """what these recordings could have shown"""
+    signature: Signature
+    """where, when and against what the base model errs"""
     gains: tuple[Gain, ...]
     """on recordings that were not fitted"""
     extended: Hypothesis
     """the description with what was found in it"""
 
     @property
+    def before(self) -> Excess:
+        """What the base model leaves where it was fitted."""
+        return self.search.first.beyond
+
+    @property
+    def after(self) -> Excess:
+        """What is left with the causes."""
+        return self.search.last.beyond
+
+    @property
+    def causes(self) -> tuple[Cause, ...]:
+        """As named, with numbers."""
+        return self.search.last.causes
+
+    @property
     def explained(self) -> float:
         """Share of what stood above noise that the causes take away."""
-        before = self.search.first.beyond.energy
-        return 1 - self.search.last.beyond.energy / before if before else 0.0
+        return 1 - self.after.energy / self.before.energy if self.before.energy else 0.0
 
     @cached_property
     def sigma(self) -> Array:
@@ -84,7 +102,7 @@ def diagnose(
         was = held(first.end, first.fit, h, others, found.whiten, bool(last.causes))
         now = held(last.end, last.fit, extended, others, found.whiten, bool(last.causes))
         gained = gains(was, now, h.arm.M)
-    return Diagnosis(verdict, why, found, could, gained, extended)
+    return Diagnosis(verdict, why, found, could, signature(first, last), gained, extended)
 
 
 def _verdict(found: Search, could: Sight) -> tuple[str, str]:

@@ -19,8 +19,8 @@ from identification.diagnosis.effect import Effect, Shape, Where
 from identification.diagnosis.effects import EFFECTS
 from identification.diagnosis.excess import Excess, excess
 from identification.diagnosis.hypothesis import Hypothesis
-from identification.diagnosis.noise import Read, noise, whitener
-from identification.diagnosis.nuisances import Errors, errors
+from identification.diagnosis.noise import Read, noise, quiet, whitener
+from identification.diagnosis.nuisances import errors
 from identification.diagnosis.point import Point, point, read_all, relaid, sought
 from identification.estimates import check_motion
 from identification.fitting import solve, stretch_starts
@@ -40,14 +40,16 @@ MOST = 3
 FALSE_ALARMS = 0.01
 """how often the most telling of all causes may be told by noise and a drawing's errors alone"""
 _WORLDS = 400
-_RIVALS, _NEAR = 4, 0.15
-"""so many of those that explain as much but for this part are fitted in the place of the best: before, all is linear"""
+_RIVALS, _NEAR, _FAR = 4, 0.15, 0.7
+"""so many of those that explain as much but for this part are fitted in the place of the best; more where it leaves much"""
+_SIMPLER = 0.1
+"""of the gain: fewer numbers are worth as much"""
 _ROUNDS = 16
 _FAR_M, _SOFT = 5e-3, 0.3
 """x0 beyond the description's, and stiffness over the middle one: a fit begins within"""
-_SETTLED = 5e-3
-"""of the loss: where a step would take less away it is not taken"""
-_FIRST_DAMPING, _MOST_DAMPING = 1e-5, 0.5
+_SETTLED, _GAINED = 0.3, 1e-3
+"""where a step would take less away, in units of a row's loss, it is not taken; where it took less of the loss it was the last"""
+_FIRST_DAMPING, _MOST_DAMPING = 1e-2, 0.5
 
 
 @dataclass(frozen=True)
@@ -76,9 +78,10 @@ class Turn:
     end: Comparison
     causes: tuple[Cause, ...]
     """with numbers"""
-    known: Errors
     floor: tuple[list[Array], ...]
     """residuals of noise alone, by recording and draw"""
+    quiet: float
+    """loss that noise alone makes"""
     fit: Fitted
 
     @cached_property
@@ -130,14 +133,21 @@ def search(h: Hypothesis, read: Sequence[Read], seed: int = 0) -> Search:
     at = _begun(h, data)
     whiten = whitener(noise(at, read), [stretch_starts(place.signals) for place in at.places], h.arm.M)
 
-    def settled(at: Point, causes: tuple[Cause, ...], known: Errors) -> Turn:
-        """Fitted with these causes, and what stands above noise there."""
-        at, causes = refined(at, h, causes, data, known, whiten)
-        known, floor = errors(at), noise(at, read)
-        end = compare(at, causes, (), known, whiten, floor)
-        return Turn(end, causes, known, tuple(floor), end.fit())
+    known: dict[tuple[tuple[str, str], ...], Turn] = {}
 
-    turns = [settled(at, (), errors(at))]
+    def settled(at: Point, causes: tuple[Cause, ...]) -> Turn:
+        """Fitted with these causes, and what stands above noise there."""
+        which = tuple((cause.effect.name, cause.where.label) for cause in causes)
+        if which not in known:
+            known[which] = fitted(at, causes)
+        return known[which]
+
+    def fitted(at: Point, causes: tuple[Cause, ...]) -> Turn:
+        end, causes = refined(at, h, causes, data, whiten)
+        floor = noise(end.point, read)
+        return Turn(end, causes, tuple(floor), quiet(floor, end.point, whiten), end.fit())
+
+    turns = [settled(at, ())]
     asked = now = _all_beside(turns[0], whiten)
     found: list[tuple[Candidate, ...]] = []
     rankings: list[tuple[Candidate, ...]] = []
@@ -148,12 +158,20 @@ def search(h: Hypothesis, read: Sequence[Read], seed: int = 0) -> Search:
         chance = float(np.quantile(now.by_chance([c.columns for c in ranked], rng, _WORLDS), 1 - FALSE_ALARMS))
         if ranked[0].gain < max(MATERIAL * turn.fit.loss, chance) or (found and not turn.beyond.plain):
             break
-        then = settled(turn.end.point, (*turn.causes, entered(ranked[0])), turn.known)
-        # what a named cause leaves, for its law has another form, others may explain in part; a second cause explains most of it
-        explained = then.end.with_causes_as_they_are < (1 - MATERIAL) * turn.fit.loss
-        if not explained or (found and then.beyond.energy > (1 - MOSTLY) * turn.beyond.energy):
+        near = _near(ranked, _NEAR)
+        if found and not _mostly(now, near[0], turn):
             break
-        found.append(tuple(c for c in ranked[:_RIVALS] if c.gain > (1 - _NEAR) * ranked[0].gain))
+        best, then = near[0], settled(turn.end.point, (*turn.causes, entered(near[0])))
+        if then.beyond.plain:  # columns are straight lines: far from where they were drawn another may do better
+            near = _near(ranked, _FAR)
+            tried = [(best, then)]
+            tried += [(c, settled(turn.end.point, (*turn.causes, entered(c)))) for c in near if c is not best]
+            best, then = min(tried, key=lambda each: each[1].loss)
+        if then.end.with_causes_as_they_are > (1 - MATERIAL) * turn.fit.loss:
+            break
+        if found and then.beyond.energy > (1 - MOSTLY) * turn.beyond.energy:
+            break
+        found.append((best, *(c for c in near if c is not best)))
         turns.append(then)
         now = _all_beside(then, whiten)
     first, last, named = turns[0], turns[-1], []
@@ -162,29 +180,41 @@ def search(h: Hypothesis, read: Sequence[Read], seed: int = 0) -> Search:
         tried = [(near[0], last)]
         for rival in near[1:]:
             causes = (*last.causes[:i], entered(rival), *last.causes[i + 1 :])
-            tried.append((rival, settled(turns[i].end.point, causes, turns[i].known)))
-        tried.sort(key=lambda each: each[1].loss)
-        (best, last), *_ = tried
-        named.append(Named(best, tied(tried), turns[i].fit.loss))
+            tried.append((rival, settled(turns[i].end.point, causes)))
+        kept = tied(tried)
+        best, last = kept[0]
+        named.append(Named(best, tuple(Rival(c.effect, c.where, turn.loss) for c, turn in kept), turns[i].fit.loss))
     if named and last.beyond.plain and last.beyond.energy > (1 - EXPLAINED) * first.beyond.energy:
         last, named = first, []
     return Search(first, last, tuple(named), whiten, asked, tuple(rankings))
 
 
-def tied(tried: Sequence[tuple[Candidate, "Turn"]]) -> tuple[Rival, ...]:
-    """Those that leave little more than the best, the best first; `tried` in this order.
+def tied(tried: Sequence[tuple[Candidate, "Turn"]]) -> list[tuple[Candidate, "Turn"]]:
+    """Those that leave little more than the best, the best first.
 
-    Little is MATERIAL of what is left, and as much as the best itself leaves above noise: laws have forms that nobody knows
-    better. One with more numbers than another stays only where it leaves less by them."""
-    best = tried[0][1]
-    most = best.loss + MATERIAL * best.loss + max(0.0, best.loss - best.end.quiet)
+    Little is MATERIAL of what is left, and where the best leaves something above noise as much as that: laws have forms that
+    nobody knows better. One with more numbers than another stays only where it leaves less by as much."""
+    best = min((turn for _, turn in tried), key=lambda turn: turn.loss)
+    most = (1 + MATERIAL) * best.loss + (max(0.0, best.loss - best.quiet) if best.beyond.plain else 0.0)
     kept: list[tuple[Candidate, Turn]] = []
     for c, turn in sorted((each for each in tried if each[1].loss <= most), key=lambda each: each[0].numbers):
         simpler = [t.loss for k, t in kept if k.numbers < c.numbers]
         if not simpler or turn.loss < (1 - MATERIAL) * min(simpler):
             kept.append((c, turn))
-    kept.sort(key=lambda each: each[1].loss)
-    return tuple(Rival(c.effect, c.where, turn.loss) for c, turn in kept)
+    return sorted(kept, key=lambda each: each[1].loss)
+
+
+def _mostly(now: Comparison, c: Candidate, turn: Turn) -> bool:
+    """Whether a further cause could take most of what is still above noise: what a named one leaves, for its law has another
+    form, others may explain in part."""
+    left = excess(now.left(now.fit(c.columns)), turn.floor)
+    return left.energy <= (1 - MOSTLY) * turn.beyond.energy
+
+
+def _near(ranked: Sequence[Candidate], part: float) -> list[Candidate]:
+    """Those that explain as much as the best but for this part, at most _RIVALS, what does with fewer numbers first."""
+    near = [c for c in ranked if c.gain >= (1 - part) * ranked[0].gain][:_RIVALS]
+    return sorted(near, key=lambda c: (c.gain < (1 - _SIMPLER) * ranked[0].gain, c.numbers, -c.gain))
 
 
 def _begun(h: Hypothesis, data: Sequence[DataSet]) -> Point:
@@ -207,7 +237,7 @@ def _all_beside(turn: Turn, whiten: Whitener) -> Comparison:
     taken = {cause.effect.name for cause in turn.causes}
     left = [e for e in EFFECTS.values() if e.name not in taken and not (taken and e.of_clock)]
     every = [(e, shape) for e in left for shape in e.shapes]
-    return compare(turn.end.point, turn.causes, every, turn.known, whiten, turn.floor)
+    return compare(turn.end.point, turn.causes, every, turn.end.known, whiten, turn.floor)
 
 
 def rank(now: Comparison) -> list[Candidate]:
@@ -230,7 +260,13 @@ def rank(now: Comparison) -> list[Candidate]:
         )
         if effect.name not in best or found.gain > best[effect.name].gain:
             best[effect.name] = found
-    return sorted(best.values(), key=lambda c: -c.gain)
+    clock = next((c.gain for c in best.values() if c.effect.of_clock), 0.0)
+    most = max(c.gain for c in best.values())
+    # where doubt about the clock is all that explains, the clock itself does
+    return sorted(
+        best.values(),
+        key=lambda c: -(c.gain if c.effect.of_clock or c.gain > clock + _SIMPLER * most else c.gain - clock),
+    )
 
 
 def entered(c: Candidate) -> Cause:
@@ -239,34 +275,38 @@ def entered(c: Candidate) -> Cause:
 
 
 def refined(
-    at: Point, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], known: Errors, whiten: Whitener
-) -> tuple[Point, tuple[Cause, ...]]:
+    at: Point, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], whiten: Whitener
+) -> tuple[Comparison, tuple[Cause, ...]]:
     """The base model's numbers, the causes' and doubtful clocks fitted together from a point on, by Levenberg and Marquardt."""
-    at = _at(at, believed(h, causes), data, at.p, at.late)
-    now = compare(at, causes, (), known, whiten)
-    damping = 0.0
+    now = _seen_from(_at(at, believed(h, causes), data, at.p, at.late), causes, whiten)
+    best, damping = (now, causes), 0.0
     for _ in range(_ROUNDS):
-        gap = now.merit - now.fit().loss
-        if gap < _SETTLED * now.merit:
+        if now.merit - now.fit().loss < _SETTLED * max(1.0, now.merit / now.rows):
             break
         fit = now.fit(damping=damping)
         step = np.append(fit.numbers[: now.base], fit.numbers[now.base + len(now.nuisances) :])
-        p, changed = _stepped(at, causes, step)
-        late = at.late + now.clock_moved(fit) if now.doubted else at.late
-        then = _at(at, believed(h, changed), data, p, late)
-        there = compare(then, changed, (), known, whiten)
-        was, is_now = now.with_causes_as_they_are, there.with_causes_as_they_are
-        # the base model's numbers are all but linear, and follow what the causes' are. Columns are told by the motors, so that
-        # the best numbers leave nothing along them, not the least of all
-        nearer = there.merit - there.fit().loss < gap
-        if is_now < (1 - _SETTLED) * was or (is_now <= (1 + _SETTLED) * was and nearer):
-            at, now, causes = then, there, changed
+        p, changed = _stepped(now.point, causes, step)
+        late = now.point.late + now.clock_moved(fit) if now.doubted else now.point.late
+        there = _seen_from(_at(now.point, believed(h, changed), data, p, late), changed, whiten)
+        # the base model's numbers are all but linear: they follow what the causes' are, in the next step
+        gained = 1 - min(there.merit / now.merit, there.with_causes_as_they_are / now.with_causes_as_they_are)
+        if gained > 0:
+            now, causes = there, changed
             damping = damping / 10 if damping > _FIRST_DAMPING else 0.0
+            if now.merit < best[0].merit:
+                best = now, causes
+            if gained < _GAINED:
+                break
         else:
             damping = max(_FIRST_DAMPING, 10 * damping)
             if damping > _MOST_DAMPING:
                 break
-    return at, causes
+    return best
+
+
+def _seen_from(at: Point, causes: tuple[Cause, ...], whiten: Whitener) -> Comparison:
+    """A point with the causes in it, and what small errors would do there."""
+    return compare(at, causes, (), errors(at), whiten)
 
 
 def _at(near: Point, h: Hypothesis, data: Sequence[DataSet], p: Array, late: Array) -> Point:

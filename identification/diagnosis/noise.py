@@ -13,6 +13,7 @@ from scipy.interpolate import make_interp_spline
 
 from identification.dataset import DataSet
 from identification.diagnosis.point import Point, read_all
+from identification.fitting import stretch_starts
 from identification.frames import between_frames
 from identification.fusion import Seen
 from identification.residuals import forces_at, left
@@ -77,6 +78,15 @@ def noise(at: Point, recordings: Sequence[Read]) -> list[list[Array]]:
         true, *drawn = (left(s, forces_at(s, at.unknowns, at.p, r)) for s in every)
         out.append([d - true for d in drawn])
     return out
+
+
+def quiet(drawn: list[list[Array]], at: Point, whiten: Whitener) -> float:
+    """Loss that noise alone makes, as one draw of each recording."""
+    starts = [stretch_starts(place.signals) for place in at.places]
+    return sum(
+        float(np.mean([np.sum(whiten(d, begin) ** 2) for d in draws]))
+        for draws, begin in zip(drawn, starts, strict=True)
+    )
 
 
 def whitener(drawn: list[list[Array]], starts: list[NDArray[np.bool_]], motors: int) -> Whitener:

@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from identification.diagnosis import signature_record
+from identification.diagnosis.advice import advice
 from identification.diagnosis.cause import Cause
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.naming import MATERIAL, Named
@@ -19,7 +21,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
     """The contract's record."""
     parameters = parameters_of(d)
     causes = []
-    for named, cause, own in zip(d.search.named, d.search.last.causes, parameters, strict=True):
+    for named, cause, own in zip(d.search.named, d.causes, parameters, strict=True):
         causes.append(
             {
                 "effect": cause.effect.name,
@@ -32,8 +34,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
             }
         )
     arm = d.extended.arm
-    channels = [f"motor {j + 1}" for j in range(arm.M)] + [f"joint {i + 1}" for i in range(arm.N)]
-    before, after = d.search.first.beyond, d.search.last.beyond
+    before, after = d.before, d.after
     gain = max(d.gains, key=lambda g: g.before / g.noise_floor, default=None)
     return {
         "verdict": d.verdict,
@@ -50,13 +51,19 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
                 "after": float(after.rms[j]),
                 "noise_floor": float(after.floor[j]),
             }
-            for j, name in enumerate(channels)
+            for j, name in enumerate(signature_record.channels(arm.M, arm.N))
         ],
         "considered": [
             {"effect": c.effect.name, "where": c.where.label, "explains": c.gain / d.search.first.fit.loss}
             for c in d.search.rankings[0]
         ],
+        "signature": signature_record.as_json(d.signature, arm.M),
+        "next": [step.as_json() for step in advice(d)],
         "could_not_show": list(d.sight.blind),
+        "isolability": {
+            "effects": list(d.sight.effects),
+            "feigned": [[round(float(share), 3) for share in row] for row in d.sight.alike],
+        },
         "look_alikes": [
             {"effect": a, "feigned_by": b, "share": float(d.sight.alike[i, j])}
             for i, a in enumerate(d.sight.effects)
@@ -78,7 +85,7 @@ def parameters_of(d: Diagnosis) -> tuple[tuple[Parameter, ...], ...]:
     end = d.search.last.end
     sigma = d.sigma[end.base + len(end.nuisances) :]
     out, arm = [], d.extended.arm
-    for cause in d.search.last.causes:
+    for cause in d.causes:
         size = cause.sizes(arm)
         own, sigma = sigma[: len(size)] * size, sigma[len(size) :]
         out.append(tuple(_parameters(cause, own, len(cause.effect.labels(arm)))))
@@ -100,7 +107,9 @@ def _parameters(cause: Cause, sigma: np.ndarray, places: int) -> list[Parameter]
 def as_text(d: Diagnosis) -> str:
     """The verdict, the causes, and the gain, for a person."""
     lines = [d.verdict + (f": {d.why}" if d.why else "")]
-    for named, cause, own in zip(d.search.named, d.search.last.causes, parameters_of(d), strict=True):
+    if d.verdict == "unknown":
+        lines.append(f"  {signature_record.words(d.signature, d.extended.arm.M)}")
+    for named, cause, own in zip(d.search.named, d.causes, parameters_of(d), strict=True):
         lines.append(f"  {cause.effect.name} ({cause.where.label}): {cause.effect.words}")
         lines += [
             f"    {p.name}{'' if p.index is None else f'({p.index})'} = {p.value:.4g} +- {p.sigma:.2g} {p.unit}"

@@ -91,6 +91,35 @@ def test_what_nobody_knows_is_unknown(tmp_path: Path) -> None:
     assert found["verdict"] == "unknown"
     assert found["causes"] == []
     assert by_channel(found, "before").max() > 5
+    signed = found["signature"]
+    assert signed["kind"] == "episodes"
+    assert {"joint 1", "joint 2"} <= set(signed["where"])
+    assert 6 <= len(signed["episodes"]) <= 13
+    assert sum(e["to_s"] - e["from_s"] for e in signed["episodes"]) < SECONDS[0] / 2
+    page = (tmp_path / "out/diagnosis.html").read_text(encoding="utf-8")
+    assert "in short episodes" in page
+
+
+def test_teeth_that_nobody_knows_are_counted(tmp_path: Path) -> None:
+    found, truth = diagnosed(tmp_path, ["cogging"], 7005)
+    assert found["verdict"] == "unknown"
+    signed = found["signature"]
+    assert signed["kind"] == "periodic"
+    hidden = truth["hidden"][0]["parameters"]
+    assert signed["orders"]
+    for order in signed["orders"]:
+        error = abs(order["per_drum_turn"] - hidden[f"teeth{order['motor']}"])
+        assert error < 4 * order["sigma"]
+    error = [abs(o["per_drum_turn"] / hidden[f"teeth{o['motor']}"] - 1) for o in signed["orders"]]
+    assert np.median(error) < 0.01
+
+
+def test_friction_that_warms_up_is_a_drift(tmp_path: Path) -> None:
+    found, _ = diagnosed(tmp_path, ["warming_friction"], 7006)
+    assert found["verdict"] == "unknown"
+    assert found["signature"]["kind"] == "drift"
+    assert all(name.startswith("motor") for name in found["signature"]["where"])
+    assert found["signature"]["picture"]["against"] == "time, along the motion"
 
 
 def test_a_data_set_without_forces_is_refused(tmp_path: Path) -> None:

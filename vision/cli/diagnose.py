@@ -13,7 +13,10 @@ from vision.cli.output import FILE, FOLDER, report_result, results
     "--held-out", multiple=True, type=FILE, help="A data set of the same arm that is not fitted; may be repeated."
 )
 @click.option(
-    "--out", type=FOLDER, required=True, help="Folder for diagnosis.json, the extended neck.yaml and model.yaml."
+    "--out",
+    type=FOLDER,
+    required=True,
+    help="Folder for diagnosis.html, diagnosis.json, the extended neck.yaml and model.yaml.",
 )
 @results
 def command(
@@ -29,6 +32,7 @@ def command(
     from identification.dataset_file import read_dataset
     from identification.diagnosis import diagnose, extended, record
     from identification.model import write_model
+    from vision.report import DiagnosisResult, write_diagnosis_report
     from xneck.json_text import as_json
     from xneck.provenance import provenance
     from xneck.whole_file import write_text
@@ -50,4 +54,6 @@ def command(
     write_text(out / "neck.yaml", extended.neck_yaml(extended.description(found)))
     write_model(extended.model(found, origin), out / "model.yaml")
     write_text(out / "diagnosis.json", as_json(result))
+    name = f"{' and '.join(p.stem for p in datasets)}, diagnosed"
+    write_diagnosis_report(DiagnosisResult(name, found, origin), out / "diagnosis.html")
     report_result(result, f"{record.as_text(found)}\n{out}", json_out, quiet)

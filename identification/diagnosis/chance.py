@@ -1,0 +1,97 @@
+"""How much of a residual its conditions explain, and how much they would by chance: residuals follow each other for seconds.
+
+Columns Q (orthonormal) take the energy |Q' r|^2 from a residual r. Were r unrelated to them but as correlated in time as it is,
+with autocovariance G, that energy would be a sum of chi squares with the eigenvalues of Q' G Q as weights: one scaled chi square
+has its mean and its variance (Satterthwaite).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.fft import irfft, rfft
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_LONGEST = 10
+"""part of the longest recording over which rows are believed to know of each other: its 10th; what lasts longer is drift"""
+_SAME = 1e-6
+"""of the largest singular value: columns below are others' copies"""
+
+
+@dataclass(frozen=True)
+class Energy:
+    """What columns take of a residual, what they would take by chance, and log of the probability that chance takes as much."""
+
+    taken: float
+    expected: float
+    log_p: float
+    scale: float
+    """of chance, for one column"""
+
+
+@dataclass(frozen=True)
+class Autocovariance:
+    """Of a residual in recordings on even grids with gaps."""
+
+    at: tuple[Index, ...]
+    """of each recording, the rows' places on its grid"""
+    lags: Array
+
+    def spread(self, columns: Sequence[Array]) -> Array:
+        """Q' G Q of columns (S, K) of each recording."""
+        K = columns[0].shape[1]
+        out = np.zeros((K, K))
+        for at, Q in zip(self.at, columns, strict=True):
+            length = int(at[-1]) + 1
+            grid = np.zeros((length, K))
+            grid[at] = Q
+            size = 2 ** int(np.ceil(np.log2(length + len(self.lags))))
+            ring = np.zeros(size)
+            ring[: len(self.lags)] = self.lags
+            ring[-len(self.lags) + 1 :] = self.lags[:0:-1]
+            smooth = irfft(rfft(grid, size, axis=0) * rfft(ring)[:, None], size, axis=0)[:length]
+            out += grid.T @ smooth
+        return (out + out.T) / 2
+
+
+def autocovariance(residual: Sequence[Array], at: Sequence[Index]) -> Autocovariance:
+    """Of residuals (S,) on grid places; Parzen's window, so that no combination of rows comes out with less than no variance."""
+    count = sum(len(r) for r in residual)
+    longest = max(int(a[-1]) + 1 for a in at)
+    m = min(max(8, longest // _LONGEST), longest)
+    lags = np.zeros(m)
+    for r, a in zip(residual, at, strict=True):
+        grid = np.zeros(int(a[-1]) + 1)
+        grid[a] = r
+        size = 2 ** int(np.ceil(np.log2(len(grid) + m)))
+        own = irfft(np.abs(rfft(grid, size)) ** 2, size)
+        lags[: min(m, len(grid))] += own[: min(m, len(grid))] / count
+    u = np.arange(m) / m
+    return Autocovariance(tuple(at), lags * np.where(u <= 0.5, 1 - 6 * u**2 * (1 - u), 2 * (1 - u) ** 3))
+
+
+def energy(residual: Sequence[Array], columns: Sequence[Array], beneath: Array, known: Autocovariance) -> Energy:
+    """Of columns (S, K) of each recording, in a residual (S,), beyond columns `beneath`: orthonormal, rows of all recordings."""
+    X, r = np.concatenate(columns), np.concatenate(residual)
+    Q = orthonormal(X - beneath @ (beneath.T @ X))
+    if not Q.shape[1]:
+        return Energy(0.0, 0.0, 0.0, 0.0)
+    ends = np.cumsum([len(c) for c in columns])[:-1]
+    B = known.spread(np.split(Q, ends))
+    mean, square = float(np.trace(B)), float(np.sum(B**2))
+    taken = float(np.sum((Q.T @ r) ** 2))
+    if mean <= 0:
+        return Energy(taken, 0.0, 0.0, 0.0)
+    log_p = float(chi2.logsf(taken * mean / square, mean**2 / square))
+    # beyond the reach of its series the tail falls as exp(-x/2)
+    return Energy(taken, mean, log_p if np.isfinite(log_p) else -taken * mean / square / 2, square / mean)
+
+
+def orthonormal(columns: Array) -> Array:
+    """A basis (n, q) of what columns (n, K) span."""
+    U, size, _ = np.linalg.svd(columns, full_matrices=False)
+    return U[:, size > max(_SAME * size.max(initial=0.0), 1e-12)]

@@ -1,0 +1,59 @@
+"""One diagnosis as one HTML page that needs nothing beside itself."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from identification.diagnosis.advice import advice
+from identification.diagnosis.diagnose import Diagnosis
+from vision.report import diagnosis_figures as figures
+from vision.report import diagnosis_words as words
+from vision.report.style import drawing
+from vision.report.template import render
+from vision.report.wording import listed, size_of
+from xneck.whole_file import write_text
+
+
+@dataclass(frozen=True)
+class DiagnosisResult:
+    """Everything that the page of a diagnosis shows."""
+
+    name: str
+    found: Diagnosis
+    provenance: Mapping[str, Any]
+
+
+def write_diagnosis_report(result: DiagnosisResult, path: Path) -> None:
+    """The page, whole or not at all; the same result gives the same bytes."""
+    write_text(path, page(result))
+
+
+def page(result: DiagnosisResult) -> str:
+    """The HTML of a diagnosis."""
+    d = result.found
+    motors, changed = d.extended.arm.M, bool(d.search.named)
+    with drawing():
+        return render(
+            "diagnosis.html.jinja",
+            result=result,
+            verdict=d.verdict,
+            sentence=words.sentence(d),
+            head=words.head(d),
+            causes=words.cause_rows(d),
+            channels=words.channel_table(d),
+            gains=words.gain_table(d),
+            considered=words.considered_rows(d),
+            patterns=words.pattern_table(d),
+            blind=listed([words.spoken(name) for name in d.sight.blind]),
+            steps=advice(d),
+            inputs=[
+                (role, entry["file"], size_of(entry["bytes"]), entry["sha256"])
+                for role, entry in result.provenance["inputs"].items()
+            ],
+            versions=", ".join(f"{name} {version}" for name, version in result.provenance["libraries"].items()),
+            proof_figure=figures.proof(d.signature, motors, changed),
+            alike_figure=figures.alike(d.sight),
+            time_figure=figures.over_time(d.signature, motors, changed),
+            condition_figure=figures.by_condition(d.signature, motors, changed),
+        )
