@@ -267,8 +267,9 @@ def compare(
     for r, (matrix, place) in enumerate(zip(matrices, places, strict=True)):
         s = place.signals
         starts = stretch_starts(s)
-        white = whiten(matrix, starts)
-        noise = whiten(np.stack(drawn[r], axis=-1), starts) if drawn else white[..., :0]
+        trust = place.trust[..., None]
+        white = whiten(trust * matrix, starts)
+        noise = whiten(trust * np.stack(drawn[r], axis=-1), starts) if drawn else white[..., :0]
         length = max(1, round(BLOCK_S / (s.step * s.low_pass.factor)))
         for begin in range(0, white.shape[1], length):
             part = white[:, begin : begin + length].reshape(-1, k + 1)

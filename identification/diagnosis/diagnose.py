@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from identification.diagnosis.naming import Search, search
 from identification.diagnosis.noise import read
 from identification.diagnosis.sight import Sight, sight
 from identification.diagnosis.signature import Signature, signature
+from identification.diagnosis.simulated_gain import Side, simulated_gains
 from identification.estimates import one_arm
 from identification.frames import seen_in
 from xneck.errors import Refused
@@ -65,12 +65,6 @@ class Diagnosis:
         """Share of what stood above noise that the causes take away."""
         return 1 - self.after.energy / self.before.energy if self.before.energy else 0.0
 
-    @cached_property
-    def sigma(self) -> Array:
-        """Of all numbers of the last fit, in their sizes, (K,)."""
-        last = self.search.last
-        return np.sqrt(np.diag(last.end.covariance(last.fit)))
-
 
 def diagnose(
     recordings: Sequence[DataSet],
@@ -102,6 +96,8 @@ def diagnose(
         was = held(first.end, first.fit, h, others, found.whiten, bool(last.causes))
         now = held(last.end, last.fit, extended, others, found.whiten, bool(last.causes))
         gained = gains(was, now, h.arm.M)
+        progress("simulation")
+        gained += simulated_gains(Side(first, h, was), Side(last, extended, now), others)
     return Diagnosis(verdict, why, found, could, signature(first, last), gained, extended)
 
 

@@ -26,10 +26,12 @@ _BLOCKS = 30
 
 @dataclass(frozen=True)
 class Held:
-    """Residuals of recordings that were not fitted, (C, S) each, and noise alone there."""
+    """Residuals of recordings that were not fitted, (C, S) each, noise alone there, and their clocks."""
 
     left: tuple[Array, ...]
     floor: tuple[list[Array], ...]
+    late: tuple[float, ...]
+    """s, as in Point"""
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ def held(end: Comparison, fit: Fitted, h: Hypothesis, read: Sequence[Read], whit
     """Recordings read with a hypothesis and the numbers of its fit; pre-elongation, delay and clock are each recording's own.
 
     doubted: whether clocks are in doubt for the base model's laws being wrong."""
-    left, floor = [], []
+    left, floor, late_of = [], [], []
     for one in read:
         at = _placed(end.point, fit, h, one)
         now, own = _given(at, end, fit, whiten, doubted)
@@ -76,7 +78,8 @@ def held(end: Comparison, fit: Fitted, h: Hypothesis, read: Sequence[Read], whit
             now, own = _given(at, end, fit, whiten, doubted)
         left.extend(now.left(own))
         floor.extend(noise(at, [one]))
-    return Held(tuple(left), tuple(floor))
+        late_of.append(float(at.late[0]))
+    return Held(tuple(left), tuple(floor), tuple(late_of))
 
 
 def _given(at: Point, end: Comparison, fit: Fitted, whiten: Whitener, doubted: bool) -> tuple[Comparison, Fitted]:

@@ -52,7 +52,15 @@ class Hypothesis:
                         columns[key] = _sooner(s.time, columns[key], self.late + late)
                 if f"{name}{i}" in columns:
                     columns[f"{name}{i}"] = columns[f"{name}{i}"] - wrong
-        return replace(data, neck=self.neck, state=Series(s.time, columns))
+        frames = dict(data.angles.columns)
+        for i, wrong in enumerate(self.misread, start=1):
+            if f"alpha{i}" in frames:
+                frames[f"alpha{i}"] = frames[f"alpha{i}"] - wrong
+        clock = dict(data.clock)
+        if "offset_s" in clock:
+            clock["offset_s"] = float(clock["offset_s"]) - self.late - late
+        angles = Series(data.angles.time, frames)
+        return replace(data, neck=self.neck, state=Series(s.time, columns), angles=angles, clock=clock)
 
 
 def _sooner(time: Array, values: Array, by: float) -> Array:

@@ -85,6 +85,11 @@ class Turn:
     fit: Fitted
 
     @cached_property
+    def sigma(self) -> Array:
+        """Of all numbers of the fit, in their sizes, (K,)."""
+        return np.sqrt(np.diag(self.end.covariance(self.fit)))
+
+    @cached_property
     def loss(self) -> float:
         """Of blocks where all but their fold were fitted."""
         return float(self.end.crossed().sum())
@@ -92,7 +97,13 @@ class Turn:
     @cached_property
     def beyond(self) -> Excess:
         """What stands above noise."""
-        return excess(self.end.left(self.fit), self.floor)
+        return self.without(self.fit)
+
+    def without(self, fit: Fitted, end: "Comparison | None" = None) -> Excess:
+        """The same with another fit, of another comparison at this point."""
+        trust = [place.trust for place in self.end.point.places]
+        left = [t * r for t, r in zip(trust, (end or self.end).left(fit), strict=True)]
+        return excess(left, [[t * d for d in draws] for t, draws in zip(trust, self.floor, strict=True)])
 
 
 @dataclass(frozen=True)
@@ -207,8 +218,7 @@ def tied(tried: Sequence[tuple[Candidate, "Turn"]]) -> list[tuple[Candidate, "Tu
 def _mostly(now: Comparison, c: Candidate, turn: Turn) -> bool:
     """Whether a further cause could take most of what is still above noise: what a named one leaves, for its law has another
     form, others may explain in part."""
-    left = excess(now.left(now.fit(c.columns)), turn.floor)
-    return left.energy <= (1 - MOSTLY) * turn.beyond.energy
+    return turn.without(now.fit(c.columns), now).energy <= (1 - MOSTLY) * turn.beyond.energy
 
 
 def _near(ranked: Sequence[Candidate], part: float) -> list[Candidate]:

@@ -82,10 +82,9 @@ def noise(at: Point, recordings: Sequence[Read]) -> list[list[Array]]:
 
 def quiet(drawn: list[list[Array]], at: Point, whiten: Whitener) -> float:
     """Loss that noise alone makes, as one draw of each recording."""
-    starts = [stretch_starts(place.signals) for place in at.places]
     return sum(
-        float(np.mean([np.sum(whiten(d, begin) ** 2) for d in draws]))
-        for draws, begin in zip(drawn, starts, strict=True)
+        float(np.mean([np.sum(whiten(place.trust * d, stretch_starts(place.signals)) ** 2) for d in draws]))
+        for draws, place in zip(drawn, at.places, strict=True)
     )
 
 

@@ -17,6 +17,10 @@ from identification.unknowns import Unknowns, unknowns
 Array = NDArray[np.float64]
 
 
+SMOOTHED_S = 5e-3
+"""s, over which counts are smoothed to a motor's acceleration"""
+
+
 @dataclass(frozen=True)
 class Place:
     """One recording at a point."""
@@ -28,6 +32,8 @@ class Place:
     forces: Forces
     """by the laws"""
     told_forces: Forces
+    trust: Array
+    """(C, S), one and less: where motors are jerked, what their angles' smoothing takes away is more than noise"""
     slow: Slow
     rows: Rows
     laws: tuple[str, ...]
@@ -67,19 +73,31 @@ def point(h: Hypothesis, recordings: Sequence[Signals], p: Array, late: Array) -
 def _place(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> Place:
     told = driven(s, u, p, recording)
     own = forces_at(s, u, p, recording)
+    residual = left(s, own)
     return Place(
         h,
         s,
         told,
         own,
         forces_at(told, u, p, recording),
+        _trust(s, residual),
         Slow(s, u, p, recording),
-        Rows(left(s, own), rows(told, u, p, recording).jacobian),
+        Rows(residual, rows(told, u, p, recording).jacobian),
         u.laws,
         u.values(p),
         u.get(p, "x0", recording),
         float(u.get(p, "delay", recording)[0]),
     )
+
+
+def _trust(s: Signals, residual: Array) -> Array:
+    """Noise alone over noise with what smoothing by SMOOTHED_S takes from the motors' inertial forces."""
+    lost = SMOOTHED_S**2 / 2 * np.gradient(np.gradient(s.inertial, s.step, axis=0), s.step, axis=0)
+    error = s.low_pass(np.ascontiguousarray((lost**2).T)).clip(0)  # (M, S), N^2
+    lever = (s.Z[s.low_pass.kept] ** 2).transpose(1, 2, 0)
+    error = np.concatenate([error, np.einsum("nms,ms->ns", lever, error)])
+    noise = np.median(residual**2, axis=1, keepdims=True) / 0.455  # the median of chi-square of one
+    return 1 / np.sqrt(1 + error / noise)
 
 
 def relaid(at: Point, h: Hypothesis, p: Array) -> Point:

@@ -6,20 +6,17 @@ import numpy as np
 
 from identification.diagnosis import signature_record
 from identification.diagnosis.advice import advice
-from identification.diagnosis.cause import Cause
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.naming import MATERIAL, Named
-from xneck.estimate import Parameter
+from identification.diagnosis.parameters import parameters_of
 
 _ALIKE = 0.9
 """share of what an effect does that another one may feign"""
-KNOWN = 0.1
-"""sigma over value up to which a number is identified"""
 
 
 def as_json(d: Diagnosis) -> dict[str, Any]:
     """The contract's record."""
-    parameters = parameters_of(d)
+    parameters = parameters_of(d.search.last)
     causes = []
     for named, cause, own in zip(d.search.named, d.causes, parameters, strict=True):
         causes.append(
@@ -80,36 +77,12 @@ def probability(named: Named) -> float:
     return float(1 / weight.sum())
 
 
-def parameters_of(d: Diagnosis) -> tuple[tuple[Parameter, ...], ...]:
-    """Of each cause, with sigma."""
-    end = d.search.last.end
-    sigma = d.sigma[end.base + len(end.nuisances) :]
-    out, arm = [], d.extended.arm
-    for cause in d.causes:
-        size = cause.sizes(arm)
-        own, sigma = sigma[: len(size)] * size, sigma[len(size) :]
-        out.append(tuple(_parameters(cause, own, len(cause.effect.labels(arm)))))
-    return tuple(out)
-
-
-def _parameters(cause: Cause, sigma: np.ndarray, places: int) -> list[Parameter]:
-    found = []
-    for column, value, s in zip(cause.where.columns, cause.amounts, sigma, strict=False):
-        term, place = cause.effect.terms[column // places], column % places
-        index = None if places == 1 else place + cause.effect.first
-        found.append(Parameter(term.name, index, float(value), term.unit, float(s), bool(s <= KNOWN * abs(value))))
-    for term, s in zip(cause.effect.forms, sigma[len(cause.amounts) :], strict=True):
-        value = cause.forms[term.name]
-        found.append(Parameter(term.name, None, value, term.unit, float(s), bool(s <= KNOWN * abs(value))))
-    return found
-
-
 def as_text(d: Diagnosis) -> str:
     """The verdict, the causes, and the gain, for a person."""
     lines = [d.verdict + (f": {d.why}" if d.why else "")]
     if d.verdict == "unknown":
         lines.append(f"  {signature_record.words(d.signature, d.extended.arm.M)}")
-    for named, cause, own in zip(d.search.named, d.causes, parameters_of(d), strict=True):
+    for named, cause, own in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
         lines.append(f"  {cause.effect.name} ({cause.where.label}): {cause.effect.words}")
         lines += [
             f"    {p.name}{'' if p.index is None else f'({p.index})'} = {p.value:.4g} +- {p.sigma:.2g} {p.unit}"

@@ -8,10 +8,10 @@ from mechanism.laws.law import Law, Term, Turning, Values
 
 
 class PulleyFriction(Law):
-    """(exp(mu wrap) - 1) t against the motion, felt at the motor."""
+    """A motor that winds in pulls exp(mu wrap) times the cable's tension, one that gives way exp(-mu wrap) times."""
 
     name = "pulley_friction"
     terms = (Term("mu", "1/rad", 0.0, 0.3, 0.005),)
 
     def rub(self, p: Values, at: Turning) -> Array:
-        return np.expm1(p["mu"] * at.wrap) * at.tension * dry(at.theta_d, p["cm"])
+        return np.expm1(p["mu"] * at.wrap * dry(at.theta_d, p["cm"])) * at.tension

@@ -38,7 +38,7 @@ def command(
     from xneck.whole_file import write_text
 
     fitted, others = [read_dataset(p) for p in datasets], [read_dataset(p) for p in held_out]
-    with tqdm(total=3, desc="diagnose", disable=True if quiet else None, leave=False) as bar:
+    with tqdm(total=4, desc="diagnose", disable=True if quiet else None, leave=False) as bar:
 
         def told(step: str) -> None:
             bar.set_postfix_str(step)
@@ -51,8 +51,8 @@ def command(
     origin = provenance(inputs, {})
     result = record.as_json(found) | {"provenance": origin}
     out.mkdir(parents=True, exist_ok=True)
-    write_text(out / "neck.yaml", extended.neck_yaml(extended.description(found)))
-    write_model(extended.model(found, origin), out / "model.yaml")
+    write_text(out / "neck.yaml", extended.neck_yaml(extended.description(found.search.last, found.extended)))
+    write_model(extended.model(found.search.last, found.extended, origin), out / "model.yaml")
     write_text(out / "diagnosis.json", as_json(result))
     name = f"{' and '.join(p.stem for p in datasets)}, diagnosed"
     write_diagnosis_report(DiagnosisResult(name, found, origin), out / "diagnosis.html")

@@ -7,7 +7,8 @@ from identification.diagnosis.cause import Cause
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.gain import Gain
 from identification.diagnosis.naming import Candidate
-from identification.diagnosis.record import parameters_of, probability
+from identification.diagnosis.parameters import parameters_of
+from identification.diagnosis.record import probability
 from vision.report.verdict import Figure
 from vision.report.wording import listed, number, percent, with_sigma
 from xneck.estimate import Parameter
@@ -31,7 +32,7 @@ def sentence(d: Diagnosis) -> str:
     if d.verdict == "insufficient":
         return f"These recordings cannot tell: {d.why}."
     parts = []
-    for named, cause, own in zip(d.search.named, d.causes, parameters_of(d), strict=True):
+    for named, cause, own in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
         others = [c.effect.words for c in named.tied if c.effect is not cause.effect]
         what = f"{cause.effect.words} ({_placed(cause)}{_amounts(cause, own)})"
         parts.append(f"{what}, or {', or '.join(others)}" if others else what)
@@ -104,7 +105,7 @@ def head(d: Diagnosis) -> list[Figure]:
 def cause_rows(d: Diagnosis) -> list[tuple[str, ...]]:
     """Cause, where, parameter, value with sigma, unit, whether it is identified, probability among its like."""
     rows = []
-    for named, cause, own in zip(d.search.named, d.causes, parameters_of(d), strict=True):
+    for named, cause, own in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
         for p in own:
             label = p.name if p.index is None else f"{p.name}({p.index})"
             sure = f"{percent(100 * probability(named))}"

@@ -77,8 +77,8 @@ def test_a_fit_is_least_squares_with_what_is_known(at: Point) -> None:
     """Against stacked rows and numpy, where no nuisance meets its wall; with twice the residual some do, and stay there."""
     now = compared(at)
     fit = now.fit(now.groups[0].columns[:4])
-    matrix = now.matrix[0][..., fit.columns].reshape(-1, len(fit.columns))
-    residual = now.matrix[0][..., -1].ravel()
+    trusted = at.places[0].trust[..., None] * now.matrix[0]
+    matrix, residual = trusted[..., fit.columns].reshape(-1, len(fit.columns)), trusted[..., -1].ravel()
     known = np.isfinite(now.sigma[fit.columns])
     prior = np.diag(1 / now.sigma[fit.columns])[known]
     right = np.concatenate([-residual, (now.mean / now.sigma)[fit.columns][known]])
@@ -95,7 +95,7 @@ def test_numbers_taken_as_given_are_as_if_subtracted(at: Point) -> None:
     now = compared(at)
     numbers = np.random.default_rng(0).normal(size=len(now.sigma)) * (np.arange(len(now.sigma)) >= now.base)
     shifted = now.shifted(numbers)
-    flat = (now.matrix[0][..., -1] + now.matrix[0][..., :-1] @ numbers).ravel()
+    flat = (at.places[0].trust * (now.matrix[0][..., -1] + now.matrix[0][..., :-1] @ numbers)).ravel()
     assert shifted.table[-1, -1] == pytest.approx(float(flat @ flat), rel=1e-9)
 
 
