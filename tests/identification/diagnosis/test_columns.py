@@ -1,15 +1,21 @@
 """Every effect does to the residuals what its columns say, and nothing where its numbers are zero."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 from identification.dataset import DataSet
 from identification.diagnosis.cause import Cause, believed
-from identification.diagnosis.comparison import Comparison, compare
+from identification.diagnosis.comparison import FOLDS, Comparison, compare
 from identification.diagnosis.effects import EFFECTS
 from identification.diagnosis.hypothesis import Hypothesis, as_described
-from identification.diagnosis.nuisances import adjusted, errors
+from identification.diagnosis.noise import whitener
+from identification.diagnosis.nuisances import WALL, adjusted, errors
 from identification.diagnosis.point import Point, point, read_all, sought
+from identification.fitting import stretch_starts
+from identification.residuals import Rows
 from identification.whitening import Whitener
 from mechanism.arm import arm_of
 from tests.identification.test_estimates import CA, FS, K, recording
@@ -73,22 +79,69 @@ def test_an_effect_of_nothing_changes_nothing(name: str, at: Point, data: DataSe
     np.testing.assert_allclose(there.places[0].rows.residual, at.places[0].rows.residual, atol=max(floor, 2e-4))
 
 
-def test_a_fit_is_least_squares_with_what_is_known(at: Point) -> None:
-    """Against stacked rows and numpy, where no nuisance meets its wall; with twice the residual some do, and stay there."""
-    now = compared(at)
+@pytest.mark.parametrize("louder", [1.0, 30.0])
+def test_a_fit_is_bounded_least_squares_with_what_is_known(louder: float, at: Point) -> None:
+    """Against stacked rows and scipy; with a residual many times as large some nuisances meet their walls."""
+    now = compared(louder_by(at, louder))
     fit = now.fit(now.groups[0].columns[:4])
+    use, nuisance = fit.columns, slice(now.base, now.base + len(now.nuisances))
     trusted = at.places[0].trust[..., None] * now.matrix[0]
-    matrix, residual = trusted[..., fit.columns].reshape(-1, len(fit.columns)), trusted[..., -1].ravel()
-    known = np.isfinite(now.sigma[fit.columns])
-    prior = np.diag(1 / now.sigma[fit.columns])[known]
-    right = np.concatenate([-residual, (now.mean / now.sigma)[fit.columns][known]])
-    scale = np.linalg.norm(np.vstack([matrix, prior]), axis=0)
-    best, *_ = np.linalg.lstsq(np.vstack([matrix, prior]) / scale, right, rcond=1e-10)
-    if np.abs((best / scale)[now.base : now.base + len(now.nuisances)]).max() < 3.4:
-        loss = float(np.sum((np.vstack([matrix, prior]) @ (best / scale) - right) ** 2))
-        assert fit.loss == pytest.approx(loss, rel=1e-5)
-    nuisances = fit.numbers[now.base : now.base + len(now.nuisances)]
-    assert np.abs(nuisances).max() <= 3.4 * (1 + 1e-9)
+    known = np.isfinite(now.sigma[use])
+    stacked = np.vstack([trusted[..., use].reshape(-1, len(use)), np.diag(1 / now.sigma[use])[known]])
+    right = np.concatenate([-trusted[..., -1].ravel(), (now.mean / now.sigma)[use][known]])
+    scale = np.linalg.norm(stacked, axis=0)
+    wall = np.full(len(use), np.inf)
+    wall[nuisance] = WALL
+    best = lsq_linear(stacked / scale, right, (-wall * scale, wall * scale), tol=1e-14)
+    assert fit.loss == pytest.approx(2 * best.cost, rel=1e-5)
+    assert np.abs(fit.numbers[nuisance]).max() <= WALL * (1 + 1e-9)
+    assert (np.abs(fit.numbers[nuisance]).max() > 0.999 * WALL) == (louder > 1)
+
+
+def test_a_block_is_judged_by_a_fit_to_the_other_folds(at: Point) -> None:
+    now = compared(at)
+    columns = now.groups[0].columns
+    losses = now.crossed(columns)
+    fold = np.arange(len(now.blocks)) % FOLDS
+    others = replace(now, blocks=now.blocks * (fold != 2)[:, None, None])
+    fit = others.fit(columns)
+    y, where = np.append(fit.numbers, 1.0), np.append(fit.columns, len(now.sigma))
+    expected = [y @ block[np.ix_(where, where)] @ y for block in now.blocks[fold == 2]]
+    np.testing.assert_allclose(losses[fold == 2], expected, rtol=1e-6)
+    # and that is more than what a fit to all of them leaves
+    assert losses.sum() > now.fit(columns).loss - float(
+        np.sum((now.fit(columns).numbers / now.sigma[fit.columns]) ** 2)
+    )
+
+
+def test_what_chance_takes_is_as_rare_as_it_is_said_to_be(at: Point) -> None:
+    """Noise that was not among the draws: the most that any effect explains of it is beyond one in ten worlds of ten."""
+    place, rng = at.places[0], np.random.default_rng(5)
+
+    def noise() -> np.ndarray:
+        drawn = place.signals.low_pass(rng.normal(size=(7, len(place.signals.time))))
+        return np.array([0.3] * 4 + [1e-3] * 3)[:, None] * drawn / drawn.std()
+
+    draws = [noise() for _ in range(4)]
+    whiten = whitener([draws], [stretch_starts(place.signals)], 4)
+    asked = [(EFFECTS[name], EFFECTS[name].shapes[0]) for name in ("viscous_friction", "actuator_gain", "base_tilt")]
+    known = errors(at)
+    alarms, worlds = 0, 60
+    for _ in range(worlds):
+        there = replace(at, places=(replace(place, rows=Rows(noise(), place.rows.jacobian)),))
+        now = compare(there, (), asked, known, whiten, [draws])
+        choices = [group.columns for group in now.groups]
+        limit = np.quantile(now.by_chance(choices, np.random.default_rng(0), 400), 0.9)
+        most = max(now.fit().loss - now.fit(columns).loss for columns in choices)
+        alarms += bool(most > limit)
+    # binomial: 6 expected, 14 and more once in five hundred
+    assert alarms < 14
+    assert alarms > 0
+
+
+def louder_by(at: Point, factor: float) -> Point:
+    rows = at.places[0].rows
+    return replace(at, places=(replace(at.places[0], rows=Rows(factor * rows.residual, rows.jacobian)),))
 
 
 def test_numbers_taken_as_given_are_as_if_subtracted(at: Point) -> None:
