@@ -2,7 +2,9 @@
 
 from typing import Any
 
+import numpy as np
 import yaml
+from numpy.typing import NDArray
 
 from identification.diagnosis.hypothesis import Hypothesis
 from identification.diagnosis.naming import Turn
@@ -11,6 +13,8 @@ from identification.diagnosis.parameters import known, parameters_of
 from identification.model import Model, model_of
 from mechanism.description import Neck
 from xneck.estimate import Parameter
+
+Array = NDArray[np.float64]
 
 
 def model(turn: Turn, h: Hypothesis, provenance: dict[str, Any]) -> Model:
@@ -36,7 +40,19 @@ def description(turn: Turn, h: Hypothesis) -> Neck:
     """neck.yaml with what was found wrong in it, and with its numbers moved within what drawings are good for."""
     fit, end = turn.fit, turn.end
     names = end.nuisances[: len(end.nuisances) - 2 * len(end.matrix)]
-    return adjusted(h.neck, names, fit.numbers[end.base : end.base + len(names)])
+    return _turned(adjusted(h.neck, names, fit.numbers[end.base : end.base + len(names)]), h.misread)
+
+
+def _turned(neck: Neck, misread: Array) -> Neck:
+    """With the markers of every bar turned by what its orientation was read too large; those on diagonals stay."""
+    if neck.markers is None or not misread.any():
+        return neck
+    by_bar = np.append(0.0, np.cumsum(misread))
+    markers = [
+        m if m.bar is None else m.model_copy(update={"angle": m.angle + float(by_bar[m.bar])})
+        for m in neck.markers.on_bars
+    ]
+    return neck.model_copy(update={"markers": neck.markers.model_copy(update={"on_bars": tuple(markers)})})
 
 
 def neck_yaml(neck: Neck) -> str:
