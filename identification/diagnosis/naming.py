@@ -194,7 +194,7 @@ def search(h: Hypothesis, read: Sequence[Read], seed: int = 0) -> Search:
             tried.append((rival, settled(turns[i].end.point, causes)))
         kept = tied(tried)
         best, last = kept[0]
-        named.append(Named(best, tuple(Rival(c.effect, c.where, turn.loss) for c, turn in kept), turns[i].fit.loss))
+        named.append(Named(best, tuple(Rival(c.effect, c.where, turn.loss) for c, turn in kept), turns[i].loss))
     if named and last.beyond.plain and last.beyond.energy > (1 - EXPLAINED) * first.beyond.energy:
         last, named = first, []
     return Search(first, last, tuple(named), whiten, asked, tuple(rankings))

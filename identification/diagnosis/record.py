@@ -55,7 +55,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
             for j, name in enumerate(signature_record.channels(arm.M, arm.N))
         ],
         "considered": [
-            {"effect": c.effect.name, "where": c.where.label, "explains": c.gain / d.search.first.fit.loss}
+            {"effect": c.effect.name, "where": c.where.label, "explains": c.gain / d.search.first.loss}
             for c in d.search.rankings[0]
         ],
         "signature": signature_record.as_json(d.signature, arm.M),

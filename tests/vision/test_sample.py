@@ -136,6 +136,37 @@ def test_check_simulate_and_export_by_command(made: Path, capfd: pytest.CaptureF
     assert "tension4" in np.load(made / "simulated.npz")
 
 
+def test_from_pixels_to_the_hidden_cause(made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """What the sample's neck.yaml does not know is named, weighed, and gone from recordings that were not fitted."""
+    held = SAMPLES / "held_out"
+    neck = held / "neck.yaml"
+    run(
+        capfd,
+        "sync",
+        held / "angles.csv",
+        held / "log.mcap",
+        "--neck",
+        neck,
+        "--out",
+        tmp_path / "held_out.mcap",
+        "--quiet",
+    )
+    done = run(
+        capfd, "diagnose", made / "dataset.mcap", "--held-out", tmp_path / "held_out.mcap", "--out", tmp_path / "out", "--json", "-"
+    )  # fmt: skip
+    found = json.loads(done.out)
+    assert found["verdict"] == "cause"
+    (cause,) = found["causes"]
+    assert cause["effect"] == "tip_payload"
+    (mass,) = cause["parameters"]
+    assert abs(mass["value"] - TRUTH["recording"]["hidden"]["load"]["payload_kg"]) < 3 * mass["sigma"]
+    assert mass["identified"]
+    for gain in found["gains"]:
+        assert gain["before"] - gain["after"] > 3 * gain["gain_sigma"]
+        assert gain["after"] < 0.5 * gain["before"]
+    assert (tmp_path / "out/diagnosis.html").is_file()
+
+
 def test_identify_by_command_writes_for_matlab_and_the_next_description(
     made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -141,7 +141,7 @@ def gain_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
 
 def considered_rows(d: Diagnosis) -> list[tuple[str, ...]]:
     """Cause, where, what it means, and the share of the loss that it explains alone."""
-    whole = d.search.first.fit.loss
+    whole = d.search.first.loss
     tied = {c.effect.name for named in d.search.named for c in named.tied}
     names = {cause.effect.name for cause in d.causes}
 
