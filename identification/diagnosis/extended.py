@@ -7,9 +7,9 @@ import yaml
 from numpy.typing import NDArray
 
 from identification.diagnosis.hypothesis import Hypothesis
-from identification.diagnosis.naming import Turn
 from identification.diagnosis.nuisances import adjusted
 from identification.diagnosis.parameters import known, parameters_of
+from identification.diagnosis.trial import Turn
 from identification.model import Model, model_of
 from mechanism.description import Neck
 from xneck.estimate import Parameter

@@ -4,7 +4,7 @@ import numpy as np
 
 from identification.diagnosis.cause import Cause
 from identification.diagnosis.effect import OfArm
-from identification.diagnosis.naming import Turn
+from identification.diagnosis.trial import Turn
 from xneck.estimate import Parameter
 
 SCALE = 4e-3

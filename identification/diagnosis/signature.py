@@ -14,8 +14,8 @@ from identification.diagnosis.chance import Energy, autocovariance, energy, orth
 from identification.diagnosis.conditions import Condition, conditions
 from identification.diagnosis.episodes import Course, Episode, brief, course, episodes
 from identification.diagnosis.excess import PLAIN, Excess
-from identification.diagnosis.naming import Turn
 from identification.diagnosis.point import Place
+from identification.diagnosis.trial import Turn
 from identification.diagnosis.turning import Periodic, periodic
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from identification.diagnosis.extended import description, model
 from identification.diagnosis.gain import Gain, Held
 from identification.diagnosis.hypothesis import Hypothesis
-from identification.diagnosis.naming import Turn
 from identification.diagnosis.noise import Read
+from identification.diagnosis.trial import Turn
 from identification.model import Model
 from identification.simulation.simulated import Simulated, simulate_recording
 

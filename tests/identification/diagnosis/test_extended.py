@@ -11,9 +11,9 @@ from identification.diagnosis.comparison import compare
 from identification.diagnosis.effects import EFFECTS
 from identification.diagnosis.extended import description
 from identification.diagnosis.hypothesis import as_described
-from identification.diagnosis.naming import Turn
 from identification.diagnosis.nuisances import errors
 from identification.diagnosis.point import point, read_all, sought
+from identification.diagnosis.trial import Turn
 from identification.whitening import Whitener
 from mechanism.description import read_neck
 from tests.identification.test_estimates import recording

@@ -12,12 +12,12 @@ from identification.diagnosis.chance import Autocovariance, autocovariance, ener
 from identification.diagnosis.comparison import compare
 from identification.diagnosis.conditions import ALONG, conditions
 from identification.diagnosis.hypothesis import as_described
-from identification.diagnosis.naming import Turn
 from identification.diagnosis.noise import whitener
 from identification.diagnosis.nuisances import Errors, errors
 from identification.diagnosis.point import Place, Point, point, read_all, sought
 from identification.diagnosis.signature import Signature, signature
 from identification.diagnosis.signature_record import words
+from identification.diagnosis.trial import Turn
 from identification.fitting import stretch_starts
 from identification.residuals import Rows
 from tests.identification.test_estimates import CA, FS, K, recording

@@ -1,0 +1,157 @@
+"""Causes fitted together with the base model's numbers and doubtful clocks, and what they leave."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset import DataSet
+from identification.diagnosis.cause import Cause, believed
+from identification.diagnosis.comparison import Comparison, Fitted, compare
+from identification.diagnosis.excess import Excess, excess
+from identification.diagnosis.hypothesis import Hypothesis
+from identification.diagnosis.noise import Read, noise, quiet, whitener
+from identification.diagnosis.nuisances import errors
+from identification.diagnosis.point import Point, point, read_all, relaid, sought
+from identification.estimates import check_motion
+from identification.fitting import solve, stretch_starts
+from identification.whitening import Whitener
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 16
+_FAR_M, _SOFT = 5e-3, 0.3
+"""x0 beyond the description's, and stiffness over the middle one: a fit begins within"""
+_SETTLED, _GAINED = 0.3, 1e-3
+"""where a step would take less away, in units of a row's loss, it is not taken; where it took less of the loss it was the last"""
+_FIRST_DAMPING, _MOST_DAMPING = 1e-2, 0.5
+
+
+@dataclass(frozen=True)
+class Turn:
+    """Recordings with the causes named so far."""
+
+    end: Comparison
+    causes: tuple[Cause, ...]
+    """with numbers"""
+    floor: tuple[list[Array], ...]
+    """residuals of noise alone, by recording and draw"""
+    quiet: float
+    """loss that noise alone makes"""
+    fit: Fitted
+
+    @cached_property
+    def sigma(self) -> Array:
+        """Of all numbers of the fit, in their sizes, (K,)."""
+        return np.sqrt(np.diag(self.end.covariance(self.fit)))
+
+    @cached_property
+    def loss(self) -> float:
+        """Of blocks where all but their fold were fitted."""
+        return float(self.end.crossed().sum())
+
+    @cached_property
+    def beyond(self) -> Excess:
+        """What stands above noise."""
+        return self.without(self.fit)
+
+    def without(self, fit: Fitted, end: "Comparison | None" = None) -> Excess:
+        """The same with another fit, of another comparison at this point."""
+        trust = [place.trust for place in self.end.point.places]
+        left = [t * r for t, r in zip(trust, (end or self.end).left(fit), strict=True)]
+        return excess(left, [[t * d for d in draws] for t, draws in zip(trust, self.floor, strict=True)])
+
+
+class Trial:
+    """Recordings of one arm, on which causes are tried. Raises Refused where a motor stands still."""
+
+    def __init__(self, h: Hypothesis, read: Sequence[Read]) -> None:
+        self._h, self._read, self._data = h, read, [one.data for one in read]
+        self._at = _begun(h, self._data)
+        starts = [stretch_starts(place.signals) for place in self._at.places]
+        self.whiten = whitener(noise(self._at, read), starts, h.arm.M)
+        self._known: dict[tuple[tuple[str, str], ...], Turn] = {}
+
+    def begin(self) -> Turn:
+        """Without a cause."""
+        return self.settled(self._at, ())
+
+    def settled(self, at: Point, causes: tuple[Cause, ...]) -> Turn:
+        """Fitted with these causes, from a point on where they were not fitted before, and what stands above noise there."""
+        which = tuple((cause.effect.name, cause.where.label) for cause in causes)
+        if which not in self._known:
+            end, causes = _refined(at, self._h, causes, self._data, self.whiten)
+            floor = noise(end.point, self._read)
+            self._known[which] = Turn(end, causes, tuple(floor), quiet(floor, end.point, self.whiten), end.fit())
+        return self._known[which]
+
+
+def _begun(h: Hypothesis, data: Sequence[DataSet]) -> Point:
+    """The base model's numbers by least squares, kept from where a cause that is not in it may have driven them."""
+    late = np.zeros(len(data))
+    signals = read_all(h, data, late)
+    check_motion(signals)
+    u = sought(h, len(data))
+    p = solve(signals, u).least_squares.copy()
+    for recording in range(len(data)):
+        slot = u.slots["x0", recording]
+        p[slot] = np.clip(p[slot], -_FAR_M, _FAR_M)
+    k = u.slots["k", None]
+    p[k] = np.maximum(p[k], _SOFT * np.median(p[k]))
+    return point(h, signals, p, late)
+
+
+def _refined(
+    at: Point, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], whiten: Whitener
+) -> tuple[Comparison, tuple[Cause, ...]]:
+    """The base model's numbers, the causes' and doubtful clocks fitted together from a point on, by Levenberg and Marquardt."""
+    now = _seen_from(_at(at, believed(h, causes), data, at.p, at.late), causes, whiten)
+    best, damping = (now, causes), 0.0
+    for _ in range(_ROUNDS):
+        if now.merit - now.fit().loss < _SETTLED * max(1.0, now.merit / now.rows):
+            break
+        fit = now.fit(damping=damping)
+        step = np.append(fit.numbers[: now.base], fit.numbers[now.base + len(now.nuisances) :])
+        p, changed = _stepped(now.point, causes, step)
+        late = now.point.late + now.clock_moved(fit) if now.doubted else now.point.late
+        there = _seen_from(_at(now.point, believed(h, changed), data, p, late), changed, whiten)
+        # the base model's numbers are all but linear: they follow what the causes' are, in the next step
+        gained = 1 - min(there.merit / now.merit, there.with_causes_as_they_are / now.with_causes_as_they_are)
+        if gained > 0:
+            now, causes = there, changed
+            damping = damping / 10 if damping > _FIRST_DAMPING else 0.0
+            if now.merit < best[0].merit:
+                best = now, causes
+            if gained < _GAINED:
+                break
+        else:
+            damping = max(_FIRST_DAMPING, 10 * damping)
+            if damping > _MOST_DAMPING:
+                break
+    return best
+
+
+def _seen_from(at: Point, causes: tuple[Cause, ...], whiten: Whitener) -> Comparison:
+    """A point with the causes in it, and what small errors would do there."""
+    return compare(at, causes, (), errors(at), whiten)
+
+
+def _at(near: Point, h: Hypothesis, data: Sequence[DataSet], p: Array, late: Array) -> Point:
+    """A point; where only laws differ, the recordings read as they did."""
+    was = near.hypothesis
+    if h.neck != was.neck or h.late != was.late or np.any(h.misread != was.misread) or np.any(late != near.late):
+        return point(h, read_all(h, data, late), p, late)
+    return relaid(near, h, p)
+
+
+def _stepped(at: Point, causes: tuple[Cause, ...], step: Array) -> tuple[Array, tuple[Cause, ...]]:
+    """The base model's numbers and the causes a step further."""
+    u, arm = at.unknowns, at.hypothesis.arm
+    own, rest = np.split(step, [len(u.size)])
+    p, moved = np.clip(at.p + u.size * own, u.low, u.high), []
+    for cause in causes:
+        part, rest = np.split(rest, [len(cause.sizes(arm))])
+        moved.append(cause.stepped(part, arm))
+    return p, tuple(moved)
