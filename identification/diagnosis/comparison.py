@@ -24,8 +24,8 @@ from identification.whitening import Whitener
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-DELAY_SIGMA = 2e-3
-"""s: forces act about when the log says"""
+DELAY_SIGMA = 1e-3
+"""s: forces act about when the log says, no more than a row or two later"""
 BLOCK_S = 2.0
 """s: longer than what residuals remember"""
 FOLDS = 5
@@ -142,7 +142,7 @@ class Comparison:
     def _solved(self, table: Array, use: Index, sigma: Array, damping: float) -> tuple[Array, float]:
         """Numbers and loss."""
         sigma = sigma[use]
-        nuisance = (use >= self.base) & (use < self.base + len(self.nuisances))
+        nuisance = np.isfinite(sigma)
         last = len(self.sigma)
         G = table[np.ix_(use, use)] + np.diag(1 / sigma**2)
         known = self.mean[use] / sigma**2

@@ -44,6 +44,8 @@ class Diagnosis:
     """on recordings that were not fitted"""
     extended: Hypothesis
     """the description with what was found in it"""
+    not_simulated: str = ""
+    """why, where one of both models is none that moves"""
 
     @property
     def before(self) -> Excess:
@@ -92,13 +94,17 @@ def diagnose(
     progress("gain")
     extended = believed(h, last.causes)
     gained: tuple[Gain, ...] = ()
+    not_simulated = ""
     if others:
         was = held(first.end, first.fit, h, others, found.whiten, bool(last.causes))
         now = held(last.end, last.fit, extended, others, found.whiten, bool(last.causes))
         gained = gains(was, now, h.arm.M)
         progress("simulation")
-        gained += simulated_gains(Side(first, h, was), Side(last, extended, now), others)
-    return Diagnosis(verdict, why, found, could, signature(first, last), gained, extended)
+        try:
+            gained += simulated_gains(Side(first, h, was), Side(last, extended, now), others)
+        except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
+            not_simulated = str(refused)
+    return Diagnosis(verdict, why, found, could, signature(first, last), gained, extended, not_simulated)
 
 
 def _verdict(found: Search, could: Sight) -> tuple[str, str]:

@@ -31,6 +31,8 @@ class Hypothesis:
     """what angles were read too large, (N,), rad"""
     late: float = 0.0
     """s, by which frames show what was done later than their stamps say"""
+    stale: float = 0.0
+    """s, by which a row's motor angles are older than its forces; frames were put on the clock by the angles"""
 
     @property
     def arm(self) -> Arm:
@@ -52,6 +54,8 @@ class Hypothesis:
                         columns[key] = _sooner(s.time, columns[key], self.late + late)
                 if f"{name}{i}" in columns:
                     columns[f"{name}{i}"] = columns[f"{name}{i}"] - wrong
+        for key in (key for key in s.columns if key[0] == "f" and key[1:].isdigit()):
+            columns[key] = np.interp(s.time - self.stale, s.time, s.columns[key])
         frames = dict(data.angles.columns)
         for i, wrong in enumerate(self.misread, start=1):
             if f"alpha{i}" in frames:

@@ -40,6 +40,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
         "gain": gain and gain.as_json(),
         "gains": [g.as_json() for g in d.gains],
         "explained": d.explained,
+        "not_simulated": d.not_simulated or None,
         "clocks": [
             {"recording": r + 1, "late_s": float(late) + d.extended.late}
             for r, late in enumerate(d.search.last.end.point.late)

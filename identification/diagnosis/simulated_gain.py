@@ -28,7 +28,7 @@ class Side:
     """A model with its description and what it says of how recordings were read."""
 
     def __init__(self, turn: Turn, h: Hypothesis, held: Held) -> None:
-        self._h = Hypothesis(description(turn, h), h.laws, h.values, h.misread, h.late)
+        self._h = Hypothesis(description(turn, h), h.laws, h.values, h.misread, h.late, h.stale)
         self._model: Model = model(turn, h, {})
         self._late = held.late
 

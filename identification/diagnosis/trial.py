@@ -141,7 +141,8 @@ def _seen_from(at: Point, causes: tuple[Cause, ...], whiten: Whitener) -> Compar
 def _at(near: Point, h: Hypothesis, data: Sequence[DataSet], p: Array, late: Array) -> Point:
     """A point; where only laws differ, the recordings read as they did."""
     was = near.hypothesis
-    if h.neck != was.neck or h.late != was.late or np.any(h.misread != was.misread) or np.any(late != near.late):
+    read = (h.neck, h.late, h.stale, *h.misread, *late)
+    if read != (was.neck, was.late, was.stale, *was.misread, *near.late):
         return point(h, read_all(h, data, late), p, late)
     return relaid(near, h, p)
 
