@@ -56,27 +56,21 @@ class Result:
 def run_recording(recording: Recording, out: Path, stage: Callable[[str], object] = lambda name: None) -> Result:
     """All stages in order, their files into the folder `out`; `stage` is told of each as it begins."""
     neck = read_neck(recording.neck)
-    inputs = {"neck": recording.neck, "log": recording.log}
     camera = calibration = extraction = None
     pictures: tuple[tuple[int, NDArray[np.uint8]], ...] = ()
     log = read_log(recording.log, neck)
     if recording.angles is not None:
-        inputs["angles"] = recording.angles
         angles = read_angles(recording.angles, neck.N)
     else:
         assert recording.video is not None
         if recording.camera is not None:
             camera = read_camera(recording.camera)
-            inputs["camera"] = recording.camera
         else:
             assert recording.board is not None
             stage("calibrate")
-            inputs["board"] = recording.board
-            inputs |= {f"picture {path.name}": path for path in recording.pictures}
             calibration = calibrate_from(recording.pictures, recording.board)
             camera = calibration.camera
             write_camera(camera, out / "camera.yaml")
-        inputs["video"] = recording.video
         stage("extract")
         video = describe(recording.video)
         extraction = extract(
@@ -86,7 +80,7 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
         write_angles(angles, out / "angles.mcap", extraction.quality)
         pictures = _annotated(video, neck, camera, extraction)
     stage("sync")
-    origin = provenance(inputs)
+    origin = provenance(recording.files)
     data = synchronise(neck, read_text(recording.neck), angles, log, origin)
     write_dataset(data, out / "dataset.mcap")
     stage("identify")

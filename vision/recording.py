@@ -44,6 +44,8 @@ class Recording:
     """Paths of one recording. Either `angles`, or `video` with `camera` or with `board` and `pictures` (a folder)."""
 
     folder: Path
+    config: Path
+    """the recording.yaml itself"""
     log: Path
     neck: Path
     video: Path | None
@@ -58,6 +60,21 @@ class Recording:
     """whether corners are fitted to all grey levels of a marker, rather than to its edges"""
     light: LightPatch | None
     """where in the video a light is seen that the controller switches and logs as `led`"""
+
+    @property
+    def files(self) -> dict[str, Path]:
+        """What is read of it, by role; recording.yaml apart."""
+        out = {"neck": self.neck, "log": self.log}
+        if self.angles is not None:
+            return out | {"angles": self.angles}
+        assert self.video is not None
+        if self.camera is not None:
+            out["camera"] = self.camera
+        else:
+            assert self.board is not None
+            out["board"] = self.board
+            out |= {f"picture {path.name}": path for path in self.pictures}
+        return out | {"video": self.video}
 
 
 def read_recording(folder: str | Path) -> Recording:
@@ -104,6 +121,7 @@ def read_recording(folder: str | Path) -> Recording:
     prior = PlacementPrior() if file.placement == "estimated" else None
     return Recording(
         folder,
+        config,
         log,
         neck,
         pictures=listed,

@@ -4,7 +4,7 @@ import logging
 import sys
 import tempfile
 import uuid
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,10 +49,11 @@ class Outcome(Generic[T]):
 
 
 @contextmanager
-def workers(jobs: int | None, cluster: str | None, folder: Path) -> "Iterator[Client]":
+def workers(jobs: int | None, cluster: str | None, folder: Path, files: Sequence[Path] = ()) -> "Iterator[Client]":
     """A client of `jobs` local processes of one thread each (None: one a core), or of the scheduler at the address `cluster`.
 
-    Raises Refused where a cluster cannot be reached, has no workers, has another Python or xneck, or does not see `folder`.
+    Raises Refused where a cluster cannot be reached, has no workers, has another Python or xneck, or does not see `folder`
+    and `files`.
     """
     import dask.config
     from distributed import Client, LocalCluster
@@ -62,7 +63,7 @@ def workers(jobs: int | None, cluster: str | None, folder: Path) -> "Iterator[Cl
     if cluster is None:
         with (
             dask.config.set(_SETTINGS),
-            LocalCluster(n_workers=jobs or _cores(), **_LOCAL) as local,
+            LocalCluster(n_workers=jobs or cores(), **_LOCAL) as local,
             Client(local) as client,
         ):
             yield client
@@ -72,7 +73,7 @@ def workers(jobs: int | None, cluster: str | None, folder: Path) -> "Iterator[Cl
     except (OSError, ValueError) as error:
         raise Refused(cluster, "no dask scheduler answers there", "give its address, as tcp://host:8786") from error
     with client:
-        _preflight(client, cluster, folder)
+        _preflight(client, cluster, folder, files)
         yield client
 
 
@@ -140,13 +141,14 @@ def _why(future: Any) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 
-def _cores() -> int:
+def cores() -> int:
+    """That this process may use."""
     from dask.system import CPU_COUNT
 
     return CPU_COUNT
 
 
-def _preflight(client: Any, cluster: str, folder: Path) -> None:
+def _preflight(client: Any, cluster: str, folder: Path, files: Sequence[Path]) -> None:
     """Refused where tasks would fail, or hang, for want of the package, of the same one, or of the files."""
     from distributed import TimeoutError as TooLate
 
@@ -166,15 +168,17 @@ def _preflight(client: Any, cluster: str, folder: Path) -> None:
         if not one["host"]["python"].startswith(f"{python}."):
             raise Refused(cluster, f"{who} runs Python {one['host']['python']}", f"run it with {python}")
     with tempfile.NamedTemporaryFile(dir=folder, prefix=".seen-by-") as token:
-        for who, (source, sees) in client.run(_at_home, token.name).items():
+        there = [(str(path), path.stat().st_size) for path in files]
+        for who, (source, missing) in client.run(_at_home, [(token.name, 0), *there]).items():
             if source != digest():
                 raise Refused(cluster, f"{who} has other sources of xneck", "install the same there")
-            if not sees:
+            if missing:
+                what = folder if token.name in missing else missing[0]
                 raise Refused(
-                    cluster, f"{who} does not see {folder}", "put it where all machines see it by the same path"
+                    cluster, f"{who} does not see {what}", "put it where all machines see it by the same path"
                 )
 
 
-def _at_home(token: str) -> tuple[str, bool]:
-    """On a worker: what it would compute with, and whether it sees a file."""
-    return digest(), Path(token).exists()
+def _at_home(files: Sequence[tuple[str, int]]) -> tuple[str, list[str]]:
+    """On a worker: what it would compute with, and which files it does not see, or sees with another size."""
+    return digest(), [path for path, size in files if not Path(path).is_file() or Path(path).stat().st_size != size]

@@ -15,14 +15,21 @@ _LIBRARIES = ("numpy", "scipy", "opencv-contrib-python-headless", "av", "mcap", 
 def provenance(inputs: Mapping[str, str | Path], settings: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Names, sizes and SHA-256 of input files by role; versions; settings. Ready for JSON."""
     return {
-        "xneck": __version__,
-        "python": platform.python_version(),
-        "libraries": {name: version(name) for name in _LIBRARIES},
+        **versions(),
         "inputs": {
             role: {"file": Path(path).name, "bytes": Path(path).stat().st_size, "sha256": sha256(path)}
             for role, path in inputs.items()
         },
         "settings": dict(settings or {}),
+    }
+
+
+def versions() -> dict[str, Any]:
+    """Of xneck, Python and the libraries that compute."""
+    return {
+        "xneck": __version__,
+        "python": platform.python_version(),
+        "libraries": {name: version(name) for name in _LIBRARIES},
     }
 
 

@@ -8,10 +8,11 @@ from pathlib import Path
 _COMPUTING = ("mechanism", "identification", "calibration", "vision", "xneck")
 _SHOWING = ("cli", "report", "study")
 """folders that change no number"""
+_SOURCES = (".py", ".jinja", ".css")
 
 
 def digest(*more: Path) -> str:
-    """Of the packages' Python files but those that only show, and of those in the folders `more`."""
+    """Of the packages' sources but those that only show, and of those in the folders `more`."""
     return _digest(more)
 
 
@@ -29,7 +30,7 @@ def _digest(more: tuple[Path, ...]) -> str:
 
 
 def _add(sha: "hashlib._Hash", folder: Path, but: tuple[str, ...]) -> None:
-    for file in sorted(folder.rglob("*.py")):
+    for file in sorted(folder.rglob("*")):
         within = file.relative_to(folder)
-        if within.parts[0] not in but:
+        if file.suffix in _SOURCES and within.parts[0] not in but:
             sha.update(f"{folder.name}/{within.as_posix()}\0".encode() + file.read_bytes())

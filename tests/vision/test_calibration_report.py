@@ -16,8 +16,7 @@ from calibration.views import LeftOut, Observations
 from tests.calibration.truth import CAMERA, SIZE, project, synthetic_views
 from tests.vision.html_page import Elements, label_faults, look
 from vision.arm_sigma import arm_sigma, link_arm
-from vision.report import CalibrationResult, write_calibration_report
-from vision.report.calibration_page import sentence
+from vision.report.calibration_page import CalibrationResult, sentence, write_calibration_report
 from xneck.provenance import provenance
 
 NASTY = "<script>alert(1)</script>"

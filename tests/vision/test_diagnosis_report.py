@@ -19,7 +19,7 @@ from tests.vision.html_page import Elements, label_faults, look
 from vision.angles import read_angles
 from vision.cli.output import as_json
 from vision.encoder_log import read_log
-from vision.report import DiagnosisResult, write_diagnosis_report
+from vision.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 from vision.report.diagnosis_words import sentence
 from vision.synchronise import synchronise
 from xneck.provenance import provenance

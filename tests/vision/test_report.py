@@ -32,8 +32,9 @@ from vision.extract import Extraction
 from vision.linkage_fit import LinkageFit
 from vision.pipeline import Result
 from vision.recording import Recording
-from vision.report import published, write_report
+from vision.report import published
 from vision.report.alignment import align
+from vision.report.page import write_report
 from vision.report.shots import shots
 from vision.report.style import decimated
 from vision.report.tables import camera_rows, seed_table
@@ -104,7 +105,19 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
     return Result(
         name=NASTY,
         recording=Recording(
-            folder, folder / "log", SAMPLE / "neck.yaml", None, None, None, (), None, Shutter(), None, False, None
+            folder,
+            folder / "recording.yaml",
+            folder / "log",
+            SAMPLE / "neck.yaml",
+            None,
+            None,
+            None,
+            (),
+            None,
+            Shutter(),
+            None,
+            False,
+            None,
         ),
         camera=calibration.camera,
         calibration=calibration,

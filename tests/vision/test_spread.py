@@ -5,7 +5,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -40,8 +40,8 @@ def environment(*names: str) -> tuple[str | None, ...]:
     return tuple(os.environ.get(name) for name in names)
 
 
-def sees_nothing(_: str) -> tuple[str, bool]:
-    return digest(), False
+def sees_nothing(files: Sequence[tuple[str, int]]) -> tuple[str, list[str]]:
+    return digest(), [path for path, _ in files]
 
 
 def test_what_refuses_raises_or_kills_its_worker_is_told_and_the_others_go_on(

@@ -106,7 +106,7 @@ def _calibrate(
     result = as_json(found) | meant.as_json()
     result["projection"]["arm"] = at_arm.as_json() if at_arm else None
     if report:
-        from vision.report import CalibrationResult, write_calibration_report
+        from vision.report.calibration_page import CalibrationResult, write_calibration_report
 
         inputs = {"board": board_file} | ({"neck": neck_file} if neck_file else {})
         inputs |= {f"picture {file.name}": file for file in files}

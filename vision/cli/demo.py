@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from vision.cli.output import FOLDER, report_result, results
+from vision.cli.output import FOLDER, results
 
 SAMPLES = Path(__file__).resolve().parents[2] / "samples"
 
@@ -15,14 +15,12 @@ SAMPLES = Path(__file__).resolve().parents[2] / "samples"
     "--samples", type=FOLDER, default=SAMPLES, help="The samples folder of a checkout.  [default: this one's]"
 )
 @results
-def command(out: Path, samples: Path, json_out: str | None, quiet: bool) -> None:
+def command(out: Path, samples: Path, json_out: str | None, quiet: bool) -> int:
     """The main job on the recordings shipped in samples/: a video with its log, and angles with theirs."""
-    from vision.cli.run import run_all, text_of
+    from vision.cli.run import run_all
     from xneck.errors import Refused
 
     folders = (samples / "recording", samples / "held_out")
     if not all(folder.is_dir() for folder in folders):
         raise Refused(samples, "holds no samples", "give the samples folder of a checkout with --samples")
-    summary = run_all(folders, out, quiet)
-    lines = [text_of(name, record) for name, record in summary.items()]
-    report_result({"recordings": summary}, "\n".join(lines), json_out, quiet)
+    return run_all(folders, out, None, None, False, json_out, quiet)

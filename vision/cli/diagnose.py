@@ -32,7 +32,7 @@ def command(
     from identification.dataset_file import read_dataset
     from identification.diagnosis import diagnose, extended, record
     from identification.model import write_model
-    from vision.report import DiagnosisResult, write_diagnosis_report
+    from vision.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
     from xneck.json_text import as_json
     from xneck.provenance import provenance
     from xneck.whole_file import write_text

@@ -1,76 +1,137 @@
 """xneck run."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from vision.cli.output import FILE, FOLDER, recovered, report_result, results
+from vision.cli.output import FILE, FOLDER, progress, report_result, results
+from xneck.recovered import say_recovered
+
+_STAGES = 6
+"""at most, of one recording"""
 
 
-@click.command(epilog="Example: xneck run recordings/monday --out results")
+@click.command(epilog="Example: xneck run recordings/*/ --out results --jobs 4")
 @click.argument("folders", metavar="RECORDING...", nargs=-1, required=True, type=FILE)
 @click.option(
     "--out", type=FOLDER, default=Path("results"), show_default=True, help="A folder for each recording here."
 )
+@click.option("--jobs", type=click.IntRange(1), help="Processes on this machine.  [default: one a core]")
+@click.option("--cluster", metavar="ADDRESS", help="A dask scheduler instead, such as tcp://host:8786.")
+@click.option("--redo", is_flag=True, help="Do all again, also what has not changed, and what was refused.")
 @results
-def command(folders: tuple[Path, ...], out: Path, json_out: str | None, quiet: bool) -> None:
-    """All of it for recording folders (each with a recording.yaml), and one HTML report each."""
-    summary = run_all(folders, out, quiet)
-    lines = [text_of(name, record) for name, record in summary.items()]
-    report_result({"recordings": summary}, "\n".join(lines), json_out, quiet)
+def command(
+    folders: tuple[Path, ...],
+    out: Path,
+    jobs: int | None,
+    cluster: str | None,
+    redo: bool,
+    json_out: str | None,
+    quiet: bool,
+) -> int:
+    """All of it for recording folders (each with a recording.yaml), one HTML report each and a summary of all.
+
+    Several recordings are spread over processes, or over a cluster, whose workers must see the recordings and --out by the same
+    paths. What is done stays done: run the same command again to go on after an interruption. Done again is what changed: an input,
+    recording.yaml, or xneck. One that was refused is not tried again before it changes; one whose process died is.
+
+    Exit status 0: every recording has its result. 1: one or more were refused or failed (a line each on standard error); the
+    others have their results all the same, and summary.json says which.
+    """
+    if jobs and cluster:
+        raise click.UsageError("--jobs is for this machine; a --cluster has its own number of workers")
+    return run_all(folders, out, jobs, cluster, redo, json_out, quiet)
 
 
-def run_all(folders: tuple[Path, ...], out: Path, quiet: bool) -> dict[str, dict[str, object]]:
-    """Runs recordings one after the other; the record of each by its folder's name."""
+def run_all(
+    folders: tuple[Path, ...],
+    out: Path,
+    jobs: int | None,
+    cluster: str | None,
+    redo: bool,
+    json_out: str | None,
+    quiet: bool,
+) -> int:
+    """Runs recordings and reports them; the exit status."""
+    from vision.batch import named
+
+    places = named(folders, out)
+    if len(places) == 1 and cluster is None:
+        ((name, place),) = places.items()
+        return _alone(name, place, out, redo, json_out, quiet)
+    return _batch(places, out, jobs, cluster, redo, json_out, quiet)
+
+
+def _alone(name: str, place: Path, out: Path, redo: bool, json_out: str | None, quiet: bool) -> int:
+    """In this process: no cluster to wait for, and a fault shows where it is."""
     from tqdm import tqdm
 
-    from identification.tables import as_json as tables_json
-    from vision.pipeline import run_recording
     from vision.recording import read_recording
-    from vision.report import write_report
-    from xneck.errors import Refused
-    from xneck.json_text import as_json
-    from xneck.whole_file import write_text
+    from vision.result_folder import result_of
 
-    recordings = [read_recording(folder) for folder in folders]
-    names = [recording.folder.resolve().name for recording in recordings]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise Refused("run", f"two recordings are called {twice[0]}", "run them into different --out folders")
-    summary: dict[str, dict[str, object]] = {}
-    with tqdm(total=6 * len(recordings), disable=True if quiet else None, leave=False) as bar:
-        for name, recording in zip(names, recordings, strict=True):
+    recording = read_recording(place)
+    record = None if redo else result_of(recording, out / name)
+    known = record is not None
+    if record is None:
+        from vision.recording_task import run_one
 
-            def stage(what: str, name: str = name) -> None:
+        with tqdm(total=_STAGES, disable=True if quiet else None, leave=False) as bar:
+
+            def stage(what: str) -> None:
                 bar.set_description(f"{name}: {what}")
                 bar.update()
 
-            folder = out / name
-            folder.mkdir(parents=True, exist_ok=True)
-            before = len(recovered())
-            result = run_recording(recording, folder, stage)
-            write_report(result, folder / "report.html")
-            record: dict[str, object] = {
-                "report": str(folder / "report.html"),
-                "sync": dict(result.data.clock),
-                "check": dict(result.data.check),
-                "identify": tables_json(result.identification),
-                "simulate": result.simulated.rms if result.simulated else None,
-                "recovered": recovered()[before:],
-            }
-            if result.extraction:
-                record["extract"] = result.extraction.as_json()
-            write_text(folder / "result.json", as_json(record))
-            summary[name] = record
-    return summary
-
-
-def text_of(name: str, record: dict[str, object]) -> str:
-    """One recording in one line."""
-    sync, check = record["sync"], record["check"]
-    assert isinstance(sync, dict)
-    assert isinstance(check, dict)
-    return (
+            record = run_one(recording, out / name, stage)
+    sync, report = record["sync"], str(out / name / record["report"])
+    line = (
         f"{name}: {sync['frames_used']} of {sync['frames']} frames, offset {sync['offset_s']:.4f} s "
-        f"+- {1e3 * sync['offset_sigma_s']:.2f} ms, {check['verdict']}; {record['report']}"
+        f"+- {1e3 * sync['offset_sigma_s']:.2f} ms, {record['check']['verdict']}; {report}"
     )
+    _say_lost(name, record)
+    told = {"recordings": {name: record | {"report": report}}, "failed": {}}
+    report_result(told, line + (" (done before)" if known else ""), json_out, quiet)
+    return 0
+
+
+def _batch(
+    places: dict[str, Path],
+    out: Path,
+    jobs: int | None,
+    cluster: str | None,
+    redo: bool,
+    json_out: str | None,
+    quiet: bool,
+) -> int:
+    """Over processes or a cluster; the table, summary.json and summary.html of all."""
+    from vision.batch import run_batch
+    from vision.report import batch_rows
+    from vision.report.batch_page import write_batch_report
+    from xneck.json_text import as_json
+    from xneck.provenance import versions
+    from xneck.whole_file import check_place, write_text
+
+    out.mkdir(parents=True, exist_ok=True)
+    page, numbers = out / "summary.html", out / "summary.json"
+    check_place(page)
+    check_place(numbers)
+    with progress(len(places), "recordings", quiet) as step:
+        ended = run_batch(places, out, jobs, cluster, redo, step)
+    rows = {name: batch_rows.as_json(one) for name, one in ended.items()}
+    failed = {name: one.failure for name, one in ended.items() if one.failure is not None}
+    done = {name: one.record for name, one in ended.items() if one.record is not None}
+    write_text(numbers, as_json({"recordings": rows, "done": len(done), "failed": len(failed), **versions()}))
+    write_batch_report(rows, versions(), page)
+    for name, record in done.items():
+        _say_lost(name, record)
+    for name, why in failed.items():
+        click.echo(f"xneck: {name} failed: {why}", err=True)
+    records = {name: record | {"report": str(out / name / record["report"])} for name, record in done.items()}
+    text = f"{batch_rows.as_text(rows)}\n{page}"
+    report_result({"recordings": records, "failed": failed}, text, json_out, quiet)
+    return 1 if failed else 0
+
+
+def _say_lost(name: str, record: dict[str, Any]) -> None:
+    for line in record["recovered"]:
+        say_recovered(name, line)

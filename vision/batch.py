@@ -1,0 +1,104 @@
+"""Many recordings: which are there, which are done, and the others over the workers, none lost with the one that fails."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vision.recording import NAME, Recording, read_recording
+from vision.result_folder import refusal_of, result_of, sweep
+from vision.spread import cores, spread, workers
+from xneck.errors import Refused
+
+
+@dataclass(frozen=True)
+class Ended:
+    """What became of a recording: its record as result.json holds it, or why there is none."""
+
+    name: str
+    record: dict[str, Any] | None
+    failure: str | None
+    """one line, or None where it did not fail"""
+    before: bool
+    """whether an earlier run came to this"""
+
+
+def named(folders: Sequence[Path], out: Path) -> dict[str, Path]:
+    """Recordings by their folders' names, each once. The folder `out`, which `*/` takes along, is left out.
+
+    Raises Refused where two have the same name, or nothing is left.
+    """
+    places: dict[str, Path] = {}
+    for given in folders:
+        place = given.resolve()
+        if place == out.resolve() and not (place / NAME).exists():
+            continue
+        name = (place.parent if place.is_file() else place).name
+        if places.setdefault(name, given).resolve() != place:
+            what = f"two recordings are called {name}: {places[name]} and {given}"
+            raise Refused("run", what, "run them into different --out folders")
+    if not places:
+        raise Refused("run", "no recording is given", f"name folders with a {NAME}")
+    return places
+
+
+def _readable(place: Path) -> Recording | str:
+    """The recording, or the line of what is refused of it."""
+    place = place.resolve()
+    try:
+        return read_recording(place)
+    except Refused as refusal:
+        return str(refusal).replace(f"{place}/", "")
+
+
+def run_batch(
+    places: Mapping[str, Path],
+    out: Path,
+    jobs: int | None,
+    cluster: str | None,
+    redo: bool,
+    step: Callable[[int], object],
+) -> dict[str, Ended]:
+    """All recordings, results in folders of their names in `out`; `step` is told of each as it ends. In the order given.
+
+    What holds still is not made again, nor is what was refused tried again, unless `redo`.
+    Raises Refused where there are no workers, or they are lost.
+    """
+    out = out.resolve()
+    ended: dict[str, Ended] = {}
+    left: dict[str, Recording] = {}
+    for name, place in places.items():
+        recording = _readable(place)
+        if isinstance(recording, str):
+            ended[name] = Ended(name, None, recording, before=False)
+        elif redo or (known := _known(name, recording, out / name)) is None:
+            left[name] = recording
+        else:
+            ended[name] = known
+    step(len(ended))
+    for one in _spread(left, out, jobs, cluster) if left else ():
+        ended[one.name] = one
+        step(1)
+    return {name: ended[name] for name in places}
+
+
+def _known(name: str, recording: Recording, folder: Path) -> Ended | None:
+    if record := result_of(recording, folder):
+        return Ended(name, record, None, before=True)
+    refused = refusal_of(recording, folder)
+    return None if refused is None else Ended(name, None, refused, before=True)
+
+
+def _spread(left: Mapping[str, Recording], out: Path, jobs: int | None, cluster: str | None) -> Iterator[Ended]:
+    from vision.recording_task import run_one, within  # what has nothing left to do needs none of the stages
+
+    files = [path for recording in left.values() for path in (recording.config, *recording.files.values())]
+    try:
+        with workers(min(jobs or cores(), len(left)), cluster, out, files) as client:
+            for task in spread(client, run_one, {name: (r, out / name) for name, r in left.items()}):
+                failure = None if task.failure is None else within(left[task.name], task.failure)
+                yield Ended(task.name, task.result, failure, before=False)
+    finally:
+        if cluster is None:  # those of a cluster may still be at work
+            for name in left:
+                sweep(out / name)

@@ -1,0 +1,64 @@
+"""What a result was made from: the recording's files, and what computed it. Where both are the same, so is the result."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from vision.recording import Recording
+from xneck.errors import Refused
+from xneck.provenance import sha256, versions
+from xneck.source import digest
+
+_REPORT = Path(__file__).parent / "report"
+
+
+def made_from(recording: Recording) -> dict[str, Any]:
+    """Versions, the digest of the sources, and of every file its name, size, time of change and SHA-256. Ready for JSON."""
+    return _makers() | {"inputs": {role: _entry(path, recording.folder) for role, path in _files(recording).items()}}
+
+
+def unchanged(before: Mapping[str, Any], recording: Recording) -> dict[str, Any] | None:
+    """`before` with the times of change as they are now, or None where something else has changed.
+
+    Size and time are looked at first, as make does; a file of which the time alone differs (copied, checked out anew) is hashed.
+    What was changed within the file system's clock tick (some ms) and kept its size goes unseen.
+    """
+    makers, files, entries = _makers(), _files(recording), before.get("inputs", {})
+    if {key: before.get(key) for key in makers} != makers or entries.keys() != files.keys():
+        return None
+    now = {role: _still(entries[role], path, recording.folder) for role, path in files.items()}
+    return None if None in now.values() else makers | {"inputs": now}
+
+
+def _files(recording: Recording) -> dict[str, Path]:
+    return {"recording": recording.config, **recording.files}
+
+
+def _makers() -> dict[str, Any]:
+    return {**versions(), "source": digest(_REPORT)}
+
+
+def _still(entry: Mapping[str, Any], path: Path, folder: Path) -> dict[str, Any] | None:
+    seen = _stat(path, folder)
+    if any(seen[key] != entry.get(key) for key in ("file", "bytes")):
+        return None
+    if seen["mtime_ns"] != entry.get("mtime_ns") and _sha256(path) != entry.get("sha256"):
+        return None
+    return {**entry, **seen}
+
+
+def _entry(path: Path, folder: Path) -> dict[str, Any]:
+    # the time is taken first: what is changed while it is read is seen as changed later
+    return {**_stat(path, folder), "sha256": _sha256(path)}
+
+
+def _stat(path: Path, folder: Path) -> dict[str, Any]:
+    stat = path.stat()
+    return {"file": path.relative_to(folder).as_posix(), "bytes": stat.st_size, "mtime_ns": stat.st_mtime_ns}
+
+
+def _sha256(path: Path) -> str:
+    try:
+        return sha256(path)
+    except OSError as error:
+        raise Refused(path, f"cannot be read ({error.strerror})") from error

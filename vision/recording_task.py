@@ -1,0 +1,72 @@
+"""One recording as a task: all stages, the report, and at last result.json with what they were made from."""
+
+import json
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from identification.tables import as_json as seed_json
+from vision.made_from import made_from
+from vision.pipeline import Result, run_recording
+from vision.recording import Recording
+from vision.report.page import write_report
+from vision.result_folder import REFUSED, REPORT, RESULT, clear, files_in
+from xneck.errors import Refused
+from xneck.json_text import as_json
+from xneck.recovered import recoveries
+from xneck.whole_file import write_text
+
+_ONE = threading.Lock()
+"""warnings and matplotlib's settings are the process's: on a worker with several threads one recording waits for the other"""
+
+
+def run_one(recording: Recording, folder: Path, stage: Callable[[str], object] = lambda name: None) -> dict[str, Any]:
+    """All files of a recording into `folder`, and its record; results that were there go first.
+
+    Raises Refused; a refusal of what went in is kept in refused.json, as it would be the same again.
+    """
+    with _ONE, recoveries() as said:
+        began = time.perf_counter()
+        folder.mkdir(parents=True, exist_ok=True)
+        clear(folder)
+        origin = made_from(recording)
+        try:
+            result = run_recording(recording, folder, stage)
+            write_report(result, folder / REPORT)
+        except Refused as refusal:
+            if said:
+                refusal = Refused(refusal.where, f"{refusal.what} ({'; '.join(said)})", refusal.do)
+            if not Path(refusal.where).is_relative_to(folder):
+                kept = {"refused": within(recording, str(refusal)), "made_from": origin}
+                write_text(folder / REFUSED, as_json(kept))
+            raise refusal from refusal.__cause__
+        record = _record(result) | {
+            "recovered": [within(recording, line) for line in said],
+            "files": files_in(folder),
+            "seconds": round(time.perf_counter() - began, 2),
+            "made_from": origin,
+        }
+    text = as_json(record)
+    write_text(folder / RESULT, text)
+    return json.loads(text)
+
+
+def within(recording: Recording, line: str) -> str:
+    """A line about a recording's files as it reads inside its folder, the same on any machine."""
+    return line.replace(f"{recording.folder}/", "")
+
+
+def _record(result: Result) -> dict[str, Any]:
+    """What the commands say in their --json, stage by stage; `report` is beside it."""
+    out: dict[str, Any] = {
+        "report": REPORT,
+        "sync": dict(result.data.clock),
+        "check": dict(result.data.check),
+        "identify": result.estimates.as_json() | {"seed": seed_json(result.identification)},
+        "simulate": result.simulated.rms if result.simulated else None,
+    }
+    if result.extraction:
+        out["extract"] = result.extraction.as_json()
+    return out

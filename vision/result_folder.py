@@ -1,0 +1,68 @@
+"""The folder of one recording's results: what is in it, whether it still holds, and what a killed run left there."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from vision.made_from import unchanged
+from vision.recording import Recording
+from xneck.json_text import as_json
+from xneck.whole_file import write_text
+
+RESULT = "result.json"
+REPORT = "report.html"
+REFUSED = "refused.json"
+STAGES = ("camera.yaml", "angles.mcap", "dataset.mcap", "model.yaml", "simulated.mcap")
+"""files that the stages may write"""
+_ALL = (*STAGES, REPORT, RESULT, REFUSED)
+
+
+def result_of(recording: Recording, folder: Path) -> dict[str, Any] | None:
+    """The record in `folder`, or None where there is none, a file of it is missing, or it was made from something else."""
+    record = _read(folder / RESULT, recording)
+    if record is None or any(
+        not (file := folder / name).is_file() or file.stat().st_size != size for name, size in record["files"].items()
+    ):
+        return None
+    return record
+
+
+def refusal_of(recording: Recording, folder: Path) -> str | None:
+    """The line by which an earlier run refused the same recording."""
+    record = _read(folder / REFUSED, recording)
+    return None if record is None else record["refused"]
+
+
+def files_in(folder: Path) -> dict[str, int]:
+    """Sizes of the files that a result consists of, result.json apart."""
+    return {name: (folder / name).stat().st_size for name in (*STAGES, REPORT) if (folder / name).is_file()}
+
+
+def clear(folder: Path) -> None:
+    """Removes results, the record first; what else is in the folder stays."""
+    for name in reversed(_ALL):
+        (folder / name).unlink(missing_ok=True)
+    sweep(folder)
+
+
+def sweep(folder: Path) -> None:
+    """Removes the parts of files that a killed process left."""
+    for name in map(Path, _ALL):
+        for part in folder.glob(f".{name.stem}-*{name.suffix}"):
+            part.unlink(missing_ok=True)
+
+
+def _read(file: Path, recording: Recording) -> dict[str, Any] | None:
+    """A record made from this recording as it is; its times of change are brought up to date."""
+    try:
+        record = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    before = record.get("made_from")
+    now = None if before is None else unchanged(before, recording)
+    if now is None:
+        return None
+    if now != before:
+        record["made_from"] = now
+        write_text(file, as_json(record))
+    return record
