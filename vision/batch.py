@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from vision.recording import NAME, Recording, read_recording
-from vision.result_folder import refusal_of, result_of, sweep
+from vision.result_folder import refusal_of, result_of, sweep, within
 from vision.spread import cores, spread, workers
 from xneck.errors import Refused
 
@@ -48,7 +48,7 @@ def _readable(place: Path) -> Recording | str:
     try:
         return read_recording(place)
     except Refused as refusal:
-        return str(refusal).replace(f"{place}/", "")
+        return within(place, str(refusal))
 
 
 def run_batch(
@@ -90,13 +90,13 @@ def _known(name: str, recording: Recording, folder: Path) -> Ended | None:
 
 
 def _spread(left: Mapping[str, Recording], out: Path, jobs: int | None, cluster: str | None) -> Iterator[Ended]:
-    from vision.recording_task import run_one, within  # what has nothing left to do needs none of the stages
+    from vision.recording_task import run_one  # what has nothing left to do needs none of the stages
 
     files = [path for recording in left.values() for path in (recording.config, *recording.files.values())]
     try:
         with workers(min(jobs or cores(), len(left)), cluster, out, files) as client:
             for task in spread(client, run_one, {name: (r, out / name) for name, r in left.items()}):
-                failure = None if task.failure is None else within(left[task.name], task.failure)
+                failure = None if task.failure is None else within(left[task.name].folder, task.failure)
                 yield Ended(task.name, task.result, failure, before=False)
     finally:
         if cluster is None:  # those of a cluster may still be at work

@@ -12,7 +12,7 @@ from vision.made_from import made_from
 from vision.pipeline import Result, run_recording
 from vision.recording import Recording
 from vision.report.page import write_report
-from vision.result_folder import REFUSED, REPORT, RESULT, clear, files_in
+from vision.result_folder import REFUSED, REPORT, RESULT, clear, files_in, within
 from xneck.errors import Refused
 from xneck.json_text import as_json
 from xneck.recovered import recoveries
@@ -39,11 +39,11 @@ def run_one(recording: Recording, folder: Path, stage: Callable[[str], object] =
             if said:
                 refusal = Refused(refusal.where, f"{refusal.what} ({'; '.join(said)})", refusal.do)
             if not Path(refusal.where).is_relative_to(folder):
-                kept = {"refused": within(recording, str(refusal)), "made_from": origin}
+                kept = {"refused": within(recording.folder, str(refusal)), "made_from": origin}
                 write_text(folder / REFUSED, as_json(kept))
             raise refusal from refusal.__cause__
         record = _record(result) | {
-            "recovered": [within(recording, line) for line in said],
+            "recovered": [within(recording.folder, line) for line in said],
             "files": files_in(folder),
             "seconds": round(time.perf_counter() - began, 2),
             "made_from": origin,
@@ -51,11 +51,6 @@ def run_one(recording: Recording, folder: Path, stage: Callable[[str], object] =
     text = as_json(record)
     write_text(folder / RESULT, text)
     return json.loads(text)
-
-
-def within(recording: Recording, line: str) -> str:
-    """A line about a recording's files as it reads inside its folder, the same on any machine."""
-    return line.replace(f"{recording.folder}/", "")
 
 
 def _record(result: Result) -> dict[str, Any]:

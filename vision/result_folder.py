@@ -52,6 +52,11 @@ def sweep(folder: Path) -> None:
             part.unlink(missing_ok=True)
 
 
+def within(recording: Path, line: str) -> str:
+    """A line about the files of a recording as it reads inside its folder, the same on any machine."""
+    return line.removeprefix(f"{recording}: ").replace(f"{recording}/", "")
+
+
 def _read(file: Path, recording: Recording) -> dict[str, Any] | None:
     """A record made from this recording as it is; its times of change are brought up to date."""
     try:

@@ -49,12 +49,14 @@ def cells(name: str, row: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _counted(parameters: Iterable[Mapping[str, Any]]) -> list[str]:
-    """`k`, or `ca 2 of 4` where not all are identified."""
+    """`k`, or `ca 2 of 4` where not all are identified; nothing of those of which none is."""
     good: dict[str, list[bool]] = {}
     for p in parameters:
         good.setdefault(p["name"], []).append(p["identified"])
     return [
-        name if all(good[name]) else f"{name} {sum(good[name])} of {len(good[name])}" for name in MAIN if name in good
+        name if all(good[name]) else f"{name} {sum(good[name])} of {len(good[name])}"
+        for name in MAIN
+        if any(good.get(name, ()))
     ]
 
 
