@@ -42,15 +42,6 @@ def named(folders: Sequence[Path], out: Path) -> dict[str, Path]:
     return places
 
 
-def _readable(place: Path) -> Recording | str:
-    """The recording, or the line of what is refused of it."""
-    place = place.resolve()
-    try:
-        return read_recording(place)
-    except Refused as refusal:
-        return within(place, str(refusal))
-
-
 def run_batch(
     places: Mapping[str, Path],
     out: Path,
@@ -68,10 +59,13 @@ def run_batch(
     ended: dict[str, Ended] = {}
     left: dict[str, Recording] = {}
     for name, place in places.items():
-        recording = _readable(place)
-        if isinstance(recording, str):
-            ended[name] = Ended(name, None, recording, before=False)
-        elif redo or (known := _known(name, recording, out / name)) is None:
+        try:
+            recording = read_recording(place.resolve())
+            known = None if redo else _known(name, recording, out / name)
+        except Refused as refusal:
+            ended[name] = Ended(name, None, within(place.resolve(), str(refusal)), before=False)
+            continue
+        if known is None:
             left[name] = recording
         else:
             ended[name] = known

@@ -289,6 +289,37 @@ def test_one_alone_is_known_from_before(
     assert ran.err.startswith("xneck: warning: cut: log.mcap: is cut off")
 
 
+def test_an_interruption_leaves_what_is_done_and_no_parts(
+    recordings: list[Path],
+    batch: tuple[Path, Ran],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    out = tmp_path / "results"
+    shutil.copytree(batch[0] / "cut", out / "cut")
+    whole = {path.name: path.read_bytes() for path in (out / "cut").iterdir()}
+
+    @contextmanager
+    def no_workers(*_: Any) -> Iterator[None]:
+        yield None
+
+    def interrupted(*_: Any) -> Iterator[Any]:
+        (out / NASTY).mkdir()
+        (out / NASTY / ".dataset-0a1b2c3d.mcap").touch()
+        (out / "cut/.result-0a1b2c3d.json").touch()
+        raise KeyboardInterrupt
+        yield
+
+    monkeypatch.setattr(vision.batch, "workers", no_workers)
+    monkeypatch.setattr(vision.batch, "spread", interrupted)
+    ran = run(capfd, "run", *recordings, "--out", out, "--redo")
+    assert (ran.status, ran.out) == (130, "")
+    assert {path.name: path.read_bytes() for path in (out / "cut").iterdir()} == whole
+    assert {path.name for path in out.iterdir()} == {"cut", NASTY}
+    assert list((out / NASTY).iterdir()) == []
+
+
 def test_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("monday/1", "tuesday/1", "tuesday/2", "results"):
         (tmp_path / name).mkdir(parents=True)
