@@ -1,5 +1,6 @@
 """What a result was made from: the recording's files, and what computed it. Where both are the same, so is the result."""
 
+import platform
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -35,7 +36,9 @@ def _files(recording: Recording) -> dict[str, Path]:
 
 
 def _makers() -> dict[str, Any]:
-    return {**versions(), "source": digest(_REPORT)}
+    # a patch of Python changes no number, and machines of a cluster may differ in it
+    python = ".".join(platform.python_version_tuple()[:2])
+    return {**versions(), "python": python, "source": digest(_REPORT)}
 
 
 def _still(entry: Mapping[str, Any], path: Path, folder: Path) -> dict[str, Any] | None:

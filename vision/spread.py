@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import xneck
 from xneck.errors import Refused
+from xneck.provenance import versions
 from xneck.source import digest
 
 if TYPE_CHECKING:
@@ -52,8 +53,8 @@ class Outcome(Generic[T]):
 def workers(jobs: int | None, cluster: str | None, folder: Path, files: Sequence[Path] = ()) -> "Iterator[Client]":
     """A client of `jobs` local processes of one thread each (None: one a core), or of the scheduler at the address `cluster`.
 
-    Raises Refused where a cluster cannot be reached, has no workers, has another Python or xneck, or does not see `folder`
-    and `files`.
+    Raises Refused where a cluster cannot be reached, has no workers, has another Python, xneck or libraries, or does not
+    see `folder` and `files`.
     """
     import dask.config
     from distributed import Client, LocalCluster
@@ -169,9 +170,12 @@ def _preflight(client: Any, cluster: str, folder: Path, files: Sequence[Path]) -
             raise Refused(cluster, f"{who} runs Python {one['host']['python']}", f"run it with {python}")
     with tempfile.NamedTemporaryFile(dir=folder, prefix=".seen-by-") as token:
         there = [(str(path), path.stat().st_size) for path in files]
-        for who, (source, missing) in client.run(_at_home, [(token.name, 0), *there]).items():
+        for who, (source, libraries, missing) in client.run(_at_home, [(token.name, 0), *there]).items():
             if source != digest():
                 raise Refused(cluster, f"{who} has other sources of xneck", "install the same there")
+            for name, found in libraries.items():
+                if (ours := versions()["libraries"][name]) != found:
+                    raise Refused(cluster, f"{who} has {name} {found}", f"install {ours} there, as here")
             if missing:
                 what = folder if token.name in missing else missing[0]
                 raise Refused(
@@ -179,6 +183,7 @@ def _preflight(client: Any, cluster: str, folder: Path, files: Sequence[Path]) -
                 )
 
 
-def _at_home(files: Sequence[tuple[str, int]]) -> tuple[str, list[str]]:
+def _at_home(files: Sequence[tuple[str, int]]) -> tuple[str, dict[str, str], list[str]]:
     """On a worker: what it would compute with, and which files it does not see, or sees with another size."""
-    return digest(), [path for path, size in files if not Path(path).is_file() or Path(path).stat().st_size != size]
+    missing = [path for path, size in files if not Path(path).is_file() or Path(path).stat().st_size != size]
+    return digest(), versions()["libraries"], missing

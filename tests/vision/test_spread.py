@@ -40,8 +40,16 @@ def environment(*names: str) -> tuple[str | None, ...]:
     return tuple(os.environ.get(name) for name in names)
 
 
-def sees_nothing(files: Sequence[tuple[str, int]]) -> tuple[str, list[str]]:
-    return digest(), [path for path, _ in files]
+def sees_nothing(files: Sequence[tuple[str, int]]) -> tuple[str, dict[str, str], list[str]]:
+    return digest(), {}, [path for path, _ in files]
+
+
+def sees_only_tokens(files: Sequence[tuple[str, int]]) -> tuple[str, dict[str, str], list[str]]:
+    return digest(), {}, [path for path, _ in files if ".seen-by-" not in path]
+
+
+def other_numpy(_: Sequence[tuple[str, int]]) -> tuple[str, dict[str, str], list[str]]:
+    return digest(), {"numpy": "1.0"}, []
 
 
 def test_what_refuses_raises_or_kills_its_worker_is_told_and_the_others_go_on(
@@ -82,8 +90,8 @@ def test_a_cluster_that_is_there_is_used(address: str, tmp_path: Path) -> None:
 
 
 def test_a_cluster_that_would_fail_is_refused(address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refusal() -> str:
-        with pytest.raises(Refused) as caught, workers(None, address, tmp_path):
+    def refusal(*files: Path) -> str:
+        with pytest.raises(Refused) as caught, workers(None, address, tmp_path, files):
             raise AssertionError("not refused")
         return str(caught.value)
 
@@ -95,7 +103,24 @@ def test_a_cluster_that_would_fail_is_refused(address: str, tmp_path: Path, monk
         assert "has other sources of xneck" in refusal()
     with monkeypatch.context() as patch:
         patch.setattr(module, "_at_home", sees_nothing)
-        assert f"does not see {tmp_path}" in refusal()
+        assert f"does not see {tmp_path};" in refusal()
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "_at_home", other_numpy)
+        assert "has numpy 1.0; install" in refusal()
+    input_file = tmp_path / "video.mp4"
+    input_file.write_bytes(b"1234")
+    with workers(None, address, tmp_path, [input_file]) as client:
+        assert client.submit(square, 3).result() == 9
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "_at_home", sees_only_tokens)
+        assert f"does not see {input_file}" in refusal(input_file)
+
+
+def test_files_of_another_size_are_not_seen(tmp_path: Path) -> None:
+    (tmp_path / "log").write_bytes(b"1234")
+    there, other, none = ((str(tmp_path / name), size) for name, size in (("log", 4), ("log", 5), ("none", 0)))
+    assert module._at_home([there])[2] == []
+    assert module._at_home([other, there, none])[2] == [other[0], none[0]]
 
 
 def test_a_scheduler_that_is_lost_ends_it_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -35,7 +35,7 @@ def cells(name: str, row: Mapping[str, Any]) -> tuple[str, ...]:
     """A row in words, under HEAD."""
     if row["failure"] is not None:
         return (name, *(_NONE,) * 5, f"failed: {row['failure']}" + (" (as before)" if row["done_before"] else ""))
-    faults = sorted({f"{f['fault'].replace('_', ' ')} at {f['where']}" for f in row["faults"]})
+    faults = sorted({_spoken(fault) for fault in row["faults"]})
     notes = [listed(faults)] * bool(faults) + row["recovered"] + ["done before"] * row["done_before"]
     return (
         name,
@@ -46,6 +46,11 @@ def cells(name: str, row: Mapping[str, Any]) -> tuple[str, ...]:
         f"{number(row['seconds'], 2)} s",
         "; ".join(notes),
     )
+
+
+def _spoken(fault: Mapping[str, Any]) -> str:
+    name, where = fault["fault"].replace("_", " "), fault["where"]
+    return name if where == "all" else f"{name} at {where}"
 
 
 def _counted(parameters: Iterable[Mapping[str, Any]]) -> list[str]:
