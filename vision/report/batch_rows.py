@@ -54,15 +54,13 @@ def _spoken(fault: Mapping[str, Any]) -> str:
 
 
 def _counted(parameters: Iterable[Mapping[str, Any]]) -> list[str]:
-    """`k`, or `ca 2 of 4` where not all are identified; nothing of those of which none is."""
+    """`k`, then `ca 2 of 4` of those not all of which are identified; nothing of those of which none is."""
     good: dict[str, list[bool]] = {}
     for p in parameters:
         good.setdefault(p["name"], []).append(p["identified"])
-    return [
-        name if all(good[name]) else f"{name} {sum(good[name])} of {len(good[name])}"
-        for name in MAIN
-        if any(good.get(name, ()))
-    ]
+    told = [name for name in MAIN if any(good.get(name, ()))]
+    whole = [name for name in told if all(good[name])]
+    return whole + [f"{name} {sum(good[name])} of {len(good[name])}" for name in told if name not in whole]
 
 
 def sentence(rows: Iterable[Mapping[str, Any]]) -> str:
