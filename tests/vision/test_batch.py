@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -20,15 +21,18 @@ from playwright.sync_api import Page
 
 import vision.batch
 import vision.made_from
+import vision.recording_task
 from samples.generator.hidden.experiment import hide
 from tests.vision.command import Ran, run
 from tests.vision.html_page import Elements, look
 from vision.batch import named
 from vision.made_from import made_from, unchanged
 from vision.recording import read_recording
+from vision.recording_task import run_one
 from vision.report.wording import number, with_sigma
 from vision.result_folder import result_of
 from xneck.errors import Refused
+from xneck.recovered import say_recovered
 
 HELD_OUT = Path(__file__).parents[2] / "samples/held_out"
 NASTY = "<b>100%20 & #1 'b'"
@@ -318,6 +322,27 @@ def test_an_interruption_leaves_what_is_done_and_no_parts(
     assert {path.name: path.read_bytes() for path in (out / "cut").iterdir()} == whole
     assert {path.name for path in out.iterdir()} == {"cut", NASTY}
     assert list((out / NASTY).iterdir()) == []
+
+
+def test_recordings_in_one_process_hear_their_own_warnings(
+    recordings: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on a worker with several threads: warnings go to whoever listens last."""
+    recording = read_recording(next(path for path in recordings if path.name == "cut"))
+
+    def stages(_: Any, folder: Path, __: Any) -> None:
+        time.sleep(0.1)
+        say_recovered(folder.name, "is cut off")
+        time.sleep(0.1)
+        raise Refused("here", "stop")
+
+    monkeypatch.setattr(vision.recording_task, "run_recording", stages)
+    with ThreadPoolExecutor(2) as threads:
+        ended = {name: threads.submit(run_one, recording, tmp_path / name) for name in ("a", "b")}
+    assert {name: str(one.exception()) for name, one in ended.items()} == {
+        name: f"here: stop ({name}: is cut off)" for name in ("a", "b")
+    }
+    assert {path.parent.name for path in tmp_path.glob("*/refused.json")} == {"a", "b"}
 
 
 def test_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
