@@ -31,7 +31,7 @@ BLOCK_S = 2.0
 FOLDS = 5
 _RIDGE = 1e-9
 """of columns scaled to one, for those that nothing tells apart"""
-_TURNS = 12
+_TURNS = 24
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ class Comparison:
         H = G + np.diag(np.where(nuisance, _RIDGE, _RIDGE + damping))
         wall, middle = WALL * sigma * scale, self.mean[use] * scale
         x, free = np.zeros(len(use)), np.ones(len(use), dtype=bool)
-        for _ in range(_TURNS):
+        for turn in range(_TURNS):
             held = np.where(free, 0.0, x)
             x[free] = cho_solve(cho_factor(H[np.ix_(free, free)]), (b - H @ held)[free])
             over = np.where(nuisance & free, np.abs(x - middle) / wall, 0.0)
@@ -164,9 +164,10 @@ class Comparison:
                 continue
             # what was stopped at its wall while others were still in the way may want to come back
             back = ~free & ((b - H @ x) * (x - middle) < 0)
-            if not back.any():
+            if not back.any() or turn >= _TURNS / 2:
                 break
             free |= back
+        x = np.where(nuisance, np.clip(x, middle - wall, middle + wall), x)
         loss = total - 2 * float(x @ b) + float(x @ G @ x)
         return x / scale, loss
 

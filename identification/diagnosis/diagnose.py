@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 TOO_MANY = 4
 """causes that explain alike: then the data cannot decide"""
+_SURELY = 3.0
+"""standard deviations by which a gain is none"""
 BLIND = 0.5
 """share of the effects that recordings may not show at most, to say that there is none"""
 
@@ -104,6 +106,11 @@ def diagnose(
             gained += simulated_gains(Side(first, h, was), Side(last, extended, now), others)
         except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
             not_simulated = str(refused)
+    worse = [g.measure for g in gained if g.after - g.before > _SURELY * g.sigma]
+    if last.causes and worse:
+        why = "; ".join(
+            filter(None, [why, f"where it was not fitted the extended model does worse in {', '.join(worse)}"])
+        )
     return Diagnosis(verdict, why, found, could, signature(first, last), gained, extended, not_simulated)
 
 

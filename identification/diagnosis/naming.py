@@ -6,7 +6,7 @@ explain as much the one with fewer numbers stands for both.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,7 @@ FALSE_ALARMS = 0.01
 _WORLDS = 400
 _RIVALS, _NEAR, _FAR = 4, 0.15, 0.7
 """so many of those that explain as much but for this part are fitted in the place of the best; more where it leaves much"""
+_FORMS = 2
 _SIMPLER = 0.1
 """of the gain: fewer numbers are worth as much"""
 
@@ -130,7 +131,10 @@ def _further(
         return None
 
     def tried(c: Candidate) -> Turn:
-        return trial.settled(turn.end.point, (*turn.causes, entered(c)))
+        # a form that is far off may not be reached by steps; few enough are all begun from
+        shapes = c.effect.shapes if len(c.effect.shapes) <= _FORMS else (c.shape,)
+        begun = [replace(entered(c), forms=dict(shape)) for shape in shapes]
+        return min((trial.settled(turn.end.point, (*turn.causes, one)) for one in begun), key=lambda t: t.loss)
 
     best, then = near[0], tried(near[0])
     if then.beyond.plain:  # columns are straight lines: far from where they were drawn another may do better

@@ -21,12 +21,13 @@ from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 16
+_ROUNDS = 24
 _FAR_M, _SOFT = 5e-3, 0.3
 """x0 beyond the description's, and stiffness over the middle one: a fit begins within"""
 _SETTLED, _GAINED = 0.3, 1e-3
 """where a step would take less away, in units of a row's loss, it is not taken; where it took less of the loss it was the last"""
-_FIRST_DAMPING, _MOST_DAMPING = 1e-2, 0.5
+_FIRST_DAMPING, _MOST_DAMPING = 1e-3, 10.0
+_EASED, _TIGHTENED = 3.0, 8.0
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,8 @@ class Turn:
 
     @cached_property
     def loss(self) -> float:
-        """Of blocks where all but their fold were fitted."""
-        return float(self.end.crossed().sum())
+        """Of blocks where all but their fold were fitted, and what a last straight step promises but was not taken."""
+        return float(self.end.crossed().sum()) + max(0.0, self.end.merit - self.fit.loss)
 
     @cached_property
     def beyond(self) -> Excess:
@@ -72,7 +73,7 @@ class Trial:
         self._at = _begun(h, self._data)
         starts = [stretch_starts(place.signals) for place in self._at.places]
         self.whiten = whitener(noise(self._at, read), starts, h.arm.M)
-        self._known: dict[tuple[tuple[str, str], ...], Turn] = {}
+        self._known: dict[tuple[object, ...], Turn] = {}
 
     def begin(self) -> Turn:
         """Without a cause."""
@@ -80,7 +81,7 @@ class Trial:
 
     def settled(self, at: Point, causes: tuple[Cause, ...]) -> Turn:
         """Fitted with these causes, from a point on where they were not fitted before, and what stands above noise there."""
-        which = tuple((cause.effect.name, cause.where.label) for cause in causes)
+        which = tuple((c.effect.name, c.where.label, *sorted(c.forms.items())) for c in causes)
         if which not in self._known:
             end, causes = _refined(at, self._h, causes, self._data, self.whiten)
             floor = noise(end.point, self._read)
@@ -121,13 +122,13 @@ def _refined(
         gained = 1 - min(there.merit / now.merit, there.with_causes_as_they_are / now.with_causes_as_they_are)
         if gained > 0:
             now, causes = there, changed
-            damping = damping / 10 if damping > _FIRST_DAMPING else 0.0
+            damping = damping / _EASED if damping > _FIRST_DAMPING else 0.0
             if now.merit < best[0].merit:
                 best = now, causes
-            if gained < _GAINED:
+            if gained < _GAINED and damping == 0:
                 break
         else:
-            damping = max(_FIRST_DAMPING, 10 * damping)
+            damping = max(_FIRST_DAMPING, _TIGHTENED * damping)
             if damping > _MOST_DAMPING:
                 break
     return best
