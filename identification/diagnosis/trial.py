@@ -45,8 +45,9 @@ class Turn:
 
     @cached_property
     def sigma(self) -> Array:
-        """Of all numbers of the fit, in their sizes, (K,)."""
-        return np.sqrt(np.diag(self.end.covariance(self.fit)))
+        """Of all numbers of the fit, in their sizes, (K,); infinite where nothing tells them."""
+        variance = np.diag(self.end.covariance(self.fit))
+        return np.sqrt(np.where(variance > 0, variance, np.inf))
 
     @cached_property
     def loss(self) -> float:
