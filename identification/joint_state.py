@@ -16,7 +16,7 @@ from mcap.writer import Writer
 from numpy.typing import NDArray
 
 from identification.mcap_losses import words
-from identification.mcap_records import ROWS, read_records, sealed
+from identification.mcap_records import BROKEN, ROWS, read_records, sealed
 from identification.series import Series
 from xneck import __version__
 from xneck.errors import Refused
@@ -105,7 +105,7 @@ def read(path: str | Path) -> Contents:
         try:
             if topic.messages:
                 logs[name] = decode(topic.messages)
-        except (ValueError, struct.error, KeyError, TypeError, IndexError) as error:
+        except (*BROKEN, LookupError, TypeError) as error:
             raise Refused(path, f"topic /{name}: messages are not JointState ({error})") from error
     times = {name: logs[name].time if name in logs else np.empty(0) for name in found.topics}
     lost = words(found, times)

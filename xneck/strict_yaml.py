@@ -42,6 +42,12 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
+# what no key of ours is: bytes, dates, sets, pairs
+_Loader.yaml_constructors = {
+    tag: construct
+    for tag, construct in yaml.SafeLoader.yaml_constructors.items()
+    if tag is None or tag.rpartition(":")[2] in ("str", "int", "float", "bool", "null", "seq", "map")
+}
 # PyYAML's own resolvers read 1e-3 as text, 012 as 10, 1:30 as 90, on as True: replaced by YAML 1.2's core schema
 _Loader.yaml_implicit_resolvers = {}
 for _tag, _pattern, _first in (

@@ -1,0 +1,123 @@
+"""Commands on damaged input end in a result that is whole, or in one line that names a file and leaves nothing behind."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from identification import joint_state
+from identification.dataset import DataSet
+from identification.dataset_file import read_dataset, write_dataset
+from identification.model import read_model
+from identification.series import Series
+from tests.robustness.damage import Damage, of_bytes, of_rows, of_values
+from tests.robustness.judge import MORE, check, run
+
+NUMBER = count()
+SERIES = ("state", "seed", "angles", "log")
+
+
+def some(examples: int) -> settings:
+    """So many cases, and times as many where asked for."""
+    return settings(settings.get_profile("robustness"), max_examples=examples * MORE)
+
+
+def place(folder: Path) -> Path:
+    """A new folder with an empty one for outputs."""
+    made = folder / str(next(NUMBER))
+    (made / "out").mkdir(parents=True)
+    return made
+
+
+def damaged(whole: Path, damage: Damage, folder: Path) -> Path:
+    (folder / whole.name).write_bytes(damage(whole.read_bytes()))
+    return folder / whole.name
+
+
+@some(15)
+@given(damage=st.one_of(of_rows(), of_rows(), of_bytes()), which=st.sampled_from(["angles.csv", "log.csv", "neck.yaml"]))
+def test_sync(damage: Damage, which: str, recorded: Path, tmp_path: Path) -> None:
+    here = place(tmp_path)
+    files = {name: recorded / name for name in ("angles.csv", "log.csv", "neck.yaml")}
+    files[which] = damaged(files[which], damage, here)
+    out, result = here / "out/dataset.mcap", here / "out/result.json"
+    ran = run(
+        f"sync {which}",
+        *("sync", files["angles.csv"], files["log.csv"], "--neck", files["neck.yaml"], "--out", out),
+        *("--json", result, "--quiet"),
+    )
+    check(ran, {out: read_dataset, result: readable}, tuple(files.values()))
+
+
+def readable(path: Path) -> Any:
+    return json.loads(path.read_text())
+
+
+@st.composite
+def of_a_dataset(draw: st.DrawFn) -> Callable[[DataSet], DataSet]:
+    """What other tools may write into a data set: columns that lack, are constant, are no numbers; a clock that jumps; few rows."""
+    name = draw(st.sampled_from(SERIES))
+    kind = draw(st.sampled_from(["lack", "value", "cell", "scale", "few", "jump", "clock", "still", "noise"]))
+    share = draw(st.floats(0, 1, exclude_max=True))
+    at = draw(st.floats(0, 1, exclude_max=True))
+    value = draw(st.sampled_from([np.nan, np.inf, 0.0, 1.0, -1.0, 1e6, 1e150, 1e308, -1e308]))
+    rows = draw(st.sampled_from([0, 1, 2, 3, 10, 40, 200]))
+    seed = draw(st.integers(0, 1000))
+
+    def made(data: DataSet) -> DataSet:
+        series: Series = getattr(data, name)
+        columns = {key: values.copy() for key, values in series.columns.items()}
+        time = series.time.copy()
+        column, row = list(columns)[int(share * len(columns))], int(at * len(time))
+        if kind == "lack":
+            del columns[column]
+        elif kind == "value":
+            columns[column][:] = value
+        elif kind == "cell":
+            columns[column][row] = value
+        elif kind == "scale":
+            columns[column] *= value if np.isfinite(value) else 1e9
+        elif kind == "few":
+            columns, time = {key: values[row : row + rows] for key, values in columns.items()}, time[row : row + rows]
+        elif kind == "jump":
+            time[row:] += abs(value) if np.isfinite(value) and abs(value) < 1e8 else 3600.0
+        elif kind == "still":
+            for key in columns:
+                columns[key][:] = columns[key][row]
+        elif kind == "noise":
+            columns[column] = np.random.default_rng(seed).normal(size=len(time))
+        else:
+            key = sorted(data.clock)[int(share * len(data.clock))]
+            wrong = {**data.clock, key: [None, "text", -1, 1e300, [], {}][seed % 6]}
+            return replace(data, clock=wrong)
+        return replace(data, **{name: Series(time, columns)})
+
+    return made
+
+
+@some(40)
+@given(change=of_a_dataset(), command=st.sampled_from(["check", "identify", "simulate"]))
+def test_data_sets_from_elsewhere(change: Callable[[DataSet], DataSet], command: str, recorded: Path, tmp_path: Path) -> None:
+    here = place(tmp_path)
+    dataset, model = here / "d.mcap", recorded / "m.yaml"
+    write_dataset(change(read_dataset(recorded / "d.mcap")), dataset)
+    out = here / "out" / ("m.yaml" if command == "identify" else "s.mcap")
+    more = {"check": (), "identify": ("--out", out), "simulate": ("--model", model, "--out", out)}[command]
+    ran = run(f"{command} data set", command, dataset, *more, "--json", here / "out/result.json", "--quiet")
+    reader = {"check": {}, "identify": {out: read_model}, "simulate": {out: joint_state.read}}[command]
+    check(ran, {here / "out/result.json": readable, **reader}, (dataset,))
+
+
+@some(10)
+@given(damage=st.one_of(of_values(), of_values(), of_bytes()))
+def test_models(damage: Damage, recorded: Path, tmp_path: Path) -> None:
+    here = place(tmp_path)
+    model, out = damaged(recorded / "m.yaml", damage, here), here / "out/s.mcap"
+    ran = run("simulate model", "simulate", recorded / "d.mcap", "--model", model, "--out", out, "--quiet")
+    check(ran, {out: joint_state.read}, (model,))
