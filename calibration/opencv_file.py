@@ -112,7 +112,6 @@ def _size(path: str | Path, nodes: dict[str, Any]) -> tuple[int, int]:
         wide, high = pair.tolist() if len(pair) == 2 else (None, None)
     if wide is None or high is None:
         raise Refused(path, "image_width, image_height: missing", "add the size of the pictures it was calibrated with")
-    width, height = int(wide), int(high)
-    if not (16 <= width <= 100_000 and 16 <= height <= 100_000):
-        raise Refused(path, f"image_width, image_height: {width} x {height} is no picture's size")
-    return width, height
+    if not (16 <= wide <= 100_000 and 16 <= high <= 100_000):
+        raise Refused(path, f"image_width, image_height: {wide:g} x {high:g} is no picture's size")
+    return int(wide), int(high)

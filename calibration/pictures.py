@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from xneck.errors import Refused
+from xneck.input_file import check_input
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm")
 
@@ -40,10 +41,8 @@ def read_pictures(paths: Sequence[str | Path]) -> Iterator[Picture]:
     files = [Path(path) for path in paths]
     if not files:
         raise Refused("pictures", "none given", "name picture files or a folder")
-    missing = [file for file in files if not file.is_file()]
-    if missing:
-        more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
-        raise Refused(missing[0], f"is not a file{more}", "check the name")
+    for file in files:
+        check_input(file)
     return _read(files)
 
 

@@ -25,6 +25,7 @@ from mcap.summary import Summary
 
 from identification.mcap_chunks import LARGEST, PREFIX, TIMES, records_in, unpacked
 from xneck.errors import Refused
+from xneck.input_file import check_input
 
 MAGIC = b"\x89MCAP0\r\n"
 ROWS = "rows"
@@ -78,11 +79,10 @@ def read_records(path: Path, kind: str) -> Records:
 
     Raises Refused where the file is missing, not an MCAP, or where numbers without a checksum of their own are damaged.
     """
+    check_input(path)
     try:
         with path.open("rb") as stream:
             return _Reading(path, stream, kind).records()
-    except FileNotFoundError as error:
-        raise Refused(path, "does not exist", "check the name") from error
     except OSError as error:
         raise Refused(path, f"cannot be read ({error.strerror or error})") from error
 
@@ -141,7 +141,7 @@ class _Reading:
             after = at + PREFIX.size + length
             later = bisect_right(places, at)
             following = places[later] if later < len(places) else None
-            if after > self.size or (following or after) < after or index.get(at, opcode) != opcode:
+            if opcode == 0 or after > self.size or (following or after) < after or index.get(at, opcode) != opcode:
                 if following is None:
                     self.cut = True
                     return

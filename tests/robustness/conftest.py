@@ -3,21 +3,10 @@
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, settings
 
 from samples.generator.hidden.experiment import hide
-from tests.robustness.judge import MORE, TRIED, run
+from tests.robustness.judge import TRIED, run
 from tests.robustness.sources import small_files
-
-settings.register_profile(
-    "robustness",
-    derandomize=MORE == 1,
-    deadline=None,
-    print_blob=False,
-    database=None,
-    suppress_health_check=list(HealthCheck),
-)
-
 
 @pytest.fixture(scope="session")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -21,7 +21,8 @@ from vision.angles import read_angles, write_angles
 
 Array = NDArray[np.float64]
 
-R = Path(__file__).parents[2] / "samples/recording"
+SAMPLES = Path(__file__).parents[2] / "samples"
+R, H = SAMPLES / "recording", SAMPLES / "held_out"
 ROWS = 60
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from identification import joint_state
@@ -17,15 +17,10 @@ from identification.dataset_file import read_dataset, write_dataset
 from identification.model import read_model
 from identification.series import Series
 from tests.robustness.damage import Damage, of_bytes, of_rows, of_values
-from tests.robustness.judge import MORE, check, run
+from tests.robustness.judge import check, run, some
 
 NUMBER = count()
 SERIES = ("state", "seed", "angles", "log")
-
-
-def some(examples: int) -> settings:
-    """So many cases, and times as many where asked for."""
-    return settings(settings.get_profile("robustness"), max_examples=examples * MORE)
 
 
 def place(folder: Path) -> Path:
@@ -40,7 +35,7 @@ def damaged(whole: Path, damage: Damage, folder: Path) -> Path:
     return folder / whole.name
 
 
-@some(15)
+@some(15, shrunk=False)
 @given(damage=st.one_of(of_rows(), of_rows(), of_bytes()), which=st.sampled_from(["angles.csv", "log.csv", "neck.yaml"]))
 def test_sync(damage: Damage, which: str, recorded: Path, tmp_path: Path) -> None:
     here = place(tmp_path)
@@ -101,7 +96,7 @@ def of_a_dataset(draw: st.DrawFn) -> Callable[[DataSet], DataSet]:
     return made
 
 
-@some(40)
+@some(40, shrunk=False)
 @given(change=of_a_dataset(), command=st.sampled_from(["check", "identify", "simulate"]))
 def test_data_sets_from_elsewhere(change: Callable[[DataSet], DataSet], command: str, recorded: Path, tmp_path: Path) -> None:
     here = place(tmp_path)
@@ -114,7 +109,7 @@ def test_data_sets_from_elsewhere(change: Callable[[DataSet], DataSet], command:
     check(ran, {here / "out/result.json": readable, **reader}, (dataset,))
 
 
-@some(10)
+@some(10, shrunk=False)
 @given(damage=st.one_of(of_values(), of_values(), of_bytes()))
 def test_models(damage: Damage, recorded: Path, tmp_path: Path) -> None:
     here = place(tmp_path)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from calibration.board import read_board
@@ -16,7 +16,7 @@ from identification.dataset_file import read_dataset
 from identification.model import read_model
 from mechanism.description import read_neck
 from tests.robustness.damage import Damage, of_bytes, of_rows, of_values
-from tests.robustness.judge import MORE, read
+from tests.robustness.judge import read, some
 from tests.robustness.sources import R
 from vision.angles import read_angles
 from vision.encoder_log import read_log
@@ -54,11 +54,6 @@ def tried(kind: str, whole: Path, damage: Damage, place: Path, reader: Callable[
     path.write_bytes(damage(whole.read_bytes()))
     read(kind, path, reader)
     path.unlink()
-
-
-def some(examples: int) -> settings:
-    """So many cases, and times as many where asked for."""
-    return settings(settings.get_profile("robustness"), max_examples=examples * MORE)
 
 
 @pytest.mark.parametrize("name", [*TABLES, *YAMLS, *MCAPS])
