@@ -102,7 +102,7 @@ def run(kind: str, *words: str | Path) -> Ran:
     return Ran(int(status), out.getvalue(), err.getvalue())
 
 
-STAGES = ("sync", "check", "identify", "simulate", "model", "design", "diagnose", "calibrate")
+STAGES = ("sync", "check", "identify", "simulate", "simulation", "model", "design", "diagnose", "calibrate")
 """what a refusal may name instead of a file: where files are well each, but not together"""
 
 
