@@ -1,11 +1,13 @@
 """Whether a data set that a file holds is one that can be computed with: its columns, their sizes, its clocks."""
 
+from itertools import combinations_with_replacement
 from pathlib import Path
 
 import numpy as np
 
 from identification.clock_record import check_record
 from identification.dataset import DataSet
+from identification.frames import LARGEST_SIGMA
 from identification.mcap_losses import holes
 from identification.series import Series, check_size, check_time
 from mechanism.geometry import check_angles
@@ -52,8 +54,24 @@ def check_dataset(data: DataSet, where: str | Path) -> None:
             if series.matrix(stem).shape[1] not in (0, count):
                 raise Refused(place, f"has {series.matrix(stem).shape[1]} columns {stem}, expected {count}")
     alpha, sigma = data.angles.matrix("alpha"), data.angles.matrix("sigma")
-    if sigma.shape == alpha.shape and not np.all(sigma[np.isfinite(alpha)] > 0):
-        raise Refused(f"{where}:/angles", "has a sigma that is not positive", "give standard deviations in rad, or none")
+    known = sigma[np.isfinite(alpha)] if sigma.shape == alpha.shape else np.empty(0)
+    if not np.all((known > 0) & (known <= LARGEST_SIGMA)):
+        word = f"has a sigma that is not within 0 and {LARGEST_SIGMA:.3g}"
+        raise Refused(f"{where}:/angles", word, "give standard deviations in rad, or none")
+    if data.covariance is not None:
+        _check_covariance(data.covariance, n, f"{where}:/covariance")
+
+
+def _check_covariance(series: Series, n: int, place: str) -> None:
+    check_time(series.time, place)
+    names = [_column(stem, i + 1) for stem in _JOINTS for i in range(n)]
+    for a, b in combinations_with_replacement(names, 2):
+        column = f"cov_{a}_{b}"
+        if column not in series.columns or not np.all(np.isfinite(series.columns[column])):
+            raise Refused(
+                place, f"lacks the column {column}, or numbers in it", "make the data set anew with `xneck sync`"
+            )
+    check_size(series.columns, LARGEST**2, place)
 
 
 def _column(stem: str, number: int) -> str:

@@ -171,7 +171,9 @@ class _Reading:
             data = unpacked(chunk)
             self.unpacked += len(data)
             if self.unpacked > max(LARGEST, TIMES * self.size):
-                raise Refused(self.path, f"unpacks to more than {TIMES} times its size", "is it what the controller wrote?")
+                raise Refused(
+                    self.path, f"unpacks to more than {TIMES} times its size", "is it what the controller wrote?"
+                )
             for record in records_in(data):
                 self._enter(record, chunk.uncompressed_crc != 0)
         elif opcode == Opcode.SCHEMA:

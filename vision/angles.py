@@ -9,15 +9,12 @@ from numpy.typing import NDArray
 
 from identification import joint_state
 from identification.dataset_file import export
-from identification.frames import DEFAULT_SIGMA, white
+from identification.frames import DEFAULT_SIGMA, LARGEST_SIGMA, white
 from identification.series import Series, check_time, numbered
 from vision.csv_table import read_table
 from xneck.errors import Refused
 
 Array = NDArray[np.float64]
-
-LARGEST_SIGMA = 2 * np.pi
-"""rad: knows nothing"""
 
 
 @dataclass(frozen=True)
@@ -96,7 +93,9 @@ def read_angles(path: str | Path, joints: int) -> Angles:
     if np.isnan(alpha).all():
         raise Refused(path, "has no angle at all")
     if np.isinf(series.matrix("common")).any():
-        raise Refused(path, "has an infinite common1..N", "give the part of sigma that all frames share, in rad, or none")
+        raise Refused(
+            path, "has an infinite common1..N", "give the part of sigma that all frames share, in rad, or none"
+        )
     if np.nanmax(np.abs(alpha)) > np.pi:
         raise Refused(path, f"has an angle of {np.nanmax(np.abs(alpha)):.1f}", "angles are radians, within +-pi")
     if sigma.shape[1] != joints:

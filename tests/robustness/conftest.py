@@ -8,6 +8,7 @@ from samples.generator.hidden.experiment import hide
 from tests.robustness.judge import TRIED, run
 from tests.robustness.sources import small_files
 
+
 @pytest.fixture(scope="session")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """8 s of an arm and its camera, and what sync and identify make of them: d.mcap, m.yaml."""

@@ -29,7 +29,7 @@ LIMIT_S = 60
 
 
 def some(examples: int, *, shrunk: bool = True) -> settings:
-    """So many cases, and times as many where asked for; `shrunk` looks for the smallest damage that does it, where cases are quick."""
+    """So many cases, and times as many where asked for; `shrunk`: with the smallest damage that does it, where cases are quick."""
     phases = [phase for phase in Phase if shrunk or phase not in (Phase.shrink, Phase.explain)]
     return settings(
         max_examples=examples * MORE,

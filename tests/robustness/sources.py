@@ -31,7 +31,9 @@ def small_files(folder: Path, recorded: Path) -> Path:
     rng = np.random.default_rng(3)
     time = np.arange(ROWS) / 500
     theta, f = rng.normal(0, 5, (ROWS, 4)), rng.uniform(10, 90, (ROWS, 4))
-    write_angles_csv(folder / "angles.csv", np.arange(ROWS) / 30, rng.normal(0, 0.3, (ROWS, 3)), np.full((ROWS, 3), 0.001))
+    write_angles_csv(
+        folder / "angles.csv", np.arange(ROWS) / 30, rng.normal(0, 0.3, (ROWS, 3)), np.full((ROWS, 3), 0.001)
+    )
     write_angles(read_angles(folder / "angles.csv", 3), folder / "angles.mcap")
     write_log_csv(folder / "log.csv", time, theta, f)
     write_log_mcap(folder / "ros.mcap", time, theta, f)
@@ -47,7 +49,12 @@ def small_files(folder: Path, recorded: Path) -> Path:
     export_camera(camera(), folder / "camera.yaml", "opencv")
     neck = yaml.safe_load((R / "neck.yaml").read_text())
     render_video(
-        folder / "video.mp4", np.arange(8) / 30, lambda t: np.zeros((*np.shape(t), 3)), neck, SAMPLE_CAMERA.scaled(0.25), 0
+        folder / "video.mp4",
+        np.arange(8) / 30,
+        lambda t: np.zeros((*np.shape(t), 3)),
+        neck,
+        SAMPLE_CAMERA.scaled(0.25),
+        0,
     )
     return folder
 

@@ -36,7 +36,9 @@ def damaged(whole: Path, damage: Damage, folder: Path) -> Path:
 
 
 @some(15, shrunk=False)
-@given(damage=st.one_of(of_rows(), of_rows(), of_bytes()), which=st.sampled_from(["angles.csv", "log.csv", "neck.yaml"]))
+@given(
+    damage=st.one_of(of_rows(), of_rows(), of_bytes()), which=st.sampled_from(["angles.csv", "log.csv", "neck.yaml"])
+)
 def test_sync(damage: Damage, which: str, recorded: Path, tmp_path: Path) -> None:
     here = place(tmp_path)
     files = {name: recorded / name for name in ("angles.csv", "log.csv", "neck.yaml")}
@@ -98,7 +100,9 @@ def of_a_dataset(draw: st.DrawFn) -> Callable[[DataSet], DataSet]:
 
 @some(40, shrunk=False)
 @given(change=of_a_dataset(), command=st.sampled_from(["check", "identify", "simulate"]))
-def test_data_sets_from_elsewhere(change: Callable[[DataSet], DataSet], command: str, recorded: Path, tmp_path: Path) -> None:
+def test_data_sets_from_elsewhere(
+    change: Callable[[DataSet], DataSet], command: str, recorded: Path, tmp_path: Path
+) -> None:
     here = place(tmp_path)
     dataset, model = here / "d.mcap", recorded / "m.yaml"
     write_dataset(change(read_dataset(recorded / "d.mcap")), dataset)

@@ -46,14 +46,42 @@ BY_NAME: dict[str, Reads] = {
 BY_SUFFIX: dict[str, Reads] = {".html": page, ".json": text, ".yaml": text, ".md": text, ".csv": text}
 
 COMMANDS: dict[str, list[str]] = {
-    "sync": ["sync", "{r}/angles.csv", "{r}/log.csv", "--neck", "{r}/neck.yaml", "--out", "{o}/d.mcap", "--export", "csv"],
+    "sync": [
+        "sync",
+        "{r}/angles.csv",
+        "{r}/log.csv",
+        "--neck",
+        "{r}/neck.yaml",
+        "--out",
+        "{o}/d.mcap",
+        "--export",
+        "csv",
+    ],
     "identify": ["identify", "{r}/d.mcap", "--out", "{o}/m.yaml"],
     "simulate": ["simulate", "{r}/d.mcap", "--model", "{r}/m.yaml", "--out", "{o}/s.mcap"],
     "run": ["run", "{r}", "--out", "{o}"],
     "diagnose": ["diagnose", "{r}/d.mcap", "--held-out", "{r}/d.mcap", "--out", "{o}/diagnosis"],
-    "calibrate": ["calibrate", "{R}/board", "--board", "{R}/board.yaml", "--out", "{o}/c.yaml", "--report", "{o}/c.html"],
+    "calibrate": [
+        "calibrate",
+        "{R}/board",
+        "--board",
+        "{R}/board.yaml",
+        "--out",
+        "{o}/c.yaml",
+        "--report",
+        "{o}/c.html",
+    ],
     "design": ["design", "{r}/neck.yaml", "--out", "{o}/m.csv", "--seconds", "10", "--tries", "6"],
-    "extract": ["extract", "{R}/video.mp4", "--camera", "{s}/camera.yaml", "--neck", "{R}/neck.yaml", "--out", "{o}/angles.mcap"],
+    "extract": [
+        "extract",
+        "{R}/video.mp4",
+        "--camera",
+        "{s}/camera.yaml",
+        "--neck",
+        "{R}/neck.yaml",
+        "--out",
+        "{o}/angles.mcap",
+    ],
     "study": ["study", "--out", "{o}", "--effects", "none", "--seeds", "1", "--seconds", "16", "10", "--jobs", "1"],
 }
 IN_CI = ("sync", "run")
@@ -115,7 +143,7 @@ def test_killed_at_any_time(name: str, recorded: Path, small: Path, tmp_path: Pa
     assert process.returncode == 0, err
     whole(here)
     assert [p.relative_to(here) for p in outputs(here)] == [p.relative_to(first) for p in outputs(first)]
-    assert [p for p in here.rglob(".*.xneck-*")] == []
+    assert list(here.rglob(".*.xneck-*")) == []
 
 
 WRITES = """

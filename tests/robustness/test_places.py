@@ -43,7 +43,9 @@ def sync(recorded: Path, out: Path) -> list[str | Path]:
     return ["sync", recorded / "angles.csv", recorded / "log.csv", "--neck", recorded / "neck.yaml", "--out", out]
 
 
-@pytest.mark.parametrize("name", ["a b  c", "größe-腱駆動-🦒", "-dash", "quote'\"$(x)`", "100%{}[]*?", "new\nline", "x" * 120])
+@pytest.mark.parametrize(
+    "name", ["a b  c", "größe-腱駆動-🦒", "-dash", "quote'\"$(x)`", "100%{}[]*?", "new\nline", "x" * 120]
+)
 def test_names_of_any_letters(name: str, recorded: Path, tmp_path: Path) -> None:
     here = tmp_path / name
     shutil.copytree(recorded, here)
@@ -84,16 +86,25 @@ READERS: dict[str, list[str]] = {
     "video": ["extract", "X", "--camera", "{R}/camera.yaml", "--neck", "{R}/neck.yaml", "--out", "{o}/a.mcap"],
     "picture": ["calibrate", "X", "--board", "{R}/board.yaml", "--out", "{o}/c.yaml"],
     "board": ["calibrate", "{R}/board/01.jpg", "--board", "X", "--out", "{o}/c.yaml"],
-    "held camera": ["calibrate", "{R}/board/01.jpg", "--board", "{R}/board.yaml", "--check", "X", "--json", "{o}/c.json"],
+    "held camera": [
+        "calibrate",
+        "{R}/board/01.jpg",
+        "--board",
+        "{R}/board.yaml",
+        "--check",
+        "X",
+        "--json",
+        "{o}/c.json",
+    ],
     "printed": ["board", "X", "--out", "{o}/b.pdf"],
     "recording": ["run", "X", "--out", "{o}/x"],
 }
 
 
-@pytest.mark.parametrize("what", ["nothing", "empty", "folder", "pipe", "device", "endless", "loop", "socket", "zeros", "long name"])
-def test_what_is_no_file_is_refused_and_not_waited_for(
-    what: str, recorded: Path, small: Path, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize(
+    "what", ["nothing", "empty", "folder", "pipe", "device", "endless", "loop", "socket", "zeros", "long name"]
+)
+def test_what_is_no_file_is_refused_and_not_waited_for(what: str, recorded: Path, small: Path, tmp_path: Path) -> None:
     """A pipe that nobody writes to would be waited for, /dev/zero be read for ever."""
     out = tmp_path / "out"
     out.mkdir()
@@ -127,7 +138,11 @@ def test_what_is_no_file_is_refused_and_not_waited_for(
 @pytest.mark.skipif(os.geteuid() == 0, reason="nothing is read-only for root")
 def test_a_folder_that_is_read_only(recorded: Path, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir(mode=0o555)
-    check(run("places", *sync(recorded, tmp_path / "out/d.mcap")), {tmp_path / "out/d.mcap": read_dataset}, (tmp_path / "out",))
+    check(
+        run("places", *sync(recorded, tmp_path / "out/d.mcap")),
+        {tmp_path / "out/d.mcap": read_dataset},
+        (tmp_path / "out",),
+    )
 
 
 def test_places_that_cannot_be_written(recorded: Path, small: Path, tmp_path: Path) -> None:

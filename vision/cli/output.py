@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+import numpy as np
 
 from identification.dataset_file import FORMATS, export
 from identification.series import Series
@@ -50,6 +51,10 @@ def results(function: F) -> F:
                 if said:
                     raise Refused(refusal.where, f"{refusal.what} ({'; '.join(said)})", refusal.do) from refusal
                 raise
+            except np.linalg.LinAlgError as error:
+                name = str(click.get_current_context().info_name)
+                word = f"the equations of these data cannot be solved ({error})"
+                raise Refused(name, word, "is a column in another unit, or a clock off?") from error
 
     command = click.option("--quiet", is_flag=True, help="Print nothing but errors and warnings.")(heard)
     command = click.option(
