@@ -35,8 +35,8 @@ def check_place(path: Path) -> None:
 def whole_file(path: str | Path) -> Iterator[Path]:
     """A temporary path beside `path`, of the same suffix, moved over it when the block ends without an error.
 
-    What a program that was killed left of an earlier attempt at `path` is removed. Raises Refused where the folder does not exist or
-    cannot be written, or the disk is full.
+    What a program that was killed left of an earlier attempt at `path` is removed. Raises Refused where the folder does not
+    exist or cannot be written, or the disk is full.
     """
     path = Path(path)
     check_place(path)

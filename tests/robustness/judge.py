@@ -37,7 +37,7 @@ def some(examples: int, *, shrunk: bool = True) -> settings:
         derandomize=MORE == 1,
         deadline=None,
         database=None,
-        suppress_health_check=list(HealthCheck),
+        suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow, HealthCheck.data_too_large],
     )
 
 

@@ -141,6 +141,7 @@ def test_what_a_robot_at_rest_logs_is_no_bomb(tmp_path: Path) -> None:
         writer.start()
         schema = writer.register_schema("sensor_msgs/JointState", "jsonschema", b"{}")
         channel = writer.register_channel("/joints", "json", schema)
+        row: dict[str, object] = {}
         for k in range(rows):
             row = {"header": {"stamp": {"sec": k // 500, "nanosec": k % 500 * 2_000_000}}, "name": ["motor1", "motor2"]}
             row |= {"position": [0.1, 0.2], "velocity": [0.0, 0.0], "effort": [12.5, 12.5]}
@@ -152,9 +153,7 @@ def test_what_a_robot_at_rest_logs_is_no_bomb(tmp_path: Path) -> None:
 
 
 YAMLS = {
-    "laughs": "a: &a [x, x, x]
-" + "".join(f"{c}: &{c} [*{b}, *{b}, *{b}]
-" for b, c in pairwise("abcdefghijklmnopqrstuvw")),
+    "laughs": "a: &a [x, x, x]\n" + "".join(f"{c}: &{c} [*{b}, *{b}, *{b}]\n" for b, c in pairwise("abcdefghijklmnopqrstuvw")),
     "lists in lists": "a: " + "[" * 50_000,
     "keys in keys": "{a: " * 50_000,
     "dashes": "- " * 50_000,

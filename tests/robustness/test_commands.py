@@ -79,7 +79,8 @@ def of_a_dataset(draw: st.DrawFn) -> Callable[[DataSet], DataSet]:
         elif kind == "cell":
             columns[column][row] = value
         elif kind == "scale":
-            columns[column] *= value if np.isfinite(value) else 1e9
+            with np.errstate(over="ignore"):
+                columns[column] *= value if np.isfinite(value) else 1e9
         elif kind == "few":
             columns, time = {key: values[row : row + rows] for key, values in columns.items()}, time[row : row + rows]
         elif kind == "jump":
