@@ -88,7 +88,8 @@ def write(
         rows = [_encode(one, at) for one, at in zip(series.values(), stamps, strict=True)]
         for c, k in _side_by_side([len(at) for at in stamps]):
             stamp = int(stamps[c][k])
-            writer.add_message(channels[c], stamp, rows[c][k].tobytes(), stamp, k)
+            at = max(stamp, 0)  # before zero only the message's own stamp reaches
+            writer.add_message(channels[c], at, rows[c][k].tobytes(), at, k)
         writer.finish()
 
 

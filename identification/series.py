@@ -38,8 +38,8 @@ def numbered(stem: str, values: Array, suffix: str = "") -> dict[str, Array]:
     return {f"{stem}{i + 1}{suffix}": values[:, i] for i in range(values.shape[1])}
 
 
-LATEST = 1e11
-"""s: the year 5138; later stamps are no seconds, and float64 no longer tells microseconds of them"""
+LATEST = 2.0**31
+"""s: what a ROS stamp holds, up to the year 2038; nanoseconds taken for seconds are later"""
 PAUSE, LONGER = 10.0, 9.0
 """s without a row that are a pause, and times all else that pauses may last together: more is a clock that jumped"""
 
