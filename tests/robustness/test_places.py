@@ -146,10 +146,12 @@ def test_a_folder_that_is_read_only(recorded: Path, tmp_path: Path) -> None:
 
 
 def test_places_that_cannot_be_written(recorded: Path, small: Path, tmp_path: Path) -> None:
-    """/proc is read-only for root too."""
-    here = tmp_path / "file"
+    """/proc is read-only for root too. A device stands in as a link to it, for who writes it by name may have replaced it."""
+    here, pipe, device = tmp_path / "file", tmp_path / "pipe", tmp_path / "null"
     here.touch()
-    for out in (Path("/proc/d.mcap"), here / "d.mcap", tmp_path, Path("/dev/null"), tmp_path / ("x" * 300)):
+    os.mkfifo(pipe)
+    device.symlink_to("/dev/null")
+    for out in (Path("/proc/d.mcap"), here / "d.mcap", tmp_path, pipe, device, tmp_path / ("x" * 300)):
         for words in (
             [*sync(recorded, out)],
             ["identify", recorded / "d.mcap", "--out", out],
@@ -163,8 +165,9 @@ def test_places_that_cannot_be_written(recorded: Path, small: Path, tmp_path: Pa
         assert ran.status in (1, 2), ran
         assert ran.status == 2 or ran.err.count("\n") == 1, ran.err
     assert here.read_bytes() == b""
-    assert not Path("/dev/null").is_file()
-    assert list(tmp_path.iterdir()) == [here]
+    assert pipe.is_fifo()
+    assert device.is_symlink()
+    assert sorted(tmp_path.iterdir()) == sorted([here, pipe, device])
 
 
 @pytest.mark.parametrize("most", [0, 5_000, 300_000])
