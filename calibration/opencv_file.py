@@ -109,7 +109,10 @@ def _numbers(node: Any) -> np.ndarray | None:
         return values
     sizes = _listed(node.getNode("sizes"))
     if sizes is None:
-        sizes = np.array([node.getNode(name).real() for name in ("rows", "cols") if node.getNode(name).isInt()])
+        rows, columns = node.getNode("rows"), node.getNode("cols")
+        if not (rows.isInt() and columns.isInt()):
+            return None
+        sizes = np.array([rows.real(), columns.real()])
     values = _listed(node.getNode("data"))
     if values is None or len(sizes) not in (1, 2) or np.any(sizes < 1) or np.prod(sizes) != len(values):
         return None

@@ -41,8 +41,11 @@ def read_pictures(paths: Sequence[str | Path]) -> Iterator[Picture]:
     files = [Path(path) for path in paths]
     if not files:
         raise Refused("pictures", "none given", "name picture files or a folder")
-    for file in files:
-        check_input(file)
+    missing = [file for file in files if not file.is_file()]
+    if len(missing) > 1:
+        raise Refused(missing[0], f"is not a file and {len(missing) - 1} more", "check the name")
+    if missing:
+        check_input(missing[0])
     return _read(files)
 
 
