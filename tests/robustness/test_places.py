@@ -160,14 +160,16 @@ def test_places_that_cannot_be_written(recorded: Path, small: Path, tmp_path: Pa
             ran = run("places", *words)
             assert ran.status == 1, ran
             assert ran.err.count("\n") == 1, ran.err
-    for out in (Path("/proc/results"), here, here / "results"):
+    loop = tmp_path / "loop"
+    loop.symlink_to("loop")
+    for out in (Path("/proc/results"), here, here / "results", loop, loop / "results"):
         ran = run("places", "run", H, "--out", out)
         assert ran.status in (1, 2), ran
         assert ran.status == 2 or ran.err.count("\n") == 1, ran.err
     assert here.read_bytes() == b""
     assert pipe.is_fifo()
     assert device.is_symlink()
-    assert sorted(tmp_path.iterdir()) == sorted([here, pipe, device])
+    assert sorted(tmp_path.iterdir()) == sorted([here, pipe, device, loop])
 
 
 @pytest.mark.parametrize("most", [0, 5_000, 300_000])

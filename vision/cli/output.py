@@ -1,5 +1,6 @@
 """Options and output that all commands share."""
 
+import errno
 import functools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -29,9 +30,22 @@ class _OutFile(click.ParamType):
         return Path(value)
 
 
-FILE = click.Path(path_type=Path)
+class _Place(click.Path):
+    """A path that leads somewhere: links in a circle are refused before anything follows them."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        path = super().convert(value, param, ctx)
+        try:
+            path.stat()
+        except OSError as error:
+            if error.errno == errno.ELOOP:
+                raise Refused(path, f"cannot be read ({error.strerror})") from error
+        return path
+
+
+FILE = _Place(path_type=Path)
 OUT = _OutFile()
-FOLDER = click.Path(path_type=Path, file_okay=False)
+FOLDER = _Place(path_type=Path, file_okay=False)
 
 
 _RECOVERED = "recovered"
