@@ -92,16 +92,39 @@ def _matrix(path: str | Path, nodes: dict[str, Any], names: tuple[str, ...]) -> 
         node = nodes.get(name)
         if node is None:
             continue
-        try:
-            value = node.mat()
-        except (cv2.error, SystemError):
-            value = None
-        if value is None and node.isSeq():  # a plain list is not a matrix to OpenCV, but it is to people
-            value = np.array([node.at(i).real() for i in range(node.size())])
+        value = _numbers(node)
         if value is None or not np.all(np.isfinite(value)):
             raise Refused(path, f"{name}: expected a matrix of finite numbers")
         return np.asarray(value, np.float64)
     raise Refused(path, f"{names[0]}: missing", f"found: {', '.join(nodes) or 'nothing'}")
+
+
+def _numbers(node: Any) -> np.ndarray | None:
+    """A matrix, or a plain list, which is a matrix to people though not to OpenCV; None where it is neither.
+
+    Number by number: FileNode.mat() writes past its memory where a matrix lacks its columns.
+    """
+    values = _listed(node)
+    if values is not None or not node.isMap():
+        return values
+    sizes = _listed(node.getNode("sizes"))
+    if sizes is None:
+        rows, columns = node.getNode("rows"), node.getNode("cols")
+        if not (rows.isInt() and columns.isInt()):
+            return None
+        sizes = np.array([rows.real(), columns.real()])
+    values = _listed(node.getNode("data"))
+    if values is None or len(sizes) not in (1, 2) or np.any(sizes < 1) or np.prod(sizes) != len(values):
+        return None
+    return values.reshape(sizes.astype(int))
+
+
+def _listed(node: Any) -> np.ndarray | None:
+    """A list of numbers; None where the node is something else."""
+    entries = [node.at(i) for i in range(node.size())] if node.isSeq() else []
+    if not entries or not all(entry.isInt() or entry.isReal() for entry in entries):
+        return None
+    return np.array([entry.real() for entry in entries])
 
 
 def _size(path: str | Path, nodes: dict[str, Any]) -> tuple[int, int]:
@@ -112,7 +135,6 @@ def _size(path: str | Path, nodes: dict[str, Any]) -> tuple[int, int]:
         wide, high = pair.tolist() if len(pair) == 2 else (None, None)
     if wide is None or high is None:
         raise Refused(path, "image_width, image_height: missing", "add the size of the pictures it was calibrated with")
-    width, height = int(wide), int(high)
-    if not (16 <= width <= 100_000 and 16 <= height <= 100_000):
-        raise Refused(path, f"image_width, image_height: {width} x {height} is no picture's size")
-    return width, height
+    if not (16 <= wide <= 100_000 and 16 <= high <= 100_000):
+        raise Refused(path, f"image_width, image_height: {wide:g} x {high:g} is no picture's size")
+    return int(wide), int(high)

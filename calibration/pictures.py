@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from xneck.errors import Refused
+from xneck.input_file import check_input
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm")
 
@@ -41,9 +42,10 @@ def read_pictures(paths: Sequence[str | Path]) -> Iterator[Picture]:
     if not files:
         raise Refused("pictures", "none given", "name picture files or a folder")
     missing = [file for file in files if not file.is_file()]
+    if len(missing) > 1:
+        raise Refused(missing[0], f"is not a file and {len(missing) - 1} more", "check the name")
     if missing:
-        more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
-        raise Refused(missing[0], f"is not a file{more}", "check the name")
+        check_input(missing[0])
     return _read(files)
 
 

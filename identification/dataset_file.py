@@ -10,6 +10,7 @@ from scipy.io import savemat
 
 from identification import joint_state
 from identification.dataset import DataSet
+from identification.dataset_check import check_dataset
 from identification.mcap_losses import holes
 from identification.series import Series, check_time
 from mechanism.description import Neck
@@ -48,7 +49,10 @@ def read_dataset(path: str | Path) -> DataSet:
         raise Refused(path, f"lacks {lacks} ({found.lost})", "copy it again, or make it anew with `xneck sync`")
     if missing:
         raise Refused(path, f"is not a data set: lacks {', '.join(missing)}", "make one with `xneck sync`")
-    text = found.attached["neck.yaml"].decode()
+    try:
+        text = found.attached["neck.yaml"].decode()
+    except UnicodeDecodeError as error:
+        raise Refused(f"{path}:neck.yaml", "is not UTF-8 text") from error
     neck = strict_yaml.validate(strict_yaml.parse(text, f"{path}:neck.yaml"), Neck, f"{path}:neck.yaml")
     series = {topic: joint_state.as_series(log) for topic, log in found.logs.items()}
     for topic in _NEEDED:
@@ -56,7 +60,12 @@ def read_dataset(path: str | Path) -> DataSet:
         series[topic] = _longest(series[topic]) if found.lost else series[topic]
     parts = {topic: series.get(topic, Series(np.empty(0), {})) for topic in _TOPICS}
     records: dict[str, Any] = {name: found.metadata.get(name, {}) for name in ("clock", "check", "provenance")}
-    return DataSet(neck, text, **parts, **records, covariance=series.get("covariance"))
+    for name, record in records.items():
+        if not isinstance(record, dict):
+            raise Refused(path, f"its {name} is no record", "make the data set anew with `xneck sync`")
+    data = DataSet(neck, text, **parts, **records, covariance=series.get("covariance"))
+    check_dataset(data, path)
+    return data
 
 
 def _longest(series: Series) -> Series:

@@ -12,6 +12,8 @@ Array = NDArray[np.float64]
 
 DEFAULT_SIGMA = np.radians(0.1)
 """rad: assumed for angles that come without their sigma, and said so"""
+LARGEST_SIGMA = 2 * np.pi
+"""rad: of an angle of which nothing is known"""
 FRAME_HZ = 25.0
 """at which the state stands in for frames"""
 _LEAST_WHITE = 0.05

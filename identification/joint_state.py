@@ -16,7 +16,7 @@ from mcap.writer import Writer
 from numpy.typing import NDArray
 
 from identification.mcap_losses import words
-from identification.mcap_records import ROWS, read_records, sealed
+from identification.mcap_records import BROKEN, ROWS, read_records, sealed
 from identification.series import Series
 from xneck import __version__
 from xneck.errors import Refused
@@ -88,7 +88,8 @@ def write(
         rows = [_encode(one, at) for one, at in zip(series.values(), stamps, strict=True)]
         for c, k in _side_by_side([len(at) for at in stamps]):
             stamp = int(stamps[c][k])
-            writer.add_message(channels[c], stamp, rows[c][k].tobytes(), stamp, k)
+            at = max(stamp, 0)  # before zero only the message's own stamp reaches
+            writer.add_message(channels[c], at, rows[c][k].tobytes(), at, k)
         writer.finish()
 
 
@@ -105,7 +106,7 @@ def read(path: str | Path) -> Contents:
         try:
             if topic.messages:
                 logs[name] = decode(topic.messages)
-        except (ValueError, struct.error, KeyError, TypeError, IndexError) as error:
+        except (*BROKEN, LookupError, TypeError) as error:
             raise Refused(path, f"topic /{name}: messages are not JointState ({error})") from error
     times = {name: logs[name].time if name in logs else np.empty(0) for name in found.topics}
     lost = words(found, times)

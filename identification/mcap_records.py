@@ -10,32 +10,29 @@ import zlib
 from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import lz4.frame
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Attachment, Channel, Chunk, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import breakup_chunk
 from mcap.summary import Summary
 
+from identification.mcap_chunks import LARGEST, PREFIX, TIMES, records_in, unpacked
 from xneck.errors import Refused
+from xneck.input_file import check_input
 
 MAGIC = b"\x89MCAP0\r\n"
-LARGEST = 1 << 30
-"""bytes that a chunk may hold; its writers close one at some MB"""
 ROWS = "rows"
 """name of the metadata that says how many rows each channel was written with"""
 BROKEN = (McapError, zstandard.ZstdError, ValueError, struct.error, RuntimeError, EOFError, OverflowError, MemoryError)
 """what the libraries raise on damaged bytes; their checksum errors are ValueErrors"""
 
-_PREFIX = struct.Struct("<BQ")
 _FOOTER = struct.Struct("<BQQQI8s")
 _ENDS = {int(Opcode.DATA_END): 4, int(Opcode.FOOTER): 20}
 """lengths of records that end the data: a damaged opcode ends nothing"""
@@ -82,11 +79,10 @@ def read_records(path: Path, kind: str) -> Records:
 
     Raises Refused where the file is missing, not an MCAP, or where numbers without a checksum of their own are damaged.
     """
+    check_input(path)
     try:
         with path.open("rb") as stream:
             return _Reading(path, stream, kind).records()
-    except FileNotFoundError as error:
-        raise Refused(path, "does not exist", "check the name") from error
     except OSError as error:
         raise Refused(path, f"cannot be read ({error.strerror or error})") from error
 
@@ -109,6 +105,8 @@ class _Reading:
         self.nameless = 0
         """messages of channels that are described nowhere"""
         self.cut = False
+        self.unpacked = 0
+        """bytes of the chunks so far"""
         self.unsealed = False
         """whether there are messages that only the checksum over all data covers"""
 
@@ -134,21 +132,26 @@ class _Reading:
         """Opcode, content and place of one record after the other, up to the end of the data."""
         index = _index(self.summary) if self.summary else {}
         places = list(index)
-        at, crc = len(MAGIC), zlib.crc32(MAGIC)
+        at = len(MAGIC)
+        crc: int | None = zlib.crc32(MAGIC)  # None once a record was passed over unread
         while True:
             self.stream.seek(at)
-            prefix = self.stream.read(_PREFIX.size)
-            opcode, length = _PREFIX.unpack(prefix) if len(prefix) == _PREFIX.size else (0, self.size)
-            after = at + _PREFIX.size + length
+            prefix = self.stream.read(PREFIX.size)
+            opcode, length = PREFIX.unpack(prefix) if len(prefix) == PREFIX.size else (0, self.size)
+            after = at + PREFIX.size + length
             later = bisect_right(places, at)
             following = places[later] if later < len(places) else None
-            if after > self.size or (following or after) < after or index.get(at, opcode) != opcode:
+            if opcode == 0 or after > self.size or (following or after) < after or index.get(at, opcode) != opcode:
                 if following is None:
                     self.cut = True
                     return
                 kind = _KINDS.get(index.get(at, 0), "a record")
                 self.damage.append(f"{kind} at byte {at} has a wrong length or kind")
                 at = following
+                continue
+            if length > LARGEST:
+                self.damage.append(f"{_KINDS.get(opcode, 'a record')} at byte {at} is larger than {LARGEST >> 20} MiB")
+                at, crc = after, None
                 continue
             content = self.stream.read(length)
             if opcode in _ENDS and following is None and length == _ENDS[opcode]:
@@ -157,7 +160,7 @@ class _Reading:
                 return
             if opcode not in _ENDS:
                 yield opcode, content, at
-            crc = zlib.crc32(content, zlib.crc32(prefix, crc))
+            crc = None if crc is None else zlib.crc32(content, zlib.crc32(prefix, crc))
             at = after
 
     def _take(self, opcode: int, content: bytes) -> None:
@@ -165,7 +168,13 @@ class _Reading:
         stream = ReadDataStream(BytesIO(content))
         if opcode == Opcode.CHUNK:
             chunk = Chunk.read(stream)
-            for record in breakup_chunk(_opened(chunk), validate_crc=True):
+            data = unpacked(chunk)
+            self.unpacked += len(data)
+            if self.unpacked > max(LARGEST, TIMES * self.size):
+                raise Refused(
+                    self.path, f"unpacks to more than {TIMES} times its size", "is it what the controller wrote?"
+                )
+            for record in records_in(data):
                 self._enter(record, chunk.uncompressed_crc != 0)
         elif opcode == Opcode.SCHEMA:
             self._enter(Schema.read(stream), False)
@@ -209,8 +218,8 @@ class _Reading:
         schema = self.schemas.get(channel.schema_id)
         return Topic(schema.name if schema else "", channel.message_encoding)
 
-    def _check_data(self, expected: int, found: int) -> None:
-        if expected and expected != found and self.unsealed:
+    def _check_data(self, expected: int, found: int | None) -> None:
+        if expected and found is not None and expected != found and self.unsealed:
             raise Refused(
                 self.path,
                 "the checksum over all data fails, and messages in it have none of their own",
@@ -223,9 +232,11 @@ class _Reading:
         statistics = self.summary.statistics if self.summary else None
         counts = statistics.channel_message_counts if statistics else {}
         written: Counter[str] = Counter()
-        for i, count in counts.items():
-            written[_name(self.channels[i])] += count
-        return {name: n for name, n in self.metadata.get(ROWS, written).items() if name in known}
+        for i in set(counts) & set(self.channels):
+            written[_name(self.channels[i])] += counts[i]
+        said = self.metadata.get(ROWS)
+        rows = said if isinstance(said, dict) and all(isinstance(n, int) for n in said.values()) else written
+        return {name: n for name, n in rows.items() if name in known}
 
 
 def _name(channel: Channel) -> str:
@@ -234,26 +245,6 @@ def _name(channel: Channel) -> str:
 
 def _seal(name: str, text: str) -> str:
     return f"{zlib.crc32(f'{name}={text}'.encode()):08x}"
-
-
-def _opened(chunk: Chunk) -> Chunk:
-    """The chunk uncompressed. Raises one of BROKEN where its size is not what it says, or more than LARGEST."""
-    size = chunk.uncompressed_size
-    if size > LARGEST:
-        raise ValueError(f"says that it unpacks to {size / LARGEST:.1f} GiB")
-    if chunk.compression == "zstd":
-        if zstandard.frame_content_size(chunk.data) not in (size, -1):
-            raise ValueError("does not unpack to the size that it says")
-        data = zstandard.ZstdDecompressor().decompress(chunk.data, max_output_size=size)
-    elif chunk.compression == "lz4":
-        data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=size + 1)
-    elif chunk.compression == "":
-        data = chunk.data
-    else:
-        raise ValueError(f"is packed by {chunk.compression[:20]!r}")
-    if len(data) != size:
-        raise ValueError("does not unpack to the size that it says")
-    return replace(chunk, compression="", data=data)
 
 
 def _summary(stream: BinaryIO, size: int) -> Summary | None:
@@ -284,6 +275,4 @@ def _index(summary: Summary) -> dict[int, int]:
 
 def _why(error: BaseException) -> str:
     """The library's own words are about code, ours are about the file."""
-    if "crc validation failed" in str(error):
-        return "fails its checksum"
     return str(error) if isinstance(error, ValueError) and type(error) is ValueError else "cannot be unpacked"

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 import yaml
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from mechanism.arm import Arm
 from mechanism.friction import CM
@@ -48,6 +48,13 @@ class Model(Strict):
             if name not in LAWS:
                 raise ValueError(f"unknown law {name!r}, valid: {', '.join(LAWS)}")
         return names
+
+    @model_validator(mode="after")
+    def _square(self) -> "Model":
+        rows = len(self.parameters)
+        if self.covariance is not None and [len(row) for row in self.covariance] != [rows] * rows:
+            raise ValueError(f"covariance: expected {rows} rows of {rows} numbers, as many as parameters")
+        return self
 
 
 def model_of(

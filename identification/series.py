@@ -38,6 +38,12 @@ def numbered(stem: str, values: Array, suffix: str = "") -> dict[str, Array]:
     return {f"{stem}{i + 1}{suffix}": values[:, i] for i in range(values.shape[1])}
 
 
+LATEST = 2.0**31
+"""s: what a ROS stamp holds, up to the year 2038; nanoseconds taken for seconds are later"""
+PAUSE, LONGER = 10.0, 9.0
+"""s without a row that are a pause, and times all else that pauses may last together: more is a clock that jumped"""
+
+
 def check_time(time: Array, where: str) -> None:
     """Refused where times are fewer than two, not finite, or do not increase."""
     if len(time) < 2:
@@ -49,3 +55,17 @@ def check_time(time: Array, where: str) -> None:
         row = int(np.argmax(steps <= 0)) + 2
         word = "stands still" if steps[row - 2] == 0 else "jumps back"
         raise Refused(where, f"time {word} in row {row}", "give each row a later time than the one before")
+    if np.max(np.abs(time)) > LATEST:
+        raise Refused(where, f"has a time of {np.max(np.abs(time)):.3g}", "times are seconds")
+    pauses = steps[steps > PAUSE]
+    if np.sum(pauses) > LONGER * (time[-1] - time[0] - np.sum(pauses)):
+        row = int(np.argmax(steps))
+        raise Refused(where, f"time jumps by {steps[row]:.6g} s in row {row + 2}", "cut it in two there")
+
+
+def check_size(columns: Mapping[str, Array], limit: float, where: str) -> None:
+    """Refused where a value is larger than anything it can mean; NaN, not known, is none."""
+    for name, values in columns.items():
+        largest = np.nanmax(np.abs(values), initial=0.0)
+        if largest > limit:
+            raise Refused(where, f"{name} has a value of {largest:.3g}", f"expected within +-{limit:g}")

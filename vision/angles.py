@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from identification import joint_state
 from identification.dataset_file import export
-from identification.frames import DEFAULT_SIGMA, white
+from identification.frames import DEFAULT_SIGMA, LARGEST_SIGMA, white
 from identification.series import Series, check_time, numbered
 from vision.csv_table import read_table
 from xneck.errors import Refused
@@ -92,13 +92,19 @@ def read_angles(path: str | Path, joints: int) -> Angles:
         )
     if np.isnan(alpha).all():
         raise Refused(path, "has no angle at all")
+    if np.isinf(series.matrix("common")).any():
+        raise Refused(
+            path, "has an infinite common1..N", "give the part of sigma that all frames share, in rad, or none"
+        )
     if np.nanmax(np.abs(alpha)) > np.pi:
         raise Refused(path, f"has an angle of {np.nanmax(np.abs(alpha)):.1f}", "angles are radians, within +-pi")
     if sigma.shape[1] != joints:
         notes = notes | {"sigma_assumed_rad": DEFAULT_SIGMA}
         sigma = np.where(np.isnan(alpha), np.nan, DEFAULT_SIGMA)
-    elif np.any(sigma[~np.isnan(alpha)] <= 0):
-        raise Refused(path, "has a sigma that is not positive", "give standard deviations in rad, or none")
+    elif not np.all((sigma[~np.isnan(alpha)] > 0) & (sigma[~np.isnan(alpha)] <= LARGEST_SIGMA)):
+        raise Refused(
+            path, f"has a sigma that is not within 0 and {LARGEST_SIGMA:g}", "give standard deviations in rad, or none"
+        )
     common = series.matrix("common")
     return Angles(series.time, alpha, sigma, notes, light, common if common.shape[1] == joints else None)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from identification.series import Series
 from xneck.errors import Refused
+from xneck.input_file import check_input
 
 
 def read_table(path: str | Path, wanted: Sequence[str], optional: Sequence[str] = ()) -> Series:
@@ -16,6 +17,7 @@ def read_table(path: str | Path, wanted: Sequence[str], optional: Sequence[str] 
     Raises Refused for missing or doubled columns and for cells that are not numbers, naming row and column.
     """
     path = Path(path)
+    check_input(path)
     try:
         with path.open(newline="", encoding="utf-8-sig") as stream:
             rows = csv.reader(stream)
@@ -43,12 +45,10 @@ def read_table(path: str | Path, wanted: Sequence[str], optional: Sequence[str] 
                         path, f"row {number} has {len(row)} cells, the header {len(header)}", "is it half-written?"
                     )
                 try:
-                    table.append([float(row[k]) if row[k].strip() else np.nan for k in at])
+                    table.append([_number(row[k]) for k in at])
                 except ValueError:
                     k = next(k for k in at if not _is_number(row[k]))
                     raise Refused(path, f"row {number}, column {header[k]}: {row[k]!r} is not a number") from None
-    except FileNotFoundError as error:
-        raise Refused(path, "does not exist", "check the name") from error
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise Refused(path, f"cannot be read as CSV ({getattr(error, 'strerror', None) or error})") from error
     if not table:
@@ -57,9 +57,16 @@ def read_table(path: str | Path, wanted: Sequence[str], optional: Sequence[str] 
     return Series(values[:, 0], {name: values[:, k] for k, name in enumerate(names) if k})
 
 
+def _number(cell: str) -> float:
+    """Python takes 1_0 for 10; other programs do not. Raises ValueError."""
+    if "_" in cell:
+        raise ValueError(cell)
+    return float(cell) if cell.strip() else np.nan
+
+
 def _is_number(cell: str) -> bool:
     try:
-        float(cell or "nan")
+        _number(cell)
     except ValueError:
         return False
     return True

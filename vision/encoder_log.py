@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification import joint_state
-from identification.series import Series, check_time, numbered
+from identification.series import Series, check_size, check_time, numbered
 from mechanism.description import Neck
 from vision.csv_table import read_table
 from xneck.errors import Refused
@@ -14,6 +14,8 @@ from xneck.errors import Refused
 Array = NDArray[np.float64]
 
 LED = "led"
+LARGEST = 1e9
+"""of any motor angle or force, in whatever unit it is logged"""
 
 
 def read_log(path: str | Path, neck: Neck) -> Series:
@@ -43,6 +45,7 @@ def read_log(path: str | Path, neck: Neck) -> Series:
         if not np.all(np.isfinite(values)):
             row = int(np.argmin(np.isfinite(values))) + 1
             raise Refused(path, f"{name} is not a number in sample {row}", "leave such rows out")
+    check_size(series.columns, LARGEST, str(path))
     turn = np.array([motor.theta_sign * motor.theta_scale for motor in neck.motors])
     force = np.array([motor.f_scale for motor in neck.motors])
     columns = numbered("theta", series.matrix("theta") * turn)

@@ -1,5 +1,6 @@
 """A recording folder: recording.yaml and the files it names."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -100,9 +101,13 @@ def read_recording(folder: str | Path) -> Recording:
         if value is None:
             return None
         path = folder / value
-        if not path.resolve().is_relative_to(folder.resolve()):
+        try:
+            real, there = Path(os.path.realpath(path)), path.exists()
+        except (OSError, ValueError) as error:
+            raise Refused(config, f"{key}: {value!r} is no file's name", "check the name") from error
+        if not real.is_relative_to(os.path.realpath(folder)):
             raise Refused(config, f"{key}: {value} leaves the recording's folder", "keep its files inside")
-        if not path.exists():
+        if not there:
             raise Refused(config, f"{key}: {value} does not exist", "check the name")
         return path
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from xneck.errors import Refused
+from xneck.input_file import check_input
 
 Grey = NDArray[np.uint8]
 CONTAINERS_WITHOUT_STAMPS = ("h264", "hevc", "m4v", "mjpeg")
@@ -160,8 +161,7 @@ def _turned(path: Path) -> int:
 
 
 def _open(path: Path) -> av.container.InputContainer:
-    if not path.is_file():
-        raise Refused(path, "is a folder" if path.is_dir() else "does not exist", "name a video file")
+    check_input(path)
     try:
         container = av.open(str(path))
     except (av.error.FFmpegError, ValueError) as error:

@@ -9,8 +9,12 @@ import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from xneck.errors import Refused
+from xneck.input_file import check_input
 
-_MAX_BYTES = 4_000_000
+_MAX_BYTES = 1_000_000
+"""ours are some kB; as many are parsed in seconds"""
+_MAX_DEPTH = 20
+"""ours are four deep"""
 
 
 class Strict(BaseModel):
@@ -25,10 +29,18 @@ M = TypeVar("M", bound=BaseModel)
 class _Loader(yaml.SafeLoader):
     """YAML 1.2's idea of scalars, duplicate keys and aliases refused."""
 
+    depth = 0
+
     def compose_node(self, parent: Any, index: Any) -> Any:
         if self.check_event(yaml.AliasEvent):
             raise yaml.MarkedYAMLError(problem="aliases are not read", problem_mark=self.peek_event().start_mark)
-        return super().compose_node(parent, index)
+        if self.depth == _MAX_DEPTH:
+            where = self.peek_event().start_mark
+            raise yaml.MarkedYAMLError(problem=f"nested more than {_MAX_DEPTH} deep", problem_mark=where)
+        self.depth += 1
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         seen: set[Any] = set()
@@ -42,6 +54,12 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
+# what no key of ours is: bytes, dates, sets, pairs
+_Loader.yaml_constructors = {
+    tag: construct
+    for tag, construct in yaml.SafeLoader.yaml_constructors.items()
+    if tag is None or tag.rpartition(":")[2] in ("str", "int", "float", "bool", "null", "seq", "map")
+}
 # PyYAML's own resolvers read 1e-3 as text, 012 as 10, 1:30 as 90, on as True: replaced by YAML 1.2's core schema
 _Loader.yaml_implicit_resolvers = {}
 for _tag, _pattern, _first in (
@@ -72,12 +90,11 @@ def parse(text: str, where: str | Path) -> Any:
 
 def read_text(path: Path) -> str:
     """A text file's content, refused by name where it is missing, a folder, huge or not UTF-8."""
+    check_input(path)
     try:
         if path.stat().st_size > _MAX_BYTES:
             raise Refused(path, f"larger than {_MAX_BYTES // 1_000_000} MB", "is this the right file?")
         return path.read_text(encoding="utf-8")
-    except FileNotFoundError as error:
-        raise Refused(path, "does not exist", "check the name") from error
     except (OSError, UnicodeDecodeError) as error:
         raise Refused(path, f"cannot be read ({getattr(error, 'strerror', None) or 'not UTF-8 text'})") from error
 

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from xneck.errors import Refused
+
 Array = NDArray[np.float64]
 
 
@@ -46,6 +48,9 @@ def channels_of(
     out = []
     for i in range(measured.shape[1]):
         known = np.isfinite(measured[:, i]) & counted
+        if not known.any():
+            word = f"nothing measured of {stem}{i + 1} lies in a window without gaps"
+            raise Refused("simulate", word, "give shorter windows, or check the clock")
         error = cases[0, known, i] - measured[known, i]
         doubt = np.sum((cases[1:, known, i] - cases[0, known, i]) ** 2, axis=0)
         floor = np.mean(doubt + np.broadcast_to(variance, measured.shape)[known, i])

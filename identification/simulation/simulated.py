@@ -149,7 +149,8 @@ def _of_arm(windows: Windows, motion: Motion) -> list[Channel]:
 def _of_motors(windows: Windows, motion: Motion) -> list[Channel]:
     """Motor angles in the rows of the log, as counted."""
     data, time = windows.data, windows.data.state.time[: windows.kept]
-    counted = np.stack([np.interp(time, data.log.time, column) for column in data.log.matrix("theta").T], axis=-1)
+    log = data.log if data.log.matrix("theta").size else data.state  # a damaged file may have lost the log
+    counted = np.stack([np.interp(time, log.time, column) for column in log.matrix("theta").T], axis=-1)
     variance = np.array([2 * np.pi / motor.counts for motor in data.neck.motors]) ** 2 / 12
     return channels_of("theta", "rad", _in_rows(windows, motion.theta), counted, variance, _counted(windows))
 

@@ -146,6 +146,11 @@ def unfinished(path: Path) -> None:
     path.write_text("%YAML:1.0\n---\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   data: [ 1.")
 
 
+def without_columns(path: Path) -> None:
+    """cv2.FileNode.mat() writes past its memory here."""
+    path.write_text("%YAML:1.0\n---\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   dt: d\n   data: [ 1., 2., 3. ]\n")
+
+
 def without_matrix(path: Path) -> None:
     path.write_text("%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n")
 
@@ -159,6 +164,7 @@ def without_matrix(path: Path) -> None:
         (in_mm, "a focal length of 4.2 px, expected pixels, not mm"),
         (skewed, "a skewed camera is not read"),
         (unfinished, "not what cv2.FileStorage writes"),
+        (without_columns, "camera_matrix: expected a matrix"),
         (without_matrix, "camera_matrix: missing; found: image_width, image_height"),
     ],
 )

@@ -132,7 +132,9 @@ def _cables(arm: Arm, state: Series) -> tuple[CableCheck, ...]:
     wider = np.sqrt(max(1.0, 0.25 / float(np.mean(np.diff(state.time)))))
     out = []
     for j, fit in enumerate(explained.fits):
-        slope = np.array([0.0, 1.0, 2 * float(np.mean(n[:, j])), 0.0])
+        slope = np.array([1.0, 2 * float(np.mean(n[:, j]))])
+        told = fit.covariance[1:3, 1:3]
+        variance = float(slope @ told @ slope) if np.all(np.isfinite(told)) else np.inf
         out.append(
             CableCheck(
                 cable=j + 1,
@@ -140,8 +142,8 @@ def _cables(arm: Arm, state: Series) -> tuple[CableCheck, ...]:
                 elongation_rms=float(np.std(x[:, j])),
                 unexplained_rms=float(np.sqrt(np.mean(fit.residuals**2))),
                 expected_rms=float(noise[j]),
-                compliance=float(slope @ fit.value),
-                compliance_sigma=float(np.sqrt(slope @ fit.covariance @ slope) * wider),
+                compliance=float(slope @ fit.value[1:3]),
+                compliance_sigma=float(np.sqrt(variance) * wider),
                 offset=float(fit.value[0]),
             )
         )

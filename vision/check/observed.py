@@ -11,8 +11,12 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.elasticity import elongation
 from vision.check.law import Regressors, regressors
+from xneck.errors import Refused
 
 Array = NDArray[np.float64]
+
+LEAST_FRAMES = 30
+"""as for the clock: a second, and more than the law has unknowns"""
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,9 @@ class Observed:
 def observe(arm: Arm, seen: Seen, motors: Motors, clock_sigma: float = 0.0, friction: Array | None = None) -> Observed:
     """Frames of `seen` within the motors' time; friction (M, 3), N, where it is known from a baseline."""
     whole = np.isfinite(seen.alpha).all(axis=1) & (seen.time >= motors.time[0]) & (seen.time <= motors.time[-1])
+    if np.sum(whole) < LEAST_FRAMES:
+        word = f"only {np.sum(whole)} frames with all angles are within the log's time"
+        raise Refused("check", word, "does the camera's clock belong to this log?")
     time, alpha = seen.time[whole], seen.alpha[whole]
     theta, theta_d = (
         np.stack([np.interp(time, motors.time, c) for c in values.T], axis=-1)

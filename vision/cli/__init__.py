@@ -65,4 +65,10 @@ def main() -> None:
         sys.exit(130)
     except BrokenPipeError:
         sys.exit(141)
+    except OSError as error:  # what the disk refuses: a folder that cannot be made, a file that vanished
+        click.echo(f"xneck: {error.filename or 'output'}: {error.strerror or error}", err=True)
+        sys.exit(1)
+    except MemoryError:
+        click.echo("xneck: the memory of this machine does not suffice; give shorter recordings", err=True)
+        sys.exit(1)
     sys.exit(status if isinstance(status, int) else 0)

@@ -1,12 +1,15 @@
 """Options and output that all commands share."""
 
+import errno
 import functools
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+import numpy as np
 
 from identification.dataset_file import FORMATS, export
 from identification.series import Series
@@ -28,9 +31,22 @@ class _OutFile(click.ParamType):
         return Path(value)
 
 
-FILE = click.Path(path_type=Path)
+class _Place(click.Path):
+    """A path that leads somewhere: links in a circle are refused before anything follows them."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        try:
+            path.stat()
+        except OSError as error:
+            if error.errno == errno.ELOOP:
+                raise Refused(path, f"cannot be read ({error.strerror})") from error
+        return path
+
+
+FILE = _Place(path_type=Path)
 OUT = _OutFile()
-FOLDER = click.Path(path_type=Path, file_okay=False)
+FOLDER = _Place(path_type=Path, file_okay=False)
 
 
 _RECOVERED = "recovered"
@@ -50,6 +66,10 @@ def results(function: F) -> F:
                 if said:
                     raise Refused(refusal.where, f"{refusal.what} ({'; '.join(said)})", refusal.do) from refusal
                 raise
+            except np.linalg.LinAlgError as error:
+                name = str(click.get_current_context().info_name)
+                word = f"the equations of these data cannot be solved ({error})"
+                raise Refused(name, word, "is a column in another unit, or a clock off?") from error
 
     command = click.option("--quiet", is_flag=True, help="Print nothing but errors and warnings.")(heard)
     command = click.option(
