@@ -113,7 +113,8 @@ def score(result: Mapping[str, Any]) -> Score:
     sets = [{cause["effect"], *cause["indistinguishable_from"]} for cause in causes]
     effects = {h["effect"] for h in hidden}
     false = tuple(cause["effect"] for cause, one in zip(causes, sets, strict=True) if not one & effects)
-    ratios = [(g["after"] / g["noise_floor"], g["before"] / g["noise_floor"]) for g in diagnosis["gains"]]
+    equations = [g for g in diagnosis["gains"] if g["unit"] != "rad"]
+    ratios = [(g["after"] / g["noise_floor"], g["before"] / g["noise_floor"]) for g in equations]
     return Score(
         name=result["name"],
         what="+".join(h["effect"] for h in hidden) or NOTHING,

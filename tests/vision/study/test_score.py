@@ -26,7 +26,11 @@ def cause(
 def scored(
     hidden: list[dict[str, Any]], verdict: str, *causes: dict[str, Any], size: float = 1.0, name: str = "a"
 ) -> Score:
-    gains = [{"before": 4.0, "after": 1.5, "noise_floor": 1.0}, {"before": 6.0, "after": 2.4, "noise_floor": 2.0}]
+    gains = [
+        {"unit": "N", "before": 4.0, "after": 1.5, "noise_floor": 1.0},
+        {"unit": "N m", "before": 6.0, "after": 2.4, "noise_floor": 2.0},
+        {"unit": "rad", "before": 9.0, "after": 9.0, "noise_floor": 1.0},  # simulated angles are no equation
+    ]
     return score(
         {
             "name": name,
