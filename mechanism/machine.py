@@ -1,7 +1,7 @@
 """An arm with the laws that its motors, cables and joints obey, and their numbers."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -33,6 +33,11 @@ class Machine:
         """Between which these stay, (states,) each."""
         most = np.array([law.most for law in self.laws for _ in range(law.states)])
         return -most, most
+
+    @property
+    def given_forces(self) -> "Machine":
+        """The same where forces are given that act, not those that are written."""
+        return replace(self, names=tuple(law.name for law in self.laws if type(law).command is Law.command))
 
     def command(self, f: Array, step: float) -> Array:
         """Forces that act where f (..., T, M), N, are written, on rows `step` s apart."""

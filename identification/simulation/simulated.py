@@ -82,23 +82,34 @@ def _run(windows: Windows, cases: Cases, source: Source, progress: Progress) -> 
     start = State(cases.alpha, cases.alpha_d, place[..., 0, :], speed[..., 0, :], _memory(windows, cases.machine))
     if source == "theta":
         return follow(cases.machine, start, windows.time, (place, speed, gain), progress=progress)
-    return simulate(cases.machine, start, windows.time, _late(windows, cases.delay), progress=progress)
+    forces = _late(windows, _acting(windows, cases), cases.delay)
+    return simulate(cases.machine.given_forces, start, windows.time, forces, progress=progress)
 
 
-def _late(windows: Windows, delay: Array) -> Array:
-    """Forces as they act, (cases, W, samples, M): of each row the mean of what is held while it lasts, `delay` (cases,) earlier.
+def _acting(windows: Windows, cases: Cases) -> Array:
+    """Forces that act for what is written, along the whole recording: motors that lag remember what was before a window.
+
+    (cases, T, M)
+    """
+    f = windows.data.state.matrix("f")
+    whole = replace(cases.machine, values={name: value[:, :1] for name, value in cases.machine.values.items()})
+    return np.broadcast_to(whole.command(f, windows.step), (len(cases.delay), *f.shape))
+
+
+def _late(windows: Windows, acting: Array, delay: Array) -> Array:
+    """Forces (cases, W, samples, M): of each row the mean of what is held while it lasts, `delay` (cases,) earlier.
 
     Before the first row and after the last the force is taken to be theirs.
     """
-    state, step = windows.data.state, windows.step
-    edges = np.append(state.time, state.time[-1] + step)
+    time, step = windows.data.state.time, windows.step
+    edges = np.append(time, time[-1] + step)
     beyond = 1 + int(np.ceil(np.max(np.abs(delay)) / step))
-    f = np.pad(state.matrix("f"), ((beyond, beyond), (0, 0)), mode="edge")
     far = step * np.arange(1, beyond + 1)
     held = np.concatenate([edges[0] - far[::-1], edges, edges[-1] + far])
-    summed = np.vstack([np.zeros(f.shape[1]), np.cumsum(f * np.diff(held)[:, None], axis=0)])
     out = []
-    for late in delay:
+    for one, late in zip(acting, delay, strict=True):
+        f = np.pad(one, ((beyond, beyond), (0, 0)), mode="edge")
+        summed = np.vstack([np.zeros(f.shape[1]), np.cumsum(f * np.diff(held)[:, None], axis=0)])
         through = np.stack([np.interp(edges - late, held, column) for column in summed.T], axis=-1)
         out.append(windows.cut(np.diff(through, axis=0) / np.diff(edges)[:, None]))
     return np.stack(out)

@@ -149,6 +149,22 @@ def test_cables_that_remember_begin_each_window_with_what_they_met_before_it(hel
     assert max(c.rms for c in kind(found, "theta")) < np.radians(10)
 
 
+def test_motors_that_lag_begin_each_window_with_what_was_written_before_it(held_out: DataSet, model: Model) -> None:
+    """Written so that after a lag of 20 ms there acts what the recording holds: the same errors as without both."""
+    tau, step = 0.02, float(np.mean(np.diff(held_out.state.time)))
+    left, f = np.exp(-step / tau), held_out.state.matrix("f")
+    # F'= (f - F) / tau, f held over each row, undone
+    written = np.concatenate([f[:1], (f[1:] - left * f[:-1]) / (1 - left)])
+    lag = model.parameters[0].model_copy(update={"name": "taul", "index": None, "value": tau, "sigma": None})
+    alone = model.model_copy(update={"covariance": None})
+    lagging = alone.model_copy(update={"laws": (*model.laws, "actuator_lag"), "parameters": (*model.parameters, lag)})
+    columns = held_out.state.columns | numbered("f", written)
+    found = simulate_recording(replace(held_out, state=Series(held_out.state.time, columns)), lagging)
+    straight = simulate_recording(held_out, alone)
+    for a, b in zip(kind(found, "theta"), kind(straight, "theta"), strict=True):
+        assert a.rms == pytest.approx(b.rms, rel=0.02)
+
+
 def test_a_channels_floor_is_the_sum_of_what_is_unknown() -> None:
     """Two doubts that move a channel by 3 and 4, and noise of 12: 13."""
     cases = np.array([0.0, 3.0, -4.0])[:, None, None] * np.ones((3, 50, 1))
