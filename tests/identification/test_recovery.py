@@ -5,6 +5,7 @@ import json
 import struct
 import warnings
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 from pathlib import Path
 
 import lz4.frame
@@ -37,15 +38,24 @@ def series(rows: int, columns: int, seed: int, rate: float = 500.0) -> Series:
 
 
 def data_set(seconds: float = 2.0) -> DataSet:
-    """In columns as wide as those of a real one."""
+    """In columns as wide as those of a real one, and of the same names; numbers are noise of a tenth."""
+    joints = [f"alpha{i}{suffix}" for suffix in ("", "_d", "_dd") for i in (1, 2, 3)]
+    motors = [f"{stem}{j}" for stem in ("theta", "f") for j in (1, 2, 3, 4)]
+    cables = [f"theta{j}{suffix}" for suffix in ("_d", "_dd") for j in (1, 2, 3, 4)] + [f"x{j}" for j in (1, 2, 3, 4)]
     rates = {
-        "state": (47, 500.0),
-        "seed": (30, 31.25),
-        "log": (8, 500.0),
-        "angles": (9, 30.0),
-        "covariance": (45, 10.0),
+        "state": ([*joints, *motors, *cables, *(f"more{i}" for i in range(18))], 500.0),
+        "seed": ([*joints, *motors, *cables], 31.25),
+        "log": (motors, 500.0),
+        "angles": ([f"{stem}{i}" for stem in ("alpha", "sigma", "common") for i in (1, 2, 3)], 30.0),
+        "covariance": ([f"cov_{a}_{b}" for a, b in combinations_with_replacement(joints, 2)], 10.0),
     }
-    parts = {n: series(max(2, int(rate * seconds)), c, c, rate) for n, (c, rate) in rates.items()}
+    parts = {}
+    for name, (columns, rate) in rates.items():
+        made = series(max(2, int(rate * seconds)), len(columns), len(columns), rate)
+        values = [0.1 * column for column in made.columns.values()]
+        parts[name] = Series(
+            made.time, {c: np.abs(v) if c.startswith("sigma") else v for c, v in zip(columns, values, strict=True)}
+        )
     records = {"clock": {"offset_s": 1.25}, "check": {"verdict": "consistent"}, "provenance": {"xneck": "0"}}
     return DataSet(read_neck(NECK), NECK.read_text(), **parts, **records)
 
