@@ -218,7 +218,7 @@ class Comparison:
         """Only what each recording has of its own: pre-elongations, delay, clock."""
         entries = self.point.unknowns.entries
         own = [i for i, e in enumerate(entries) if e.recording is not None]
-        clocks = self.base + np.arange(len(self.nuisances) - 2 * len(self.matrix), len(self.nuisances))
+        clocks = self.base + np.arange(len(self.known.names), len(self.nuisances))
         use = np.append(own, clocks)
         return Fitted(use, *self._solved(self.table, use, self._known(None), 0.0))
 
@@ -229,7 +229,7 @@ class Comparison:
     def clock_moved(self, fit: Fitted) -> Array:
         """By how much a fit puts each recording's frames later than the point has them, s, (R,)."""
         count = len(self.matrix)
-        columns = self.base + len(self.nuisances) - 2 * count + 2 * np.arange(count)
+        columns = self.base + len(self.known.names) + 2 * np.arange(count)
         return fit.numbers[np.searchsorted(fit.columns, columns)] * np.array(self.known.clock)
 
 

@@ -39,7 +39,7 @@ def model(turn: Turn, h: Hypothesis, provenance: dict[str, Any]) -> Model:
 def description(turn: Turn, h: Hypothesis) -> Neck:
     """neck.yaml with what was found wrong in it, and with its numbers moved within what drawings are good for."""
     fit, end = turn.fit, turn.end
-    names = end.nuisances[: len(end.nuisances) - 2 * len(end.matrix)]
+    names = end.known.names
     return _turned(adjusted(h.neck, names, fit.numbers[end.base : end.base + len(names)]), h.misread)
 
 

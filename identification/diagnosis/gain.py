@@ -84,7 +84,7 @@ def held(end: Comparison, fit: Fitted, h: Hypothesis, read: Sequence[Read], whit
 
 def _given(at: Point, end: Comparison, fit: Fitted, whiten: Whitener, doubted: bool) -> tuple[Comparison, Fitted]:
     """With the arm's numbers as they were fitted, and what is the recording's own."""
-    arm = len(end.nuisances) - 2 * len(end.matrix)
+    arm = len(end.known.names)
     now = compare(at, (), (), errors(at), whiten, doubted=doubted)
     given = np.zeros(len(now.sigma))
     given[now.base : now.base + arm] = fit.numbers[end.base : end.base + arm]

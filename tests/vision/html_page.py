@@ -1,5 +1,7 @@
 """A report's page as its parts, and as a browser shows it."""
 
+import re
+from collections import Counter
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -33,6 +35,19 @@ class Elements(HTMLParser):
 
     def handle_data(self, data: str) -> None:
         self.text += data
+
+
+def check_alone(report: Path, elements: Elements) -> None:
+    """Ids are unique, every reference has its target, and nothing is fetched from elsewhere or run."""
+    ids = Counter(attributes["id"] for _, attributes in elements.tags if "id" in attributes)
+    assert max(ids.values()) == 1
+    text = report.read_text(encoding="utf-8")
+    assert set(re.findall(r'(?:url\(#|href="#)([^")]+)', text)) <= set(ids)
+    for tag, attributes in elements.tags:
+        assert tag not in ("script", "iframe", "object", "base", "form")
+        for name in ("src", "href", "xlink:href", "srcset"):
+            value = attributes.get(name)
+            assert value is None or value.startswith(("#", "data:")), (tag, name, value)
 
 
 def look(page: Page, report: Path, width: int) -> None:
