@@ -45,7 +45,7 @@ def check_alone(report: Path, elements: Elements) -> None:
     assert set(re.findall(r'(?:url\(#|href="#)([^")]+)', text)) <= set(ids)
     for tag, attributes in elements.tags:
         assert tag not in ("script", "iframe", "object", "base", "form")
-        for name in ("src", "href", "xlink:href", "srcset"):
+        for name in ("src", "href", "xlink:href", "srcset", "action"):
             value = attributes.get(name)
             assert value is None or value.startswith(("#", "data:")), (tag, name, value)
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from vision.cli.output import FILE, FOLDER, progress, report_result, results
+from vision.cli.output import FILE, FOLDER, progress, report_result, results, spreading
 from xneck.recovered import say_recovered
 
 _STAGES = 6
@@ -17,8 +17,7 @@ _STAGES = 6
 @click.option(
     "--out", type=FOLDER, default=Path("results"), show_default=True, help="A folder for each recording here."
 )
-@click.option("--jobs", type=click.IntRange(1), help="Processes on this machine.  [default: one a core]")
-@click.option("--cluster", metavar="ADDRESS", help="A dask scheduler instead, such as tcp://host:8786.")
+@spreading
 @click.option("--redo", is_flag=True, help="Do all again, also what has not changed, and what was refused.")
 @results
 def command(
@@ -39,8 +38,6 @@ def command(
     Exit status 0: every recording has its result. 1: one or more were refused or failed (a line each on standard error); the
     others have their results all the same, and summary.json says which.
     """
-    if jobs and cluster:
-        raise click.UsageError("--jobs is for this machine; a --cluster has its own number of workers")
     return run_all(folders, out, jobs, cluster, redo, json_out, quiet)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from vision.cli.demo import SAMPLES
-from vision.cli.output import FOLDER, progress, report_result, results
+from vision.cli.output import FOLDER, progress, report_result, results, spreading
 
 _MANNERS = ("rich", "slow", "constant tension")
 
@@ -43,8 +43,7 @@ _MANNERS = ("rich", "slow", "constant tension")
     "--seconds", nargs=2, type=click.FloatRange(5), default=(60.0, 60.0), show_default=True, metavar="FITTED HELD_OUT",
     help="Length of the two recordings of a case.",
 )  # fmt: skip
-@click.option("--jobs", type=click.IntRange(1), help="Processes on this machine.  [default: one a core]")
-@click.option("--cluster", metavar="ADDRESS", help="A dask scheduler instead, such as tcp://host:8786.")
+@spreading
 @click.option("--keep", is_flag=True, help="Keep each case's recordings and data sets.")
 @click.option(
     "--samples", type=FOLDER, default=SAMPLES, help="The samples folder of a checkout.  [default: this one's]"
@@ -73,8 +72,6 @@ def command(
     It is written to cases/ when it ends: what is there is not run again, unless xneck has changed since. Run the same command
     to go on.
     """
-    if jobs and cluster:
-        raise click.UsageError("--jobs is for this machine; a --cluster has its own number of workers")
     if size[0] > size[1]:
         raise click.UsageError("--size: LOW is more than HIGH")
     from vision.spread import workers
