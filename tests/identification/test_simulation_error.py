@@ -158,7 +158,7 @@ def test_motors_that_lag_begin_each_window_with_what_was_written_before_it(held_
     lag = model.parameters[0].model_copy(update={"name": "taul", "index": None, "value": tau, "sigma": None})
     alone = model.model_copy(update={"covariance": None})
     lagging = alone.model_copy(update={"laws": (*model.laws, "actuator_lag"), "parameters": (*model.parameters, lag)})
-    columns = held_out.state.columns | numbered("f", written)
+    columns = {**held_out.state.columns, **numbered("f", written)}
     found = simulate_recording(replace(held_out, state=Series(held_out.state.time, columns)), lagging)
     straight = simulate_recording(held_out, alone)
     for a, b in zip(kind(found, "theta"), kind(straight, "theta"), strict=True):
