@@ -20,14 +20,21 @@ class Whitener:
 
     taps: Array
 
-    def __call__(self, values: Array, starts: NDArray[np.bool_]) -> Array:
-        """(C, S, ...) to the same shape; rows that lack a past within their stretch become zero. starts (S,): first rows."""
+    def __call__(self, values: Array, starts: NDArray[np.bool_], unsure: Array | None = None) -> Array:
+        """(C, S, ...) to the same shape; rows that lack a past within their stretch become zero. starts (S,): first rows.
+
+        unsure (C, S): variance of rows beyond the noise that the taps were told from; a row counts for less by what of it they
+        bring there. Weights before the taps would turn slow noise into fast, which counts more.
+        """
         out = np.zeros_like(values)
         order = self.taps.shape[1] - 1
         for lag in range(order + 1):
             tap = self.taps[:, lag].reshape(-1, *([1] * (values.ndim - 1)))
             out[:, order:] += tap * values[:, order - lag : values.shape[1] - lag]
         out[:, ~settled(starts, order)] = 0.0
+        if unsure is not None:
+            variance = 1 + np.stack([np.convolve(u, t**2)[: len(u)] for u, t in zip(unsure, self.taps, strict=True)])
+            out /= np.sqrt(variance).reshape(*unsure.shape, *([1] * (values.ndim - 2)))
         return out
 
 

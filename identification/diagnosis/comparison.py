@@ -268,9 +268,8 @@ def compare(
     for r, (matrix, place) in enumerate(zip(matrices, places, strict=True)):
         s = place.signals
         starts = stretch_starts(s)
-        trust = place.trust[..., None]
-        white = whiten(trust * matrix, starts)
-        noise = whiten(trust * np.stack(drawn[r], axis=-1), starts) if drawn else white[..., :0]
+        white = whiten(matrix, starts, place.unsure)
+        noise = whiten(np.stack(drawn[r], axis=-1), starts, place.unsure) if drawn else white[..., :0]
         length = max(1, round(BLOCK_S / (s.step * s.low_pass.factor)))
         for begin in range(0, white.shape[1], length):
             part = white[:, begin : begin + length].reshape(-1, k + 1)

@@ -80,6 +80,10 @@ class Effect:
         """What a person would call a change of each number, (Q,)."""
         return np.repeat([term.size for term in self.terms], len(self.labels(arm)))
 
+    def least(self, arm: Arm) -> Array:
+        """What each number may be at least, but for chance, (Q,)."""
+        return np.repeat([term.low for term in self.terms], len(self.labels(arm)))
+
     def columns(self, at: Place, shape: Shape) -> Array:
         """What a unit of each number does to the residuals of a recording, (C, S, Q)."""
         raise NotImplementedError

@@ -36,8 +36,15 @@ class Excess:
         return bool(self.ratio.max() > PLAIN)
 
 
-def excess(left: Sequence[Array], floor: Sequence[Sequence[Array]]) -> Excess:
-    """Of recordings' residuals (C, S), and of their draws of noise."""
-    every = np.concatenate(left, axis=1)
-    drawn = np.concatenate([d for draws in floor for d in draws], axis=1)
+def excess(left: Sequence[Array], floor: Sequence[Sequence[Array]], unsure: Sequence[Array]) -> Excess:
+    """Of recordings' residuals (C, S), and of their draws of noise; rows of which more is unsure count for less."""
+    trust = trusted(floor, unsure)
+    every = np.concatenate([t * r for t, r in zip(trust, left, strict=True)], axis=1)
+    drawn = np.concatenate([t * d for t, draws in zip(trust, floor, strict=True) for d in draws], axis=1)
     return Excess(np.sqrt(np.mean(every**2, axis=1)), np.sqrt(np.mean(drawn**2, axis=1)))
+
+
+def trusted(floor: Sequence[Sequence[Array]], unsure: Sequence[Array]) -> list[Array]:
+    """Weights of every recording's rows (C, S), one and less: noise over that with what else is unsure."""
+    noise = np.sqrt(np.mean(np.concatenate([d for draws in floor for d in draws], axis=1) ** 2, axis=1))
+    return [1 / np.sqrt(1 + u / noise[:, None] ** 2) for u in unsure]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.diagnosis.comparison import Comparison, Fitted, compare
+from identification.diagnosis.excess import trusted
 from identification.diagnosis.hypothesis import Hypothesis
 from identification.diagnosis.noise import Read, noise
 from identification.diagnosis.nuisances import errors
@@ -26,7 +27,7 @@ _BLOCKS = 30
 
 @dataclass(frozen=True)
 class Held:
-    """Residuals of recordings that were not fitted, (C, S) each, noise alone there, and their clocks."""
+    """Residuals of recordings that were not fitted, (C, S) each, noise alone there, and their clocks; rows as `trusted`."""
 
     left: tuple[Array, ...]
     floor: tuple[list[Array], ...]
@@ -77,7 +78,10 @@ def held(end: Comparison, fit: Fitted, h: Hypothesis, read: Sequence[Read], whit
             at = point(h, read_all(h, [one.data], late), at.p + at.unknowns.size * step, late)
             now, own = _given(at, end, fit, whiten, doubted)
         left.extend(now.left(own))
-        floor.extend(noise(at, [one]))
+        drawn = noise(at, [one])
+        (trust,) = trusted(drawn, [at.places[0].unsure])
+        left[-1] = trust * left[-1]
+        floor.append([trust * d for d in drawn[0]])
         late_of.append(float(at.late[0]))
     return Held(tuple(left), tuple(floor), tuple(late_of))
 

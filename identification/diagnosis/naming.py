@@ -139,8 +139,8 @@ def _further(
     best, then = near[0], tried(near[0])
     if then.beyond.plain:  # columns are straight lines: far from where they were drawn another may do better
         near = _near(ranked, _FAR)
-        best, then = min(((c, tried(c)) for c in near), key=lambda each: each[1].loss)
-    if then.end.with_causes_as_they_are > (1 - MATERIAL) * turn.fit.loss:
+        best, then = min(((c, tried(c)) for c in near), key=lambda each: (not each[1].possible, each[1].loss))
+    if not then.possible or then.end.with_causes_as_they_are > (1 - MATERIAL) * turn.fit.loss:
         return None
     if more and then.beyond.energy > (1 - MOSTLY) * turn.beyond.energy:
         return None
@@ -155,8 +155,9 @@ def _in_its_place(
     out = [(near[0], last)]
     for rival in near[1:]:
         if rival.effect.name not in others:
-            causes = (*last.causes[:i], entered(rival), *last.causes[i + 1 :])
-            out.append((rival, trial.settled(before.end.point, causes)))
+            turn = trial.settled(before.end.point, (*last.causes[:i], entered(rival), *last.causes[i + 1 :]))
+            if turn.possible:
+                out.append((rival, turn))
     return out
 
 

@@ -83,7 +83,7 @@ def noise(at: Point, recordings: Sequence[Read]) -> list[list[Array]]:
 def quiet(drawn: list[list[Array]], at: Point, whiten: Whitener) -> float:
     """Loss that noise alone makes, as one draw of each recording."""
     return sum(
-        float(np.mean([np.sum(whiten(place.trust * d, stretch_starts(place.signals)) ** 2) for d in draws]))
+        float(np.mean([np.sum(whiten(d, stretch_starts(place.signals), place.unsure) ** 2) for d in draws]))
         for draws, place in zip(drawn, at.places, strict=True)
     )
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from identification.dataset import DataSet
 from identification.diagnosis.hypothesis import BASE, Hypothesis
+from identification.diagnosis.unsure import unsure
 from identification.instruments import driven
 from identification.residuals import Forces, Rows, forces_at, left, rows
 from identification.signals import Signals, signals_of
@@ -15,10 +16,6 @@ from identification.slow import Slow
 from identification.unknowns import Unknowns, unknowns
 
 Array = NDArray[np.float64]
-
-
-SMOOTHED_S = 5e-3
-"""s, over which counts are smoothed to a motor's acceleration"""
 
 
 @dataclass(frozen=True)
@@ -32,8 +29,8 @@ class Place:
     forces: Forces
     """by the laws"""
     told_forces: Forces
-    trust: Array
-    """(C, S), one and less: where motors are jerked, what their angles' smoothing takes away is more than noise"""
+    unsure: Array
+    """(C, S), variance of rows beyond noise"""
     slow: Slow
     rows: Rows
     laws: tuple[str, ...]
@@ -73,31 +70,21 @@ def point(h: Hypothesis, recordings: Sequence[Signals], p: Array, late: Array) -
 def _place(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> Place:
     told = driven(s, u, p, recording)
     own = forces_at(s, u, p, recording)
-    residual = left(s, own)
+    values = u.values(p)
     return Place(
         h,
         s,
         told,
         own,
         forces_at(told, u, p, recording),
-        _trust(s, residual),
+        unsure(h.neck, s, values["fs"], values["cm"]),
         Slow(s, u, p, recording),
-        Rows(residual, rows(told, u, p, recording).jacobian),
+        Rows(left(s, own), rows(told, u, p, recording).jacobian),
         u.laws,
-        u.values(p),
+        values,
         u.get(p, "x0", recording),
         float(u.get(p, "delay", recording)[0]),
     )
-
-
-def _trust(s: Signals, residual: Array) -> Array:
-    """Noise alone over noise with what smoothing by SMOOTHED_S takes from the motors' inertial forces."""
-    lost = SMOOTHED_S**2 / 2 * np.gradient(np.gradient(s.inertial, s.step, axis=0), s.step, axis=0)
-    error = s.low_pass(np.ascontiguousarray((lost**2).T)).clip(0)  # (M, S), N^2
-    lever = (s.Z[s.low_pass.kept] ** 2).transpose(1, 2, 0)
-    error = np.concatenate([error, np.einsum("nms,ms->ns", lever, error)])
-    noise = np.median(residual**2, axis=1, keepdims=True) / 0.455  # the median of chi-square of one
-    return 1 / np.sqrt(1 + error / noise)
 
 
 def relaid(at: Point, h: Hypothesis, p: Array) -> Point:

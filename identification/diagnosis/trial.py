@@ -26,6 +26,8 @@ _FAR_M, _SOFT = 5e-3, 0.3
 """x0 beyond the description's, and stiffness over the middle one: a fit begins within"""
 _SETTLED, _GAINED = 0.3, 1e-3
 """where a step would take less away, in units of a row's loss, it is not taken; where it took less of the loss it was the last"""
+_SURELY = 3.0
+"""standard deviations"""
 _FIRST_DAMPING, _MOST_DAMPING = 1e-3, 10.0
 _EASED, _TIGHTENED = 3.0, 8.0
 
@@ -50,6 +52,18 @@ class Turn:
         return np.sqrt(np.where(variance > 0, variance, np.inf))
 
     @cached_property
+    def possible(self) -> bool:
+        """Whether no cause does surely less than nothing: friction that drives, a mass that lifts."""
+        arm, own = self.end.point.hypothesis.arm, self.sigma[self.end.base + len(self.end.nuisances) :]
+        for cause in self.causes:
+            size = cause.sizes(arm)
+            sigma, own = (own[: len(size)] * size)[: len(cause.amounts)], own[len(size) :]
+            least = cause.effect.least(arm)[list(cause.where.columns)]
+            if np.any(cause.amounts < least - _SURELY * sigma):
+                return False
+        return True
+
+    @cached_property
     def loss(self) -> float:
         """Of blocks where all but their fold were fitted, and what a last straight step promises but was not taken."""
         return float(self.end.crossed().sum()) + max(0.0, self.end.merit - self.fit.loss)
@@ -61,9 +75,7 @@ class Turn:
 
     def without(self, fit: Fitted, end: "Comparison | None" = None) -> Excess:
         """The same with another fit, of another comparison at this point."""
-        trust = [place.trust for place in self.end.point.places]
-        left = [t * r for t, r in zip(trust, (end or self.end).left(fit), strict=True)]
-        return excess(left, [[t * d for d in draws] for t, draws in zip(trust, self.floor, strict=True)])
+        return excess((end or self.end).left(fit), self.floor, [place.unsure for place in self.end.point.places])
 
 
 class Trial:

@@ -7,10 +7,13 @@ from mechanism.laws.law import Law, Stretching, Term, Values
 
 
 class Slack(Law):
-    """slack (0 or 1) times what k x falls below zero. A simulation lets no cable push, with or without this law."""
+    """slack (0 or 1) times what the linear cable, its damper with it, falls below zero.
+
+    A simulation lets no cable push, with or without this law.
+    """
 
     name = "cable_slack"
     terms = (Term("slack", "1", 0.0, 1.5, 1.0),)
 
     def pull(self, p: Values, at: Stretching, z: Array) -> Array:
-        return p["slack"] * p["k"] * np.maximum(-at.x, 0.0)
+        return p["slack"] * np.maximum(-(p["k"] * at.x + p["ca"] * at.x_d), 0.0)

@@ -27,25 +27,27 @@ FIRST_ERROR = 3e-5
 """m: the same before anything is fitted"""
 LEAST_SCALE = 0.1
 """angles are never believed ten times better than they say"""
-WIDE = {"c": 0.1, "g": 0.05, "h": 2.0, "ca": 10.0, "creep": 0.01}
-"""in m, and in NEWTON where it is a force"""
+WIDE = {"c": 0.1, "g": 0.05, "h": 2.0, "ca": 10.0, "creep": 0.01, "drum": 0.1}
+"""in m, and in NEWTON where it is a force; of a drum its share"""
 LONGEST_LAG = 0.05
 """s: what a damped cable may lag behind its force"""
 
 
 @dataclass(frozen=True)
 class Law:
-    """What an elongation may consist of: powers of the tension, creep with time constants in s, damping."""
+    """What an elongation may consist of: powers of the tension, creep with time constants in s, damping; and drums that are off."""
 
     powers: int = 3
     creep: tuple[float, ...] = (3.0,)
     damping: bool = True
+    drum: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
         """The parameters that each cable has for itself."""
         powers = tuple(f"g{p + 1}" for p in range(self.powers))
-        return ("c", *powers, "h", *(("ca",) if self.damping else ()), *(f"creep{k}" for k in range(len(self.creep))))
+        creep = tuple(f"creep{k}" for k in range(len(self.creep)))
+        return ("c", *powers, "h", *(("ca",) if self.damping else ()), *creep, *(("drum",) if self.drum else ()))
 
     @property
     def wide(self) -> Array:
@@ -164,6 +166,9 @@ class Cables:
             x = x + p[f"creep{k}"] * columns[f"creep{k}"]
             columns["h"] = columns["h"] - share * d_c * NEWTON
             by_fv = by_fv - share * v_c
+        if self.law.drum:
+            columns["drum"] = travel
+            x = x + p["drum"] * travel
         by_own = -np.stack([columns[name] for name in self.law.names], axis=-1)
         return Rows(travel - x, travel_d - x_d, -by_fv, by_own)
 

@@ -3,6 +3,7 @@
 Nothing is corrected in silence: the exchange is named, so that the file that states it can be set right.
 """
 
+from dataclasses import replace
 from itertools import permutations, product
 
 import numpy as np
@@ -91,7 +92,7 @@ def check_alternatives(arm: Arm, signals: Signals, frames: Frames, fine: Fine, f
         return
     offset = fine.fit.state.offset
     window = part_of(frames, slice(None, None, max(1, len(frames.time) // ENOUGH)))
-    described, _ = fit_cables(arm, signals, window, offset, fv, fine.cables.law)
+    described, _ = fit_cables(arm, signals, window, offset, fv, replace(fine.cables.law, drum=True))
     error = _left(described)
     at = np.clip(window.time + offset, signals.time[0], signals.time[-1])
     moved = signals.travel(at) - signals.travel(at).mean(axis=0)

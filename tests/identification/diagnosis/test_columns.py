@@ -85,7 +85,8 @@ def test_a_fit_is_bounded_least_squares_with_what_is_known(louder: float, at: Po
     now = compared(louder_by(at, louder))
     fit = now.fit(now.groups[0].columns[:4])
     use, nuisance = fit.columns, slice(now.base, now.base + len(now.nuisances))
-    trusted = at.places[0].trust[..., None] * now.matrix[0]
+    # of a whitener that leaves rows as they are
+    trusted = now.matrix[0] / np.sqrt(1 + at.places[0].unsure)[..., None]
     known = np.isfinite(now.sigma[use])
     stacked = np.vstack([trusted[..., use].reshape(-1, len(use)), np.diag(1 / now.sigma[use])[known]])
     right = np.concatenate([-trusted[..., -1].ravel(), (now.mean / now.sigma)[use][known]])
@@ -148,7 +149,8 @@ def test_numbers_taken_as_given_are_as_if_subtracted(at: Point) -> None:
     now = compared(at)
     numbers = np.random.default_rng(0).normal(size=len(now.sigma)) * (np.arange(len(now.sigma)) >= now.base)
     shifted = now.shifted(numbers)
-    flat = (at.places[0].trust * (now.matrix[0][..., -1] + now.matrix[0][..., :-1] @ numbers)).ravel()
+    left = now.matrix[0][..., -1] + now.matrix[0][..., :-1] @ numbers
+    flat = (left / np.sqrt(1 + at.places[0].unsure)).ravel()
     assert shifted.table[-1, -1] == pytest.approx(float(flat @ flat), rel=1e-9)
 
 
