@@ -126,6 +126,6 @@ def read_model(path: str | Path) -> Model:
 
     >>> import xneck
     >>> xneck.read_model("model.yaml").laws  # of `xneck identify monday.mcap --out model.yaml`
-    ('dry_friction', 'linear_cable', 'viscous_friction')
+    ('dry_friction', 'viscous_friction', 'linear_cable')
     """
     return read(path, Model)
