@@ -3,12 +3,16 @@
 import ast
 import doctest
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import click
 import pytest
 
 import xneck
+from identification.diagnosis.advice import would_tell
+from identification.diagnosis.effects import EFFECTS
 from tests.docs.pages import PAGES, ROOT, commands, fenced
 from vision.cli import COMMANDS, group
 
@@ -44,6 +48,13 @@ def test_names_for_type_checkers_are_those_that_are_fetched() -> None:
     assert seen == xneck._FROM
     assert set(xneck.__all__) == {*seen, "Refused"}
     assert set(xneck.__all__) <= set(dir(xneck))
+
+
+def test_importing_it_loads_nothing_else() -> None:
+    """Every command imports it, and `xneck --help` is not to wait for numpy."""
+    loaded = "import sys, xneck; print(*{name.split('.')[0] for name in sys.modules})"
+    done = subprocess.run([sys.executable, "-c", loaded], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert not set(done.stdout.split()) & {"numpy", "vision", "identification", "mechanism", "calibration"}
 
 
 def test_what_is_not_there_is_an_attribute_error() -> None:
@@ -96,3 +107,21 @@ def test_links_lead_somewhere(page: str) -> None:
         path, _, heading = target.partition("#")
         assert not path or (here / path).exists(), target
         assert path or heading in headings, target
+
+
+def test_the_page_on_verdicts_lists_every_cause_as_it_is() -> None:
+    """With its words, its numbers, and what tells it."""
+    rows = [
+        f"| `{e.name}` | {e.words} | "
+        + ", ".join(t.name + ("" if t.unit == "1" else f" ({t.unit})") for t in (*e.terms, *e.forms))
+        + f" | {would_tell(e)} |"
+        for e in EFFECTS.values()
+    ]
+    page = PAGES["verdicts.md"]
+    assert "\n".join(rows) in page
+    assert len(rows) == 19
+    assert all("nineteen causes" in text for text in (page, PAGES["README.md"]))
+
+
+def test_every_cause_is_named_in_the_readme() -> None:
+    assert all(f"`{name}`" in PAGES["README.md"] for name in EFFECTS)

@@ -1,6 +1,7 @@
 """docs/new-effect.md, followed in a copy of the sources, gives an effect that is tested and found."""
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -48,10 +49,9 @@ def followed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def called(folder: Path, *words: object) -> str:
     """Python there, with what is there before what is installed."""
-    done = subprocess.run(
-        [sys.executable, *map(str, words)],
-        cwd=folder, env={"PYTHONPATH": str(folder), "PATH": "", "OMP_NUM_THREADS": "1"}, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    there = {"PYTHONPATH": str(folder), "OMP_NUM_THREADS": "1"}
+    call = [sys.executable, *map(str, words)]
+    done = subprocess.run(call, cwd=folder, env=os.environ | there, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
