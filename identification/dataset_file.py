@@ -24,7 +24,11 @@ FORMATS = ("csv", "npz", "mat")
 
 
 def write_dataset(data: DataSet, path: str | Path) -> None:
-    """`data` as MCAP: channels as its series, metadata clock, check and provenance, neck.yaml attached."""
+    """`data` as MCAP: channels as its series, metadata clock, check and provenance, neck.yaml attached.
+
+    >>> import xneck
+    >>> xneck.write_dataset(xneck.read_dataset("monday.mcap"), "copy.mcap")
+    """
     joint_state.write(
         path,
         {topic: getattr(data, topic) for topic in _TOPICS}
@@ -39,6 +43,13 @@ def read_dataset(path: str | Path) -> DataSet:
 
     Rows after a hole are on no even clock with those before it, so of state and seed the longest whole stretch is taken.
     Raises Refused where it is something else, or lacks what no result can do without: state, seed, clock and neck.yaml.
+
+    >>> import xneck
+    >>> state = xneck.read_dataset("monday.mcap").state  # on the log's clock, at its rate
+    >>> state.matrix("alpha").shape == (len(state.time), 3)  # rad
+    True
+    >>> [name for name in state.columns if name.startswith("theta1")]  # rad, rad/s, rad/s^2
+    ['theta1', 'theta1_d', 'theta1_dd']
     """
     found = joint_state.read(path)
     needed = _NEEDED if found.lost else _TOPICS

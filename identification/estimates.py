@@ -153,6 +153,13 @@ def estimate(
 
     held: terms, x0 or delay that keep a value. priors: mean and sigma by term and index. Raises Refused where recordings are
     of different arms, a motor stands still, forces and motor angles are counted in opposite senses, or nothing can be told.
+
+    >>> import xneck
+    >>> found = xneck.identify([xneck.read_dataset("monday.mcap")])
+    >>> (found.values("k") / 1e3).round(1)  # kN/m, one a cable
+    array([10. ,  9. ,  8. ,  5.5])
+    >>> {p.name for p in found.parameters if not p.identified}
+    {'fv'}
     """
     arm = one_arm(recordings)
     signals = [signals_of(data) for data in recordings]

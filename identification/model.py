@@ -122,5 +122,10 @@ def write_model(model: Model, path: str | Path) -> None:
 
 
 def read_model(path: str | Path) -> Model:
-    """model.yaml. Raises Refused with every fault."""
+    """model.yaml. Raises Refused with every fault.
+
+    >>> import xneck
+    >>> xneck.read_model("model.yaml").laws  # of `xneck identify monday.mcap --out model.yaml`
+    ('dry_friction', 'viscous_friction', 'linear_cable')
+    """
     return read(path, Model)

@@ -1,6 +1,5 @@
 """The whole way for one recording folder: calibrate, extract, sync, check, identify, simulate."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calibration.camera import Camera
-from calibration.camera_file import read_camera, write_camera
+from calibration.camera_file import write_camera
 from calibration.estimation import Calibration
 from identification import joint_state
 from identification.dataset import DataSet
@@ -19,13 +18,13 @@ from identification.seed_method import Identification, identify
 from identification.simulation.simulated import Simulated, simulate_recording
 from mechanism.description import Neck, read_neck
 from vision.angles import Angles, read_angles, write_angles
-from vision.calibrating import calibrate_from
 from vision.encoder_log import read_log
-from vision.extract import Extraction, extract
+from vision.extract import Extraction
 from vision.overlay import draw
+from vision.recorded import Stage, camera_of, extraction_of, silent
 from vision.recording import Recording
 from vision.synchronise import synchronise
-from vision.video import Video, describe, frames_of
+from vision.video import Video, frames_of
 from xneck.errors import Refused
 from xneck.provenance import provenance
 from xneck.strict_yaml import read_text
@@ -53,7 +52,7 @@ class Result:
     simulation_refused: str | None
 
 
-def run_recording(recording: Recording, out: Path, stage: Callable[[str], object] = lambda name: None) -> Result:
+def run_recording(recording: Recording, out: Path, stage: Stage = silent) -> Result:
     """All stages in order, their files into the folder `out`; `stage` is told of each as it begins."""
     neck = read_neck(recording.neck)
     camera = calibration = extraction = None
@@ -62,20 +61,10 @@ def run_recording(recording: Recording, out: Path, stage: Callable[[str], object
     if recording.angles is not None:
         angles = read_angles(recording.angles, neck.N)
     else:
-        assert recording.video is not None
-        if recording.camera is not None:
-            camera = read_camera(recording.camera)
-        else:
-            assert recording.board is not None
-            stage("calibrate")
-            calibration = calibrate_from(recording.pictures, recording.board)
-            camera = calibration.camera
+        camera, calibration = camera_of(recording, stage)
+        if calibration is not None:
             write_camera(camera, out / "camera.yaml")
-        stage("extract")
-        video = describe(recording.video)
-        extraction = extract(
-            video, camera, neck, recording.shutter, recording.placement, recording.template, light=recording.light
-        )
+        video, extraction = extraction_of(recording, neck, camera, stage)
         angles = extraction.angles
         write_angles(angles, out / "angles.mcap", extraction.quality)
         pictures = _annotated(video, neck, camera, extraction)

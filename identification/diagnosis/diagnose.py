@@ -79,6 +79,13 @@ def diagnose(
     """Recordings of one arm, fitted together, and others of it on which the gain is measured.
 
     Raises Refused where they are of different arms, a motor stands still, or forces are missing.
+
+    >>> import xneck
+    >>> found = xneck.diagnose([xneck.read_dataset("monday.mcap")], [xneck.read_dataset("tuesday.mcap")])
+    >>> found.verdict, [cause.effect.name for cause in found.causes]
+    ('cause', ['tip_payload'])
+    >>> all(gain.after < gain.before / 2 for gain in found.gains)  # on tuesday's, which nothing was fitted to
+    True
     """
     for data in (*recordings, *held_out):
         if "f1" not in data.state.columns:

@@ -15,7 +15,15 @@ _ALIKE = 0.9
 
 
 def as_json(d: Diagnosis) -> dict[str, Any]:
-    """The contract's record."""
+    """The contract's record.
+
+    >>> import xneck
+    >>> found = xneck.diagnose([xneck.read_dataset("monday.mcap")], [xneck.read_dataset("tuesday.mcap")])
+    >>> (cause,) = xneck.as_record(found)["causes"]
+    >>> (mass,) = cause["parameters"]
+    >>> cause["where"], mass["name"], mass["unit"], round(mass["value"], 2)
+    ('all', 'm', 'kg', 0.1)
+    """
     parameters = parameters_of(d.search.last)
     causes = []
     for named, cause, own in zip(d.search.named, d.causes, parameters, strict=True):
@@ -83,7 +91,16 @@ def probability(named: Named) -> float:
 
 
 def as_text(d: Diagnosis) -> str:
-    """The verdict, the causes, and the gain, for a person."""
+    """The verdict, the causes, and the gain, for a person.
+
+    >>> import xneck
+    >>> found = xneck.diagnose([xneck.read_dataset("monday.mcap")], [xneck.read_dataset("tuesday.mcap")])
+    >>> print(xneck.in_words(found))  # doctest: +ELLIPSIS
+    cause
+      tip_payload (all): the arm carries something at its tip
+        m = 0.0... +- 0.00... kg
+      motor equations, not fitted: ...
+    """
     lines = [d.verdict + (f": {d.why}" if d.why else "")]
     if d.verdict == "unknown":
         lines.append(f"  {signature_record.words(d.signature, d.extended.arm.M)}")

@@ -61,6 +61,12 @@ def simulate_recording(
     late they act is fitted to the recording anew, with the laws held. All windows, each once more for everything that may be
     off, run as one batch; `progress` is told of every sample of it. Raises Refused where the recording is shorter than a
     window or holds no forces.
+
+    >>> import xneck
+    >>> found = xneck.simulate(xneck.read_dataset("monday.mcap"), xneck.read_model("model.yaml"))
+    >>> worst = max(found.channels, key=lambda channel: channel.ratio)
+    >>> worst.ratio > 10  # times what noise alone would leave: this model lacks something
+    True
     """
     if not len(data.state.matrix("f").T):
         raise Refused("simulate", "the data set holds no forces f", "log the force command of every motor")

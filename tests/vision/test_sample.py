@@ -231,11 +231,3 @@ def test_overlay_has_every_frame(made: Path, capfd: pytest.CaptureFixture[str]) 
     assert run(capfd, "extract", R / "video.mp4", *words, "--quiet").status == 0
     times = [f.time for f in frames(out)]
     np.testing.assert_allclose(times, STORED["recording_frame_times"], atol=2e-3)
-
-
-def test_the_readmes_python_runs(made: Path) -> None:
-    text = (SAMPLES.parent / "README.md").read_text()
-    snippet = text.split("```python\n")[1].split("```")[0]
-    names: dict[str, np.ndarray] = {}
-    exec(snippet.replace("out/recording/dataset.mcap", str(made / "dataset.mcap")), names)
-    assert names["stiffness"].shape == (4,)

@@ -18,6 +18,11 @@ def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "
     Raises Refused where a data set holds no forces: then nothing says how far the cables stretch. Both are computed with
     the checked data set's neck.yaml. Where frames and log are found apart, that is the first fault, and others are those that are
     there once it is put right.
+
+    >>> import xneck
+    >>> found = xneck.check(xneck.read_dataset("monday.mcap"))
+    >>> found.verdict, found.faults
+    ('consistent', ())
     """
     for one, name in ((data, "check"), (baseline, where)):
         if one is not None and "f1" not in one.state.columns:

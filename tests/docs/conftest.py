@@ -1,0 +1,57 @@
+"""The folder in which the examples of docstrings and pages run: two recordings of the sample, read once."""
+
+import shutil
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import xneck
+from identification.dataset import DataSet
+from identification.diagnosis import Diagnosis
+from identification.model import model_of, write_model
+from tests.docs.pages import ROOT
+
+
+@pytest.fixture(scope="session")
+def examples(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """samples/, monday.mcap (from the video), tuesday.mcap, and model.yaml as `xneck identify monday.mcap` writes it."""
+    folder = tmp_path_factory.mktemp("examples")
+    for name in ("recording", "held_out"):
+        shutil.copytree(ROOT / "samples" / name, folder / "samples" / name)
+    monday, tuesday = (xneck.synchronise(folder / "samples" / name) for name in ("recording", "held_out"))
+    xneck.write_dataset(monday, folder / "monday.mcap")
+    xneck.write_dataset(tuesday, folder / "tuesday.mcap")
+    found = xneck.identify([monday])
+    write_model(model_of(found.parameters, found.laws, {}, found.covariance), folder / "model.yaml")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def asked_once() -> dict[str, object]:
+    """xneck's slow functions, each of which answers the same question once."""
+    synchronise, diagnose = xneck.synchronise, xneck.diagnose
+    read = cache(xneck.read_dataset)
+    made = {"samples/recording": "monday.mcap", "samples/held_out": "tuesday.mcap"}
+    diagnosed: dict[tuple[int, ...], Diagnosis] = {}
+
+    def synchronised(folder: str) -> DataSet:
+        return read(made[folder]) if folder in made else synchronise(folder)
+
+    def diagnosed_once(fitted: Sequence[DataSet], held_out: Sequence[DataSet]) -> Diagnosis:
+        asked = (*map(id, fitted), 0, *map(id, held_out))  # `read` keeps them, so that no other has their id
+        if asked not in diagnosed:
+            diagnosed[asked] = diagnose(fitted, held_out)
+        return diagnosed[asked]
+
+    return {"read_dataset": read, "synchronise": synchronised, "diagnose": diagnosed_once}
+
+
+@pytest.fixture
+def in_examples(examples: Path, asked_once: dict[str, object], monkeypatch: pytest.MonkeyPatch) -> Path:
+    """There, with these."""
+    monkeypatch.chdir(examples)
+    for name, function in asked_once.items():
+        monkeypatch.setattr(xneck, name, function)
+    return examples

@@ -1,0 +1,127 @@
+"""What docstrings and pages show is what happens."""
+
+import ast
+import doctest
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+import xneck
+from identification.diagnosis.advice import would_tell
+from identification.diagnosis.effects import EFFECTS
+from tests.docs.pages import PAGES, ROOT, commands, fenced
+from vision.cli import COMMANDS, group
+
+SHOWN = {"xneck": xneck} | {name: getattr(xneck, name) for name in xneck.__all__ if name != "Refused"}
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_every_function_shows_an_example_that_runs(name: str, in_examples: Path) -> None:
+    examples = doctest.DocTestParser().get_doctest(SHOWN[name].__doc__ or "", {}, name, None, None)
+    assert examples.examples
+    said: list[str] = []
+    doctest.DocTestRunner().run(examples, out=said.append)
+    assert not said, "".join(said)
+
+
+def test_an_example_that_does_not_hold_is_noticed() -> None:
+    said: list[str] = []
+    wrong = doctest.DocTestParser().get_doctest(">>> 1 + 1\n3\n", {}, "wrong", None, None)
+    doctest.DocTestRunner().run(wrong, out=said.append)
+    assert said
+
+
+def test_names_for_type_checkers_are_those_that_are_fetched() -> None:
+    """The imports that only a type checker sees give the same names from the same places."""
+    tree = ast.parse(Path(xneck.__file__).read_text(encoding="utf-8"))
+    (guarded,) = [node for node in tree.body if isinstance(node, ast.If)]
+    seen = {
+        alias.asname or alias.name: f"{node.module}:{alias.name}"
+        for node in guarded.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert seen == xneck._FROM
+    assert set(xneck.__all__) == {*seen, "Refused"}
+    assert set(xneck.__all__) <= set(dir(xneck))
+
+
+def test_importing_it_loads_nothing_else() -> None:
+    """Every command imports it, and `xneck --help` is not to wait for numpy."""
+    loaded = "import sys, xneck; print(*{name.split('.')[0] for name in sys.modules})"
+    done = subprocess.run([sys.executable, "-c", loaded], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert not set(done.stdout.split()) & {"numpy", "vision", "identification", "mechanism", "calibration"}
+
+
+def test_what_is_not_there_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'diagnosis'"):
+        xneck.diagnosis  # type: ignore[attr-defined]  # noqa: B018
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_pythons_blocks_run(page: str, in_examples: Path) -> None:
+    """One after the other, as a reader would; those that begin with a file's path are files of new-effect.md."""
+    names: dict[str, object] = {}
+    for block in fenced(page, "python"):
+        if not block.startswith("# "):
+            exec(compile(block, page, "exec"), names)
+
+
+@pytest.mark.parametrize(
+    "line", [pytest.param(line, id=f"{page}: {line}") for page in PAGES for line in commands(page)]
+)
+def test_every_command_parses(line: str) -> None:
+    """Names of commands and options are right; the files of the example are not there."""
+    _, name, *words = line.split("#")[0].split()
+    command = group.get_command(click.Context(group), name)
+    assert command is not None
+    command.make_context(name, words, resilient_parsing=False)
+
+
+def test_the_readme_shows_the_main_commands() -> None:
+    assert {line.split()[1] for line in commands("README.md")} >= {
+        "board", "calibrate", "extract", "sync", "check", "identify", "diagnose", "run",
+    }  # fmt: skip
+    assert set(re.findall(r"`?xneck ([a-z]+)", PAGES["README.md"])) - {"in", "reads"} <= set(COMMANDS)
+
+
+def test_make_targets_are_there() -> None:
+    makefile = (ROOT / "Makefile").read_text()
+    for target in re.findall(r"`?make ([a-z]+)", PAGES["README.md"]):
+        if target != "and":
+            assert f"\n{target}:" in makefile
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_lead_somewhere(page: str) -> None:
+    """To files, and to headings of the same page."""
+    here = (ROOT if page == "README.md" else ROOT / "docs").resolve()
+    headings = {
+        re.sub(r"[^\w -]", "", h.lower()).replace(" ", "-") for h in re.findall(r"^#+ (.+)$", PAGES[page], re.MULTILINE)
+    }
+    for target in re.findall(r"\]\(([^)]+)\)", PAGES[page]):
+        path, _, heading = target.partition("#")
+        assert not path or (here / path).exists(), target
+        assert path or heading in headings, target
+
+
+def test_the_page_on_verdicts_lists_every_cause_as_it_is() -> None:
+    """With its words, its numbers, and what tells it."""
+    rows = [
+        f"| `{e.name}` | {e.words} | "
+        + ", ".join(t.name + ("" if t.unit == "1" else f" ({t.unit})") for t in (*e.terms, *e.forms))
+        + f" | {would_tell(e)} |"
+        for e in EFFECTS.values()
+    ]
+    page = PAGES["verdicts.md"]
+    assert "\n".join(rows) in page
+    assert len(rows) == 19
+    assert all("nineteen causes" in text for text in (page, PAGES["README.md"]))
+
+
+def test_every_cause_is_named_in_the_readme() -> None:
+    assert all(f"`{name}`" in PAGES["README.md"] for name in EFFECTS)

@@ -1,0 +1,84 @@
+"""docs/new-effect.md, followed in a copy of the sources, gives an effect that is tested and found."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.docs.pages import PAGES, ROOT, fenced
+
+PAGE = "new-effect.md"
+SOURCES = ("xneck", "mechanism", "calibration", "identification", "vision", "samples", "tests")
+
+
+def lines_in(folder: Path, block: str) -> None:
+    """Puts the lines with + behind those shown before them; each of these is there once, after the last."""
+    first, *rest = block.splitlines()
+    path = folder / first.removeprefix("--- ")
+    text, at = path.read_text(encoding="utf-8").splitlines(), 0
+    for line in rest:
+        if line[:1] == "+":
+            text.insert(at, line[1:])
+            at += 1
+        else:
+            found = [i for i, known in enumerate(text) if i >= at and known == line[1:]]
+            assert len(found) == 1, f"{path.name}: {len(found)} lines {line[1:]!r}"
+            at = found[0] + 1
+    path.write_text("\n".join(text) + "\n", encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def followed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sources with the page's effect in them."""
+    folder = tmp_path_factory.mktemp("copy")
+    for name in SOURCES:
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "*.mp4", "*.jpg"))
+    shutil.copy(ROOT / "pyproject.toml", folder)
+    for block in fenced(PAGE, "python"):
+        path, text = block.split("\n", 1)
+        (folder / path.removeprefix("# ")).write_text(text, encoding="utf-8")
+    for block in fenced(PAGE, "diff"):
+        lines_in(folder, block)
+    return folder
+
+
+def called(folder: Path, *words: object) -> str:
+    """Python there, with what is there before what is installed."""
+    there = {"PYTHONPATH": str(folder), "OMP_NUM_THREADS": "1"}
+    call = [sys.executable, *map(str, words)]
+    done = subprocess.run(call, cwd=folder, env=os.environ | there, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_what_is_tested_without_another_line_passes(followed: Path) -> None:
+    """And is there: a law, an effect's columns, what it does at nothing, a hidden world."""
+    (line,) = re.findall(r"^    (pytest .+)$", PAGES[PAGE], flags=re.MULTILINE)
+    out = called(followed, "-m", *line.split(), "-q", "-p", "no:cacheprovider")
+    assert int(out.split(" passed")[0].split()[-1]) >= 4
+
+
+def test_the_effect_is_named_where_it_was_hidden(followed: Path) -> None:
+    """A recording of an arm that stirs the air, by the commands; its seed was chosen before it was run."""
+    hide = (
+        "from samples.generator.hidden.experiment import hide; hide(['windage'], 7100, Path('w'), seconds=(40.0, 8.0))"
+    )
+    called(followed, "-c", f"from pathlib import Path; {hide}")
+    xneck = ("-c", "from vision.cli import main; main()")
+    here = followed / "w/fitted"
+    called(
+        followed, *xneck, "sync", here / "angles.csv", here / "log.csv", "--neck", here / "neck.yaml", "--out", "w.mcap"
+    )
+    called(followed, *xneck, "diagnose", "w.mcap", "--out", "found", "--quiet")
+    found = json.loads((followed / "found/diagnosis.json").read_text())
+    assert found["verdict"] == "cause", found["why"]
+    (cause,) = found["causes"]
+    assert cause["effect"] == "windage"
+    true = json.loads((followed / "w/truth.json").read_text())["hidden"][0]["parameters"]
+    for p in cause["parameters"]:
+        assert abs(p["value"] - true[f"fw{p['index']}"]) < 3 * p["sigma"]
