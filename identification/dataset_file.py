@@ -40,7 +40,9 @@ def write_dataset(data: DataSet, path: str | Path) -> None:
 
 def series_of(data: DataSet) -> dict[str, Series]:
     """The series of a data set by their topic in its file."""
-    return {topic: getattr(data, topic) for topic in _TOPICS} | ({"covariance": data.covariance} if data.covariance else {})
+    return {topic: getattr(data, topic) for topic in _TOPICS} | (
+        {"covariance": data.covariance} if data.covariance else {}
+    )
 
 
 def read_dataset(path: str | Path) -> DataSet:

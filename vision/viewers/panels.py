@@ -54,6 +54,4 @@ def panels(series: Mapping[str, Series]) -> tuple[Panel, ...]:
 
 
 def _numbered(series: Series, topic: str, stem: str) -> list[Curve]:
-    return [
-        Curve(topic, f"{stem}{k + 1}", colour(k), topic == _DOTTED) for k in range(series.matrix(stem).shape[1])
-    ]
+    return [Curve(topic, f"{stem}{k + 1}", colour(k), topic == _DOTTED) for k in range(series.matrix(stem).shape[1])]

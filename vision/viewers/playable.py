@@ -32,8 +32,10 @@ def playable(video: str | Path) -> bytes:
         stream.gop_size = KEY_FRAMES
         stream.codec_context.time_base = Fraction(1, TICKS)
         for frame in frames(video):
-            grey = np.ascontiguousarray(frame.grey[: stream.height, : stream.width])
-            picture = av.VideoFrame.from_ndarray(grey, format="gray").reformat(format="yuv420p")
+            # the luma as it was read, and no colour: a conversion of formats would change the contrast
+            planes = np.full((stream.height * 3 // 2, stream.width), 128, dtype=np.uint8)
+            planes[: stream.height] = frame.grey[: stream.height, : stream.width]
+            picture = av.VideoFrame.from_ndarray(planes, format="yuv420p")
             picture.pts = round(frame.time * TICKS)
             picture.time_base = Fraction(1, TICKS)
             container.mux(stream.encode(picture))

@@ -1,9 +1,11 @@
 """One .rrd that opens in Rerun with the video, what was found drawn over it, and the curves, all on the log's clock.
 
-Entities are named as the data set's topics and columns: `/state/alpha1`, `/angles/alpha1`, `/simulated/tension2`; what is worked
-out for showing alone is under `/band` (alpha -+ 2 sigma), `/away` (frames less the state, and +-2 sigma) and `/model` (cable lengths).
+Entities are named as the data set's topics and columns: `/state/alpha1`, `/angles/alpha1`, `/simulated/tension2`. What is worked
+out for showing alone is under `/state_band` (alpha -+ 2 sigma), `/away` (frames less the state, and +-2 sigma) and `/model`
+(lengths of the cables).
 """
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +29,8 @@ CALENDAR_S = 1e9
 BAND = 2.0
 """sigma"""
 _DOTTED = ("angles", "away")
-_QUIET = "band"
+_DOT, _LINE, _FAINT = 1.0, 1.0, 120
+"""points of the screen, and opacity of 255"""
 
 
 def write_rerun(result: Result, path: str | Path) -> None:
@@ -35,7 +38,9 @@ def write_rerun(result: Result, path: str | Path) -> None:
     rr = rerun_sdk(path)
     shown = curves(result)
     with whole_file(path) as part, rr.RecordingStream("xneck", recording_id=result.name) as stream:
-        stream.save(part, default_blueprint=blueprint(rr, shown, result.extraction is not None))
+        stream.save(part)
+        # active too: a viewer keeps the layout of the last recording, which may be of another arm
+        stream.send_blueprint(blueprint(rr, shown, result.extraction is not None), make_active=True, make_default=True)
         stream.send_recording_name(result.name)
         for topic, series in shown.items():
             _write_curves(rr, stream, topic, series)
@@ -52,7 +57,7 @@ def curves(result: Result) -> dict[str, Series]:
     """What is shown over time, by topic, on the log's clock; SI units and radians."""
     data = result.data
     state = data.state
-    shown = {"state": _of_state(data), "angles": _frames(data), "band": _band(state), "away": _away(data)}
+    shown = {"state": _of_state(data), "angles": _frames(data), "state_band": _band(state), "away": _away(data)}
     shown["model"] = Series(state.time, numbered("length", lengths(data.arm, state.matrix("alpha"))))
     if result.simulated is not None:
         columns = result.simulated.series.columns
@@ -86,7 +91,7 @@ def _frames(data: DataSet) -> Series:
 
 def _band(state: Series) -> Series:
     alpha, reach = state.matrix("alpha"), BAND * state.matrix("sigma_alpha")
-    return Series(state.time, numbered("low", alpha - reach) | numbered("high", alpha + reach))
+    return Series(state.time, numbered("alpha", alpha - reach, "_low") | numbered("alpha", alpha + reach, "_high"))
 
 
 def _away(data: DataSet) -> Series:
@@ -98,27 +103,24 @@ def _away(data: DataSet) -> Series:
 
     reach = BAND * there("sigma_alpha")
     away = frames.matrix("alpha") - there("alpha")
-    return Series(frames.time, numbered("alpha", away) | numbered("low", -reach) | numbered("high", reach))
+    band = numbered("alpha", -reach, "_low") | numbered("alpha", reach, "_high")
+    return Series(frames.time, numbered("alpha", away) | band)
 
 
 def _write_curves(rr: Any, stream: Any, topic: str, series: Series) -> None:
     at = time_column(rr, series.time)
     for name, values in series.columns.items():
-        entity, number = f"{topic}/{name}", int(name.rpartition(_stem(name))[2]) - 1
-        quiet = topic == _QUIET or _stem(name) in ("low", "high")
-        look = [*_rgb(colour(number)), 110 if quiet else 255]
-        label = f"{topic} {name}"
+        entity, number = f"{topic}/{name}", int(re.sub(r"\D", "", name)) - 1
+        limit = name.endswith(("_low", "_high"))
+        look = [*_rgb(colour(number)), _FAINT if limit else 255]
+        label = f"±2σ {name}" if limit else name if topic == "state" else f"{name} {topic}"
         style = (
-            rr.SeriesPoints(colors=look, names=label, marker_sizes=1.5)
-            if topic in _DOTTED and not quiet
-            else rr.SeriesLines(colors=look, names=label, widths=1.0)
+            rr.SeriesPoints(colors=look, names=label, marker_sizes=_DOT)
+            if topic in _DOTTED and not limit
+            else rr.SeriesLines(colors=look, names=label, widths=_LINE)
         )
         stream.log(entity, style, static=True)
         stream.send_columns(entity, indexes=[at], columns=rr.Scalars.columns(scalars=values))
-
-
-def _stem(name: str) -> str:
-    return name.rstrip("0123456789")
 
 
 def _rgb(hexadecimal: str) -> list[int]:

@@ -16,9 +16,7 @@ _WIDTH = 1.5
 """in the viewer's points, whatever the zoom"""
 
 
-def write_picture(
-    rr: Any, stream: Any, video: Path, neck: Neck, camera: Camera, found: Extraction, at: Any
-) -> None:
+def write_picture(rr: Any, stream: Any, video: Path, neck: Neck, camera: Camera, found: Extraction, at: Any) -> None:
     """Pictures and lines of all frames at the times `at`, an index of the recording."""
     asset = rr.AssetVideo(contents=playable(video), media_type="video/mp4")
     stream.log(VIDEO, asset, static=True)
