@@ -13,17 +13,16 @@ import numpy as np
 
 from identification.clock_record import log_time
 from identification.dataset import DataSet
+from identification.joint_state import nanoseconds
 from identification.series import Series, numbered
 from mechanism.cable_lengths import lengths
 from vision.pipeline import Result
 from vision.viewers.panels import colour
-from vision.viewers.rerun_layout import blueprint
+from vision.viewers.rerun_layout import TIMELINE, blueprint
 from vision.viewers.rerun_picture import write_picture
 from vision.viewers.rerun_sdk import rerun_sdk
 from xneck.whole_file import whole_file
 
-TIMELINE = "time"
-"""s on the log's clock"""
 CALENDAR_S = 1e9
 """s: a clock that is further counts from 1970, and is shown as a date"""
 BAND = 2.0
@@ -68,16 +67,15 @@ def curves(result: Result) -> dict[str, Series]:
 
 def time_column(rr: Any, seconds: np.ndarray) -> Any:
     """Times on the log's clock as Rerun's index."""
-    kind = "timestamp" if np.abs(seconds[0]) > CALENDAR_S else "duration"
-    return rr.TimeColumn(TIMELINE, **{kind: np.rint(seconds * 1e9).astype(f"{_NUMPY[kind]}[ns]")})
-
-
-_NUMPY = {"timestamp": "datetime64", "duration": "timedelta64"}
+    stamps = nanoseconds(seconds)
+    if np.abs(seconds[0]) > CALENDAR_S:
+        return rr.TimeColumn(TIMELINE, timestamp=stamps.astype("datetime64[ns]"))
+    return rr.TimeColumn(TIMELINE, duration=stamps.astype("timedelta64[ns]"))
 
 
 def _of_state(data: DataSet) -> Series:
     kept = {}
-    for stem in ("alpha", "sigma_alpha", "theta", "x", "f"):
+    for stem in ("alpha", "theta", "x", "f"):
         kept |= numbered(stem, data.state.matrix(stem))
     return Series(data.state.time, kept)
 
