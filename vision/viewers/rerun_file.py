@@ -36,7 +36,7 @@ def write_rerun(result: Result, path: str | Path) -> None:
     """All of a recording's result that has a time. Raises Refused where rerun-sdk is not installed."""
     rr = rerun_sdk(path)
     shown = curves(result)
-    with whole_file(path) as part, rr.RecordingStream("xneck", recording_id=result.name) as stream:
+    with whole_file(path) as part, rr.RecordingStream("xneck") as stream:
         stream.save(part)
         # active too: a viewer keeps the layout of the last recording, which may be of another arm
         stream.send_blueprint(blueprint(rr, shown, result.extraction is not None), make_active=True, make_default=True)
