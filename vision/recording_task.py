@@ -28,6 +28,7 @@ from vision.result_folder import (
 from vision.viewers.foxglove import foxglove_layout
 from vision.viewers.plotjuggler import plotjuggler_layout
 from vision.viewers.rerun_file import write_rerun
+from vision.viewers.rerun_sdk import rerun_sdk
 from xneck.errors import Refused
 from xneck.json_text import as_json
 from xneck.recovered import recoveries
@@ -48,6 +49,8 @@ def run_one(
         began = time.perf_counter()
         folder.mkdir(parents=True, exist_ok=True)
         clear(folder)
+        if rerun:
+            rerun_sdk(folder / RERUN)  # before the work: a worker of a cluster may lack it
         origin = made_from(recording)
         try:
             result = run_recording(recording, folder, stage)

@@ -11,7 +11,7 @@ TIMELINE = "time"
 _VIEWS = (
     ("joint angles alpha, rad: state with its band of 2 sigma, frames", ("state", "alpha"), ("state_band", "alpha", "_low"),
      ("state_band", "alpha", "_high"), ("angles", "alpha")),
-    ("frames less the state, rad, and the band of 2 sigma", ("away", "alpha"), ("away", "alpha", "_low"),
+    ("frames less the state, rad, and the state's own band of 2 sigma", ("away", "alpha"), ("away", "alpha", "_low"),
      ("away", "alpha", "_high")),
     ("elongations of the cables x, m", ("state", "x")),
     ("forces of the motors f, N", ("state", "f")),
