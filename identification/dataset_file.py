@@ -9,6 +9,7 @@ import numpy as np
 from scipy.io import savemat
 
 from identification import joint_state
+from identification.clock_record import log_time
 from identification.dataset import DataSet
 from identification.dataset_check import check_dataset
 from identification.mcap_losses import holes
@@ -26,15 +27,24 @@ FORMATS = ("csv", "npz", "mat")
 def write_dataset(data: DataSet, path: str | Path) -> None:
     """`data` as MCAP: channels as its series, metadata clock, check and provenance, neck.yaml attached.
 
+    Frames keep the camera's stamps; as messages they are logged at their time on the log's clock, as all else is.
+
     >>> import xneck
     >>> xneck.write_dataset(xneck.read_dataset("monday.mcap"), "copy.mcap")
     """
     joint_state.write(
         path,
-        {topic: getattr(data, topic) for topic in _TOPICS}
-        | ({"covariance": data.covariance} if data.covariance else {}),
+        series_of(data),
         {"clock": dict(data.clock), "check": dict(data.check), "provenance": dict(data.provenance)},
         {"neck.yaml": data.neck_yaml.encode()},
+        {"angles": log_time(data.clock, data.angles.time)} if "offset_s" in data.clock else {},
+    )
+
+
+def series_of(data: DataSet) -> dict[str, Series]:
+    """The series of a data set by their topic in its file."""
+    return {topic: getattr(data, topic) for topic in _TOPICS} | (
+        {"covariance": data.covariance} if data.covariance else {}
     )
 
 

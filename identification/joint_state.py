@@ -72,8 +72,13 @@ def write(
     series: Mapping[str, Series],
     metadata: Mapping[str, Any],
     attachments: Mapping[str, bytes] | None = None,
+    log_times: Mapping[str, Array] | None = None,
 ) -> None:
-    """Series as JointState channels `/name` whose positions are the columns, with JSON metadata and attached files."""
+    """Series as JointState channels `/name` whose positions are the columns, with JSON metadata and attached files.
+
+    log_times: where a series is stamped by another clock, when its rows were by the file's, (T,), s. Viewers lay the channels
+    over each other by it; readers here go by the stamps.
+    """
     with whole_file(path) as part, part.open("wb") as stream:
         writer = Writer(stream, chunk_size=CHUNK)
         writer.start(profile="ros2", library=f"xneck {__version__}")
@@ -85,11 +90,12 @@ def write(
             writer.add_attachment(0, 0, name, kind, content)
         channels = [writer.register_channel(f"/{topic}", "cdr", schema) for topic in series]
         stamps = [nanoseconds(one.time) for one in series.values()]
+        logged = [nanoseconds((log_times or {}).get(topic, one.time)) for topic, one in series.items()]
         rows = [_encode(one, at) for one, at in zip(series.values(), stamps, strict=True)]
         for c, k in _side_by_side([len(at) for at in stamps]):
-            stamp = int(stamps[c][k])
-            at = max(stamp, 0)  # before zero only the message's own stamp reaches
-            writer.add_message(channels[c], at, rows[c][k].tobytes(), at, k)
+            # before zero only the message's own stamp reaches
+            at, published = max(int(logged[c][k]), 0), max(int(stamps[c][k]), 0)
+            writer.add_message(channels[c], at, rows[c][k].tobytes(), published, k)
         writer.finish()
 
 

@@ -48,11 +48,12 @@ def run_batch(
     jobs: int | None,
     cluster: str | None,
     redo: bool,
+    rerun: bool,
     step: Callable[[int], object],
 ) -> dict[str, Ended]:
     """All recordings, results in folders of their names in `out`; `step` is told of each as it ends. In the order given.
 
-    What holds still is not made again, nor is what was refused tried again, unless `redo`.
+    What holds still is not made again, nor is what was refused tried again, unless `redo`; `rerun`: with recording.rrd.
     Raises Refused where there are no workers, or they are lost.
     """
     out = out.resolve()
@@ -61,7 +62,7 @@ def run_batch(
     for name, place in places.items():
         try:
             recording = read_recording(place.resolve())
-            known = None if redo else _known(name, recording, out / name)
+            known = None if redo else _known(name, recording, out / name, rerun)
         except Refused as refusal:
             ended[name] = Ended(name, None, within(place.resolve(), str(refusal)), before=False)
             continue
@@ -70,26 +71,28 @@ def run_batch(
         else:
             ended[name] = known
     step(len(ended))
-    for one in _spread(left, out, jobs, cluster) if left else ():
+    for one in _spread(left, out, jobs, cluster, rerun) if left else ():
         ended[one.name] = one
         step(1)
     return {name: ended[name] for name in places}
 
 
-def _known(name: str, recording: Recording, folder: Path) -> Ended | None:
-    if record := result_of(recording, folder):
+def _known(name: str, recording: Recording, folder: Path, rerun: bool) -> Ended | None:
+    if record := result_of(recording, folder, rerun):
         return Ended(name, record, None, before=True)
     refused = refusal_of(recording, folder)
     return None if refused is None else Ended(name, None, refused, before=True)
 
 
-def _spread(left: Mapping[str, Recording], out: Path, jobs: int | None, cluster: str | None) -> Iterator[Ended]:
+def _spread(
+    left: Mapping[str, Recording], out: Path, jobs: int | None, cluster: str | None, rerun: bool
+) -> Iterator[Ended]:
     from vision.recording_task import run_one  # what has nothing left to do needs none of the stages
 
     files = [path for recording in left.values() for path in (recording.config, *recording.files.values())]
     try:
         with workers(min(jobs or cores(), len(left)), cluster, out, files) as client:
-            for task in spread(client, run_one, {name: (r, out / name) for name, r in left.items()}):
+            for task in spread(client, run_one, {name: (r, out / name, rerun) for name, r in left.items()}):
                 failure = None if task.failure is None else within(left[task.name].folder, task.failure)
                 yield Ended(task.name, task.result, failure, before=False)
     finally:

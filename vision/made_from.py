@@ -10,7 +10,7 @@ from xneck.errors import Refused
 from xneck.provenance import sha256, versions
 from xneck.source import digest
 
-_REPORT = Path(__file__).parent / "report"
+_SHOWN = tuple(Path(__file__).parent / name for name in ("report", "viewers"))
 
 
 def made_from(recording: Recording) -> dict[str, Any]:
@@ -38,7 +38,7 @@ def _files(recording: Recording) -> dict[str, Path]:
 def _makers() -> dict[str, Any]:
     # a patch of Python changes no number, and machines of a cluster may differ in it
     python = ".".join(platform.python_version_tuple()[:2])
-    return {**versions(), "python": python, "source": digest(_REPORT)}
+    return {**versions(), "python": python, "source": digest(*_SHOWN)}
 
 
 def _still(entry: Mapping[str, Any], path: Path, folder: Path) -> dict[str, Any] | None:

@@ -34,7 +34,7 @@ def draw(grey: Picture, index: int, neck: Neck, camera: Camera, found: Extractio
     alpha, sigma = found.angles.alpha[index], found.angles.sigma[index]
     lines = [f"frame {index}  {found.angles.time[index]:.3f} s"]
     if not np.isnan(alpha).any():
-        for points, colour in _linkage(neck, camera, _pose(found, index), alpha):
+        for points, colour in linkage(neck, camera, pose_of(found, index), alpha):
             _polygon(out, points, colour)
     for i, (a, s) in enumerate(zip(alpha, sigma, strict=True)):
         shown = "not seen" if np.isnan(a) else f"{np.degrees(a):7.2f} +- {np.degrees(s):.2f} deg"
@@ -69,13 +69,13 @@ def write_overlay(
         container.mux(stream.encode(None))
 
 
-def _pose(found: Extraction, index: int) -> Array:
+def pose_of(found: Extraction, index: int) -> Array:
     """rvec and tvec of a frame, (6,)."""
     fit = found.fit
     return np.concatenate([fit.rvec, fit.tvec]) if fit.poses is None else fit.poses[index]
 
 
-def _linkage(neck: Neck, camera: Camera, pose: Array, alpha: Array) -> list[tuple[Array, tuple[int, int, int]]]:
+def linkage(neck: Neck, camera: Camera, pose: Array, alpha: Array) -> list[tuple[Array, tuple[int, int, int]]]:
     """Lines of the fitted arm in pixels with their colours, as the lens bends them."""
     arm = arm_of(neck)
     p = poses(arm, alpha)

@@ -7,12 +7,28 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from identification.dataset_file import series_of
 from identification.tables import as_json as seed_json
 from vision.made_from import made_from
 from vision.pipeline import Result, run_recording
 from vision.recording import Recording
 from vision.report.page import write_report
-from vision.result_folder import REFUSED, REPORT, RESULT, clear, files_in, within
+from vision.result_folder import (
+    DATASET,
+    FOXGLOVE,
+    PLOTJUGGLER,
+    REFUSED,
+    REPORT,
+    RERUN,
+    RESULT,
+    clear,
+    files_in,
+    within,
+)
+from vision.viewers.foxglove import foxglove_layout
+from vision.viewers.plotjuggler import plotjuggler_layout
+from vision.viewers.rerun_file import write_rerun
+from vision.viewers.rerun_sdk import rerun_sdk
 from xneck.errors import Refused
 from xneck.json_text import as_json
 from xneck.recovered import recoveries
@@ -22,8 +38,10 @@ _ONE = threading.Lock()
 """warnings and matplotlib's settings are the process's: on a worker with several threads one recording waits for the other"""
 
 
-def run_one(recording: Recording, folder: Path, stage: Callable[[str], object] = lambda name: None) -> dict[str, Any]:
-    """All files of a recording into `folder`, and its record; results that were there go first.
+def run_one(
+    recording: Recording, folder: Path, rerun: bool = False, stage: Callable[[str], object] = lambda name: None
+) -> dict[str, Any]:
+    """All files of a recording into `folder`, with `rerun` one for Rerun too, and its record; results that were there go first.
 
     Raises Refused; a refusal of what went in is kept in refused.json, as it would be the same again.
     """
@@ -31,10 +49,13 @@ def run_one(recording: Recording, folder: Path, stage: Callable[[str], object] =
         began = time.perf_counter()
         folder.mkdir(parents=True, exist_ok=True)
         clear(folder)
+        if rerun:
+            rerun_sdk(folder / RERUN)  # before the work: a worker of a cluster may lack it
         origin = made_from(recording)
         try:
             result = run_recording(recording, folder, stage)
             write_report(result, folder / REPORT)
+            _write_viewed(result, folder, rerun)
         except Refused as refusal:
             if said:
                 refusal = Refused(refusal.where, f"{refusal.what} ({'; '.join(said)})", refusal.do)
@@ -51,6 +72,14 @@ def run_one(recording: Recording, folder: Path, stage: Callable[[str], object] =
     text = as_json(record)
     write_text(folder / RESULT, text)
     return json.loads(text)
+
+
+def _write_viewed(result: Result, folder: Path, rerun: bool) -> None:
+    series = series_of(result.data)
+    write_text(folder / FOXGLOVE, foxglove_layout(series))
+    write_text(folder / PLOTJUGGLER, plotjuggler_layout(series, DATASET))
+    if rerun:
+        write_rerun(result, folder / RERUN)
 
 
 def _record(result: Result) -> dict[str, Any]:

@@ -12,19 +12,28 @@ from xneck.whole_file import write_text
 RESULT = "result.json"
 REPORT = "report.html"
 REFUSED = "refused.json"
-STAGES = ("camera.yaml", "angles.mcap", "dataset.mcap", "model.yaml", "simulated.mcap")
+RERUN = "recording.rrd"
+FOXGLOVE = "foxglove.json"
+PLOTJUGGLER = "plotjuggler.xml"
+VIEWED = (FOXGLOVE, PLOTJUGGLER, RERUN)
+"""files for other people's viewers; the last on request only"""
+DATASET = "dataset.mcap"
+STAGES = ("camera.yaml", "angles.mcap", DATASET, "model.yaml", "simulated.mcap")
 """files that the stages may write"""
-_ALL = (*STAGES, REPORT, RESULT, REFUSED)
+_ALL = (*STAGES, *VIEWED, REPORT, RESULT, REFUSED)
 
 
-def result_of(recording: Recording, folder: Path) -> dict[str, Any] | None:
-    """The record in `folder`, or None where there is none, a file of it is missing, or it was made from something else."""
+def result_of(recording: Recording, folder: Path, rerun: bool = False) -> dict[str, Any] | None:
+    """The record in `folder`, or None where there is none, a file of it is missing, or it was made from something else.
+
+    `rerun`: it is to have a recording.rrd.
+    """
     record = _read(folder / RESULT, recording)
     if record is None or any(
         not (file := folder / name).is_file() or file.stat().st_size != size for name, size in record["files"].items()
     ):
         return None
-    return record
+    return None if rerun and RERUN not in record["files"] else record
 
 
 def refusal_of(recording: Recording, folder: Path) -> str | None:
@@ -35,7 +44,7 @@ def refusal_of(recording: Recording, folder: Path) -> str | None:
 
 def files_in(folder: Path) -> dict[str, int]:
     """Sizes of the files that a result consists of, result.json apart."""
-    return {name: (folder / name).stat().st_size for name in (*STAGES, REPORT) if (folder / name).is_file()}
+    return {name: (folder / name).stat().st_size for name in (*STAGES, *VIEWED, REPORT) if (folder / name).is_file()}
 
 
 def clear(folder: Path) -> None:

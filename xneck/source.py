@@ -6,7 +6,7 @@ import importlib.util
 from pathlib import Path
 
 _COMPUTING = ("mechanism", "identification", "calibration", "vision", "xneck")
-_SHOWING = ("cli", "report", "study")
+_SHOWING = ("cli", "report", "study", "viewers")
 """folders that change no number"""
 _SOURCES = (".py", ".jinja", ".css")
 

@@ -110,7 +110,15 @@ def test_it_ends_with_all_results_and_the_failures_by_name(batch: tuple[Path, Ra
 
 def test_nothing_half_written_is_left(batch: tuple[Path, Ran]) -> None:
     names = {path.relative_to(batch[0]).as_posix() for path in batch[0].rglob("*") if path.is_file()}
-    results = ("dataset.mcap", "model.yaml", "simulated.mcap", "report.html", "result.json")
+    results = (
+        "dataset.mcap",
+        "model.yaml",
+        "simulated.mcap",
+        "report.html",
+        "result.json",
+        "foxglove.json",
+        "plotjuggler.xml",
+    )
     assert names == {
         "summary.html",
         "summary.json",
@@ -287,6 +295,7 @@ def test_one_alone_is_known_from_before(
 ) -> None:
     place = next(path for path in recordings if path.name == "cut")
     assert result_of(read_recording(place), batch[0] / "cut") is not None
+    assert result_of(read_recording(place), batch[0] / "cut", rerun=True) is None, "it has no recording.rrd yet"
     ran = run(capfd, "run", place, "--out", batch[0])
     assert ran.status == 0
     assert re.fullmatch(r"cut: 270 of 270 frames, offset .*report\.html \(done before\)\n", ran.out)

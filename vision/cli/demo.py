@@ -23,4 +23,4 @@ def command(out: Path, samples: Path, json_out: str | None, quiet: bool) -> int:
     folders = (samples / "recording", samples / "held_out")
     if not all(folder.is_dir() for folder in folders):
         raise Refused(samples, "holds no samples", "give the samples folder of a checkout with --samples")
-    return run_all(folders, out, None, None, False, json_out, quiet)
+    return run_all(folders, out, None, None, False, False, json_out, quiet)

@@ -18,6 +18,7 @@ _STAGES = 6
     "--out", type=FOLDER, default=Path("results"), show_default=True, help="A folder for each recording here."
 )
 @spreading
+@click.option("--rerun", is_flag=True, help="Also recording.rrd for the Rerun viewer. Needs the extra `rerun`.")
 @click.option("--redo", is_flag=True, help="Do all again, also what has not changed, and what was refused.")
 @results
 def command(
@@ -26,6 +27,7 @@ def command(
     jobs: int | None,
     cluster: str | None,
     redo: bool,
+    rerun: bool,
     json_out: str | None,
     quiet: bool,
 ) -> int:
@@ -38,7 +40,7 @@ def command(
     Exit status 0: every recording has its result. 1: one or more were refused or failed (a line each on standard error); the
     others have their results all the same, and summary.json says which.
     """
-    return run_all(folders, out, jobs, cluster, redo, json_out, quiet)
+    return run_all(folders, out, jobs, cluster, redo, rerun, json_out, quiet)
 
 
 def run_all(
@@ -47,20 +49,24 @@ def run_all(
     jobs: int | None,
     cluster: str | None,
     redo: bool,
+    rerun: bool,
     json_out: str | None,
     quiet: bool,
 ) -> int:
     """Runs recordings and reports them; the exit status."""
     from vision.batch import named
+    from vision.viewers.rerun_sdk import rerun_sdk
 
+    if rerun:
+        rerun_sdk("--rerun")
     places = named(folders, out)
     if len(places) == 1 and cluster is None:
         ((name, place),) = places.items()
-        return _alone(name, place, out, redo, json_out, quiet)
-    return _batch(places, out, jobs, cluster, redo, json_out, quiet)
+        return _alone(name, place, out, redo, rerun, json_out, quiet)
+    return _batch(places, out, jobs, cluster, redo, rerun, json_out, quiet)
 
 
-def _alone(name: str, place: Path, out: Path, redo: bool, json_out: str | None, quiet: bool) -> int:
+def _alone(name: str, place: Path, out: Path, redo: bool, rerun: bool, json_out: str | None, quiet: bool) -> int:
     """In this process: no cluster to wait for, and a fault shows where it is."""
     from tqdm import tqdm
 
@@ -68,7 +74,7 @@ def _alone(name: str, place: Path, out: Path, redo: bool, json_out: str | None, 
     from vision.result_folder import result_of
 
     recording = read_recording(place)
-    record = None if redo else result_of(recording, out / name)
+    record = None if redo else result_of(recording, out / name, rerun)
     known = record is not None
     if record is None:
         from vision.recording_task import run_one
@@ -79,7 +85,7 @@ def _alone(name: str, place: Path, out: Path, redo: bool, json_out: str | None, 
                 bar.set_description(f"{name}: {what}")
                 bar.update()
 
-            record = run_one(recording, out / name, stage)
+            record = run_one(recording, out / name, rerun, stage)
     sync, report = record["sync"], str(out / name / record["report"])
     line = (
         f"{name}: {sync['frames_used']} of {sync['frames']} frames, offset {sync['offset_s']:.4f} s "
@@ -97,6 +103,7 @@ def _batch(
     jobs: int | None,
     cluster: str | None,
     redo: bool,
+    rerun: bool,
     json_out: str | None,
     quiet: bool,
 ) -> int:
@@ -113,7 +120,7 @@ def _batch(
     check_place(page)
     check_place(numbers)
     with progress(len(places), "recordings", quiet) as step:
-        ended = run_batch(places, out, jobs, cluster, redo, step)
+        ended = run_batch(places, out, jobs, cluster, redo, rerun, step)
     rows = {name: batch_rows.as_json(one) for name, one in ended.items()}
     failed = {name: one.failure for name, one in ended.items() if one.failure is not None}
     done = {name: one.record for name, one in ended.items() if one.record is not None}

@@ -1,0 +1,1 @@
+"""What other people's viewers open: Rerun, Foxglove, PlotJuggler."""
