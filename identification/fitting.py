@@ -98,16 +98,15 @@ def solve(
 
     length = max(1, round(block_s * rate))
 
+    common = [whiten(shared_errors(s, u, p, r), b) for r, (s, b) in enumerate(zip(recordings, starts, strict=True))]
+
     def spread(Z: list[Array]) -> tuple[Array, Array]:
         """What each block and each prior, and what each shared error does to the parameters: (B, P), (E, P)."""
         parts = [in_blocks(z, r, j, length) for z, r, j in zip(Z, e, J, strict=True)]
         blocks = Blocks(np.concatenate([b.pull for b in parts]), np.concatenate([b.slope for b in parts]))
         A = blocks.slope.sum(axis=0) + prior.information
         inverse = _inverse(A, free, u.size)
-        shared = [
-            np.einsum("csp,cse->ep", z, whiten(shared_errors(s, u, p, r), b))
-            for r, (z, s, b) in enumerate(zip(Z, recordings, starts, strict=True))
-        ]
+        shared = [np.einsum("csp,cse->ep", z, c) for z, c in zip(Z, common, strict=True)]
         alone = np.concatenate([influence(blocks, A, free, u.size), prior.roots @ inverse.T])
         return alone, np.concatenate(shared) @ inverse.T
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import firwin, upfirdn
+from scipy.signal import firwin
 
 Array = NDArray[np.float64]
 
@@ -24,10 +24,25 @@ class LowPass:
     kept: NDArray[np.intp]
     """(S,): rows in the middle of each window that is known throughout"""
     _windows: NDArray[np.intp]
+    """(S,): place of a window's end, counted in `factor` rows"""
+    _unknown: NDArray[np.intp]
+    """rows that tell nothing"""
 
     def __call__(self, values: Array) -> Array:
         """(..., T) to (..., S): time is the last axis."""
-        return upfirdn(self.taps, values, down=self.factor, axis=-1)[..., self._windows]
+        q, count = self.factor, -(-values.shape[-1] // self.factor)
+        # in blocks of `factor` rows that each end where a window may, the filter is a product of two matrices
+        lags = -(-len(self.taps) // q)
+        taps = np.zeros(lags * q)
+        taps[: len(self.taps)] = self.taps
+        rows = np.zeros((*values.shape[:-1], count * q), dtype=np.result_type(values, np.float64))
+        rows[..., q - 1 :] = values[..., : (count - 1) * q + 1]
+        # beside a window too, where its taps are zero: zero times what is no number is none
+        rows[..., self._unknown + q - 1] = 0.0
+        parts = taps.reshape(lags, q)[:, ::-1] @ rows.reshape(*values.shape[:-1], count, q).swapaxes(-1, -2)
+        first = lags - 1
+        whole = (parts[..., j, first - j : max(count, first) - j] for j in range(lags))
+        return sum(whole, start=np.zeros(()))[..., self._windows - first]
 
 
 def low_pass(step: float, known: NDArray[np.bool_]) -> LowPass:
@@ -40,4 +55,5 @@ def low_pass(step: float, known: NDArray[np.bool_]) -> LowPass:
     first = np.maximum(ends - 2 * half, 0)
     whole = (ends >= 2 * half) & (missing[ends + 1] == missing[first])
     windows = np.flatnonzero(whole)
-    return LowPass(taps, factor, ends[windows] - half, windows)
+    unknown = np.flatnonzero(~known[: ends[-1] + 1])
+    return LowPass(taps, factor, ends[windows] - half, windows, unknown)

@@ -8,7 +8,7 @@ theta' of filtered signals is not the filtered sign of theta'.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,9 +69,9 @@ def delayed(s: Signals, delay: float) -> Array:
 
 def left(s: Signals, base: Forces) -> Array:
     """Residuals of one recording by the laws' forces, (C, S)."""
-    motor, arm = filtered(s, base.drive - s.inertial)
-    own = s.low_pass(np.ascontiguousarray((s.load + base.resist).T))
-    return np.concatenate([motor - s.low_pass(np.ascontiguousarray(base.pull.T)), arm.sum(axis=1) - own])
+    net = (base.drive - s.inertial).T
+    torque = np.einsum("ijt,jt->it", s.levers, net) - (s.load + base.resist).T
+    return np.concatenate([s.low_pass(net - base.pull.T), s.low_pass(torque)])
 
 
 def forces_at(s: Signals, u: Unknowns, p: Array, recording: int) -> Forces:
@@ -86,6 +86,7 @@ def rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Rows:
     delay = float(u.get(p, "delay", recording)[0])
     z = remembered(Machine(s.arm, u.laws, values), stretching(s, x0), s.step)
     base = forces(s, u.laws, values, x0, delay, z)
+    acting = replace(s, f=delayed(s, delay))
     lasting = {term.name for name in u.laws if LAWS[name].states for term in LAWS[name].terms}
     residual = left(s, base)
     J = np.zeros((m + n, residual.shape[1], len(u.entries)))
@@ -97,35 +98,31 @@ def rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Rows:
         if name == "delay":
             moved = forces(s, u.laws, values, x0, delay + h, z)
         elif name == "x0":
-            moved = forces(s, u.laws, values, x0 + h, delay, z)
+            moved = forces(acting, u.laws, values, x0 + h, 0.0, z)
         else:
             known = None if name in lasting else z
-            moved = forces(s, u.laws, values | {name: values[name] + h}, x0, delay, known)
+            moved = forces(acting, u.laws, values | {name: values[name] + h}, x0, 0.0, known)
         J[:, :, slot] = on_channels(s, base, moved, term) / h
     return Rows(residual, J)
 
 
 def on_channels(s: Signals, base: Forces, moved: Forces, term: Term) -> Array:
     """What forces that differ in a term do to the residuals, (C, S, its places), where all its places moved at once."""
-    n, m = s.arm.N, s.arm.M
-    drive, pull, resist = (getattr(moved, name) - getattr(base, name) for name in ("drive", "pull", "resist"))
+    n, m, count = s.arm.N, s.arm.M, len(s.low_pass.kept)
+    drive, pull, resist = ((getattr(moved, name) - getattr(base, name)).T for name in ("drive", "pull", "resist"))
     if term.of == "joint":
-        out = np.zeros((m + n, len(s.low_pass.kept), n))
-        out[m + np.arange(n), :, np.arange(n)] = -s.low_pass(np.ascontiguousarray(resist.T))
+        out = np.zeros((m + n, count, n))
+        out[m + np.arange(n), :, np.arange(n)] = -s.low_pass(resist)
         return out
-    out = np.zeros((m + n, len(s.low_pass.kept), m))
-    out[np.arange(m), :, np.arange(m)] = s.low_pass(np.ascontiguousarray((drive - pull).T))
-    if drive.any():
-        out[m:] = np.moveaxis(filtered(s, drive)[1], 1, 2)
+    motor = s.low_pass(drive - pull)
     if term.of == "cable":
+        out = np.zeros((m + n, count, m))
+        out[np.arange(m), :, np.arange(m)] = motor
+        if drive.any():
+            out[m:] = np.moveaxis(s.low_pass(s.levers * drive), 1, 2)
         return out
-    out = out.sum(axis=2, keepdims=True)
-    if resist.any():
-        out[m:, :, 0] -= s.low_pass(np.ascontiguousarray(resist.T))
+    out = np.zeros((m + n, count, 1))
+    out[:m, :, 0] = motor
+    if drive.any() or resist.any():
+        out[m:, :, 0] = s.low_pass(np.einsum("ijt,jt->it", s.levers, drive) - resist)
     return out
-
-
-def filtered(s: Signals, force: Array) -> tuple[Array, Array]:
-    """Forces along the cables (T, M): on the motors (M, S), and by each cable on the joints (N, M, S)."""
-    on_joints = np.ascontiguousarray(np.moveaxis(s.Z * force[:, None, :], 0, -1))
-    return s.low_pass(np.ascontiguousarray(force.T)), s.low_pass(on_joints)

@@ -7,6 +7,7 @@ arm went into it.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,6 +69,11 @@ class Signals:
     """s, of the offset were the laws wrong that told it: a light needs none, travel alone tells a few milliseconds"""
     angle_sigma: Array
     """what all frames share, (N,), rad"""
+
+    @cached_property
+    def levers(self) -> Array:
+        """Z with time last, (N, M, T), m."""
+        return np.ascontiguousarray(np.moveaxis(self.Z, 0, -1))
 
     @property
     def step(self) -> float:

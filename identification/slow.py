@@ -44,7 +44,7 @@ class Slow:
         self._values, self._x0, self._laws = u.values(p), u.get(p, "x0", recording), u.laws
         delay = float(u.get(p, "delay", recording)[0])
         z = remembered(Machine(s.arm, u.laws, self._values), stretching(s, self._x0), s.step)
-        self._drive = s.low_pass(np.ascontiguousarray(forces(s, u.laws, self._values, self._x0, delay, z).drive.T)).T
+        self._drive = s.low_pass(forces(s, u.laws, self._values, self._x0, delay, z).drive.T).T
         self._z = z[at]
         self._seen = s.alpha[at], s.alpha_d[at]
         self._alpha = s.alpha[at], s.alpha_d[at], s.alpha_dd[at]

@@ -103,4 +103,4 @@ def conditions(places: Sequence[Place], channel: int) -> tuple[Condition, ...]:
 def tensions(place: Place) -> Array:
     """Of the cables as the model has them at the filter's rows, (M, S), N: from what the motors tell, free of vision's noise."""
     pull = forces(place.told, place.laws, place.values, place.x0, place.delay).pull
-    return place.signals.low_pass(np.ascontiguousarray(pull.T))
+    return place.signals.low_pass(pull.T)

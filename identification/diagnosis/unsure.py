@@ -24,6 +24,6 @@ def unsure(neck: Neck, s: Signals, fs: Array, cm: Array) -> Array:
     count = 2 * np.pi / np.array([motor.counts for motor in neck.motors])
     speed = np.sqrt(2 / 12) * count / (s.step * s.low_pass.factor)
     rubbed = fs * (dry(s.theta_d + speed, cm) - dry(s.theta_d - speed, cm)) / 2
-    motor = s.low_pass(np.ascontiguousarray(lost.T)) ** 2 + s.low_pass(np.ascontiguousarray(rubbed.T)) ** 2
+    motor = s.low_pass(lost.T) ** 2 + s.low_pass(rubbed.T) ** 2
     lever = (s.Z[s.low_pass.kept] ** 2).transpose(1, 2, 0)
     return np.concatenate([motor, np.einsum("nms,ms->ns", lever, motor)])

@@ -50,6 +50,15 @@ def test_low_pass_keeps_the_motion_and_drops_what_would_fold_back() -> None:
         np.testing.assert_allclose(keep(wave), gain * wave[keep.kept], atol=0.01)
 
 
+@pytest.mark.parametrize(("step", "count"), [(0.002, 1000), (0.002, 1009), (0.00195, 999), (0.03, 200), (0.002, 190)])
+def test_low_pass_in_blocks_is_the_filter(step: float, count: int) -> None:
+    """Whatever the rate and wherever the last block ends; real or complex; a recording shorter than the filter has no rows."""
+    keep, values = low_pass(step, np.ones(count, bool)), np.random.default_rng(0).normal(size=(count, 2))
+    expected = [np.convolve(v, keep.taps)[len(keep.taps) // 2 :][keep.kept] for v in values.T]
+    np.testing.assert_allclose(keep(values.T), expected, atol=1e-14)
+    np.testing.assert_allclose(keep(np.exp(1j * values[:, 0])).imag, keep(np.sin(values[:, 0])), atol=1e-14)
+
+
 def test_low_pass_looks_at_no_row_that_is_not_known() -> None:
     known = np.ones(5000, bool)
     known[2000:2100] = known[3000] = False
