@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 BLOCK_S = 1.0
 LEAST_BLOCKS = 40
 """shorter recordings have shorter blocks"""
+LEAST_COUNTING = 3.0
+"""fewer blocks than that tell no sigma: it is taken as that of three"""
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,18 @@ def influence(blocks: Blocks, total: Array, free: NDArray[np.bool_], size: Array
     out[:, free] = np.einsum("bpq,bq->bp", inverse, blocks.pull[:, free] * size[free]) * size[free]
     count = len(out)
     return out * np.sqrt((count - 1) / count)
+
+
+def widened(influences: Array) -> Array:
+    """Influences (B, P), the larger the fewer blocks count: what these leave unknown of a sigma is the estimate's to bear, (B, P).
+
+    Squares v of n alike and normal influences have (sum v)^2 / sum v^2 = (n + 2) / 3. An error over a sigma that n of them tell is
+    Student's, of variance n / (n - 2).
+    """
+    v = influences**2
+    n = 3 * v.sum(axis=0) ** 2 / np.maximum(np.sum(v**2, axis=0), np.finfo(float).tiny) - 2
+    n = np.maximum(n, LEAST_COUNTING)
+    return influences * np.sqrt(n / (n - 2))
 
 
 def shared_errors(s: Signals, u: Unknowns, p: Array, recording: int) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from identification.covariance import BLOCK_S, LEAST_BLOCKS, Blocks, in_blocks, influence, shared_errors
+from identification.covariance import BLOCK_S, LEAST_BLOCKS, Blocks, in_blocks, influence, shared_errors, widened
 from identification.instruments import driven
 from identification.residuals import Rows, rows
 from identification.signals import Signals
@@ -26,9 +26,6 @@ _SETTLED = 0.02
 """of a term's size: a step that is smaller ends a round, and the next one starts from it"""
 _REACH = 50.0
 """sizes of a term: one step goes no further, and where nothing is told not at all"""
-PREPARED = 2e-4
-"""of a law's number: what smoothing of counts and angles does to it. Where truth is known friction comes out low, by 0.3e-4 on
-recordings of 60 s and by 2e-4 on recordings of 30 s"""
 _BLIND = 1e-9
 """of one, in columns scaled to one: what rows tell of a combination at least"""
 NOT_TOLD = 0.01
@@ -100,37 +97,39 @@ def solve(
 
     common = [whiten(shared_errors(s, u, p, r), b) for r, (s, b) in enumerate(zip(recordings, starts, strict=True))]
 
-    def spread(Z: list[Array]) -> tuple[Array, Array]:
-        """What each block and each prior, and what each shared error does to the parameters: (B, P), (E, P)."""
+    def spread(Z: list[Array]) -> tuple[Array, Array, Array]:
+        """What each block, each prior and each shared error does to the parameters: (B, P), (K, P), (E, P)."""
         parts = [in_blocks(z, r, j, length) for z, r, j in zip(Z, e, J, strict=True)]
         blocks = Blocks(np.concatenate([b.pull for b in parts]), np.concatenate([b.slope for b in parts]))
         A = blocks.slope.sum(axis=0) + prior.information
         inverse = _inverse(A, free, u.size)
         shared = [np.einsum("csp,cse->ep", z, c) for z, c in zip(Z, common, strict=True)]
-        alone = np.concatenate([influence(blocks, A, free, u.size), prior.roots @ inverse.T])
-        return alone, np.concatenate(shared) @ inverse.T
+        return influence(blocks, A, free, u.size), prior.roots @ inverse.T, np.concatenate(shared) @ inverse.T
 
-    ours, ours_shared = spread(Zi)
-    plain, plain_shared = spread(J)
-    apart = ours - plain
+    ours, plain = spread(Zi), spread(J)
+    apart = np.concatenate(ours[:2]) - np.concatenate(plain[:2])
     information = np.asarray(sum(np.einsum("csp,csq->pq", j, j) for j in J)) + prior.information
     unseen = np.diag(blind(information, free)) > NOT_TOLD
-    of_laws = np.array([entry.recording is None for entry in u.entries])
-    floor = np.diag((PREPARED * p * (of_laws & free)) ** 2)
-    covariance = ours.T @ ours + ours_shared.T @ ours_shared + floor
+    covariance = _summed(*ours)
     covariance[unseen, unseen] = np.inf
     return Solution(
         p=p,
         covariance=covariance,
         least_squares=first,
-        least_squares_covariance=plain.T @ plain + plain_shared.T @ plain_shared + floor,
+        least_squares_covariance=_summed(*plain),
         difference_covariance=apart.T @ apart,
-        blocks=len(ours) - len(prior.roots),
+        blocks=len(ours[0]),
         information=information,
         residuals=tuple(f.residual for f in found),
         at_bound=_at_bound(u, p),
         touched=touched,
     )
+
+
+def _summed(blocks: Array, priors: Array, shared: Array) -> Array:
+    """Covariance, (P, P)."""
+    every = np.concatenate([widened(blocks), priors, shared])
+    return every.T @ every
 
 
 def blind(information: Array, free: NDArray[np.bool_]) -> Array:

@@ -125,7 +125,7 @@ def design(
             best, least = other, value
     motion = trajectory(machine, best, limits, seconds, RATE_HZ)
     found = information(signals_for(motion), w.unknowns, w.p, noise)
-    return Designed(motion, w, predicted(found, w.unknowns, w.p), tuple(values), logdet(motion, w, noise))
+    return Designed(motion, w, predicted(found), tuple(values), logdet(motion, w, noise))
 
 
 def _changed(shape: Shape, trial: int, rng: np.random.Generator) -> Shape:

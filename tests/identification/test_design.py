@@ -135,7 +135,7 @@ def test_it_tells_more_than_motions_at_random() -> None:
     random = []
     for _ in range(8):
         motion = trajectory(machine, drawn(tones(4, SECONDS, (0.1, 2.0)), rng), LIMITS, SECONDS, 50.0)
-        random.append(predicted(information(signals_for(motion), w.unknowns, w.p, NOISE), w.unknowns, w.p))
+        random.append(predicted(information(signals_for(motion), w.unknowns, w.p, NOISE)))
     ratio = found.sigma[w.chosen] / np.mean(random, axis=0)[w.chosen]
     assert np.exp(np.mean(np.log(ratio))) < 0.85
 
@@ -147,16 +147,17 @@ def test_what_it_is_for_decides() -> None:
         w = wanted(machine, names)
         found = design(machine, w, LIMITS, NOISE, SECONDS, draws=15, changes=0)
         both = wanted(machine, ("cable_hardening",))
-        told = predicted(information(signals_for(found.motion), both.unknowns, both.p, NOISE), both.unknowns, both.p)
+        told = predicted(information(signals_for(found.motion), both.unknowns, both.p, NOISE))
         sigma.append(told[both.chosen])
     assert np.mean(np.log(sigma[0])) < np.mean(np.log(sigma[1]))
 
 
 def test_predicted_sigmas_are_those_of_an_identification_of_the_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     """The generator makes the motion by other geometry, dynamics and integration: motor angles and forces are those of the table,
-    friction and stiffness of every cable are claimed with the sigmas predicted within a factor 1.5, and lie within 4 of them.
+    friction and stiffness of every cable are claimed with the sigmas predicted within a factor 2, and lie within 4 of them.
 
-    Claimed sigmas are themselves known to about a sixth: 30 blocks of a second.
+    Claimed sigmas are themselves known to a sixth at best, 30 blocks of a second, and to less where few blocks count, as slow
+    reversals do for friction: of eight other recordings they lie between half and 1.7 times what is predicted.
     """
     values = {"fs": FS, "cm": np.array([0.5]), "fv": np.zeros(4), "k": K, "ca": CA}
     machine = Machine(arm_of(NECK), LAWS, values)
@@ -178,7 +179,7 @@ def test_predicted_sigmas_are_those_of_an_identification_of_the_motion(monkeypat
     claimed = estimate([synchronise(NECK, "", seen, log, {})])
     for name in ("fs", "k"):
         sigma, own = found.sigma[u.slots[name, None]], claimed.sigma[claimed.unknowns.slots[name, None]]
-        assert np.all((sigma / own > 1 / 1.5) & (sigma / own < 1.5)), (name, sigma / own)
+        assert np.all((sigma / own > 1 / 2) & (sigma / own < 2)), (name, sigma / own)
         assert np.max(np.abs(claimed.values(name) - values[name]) / sigma) < 4
 
 

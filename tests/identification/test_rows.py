@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from identification.covariance import Blocks, influence, widened
 from identification.low_pass import CUTOFF_HZ, low_pass
 from identification.memory import remembered
 from identification.residuals import rows
@@ -123,3 +124,22 @@ def test_whitening_leaves_nothing_that_one_row_tells_of_the_next() -> None:
     assert np.std(white) == pytest.approx(1, abs=0.03)
     for lag in (1, 2, 3):
         assert abs(np.mean(white[lag:] * white[:-lag])) < 3 / np.sqrt(6000)
+
+
+def test_a_sigma_that_few_blocks_tell_is_wider() -> None:
+    """One number from sixty blocks of which five tell nearly all: errors over sigmas spread by one, and not if blocks count alike.
+
+    Margins are three standard errors of the spread of 4000 normal numbers.
+    """
+    rng = np.random.default_rng(0)
+    told = np.where(np.arange(60) < 5, 1.0, 0.05)
+    blunt, wide = [], []
+    for pull in np.sqrt(told) * rng.normal(size=(4000, 60)):
+        value = pull.sum() / told.sum()
+        left = Blocks((pull - told * value)[:, None], told[:, None, None])
+        alone = influence(left, told.sum(keepdims=True)[:, None], np.ones(1, bool), np.ones(1))
+        blunt.append(value / np.sqrt(np.sum(alone**2)))
+        wide.append(value / np.sqrt(np.sum(widened(alone) ** 2)))
+    margin = 3 / np.sqrt(2 * 4000)
+    assert abs(np.std(wide) - 1) < margin
+    assert np.std(blunt) > 1 + margin
