@@ -31,6 +31,8 @@ class Cases:
     """offsets of the motors' angles and derivatives for whole windows, each (cases, 1 or W, M)"""
     delay: Array
     """(cases,), s"""
+    shared: int
+    """first case with a doubt that is the same in all windows"""
 
 
 def cases_of(windows: Windows, model: Model, machine: Machine, own: Own) -> Cases:
@@ -62,7 +64,7 @@ def cases_of(windows: Windows, model: Model, machine: Machine, own: Own) -> Case
         delay[place] += axis[m]
     arm = replace(machine.arm, x0=machine.arm.x0 + x0[:, None])
     of_cases = replace(machine, arm=arm, values={name: v[:, None] for name, v in values.items()})
-    return Cases(of_cases, start[..., :n], start[..., n:], (motors[0], motors[1], motors[2]), delay)
+    return Cases(of_cases, start[..., :n], start[..., n:], (motors[0], motors[1], motors[2]), delay, first)
 
 
 def _rounding(windows: Windows) -> list[tuple[int, int, Array]]:

@@ -73,9 +73,10 @@ def simulate_recording(
     windows = windows_of(data, window_s)
     machine = replace(machine_of(model, data.arm), arm=data.arm)
     own = own_of(data, machine.names, machine.values)
-    motion = _run(windows, cases_of(windows, model, machine, own), source, progress)
-    channels = _of_arm(windows, motion) + (
-        _of_motors(windows, motion) if source == "f" else _of_forces(windows, motion, own)
+    cases = cases_of(windows, model, machine, own)
+    motion = _run(windows, cases, source, progress)
+    channels = _of_arm(windows, motion, cases.shared) + (
+        _of_motors(windows, motion, cases.shared) if source == "f" else _of_forces(windows, motion, cases.shared, own)
     )
     return Simulated(_series(windows, motion, source), tuple(channels), windows.seconds, source)
 
@@ -150,7 +151,7 @@ def _series(windows: Windows, motion: Motion, source: Source) -> Series:
     return Series(windows.data.state.time[: windows.kept], columns)
 
 
-def _of_arm(windows: Windows, motion: Motion) -> list[Channel]:
+def _of_arm(windows: Windows, motion: Motion, shared: int) -> list[Channel]:
     """Angles in the camera's frames."""
     time, seen = windows.data.state.time[: windows.kept], seen_in(windows.data)
     inside = (seen.time >= time[0]) & (seen.time < time[-1])
@@ -160,22 +161,22 @@ def _of_arm(windows: Windows, motion: Motion) -> list[Channel]:
     share = ((seen.time[frame] - time[row]) / (time[row + 1] - time[row]))[:, None]
     alpha = _in_rows(windows, motion.alpha)
     found = (1 - share) * alpha[:, row] + share * alpha[:, row + 1]
-    return channels_of("alpha", "rad", found, seen.alpha[frame], seen.sigma[frame] ** 2, _counted(windows)[row])
+    return channels_of("alpha", "rad", found, shared, seen.alpha[frame], seen.sigma[frame] ** 2, _counted(windows)[row])
 
 
-def _of_motors(windows: Windows, motion: Motion) -> list[Channel]:
+def _of_motors(windows: Windows, motion: Motion, shared: int) -> list[Channel]:
     """Motor angles in the rows of the log, as counted."""
     data, time = windows.data, windows.data.state.time[: windows.kept]
     log = data.log if data.log.matrix("theta").size else data.state  # a damaged file may have lost the log
     counted = np.stack([np.interp(time, log.time, column) for column in log.matrix("theta").T], axis=-1)
     variance = np.array([2 * np.pi / motor.counts for motor in data.neck.motors]) ** 2 / 12
-    return channels_of("theta", "rad", _in_rows(windows, motion.theta), counted, variance, _counted(windows))
+    return channels_of("theta", "rad", _in_rows(windows, motion.theta), shared, counted, variance, _counted(windows))
 
 
-def _of_forces(windows: Windows, motion: Motion, own: Own) -> list[Channel]:
+def _of_forces(windows: Windows, motion: Motion, shared: int, own: Own) -> list[Channel]:
     """What motors give for the motion that they made; the command itself is exact."""
     measured = own.f[: windows.kept]
-    return channels_of("f", "N", _in_rows(windows, motion.f), measured, np.zeros(()), _counted(windows))
+    return channels_of("f", "N", _in_rows(windows, motion.f), shared, measured, np.zeros(()), _counted(windows))
 
 
 def _in_rows(windows: Windows, values: Array) -> Array:

@@ -85,7 +85,7 @@ def some_simulation(data: DataSet) -> Simulated:
     for stem in ("alpha", "theta"):
         measured = state.matrix(stem)[:kept]
         columns |= numbered(stem, measured + drift) | numbered(stem, measured, "_measured")
-    channels = tuple(Channel(name, 0.01, 0.005, "rad") for name in columns if not name.endswith("_measured"))
+    channels = tuple(Channel(name, 0.01, 0.005, "rad", 1.4) for name in columns if not name.endswith("_measured"))
     return Simulated(Series(state.time[:kept], columns), channels, 1.0, "f")
 
 
