@@ -46,41 +46,42 @@ class Channel:
 
 
 def channels_of(
-    stem: str, unit: str, cases: Array, shared: int, measured: Array, variance: Array, counted: NDArray[np.bool_]
+    stem: str, unit: str, cases: Array, shared: int, measured: Array, variance: Array, window: NDArray[np.intp]
 ) -> list[Channel]:
     """One a column. cases (1 + doubts, S, columns): simulated as measured and modelled, then with each doubt by one sigma;
     from case `shared` on one that all windows share.
 
-    measured: (S, columns), NaN where it is not known; variance of its own noise (S, columns); counted: which samples (S,).
+    measured: (S, columns), NaN where it is not known; variance of its own noise (S, columns); window: of each
+    sample, rising, below zero where it does not count (S,).
     """
     out = []
     for i in range(measured.shape[1]):
-        known = np.isfinite(measured[:, i]) & counted
+        known = np.isfinite(measured[:, i]) & (window >= 0)
         if not known.any():
             word = f"nothing measured of {stem}{i + 1} lies in a window without gaps"
             raise Refused("simulate", word, "give shorter windows, or check the clock")
         error = cases[0, known, i] - measured[known, i]
         doubts = cases[1:, known, i] - cases[0, known, i]
-        floor = np.mean(np.sum(doubts**2, axis=0) + np.broadcast_to(variance, measured.shape)[known, i])
-        lasting = doubts[shared - 1 :]
-        usual = _ratio_95(lasting @ lasting.T / lasting.shape[1], floor)
+        noise = np.broadcast_to(variance, measured.shape)[known, i]
+        floor = float(np.mean(np.sum(doubts**2, axis=0) + noise))
+        begins = np.flatnonzero(np.diff(window[known])) + 1
+        alike = [doubts[shared - 1 :], *np.split(doubts[: shared - 1], begins, axis=1)]
         name, rms = f"{stem}{i + 1}", float(np.sqrt(np.mean(error**2)))
-        out.append(Channel(name, rms, float(np.sqrt(floor)), unit, usual))
+        out.append(Channel(name, rms, float(np.sqrt(floor)), unit, _ratio_95(alike, noise, floor)))
     return out
 
 
-def _ratio_95(shared: Array, floor: float) -> float:
-    """Of shared doubts with mean products (K, K) below a floor, squared.
+def _ratio_95(alike: list[Array], noise: Array, floor: float) -> float:
+    """Of doubts that are one draw on some of the samples, each (K, those), and noise's variance (S,); floor is squared.
 
-    What they do is a sum of squares of normal numbers, weighted by the products' eigenvalues; as chi-square of the same mean and
-    variance (Satterthwaite). All else is the mean over many windows, and taken as it is.
+    A mean square is a sum of squares of normal numbers, weighted by the eigenvalues of the doubts' products; as chi-square of
+    the same mean and variance (Satterthwaite).
     """
-    spread = float(np.sum(shared**2))
+    spread = sum((float(np.sum((d @ d.T) ** 2)) for d in alike), start=float(np.sum(noise**2))) / len(noise) ** 2
     if not spread:
         return 1.0
-    part = float(np.trace(shared))
-    freedom = part**2 / spread
-    return float(np.sqrt(1 + part / floor * (chi2.ppf(USUAL, freedom) / freedom - 1)))
+    freedom = floor**2 / spread
+    return float(np.sqrt(chi2.ppf(USUAL, freedom) / freedom))
 
 
 def as_text(channels: Sequence[Channel]) -> str:

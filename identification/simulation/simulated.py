@@ -184,5 +184,6 @@ def _in_rows(windows: Windows, values: Array) -> Array:
     return values.reshape(len(values), windows.kept, -1)
 
 
-def _counted(windows: Windows) -> NDArray[np.bool_]:
-    return np.repeat(windows.whole(), windows.samples)
+def _counted(windows: Windows) -> NDArray[np.intp]:
+    """Window of each row, -1 where it has a gap."""
+    return np.repeat(np.where(windows.whole(), np.arange(windows.count), -1), windows.samples)
