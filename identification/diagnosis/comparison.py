@@ -75,6 +75,8 @@ class Comparison:
     """the same where the clock rests on a model that is wrong"""
     mean: Array
     """and what it is known to be, in the same units"""
+    least: Array
+    """below which numbers do not go, (K,); -inf where they may"""
     known: Errors
     """what small errors do"""
     doubted: bool
@@ -152,22 +154,25 @@ class Comparison:
         G, b = G / np.outer(scale, scale), b / scale
         H = G + np.diag(np.where(nuisance, _RIDGE, _RIDGE + damping))
         wall, middle = WALL * sigma * scale, self.mean[use] * scale
+        low, high = np.maximum(middle - wall, self.least[use] * scale), middle + wall
+        room = np.where(nuisance, wall, 1.0)
         x, free = np.zeros(len(use)), np.ones(len(use), dtype=bool)
         for turn in range(_TURNS):
             held = np.where(free, 0.0, x)
             x[free] = cho_solve(cho_factor(H[np.ix_(free, free)]), (b - H @ held)[free])
-            over = np.where(nuisance & free, np.abs(x - middle) / wall, 0.0)
-            if over.max() > 1:
-                beyond = over >= max(1.0, over.max() / 2)
-                x[beyond] = middle[beyond] + np.sign(x - middle)[beyond] * wall[beyond]
+            over = np.where(free, np.maximum(low - x, x - high), 0.0) / room
+            if over.max() > 0:
+                beyond = (over > 0) & (1 + over >= (1 + over.max()) / 2)
+                x[beyond] = np.clip(x, low, high)[beyond]
                 free &= ~beyond
                 continue
             # what was stopped at its wall while others were still in the way may want to come back
-            back = ~free & ((b - H @ x) * (x - middle) < 0)
+            pull = b - H @ x
+            back = ~free & np.where(x <= low, pull > 0, pull < 0)
             if not back.any() or turn >= _TURNS / 2:
                 break
             free |= back
-        x = np.where(nuisance, np.clip(x, middle - wall, middle + wall), x)
+        x = np.clip(x, low, high)
         loss = total - 2 * float(x @ b) + float(x @ G @ x)
         return x / scale, loss
 
@@ -276,7 +281,10 @@ def compare(
             blocks.append(part.T @ part)
             chance.append(part[:, :k].T @ noise[:, begin : begin + length].reshape(len(part), -1))
         rows += int(np.count_nonzero(white[..., -1]))
-    sigma, mean = np.full(k, np.inf), np.zeros(k)
+    sigma, mean, least = np.full(k, np.inf), np.zeros(k), np.full(k, -np.inf)
+    # what is nothing at zero may come out a little below by chance, but no further
+    lowest = [e.term.low - (e.term.size if e.term.linear and e.term.low == 0 else 0.0) for e in at.unknowns.entries]
+    least[: len(size)] = np.minimum(np.array(lowest) - at.p, 0.0) / size
     sigma[len(size) : first] = 1.0
     for i, entry in enumerate(at.unknowns.entries):
         if entry.term.name == "delay":
@@ -292,5 +300,5 @@ def compare(
         doubted = bool(causes) and not any(cause.effect.of_clock for cause in causes)
     return Comparison(
         at, tuple(matrices), len(size), every, held, tuple(groups), np.array(blocks), np.array(chance),
-        sigma, doubt, mean, known, doubted, rows,
+        sigma, doubt, mean, least, known, doubted, rows,
     )  # fmt: skip

@@ -122,7 +122,7 @@ def _refined(
 ) -> tuple[Comparison, tuple[Cause, ...]]:
     """The base model's numbers, the causes' and doubtful clocks fitted together from a point on, by Levenberg and Marquardt."""
     now = _seen_from(_at(at, believed(h, causes), data, at.p, at.late), causes, whiten)
-    best, damping = (now, causes), 0.0
+    best, damping, little = (now, causes), 0.0, False
     for _ in range(_ROUNDS):
         if now.merit - now.fit().loss < _SETTLED * max(1.0, now.merit / now.rows):
             break
@@ -138,8 +138,9 @@ def _refined(
             damping = damping / _EASED if damping > _FIRST_DAMPING else 0.0
             if now.merit < best[0].merit:
                 best = now, causes
-            if gained < _GAINED and damping == 0:
+            if gained < _GAINED and (damping == 0 or little):
                 break
+            little = gained < _GAINED
         else:
             damping = max(_FIRST_DAMPING, _TIGHTENED * damping)
             if damping > _MOST_DAMPING:

@@ -91,9 +91,9 @@ def test_a_fit_is_bounded_least_squares_with_what_is_known(louder: float, at: Po
     stacked = np.vstack([trusted[..., use].reshape(-1, len(use)), np.diag(1 / now.sigma[use])[known]])
     right = np.concatenate([-trusted[..., -1].ravel(), (now.mean / now.sigma)[use][known]])
     scale = np.linalg.norm(stacked, axis=0)
-    wall = np.full(len(use), np.inf)
-    wall[nuisance] = WALL
-    best = lsq_linear(stacked / scale, right, (-wall * scale, wall * scale), tol=1e-14)
+    low, high = now.least[use].copy(), np.full(len(use), np.inf)
+    low[nuisance], high[nuisance] = -WALL, WALL
+    best = lsq_linear(stacked / scale, right, (low * scale, high * scale), tol=1e-14)
     assert fit.loss == pytest.approx(2 * best.cost, rel=1e-5)
     assert np.abs(fit.numbers[nuisance]).max() <= WALL * (1 + 1e-9)
     assert (np.abs(fit.numbers[nuisance]).max() > 0.999 * WALL) == (louder > 1)
