@@ -43,14 +43,20 @@ class Rows:
 
 
 def forces(
-    s: Signals, names: tuple[str, ...], values: Mapping[str, Array], x0: Array, delay: float, z: Array | None = None
+    s: Signals,
+    names: tuple[str, ...],
+    values: Mapping[str, Array],
+    x0: Array,
+    delay: float,
+    z: Array | None = None,
+    tension: Array | None = None,
 ) -> Forces:
-    """The laws' forces on a recorded motion; z (T, M, states) where already known."""
+    """The laws' forces on a recorded motion; z (T, M, states) and the tension (T, M), N, under which motors rub, where known."""
     machine = Machine(s.arm, names, values)
     at = stretching(s, x0)
     memory = remembered(machine, at, s.step) if z is None else z
     pull = np.broadcast_to(machine.pull(at, memory), s.x.shape)
-    turning = Turning(s.theta_d, np.maximum(pull, 0.0), s.wrap)
+    turning = Turning(s.theta_d, np.maximum(pull if tension is None else tension, 0.0), s.wrap)
     drive = machine.command(delayed(s, delay), s.step) - machine.friction(turning)
     return Forces(drive, pull, np.broadcast_to(machine.resistance(s.alpha_d), s.alpha_d.shape))
 
@@ -74,9 +80,10 @@ def left(s: Signals, base: Forces) -> Array:
     return np.concatenate([s.low_pass(net - base.pull.T), s.low_pass(torque)])
 
 
-def forces_at(s: Signals, u: Unknowns, p: Array, recording: int) -> Forces:
-    """The laws' forces on one recording at the vector p."""
-    return forces(s, u.laws, u.values(p), u.get(p, "x0", recording), float(u.get(p, "delay", recording)[0]))
+def forces_at(s: Signals, u: Unknowns, p: Array, recording: int, tension: Array | None = None) -> Forces:
+    """The laws' forces on one recording at the vector p; tension as in `forces`."""
+    delay = float(u.get(p, "delay", recording)[0])
+    return forces(s, u.laws, u.values(p), u.get(p, "x0", recording), delay, tension=tension)
 
 
 def rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Rows:

@@ -37,6 +37,10 @@ class Whitener:
             out /= np.sqrt(variance).reshape(*unsure.shape, *([1] * (values.ndim - 2)))
         return out
 
+    def quieter(self, by: Array) -> "Whitener":
+        """Of channels that are so many times as loud, (C,)."""
+        return Whitener(self.taps / by[:, None])
+
 
 def settled(starts: NDArray[np.bool_], order: int = ORDER) -> NDArray[np.bool_]:
     """Rows with `order` rows before them in their stretch, (S,)."""

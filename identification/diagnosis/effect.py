@@ -116,11 +116,14 @@ class OfLaw(Effect):
         return np.concatenate([self._moved(at, now, term, _SLIGHTLY) for term in self.forms], axis=2)
 
     def _moved(self, at: Place, now: Mapping[str, Array], term: Term, part: float = 1.0) -> Array:
-        s, base = (at.signals, at.forces) if self.by_vision else (at.told, at.told_forces)
+        s, base, tension = at.told, at.told_forces, None
+        if self.by_vision:
+            s, base, tension = at.signals, at.forces, at.told_forces.pull
         # a law does nothing where its amounts are zero, whatever its shape
         names = at.laws if self.law in at.laws else (*at.laws, self.law)
         h = part * term.size
-        other = forces(s, names, {**at.values, **now, term.name: now[term.name] + h}, at.x0, at.delay)
+        moved = {**at.values, **now, term.name: now[term.name] + h}
+        other = forces(s, names, moved, at.x0, at.delay, tension=tension)
         return on_channels(s, base, other, term) / h
 
     def _values(self, h: Hypothesis, shape: Shape) -> dict[str, Array]:

@@ -115,7 +115,10 @@ def search(h: Hypothesis, read: Sequence[Read], seed: int = 0) -> Search:
         named.append(Named(best, tuple(Rival(c.effect, c.where, turn.loss) for c, turn in kept), turns[i].loss))
     if named and last.beyond.plain and last.beyond.energy > (1 - EXPLAINED) * first.beyond.energy:
         last, named = first, []
-    return Search(first, last, tuple(named), trial.whiten, asked, tuple(rankings))
+    whiten = trial.whiten
+    if named and last.beyond.plain:
+        last, whiten = trial.weighed(last)
+    return Search(first, last, tuple(named), whiten, asked, tuple(rankings))
 
 
 def _further(

@@ -69,14 +69,16 @@ def point(h: Hypothesis, recordings: Sequence[Signals], p: Array, late: Array) -
 
 def _place(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> Place:
     told = driven(s, u, p, recording)
-    own = forces_at(s, u, p, recording)
+    told_forces = forces_at(told, u, p, recording)
+    # vision's noise in the tension would go through friction into the arm's equation
+    own = forces_at(s, u, p, recording, told_forces.pull)
     values = u.values(p)
     return Place(
         h,
         s,
         told,
         own,
-        forces_at(told, u, p, recording),
+        told_forces,
         unsure(h.neck, s, values["fs"], values["cm"]),
         Slow(s, u, p, recording),
         Rows(left(s, own), rows(told, u, p, recording).jacobian),

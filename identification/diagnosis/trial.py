@@ -101,6 +101,18 @@ class Trial:
             self._known[which] = Turn(end, causes, tuple(floor), quiet(floor, end.point, self.whiten), end.fit())
         return self._known[which]
 
+    def weighed(self, turn: Turn) -> tuple[Turn, Whitener]:
+        """The same causes fitted anew where a law's form leaves more than noise, and the whitener of that fit.
+
+        A channel counts by what it leaves: else clocks and friction would give way to what no number mends."""
+        left = zip(turn.end.point.places, turn.end.left(turn.fit), strict=True)
+        white = [self.whiten(r, stretch_starts(place.signals), place.unsure) for place, r in left]
+        loud = np.sqrt(np.mean(np.concatenate(white, axis=1) ** 2, axis=1))
+        whiten = self.whiten.quieter(np.maximum(loud, 1.0))
+        end, causes = _refined(turn.end.point, self._h, turn.causes, self._data, whiten)
+        floor = noise(end.point, self._read)
+        return Turn(end, causes, tuple(floor), quiet(floor, end.point, whiten), end.fit()), whiten
+
 
 def _begun(h: Hypothesis, data: Sequence[DataSet]) -> Point:
     """The base model's numbers by least squares, kept from where a cause that is not in it may have driven them."""
