@@ -7,6 +7,8 @@ from mechanism.laws.law import Law, Stretching, Term, Values
 
 _LEAST_M = 1e-5
 """of travel by which it is crossed, where there is none"""
+_FLANK = 1e-3
+"""of half the play: nearer to a flank it is reached; a simulation asks for slopes there, and one step to the side is no crossing"""
 
 
 class Backlash(Law):
@@ -26,7 +28,7 @@ class Backlash(Law):
 
     def pull(self, p: Values, at: Stretching, z: Array) -> Array:
         side = z[..., 0]
-        crossing = np.where(np.sign(at.travel_d) * side < 1, self.drift(p, at, z)[..., 0], 0.0)
+        crossing = np.where(np.sign(at.travel_d) * side < 1 - _FLANK, self.drift(p, at, z)[..., 0], 0.0)
         return -p["play"] / 2 * (p["k"] * side + p["ca"] * crossing)
 
     def drift(self, p: Values, at: Stretching, z: Array) -> Array:

@@ -8,6 +8,7 @@ import pytest
 from mechanism.arm import arm_of
 from mechanism.cable_lengths import wraps
 from mechanism.description import read_neck
+from mechanism.law_slopes import slopes
 from mechanism.laws import LAWS, Stretching, Turning
 from mechanism.machine import Machine
 from mechanism.simulation import State, simulate
@@ -46,6 +47,17 @@ def test_a_law_is_nested_in_the_base_at_zero_and_moves_the_arm_elsewhere(name: s
     zero, there = (simulate(Machine(ARM, (*NAMES, name), some(name, s)), REST, TIME, F) for s in (0.0, 1.0))
     np.testing.assert_allclose(zero.alpha, base.alpha, atol=1e-7)
     assert np.abs(there.alpha - base.alpha).max() > 1e-6
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_play_whose_flank_is_reached_yields_as_its_spring_and_no_more(side: float) -> None:
+    """A motor that presses on: one step off the flank is no crossing, by which a damper would come into the slope of a spring."""
+    lanes = {name: value[:, None] for name, value in (some("backlash") | {"play": np.full(4, 1e-3)}).items()}
+    travel_d, length = np.full((4, 1), 0.02 * side), np.ones((4, 1))
+    at = Stretching(np.full((4, 1), 5e-3), np.zeros((4, 1)), length, ARM, travel_d)
+    z = np.full((4, 1, 1), side)
+    found = slopes(Machine(ARM, (*NAMES, "backlash"), lanes), at, z, 0 * length, length, np.zeros((3, 1)))
+    np.testing.assert_allclose(found.pull_by_memory, -BASE["k"][0] * 1e-3 / 2, rtol=1e-3)
 
 
 @pytest.mark.parametrize("name", ["dry_friction", "viscous_friction", "stribeck_friction", "pulley_friction"])
