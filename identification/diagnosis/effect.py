@@ -118,7 +118,7 @@ class OfLaw(Effect):
     def _moved(self, at: Place, now: Mapping[str, Array], term: Term, part: float = 1.0) -> Array:
         s, base, tension = at.told, at.told_forces, None
         if self.by_vision:
-            s, base, tension = at.signals, at.forces, at.told_forces.pull
+            s, base, tension = at.signals, at.forces, at.tension
         # a law does nothing where its amounts are zero, whatever its shape
         names = at.laws if self.law in at.laws else (*at.laws, self.law)
         h = part * term.size

@@ -130,7 +130,8 @@ def _further(
     if ranked[0].gain < max(MATERIAL * turn.fit.loss, chance) or (more and not turn.beyond.plain):
         return None
     near = _near(ranked, _NEAR)
-    if more and not _mostly(now, near[0], turn):
+    # what a named cause leaves, for its law has another form, others may explain in part
+    if more and ranked[0].gain < MOSTLY * (turn.loss - turn.quiet):
         return None
 
     def tried(c: Candidate) -> Turn:
@@ -177,12 +178,6 @@ def tied(tried: Sequence[tuple[Candidate, "Turn"]]) -> list[tuple[Candidate, "Tu
         if not simpler or turn.loss < (1 - MATERIAL) * min(simpler):
             kept.append((c, turn))
     return sorted(kept, key=lambda each: each[1].loss)
-
-
-def _mostly(now: Comparison, c: Candidate, turn: Turn) -> bool:
-    """Whether a further cause could take most of what is still above noise: what a named one leaves, for its law has another
-    form, others may explain in part."""
-    return turn.without(now.fit(c.columns), now).energy <= (1 - MOSTLY) * turn.beyond.energy
 
 
 def _near(ranked: Sequence[Candidate], part: float) -> list[Candidate]:

@@ -75,7 +75,7 @@ def noise(at: Point, recordings: Sequence[Read]) -> list[list[Array]]:
     out = []
     for r, one in enumerate(recordings):
         every = read_all(at.hypothesis, (one.smooth, *one.drawn), np.full(1 + len(one.drawn), at.late[r]))
-        tension = at.places[r].told_forces.pull
+        tension = at.places[r].tension
         true, *drawn = (left(s, forces_at(s, at.unknowns, at.p, r, tension)) for s in every)
         out.append([d - true for d in drawn])
     return out

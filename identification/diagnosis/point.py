@@ -29,6 +29,8 @@ class Place:
     forces: Forces
     """by the laws"""
     told_forces: Forces
+    tension: Array
+    """(T, M), N, under which motors rub"""
     unsure: Array
     """(C, S), variance of rows beyond noise"""
     slow: Slow
@@ -70,8 +72,9 @@ def point(h: Hypothesis, recordings: Sequence[Signals], p: Array, late: Array) -
 def _place(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> Place:
     told = driven(s, u, p, recording)
     told_forces = forces_at(told, u, p, recording)
-    # vision's noise in the tension would go through friction into the arm's equation
-    own = forces_at(s, u, p, recording, told_forces.pull)
+    # as the motors tell it: vision's noise in it would go through friction into the arm's equation
+    tension = told_forces.drive - s.inertial
+    own = forces_at(s, u, p, recording, tension)
     values = u.values(p)
     return Place(
         h,
@@ -79,6 +82,7 @@ def _place(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> 
         told,
         own,
         told_forces,
+        tension,
         unsure(h.neck, s, values["fs"], values["cm"]),
         Slow(s, u, p, recording),
         Rows(left(s, own), rows(told, u, p, recording).jacobian),

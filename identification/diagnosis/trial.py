@@ -71,11 +71,7 @@ class Turn:
     @cached_property
     def beyond(self) -> Excess:
         """What stands above noise."""
-        return self.without(self.fit)
-
-    def without(self, fit: Fitted, end: "Comparison | None" = None) -> Excess:
-        """The same with another fit, of another comparison at this point."""
-        return excess((end or self.end).left(fit), self.floor, [place.unsure for place in self.end.point.places])
+        return excess(self.end.left(self.fit), self.floor, [place.unsure for place in self.end.point.places])
 
 
 class Trial:
