@@ -66,6 +66,7 @@ def measure() -> Table:
 def _claims(table: Table) -> Iterator[Claim]:
     for what, column, job in (
         ("time of one fit, ms", "time ms", "xneck, one fit"),
+        ("time of all that calibrate does, ms", "time ms", "xneck, all of calibrate"),
         ("where pixels look, rms, px", "projection px", "xneck, all of calibrate"),
         ("error in views held out, rms, px", "held out px", "xneck, all of calibrate"),
     ):

@@ -23,6 +23,7 @@ from identification.dataset_file import export
 from samples.generator.camera import SAMPLE_CAMERA
 from samples.generator.prescribed import Prescribed, World, prescribe
 from vision.angles import write_angles
+from xneck.errors import Refused
 from xneck.strict_yaml import parse
 
 SAMPLES = Path(__file__).parents[1] / "samples"
@@ -137,6 +138,8 @@ def _spent(stage: str, length: float, *words: object) -> Spent:
     """Of `xneck STAGE WORDS...`, on one core."""
     call = [sys.executable, "-m", "benchmarks.command_process", stage, *map(str, words)]
     alone = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-    done = subprocess.run(call, stdout=subprocess.PIPE, text=True, check=True, env=alone, cwd=Path(__file__).parents[1])
+    done = subprocess.run(call, capture_output=True, text=True, env=alone, cwd=Path(__file__).parents[1])
+    if done.returncode:
+        raise Refused(f"xneck {stage}, {minutes(length)}", " ".join(done.stderr.split("\n")[-2:]).strip())
     seconds, megabytes = done.stdout.splitlines()[-1].split()
     return Spent(stage, length, float(seconds), float(megabytes))
