@@ -38,11 +38,11 @@ def page(ended: Sequence[Ended], wanting: Sequence[str], command: str) -> str:
                 _named(claim.peer),
                 _figure(claim.ratio),
                 _named(claim.limit),
-                claim.on,
+                _label(claim.on),
             )
             for name, claim in claims(ended)
         ]
-        + [(_to(one.name, one.name), "failed", _NONE, _NONE, _NONE, one.failure) for one in failed],
+        + [(_to(one.name, one.name), "failed", _NONE, _NONE, _NONE, _label(one.failure or "")) for one in failed],
         topics=[(name, record, table, _cells(table.rows)) for name, record, table in done],
         failed=failed,
         machine=_machine([record for _, record, _ in done]),
@@ -72,7 +72,7 @@ def _machine(records: Sequence[dict[str, Any]]) -> list[tuple[str, str]]:
 
 
 def _cells(rows: Sequence[tuple[str, Sequence[float | None]]]) -> list[tuple[str, ...]]:
-    return [(label, *map(_figure, figures)) for label, figures in rows]
+    return [(_label(label), *map(_figure, figures)) for label, figures in rows]
 
 
 def _figure(value: float | None) -> str:
@@ -84,4 +84,9 @@ def _named(other: Named | None) -> str | Markup:
 
 
 def _to(topic: str, words: str) -> Markup:
-    return Markup('<a href="#{}">{}</a>').format(topic, words)
+    return _label(Markup('<a href="#{}">{}</a>').format(topic, words))
+
+
+def _label(words: str) -> Markup:
+    """Wide enough to be read where the table is wider than the screen."""
+    return Markup('<div class="label">{}</div>').format(words)
