@@ -1,8 +1,8 @@
 """How each stage grows with the length of a recording: processor time for each second of it, and peak memory.
 
 Every stage is the command of that name in a process of its own, reading and writing files, on one core; decoding alone stands
-beside `extract`. The video is the sample's over and over, angles and log of the other stages are prescribed for 20 s and then
-repeated. Time has what it takes to load Python's libraries in it, which counts in the short recordings. `diagnose` tries
+beside `extract`. The video is the sample's over and over, angles and log of the other stages are motions of 20 s one after the
+other. Time has what it takes to load Python's libraries in it, which counts in the short recordings. `diagnose` tries
 causes for minutes and is left out of the longest.
 """
 
@@ -16,12 +16,12 @@ from pathlib import Path
 
 from benchmarks.clock_worlds import NECK_FILE, NOISE
 from benchmarks.hard import true_camera
-from benchmarks.repeated import repeat_recording, repeat_video
+from benchmarks.long_recordings import chain, repeat_video
 from benchmarks.table import Claim, Table
 from calibration.camera_file import write_camera
 from identification.dataset_file import export
 from samples.generator.camera import SAMPLE_CAMERA
-from samples.generator.prescribed import Prescribed, World, prescribe
+from samples.generator.prescribed import World
 from vision.angles import write_angles
 from xneck.errors import Refused
 from xneck.strict_yaml import parse
@@ -60,10 +60,8 @@ def measure(video_turns: Sequence[int] = VIDEO_TURNS, turns: Sequence[int] = TUR
     with tempfile.TemporaryDirectory() as folder:
         for count in video_turns:
             found += _of_video(Path(folder), count)
-        world = World(parse(NECK_FILE.read_text(), str(NECK_FILE)))
-        fitted, held_out = (prescribe(world, TURN_S, seed) for seed in (1, 2))
         for count in turns:
-            found += _of_data(Path(folder), fitted, held_out, count)
+            found += _of_data(Path(folder), count)
     stages = {one.stage: [s for s in found if s.stage == one.stage] for one in found}
     ordered = [one for series in stages.values() for one in series]
     rows = tuple((f"{s.stage}, {minutes(s.length)}", (s.length, s.each, s.megabytes)) for s in ordered)
@@ -106,32 +104,25 @@ def _of_video(folder: Path, turns: int) -> Iterator[Spent]:
     yield _spent("extract", turns * VIDEO_S, video, *files, "--quiet")
 
 
-def _of_data(folder: Path, fitted: Prescribed, held_out: Prescribed, turns: int) -> Iterator[Spent]:
+def _of_data(folder: Path, turns: int) -> Iterator[Spent]:
     length = turns * TURN_S
-    for name, made in (("fitted", fitted), ("held_out", held_out)):
-        angles, log = repeat_recording(made, NOISE, turns)
-        write_angles(angles, folder / f"{name}.angles.mcap")
-        export(log, folder / f"{name}.csv")
-    data = {name: folder / f"{name}.mcap" for name in ("fitted", "held_out")}
-    synced = [_sync(folder, name, length) for name in data]
-    yield synced[0]
-    yield _spent("check", length, data["fitted"], "--quiet")
-    yield _spent("identify", length, data["fitted"], "--out", folder / "model.yaml", "--quiet")
+    data, model = folder / "fitted.mcap", folder / "model.yaml"
+    yield _synced(data, turns, 1)
+    yield _spent("check", length, data, "--quiet")
+    yield _spent("identify", length, data, "--out", model, "--quiet")
     if length <= DIAGNOSED_S:
-        held = ["--held-out", data["held_out"], "--out", folder / "diagnosis", "--quiet"]
-        yield _spent("diagnose", length, data["fitted"], *held)
+        held_out = folder / "held_out.mcap"
+        _synced(held_out, turns, 2)
+        yield _spent("diagnose", length, data, "--held-out", held_out, "--out", folder / "diagnosis", "--quiet")
 
 
-def _sync(folder: Path, name: str, length: float) -> Spent:
-    files = [
-        folder / f"{name}.angles.mcap",
-        folder / f"{name}.csv",
-        "--neck",
-        NECK_FILE,
-        "--out",
-        folder / f"{name}.mcap",
-    ]
-    return _spent("sync", length, *files, "--quiet")
+def _synced(data: Path, turns: int, seed: int) -> Spent:
+    """The data set of one recording, and what `sync` took for it."""
+    angles, log = chain(World(parse(NECK_FILE.read_text(), str(NECK_FILE))), TURN_S, turns, seed, NOISE)
+    files = data.with_suffix(".angles.mcap"), data.with_suffix(".csv")
+    write_angles(angles, files[0])
+    export(log, files[1])
+    return _spent("sync", turns * TURN_S, *files, "--neck", NECK_FILE, "--out", data, "--quiet")
 
 
 def _spent(stage: str, length: float, *words: object) -> Spent:

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.clock_worlds import NECK_FILE, NOISE
 from benchmarks.growth import FLAT, Spent, _spent, words
-from benchmarks.repeated import repeat_recording, repeat_video
+from benchmarks.long_recordings import chain, repeat_video
 from samples.generator.prescribed import World, prescribe
 from vision.video import describe
 from xneck.errors import Refused
@@ -16,18 +16,19 @@ from xneck.strict_yaml import parse
 VIDEO = Path(__file__).parents[2] / "samples/recording/video.mp4"
 
 
-def test_a_repeated_recording_is_one_recording() -> None:
-    """Clocks run on as they were, the log has no hole, motors do not jump, and frames show what they showed a turn ago."""
-    made = prescribe(World(parse(NECK_FILE.read_text(), "neck.yaml")), 5.0, 3)
-    angles, log = repeat_recording(made, NOISE, 3)
-    rows, count = len(made.log_time), len(made.frame_times)
-    assert (len(log.time), len(angles.time)) == (3 * rows, 3 * count)
-    assert np.diff(log.time) == pytest.approx(np.diff(made.log_time)[0], abs=1e-9)
-    at = made.clocks.log_time(angles.time)
-    assert at[-count:] - at[:count] == pytest.approx(log.time[2 * rows] - log.time[0], abs=1e-9)
-    assert np.std(angles.alpha - np.tile(made.frame_alpha, (3, 1))) == pytest.approx(NOISE, rel=0.1)
+def test_motions_one_after_another_are_one_recording() -> None:
+    """The log has no hole, motors do not jump, and by the clocks of the first motion frames show where the arm was in the last."""
+    world = World(parse(NECK_FILE.read_text(), "neck.yaml"))
+    angles, log = chain(world, 5.0, 3, 4, NOISE)
+    first, *_, last = made = [prescribe(world, 5.0, [4, turn]) for turn in range(3)]
+    assert len(log.time) == sum(len(p.log_time) for p in made)
+    assert np.diff(log.time) == pytest.approx(0.002, abs=1e-9)
+    shift = log.time[-1] - last.log_time[-1]
+    at = first.clocks.log_time(angles.time[-len(last.frame_times) :]) - shift
+    assert at == pytest.approx(last.clocks.log_time(last.frame_times), abs=1e-6)
+    assert np.std(angles.alpha - np.concatenate([p.frame_alpha for p in made])) == pytest.approx(NOISE, rel=0.1)
     steps = np.abs(np.diff(log.matrix("theta"), axis=0)).max(axis=1)
-    assert steps[rows - 1] < steps.max()
+    assert steps[len(first.log_time) - 1] < 0.1 * steps.max()
 
 
 def test_a_repeated_video_has_all_its_frames(tmp_path: Path) -> None:
