@@ -38,18 +38,14 @@ def chain(world: World, seconds: float, turns: int, seed: int, noise: float) -> 
     The arm rests where one meets the next, and no frame is seen there. A motion that came again would leave the clock open.
     """
     first = prescribe(world, seconds, [seed, 0]).clocks
-    begin, frames, alphas, times, thetas, forces = 0.0, [], [], [], [], []
+    begin, turned = 0.0, []
     for turn in range(turns):
         made = prescribe(world, seconds, [seed, turn])
         shift = begin - made.log_time[0]
-        times.append(made.log_time + shift)
-        frames.append(first.camera_time(made.clocks.log_time(made.frame_times) + shift))
-        alphas.append(made.frame_alpha)
-        thetas.append(made.counted)
-        forces.append(made.f)
-        begin = times[-1][-1] + _ROW_S
-    alpha = np.concatenate(alphas)
+        seen = first.camera_time(made.clocks.log_time(made.frame_times) + shift)
+        turned.append((seen, made.frame_alpha, made.log_time + shift, made.counted, made.f))
+        begin += len(made.log_time) * _ROW_S
+    frames, alpha, rows, theta, f = (np.concatenate(parts) for parts in zip(*turned, strict=True))
     alpha = alpha + np.random.default_rng(seed).normal(0, noise, alpha.shape)
-    columns = numbered("theta", np.concatenate(thetas)) | numbered("f", np.concatenate(forces))
-    angles = Angles(np.concatenate(frames), alpha, np.full(alpha.shape, noise))
-    return angles, Series(np.round(np.concatenate(times), 3), columns)
+    log = Series(np.round(rows, 3), numbered("theta", theta) | numbered("f", f))
+    return Angles(frames, alpha, np.full(alpha.shape, noise)), log

@@ -100,13 +100,13 @@ def measure(seeds: Iterable[int] = SEEDS) -> Table:
     claims = [
         Claim(
             f"error of {column}, rms, in those of the seed's chain",
-            f"motion up to {content}, damped cables",
+            f"motion up to {content}, cables that stiffen and creep",
             ours,
             peer,
         )
         for content in CONTENTS
         for column in columns[:3]
-        for ours in (table.at(f"{content}, fused, damped cables", column),)
+        for ours in (table.at(f"{content}, fused, all cables", column),)
     ]
     return replace(table, claims=tuple(claims))
 
