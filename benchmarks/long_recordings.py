@@ -4,10 +4,13 @@ from pathlib import Path
 
 import av
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.series import Series, numbered
 from samples.generator.prescribed import World, prescribe
 from vision.angles import Angles
+
+Array = NDArray[np.float64]
 
 _PAUSE = 3000
 """of the video's time base, between one turn and the next"""
@@ -38,7 +41,7 @@ def chain(world: World, seconds: float, turns: int, seed: int, noise: float) -> 
     The arm rests where one meets the next, and no frame is seen there. A motion that came again would leave the clock open.
     """
     first = prescribe(world, seconds, [seed, 0]).clocks
-    begin, turned = 0.0, []
+    begin, turned = 0.0, list[tuple[Array, ...]]()
     for turn in range(turns):
         made = prescribe(world, seconds, [seed, turn])
         shift = begin - made.log_time[0]
