@@ -61,10 +61,10 @@ def recorded(kind: str, seed: int, duration: float = 60.0, motion: int | None = 
     log = Series(made.log_time, numbered("theta", made.counted) | numbered("f", made.f))
     at = made.clocks.log_time(made.frame_times)
     speed = np.stack([np.interp(at, made.log_time, v) for v in made.alpha_d.T], axis=-1)
-    return Recorded(angles, log, made.clocks, fv, _offset_bound(made.frame_times, speed))
+    return Recorded(angles, log, made.clocks, fv, offset_bound(made.frame_times, speed))
 
 
-def _offset_bound(time: Array, speed: Array) -> float:
+def offset_bound(time: Array, speed: Array) -> float:
     """Of frames at `time` (F,), s, with joint speeds (F, N), rad/s; the skew, free as well, turns about their middle."""
     about = time - (time[0] + time[-1]) / 2
     square = np.sum(speed**2, axis=1)

@@ -48,7 +48,8 @@ def chain(world: World, seconds: float, turns: int, seed: int, noise: float) -> 
         seen = first.camera_time(made.clocks.log_time(made.frame_times) + shift)
         turned.append((seen, made.frame_alpha, made.log_time + shift, made.counted, made.f))
         begin += len(made.log_time) * _ROW_S
-    frames, alpha, rows, theta, f = (np.concatenate(parts) for parts in zip(*turned, strict=True))
+    joined: list[Array] = [np.concatenate(parts) for parts in zip(*turned, strict=True)]
+    frames, alpha, rows, theta, f = joined
     alpha = alpha + np.random.default_rng(seed).normal(0, noise, alpha.shape)
     log = Series(np.round(rows, 3), numbered("theta", theta) | numbered("f", f))
     return Angles(frames, alpha, np.full(alpha.shape, noise)), log
