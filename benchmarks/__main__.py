@@ -1,54 +1,82 @@
-"""python -m benchmarks [NAME...] [--json FILE]: runs the benchmarks and prints one table a topic."""
+"""python -m benchmarks [NAME...] [--out FOLDER] [--again]: what xneck's parts do beside their peers, as one table.
+
+Writes benchmarks.json and benchmarks.html into the folder after every topic. A topic that was measured there before is not measured
+again while sources, sample and machine are the same.
+"""
 
 import argparse
-import json
+import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from benchmarks import (
-    calibration,
-    check,
-    clock,
-    extraction,
-    growth,
-    hard,
-    identification,
-    lost_frames,
-    real_markers,
-    simulation,
-    simulation_error,
-    state,
-)
-from benchmarks.table import Table
+from benchmarks import summary
+from benchmarks.page import write_page
+from benchmarks.run import Ended, kept, run
+from benchmarks.topic import table_of
+from xneck.json_text import as_json
+from xneck.whole_file import write_text
 
 TOPICS = {
-    "extraction": extraction.measure,
-    "hard": hard.measure,
-    "real_markers": real_markers.measure,
-    "growth": growth.measure,
-    "clock": clock.measure,
-    "check": check.measure,
-    "calibration": calibration.measure,
-    "lost_frames": lost_frames.measure,
-    "state": state.measure,
-    "identification": identification.measure,
-    "simulation": simulation.measure,
-    "simulation_error": simulation_error.measure,
+    name: f"benchmarks.{name}"
+    for name in (
+        "extraction",
+        "markers",
+        "hard",
+        "real_markers",
+        "calibration",
+        "clock",
+        "lost_frames",
+        "state",
+        "check",
+        "identification",
+        "simulation",
+        "simulation_error",
+        "growth",
+    )
 }
 
 
-def main() -> None:
-    """Command line of the benchmarks."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(TOPICS)}; all by default")
-    parser.add_argument("--json", type=Path, help="the tables for other programs")
-    chosen = parser.parse_args()
-    tables: dict[str, Table] = {}
-    for name in chosen.names or TOPICS:
-        tables[name] = TOPICS[name]()
-        print(tables[name].text(), end="\n\n", flush=True)
-    if chosen.json:
-        chosen.json.write_text(json.dumps({name: table.as_json() for name, table in tables.items()}, indent=2) + "\n")
+def main(words: Sequence[str], topics: Mapping[str, str] = TOPICS) -> int:
+    """Command line of the benchmarks; 1 where a topic failed."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(topics)}; all by default")
+    parser.add_argument("--out", type=Path, default=Path("out/benchmarks"), help="folder (default: %(default)s)")
+    parser.add_argument("--again", action="store_true", help="measure anew what was measured before")
+    chosen = parser.parse_args(words)
+    unknown = [name for name in chosen.names if name not in topics]
+    if unknown:
+        parser.error(f"there is no topic {unknown[0]}; there are {', '.join(topics)}")
+    command = " ".join(["python -m benchmarks", *words])
+    ended = kept(topics, chosen.out)
+    asked = {name: topics[name] for name in chosen.names or topics}
+    try:
+        for one in run(asked, chosen.out, chosen.again):
+            ended[one.name] = one
+            print(_told(one), end="\n\n", flush=True)
+            _write([ended[name] for name in topics if name in ended], topics, command, chosen.out)
+    except KeyboardInterrupt:
+        print("benchmarks: interrupted; what is done is kept", file=sys.stderr)
+        return 130
+    shown = [ended[name] for name in topics if name in ended]
+    print(summary.text(shown), chosen.out / "benchmarks.html", sep="\n\n")
+    return 1 if any(one.failure for one in shown) else 0
+
+
+def _told(one: Ended) -> str:
+    if one.record is None:
+        return f"{one.name}: FAILED, {one.failure}"
+    text = table_of(one.record).text()
+    return f"{text}\n(measured before, {one.record['date']})" if one.before else text
+
+
+def _write(ended: Sequence[Ended], topics: Mapping[str, str], command: str, folder: Path) -> None:
+    done = {one.name for one in ended}
+    record = {"command": command, "not_run": [name for name in topics if name not in done]} | summary.as_json(ended)
+    write_text(folder / "benchmarks.json", as_json(record))
+    write_page(ended, record["not_run"], command, folder / "benchmarks.html")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main(sys.argv[1:]))

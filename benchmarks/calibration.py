@@ -5,15 +5,16 @@ of noise. Held out is what a camera leaves in 20 views more, of the same board, 
 all). calibrateCameraRO ("release object") takes long: it runs once a board, all else is a median.
 """
 
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.table import Table
+from benchmarks.table import Claim, Table
 from calibration.bundle import fit, start
 from calibration.corners import BoardView
 from calibration.estimation import calibrate
@@ -25,6 +26,7 @@ Array = NDArray[np.float64]
 SIZE = (1280, 720)
 TRUTH = np.array([905.0, 906.0, 645.0, 352.0, -0.21, 0.07, 0.0008, -0.0006, 0.0])
 SQUARE = 0.025
+CORNERS = 40
 NOISE = 0.07
 BOW = 0.0005
 SEEDS = 4
@@ -50,14 +52,30 @@ def measure() -> Table:
                 found = job(views)
                 taken[name].append(time.perf_counter() - before)
                 figures[name].append((_held_out(found, unseen), abs(found[0][0] - TRUTH[0]), _looks(found[0])))
-        base = float(np.median(taken["OpenCV calibrateCamera"]))
+        base = float(np.median(taken[PEER]))
         for name in JOBS:
             held, focal, looks = (float(v) for v in np.sqrt(np.mean(np.square(figures[name]), axis=0)))
             t = float(np.median(taken[name]))
             rows.append((f"{board}: {name}", (1e3 * t, t / base, held, focal, looks)))
-    title = f"Calibration, 20 views of 40 corners, {NOISE} px, {SEEDS} seeds"
+    title = f"Calibration, 20 views of {CORNERS} corners, {NOISE} px, {SEEDS} seeds"
     columns = ("time ms", "over OpenCV", "held out px", "fx error px", "projection px")
-    return Table(title, columns, tuple(rows))
+    table = Table(title, columns, tuple(rows))
+    return replace(table, claims=tuple(_claims(table)))
+
+
+def _claims(table: Table) -> Iterator[Claim]:
+    for what, column, job in (
+        ("time of one fit, ms", "time ms", "xneck, one fit"),
+        ("time of all that calibrate does, ms", "time ms", "xneck, all of calibrate"),
+        ("where pixels look, rms, px", "projection px", "xneck, all of calibrate"),
+        ("error in views held out, rms, px", "held out px", "xneck, all of calibrate"),
+    ):
+        # two coordinates a corner, of which the view's pose fits six
+        noise = NOISE * math.sqrt(2 * (1 - 6 / (2 * CORNERS)))
+        limit = ("noise of the corners", noise) if column == "held out px" else None
+        for board in ("flat", "bowed"):
+            ours, peer = (table.at(f"{board}: {name}", column) for name in (job, PEER))
+            yield Claim(what, f"20 views of a {board} board", ours, (PEER, peer), limit)
 
 
 def _views(rng: np.random.Generator, count: int, bow: float) -> list[BoardView]:
@@ -108,8 +126,9 @@ def _opencv_ro(views: list[BoardView]) -> Estimate:
     return _nine(K, d), np.asarray(points, float).reshape(-1, 3)
 
 
+PEER = "OpenCV calibrateCamera"
 JOBS: dict[str, Callable[[list[BoardView]], Estimate]] = {
-    "OpenCV calibrateCamera": _opencv,
+    PEER: _opencv,
     "OpenCV RO calibrateCameraRO": _opencv_ro,
     "xneck, one fit": _one_fit,
     "xneck, all of calibrate": _whole,

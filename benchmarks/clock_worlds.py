@@ -37,6 +37,8 @@ class Recorded:
     log: Series
     clocks: Clocks
     fv: Array
+    offset_bound: float
+    """Cramér-Rao bound of the offset, s, were angles off by NOISE and all else known but the skew"""
 
 
 @cache
@@ -57,7 +59,17 @@ def recorded(kind: str, seed: int, duration: float = 60.0, motion: int | None = 
     alpha = made.frame_alpha + np.random.default_rng([moved, 9]).normal(0, NOISE, made.frame_alpha.shape)
     angles = Angles(made.frame_times, alpha, np.full(alpha.shape, NOISE))
     log = Series(made.log_time, numbered("theta", made.counted) | numbered("f", made.f))
-    return Recorded(angles, log, made.clocks, fv)
+    at = made.clocks.log_time(made.frame_times)
+    speed = np.stack([np.interp(at, made.log_time, v) for v in made.alpha_d.T], axis=-1)
+    return Recorded(angles, log, made.clocks, fv, offset_bound(made.frame_times, speed))
+
+
+def offset_bound(time: Array, speed: Array) -> float:
+    """Of frames at `time` (F,), s, with joint speeds (F, N), rad/s; the skew, free as well, turns about their middle."""
+    about = time - (time[0] + time[-1]) / 2
+    square = np.sum(speed**2, axis=1)
+    information = np.array([[np.sum(square * about ** (i + j)) for i in (0, 1)] for j in (0, 1)]) / NOISE**2
+    return float(np.sqrt(np.linalg.inv(information)[0, 0]))
 
 
 def _world(kind: str, rng: np.random.Generator) -> tuple[World, Array]:

@@ -1,15 +1,16 @@
-"""Angles from the sample video: time and error beside OpenCV's refinements, decoding alone as the limit."""
+"""Angles from the sample video: time and error beside OpenCV's refinements and AprilTag's detector, decoding alone as the limit."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.apriltag import apriltags
 from benchmarks.opencv import REFINEMENTS, Find, searching
-from benchmarks.table import Table
+from benchmarks.table import Claim, Table
 from calibration.camera import Camera, camera_from
 from mechanism.description import Markers, Neck, markers_of, read_neck
 from samples.generator.camera import SAMPLE_CAMERA
@@ -25,8 +26,10 @@ EXPOSURE_S = 0.004
 """of the sample's shutter"""
 PASSES = 4
 DECODING, SUBPIX = "decoding alone", "OpenCV SUBPIX"
+PYAPRILTAGS = "pyapriltags, decimate 2"
 FOLLOWING = ("xneck, following", "xneck, following, template")
-OFTEN = (DECODING, *FOLLOWING, SUBPIX)
+"""the second is what `xneck extract` does by default"""
+OFTEN = (DECODING, *FOLLOWING, SUBPIX, PYAPRILTAGS)
 """rows of which the least of several passes counts; the slow ones take one"""
 
 Seen = list[dict[int, NDArray[np.float64]]]
@@ -42,6 +45,8 @@ def measure() -> Table:
     ways: dict[str, Find] = {
         "xneck, searching every frame": lambda grey: finder.find(grey).corners,
     } | {f"OpenCV {name}": searching(markers.dictionary, name) for name in REFINEMENTS}
+    theirs = apriltags(markers.dictionary, decimate=2.0)
+    ways[PYAPRILTAGS] = lambda grey: dict(theirs(grey))
     manners = {name: Manner(template=name.endswith("template"), exposure_s=EXPOSURE_S) for name in FOLLOWING}
     jobs: dict[str, Callable[[], Seen]] = {DECODING: lambda: [{} for _ in _frames()]}
     jobs |= {name: lambda manner=manner: list(_followed(markers, manner)) for name, manner in manners.items()}
@@ -61,7 +66,22 @@ def measure() -> Table:
         error, lost = (None, None) if name == DECODING else _error(neck, camera, seen[name])
         rows.append((name, (cpu / spent[DECODING], spent[SUBPIX] / cpu, error, lost)))
     columns = ("time / decoding", "frames/s over SUBPIX", "alpha rms deg", "angles lost")
-    return Table(f"Extraction, {FRAMES} frames of the sample, processor time, least of passes", columns, tuple(rows))
+    title = f"Extraction, {FRAMES} frames of the sample, processor time, least of passes"
+    return Table(title, columns, tuple(rows), _claims(dict(rows)))
+
+
+def _claims(figures: Mapping[str, tuple[float | None, ...]]) -> tuple[Claim, ...]:
+    """Time and error of the same way, beside two peers."""
+    limit, on = (DECODING, figures[DECODING][0]), f"{FRAMES} frames of the sample"
+    peers = {name: figures[name] for name in (SUBPIX, PYAPRILTAGS)}
+    claims: list[Claim] = []
+    for way, words in zip(FOLLOWING, ("edges", "all grey levels"), strict=True):
+        ours = figures[way]
+        for peer, theirs in peers.items():
+            time_of = f"time of a frame, corners from {words}, in decodings"
+            claims.append(Claim(time_of, on, ours[0], (peer, theirs[0]), limit))
+            claims.append(Claim(f"error of an angle, corners from {words}, rms, deg", on, ours[2], (peer, theirs[2])))
+    return tuple(claims)
 
 
 def _frames():  # type: ignore[no-untyped-def]

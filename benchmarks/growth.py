@@ -1,65 +1,136 @@
-"""How following a video grows with its length: time and peak memory of a process of its own, decoding beside it."""
+"""How each stage grows with the length of a recording: processor time for each second of it, and peak memory.
 
+Every stage is the command of that name in a process of its own, reading and writing files, on one core; decoding alone stands
+beside `extract`. The video is the sample's over and over, angles and log of the other stages are motions of 20 s one after the
+other. Time has what it takes to load Python's libraries in it, which counts in the short recordings. `diagnose` tries
+causes for minutes and is left out of the longest.
+"""
+
+import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-import av
-
-from benchmarks.table import Table
+from benchmarks.clock_worlds import NECK_FILE, NOISE
+from benchmarks.hard import true_camera
+from benchmarks.long_recordings import chain, repeat_video
+from benchmarks.table import Claim, Table
+from calibration.camera_file import write_camera
+from identification.dataset_file import export
+from samples.generator.camera import SAMPLE_CAMERA
+from samples.generator.prescribed import World
+from vision.angles import write_angles
+from xneck.errors import Refused
+from xneck.strict_yaml import parse
 
 SAMPLES = Path(__file__).parents[1] / "samples"
-TIMES = (1, 5, 50)
-"""how often the sample's 24 s are repeated: 24 s, 2 min, 20 min"""
-
-_CALL = """
-import resource, sys, time
-from mechanism.description import read_neck
-from vision.following import follow
-from vision.video import describe, frames
-video, neck = describe(sys.argv[1]), read_neck(sys.argv[2])
-begin = time.perf_counter()
-if sys.argv[3] == "follow":
-    count = len(follow(video, neck.markers).time)
-else:
-    count = sum(1 for _ in frames(video.path))
-print(count, time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
-"""
+VIDEO_S, TURN_S = 24, 20
+"""one turn of the video, and of angles and log"""
+VIDEO_TURNS, TURNS = (1, 5, 50), (1, 6, 60)
+"""24 s or 20 s, 2 min, 20 min"""
+DIAGNOSED_S = 120
+"""the longest recording that is diagnosed"""
+FLAT = 1.1
+"""times the memory of the shortest recording, up to which that of the longest counts as the same"""
+COLUMNS = ("s", "ms per s", "peak MB")
 
 
-def measure() -> Table:
-    """ms a frame, ratio to decoding alone, and peak memory in MB, at three lengths."""
-    rows: list[tuple[str, tuple[float | None, ...]]] = []
+@dataclass(frozen=True)
+class Spent:
+    """What a stage took for a recording of `length` s."""
+
+    stage: str
+    length: float
+    seconds: float
+    """of the processor"""
+    megabytes: float
+
+    @property
+    def each(self) -> float:
+        """ms for each second of the recording."""
+        return 1e3 * self.seconds / self.length
+
+
+def measure(video_turns: Sequence[int] = VIDEO_TURNS, turns: Sequence[int] = TURNS) -> Table:
+    """For each length how long the recording is, the processor's ms for each second of it, and the peak of memory."""
+    found: list[Spent] = []
     with tempfile.TemporaryDirectory() as folder:
-        for times in TIMES:
-            video = Path(folder) / f"{times}.mp4"
-            repeat(SAMPLES / "recording/video.mp4", video, times)
-            count, spent, peak = _run(video, "follow")
-            _, decoding, _ = _run(video, "decode")
-            rows.append((f"{count:.0f} frames", (1e3 * spent / count, spent / decoding, peak / 1e3)))
-    return Table("Following markers, growth with length", ("ms a frame", "over decoding", "peak MB"), tuple(rows))
+        for count in video_turns:
+            found += _of_video(Path(folder), count)
+        for count in turns:
+            found += _of_data(Path(folder), count)
+    stages = {one.stage: [s for s in found if s.stage == one.stage] for one in found}
+    ordered = [one for series in stages.values() for one in series]
+    rows = tuple((f"{s.stage}, {minutes(s.length)}", (s.length, s.each, s.megabytes)) for s in ordered)
+    title = f"Growth with length, {minutes(found[0].length)} to {minutes(max(s.length for s in found))}"
+    claims = tuple(claim for series in stages.values() for claim in _claims(series, stages["decode"]))
+    return Table(title, COLUMNS, rows, claims, tuple(map(words, stages.values())))
 
 
-def repeat(source: Path, out: Path, times: int) -> None:
-    """The video's packets `times` over, one after the other, without coding them anew."""
-    with av.open(str(out), "w") as target:
-        stream, shift = None, 0
-        for _ in range(times):
-            last = 0
-            with av.open(str(source)) as container:
-                video = container.streams.video[0]
-                stream = stream or target.add_stream_from_template(video)
-                for packet in container.demux(video):
-                    if packet.pts is None or packet.dts is None:
-                        continue
-                    last = max(last, packet.pts)
-                    packet.pts, packet.dts, packet.stream = packet.pts + shift, packet.dts + shift, stream
-                    target.mux(packet)
-            shift += last + 3000
+def words(series: Sequence[Spent]) -> str:
+    """What a stage's figures, shortest recording first, say of longer ones."""
+    first, last = series[0], series[-1]
+    more = (last.megabytes - first.megabytes) / (last.length - first.length) * 60
+    memory = "flat" if last.megabytes < FLAT * first.megabytes else f"{more:.3g} MB more a minute"
+    return (
+        f"{first.stage}: from {minutes(first.length)} to {minutes(last.length)} the time for each second goes from "
+        f"{first.each:.3g} to {last.each:.3g} ms, memory from {first.megabytes:.0f} to {last.megabytes:.0f} MB: {memory}."
+    )
 
 
-def _run(video: Path, what: str) -> tuple[float, float, float]:
-    call = [sys.executable, "-c", _CALL, str(video), str(SAMPLES / "recording/neck.yaml"), what]
-    count, spent, peak = subprocess.run(call, capture_output=True, text=True, check=True).stdout.split()
-    return float(count), float(spent), float(peak)
+def minutes(seconds: float) -> str:
+    """`20 s`, `2 min`."""
+    return f"{seconds:g} s" if seconds < 60 else f"{seconds / 60:g} min"
+
+
+def _claims(series: Sequence[Spent], decoding: Sequence[Spent]) -> Iterator[Claim]:
+    """The longest recording beside the one before it, in time, and beside the shortest, in memory."""
+    first, before, last = series[0], series[-2], series[-1]
+    on, stage = minutes(last.length), last.stage
+    limit = ("decoding alone", decoding[-1].each) if stage == "extract" else None
+    yield Claim(f"{stage}: ms a second of the recording", on, last.each, (minutes(before.length), before.each), limit)
+    yield Claim(f"{stage}: peak of memory, MB", on, last.megabytes, (minutes(first.length), first.megabytes))
+
+
+def _of_video(folder: Path, turns: int) -> Iterator[Spent]:
+    video, camera = folder / "video.mp4", folder / "camera.yaml"
+    repeat_video(SAMPLES / "recording/video.mp4", video, turns)
+    write_camera(true_camera(SAMPLE_CAMERA), camera)
+    files = ["--camera", camera, "--neck", SAMPLES / "recording/neck.yaml", "--out", folder / "angles.mcap"]
+    yield _spent("decode", turns * VIDEO_S, video)
+    yield _spent("extract", turns * VIDEO_S, video, *files, "--quiet")
+
+
+def _of_data(folder: Path, turns: int) -> Iterator[Spent]:
+    length = turns * TURN_S
+    data, model = folder / "fitted.mcap", folder / "model.yaml"
+    yield _synced(data, turns, 1)
+    yield _spent("check", length, data, "--quiet")
+    yield _spent("identify", length, data, "--out", model, "--quiet")
+    if length <= DIAGNOSED_S:
+        held_out = folder / "held_out.mcap"
+        _synced(held_out, turns, 2)
+        yield _spent("diagnose", length, data, "--held-out", held_out, "--out", folder / "diagnosis", "--quiet")
+
+
+def _synced(data: Path, turns: int, seed: int) -> Spent:
+    """The data set of one recording, and what `sync` took for it."""
+    angles, log = chain(World(parse(NECK_FILE.read_text(), str(NECK_FILE))), TURN_S, turns, seed, NOISE)
+    files = data.with_suffix(".angles.mcap"), data.with_suffix(".csv")
+    write_angles(angles, files[0])
+    export(log, files[1])
+    return _spent("sync", turns * TURN_S, *files, "--neck", NECK_FILE, "--out", data, "--quiet")
+
+
+def _spent(stage: str, length: float, *words: object) -> Spent:
+    """Of `xneck STAGE WORDS...`, on one core."""
+    call = [sys.executable, "-m", "benchmarks.command_process", stage, *map(str, words)]
+    alone = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+    done = subprocess.run(call, capture_output=True, text=True, env=alone, cwd=Path(__file__).parents[1])
+    if done.returncode:
+        raise Refused(f"xneck {stage}, {minutes(length)}", " ".join(done.stderr.split("\n")[-2:]).strip())
+    seconds, megabytes = done.stdout.splitlines()[-1].split()
+    return Spent(stage, length, float(seconds), float(megabytes))

@@ -1,22 +1,21 @@
 """How near to the physical limit a marker's angle is measured, and how true the claimed uncertainty is.
 
-    python -m benchmarks.markers [markers per case]
-
 Pictures come from `samples.generator.closeup`, which shares nothing with the fit. Error is the RMS of the in-plane angle over the
 Cramér-Rao bound of the clean picture; `z` is error over claimed sigma. Ours start half a pixel (RMS) off, as a prediction does;
-`edges` is what the fit falls back on. Blur and bleed are known as a recording's first frames would show them.
+`edges` is what the fit falls back on. Blur and bleed are known as a recording's first frames would show them. Below each case
+stands how many markers were not found, or fell back on edges.
 """
 
-import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.apriltag import apriltags
+from benchmarks.table import Claim, Table
 from calibration.dictionaries import dictionary, marker_cells
 from samples.generator.closeup import Flaws, developed, light, picture, square
 from vision.edges import refine
@@ -31,6 +30,11 @@ Grey = NDArray[np.uint8]
 FAMILY = "apriltag_36h11"
 START_PX = 0.5
 SEED = 7
+COUNT = 200
+"""markers a case"""
+OURS = "photometric"
+SEARCHED = ("SUBPIX", "pyapriltags")
+"""of the peers, those that are named in the summary"""
 BOUNDS = 8
 """of as many markers the bound is computed, and holds on the average for those that follow"""
 CLEAN = Flaws()
@@ -110,16 +114,13 @@ def opencv(method: int) -> Callable[[View], Array | None]:
     return corners
 
 
-def apriltags() -> Callable[[View], Array | None]:
-    """Corners by pyapriltags (AprilTag 3.4) in the setting that is best for it."""
-    import pyapriltags
-
-    detector: Any = pyapriltags.Detector(families="tag36h11", quad_decimate=2.0, refine_edges=1)
+def pyapriltags() -> Callable[[View], Array | None]:
+    """Corners by AprilTag 3.4 in the setting that is best for it."""
+    find = apriltags(FAMILY, decimate=2.0)
 
     def corners(view: View) -> Array | None:
-        found = detector.detect(view.grey)
-        # its corners run the other way round
-        return np.asarray(found[0].corners, dtype=float)[::-1] if len(found) == 1 else None
+        found = find(view.grey)
+        return found[0][1] if len(found) == 1 else None
 
     return corners
 
@@ -136,7 +137,7 @@ def peers() -> dict[str, Callable[[View], Array | None]]:
         "SUBPIX": opencv(cv2.aruco.CORNER_REFINE_SUBPIX),
         "CONTOUR": opencv(cv2.aruco.CORNER_REFINE_CONTOUR),
         "APRILTAG": opencv(cv2.aruco.CORNER_REFINE_APRILTAG),
-        "pyapriltags": apriltags(),
+        "pyapriltags": pyapriltags(),
         "edges": edges,
     }
 
@@ -155,13 +156,13 @@ def ours(view: View, optics: Optics) -> tuple[float, float, MarkerFit]:
     return d / view.bound, d / float(np.sqrt(slopes @ fit.covariance @ slopes)), fit
 
 
-def rms(values: list[float]) -> float:
-    """Root of the mean square."""
-    return float(np.sqrt(np.mean(np.square(values)))) if values else float("nan")
+def rms(values: list[float]) -> float | None:
+    """Root of the mean square; None of nothing."""
+    return float(np.sqrt(np.mean(np.square(values)))) if values else None
 
 
-def times() -> dict[str, float]:
-    """Milliseconds for a picture of 1280 x 720 with four markers of 60 px: medians of 30."""
+def times(repeats: int = 30) -> dict[str, float]:
+    """Milliseconds for a picture of 1280 x 720 with four markers of 60 px: medians. Peers search, ours know where to look."""
     rng = np.random.default_rng(0)
     grey = np.full((720, 1280), 100, dtype=np.uint8)
     starts = []
@@ -173,13 +174,15 @@ def times() -> dict[str, float]:
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     detector = cv2.aruco.ArucoDetector(dictionary(FAMILY), parameters)
+    theirs = apriltags(FAMILY, decimate=2.0)
     jobs: dict[str, Callable[[], object]] = {
-        "OpenCV detection with SUBPIX": lambda: detector.detectMarkers(grey),
-        "edges, four markers": lambda: refine(grey, np.stack([s.corners for s in starts]), 8),
-        "photometric, four markers": lambda: fit_markers(grey, starts, Optics(0.8, 0.0, 0.05, 0.05)),
+        "SUBPIX": lambda: detector.detectMarkers(grey),
+        "pyapriltags": lambda: theirs(grey),
+        "edges": lambda: refine(grey, np.stack([s.corners for s in starts]), 8),
+        OURS: lambda: fit_markers(grey, starts, Optics(0.8, 0.0, 0.05, 0.05)),
     }
     taken: dict[str, list[float]] = {name: [] for name in jobs}
-    for _ in range(31):  # side by side, so that a busy machine is busy for all
+    for _ in range(repeats + 1):  # side by side, so that a busy machine is busy for all
         for name, job in jobs.items():
             before = time.perf_counter()
             job()
@@ -187,17 +190,14 @@ def times() -> dict[str, float]:
     return {name: float(np.median(t[1:])) for name, t in taken.items()}
 
 
-def main(count: int = 200) -> None:
-    """Prints one table."""
+def measure(count: int = COUNT, cases: Mapping[str, tuple[int, Flaws]] = CASES) -> Table:
+    """RMS error of the angle over its bound, by method; the bound itself; ours: error over sigma."""
     cv2.setNumThreads(1)
     methods = peers()
-    print("angle RMS error / bound; (n) of the markers were not found", f"{count} markers a case", sep="; ")
-    print(
-        f"{'':18}{'bound deg':>10}"
-        + "".join(f"{m:>13}" for m in methods)
-        + f"{'photometric':>13}{'z':>6}{'fell back':>11}"
-    )
-    for name, (side, flaws) in CASES.items():
+    columns = ("bound deg", *methods, OURS, "z")
+    rows: list[tuple[str, tuple[float | None, ...]]] = []
+    claims: list[Claim] = []
+    for name, (side, flaws) in cases.items():
         optics = optics_of(side, flaws)
         errors: dict[str, list[float]] = {m: [] for m in methods}
         mine, z, back, limit = [], [], 0, 0.0
@@ -210,14 +210,18 @@ def main(count: int = 200) -> None:
             mine.append(a)
             z.append(b)
             back += fit.fell_back
-            limit = view.bound
-        cells = "".join(f"{rms(e):8.2f}{f'({count - len(e)})' if len(e) < count else '':5}" for e in errors.values())
-        print(f"{name:18}{np.degrees(limit):10.4f}{cells}{rms(mine):13.2f}{rms(z):6.2f}{back:11}", flush=True)
+            limit = float(np.degrees(view.bound))
+        theirs = {method: rms(e) for method, e in errors.items()}
+        rows.append((name, (limit, *theirs.values(), rms(mine), rms(z))))
+        rows.append(("  not found", (None, *(count - len(e) for e in errors.values()), back, None)))
+        claims += [
+            Claim(
+                "error of a marker's angle, rms, in bounds", name, rms(mine), (peer, theirs[peer]), ("Cramér-Rao", 1.0)
+            )
+            for peer in SEARCHED
+        ]
     taken = times()
-    base = taken["OpenCV detection with SUBPIX"]
-    for name, t in taken.items():
-        print(f"{name:32}{t:7.2f} ms{t / base:7.2f} of the detection")
-
-
-if __name__ == "__main__":
-    main(*(int(a) for a in sys.argv[1:]))
+    rows.append(("four markers, ms", tuple(taken.get(column) for column in columns)))
+    return Table(
+        f"Markers, {count} a case: error of the angle over its Cramér-Rao bound", columns, tuple(rows), tuple(claims)
+    )

@@ -5,14 +5,14 @@ The files are those of AprilTag, OpenCV's samples and scikit-surgeryarucotracker
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.apriltag import FAMILIES, apriltags
 from benchmarks.opencv import REFINEMENTS, searching
-from benchmarks.table import Table
+from benchmarks.table import Claim, Table
 from calibration.dictionaries import dictionary, marker_cells
 from mechanism.description import BarMarker, Markers
 from vision.markers import Finder
@@ -31,6 +31,8 @@ Figures = tuple[float | None, ...]
 DATA = Path(__file__).parents[2] / "shared/data/markers"
 SURGERY = DATA / "scikit_surgery"
 METHODS = ("edges", "template", *(f"OpenCV {name}" for name in REFINEMENTS), "pyapriltags")
+PEERS = ("OpenCV SUBPIX", "pyapriltags")
+"""named in the summary"""
 STILLS = ("singlemarkersoriginal", "chocclusion_original", "img_00", "img_01", "img_02", "img_03")
 """OpenCV's samples, of aruco_6x6_250"""
 LAYOUTS = ("reference.txt", "pointer.txt")
@@ -43,10 +45,11 @@ LEAST = 3
 def measure() -> Table:
     """A row a file and figure, a column a method."""
     if not DATA.is_dir():
-        return Table(f"Real markers: skipped, no data at {DATA}", METHODS, ())
+        return Table("Real markers: skipped, as their files are not there", METHODS, ())
     layouts = {name: _layout(SURGERY / name) for name in LAYOUTS}
     known = sorted({i for layout in layouts.values() for i in layout})
-    rows = [*_photographs(), *_stills()]
+    photographs, claims = _photographs()
+    rows = _stills()
     rows += _video("multipattern.avi", "aruco_original", known, layouts)
     rows += _video("output.avi", "aruco_4x4_50", [0], {})
     rows += _video("12markers.avi", "aruco_6x6_250", list(range(1, 13)), {})
@@ -54,11 +57,14 @@ def measure() -> Table:
         "Real markers: how many are found; noise of the angle of markers seen in every picture, by its second differences;\n"
         "RMS of the corners about the flat layout they were printed in, freely placed; the same markers for every method"
     )
-    return Table(title, METHODS, tuple(rows))
+    return Table(title, METHODS, (*photographs, *rows), claims)
 
 
-def _photographs() -> list[tuple[str, Figures]]:
-    """AprilTag's pictures, each tag many times over: those found near published ones, and the median of their corners' errors."""
+def _photographs() -> tuple[list[tuple[str, Figures]], tuple[Claim, ...]]:
+    """AprilTag's pictures, each tag many times over: those found near published ones, and the median of their corners' errors.
+
+    Claims are of the fit that is ours by default.
+    """
     pictures = sorted((DATA / "apriltag").glob("*.jpg"))
     ways = _all_in_picture("apriltag_36h11", 587)
     truth = [_published(picture) for picture in pictures]
@@ -79,7 +85,14 @@ def _photographs() -> list[tuple[str, Figures]]:
         found.append(len(errors))
         off.append(float(np.median(errors)))
     count = sum(len(tags) for tags in truth)
-    return [(f"photographs, found of {count}", tuple(found)), ("  worst corner, median px", tuple(off))]
+    missed = [None if n is None else count - n for n in found]
+    claims = [
+        Claim(what, "AprilTag's photographs", dict(zip(METHODS, figures, strict=True))["template"], (peer, theirs))
+        for what, figures in ((f"tags missed of {count}", missed), ("worst corner of a tag, median, px", off))
+        for peer, theirs in zip(METHODS, figures, strict=True)
+        if peer in PEERS
+    ]
+    return [(f"photographs, found of {count}", tuple(found)), ("  worst corner, median px", tuple(off))], tuple(claims)
 
 
 def _stills() -> list[tuple[str, Figures]]:
@@ -112,7 +125,7 @@ def _video(name: str, family: str, ids: list[int], layouts: dict[str, Corners]) 
 
 
 def _all_in_picture(family: str, count: int) -> list[Callable[[Grey], list[Array]] | None]:
-    """Corners of all markers of a picture, by each method; None where it does not know the dictionary or is not installed."""
+    """Corners of all markers of a picture, by each method; None where it does not know the dictionary."""
     finder = Finder(Markers(dictionary=family, size=0.02, on_bars=tuple(BarMarker(id=i, bar=0) for i in range(count))))
 
     def template(grey: Grey) -> list[Array]:
@@ -139,15 +152,10 @@ def _followed(family: str, ids: list[int], shown: list[Frame], template: bool) -
 
 
 def _apriltags(family: str) -> Callable[[Grey], list[Array]] | None:
-    if family != "apriltag_36h11":
+    if family not in FAMILIES:
         return None
-    try:
-        import pyapriltags
-    except ImportError:
-        return None
-    detector: Any = pyapriltags.Detector(families="tag36h11", quad_decimate=1.0, refine_edges=1)
-    # its pixels have their edges at integers
-    return lambda grey: [np.asarray(d.corners) - 0.5 for d in detector.detect(grey)]
+    find = apriltags(family, decimate=1.0)
+    return lambda grey: [corners for _, corners in find(grey)]
 
 
 def _published(picture: Path) -> list[Array]:

@@ -8,6 +8,7 @@ the generator of the samples, in Python, and its time is that of its bodies alon
 # mujoco comes without complete type stubs
 # pyright: reportAttributeAccessIssue=false
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,7 +17,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from benchmarks.table import Table
+from benchmarks.table import Claim, Table
 from mechanism.arm import Array, arm_of, batch
 from mechanism.description import read_neck
 from mechanism.machine import Machine
@@ -34,6 +35,8 @@ TIMED_ROWS, REPEATS = 26, 5
 """few rows, and the fastest of several runs: other work on the machine only adds"""
 MUJOCO_STEPS_S = (4e-4, 2e-4, 1e-4)
 MUJOCO_TIMED = 2000
+AS_EXACT = "MuJoCo as exact as steps of 2 ms, by its last row"
+COLUMNS = ("error, rad", "x real time")
 _K, _CA, _FS = np.array([10e3, 9e3, 8e3, 5.5e3]), np.full(4, 60.0), np.array([14.0, 17, 18, 16])
 
 
@@ -66,15 +69,35 @@ def measure() -> Table:
             sets = Machine(arms, machine.names, values | {"k": _K * (1 + 0.1 * np.arange(count)[:, None] / count)})
             short = ticks[:TIMED_ROWS]
             spent = _least(lambda sets=sets, short=short, step=step: simulate(sets, rest, short, f, max_step=step))
-            rows.append((f"steps of {1e3 * step:g} ms, {count} sets at once", (error, short[-1] * count / spent)))
+            rows.append((_label(step, count), (error, short[-1] * count / spent)))
     error, speed = np.inf, 0.0
     for step in MUJOCO_STEPS_S:
         found, speed = _mujoco(f, step)
         error = float(np.abs(found - exact).max())
         rows.append((f"MuJoCo, steps of {1e3 * step:g} ms", (error, speed)))
     # its error goes with the step (tests/mechanism/test_mujoco_peer.py)
-    rows.append(("MuJoCo as exact as steps of 2 ms, by its last row", (ours, speed * ours / error)))
-    return Table("Simulation of arm, cables and motors", ("error, rad", "x real time"), tuple(rows))
+    rows.append((AS_EXACT, (ours, speed * ours / error)))
+    table = Table("Simulation of arm, cables and motors", COLUMNS, tuple(rows))
+    peer = ("MuJoCo as exact", _per_second(table, AS_EXACT))
+    claims = [
+        Claim(
+            "ms of computing a simulated second",
+            f"{count} sets at once",
+            _per_second(table, _label(STEP_S, count)),
+            peer,
+        )
+        for count in (BATCHES[0], BATCHES[-1])
+    ]
+    return replace(table, claims=tuple(claims))
+
+
+def _label(step: float, count: int) -> str:
+    return f"steps of {1e3 * step:g} ms, {count} sets at once"
+
+
+def _per_second(table: Table, row: str) -> float:
+    """ms of computing for each second of a set."""
+    return 1e3 / (table.at(row, COLUMNS[1]) or math.nan)
 
 
 def _mujoco(f: Array, step: float) -> tuple[Array, float]:

@@ -4,11 +4,13 @@ Arms drawn as in `identification`; one recording of 60 s is identified, another 
 on its tip that the description does not know, are simulated in windows, from forces and from motor angles.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.clock_worlds import NECK_FILE, NOISE
-from benchmarks.table import Table
+from benchmarks.table import Claim, Table
 from identification.dataset import DataSet
 from identification.estimates import estimate
 from identification.model import model_of
@@ -67,4 +69,11 @@ def measure(first: int = 0, seeds: int = SEEDS) -> Table:
         figures = (floor, float(np.median(ratio)), float(np.sqrt(np.mean(ratio**2))), float(ratio.min()))
         rows.append((f"{what}, {kind}", (*figures, float(ratio.max()), within, usual)))
     columns = ("floor, SI", "median", "rms", "least", "largest", "% < 1.3", "% < 95 %")
-    return Table(f"Simulation error over its noise floor, {seeds} arms, windows of 0.5 s", columns, tuple(rows))
+    title = f"Simulation error over its noise floor, {seeds} arms, windows of 0.5 s"
+    table = Table(title, columns, tuple(rows))
+    claims = []
+    for source, kind in (("f", "alpha"), ("f", "theta"), ("theta", "alpha")):
+        ours = table.at(f"held out, from {source}, {kind}", "median")
+        what, on = f"error over noise floor, median, {kind} from {source}", f"{seeds} recordings that were not fitted"
+        claims.append(Claim(what, on, ours, limit=("a true model", 1.0)))
+    return replace(table, claims=tuple(claims))

@@ -13,7 +13,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.table import Table
+from benchmarks.table import Claim, Table
 from identification.fusion import Seen
 from identification.motors import motors_of
 from identification.seed_series import seed_series
@@ -95,7 +95,20 @@ def measure(seeds: Iterable[int] = SEEDS) -> Table:
                 for where, nees in (("in", [r.blind for r in found]), ("beside", [r.nees for r in found])):
                     rows.append((f"{label}, {where} gaps", (None, None, None, *_honesty(nees), seconds)))
     columns = ("alpha", "alpha'", "alpha''", "NEES", "NEES'", "NEES''", "joint", "least", "most", "s/min")
-    return Table(f"State over the seed's chain, RMS, {len(seeds)} seeds of 0.1 deg", columns, tuple(rows))
+    table = Table(f"State over the seed's chain, RMS, {len(seeds)} seeds of 0.1 deg", columns, tuple(rows))
+    peer = ("the seed's, at its best cutoff", 1.0)
+    claims = [
+        Claim(
+            f"error of {column}, rms, in those of the seed's chain",
+            f"motion up to {content}, cables that stiffen and creep",
+            ours,
+            peer,
+        )
+        for content in CONTENTS
+        for column in columns[:3]
+        for ours in (table.at(f"{content}, fused, all cables", column),)
+    ]
+    return replace(table, claims=tuple(claims))
 
 
 def _honesty(nees: list[Array]) -> tuple[float, ...]:

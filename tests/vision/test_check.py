@@ -145,7 +145,7 @@ def test_a_cable_that_went_slack_is_named_with_its_time() -> None:
     log = Series(p.log_time, numbered("theta", np.round(theta / COUNT) * COUNT) | numbered("f", f))
     angles = Angles(p.frame_times, alpha, np.full(alpha.shape, NOISE))
     case = Hidden("slack", None, angles, log, arm())
-    found = check_elongations(arm(), *inputs(Recorded(angles, log, p.clocks, np.zeros(4)), case, 75))
+    found = check_elongations(arm(), *inputs(Recorded(angles, log, p.clocks, np.zeros(4), np.nan), case, 75))
     first = found.faults[0]
     assert (first["fault"], first["where"]) == ("cable_slack", "cable 3")
     assert abs(first["when_s"] - middle) < 0.3

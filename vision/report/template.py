@@ -1,13 +1,14 @@
 """The templates beside this file, and the one style sheet."""
 
 from importlib.resources import files
+from pathlib import Path
 
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
 
-def render(name: str, **values: object) -> str:
-    """The template `name` with `values`; undefined names are errors, text is never markup."""
+def render(name: str | Path, **values: object) -> str:
+    """The template `name`, or one in a file elsewhere, with `values`; undefined names are errors, text is never markup."""
     home = files("vision.report")
 
     def load(template: str) -> str:
@@ -17,4 +18,8 @@ def render(name: str, **values: object) -> str:
         loader=FunctionLoader(load), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     style_sheet = Markup(load("report.css"))  # our own file, not a person's
-    return environment.get_template(name).render(style_sheet=style_sheet, **values)
+    if isinstance(name, Path):
+        template = environment.from_string(name.read_text(encoding="utf-8"))
+    else:
+        template = environment.get_template(name)
+    return template.render(style_sheet=style_sheet, **values)
