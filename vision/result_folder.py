@@ -6,6 +6,7 @@ from typing import Any
 
 from vision.made_from import unchanged
 from vision.recording import Recording
+from xneck import whole_file
 from xneck.json_text import as_json
 from xneck.whole_file import write_text
 
@@ -56,9 +57,8 @@ def clear(folder: Path) -> None:
 
 def sweep(folder: Path) -> None:
     """Removes the parts of files that a killed process left."""
-    for name in map(Path, _ALL):
-        for part in folder.glob(f".{name.stem}-*{name.suffix}"):
-            part.unlink(missing_ok=True)
+    for name in _ALL:
+        whole_file.sweep(folder / name)
 
 
 def within(recording: Path, line: str) -> str:

@@ -30,9 +30,10 @@ from vision.made_from import made_from, unchanged
 from vision.recording import read_recording
 from vision.recording_task import run_one
 from vision.report.wording import number, with_sigma
-from vision.result_folder import result_of
+from vision.result_folder import clear, result_of, sweep
 from xneck.errors import Refused
 from xneck.recovered import say_recovered
+from xneck.whole_file import whole_file
 
 HELD_OUT = Path(__file__).parents[2] / "samples/held_out"
 NASTY = "<b>100%20 & #1 'b'"
@@ -78,7 +79,7 @@ def batch(recordings: list[Path], tmp_path_factory: pytest.TempPathFactory) -> t
     """All by one worker, which is killed once in the middle of the first."""
     out = tmp_path_factory.mktemp("results")
     (out / NASTY).mkdir()
-    (out / NASTY / ".report-0a1b2c3d.html").write_text("what an earlier kill left")
+    (out / NASTY / ".report.xneck-0a1b2c3d.html").write_text("what an earlier kill left")
     (out / NASTY / "notes.txt").write_text("a person's own")
     words = [*XNECK, "run", *map(str, recordings), "--out", str(out), "--jobs", "1"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as command:
@@ -126,6 +127,20 @@ def test_nothing_half_written_is_left(batch: tuple[Path, Ran]) -> None:
         f"{NASTY}/notes.txt",
         *(f"{name}/{file}" for name in (NASTY, "cut") for file in results),
     }
+
+
+def test_what_a_killed_writer_left_goes_with_the_results(tmp_path: Path) -> None:
+    """A part as whole_file itself makes it, of every output; what the writer still holds stays, and a person's own files."""
+    for name in ("dataset.mcap", "report.html"):
+        with whole_file(tmp_path / name) as part:
+            left = part.with_name(part.name[: -len(part.suffix) - 8] + "0a1b2c3d" + part.suffix)
+            shutil.copy(part, left)
+            sweep(tmp_path)
+            assert part.exists()
+            assert not left.exists()
+    (tmp_path / ".report-of-mine.html").touch()
+    clear(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == [".report-of-mine.html"]
 
 
 @contextmanager
@@ -319,8 +334,8 @@ def test_an_interruption_leaves_what_is_done_and_no_parts(
 
     def interrupted(*_: Any) -> Iterator[Any]:
         (out / NASTY).mkdir()
-        (out / NASTY / ".dataset-0a1b2c3d.mcap").touch()
-        (out / "cut/.result-0a1b2c3d.json").touch()
+        (out / NASTY / ".dataset.xneck-0a1b2c3d.mcap").touch()
+        (out / "cut/.result.xneck-0a1b2c3d.json").touch()
         raise KeyboardInterrupt
         yield
 
