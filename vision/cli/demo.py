@@ -6,13 +6,16 @@ import click
 
 from vision.cli.output import FOLDER, results
 
-SAMPLES = Path(__file__).resolve().parents[2] / "samples"
+_PACKAGE = Path(__file__).resolve().parents[1]
+_PACKED = _PACKAGE / "samples"
+SAMPLES = _PACKED if _PACKED.is_dir() else _PACKAGE.parent / "samples"
+"""the two recordings that a wheel holds, or those of the checkout"""
 
 
 @click.command(epilog="Example: xneck demo --out out")
 @click.option("--out", type=FOLDER, default=Path("out"), show_default=True, help="A folder for each recording here.")
 @click.option(
-    "--samples", type=FOLDER, default=SAMPLES, help="The samples folder of a checkout.  [default: this one's]"
+    "--samples", type=FOLDER, default=SAMPLES, help="The samples folder of a checkout.  [default: those that came with it]"
 )
 @results
 def command(out: Path, samples: Path, json_out: str | None, quiet: bool) -> int:
