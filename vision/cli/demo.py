@@ -15,7 +15,10 @@ SAMPLES = _PACKED if _PACKED.is_dir() else _PACKAGE.parent / "samples"
 @click.command(epilog="Example: xneck demo --out out")
 @click.option("--out", type=FOLDER, default=Path("out"), show_default=True, help="A folder for each recording here.")
 @click.option(
-    "--samples", type=FOLDER, default=SAMPLES, help="The samples folder of a checkout.  [default: those that came with it]"
+    "--samples",
+    type=FOLDER,
+    default=SAMPLES,
+    help="The samples folder of a checkout.  [default: those that came with it]",
 )
 @results
 def command(out: Path, samples: Path, json_out: str | None, quiet: bool) -> int:
