@@ -24,7 +24,7 @@ import vision.made_from
 import vision.recording_task
 from samples.generator.hidden.experiment import hide
 from tests.vision.command import Ran, run
-from tests.vision.html_page import Elements, look
+from tests.vision.html_page import Elements, check_print, look, watch
 from vision.batch import named
 from vision.made_from import made_from, unchanged
 from vision.recording import read_recording
@@ -36,7 +36,7 @@ from xneck.recovered import say_recovered
 from xneck.whole_file import whole_file
 
 HELD_OUT = Path(__file__).parents[2] / "samples/held_out"
-NASTY = "<b>100%20 & #1 'b'"
+NASTY = "<script>alert(1)<b> 100%20 & #1 'b' \"é雪"
 FRAMES = 270
 """9 s of the sample"""
 XNECK = [sys.executable, "-c", "from vision.cli import main; main()"]
@@ -289,9 +289,27 @@ def test_the_page_says_what_summary_json_says(batch: tuple[Path, Ran]) -> None:
             assert not p["identified"] or with_sigma(p["value"], p["sigma"]) in elements.text
 
 
-@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("width", [360, 1280])
 def test_a_browser_shows_it(browser_page: Page, batch: tuple[Path, Ran], width: int) -> None:
     look(browser_page, batch[0] / "summary.html", width)
+
+
+def test_printed_nothing_is_cut_off(browser_page: Page, batch: tuple[Path, Ran]) -> None:
+    check_print(browser_page, batch[0] / "summary.html")
+
+
+def test_from_the_summary_to_each_report_and_back(browser_page: Page, batch: tuple[Path, Ran]) -> None:
+    summary, watched = batch[0] / "summary.html", watch(browser_page)
+    reports = {name: batch[0] / name / "report.html" for name in (NASTY, "cut")}
+    browser_page.goto(summary.as_uri())
+    for name, report in reports.items():
+        browser_page.get_by_role("link", name=name, exact=True).click()
+        browser_page.wait_for_url(report.as_uri())
+        assert browser_page.title() == f"{name}: xneck report"
+        assert browser_page.locator("h1").inner_text() == name
+        browser_page.go_back()
+        browser_page.wait_for_url(summary.as_uri())
+    watched.check([summary, *reports.values()])
 
 
 def test_one_alone_is_refused_in_one_line(

@@ -12,7 +12,7 @@ from calibration.estimation import calibrate
 from calibration.meaning import corner_errors, meaning
 from calibration.views import LeftOut, Observations
 from tests.calibration.truth import CAMERA, SIZE, project, synthetic_views
-from tests.vision.html_page import Elements, check_alone, label_faults, look
+from tests.vision.html_page import Elements, check_alone, check_print, label_faults, look
 from vision.arm_sigma import arm_sigma, link_arm
 from vision.report.calibration_page import CalibrationResult, sentence, write_calibration_report
 from xneck.provenance import provenance
@@ -95,7 +95,7 @@ def test_errors_are_seen_less_predicted(result: CalibrationResult) -> None:
     assert abs(result.calibration.camera.parameters[0] - CAMERA[0]) < 10
 
 
-@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("width", [360, 1280])
 def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
     look(browser_page, report, width)
     assert browser_page.title() == f"{NASTY}: xneck calibration"
@@ -104,3 +104,7 @@ def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
 def test_no_label_leaves_its_figure(report: Path, browser_page: Page) -> None:
     faults = label_faults(browser_page, report)
     assert not faults, "\n".join(faults)
+
+
+def test_printed_nothing_is_cut_off(report: Path, browser_page: Page) -> None:
+    check_print(browser_page, report)

@@ -14,7 +14,7 @@ from identification.diagnosis.advice import advice
 from identification.diagnosis.naming import Named, Rival
 from mechanism.description import read_neck
 from samples.generator.hidden.experiment import hide
-from tests.vision.html_page import Elements, check_alone, label_faults, look
+from tests.vision.html_page import Elements, check_alone, check_print, label_faults, look
 from vision.angles import read_angles
 from vision.cli.output import as_json
 from vision.encoder_log import read_log
@@ -144,7 +144,7 @@ def test_what_figures_show_is_in_the_record(found: Diagnosis) -> None:
     assert len(as_json(said)) < 400_000
 
 
-@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("width", [360, 1280])
 def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
     look(browser_page, report, width)
     assert browser_page.title() == f"{NASTY}: xneck diagnosis"
@@ -153,3 +153,7 @@ def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
 def test_no_label_leaves_its_figure(report: Path, browser_page: Page) -> None:
     faults = label_faults(browser_page, report)
     assert not faults, "\n".join(faults)
+
+
+def test_printed_nothing_is_cut_off(report: Path, browser_page: Page) -> None:
+    check_print(browser_page, report)

@@ -24,7 +24,7 @@ from identification.simulation.channels import Channel
 from identification.simulation.simulated import Simulated
 from mechanism.description import read_neck
 from tests.calibration.truth import synthetic_views
-from tests.vision.html_page import Elements, check_alone, label_faults, look
+from tests.vision.html_page import Elements, check_alone, check_print, label_faults, look
 from vision.angles import Angles, read_angles
 from vision.elongation import explain
 from vision.encoder_log import read_log
@@ -295,7 +295,7 @@ def test_a_lens_parameter_that_was_held_says_so(result: Result) -> None:
     assert "±" in rows["fx"]
 
 
-@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("width", [360, 1280])
 def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
     look(browser_page, report, width)
     assert browser_page.title() == f"{NASTY}: xneck report"
@@ -305,3 +305,7 @@ def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
 def test_no_label_leaves_its_figure(report: Path, browser_page: Page) -> None:
     faults = label_faults(browser_page, report)
     assert not faults, "\n".join(faults)
+
+
+def test_printed_nothing_is_cut_off(report: Path, browser_page: Page) -> None:
+    check_print(browser_page, report)

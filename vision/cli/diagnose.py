@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from vision.cli.output import FILE, FOLDER, report_result, results
+from vision.result_folder import DATASET
 
 
 @click.command(epilog="Example: xneck diagnose monday.mcap --held-out tuesday.mcap --out diagnosis")
@@ -54,6 +55,11 @@ def command(
     write_text(out / "neck.yaml", extended.neck_yaml(extended.description(found.search.last, found.extended)))
     write_model(extended.model(found.search.last, found.extended, origin), out / "model.yaml")
     write_text(out / "diagnosis.json", as_json(result))
-    name = f"{' and '.join(p.stem for p in datasets)}, diagnosed"
+    name = f"{' and '.join(map(_called, datasets))}, diagnosed"
     write_diagnosis_report(DiagnosisResult(name, found, origin), out / "diagnosis.html")
     report_result(result, f"{record.as_text(found)}\n{out}", json_out, quiet)
+
+
+def _called(dataset: Path) -> str:
+    """By its recording where it lies in that one's folder of results, where all have the same name."""
+    return dataset.resolve().parent.name if dataset.name == DATASET else dataset.stem

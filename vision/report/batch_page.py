@@ -28,7 +28,7 @@ def page(rows: Rows, versions: Mapping[str, Any]) -> str:
         failed={name: row["failure"] for name, row in rows.items() if row["failure"] is not None},
         lossy={name: row["recovered"] for name, row in rows.items() if row.get("recovered")},
         head=HEAD,
-        rows=[(_link(name, row), *cells(name, row)[1:-1], _note(cells(name, row)[-1])) for name, row in rows.items()],
+        rows=[(_link(name, row), *cells(name, row)[1:]) for name, row in rows.items()],
         parameters=parameter_tables(rows),
         versions=f"xneck {versions['xneck']}, Python {versions['python']}",
     )
@@ -39,10 +39,6 @@ def _link(name: str, row: Mapping[str, Any]) -> str | Markup:
         return name
     # ./ keeps a name like `mail:me` from being taken for an address
     return Markup('<a href="./{}">{}</a>').format(quote(row["report"]), name)
-
-
-def _note(text: str) -> Markup:
-    return Markup('<div class="note">{}</div>').format(text)
 
 
 def parameter_tables(rows: Rows) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:

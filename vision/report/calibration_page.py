@@ -15,7 +15,8 @@ from vision.report import calibration_figures as figures
 from vision.report.style import drawing
 from vision.report.template import render
 from vision.report.verdict import Figure
-from vision.report.wording import number, size_of, with_sigma
+from vision.report.went_in import input_rows, version_text
+from vision.report.wording import number, with_sigma
 from xneck.whole_file import write_text
 
 
@@ -54,11 +55,8 @@ def page(result: CalibrationResult) -> str:
             models=model_rows(found),
             board_shape=shape_in_words(found),
             arm_rows=arm_rows(result.arm) if result.arm else None,
-            inputs=[
-                (role, entry["file"], size_of(entry["bytes"]), entry["sha256"])
-                for role, entry in result.provenance["inputs"].items()
-            ],
-            versions=", ".join(f"{name} {version}" for name, version in result.provenance["libraries"].items()),
+            inputs=input_rows(result.provenance),
+            versions=version_text(result.provenance),
             number=number,
             residual_figure=figures.residuals(found),
             coverage_figure=figures.coverage(found, meaning),

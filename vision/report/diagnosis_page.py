@@ -11,7 +11,8 @@ from vision.report import diagnosis_figures as figures
 from vision.report import diagnosis_words as words
 from vision.report.style import drawing
 from vision.report.template import render
-from vision.report.wording import listed, size_of
+from vision.report.went_in import input_rows, version_text
+from vision.report.wording import listed
 from xneck.whole_file import write_text
 
 
@@ -47,11 +48,8 @@ def page(result: DiagnosisResult) -> str:
             patterns=words.pattern_table(d),
             blind=listed([words.spoken(name) for name in d.sight.blind]),
             steps=advice(d),
-            inputs=[
-                (role, entry["file"], size_of(entry["bytes"]), entry["sha256"])
-                for role, entry in result.provenance["inputs"].items()
-            ],
-            versions=", ".join(f"{name} {version}" for name, version in result.provenance["libraries"].items()),
+            inputs=input_rows(result.provenance),
+            versions=version_text(result.provenance),
             proof_figure=figures.proof(d.signature, motors, changed),
             alike_figure=figures.alike(d.sight),
             time_figure=figures.over_time(d.signature, motors, changed),

@@ -22,6 +22,7 @@ from vision.report.alignment import align
 from vision.report.shots import shots
 from vision.report.style import drawing
 from vision.report.template import render
+from vision.report.went_in import input_rows, version_text
 from vision.report.wording import number
 from xneck.whole_file import write_text
 
@@ -40,6 +41,8 @@ def page(result: Result) -> str:
         sentence=verdict.sentence(result),
         head=verdict.figures(result),
         tables=tables,
+        inputs=input_rows(result.data.provenance),
+        versions=version_text(result.data.provenance),
         table_1=tables.seed_table(
             "Table 1: friction, from the arm equations",
             [result.identification.dry_and_viscous, result.identification.dry_only],
