@@ -1,12 +1,16 @@
 """A report's page as its parts, and as a browser shows it."""
 
+import json
 import re
 from collections import Counter
 from dataclasses import dataclass
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 from playwright.sync_api import Page
+
+from vision.report.figures_file import figures_beside
 
 
 class Elements(HTMLParser):
@@ -124,6 +128,21 @@ def check_print(page: Page, report: Path) -> None:
     pages = [tuple(map(float, box)) for box in re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", printed)]
     assert pages
     assert all(abs(w - 595) < 1 and abs(h - 842) < 1 for w, h in pages)
+
+
+def check_figures(report: Path, elements: Elements) -> dict[str, list[dict[str, Any]]]:
+    """Every figure of the page is in the file beside it, every panel with what it shows; all axes by their panel's words."""
+    figures = json.loads(figures_beside(report).read_text(encoding="utf-8"))["figures"]
+    panels = {panel["panel"]: panel["axes"] for figure in figures for panel in figure["panels"]}
+    shown = Counter(
+        str(attributes["aria-label"]) for _, attributes in elements.tags if attributes.get("class") == "plot"
+    )
+    assert Counter(panel["panel"] for figure in figures for panel in figure["panels"]) == shown
+    for words, axes in panels.items():
+        for storey in axes:
+            assert storey["marks"], words
+            assert words == "share of what each effect does that each other one could feign" or storey["y"], words
+    return panels
 
 
 def label_faults(page: Page, report: Path) -> list[str]:

@@ -116,6 +116,7 @@ def test_nothing_half_written_is_left(batch: tuple[Path, Ran]) -> None:
         "model.yaml",
         "simulated.mcap",
         "report.html",
+        "report.figures.json",
         "result.json",
         "foxglove.json",
         "plotjuggler.xml",

@@ -12,7 +12,7 @@ from calibration.estimation import calibrate
 from calibration.meaning import corner_errors, meaning
 from calibration.views import LeftOut, Observations
 from tests.calibration.truth import CAMERA, SIZE, project, synthetic_views
-from tests.vision.html_page import Elements, check_alone, check_print, label_faults, look
+from tests.vision.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
 from vision.arm_sigma import arm_sigma, link_arm
 from vision.report.calibration_page import CalibrationResult, sentence, write_calibration_report
 from xneck.provenance import provenance
@@ -55,6 +55,22 @@ def test_every_section_is_there_and_linked(elements: Elements) -> None:
 def test_nothing_refers_to_the_outside_and_ids_are_unique(report: Path, elements: Elements) -> None:
     check_alone(report, elements)
     assert report.stat().st_size < 2_000_000
+
+
+def test_every_figure_is_there_as_numbers(report: Path, elements: Elements) -> None:
+    panels = check_figures(report, elements)
+    shades = next(
+        mark for mark in panels["sigma of projection over the picture, px"][0]["marks"] if mark["kind"] == "shades"
+    )
+    assert np.array(shades["sigma"], dtype=float).shape == (len(shades["y"]), len(shades["x"]))
+    (arrows,) = [
+        m
+        for m in next(axes for words, axes in panels.items() if words.startswith("errors of the corners over"))[0][
+            "marks"
+        ]
+        if m["kind"] == "arrows"
+    ]
+    assert np.hypot(arrows["dx"], arrows["dy"]).max() < 1
 
 
 def test_names_stay_text(report: Path, elements: Elements) -> None:

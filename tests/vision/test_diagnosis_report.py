@@ -14,7 +14,7 @@ from identification.diagnosis.advice import advice
 from identification.diagnosis.naming import Named, Rival
 from mechanism.description import read_neck
 from samples.generator.hidden.experiment import hide
-from tests.vision.html_page import Elements, check_alone, check_print, label_faults, look
+from tests.vision.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
 from vision.angles import read_angles
 from vision.cli.output import as_json
 from vision.encoder_log import read_log
@@ -84,6 +84,12 @@ def test_sections_stand_in_the_order_in_which_a_person_asks(elements: Elements) 
 def test_nothing_refers_to_the_outside_and_ids_are_unique(report: Path, elements: Elements) -> None:
     check_alone(report, elements)
     assert report.stat().st_size < 1_000_000
+
+
+def test_every_figure_is_there_as_numbers(report: Path, elements: Elements) -> None:
+    panels = check_figures(report, elements)
+    (alike,) = panels["share of what each effect does that each other one could feign"][0]["marks"]
+    assert np.array(alike["share"]).shape == (len(alike["y"]), len(alike["x"]))
 
 
 def test_names_stay_text(report: Path, elements: Elements) -> None:
