@@ -71,7 +71,7 @@ from vision.recording import read_recording
 from xneck.provenance import versions
 for name in ("recording", "held_out"):
     print(read_recording(vision.cli.demo.SAMPLES / name).log)
-print(len(pages.page({}, versions())) > 1000, xneck.__file__)
+print(len(pages.page({}, versions(), None)) > 1000, xneck.__file__)
 """
     *logs, page = python(installed, words).splitlines()
     assert [Path(log).is_relative_to(installed) for log in logs] == [True, True]

@@ -63,13 +63,8 @@ def test_every_figure_is_there_as_numbers(report: Path, elements: Elements) -> N
         mark for mark in panels["sigma of projection over the picture, px"][0]["marks"] if mark["kind"] == "shades"
     )
     assert np.array(shades["sigma"], dtype=float).shape == (len(shades["y"]), len(shades["x"]))
-    (arrows,) = [
-        m
-        for m in next(axes for words, axes in panels.items() if words.startswith("errors of the corners over"))[0][
-            "marks"
-        ]
-        if m["kind"] == "arrows"
-    ]
+    over = next(axes for words, axes in panels.items() if words.startswith("errors of the corners over"))
+    (arrows,) = [mark for mark in over[0]["marks"] if mark["kind"] == "arrows"]
     assert np.hypot(arrows["dx"], arrows["dy"]).max() < 1
 
 

@@ -22,11 +22,14 @@ SAMPLES = _PACKED if _PACKED.is_dir() else _PACKAGE.parent / "samples"
 )
 @results
 def command(out: Path, samples: Path, json_out: str | None, quiet: bool) -> int:
-    """The main job on the recordings shipped in samples/: a video with its log, and angles with theirs."""
+    """The main job on the recordings shipped in samples/: a video with its log, and angles with theirs.
+
+    Then what the simulation gets wrong of this arm, fitted to the first and held against the second: summary.html leads to it.
+    """
     from vision.cli.run import run_all
     from xneck.errors import Refused
 
     folders = (samples / "recording", samples / "held_out")
     if not all(folder.is_dir() for folder in folders):
         raise Refused(samples, "holds no samples", "give the samples folder of a checkout with --samples")
-    return run_all(folders, out, None, None, False, False, json_out, quiet)
+    return run_all(folders, out, None, None, False, False, json_out, quiet, held_out=folders[1].name)
