@@ -23,7 +23,7 @@ def figures_beside(page: Path) -> Path:
 def write_figures(blocks: Iterable[Block | None], page: Path) -> None:
     """All figures of `page`, whole or not at all; those that a page goes without are None."""
     figures = [_figure(block) for block in blocks if block is not None]
-    write_text(figures_beside(page), json.dumps({"figures": figures}, ensure_ascii=False, indent=1) + "\n")
+    write_text(figures_beside(page), json.dumps({"figures": figures}, ensure_ascii=False, separators=(",", ":")) + "\n")
 
 
 def _figure(block: Block) -> dict[str, Any]:
