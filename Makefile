@@ -1,5 +1,6 @@
 # make demo: sets everything up and runs the main job on samples/
 # make test: sets everything up and passes the tests
+# make wheel-check: builds the wheel, installs it alone into an environment of its own, and runs the demo there
 # PYTHON=python3.12 chooses another interpreter, VENV=folder another place
 
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
@@ -23,6 +24,13 @@ bench: $(VENV)/.test
 samples: $(VENV)/.test
 	$(BIN)/python -m samples.generator --seed 1
 
+# the wheel alone, in an environment of its own, away from the checkout
+wheel-check: | $(BIN)/python
+	rm -rf $(VENV)/wheel && $(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir $(VENV)/wheel .
+	$(PYTHON) -m venv --clear $(VENV)/wheel/env
+	$(VENV)/wheel/env/bin/python -m pip install --quiet $(VENV)/wheel/*.whl
+	cd $(VENV)/wheel && env/bin/xneck --help && env/bin/xneck demo --out out
+
 $(BIN)/python:
 	@test -n "$(PYTHON)" || { echo "no Python 3.11, 3.12 or 3.13 found; name one: make PYTHON=/path/to/python3.12 ..."; exit 1; }
 	$(PYTHON) -m venv $(VENV)
@@ -35,4 +43,4 @@ $(VENV)/.test: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
 	@touch $@ $(VENV)/.demo
 
-.PHONY: demo test bench samples
+.PHONY: demo test bench samples wheel-check

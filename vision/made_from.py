@@ -15,7 +15,7 @@ _SHOWN = tuple(Path(__file__).parent / name for name in ("report", "viewers"))
 
 def made_from(recording: Recording) -> dict[str, Any]:
     """Versions, the digest of the sources, and of every file its name, size, time of change and SHA-256. Ready for JSON."""
-    return _makers() | {"inputs": {role: _entry(path, recording.folder) for role, path in _files(recording).items()}}
+    return makers() | {"inputs": {role: _entry(path, recording.folder) for role, path in _files(recording).items()}}
 
 
 def unchanged(before: Mapping[str, Any], recording: Recording) -> dict[str, Any] | None:
@@ -24,18 +24,19 @@ def unchanged(before: Mapping[str, Any], recording: Recording) -> dict[str, Any]
     Size and time are looked at first, as make does; a file of which the time alone differs (copied, checked out anew) is hashed.
     What was changed within the file system's clock tick (some ms) and kept its size goes unseen.
     """
-    makers, files, entries = _makers(), _files(recording), before.get("inputs", {})
-    if {key: before.get(key) for key in makers} != makers or entries.keys() != files.keys():
+    now_made, files, entries = makers(), _files(recording), before.get("inputs", {})
+    if {key: before.get(key) for key in now_made} != now_made or entries.keys() != files.keys():
         return None
     now = {role: _still(entries[role], path, recording.folder) for role, path in files.items()}
-    return None if None in now.values() else makers | {"inputs": now}
+    return None if None in now.values() else now_made | {"inputs": now}
 
 
 def _files(recording: Recording) -> dict[str, Path]:
     return {"recording": recording.config, **recording.files}
 
 
-def _makers() -> dict[str, Any]:
+def makers() -> dict[str, Any]:
+    """What computes and shows: versions, and the digest of the sources."""
     # a patch of Python changes no number, and machines of a cluster may differ in it
     python = ".".join(platform.python_version_tuple()[:2])
     return {**versions(), "python": python, "source": digest(*_SHOWN)}

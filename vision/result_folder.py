@@ -6,11 +6,13 @@ from typing import Any
 
 from vision.made_from import unchanged
 from vision.recording import Recording
+from xneck import whole_file
 from xneck.json_text import as_json
 from xneck.whole_file import write_text
 
 RESULT = "result.json"
 REPORT = "report.html"
+FIGURES = "report.figures.json"
 REFUSED = "refused.json"
 RERUN = "recording.rrd"
 FOXGLOVE = "foxglove.json"
@@ -20,7 +22,7 @@ VIEWED = (FOXGLOVE, PLOTJUGGLER, RERUN)
 DATASET = "dataset.mcap"
 STAGES = ("camera.yaml", "angles.mcap", DATASET, "model.yaml", "simulated.mcap")
 """files that the stages may write"""
-_ALL = (*STAGES, *VIEWED, REPORT, RESULT, REFUSED)
+_ALL = (*STAGES, *VIEWED, REPORT, FIGURES, RESULT, REFUSED)
 
 
 def result_of(recording: Recording, folder: Path, rerun: bool = False) -> dict[str, Any] | None:
@@ -44,7 +46,11 @@ def refusal_of(recording: Recording, folder: Path) -> str | None:
 
 def files_in(folder: Path) -> dict[str, int]:
     """Sizes of the files that a result consists of, result.json apart."""
-    return {name: (folder / name).stat().st_size for name in (*STAGES, *VIEWED, REPORT) if (folder / name).is_file()}
+    return {
+        name: (folder / name).stat().st_size
+        for name in (*STAGES, *VIEWED, REPORT, FIGURES)
+        if (folder / name).is_file()
+    }
 
 
 def clear(folder: Path) -> None:
@@ -56,9 +62,8 @@ def clear(folder: Path) -> None:
 
 def sweep(folder: Path) -> None:
     """Removes the parts of files that a killed process left."""
-    for name in map(Path, _ALL):
-        for part in folder.glob(f".{name.stem}-*{name.suffix}"):
-            part.unlink(missing_ok=True)
+    for name in _ALL:
+        whole_file.sweep(folder / name)
 
 
 def within(recording: Path, line: str) -> str:

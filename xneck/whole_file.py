@@ -40,7 +40,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     """
     path = Path(path)
     check_place(path)
-    _sweep(path)
+    sweep(path)
     try:
         handle, name = tempfile.mkstemp(prefix=_prefix(path), suffix=path.suffix, dir=path.parent)
     except OSError as error:
@@ -63,8 +63,8 @@ def _prefix(path: Path) -> str:
     return f".{path.stem[:_STEM]}.xneck-"
 
 
-def _sweep(path: Path) -> None:
-    """Removes temporary files of this output that nobody writes any more: whoever does holds a lock."""
+def sweep(path: Path) -> None:
+    """Removes temporary files of the output `path` that nobody writes any more: whoever does holds a lock."""
     for left in path.parent.glob(f"{glob.escape(_prefix(path))}????????{glob.escape(path.suffix)}"):
         with contextlib.suppress(OSError), left.open("rb") as stream:
             if _lock(stream.fileno()):

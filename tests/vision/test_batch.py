@@ -24,18 +24,19 @@ import vision.made_from
 import vision.recording_task
 from samples.generator.hidden.experiment import hide
 from tests.vision.command import Ran, run
-from tests.vision.html_page import Elements, look
+from tests.vision.html_page import Elements, check_print, look, watch
 from vision.batch import named
 from vision.made_from import made_from, unchanged
 from vision.recording import read_recording
 from vision.recording_task import run_one
 from vision.report.wording import number, with_sigma
-from vision.result_folder import result_of
+from vision.result_folder import clear, result_of, sweep
 from xneck.errors import Refused
 from xneck.recovered import say_recovered
+from xneck.whole_file import whole_file
 
 HELD_OUT = Path(__file__).parents[2] / "samples/held_out"
-NASTY = "<b>100%20 & #1 'b'"
+NASTY = "<script>alert(1)<b> 100%20 & #1 'b' \"é雪"
 FRAMES = 270
 """9 s of the sample"""
 XNECK = [sys.executable, "-c", "from vision.cli import main; main()"]
@@ -78,7 +79,7 @@ def batch(recordings: list[Path], tmp_path_factory: pytest.TempPathFactory) -> t
     """All by one worker, which is killed once in the middle of the first."""
     out = tmp_path_factory.mktemp("results")
     (out / NASTY).mkdir()
-    (out / NASTY / ".report-0a1b2c3d.html").write_text("what an earlier kill left")
+    (out / NASTY / ".report.xneck-0a1b2c3d.html").write_text("what an earlier kill left")
     (out / NASTY / "notes.txt").write_text("a person's own")
     words = [*XNECK, "run", *map(str, recordings), "--out", str(out), "--jobs", "1"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as command:
@@ -115,6 +116,7 @@ def test_nothing_half_written_is_left(batch: tuple[Path, Ran]) -> None:
         "model.yaml",
         "simulated.mcap",
         "report.html",
+        "report.figures.json",
         "result.json",
         "foxglove.json",
         "plotjuggler.xml",
@@ -126,6 +128,20 @@ def test_nothing_half_written_is_left(batch: tuple[Path, Ran]) -> None:
         f"{NASTY}/notes.txt",
         *(f"{name}/{file}" for name in (NASTY, "cut") for file in results),
     }
+
+
+def test_what_a_killed_writer_left_goes_with_the_results(tmp_path: Path) -> None:
+    """A part as whole_file itself makes it, of every output; what the writer still holds stays, and a person's own files."""
+    for name in ("dataset.mcap", "report.html"):
+        with whole_file(tmp_path / name) as part:
+            left = part.with_name(part.name[: -len(part.suffix) - 8] + "0a1b2c3d" + part.suffix)
+            shutil.copy(part, left)
+            sweep(tmp_path)
+            assert part.exists()
+            assert not left.exists()
+    (tmp_path / ".report-of-mine.html").touch()
+    clear(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == [".report-of-mine.html"]
 
 
 @contextmanager
@@ -274,9 +290,27 @@ def test_the_page_says_what_summary_json_says(batch: tuple[Path, Ran]) -> None:
             assert not p["identified"] or with_sigma(p["value"], p["sigma"]) in elements.text
 
 
-@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("width", [360, 1280])
 def test_a_browser_shows_it(browser_page: Page, batch: tuple[Path, Ran], width: int) -> None:
     look(browser_page, batch[0] / "summary.html", width)
+
+
+def test_printed_nothing_is_cut_off(browser_page: Page, batch: tuple[Path, Ran]) -> None:
+    check_print(browser_page, batch[0] / "summary.html")
+
+
+def test_from_the_summary_to_each_report_and_back(browser_page: Page, batch: tuple[Path, Ran]) -> None:
+    summary, watched = batch[0] / "summary.html", watch(browser_page)
+    reports = {name: batch[0] / name / "report.html" for name in (NASTY, "cut")}
+    browser_page.goto(summary.as_uri())
+    for name, report in reports.items():
+        browser_page.get_by_role("link", name=name, exact=True).click()
+        browser_page.wait_for_url(report.as_uri())
+        assert browser_page.title() == f"{name}: xneck report"
+        assert browser_page.locator("h1").inner_text() == name
+        browser_page.go_back()
+        browser_page.wait_for_url(summary.as_uri())
+    watched.check([summary, *reports.values()])
 
 
 def test_one_alone_is_refused_in_one_line(
@@ -319,8 +353,8 @@ def test_an_interruption_leaves_what_is_done_and_no_parts(
 
     def interrupted(*_: Any) -> Iterator[Any]:
         (out / NASTY).mkdir()
-        (out / NASTY / ".dataset-0a1b2c3d.mcap").touch()
-        (out / "cut/.result-0a1b2c3d.json").touch()
+        (out / NASTY / ".dataset.xneck-0a1b2c3d.mcap").touch()
+        (out / "cut/.result.xneck-0a1b2c3d.json").touch()
         raise KeyboardInterrupt
         yield
 

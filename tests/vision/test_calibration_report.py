@@ -12,7 +12,7 @@ from calibration.estimation import calibrate
 from calibration.meaning import corner_errors, meaning
 from calibration.views import LeftOut, Observations
 from tests.calibration.truth import CAMERA, SIZE, project, synthetic_views
-from tests.vision.html_page import Elements, check_alone, label_faults, look
+from tests.vision.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
 from vision.arm_sigma import arm_sigma, link_arm
 from vision.report.calibration_page import CalibrationResult, sentence, write_calibration_report
 from xneck.provenance import provenance
@@ -57,6 +57,17 @@ def test_nothing_refers_to_the_outside_and_ids_are_unique(report: Path, elements
     assert report.stat().st_size < 2_000_000
 
 
+def test_every_figure_is_there_as_numbers(report: Path, elements: Elements) -> None:
+    panels = check_figures(report, elements)
+    shades = next(
+        mark for mark in panels["sigma of projection over the picture, px"][0]["marks"] if mark["kind"] == "shades"
+    )
+    assert np.array(shades["sigma"], dtype=float).shape == (len(shades["y"]), len(shades["x"]))
+    over = next(axes for words, axes in panels.items() if words.startswith("errors of the corners over"))
+    (arrows,) = [mark for mark in over[0]["marks"] if mark["kind"] == "arrows"]
+    assert np.hypot(arrows["dx"], arrows["dy"]).max() < 1
+
+
 def test_names_stay_text(report: Path, elements: Elements) -> None:
     assert NASTY not in report.read_text(encoding="utf-8")
     assert elements.text.count(NASTY) == 3  # title, heading, picture
@@ -95,7 +106,7 @@ def test_errors_are_seen_less_predicted(result: CalibrationResult) -> None:
     assert abs(result.calibration.camera.parameters[0] - CAMERA[0]) < 10
 
 
-@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("width", [360, 1280])
 def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
     look(browser_page, report, width)
     assert browser_page.title() == f"{NASTY}: xneck calibration"
@@ -104,3 +115,7 @@ def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
 def test_no_label_leaves_its_figure(report: Path, browser_page: Page) -> None:
     faults = label_faults(browser_page, report)
     assert not faults, "\n".join(faults)
+
+
+def test_printed_nothing_is_cut_off(report: Path, browser_page: Page) -> None:
+    check_print(browser_page, report)

@@ -14,7 +14,7 @@ from identification.diagnosis.advice import advice
 from identification.diagnosis.naming import Named, Rival
 from mechanism.description import read_neck
 from samples.generator.hidden.experiment import hide
-from tests.vision.html_page import Elements, check_alone, label_faults, look
+from tests.vision.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
 from vision.angles import read_angles
 from vision.cli.output import as_json
 from vision.encoder_log import read_log
@@ -86,6 +86,12 @@ def test_nothing_refers_to_the_outside_and_ids_are_unique(report: Path, elements
     assert report.stat().st_size < 1_000_000
 
 
+def test_every_figure_is_there_as_numbers(report: Path, elements: Elements) -> None:
+    panels = check_figures(report, elements)
+    (alike,) = panels["share of what each effect does that each other one could feign"][0]["marks"]
+    assert np.array(alike["share"]).shape == (len(alike["y"]), len(alike["x"]))
+
+
 def test_names_stay_text(report: Path, elements: Elements) -> None:
     assert NASTY not in report.read_text(encoding="utf-8")
     assert elements.text.count(NASTY) == 2  # title, heading
@@ -144,7 +150,7 @@ def test_what_figures_show_is_in_the_record(found: Diagnosis) -> None:
     assert len(as_json(said)) < 400_000
 
 
-@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("width", [360, 1280])
 def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
     look(browser_page, report, width)
     assert browser_page.title() == f"{NASTY}: xneck diagnosis"
@@ -153,3 +159,7 @@ def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
 def test_no_label_leaves_its_figure(report: Path, browser_page: Page) -> None:
     faults = label_faults(browser_page, report)
     assert not faults, "\n".join(faults)
+
+
+def test_printed_nothing_is_cut_off(report: Path, browser_page: Page) -> None:
+    check_print(browser_page, report)

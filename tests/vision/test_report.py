@@ -24,7 +24,7 @@ from identification.simulation.channels import Channel
 from identification.simulation.simulated import Simulated
 from mechanism.description import read_neck
 from tests.calibration.truth import synthetic_views
-from tests.vision.html_page import Elements, check_alone, label_faults, look
+from tests.vision.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
 from vision.angles import Angles, read_angles
 from vision.elongation import explain
 from vision.encoder_log import read_log
@@ -166,6 +166,27 @@ def test_nothing_refers_to_the_outside_and_ids_are_unique(report: Path, elements
     assert not re.search(r"https?://|@import|url\((?!#)", text)
 
 
+def test_every_figure_is_there_as_numbers(result: Result, report: Path, elements: Elements) -> None:
+    """Drawn is what was computed: the state's angles to seven digits, the frames, the couples, the simulation with its breaks."""
+    panels = check_figures(report, elements)
+    above, below = panels["alpha of joint 2 over time"]
+    marks = {mark["name"]: mark for mark in above["marks"]}
+    state = result.data.state
+    at = np.searchsorted(state.time, marks["state"]["x"])
+    np.testing.assert_allclose(marks["state"]["x"], state.time[np.minimum(at, len(state) - 1)], atol=3e-3)
+    alpha = np.degrees(np.interp(marks["state"]["x"], state.time, state.matrix("alpha")[:, 1]))
+    np.testing.assert_allclose(marks["state"]["y"], alpha, atol=1e-4)
+    assert (above["y"], below["y"], below["x"]) == ("alpha, deg", "frame − state", "time on the log's clock, s")
+    assert {mark["name"] for mark in below["marks"]} == {"frame − state", "±2 σ of the state", "no angles"}
+    found = reconstruct(result.data, result.identification)
+    (couple,) = panels["couple on joint 1, measured and modelled"]
+    measured = next(mark for mark in couple["marks"] if mark["name"] == "measured")
+    np.testing.assert_allclose(measured["y"], found.couple_measured[:, 0], rtol=1e-6)
+    simulated = panels["alpha of joint 1, simulated and measured"][1]["marks"][0]
+    assert simulated["y"][0] == 0.0
+    assert None in simulated["y"]
+
+
 def test_names_stay_text(report: Path, elements: Elements) -> None:
     assert NASTY not in report.read_text(encoding="utf-8")
     assert elements.text.count(NASTY) == 5  # title, heading, file, neck.yaml, picture
@@ -295,7 +316,7 @@ def test_a_lens_parameter_that_was_held_says_so(result: Result) -> None:
     assert "±" in rows["fx"]
 
 
-@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("width", [360, 1280])
 def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
     look(browser_page, report, width)
     assert browser_page.title() == f"{NASTY}: xneck report"
@@ -305,3 +326,7 @@ def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
 def test_no_label_leaves_its_figure(report: Path, browser_page: Page) -> None:
     faults = label_faults(browser_page, report)
     assert not faults, "\n".join(faults)
+
+
+def test_printed_nothing_is_cut_off(report: Path, browser_page: Page) -> None:
+    check_print(browser_page, report)

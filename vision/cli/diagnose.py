@@ -29,31 +29,13 @@ def command(
     """
     from tqdm import tqdm
 
-    from identification.dataset_file import read_dataset
-    from identification.diagnosis import diagnose, extended, record
-    from identification.model import write_model
-    from vision.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
-    from xneck.json_text import as_json
-    from xneck.provenance import provenance
-    from xneck.whole_file import write_text
+    from vision.diagnosis_folder import diagnose_into
 
-    fitted, others = [read_dataset(p) for p in datasets], [read_dataset(p) for p in held_out]
     with tqdm(total=4, desc="diagnose", disable=True if quiet else None, leave=False) as bar:
 
         def told(step: str) -> None:
             bar.set_postfix_str(step)
             bar.update()
 
-        found = diagnose(fitted, others, progress=told)
-    inputs = {f"dataset{i + 1}": p for i, p in enumerate(datasets)} | {
-        f"held_out{i + 1}": p for i, p in enumerate(held_out)
-    }
-    origin = provenance(inputs, {})
-    result = record.as_json(found) | {"provenance": origin}
-    out.mkdir(parents=True, exist_ok=True)
-    write_text(out / "neck.yaml", extended.neck_yaml(extended.description(found.search.last, found.extended)))
-    write_model(extended.model(found.search.last, found.extended, origin), out / "model.yaml")
-    write_text(out / "diagnosis.json", as_json(result))
-    name = f"{' and '.join(p.stem for p in datasets)}, diagnosed"
-    write_diagnosis_report(DiagnosisResult(name, found, origin), out / "diagnosis.html")
-    report_result(result, f"{record.as_text(found)}\n{out}", json_out, quiet)
+        result, text = diagnose_into(out, datasets, held_out, told)
+    report_result(result, f"{text}\n{out}", json_out, quiet)

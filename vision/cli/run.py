@@ -52,8 +52,9 @@ def run_all(
     rerun: bool,
     json_out: str | None,
     quiet: bool,
+    held_out: str | None = None,
 ) -> int:
-    """Runs recordings and reports them; the exit status."""
+    """Runs recordings and reports them; the exit status. `held_out`: diagnose all but the one of this name, held against it."""
     from vision.batch import named
     from vision.viewers.rerun_sdk import rerun_sdk
 
@@ -63,7 +64,7 @@ def run_all(
     if len(places) == 1 and cluster is None:
         ((name, place),) = places.items()
         return _alone(name, place, out, redo, rerun, json_out, quiet)
-    return _batch(places, out, jobs, cluster, redo, rerun, json_out, quiet)
+    return _batch(places, out, jobs, cluster, redo, rerun, json_out, quiet, held_out)
 
 
 def _alone(name: str, place: Path, out: Path, redo: bool, rerun: bool, json_out: str | None, quiet: bool) -> int:
@@ -106,6 +107,7 @@ def _batch(
     rerun: bool,
     json_out: str | None,
     quiet: bool,
+    held_out: str | None,
 ) -> int:
     """Over processes or a cluster; the table, summary.json and summary.html of all."""
     from vision.batch import run_batch
@@ -124,16 +126,38 @@ def _batch(
     rows = {name: batch_rows.as_json(one) for name, one in ended.items()}
     failed = {name: one.failure for name, one in ended.items() if one.failure is not None}
     done = {name: one.record for name, one in ended.items() if one.record is not None}
-    write_text(numbers, as_json({"recordings": rows, "done": len(done), "failed": len(failed), **versions()}))
-    write_batch_report(rows, versions(), page)
+    told = {"recordings": rows, "done": len(done), "failed": len(failed)}
+    found = (
+        None if held_out is None or failed else _diagnosed(out, [n for n in places if n != held_out], held_out, quiet)
+    )
+    if found is not None:
+        told["diagnosis"] = batch_rows.diagnosis(found)
+    write_text(numbers, as_json({**told, **versions()}))
+    write_batch_report(rows, versions(), page, told.get("diagnosis"))
     for name, record in done.items():
         _say_lost(name, record)
     for name, why in failed.items():
         click.echo(f"xneck: {name} failed: {why}", err=True)
     records = {name: record | {"report": str(out / name / record["report"])} for name, record in done.items()}
-    text = f"{batch_rows.as_text(rows)}\n{page}"
-    report_result({"recordings": records, "failed": failed}, text, json_out, quiet)
+    text = batch_rows.as_text(rows) + (f"\n{found['verdict']}: {found['sentence']}" if found else "")
+    extra = {"diagnosis": found | {"report": str(out / told["diagnosis"]["report"])}} if found else {}
+    report_result({"recordings": records, "failed": failed, **extra}, f"{text}\n{page}", json_out, quiet)
     return 1 if failed else 0
+
+
+def _diagnosed(out: Path, names: list[str], held_out: str, quiet: bool) -> dict[str, Any]:
+    """The record of a diagnosis in out/diagnosis, made anew where the data sets are others than before."""
+    from vision.diagnosis_folder import diagnose_into, diagnosis_of
+    from vision.report.batch_rows import DIAGNOSIS
+    from vision.result_folder import DATASET
+
+    folder = out / DIAGNOSIS
+    datasets, others = [out / name / DATASET for name in names], [out / held_out / DATASET]
+    found = diagnosis_of(folder, datasets, others)
+    if found is None:
+        with progress(4, "diagnose", quiet) as step:
+            found, _ = diagnose_into(folder, datasets, others, lambda _: step(1))
+    return found
 
 
 def _say_lost(name: str, record: dict[str, Any]) -> None:

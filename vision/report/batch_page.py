@@ -15,20 +15,23 @@ from xneck.whole_file import write_text
 Rows = Mapping[str, Mapping[str, Any]]
 
 
-def write_batch_report(rows: Rows, versions: Mapping[str, Any], path: Path) -> None:
-    """The page, whole or not at all, for `rows` of batch_rows by recording."""
-    write_text(path, page(rows, versions))
+def write_batch_report(
+    rows: Rows, versions: Mapping[str, Any], path: Path, diagnosis: Mapping[str, Any] | None = None
+) -> None:
+    """The page, whole or not at all, for `rows` of batch_rows by recording, and the `diagnosis` of them where there is one."""
+    write_text(path, page(rows, versions, diagnosis))
 
 
-def page(rows: Rows, versions: Mapping[str, Any]) -> str:
+def page(rows: Rows, versions: Mapping[str, Any], diagnosis: Mapping[str, Any] | None) -> str:
     """The HTML of a batch."""
     return render(
         "batch.html.jinja",
         sentence=sentence(rows.values()),
         failed={name: row["failure"] for name, row in rows.items() if row["failure"] is not None},
         lossy={name: row["recovered"] for name, row in rows.items() if row.get("recovered")},
+        diagnosis=diagnosis,
         head=HEAD,
-        rows=[(_link(name, row), *cells(name, row)[1:-1], _note(cells(name, row)[-1])) for name, row in rows.items()],
+        rows=[(_link(name, row), *cells(name, row)[1:]) for name, row in rows.items()],
         parameters=parameter_tables(rows),
         versions=f"xneck {versions['xneck']}, Python {versions['python']}",
     )
@@ -39,10 +42,6 @@ def _link(name: str, row: Mapping[str, Any]) -> str | Markup:
         return name
     # ./ keeps a name like `mail:me` from being taken for an address
     return Markup('<a href="./{}">{}</a>').format(quote(row["report"]), name)
-
-
-def _note(text: str) -> Markup:
-    return Markup('<div class="note">{}</div>').format(text)
 
 
 def parameter_tables(rows: Rows) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:

@@ -8,6 +8,8 @@ from vision.report.wording import listed, number
 
 HEAD = ("recording", "frames", "clock offset", "check", "identified", "took", "")
 MAIN = {"k": "stiffness", "ca": "damping", "fs": "dry friction", "fv": "viscous friction"}
+DIAGNOSIS = "diagnosis"
+"""folder of the diagnosis of all, beside the recordings' own"""
 _NONE = "–"
 
 
@@ -29,6 +31,12 @@ def as_json(one: Ended) -> dict[str, Any]:
         "parameters": [p for p in one.record["identify"]["parameters"] if p["name"] in MAIN],
         "recovered": one.record["recovered"],
     }
+
+
+def diagnosis(record: Mapping[str, Any]) -> dict[str, Any]:
+    """What the summary says of diagnosis.json; `report` as seen from the summary."""
+    told = {key: record[key] for key in ("verdict", "sentence", "causes")}
+    return told | {"report": f"{DIAGNOSIS}/{DIAGNOSIS}.html"}
 
 
 def cells(name: str, row: Mapping[str, Any]) -> tuple[str, ...]:

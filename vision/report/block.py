@@ -6,6 +6,7 @@ from typing import Literal
 from markupsafe import Markup
 
 from vision.report.style import DASHES
+from vision.report.svg import Panel
 
 Mark = Literal["solid", "dashed", "dotted", "broad", "dot", "band"]
 
@@ -36,5 +37,5 @@ class Block:
 
     title: str
     caption: str
-    panels: tuple[Markup, ...]
+    panels: tuple[Panel, ...]
     legend: tuple[Entry, ...] = ()

@@ -26,7 +26,7 @@ def elongation_over_time(data: DataSet, found: Explained) -> Block:
     ):
         figure, axes = style.panel(2.7)
         for j in range(data.arm.M):
-            style.line(axes, at, 1e3 * values[:, j], style.cable_colour(j))
+            style.line(axes, f"cable {j + 1}", at, 1e3 * values[:, j], style.cable_colour(j))
         axes.set_title(title)
         axes.set_xlabel("time on the log's clock, s")
         axes.set_ylabel("elongation x, mm" if key == "elongation" else "unexplained, mm")
@@ -48,13 +48,14 @@ def elongation_against_force(data: DataSet, found: Explained) -> Block:
     for j in range(data.arm.M):
         figure, axes = style.panel()
         colour, n, x = style.cable_colour(j), found.force[:, j], 1e3 * found.x[:, j]
-        for turning, own in ((1, colour), (-1, style.QUIET)):
+        for turning, name, own in ((1, "winding in", colour), (-1, "paying out", style.QUIET)):
             moving = turning * speed[:, j] > 0
-            style.dots(axes, n[moving], x[moving], own, size=2.0, opacity=0.6)
+            style.dots(axes, name, n[moving], x[moving], own, size=2.0, opacity=0.6)
             if np.any(moving):
                 low, high = np.quantile(n[moving], [0.005, 0.995]).tolist()
                 force = np.linspace(low, high, 30)
-                style.line(axes, force, 1e3 * found.curve(j, force, turning), style.MEASURED, "dashed")
+                law = 1e3 * found.curve(j, force, turning)
+                style.line(axes, f"the check's law, {name}", force, law, style.MEASURED, "dashed")
         axes.set_title(f"cable {j + 1}", color=colour)
         axes.set_xlabel("motor force less its inertia, N")
         axes.set_ylabel("elongation x, mm")

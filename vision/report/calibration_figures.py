@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.patches import Polygon, Rectangle
 from scipy.spatial import ConvexHull
 
@@ -16,6 +15,7 @@ from vision.arm_sigma import BENDS, ArmSigma
 from vision.report import style
 from vision.report.block import Block, Entry
 from vision.report.camera_figures import equal_scales
+from vision.report.drawn import DrawnAxes
 from vision.report.svg import inline
 from vision.report.wording import number
 
@@ -36,11 +36,12 @@ def residuals(calibration: Calibration) -> Block:
     figure, axes = style.panel(_HEIGHT)
     _picture(axes, camera, "errors of corners")
     step = -(-len(pixels) // _ARROWS)
-    tips = pixels + magnified * errors
-    gap = np.full(len(pixels[::step]), np.nan)
-    xs, ys = (np.column_stack([pixels[::step, k], tips[::step, k], gap]).ravel() for k in (0, 1))
+    (x, y), (dx, dy) = pixels[::step].T, errors[::step].T
+    gap = np.full(len(x), np.nan)
+    xs, ys = (np.column_stack([at, at + magnified * away, gap]).ravel() for at, away in ((x, dx), (y, dy)))
     axes.plot(xs, ys, color=style.CABLES[0], linewidth=0.8)
-    style.dots(axes, pixels[::step, 0], pixels[::step, 1], style.MEASURED, 1.6)
+    axes.note("its error", "arrows", x=x, y=y, dx=dx, dy=dy)
+    style.dots(axes, "corner", x, y, style.MEASURED, 1.6)
     arrows = inline(figure, "residuals", f"errors of the corners over the picture, {magnified:g} times enlarged")
 
     outward = pixels - camera.parameters[2:4]
@@ -48,12 +49,12 @@ def residuals(calibration: Calibration) -> Block:
     radial = np.sum(errors * outward, axis=1) / np.maximum(radius, 1e-9)
     figure, axes = style.panel(_HEIGHT)
     reach = 1.1 * float(np.quantile(np.abs(radial), 0.995))
-    style.dots(axes, radius, np.clip(radial, -reach, reach), style.CABLES[0], 2.0, 0.5)
+    style.dots(axes, "corner", radius, radial, style.CABLES[0], 2.0, 0.5, reach)
     order = np.argsort(radius)
     groups = [group for group in np.array_split(order, 12) if len(group)]
     middles = np.array([float(np.mean(radius[group])) for group in groups])
     means = np.array([float(np.mean(radial[group])) for group in groups])
-    style.line(axes, middles, means, style.MEASURED, width=1.6)
+    style.line(axes, "mean", middles, means, style.MEASURED, width=1.6)
     axes.set_ylim(-reach * 1.05, reach * 1.05)
     axes.set_title("away from the optical axis")
     axes.set_xlabel("distance from the axis, px")
@@ -79,15 +80,17 @@ def coverage(calibration: Calibration, found: Meaning) -> Block:
         outline = points[ConvexHull(points).vertices]
         colour = style.cable_colour(k)
         axes.add_patch(Polygon(outline, closed=True, fill=False, edgecolor=colour, linewidth=1.0))
-        style.dots(axes, points[:, 0], points[:, 1], colour, 1.7, 0.7)
+        axes.note(view.name, "outline", x=outline[:, 0], y=outline[:, 1])
+        style.dots(axes, view.name, points[:, 0], points[:, 1], colour, 1.7, 0.7)
     outlines = inline(figure, "outlines", "outlines of the boards and their corners over the picture")
     figure, axes = style.panel(_HEIGHT)
     covered = found.coverage
     for k, (tilt, distance) in enumerate(zip(np.degrees(covered.tilts), covered.distances, strict=True)):
         axes.plot([distance], [tilt], marker="o", markersize=5, color=style.cable_colour(k), linestyle="none")
+        axes.note(calibration.views[k].name, "dots", x=[distance], y=[tilt])
     axes.set_ylim(0, max(45.0, 1.1 * float(np.degrees(covered.tilts.max()))))
     axes.set_xlim(0, 1.12 * float(covered.distances.max()))
-    axes.axhspan(20, 40, color=style.BROAD, alpha=0.3, linewidth=0)
+    style.span(axes, "tilts that tell most", 20, 40, style.BROAD, 0.3, flat=True)
     axes.set_title("how the boards stood")
     axes.set_xlabel("distance of the board's middle, m")
     axes.set_ylabel("tilt against the picture, deg")
@@ -129,7 +132,9 @@ def sigma_map(calibration: Calibration, found: Meaning, arm: ArmSigma | None) ->
         turn = np.linspace(0, 2 * np.pi, 17)
         for k, (points, sigma) in enumerate(zip(arm.pixels, arm.sigma_px, strict=True)):
             colour = style.joint_colour(k)
-            style.dots(axes, points[:, 0], points[:, 1], colour, 1.8)
+            bend = f"all joints at {number(float(np.degrees(BENDS[k])), 2)} deg"
+            style.dots(axes, bend, points[:, 0], points[:, 1], colour, 1.8)
+            axes.note(bend, "circles", x=points[:, 0], y=points[:, 1], radius=sigma)
             x, y = (
                 np.column_stack([points[:, k, None] + magnified * sigma[:, None] * part, np.full(len(points), np.nan)])
                 for k, part in enumerate((np.cos(turn), np.sin(turn)))
@@ -164,9 +169,10 @@ def next_boards(camera: Camera, found: Meaning) -> Block:
     )
 
 
-def _board(axes: Axes, picture: NextPicture, colour: str) -> None:
+def _board(axes: DrawnAxes, picture: NextPicture, colour: str) -> None:
     corners = picture.outline
     axes.add_patch(Polygon(corners, closed=True, facecolor=colour, alpha=0.18, edgecolor="none"))
+    axes.note("board", "outline", x=corners[:, 0], y=corners[:, 1])
     lines: list[tuple[Sequence[float], Sequence[float]]] = []
     for share in np.linspace(0, 1, 7).tolist():
         top, bottom = ((1 - share) * corners[a] + share * corners[b] for a, b in ((0, 1), (3, 2)))
@@ -176,19 +182,22 @@ def _board(axes: Axes, picture: NextPicture, colour: str) -> None:
         axes.plot(x, y, color=colour, linewidth=0.8)
 
 
-def _shaded(axes: Axes, projection: ProjectionSigma, levels: np.ndarray) -> None:
+def _shaded(axes: DrawnAxes, projection: ProjectionSigma, levels: np.ndarray) -> None:
     values = np.ma.masked_invalid(projection.sigma)
+    axes.note("sigma, px", "shades", x=projection.u, y=projection.v, sigma=values.filled(np.nan))
     axes.contourf(projection.u, projection.v, values, levels=levels, colors=SHADES[: len(levels) - 1], extend="max")
 
 
-def _missing(axes: Axes, camera: Camera, found: Meaning) -> None:
+def _missing(axes: DrawnAxes, camera: Camera, found: Meaning) -> None:
     for name, rows, columns in ninths_of(camera.width, camera.height):
         if name in found.coverage.missing:
             size = (columns.stop - columns.start, rows.stop - rows.start)
             axes.add_patch(Rectangle((columns.start, rows.start), *size, color=style.GAP, alpha=0.45, linewidth=0))
+            left, top, right, bottom = columns.start, rows.start, columns.stop, rows.stop
+            axes.note(f"no corner in the {name}", "outline", x=[left, right, right, left], y=[top, top, bottom, bottom])
 
 
-def _picture(axes: Axes, camera: Camera, title: str) -> None:
+def _picture(axes: DrawnAxes, camera: Camera, title: str) -> None:
     """The camera's picture as axes: px to the right and down, with its frame."""
     axes.add_patch(Rectangle((-0.5, -0.5), camera.width, camera.height, fill=False, edgecolor=style.QUIET))
     equal_scales(axes, camera.width / 2, camera.height / 2, 0.52 * camera.width, 0.52 * camera.height)

@@ -12,10 +12,13 @@ from calibration.estimation import Calibration
 from calibration.meaning import Meaning
 from vision.arm_sigma import ArmSigma
 from vision.report import calibration_figures as figures
+from vision.report.block import Block
+from vision.report.figures_file import write_figures
 from vision.report.style import drawing
 from vision.report.template import render
 from vision.report.verdict import Figure
-from vision.report.wording import number, size_of, with_sigma
+from vision.report.went_in import input_rows, version_text
+from vision.report.wording import number, with_sigma
 from xneck.whole_file import write_text
 
 
@@ -33,38 +36,40 @@ class CalibrationResult:
 
 
 def write_calibration_report(result: CalibrationResult, path: Path) -> None:
-    """The page, whole or not at all; the same result gives the same bytes."""
-    write_text(path, page(result))
-
-
-def page(result: CalibrationResult) -> str:
-    """The HTML of a calibration."""
+    """The page with its figures' numbers beside it, whole or not at all; the same result gives the same bytes."""
     found, meaning = result.calibration, result.meaning
     with drawing():
-        return render(
-            "calibration.html.jinja",
-            result=result,
-            calibration=found,
-            meaning=meaning,
-            sentence=sentence(result),
-            poor=bool(meaning.coverage.wants),
-            head=head(result),
-            parameters=parameter_rows(found),
-            pictures=picture_rows(result),
-            models=model_rows(found),
-            board_shape=shape_in_words(found),
-            arm_rows=arm_rows(result.arm) if result.arm else None,
-            inputs=[
-                (role, entry["file"], size_of(entry["bytes"]), entry["sha256"])
-                for role, entry in result.provenance["inputs"].items()
-            ],
-            versions=", ".join(f"{name} {version}" for name, version in result.provenance["libraries"].items()),
-            number=number,
-            residual_figure=figures.residuals(found),
-            coverage_figure=figures.coverage(found, meaning),
-            sigma_figure=figures.sigma_map(found, meaning, result.arm),
-            next_figure=figures.next_boards(found.camera, meaning),
-        )
+        drawn = {
+            "sigma_figure": figures.sigma_map(found, meaning, result.arm),
+            "next_figure": figures.next_boards(found.camera, meaning),
+            "coverage_figure": figures.coverage(found, meaning),
+            "residual_figure": figures.residuals(found),
+        }
+    write_figures(drawn.values(), path)
+    write_text(path, page(result, drawn))
+
+
+def page(result: CalibrationResult, drawn: Mapping[str, Block]) -> str:
+    """The HTML of a calibration."""
+    found, meaning = result.calibration, result.meaning
+    return render(
+        "calibration.html.jinja",
+        result=result,
+        calibration=found,
+        meaning=meaning,
+        sentence=sentence(result),
+        poor=bool(meaning.coverage.wants),
+        head=head(result),
+        parameters=parameter_rows(found),
+        pictures=picture_rows(result),
+        models=model_rows(found),
+        board_shape=shape_in_words(found),
+        arm_rows=arm_rows(result.arm) if result.arm else None,
+        inputs=input_rows(result.provenance),
+        versions=version_text(result.provenance),
+        number=number,
+        **drawn,
+    )
 
 
 def sentence(result: CalibrationResult) -> str:

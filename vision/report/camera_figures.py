@@ -18,7 +18,8 @@ def coverage_and_errors(calibration: Calibration) -> Block:
 
     figure, axes = style.panel(2.9)
     for k, view in enumerate(calibration.views):
-        style.dots(axes, view.image_points[:, 0], view.image_points[:, 1], style.cable_colour(k), 2.4, 0.8)
+        x, y = view.image_points.T
+        style.dots(axes, view.name, x, y, style.cable_colour(k), 2.4, 0.8)
     axes.add_patch(Rectangle((0, 0), camera.width, camera.height, fill=False, edgecolor=style.QUIET))
     equal_scales(axes, camera.width / 2, camera.height / 2, 0.52 * camera.width, 0.52 * camera.height)
     axes.invert_yaxis()
@@ -29,9 +30,10 @@ def coverage_and_errors(calibration: Calibration) -> Block:
 
     figure, axes = style.panel(2.9)
     reach = 1.05 * float(np.quantile(np.abs(errors), 0.998))
-    style.dots(axes, errors[:, 0], errors[:, 1], style.CABLES[0], 2.0, 0.5)
+    style.dots(axes, "corners", errors[:, 0], errors[:, 1], style.CABLES[0], 2.0, 0.5)
     turn = np.linspace(0, 2 * np.pi, 90)
-    style.line(axes, calibration.rms_px * np.cos(turn), calibration.rms_px * np.sin(turn), style.MEASURED, width=1.4)
+    circle = calibration.rms_px * np.cos(turn), calibration.rms_px * np.sin(turn)
+    style.line(axes, "RMS", *circle, style.MEASURED, width=1.4)
     equal_scales(axes, 0.0, 0.0, reach, reach)
     axes.set_title("what the camera model leaves")
     axes.set_xlabel("error to the right, px")

@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from markupsafe import Markup
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -13,7 +11,8 @@ from identification.diagnosis.sight import Sight
 from identification.diagnosis.signature import CONSTANT, Pattern, Signature
 from vision.report import style
 from vision.report.block import Block, Entry
-from vision.report.svg import inline
+from vision.report.drawn import DrawnAxes
+from vision.report.svg import Panel, inline
 from vision.report.wording import listed, number
 
 Array = NDArray[np.float64]
@@ -102,7 +101,7 @@ def alike(sight: Sight) -> Block:
     """Which effects could be taken for which in these recordings."""
     count = len(sight.effects)
     figure = Figure(figsize=(style.WIDTH, style.WIDTH))
-    axes = figure.add_axes((0.37, 0.02, 0.61, 0.9))
+    axes = DrawnAxes(figure, (0.37, 0.02, 0.61, 0.9))
     level = np.clip(np.digitize(sight.alike, _LEVELS[1:-1]), 0, len(_SHADES) - 1)
     for shade, colour in enumerate(_SHADES[1:], start=1):
         rows, columns = np.nonzero((level == shade) & ~np.eye(count, dtype=bool))
@@ -113,6 +112,7 @@ def alike(sight: Sight) -> Block:
     for k in range(count):
         axes.fill([k, k + 1, k + 1, k], [k, k, k + 1, k + 1], color=style.QUIET, alpha=0.35, linewidth=0)
     names = [f"{n.replace('_', ' ')}{'*' if n in sight.blind else ''}  {k + 1}" for k, n in enumerate(sight.effects)]
+    axes.note("feigned by the effect of the column", "shades", x=sight.effects, y=sight.effects, share=sight.alike)
     axes.set_xlim(0, count)
     axes.set_ylim(count, 0)
     axes.set_yticks(np.arange(count) + 0.5, names)
@@ -144,27 +144,27 @@ def _legend(changed: bool) -> tuple[Entry, ...]:
     return (*base, *extended, Entry("noise alone", style.BROAD, "band"))
 
 
-def _means(p: Pattern, motors: int, changed: bool, key: str) -> Markup:
+def _means(p: Pattern, motors: int, changed: bool, key: str) -> Panel:
     figure, axes = style.panel()
     size = _size(p.channel, motors)
-    axes.fill_between(p.at, -size * p.noise, size * p.noise, color=style.BROAD, alpha=0.35, linewidth=0)
+    style.band(axes, "noise alone", p.at, -size * p.noise, size * p.noise, style.BROAD)
     axes.axhline(0, color=style.QUIET, linewidth=0.7)
     _lines(axes, p.at, size * p.before, size * p.after, changed)
     axes.set_ylabel(f"mean left{ALONG if p.against.endswith(ALONG) else ''}, {_unit(p.channel, motors)}")
     return _finished(figure, axes, p, motors, f"{key}-mean")
 
 
-def _spread(p: Pattern, motors: int, changed: bool, key: str) -> Markup:
+def _spread(p: Pattern, motors: int, changed: bool, key: str) -> Panel:
     figure, axes = style.panel()
     size = _size(p.channel, motors)
-    axes.fill_between(p.at, 0 * p.noise, size * p.noise, color=style.BROAD, alpha=0.35, linewidth=0)
+    style.band(axes, "noise alone", p.at, 0 * p.noise, size * p.noise, style.BROAD)
     _lines(axes, p.at, size * p.before_rms, size * p.after_rms, changed)
     axes.set_ylim(bottom=0)
     axes.set_ylabel(f"RMS left, {_unit(p.channel, motors)}")
     return _finished(figure, axes, p, motors, f"{key}-rms")
 
 
-def _finished(figure: Figure, axes: Axes, p: Pattern, motors: int, key: str) -> Markup:
+def _finished(figure: Figure, axes: DrawnAxes, p: Pattern, motors: int, key: str) -> Panel:
     name = channel_words(p.channel, motors)
     axes.set_title(f"{name}, against {p.against}", color=_colour(p.channel, motors))
     if p.unit in ("turn", "wave"):
@@ -175,7 +175,7 @@ def _finished(figure: Figure, axes: Axes, p: Pattern, motors: int, key: str) -> 
     return inline(figure, key, f"what is left at {name} against {p.against}")
 
 
-def _course(s: Signature, channel: int, motors: int, changed: bool, key: str) -> Markup:
+def _course(s: Signature, channel: int, motors: int, changed: bool, key: str) -> Panel:
     figure, axes = style.panel(2.0)
     at, before, after, noise = [], [], [], []
     for c, start in zip(s.courses, _starts(s), strict=True):
@@ -185,7 +185,7 @@ def _course(s: Signature, channel: int, motors: int, changed: bool, key: str) ->
         noise.append(np.append(np.full(len(c.begin), c.noise[channel]), np.nan))
     time, size = np.concatenate(at), _size(channel, motors)
     floor = size * np.concatenate(noise)
-    axes.fill_between(time, 0, floor, color=style.BROAD, alpha=0.35, linewidth=0)
+    style.band(axes, "noise alone", time, 0 * floor, floor, style.BROAD)
     _lines(axes, time, size * np.concatenate(before), size * np.concatenate(after), changed, dots=False)
     axes.set_ylim(bottom=0)
     name = channel_words(channel, motors)
@@ -200,14 +200,14 @@ def _starts(s: Signature) -> Sequence[float]:
     return [0.0, *np.cumsum(lengths)[:-1].tolist()]
 
 
-def _lines(axes: Axes, x: Array, before: Array, after: Array, changed: bool, dots: bool = True) -> None:
-    style.line(axes, x, before, BEFORE, "dashed" if changed else "solid", 1.3)
+def _lines(axes: DrawnAxes, x: Array, before: Array, after: Array, changed: bool, dots: bool = True) -> None:
+    style.line(axes, "base model", x, before, BEFORE, "dashed" if changed else "solid", 1.3)
     if changed:
-        style.line(axes, x, after, AFTER, width=1.3)
+        style.line(axes, "extended model", x, after, AFTER, width=1.3)
     if dots:
-        style.dots(axes, x, before, BEFORE, 4.0)
+        style.dots(axes, "base model's bins", x, before, BEFORE, 4.0)
         if changed:
-            style.dots(axes, x, after, AFTER, 4.0)
+            style.dots(axes, "extended model's bins", x, after, AFTER, 4.0)
 
 
 def _unit(channel: int, motors: int) -> str:

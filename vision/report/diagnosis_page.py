@@ -9,9 +9,12 @@ from identification.diagnosis.advice import advice
 from identification.diagnosis.diagnose import Diagnosis
 from vision.report import diagnosis_figures as figures
 from vision.report import diagnosis_words as words
+from vision.report.block import Block
+from vision.report.figures_file import write_figures
 from vision.report.style import drawing
 from vision.report.template import render
-from vision.report.wording import listed, size_of
+from vision.report.went_in import input_rows, version_text
+from vision.report.wording import listed
 from xneck.whole_file import write_text
 
 
@@ -25,35 +28,37 @@ class DiagnosisResult:
 
 
 def write_diagnosis_report(result: DiagnosisResult, path: Path) -> None:
-    """The page, whole or not at all; the same result gives the same bytes."""
-    write_text(path, page(result))
-
-
-def page(result: DiagnosisResult) -> str:
-    """The HTML of a diagnosis."""
+    """The page with its figures' numbers beside it, whole or not at all; the same result gives the same bytes."""
     d = result.found
     motors, changed = d.extended.arm.M, bool(d.search.named)
     with drawing():
-        return render(
-            "diagnosis.html.jinja",
-            result=result,
-            verdict=d.verdict,
-            sentence=words.sentence(d),
-            head=words.head(d),
-            causes=words.cause_rows(d),
-            channels=words.channel_table(d),
-            gains=words.gain_table(d),
-            considered=words.considered_rows(d),
-            patterns=words.pattern_table(d),
-            blind=listed([words.spoken(name) for name in d.sight.blind]),
-            steps=advice(d),
-            inputs=[
-                (role, entry["file"], size_of(entry["bytes"]), entry["sha256"])
-                for role, entry in result.provenance["inputs"].items()
-            ],
-            versions=", ".join(f"{name} {version}" for name, version in result.provenance["libraries"].items()),
-            proof_figure=figures.proof(d.signature, motors, changed),
-            alike_figure=figures.alike(d.sight),
-            time_figure=figures.over_time(d.signature, motors, changed),
-            condition_figure=figures.by_condition(d.signature, motors, changed),
-        )
+        drawn = {
+            "proof_figure": figures.proof(d.signature, motors, changed),
+            "alike_figure": figures.alike(d.sight),
+            "time_figure": figures.over_time(d.signature, motors, changed),
+            "condition_figure": figures.by_condition(d.signature, motors, changed),
+        }
+    write_figures(drawn.values(), path)
+    write_text(path, page(result, drawn))
+
+
+def page(result: DiagnosisResult, drawn: Mapping[str, Block | None]) -> str:
+    """The HTML of a diagnosis."""
+    d = result.found
+    return render(
+        "diagnosis.html.jinja",
+        result=result,
+        verdict=d.verdict,
+        sentence=words.sentence(d),
+        head=words.head(d),
+        causes=words.cause_rows(d),
+        channels=words.channel_table(d),
+        gains=words.gain_table(d),
+        considered=words.considered_rows(d),
+        patterns=words.pattern_table(d),
+        blind=listed([words.spoken(name) for name in d.sight.blind]),
+        steps=advice(d),
+        inputs=input_rows(result.provenance),
+        versions=version_text(result.provenance),
+        **drawn,
+    )

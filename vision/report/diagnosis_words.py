@@ -155,16 +155,16 @@ def considered_rows(d: Diagnosis) -> list[tuple[str, ...]]:
 
 
 def pattern_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
-    """Head and rows: of each equation the share of what stands above noise that every condition's bins explain."""
+    """Head and rows: of every condition the share that its bins explain of what stands above noise in each equation."""
     names = signature_record.channels(d.extended.arm.M, d.extended.arm.N)
     # joints' conditions stand beside the motors' of the same kind
     against = list(dict.fromkeys(p.against for p in d.signature.patterns))
     found = {(p.channel, p.against): p for p in d.signature.patterns}
     rows = []
-    for k, name in enumerate(names):
-        own = [found.get((k, a)) for a in against]
-        rows.append((name, *("" if p is None else f"{100 * p.explains:.0f} %" for p in own)))
-    return ["equation", *against], rows
+    for a in against:
+        own = [found.get((k, a)) for k in range(len(names))]
+        rows.append((a, *("" if p is None else f"{100 * p.explains:.0f} %" for p in own)))
+    return ["against", *names], rows
 
 
 def spoken(name: str) -> str:

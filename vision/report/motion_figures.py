@@ -32,13 +32,13 @@ def alpha_over_time(data: DataSet) -> Block:
         away = seen[inside, i] - np.interp(at, state.time, alpha[:, i])
         reach = 1.15 * max(np.quantile(np.abs(away), 0.995), 2 * float(np.median(sigma[:, i])), 1e-6)
         for start, end in missing:
-            above.axvspan(start, end, color=style.GAP, alpha=0.6, linewidth=0)
-            below.axvspan(start, end, color=style.GAP, alpha=0.6, linewidth=0)
-        style.dots(above, at, seen[inside, i], colour, size=2.0, opacity=0.45)
-        style.line(above, state.time, alpha[:, i], colour)
+            for axes in (above, below):
+                style.span(axes, "no angles", start, end, style.GAP, 0.6)
+        style.dots(above, "frame", at, seen[inside, i], colour, size=2.0, opacity=0.45)
+        style.line(above, "state", state.time, alpha[:, i], colour)
         time, band = style.decimated(state.time, 2 * sigma[:, i], points=400)
-        below.fill_between(time, -band, band, color=colour, alpha=0.3, linewidth=0)
-        style.dots(below, at, np.clip(away, -reach, reach), colour, size=1.8, opacity=0.6)
+        style.band(below, "±2 σ of the state", time, -band, band, colour, 0.3)
+        style.dots(below, "frame − state", at, away, colour, size=1.8, opacity=0.6, reach=reach)
         below.set_ylim(-reach * 1.05, reach * 1.05)
         above.set_title(f"joint {i + 1}", color=colour)
         above.set_ylabel("alpha, deg")
@@ -70,12 +70,13 @@ def travel_on_both_clocks(data: DataSet, found: Alignment) -> Block:
     panels = []
     for j in range(data.arm.M):
         figure, above, below = style.two_storeys()
-        style.line(above, data.state.time[fine], travel[:, j], style.BROAD, width=style.BROAD_WIDTH)
-        style.dots(above, found.time[inside], 1e3 * found.predicted[inside, j], style.cable_colour(j), size=2.4)
+        style.line(above, "motor: (rd/R) θ", data.state.time[fine], travel[:, j], style.BROAD, width=style.BROAD_WIDTH)
+        colour = style.cable_colour(j)
+        style.dots(above, "vision", found.time[inside], 1e3 * found.predicted[inside, j], colour, size=2.4)
         below.axhline(0, color=style.QUIET, linewidth=0.7)
         left = 1e3 * found.left[:, j]
         reach = max(4 * float(np.quantile(np.abs(left), 0.75)), 1e-3)
-        style.dots(below, found.time[inside], np.clip(left[inside], -reach, reach), style.cable_colour(j), size=2.4)
+        style.dots(below, "left", found.time[inside], left[inside], colour, size=2.4, reach=reach)
         below.set_ylim(-1.1 * reach, 1.1 * reach)
         above.set_title(f"cable {j + 1}", color=style.cable_colour(j))
         above.set_ylabel("wound in, mm")
@@ -97,9 +98,9 @@ def clock_evidence(data: DataSet, found: Alignment) -> Block:
     figure, axes = style.panel()
     shift_ms = 1e3 * found.shifts
     for j in range(found.rms.shape[1]):
-        style.line(axes, shift_ms, 1e3 * found.rms[:, j], style.cable_colour(j))
+        style.line(axes, f"cable {j + 1}", shift_ms, 1e3 * found.rms[:, j], style.cable_colour(j))
     sigma_ms = 2e3 * data.clock["offset_sigma_s"]
-    axes.axvspan(-sigma_ms, sigma_ms, color=style.QUIET, alpha=0.4, linewidth=0)
+    style.span(axes, "±2 σ of the offset", -sigma_ms, sigma_ms, style.QUIET, 0.4)
     axes.set_ylim(bottom=0)
     axes.set_title("a wrong clock")
     axes.set_xlabel("shift against the offset found, ms")
@@ -110,8 +111,8 @@ def clock_evidence(data: DataSet, found: Alignment) -> Block:
     time = log_time(data.clock, data.angles.time)
     interval_ms = 1e3 * np.diff(data.angles.time)
     late = interval_ms > 1.5 * np.median(interval_ms)
-    style.dots(axes, time[1:][~late], interval_ms[~late], style.MEASURED, size=2.0)
-    style.dots(axes, time[1:][late], interval_ms[late], style.CABLES[1], size=5.0)
+    style.dots(axes, "interval", time[1:][~late], interval_ms[~late], style.MEASURED, size=2.0)
+    style.dots(axes, "longer interval", time[1:][late], interval_ms[late], style.CABLES[1], size=5.0)
     axes.set_ylim(0, 1.15 * float(interval_ms.max()))
     axes.set_title("frame intervals")
     axes.set_xlabel("time on the log's clock, s")

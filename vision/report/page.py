@@ -1,9 +1,10 @@
 """The page itself: figures and tables of a result put into the template."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from identification.identifiability import durbin_wu_hausman
-from identification.reconstruction import reconstruct
+from identification.reconstruction import Reconstruction, reconstruct
 from identification.seed_method import WELL_IDENTIFIED
 from mechanism.elasticity import MODELS
 from vision.elongation import explain
@@ -19,19 +20,25 @@ from vision.report import (
     verdict,
 )
 from vision.report.alignment import align
+from vision.report.block import Block
+from vision.report.figures_file import write_figures
 from vision.report.shots import shots
 from vision.report.style import drawing
 from vision.report.template import render
+from vision.report.went_in import input_rows, version_text
 from vision.report.wording import number
 from xneck.whole_file import write_text
 
 
 def write_report(result: Result, path: Path) -> None:
-    """One recording's report, whole or not at all; the same result gives the same bytes."""
-    write_text(path, page(result))
+    """One recording's report with its figures' numbers beside it, whole or not at all; the same result gives the same bytes."""
+    found = reconstruct(result.data, result.identification)
+    figures = _figures(result, found)
+    write_figures(figures.values(), path)
+    write_text(path, page(result, found, figures))
 
 
-def page(result: Result) -> str:
+def page(result: Result, found: Reconstruction, figures: Mapping[str, Block | None]) -> str:
     """The HTML of a result, with everything that it shows inside."""
     return render(
         "report.html.jinja",
@@ -40,6 +47,8 @@ def page(result: Result) -> str:
         sentence=verdict.sentence(result),
         head=verdict.figures(result),
         tables=tables,
+        inputs=input_rows(result.data.provenance),
+        versions=version_text(result.data.provenance),
         table_1=tables.seed_table(
             "Table 1: friction, from the arm equations",
             [result.identification.dry_and_viscous, result.identification.dry_only],
@@ -58,13 +67,13 @@ def page(result: Result) -> str:
         number=number,
         well_identified=WELL_IDENTIFIED,
         shots=shots(result),
-        **_figures(result),
+        couple_errors=seed_figures.couple_errors(found),
+        **figures,
     )
 
 
-def _figures(result: Result) -> dict[str, object]:
+def _figures(result: Result, found: Reconstruction) -> dict[str, Block | None]:
     data = result.data
-    found = reconstruct(data, result.identification)
     alignment, elongation = align(data), explain(data.arm, data.state)
     with drawing():
         return {
@@ -77,7 +86,6 @@ def _figures(result: Result) -> dict[str, object]:
             "elongation_figure": cable_figures.elongation_over_time(data, elongation),
             "force_figure": cable_figures.elongation_against_force(data, elongation),
             "couple_figure": seed_figures.couples(found),
-            "couple_errors": seed_figures.couple_errors(found),
             "tension_figure": seed_figures.tensions(found),
             "error_figure": seed_figures.tension_errors(found),
             "simulation_figure": (

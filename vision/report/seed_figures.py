@@ -18,10 +18,17 @@ def couples(found: Reconstruction) -> Block:
     panels = []
     for i in range(found.couple_measured.shape[1]):
         figure, axes = style.panel(2.7)
-        style.line(axes, found.time, found.couple_measured[:, i], style.BROAD, width=style.BROAD_WIDTH)
-        style.line(axes, found.time, found.couple_without_friction[:, i], style.FRICTION["none"])
-        style.line(axes, found.time, found.couple_dry[:, i], style.FRICTION["dry"])
-        style.line(axes, found.time, found.couple_dry_and_viscous[:, i], style.FRICTION["viscous"], "dashed")
+        style.line(axes, "measured", found.time, found.couple_measured[:, i], style.BROAD, width=style.BROAD_WIDTH)
+        style.line(axes, "without friction", found.time, found.couple_without_friction[:, i], style.FRICTION["none"])
+        style.line(axes, "dry friction", found.time, found.couple_dry[:, i], style.FRICTION["dry"])
+        style.line(
+            axes,
+            "dry and viscous friction",
+            found.time,
+            found.couple_dry_and_viscous[:, i],
+            style.FRICTION["viscous"],
+            "dashed",
+        )
         axes.set_title(f"joint {i + 1}", color=style.joint_colour(i))
         axes.set_xlabel("time on the log's clock, s")
         axes.set_ylabel("couple (Z f), N m")
@@ -57,9 +64,12 @@ def tensions(found: Reconstruction) -> Block:
     panels = []
     for j in range(found.tension_from_force.shape[1]):
         figure, axes = style.panel(2.7)
-        style.line(axes, found.time, found.tension_from_force[:, j], style.BROAD, width=style.BROAD_WIDTH)
+        style.line(
+            axes, "from forces", found.time, found.tension_from_force[:, j], style.BROAD, width=style.BROAD_WIDTH
+        )
         for model in MODELS:
-            style.line(axes, found.time, found.tension_elastic[model][:, j], style.MODELS[model], _STYLES[model])
+            name, elastic = f"elastic model {model}", found.tension_elastic[model][:, j]
+            style.line(axes, name, found.time, elastic, style.MODELS[model], _STYLES[model])
         axes.set_title(f"cable {j + 1}", color=style.cable_colour(j))
         axes.set_xlabel("time on the log's clock, s")
         axes.set_ylabel("tension, N")
@@ -87,11 +97,11 @@ def tension_errors(found: Reconstruction) -> Block:
         axes.axhline(0, color=style.QUIET, linewidth=0.7)
         for model in MODELS:
             error = found.tension_error(model)[:, j]
-            style.dots(axes, force, error, style.MODELS[model], size=1.6, opacity=0.35)
+            style.dots(axes, f"elastic model {model}", force, error, style.MODELS[model], size=1.6, opacity=0.35)
             filled = [k for k in range(_BINS) if np.any(bins == k)]
             at = np.array([force[bins == k].mean() for k in filled])
             mean = np.array([error[bins == k].mean() for k in filled])
-            style.line(axes, at, mean, style.MODELS[model], _STYLES[model], width=1.8)
+            style.line(axes, f"mean of elastic model {model}", at, mean, style.MODELS[model], _STYLES[model], width=1.8)
         axes.set_title(f"cable {j + 1}", color=style.cable_colour(j))
         axes.set_xlabel("tension from forces, N")
         axes.set_ylabel("error of the model, N")

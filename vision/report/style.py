@@ -10,9 +10,10 @@ from itertools import pairwise
 
 import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+
+from vision.report.drawn import DrawnAxes
 
 Array = NDArray[np.float64]
 
@@ -84,13 +85,13 @@ def joint_colour(i: int) -> str:
     return JOINTS[i % len(JOINTS)]
 
 
-def panel(height: float = 2.5) -> tuple[Figure, Axes]:
+def panel(height: float = 2.5) -> tuple[Figure, DrawnAxes]:
     """One panel; margins in inches are the same for all, so that axes stand under each other."""
     figure = Figure(figsize=(WIDTH, height))
     return figure, _axes(figure, _BOTTOM, height - _TOP)
 
 
-def two_storeys(height: float = 3.4, lower: float = 1.0) -> tuple[Figure, Axes, Axes]:
+def two_storeys(height: float = 3.4, lower: float = 1.0) -> tuple[Figure, DrawnAxes, DrawnAxes]:
     """A panel with a second, lower one (`lower` in inches) on the same horizontal axis."""
     figure = Figure(figsize=(WIDTH, height))
     below = _axes(figure, _BOTTOM, _BOTTOM + lower)
@@ -100,33 +101,69 @@ def two_storeys(height: float = 3.4, lower: float = 1.0) -> tuple[Figure, Axes, 
     return figure, above, below
 
 
-def _axes(figure: Figure, low: float, high: float) -> Axes:
+def _axes(figure: Figure, low: float, high: float) -> DrawnAxes:
     """Axes from `low` to `high`, in; the vertical label at a fixed place, where no tick's number pushes it out."""
     height = float(figure.get_figheight())
     inner = WIDTH - _LEFT - _RIGHT
-    axes = figure.add_axes((_LEFT / WIDTH, low / height, inner / WIDTH, (high - low) / height))
+    axes = DrawnAxes(figure, (_LEFT / WIDTH, low / height, inner / WIDTH, (high - low) / height))
     axes.yaxis.set_label_coords((0.16 - _LEFT) / inner, 0.5)
     axes.locator_params(axis="y", nbins=7 if high - low > 1.2 else 5)
     return axes
 
 
-def line(axes: Axes, x: Array, y: Array, colour: str, style: str = "solid", width: float = 1.1) -> None:
-    """A line of at most POINTS points that keeps every peak."""
-    x, y = decimated(x, y)
+def line(
+    axes: DrawnAxes,
+    name: str,
+    x: Array,
+    y: Array,
+    colour: str,
+    style: str = "solid",
+    width: float = 1.1,
+    thin: bool = True,
+) -> None:
+    """A line of at most POINTS points that keeps every peak, unless it was thinned before; a gap is not a number."""
+    if thin:
+        x, y = decimated(x, y)
     dashes = [float(part) / width for part in DASHES[style].split()]
     (drawn,) = axes.plot(x, y, color=colour, linewidth=width)
     if dashes:
         drawn.set_dashes(dashes)
+    axes.note(name, "line", x=x, y=y)
 
 
-def dots(axes: Axes, x: Array, y: Array, colour: str, size: float = 2.2, opacity: float = 1.0) -> None:
-    """Dots of `size` points, thinned to DOTS: one path of lines without length and round ends, a tenth of markers' bytes."""
+def dots(
+    axes: DrawnAxes,
+    name: str,
+    x: Array,
+    y: Array,
+    colour: str,
+    size: float = 2.2,
+    opacity: float = 1.0,
+    reach: float = np.inf,
+) -> None:
+    """Dots of `size` points, thinned to DOTS: one path of lines without length and round ends, a tenth of markers' bytes.
+
+    Those beyond +-reach are drawn there.
+    """
     step = -(-len(x) // DOTS) or 1
     x, y = x[::step], y[::step]
     kept = np.isfinite(x) & np.isfinite(y)
     gap = np.full(int(kept.sum()), np.nan)
-    xs, ys = (np.column_stack([v[kept], v[kept], gap]).ravel() for v in (x, y))
+    xs, ys = (np.column_stack([v[kept], v[kept], gap]).ravel() for v in (x, np.clip(y, -reach, reach)))
     axes.plot(xs, ys, color=colour, linewidth=size, solid_capstyle="round", alpha=opacity)
+    axes.note(name, "dots", x=x[kept], y=y[kept])
+
+
+def band(axes: DrawnAxes, name: str, x: Array, low: Array, high: Array, colour: str, opacity: float = 0.35) -> None:
+    """What lies between two curves."""
+    axes.fill_between(x, low, high, color=colour, alpha=opacity, linewidth=0)
+    axes.note(name, "band", x=x, low=low, high=high)
+
+
+def span(axes: DrawnAxes, name: str, low: float, high: float, colour: str, opacity: float, flat: bool = False) -> None:
+    """What lies between two values of x, or of y where it is flat."""
+    (axes.axhspan if flat else axes.axvspan)(low, high, color=colour, alpha=opacity, linewidth=0)
+    axes.note(name, "span", low=low, high=high)
 
 
 def decimated(x: Array, y: Array, points: int = POINTS) -> tuple[Array, Array]:

@@ -1,18 +1,30 @@
 """A matplotlib figure as SVG that lives inside a page: no outside name, small, and ids that do not clash."""
 
 import re
+from dataclasses import dataclass
 from io import StringIO
 
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
+
+from vision.report.drawn import Storey, storeys
 
 _REFERRED = re.compile(r'(?:url\(#|href="#)([^")]+)')
 _NUMBERS = re.compile(r' (d|x|y)="([^"]*)"')
 _LONG = re.compile(r"(-?\d+\.\d{2})\d+")
 
 
-def inline(figure: Figure, key: str, says: str) -> Markup:
-    """`figure` as an <svg> element; `key` is unique in the page, `says` is read to those who do not see it."""
+@dataclass(frozen=True)
+class Panel:
+    """One picture of a figure, and its numbers."""
+
+    svg: Markup
+    says: str
+    storeys: tuple[Storey, ...]
+
+
+def inline(figure: Figure, key: str, says: str) -> Panel:
+    """`figure` as an <svg> element with what was drawn; `key` is unique in the page, `says` is read to those who do not see it."""
     stream = StringIO()
     figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     text = stream.getvalue()
@@ -29,7 +41,7 @@ def inline(figure: Figure, key: str, says: str) -> Markup:
     box = re.search(r'viewBox="[^"]*"', text)
     assert box is not None
     head = f'<svg class="plot" {box[0]} role="img" aria-label="{escape(says)}">'
-    return Markup(re.sub(r"^<svg[^>]*>", lambda _: head, text).strip())
+    return Panel(Markup(re.sub(r"^<svg[^>]*>", lambda _: head, text).strip()), says, storeys(figure))
 
 
 def _shorter(found: re.Match[str]) -> str:

@@ -15,7 +15,7 @@ from identification.tables import rows
 from mechanism.description import Neck
 from vision.pipeline import Result
 from vision.report import published
-from vision.report.wording import number, percent, size_of, with_sigma
+from vision.report.wording import number, percent, with_sigma
 
 _PRINTED = {"Pa": ("GPa", 1e-9), "Pa s": ("MPa s", 1e-6), "1": ("", 1.0)}
 """units in which the seed prints a table, and their factor"""
@@ -75,19 +75,6 @@ def _published(pair: tuple[str, str] | None) -> Cell:
     if pair is None:
         return NOTHING
     return Cell(pair[0], f"{pair[1]} %", float(pair[1]) <= WELL_IDENTIFIED)
-
-
-def input_rows(result: Result) -> list[tuple[str, str, str, str]]:
-    """Role, file, size, SHA-256 of every file that went in."""
-    inputs = result.data.provenance.get("inputs", {})
-    return [(role, entry["file"], size_of(entry["bytes"]), entry["sha256"]) for role, entry in inputs.items()]
-
-
-def version_text(result: Result) -> str:
-    """What computed it."""
-    p = result.data.provenance
-    libraries = [f"{name} {version}" for name, version in p.get("libraries", {}).items()]
-    return ", ".join([f"xneck {p.get('xneck', '?')}", f"Python {p.get('python', '?')}", *libraries])
 
 
 def cable_rows(neck: Neck) -> list[tuple[str, ...]]:
@@ -187,8 +174,8 @@ def marker_rows(result: Result) -> list[tuple[str, str, str]]:
     return [(str(m["id"]), f"{100 * m['seen_share']:.1f} %", str(m["duplicates"])) for m in markers]
 
 
-def simulated_rows(result: Result) -> list[tuple[str, str]]:
-    """RMS of each channel and its noise floor: alpha in degrees, theta as cable travel."""
+def simulated_rows(result: Result) -> list[tuple[str, str, str, str]]:
+    """Each channel, its RMS, its noise floor and their unit: alpha in degrees, theta as cable travel."""
     if result.simulated is None:
         return []
     drum = result.data.arm.drum
@@ -196,6 +183,6 @@ def simulated_rows(result: Result) -> list[tuple[str, str]]:
     for channel in result.simulated.channels:
         stem, index = channel.name.rstrip("0123456789"), int(channel.name[len(channel.name.rstrip("0123456789")) :])
         scale, unit = (np.degrees(1.0), "deg") if stem == "alpha" else (1e3 * float(drum[index - 1]), "mm of cable")
-        floor = f"{number(scale * channel.noise_floor, 2)} {unit} were the model true"
-        out.append((f"{stem} {index}", f"{number(scale * channel.rms, 3)} {unit}; {floor}"))
+        rms, floor = number(scale * channel.rms, 3), number(scale * channel.noise_floor, 2)
+        out.append((f"{stem} {index}", rms, floor, unit))
     return out
