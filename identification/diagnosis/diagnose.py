@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from identification.dataset import DataSet
 from identification.diagnosis.cause import Cause, believed
-from identification.diagnosis.excess import Excess
+from identification.diagnosis.excess import PLAIN, Excess
 from identification.diagnosis.gain import Gain, gains, held
 from identification.diagnosis.hypothesis import Hypothesis, as_described
-from identification.diagnosis.naming import Search, search
+from identification.diagnosis.naming import EXPLAINED, Search, search
 from identification.diagnosis.noise import read
 from identification.diagnosis.sight import Sight, sight
 from identification.diagnosis.signature import Signature, signature
@@ -108,17 +108,29 @@ def diagnose(
         was = held(first.end, first.fit, h, others, found.whiten, bool(last.causes))
         now = held(last.end, last.fit, extended, others, found.whiten, bool(last.causes))
         gained = gains(was, now, h.arm.M)
+        if last.causes and not _hold(gained):
+            worst = max(g.after / g.noise_floor for g in gained)
+            verdict = "insufficient"
+            why = f"what explains the fitted recordings leaves {worst:.1f} times noise on those that were not fitted"
         progress("simulation")
         try:
             gained += simulated_gains(Side(first, h, was), Side(last, extended, now), others)
         except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
             not_simulated = str(refused)
     worse = [g.measure for g in gained if g.after - g.before > _SURELY * g.sigma]
-    if last.causes and worse:
+    if last.causes and worse and verdict != "insufficient":
         why = "; ".join(
             filter(None, [why, f"where it was not fitted the extended model does worse in {', '.join(worse)}"])
         )
     return Diagnosis(verdict, why, found, could, signature(first, last), gained, extended, not_simulated)
+
+
+def _hold(equations: Sequence[Gain]) -> bool:
+    """Whether causes take from other recordings too as much of what stands above noise as they must where they were fitted."""
+    before, after = (
+        sum(max((getattr(g, which) / g.noise_floor) ** 2 - 1, 0.0) for g in equations) for which in ("before", "after")
+    )
+    return after <= max((1 - EXPLAINED) * before, PLAIN**2 - 1)
 
 
 def _verdict(found: Search, could: Sight) -> tuple[str, str]:
