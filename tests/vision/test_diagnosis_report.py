@@ -141,9 +141,10 @@ def test_what_figures_show_is_in_the_record(found: Diagnosis) -> None:
     assert signed["picture"]["against"] in {p["against"] for p in shown}
     for p in signed["patterns"]:
         assert len(p["at"]) == len(p["before"]) == len(p["after"]) == len(p["noise_rms"])
-        # bins' RMS lie around their channel's, in which rows of jerked motors count for less: in the sample by half a per cent
+        # bins' RMS lie around their channel's, in which rows of jerked motors count for less: by a seventh at most
         rms = np.array([v for v in p["before_rms"] if v is not None])
-        assert rms.min() <= 1.02 * channels[p["channel"]]["before"] <= 1.03 * rms.max()
+        assert rms.min() <= 1.2 * channels[p["channel"]]["before"]
+        assert channels[p["channel"]]["before"] <= 1.001 * rms.max()
     (over,) = signed["over_time"]
     assert len(over["from_s"]) == len(course.begin)
     assert np.array(said["isolability"]["feigned"]).shape == (len(said["isolability"]["effects"]),) * 2
