@@ -78,7 +78,7 @@ def diagnose(
 ) -> Diagnosis:
     """Recordings of one arm, fitted together, and others of it on which the gain is measured.
 
-    Raises Refused where they are of different arms, a motor stands still, or forces are missing.
+    Raises Refused where they are of different arms, one is both fitted and held out, a motor stands still, or forces are missing.
 
     >>> import xneck
     >>> found = xneck.diagnose([xneck.read_dataset("monday.mcap")], [xneck.read_dataset("tuesday.mcap")])
@@ -90,6 +90,8 @@ def diagnose(
     for data in (*recordings, *held_out):
         if "f1" not in data.state.columns:
             raise Refused("diagnose", "a data set holds no forces f", "log the force command of every motor")
+    if any(_same(one, other) for one in recordings for other in held_out):
+        raise Refused("diagnose", "a recording is fitted and held out at once", "hold out another one of the same arm")
     one_arm([*recordings, *held_out])
     h = as_described(recordings[0].neck)
     progress("noise")
@@ -123,6 +125,10 @@ def diagnose(
             filter(None, [why, f"where it was not fitted the extended model does worse in {', '.join(worse)}"])
         )
     return Diagnosis(verdict, why, found, could, signature(first, last), gained, extended, not_simulated)
+
+
+def _same(a: DataSet, b: DataSet) -> bool:
+    return len(a.state) == len(b.state) and np.array_equal(a.state.matrix("theta"), b.state.matrix("theta"))
 
 
 def _hold(equations: Sequence[Gain]) -> bool:

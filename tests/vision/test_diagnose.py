@@ -134,14 +134,25 @@ def test_what_does_not_hold_on_other_recordings_is_not_named(tmp_path: Path) -> 
     assert gain["after"] > gain["before"]
 
 
-def test_a_data_set_without_forces_is_refused(tmp_path: Path) -> None:
-    """Nothing says then how far cables stretch."""
+def test_a_data_set_without_forces_and_one_that_is_held_out_from_itself_are_refused(tmp_path: Path) -> None:
+    """Nothing says how far cables stretch, or what a cause gains where it was not fitted."""
     hide([], 7004, tmp_path, seconds=(8.0, 8.0))
-    log = tmp_path / "fitted/log.csv"
+    log, whole = tmp_path / "fitted/log.csv", tmp_path / "whole.csv"
+    whole.write_text(log.read_text())
     rows = [line.split(",")[:5] for line in log.read_text().splitlines()]
     log.write_text("\n".join(",".join(row) for row in rows) + "\n")
     here = tmp_path / "fitted"
     command("sync", here / "angles.csv", log, "--neck", here / "neck.yaml", "--out", tmp_path / "a.mcap")
+    both = [
+        "diagnose",
+        str(tmp_path / "b.mcap"),
+        "--held-out",
+        str(tmp_path / "b.mcap"),
+        "--out",
+        str(tmp_path / "out"),
+    ]
+    command("sync", here / "angles.csv", whole, "--neck", here / "neck.yaml", "--out", tmp_path / "b.mcap")
+    assert "fitted and held out" in str(CliRunner().invoke(group, both).exception)
     done = CliRunner().invoke(group, ["diagnose", str(tmp_path / "a.mcap"), "--out", str(tmp_path / "out")])
     assert isinstance(done.exception, Refused)
     assert "holds no forces" in str(done.exception)
