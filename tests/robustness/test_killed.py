@@ -60,7 +60,7 @@ COMMANDS: dict[str, list[str]] = {
     "identify": ["identify", "{r}/d.mcap", "--out", "{o}/m.yaml"],
     "simulate": ["simulate", "{r}/d.mcap", "--model", "{r}/m.yaml", "--out", "{o}/s.mcap"],
     "run": ["run", "{r}", "--out", "{o}"],
-    "diagnose": ["diagnose", "{r}/d.mcap", "--held-out", "{r}/d.mcap", "--out", "{o}/diagnosis"],
+    "diagnose": ["diagnose", "{r}/d.mcap", "--out", "{o}/diagnosis"],
     "calibrate": [
         "calibrate",
         "{R}/board",
