@@ -101,24 +101,20 @@ def diagnose(
     found = search(h, fitted, seed)
     first, last = found.first, found.last
     could = sight(found)
-    verdict, why = _verdict(found, could)
     progress("gain")
     extended = believed(h, last.causes)
     gained: tuple[Gain, ...] = ()
-    not_simulated = ""
+    equations, not_simulated = gained, ""
     if others:
         was = held(first.end, first.fit, h, others, found.whiten, bool(last.causes))
         now = held(last.end, last.fit, extended, others, found.whiten, bool(last.causes))
-        gained = gains(was, now, h.arm.M)
-        if last.causes and not _hold(gained):
-            worst = max(g.after / g.noise_floor for g in gained)
-            verdict = "insufficient"
-            why = f"what explains the fitted recordings leaves {worst:.1f} times noise on those that were not fitted"
+        gained = equations = gains(was, now, h.arm.M)
         progress("simulation")
         try:
             gained += simulated_gains(Side(first, h, was), Side(last, extended, now), others)
         except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
             not_simulated = str(refused)
+    verdict, why = _verdict(found, could, equations)
     worse = [g.measure for g in gained if g.after - g.before > _SURELY * g.sigma]
     if last.causes and worse and verdict != "insufficient":
         why = "; ".join(
@@ -139,13 +135,18 @@ def _hold(equations: Sequence[Gain]) -> bool:
     return after <= max((1 - EXPLAINED) * before, PLAIN**2 - 1)
 
 
-def _verdict(found: Search, could: Sight) -> tuple[str, str]:
+def _verdict(found: Search, could: Sight, equations: Sequence[Gain]) -> tuple[str, str]:
+    """equations: what is gained in them on recordings that were not fitted, if there are any."""
     if not found.named:
         if found.first.beyond.plain:
             return "unknown", "the data differ from the model, and no cause that is known explains it"
         if len(could.blind) > BLIND * len(could.effects):
             return "insufficient", f"these recordings could not show {', '.join(could.blind)}"
         return "consistent", "nothing stands above noise"
+    if not _hold(equations):
+        worst = max(g.after / g.noise_floor for g in equations)
+        why = f"what explains the fitted recordings leaves {worst:.1f} times noise on those that were not fitted"
+        return "insufficient", why
     if max(len(named.tied) for named in found.named) >= TOO_MANY:
         return "insufficient", "too many causes explain the data alike"
     if any(len(named.tied) > 1 for named in found.named):

@@ -16,15 +16,12 @@ KNOWN = 0.1
 
 def parameters_of(turn: Turn) -> tuple[tuple[Parameter, ...], ...]:
     """Of each cause. Where its law leaves something above noise, sigma is as many times larger."""
-    end, arm = turn.end, turn.end.point.hypothesis.arm
+    arm = turn.end.point.hypothesis.arm
     form = float(turn.beyond.ratio.max()) if turn.beyond.plain else 1.0
-    sigma = form * turn.sigma[end.base + len(end.nuisances) :]
-    out = []
-    for cause in turn.causes:
-        size = cause.sizes(arm)
-        own, sigma = sigma[: len(size)] * size, sigma[len(size) :]
-        out.append(tuple(_parameters(cause, own, len(cause.effect.labels(arm)))))
-    return tuple(out)
+    return tuple(
+        tuple(_parameters(cause, form * sigma, len(cause.effect.labels(arm))))
+        for cause, sigma in zip(turn.causes, turn.sigma_of_causes, strict=True)
+    )
 
 
 def known(value: float, sigma: float) -> bool:

@@ -52,14 +52,20 @@ class Turn:
         return np.sqrt(np.where(variance > 0, variance, np.inf))
 
     @cached_property
+    def sigma_of_causes(self) -> tuple[Array, ...]:
+        """Of each cause's amounts, then its forms, in their units."""
+        arm, sigma = self.end.point.hypothesis.arm, self.sigma[self.end.base + len(self.end.nuisances) :]
+        sizes = [cause.sizes(arm) for cause in self.causes]
+        parts = np.split(sigma, np.cumsum([len(size) for size in sizes]))
+        return tuple(size * part for size, part in zip(sizes, parts[:-1], strict=True))
+
+    @cached_property
     def possible(self) -> bool:
         """Whether no cause does surely less than nothing: friction that drives, a mass that lifts."""
-        arm, own = self.end.point.hypothesis.arm, self.sigma[self.end.base + len(self.end.nuisances) :]
-        for cause in self.causes:
-            size = cause.sizes(arm)
-            sigma, own = (own[: len(size)] * size)[: len(cause.amounts)], own[len(size) :]
+        arm = self.end.point.hypothesis.arm
+        for cause, sigma in zip(self.causes, self.sigma_of_causes, strict=True):
             least = cause.effect.least(arm)[list(cause.where.columns)]
-            if np.any(cause.amounts < least - _SURELY * sigma):
+            if np.any(cause.amounts < least - _SURELY * sigma[: len(cause.amounts)]):
                 return False
         return True
 
@@ -92,9 +98,7 @@ class Trial:
         """Fitted with these causes, from a point on where they were not fitted before, and what stands above noise there."""
         which = tuple((c.effect.name, c.where.label, *sorted(c.forms.items())) for c in causes)
         if which not in self._known:
-            end, causes = _refined(at, self._h, causes, self._data, self.whiten)
-            floor = noise(end.point, self._read)
-            self._known[which] = Turn(end, causes, tuple(floor), quiet(floor, end.point, self.whiten), end.fit())
+            self._known[which] = self._fitted(at, causes, self.whiten)
         return self._known[which]
 
     def weighed(self, turn: Turn) -> tuple[Turn, Whitener]:
@@ -105,9 +109,12 @@ class Trial:
         white = [self.whiten(r, stretch_starts(place.signals), place.unsure) for place, r in left]
         loud = np.sqrt(np.mean(np.concatenate(white, axis=1) ** 2, axis=1))
         whiten = self.whiten.quieter(np.maximum(loud, 1.0))
-        end, causes = _refined(turn.end.point, self._h, turn.causes, self._data, whiten)
+        return self._fitted(turn.end.point, turn.causes, whiten), whiten
+
+    def _fitted(self, at: Point, causes: tuple[Cause, ...], whiten: Whitener) -> Turn:
+        end, causes = _refined(at, self._h, causes, self._data, whiten)
         floor = noise(end.point, self._read)
-        return Turn(end, causes, tuple(floor), quiet(floor, end.point, whiten), end.fit()), whiten
+        return Turn(end, causes, tuple(floor), quiet(floor, end.point, whiten), end.fit())
 
 
 def _begun(h: Hypothesis, data: Sequence[DataSet]) -> Point:
