@@ -1,7 +1,7 @@
 """Many recordings: which are there, which are done, and the others over the workers, none lost with the one that fails."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,22 @@ from vision.recording import NAME, Recording, read_recording
 from vision.result_folder import refusal_of, result_of, sweep, within
 from vision.spread import cores, spread, workers
 from xneck.errors import Refused
+
+
+@dataclass(frozen=True)
+class Asked:
+    """How recordings are to be run."""
+
+    out: Path
+    """results go to folders of their names here"""
+    jobs: int | None = None
+    """processes on this machine; None: one a core"""
+    cluster: str | None = None
+    """a scheduler's address, in their stead"""
+    redo: bool = False
+    """also what holds still, and what was refused"""
+    rerun: bool = False
+    """with recording.rrd"""
 
 
 @dataclass(frozen=True)
@@ -42,27 +58,19 @@ def named(folders: Sequence[Path], out: Path) -> dict[str, Path]:
     return places
 
 
-def run_batch(
-    places: Mapping[str, Path],
-    out: Path,
-    jobs: int | None,
-    cluster: str | None,
-    redo: bool,
-    rerun: bool,
-    step: Callable[[int], object],
-) -> dict[str, Ended]:
-    """All recordings, results in folders of their names in `out`; `step` is told of each as it ends. In the order given.
+def run_batch(places: Mapping[str, Path], asked: Asked, step: Callable[[int], object]) -> dict[str, Ended]:
+    """All recordings; `step` is told of each as it ends. In the order given.
 
-    What holds still is not made again, nor is what was refused tried again, unless `redo`; `rerun`: with recording.rrd.
+    What holds still is not made again, nor is what was refused tried again, unless it is asked for.
     Raises Refused where there are no workers, or they are lost.
     """
-    out = out.resolve()
+    asked = replace(asked, out=asked.out.resolve())
     ended: dict[str, Ended] = {}
     left: dict[str, Recording] = {}
     for name, place in places.items():
         try:
             recording = read_recording(place.resolve())
-            known = None if redo else _known(name, recording, out / name, rerun)
+            known = None if asked.redo else _known(name, recording, asked)
         except Refused as refusal:
             ended[name] = Ended(name, None, within(place.resolve(), str(refusal)), before=False)
             continue
@@ -71,31 +79,29 @@ def run_batch(
         else:
             ended[name] = known
     step(len(ended))
-    for one in _spread(left, out, jobs, cluster, rerun) if left else ():
+    for one in _spread(left, asked) if left else ():
         ended[one.name] = one
         step(1)
     return {name: ended[name] for name in places}
 
 
-def _known(name: str, recording: Recording, folder: Path, rerun: bool) -> Ended | None:
-    if record := result_of(recording, folder, rerun):
+def _known(name: str, recording: Recording, asked: Asked) -> Ended | None:
+    if record := result_of(recording, asked.out / name, asked.rerun):
         return Ended(name, record, None, before=True)
-    refused = refusal_of(recording, folder)
+    refused = refusal_of(recording, asked.out / name)
     return None if refused is None else Ended(name, None, refused, before=True)
 
 
-def _spread(
-    left: Mapping[str, Recording], out: Path, jobs: int | None, cluster: str | None, rerun: bool
-) -> Iterator[Ended]:
+def _spread(left: Mapping[str, Recording], asked: Asked) -> Iterator[Ended]:
     from vision.recording_task import run_one  # what has nothing left to do needs none of the stages
 
     files = [path for recording in left.values() for path in (recording.config, *recording.files.values())]
     try:
-        with workers(min(jobs or cores(), len(left)), cluster, out, files) as client:
-            for task in spread(client, run_one, {name: (r, out / name, rerun) for name, r in left.items()}):
+        with workers(min(asked.jobs or cores(), len(left)), asked.cluster, asked.out, files) as client:
+            for task in spread(client, run_one, {name: (r, asked.out / name, asked.rerun) for name, r in left.items()}):
                 failure = None if task.failure is None else within(left[task.name].folder, task.failure)
                 yield Ended(task.name, task.result, failure, before=False)
     finally:
-        if cluster is None:  # those of a cluster may still be at work
+        if asked.cluster is None:  # those of a cluster may still be at work
             for name in left:
-                sweep(out / name)
+                sweep(asked.out / name)

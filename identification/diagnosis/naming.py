@@ -1,8 +1,8 @@
 """Which causes explain what the base model does not: the best one first, as long as one explains a part worth naming.
 
-A cause is named where it takes MATERIAL of the loss away, and more than any would by chance. In the end those that explained
-about as much are fitted in its place; with it go all that leave little more: data cannot tell these apart. Of two that
-explain as much the one with fewer numbers stands for both.
+A cause is named where it takes MATERIAL of the loss away, or most of what is plainly beyond noise, and more than any would by
+chance. In the end those that explained about as much are fitted in its place; with it go all that leave little more: data cannot
+tell these apart. Of two that explain as much the one with fewer numbers stands for both.
 """
 
 from collections.abc import Sequence
@@ -127,7 +127,10 @@ def _further(
     """The next cause with those that explain about as much behind it, and what is left with it; None where there is none."""
     more = bool(turn.causes)
     chance = float(np.quantile(now.by_chance([c.columns for c in ranked], rng, _WORLDS), 1 - FALSE_ALARMS))
-    if ranked[0].gain < max(MATERIAL * turn.fit.loss, chance) or (more and not turn.beyond.plain):
+    least = MATERIAL * turn.fit.loss
+    if turn.beyond.plain:  # few rows of a single channel may hold all that is wrong
+        least = min(least, MOSTLY * max(0.0, turn.loss - turn.quiet))
+    if ranked[0].gain < max(least, chance) or (more and not turn.beyond.plain):
         return None
     near = _near(ranked, _NEAR)
     # what a named cause leaves, for its law has another form, others may explain in part
@@ -144,7 +147,7 @@ def _further(
     if then.beyond.plain:  # columns are straight lines: far from where they were drawn another may do better
         near = _near(ranked, _FAR)
         best, then = min(((c, tried(c)) for c in near), key=lambda each: (not each[1].possible, each[1].loss))
-    if not then.possible or then.end.with_causes_as_they_are > (1 - MATERIAL) * turn.fit.loss:
+    if not then.possible or turn.fit.loss - then.end.with_causes_as_they_are < least:
         return None
     if more and then.beyond.energy > (1 - MOSTLY) * turn.beyond.energy:
         return None

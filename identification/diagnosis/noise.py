@@ -71,7 +71,16 @@ def _with(data: DataSet, seen: Seen, found: Sight) -> DataSet:
 
 
 def noise(at: Point, recordings: Sequence[Read]) -> list[list[Array]]:
-    """Residuals of noise alone at a point, (C, S), of each draw of each recording."""
+    """Residuals at a point where nothing is wrong, (C, S), of each draw of each recording: noise, and what is unsure of motors."""
+    rng = np.random.default_rng(0)
+    out = []
+    for draws, place in zip(seen_noise(at, recordings), at.places, strict=True):
+        out.append([d + np.sqrt(place.unsure) * rng.normal(size=d.shape) for d in draws])
+    return out
+
+
+def seen_noise(at: Point, recordings: Sequence[Read]) -> list[list[Array]]:
+    """Of these, what noise of the angles makes."""
     out = []
     for r, one in enumerate(recordings):
         every = read_all(at.hypothesis, (one.smooth, *one.drawn), np.full(1 + len(one.drawn), at.late[r]))

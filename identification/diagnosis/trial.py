@@ -12,7 +12,7 @@ from identification.diagnosis.cause import Cause, believed
 from identification.diagnosis.comparison import Comparison, Fitted, compare
 from identification.diagnosis.excess import Excess, excess
 from identification.diagnosis.hypothesis import Hypothesis
-from identification.diagnosis.noise import Read, noise, quiet, whitener
+from identification.diagnosis.noise import Read, noise, quiet, seen_noise, whitener
 from identification.diagnosis.nuisances import errors
 from identification.diagnosis.point import Point, point, read_all, relaid, sought
 from identification.estimates import check_motion
@@ -87,7 +87,7 @@ class Trial:
         self._h, self._read, self._data = h, read, [one.data for one in read]
         self._at = _begun(h, self._data)
         starts = [stretch_starts(place.signals) for place in self._at.places]
-        self.whiten = whitener(noise(self._at, read), starts, h.arm.M)
+        self.whiten = whitener(seen_noise(self._at, read), starts, h.arm.M)
         self._known: dict[tuple[object, ...], Turn] = {}
 
     def begin(self) -> Turn:

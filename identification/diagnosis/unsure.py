@@ -13,6 +13,10 @@ SMOOTHED_S = 4e-3
 """s, over which counts are smoothed to a motor's acceleration: of a generator's motors that were jerked, what had been taken away
 stood at least from the true acceleration so smoothed"""
 
+ROUNDED = 0.2
+"""of the speed that rounding may make between two of the filter's rows: counts turn over many times in between. So much was
+left by four arms without an effect where friction's share stood above noise"""
+
 
 def unsure(neck: Neck, s: Signals, fs: Array, cm: Array) -> Array:
     """Variance of every channel's rows beyond noise, (C, S), N^2 and (N m)^2.
@@ -22,7 +26,7 @@ def unsure(neck: Neck, s: Signals, fs: Array, cm: Array) -> Array:
     """
     lost = SMOOTHED_S**2 / 2 * np.gradient(np.gradient(s.inertial, s.step, axis=0), s.step, axis=0)
     count = 2 * np.pi / np.array([motor.counts for motor in neck.motors])
-    speed = np.sqrt(2 / 12) * count / (s.step * s.low_pass.factor)
+    speed = ROUNDED * np.sqrt(2 / 12) * count / (s.step * s.low_pass.factor)
     rubbed = fs * (dry(s.theta_d + speed, cm) - dry(s.theta_d - speed, cm)) / 2
     motor = s.low_pass(lost.T) ** 2 + s.low_pass(rubbed.T) ** 2
     lever = (s.Z[s.low_pass.kept] ** 2).transpose(1, 2, 0)

@@ -26,10 +26,11 @@ def command(out: Path, samples: Path, json_out: str | None, quiet: bool) -> int:
 
     Then what the simulation gets wrong of this arm, fitted to the first and held against the second: summary.html leads to it.
     """
+    from vision.batch import Asked
     from vision.cli.run import run_all
     from xneck.errors import Refused
 
     folders = (samples / "recording", samples / "held_out")
     if not all(folder.is_dir() for folder in folders):
         raise Refused(samples, "holds no samples", "give the samples folder of a checkout with --samples")
-    return run_all(folders, out, None, None, False, False, json_out, quiet, held_out=folders[1].name)
+    return run_all(folders, Asked(out), json_out, quiet, held_out=folders[1].name)

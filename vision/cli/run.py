@@ -1,12 +1,15 @@
 """xneck run."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from vision.cli.output import FILE, FOLDER, progress, report_result, results, spreading
 from xneck.recovered import say_recovered
+
+if TYPE_CHECKING:
+    from vision.batch import Asked
 
 _STAGES = 6
 """at most, of one recording"""
@@ -40,42 +43,36 @@ def command(
     Exit status 0: every recording has its result. 1: one or more were refused or failed (a line each on standard error); the
     others have their results all the same, and summary.json says which.
     """
-    return run_all(folders, out, jobs, cluster, redo, rerun, json_out, quiet)
+    from vision.batch import Asked
+
+    return run_all(folders, Asked(out, jobs, cluster, redo, rerun), json_out, quiet)
 
 
 def run_all(
-    folders: tuple[Path, ...],
-    out: Path,
-    jobs: int | None,
-    cluster: str | None,
-    redo: bool,
-    rerun: bool,
-    json_out: str | None,
-    quiet: bool,
-    held_out: str | None = None,
+    folders: tuple[Path, ...], asked: "Asked", json_out: str | None, quiet: bool, held_out: str | None = None
 ) -> int:
     """Runs recordings and reports them; the exit status. `held_out`: diagnose all but the one of this name, held against it."""
     from vision.batch import named
     from vision.viewers.rerun_sdk import rerun_sdk
 
-    if rerun:
+    if asked.rerun:
         rerun_sdk("--rerun")
-    places = named(folders, out)
-    if len(places) == 1 and cluster is None:
+    places = named(folders, asked.out)
+    if len(places) == 1 and asked.cluster is None:
         ((name, place),) = places.items()
-        return _alone(name, place, out, redo, rerun, json_out, quiet)
-    return _batch(places, out, jobs, cluster, redo, rerun, json_out, quiet, held_out)
+        return _alone(name, place, asked, json_out, quiet)
+    return _batch(places, asked, json_out, quiet, held_out)
 
 
-def _alone(name: str, place: Path, out: Path, redo: bool, rerun: bool, json_out: str | None, quiet: bool) -> int:
+def _alone(name: str, place: Path, asked: "Asked", json_out: str | None, quiet: bool) -> int:
     """In this process: no cluster to wait for, and a fault shows where it is."""
     from tqdm import tqdm
 
     from vision.recording import read_recording
     from vision.result_folder import result_of
 
-    recording = read_recording(place)
-    record = None if redo else result_of(recording, out / name, rerun)
+    recording, folder = read_recording(place), asked.out / name
+    record = None if asked.redo else result_of(recording, folder, asked.rerun)
     known = record is not None
     if record is None:
         from vision.recording_task import run_one
@@ -86,8 +83,8 @@ def _alone(name: str, place: Path, out: Path, redo: bool, rerun: bool, json_out:
                 bar.set_description(f"{name}: {what}")
                 bar.update()
 
-            record = run_one(recording, out / name, rerun, stage)
-    sync, report = record["sync"], str(out / name / record["report"])
+            record = run_one(recording, folder, asked.rerun, stage)
+    sync, report = record["sync"], str(folder / record["report"])
     line = (
         f"{name}: {sync['frames_used']} of {sync['frames']} frames, offset {sync['offset_s']:.4f} s "
         f"+- {1e3 * sync['offset_sigma_s']:.2f} ms, {record['check']['verdict']}; {report}"
@@ -98,17 +95,7 @@ def _alone(name: str, place: Path, out: Path, redo: bool, rerun: bool, json_out:
     return 0
 
 
-def _batch(
-    places: dict[str, Path],
-    out: Path,
-    jobs: int | None,
-    cluster: str | None,
-    redo: bool,
-    rerun: bool,
-    json_out: str | None,
-    quiet: bool,
-    held_out: str | None,
-) -> int:
+def _batch(places: dict[str, Path], asked: "Asked", json_out: str | None, quiet: bool, held_out: str | None) -> int:
     """Over processes or a cluster; the table, summary.json and summary.html of all."""
     from vision.batch import run_batch
     from vision.report import batch_rows
@@ -117,12 +104,13 @@ def _batch(
     from xneck.provenance import versions
     from xneck.whole_file import check_place, write_text
 
+    out = asked.out
     out.mkdir(parents=True, exist_ok=True)
     page, numbers = out / "summary.html", out / "summary.json"
     check_place(page)
     check_place(numbers)
     with progress(len(places), "recordings", quiet) as step:
-        ended = run_batch(places, out, jobs, cluster, redo, rerun, step)
+        ended = run_batch(places, asked, step)
     rows = {name: batch_rows.as_json(one) for name, one in ended.items()}
     failed = {name: one.failure for name, one in ended.items() if one.failure is not None}
     done = {name: one.record for name, one in ended.items() if one.record is not None}
