@@ -32,14 +32,12 @@ def factor(band: Array) -> Factor:
     return Factor(np.asarray(cholesky_banded(band, lower=True, check_finite=False)))
 
 
-def band_of(matrix: sparse.csr_array, width: int, n: int) -> Array:
-    """Lower band (width + 1, n) of a symmetric sparse matrix (n, n) whose entries lie within it."""
+def add_to_band(band: Array, matrix: sparse.csr_array) -> None:
+    """Adds a symmetric sparse matrix (n, n), whose entries lie within it, to the lower band (w + 1, n)."""
     entries = matrix.tocoo()
     below = entries.row >= entries.col
-    i, j, v = entries.row[below], entries.col[below], entries.data[below]
-    out = np.zeros((width + 1, n))
-    np.add.at(out, (i - j, j), v)
-    return out
+    i, j = entries.row[below], entries.col[below]
+    np.add.at(band, (i - j, j), entries.data[below])
 
 
 def inverse_windows(found: Factor, block: int, first: NDArray[np.intp], wide: int, parts: int = 1) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from identification.banded import add_to_band
 from identification.mixture import PARTS
 from identification.spline import SUPPORT, Knots
 from identification.wander import Wander
@@ -17,6 +18,9 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths
 
 Array = NDArray[np.float64]
+
+_STRETCH = 1 << 11
+"""rows whose products are made at a time: those of all would be the most that there is in memory"""
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,8 @@ class Rows:
     A: list[sparse.csr_array]
     X: list[Array]
     y: list[Array]
-    normal: sparse.csr_array
+    normal: Array
+    """lower band, of those for c"""
     mixed: Array
     own: Array
 
@@ -62,8 +67,10 @@ class Rows:
         return [A @ c - part - X @ b for A, X, part, b in zip(self.A, self.X, y, each, strict=True)]
 
 
-def cable_rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: list[Wander]) -> Rows:
-    """Rows linearised about angles (K, N); coefficients are those of alpha - mean, joints side by side at each knot."""
+def cable_rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: list[Wander], width: int) -> Rows:
+    """Rows linearised about angles (K, N); coefficients are those of alpha - mean, joints side by side at each knot.
+
+    width: of the band within which their normal equations lie."""
     n_joints, m = cables.arm.N, cables.arm.M
     count, p = len(cables.time), cables.X.shape[2]
     wide = n_joints * PARTS
@@ -73,7 +80,7 @@ def cable_rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: 
     starts = columns.shape[1] * np.arange(count + 1)
     slope = -Z(cables.arm, alpha)  # (K, N, M)
     y = np.einsum("tij,ti->tj", slope, alpha - mean) - cables.elongation(alpha)
-    normal: sparse.csr_array = sparse.csr_array((size, size))
+    normal = np.zeros((width + 1, size))
     mixed, own = np.zeros((size, m * p)), np.zeros((m * p, m * p))
     every, regressors, measured = [], [], []
     for j in range(m):
@@ -82,7 +89,9 @@ def cable_rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: 
         A = whiten @ sparse.csr_array((values, columns.ravel(), starts), shape=(count, size))
         X = whiten @ cables.X[:, j]
         part = slice(j * p, (j + 1) * p)
-        normal = normal + A.T @ A
+        for begin in range(0, count, _STRETCH):
+            some = A[begin : begin + _STRETCH]
+            add_to_band(normal, some.T @ some)
         mixed[:, part], own[part, part] = A.T @ X, X.T @ X
         every.append(A)
         regressors.append(X)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.banded import Factor, band_of, factor
+from identification.banded import Factor, factor
 from identification.cable_rows import Cables, Rows, cable_rows
 from identification.mixture import PARTS, Mixture, side_by_side
 from identification.smoother import normal_equations
@@ -80,8 +80,8 @@ def solve(
         found = factor(band)
         none = np.zeros((len(right), 0))
         return Fit(knots, mean, priors, found.solve(right), np.zeros(0), found, none, none, np.zeros((0, 0)))
-    rows = cable_rows(cables, knots, near, mean, wander)
-    found = factor(band + band_of(rows.normal, len(band) - 1, len(right)))
+    rows = cable_rows(cables, knots, near, mean, wander, len(band) - 1)
+    found = factor(band + rows.normal)
     V = found.solve(rows.mixed)
     schur = rows.own + np.eye(len(rows.own)) / SPREAD_M**2 - rows.mixed.T @ V
     fit = Fit(knots, mean, priors, right, np.zeros(len(schur)), found, V, rows.mixed, schur, rows)

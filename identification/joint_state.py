@@ -7,6 +7,7 @@ meaning comes first in it and the channels go side by side, so that a file that 
 import json
 import struct
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from mcap.writer import Writer
 from numpy.typing import NDArray
 
 from identification.mcap_losses import words
-from identification.mcap_records import BROKEN, ROWS, read_records, sealed
+from identification.mcap_records import BROKEN, HELD, ROWS, Topic, read_records, sealed
 from identification.series import Series
 from xneck import __version__
 from xneck.errors import Refused
@@ -47,13 +48,12 @@ CHUNK = 1 << 18
 
 @dataclass(frozen=True)
 class Log:
-    """A JointState channel: time (T,), s; position, velocity, effort of shape (T, joints), NaN where not given."""
+    """A JointState channel: time (T,), s; position and effort of shape (T, joints), NaN where not given, None where never."""
 
     names: tuple[str, ...]
     time: Array
     position: Array
-    velocity: Array
-    effort: Array
+    effort: Array | None
 
 
 @dataclass(frozen=True)
@@ -91,11 +91,11 @@ def write(
         channels = [writer.register_channel(f"/{topic}", "cdr", schema) for topic in series]
         stamps = [nanoseconds(one.time) for one in series.values()]
         logged = [nanoseconds((log_times or {}).get(topic, one.time)) for topic, one in series.items()]
-        rows = [_encode(one, at) for one, at in zip(series.values(), stamps, strict=True)]
+        rows = [_encoded(one, at) for one, at in zip(series.values(), stamps, strict=True)]
         for c, k in _side_by_side([len(at) for at in stamps]):
             # before zero only the message's own stamp reaches
             at, published = max(int(logged[c][k]), 0), max(int(stamps[c][k]), 0)
-            writer.add_message(channels[c], at, rows[c][k].tobytes(), published, k)
+            writer.add_message(channels[c], at, next(rows[c]), published, k)
         writer.finish()
 
 
@@ -105,15 +105,18 @@ def read(path: str | Path) -> Contents:
     Raises Refused where the file is missing, is something else, holds no JointState, or nothing of it is whole.
     """
     path = Path(path)
-    found = read_records(path, "JointState")
-    logs = {}
-    for name, topic in found.topics.items():
+    parts: dict[str, list[Log]] = {}
+
+    def take(name: str, topic: Topic) -> None:
         decode = _decode_json if topic.encoding == "json" else _decode_cdr
-        try:
-            if topic.messages:
-                logs[name] = decode(topic.messages)
-        except (*BROKEN, LookupError, TypeError) as error:
-            raise Refused(path, f"topic /{name}: messages are not JointState ({error})") from error
+        with _joint_state(path, name):
+            parts.setdefault(name, []).append(decode(topic.messages))
+
+    found = read_records(path, "JointState", take)
+    logs = {}
+    for name in list(parts):
+        with _joint_state(path, name):
+            logs[name] = _joined(parts.pop(name))
     times = {name: logs[name].time if name in logs else np.empty(0) for name in found.topics}
     lost = words(found, times)
     if not logs:
@@ -124,6 +127,15 @@ def read(path: str | Path) -> Contents:
     if lost:
         say_recovered(path, lost)
     return Contents(logs, found.metadata, found.attached, lost)
+
+
+@contextmanager
+def _joint_state(path: Path, name: str) -> Iterator[None]:
+    """Refuses a topic whose messages are something else."""
+    try:
+        yield
+    except (*BROKEN, LookupError, TypeError) as error:
+        raise Refused(path, f"topic /{name}: messages are not JointState ({error})") from error
 
 
 def as_series(log: Log) -> Series:
@@ -145,9 +157,16 @@ def _side_by_side(counts: list[int]) -> Iterator[tuple[int, int]]:
     yield from zip(channel[order].tolist(), row[order].tolist(), strict=True)
 
 
-def _encode(series: Series, stamps: NDArray[np.int64]) -> NDArray[np.uint8]:
+def _encoded(series: Series, stamps: NDArray[np.int64]) -> Iterator[bytes]:
+    """One CDR message after the other, some at a time."""
+    for begin in range(0, len(stamps), HELD):
+        part = slice(begin, begin + HELD)
+        values = np.stack([column[part] for column in series.columns.values()], axis=1)
+        yield from map(bytes, _encode(list(series.columns), stamps[part], values))
+
+
+def _encode(names: list[str], stamps: NDArray[np.int64], positions: Array) -> NDArray[np.uint8]:
     """One CDR message a row, (T, bytes): a template of bytes with the stamps and the positions laid over it."""
-    names = list(series.columns)
     body = bytearray(b"\x00\x01\x00\x00" + bytes(8) + struct.pack("<I", 1) + b"\x00")  # header: stamp, empty frame_id
 
     def pad(to: int) -> None:
@@ -168,8 +187,7 @@ def _encode(series: Series, stamps: NDArray[np.int64]) -> NDArray[np.uint8]:
     seconds, rest = np.divmod(stamps, 1_000_000_000)
     table[:, 4:8] = seconds.astype("<i4")[:, None].view(np.uint8)
     table[:, 8:12] = rest.astype("<u4")[:, None].view(np.uint8)
-    values = np.ascontiguousarray(np.stack(list(series.columns.values()), axis=1), dtype="<f8")
-    table[:, at : at + 8 * len(names)] = values.view(np.uint8)
+    table[:, at : at + 8 * len(names)] = np.ascontiguousarray(positions, dtype="<f8").view(np.uint8)
     return table
 
 
@@ -185,25 +203,30 @@ def _decode_cdr(messages: list[bytes]) -> Log:
         def column(at: int, kind: str, width: int, n: int) -> Any:
             return np.ascontiguousarray(table[:, at : at + width * n]).view(kind)
 
-        def block(at: int | None) -> Array:
-            return np.full((len(messages), count), np.nan) if at is None else column(at, "<f8", 8, count).astype(float)
+        def block(at: int) -> Array:
+            return column(at, "<f8", 8, count).astype(float, copy=False)
 
         stamps = column(4, "<i4", 4, 1)[:, 0].astype(np.int64) * 1_000_000_000 + column(8, "<u4", 4, 1)[:, 0]
-        return Log(first.names, stamps / 1e9, block(first.position), block(first.velocity), block(first.effort))
-    singles = [_decode_cdr([m]) for m in messages]
-    if len({s.names for s in singles}) != 1:
+        effort = None if first.effort is None else block(first.effort)
+        return Log(first.names, stamps / 1e9, block(first.position), effort)
+    return _joined([_decode_cdr([m]) for m in messages])
+
+
+def _joined(parts: list[Log]) -> Log:
+    """Stretches of one channel that follow each other."""
+    if len({part.names for part in parts}) != 1:
         raise ValueError("the joints' names change on the way")
-    return Log(
-        singles[0].names,
-        *(np.concatenate([getattr(s, part) for s in singles]) for part in ("time", "position", "velocity", "effort")),
-    )
+    time, position = (np.concatenate([getattr(part, of) for part in parts]) for of in ("time", "position"))
+    effort = None
+    if any(part.effort is not None for part in parts):
+        effort = np.concatenate([np.full_like(p.position, np.nan) if p.effort is None else p.effort for p in parts])
+    return Log(parts[0].names, time, position, effort)
 
 
 @dataclass(frozen=True)
 class _Layout:
     names: tuple[str, ...]
     position: int
-    velocity: int | None
     effort: int | None
 
 
@@ -245,10 +268,10 @@ def _layout(data: bytes) -> _Layout:
     for word, (count, _) in zip(("position", "velocity", "effort"), blocks, strict=True):
         if count not in (0, len(names)):
             raise ValueError(f"{count} values of {word} for {len(names)} names")
-    starts = [begin if count else None for count, begin in blocks]
-    if starts[0] is None:
+    position, _, effort = [begin if count else None for count, begin in blocks]
+    if position is None:
         raise ValueError("no positions")
-    return _Layout(names, starts[0], starts[1], starts[2])
+    return _Layout(names, position, effort)
 
 
 def _decode_json(messages: list[bytes]) -> Log:
@@ -264,4 +287,5 @@ def _decode_json(messages: list[bytes]) -> Log:
     def block(word: str) -> Array:
         return np.array([r.get(word) or [np.nan] * len(names) for r in rows], dtype=float)
 
-    return Log(names, np.array([stamp(r) for r in rows]), block("position"), block("velocity"), block("effort"))
+    effort = block("effort") if any(r.get("effort") for r in rows) else None
+    return Log(names, np.array([stamp(r) for r in rows]), block("position"), effort)

@@ -9,7 +9,7 @@ import struct
 import zlib
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -43,9 +43,13 @@ _KINDS = {
 }
 
 
+HELD = 4096
+"""messages of a topic that are held before they are handed on: a file is never all in memory"""
+
+
 @dataclass
 class Topic:
-    """Messages of one topic in the file's order."""
+    """Messages of one topic in the file's order, those that were not handed on yet."""
 
     schema: str
     encoding: str
@@ -74,15 +78,16 @@ def sealed(name: str, value: Any) -> dict[str, str]:
     return {"json": text, "crc32": _seal(name, text)}
 
 
-def read_records(path: Path, kind: str) -> Records:
+def read_records(path: Path, kind: str, take: Callable[[str, Topic], object]) -> Records:
     """Messages whose schema's name ends in `kind`, and all metadata and attachments.
 
+    take: is given a topic with its name whenever it holds messages enough, and at the file's end; they are dropped after.
     Raises Refused where the file is missing, not an MCAP, or where numbers without a checksum of their own are damaged.
     """
     check_input(path)
     try:
         with path.open("rb") as stream:
-            return _Reading(path, stream, kind).records()
+            return _Reading(path, stream, kind).records(take)
     except OSError as error:
         raise Refused(path, f"cannot be read ({error.strerror or error})") from error
 
@@ -110,13 +115,22 @@ class _Reading:
         self.unsealed = False
         """whether there are messages that only the checksum over all data covers"""
 
-    def records(self) -> Records:
+    def records(self, take: Callable[[str, Topic], object]) -> Records:
         """Everything that is whole."""
+
+        def hand_on(least: int) -> None:
+            for name, topic in self.topics.items():
+                if len(topic.messages) >= least:
+                    take(name, topic)
+                    topic.messages.clear()
+
         for opcode, content, at in self._framed():
             try:
                 self._take(opcode, content)
             except BROKEN as error:
                 self.damage.append(f"{_KINDS.get(opcode, 'a record')} at byte {at} {_why(error)}")
+            hand_on(HELD)
+        hand_on(1)
         if self.nameless:
             self.damage.append(f"{self.nameless} messages are of channels whose description is lost")
         for name, count in self._written().items():

@@ -75,7 +75,7 @@ def _from_joint_states(path: Path, neck: Neck) -> Series:
     log = next(iter(fitting.values()))
     unnamed = [k for k, name in enumerate(log.names) if name != LED]
     order = [log.names.index(name) if name else unnamed[j] for j, name in enumerate(named)]
-    force = {} if np.isnan(log.effort).all() else numbered("f", log.effort[:, order])
+    force = {} if log.effort is None or np.isnan(log.effort).all() else numbered("f", log.effort[:, order])
     light = {LED: log.position[:, log.names.index(LED)]} if LED in log.names else {}
     return Series(log.time, numbered("theta", log.position[:, order]) | force | light)
 

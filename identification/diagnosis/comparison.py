@@ -29,9 +29,15 @@ DELAY_SIGMA = 1e-3
 BLOCK_S = 2.0
 """s: longer than what residuals remember"""
 FOLDS = 5
+_MUCH = 0.1
+"""of what is told of a column"""
 _RIDGE = 1e-9
 """of columns scaled to one, for those that nothing tells apart"""
-_TURNS = 24
+_TURNS = 100
+_LITTLE = 1e-3
+"""of a loss: a step that would take no more away is not taken"""
+_PARTS, _DESCENT = tuple(0.5**k for k in range(20)), 1e-4
+"""of a step, tried one after the other, and of its promise, that it must keep"""
 
 
 @dataclass(frozen=True)
@@ -94,10 +100,12 @@ class Comparison:
         use, sigma = self._use(more), self._known(doubted)
         return Fitted(use, *self._solved(self.table, use, sigma, damping))
 
-    def crossed(self, more: Sequence[int] | Index = (), doubted: bool | None = None) -> Array:
-        """Loss of every block where all folds but its own were fitted, (B,)."""
+    def crossed(
+        self, more: Sequence[int] | Index = (), doubted: bool | None = None, dealt: Index | None = None
+    ) -> Array:
+        """Loss of every block where all folds but its own were fitted, (B,). dealt: the blocks' folds, if not by what is in use."""
         use, sigma = self._use(more), self._known(doubted)
-        fold = np.arange(len(self.blocks)) % FOLDS
+        fold = self.dealt(more) if dealt is None else dealt
         out = np.zeros(len(self.blocks))
         for f in range(min(FOLDS, len(out))):
             own = self.blocks[fold == f]
@@ -107,11 +115,22 @@ class Comparison:
             out[fold == f] = np.einsum("i,bij,j->b", y, own[:, at[:, None], at], y)
         return out
 
+    def dealt(self, more: Sequence[int] | Index = ()) -> Index:
+        """The fold of every block, (B,): in turn, but of blocks that tell much of a cause none has more than others."""
+        columns = np.append(self.held, np.asarray(more, dtype=int))
+        fold = np.arange(len(self.blocks)) % FOLDS
+        told = self.blocks[:, columns, columns]
+        share = (told / np.maximum(told.sum(axis=0), 1e-300)).max(axis=1, initial=0.0)
+        much = np.flatnonzero(share > _MUCH)
+        fold[much[np.argsort(-share[much])]] = np.arange(len(much)) % FOLDS
+        return fold
+
     @cached_property
     def merit(self) -> float:
         """Loss of the point as it is, but for nuisances."""
         use = np.arange(self.base, self.base + len(self.nuisances))
-        return self._solved(self.table, use, self._known(None), 0.0)[1]
+        known = np.sum((self.mean[: self.base] / self.sigma[: self.base]) ** 2)
+        return self._solved(self.table, use, self._known(None), 0.0)[1] + float(known)
 
     @cached_property
     def with_causes_as_they_are(self) -> float:
@@ -122,7 +141,8 @@ class Comparison:
         """Of a fit's numbers: what blocks do to them, each for itself, and what is not known of nuisances."""
         use, last = fit.columns, len(self.sigma)
         weight = 1 / self._known(None)[use] ** 2
-        scale = np.sqrt(np.maximum(np.diag(self.table)[use] + weight, 1e-300))
+        told = np.diag(self.table)[use] + weight
+        scale = np.sqrt(np.where(told > 0, told, 1.0))
         H = (self.table[np.ix_(use, use)] + np.diag(weight)) / np.outer(scale, scale)
         inverse = np.linalg.inv(H + _RIDGE * np.eye(len(use))) / np.outer(scale, scale)
         pull = self.blocks[:, use[:, None], use] @ fit.numbers + self.blocks[:, use, last]
@@ -155,24 +175,7 @@ class Comparison:
         H = G + np.diag(np.where(nuisance, _RIDGE, _RIDGE + damping))
         wall, middle = WALL * sigma * scale, self.mean[use] * scale
         low, high = np.maximum(middle - wall, self.least[use] * scale), middle + wall
-        room = np.where(nuisance, wall, 1.0)
-        x, free = np.zeros(len(use)), np.ones(len(use), dtype=bool)
-        for turn in range(_TURNS):
-            held = np.where(free, 0.0, x)
-            x[free] = cho_solve(cho_factor(H[np.ix_(free, free)]), (b - H @ held)[free])
-            over = np.where(free, np.maximum(low - x, x - high), 0.0) / room
-            if over.max() > 0:
-                beyond = (over > 0) & (1 + over >= (1 + over.max()) / 2)
-                x[beyond] = np.clip(x, low, high)[beyond]
-                free &= ~beyond
-                continue
-            # what was stopped at its wall while others were still in the way may want to come back
-            pull = b - H @ x
-            back = ~free & np.where(x <= low, pull > 0, pull < 0)
-            if not back.any() or turn >= _TURNS / 2:
-                break
-            free |= back
-        x = np.clip(x, low, high)
+        x = _within(H, b, low, high)
         loss = total - 2 * float(x @ b) + float(x @ G @ x)
         return x / scale, loss
 
@@ -236,6 +239,30 @@ class Comparison:
         count = len(self.matrix)
         columns = self.base + len(self.known.names) + 2 * np.arange(count)
         return fit.numbers[np.searchsorted(fit.columns, columns)] * np.array(self.known.clock)
+
+
+def _within(H: Array, b: Array, low: Array, high: Array) -> Array:
+    """Where x H x / 2 - b x is least between walls, by Newton's steps along them (Bertsekas 1982, projected Newton)."""
+    x = cho_solve(cho_factor(H), b)
+    if np.all((x >= low) & (x <= high)):
+        return x
+    x = np.clip(x, low, high)
+    for _ in range(_TURNS):
+        slope = H @ x - b
+        free = ~(((x <= low) & (slope > 0)) | ((x >= high) & (slope < 0)))
+        step = np.zeros(len(x))
+        step[free] = -cho_solve(cho_factor(H[np.ix_(free, free)]), slope[free])
+        if -slope @ step < _LITTLE:
+            break
+        for part in _PARTS:
+            there = np.clip(x + part * step, low, high)
+            moved = there - x
+            if slope @ moved + moved @ H @ moved / 2 < _DESCENT * (slope @ moved):
+                break
+        else:
+            break
+        x = there
+    return x
 
 
 def compare(

@@ -128,11 +128,12 @@ def _same(a: DataSet, b: DataSet) -> bool:
 
 
 def _hold(equations: Sequence[Gain]) -> bool:
-    """Whether causes take from other recordings too as much of what stands above noise as they must where they were fitted."""
+    """Whether causes take from other recordings as much of what stands plainly above noise as where they were fitted they must."""
     before, after = (
-        sum(max((getattr(g, which) / g.noise_floor) ** 2 - 1, 0.0) for g in equations) for which in ("before", "after")
+        sum(max((getattr(g, which) / g.noise_floor) ** 2 - PLAIN**2, 0.0) for g in equations)
+        for which in ("before", "after")
     )
-    return after <= max((1 - EXPLAINED) * before, PLAIN**2 - 1)
+    return after <= (1 - EXPLAINED) * before
 
 
 def _verdict(found: Search, could: Sight, equations: Sequence[Gain]) -> tuple[str, str]:

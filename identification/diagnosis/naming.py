@@ -1,7 +1,7 @@
 """Which causes explain what the base model does not: the best one first, as long as one explains a part worth naming.
 
-A cause is named where it takes MATERIAL of the loss away, or most of what is plainly beyond noise, and more than any would by
-chance. In the end those that explained about as much are fitted in its place; with it go all that leave little more: data cannot
+A cause is named where it takes MATERIAL of the loss away, or EXPLAINED of what stands plainly above noise, and more than any would
+by chance. In the end those that explained about as much are fitted in its place; with it go all that leave little more: data cannot
 tell these apart. Of two that explain as much the one with fewer numbers stands for both.
 """
 
@@ -127,10 +127,8 @@ def _further(
     """The next cause with those that explain about as much behind it, and what is left with it; None where there is none."""
     more = bool(turn.causes)
     chance = float(np.quantile(now.by_chance([c.columns for c in ranked], rng, _WORLDS), 1 - FALSE_ALARMS))
-    least = MATERIAL * turn.fit.loss
-    if turn.beyond.plain:  # few rows of a single channel may hold all that is wrong
-        least = min(least, MOSTLY * max(0.0, turn.loss - turn.quiet))
-    if ranked[0].gain < max(least, chance) or (more and not turn.beyond.plain):
+    least, plain = MATERIAL * turn.fit.loss, turn.beyond.plain
+    if ranked[0].gain < chance or (not plain and (more or ranked[0].gain < least)):
         return None
     near = _near(ranked, _NEAR)
     # what a named cause leaves, for its law has another form, others may explain in part
@@ -147,7 +145,11 @@ def _further(
     if then.beyond.plain:  # columns are straight lines: far from where they were drawn another may do better
         near = _near(ranked, _FAR)
         best, then = min(((c, tried(c)) for c in near), key=lambda each: (not each[1].possible, each[1].loss))
-    if not then.possible or turn.fit.loss - then.end.with_causes_as_they_are < least:
+    if not then.possible:
+        return None
+    # few rows of one channel may hold all that is wrong: little of the loss, but what stands above noise
+    little = turn.fit.loss - then.end.with_causes_as_they_are < least
+    if little and not (plain and then.beyond.energy <= (1 - EXPLAINED) * turn.beyond.energy):
         return None
     if more and then.beyond.energy > (1 - MOSTLY) * turn.beyond.energy:
         return None
@@ -200,7 +202,7 @@ def _all_beside(turn: Turn, whiten: Whitener) -> Comparison:
 def rank(now: Comparison) -> list[Candidate]:
     """Every effect in its best shape and place, the most telling first."""
     arm = now.point.hypothesis.arm
-    base = now.crossed()
+    usual, base = now.dealt(), now.crossed()
     best: dict[str, Candidate] = {}
     for group in now.groups:
         effect, options = group.effect, []
@@ -208,7 +210,9 @@ def rank(now: Comparison) -> list[Candidate]:
             columns = group.columns[list(where.columns)]
             # the first cause that is not the clock itself puts a clock in doubt which rests on the base model's laws
             doubted = now.doubted or (not len(now.held) and not effect.of_clock)
-            gains = base - now.crossed(columns, doubted)
+            dealt = now.dealt(columns)
+            plain = base if np.array_equal(dealt, usual) else now.crossed(dealt=dealt)
+            gains = plain - now.crossed(columns, doubted, dealt)
             options.append(Candidate(effect, group.shape, where, columns, gains, len(columns) + doubted))
         most = max(option.gain for option in options)
         found = min(

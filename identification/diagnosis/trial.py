@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from identification.dataset import DataSet
 from identification.diagnosis.cause import Cause, believed
-from identification.diagnosis.comparison import Comparison, Fitted, compare
+from identification.diagnosis.comparison import DELAY_SIGMA, Comparison, Fitted, compare
 from identification.diagnosis.excess import Excess, excess
 from identification.diagnosis.hypothesis import Hypothesis
 from identification.diagnosis.noise import Read, noise, quiet, seen_noise, whitener
-from identification.diagnosis.nuisances import errors
+from identification.diagnosis.nuisances import WALL, errors
 from identification.diagnosis.point import Point, point, read_all, relaid, sought
 from identification.estimates import check_motion
 from identification.fitting import solve, stretch_starts
@@ -23,7 +23,8 @@ Array = NDArray[np.float64]
 
 _ROUNDS = 24
 _FAR_M, _SOFT = 5e-3, 0.3
-"""x0 beyond the description's, and stiffness over the middle one: a fit begins within"""
+_LATE_S = WALL * DELAY_SIGMA
+"""x0 beyond the description's, stiffness over the middle one, and the delay: a fit begins within"""
 _SETTLED, _GAINED = 0.3, 1e-3
 """where a step would take less away, in units of a row's loss, it is not taken; where it took less of the loss it was the last"""
 _SURELY = 3.0
@@ -127,6 +128,8 @@ def _begun(h: Hypothesis, data: Sequence[DataSet]) -> Point:
     for recording in range(len(data)):
         slot = u.slots["x0", recording]
         p[slot] = np.clip(p[slot], -_FAR_M, _FAR_M)
+        slot = u.slots["delay", recording]
+        p[slot] = np.clip(p[slot], -_LATE_S, _LATE_S)
     k = u.slots["k", None]
     p[k] = np.maximum(p[k], _SOFT * np.median(p[k]))
     return point(h, signals, p, late)

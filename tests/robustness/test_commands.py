@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from identification import joint_state
 from identification.dataset import DataSet
-from identification.dataset_file import read_dataset, write_dataset
+from identification.dataset_file import read_dataset, series_of
 from identification.model import read_model
 from identification.series import Series
 from tests.robustness.damage import Damage, of_bytes, of_rows, of_values
@@ -111,7 +111,9 @@ def test_data_sets_from_elsewhere(
 ) -> None:
     here = place(tmp_path)
     dataset, model = here / "d.mcap", recorded / "m.yaml"
-    write_dataset(change(read_dataset(recorded / "d.mcap")), dataset)
+    made = change(read_dataset(recorded / "d.mcap"))
+    records = {name: dict(getattr(made, name)) for name in ("clock", "check", "provenance")}
+    joint_state.write(dataset, series_of(made), records, {"neck.yaml": made.neck_yaml.encode()})
     out = here / "out" / ("m.yaml" if command == "identify" else "s.mcap")
     more = {"check": (), "identify": ("--out", out), "simulate": ("--model", model, "--out", out)}[command]
     ran = run(f"{command} data set", command, dataset, *more, "--json", here / "out/result.json", "--quiet")

@@ -102,8 +102,7 @@ def test_a_fit_is_bounded_least_squares_with_what_is_known(louder: float, at: Po
 def test_a_block_is_judged_by_a_fit_to_the_other_folds(at: Point) -> None:
     now = compared(at)
     columns = now.groups[0].columns
-    losses = now.crossed(columns)
-    fold = np.arange(len(now.blocks)) % FOLDS
+    losses, fold = now.crossed(columns), now.dealt(columns)
     others = replace(now, blocks=now.blocks * (fold != 2)[:, None, None])
     fit = others.fit(columns)
     y, where = np.append(fit.numbers, 1.0), np.append(fit.columns, len(now.sigma))
@@ -113,6 +112,22 @@ def test_a_block_is_judged_by_a_fit_to_the_other_folds(at: Point) -> None:
     assert losses.sum() > now.fit(columns).loss - float(
         np.sum((now.fit(columns).numbers / now.sigma[fit.columns]) ** 2)
     )
+
+
+def test_what_few_blocks_tell_is_never_judged_without_them_all(at: Point) -> None:
+    """Two episodes that tell all of a cause, as many blocks apart as there are folds."""
+    now = compared(at)
+    blocks = np.repeat(now.blocks[:1], 4 * FOLDS, axis=0)
+    columns = now.groups[0].columns[:1]
+    blocks[:, columns, columns] = 0.0
+    seen = [3, 3 + FOLDS]
+    blocks[seen, columns, columns] = [5.0, 4.0]
+    many = replace(now, blocks=blocks)
+    usual, dealt = many.dealt(), many.dealt(columns)
+    assert usual[seen[0]] == usual[seen[1]]
+    assert dealt[seen[0]] != dealt[seen[1]]
+    others = np.setdiff1d(np.arange(len(blocks)), seen)
+    np.testing.assert_array_equal(dealt[others], usual[others])
 
 
 def test_what_chance_takes_is_as_rare_as_it_is_said_to_be(at: Point) -> None:
