@@ -26,7 +26,7 @@ from xneck.errors import Refused
 
 Array = NDArray[np.float64]
 
-SEEDS = 50
+SEEDS = 20
 HEALTHY = "healthy"
 CLOCK_S = 3e-4
 """error of a clock that is drawn instead of fitted"""

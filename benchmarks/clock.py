@@ -23,7 +23,7 @@ from vision.encoder_log import uniform
 
 Array = NDArray[np.float64]
 
-SEEDS = 50
+SEEDS = 20
 RATE = 500.0
 
 

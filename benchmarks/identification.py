@@ -25,7 +25,7 @@ from xneck.strict_yaml import parse
 
 Array = NDArray[np.float64]
 
-SEEDS = 20
+SEEDS = 10
 SECONDS = 60.0
 TERMS = ("fs", "k", "ca")
 INTERVAL = 1.96

@@ -6,7 +6,7 @@ from benchmarks.clock_worlds import arm, recorded, without_trace
 from benchmarks.table import Claim, Table
 from vision.clocks.clock import fit_clock
 
-SEEDS = 20
+SEEDS = 10
 SHARES = (0.0, 0.005, 0.02)
 NEAR = 2
 """frames: a loss counts as found if one is placed within so many of it"""

@@ -25,7 +25,7 @@ from vision.angles import Angles
 from vision.synchronise import synchronise
 from xneck.strict_yaml import parse
 
-SEEDS = 10
+SEEDS = 5
 SECONDS = 60.0
 PAYLOAD_KG = 0.1
 SOURCES: tuple[Source, ...] = ("f", "theta")

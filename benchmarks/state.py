@@ -29,7 +29,7 @@ from xneck.strict_yaml import parse
 Array = NDArray[np.float64]
 
 NECK = Path(__file__).parents[1] / "samples/recording/neck.yaml"
-SEEDS = range(12)
+SEEDS = range(6)
 SECONDS = 60.0
 NOISE = np.radians(0.1)
 EDGE = 1.0

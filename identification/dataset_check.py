@@ -41,6 +41,8 @@ def check_dataset(data: DataSet, where: str | Path) -> None:
             raise Refused(place, f"rows are missing before {at:.3f} s", "give rows of even steps")
         check_size(series.columns, LARGEST, place)
         check_angles(data.arm, series.matrix("alpha"), place)
+        if not np.ptp(series.matrix("theta"), axis=0).any():
+            raise Refused(place, "no motor moves in it", "record a motion")
         for stem in _SIGMAS:
             if np.any(_matrix(series, stem) < 0):
                 raise Refused(place, f"{stem} is negative", "give standard deviations")

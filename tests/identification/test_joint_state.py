@@ -9,6 +9,7 @@ from mcap_ros2.reader import read_ros2_messages
 from mcap_ros2.writer import Writer as RosWriter
 
 from identification import joint_state
+from identification.mcap_records import HELD
 from identification.series import Series
 from xneck.errors import Refused
 
@@ -22,8 +23,9 @@ def made(samples: int = 200) -> Series:
     return Series(1_700_000_000 + 0.002 * np.arange(samples, dtype=float), columns)
 
 
-def test_round_trip_keeps_every_bit_of_values_and_nanoseconds_of_time(tmp_path: Path) -> None:
-    file, series = tmp_path / "s.mcap", made()
+@pytest.mark.parametrize("samples", [200, 2 * HELD + 5])
+def test_round_trip_keeps_every_bit_of_values_and_nanoseconds_of_time(samples: int, tmp_path: Path) -> None:
+    file, series = tmp_path / "s.mcap", made(samples)
     joint_state.write(file, {"state": series}, {"why": {"n": 1}}, {"neck.yaml": b"x: 1"})
     found = joint_state.read(file)
     back = joint_state.as_series(found.logs["state"])
