@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibration import board_shape, lens
-from calibration.bundle import Fit, fit, huber, predicted, without
+from calibration.bundle import Fit, fit, predicted, without
+from calibration.reprojection import huber
 from calibration.sightings import Sightings
 
 FOLDS = 10

@@ -11,10 +11,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calibration import lens
-from calibration.bundle import Poses
 from calibration.camera import Camera
 from calibration.corners import BoardView
 from calibration.estimation import Calibration
+from calibration.poses import Poses
 from calibration.projection import by_rotation, information, ninths_of
 
 CELLS = (12, 9)

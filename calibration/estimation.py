@@ -15,12 +15,13 @@ import numpy as np
 from calibration import board_shape, lens
 from calibration.agreement import bad_corners, without_disagreeing, without_repeats
 from calibration.board_shape import BoardShape
-from calibration.bundle import Fit, Poses, fit, noise_of, predicted, residuals_of, start, without
+from calibration.bundle import Fit, fit, noise_of, predicted, residuals_of, start, without
 from calibration.camera import Camera, camera_from
 from calibration.choice import Candidate, Choice, choose
 from calibration.corner_noise import corner_noise
 from calibration.corners import BoardView
 from calibration.cross_check import CrossCheck, cross_check
+from calibration.poses import Poses
 from calibration.refusals import (
     refuse_few,
     refuse_fisheye,

@@ -18,9 +18,10 @@ import numpy as np
 from scipy.stats import f as fisher
 
 from calibration import lens
-from calibration.bundle import DEFAULT_FREE, Fit, Poses, fit
+from calibration.bundle import DEFAULT_FREE, Fit, fit
 from calibration.camera import Camera, camera_from
 from calibration.corners import BoardView
+from calibration.poses import Poses
 from calibration.projection import by_rotation, information
 from calibration.sightings import sightings
 from calibration.views import LeftOut, Observations

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calibration.bundle import Fit, Poses
+from calibration.bundle import Fit
+from calibration.poses import Poses
 from calibration.sightings import Sightings
 from calibration.views import LeftOut
 from xneck.errors import Refused

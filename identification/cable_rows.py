@@ -91,7 +91,7 @@ def cable_rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: 
         part = slice(j * p, (j + 1) * p)
         for begin in range(0, count, _STRETCH):
             some = A[begin : begin + _STRETCH]
-            add_to_band(normal, some.T @ some)
+            add_to_band(normal, sparse.csr_array(some.T @ some))
         mixed[:, part], own[part, part] = A.T @ X, X.T @ X
         every.append(A)
         regressors.append(X)

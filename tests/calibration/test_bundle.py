@@ -8,8 +8,11 @@ import pytest
 
 from calibration import board_shape, lens
 from calibration.board import Chessboard
-from calibration.bundle import DEFAULT_FREE, Poses, _Problem, fit, huber, noise_of, predicted, start, without
+from calibration.bundle import DEFAULT_FREE, fit, noise_of, predicted, start, without
 from calibration.corners import BoardView
+from calibration.poses import Poses
+from calibration.problem import Problem
+from calibration.reprojection import huber
 from calibration.sightings import sightings
 from tests.calibration.truth import CAMERA, SIZE, bowed, synthetic_views
 
@@ -40,7 +43,7 @@ def test_normal_equations_are_those_of_finite_differences(model: str):
         np.stack([cv2.Rodrigues(rng.normal(scale=0.3, size=3))[0] for _ in range(2)]),
         np.array([[0.02, 0.01, 0.5], [-0.1, 0.0, 0.7]]),
     )
-    problem = _Problem(seen, lens.NAMES, board_shape.MODELS[model], None)
+    problem = Problem(seen, lens.NAMES, board_shape.MODELS[model], None)
     shape = replace(board_shape.flat(seen.ids, seen.nominal), model=board_shape.MODELS[model])
     shape = replace(shape, values=np.array([3e-4, -2e-4, 0.01]))
     normal = problem.normal(CAMERA, shape, poses, problem.residuals(CAMERA, shape.points, poses))
@@ -77,7 +80,7 @@ def test_poses_are_eliminated_exactly():
     seen = sightings(synthetic_views(np.random.default_rng(7), CORNERS, 3))
     poses = start(seen, SIZE)[1]
     model = board_shape.MODELS["bowed"]
-    problem = _Problem(seen, DEFAULT_FREE, model, None)
+    problem = Problem(seen, DEFAULT_FREE, model, None)
     shape = replace(board_shape.flat(seen.ids, seen.nominal), model=model)
     normal = problem.normal(CAMERA, shape, poses, problem.residuals(CAMERA, shape.points, poses))
     m = 10

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from calibration.board import Chessboard
-from calibration.bundle import Poses, fit
+from calibration.bundle import fit
 from calibration.camera import camera_from
 from calibration.corners import BoardView
 from calibration.coverage import cover, next_pictures
 from calibration.estimation import Calibration, calibrate
+from calibration.poses import Poses
 from calibration.projection import projection_sigma
 from calibration.sightings import sightings
 from calibration.views import Observations

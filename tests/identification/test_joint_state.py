@@ -87,6 +87,7 @@ def test_json_joint_states_are_read(tmp_path: Path) -> None:
             writer.add_message(channel, k, text.encode(), k)
         writer.finish()
     log = joint_state.read(file).logs["joint_states"]
+    assert log.effort is not None
     np.testing.assert_array_equal(log.position[:, 0], [0, 1, 2])
     np.testing.assert_array_equal(log.effort[:, 0], 2.5)
 
