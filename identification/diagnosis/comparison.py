@@ -18,6 +18,7 @@ from identification.diagnosis.cause import Cause
 from identification.diagnosis.effect import Effect, Shape
 from identification.diagnosis.nuisances import WALL, Errors
 from identification.diagnosis.point import Point
+from identification.diagnosis.walls import between_walls
 from identification.fitting import stretch_starts
 from identification.whitening import Whitener
 
@@ -33,11 +34,6 @@ _MUCH = 0.1
 """of what is told of a column"""
 _RIDGE = 1e-9
 """of columns scaled to one, for those that nothing tells apart"""
-_TURNS = 100
-_LITTLE = 1e-3
-"""of a loss: a step that would take no more away is not taken"""
-_PARTS, _DESCENT = tuple(0.5**k for k in range(20)), 1e-4
-"""of a step, tried one after the other, and of its promise, that it must keep"""
 
 
 @dataclass(frozen=True)
@@ -175,7 +171,7 @@ class Comparison:
         H = G + np.diag(np.where(nuisance, _RIDGE, _RIDGE + damping))
         wall, middle = WALL * sigma * scale, self.mean[use] * scale
         low, high = np.maximum(middle - wall, self.least[use] * scale), middle + wall
-        x = _within(H, b, low, high)
+        x = between_walls(H, b, low, high)
         loss = total - 2 * float(x @ b) + float(x @ G @ x)
         return x / scale, loss
 
@@ -239,30 +235,6 @@ class Comparison:
         count = len(self.matrix)
         columns = self.base + len(self.known.names) + 2 * np.arange(count)
         return fit.numbers[np.searchsorted(fit.columns, columns)] * np.array(self.known.clock)
-
-
-def _within(H: Array, b: Array, low: Array, high: Array) -> Array:
-    """Where x H x / 2 - b x is least between walls, by Newton's steps along them (Bertsekas 1982, projected Newton)."""
-    x = cho_solve(cho_factor(H), b)
-    if np.all((x >= low) & (x <= high)):
-        return x
-    x = np.clip(x, low, high)
-    for _ in range(_TURNS):
-        slope = H @ x - b
-        free = ~(((x <= low) & (slope > 0)) | ((x >= high) & (slope < 0)))
-        step = np.zeros(len(x))
-        step[free] = -cho_solve(cho_factor(H[np.ix_(free, free)]), slope[free])
-        if -slope @ step < _LITTLE:
-            break
-        for part in _PARTS:
-            there = np.clip(x + part * step, low, high)
-            moved = there - x
-            if slope @ moved + moved @ H @ moved / 2 < _DESCENT * (slope @ moved):
-                break
-        else:
-            break
-        x = there
-    return x
 
 
 def compare(
