@@ -174,11 +174,13 @@ def tied(tried: Sequence[tuple[Candidate, "Turn"]]) -> list[tuple[Candidate, "Tu
     """Those that leave little more than the best, the best first.
 
     Little is MATERIAL of what is left, and where the best leaves something above noise as much as that: laws have forms that
-    nobody knows better. One with more numbers than another stays only where it leaves less by as much."""
+    nobody knows better. What leaves something plainly above noise where the best does not explains less. One with more numbers than
+    another stays only where it leaves less by as much."""
     best = min((turn for _, turn in tried), key=lambda turn: turn.loss)
     most = (1 + MATERIAL) * best.loss + (max(0.0, best.loss - best.quiet) if best.beyond.plain else 0.0)
     kept: list[tuple[Candidate, Turn]] = []
-    for c, turn in sorted((each for each in tried if each[1].loss <= most), key=lambda each: each[0].numbers):
+    near = [each for each in tried if each[1].loss <= most and each[1].beyond.plain <= best.beyond.plain]
+    for c, turn in sorted(near, key=lambda each: each[0].numbers):
         simpler = [t.loss for k, t in kept if k.numbers < c.numbers]
         if not simpler or turn.loss < (1 - MATERIAL) * min(simpler):
             kept.append((c, turn))
