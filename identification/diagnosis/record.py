@@ -70,6 +70,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
         "signature": signature_record.as_json(d.signature, arm.M),
         "next": [step.as_json() for step in advice(d)],
         "could_not_show": list(d.sight.blind),
+        "could_not_show_in": [{"effect": name, "where": where} for name, where in d.sight.unseen],
         "isolability": {
             "effects": list(d.sight.effects),
             "feigned": [[round(float(share), 3) for share in row] for row in d.sight.alike],
@@ -118,6 +119,7 @@ def as_text(d: Diagnosis) -> str:
             f"  {g.measure}, not fitted: {g.before:.4g} -> {g.after:.4g} {g.unit} (noise {g.noise_floor:.4g}, "
             f"gain {g.before - g.after:.2g} +- {g.sigma:.1g})"
         )
-    if d.sight.blind:
-        lines.append(f"  these recordings would not show: {', '.join(d.sight.blind)}")
+    unseen = [*d.sight.blind, *(f"{name} ({where})" for name, where in d.sight.unseen)]
+    if unseen:
+        lines.append(f"  these recordings would not show: {', '.join(unseen)}")
     return "\n".join(lines)

@@ -23,6 +23,8 @@ class Sight:
     """(E, E)"""
     share: Array
     """of the loss, that each would take when it is of a size that should show, (E,)"""
+    unseen: tuple[tuple[str, str], ...]
+    """places in which an effect would not show that would in another: its name, and where"""
 
     @property
     def blind(self) -> tuple[str, ...]:
@@ -38,16 +40,20 @@ def sight(found: Search) -> Sight:
     groups = {group.effect.name: group for group in now.groups}
     names = tuple(groups)
     # of an effect that may sit in one place alone, the place where it shows most
-    shown = []
-    for group in groups.values():
+    shown, unseen = [], []
+    for name, group in groups.items():
         wheres = group.effect.wheres(arm)
-        options = [_shown(now, group, w.columns) for w in (wheres[1:] or wheres)]
-        shown.append(max(options, key=lambda quiet: quiet.fit().loss))
+        options = [(_shown(now, group, w.columns), w.label) for w in (wheres[1:] or wheres)]
+        told = [quiet.fit().loss for quiet, _ in options]
+        hidden = [label for (_, label), one in zip(options, told, strict=True) if one < MATERIAL * (loss + one)]
+        if len(hidden) < len(options):
+            unseen += [(name, label) for label in hidden]
+        shown.append(options[int(np.argmax(told))][0])
     alone = np.array([quiet.fit().loss for quiet in shown])
     feigned = [[quiet.fit(groups[b].columns).loss for b in names] for quiet in shown]
     alike = 1 - np.array(feigned) / np.maximum(alone, 1e-12)[:, None]
     np.fill_diagonal(alike, 1.0)
-    return Sight(names, alike, alone / (loss + alone))
+    return Sight(names, alike, alone / (loss + alone), tuple(unseen))
 
 
 def _shown(now: Comparison, group: Group, columns: tuple[int, ...]) -> Comparison:

@@ -56,7 +56,10 @@ def page(result: DiagnosisResult, drawn: Mapping[str, Block | None]) -> str:
         gains=words.gain_table(d),
         considered=words.considered_rows(d),
         patterns=words.pattern_table(d),
-        blind=listed([words.spoken(name) for name in d.sight.blind]),
+        blind=listed(
+            [words.spoken(name) for name in d.sight.blind]
+            + [f"{words.spoken(name)} ({where})" for name, where in d.sight.unseen]
+        ),
         steps=advice(d),
         inputs=input_rows(result.provenance),
         versions=version_text(result.provenance),
