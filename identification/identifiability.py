@@ -35,6 +35,7 @@ WANTED = {
     "nh": "vary the tension over its whole range, apart from the motion",
     "ns": "creep through rest as well as move fast",
     "vj": "swing the joints fast, with cables of little friction",
+    "nj": "swing the joints fast, with cables of little friction",
     "g": "carry known weights",
     "fo": "carry known weights",
     "taul": "reverse the motors often",

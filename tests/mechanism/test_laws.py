@@ -117,6 +117,22 @@ def test_creep_relaxes_with_its_time_constant() -> None:
     np.testing.assert_allclose(z, 5.0 * np.exp(-1), rtol=1e-3)
 
 
+@pytest.mark.parametrize("sooner", [1.0, 2.0, 2.7, 8.0])
+def test_dry_friction_of_joints_is_the_same_both_ways_and_never_more_than_whole(sooner: float) -> None:
+    speed = np.linspace(-4, 4, 801)[:, None] * np.ones(3)
+    values = {"cj": np.full(3, 0.02), "dj": np.zeros(3), "vj": np.array([0.1]), "nj": np.array([sooner])}
+    found = LAWS["joint_friction"].resist(values, speed)
+    np.testing.assert_allclose(found, -found[::-1], atol=1e-15)
+    assert np.all(np.diff(found, axis=0) >= 0)
+    assert np.all(np.abs(found) <= 0.02)
+    # with n a forty-first of it is wanting at most at forty widths; at rest it rises by one in a width
+    assert np.all(found[-1] > 0.02 * 40 / 41 * (1 - 1e-12))
+    near = LAWS["joint_friction"].resist(values, np.full(3, 1e-7))
+    np.testing.assert_allclose(near, 0.02 * 1e-7 / 0.1, rtol=1e-5)
+    if sooner == 2.7:
+        np.testing.assert_allclose(found, 0.02 * np.tanh(speed / 0.1), atol=0.02 * 0.02)
+
+
 def test_toe_ends_at_the_cables_own_stiffness() -> None:
     values = {"k": np.full(4, 8e3), "ca": np.zeros(4), "xt": np.full(4, 1e-3)}
 

@@ -72,7 +72,13 @@ def test_halving_the_step_divides_the_error_by_four_at_least(exact: np.ndarray) 
 def test_laws_with_memory_and_slopes_converge_to_the_same_motion(name: str) -> None:
     """Memories follow x', friction follows tension, joints rub: a wrong slope would still converge, but not as fast."""
     values = VALUES | {"km": np.full(4, 500.0), "tau": np.array([0.2]), "h": np.full(4, 2.0), "xh": np.array([2e-4])}
-    values |= {"k2": np.full(4, 2e5), "nh": np.array([2.0]), "mu": np.full(4, 0.01), "vj": np.array([0.05])}
+    values |= {
+        "k2": np.full(4, 2e5),
+        "nh": np.array([2.0]),
+        "mu": np.full(4, 0.01),
+        "vj": np.array([0.05]),
+        "nj": np.array([2.7]),
+    }
     values |= {"cj": np.full(3, 5e-3), "dj": np.full(3, 5e-3)}
     machine = Machine(ARM, (*MACHINE.names, name), values)
     start, f = moving(40)

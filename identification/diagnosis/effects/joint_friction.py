@@ -11,6 +11,6 @@ class JointFriction(OfLaw):
     place = "joint"
     law = "joint_friction"
     terms = of_law("joint_friction", "cj", "dj")
-    forms = of_law("joint_friction", "vj")
-    shapes = tuple({"vj": v} for v in (0.02, 0.1))
+    forms = of_law("joint_friction", "vj", "nj")
+    shapes = tuple({"vj": v, "nj": 2.0} for v in (0.02, 0.1))
     single = False
