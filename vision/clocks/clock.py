@@ -22,6 +22,7 @@ from vision.clocks.labels import check_alternatives, check_labels
 from vision.clocks.log_gaps import Mended, mend
 from vision.clocks.signals import Signals, signals_of
 from vision.clocks.slips import Slips, decode, locked_skew, slips_of
+from vision.clocks.step import LIKELY_SKEW
 from vision.clocks.without_force import fit_without_force
 from vision.encoder_log import uniform
 from xneck.errors import Refused
@@ -37,6 +38,8 @@ LEAST_TRAVEL = 1e-3
 LEAST_FRAMES = 30
 PERIODIC, NEARLY_PERIODIC = 0.9, 0.85
 """a second peak of the correlation this high is refused, and flagged"""
+UNLIKELY = 4.0
+"""times what clocks run apart likely: a fit that comes to more has not found the motion"""
 DISAGREES = 4.0
 """sigma between light and motion that are reported"""
 REFERENCE, REFERENCES = 4.0, 10
@@ -171,6 +174,16 @@ def _by_motion(arm: Arm, angles: Angles, mended: Mended, fv: Array | None) -> Cl
             frames = _compared(every, signals, mended, slips, start)
             fine = fit_fine(arm, signals, frames, fine.fit.state.offset, viscosity)
         state = fine.fit.state
+        if slips.slips and _apart(fine):
+            # slow motion tells lost frames badly: what was taken for some may be none
+            slips = Slips(period=period)
+            frames = _compared(every, signals, mended, slips, found.shift)
+            fine = fit_fine(arm, signals, frames, found.shift, viscosity)
+            state = fine.fit.state
+            warnings.append("the motion is too slow to tell whether frames were lost")
+        if _apart(fine):
+            apart = f"cables and arm would have the clocks run apart by {1e6 * abs(state.skew):.0f} ppm, which no clock does"
+            raise NoClue("sync", apart, "move faster and wider, or give both a light")
         offset, offset_sigma, skew, skew_sigma = state.offset, fine.offset_sigma, state.skew, fine.skew_sigma
         residual, source = fine.fit.residual, "cables and arm"
     else:
@@ -194,6 +207,11 @@ def _by_motion(arm: Arm, angles: Angles, mended: Mended, fv: Array | None) -> Cl
         mended,
         tuple(warnings),
     )
+
+
+def _apart(fine: Fine) -> bool:
+    """Whether clocks would run apart as none do."""
+    return abs(fine.fit.state.skew) > UNLIKELY * LIKELY_SKEW
 
 
 def _check_motion(time: Array, winding: Array, log_time: Array, travel: Array) -> None:

@@ -153,7 +153,7 @@ def _settle(
     for step in range(rounds):
         whiten = whitening(frames, state.model_error, state.scale) * shrink[:, None, None]
         before = state.offset
-        state, last = newton_step(frames, state, model, found, rows, whiten, fv, 1e-9 if locked else np.inf)
+        state, last = newton_step(frames, state, model, found, rows, whiten, fv, locked)
         found = cables.rows(frames, state.offset, state.skew, state.fv, state.own)
         error, scale = errors_seen(frames, found.residual)
         size = np.sqrt(np.mean(np.einsum("fij,fj->fi", whiten, found.residual) ** 2, axis=1)) / shrink

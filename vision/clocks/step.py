@@ -16,6 +16,8 @@ FV_WIDE = 0.1
 """N s/rad: no gear motor rubs more, where fv is not given"""
 FV_TRUST = 0.05
 """relative, of an fv that is given"""
+LIKELY_SKEW = 3e-4
+"""ratio: quartz keeps to some 100 ppm; where the motion tells less than that, the clocks' rates are believed alike"""
 
 
 @dataclass(frozen=True)
@@ -78,9 +80,9 @@ def newton_step(
     rows: ArmRows | None,
     whiten: Array,
     fv: Array,
-    skew_sigma: float,
+    locked: bool,
 ) -> tuple[State, System]:
-    """One step on all unknowns: (offset, skew, fv, own, joints), and the equations it solved."""
+    """One step on all unknowns: (offset, skew, fv, own, joints), and the equations it solved. With `locked` the skew stays."""
     f, m = frames.winding.shape
     k = state.own.shape[1]
     common = 2 + m + m * k
@@ -98,7 +100,8 @@ def newton_step(
         fv_sigma = np.where(known, FV_TRUST * np.abs(fv), 1e-9)
     else:
         fv_sigma = np.where(known, np.maximum(FV_TRUST * np.abs(fv), 1e-6), FV_WIDE)
-    centre = np.concatenate([[0.0, state.skew / SKEW], np.where(known, np.nan_to_num(fv), 0.0), np.zeros(m * k)])
+    skew, skew_sigma = (state.skew, 1e-9) if locked else (0.0, LIKELY_SKEW)
+    centre = np.concatenate([[0.0, skew / SKEW], np.where(known, np.nan_to_num(fv), 0.0), np.zeros(m * k)])
     prior = np.concatenate([[np.inf, skew_sigma / SKEW], np.maximum(fv_sigma, 1e-9), np.tile(model.law.wide, m)])
     joints = state.joints
     torque_error = state.torque_error
