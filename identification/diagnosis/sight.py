@@ -40,7 +40,7 @@ def sight(found: Search) -> Sight:
     groups = {group.effect.name: group for group in now.groups}
     names = tuple(groups)
     # of an effect that may sit in one place alone, the place where it shows most
-    shown, unseen = [], []
+    shown, alone, unseen = [], [], []
     for name, group in groups.items():
         wheres = group.effect.wheres(arm)
         options = [(_shown(now, group, w.columns), w.label) for w in (wheres[1:] or wheres)]
@@ -49,11 +49,12 @@ def sight(found: Search) -> Sight:
         if len(hidden) < len(options):
             unseen += [(name, label) for label in hidden]
         shown.append(options[int(np.argmax(told))][0])
-    alone = np.array([quiet.fit().loss for quiet in shown])
+        alone.append(max(told))
     feigned = [[quiet.fit(groups[b].columns).loss for b in names] for quiet in shown]
-    alike = 1 - np.array(feigned) / np.maximum(alone, 1e-12)[:, None]
+    most = np.array(alone)
+    alike = 1 - np.array(feigned) / np.maximum(most, 1e-12)[:, None]
     np.fill_diagonal(alike, 1.0)
-    return Sight(names, alike, alone / (loss + alone), tuple(unseen))
+    return Sight(names, alike, most / (loss + most), tuple(unseen))
 
 
 def _shown(now: Comparison, group: Group, columns: tuple[int, ...]) -> Comparison:

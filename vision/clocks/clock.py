@@ -173,14 +173,13 @@ def _by_motion(arm: Arm, angles: Angles, mended: Mended, fv: Array | None) -> Cl
             slips = again
             frames = _compared(every, signals, mended, slips, start)
             fine = fit_fine(arm, signals, frames, fine.fit.state.offset, viscosity)
-        state = fine.fit.state
         if slips.slips and _apart(fine):
             # slow motion tells lost frames badly: what was taken for some may be none
             slips = Slips(period=period)
             frames = _compared(every, signals, mended, slips, found.shift)
             fine = fit_fine(arm, signals, frames, found.shift, viscosity)
-            state = fine.fit.state
             warnings.append("the motion is too slow to tell whether frames were lost")
+        state = fine.fit.state
         if _apart(fine):
             apart = f"cables and arm would have the clocks run apart by {1e6 * abs(state.skew):.0f} ppm, which no clock does"
             raise NoClue("sync", apart, "move faster and wider, or give both a light")
