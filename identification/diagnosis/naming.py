@@ -136,15 +136,12 @@ def _further(
         return None
 
     def tried(c: Candidate) -> Turn:
-        # a form that is far off may not be reached by steps; few enough are all begun from
-        shapes = c.effect.shapes if len(c.effect.shapes) <= _FORMS else (c.shape,)
-        begun = [replace(entered(c), forms=dict(shape)) for shape in shapes]
-        return min((trial.settled(turn.end.point, (*turn.causes, one)) for one in begun), key=lambda t: t.loss)
+        return _ended(trial, turn, turn.causes, c)
 
     best, then = near[0], tried(near[0])
     if then.beyond.plain:  # columns are straight lines: far from where they were drawn another may do better
         near = _near(ranked, _FAR)
-        best, then = min(((c, tried(c)) for c in near), key=lambda each: (not each[1].possible, each[1].loss))
+        best, then = min(((c, tried(c)) for c in near), key=lambda each: _badness(each[1]))
     if not then.possible:
         return None
     # few rows of one channel may hold all that is wrong: little of the loss, but what stands above noise
@@ -156,6 +153,22 @@ def _further(
     return [best, *(c for c in near if c is not best)], then
 
 
+def _ended(trial: Trial, begun: Turn, before: tuple[Cause, ...], c: Candidate, after: tuple[Cause, ...] = ()) -> Turn:
+    """A candidate fitted between other causes.
+
+    A form that is far off may not be reached by steps: few enough are all begun from, of many the next where a fit went astray."""
+    ends: list[Turn] = []
+    for shape in sorted(c.effect.shapes, key=lambda shape: shape != c.shape):
+        ends.append(trial.settled(begun.end.point, (*before, replace(entered(c), forms=dict(shape)), *after)))
+        if len(c.effect.shapes) > _FORMS and ends[-1].possible:
+            break
+    return min(ends, key=_badness)
+
+
+def _badness(turn: Turn) -> tuple[bool, float]:
+    return not turn.possible, turn.loss
+
+
 def _in_its_place(
     trial: Trial, before: Turn, last: Turn, i: int, near: Sequence[Candidate]
 ) -> list[tuple[Candidate, Turn]]:
@@ -164,7 +177,7 @@ def _in_its_place(
     out = [(near[0], last)]
     for rival in near[1:]:
         if rival.effect.name not in others:
-            turn = trial.settled(before.end.point, (*last.causes[:i], entered(rival), *last.causes[i + 1 :]))
+            turn = _ended(trial, before, last.causes[:i], rival, last.causes[i + 1 :])
             if turn.possible:
                 out.append((rival, turn))
     return out

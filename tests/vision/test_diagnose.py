@@ -130,6 +130,15 @@ def test_moments_of_slack_are_told_in_12_s(tmp_path: Path) -> None:
     assert [(cause["effect"], cause["where"]) for cause in found["causes"]] == [("cable_slack", "cable 3")]
 
 
+def test_a_fit_that_ends_in_friction_that_drives_is_begun_from_elsewhere(tmp_path: Path) -> None:
+    """From the speed that explains most in a straight line steps may lead to less friction near rest, which no motor has."""
+    found, truth = diagnosed(tmp_path, ["stribeck_friction"], 137, (12.0, 12.0))
+    assert [c["effect"] for c in found["causes"]] == ["stribeck_friction"]
+    told = {p["name"]: p for p in found["causes"][0]["parameters"]}
+    speed = told["vs"]
+    assert abs(speed["value"] - truth["hidden"][0]["parameters"]["vs"]) < 4 * speed["sigma"]
+
+
 def test_what_does_not_hold_on_other_recordings_is_not_named(tmp_path: Path) -> None:
     """A load that hung on the arm in one recording, and no more in the other."""
     for kinds in (["tip_payload"], []):
