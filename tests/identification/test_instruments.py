@@ -1,0 +1,66 @@
+"""Elongations that the motors tell: as the laws have them, and nothing of vision's noise, whatever cables remember."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification.dataset import DataSet
+from identification.instruments import driven
+from identification.memory import remembered
+from identification.residuals import forces, stretching
+from identification.signals import Signals, signals_of
+from identification.unknowns import Unknowns, unknowns
+from mechanism.machine import Machine
+from tests.identification.test_estimates import CA, FS, K, recording
+
+LAWS = {
+    "none": {},
+    "cable_creep": {"km": 0.4 * K, "tau": np.array([3.0])},
+    "cable_creep that is stiffer than its cable": {"km": 1.5 * K, "tau": np.array([3.0])},
+    "cable_hysteresis": {"h": np.full(4, 3.0), "xh": np.array([4e-4])},
+    "cable_hysteresis that turns within a hair": {"h": np.full(4, 3.0), "xh": np.array([5e-5])},
+    "cable_hardening": {"k2": 0.5 * K, "nh": np.array([3.0])},
+}
+
+
+@pytest.fixture(scope="module")
+def data() -> DataSet:
+    return recording(2000)
+
+
+def asked(s: Signals, name: str) -> tuple[Unknowns, np.ndarray]:
+    law = name.split(" ")[0]
+    u = unknowns(s.arm, ("dry_friction", "linear_cable", *([] if law == "none" else [law])), 1)
+    p = u.start()
+    for term, value in {"fs": FS, "k": K, "ca": CA, **LAWS[name]}.items():
+        p[u.slots[term, None]] = value
+    return u, p
+
+
+def rms(values: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.mean(values**2, axis=0))
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_vision_s_noise_has_no_part(name: str, data: DataSet) -> None:
+    s = signals_of(data)
+    u, p = asked(s, name)
+    noise = np.random.default_rng(0).normal(0, 1e-4, s.x.shape)
+    other = replace(s, x=s.x + noise, x_d=s.x_d + np.gradient(noise, s.step, axis=0))
+    one, two = driven(s, u, p, 0), driven(other, u, p, 0)
+    assert np.all(rms(two.x - one.x) < 0.01 * rms(noise))
+    assert np.all(rms(two.x_d - one.x_d) < 0.01 * rms(other.x_d - s.x_d))
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_the_laws_pull_as_the_motors_do(name: str, data: DataSet) -> None:
+    """But for what differences of rows say wrongly of damping where friction turns over, and what turns within a hair."""
+    s = signals_of(data)
+    u, p = asked(s, name)
+    told = driven(s, u, p, 0)
+    at = stretching(told, u.get(p, "x0", 0))
+    machine = Machine(s.arm, u.laws, u.values(p))
+    pull = machine.pull(at, remembered(machine, at, s.step))
+    drive = forces(s, u.laws, u.values(p), u.get(p, "x0", 0), 0.0).drive - s.inertial
+    assert np.all(rms(pull - drive) < (0.05 if "hair" in name else 0.01) * rms(drive))
