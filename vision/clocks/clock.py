@@ -160,31 +160,14 @@ def _by_motion(arm: Arm, angles: Angles, mended: Mended, fv: Array | None) -> Cl
         warnings.append(f"another shift fits {100 * found.second:.0f} % as well: the motion nearly repeats itself")
     signals = signals_of(arm, even)
     viscosity = np.full(arm.M, np.nan) if fv is None else fv
-    period = float(np.median(np.diff(angles.time)))
     every = frames_of(arm, time, alpha, sigma, (time[0] + time[-1]) / 2)
-    slips = Slips(period=period)
+    slips = Slips(period=float(np.median(np.diff(angles.time))))
     if signals.has_force:
-        slips, start = _first_slips(arm, signals, every, seen, logged, found, period, viscosity)
-        frames = _compared(every, signals, mended, slips, start)
-        fine = fit_fine(arm, signals, frames, start, viscosity)
-        check_alternatives(arm, signals, frames, fine, viscosity)
-        again = _slips_again(every, fine, slips)
-        if again != slips:
-            slips = again
-            frames = _compared(every, signals, mended, slips, start)
-            fine = fit_fine(arm, signals, frames, fine.fit.state.offset, viscosity)
-        if slips.slips and _apart(fine):
-            # slow motion tells lost frames badly: what was taken for some may be none
-            slips = Slips(period=period)
-            frames = _compared(every, signals, mended, slips, found.shift)
-            fine = fit_fine(arm, signals, frames, found.shift, viscosity)
-            warnings.append("the motion is too slow to tell whether frames were lost")
-        state = fine.fit.state
-        if _apart(fine):
-            apart = f"cables and arm would have the clocks run apart by {1e6 * abs(state.skew):.0f} ppm, which no clock does"
-            raise NoClue("sync", apart, "move faster and wider, or give both a light")
+        both = _Both(arm, signals, mended, every, slips.period, viscosity)
+        slips, fine, more = _by_cables_and_arm(both, seen, logged, found)
+        warnings += more
+        state, frames, residual, source = fine.fit.state, fine.frames, fine.fit.residual, "cables and arm"
         offset, offset_sigma, skew, skew_sigma = state.offset, fine.offset_sigma, state.skew, fine.skew_sigma
-        residual, source = fine.fit.residual, "cables and arm"
     else:
         frames = _compared(every, signals, mended, slips, found.shift)
         offset, offset_sigma, skew, skew_sigma, residual = fit_without_force(signals, frames, found.shift)
@@ -206,6 +189,44 @@ def _by_motion(arm: Arm, angles: Angles, mended: Mended, fv: Array | None) -> Cl
         mended,
         tuple(warnings),
     )
+
+
+@dataclass(frozen=True)
+class _Both:
+    """Frames and log of one motion."""
+
+    arm: Arm
+    signals: Signals
+    mended: Mended
+    every: Frames
+    """by their stamps"""
+    period: float
+    fv: Array
+
+    def fitted(self, slips: Slips, start: float) -> Fine:
+        """The clock with these frames lost, from an offset on."""
+        frames = _compared(self.every, self.signals, self.mended, slips, start)
+        return fit_fine(self.arm, self.signals, frames, start, self.fv)
+
+
+def _by_cables_and_arm(both: _Both, seen: Speeds, logged: Speeds, found: Match) -> tuple[Slips, Fine, list[str]]:
+    """Frames lost without a trace, the clock with them, and warnings."""
+    slips, start = _first_slips(both, seen, logged, found)
+    fine = both.fitted(slips, start)
+    check_alternatives(both.arm, both.signals, fine.frames, fine, both.fv)
+    again, warnings = _slips_again(both.every, fine, slips), []
+    if again != slips:
+        slips, fine = again, both.fitted(again, fine.fit.state.offset)
+    if slips.slips and _apart(fine):
+        # slow motion tells lost frames badly: what was taken for some may be none
+        slips = Slips(period=both.period)
+        fine = both.fitted(slips, found.shift)
+        warnings.append("the motion is too slow to tell whether frames were lost")
+    if _apart(fine):
+        ppm = 1e6 * abs(fine.fit.state.skew)
+        apart = f"cables and arm would have the clocks run apart by {ppm:.0f} ppm, which no clock does"
+        raise NoClue("sync", apart, "move faster and wider, or give both a light")
+    return slips, fine, warnings
 
 
 def _apart(fine: Fine) -> bool:
@@ -238,10 +259,9 @@ def _compared(every: Frames, signals: Signals, mended: Mended, slips: Slips, off
     return part_of(kept, inside)
 
 
-def _first_slips(
-    arm: Arm, signals: Signals, every: Frames, seen: Speeds, logged: Speeds, found: Match, period: float, fv: Array
-) -> tuple[Slips, float]:
+def _first_slips(both: _Both, seen: Speeds, logged: Speeds, found: Match) -> tuple[Slips, float]:
     """Frames lost without a trace, and a start for the offset, from cables fitted to the window that they fit best."""
+    every, signals, period = both.every, both.signals, both.period
     first, last = signals.time[[0, -1]] - found.shift
     edges = np.arange(max(every.time[0], first) + EDGE, min(every.time[-1], last) - EDGE - REFERENCE, REFERENCE / 2)
     spans = [(float(t), float(t + REFERENCE)) for t in edges]
@@ -254,7 +274,7 @@ def _first_slips(
             continue
         window = replace(part_of(every, kept), middle=(span[0] + span[1]) / 2)
         start = nearby(seen, logged, found.shift, span, ASTRAY)
-        fit, cables = fit_cables(arm, signals, window, start, fv)
+        fit, cables = fit_cables(both.arm, signals, window, start, both.fv)
         error = float(np.sqrt(np.mean(fit.residual**2)))
         if best is None or error < best[0]:
             best = (error, fit, cables, (kept.start + kept.stop) // 2)

@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from identification.clock_record import Slip, Slips
 from vision.clocks.cables import Frames
+from vision.clocks.step import LIKELY_SKEW
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -27,7 +28,6 @@ WORST = 200.0
 """a frame's cost is capped here, so that a wrong angle does not force a loss"""
 WINDOW = 5.0
 """s over which an offset is taken to find the skew"""
-MOST_SKEW = 3e-4
 
 
 def decode(
@@ -105,7 +105,7 @@ def locked_skew(frames: Frames, curve: CubicSpline, offset: float, whiten: Array
     rate = np.diff(offsets) / WINDOW
     rate = rate[np.isfinite(rate)]
     skew = float(np.median(rate)) if len(rate) > 3 else 0.0
-    return skew if abs(skew) < MOST_SKEW else 0.0
+    return skew if abs(skew) < LIKELY_SKEW else 0.0
 
 
 def slips_of(time: Array, count: Whole, period: float) -> Slips:
