@@ -11,3 +11,9 @@ CM = 0.5
 def dry(theta_d: Array, cm: float | Array = CM) -> Array:
     """(48) for fs = 1 N: (2/pi) atan(cm theta'), theta' in rad/s on the motor side; of the shape given."""
     return 2 / np.pi * np.arctan(cm * theta_d)
+
+
+def turning(theta_d: Array) -> Array:
+    """What dry friction of 1 N gains where it turns over sooner, by the logarithm of cm: none at rest and none at speed."""
+    turn = CM * theta_d
+    return 2 / np.pi * turn / (1 + turn**2)

@@ -104,6 +104,8 @@ def clock_json(clock: Clock, angles: Angles, log: Series) -> dict[str, Any]:
         "warnings": list(clock.warnings),
         "mechanics_offset_s": clock.mechanics and clock.mechanics[0],
         "mechanics_offset_sigma_s": clock.mechanics and clock.mechanics[1],
+        "force_delay_s": clock.delay and clock.delay[0],
+        "force_delay_sigma_s": clock.delay and clock.delay[1],
         "light_edges": clock.anchor and clock.anchor.edges,
         "frame_period_s": clock.slips.period,
         "slips": [{"time_s": slip.time, "frames": slip.frames} for slip in clock.slips.slips],

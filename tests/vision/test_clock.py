@@ -68,6 +68,22 @@ def test_offset_and_skew_are_found_with_an_honest_sigma(log: Series) -> None:
     assert np.max(np.abs(skew)) < 3.5
 
 
+@pytest.mark.parametrize("seed", [910, 911])
+def test_neither_late_commands_nor_how_friction_turns_over_pull_the_clock(seed: int, tmp_path: Path) -> None:
+    """Up to a row passes before a force acts, and motors' friction turns over within 1.3 to 3 rad/s: with neither thought of clocks
+    erred by 0.2 to 0.6 ms, up to three of their sigmas."""
+    hide([], seed, tmp_path)
+    true = json.loads((tmp_path / "truth.json").read_text())
+    for name, told in true["clocks"].items():
+        neck = read_neck(tmp_path / name / "neck.yaml")
+        angles, log = read_angles(tmp_path / name / "angles.csv", 3), read_log(tmp_path / name / "log.csv", neck)
+        clock = fit_clock(arm_of(neck), angles, log)
+        error = clock.offset - (told["offset_s"] + told["skew"] * (clock.middle - told["middle_s"]))
+        assert abs(error) < 3.5 * clock.offset_sigma < 0.5e-3
+        assert clock.delay is not None
+        assert abs(clock.delay[0] - true["delay_s"]) < 3.5 * clock.delay[1] < 0.15e-3
+
+
 @pytest.mark.parametrize("kind", ["linear elastic", "damped cables", "everything"])
 def test_neither_cables_nor_motors_nor_joints_pull_the_clock(kind: str) -> None:
     """The limit of 60 s at 0.1 deg is 0.04 ms. With a sigma of at most 0.08 ms, both recordings stay within 4 of them; an

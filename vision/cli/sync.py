@@ -54,6 +54,10 @@ def command(
         f"{c['frames_dropped']} frames dropped, {c['log_rows_missing']} log rows missing; {data.check['verdict']}\n"
         f"  from {c['source']}"
     )
+    if c["force_delay_s"] is not None:
+        text += (
+            f"; forces act {1e3 * c['force_delay_s']:.2f} +- {1e3 * c['force_delay_sigma_s']:.2f} ms after their row"
+        )
     text += f"; {c['frames_lost']} frames lost without a trace" if c["frames_lost"] else ""
     text += f"; {c['log_rows_held']} log rows repeated" if c["log_rows_held"] else ""
     text += "".join(f"\n  {warning}" for warning in c["warnings"])

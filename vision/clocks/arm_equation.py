@@ -1,21 +1,21 @@
 """Motor viscosity from the arm's equation, which hardly asks the clock: Z t = M alpha'' + c + g + joint friction.
 
-With t = n - fs dry(theta') - fv theta'. Through the cables alone fv looks like an offset (5 ms for 0.02 N s/rad); here it turns the
-joints by Z fv theta', which no friction of the joints does. Masses, springs, a load at the tip, the base's tilt and
-joint friction are nuisances. Both sides
-pass the same filters.
+With t = n - fs dry(theta') - fv theta', n late by a delay. Through the cables alone fv looks like an offset (5 ms for 0.02
+N s/rad); here it turns the joints by Z fv theta', which no friction of the joints does. Masses, springs, a load at the tip,
+the base's tilt, how soon motors' friction turns over and joint friction are nuisances. Both sides pass the same filters.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PPoly
 
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.dynamics import terms
 from vision.clocks.signals import Signals, low_pass
+from vision.clocks.state import State
 
 Array = NDArray[np.float64]
 
@@ -45,10 +45,11 @@ _LATER = 2e-3
 
 @dataclass(frozen=True)
 class ArmRows:
-    """Rows K of the N joints: residual (K, N), N m; slopes by offset (K, N), by fs and fv (K, N, M), by nuisances (K, N, P)."""
+    """Rows K of the N joints: residual (K, N), N m; slopes by offset and delay (K, N), fs and fv (K, N, M), nuisances (K, N, P)."""
 
     residual: Array
     by_offset: Array
+    by_delay: Array
     by_fs: Array
     by_fv: Array
     by_nuisance: Array
@@ -62,11 +63,11 @@ class ArmRows:
     """joint speeds at the rows, before any product, (T, N), and what makes rows of such"""
     kept: NDArray[np.bool_]
 
-    def at(self, offset: float, fv: Array, joints: Array) -> Array:
-        """Residuals at an offset near that of the rows, with fv (M,) and joints = (fs, nuisances), (K, N), N m."""
-        m = len(fv)
-        out = self.residual + self.by_offset * (offset - self.offset) + self.by_fv @ fv
-        return out + self.by_fs @ joints[:m] + self.by_nuisance @ joints[m:]
+    def at(self, state: State) -> Array:
+        """Residuals (K, N), N m, of a state near that of the rows, with its joints known."""
+        m = len(state.fv)
+        out = self.residual + self.by_offset * (state.offset - self.offset) + self.by_delay * state.delay
+        return out + self.by_fv @ state.fv + self.by_fs @ state.joints[:m] + self.by_nuisance @ state.joints[m:]
 
     def with_width(self, joint_width: float) -> "ArmRows":
         """The same rows where a joint's dry friction turns over another width, rad/s."""
@@ -87,17 +88,18 @@ def arm_rows(arm: Arm, signals: Signals, frame_time: Array, alpha: Array, joint_
     def moving(at: Array) -> tuple[Array, Array, Array]:
         return smooth(at), smooth(at, 1), smooth(at, 2)
 
-    def pull(curve: CubicSpline) -> Array:
+    def pull(curve: PPoly) -> Array:
         return low_pass(curve(fine), FINE, SMOOTH)[:: round(FINE / RATE)]
 
     a, a_d, a_dd = moving(time)
     n, d, v = pull(signals.force), pull(signals.rubbing), pull(signals.speed)
+    e, r = pull(signals.turning), pull(signals.command.derivative())
     parts = _parts(arm)
     by_part = np.stack([_torque(part, a, a_d, a_dd) for part in parts], axis=-1)
     jacobian = Z(arm, a)
     residual = by_part.sum(axis=-1) - np.einsum("tnm,tm->tn", jacobian, n)
-    e, e_d, e_dd = moving(time - _LATER)
-    later = _torque(arm, e, e_d, e_dd) - np.einsum("tnm,tm->tn", Z(arm, e), n)
+    b, b_d, b_dd = moving(time - _LATER)
+    later = _torque(arm, b, b_d, b_dd) - np.einsum("tnm,tm->tn", Z(arm, b), n)
     joints = np.eye(arm.N)
     across = np.stack([-arm.gravity[..., 1], arm.gravity[..., 0]], axis=-1)
     nothing = {"spring_stiffness": np.zeros_like(arm.spring_stiffness)}
@@ -107,6 +109,7 @@ def arm_rows(arm: Arm, signals: Signals, frame_time: Array, alpha: Array, joint_
         [
             by_part,
             tilt[..., None],
+            jacobian * e[:, None, :],
             _dry(slow, joint_width),
             a_d[..., None] * joints,
             np.ones_like(a_d)[..., None] * joints,
@@ -115,12 +118,13 @@ def arm_rows(arm: Arm, signals: Signals, frame_time: Array, alpha: Array, joint_
     )
     wrong = np.full(len(parts), CAD_ERROR)
     wrong[arm.N - 1] = PAYLOAD  # of the last top bar: what hangs there is not in neck.yaml
-    known = np.concatenate([wrong, [TILT], np.full(3 * arm.N, np.inf)])
+    known = np.concatenate([wrong, [TILT], np.full(arm.M + 3 * arm.N, np.inf)])
     keep = _away_from_gaps(time, frame_time)
 
     return ArmRows(
         _rows_of(residual, keep),
         _rows_of((later - residual) / _LATER, keep),
+        _rows_of(np.einsum("tnm,tm->tn", jacobian, r), keep),
         _rows_of(jacobian * d[:, None, :], keep),
         _rows_of(jacobian * v[:, None, :], keep),
         _rows_of(nuisance, keep),

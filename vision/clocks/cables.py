@@ -1,11 +1,12 @@
 """The cables' equation of the clock: (rd/R) theta = w(alpha) + x, with x explained by the force.
 
-x = c + g(t) + creep, t = n - h dry(theta') - fv theta' - ca x', with g a polynomial of each cable. Offset and skew move the
-log's signals against the camera's alpha. There is a row for every cable and frame, weighted by what vision's noise and the
-model's own error leave uncertain; with more cables than joints the difference of both is seen.
+x = c + g(t) + creep, t = n - h dry(theta') - w turning(theta') - fv theta' - ca x', with g a polynomial of each cable, w by how
+much sooner than usual friction turns over, and n late by a delay. Offset and skew move the log's signals against the camera's
+alpha. There is a row for every cable and frame, weighted by what vision's noise and the model's own error leave uncertain; with
+more cables than joints the difference of both is seen.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from scipy.interpolate import CubicSpline
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths
 from vision.clocks.signals import Signals, lagged
+from vision.clocks.state import State
 
 Array = NDArray[np.float64]
 
@@ -27,19 +29,23 @@ FIRST_ERROR = 3e-5
 """m: the same before anything is fitted"""
 LEAST_SCALE = 0.1
 """angles are never believed ten times better than they say"""
-WIDE = {"c": 0.1, "g": 0.05, "h": 2.0, "ca": 10.0, "creep": 0.01, "drum": 0.1}
+WIDE = {"c": 0.1, "g": 0.05, "h": 2.0, "w": 1.0, "ca": 10.0, "creep": 0.01, "drum": 0.1}
 """in m, and in NEWTON where it is a force; of a drum its share"""
+_PARTS = 5
+"""of a tension: force, friction, its turning over, speed, and the command's rate"""
 LONGEST_LAG = 0.05
 """s: what a damped cable may lag behind its force"""
 
 
 @dataclass(frozen=True)
 class Law:
-    """What an elongation may consist of: powers of the tension, creep with time constants in s, damping; and drums that are off."""
+    """What an elongation may consist of: powers of the tension, creep with time constants in s, damping, friction that turns
+    over sooner or later; and drums that are off."""
 
     powers: int = 3
     creep: tuple[float, ...] = (3.0,)
     damping: bool = True
+    width: bool = True
     drum: bool = False
 
     @property
@@ -47,7 +53,8 @@ class Law:
         """The parameters that each cable has for itself."""
         powers = tuple(f"g{p + 1}" for p in range(self.powers))
         creep = tuple(f"creep{k}" for k in range(len(self.creep)))
-        return ("c", *powers, "h", *(("ca",) if self.damping else ()), *creep, *(("drum",) if self.drum else ()))
+        more = [name for name, held in (("w", self.width), ("ca", self.damping), ("drum", self.drum)) if held]
+        return ("c", *powers, "h", *more, *creep)
 
     @property
     def wide(self) -> Array:
@@ -88,10 +95,11 @@ def frames_of(arm: Arm, time: Array, alpha: Array, sigma: Array, middle: float) 
 
 @dataclass(frozen=True)
 class Rows:
-    """Residuals (F, M), m; slopes by offset and by fv (F, M); by each cable's own parameters (F, M, K)."""
+    """Residuals (F, M), m; slopes by offset, delay and fv (F, M); by each cable's own parameters (F, M, K)."""
 
     residual: Array
     by_offset: Array
+    by_delay: Array
     by_fv: Array
     by_own: Array
 
@@ -101,7 +109,7 @@ class Cables:
 
     def __init__(self, signals: Signals, law: Law, tau: Array | float = 0.0) -> None:
         s, step = signals, float(signals.time[1] - signals.time[0])
-        base = [s.force(s.time), s.rubbing(s.time), s.speed(s.time)]
+        base = [s.force(s.time), s.rubbing(s.time), s.turning(s.time), s.speed(s.time), s.command(s.time, 1)]
         m = base[0].shape[1]
         self.law = law
         self.tau = np.broadcast_to(np.asarray(tau, dtype=float), (m,))
@@ -131,46 +139,53 @@ class Cables:
             own[j, names.index("h")] = np.clip(-h / g, -1.0, 1.0) if abs(g) > 1e-6 else 0.0
         return own
 
-    def rows(self, frames: Frames, offset: float, skew: float, fv: Array, own: Array) -> Rows:
+    def rows(self, frames: Frames, state: State) -> Rows:
         """Travel less winding less elongation at every frame."""
-        at = np.clip(frames.time + offset + skew * (frames.time - frames.middle), *self._span)
-        rows = self._rows(at, fv, own)
-        return Rows(rows.residual - frames.winding, rows.by_offset, rows.by_fv, rows.by_own)
+        at = frames.time + state.offset + state.skew * (frames.time - frames.middle)
+        rows = self._rows(np.clip(at, *self._span), state)
+        return replace(rows, residual=rows.residual - frames.winding)
 
-    def without_elongation(self, fv: Array, own: Array) -> CubicSpline:
+    def without_elongation(self, state: State) -> CubicSpline:
         """Travel less elongation over the log's time, (..., M), m: what the winding should be."""
         time = self._curves.x
-        return CubicSpline(time, self._rows(time, fv, own).residual)
+        return CubicSpline(time, self._rows(time, state).residual)
 
-    def _rows(self, at: Array, fv: Array, own: Array) -> Rows:
+    def _rows(self, at: Array, state: State) -> Rows:
         """Travel less elongation at log times (F,), s, with its slopes."""
-        travel, n, d, v, *late = np.moveaxis(self._curves(at), -1, 0)
-        travel_d, n_d, d_d, v_d, *_ = np.moveaxis(self._curves(at, 1), -1, 0)
-        p = dict(zip(self.law.names, own.T, strict=True))
-        h, ca = p["h"] * NEWTON, p.get("ca", np.zeros(len(own))) * NEWTON
+        travel, *parts = np.moveaxis(self._curves(at), -1, 0)
+        travel_d, *rates = np.moveaxis(self._curves(at, 1), -1, 0)
+        p = dict(zip(self.law.names, state.own.T, strict=True))
+        none = np.zeros(len(state.own))
+        h, w, ca = p["h"] * NEWTON, p.get("w", none) * NEWTON, p.get("ca", none) * NEWTON
         powers = [p[f"g{k + 1}"] for k in range(self.law.powers)]
-        loose = n - h * d - fv * v
+
+        def loose(n: Array, d: Array, e: Array, v: Array, r: Array) -> Array:
+            return n - h * d - w * e - state.fv * v - state.delay * r
+
         # the curves lag by tau already; what is left of the damping is small and taken to first order
-        loose_d = n_d - h * d_d - fv * v_d
-        x_d = _slope(powers, loose) * loose_d
-        t = loose - ca * x_d + self.tau * loose_d
+        now, rate = loose(*parts[:_PARTS]), loose(*rates[:_PARTS])
+        x_d = _slope(powers, now) * rate
+        t = now - ca * x_d + self.tau * rate
         u, slope = t / NEWTON, _slope(powers, t)
+        _, d, e, v, r = parts[:_PARTS]
         columns = {"c": np.ones_like(t)} | {f"g{k}": u**k for k in range(1, self.law.powers + 1)}
         x = p["c"] + sum(g * columns[f"g{k}"] for k, g in enumerate(powers, 1))
-        columns |= {"h": -slope * d * NEWTON, "ca": -slope * x_d * NEWTON}
-        by_fv = -slope * v
+        columns |= {"h": -slope * d * NEWTON, "w": -slope * e * NEWTON, "ca": -slope * x_d * NEWTON}
+        by_fv, by_delay = -slope * v, -slope * r
         for k in range(len(self.law.creep)):
-            n_c, d_c, v_c = late[3 * k : 3 * k + 3]
+            late = parts[_PARTS * (k + 1) : _PARTS * (k + 2)]
             share = p[f"creep{k}"] / NEWTON
-            columns[f"creep{k}"] = (n_c - h * d_c - fv * v_c) / NEWTON
+            columns[f"creep{k}"] = loose(*late) / NEWTON
             x = x + p[f"creep{k}"] * columns[f"creep{k}"]
+            _, d_c, e_c, v_c, r_c = late
             columns["h"] = columns["h"] - share * d_c * NEWTON
-            by_fv = by_fv - share * v_c
+            columns["w"] = columns["w"] - share * e_c * NEWTON
+            by_fv, by_delay = by_fv - share * v_c, by_delay - share * r_c
         if self.law.drum:
             columns["drum"] = travel
             x = x + p["drum"] * travel
         by_own = -np.stack([columns[name] for name in self.law.names], axis=-1)
-        return Rows(travel - x, travel_d - x_d, -by_fv, by_own)
+        return Rows(travel - x, travel_d - x_d, -by_delay, -by_fv, by_own)
 
 
 def _slope(powers: list[Array], tension: Array) -> Array:

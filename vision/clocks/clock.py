@@ -73,6 +73,8 @@ class Clock:
     log: Mended
     """the log without repeated rows, and its gaps"""
     warnings: tuple[str, ...]
+    delay: tuple[float, float] | None = None
+    """by how much forces act later than the log says, and its sigma, s; None where no motion told"""
     anchor: Anchor | None = None
     mechanics: tuple[float, float] | None = None
     """where a light is the source: what cables and arm would have said, offset and its sigma, s"""
@@ -166,10 +168,11 @@ def _by_motion(arm: Arm, angles: Angles, mended: Mended, fv: Array | None) -> Cl
         both = _Both(arm, signals, mended, every, slips.period, viscosity)
         slips, fine, more = _by_cables_and_arm(both, seen, logged, found)
         warnings += more
+        delay = (fine.fit.state.delay, fine.delay_sigma)
         state, frames, residual, source = fine.fit.state, fine.frames, fine.fit.residual, "cables and arm"
         offset, offset_sigma, skew, skew_sigma = state.offset, fine.offset_sigma, state.skew, fine.skew_sigma
     else:
-        frames = _compared(every, signals, mended, slips, found.shift)
+        delay, frames = None, _compared(every, signals, mended, slips, found.shift)
         offset, offset_sigma, skew, skew_sigma, residual = fit_without_force(signals, frames, found.shift)
         source = "cables without forces"
         warnings.append(
@@ -188,6 +191,7 @@ def _by_motion(arm: Arm, angles: Angles, mended: Mended, fv: Array | None) -> Cl
         slips,
         mended,
         tuple(warnings),
+        delay,
     )
 
 
@@ -281,7 +285,7 @@ def _first_slips(both: _Both, seen: Speeds, logged: Speeds, found: Match) -> tup
     if best is None:
         return Slips(period=period), found.shift
     _, fit, cables, at = best
-    curve = cables.without_elongation(fit.state.fv, fit.state.own)
+    curve = cables.without_elongation(fit.state)
     whiten = whitening(every, FIRST_DECODING)
     skew = locked_skew(every, curve, fit.state.offset, whiten, at)
     count = decode(every, curve, fit.state.offset, skew, whiten, period, at)
@@ -292,7 +296,7 @@ def _first_slips(both: _Both, seen: Speeds, logged: Speeds, found: Match) -> tup
 def _slips_again(every: Frames, fine: Fine, slips: Slips) -> Slips:
     """The same with the cables as the whole recording has shown them."""
     state = fine.fit.state
-    curve = fine.cables.without_elongation(state.fv, state.own)
+    curve = fine.cables.without_elongation(state)
     true = slips.corrected(every.time)
     at = len(every.time) // 2
     whiten = whitening(every, max(DECODING, 3 * state.model_error))

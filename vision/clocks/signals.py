@@ -13,7 +13,7 @@ from scipy.signal import butter, lfilter, sosfiltfilt
 
 from identification.series import Series
 from mechanism.arm import Arm
-from mechanism.friction import dry
+from mechanism.friction import dry, turning
 
 Array = NDArray[np.float64]
 
@@ -35,8 +35,12 @@ class Signals:
     """(rd/R) theta"""
     force: CubicSpline
     """n = f - Ia (R/rd) theta''"""
+    command: CubicSpline
+    """f"""
     rubbing: CubicSpline
     """dry(theta')"""
+    turning: CubicSpline
+    """what friction gains where it turns over sooner"""
     speed: CubicSpline
     """theta'"""
     has_force: bool
@@ -53,6 +57,7 @@ def signals_of(arm: Arm, log: Series) -> Signals:
     theta_d = np.gradient(smooth, 1 / rate, axis=0)
     theta_dd = np.gradient(theta_d, 1 / rate, axis=0)
     sharp = np.gradient(low_pass(theta, rate, SPEED_CUTOFF), 1 / rate, axis=0)
+    command = low_pass(held, rate, CUTOFF)
     every = max(1, round(rate / GRID))
     time = log.time[::every]
 
@@ -62,8 +67,10 @@ def signals_of(arm: Arm, log: Series) -> Signals:
     return Signals(
         time,
         curve(arm.drum * smooth),
-        curve(low_pass(held, rate, CUTOFF) - arm.motor_inertia / arm.drum * theta_dd),
+        curve(command - arm.motor_inertia / arm.drum * theta_dd),
+        curve(command),
         curve(low_pass(dry(sharp), rate, CUTOFF)),
+        curve(low_pass(turning(sharp), rate, CUTOFF)),
         curve(theta_d),
         has_force,
     )
@@ -84,7 +91,9 @@ def rewired(arm: Arm, signals: Signals, order: Sequence[int], sign: int) -> Sign
         s.time,
         curve(sign * s.travel(s.time)),
         curve(force),
+        curve(s.command(s.time)),
         curve(sign * s.rubbing(s.time)),
+        curve(sign * s.turning(s.time)),
         curve(sign * s.speed(s.time)),
         s.has_force,
     )

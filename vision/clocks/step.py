@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from vision.clocks.arm_equation import ArmRows
 from vision.clocks.cables import SKEW, Frames, Law, Rows
+from vision.clocks.state import State
 
 Array = NDArray[np.float64]
 
@@ -16,6 +17,8 @@ FV_WIDE = 0.1
 """N s/rad: no gear motor rubs more, where fv is not given"""
 FV_TRUST = 0.05
 """relative, of an fv that is given"""
+DELAY_SIGMA = 1e-3
+"""s: a row or two of the log pass until a force acts; more is told by nothing else than a fault"""
 LIKELY_SKEW = 3e-4
 """ratio: quartz keeps to some 100 ppm; where the motion tells less than that, the clocks' rates are believed alike"""
 
@@ -29,26 +32,6 @@ class Model:
     """rad/s, over which a joint's dry friction turns"""
     cad_scale: float = 1.0
     """times as wrong as usual may masses and springs in neck.yaml be"""
-
-
-@dataclass(frozen=True)
-class State:
-    """All unknowns at once."""
-
-    offset: float
-    skew: float
-    fv: Array
-    """(M,), N s/rad"""
-    own: Array
-    """each cable's, by its law, (M, K)"""
-    joints: Array
-    """fs of the motors and the arm equation's nuisances, (M + P,)"""
-    model_error: float
-    """m, of the cables' law"""
-    scale: float
-    """true over stated noise of the angles"""
-    torque_error: Array
-    """(N,), N m, of the arm's equation"""
 
 
 @dataclass(frozen=True)
@@ -82,39 +65,43 @@ def newton_step(
     fv: Array,
     locked: bool,
 ) -> tuple[State, System]:
-    """One step on all unknowns: (offset, skew, fv, own, joints), and the equations it solved. With `locked` the skew stays."""
+    """One step on offset, skew, delay, fv, own and joints, and the equations it solved. With `locked` the skew stays."""
     f, m = frames.winding.shape
     k = state.own.shape[1]
-    common = 2 + m + m * k
+    common = 3 + m + m * k
     J = np.zeros((f, m, common))
     J[..., 0] = found.by_offset
     J[..., 1] = found.by_offset * (SKEW * (frames.time - frames.middle))[:, None]
+    J[..., 2] = found.by_delay
     for j in range(m):
-        J[:, j, 2 + j] = found.by_fv[:, j]
-        J[:, j, 2 + m + j * k : 2 + m + (j + 1) * k] = found.by_own[:, j]
+        J[:, j, 3 + j] = found.by_fv[:, j]
+        J[:, j, 3 + m + j * k : 3 + m + (j + 1) * k] = found.by_own[:, j]
     J = (whiten @ J).reshape(f * m, common)
     r = np.einsum("fij,fj->fi", whiten, found.residual).ravel()
     time = np.repeat(frames.time, m)
     known = ~np.isnan(fv)
-    if rows is None:  # the cables alone cannot tell viscosity from offset
-        fv_sigma = np.where(known, FV_TRUST * np.abs(fv), 1e-9)
+    if rows is None:  # the cables alone cannot tell viscosity and delay from offset
+        delay_sigma, fv_sigma = 1e-9, np.where(known, FV_TRUST * np.abs(fv), 1e-9)
     else:
+        delay_sigma = DELAY_SIGMA
         fv_sigma = np.where(known, np.maximum(FV_TRUST * np.abs(fv), 1e-6), FV_WIDE)
     skew, skew_sigma = (state.skew, 1e-9) if locked else (0.0, LIKELY_SKEW)
-    centre = np.concatenate([[0.0, skew / SKEW], np.where(known, np.nan_to_num(fv), 0.0), np.zeros(m * k)])
-    prior = np.concatenate([[np.inf, skew_sigma / SKEW], np.maximum(fv_sigma, 1e-9), np.tile(model.law.wide, m)])
+    centre = np.concatenate([[0.0, skew / SKEW, 0.0], np.where(known, np.nan_to_num(fv), 0.0), np.zeros(m * k)])
+    first = [np.inf, skew_sigma / SKEW, delay_sigma]
+    prior = np.concatenate([first, np.maximum(fv_sigma, 1e-9), np.tile(model.law.wide, m)])
     joints = state.joints
     torque_error = state.torque_error
     if rows is not None:
         extra = m + rows.by_nuisance.shape[-1]
         joints = joints if len(joints) else np.zeros(extra)
-        left = rows.at(state.offset, state.fv, joints)
+        left = rows.at(replace(state, joints=joints))
         # before friction is known the residual is friction
         torque_error = np.full(left.shape[1], 0.01) if not np.any(joints) else np.std(left, axis=0)
         A = np.concatenate(
             [
                 rows.by_offset[..., None],
                 np.zeros((*rows.by_offset.shape, 1)),
+                rows.by_delay[..., None],
                 rows.by_fv,
                 np.zeros((*rows.by_offset.shape, m * k)),
                 rows.by_fs,
@@ -129,7 +116,7 @@ def newton_step(
         prior = np.concatenate([prior, np.full(m, np.inf), model.cad_scale * rows.prior])
         centre = np.concatenate([centre, np.zeros(extra)])
     now = np.concatenate(
-        [[state.offset, state.skew / SKEW], state.fv, state.own.ravel(), joints[: len(prior) - common]]
+        [[state.offset, state.skew / SKEW, state.delay], state.fv, state.own.ravel(), joints[: len(prior) - common]]
     )
     size = np.linalg.norm(J, axis=0)
     size = np.where(size > 0, size, 1.0)
@@ -144,8 +131,9 @@ def newton_step(
             state,
             offset=float(after[0]),
             skew=float(SKEW * after[1]),
-            fv=after[2 : 2 + m],
-            own=after[2 + m : common].reshape(m, k),
+            delay=float(after[2]),
+            fv=after[3 : 3 + m],
+            own=after[3 + m : common].reshape(m, k),
             joints=after[common:] if rows is not None else state.joints,
             torque_error=torque_error,
         ),
