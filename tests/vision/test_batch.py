@@ -25,7 +25,6 @@ import vision.recording_task
 from samples.generator.hidden.experiment import hide
 from tests.vision.command import Ran, run
 from tests.vision.html_page import Elements, check_print, look, watch
-from vision.batch import named
 from vision.made_from import made_from, unchanged
 from vision.recording import read_recording
 from vision.recording_task import run_one
@@ -386,19 +385,3 @@ def test_recordings_in_one_process_hear_their_own_warnings(
         name: f"here: stop ({name}: is cut off)" for name in ("a", "b")
     }
     assert {path.parent.name for path in tmp_path.glob("*/refused.json")} == {"a", "b"}
-
-
-def test_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("monday/1", "tuesday/1", "tuesday/2", "results"):
-        (tmp_path / name).mkdir(parents=True)
-    monkeypatch.chdir(tmp_path)
-    one, two, out = Path("tuesday/1"), Path("tuesday/2"), Path("results")
-    assert named([one, two, tmp_path / "tuesday/2", out], out) == {"1": one, "2": two}
-    with pytest.raises(Refused, match="two recordings are called 1: monday/1 and tuesday/1"):
-        named([Path("monday/1"), one], out)
-    with pytest.raises(Refused, match="no recording is given"):
-        named([out], out)
-
-
-def test_wrong_usage(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    assert run(capfd, "run", tmp_path, "--jobs", "2", "--cluster", "tcp://x:1").status == 2
