@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from identification.dataset import DataSet
 from identification.diagnosis.cause import Cause, believed
-from identification.diagnosis.excess import PLAIN, Excess
-from identification.diagnosis.gain import Gain, gains, held
+from identification.diagnosis.excess import Excess
+from identification.diagnosis.gain import EQUATIONS, Gain, excess_of, gains, held
 from identification.diagnosis.hypothesis import Hypothesis, as_described
 from identification.diagnosis.naming import EXPLAINED, Search, search
 from identification.diagnosis.noise import read
@@ -104,17 +104,19 @@ def diagnose(
     progress("gain")
     extended = believed(h, last.causes)
     gained: tuple[Gain, ...] = ()
-    equations, not_simulated = gained, ""
+    holds, not_simulated = True, ""
     if others:
         was = held(first.end, first.fit, h, others, found.whiten, bool(last.causes))
         now = held(last.end, last.fit, extended, others, found.whiten, bool(last.causes))
-        gained = equations = gains(was, now, h.arm.M)
+        gained = gains(was, now, h.arm.M)
+        # causes must take from other recordings as much of what stands plainly above noise as where they were fitted
+        holds = excess_of(now, now).plain_energy <= (1 - EXPLAINED) * excess_of(was, now).plain_energy
         progress("simulation")
         try:
             gained += simulated_gains(Side(first, h, was), Side(last, extended, now), others)
         except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
             not_simulated = str(refused)
-    verdict, why = _verdict(found, could, equations)
+    verdict, why = _verdict(found, could, gained, holds)
     worse = [g.measure for g in gained if g.after - g.before > _SURELY * g.sigma]
     if last.causes and worse and verdict != "insufficient":
         why = "; ".join(
@@ -127,25 +129,16 @@ def _same(a: DataSet, b: DataSet) -> bool:
     return len(a.state) == len(b.state) and np.array_equal(a.state.matrix("theta"), b.state.matrix("theta"))
 
 
-def _hold(equations: Sequence[Gain]) -> bool:
-    """Whether causes take from other recordings as much of what stands plainly above noise as where they were fitted they must."""
-    before, after = (
-        sum(max((getattr(g, which) / g.noise_floor) ** 2 - PLAIN**2, 0.0) for g in equations)
-        for which in ("before", "after")
-    )
-    return after <= (1 - EXPLAINED) * before
-
-
-def _verdict(found: Search, could: Sight, equations: Sequence[Gain]) -> tuple[str, str]:
-    """equations: what is gained in them on recordings that were not fitted, if there are any."""
+def _verdict(found: Search, could: Sight, gained: Sequence[Gain], holds: bool) -> tuple[str, str]:
+    """holds: whether causes explain the recordings that were not fitted too, if there are any."""
     if not found.named:
         if found.first.beyond.plain:
             return "unknown", "the data differ from the model, and no cause that is known explains it"
         if len(could.blind) > BLIND * len(could.effects):
             return "insufficient", f"these recordings could not show {', '.join(could.blind)}"
         return "consistent", "nothing stands above noise"
-    if not _hold(equations):
-        worst = max(g.after / g.noise_floor for g in equations)
+    if not holds:
+        worst = max(g.after / g.noise_floor for g in gained if g.measure in EQUATIONS)
         why = f"what explains the fitted recordings leaves {worst:.1f} times noise on those that were not fitted"
         return "insufficient", why
     if max(len(named.tied) for named in found.named) >= TOO_MANY:

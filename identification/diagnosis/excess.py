@@ -34,6 +34,11 @@ class Excess:
         return float(np.sum(np.maximum(self.ratio**2 - 1, 0.0)))
 
     @property
+    def plain_energy(self) -> float:
+        """The same beyond what is as good as noise."""
+        return float(np.sum(np.maximum(self.ratio**2 - PLAIN**2, 0.0)))
+
+    @property
     def plain(self) -> bool:
         """Whether some channel is above noise."""
         return bool(self.ratio.max() > PLAIN)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.diagnosis.comparison import Comparison, Fitted, compare
-from identification.diagnosis.excess import trusted
+from identification.diagnosis.excess import Excess, trusted
 from identification.diagnosis.hypothesis import Hypothesis
 from identification.diagnosis.noise import Read, noise
 from identification.diagnosis.nuisances import errors
@@ -17,6 +17,8 @@ from identification.unknowns import unknowns
 from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
+
+EQUATIONS = ("motor equations", "arm equations")
 
 _ROUNDS = 6
 _SETTLED, _SETTLED_S = 0.02, 2e-5
@@ -99,10 +101,7 @@ def _given(at: Point, end: Comparison, fit: Fitted, whiten: Whitener, doubted: b
 def gains(before: Held, after: Held, motors: int) -> tuple[Gain, ...]:
     """Of the motors' and of the arm's equations."""
     out = []
-    for measure, unit, part in (
-        ("motor equations", "N", slice(0, motors)),
-        ("arm equations", "N m", slice(motors, None)),
-    ):
+    for measure, unit, part in zip(EQUATIONS, ("N", "N m"), (slice(0, motors), slice(motors, None)), strict=True):
         was, now = (np.concatenate([each[part] for each in of.left], axis=1) for of in (before, after))
         drawn = np.concatenate([d[part] for draws in after.floor for d in draws], axis=1)
         rms = [float(np.sqrt(np.mean(each**2))) for each in (was, now, drawn)]
@@ -114,6 +113,13 @@ def gains(before: Held, after: Held, motors: int) -> tuple[Gain, ...]:
         sigma = float(np.sqrt((_BLOCKS - 1) * np.var(apart)))
         out.append(Gain(measure, unit, rms[0], rms[1], rms[2], sigma))
     return tuple(out)
+
+
+def excess_of(of: Held, floor: Held) -> Excess:
+    """How far recordings that were not fitted stand above noise, channel by channel."""
+    every = np.concatenate(of.left, axis=1)
+    drawn = np.concatenate([d for draws in floor.floor for d in draws], axis=1)
+    return Excess(np.sqrt(np.mean(every**2, axis=1)), np.sqrt(np.mean(drawn**2, axis=1)))
 
 
 def _placed(of: Point, fit: Fitted, h: Hypothesis, one: Read) -> Point:
