@@ -2,7 +2,8 @@
 
 With t = n - fs dry(theta') - fv theta', n late by a delay. Through the cables alone fv looks like an offset (5 ms for 0.02
 N s/rad); here it turns the joints by Z fv theta', which no friction of the joints does. Masses, springs, a load at the tip,
-the base's tilt, how soon motors' friction turns over and joint friction are nuisances. Both sides pass the same filters.
+the base's tilt, motors' inertia, how soon their friction turns over and joint friction are nuisances, and so are the
+dimensions, which the cables tell too. Both sides pass the same filters.
 """
 
 from dataclasses import dataclass, replace
@@ -14,6 +15,7 @@ from scipy.interpolate import CubicSpline, PPoly
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.dynamics import terms
+from vision.clocks.cables import LARGER, larger
 from vision.clocks.signals import Signals, low_pass
 from vision.clocks.state import State
 
@@ -45,11 +47,13 @@ _LATER = 2e-3
 
 @dataclass(frozen=True)
 class ArmRows:
-    """Rows K of the N joints: residual (K, N), N m; slopes by offset and delay (K, N), fs and fv (K, N, M), nuisances (K, N, P)."""
+    """Rows K of the N joints: residual (K, N), N m; slopes by offset and delay (K, N), dimensions (K, N, P), fs and fv
+    (K, N, M), nuisances (K, N, Q)."""
 
     residual: Array
     by_offset: Array
     by_delay: Array
+    by_dimension: Array
     by_fs: Array
     by_fv: Array
     by_nuisance: Array
@@ -67,6 +71,7 @@ class ArmRows:
         """Residuals (K, N), N m, of a state near that of the rows, with its joints known."""
         m = len(state.fv)
         out = self.residual + self.by_offset * (state.offset - self.offset) + self.by_delay * state.delay
+        out = out + self.by_dimension @ state.dimensions
         return out + self.by_fv @ state.fv + self.by_fs @ state.joints[:m] + self.by_nuisance @ state.joints[m:]
 
     def with_width(self, joint_width: float) -> "ArmRows":
@@ -77,8 +82,12 @@ class ArmRows:
         return replace(self, by_nuisance=nuisance)
 
 
-def arm_rows(arm: Arm, signals: Signals, frame_time: Array, alpha: Array, joint_width: float, offset: float) -> ArmRows:
-    """The equation at fv = fs = 0, for frames at `frame_time` (F,), s, on the log's clock, with angles alpha (F, N), rad."""
+def arm_rows(
+    arm: Arm, signals: Signals, frame_time: Array, alpha: Array, joint_width: float, offset: float, rubs: Array
+) -> ArmRows:
+    """The equation at fv = fs = 0, for frames at `frame_time` (F,), s, on the log's clock, with angles alpha (F, N), rad.
+
+    rubs: (M,), N, what motors' dry friction roughly is, for the slopes by dimensions."""
     first, last = max(frame_time[0], signals.time[0]), min(frame_time[-1], signals.time[-1])
     fine = np.arange(first, last, 1 / FINE)
     time = fine[:: round(FINE / RATE)]
@@ -100,6 +109,13 @@ def arm_rows(arm: Arm, signals: Signals, frame_time: Array, alpha: Array, joint_
     residual = by_part.sum(axis=-1) - np.einsum("tnm,tm->tn", jacobian, n)
     b, b_d, b_dd = moving(time - _LATER)
     later = _torque(arm, b, b_d, b_dd) - np.einsum("tnm,tm->tn", Z(arm, b), n)
+    taut = n - rubs * d
+
+    def unbalanced(one: Arm) -> Array:
+        return _torque(one, a, a_d, a_dd) - np.einsum("tnm,tm->tn", Z(one, a), taut)
+
+    now = unbalanced(arm)
+    by_dimension = np.stack([unbalanced(other) - now for other in larger(arm)], axis=-1) / LARGER
     joints = np.eye(arm.N)
     across = np.stack([-arm.gravity[..., 1], arm.gravity[..., 0]], axis=-1)
     nothing = {"spring_stiffness": np.zeros_like(arm.spring_stiffness)}
@@ -109,6 +125,7 @@ def arm_rows(arm: Arm, signals: Signals, frame_time: Array, alpha: Array, joint_
         [
             by_part,
             tilt[..., None],
+            jacobian * pull(signals.inertial)[:, None, :],
             jacobian * e[:, None, :],
             _dry(slow, joint_width),
             a_d[..., None] * joints,
@@ -118,13 +135,14 @@ def arm_rows(arm: Arm, signals: Signals, frame_time: Array, alpha: Array, joint_
     )
     wrong = np.full(len(parts), CAD_ERROR)
     wrong[arm.N - 1] = PAYLOAD  # of the last top bar: what hangs there is not in neck.yaml
-    known = np.concatenate([wrong, [TILT], np.full(arm.M + 3 * arm.N, np.inf)])
+    known = np.concatenate([wrong, [TILT], np.full(arm.M, CAD_ERROR), np.full(arm.M + 3 * arm.N, np.inf)])
     keep = _away_from_gaps(time, frame_time)
 
     return ArmRows(
         _rows_of(residual, keep),
         _rows_of((later - residual) / _LATER, keep),
         _rows_of(np.einsum("tnm,tm->tn", jacobian, r), keep),
+        _rows_of(by_dimension, keep),
         _rows_of(jacobian * d[:, None, :], keep),
         _rows_of(jacobian * v[:, None, :], keep),
         _rows_of(nuisance, keep),

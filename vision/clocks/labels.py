@@ -88,12 +88,12 @@ def check_alternatives(arm: Arm, signals: Signals, frames: Frames, fine: Fine, f
     Speeds of such an arm agree nearly as well with the log; only lengths tell, by the little that pulleys and the sides' common
     length add. Other arms are tried only where the described one leaves more over than a healthy one.
     """
-    if _left(fine.fit) < SUSPICIOUS:
-        return
     offset = fine.fit.state.offset
     window = part_of(frames, slice(None, None, max(1, len(frames.time) // ENOUGH)))
     described, _ = fit_cables(arm, signals, window, offset, fv, replace(fine.cables.law, drum=True))
-    error = _left(described)
+    error = _left(described)  # with dimensions as described: those of another arm would be taken for errors of them
+    if error < SUSPICIOUS:
+        return
     at = np.clip(window.time + offset, signals.time[0], signals.time[-1])
     moved = signals.travel(at) - signals.travel(at).mean(axis=0)
     orders = permutations(range(arm.N)) if arm.N <= MOST_JOINTS else [tuple(range(arm.N))]

@@ -37,6 +37,8 @@ class Signals:
     """n = f - Ia (R/rd) theta''"""
     command: CubicSpline
     """f"""
+    inertial: CubicSpline
+    """Ia (R/rd) theta''"""
     rubbing: CubicSpline
     """dry(theta')"""
     turning: CubicSpline
@@ -57,7 +59,7 @@ def signals_of(arm: Arm, log: Series) -> Signals:
     theta_d = np.gradient(smooth, 1 / rate, axis=0)
     theta_dd = np.gradient(theta_d, 1 / rate, axis=0)
     sharp = np.gradient(low_pass(theta, rate, SPEED_CUTOFF), 1 / rate, axis=0)
-    command = low_pass(held, rate, CUTOFF)
+    command, inertial = low_pass(held, rate, CUTOFF), arm.motor_inertia / arm.drum * theta_dd
     every = max(1, round(rate / GRID))
     time = log.time[::every]
 
@@ -67,8 +69,9 @@ def signals_of(arm: Arm, log: Series) -> Signals:
     return Signals(
         time,
         curve(arm.drum * smooth),
-        curve(command - arm.motor_inertia / arm.drum * theta_dd),
+        curve(command - inertial),
         curve(command),
+        curve(inertial),
         curve(low_pass(dry(sharp), rate, CUTOFF)),
         curve(low_pass(turning(sharp), rate, CUTOFF)),
         curve(theta_d),
@@ -80,9 +83,7 @@ def rewired(arm: Arm, signals: Signals, order: Sequence[int], sign: int) -> Sign
     """The signals if the log's columns stood in another order (motor j's is column order[j]) and all motors turned by `sign`."""
     s = signals
     columns = list(order)
-    force = s.force(s.time)
-    if sign < 0:  # inertia resists the other way round under the same command
-        force = force + 2 * arm.motor_inertia / arm.drum * s.speed(s.time, 1)
+    inertial = sign * s.inertial(s.time)
 
     def curve(values: Array) -> CubicSpline:
         return CubicSpline(s.time, values[:, columns])
@@ -90,8 +91,9 @@ def rewired(arm: Arm, signals: Signals, order: Sequence[int], sign: int) -> Sign
     return Signals(
         s.time,
         curve(sign * s.travel(s.time)),
-        curve(force),
+        curve(s.command(s.time) - inertial),
         curve(s.command(s.time)),
+        curve(inertial),
         curve(sign * s.rubbing(s.time)),
         curve(sign * s.turning(s.time)),
         curve(sign * s.speed(s.time)),

@@ -16,6 +16,8 @@ class State:
     skew: float
     delay: float
     """s, by which forces act later than the log says"""
+    dimensions: Array
+    """(P,), by how much of each the arm's are larger than described"""
     fv: Array
     """(M,), N s/rad"""
     own: Array

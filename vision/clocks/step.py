@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.clocks.arm_equation import ArmRows
+from vision.clocks.arm_equation import CAD_ERROR, ArmRows
 from vision.clocks.cables import SKEW, Frames, Law, Rows
 from vision.clocks.state import State
 
@@ -65,30 +65,34 @@ def newton_step(
     fv: Array,
     locked: bool,
 ) -> tuple[State, System]:
-    """One step on offset, skew, delay, fv, own and joints, and the equations it solved. With `locked` the skew stays."""
+    """One step on all of a state but its errors, in its order, and the equations it solved. With `locked` the skew stays."""
     f, m = frames.winding.shape
     k = state.own.shape[1]
-    common = 3 + m + m * k
+    d = 3 + len(state.dimensions)
+    common = d + m + m * k
     J = np.zeros((f, m, common))
     J[..., 0] = found.by_offset
     J[..., 1] = found.by_offset * (SKEW * (frames.time - frames.middle))[:, None]
     J[..., 2] = found.by_delay
+    J[..., 3:d] = found.by_dimension
     for j in range(m):
-        J[:, j, 3 + j] = found.by_fv[:, j]
-        J[:, j, 3 + m + j * k : 3 + m + (j + 1) * k] = found.by_own[:, j]
+        J[:, j, d + j] = found.by_fv[:, j]
+        J[:, j, d + m + j * k : d + m + (j + 1) * k] = found.by_own[:, j]
     J = (whiten @ J).reshape(f * m, common)
     r = np.einsum("fij,fj->fi", whiten, found.residual).ravel()
     time = np.repeat(frames.time, m)
     known = ~np.isnan(fv)
     if rows is None:  # the cables alone cannot tell viscosity and delay from offset
-        delay_sigma, fv_sigma = 1e-9, np.where(known, FV_TRUST * np.abs(fv), 1e-9)
+        delay_sigma, wrong, fv_sigma = 1e-9, 1e-9, np.where(known, FV_TRUST * np.abs(fv), 1e-9)
     else:
-        delay_sigma = DELAY_SIGMA
+        delay_sigma, wrong = DELAY_SIGMA, CAD_ERROR
         fv_sigma = np.where(known, np.maximum(FV_TRUST * np.abs(fv), 1e-6), FV_WIDE)
     skew, skew_sigma = (state.skew, 1e-9) if locked else (0.0, LIKELY_SKEW)
-    centre = np.concatenate([[0.0, skew / SKEW, 0.0], np.where(known, np.nan_to_num(fv), 0.0), np.zeros(m * k)])
+    centre = np.concatenate(
+        [[0.0, skew / SKEW, 0.0], 0 * state.dimensions, np.where(known, np.nan_to_num(fv), 0.0), np.zeros(m * k)]
+    )
     first = [np.inf, skew_sigma / SKEW, delay_sigma]
-    prior = np.concatenate([first, np.maximum(fv_sigma, 1e-9), np.tile(model.law.wide, m)])
+    prior = np.concatenate([first, np.full(d - 3, wrong), np.maximum(fv_sigma, 1e-9), np.tile(model.law.wide, m)])
     joints = state.joints
     torque_error = state.torque_error
     if rows is not None:
@@ -102,6 +106,7 @@ def newton_step(
                 rows.by_offset[..., None],
                 np.zeros((*rows.by_offset.shape, 1)),
                 rows.by_delay[..., None],
+                rows.by_dimension,
                 rows.by_fv,
                 np.zeros((*rows.by_offset.shape, m * k)),
                 rows.by_fs,
@@ -116,7 +121,13 @@ def newton_step(
         prior = np.concatenate([prior, np.full(m, np.inf), model.cad_scale * rows.prior])
         centre = np.concatenate([centre, np.zeros(extra)])
     now = np.concatenate(
-        [[state.offset, state.skew / SKEW, state.delay], state.fv, state.own.ravel(), joints[: len(prior) - common]]
+        [
+            [state.offset, state.skew / SKEW, state.delay],
+            state.dimensions,
+            state.fv,
+            state.own.ravel(),
+            joints[: len(prior) - common],
+        ]
     )
     size = np.linalg.norm(J, axis=0)
     size = np.where(size > 0, size, 1.0)
@@ -132,8 +143,9 @@ def newton_step(
             offset=float(after[0]),
             skew=float(SKEW * after[1]),
             delay=float(after[2]),
-            fv=after[3 : 3 + m],
-            own=after[3 + m : common].reshape(m, k),
+            dimensions=after[3:d],
+            fv=after[d : d + m],
+            own=after[d + m : common].reshape(m, k),
             joints=after[common:] if rows is not None else state.joints,
             torque_error=torque_error,
         ),
