@@ -92,6 +92,10 @@ class Frames:
     middle: float
     """camera time at which the offset holds, s"""
 
+    def with_dimensions(self, off: Array) -> "Frames":
+        """The same frames of an arm whose dimensions are off (P,) larger than described."""
+        return replace(self, winding=self.winding + self.by_dimension @ off)
+
 
 def frames_of(arm: Arm, time: Array, alpha: Array, sigma: Array, middle: float) -> Frames:
     """Frames whose angles are all known."""
@@ -185,7 +189,7 @@ class Cables:
         """Travel less winding less elongation at every frame."""
         at = frames.time + state.offset + state.skew * (frames.time - frames.middle)
         rows = self._rows(np.clip(at, *self._span), state)
-        winding = frames.winding + frames.by_dimension @ state.dimensions
+        winding = frames.with_dimensions(state.dimensions).winding
         return replace(rows, residual=rows.residual - winding, by_dimension=-frames.by_dimension)
 
     def without_elongation(self, state: State) -> CubicSpline:
@@ -230,8 +234,8 @@ class Cables:
             columns["drum"] = travel
             x = x + p["drum"] * travel
         by_own = -np.stack([columns[name] for name in self.law.names], axis=-1)
-        none = np.zeros((*travel.shape, 0))
-        return Rows(travel - x, travel_d - x_d, -by_delay, -by_fv, none, by_own)
+        of_winding = np.zeros((*travel.shape, 0))
+        return Rows(travel - x, travel_d - x_d, -by_delay, -by_fv, of_winding, by_own)
 
 
 def _slope(powers: list[Array], tension: Array) -> Array:

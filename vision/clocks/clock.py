@@ -304,7 +304,7 @@ def _slips_again(every: Frames, fine: Fine, slips: Slips) -> Slips:
     # the clock holds for true times; here it is asked for stamps around frame `at`
     middle = fine.frames.middle
     offset = state.offset + late + state.skew * (true[at] - middle)
-    count = decode(every, curve, offset, state.skew, whiten, slips.period, at)
+    count = decode(every.with_dimensions(state.dimensions), curve, offset, state.skew, whiten, slips.period, at)
     return slips_of(every.time, count, slips.period)
 
 

@@ -23,7 +23,7 @@ class State:
     own: Array
     """each cable's, by its law, (M, K)"""
     joints: Array
-    """fs of the motors and the arm equation's nuisances, (M + P,)"""
+    """fs of the motors and the arm equation's nuisances, (M + Q,)"""
     model_error: float
     """m, of the cables' law"""
     scale: float
