@@ -17,7 +17,7 @@ from vision.angles import Angles
 from vision.clocks.anchor import Anchor, edges_of, fit_anchor
 from vision.clocks.cables import Frames, frames_of, part_of, whitening
 from vision.clocks.coarse import MIN_OVERLAP, RATE, Match, Speeds, match, nearby, speeds
-from vision.clocks.fine import Fine, fit_cables, fit_fine
+from vision.clocks.fine import AS_WELL, Fine, fit_cables, fit_fine, unexplained
 from vision.clocks.labels import check_alternatives, check_labels
 from vision.clocks.log_gaps import Mended, mend
 from vision.clocks.signals import Signals, signals_of
@@ -221,11 +221,12 @@ def _by_cables_and_arm(both: _Both, seen: Speeds, logged: Speeds, found: Match) 
     again, warnings = _slips_again(both.every, fine, slips), []
     if again != slips:
         slips, fine = again, both.fitted(again, fine.fit.state.offset)
-    if slips.slips and _apart(fine):
-        # slow motion tells lost frames badly: what was taken for some may be none
-        slips = Slips(period=both.period)
-        fine = both.fitted(slips, found.shift)
-        warnings.append("the motion is too slow to tell whether frames were lost")
+    if slips.slips and abs(fine.fit.state.skew) > LIKELY_SKEW:
+        # slow motion tells lost frames badly: what was taken for some may be none, and runs the clocks apart
+        without = both.fitted(Slips(period=both.period), found.shift)
+        if _apart(fine) or unexplained(without.fit.state) < AS_WELL * unexplained(fine.fit.state):
+            slips, fine = Slips(period=both.period), without
+            warnings.append("the motion is too slow to tell whether frames were lost")
     if _apart(fine):
         ppm = 1e6 * abs(fine.fit.state.skew)
         apart = f"cables and arm would have the clocks run apart by {ppm:.0f} ppm, which no clock does"

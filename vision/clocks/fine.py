@@ -89,7 +89,7 @@ def fit_fine(arm: Arm, signals: Signals, frames: Frames, offset: float, fv: Arra
         other = cables if model.law == LADDER[0].law else Cables(signals, model.law, cables.tau)
         changed = rows if model.joint_width == LADDER[0].joint_width else rows.with_width(model.joint_width)
         fit, _ = _settle(arm, signals, frames, state, model, other, changed, fv, rounds=2)
-        if _unexplained(fit.state) < AS_WELL * _unexplained(reported.state):
+        if unexplained(fit.state) < AS_WELL * unexplained(reported.state):
             others.append(fit)
     spread = [
         float(np.std([getattr(fit.state, name) for fit in (reported, *others)], ddof=1)) if others else 0.0
@@ -122,7 +122,8 @@ def fit_cables(
     return _settle(arm, signals, frames, state, model, cables, None, fv, locked=True)
 
 
-def _unexplained(state: State) -> float:
+def unexplained(state: State) -> float:
+    """What cables and arm leave, as a product of both: models are compared by it."""
     return float(state.model_error * np.exp(np.mean(np.log(state.torque_error))))
 
 
