@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from identification.series import Series
 from mechanism.arm import Arm
-from mechanism.cable_lengths import lengths
 from vision.angles import Angles
 from vision.clocks.anchor import Anchor, edges_of, fit_anchor
-from vision.clocks.cables import Frames, frames_of, part_of, whitening
+from vision.clocks.cables import Frames, frames_of, part_of, whitening, wound
 from vision.clocks.coarse import MIN_OVERLAP, RATE, Match, Speeds, match, nearby, speeds
 from vision.clocks.fine import AS_WELL, Fine, fit_cables, fit_fine, unexplained
 from vision.clocks.labels import check_alternatives, check_labels
@@ -145,7 +144,7 @@ def _by_motion(arm: Arm, angles: Angles, mended: Mended, fv: Array | None) -> Cl
             "sync", f"only {len(time)} frames have all angles", "check the overlay for what hides the markers"
         )
     even = uniform(mended.log)
-    winding = lengths(arm, np.zeros(arm.N)) - lengths(arm, alpha)
+    winding = wound(arm, alpha)
     travel = arm.drum * even.matrix("theta")
     _check_motion(time, winding, even.time, travel)
     seen, logged = speeds(time, winding), speeds(even.time, travel)

@@ -68,18 +68,7 @@ class Fine:
 def fit_fine(arm: Arm, signals: Signals, frames: Frames, offset: float, fv: Array) -> Fine:
     """Offset (at the frames' middle) and skew, from a start within some 20 ms. fv (M,), N s/rad, NaN where not known."""
     start = Cables(signals, LADDER[0].law)
-    state = State(
-        offset,
-        0.0,
-        0.0,
-        np.zeros(frames.by_dimension.shape[2]),
-        np.nan_to_num(fv),
-        start.start(frames, offset),
-        np.zeros(0),
-        FIRST_ERROR,
-        1.0,
-        np.full(arm.N, np.inf),
-    )
+    state = _begun(arm, frames, offset, fv, start)
     first, cables = _settle(arm, signals, frames, state, LADDER[0], start, None, fv)
     rows = _rows(arm, signals, frames, first.state, LADDER[0])
     reported, cables = _settle(arm, signals, frames, first.state, LADDER[0], cables, rows, fv)
@@ -114,12 +103,14 @@ def fit_cables(
     """The offset around frames.middle from the cables alone, the skew at zero."""
     model = Model(law)
     cables = Cables(signals, model.law)
-    own = cables.start(frames, offset)
-    exact = np.zeros(frames.by_dimension.shape[2])
-    state = State(
-        offset, 0.0, 0.0, exact, np.nan_to_num(fv), own, np.zeros(0), FIRST_ERROR, 1.0, np.full(arm.N, np.inf)
-    )
+    state = _begun(arm, frames, offset, fv, cables)
     return _settle(arm, signals, frames, state, model, cables, None, fv, locked=True)
+
+
+def _begun(arm: Arm, frames: Frames, offset: float, fv: Array, cables: Cables) -> State:
+    """Where a fit begins: the arm as described, and nothing known of its errors."""
+    exact, own = np.zeros(frames.by_dimension.shape[2]), cables.start(frames, offset)
+    return State(offset, 0.0, 0.0, exact, np.nan_to_num(fv), own, np.zeros(0), FIRST_ERROR, 1.0, np.full(arm.N, np.inf))
 
 
 def unexplained(state: State) -> float:

@@ -12,8 +12,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.signal import correlate
 
 from mechanism.arm import Arm
-from mechanism.cable_lengths import lengths
-from vision.clocks.cables import Frames, frames_of, part_of
+from vision.clocks.cables import Frames, frames_of, part_of, wound
 from vision.clocks.coarse import Match, Speeds, speeds
 from vision.clocks.fine import Fine, Fit, fit_cables
 from vision.clocks.signals import Signals, rewired
@@ -143,7 +142,7 @@ def _exchange(arm: Arm, time: Array, alpha: Array, logged: Speeds) -> tuple[str,
         for signs in product((1, -1), repeat=n if n <= MOST_JOINTS else 0):
             turn = np.array(signs) if signs else np.ones(n)
             changed = alpha[:, list(order)] * turn
-            seen = speeds(time, lengths(arm, np.zeros(n)) - lengths(arm, changed))
+            seen = speeds(time, wound(arm, changed))
             score, cables = _assigned(seen.values, logged.values)
             words = [f"angles are in the order {', '.join(str(i + 1) for i in order)}"] if order != (*range(n),) else []
             if np.all(turn < 0):
