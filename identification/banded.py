@@ -1,5 +1,6 @@
 """Symmetric positive banded matrices: factor, solve, and the band of the inverse."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +9,9 @@ from scipy import sparse
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 Array = NDArray[np.float64]
+
+_STRETCH = 256
+"""blocks whose inverses are made at a time"""
 
 
 @dataclass(frozen=True)
@@ -40,51 +44,63 @@ def add_to_band(band: Array, matrix: sparse.csr_array) -> None:
     np.add.at(band, (i - j, j), entries.data[below])
 
 
-def inverse_windows(found: Factor, block: int, first: NDArray[np.intp], wide: int, parts: int = 1) -> Array:
-    """Parts of the inverse, rows and columns first[t] ... first[t] + wide - 1, shape (T, wide, wide), without the whole of it;
-    with `parts` summed over as many neighbours in rows and columns, shape (T, wide / parts, wide / parts).
+def inverse_windows(
+    found: Factor, block: int, first: NDArray[np.intp], wide: int, parts: int = 1
+) -> Iterator[tuple[slice, Array]]:
+    """Parts of the inverse without the whole of it: rows and columns first[t] ... first[t] + wide - 1, `first` not falling.
 
-    `block` must be at least the band's width and wide - 1. Takahashi's recursion in blocks of the Cholesky factor, from the last
-    one back: sums of squares only, so that rounding cannot make a variance negative. Cost is linear in the matrix's size.
+    A stretch at a time from the last back, as a slice of `first` and its parts (T, wide, wide); with `parts` summed over as many
+    neighbours in rows and columns, (T, wide / parts, wide / parts). `block` must be at least the band's width and wide - 1.
+    Takahashi's recursion in blocks of the Cholesky factor: sums of squares only, so that rounding cannot make a variance negative.
+    Time is linear in the matrix's size, memory does not grow with it.
     """
-    width, n = len(found.lower) - 1, found.lower.shape[1]
-    count = -(-n // block)
-    padded = np.zeros((width + 1, count * block))
-    padded[:, :n] = found.lower
-    padded[0, n:] = 1.0
-    own, below = _blocks(padded, block)
-    root = np.linalg.inv(own)
-    diagonal = np.swapaxes(root, 1, 2) @ root
-    gain = below @ root[:-1]
-    beside = np.empty_like(gain)  # rows of block k + 1, columns of block k
-    for k in range(count - 2, -1, -1):
-        beside[k] = -diagonal[k + 1] @ gain[k]
-        diagonal[k] -= gain[k].T @ beside[k]
-    pair = np.zeros((count, 2 * block, 2 * block))
-    pair[:, :block, :block] = diagonal
-    pair[:-1, block:, block:] = diagonal[1:]
-    pair[:-1, block:, :block] = beside
-    pair[:-1, :block, block:] = np.swapaxes(beside, 1, 2)
-    k = first // block
-    inside = (first - k * block)[:, None] + np.arange(0, wide, parts)
-    out = np.zeros((len(first), inside.shape[1], inside.shape[1]))
-    for a in range(parts):
-        for b in range(parts):
-            out += pair[k[:, None, None], inside[:, :, None] + a, inside[:, None, :] + b]
-    return out
+    count = -(-found.lower.shape[1] // block)
+    after = np.zeros((block, block))
+    for low in reversed(range(0, count, _STRETCH)):
+        high = min(low + _STRETCH, count)
+        own, below = _blocks(found.lower, block, low, high)
+        root = np.linalg.inv(own)
+        diagonal = np.swapaxes(root, 1, 2) @ root
+        gain = below @ root
+        beside = np.empty_like(gain)  # rows of block k + 1, columns of block k
+        beyond = after
+        for k in reversed(range(high - low)):
+            beside[k] = -after @ gain[k]
+            diagonal[k] -= gain[k].T @ beside[k]
+            after = diagonal[k]
+        pair = np.zeros((high - low, 2 * block, 2 * block))
+        pair[:, :block, :block] = diagonal
+        pair[:, block:, block:] = np.concatenate([diagonal[1:], beyond[None]])
+        pair[:, block:, :block] = beside
+        pair[:, :block, block:] = np.swapaxes(beside, 1, 2)
+        here = slice(*np.searchsorted(first, (low * block, high * block)).tolist())
+        k = first[here] // block
+        inside = (first[here] - k * block)[:, None] + np.arange(0, wide, parts)
+        k = (k - low)[:, None, None]
+        out = np.zeros((len(inside), inside.shape[1], inside.shape[1]))
+        for a in range(parts):
+            for b in range(parts):
+                out += pair[k, inside[:, :, None] + a, inside[:, None, :] + b]
+        yield here, out
 
 
-def _blocks(lower: Array, block: int) -> tuple[Array, Array]:
-    """A lower triangle's blocks on the diagonal (count, block, block) and those below them (count - 1, block, block)."""
-    n = lower.shape[1]
-    count = n // block
+def _blocks(lower: Array, block: int, low: int, high: int) -> tuple[Array, Array]:
+    """Of a lower triangle's blocks `low` to `high` those on the diagonal and those below them, (count, block, block) each.
+
+    Beyond the triangle's end there are ones.
+    """
+    width, begin, end = len(lower) - 1, low * block, high * block
+    n, count = lower.shape[1], high - low
+    band = np.zeros((width + 1, count * block))
+    band[0] = 1.0
+    there = lower[:, begin : min(end, n)]
+    band[:, : there.shape[1]] = there
     own, below = np.zeros((count, block, block)), np.zeros((count, block, block))
-    j = np.arange(n)
-    for lag, column in enumerate(lower):
+    j = np.arange(count * block)
+    for lag, column in enumerate(band):
         i = j + lag
         same = (i // block) == (j // block)
         c, a, b = j // block, i % block, j % block
         own[c[same], a[same], b[same]] = column[same]
-        beyond = ~same & (i < n)
-        below[c[beyond], a[beyond], b[beyond]] = column[beyond]
-    return own, below[: count - 1]
+        below[c[~same], a[~same], b[~same]] = column[~same]
+    return own, below

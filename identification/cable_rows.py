@@ -4,23 +4,25 @@ l_j(alpha) - l_j(0) + (rd/R) theta_j + x0_j = X_j beta_j + e_j, linearised about
 wander.py), so rows are filtered until what is left is white.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.linalg import block_diag
 
 from identification.banded import add_to_band
 from identification.mixture import PARTS
 from identification.spline import SUPPORT, Knots
-from identification.wander import Wander
+from identification.wander import TAPS, Wander
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths
 
 Array = NDArray[np.float64]
 
 _STRETCH = 1 << 11
-"""rows whose products are made at a time: those of all would be the most that there is in memory"""
+"""rows that are made at a time: all of them would be most of memory"""
 
 
 @dataclass(frozen=True)
@@ -35,9 +37,9 @@ class Cables:
     X: Array
     """(K, M, P)"""
 
-    @property
-    def step(self) -> float:
-        return float(self.time[1] - self.time[0])
+    def part(self, rows: slice | NDArray[np.bool_]) -> "Cables":
+        """Some of the rows."""
+        return Cables(self.arm, self.time[rows], self.travel[rows], self.X[rows])
 
     def elongation(self, alpha: Array) -> Array:
         """(41), (K, M), m, at angles (K, N)."""
@@ -46,57 +48,87 @@ class Cables:
 
 @dataclass(frozen=True)
 class Rows:
-    """Whitened rows A_j c - y_j - X_j beta_j of each cable, and their normal equations for all c and beta."""
+    """A stretch of whitened rows A_j c - y_j - X_j beta_j of each cable."""
 
     A: list[sparse.csr_array]
-    X: list[Array]
-    y: list[Array]
-    normal: Array
-    """lower band, of those for c"""
-    mixed: Array
-    own: Array
+    """each (K, columns): the part of c that these rows rest on"""
+    X: Array
+    """(M, K, P)"""
+    y: Array
+    """(M, K)"""
+    columns: slice
+    """of c"""
 
-    def right(self, y: list[Array]) -> tuple[Array, Array]:
-        """Right sides of c and of beta where the rows measure y, each (K, ...)."""
+    def right(self, y: Array) -> tuple[Array, Array]:
+        """Right sides of that part of c, and of beta, where the rows measure y (M, K, ...)."""
         of_c = sum((A.T @ part for A, part in zip(self.A, y, strict=True)), 0.0)
         return np.asarray(of_c), np.concatenate([-X.T @ part for X, part in zip(self.X, y, strict=True)])
 
-    def left(self, c: Array, beta: Array, y: list[Array]) -> list[Array]:
-        """What c (n, ...) and beta (M P, ...) leave of them."""
-        each = np.split(beta, len(self.X))
-        return [A @ c - part - X @ b for A, X, part, b in zip(self.A, self.X, y, each, strict=True)]
+    def left(self, c: Array, beta: Array, y: Array) -> Array:
+        """What c (n, ...) and beta (M P, ...) leave of y (M, K, ...)."""
+        each = zip(self.A, self.X, y, np.split(beta, len(self.X)), strict=True)
+        return np.stack([A @ c[self.columns] - part - X @ b for A, X, part, b in each])
 
 
-def cable_rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: list[Wander], width: int) -> Rows:
-    """Rows linearised about angles (K, N); coefficients are those of alpha - mean, joints side by side at each knot.
+@dataclass(frozen=True)
+class Products:
+    """What rows say of c and beta beside A^T A."""
 
-    width: of the band within which their normal equations lie."""
-    n_joints, m = cables.arm.N, cables.arm.M
-    count, p = len(cables.time), cables.X.shape[2]
-    wide = n_joints * PARTS
-    size = knots.count * wide
+    mixed: Array
+    """A^T X, (n, M P)"""
+    own: Array
+    """X^T X, (M P, M P)"""
+    of_c: Array
+    """A^T y, (n,)"""
+    of_beta: Array
+    """-X^T y, (M P,)"""
+
+
+def add_rows(band: Array, stretches: Iterable[Rows]) -> Products:
+    """Adds A^T A to a lower band (w + 1, n), which has room for it."""
+    mixed: Array | None = None
+    own, of_beta = list[Array](), list[Array]()
+    of_c = np.zeros(band.shape[1])
+    for rows in stretches:
+        m, _, p = rows.X.shape
+        mixed = np.zeros((band.shape[1], m * p)) if mixed is None else mixed
+        for j, (A, X) in enumerate(zip(rows.A, rows.X, strict=True)):
+            add_to_band(band[:, rows.columns], sparse.csr_array(A.T @ A))
+            mixed[rows.columns, j * p : (j + 1) * p] += A.T @ X
+        own.append(np.asarray(block_diag(*(X.T @ X for X in rows.X))))
+        more_c, more_beta = rows.right(rows.y)
+        of_c[rows.columns] += more_c
+        of_beta.append(more_beta)
+    assert mixed is not None
+    return Products(mixed, np.sum(own, axis=0), of_c, np.sum(of_beta, axis=0))
+
+
+def cable_rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: list[Wander]) -> Iterator[Rows]:
+    """Linearised about angles (K, N); coefficients c are those of alpha - mean, joints side by side at each knot."""
+    for begin in range(0, len(cables.time), _STRETCH):
+        # later stretches are whitened by what was before them
+        some = slice(max(0, begin - TAPS), begin + _STRETCH)
+        part = cables.part(some)
+        whiten = [_whitener(w, len(part.time), first=begin == 0) for w in wander]
+        yield _rows(part, knots, alpha[some], mean, whiten)
+
+
+def _rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, whiten: list[sparse.csr_array]) -> Rows:
+    count, wide = len(cables.time), cables.arm.N * PARTS
     first, weights = knots.rows(cables.time)
-    columns = ((first[:, None] + np.arange(SUPPORT))[:, :, None] * wide + np.arange(wide)).reshape(count, -1)
-    starts = columns.shape[1] * np.arange(count + 1)
+    span = int(first[-1] - first[0]) + SUPPORT
+    columns = ((first - first[0])[:, None] + np.arange(SUPPORT))[:, :, None] * wide + np.arange(wide)
+    starts = SUPPORT * wide * np.arange(count + 1)
     slope = -Z(cables.arm, alpha)  # (K, N, M)
     y = np.einsum("tij,ti->tj", slope, alpha - mean) - cables.elongation(alpha)
-    normal = np.zeros((width + 1, size))
-    mixed, own = np.zeros((size, m * p)), np.zeros((m * p, m * p))
-    every, regressors, measured = [], [], []
-    for j in range(m):
+    A, X, measured = [], [], []
+    for j, one in enumerate(whiten):
         values = np.repeat((weights[:, :, None] * slope[:, None, :, j]).reshape(-1), PARTS)
-        whiten = _whitener(wander[j], count)
-        A = whiten @ sparse.csr_array((values, columns.ravel(), starts), shape=(count, size))
-        X = whiten @ cables.X[:, j]
-        part = slice(j * p, (j + 1) * p)
-        for begin in range(0, count, _STRETCH):
-            some = A[begin : begin + _STRETCH]
-            add_to_band(normal, sparse.csr_array(some.T @ some))
-        mixed[:, part], own[part, part] = A.T @ X, X.T @ X
-        every.append(A)
-        regressors.append(X)
-        measured.append(whiten @ y[:, j])
-    return Rows(every, regressors, measured, normal, mixed, own)
+        A.append(one @ sparse.csr_array((values, columns.ravel(), starts), shape=(count, span * wide)))
+        X.append(one @ cables.X[:, j])
+        measured.append(one @ y[:, j])
+    begin = int(first[0]) * wide
+    return Rows(A, np.stack(X), np.stack(measured), slice(begin, begin + span * wide))
 
 
 def cable_angles(cables: Cables, alpha: Array, beta: Array, wander: list[Wander]) -> tuple[Array, Array]:
@@ -108,11 +140,14 @@ def cable_angles(cables: Cables, alpha: Array, beta: Array, wander: list[Wander]
     return alpha - step, np.diagonal(covariance, axis1=1, axis2=2)
 
 
-def _whitener(wander: Wander, count: int) -> sparse.csr_array:
+def _whitener(wander: Wander, count: int, first: bool) -> sparse.csr_array:
+    """Of `count` rows all if they are the first, else those that have enough before them."""
     taps, sigma = wander.whitener()
     late = len(taps) - 1
     full = [sparse.eye_array(count - late, count, k=k) * tap for k, tap in enumerate(taps[::-1])]
-    body = sum(full[1:], full[0])
+    body = sparse.csr_array(sum(full[1:], full[0]))
+    if not first:
+        return body
     # the first rows have too little before them: each is believed as if it were alone, and all of them as one
     head = sparse.eye_array(late, count) / (sigma * np.sqrt(late))
     return sparse.csr_array(sparse.vstack([head, body]))

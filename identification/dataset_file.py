@@ -92,7 +92,7 @@ def read_dataset(path: str | Path) -> DataSet:
 def _longest(series: Series) -> Series:
     """The most rows between two holes."""
     begin, end = max(pairwise((0, *holes(series.time), len(series))), key=lambda stretch: stretch[1] - stretch[0])
-    return Series(series.time[begin:end], {name: values[begin:end] for name, values in series.columns.items()})
+    return series.part(slice(begin, end))
 
 
 def export(series: Series, path: str | Path) -> None:

@@ -6,7 +6,8 @@ rate of f (a late command); dry friction with an uncertain transition, and visco
 and lag are found in passes. What is left, e, wanders (see wander.py).
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,43 +32,63 @@ LEAST_LAG_S, MOST_LAG_S = 1e-6, 0.1
 
 @dataclass(frozen=True)
 class Law:
-    """Even times (T,), s, and the regressors X (T, M, P) there, each of mean square 1."""
+    """Even times (T,), s, and what regressors X come from there, each (T, M)."""
 
     time: Array
-    X: Array
+    n: Array
+    """force less the motor's inertia"""
+    commanded: Array
+    rubbing: tuple[Array, ...]
+    lag: Array
+    """of a cable behind its force, (M,), s"""
+    taken: Array
+    """of friction's parts from n, for what reaches the cable, (M, 3)"""
 
     def at(self, time: Array) -> Array:
-        """X at other times (F,) within, shape (F, M, P)."""
-        flat = self.X.reshape(len(self.time), -1)
-        return np.stack([np.interp(time, self.time, column) for column in flat.T], axis=-1).reshape(
-            -1, *self.X.shape[1:]
-        )
+        """X at times (F,) within, each of mean square 1 over all, shape (F, M, P)."""
+        return self.sampled(time)[0]
+
+    def sampled(self, time: Array) -> tuple[Array, Array]:
+        """The same, and the size (M, P) that each was divided by. One regressor at a time: all of them would be most of memory."""
+        columns, sizes = [], []
+        for whole in self._regressors():
+            size = np.sqrt(np.mean(whole**2, axis=0))
+            sizes.append(np.where(size > 0, size, 1.0))
+            columns.append(np.stack([np.interp(time, self.time, c) for c in whole.T], axis=-1) / sizes[-1])
+        return np.stack(columns, axis=-1), np.stack(sizes, axis=-1)
+
+    def _regressors(self) -> Iterator[Array]:
+        rate = 1 / float(np.mean(np.diff(self.time)))
+        rubbing = [slow(part, rate, self.lag) for part in self.rubbing]
+        t = slow(self.n, rate, self.lag) + sum(part * taken for part, taken in zip(rubbing, self.taken.T, strict=True))
+        t = t - t.mean(axis=0)
+        yield np.ones_like(t)
+        yield t
+        yield t**2
+        yield t**3
+        yield np.gradient(t, 1 / rate, axis=0)
+        yield np.gradient(slow(self.commanded, rate, self.lag), 1 / rate, axis=0)
+        for tau in CREEP_S:
+            yield slow(t, rate, tau)
+        yield from rubbing
 
 
 def law_of(arm: Arm, time: Array, theta_d: Array, f: Array, seen_time: Array, seen_x: Array) -> Law:
-    """Regressors at even times (T,), from motor speeds and forces (T, M), and elongations seen (F, M), m."""
+    """At even times (T,), from motor speeds and forces (T, M), and elongations seen (F, M), m."""
     rate = 1 / float(np.mean(np.diff(time)))
     # a command is held over its step, so all else is its mean over it: friction turns over within less than a step
     n = f[:-1] - arm.motor_inertia / arm.drum * np.diff(theta_d, axis=0) * rate
-    raw = [between(low_pass(part, rate)) for part in (n, f[:-1], *rubs(theta_d))]
-    lag, taken = np.full(arm.M, LEAST_LAG_S), np.zeros((arm.M, 3))
-    law = Law(time, np.empty((len(time), arm.M, 0)))
-    for _ in range(PASSES):
-        n, commanded, *rubbing = (slow(part, rate, lag) for part in raw)
-        friction = np.stack(rubbing, axis=-1)
-        t = n + np.einsum("tjp,jp->tj", friction, taken)
-        t = t - t.mean(axis=0)
-        creep = (slow(t, rate, tau) for tau in CREEP_S)
-        rates = [np.gradient(part, 1 / rate, axis=0) for part in (t, commanded)]
-        X = np.stack([np.ones_like(t), t, t**2, t**3, *rates, *creep, *rubbing], axis=-1)
-        size = np.sqrt(np.mean(X**2, axis=0))
-        law = Law(time, X / np.where(size > 0, size, 1.0))
-        seen = law.at(seen_time)
+    n, commanded, *rubbing = (between(low_pass(part, rate)) for part in (n, f[:-1], *rubs(theta_d)))
+    law = Law(time, n, commanded, tuple(rubbing), np.full(arm.M, LEAST_LAG_S), np.zeros((arm.M, 3)))
+    for _ in range(PASSES - 1):
+        seen, size = law.sampled(seen_time)
+        lag, taken = law.lag.copy(), law.taken.copy()
         for j in range(arm.M):
             beta = np.linalg.lstsq(seen[:, j], seen_x[:, j], rcond=None)[0] / size[j]
             if beta[1] > 0:
                 taken[j] += beta[-3:] / beta[1]
                 lag[j] = np.clip(lag[j] - beta[4] / beta[1], LEAST_LAG_S, MOST_LAG_S)
+        law = replace(law, lag=lag, taken=taken)
     return law
 
 

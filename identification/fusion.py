@@ -1,16 +1,17 @@
 """Angles of all joints from vision, priors and cables: one banded least squares, with the law's factors as its border."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.banded import Factor, factor
-from identification.cable_rows import Cables, Rows, cable_rows
+from identification.cable_rows import Rows, add_rows
 from identification.mixture import PARTS, Mixture, side_by_side
 from identification.smoother import normal_equations
 from identification.spline import Knots
-from identification.wander import SPREAD_M, Wander
+from identification.wander import SPREAD_M
 
 Array = NDArray[np.float64]
 
@@ -45,7 +46,6 @@ class Fit:
     V: Array
     mixed: Array
     schur: Array
-    rows: Rows | None = None
 
     def alpha(self, time: Array, derivative: int = 0) -> Array:
         """(T, N)"""
@@ -64,11 +64,8 @@ class Fit:
         return self.both(right, np.zeros((len(self.schur), right.shape[1])))[0]
 
 
-def solve(
-    knots: Knots, mean: Array, seen: Seen, priors: list[Mixture], cables: Cables | None = None,
-    near: Array | None = None, wander: list[Wander] | None = None,
-) -> Fit:  # fmt: skip
-    """Vision and priors, with cables linearised about angles `near` where given."""
+def solve(knots: Knots, mean: Array, seen: Seen, priors: list[Mixture], cables: Iterable[Rows] | None = None) -> Fit:
+    """Vision and priors, with the cables' rows where given."""
     measured, right = [], np.zeros((knots.count, len(mean), PARTS))
     for i in range(len(mean)):
         known = ~np.isnan(seen.alpha[:, i])
@@ -76,17 +73,16 @@ def solve(
         measured.append(own)
         right[:, i] = b[:, None]
     band, right = side_by_side(measured, [prior.bands(knots) for prior in priors]), right.ravel()
-    if cables is None or near is None or wander is None:
+    if cables is None:
         found = factor(band)
         none = np.zeros((len(right), 0))
         return Fit(knots, mean, priors, found.solve(right), np.zeros(0), found, none, none, np.zeros((0, 0)))
-    rows = cable_rows(cables, knots, near, mean, wander, len(band) - 1)
-    found = factor(band + rows.normal)
-    V = found.solve(rows.mixed)
-    schur = rows.own + np.eye(len(rows.own)) / SPREAD_M**2 - rows.mixed.T @ V
-    fit = Fit(knots, mean, priors, right, np.zeros(len(schur)), found, V, rows.mixed, schur, rows)
-    of_c, of_beta = rows.right(rows.y)
-    c, beta = fit.both(right + of_c, of_beta)
+    told = add_rows(band, cables)
+    found = factor(band)
+    V = found.solve(told.mixed)
+    schur = told.own + np.eye(len(told.own)) / SPREAD_M**2 - told.mixed.T @ V
+    fit = Fit(knots, mean, priors, right, np.zeros(len(schur)), found, V, told.mixed, schur)
+    c, beta = fit.both(right + told.of_c, told.of_beta)
     return replace(fit, c=c, beta=beta)
 
 

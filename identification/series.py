@@ -1,6 +1,6 @@
 """Named columns over time: what every file of ours holds, whichever its format."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,12 +25,22 @@ class Series:
     def __len__(self) -> int:
         return len(self.time)
 
+    def part(self, rows: slice | NDArray[np.bool_]) -> "Series":
+        """Some of the rows."""
+        return Series(self.time[rows], {name: values[rows] for name, values in self.columns.items()})
+
     def matrix(self, stem: str, suffix: str = "") -> Array:
         """Columns `stem1suffix`, `stem2suffix`, ... side by side, shape (T, count)."""
         found = []
         while (name := f"{stem}{len(found) + 1}{suffix}") in self.columns:
             found.append(self.columns[name])
         return np.stack(found, axis=-1) if found else np.empty((len(self.time), 0))
+
+
+def joined(parts: Sequence[Series]) -> Series:
+    """One after another, all with the same columns."""
+    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
+    return Series(np.concatenate([part.time for part in parts]), columns)
 
 
 def numbered(stem: str, values: Array, suffix: str = "") -> dict[str, Array]:

@@ -43,7 +43,7 @@ class Smoothed:
 def smooth(time: Array, values: Array, sigma: Array, at: Array, step: float | None = None) -> Smoothed:
     """Samples `values` (F,) with standard deviations `sigma` (F,) at `time` (F,), s, NaN left out, evaluated at `at` (T,).
 
-    step: of the knots, s; the samples' own by default. `at` must lie within the samples: nothing is extrapolated. Raises
+    step: of the knots, s; the samples' own by default. `at`, rising, must lie within the samples: nothing is extrapolated. Raises
     Refused where it does not, or samples are too few.
     """
     known = ~np.isnan(values)
@@ -58,9 +58,10 @@ def smooth(time: Array, values: Array, sigma: Array, at: Array, step: float | No
     parts = [knots.rows(at, d)[1] for d in range(3)]
     near = c[first[:, None] + np.arange(SUPPORT)]
     value, d1, d2 = (np.einsum("tk,tk->t", w, near) for w in parts)
-    windows = inverse_windows(found, _BLOCK, np.arange(knots.count - SUPPORT + 1), SUPPORT)[first]
-    weights = np.stack(parts, axis=1)
-    return Smoothed(value + mean, d1, d2, weights @ windows @ np.swapaxes(weights, 1, 2))
+    weights, covariance = np.stack(parts, axis=1), np.empty((len(at), 3, 3))
+    for rows, window in inverse_windows(found, _BLOCK, first, SUPPORT):
+        covariance[rows] = weights[rows] @ window @ np.swapaxes(weights[rows], 1, 2)
+    return Smoothed(value + mean, d1, d2, covariance)
 
 
 def check_span(time: Array, at: Array) -> None:

@@ -6,6 +6,7 @@ are common to all frames (clock, camera pose, marker placement) are not estimate
 enters its covariance.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.banded import inverse_windows
-from identification.cable_rows import Cables
+from identification.cable_rows import Cables, Rows, cable_rows
 from identification.force_law import CUTOFF, law_of
 from identification.fusion import Fit, Seen, misfit, solve
 from identification.mixture import DOUBT, PARTS, Mixture, fit_mixture
@@ -169,8 +170,12 @@ def _fused(arm: Arm, seen: Seen, motors: Motors, vision: Fit) -> tuple[Fit | Non
     rows = inside[::every]
     cables = Cables(arm, motors.time[rows], arm.drum * motors.theta[rows] + arm.x0, law.at(motors.time[rows]))
     wander, priors = told_by_both(vision, seen, cables, wander, ~poor, vision.priors)
-    fit = solve(vision.knots, vision.mean, seen, priors, cables, vision.alpha(cables.time), wander)
-    fit = solve(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
+
+    def rows_near(found: Fit) -> Iterator[Rows]:
+        return cable_rows(cables, vision.knots, found.alpha(cables.time), vision.mean, wander)
+
+    fit = solve(vision.knots, vision.mean, seen, priors, rows_near(vision))
+    fit = solve(vision.knots, vision.mean, seen, priors, rows_near(fit))
     own = misfit(vision, seen)
     excess = misfit(fit, seen) / own - 1
     for _ in range(TRIES):
@@ -178,7 +183,7 @@ def _fused(arm: Arm, seen: Seen, motors: Motors, vision: Fit) -> tuple[Fit | Non
             break
         # what pulls is an error of the law that its own samples did not show: cables count for less
         wander = [w if bad else w.times(LESS) for w, bad in zip(wander, poor, strict=True)]
-        fit = solve(vision.knots, vision.mean, seen, priors, cables, fit.alpha(cables.time), wander)
+        fit = solve(vision.knots, vision.mean, seen, priors, rows_near(fit))
         excess = misfit(fit, seen) / own - 1
     notes["cable_error_m"] = [None if bad else float(np.sqrt(w.variance)) for w, bad in zip(wander, poor, strict=True)]
     if excess > WORSE:
@@ -189,35 +194,30 @@ def _fused(arm: Arm, seen: Seen, motors: Motors, vision: Fit) -> tuple[Fit | Non
 
 def _covariance(fit: Fit, seen: Seen, at: Array, clock_sigma: tuple[float, float]) -> Array:
     """(K, 3 N, 3 N) at `at` (K,): of noise and prior, and of what all frames share."""
-    n = len(fit.mean)
-    knots = fit.knots
+    n, knots = len(fit.mean), fit.knots
     first, _ = knots.rows(at)
     weights = np.stack([knots.rows(at, d)[1] for d in range(3)], axis=1)
-    maps = np.einsum("tdk,ij->tdikj", weights, np.eye(n)).reshape(len(at), 3 * n, SUPPORT * n)
-    wide = PARTS * n
-    starts = np.arange(knots.count - SUPPORT + 1) * wide
-    windows = inverse_windows(fit.factor, (WIDTH + 1) * wide, starts, SUPPORT * wide, PARTS)
-    covariance = maps @ windows[first] @ np.swapaxes(maps, 1, 2)
-    last = np.arange(2 * n, 3 * n)
-    covariance[:, last, last] += [prior.beyond(knots.step) for prior in fit.priors]
     near = first[:, None] + np.arange(SUPPORT)
-
-    def moved(coefficients: Array) -> Array:
-        """(n, k) -> (K, 3 N, k)"""
-        local = coefficients.reshape(knots.count, n, PARTS, -1).sum(axis=2)[near]
-        return np.einsum("tdk,tkiq->tdiq", weights, local).reshape(len(at), 3 * n, -1)
-
-    if fit.mixed.shape[1]:
-        border = moved(fit.V)
-        covariance = covariance + border @ np.linalg.solve(fit.schur, np.swapaxes(border, 1, 2))
     speed = fit.alpha(seen.time, 1)
     age = (seen.time - (seen.time[0] + seen.time[-1]) / 2)[:, None]
     shifts = [clock_sigma[0] * speed, clock_sigma[1] * age * speed]
     shifts += [seen.common * (np.arange(n) == i) for i in range(n)]
     design = knots.design(seen.time)
     pulls = [design.T @ np.nan_to_num(np.where(np.isnan(seen.alpha), 0.0, d) / seen.sigma**2) for d in shifts]
-    common = moved(fit.response(np.stack([np.repeat(pull.ravel(), PARTS) for pull in pulls], axis=-1)))
-    return covariance + common @ np.swapaxes(common, 1, 2)
+    common = fit.response(np.stack([np.repeat(pull.ravel(), PARTS) for pull in pulls], axis=-1))
+    # what the border's unknowns and shared errors, each of covariance C, do to the coefficients
+    further = [(fit.V, np.linalg.inv(fit.schur)), (common, np.eye(len(shifts)))]
+    further = [(moves.reshape(knots.count, n, PARTS, -1).sum(axis=2), C) for moves, C in further]
+    wide, covariance, last = PARTS * n, np.empty((len(at), 3 * n, 3 * n)), np.arange(2 * n, 3 * n)
+    for rows, window in inverse_windows(fit.factor, (WIDTH + 1) * wide, first * wide, SUPPORT * wide, PARTS):
+        maps = np.einsum("tdk,ij->tdikj", weights[rows], np.eye(n)).reshape(-1, 3 * n, SUPPORT * n)
+        here = maps @ window @ np.swapaxes(maps, 1, 2)
+        here[:, last, last] += [prior.beyond(knots.step) for prior in fit.priors]
+        for moves, C in further:
+            moved = np.einsum("tdk,tkiq->tdiq", weights[rows], moves[near[rows]]).reshape(len(here), 3 * n, -1)
+            here += moved @ C @ np.swapaxes(moved, 1, 2)
+        covariance[rows] = here
+    return covariance
 
 
 def _bridged(seen: Seen, at: Array) -> NDArray[np.bool_]:

@@ -4,12 +4,10 @@ Either depends on the other: residuals of a solution tell the errors (restricted
 cables tell them show priors what lies below vision's noise.
 """
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.cable_rows import Cables, cable_angles
+from identification.cable_rows import Cables, Rows, cable_angles, cable_rows
 from identification.fusion import Fit, Seen, solve
 from identification.mixture import DOUBT, Mixture, calmer, fit_mixture
 from identification.spline import knots_over
@@ -32,17 +30,18 @@ def told_by_both(
     middle = (cables.time[0] + cables.time[-1]) / 2
     seen = seen.within(middle - ENOUGH_S / 2, middle + ENOUGH_S / 2)
     rows = (cables.time >= seen.time[0]) & (cables.time <= seen.time[-1])
-    cables = replace(cables, time=cables.time[rows], travel=cables.travel[rows], X=cables.X[rows])
+    cables = cables.part(rows)
     knots, near = knots_over(seen.time[0], seen.time[-1], vision.knots.step), vision.alpha(cables.time)
     m = cables.arm.M
     probes = np.random.default_rng(0).normal(size=(m, len(cables.time), PROBES))
     for k in range(ROUNDS):
-        fit = solve(knots, vision.mean, seen, priors, cables, near, wander)
-        assert fit.rows is not None
+        stretches = list(cable_rows(cables, knots, near, vision.mean, wander))
+        fit = solve(knots, vision.mean, seen, priors, stretches)
         near = fit.alpha(cables.time)
-        left = fit.rows.left(fit.c, fit.beta, fit.rows.y)
-        noise = [-part for part in probes]
-        kept = fit.rows.left(*fit.both(*fit.rows.right(noise)), noise)
+        noise = np.split(-probes, np.cumsum([one.X.shape[1] for one in stretches])[:-1], axis=1)
+        answer = _answer(fit, stretches, noise)
+        left = np.concatenate([one.left(fit.c, fit.beta, one.y) for one in stretches], axis=1)
+        kept = np.concatenate([one.left(*answer, n) for one, n in zip(stretches, noise, strict=True)], axis=1)
         wander = [w.retold(left[j], probes[j], kept[j]) if used[j] else w for j, w in enumerate(wander)]
         if k == PRIOR_ROUND and sum(used) >= cables.arm.N:
             # the cables show what lies below vision's noise: the spectrum's far end
@@ -55,3 +54,13 @@ def told_by_both(
                 for i in range(cables.arm.N)
             ]
     return wander, priors
+
+
+def _answer(fit: Fit, stretches: list[Rows], noise: list[Array]) -> tuple[Array, Array]:
+    """c (n, Q) and beta (M P, Q) were the rows to measure noise, (M, K, Q) of each stretch."""
+    of_c, of_beta = np.zeros((len(fit.c), PROBES)), np.zeros((len(fit.beta), PROBES))
+    for rows, part in zip(stretches, noise, strict=True):
+        more_c, more_beta = rows.right(part)
+        of_c[rows.columns] += more_c
+        of_beta += more_beta
+    return fit.both(of_c, of_beta)

@@ -14,6 +14,9 @@ from mechanism.arm import Arm, Array
 from mechanism.geometry import Complex, poses, sides
 from mechanism.lanes import arm_in_lanes, from_lanes, shape_of, to_lanes
 
+LANES = 1 << 12
+"""states at once: what they need stays in a cache, and memory does not grow with their number"""
+
 Values = TypeVar("Values", bound=np.ndarray[Any, Any])
 
 
@@ -32,8 +35,13 @@ class Terms:
 def terms(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:
     """M, c and g together; alpha, alpha_d of shape (..., N), rad and rad/s."""
     shape = np.broadcast_shapes(np.shape(alpha)[:-1], np.shape(alpha_d)[:-1], shape_of(arm, {}))
-    k = terms_in_lanes(arm_in_lanes(arm, shape), to_lanes(alpha, shape), to_lanes(alpha_d, shape))
-    return Terms(from_lanes(k.M, shape), from_lanes(k.c, shape), from_lanes(k.g, shape))
+    count, n = int(np.prod(shape)), arm.N
+    M, c, g = np.empty((n, n, count)), np.empty((n, count)), np.empty((n, count))
+    for begin in range(0, count, LANES):
+        part = slice(begin, min(begin + LANES, count))
+        k = terms_in_lanes(arm_in_lanes(arm, shape, part), to_lanes(alpha, shape, part), to_lanes(alpha_d, shape, part))
+        M[..., part], c[..., part], g[..., part] = k.M, k.c, k.g
+    return Terms(from_lanes(M, shape), from_lanes(c, shape), from_lanes(g, shape))
 
 
 def terms_in_lanes(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:

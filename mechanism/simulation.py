@@ -11,6 +11,7 @@ leading axes for a batch, so that many parameter sets, or many windows of one re
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -112,7 +113,8 @@ def _moved(
     )
     count, widths = int(np.prod(shape)), (arm.N, arm.N, m, m, m, m)
     out = np.empty((count, len(time), sum(widths)))
-    parts = [slice(low, min(low + LANES, count)) for low in range(0, count, LANES)]
+    edges = np.linspace(0, count, max(1, -(-count // LANES)) + 1).round().astype(int)
+    parts = [slice(low, high) for low, high in pairwise(edges.tolist())]
     told = 0
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         for number, part in enumerate(parts):
@@ -134,8 +136,8 @@ def _moved(
                 done = (number * (len(time) - 1) + row) // len(parts)
                 progress(done - told)
                 told = done
-    edges = np.cumsum(widths)[:-1]
-    alpha, alpha_d, theta, theta_d, tension, f = np.split(out.reshape(*shape, len(time), -1), edges, axis=-1)
+    places_of = np.cumsum(widths)[:-1]
+    alpha, alpha_d, theta, theta_d, tension, f = np.split(out.reshape(*shape, len(time), -1), places_of, axis=-1)
     return Motion(time, alpha, alpha_d, theta, theta_d, tension, f)
 
 

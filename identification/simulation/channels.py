@@ -45,43 +45,81 @@ class Channel:
         }
 
 
-def channels_of(
-    stem: str, unit: str, cases: Array, shared: int, measured: Array, variance: Array, window: NDArray[np.intp]
-) -> list[Channel]:
-    """One a column. cases (1 + doubts, S, columns): simulated as measured and modelled, then with each doubt by one sigma;
-    from case `shared` on one that all windows share.
+@dataclass(frozen=True)
+class Seen:
+    """What was measured of some quantities beside what was simulated of them, in a part of a recording."""
 
-    measured: (S, columns), NaN where it is not known; variance of its own noise (S, columns); window: of each
-    sample, rising, below zero where it does not count (S,).
-    """
-    out = []
-    for i in range(measured.shape[1]):
-        known = np.isfinite(measured[:, i]) & (window >= 0)
-        if not known.any():
-            word = f"nothing measured of {stem}{i + 1} lies in a window without gaps"
-            raise Refused("simulate", word, "give shorter windows, or check the clock")
-        error = cases[0, known, i] - measured[known, i]
-        doubts = cases[1:, known, i] - cases[0, known, i]
-        noise = np.broadcast_to(variance, measured.shape)[known, i]
-        floor = float(np.mean(np.sum(doubts**2, axis=0) + noise))
-        begins = np.flatnonzero(np.diff(window[known])) + 1
-        alike = [doubts[shared - 1 :], *np.split(doubts[: shared - 1], begins, axis=1)]
-        name, rms = f"{stem}{i + 1}", float(np.sqrt(np.mean(error**2)))
-        out.append(Channel(name, rms, float(np.sqrt(floor)), unit, _ratio_95(alike, noise, floor)))
-    return out
+    cases: Array
+    """(1 + doubts, S, columns): simulated as measured and modelled, then with each doubt by one sigma"""
+    measured: Array
+    """(S, columns), NaN where it is not known"""
+    variance: Array
+    """of its own noise, (S, columns) or fewer"""
+    window: NDArray[np.intp]
+    """of each sample, rising, below zero where it does not count, (S,)"""
 
 
-def _ratio_95(alike: list[Array], noise: Array, floor: float) -> float:
-    """Of doubts that are one draw on some of the samples, each (K, those), and noise's variance (S,); floor is squared.
+class Tally:
+    """Sums over a recording's parts, of which each holds whole windows: what a quantity's channels come from."""
 
-    A mean square is a sum of squares of normal numbers, weighted by the eigenvalues of the doubts' products; as chi-square of
-    the same mean and variance (Satterthwaite).
-    """
-    spread = sum((float(np.sum((d @ d.T) ** 2)) for d in alike), start=float(np.sum(noise**2))) / len(noise) ** 2
-    if not spread:
-        return 1.0
-    freedom = floor**2 / spread
-    return float(np.sqrt(chi2.ppf(USUAL, freedom) / freedom))
+    def __init__(self, stem: str, unit: str, shared: int) -> None:
+        """shared: of the cases the first with a doubt that is the same in all windows."""
+        self._stem, self._unit, self._shared = stem, unit, shared
+        self._columns: list[_Sums] = []
+
+    def add(self, seen: Seen) -> None:
+        """A part."""
+        self._columns = self._columns or [_Sums() for _ in seen.measured.T]
+        noise = np.broadcast_to(seen.variance, seen.measured.shape)
+        for i, sums in enumerate(self._columns):
+            known = np.isfinite(seen.measured[:, i]) & (seen.window >= 0)
+            error = seen.cases[0, known, i] - seen.measured[known, i]
+            doubts = seen.cases[1:, known, i] - seen.cases[0, known, i]
+            sums.add(error, doubts, self._shared - 1, noise[known, i], seen.window[known])
+
+    def channels(self) -> list[Channel]:
+        """One a column. Raises Refused where nothing was measured of one."""
+        out = []
+        for i, sums in enumerate(self._columns, 1):
+            if not sums.count:
+                word = f"nothing measured of {self._stem}{i} lies in a window without gaps"
+                raise Refused("simulate", word, "give shorter windows, or check the clock")
+            out.append(sums.channel(f"{self._stem}{i}", self._unit))
+        return out
+
+
+class _Sums:
+    """Of one column's samples."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._error = self._floor = self._spread = 0.0
+        self._shared: Array | float = 0.0
+        """products of the doubts that all windows share"""
+
+    def add(self, error: Array, doubts: Array, own: int, noise: Array, window: NDArray[np.intp]) -> None:
+        """error, noise's variance, window (S,); doubts (K, S), of which the first `own` are drawn anew in each window."""
+        if not len(error):
+            return
+        self.count += len(error)
+        self._error += float(np.sum(error**2))
+        self._floor += float(np.sum(doubts**2) + np.sum(noise))
+        begins = np.flatnonzero(np.diff(window)) + 1
+        anew = np.split(doubts[:own], begins, axis=1)
+        self._spread += float(np.sum(noise**2)) + sum(float(np.sum((d @ d.T) ** 2)) for d in anew)
+        self._shared = self._shared + doubts[own:] @ doubts[own:].T
+
+    def channel(self, name: str, unit: str) -> Channel:
+        """Errors and floor as RMS.
+
+        A mean square is a sum of squares of normal numbers, weighted by the eigenvalues of the doubts' products; as chi-square
+        of the same mean and variance (Satterthwaite).
+        """
+        rms, floor = float(np.sqrt(self._error / self.count)), float(np.sqrt(self._floor / self.count))
+        spread = self._spread + float(np.sum(np.square(self._shared)))
+        freedom = self._floor**2 / spread if spread else np.inf
+        usual = float(np.sqrt(chi2.ppf(USUAL, freedom) / freedom)) if spread else 1.0
+        return Channel(name, rms, floor, unit, usual)
 
 
 def as_text(channels: Sequence[Channel]) -> str:

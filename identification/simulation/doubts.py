@@ -44,7 +44,9 @@ def cases_of(windows: Windows, model: Model, machine: Machine, own: Own) -> Case
     mine = _axes(own.covariance).T
     count = 1 + 2 * n + len(rounding) + len(laws) + len(mine)
     start = np.repeat(
-        np.concatenate([windows.state("alpha")[:, 0], windows.state("alpha", "_d")[:, 0]], axis=1)[None], count, axis=0
+        np.concatenate([windows.matrix("alpha")[:, 0], windows.matrix("alpha", "_d")[:, 0]], axis=1)[None],
+        count,
+        axis=0,
     )
     start[1 : 1 + 2 * n] += np.moveaxis(starts, -1, 0)
     motors = np.zeros((3, count, windows.count, m))
@@ -71,7 +73,7 @@ def _rounding(windows: Windows) -> list[tuple[int, int, Array]]:
     """Order of the derivative, motor, and sigma at the windows' beginnings (W,); none where the data set does not say."""
     found = []
     for order, suffix in enumerate(("", "_d", "_dd")):
-        sigma = windows.state("sigma_theta", suffix)[:, 0]
+        sigma = windows.matrix("sigma_theta", suffix)[:, 0]
         found += [(order, j, sigma[:, j]) for j in range(sigma.shape[1])]
     return found
 

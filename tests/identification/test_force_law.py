@@ -60,7 +60,7 @@ def test_damped_cables_and_dry_friction_are_explained_to_the_encoders_noise(damp
     x = elongation(ARM, made.alpha[np.searchsorted(made.log_time, motors.time - 1e-6)], motors.theta)
     seen = np.stack([np.interp(frames, motors.time, column) for column in x.T], axis=-1)
     seen += np.random.default_rng(1).normal(0, 5e-5, seen.shape)
-    X = law_of(ARM, motors.time, motors.theta_d, f, frames, seen).X[rows]
+    X = law_of(ARM, motors.time, motors.theta_d, f, frames, seen).at(motors.time[rows])
     for j in range(4):
         left = x[rows, j] - X[:, j] @ np.linalg.lstsq(X[:, j], x[rows, j], rcond=None)[0]
         assert np.std(left) < 4e-6, np.std(left)

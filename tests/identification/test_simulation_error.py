@@ -13,7 +13,7 @@ from identification.dataset import DataSet
 from identification.estimates import estimate
 from identification.model import Model, model_of, read_model, write_model
 from identification.series import Series, numbered
-from identification.simulation.channels import Channel, channels_of
+from identification.simulation.channels import Channel, Seen, Tally
 from identification.simulation.simulated import Simulated, simulate_recording
 from mechanism.description import read_neck
 from samples.generator.laws import dry_and_viscous, linear
@@ -115,9 +115,7 @@ def test_where_motors_started_and_how_late_they_act_is_the_recordings_own(
 def test_the_floor_grows_with_the_window_and_without_restart_the_whole_is_one(held_out: DataSet, model: Model) -> None:
     floors = [[c.noise_floor for c in kind(simulate_recording(held_out, model, w), "theta")] for w in (0.1, 0.5, 2.0)]
     assert np.all(np.diff(floors, axis=0) > 0)
-    short = replace(
-        held_out, state=Series(held_out.state.time[:2500], {n: c[:2500] for n, c in held_out.state.columns.items()})
-    )
+    short = replace(held_out, state=held_out.state.part(slice(0, 2500)))
     free = simulate_recording(short, model, None)
     assert free.window_s == pytest.approx(5.0, abs=0.01)
     assert len(free.series) == 2500
@@ -170,7 +168,9 @@ def test_a_channels_floor_is_the_sum_of_what_is_unknown() -> None:
     cases = np.array([0.0, 3.0, -4.0])[:, None, None] * np.ones((3, 50, 1))
     measured = np.full((50, 1), 26.0)
     measured[7] = np.nan
-    (found,) = channels_of("alpha", "rad", cases, 3, measured, np.full((1, 1), 144.0), np.zeros(50, dtype=int))
+    tally = Tally("alpha", "rad", 3)
+    tally.add(Seen(cases, measured, np.full((1, 1), 144.0), np.zeros(50, dtype=int)))
+    (found,) = tally.channels()
     assert (found.name, found.rms, found.noise_floor, found.ratio) == ("alpha1", 26.0, 13.0, 2.0)
 
 
@@ -185,5 +185,7 @@ def test_a_ratio_that_chance_gives_a_true_model_is_exceeded_once_in_twenty(first
     drawn = rng.normal(size=(3, 10, 4000))[:, window if first > 1 else 0 * window]
     cases = np.concatenate([np.zeros((1, 200)), waves])[:, :, None] * np.ones(4000)
     measured = np.einsum("ks,ksc->sc", waves, drawn) + rng.normal(size=(200, 4000))
-    found = channels_of("theta", "rad", cases, first, measured, np.ones(()), window)
-    assert abs(sum(c.ratio > c.ratio_95 for c in found) - 200) < 4 * 20
+    tally = Tally("theta", "rad", first)
+    for part in (slice(0, 60), slice(60, 200)):  # three windows, and seven
+        tally.add(Seen(cases[:, part], measured[part], np.ones(()), window[part]))
+    assert abs(sum(c.ratio > c.ratio_95 for c in tally.channels()) - 200) < 4 * 20

@@ -41,16 +41,19 @@ def test_drawn_coefficients_have_the_priors_precision_and_determinant() -> None:
 
 
 def test_windows_of_the_inverse_are_the_inverses() -> None:
+    """Of 284 blocks, more than are worked on at a time."""
     rng = np.random.default_rng(0)
-    n, width = 57, 4
+    n, width = 1700, 4
     band = np.zeros((width + 1, n))
     band[1:] = rng.normal(size=(width, n))
     band[0] = 12.0
     for k in range(1, width + 1):
         band[k, n - k :] = 0.0
     whole = np.linalg.inv(dense(band))
-    first = np.array([0, 3, 20, n - 5])
-    found = inverse_windows(factor(band), 6, first, 5)
+    first = np.concatenate([[0, 3, 3], np.sort(rng.integers(0, n - 5, 400)), [n - 5]])
+    found = np.full((len(first), 5, 5), np.nan)
+    for rows, parts in inverse_windows(factor(band), 6, first, 5):
+        found[rows] = parts
     for f, part in zip(first, found, strict=True):
         np.testing.assert_allclose(part, whole[f : f + 5, f : f + 5], atol=1e-12)
     right = rng.normal(size=(n, 2))

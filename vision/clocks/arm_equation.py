@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, PPoly
+from scipy.interpolate import BSpline
 
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.dynamics import terms
 from vision.clocks.cables import LARGER, larger
-from vision.clocks.signals import Signals, low_pass
+from vision.clocks.signals import Signals, cubic, low_pass
 from vision.clocks.state import State
 
 Array = NDArray[np.float64]
@@ -91,13 +91,13 @@ def arm_rows(
     first, last = max(frame_time[0], signals.time[0]), min(frame_time[-1], signals.time[-1])
     fine = np.arange(first, last, 1 / FINE)
     time = fine[:: round(FINE / RATE)]
-    bridged = CubicSpline(frame_time, alpha)
-    smooth = CubicSpline(fine, low_pass(bridged(fine), FINE, SMOOTH))
+    bridged = cubic(frame_time, alpha)
+    smooth = cubic(fine, low_pass(bridged(fine), FINE, SMOOTH))
 
     def moving(at: Array) -> tuple[Array, Array, Array]:
         return smooth(at), smooth(at, 1), smooth(at, 2)
 
-    def pull(curve: PPoly) -> Array:
+    def pull(curve: BSpline) -> Array:
         return low_pass(curve(fine), FINE, SMOOTH)[:: round(FINE / RATE)]
 
     a, a_d, a_dd = moving(time)

@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import BSpline
 
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths
-from vision.clocks.signals import Signals, lagged
+from vision.clocks.signals import Signals, cubic, lagged
 from vision.clocks.state import State
 
 Array = NDArray[np.float64]
@@ -162,7 +162,8 @@ class Cables:
         self._usual = base[0].mean(axis=0)
         base = [lagged(values, step, self.tau) for values in base]
         late = [lagged(values, step, np.full(m, long)) for long in law.creep for values in base]
-        self._curves = CubicSpline(s.time, np.stack([s.travel(s.time), *base, *late], axis=-1))
+        self._curves = cubic(s.time, np.stack([s.travel(s.time), *base, *late], axis=-1))
+        self._time = s.time
         self._span = (s.time[0], s.time[-1])
 
     def lag(self, own: Array) -> Array:
@@ -192,10 +193,9 @@ class Cables:
         winding = frames.with_dimensions(state.dimensions).winding
         return replace(rows, residual=rows.residual - winding, by_dimension=-frames.by_dimension)
 
-    def without_elongation(self, state: State) -> CubicSpline:
+    def without_elongation(self, state: State) -> BSpline:
         """Travel less elongation over the log's time, (..., M), m: what the winding should be."""
-        time = self._curves.x
-        return CubicSpline(time, self._rows(time, state).residual)
+        return cubic(self._time, self._rows(self._time, state).residual)
 
     def _rows(self, at: Array, state: State) -> Rows:
         """Travel less elongation at log times (F,), s, with its slopes."""

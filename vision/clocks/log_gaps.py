@@ -49,7 +49,7 @@ def mend(log: Series) -> Mended:
     for begin, end in zip(edges[::2], edges[1::2], strict=True):  # rows begin..end are equal
         if end - begin + 1 >= HELD_ROWS and end < len(moved) and np.any(moved[end] > JUMP * count):
             keep[begin + 1 : end + 1] = False
-    true = Series(log.time[keep], {name: column[keep] for name, column in log.columns.items()})
+    true = log.part(keep)
     steps = np.diff(log.time)
     missing = int(np.maximum(np.rint(steps / np.median(steps)) - 1, 0).sum())
     wide = np.flatnonzero(np.diff(true.time) > WIDE)

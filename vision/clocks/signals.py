@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import BSpline, make_interp_spline
 from scipy.signal import butter, lfilter, sosfiltfilt
 
 from identification.series import Series
@@ -31,19 +31,19 @@ class Signals:
 
     time: Array
     """(G,), s, where the curves were sampled; they hold between its ends"""
-    travel: CubicSpline
+    travel: BSpline
     """(rd/R) theta"""
-    force: CubicSpline
+    force: BSpline
     """n = f - Ia (R/rd) theta''"""
-    command: CubicSpline
+    command: BSpline
     """f"""
-    inertial: CubicSpline
+    inertial: BSpline
     """Ia (R/rd) theta''"""
-    rubbing: CubicSpline
+    rubbing: BSpline
     """dry(theta')"""
-    turning: CubicSpline
+    turning: BSpline
     """what friction gains where it turns over sooner"""
-    speed: CubicSpline
+    speed: BSpline
     """theta'"""
     has_force: bool
 
@@ -63,8 +63,8 @@ def signals_of(arm: Arm, log: Series) -> Signals:
     every = max(1, round(rate / GRID))
     time = log.time[::every]
 
-    def curve(values: Array) -> CubicSpline:
-        return CubicSpline(time, values[::every])
+    def curve(values: Array) -> BSpline:
+        return cubic(time, values[::every])
 
     return Signals(
         time,
@@ -85,8 +85,8 @@ def rewired(arm: Arm, signals: Signals, order: Sequence[int], sign: int) -> Sign
     columns = list(order)
     inertial = sign * s.inertial(s.time)
 
-    def curve(values: Array) -> CubicSpline:
-        return CubicSpline(s.time, values[:, columns])
+    def curve(values: Array) -> BSpline:
+        return cubic(s.time, values[:, columns])
 
     return Signals(
         s.time,
@@ -99,6 +99,11 @@ def rewired(arm: Arm, signals: Signals, order: Sequence[int], sign: int) -> Sign
         curve(sign * s.speed(s.time)),
         s.has_force,
     )
+
+
+def cubic(time: Array, values: Array) -> BSpline:
+    """Through samples (T, ...), in a form that keeps one number for each of them."""
+    return make_interp_spline(time, values, k=3)
 
 
 def low_pass(values: Array, rate: float, cutoff: float) -> Array:

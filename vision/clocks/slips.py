@@ -7,7 +7,7 @@ slow sequences of losses for itself.
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import BSpline
 
 from identification.clock_record import Slip, Slips
 from vision.clocks.cables import Frames
@@ -30,9 +30,7 @@ WINDOW = 5.0
 """s over which an offset is taken to find the skew"""
 
 
-def decode(
-    frames: Frames, curve: CubicSpline, offset: float, skew: float, whiten: Array, period: float, at: int
-) -> Whole:
+def decode(frames: Frames, curve: BSpline, offset: float, skew: float, whiten: Array, period: float, at: int) -> Whole:
     """How many frames were lost before each frame, counted from frame `at`, (F,); non-decreasing.
 
     curve: travel less elongation over log time, (..., M), m. offset and skew: the clock around frame `at`.
@@ -45,13 +43,13 @@ def decode(
 
 
 def _run(
-    frames: Frames, curve: CubicSpline, log_time: Array, whiten: Array, period: float, order: Whole, sign: int
+    frames: Frames, curve: BSpline, log_time: Array, whiten: Array, period: float, order: Whole, sign: int
 ) -> Whole:
     """Counts along `order` of frames, from 0 in steps of `sign`; the band of states moves with the best one."""
     states = sign * np.arange(-2, BAND + 1)  # relative to the band's base; a few back, as the best may be mistaken
     jump = np.array([0.0, *(LOSS + FURTHER * k for k in range(REACH))])
     base, cost = 0, np.where(states == 0, 0.0, 1e9)
-    first, last = curve.x[0], curve.x[-1]
+    first, last = curve.t[0], curve.t[-1]
     back: list[tuple[int, Whole]] = []
     chunk = 30
     for begin in range(0, len(order), chunk):
@@ -85,7 +83,7 @@ def _run(
     return out - out[0]
 
 
-def locked_skew(frames: Frames, curve: CubicSpline, offset: float, whiten: Array, at: int) -> float:
+def locked_skew(frames: Frames, curve: BSpline, offset: float, whiten: Array, at: int) -> float:
     """The skew that most windows agree on, whatever jumps lie between some of them; `offset` holds around frame `at`."""
     edges = np.arange(frames.time[0], frames.time[-1], WINDOW)
     middle = int(np.searchsorted(edges, frames.time[at])) - 1
@@ -97,7 +95,7 @@ def locked_skew(frames: Frames, curve: CubicSpline, offset: float, whiten: Array
             if part.stop - part.start < 30:
                 continue
             for _ in range(4):
-                at_log = np.clip(frames.time[part] + shift, curve.x[0], curve.x[-1])
+                at_log = np.clip(frames.time[part] + shift, curve.t[0], curve.t[-1])
                 left = np.einsum("fij,fj->fi", whiten[part], curve(at_log) - frames.winding[part])
                 slope = np.einsum("fij,fj->fi", whiten[part], curve(at_log, 1))
                 shift -= float(np.clip(np.sum(left * slope) / max(np.sum(slope**2), 1e-30), -0.02, 0.02))

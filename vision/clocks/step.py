@@ -19,6 +19,8 @@ FV_TRUST = 0.05
 """relative, of an fv that is given"""
 DELAY_SIGMA = 1e-3
 """s: a row or two of the log pass until a force acts; more is told by nothing else than a fault"""
+STRETCH = 1 << 11
+"""frames whose products are made at a time: memory does not grow with the recording"""
 LIKELY_SKEW = 3e-4
 """ratio: quartz keeps to some 100 ppm; where the motion tells less than that, the clocks' rates are believed alike"""
 
@@ -36,23 +38,35 @@ class Model:
 
 @dataclass(frozen=True)
 class System:
-    """The equations of a step: rows (R, P) of columns scaled by `size`, residuals and times of the rows, (J^T J + prior)^-1."""
+    """The equations of a step, of columns scaled by `size`: (J^T J + prior)^-1 (P, P), and what each block of rows pulls."""
 
-    J: Array
-    residual: Array
-    time: Array
+    scores: Array
+    """J^T residual of each block of BLOCK seconds, (B, P)"""
     inverse: Array
     weight: Array
     size: Array
 
     def covariance(self, count: int) -> Array:
         """Of the first `count` unknowns, with residuals free to be correlated within blocks of BLOCK seconds, (count, count)."""
-        block = ((self.time - self.time.min()) // BLOCK).astype(int)
-        order = np.argsort(block, kind="stable")
-        begins = np.flatnonzero(np.diff(block[order], prepend=-1))
-        scores = np.add.reduceat((self.J * self.residual[:, None])[order], begins, axis=0)
         head = self.inverse[:count] / self.size[:count, None]
-        return head @ (scores.T @ scores + np.diag(self.weight)) @ head.T
+        return head @ (self.scores.T @ self.scores + np.diag(self.weight)) @ head.T
+
+
+class _Sums:
+    """Products of weighted rows, which need not be there all at once."""
+
+    def __init__(self, columns: int, time: Array) -> None:
+        """time: of the frames, s."""
+        self._first = time[0]
+        self.products = np.zeros((columns, columns))
+        self.scores = np.zeros((int((time[-1] - time[0]) // BLOCK) + 1, columns))
+
+    def add(self, J: Array, residual: Array, time: Array) -> None:
+        """Of instants with several rows each: J (T, rows, columns), residual (T, rows), time (T,), s."""
+        flat = J.reshape(-1, J.shape[-1])
+        self.products += flat.T @ flat
+        block = ((time - self._first) // BLOCK).astype(int)
+        np.add.at(self.scores, np.clip(block, 0, len(self.scores) - 1), np.einsum("trp,tr->tp", J, residual))
 
 
 def newton_step(
@@ -66,21 +80,12 @@ def newton_step(
     locked: bool,
 ) -> tuple[State, System]:
     """One step on all of a state but its errors, in its order, and the equations it solved. With `locked` the skew stays."""
-    f, m = frames.winding.shape
-    k = state.own.shape[1]
+    m, k = state.own.shape
     d = 3 + len(state.dimensions)
     common = d + m + m * k
-    J = np.zeros((f, m, common))
-    J[..., 0] = found.by_offset
-    J[..., 1] = found.by_offset * (SKEW * (frames.time - frames.middle))[:, None]
-    J[..., 2] = found.by_delay
-    J[..., 3:d] = found.by_dimension
-    for j in range(m):
-        J[:, j, d + j] = found.by_fv[:, j]
-        J[:, j, d + m + j * k : d + m + (j + 1) * k] = found.by_own[:, j]
-    J = (whiten @ J).reshape(f * m, common)
-    r = np.einsum("fij,fj->fi", whiten, found.residual).ravel()
-    time = np.repeat(frames.time, m)
+    extra = 0 if rows is None else m + rows.by_nuisance.shape[-1]
+    sums = _Sums(common + extra, frames.time)
+    _add_cables(sums, frames, found, whiten)
     known = ~np.isnan(fv)
     if rows is None:  # the cables alone cannot tell viscosity and delay from offset
         delay_sigma, wrong, fv_sigma = 1e-9, 1e-9, np.where(known, FV_TRUST * np.abs(fv), 1e-9)
@@ -96,46 +101,30 @@ def newton_step(
     joints = state.joints
     torque_error = state.torque_error
     if rows is not None:
-        extra = m + rows.by_nuisance.shape[-1]
         joints = joints if len(joints) else np.zeros(extra)
         left = rows.at(replace(state, joints=joints))
         # before friction is known the residual is friction
         torque_error = np.full(left.shape[1], 0.01) if not np.any(joints) else np.std(left, axis=0)
-        A = np.concatenate(
-            [
-                rows.by_offset[..., None],
-                np.zeros((*rows.by_offset.shape, 1)),
-                rows.by_delay[..., None],
-                rows.by_dimension,
-                rows.by_fv,
-                np.zeros((*rows.by_offset.shape, m * k)),
-                rows.by_fs,
-                rows.by_nuisance,
-            ],
-            axis=-1,
-        )
-        A = (A / torque_error[:, None]).reshape(-1, common + extra)
-        J = np.vstack([np.pad(J, ((0, 0), (0, extra))), A])
-        r = np.concatenate([r, (left / torque_error).ravel()])
-        time = np.concatenate([time, np.repeat(rows.time - state.offset, left.shape[1])])
         prior = np.concatenate([prior, np.full(m, np.inf), model.cad_scale * rows.prior])
         centre = np.concatenate([centre, np.zeros(extra)])
+        sums.add(_of_arm(rows, m * k) / torque_error[:, None], left / torque_error, rows.time - state.offset)
     now = np.concatenate(
         [
             [state.offset, state.skew / SKEW, state.delay],
             state.dimensions,
             state.fv,
             state.own.ravel(),
-            joints[: len(prior) - common],
+            joints[:extra],
         ]
     )
-    size = np.linalg.norm(J, axis=0)
+    size = np.sqrt(np.diag(sums.products))
     size = np.where(size > 0, size, 1.0)
-    J = J / size
     weight = 1 / (prior * size) ** 2
     # unknowns that nothing excites keep their place: a millionth of the data's weight holds them
-    inverse = np.asarray(np.linalg.inv(J.T @ J + np.diag(weight + 1e-12)), dtype=float)
-    move = -inverse @ (J.T @ r + weight * size * (now - centre)) / size
+    told = sums.products / np.outer(size, size) + np.diag(weight + 1e-12)
+    inverse = np.asarray(np.linalg.inv(told), dtype=float)
+    scores = sums.scores / size
+    move = -inverse @ (scores.sum(axis=0) + weight * size * (now - centre)) / size
     after = now + move
     return (
         replace(
@@ -149,5 +138,32 @@ def newton_step(
             joints=after[common:] if rows is not None else state.joints,
             torque_error=torque_error,
         ),
-        System(J, r, time, inverse, weight, size),
+        System(scores, inverse, weight, size),
     )
+
+
+def _add_cables(sums: _Sums, frames: Frames, found: Rows, whiten: Array) -> None:
+    """The cables' rows."""
+    time, columns = frames.time, len(sums.products)
+    m, k = found.by_own.shape[1:]
+    d = 3 + found.by_dimension.shape[2]
+    for begin in range(0, len(time), STRETCH):
+        some = slice(begin, begin + STRETCH)
+        by_offset = found.by_offset[some]
+        J = np.zeros((*by_offset.shape, columns))
+        J[..., 0] = by_offset
+        J[..., 1] = by_offset * (SKEW * (time[some] - frames.middle))[:, None]
+        J[..., 2] = found.by_delay[some]
+        J[..., 3:d] = found.by_dimension[some]
+        for j in range(m):
+            J[:, j, d + j] = found.by_fv[some, j]
+            J[:, j, d + m + j * k : d + m + (j + 1) * k] = found.by_own[some, j]
+        sums.add(whiten[some] @ J, np.einsum("fij,fj->fi", whiten[some], found.residual[some]), time[some])
+
+
+def _of_arm(rows: ArmRows, own: int) -> Array:
+    """Columns of the arm's equation, (K, N, P); it knows neither skew nor the `own` numbers of the cables."""
+    none = np.zeros((*rows.by_offset.shape, 1 + own))
+    slopes = (rows.by_dimension, rows.by_fv, none[..., 1:], rows.by_fs, rows.by_nuisance)
+    first = np.stack([rows.by_offset, none[..., 0], rows.by_delay], axis=-1)
+    return np.concatenate([first, *slopes], axis=-1)
