@@ -149,7 +149,8 @@ def _series(windows: Windows, motion: Motion, source: Source) -> Series:
     columns: dict[str, Array] = {}
     stems = ("alpha", "theta", "f") if source == "theta" else ("alpha", "theta")
     for stem in stems:
-        columns |= numbered(stem, in_rows(getattr(motion, stem)[0]))
+        # a copy, that all other cases need not stay
+        columns |= numbered(stem, in_rows(getattr(motion, stem)[0]).copy())
         columns |= numbered(stem, windows.state.matrix(stem), "_measured")
-    columns |= numbered("tension", in_rows(motion.tension[0]))
+    columns |= numbered("tension", in_rows(motion.tension[0]).copy())
     return Series(windows.state.time, columns)

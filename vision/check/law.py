@@ -4,6 +4,7 @@ x = X beta: c0, the force t that reaches the cable with its square, cube, rate a
 (a late force), and friction where it was taken off n wrongly (dry, its transition, viscous). Forces count in NEWTON.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,7 +44,7 @@ def regressors(arm: Arm, motors: Motors, time: Array, x: Array, friction: Array 
     n, rubbing, transition = (low_pass(part, rate) for part in raw)
     n = n / NEWTON
     late = np.gradient(n, 1 / rate, axis=0)
-    rubs = np.stack([rubbing, transition, motors.theta_d], axis=-1)
+    rubs = (rubbing, transition, motors.theta_d)
     taken = np.zeros((arm.M, FRICTION)) if friction is None else friction / NEWTON
     for _ in range(PASSES if friction is None else 0):
         X = _stretched(time, motors.time, n, late, rubs, taken)
@@ -58,14 +59,24 @@ def regressors(arm: Arm, motors: Motors, time: Array, x: Array, friction: Array 
     return Regressors(X, X[..., 1] * NEWTON, taken * NEWTON)
 
 
-def _stretched(time: Array, even: Array, n: Array, late: Array, rubs: Array, taken: Array) -> Array:
+def _stretched(time: Array, even: Array, n: Array, late: Array, rubs: tuple[Array, ...], taken: Array) -> Array:
     """X at frames (F,) from signals at even times (T,); friction `taken` (M, FRICTION) off n, in NEWTON."""
     rate = 1 / float(np.mean(np.diff(even)))
-    t = n - np.einsum("tjp,jp->tj", rubs, taken)
-    stretch = [t, t**2, t**3, np.gradient(t, 1 / rate, axis=0), *(slow(t, rate, tau) for tau in CREEP_S), late]
-    X = np.concatenate([np.ones_like(n)[..., None], np.stack(stretch, axis=-1), rubs], axis=-1)
-    flat = X.reshape(len(even), -1)
-    return np.stack([np.interp(time, even, c) for c in flat.T], axis=-1).reshape(-1, *X.shape[1:])
+    t = n - sum(part * share for part, share in zip(rubs, taken.T, strict=True))
+
+    def regressors() -> Iterator[Array]:
+        """One at a time: all of them would be most of memory."""
+        yield np.ones_like(t)
+        yield t
+        yield t**2
+        yield t**3
+        yield np.gradient(t, 1 / rate, axis=0)
+        for tau in CREEP_S:
+            yield slow(t, rate, tau)
+        yield late
+        yield from rubs
+
+    return np.stack([np.stack([np.interp(time, even, c) for c in whole.T], axis=-1) for whole in regressors()], axis=-1)
 
 
 def _ridge(D: Array, y: Array) -> Array:
