@@ -3,6 +3,7 @@
 Recordings whose motion is given: laws, routes and dynamics of the generator, none of ours. One is identified, others are simulated.
 """
 
+import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
@@ -119,6 +120,20 @@ def test_the_floor_grows_with_the_window_and_without_restart_the_whole_is_one(he
     free = simulate_recording(short, model, None)
     assert free.window_s == pytest.approx(5.0, abs=0.01)
     assert len(free.series) == 2500
+
+
+def test_memory_does_not_grow_with_the_windows(held_out: DataSet, model: Model) -> None:
+    """All windows of 30 s with all their doubts at once take 100 MB, of 10 s a third of that; what stays of them is 3 MB."""
+
+    def peak(data: DataSet) -> int:
+        tracemalloc.start()
+        simulate_recording(data, model)
+        most = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return most
+
+    short = replace(held_out, state=held_out.state.part(slice(0, len(held_out.state) // 3)))
+    assert peak(held_out) < 1.7 * peak(short)
 
 
 def test_a_model_file_keeps_its_covariance(
