@@ -1,6 +1,7 @@
 """The check names what was hidden in recordings that nothing of the packages made, and blames no healthy arm."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,13 +12,16 @@ from benchmarks.clock_worlds import NECK_FILE, NOISE, Recorded, arm, recorded
 from identification.dataset import DataSet
 from identification.series import Series, numbered
 from mechanism.description import read_neck
+from samples.generator.hidden.experiment import hide
 from samples.generator.laws import dry_and_viscous, linear, way
 from samples.generator.motors import SHARPNESS
 from samples.generator.prescribed import World, prescribe
-from vision.angles import Angles
+from vision.angles import Angles, read_angles
 from vision.check.elongations import Baseline, baseline_of, check_elongations
 from vision.check.from_dataset import check_dataset
 from vision.check.wording import sentence, usable
+from vision.encoder_log import read_log
+from vision.synchronise import synchronise
 from xneck.errors import Refused
 
 SEED = 70
@@ -170,15 +174,38 @@ def test_two_faults_are_both_named_with_their_sizes(made: Recorded, cases: list[
     assert usable(found) is False
 
 
-def test_faults_of_one_cable_do_not_take_each_others_size(made: Recorded, cases: list[Hidden]) -> None:
-    """A rope that slips and slips back: found one after the other, the first is a third too small for what the second left."""
-    log = with_slip(with_slip(cases[0].log, 0, 15, 1e-3), 0, 40, -1e-3)
+@pytest.mark.parametrize(("slips", "back", "size"), [(15, 40, 1e-3), (10, 30, 1e-3), (10, 30, 5e-4)])
+def test_faults_of_one_cable_do_not_hide_each_other(
+    slips: float, back: float, size: float, made: Recorded, cases: list[Hidden]
+) -> None:
+    """A rope that slips and slips back: either alone is not sure for what the other leaves, and a third too small."""
+    log = with_slip(with_slip(cases[0].log, 0, slips, size), 0, back, -size)
     found = check_elongations(cases[0].arm, *inputs(made, replace(cases[0], log=log), SEED)).faults
     assert [(f["fault"], f["where"]) for f in found] == [("winch_slip", "cable 1")] * 2
     early, late = sorted(found, key=lambda f: f["when_s"])
-    assert (early["size"], late["size"]) == pytest.approx((1e-3, -1e-3), abs=1e-4)
-    assert late["when_s"] - early["when_s"] == pytest.approx(25, abs=0.2)
+    assert (early["size"], late["size"]) == pytest.approx((size, -size), rel=0.1)
+    assert late["when_s"] - early["when_s"] == pytest.approx(back - slips, abs=0.2)
     assert usable(found) == "in part"
+
+
+def test_what_no_fault_explains_is_said(made: Recorded, cases: list[Hidden]) -> None:
+    """A rope that breathes by 0.7 mm at 3 Hz, on its own."""
+    log, time = cases[0].log, cases[0].log.time
+    theta = log.matrix("theta") + np.outer(7e-4 * np.sin(6 * np.pi * time) / arm().drum[1], np.eye(4)[1])
+    breathing = replace(cases[0], log=Series(time, {**log.columns, **numbered("theta", theta)}))
+    (found,) = check_elongations(breathing.arm, *inputs(made, breathing, SEED)).faults
+    assert (found["fault"], found["where"]) == ("unexplained_elongation", "cable 2")
+    assert found["size"] == pytest.approx(7e-4 / np.sqrt(2), rel=0.2)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 9])
+def test_a_short_recording_blames_no_one(seed: int, tmp_path: Path) -> None:
+    """8 s: four blocks hardly tell how large chance is. Of these three arms one recording each was blamed before that counted."""
+    hide((), seed, tmp_path, seconds=(8.0, 8.0), cad=0.0)
+    for folder in (tmp_path / "fitted", tmp_path / "held_out"):
+        neck = read_neck(folder / "neck.yaml")
+        angles, log = read_angles(folder / "angles.csv", neck.N), read_log(folder / "log.csv", neck)
+        assert synchronise(neck, "", angles, log, {}).check["faults"] == []
 
 
 def as_data_set(made: Recorded, case: Hidden, late: float, frames: bool) -> DataSet:

@@ -4,11 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vision.check.events import missed_counts, nearby, slacks, slips
 from vision.check.observed import Observed
 from vision.check.scoring import Fitted, Known, Score, fit_law, score, threshold
 from vision.check.signatures import Candidate, candidates
+
+Array = NDArray[np.float64]
 
 MOST_FAULTS = 4
 REFINEMENTS = 2
@@ -45,13 +48,18 @@ def name_faults(seen: Observed, known: Known | None = None) -> tuple[tuple[Named
     fit = fit_law(seen, known)
     while len(named) < MOST_FAULTS:
         scores = [score(fit, c) for c in every]
-        best = _best(scores)
+        best, found = _best(scores), [n.best.candidate.signature for n in named]
         if best.z < threshold(scores):
-            break
-        found = [n.best.candidate.signature for n in named]
+            other = _beside(seen, known, found, best.candidate, every)
+            if other is None:
+                break
+            # the masked one is found next, once this one is
+            best, along = other, [*found, best.candidate.signature]
+        else:
+            along = found
         for _ in range(REFINEMENTS):
-            error = fit_law(seen, known, [*found, best.candidate.signature]).error
-            fit = fit_law(seen, known, found, error)
+            error = fit_law(seen, known, [*along, best.candidate.signature]).error
+            fit = fit_law(seen, known, along, error)
             scores = [score(fit, c) for c in (*every, *nearby(seen, best.candidate))]
             best = _best(scores)
         if named and best.gain < NEXT * named[0].best.gain:
@@ -60,6 +68,21 @@ def name_faults(seen: Observed, known: Known | None = None) -> tuple[tuple[Named
         every = [c for c in every if _apart(c, best.candidate)]
         fit = fit_law(seen, known, [*found, best.candidate.signature])
     return _together(seen, named, known, fit), fit
+
+
+def _beside(
+    seen: Observed, known: Known | None, found: list[Array], masked: Candidate, every: Sequence[Candidate]
+) -> Score | None:
+    """The fault beside which a masked one stands out, and that stands out beside it: what either leaves hid the other."""
+    others = [c for c in every if _apart(c, masked)]
+    fit = fit_law(seen, known, [*found, masked.signature])
+    scores = [score(fit, c) for c in others]
+    other = _best(scores)
+    if other.z < threshold(scores):
+        return None
+    fit = fit_law(seen, known, [*found, other.candidate.signature])
+    scores = [score(fit, c) for c in (masked, *others)]
+    return other if scores[0].z >= threshold(scores) else None
 
 
 def _together(seen: Observed, named: Sequence[Named], known: Known | None, fit: Fitted) -> tuple[Named, ...]:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from mechanism.cable_lengths import Z
 from vision.check.law import SPREAD
@@ -163,12 +165,16 @@ def score(fit: Fitted, candidate: Candidate) -> Score:
 
 
 def threshold(scores: Sequence[Score]) -> float:
-    """The largest z that a healthy arm shows in FALSE_ALARMS of recordings: blocks of what this one leaves, with signs drawn."""
+    """The largest z that a healthy arm shows in FALSE_ALARMS of recordings: blocks of what this one leaves, with signs drawn.
+
+    Signs keep the blocks' size, which is known from these few blocks only: what is drawn counts as normal, a z as Student's.
+    """
     rng = np.random.default_rng(0)
     parts = np.stack([s.parts for s in scores])
     prior = np.array([s.prior for s in scores])[:, None]
     drawn = parts @ rng.choice([-1.0, 1.0], (parts.shape[1], DRAWS)) + prior * rng.normal(size=(len(scores), DRAWS))
-    return float(np.quantile(np.abs(drawn).max(axis=0), 1 - FALSE_ALARMS))
+    normal = float(np.quantile(np.abs(drawn).max(axis=0), 1 - FALSE_ALARMS))
+    return float(student.isf(norm.sf(normal), max(parts.shape[1] - 1, 1)))
 
 
 def _own_error(vision: Array, residual: Array, error: Array) -> Array:
