@@ -195,7 +195,8 @@ def test_what_no_fault_explains_is_said(made: Recorded, cases: list[Hidden]) -> 
     breathing = replace(cases[0], log=Series(time, {**log.columns, **numbered("theta", theta)}))
     (found,) = check_elongations(breathing.arm, *inputs(made, breathing, SEED)).faults
     assert (found["fault"], found["where"]) == ("unexplained_elongation", "cable 2")
-    assert found["size"] == pytest.approx(7e-4 / np.sqrt(2), rel=0.2)
+    # some of it looks like friction, and the law takes it
+    assert 0.5 < found["size"] / (7e-4 / np.sqrt(2)) < 1.05
 
 
 @pytest.mark.parametrize("seed", [1, 2, 9])
