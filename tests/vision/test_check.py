@@ -1,5 +1,6 @@
 """The check names what was hidden in recordings that nothing of the packages made, and blames no healthy arm."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from benchmarks.check import COUNT, Hidden, hidden, inputs, judged
 from benchmarks.clock_worlds import NECK_FILE, NOISE, Recorded, arm, recorded
 from identification.dataset import DataSet
 from identification.series import Series, numbered
+from mechanism.arm import arm_of
 from mechanism.description import read_neck
 from samples.generator.hidden.experiment import hide
 from samples.generator.laws import dry_and_viscous, linear, way
@@ -186,6 +188,25 @@ def test_faults_of_one_cable_do_not_hide_each_other(
     assert (early["size"], late["size"]) == pytest.approx((size, -size), rel=0.1)
     assert late["when_s"] - early["when_s"] == pytest.approx(back - slips, abs=0.2)
     assert usable(found) == "in part"
+
+
+@pytest.mark.parametrize(("seed", "size"), [(41, 2e-3), (41, -4e-3), (44, 4e-3), (47, 4e-3)])
+def test_a_rope_that_moves_far_does_not_take_the_clock_along(seed: int, size: float, tmp_path: Path) -> None:
+    """Half-way through 16 s. Such steps passed for lost frames or for another arm: refused, or seconds off, or a traceback."""
+    hide((), seed, tmp_path, seconds=(16.0, 16.0), cad=0.0)
+    here = tmp_path / "fitted"
+    neck = read_neck(here / "neck.yaml")
+    angles, log = read_angles(here / "angles.csv", neck.N), read_log(here / "log.csv", neck)
+    theta = log.matrix("theta").copy()
+    theta[:, 2] += np.where(log.time - log.time[0] > 8, size / arm_of(neck).drum[2], 0.0)
+    found = synchronise(neck, "", angles, Series(log.time, {**log.columns, **numbered("theta", theta)}), {})
+    true = json.loads((tmp_path / "truth.json").read_text())["clocks"]["fitted"]
+    at = true["offset_s"] + true["skew"] * (found.clock["camera_middle_s"] - true["middle_s"])
+    assert abs(found.clock["offset_s"] - at) < 3 * found.clock["offset_sigma_s"] < 6e-4
+    (warning,) = (w for w in found.clock["warnings"] if "drum" in w)
+    assert warning.startswith(f"cable 3 seems to have moved on its drum by {1e3 * size:+.1f} mm at ")
+    assert {(f["fault"], f["where"]) for f in found.check["faults"]} == {("winch_slip", "cable 3")}
+    np.testing.assert_array_equal(found.log.matrix("theta"), theta)  # the data stay as they were recorded
 
 
 def test_what_no_fault_explains_is_said(made: Recorded, cases: list[Hidden]) -> None:

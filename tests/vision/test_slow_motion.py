@@ -1,13 +1,32 @@
 """A motion so slow that it hardly tells the clock: nothing is invented that it cannot tell."""
 
 import json
+import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from samples.generator.hidden.experiment import hide
 from vision.cli import group
+from xneck.errors import Refused
+
+
+@pytest.mark.parametrize(("seed", "kinds"), [(71, ["stribeck_friction"]), (72, []), (73, ["cable_creep"])])
+def test_a_mirrored_arm_is_refused(seed: int, kinds: list[str], tmp_path: Path) -> None:
+    """Its fits end anywhere: a sentence, where there was a traceback."""
+    hide(kinds, seed, tmp_path, seconds=(40.0, 40.0), manner="slow")
+    here = tmp_path / "fitted"
+    for name, stem in (("angles.csv", "alpha"), ("log.csv", "theta")):
+        header, *rows = (here / name).read_text().splitlines()
+        sign = np.where([column.strip().startswith(stem) for column in header.split(",")], -1.0, 1.0)
+        turned = sign * np.array([row.split(",") for row in rows], dtype=float)
+        np.savetxt(here / name, turned, fmt="%.9g", delimiter=",", header=header, comments="")
+    words = ["sync", here / "angles.csv", here / "log.csv", "--neck", here / "neck.yaml", "--out", tmp_path / "d.mcap"]
+    done = CliRunner().invoke(group, [str(word) for word in words])
+    assert isinstance(done.exception, Refused), done.exception
+    assert re.search("fit better with all signs turned|left unexplained at best", str(done.exception))
 
 
 @pytest.mark.parametrize(("seed", "name"), [(521, "fitted"), (528, "held_out")])

@@ -14,13 +14,14 @@ from identification.fusion import Seen
 from identification.motors import Motors
 from identification.series import Series, numbered
 from mechanism.arm import Arm
-from mechanism.cable_lengths import lengths
 from vision.check.wording import fault_of_clock
-from vision.clocks.cables import frames_of
+from vision.clocks.cables import frames_of, wound
 from vision.clocks.clock import EDGE, LEAST_FRAMES, PERIODIC
 from vision.clocks.coarse import MIN_OVERLAP, match, speeds
 from vision.clocks.fine import fit_fine
 from vision.clocks.labels import ALIKE
+from vision.clocks.no_clue import NoClue
+from vision.clocks.rope_steps import rope_steps, without
 from vision.clocks.signals import signals_of
 
 Array = NDArray[np.float64]
@@ -40,7 +41,7 @@ def clock_left(arm: Arm, seen: Seen, motors: Motors, fv: Array) -> dict[str, Any
     time, alpha, sigma = seen.time[whole], seen.alpha[whole], seen.sigma[whole]
     if len(time) < LEAST_FRAMES or min(np.ptp(time), np.ptp(motors.time)) < 2 * MIN_OVERLAP:
         return None
-    found = match(speeds(time, -lengths(arm, alpha)), speeds(motors.time, arm.drum * motors.theta))
+    found = match(speeds(time, wound(arm, alpha)), speeds(motors.time, arm.drum * motors.theta))
     if found.likeness < ALIKE or found.second > PERIODIC:
         return None
     at = time + found.shift
@@ -48,9 +49,14 @@ def clock_left(arm: Arm, seen: Seen, motors: Motors, fv: Array) -> dict[str, Any
     inside &= (time > time[0] + EDGE) & (time < time[-1] - EDGE)
     if inside.sum() < LEAST_FRAMES or np.ptp(time[inside]) < MIN_OVERLAP:
         return None
-    signals = signals_of(arm, Series(motors.time, numbered("theta", motors.theta) | numbered("f", motors.f)))
+    log = Series(motors.time, numbered("theta", motors.theta) | numbered("f", motors.f))
+    signals = signals_of(arm, without(log, arm, rope_steps(arm, log, at, wound(arm, alpha))))
     middle = float(time[inside][0] + time[inside][-1]) / 2
-    fine = fit_fine(arm, signals, frames_of(arm, time[inside], alpha[inside], sigma[inside], middle), found.shift, fv)
+    frames = frames_of(arm, time[inside], alpha[inside], sigma[inside], middle)
+    try:
+        fine = fit_fine(arm, signals, frames, found.shift, fv)
+    except NoClue:
+        return None
     offset = fine.fit.state.offset
     if abs(offset) < max(LEAST_S, BEYOND * fine.offset_sigma):
         return None

@@ -16,9 +16,11 @@ from vision.angles import Angles
 from vision.clocks.anchor import Anchor, edges_of, fit_anchor
 from vision.clocks.cables import Frames, frames_of, part_of, whitening, wound
 from vision.clocks.coarse import MIN_OVERLAP, RATE, Match, Speeds, match, nearby, speeds
-from vision.clocks.fine import AS_WELL, Fine, fit_cables, fit_fine, unexplained
+from vision.clocks.fine import AS_WELL, LADDER, Fine, fit_cables, fit_fine, unexplained
 from vision.clocks.labels import check_alternatives, check_labels
 from vision.clocks.log_gaps import Mended, mend
+from vision.clocks.no_clue import NoClue
+from vision.clocks.rope_steps import rope_steps, without
 from vision.clocks.signals import Signals, signals_of
 from vision.clocks.slips import Slips, decode, locked_skew, slips_of
 from vision.clocks.step import LIKELY_SKEW
@@ -43,10 +45,14 @@ DISAGREES = 4.0
 """sigma between light and motion that are reported"""
 REFERENCE, REFERENCES = 4.0, 10
 """s of a window in which cables are first fitted, short enough to be without losses, and how many are tried"""
+LARGEST_M = 2e-3
+"""m, RMS, that no arm's cables leave: elongations in all are of this size"""
 ASTRAY = 2.0
 """s by which lost frames may have moved a window from the first match"""
 FIRST_DECODING, DECODING = 3e-4, 5e-5
 """m: how well cables are known while lost frames are sought, from one window and from the whole recording"""
+
+TOO_SLOW = "the motion is too slow to tell whether frames were lost"
 
 
 @dataclass(frozen=True)
@@ -82,10 +88,6 @@ class Clock:
         """Stamps of frames on the log's clock, s."""
         true = self.slips.corrected(camera_time)
         return true + self.offset + self.skew * (true - self.middle)
-
-
-class NoClue(Refused):
-    """The motion does not tell the clock; a light may."""
 
 
 def fit_clock(arm: Arm, angles: Angles, log: Series, fv: Array | None = None) -> Clock:
@@ -159,19 +161,22 @@ def _by_motion(arm: Arm, angles: Angles, mended: Mended, fv: Array | None) -> Cl
     warnings = []
     if found.second > NEARLY_PERIODIC:
         warnings.append(f"another shift fits {100 * found.second:.0f} % as well: the motion nearly repeats itself")
-    signals = signals_of(arm, even)
+    steps = rope_steps(arm, even, time + found.shift, winding)
+    warnings += [step.words() for step in steps]
+    signals = signals_of(arm, without(even, arm, steps))
+    held = replace(mended, gaps=(*mended.gaps, *(step.trace for step in steps)))
     viscosity = np.full(arm.M, np.nan) if fv is None else fv
     every = frames_of(arm, time, alpha, sigma, (time[0] + time[-1]) / 2)
     slips = Slips(period=float(np.median(np.diff(angles.time))))
     if signals.has_force:
-        both = _Both(arm, signals, mended, every, slips.period, viscosity)
+        both = _Both(arm, signals, held, every, slips.period, viscosity)
         slips, fine, more = _by_cables_and_arm(both, seen, logged, found)
         warnings += more
         delay = (fine.fit.state.delay, fine.delay_sigma)
         state, frames, residual, source = fine.fit.state, fine.frames, fine.fit.residual, "cables and arm"
         offset, offset_sigma, skew, skew_sigma = state.offset, fine.offset_sigma, state.skew, fine.skew_sigma
     else:
-        delay, frames = None, _compared(every, signals, mended, slips, found.shift)
+        delay, frames = None, _compared(every, signals, held, slips, found.shift)
         offset, offset_sigma, skew, skew_sigma, residual = fit_without_force(signals, frames, found.shift)
         source = "cables without forces"
         warnings.append(
@@ -208,29 +213,54 @@ class _Both:
 
     def fitted(self, slips: Slips, start: float) -> Fine:
         """The clock with these frames lost, from an offset on."""
-        frames = _compared(self.every, self.signals, self.mended, slips, start)
-        return fit_fine(self.arm, self.signals, frames, start, self.fv)
+        return fit_fine(self.arm, self.signals, self.compared(slips, start), start, self.fv)
+
+    def compared(self, slips: Slips, start: float) -> Frames:
+        """Frames within the log with these lost."""
+        return _compared(self.every, self.signals, self.mended, slips, start)
+
+    def check_alternatives(self, slips: Slips, *offsets: float) -> None:
+        """Refused where the cables of another arm fit better, from any of the offsets."""
+        check_alternatives(self.arm, self.signals, self.compared(slips, offsets[0]), offsets, LADDER[0].law, self.fv)
 
 
 def _by_cables_and_arm(both: _Both, seen: Speeds, logged: Speeds, found: Match) -> tuple[Slips, Fine, list[str]]:
     """Frames lost without a trace, the clock with them, and warnings."""
     slips, start = _first_slips(both, seen, logged, found)
-    fine = both.fitted(slips, start)
-    check_alternatives(both.arm, both.signals, fine.frames, fine, both.fv)
-    again, warnings = _slips_again(both.every, fine, slips), []
+    none, warnings = Slips(period=both.period), list[str]()
+    try:
+        fine = both.fitted(slips, start)
+    except NoClue:
+        slips, fine = none, _without_slips(both, none, found.shift)
+        warnings.append(TOO_SLOW)
+    both.check_alternatives(slips, fine.fit.state.offset, found.shift)
+    again = _slips_again(both.every, fine, slips) if not warnings else slips
     if again != slips:
         slips, fine = again, both.fitted(again, fine.fit.state.offset)
     if slips.slips and abs(fine.fit.state.skew) > LIKELY_SKEW:
         # slow motion tells lost frames badly: what was taken for some may be none, and runs the clocks apart
-        without = both.fitted(Slips(period=both.period), found.shift)
+        without = both.fitted(none, found.shift)
         if _apart(fine) or unexplained(without.fit.state) < AS_WELL * unexplained(fine.fit.state):
-            slips, fine = Slips(period=both.period), without
-            warnings.append("the motion is too slow to tell whether frames were lost")
+            slips, fine = none, without
+            warnings.append(TOO_SLOW)
     if _apart(fine):
         ppm = 1e6 * abs(fine.fit.state.skew)
         apart = f"cables and arm would have the clocks run apart by {ppm:.0f} ppm, which no clock does"
         raise NoClue("sync", apart, "move faster and wider, or give both a light")
+    left = float(np.sqrt(np.mean(fine.fit.residual**2)))
+    if left > LARGEST_M:
+        word = f"{1e3 * left:.1f} mm of the cables' lengths are left unexplained at best"
+        raise NoClue("sync", word, "is neck.yaml of this arm, with its signs and routes?")
     return slips, fine, warnings
+
+
+def _without_slips(both: _Both, none: Slips, offset: float) -> Fine:
+    """The clock where no frame is lost. Raises Refused where this is another arm, NoClue where it is not told either."""
+    try:
+        return both.fitted(none, offset)
+    except NoClue:
+        both.check_alternatives(none, offset)
+        raise
 
 
 def _apart(fine: Fine) -> bool:
@@ -278,7 +308,10 @@ def _first_slips(both: _Both, seen: Speeds, logged: Speeds, found: Match) -> tup
             continue
         window = replace(part_of(every, kept), middle=(span[0] + span[1]) / 2)
         start = nearby(seen, logged, found.shift, span, ASTRAY)
-        fit, cables = fit_cables(both.arm, signals, window, start, both.fv)
+        try:
+            fit, cables = fit_cables(both.arm, signals, window, start, both.fv)
+        except NoClue:
+            continue
         error = float(np.sqrt(np.mean(fit.residual**2)))
         if best is None or error < best[0]:
             best = (error, fit, cables, (kept.start + kept.stop) // 2)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mechanism.arm import Arm
 from vision.clocks.arm_equation import ArmRows, arm_rows
 from vision.clocks.cables import FIRST_ERROR, NEWTON, SKEW, Cables, Frames, Law, errors_seen, whitening
+from vision.clocks.no_clue import NoClue
 from vision.clocks.signals import Signals
 from vision.clocks.state import State
 from vision.clocks.step import Model, System, newton_step
@@ -28,6 +29,8 @@ SYSTEMATIC = 3e-5
 description by up to 1 % in everything errors are 0.9 sigma with it and 1.07 without, over 36 of the benchmark's worlds 0.8"""
 SYSTEMATIC_DELAY = 1e-5
 """s: the same of the delay; errors are 0.006 ms where the laws are true, half a sigma"""
+ASTRAY = 2.0
+"""s: no fit that finds the clock ends so far from where speeds are alike"""
 AS_WELL = 1.15
 """a model counts if it leaves at most this many times the error that the reported one leaves"""
 
@@ -147,7 +150,7 @@ def _settle(
 ) -> tuple[Fit, Cables]:
     """Gauss-Newton steps; weights, and the curves' lag, follow the estimate. With `locked` the skew stays."""
     shrink = np.ones(len(frames.time))
-    found, lagged, last = cables.rows(frames, state), 0, None
+    found, lagged, last, begun = cables.rows(frames, state), 0, None, state.offset
     for step in range(rounds):
         whiten = whitening(frames, state.model_error, state.scale) * shrink[:, None, None]
         before = state.offset
@@ -163,5 +166,11 @@ def _settle(
             found = cables.rows(frames, state)
         elif step > 1 and abs(state.offset - before) < TOLERANCE:
             break
+    if not abs(state.offset - begun) < ASTRAY:
+        raise NoClue(
+            "sync",
+            f"cables and arm would have the clock {state.offset - begun:+.1f} s from where both show the same motion",
+            "look at the elongations and forces of this recording, or give both a light",
+        )
     assert last is not None
     return Fit(state, last, found.residual), cables

@@ -3,6 +3,8 @@
 Nothing is corrected in silence: the exchange is named, so that the file that states it can be set right.
 """
 
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import permutations, product
 
@@ -12,9 +14,10 @@ from scipy.optimize import linear_sum_assignment
 from scipy.signal import correlate
 
 from mechanism.arm import Arm
-from vision.clocks.cables import Frames, frames_of, part_of, wound
+from vision.clocks.cables import Frames, Law, frames_of, part_of, wound
 from vision.clocks.coarse import Match, Speeds, speeds
-from vision.clocks.fine import Fine, Fit, fit_cables
+from vision.clocks.fine import Fit, fit_cables
+from vision.clocks.no_clue import NoClue
 from vision.clocks.signals import Signals, rewired
 from xneck.errors import Refused
 
@@ -30,10 +33,12 @@ CLEARER = 0.03
 """by which it must lead over any other exchange"""
 SUSPICIOUS = 1.2e-5
 """m that the cables must leave over before other arms are tried"""
+HEALTHY = 3e-5
+"""m that another arm may leave over to be taken for the true one"""
 ENOUGH = 600
 """frames that tell arms apart"""
-MUCH_LESS = 0.5
-"""times what the described arm leaves over, below which another is taken for the true one"""
+MUCH_LESS = 0.35
+"""times what the described arm leaves over, and no more: with slow motion and friction of another kind others leave .4 and more"""
 MOST_JOINTS = 4
 """up to which all orders of the angles are tried"""
 
@@ -81,19 +86,29 @@ def _check_cables(found: Match, moving: NDArray[np.bool_]) -> None:
         )
 
 
-def check_alternatives(arm: Arm, signals: Signals, frames: Frames, fine: Fine, fv: Array) -> None:
+def check_alternatives(
+    arm: Arm, signals: Signals, frames: Frames, starts: Sequence[float], law: Law, fv: Array
+) -> None:
     """Refused where an arm that is mirrored, or whose joints and cables are numbered otherwise, leaves much less over.
 
     Speeds of such an arm agree nearly as well with the log; only lengths tell, by the little that pulleys and the sides' common
     length add. Other arms are tried only where the described one leaves more over than a healthy one.
     """
-    offset = fine.fit.state.offset
     window = part_of(frames, slice(None, None, max(1, len(frames.time) // ENOUGH)))
-    described, _ = fit_cables(arm, signals, window, offset, fv, replace(fine.cables.law, drum=True))
-    error = _left(described)  # with dimensions as described: those of another arm would be taken for errors of them
+
+    def left_by(one: Arm, signals: Signals, frames: Frames, law: Law) -> float:
+        """At best, from any of the offsets, m."""
+        left = [np.inf]
+        for start in starts:
+            with suppress(NoClue):
+                left.append(_left(fit_cables(one, signals, frames, start, fv, law)[0]))
+        return min(left)
+
+    # with dimensions as described: those of another arm would be taken for errors of them
+    error = left_by(arm, signals, window, replace(law, drum=True))
     if error < SUSPICIOUS:
         return
-    at = np.clip(window.time + offset, signals.time[0], signals.time[-1])
+    at = np.clip(window.time + starts[0], signals.time[0], signals.time[-1])
     moved = signals.travel(at) - signals.travel(at).mean(axis=0)
     orders = permutations(range(arm.N)) if arm.N <= MOST_JOINTS else [tuple(range(arm.N))]
     for order, sign in product(orders, (1, -1)):
@@ -106,9 +121,8 @@ def check_alternatives(arm: Arm, signals: Signals, frames: Frames, fine: Fine, f
         cables = linear_sum_assignment(-alike)[1]
         if np.mean(alike[np.arange(arm.M), cables]) < ALIKE:
             continue
-        fit, _ = fit_cables(arm, rewired(arm, signals, cables.tolist(), sign), other, offset, fv, fine.cables.law)
-        left = _left(fit)
-        if left < MUCH_LESS * error:
+        left = left_by(arm, rewired(arm, signals, cables.tolist(), sign), other, law)
+        if left < min(MUCH_LESS * error, HEALTHY):
             words = (
                 ["with all signs turned (a mirrored picture, and the other theta_sign for every motor)"]
                 if sign < 0
