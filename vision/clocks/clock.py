@@ -215,6 +215,13 @@ class _Both:
         """The clock with these frames lost, from an offset on."""
         return fit_fine(self.arm, self.signals, self.compared(slips, start), start, self.fv)
 
+    def attempted(self, slips: Slips, start: float) -> Fine | None:
+        """The same, None where the fit goes astray."""
+        try:
+            return self.fitted(slips, start)
+        except NoClue:
+            return None
+
     def compared(self, slips: Slips, start: float) -> Frames:
         """Frames within the log with these lost."""
         return _compared(self.every, self.signals, self.mended, slips, start)
@@ -228,19 +235,19 @@ def _by_cables_and_arm(both: _Both, seen: Speeds, logged: Speeds, found: Match) 
     """Frames lost without a trace, the clock with them, and warnings."""
     slips, start = _first_slips(both, seen, logged, found)
     none, warnings = Slips(period=both.period), list[str]()
-    try:
-        fine = both.fitted(slips, start)
-    except NoClue:
+    fine = both.attempted(slips, start)
+    if fine is None:
         slips, fine = none, _without_slips(both, none, found.shift)
         warnings.append(TOO_SLOW)
     both.check_alternatives(slips, fine.fit.state.offset, found.shift)
-    again = _slips_again(both.every, fine, slips) if not warnings else slips
-    if again != slips:
-        slips, fine = again, both.fitted(again, fine.fit.state.offset)
+    if not warnings:
+        again = _slips_again(both.every, fine, slips)
+        better = both.attempted(again, fine.fit.state.offset) if again != slips else None
+        slips, fine = (slips, fine) if better is None else (again, better)
     if slips.slips and abs(fine.fit.state.skew) > LIKELY_SKEW:
         # slow motion tells lost frames badly: what was taken for some may be none, and runs the clocks apart
-        without = both.fitted(none, found.shift)
-        if _apart(fine) or unexplained(without.fit.state) < AS_WELL * unexplained(fine.fit.state):
+        without = both.attempted(none, found.shift)
+        if without and (_apart(fine) or unexplained(without.fit.state) < AS_WELL * unexplained(fine.fit.state)):
             slips, fine = none, without
             warnings.append(TOO_SLOW)
     if _apart(fine):
