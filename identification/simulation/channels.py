@@ -46,7 +46,7 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class Seen:
+class Compared:
     """What was measured of some quantities beside what was simulated of them, in a part of a recording."""
 
     cases: Array
@@ -67,15 +67,15 @@ class Tally:
         self._stem, self._unit, self._shared = stem, unit, shared
         self._columns: list[_Sums] = []
 
-    def add(self, seen: Seen) -> None:
+    def add(self, part: Compared) -> None:
         """A part."""
-        self._columns = self._columns or [_Sums() for _ in seen.measured.T]
-        noise = np.broadcast_to(seen.variance, seen.measured.shape)
+        self._columns = self._columns or [_Sums() for _ in part.measured.T]
+        noise = np.broadcast_to(part.variance, part.measured.shape)
         for i, sums in enumerate(self._columns):
-            known = np.isfinite(seen.measured[:, i]) & (seen.window >= 0)
-            error = seen.cases[0, known, i] - seen.measured[known, i]
-            doubts = seen.cases[1:, known, i] - seen.cases[0, known, i]
-            sums.add(error, doubts, self._shared - 1, noise[known, i], seen.window[known])
+            known = np.isfinite(part.measured[:, i]) & (part.window >= 0)
+            error = part.cases[0, known, i] - part.measured[known, i]
+            doubts = part.cases[1:, known, i] - part.cases[0, known, i]
+            sums.add(error, doubts, self._shared - 1, noise[known, i], part.window[known])
 
     def channels(self) -> list[Channel]:
         """One a column. Raises Refused where nothing was measured of one."""

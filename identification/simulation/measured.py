@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from identification.dataset import DataSet
 from identification.frames import seen_in
-from identification.simulation.channels import Seen
+from identification.simulation.channels import Compared
 from identification.simulation.own import Own
 from identification.simulation.windows import Windows
 
@@ -23,7 +23,7 @@ class Measured(Protocol):
         """As channels state it."""
         ...
 
-    def beside(self, windows: Windows, simulated: Array) -> Seen:
+    def beside(self, windows: Windows, simulated: Array) -> Compared:
         """simulated (cases, W, samples, columns), in these windows."""
         ...
 
@@ -40,7 +40,7 @@ class InFrames:
     """(F, N)"""
     unit: str = "rad"
 
-    def beside(self, windows: Windows, simulated: Array) -> Seen:
+    def beside(self, windows: Windows, simulated: Array) -> Compared:
         """In frames between two rows of one window."""
         time, values = windows.state.time, in_rows(simulated)
         inside = np.flatnonzero((self.time >= time[0]) & (self.time < time[-1]))
@@ -49,7 +49,7 @@ class InFrames:
         row, frame = row[within], inside[within]
         share = ((self.time[frame] - time[row]) / (time[row + 1] - time[row]))[:, None]
         found = (1 - share) * values[:, row] + share * values[:, row + 1]
-        return Seen(found, self.alpha[frame], self.variance[frame], windows.of_rows()[row])
+        return Compared(found, self.alpha[frame], self.variance[frame], windows.of_rows()[row])
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ class InRows:
     """(M,)"""
     unit: str
 
-    def beside(self, windows: Windows, simulated: Array) -> Seen:
+    def beside(self, windows: Windows, simulated: Array) -> Compared:
         """In the windows' rows."""
-        return Seen(in_rows(simulated), self.values[windows.rows], self.variance, windows.of_rows())
+        return Compared(in_rows(simulated), self.values[windows.rows], self.variance, windows.of_rows())
 
 
 def angles_of(data: DataSet) -> InFrames:

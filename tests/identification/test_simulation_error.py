@@ -14,7 +14,7 @@ from identification.dataset import DataSet
 from identification.estimates import estimate
 from identification.model import Model, model_of, read_model, write_model
 from identification.series import Series, numbered
-from identification.simulation.channels import Channel, Seen, Tally
+from identification.simulation.channels import Channel, Compared, Tally
 from identification.simulation.simulated import Simulated, simulate_recording
 from mechanism.description import read_neck
 from samples.generator.laws import dry_and_viscous, linear
@@ -184,7 +184,7 @@ def test_a_channels_floor_is_the_sum_of_what_is_unknown() -> None:
     measured = np.full((50, 1), 26.0)
     measured[7] = np.nan
     tally = Tally("alpha", "rad", 3)
-    tally.add(Seen(cases, measured, np.full((1, 1), 144.0), np.zeros(50, dtype=int)))
+    tally.add(Compared(cases, measured, np.full((1, 1), 144.0), np.zeros(50, dtype=int)))
     (found,) = tally.channels()
     assert (found.name, found.rms, found.noise_floor, found.ratio) == ("alpha1", 26.0, 13.0, 2.0)
 
@@ -202,5 +202,5 @@ def test_a_ratio_that_chance_gives_a_true_model_is_exceeded_once_in_twenty(first
     measured = np.einsum("ks,ksc->sc", waves, drawn) + rng.normal(size=(200, 4000))
     tally = Tally("theta", "rad", first)
     for part in (slice(0, 60), slice(60, 200)):  # three windows, and seven
-        tally.add(Seen(cases[:, part], measured[part], np.ones(()), window[part]))
+        tally.add(Compared(cases[:, part], measured[part], np.ones(()), window[part]))
     assert abs(sum(c.ratio > c.ratio_95 for c in tally.channels()) - 200) < 4 * 20
