@@ -74,8 +74,6 @@ class Score:
     size: float
     sigma: float
     gain: float
-    direction: Array
-    """whitened signature that the law cannot take up, to length one, (F M,)"""
     parts: Array
     """what every block adds to the size, over sigma, (B,)"""
     prior: float
@@ -145,7 +143,7 @@ def score(fit: Fitted, candidate: Candidate) -> Score:
     information = float(s @ free)
     if information <= BLIND * float(s @ s):
         nothing = np.zeros(len(fit.blocks))
-        return Score(candidate, 0.0, np.inf, 0.0, 0.0 * s, nothing, 0.0, 0.0)
+        return Score(candidate, 0.0, np.inf, 0.0, nothing, 0.0, 0.0)
     size = float(s @ fit.left) / information
     # what is left when this fault is there tells how much correlated noise moves its size
     parts = np.add.reduceat(free * (fit.left - size * free), fit.blocks)
@@ -157,7 +155,6 @@ def score(fit: Fitted, candidate: Candidate) -> Score:
         size,
         float(spread) / information,
         size**2 * information,
-        free / np.sqrt(information),
         parts / spread,
         float(np.sqrt(believed / variance)),
         TOLERANCE[candidate.fault][fit.with_baseline],
