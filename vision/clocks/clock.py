@@ -246,9 +246,9 @@ def _by_cables_and_arm(both: _Both, seen: Speeds, logged: Speeds, found: Match) 
         slips, fine = (slips, fine) if better is None else (again, better)
     if slips.slips and abs(fine.fit.state.skew) > LIKELY_SKEW:
         # slow motion tells lost frames badly: what was taken for some may be none, and runs the clocks apart
-        without = both.attempted(none, found.shift)
-        if without and (_apart(fine) or unexplained(without.fit.state) < AS_WELL * unexplained(fine.fit.state)):
-            slips, fine = none, without
+        whole = both.attempted(none, found.shift)
+        if whole and (_apart(fine) or unexplained(whole.fit.state) < AS_WELL * unexplained(fine.fit.state)):
+            slips, fine = none, whole
             warnings.append(TOO_SLOW)
     if _apart(fine):
         ppm = 1e6 * abs(fine.fit.state.skew)
