@@ -73,7 +73,7 @@ def angles_of(data: DataSet) -> InFrames:
     return InFrames(seen.time, seen.alpha, seen.sigma**2)
 
 
-def motors_of(data: DataSet) -> InRows:
+def counts_of(data: DataSet) -> InRows:
     """The motors', as counted."""
     log = data.log if data.log.matrix("theta").size else data.state  # a damaged file may have lost the log
     counted = [np.interp(data.state.time, log.time, column) for column in log.matrix("theta").T]

@@ -13,7 +13,7 @@ from identification.model import Model, machine_of
 from identification.series import Series, joined, numbered
 from identification.simulation.channels import Channel, Tally
 from identification.simulation.doubts import Cases, cases_of
-from identification.simulation.measured import Measured, angles_of, forces_of, in_rows, motors_of
+from identification.simulation.measured import Measured, angles_of, counts_of, forces_of, in_rows
 from identification.simulation.own import Own, own_of
 from identification.simulation.windows import Windows, windows_of
 from mechanism.cable_lengths import Z, lengths
@@ -78,7 +78,7 @@ def simulate_recording(
     machine = replace(machine_of(model, data.arm), arm=data.arm)
     own = own_of(data, machine.names, machine.values)
     measured: dict[str, Measured] = {"alpha": angles_of(data)}
-    measured |= {"theta": motors_of(data)} if source == "f" else {"f": forces_of(own)}
+    measured |= {"theta": counts_of(data)} if source == "f" else {"f": forces_of(own)}
     memory = _memory(windows, machine, own)
     tallies: dict[str, Tally] = {}
     series: list[Series] = []

@@ -13,7 +13,7 @@ from benchmarks.clock_worlds import NECK_FILE, NOISE, Recorded, arm, recorded
 from identification.dataset import DataSet
 from identification.series import Series, numbered
 from mechanism.arm import arm_of
-from mechanism.description import read_neck
+from mechanism.description import Neck, read_neck
 from samples.generator.hidden.experiment import hide
 from samples.generator.laws import dry_and_viscous, linear, way
 from samples.generator.motors import SHARPNESS
@@ -190,13 +190,17 @@ def test_faults_of_one_cable_do_not_hide_each_other(
     assert usable(found) == "in part"
 
 
+def read(folder: Path) -> tuple[Neck, Angles, Series]:
+    """A recording's description, angles and log."""
+    neck = read_neck(folder / "neck.yaml")
+    return neck, read_angles(folder / "angles.csv", neck.N), read_log(folder / "log.csv", neck)
+
+
 @pytest.mark.parametrize(("seed", "size"), [(41, 2e-3), (41, -4e-3), (44, 4e-3), (47, 4e-3)])
 def test_a_rope_that_moves_far_does_not_take_the_clock_along(seed: int, size: float, tmp_path: Path) -> None:
     """Half-way through 16 s. Such steps passed for lost frames or for another arm: refused, or seconds off, or a traceback."""
     hide((), seed, tmp_path, seconds=(16.0, 16.0), cad=0.0)
-    here = tmp_path / "fitted"
-    neck = read_neck(here / "neck.yaml")
-    angles, log = read_angles(here / "angles.csv", neck.N), read_log(here / "log.csv", neck)
+    neck, angles, log = read(tmp_path / "fitted")
     theta = log.matrix("theta").copy()
     theta[:, 2] += np.where(log.time - log.time[0] > 8, size / arm_of(neck).drum[2], 0.0)
     found = synchronise(neck, "", angles, Series(log.time, {**log.columns, **numbered("theta", theta)}), {})
@@ -225,8 +229,7 @@ def test_a_short_recording_blames_no_one(seed: int, tmp_path: Path) -> None:
     """8 s: four blocks hardly tell how large chance is. Of these three arms one recording each was blamed before that counted."""
     hide((), seed, tmp_path, seconds=(8.0, 8.0), cad=0.0)
     for folder in (tmp_path / "fitted", tmp_path / "held_out"):
-        neck = read_neck(folder / "neck.yaml")
-        angles, log = read_angles(folder / "angles.csv", neck.N), read_log(folder / "log.csv", neck)
+        neck, angles, log = read(folder)
         assert synchronise(neck, "", angles, log, {}).check["faults"] == []
 
 

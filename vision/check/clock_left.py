@@ -21,8 +21,7 @@ from vision.clocks.coarse import MIN_OVERLAP, match, speeds
 from vision.clocks.fine import fit_fine
 from vision.clocks.labels import ALIKE
 from vision.clocks.no_clue import NoClue
-from vision.clocks.rope_steps import rope_steps, without
-from vision.clocks.signals import signals_of
+from vision.clocks.rope_steps import steady_signals
 
 Array = NDArray[np.float64]
 
@@ -41,7 +40,8 @@ def clock_left(arm: Arm, seen: Seen, motors: Motors, fv: Array) -> dict[str, Any
     time, alpha, sigma = seen.time[whole], seen.alpha[whole], seen.sigma[whole]
     if len(time) < LEAST_FRAMES or min(np.ptp(time), np.ptp(motors.time)) < 2 * MIN_OVERLAP:
         return None
-    found = match(speeds(time, wound(arm, alpha)), speeds(motors.time, arm.drum * motors.theta))
+    winding = wound(arm, alpha)
+    found = match(speeds(time, winding), speeds(motors.time, arm.drum * motors.theta))
     if found.likeness < ALIKE or found.second > PERIODIC:
         return None
     at = time + found.shift
@@ -50,7 +50,7 @@ def clock_left(arm: Arm, seen: Seen, motors: Motors, fv: Array) -> dict[str, Any
     if inside.sum() < LEAST_FRAMES or np.ptp(time[inside]) < MIN_OVERLAP:
         return None
     log = Series(motors.time, numbered("theta", motors.theta) | numbered("f", motors.f))
-    signals = signals_of(arm, without(log, arm, rope_steps(arm, log, at, wound(arm, alpha))))
+    signals, _ = steady_signals(arm, log, at, winding)
     middle = float(time[inside][0] + time[inside][-1]) / 2
     frames = frames_of(arm, time[inside], alpha[inside], sigma[inside], middle)
     try:

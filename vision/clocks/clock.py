@@ -20,8 +20,8 @@ from vision.clocks.fine import AS_WELL, LADDER, Fine, fit_cables, fit_fine, unex
 from vision.clocks.labels import check_alternatives, check_labels
 from vision.clocks.log_gaps import Mended, mend
 from vision.clocks.no_clue import NoClue
-from vision.clocks.rope_steps import rope_steps, without
-from vision.clocks.signals import Signals, signals_of
+from vision.clocks.rope_steps import steady_signals
+from vision.clocks.signals import Signals
 from vision.clocks.slips import Slips, decode, locked_skew, slips_of
 from vision.clocks.step import LIKELY_SKEW
 from vision.clocks.without_force import fit_without_force
@@ -161,9 +161,8 @@ def _by_motion(arm: Arm, angles: Angles, mended: Mended, fv: Array | None) -> Cl
     warnings = []
     if found.second > NEARLY_PERIODIC:
         warnings.append(f"another shift fits {100 * found.second:.0f} % as well: the motion nearly repeats itself")
-    steps = rope_steps(arm, even, time + found.shift, winding)
+    signals, steps = steady_signals(arm, even, time + found.shift, winding)
     warnings += [step.words() for step in steps]
-    signals = signals_of(arm, without(even, arm, steps))
     held = replace(mended, gaps=(*mended.gaps, *(step.trace for step in steps)))
     viscosity = np.full(arm.M, np.nan) if fv is None else fv
     every = frames_of(arm, time, alpha, sigma, (time[0] + time[-1]) / 2)

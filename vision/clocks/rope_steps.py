@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from identification.series import Series, numbered
 from mechanism.arm import Arm
 from vision.clocks.cables import NEWTON
-from vision.clocks.signals import signals_of
+from vision.clocks.signals import Signals, signals_of
 
 Array = NDArray[np.float64]
 
@@ -58,13 +58,21 @@ class RopeStep:
         )
 
 
-def rope_steps(arm: Arm, log: Series, at: Array, winding: Array) -> list[RopeStep]:
-    """From an even log and what angles wind, (F, M), m, in frames at about `at` (F,), s, on the log's clock."""
+def steady_signals(arm: Arm, log: Series, at: Array, winding: Array) -> tuple[Signals, list[RopeStep]]:
+    """Signals as if no rope had moved, and the steps that were left out for it.
+
+    From an even log and what angles wind, (F, M), m, in frames at about `at` (F,), s, on the log's clock.
+    """
+    signals = signals_of(arm, log)
+    steps = _rope_steps(arm, log, signals, at, winding)
+    return (signals_of(arm, _without(log, arm, steps)) if steps else signals), steps
+
+
+def _rope_steps(arm: Arm, log: Series, s: Signals, at: Array, winding: Array) -> list[RopeStep]:
     inside = (at > log.time[0]) & (at < log.time[-1])
     at, winding = at[inside], winding[inside]
     if len(at) < LEAST_FRAMES:
         return []
-    s = signals_of(arm, log)
     force, rate = s.force(at) / NEWTON, s.force(at, 1)
     told = [force, force**2, rate, s.command(at, 1), s.rubbing(at), s.turning(at), s.speed(at), s.inertial(at)]
     told += [np.gradient(winding, at, axis=0)]
@@ -81,7 +89,7 @@ def rope_steps(arm: Arm, log: Series, at: Array, winding: Array) -> list[RopeSte
     return found if len(found) < MOST else []
 
 
-def without(log: Series, arm: Arm, steps: list[RopeStep]) -> Series:
+def _without(log: Series, arm: Arm, steps: list[RopeStep]) -> Series:
     """The log as if no rope had moved."""
     theta = log.matrix("theta").copy()
     for one in steps:

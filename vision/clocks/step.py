@@ -62,11 +62,12 @@ class _Sums:
         self.scores = np.zeros((int((time[-1] - time[0]) // BLOCK) + 1, columns))
 
     def add(self, J: Array, residual: Array, time: Array) -> None:
-        """Of instants with several rows each: J (T, rows, columns), residual (T, rows), time (T,), s."""
-        flat = J.reshape(-1, J.shape[-1])
-        self.products += flat.T @ flat
+        """Of instants with several rows each: J (T, rows, P) of the first P columns, residual (T, rows), time (T,), s."""
+        own = J.shape[-1]
+        flat = J.reshape(-1, own)
+        self.products[:own, :own] += flat.T @ flat
         block = ((time - self._first) // BLOCK).astype(int)
-        np.add.at(self.scores, np.clip(block, 0, len(self.scores) - 1), np.einsum("trp,tr->tp", J, residual))
+        np.add.at(self.scores[:, :own], np.clip(block, 0, len(self.scores) - 1), np.einsum("trp,tr->tp", J, residual))
 
 
 def newton_step(
@@ -144,9 +145,10 @@ def newton_step(
 
 def _add_cables(sums: _Sums, frames: Frames, found: Rows, whiten: Array) -> None:
     """The cables' rows."""
-    time, columns = frames.time, len(sums.products)
+    time = frames.time
     m, k = found.by_own.shape[1:]
     d = 3 + found.by_dimension.shape[2]
+    columns = d + m + m * k
     for begin in range(0, len(time), STRETCH):
         some = slice(begin, begin + STRETCH)
         by_offset = found.by_offset[some]
