@@ -13,8 +13,8 @@ from benchmarks import summary
 from benchmarks.page import write_page
 from benchmarks.run import Ended, kept, run
 from benchmarks.topic import table_of
-from xneck.json_text import as_json
-from xneck.whole_file import write_text
+from xneck_foundation.json_text import as_json
+from xneck_foundation.whole_file import write_text
 
 TOPICS = {
     name: f"benchmarks.{name}"

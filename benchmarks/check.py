@@ -11,18 +11,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.clock_worlds import KINDS, Recorded, arm, recorded
 from benchmarks.table import Claim, Table
-from identification.dataset import state_series
-from identification.fusion import Seen
-from identification.motors import motors_of
-from identification.series import Series, numbered
+from identification.dataset.dataset import state_series
+from identification.dataset.frames import FrameAngles
+from identification.dataset.series import Series, numbered
 from mechanism.arm import Arm
-from vision.angles import Angles
-from vision.check.elongations import Baseline, Check, baseline_of, check_elongations
-from vision.clocks.clock import fit_clock
-from vision.encoder_log import uniform
-from xneck.errors import Refused
+from samples.worlds.clock_worlds import KINDS, Recorded, arm, recorded
+from state_estimation.motors import motors_of
+from synchronisation.angles import Angles
+from synchronisation.check.check import Baseline, Check, baseline_of, check_elongations
+from synchronisation.clocks.clock import fit_clock
+from synchronisation.encoder_log import uniform
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
@@ -111,7 +111,7 @@ def measure(seeds: int = SEEDS, first: int = 0, fitted: bool = False) -> Table:
     return Table(f"Check, {seeds} recordings of 60 s, 0.1 deg, clock {how}, shares", columns, rows, claims)
 
 
-def inputs(made: Recorded, case: Hidden, seed: int, fitted: bool = False) -> tuple[Series, Seen, float]:
+def inputs(made: Recorded, case: Hidden, seed: int, fitted: bool = False) -> tuple[Series, FrameAngles, float]:
     """The state's series, with angles as vision alone has them, the frames on the log's clock, and the clock's sigma."""
     even = uniform(case.log)
     motors = motors_of(even, np.full(case.arm.M, COUNT))
@@ -132,7 +132,7 @@ def inputs(made: Recorded, case: Hidden, seed: int, fitted: bool = False) -> tup
         motors.f[inside],
         (still + case.angles.sigma[0], still, still),
     )
-    return state, Seen(at, case.angles.alpha, case.angles.white, case.angles.shared), sigma
+    return state, FrameAngles(at, case.angles.alpha, case.angles.white, case.angles.shared), sigma
 
 
 def judged(result: Check, fault: tuple[str, str] | None) -> tuple[float, float, float]:

@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import correlate
 
-from benchmarks.clock_worlds import KINDS, Recorded, arm, light, recorded
 from benchmarks.table import Claim, Table
-from identification.series import Series
+from identification.dataset.series import Series
 from mechanism.arm import Arm
 from mechanism.cable_lengths import lengths
-from vision.angles import Angles
-from vision.clocks.anchor import edges_of, fit_anchor
-from vision.clocks.clock import fit_clock
-from vision.encoder_log import uniform
+from samples.worlds.clock_worlds import KINDS, Recorded, arm, light, recorded
+from synchronisation.angles import Angles
+from synchronisation.clocks.clock import fit_clock
+from synchronisation.clocks.light import edges_of, fit_anchor
+from synchronisation.encoder_log import uniform
 
 Array = NDArray[np.float64]
 

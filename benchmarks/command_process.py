@@ -34,7 +34,7 @@ def main(words: list[str]) -> int:
         for _ in frames(Path(words[1])):
             pass
     else:
-        from vision.cli import main as xneck
+        from xneck.cli import main as xneck
 
         sys.argv = ["xneck", *words]
         try:

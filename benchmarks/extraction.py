@@ -14,9 +14,9 @@ from benchmarks.table import Claim, Table
 from calibration.camera import Camera, camera_from
 from mechanism.description import Markers, Neck, markers_of, read_neck
 from samples.generator.camera import SAMPLE_CAMERA
-from vision.linkage_fit import fit_linkage
-from vision.markers import Finder
-from vision.tracking import Manner, Tracker
+from vision.linkage.linkage_fit import fit_linkage
+from vision.markers.detection import Finder
+from vision.markers.tracking import Manner, Tracker
 from vision.video import frames
 
 SAMPLES = Path(__file__).parents[1] / "samples"

@@ -14,17 +14,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.clock_worlds import NECK_FILE, NOISE
 from benchmarks.hard import true_camera
 from benchmarks.long_recordings import chain, repeat_video
 from benchmarks.table import Claim, Table
 from calibration.camera_file import write_camera
-from identification.dataset_file import export
+from identification.dataset.dataset_file import export
 from samples.generator.camera import SAMPLE_CAMERA
 from samples.generator.prescribed import World
-from vision.angles import write_angles
-from xneck.errors import Refused
-from xneck.strict_yaml import parse
+from samples.worlds.clock_worlds import NECK_FILE, NOISE
+from synchronisation.angles import write_angles
+from xneck_foundation.errors import Refused
+from xneck_foundation.strict_yaml import parse
 
 SAMPLES = Path(__file__).parents[1] / "samples"
 VIDEO_S, TURN_S = 24, 20

@@ -19,10 +19,10 @@ from mechanism.description import Neck, markers_of, read_neck
 from samples.generator import camera as seen_by
 from samples.generator.hard import cases
 from vision.extract import extract
-from vision.linkage_fit import fit_linkage
+from vision.linkage.linkage_fit import fit_linkage
 from vision.shutter import Shutter
 from vision.video import describe, frames
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 

@@ -10,18 +10,18 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.clock_worlds import NECK_FILE, NOISE
 from benchmarks.table import Claim, Table
-from identification.dataset import DataSet
+from identification.dataset.dataset import DataSet
+from identification.dataset.series import Series, numbered
 from identification.estimates import Estimates, estimate
-from identification.seed_method import identify
-from identification.series import Series, numbered
+from identification.fasquelle.method import identify
 from mechanism.description import Neck, read_neck
 from samples.generator.laws import dry_and_viscous, linear
 from samples.generator.prescribed import World, prescribe
-from vision.angles import Angles
-from vision.synchronise import synchronise
-from xneck.strict_yaml import parse
+from samples.worlds.clock_worlds import NECK_FILE, NOISE
+from synchronisation.angles import Angles
+from synchronisation.synchronise import synchronise
+from xneck_foundation.strict_yaml import parse
 
 Array = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.series import Series, numbered
+from identification.dataset.series import Series, numbered
 from samples.generator.prescribed import World, prescribe
-from vision.angles import Angles
+from synchronisation.angles import Angles
 
 Array = NDArray[np.float64]
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from benchmarks.clock_worlds import arm, recorded, without_trace
 from benchmarks.table import Claim, Table
-from vision.clocks.clock import fit_clock
+from samples.worlds.clock_worlds import arm, recorded, without_trace
+from synchronisation.clocks.clock import fit_clock
 
 SEEDS = 10
 SHARES = (0.0, 0.005, 0.02)

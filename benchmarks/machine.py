@@ -7,7 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from xneck.provenance import versions
+from xneck_foundation.provenance import versions
 
 PEERS = ("mujoco", "pyapriltags")
 

@@ -18,11 +18,11 @@ from benchmarks.apriltag import apriltags
 from benchmarks.table import Claim, Table
 from calibration.dictionaries import dictionary, marker_cells
 from samples.generator.closeup import Flaws, developed, light, picture, square
-from vision.edges import refine
-from vision.optics import pooled
-from vision.photometric import MarkerFit, Start, fit_markers
-from vision.planar_motion import angle_slopes, in_plane_angle
-from vision.template import Optics
+from vision.markers.edges import refine
+from vision.markers.optics import pooled
+from vision.markers.photometric import MarkerFit, Start, fit_markers
+from vision.markers.planar_motion import angle_slopes, in_plane_angle
+from vision.markers.template import Optics
 
 Array = NDArray[np.float64]
 Grey = NDArray[np.uint8]
@@ -126,7 +126,7 @@ def pyapriltags() -> Callable[[View], Array | None]:
 
 
 def edges(view: View) -> Array | None:
-    """Corners by `vision.edges`."""
+    """Corners by `vision.markers.edges`."""
     return refine(view.grey, view.start.corners[None], len(view.cells))[0]
 
 

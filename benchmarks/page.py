@@ -10,9 +10,9 @@ from benchmarks.run import Ended
 from benchmarks.summary import HEAD, claims
 from benchmarks.table import Named
 from benchmarks.topic import table_of
-from vision.report.template import render
-from vision.report.wording import listed, number
-from xneck.whole_file import write_text
+from xneck.report.template import render
+from xneck.report.wording import listed, number
+from xneck_foundation.whole_file import write_text
 
 _NONE = "–"
 TEMPLATE = Path(__file__).with_name("benchmarks.html.jinja")

@@ -15,11 +15,11 @@ from benchmarks.opencv import REFINEMENTS, searching
 from benchmarks.table import Claim, Table
 from calibration.dictionaries import dictionary, marker_cells
 from mechanism.description import BarMarker, Markers
-from vision.markers import Finder
-from vision.photometric import Start, fit_markers
-from vision.planar_motion import in_plane_angle
-from vision.template import Optics
-from vision.tracking import Manner, Tracker
+from vision.markers.detection import Finder
+from vision.markers.photometric import Start, fit_markers
+from vision.markers.planar_motion import in_plane_angle
+from vision.markers.template import Optics
+from vision.markers.tracking import Manner, Tracker
 from vision.video import Frame, frames
 
 Array = NDArray[np.float64]

@@ -25,7 +25,7 @@ from mechanism.simulation import State, simulate
 from samples.generator import simulation as generator
 from samples.generator.motors import dry_and_viscous, linear_cable, motors_of
 from samples.generator.mujoco_arm import MujocoArm
-from xneck.strict_yaml import parse
+from xneck_foundation.strict_yaml import parse
 
 NECK = Path(__file__).parents[1] / "samples/recording/neck.yaml"
 ROWS = 151

@@ -9,21 +9,21 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.clock_worlds import NECK_FILE, NOISE
 from benchmarks.table import Claim, Table
-from identification.dataset import DataSet
+from identification.dataset.dataset import DataSet
+from identification.dataset.series import Series, numbered
 from identification.estimates import estimate
-from identification.model import model_of
-from identification.series import Series, numbered
+from identification.model_file import model_of
 from identification.simulation.channels import Channel
 from identification.simulation.simulated import Source, simulate_recording
 from mechanism.description import read_neck
 from samples.generator.laws import dry_and_viscous, linear
 from samples.generator.mujoco_arm import Load
 from samples.generator.prescribed import World, prescribe
-from vision.angles import Angles
-from vision.synchronise import synchronise
-from xneck.strict_yaml import parse
+from samples.worlds.clock_worlds import NECK_FILE, NOISE
+from synchronisation.angles import Angles
+from synchronisation.synchronise import synchronise
+from xneck_foundation.strict_yaml import parse
 
 SEEDS = 5
 SECONDS = 60.0

@@ -14,17 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.table import Claim, Table
-from identification.fusion import Seen
-from identification.motors import motors_of
-from identification.seed_series import seed_series
-from identification.series import Series, numbered
-from identification.state import State, estimate_state
+from identification.dataset.frames import FrameAngles
+from identification.dataset.series import Series, numbered
+from identification.fasquelle.series import seed_series
 from mechanism.arm import Arm, arm_of
 from mechanism.description import read_neck
 from samples.generator.laws import cubic, damped, dry_and_viscous, linear, with_creep
 from samples.generator.prescribed import Prescribed, World, prescribe
-from vision.encoder_log import uniform
-from xneck.strict_yaml import parse
+from state_estimation.motors import motors_of
+from state_estimation.state import State, estimate_state
+from synchronisation.encoder_log import uniform
+from xneck_foundation.strict_yaml import parse
 
 Array = NDArray[np.float64]
 
@@ -122,7 +122,7 @@ def _one(arm: Arm, counts: Array, made: Prescribed, seed: int, fuse: bool, gaps:
     frames, alpha = made.clocks.log_time(made.frame_times), made.frame_alpha + noise
     log = uniform(Series(made.log_time, numbered("theta", made.counted) | numbered("f", made.f)))
     inside = (log.time > frames[0] + EDGE) & (log.time < frames[-1] - EDGE)
-    seen = Seen(frames, alpha, np.full(alpha.shape, NOISE), np.zeros(alpha.shape))
+    seen = FrameAngles(frames, alpha, np.full(alpha.shape, NOISE), np.zeros(alpha.shape))
     if gaps:
         seen = replace(seen, alpha=np.where(_hidden(frames, frames[0])[:, None], np.nan, alpha))
     begin = perf_counter()

@@ -19,10 +19,10 @@ from typing import Any
 
 from benchmarks.machine import commit, machine
 from benchmarks.table import Table, from_json
-from xneck.json_text import as_json
-from xneck.provenance import sha256
-from xneck.source import digest
-from xneck.whole_file import write_text
+from xneck_foundation.json_text import as_json
+from xneck_foundation.provenance import sha256
+from xneck_foundation.source_digest import digest
+from xneck_foundation.whole_file import write_text
 
 SAMPLES = Path(__file__).parents[1] / "samples"
 

@@ -13,8 +13,8 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
 from calibration.dictionaries import check_dictionary, dictionary
-from xneck.errors import one_of
-from xneck.strict_yaml import Strict, load, validate
+from xneck_foundation.errors import one_of
+from xneck_foundation.strict_yaml import Strict, load, validate
 
 Count = Annotated[int, Field(ge=3, le=50)]
 Square = Annotated[float, Field(ge=0.001, le=0.5)]  # m

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calibration import lens
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 
 @dataclass(frozen=True)

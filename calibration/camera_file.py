@@ -7,8 +7,8 @@ from calibration.camera import Camera
 from calibration.camera_info import from_camera_info, write_camera
 from calibration.kalibr_file import from_kalibr, is_kalibr, kalibr_text
 from calibration.opencv_file import from_opencv, is_opencv, opencv_text
-from xneck.strict_yaml import parse, read_text
-from xneck.whole_file import write_text
+from xneck_foundation.strict_yaml import parse, read_text
+from xneck_foundation.whole_file import write_text
 
 __all__ = ["FORMATS", "export_camera", "read_camera", "write_camera"]
 

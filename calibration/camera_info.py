@@ -8,10 +8,10 @@ from pydantic import Field
 
 from calibration import lens
 from calibration.camera import Camera, refuse_implausible
-from xneck.errors import Refused
-from xneck.strict_yaml import Strict, validate
-from xneck.whole_file import write_text
-from xneck.yaml_text import flow
+from xneck_foundation.errors import Refused
+from xneck_foundation.strict_yaml import Strict, validate
+from xneck_foundation.whole_file import write_text
+from xneck_foundation.yaml_text import flow
 
 
 class _Matrix(Strict):

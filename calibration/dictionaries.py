@@ -9,7 +9,7 @@ from functools import cache
 import cv2
 import numpy as np
 
-from xneck.errors import Refused, one_of
+from xneck_foundation.errors import Refused, one_of
 
 
 @cache

@@ -13,14 +13,13 @@ import cv2
 import numpy as np
 
 from calibration import board_shape, lens
-from calibration.agreement import bad_corners, without_disagreeing, without_repeats
 from calibration.board_shape import BoardShape
 from calibration.bundle import Fit, fit, noise_of, predicted, residuals_of, start, without
 from calibration.camera import Camera, camera_from
-from calibration.choice import Candidate, Choice, choose
 from calibration.corner_noise import corner_noise
 from calibration.corners import BoardView
 from calibration.cross_check import CrossCheck, cross_check
+from calibration.model_choice import Candidate, Choice, choose
 from calibration.poses import Poses
 from calibration.refusals import (
     refuse_few,
@@ -31,8 +30,9 @@ from calibration.refusals import (
     tilt_of,
 )
 from calibration.sightings import Sightings, sightings
+from calibration.view_selection import bad_corners, without_disagreeing, without_repeats
 from calibration.views import LeftOut, Observations
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 _FULLEST = "k1 k2 p1 p2 k3"
 _APART = 1.5

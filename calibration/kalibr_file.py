@@ -7,9 +7,9 @@ import numpy as np
 from pydantic import Field
 
 from calibration.camera import Camera, camera_from, refuse_implausible
-from xneck.errors import Refused
-from xneck.strict_yaml import Strict, validate
-from xneck.yaml_text import flow
+from xneck_foundation.errors import Refused
+from xneck_foundation.strict_yaml import Strict, validate
+from xneck_foundation.yaml_text import flow
 
 Side = Annotated[int, Field(ge=16, le=100_000)]
 

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from calibration.camera import Camera, refuse_implausible
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 _MATRIX = ("camera_matrix", "cameramatrix", "intrinsic_matrix", "mtx", "k")
 _DISTORTION = ("distortion_coefficients", "distcoeffs", "dist_coeffs", "distortion", "dist", "d")

@@ -7,8 +7,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from xneck.errors import Refused
-from xneck.input_file import check_input
+from xneck_foundation.errors import Refused
+from xneck_foundation.input_file import check_input
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm")
 

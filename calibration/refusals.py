@@ -8,7 +8,7 @@ from calibration.bundle import Fit
 from calibration.poses import Poses
 from calibration.sightings import Sightings
 from calibration.views import LeftOut
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 MIN_VIEWS = 6
 _MIN_TILT = np.radians(10.0)  # largest angle between two boards

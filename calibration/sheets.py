@@ -13,8 +13,8 @@ import numpy as np
 
 from calibration.board import AprilGrid, Board, Charuco
 from calibration.dictionaries import is_turned, marker_cells
-from xneck.errors import Refused, one_of
-from xneck.whole_file import whole_file
+from xneck_foundation.errors import Refused, one_of
+from xneck_foundation.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from calibration.board import Board, Chessboard
+from calibration.board_mismatch import seen_instead
 from calibration.corners import MIN_CORNERS, BoardView, CornerFinder, Variant, expected_size
 from calibration.information import information
 from calibration.pictures import Picture
-from calibration.seen_instead import seen_instead
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 
 @dataclass(frozen=True)

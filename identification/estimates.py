@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset import DataSet
+from identification.dataset.dataset import DataSet
 from identification.fitting import Solution, solve
 from identification.identifiability import Verdict, durbin_wu_hausman, judge, label
 from identification.signals import Signals, signals_of
@@ -16,8 +16,8 @@ from mechanism.arm import Arm
 from mechanism.elasticity import Model
 from mechanism.laws import Turning
 from mechanism.machine import Machine
-from xneck.errors import Refused
-from xneck.estimate import Parameter
+from xneck_foundation.errors import Refused
+from xneck_foundation.least_squares import Parameter
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from identification.covariance import BLOCK_S, LEAST_BLOCKS, Blocks, in_blocks, influence, shared_errors, widened
+from identification.block_covariance import BLOCK_S, LEAST_BLOCKS, Blocks, in_blocks, influence, shared_errors, widened
 from identification.instruments import driven
 from identification.residuals import Rows, rows
 from identification.signals import Signals

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
+from identification.fasquelle.method import WELL_IDENTIFIED
 from identification.fitting import NOT_TOLD, Solution, blind
-from identification.seed_method import WELL_IDENTIFIED
 from identification.unknowns import Unknown, Unknowns
 from mechanism.laws import LAWS, Law
 

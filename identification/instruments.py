@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from identification.memory import remembered
+from identification.cable_memory import remembered
 from identification.residuals import forces, stretching
 from identification.signals import Signals
 from identification.unknowns import Unknowns

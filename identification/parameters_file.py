@@ -9,10 +9,10 @@ from scipy.io import savemat
 
 from mechanism.description import Neck
 from mechanism.neck_text import neck_text
-from xneck import strict_yaml
-from xneck.errors import Refused
-from xneck.estimate import Parameter
-from xneck.whole_file import whole_file, write_text
+from xneck_foundation import strict_yaml
+from xneck_foundation.errors import Refused
+from xneck_foundation.least_squares import Parameter
+from xneck_foundation.whole_file import whole_file, write_text
 
 
 def write_mat(parameters: Sequence[Parameter], laws: Sequence[str], path: str | Path) -> None:

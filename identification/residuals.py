@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.memory import remembered
+from identification.cable_memory import remembered
 from identification.signals import Signals
 from identification.unknowns import Unknowns
 from mechanism.laws import LAWS, Stretching, Term, Turning

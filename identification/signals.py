@@ -12,13 +12,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset import DataSet
+from identification.dataset.dataset import DataSet
 from identification.low_pass import LowPass, low_pass
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths, wraps
 from mechanism.dynamics import terms
 from mechanism.elasticity import elongation, elongation_rate
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from mechanism.arm import Arm
 from mechanism.friction import CM
 from mechanism.laws import LAWS, Term
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 

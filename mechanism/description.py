@@ -11,8 +11,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from xneck.errors import Refused
-from xneck.strict_yaml import Strict, read
+from xneck_foundation.errors import Refused
+from xneck_foundation.strict_yaml import Strict, read
 
 Length = Annotated[float, Field(ge=0.001, le=2.0)]
 Angle = Annotated[float, Field(ge=-pi, le=pi)]

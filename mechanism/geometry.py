@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanism.arm import Arm, Array
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 Complex = NDArray[np.complex128]
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from mechanism.description import Neck
-from xneck.yaml_text import flow
+from xneck_foundation.yaml_text import flow
 
 
 def neck_text(neck: Neck, comment: str = "") -> str:

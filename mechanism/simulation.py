@@ -20,7 +20,7 @@ from mechanism.lanes import arm_in_lanes, shape_of, to_lanes
 from mechanism.machine import Machine
 from mechanism.run import Forced, Led, run
 from mechanism.stiff_step import Lanes
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 MAX_STEP = 2e-3
 """s, a row of a log at 500 Hz: on the sample's arm and forces alpha is then within 1.2e-5 rad of the exact motion for 0.5 s.

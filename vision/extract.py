@@ -9,19 +9,19 @@ from numpy.typing import NDArray
 
 from calibration.camera import Camera
 from calibration.dictionaries import marker_cells
-from identification.series import Series
+from identification.dataset.series import Series
 from mechanism.description import Neck, markers_of
-from vision.angles import Angles
-from vision.following import follow
-from vision.lens_bow import straightened
+from synchronisation.angles import Angles
 from vision.light_patch import LightPatch
-from vision.linkage_fit import LinkageFit, fit_linkage
+from vision.linkage.lens_bow import straightened
+from vision.linkage.linkage_fit import LinkageFit, fit_linkage
+from vision.linkage.shared_fit import PlacementPrior
+from vision.markers.tracking import DOUBLED, Manner
+from vision.markers.whole_video import follow
 from vision.quality import gaps, quality
-from vision.recording_fit import PlacementPrior
 from vision.shutter import UNKNOWN, Shutter, at_middle_row
-from vision.tracking import DOUBLED, Manner
 from vision.video import Video
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 

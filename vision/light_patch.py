@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.shutter import Shutter
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from mechanism.description import Neck
 from mechanism.geometry import poses
 from vision.extract import Extraction
 from vision.video import frames
-from xneck.whole_file import whole_file
+from xneck_foundation.whole_file import whole_file
 
 Array = NDArray[np.float64]
 Picture = NDArray[Any]

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.series import Series
-from vision.following import Followed
-from vision.tracking import DOUBLED, HIDDEN, UNREADABLE
+from identification.dataset.series import Series
+from vision.markers.tracking import DOUBLED, HIDDEN, UNREADABLE
+from vision.markers.whole_video import Followed
 
 Array = NDArray[np.float64]
 

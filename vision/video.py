@@ -13,8 +13,8 @@ import av.error
 import numpy as np
 from numpy.typing import NDArray
 
-from xneck.errors import Refused
-from xneck.input_file import check_input
+from xneck_foundation.errors import Refused
+from xneck_foundation.input_file import check_input
 
 Grey = NDArray[np.uint8]
 CONTAINERS_WITHOUT_STAMPS = ("h264", "hevc", "m4v", "mjpeg")

@@ -10,23 +10,23 @@ one and are fetched when they are first asked for, so that `import xneck` costs 
 """
 
 import importlib
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
+from xneck_foundation.version import VERSION
 
 if TYPE_CHECKING:
-    from identification.dataset_file import read_dataset, write_dataset
-    from identification.diagnosis.diagnose import diagnose
-    from identification.diagnosis.record import as_json as as_record
-    from identification.diagnosis.record import as_text as in_words
+    from diagnosis.diagnose import diagnose
+    from diagnosis.record import as_json as as_record
+    from diagnosis.record import as_text as in_words
+    from identification.dataset.dataset_file import read_dataset, write_dataset
     from identification.estimates import estimate as identify
-    from identification.model import read_model
+    from identification.model_file import read_model
     from identification.simulation.simulated import simulate_recording as simulate
-    from vision.check.from_dataset import check_dataset as check
-    from vision.recorded import synchronise_recording as synchronise
+    from synchronisation.check.from_dataset import check_dataset as check
+    from xneck.recording.stages import synchronise_recording as synchronise
 
-__version__ = version("xneck")
+__version__ = VERSION
 
 __all__ = [
     "Refused",
@@ -43,16 +43,16 @@ __all__ = [
 ]
 
 _FROM = {
-    "as_record": "identification.diagnosis.record:as_json",
-    "check": "vision.check.from_dataset:check_dataset",
-    "diagnose": "identification.diagnosis.diagnose:diagnose",
+    "as_record": "diagnosis.record:as_json",
+    "check": "synchronisation.check.from_dataset:check_dataset",
+    "diagnose": "diagnosis.diagnose:diagnose",
     "identify": "identification.estimates:estimate",
-    "in_words": "identification.diagnosis.record:as_text",
-    "read_dataset": "identification.dataset_file:read_dataset",
-    "read_model": "identification.model:read_model",
+    "in_words": "diagnosis.record:as_text",
+    "read_dataset": "identification.dataset.dataset_file:read_dataset",
+    "read_model": "identification.model_file:read_model",
     "simulate": "identification.simulation.simulated:simulate_recording",
-    "synchronise": "vision.recorded:synchronise_recording",
-    "write_dataset": "identification.dataset_file:write_dataset",
+    "synchronise": "xneck.recording.stages:synchronise_recording",
+    "write_dataset": "identification.dataset.dataset_file:write_dataset",
 }
 """where each name lives"""
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 

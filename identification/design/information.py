@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.cable_memory import remembered
 from identification.design.trajectory import Trajectory
 from identification.low_pass import CUTOFF_HZ, low_pass
-from identification.memory import remembered
 from identification.residuals import rows, stretching
 from identification.signals import Signals
 from identification.unknowns import Unknowns

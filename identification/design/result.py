@@ -3,11 +3,11 @@
 import math
 from typing import Any
 
+from identification.dataset.series import Series, numbered
 from identification.design.information import Noise
 from identification.design.search import Designed
 from identification.design.trajectory import Limits, Trajectory
 from identification.identifiability import label
-from identification.series import Series, numbered
 
 
 def table(motion: Trajectory) -> Series:

@@ -15,7 +15,7 @@ from identification.design.trajectory import Limits, Trajectory, levels, traject
 from identification.unknowns import Unknowns, terms_of, unknowns
 from mechanism.laws import LAWS
 from mechanism.machine import Machine
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 

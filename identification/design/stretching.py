@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
-from identification.memory import remembered
+from identification.cable_memory import remembered
 from mechanism.laws import Stretching
 from mechanism.machine import Machine
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 

@@ -22,7 +22,7 @@ from mechanism.dynamics import terms
 from mechanism.geometry import check_angles
 from mechanism.laws import Turning
 from mechanism.machine import Machine
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 

@@ -6,10 +6,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset import DataSet
-from identification.frames import seen_in
+from identification.dataset.dataset import DataSet
+from identification.dataset.frames import seen_in
 from identification.simulation.channels import Compared
-from identification.simulation.own import Own
+from identification.simulation.initial_state import Own
 from identification.simulation.windows import Windows
 
 Array = NDArray[np.float64]

@@ -7,21 +7,21 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset import DataSet
-from identification.memory import remembered
-from identification.model import Model, machine_of
-from identification.series import Series, joined, numbered
+from identification.cable_memory import remembered
+from identification.dataset.dataset import DataSet
+from identification.dataset.series import Series, joined, numbered
+from identification.model_file import Model, machine_of
 from identification.simulation.channels import Channel, Tally
-from identification.simulation.doubts import Cases, cases_of
+from identification.simulation.initial_state import Own, own_of
 from identification.simulation.measured import Measured, angles_of, counts_of, forces_of, in_rows
-from identification.simulation.own import Own, own_of
+from identification.simulation.perturbations import Cases, cases_of
 from identification.simulation.windows import Windows, windows_of
 from mechanism.cable_lengths import Z, lengths
 from mechanism.elasticity import elongation, elongation_rate
 from mechanism.laws import Stretching
 from mechanism.machine import Machine
 from mechanism.simulation import Motion, State, follow, simulate
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 Source = Literal["f", "theta"]

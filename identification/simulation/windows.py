@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset import DataSet
-from identification.series import Series
-from xneck.errors import Refused
+from identification.dataset.dataset import DataSet
+from identification.dataset.series import Series
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 

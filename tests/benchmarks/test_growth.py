@@ -5,15 +5,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.clock_worlds import NECK_FILE, NOISE
 from benchmarks.growth import FLAT, Spent, _spent, words
 from benchmarks.long_recordings import chain, repeat_video
 from samples.generator.prescribed import World, prescribe
+from samples.worlds.clock_worlds import NECK_FILE, NOISE
+from tests.paths import SAMPLES
 from vision.video import describe
-from xneck.errors import Refused
-from xneck.strict_yaml import parse
+from xneck_foundation.errors import Refused
+from xneck_foundation.strict_yaml import parse
 
-VIDEO = Path(__file__).parents[2] / "samples/recording/video.mp4"
+VIDEO = SAMPLES / "recording/video.mp4"
 
 
 def test_motions_one_after_another_are_one_recording() -> None:

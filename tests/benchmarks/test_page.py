@@ -14,8 +14,8 @@ from playwright.sync_api import Page
 import benchmarks.__main__ as command
 from benchmarks.__main__ import TOPICS, main
 from benchmarks.table import Claim, Table, from_json
-from tests.vision.html_page import Elements, check_alone, look
-from xneck.json_text import as_json
+from tests.html_page import Elements, check_alone, look
+from xneck_foundation.json_text import as_json
 
 NASTY = "<b>bold</b> & more"
 QUICK = f'''"""Nothing, quickly: {NASTY}

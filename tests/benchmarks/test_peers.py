@@ -1,16 +1,15 @@
 """Peers and limits are what they are said to be."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from benchmarks.apriltag import apriltags
-from benchmarks.clock_worlds import NOISE, offset_bound
 from benchmarks.opencv import searching
+from samples.worlds.clock_worlds import NOISE, offset_bound
+from tests.paths import SAMPLES
 from vision.video import frames
 
-VIDEO = Path(__file__).parents[2] / "samples/recording/video.mp4"
+VIDEO = SAMPLES / "recording/video.mp4"
 
 
 @pytest.mark.parametrize("decimate", [1.0, 2.0])

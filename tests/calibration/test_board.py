@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from calibration.board import AprilGrid, Charuco, Chessboard, read_board
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 GOOD = {"kind": "charuco", "columns": 9, "rows": 6, "square": 0.025, "marker": 0.0175, "dictionary": "aruco_5x5_100"}
 

@@ -8,7 +8,7 @@ import yaml
 from calibration.camera import Camera, camera_from
 from calibration.camera_file import read_camera, write_camera
 from tests.calibration.truth import CAMERA, SIZE, project
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 ROS = """\
 image_width: 640

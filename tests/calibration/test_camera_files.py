@@ -11,7 +11,7 @@ import yaml
 from calibration.camera import Camera, camera_from
 from calibration.camera_file import export_camera, read_camera
 from tests.calibration.truth import CAMERA, DATA, SIZE
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 KALIBR = """\
 cam0:

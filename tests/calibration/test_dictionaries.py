@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from calibration.dictionaries import dictionary_names, dictionary_size, marker_cells
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 
 def test_names_are_opencvs_in_lower_case():

@@ -19,7 +19,7 @@ from calibration.sightings import sightings
 from calibration.summary import as_json
 from calibration.views import LeftOut, Observations
 from tests.calibration.truth import CAMERA, SIZE, bowed, synthetic_views
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 CORNERS = Chessboard(kind="chessboard", columns=8, rows=6, square=0.025).corners
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from calibration.pictures import picture_files, read_pictures
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 GREY = np.random.default_rng(0).integers(0, 255, (20, 30), np.uint8)
 

@@ -14,9 +14,9 @@ from calibration import corners as corner_finding
 from calibration import lens
 from calibration.board import Charuco, Chessboard
 from calibration.bundle import fit, start, without
+from calibration.camera_check import check_camera
 from calibration.corners import BoardView
 from calibration.estimation import calibrate
-from calibration.holds import check_camera
 from calibration.pictures import Picture, read_pictures
 from calibration.saddle import Saddles
 from calibration.sightings import sightings

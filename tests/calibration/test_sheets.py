@@ -16,7 +16,7 @@ from calibration.board import AprilGrid, Charuco, Chessboard
 from calibration.dictionaries import dictionary, marker_cells
 from calibration.sheets import board_sheet, marker_sheet, outlines
 from tests.calibration.truth import raster, svg_blacks
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 CHARUCO = Charuco(kind="charuco", columns=9, rows=6, square=0.025, marker=0.0175, dictionary="aruco_5x5_100")
 CHESSBOARD = Chessboard(kind="chessboard", columns=9, rows=6, square=0.020)

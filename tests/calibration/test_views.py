@@ -12,7 +12,7 @@ from calibration.pictures import Picture
 from calibration.sheets import board_sheet
 from calibration.views import distinct_views, observe, settled
 from tests.calibration.truth import CAMERA, SIZE, picture, poses, project, raster, svg_blacks
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 CHARUCO = Charuco(kind="charuco", columns=9, rows=6, square=0.025, marker=0.0175, dictionary="aruco_5x5_100")
 CHESSBOARD = Chessboard(kind="chessboard", columns=8, rows=5, square=0.025)

@@ -10,8 +10,9 @@ import numpy as np
 
 from calibration.corners import BoardView
 from calibration.pictures import Picture
+from tests.paths import SHARED
 
-DATA = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "calibration"
+DATA = SHARED / "calibration"
 CAMERA = np.array([620.0, 622.0, 325.0, 236.0, -0.21, 0.07, 0.0008, -0.0006, 0.0])  # of a picture of 640 x 480
 SIZE = (640, 480)
 

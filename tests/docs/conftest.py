@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 import xneck
-from identification.dataset import DataSet
-from identification.diagnosis import Diagnosis
-from identification.model import model_of, write_model
+from diagnosis.diagnose import Diagnosis
+from identification.dataset.dataset import DataSet
+from identification.model_file import model_of, write_model
 from tests.docs.pages import ROOT
 
 

@@ -11,10 +11,10 @@ import click
 import pytest
 
 import xneck
-from identification.diagnosis.advice import would_tell
-from identification.diagnosis.effects import EFFECTS
+from diagnosis.advice import would_tell
+from diagnosis.effects import EFFECTS
 from tests.docs.pages import PAGES, ROOT, commands, fenced
-from vision.cli import COMMANDS, group
+from xneck.cli import COMMANDS, group
 
 SHOWN = {"xneck": xneck} | {name: getattr(xneck, name) for name in xneck.__all__ if name != "Refused"}
 

@@ -2,26 +2,26 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from identification.dataset import DataSet, state_series
+from identification.dataset.dataset import DataSet, state_series
+from identification.dataset.series import Series, numbered
 from identification.estimates import Estimates, estimate
 from identification.identifiability import durbin_wu_hausman
-from identification.series import Series, numbered
 from mechanism.arm import arm_of
 from mechanism.description import Neck, read_neck
 from samples.generator.laws import dry_and_viscous, linear
 from samples.generator.prescribed import World, prescribe
-from vision.angles import Angles
-from vision.synchronise import synchronise
-from xneck.errors import Refused
-from xneck.strict_yaml import parse
+from synchronisation.angles import Angles
+from synchronisation.synchronise import synchronise
+from tests.paths import NECK_FILE
+from xneck_foundation.errors import Refused
+from xneck_foundation.strict_yaml import parse
 
-FILE = Path(__file__).parents[2] / "samples/recording/neck.yaml"
+FILE = NECK_FILE
 NECK = read_neck(FILE)
 K, FS, CA = np.array([9000.0, 7000.0, 8500.0, 6000.0]), np.array([12.0, 19.0, 15.0, 17.0]), np.full(4, 80.0)
 PRETENSION = np.array([26.0, 10.0, 5.0, 2.0])

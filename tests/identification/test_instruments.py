@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.dataset import DataSet
+from identification.cable_memory import remembered
+from identification.dataset.dataset import DataSet
 from identification.instruments import driven
-from identification.memory import remembered
 from identification.residuals import forces, stretching
 from identification.signals import Signals, signals_of
 from identification.unknowns import Unknowns, unknowns

@@ -9,8 +9,8 @@ from scipy.io import loadmat
 from identification.parameters_file import write_mat, write_neck
 from mechanism.description import read_neck
 from tests.identification.test_estimates import NECK
-from xneck.errors import Refused
-from xneck.estimate import Parameter
+from xneck_foundation.errors import Refused
+from xneck_foundation.least_squares import Parameter
 
 
 def parameters(x0: float = 0.0051) -> list[Parameter]:

@@ -18,15 +18,16 @@ from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
-from identification import joint_state, mcap_records
-from identification.dataset import DataSet
-from identification.dataset_file import read_dataset, write_dataset
-from identification.series import Series
+from identification.dataset.dataset import DataSet
+from identification.dataset.dataset_file import read_dataset, write_dataset
+from identification.dataset.series import Series
+from identification.files import joint_state, mcap_records
 from mechanism.description import read_neck
-from xneck.errors import Refused
-from xneck.recovered import Recovered, recoveries
+from tests.paths import NECK_FILE
+from xneck_foundation.errors import Refused
+from xneck_foundation.recovery import Recovered, recoveries
 
-NECK = Path(__file__).parents[2] / "samples/recording/neck.yaml"
+NECK = NECK_FILE
 EVERYWHERE = settings(
     max_examples=150, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from identification.covariance import Blocks, influence, widened
+from identification.block_covariance import Blocks, influence, widened
+from identification.cable_memory import remembered
 from identification.low_pass import CUTOFF_HZ, low_pass
-from identification.memory import remembered
 from identification.residuals import rows
 from identification.signals import Signals
 from identification.unknowns import unknowns

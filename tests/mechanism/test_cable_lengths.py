@@ -23,7 +23,7 @@ from samples.generator.linkage import solve
 from samples.generator.routes import WORDS, cable_table, piece
 from samples.generator.routes import lengths as string_lengths
 from samples.generator.taut_string import Wheel, tighten
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 EXACT = 1e-12
 """m: some thousand roundings of lengths up to 10 m"""

@@ -8,9 +8,10 @@ import pytest
 import yaml
 
 from mechanism.description import read_neck
-from xneck.errors import Refused
+from tests.paths import NECK_FILE
+from xneck_foundation.errors import Refused
 
-FILE = Path(__file__).parents[2] / "samples/recording/neck.yaml"
+FILE = NECK_FILE
 
 
 def changed(tmp_path: Path, **places: Any) -> Path:

@@ -1,7 +1,5 @@
 """Each law does what its formula promises in a motion that it did not choose: work, memory, nesting."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -13,8 +11,9 @@ from mechanism.laws import LAWS, Stretching, Turning
 from mechanism.machine import Machine
 from mechanism.simulation import State, simulate
 from samples.generator.routes import piece
+from tests.paths import NECK_FILE
 
-FILE = Path(__file__).parents[2] / "samples/recording/neck.yaml"
+FILE = NECK_FILE
 ARM = arm_of(read_neck(FILE))
 BASE = {"k": np.full(4, 8e3), "ca": np.full(4, 60.0), "fs": np.full(4, 15.0), "cm": np.array([0.5])}
 NAMES = ("dry_friction", "linear_cable")

@@ -7,8 +7,9 @@ import yaml
 
 from mechanism.description import BarMarker, read_neck
 from mechanism.neck_text import neck_text
+from tests.paths import NECK_FILE
 
-FILE = Path(__file__).parents[2] / "samples/recording/neck.yaml"
+FILE = NECK_FILE
 
 
 @pytest.mark.parametrize("markers", [True, False])

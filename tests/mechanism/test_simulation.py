@@ -1,7 +1,6 @@
 """The whole in motion: convergence, batches, rest, and what may not happen."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +12,10 @@ from mechanism.dynamics import gravity_and_springs
 from mechanism.machine import Machine
 from mechanism.simulation import MAX_STEP, State, follow, simulate
 from tests.mechanism.runge_kutta import runge_kutta
-from xneck.errors import Refused
+from tests.paths import NECK_FILE
+from xneck_foundation.errors import Refused
 
-ARM = arm_of(read_neck(Path(__file__).parents[2] / "samples/recording/neck.yaml"))
+ARM = arm_of(read_neck(NECK_FILE))
 VALUES = {
     "k": np.array([10e3, 9e3, 8e3, 5.5e3]),
     "ca": np.full(4, 60.0),

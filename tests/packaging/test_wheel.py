@@ -12,7 +12,8 @@ from zipfile import ZipFile
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.paths import ROOT
+
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PACKAGES: list[str] = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
 HEAVY = {"numpy", "scipy", "cv2", "matplotlib", "av", "distributed", "dask", "pydantic"}
@@ -66,11 +67,11 @@ def test_it_holds_every_file_of_the_packages_and_the_recordings_of_the_demo(whee
 
 def test_alone_it_finds_its_templates_and_its_samples(installed: Path) -> None:
     words = """
-import vision.cli.demo, vision.report.template, vision.report.batch_page as pages, xneck
+import xneck.cli.demo, xneck.report.template, xneck.report.batch_page as pages, xneck
 from vision.recording import read_recording
 from xneck.provenance import versions
 for name in ("recording", "held_out"):
-    print(read_recording(vision.cli.demo.SAMPLES / name).log)
+    print(read_recording(xneck.cli.demo.SAMPLES / name).log)
 print(len(pages.page({}, versions(), None)) > 1000, xneck.__file__)
 """
     *logs, page = python(installed, words).splitlines()
@@ -80,7 +81,7 @@ print(len(pages.page({}, versions(), None)) > 1000, xneck.__file__)
 
 def test_the_command_starts_without_what_computes(installed: Path) -> None:
     """`xneck --help` is there in a tenth of a second because none of these is loaded."""
-    words = "import sys, vision.cli; print(*{name.split('.')[0] for name in sys.modules})"
+    words = "import sys, xneck.cli; print(*{name.split('.')[0] for name in sys.modules})"
     assert not set(python(installed, words).split()) & HEAVY
 
 

@@ -16,9 +16,9 @@ from unittest import mock
 
 from hypothesis import HealthCheck, Phase, settings
 
-from vision.cli import main
-from xneck.errors import Refused
-from xneck.recovered import Recovered
+from xneck.cli import main
+from xneck_foundation.errors import Refused
+from xneck_foundation.recovery import Recovered
 
 TRIED: Counter[str] = Counter()
 """cases by kind, for the session's last line"""

@@ -11,17 +11,17 @@ from mcap.writer import CompressionType, Writer
 from numpy.typing import NDArray
 
 from calibration.camera_file import export_camera, write_camera
-from identification.dataset_file import read_dataset, write_dataset
-from identification.series import Series
+from identification.dataset.dataset_file import read_dataset, write_dataset
+from identification.dataset.series import Series
 from samples.generator.camera import SAMPLE_CAMERA
 from samples.generator.files import write_angles_csv, write_log_csv, write_log_mcap
 from samples.generator.video import render_video
-from tests.vision.test_linkage_fit import camera
-from vision.angles import read_angles, write_angles
+from synchronisation.angles import read_angles, write_angles
+from tests.paths import SAMPLES
+from tests.vision.linkage.test_linkage_fit import camera
 
 Array = NDArray[np.float64]
 
-SAMPLES = Path(__file__).parents[2] / "samples"
 R, H = SAMPLES / "recording", SAMPLES / "held_out"
 ROWS = 60
 

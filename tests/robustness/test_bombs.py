@@ -15,14 +15,14 @@ from mcap.opcode import Opcode
 from mcap.records import Chunk
 from mcap.writer import CompressionType, Writer
 
-from identification import joint_state
-from identification.mcap_chunks import LARGEST
-from identification.mcap_records import MAGIC
+from identification.files import joint_state
+from identification.files.mcap_chunks import LARGEST
+from identification.files.mcap_records import MAGIC
 from tests.robustness.judge import TRIED, read
 from tests.robustness.sources import H
-from vision.recording import read_recording
-from xneck.errors import Refused
-from xneck.strict_yaml import load
+from xneck.recording.recording_folder import read_recording
+from xneck_foundation.errors import Refused
+from xneck_foundation.strict_yaml import load
 
 GIB = 1 << 30
 RECORD = struct.Struct("<BQ")

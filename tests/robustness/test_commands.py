@@ -13,11 +13,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from identification import joint_state
-from identification.dataset import DataSet
-from identification.dataset_file import read_dataset, series_of
-from identification.model import read_model
-from identification.series import Series
+from identification.dataset.dataset import DataSet
+from identification.dataset.dataset_file import read_dataset, series_of
+from identification.dataset.series import Series
+from identification.files import joint_state
+from identification.model_file import read_model
 from tests.robustness.damage import Damage, of_bytes, of_rows, of_values
 from tests.robustness.judge import check, run, some
 

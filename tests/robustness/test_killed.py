@@ -13,13 +13,14 @@ from typing import Any
 import pytest
 
 from calibration.camera_file import read_camera
-from identification import joint_state
-from identification.dataset_file import read_dataset
-from identification.model import read_model
+from identification.dataset.dataset_file import read_dataset
+from identification.files import joint_state
+from identification.model_file import read_model
+from synchronisation.angles import read_angles
+from tests.paths import ROOT
 from tests.robustness.judge import MORE, TRIED
 from tests.robustness.sources import R
-from vision.angles import read_angles
-from xneck.whole_file import whole_file
+from xneck_foundation.whole_file import whole_file
 
 Reads = Callable[[Path], Any]
 
@@ -90,8 +91,8 @@ IN_CI = ("sync",)
 
 def started(words: list[str]) -> "subprocess.Popen[str]":
     return subprocess.Popen(
-        [sys.executable, "-c", "from vision.cli import main; main()", *words, "--quiet"],
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+        [sys.executable, "-c", "from xneck.cli import main; main()", *words, "--quiet"],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from identification.dataset_file import read_dataset
+from identification.dataset.dataset_file import read_dataset
+from tests.paths import ROOT
 from tests.robustness.judge import TRIED, Ran, check, run
 from tests.robustness.sources import H, R
 
@@ -26,8 +27,8 @@ def outside(kind: str, *words: str | Path, most: int | None = None) -> Ran:
             resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 
     ended = subprocess.run(
-        [sys.executable, "-c", "from vision.cli import main; main()", *map(str, words)],
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+        [sys.executable, "-c", "from xneck.cli import main; main()", *map(str, words)],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
         errors="surrogateescape",

@@ -12,16 +12,16 @@ from hypothesis import strategies as st
 from calibration.board import read_board
 from calibration.camera_file import read_camera
 from calibration.pictures import read_pictures
-from identification.dataset_file import read_dataset
-from identification.model import read_model
+from identification.dataset.dataset_file import read_dataset
+from identification.model_file import read_model
 from mechanism.description import read_neck
+from synchronisation.angles import read_angles
+from synchronisation.encoder_log import read_log
 from tests.robustness.damage import Damage, of_bytes, of_rows, of_values
 from tests.robustness.judge import read, some
 from tests.robustness.sources import R
-from vision.angles import read_angles
-from vision.encoder_log import read_log
-from vision.recording import read_recording
 from vision.video import frames
+from xneck.recording.recording_folder import read_recording
 
 NECK = read_neck(R / "neck.yaml")
 NUMBER = count()

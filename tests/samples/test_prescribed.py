@@ -1,7 +1,5 @@
 """Recordings whose motion is given: the arm's equation, the cables' law and the motors' equation hold in what they write."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import yaml
@@ -15,8 +13,9 @@ from mechanism.friction import dry
 from samples.generator.laws import cubic, damped, linear, maxwell_slip, play, toe, with_creep
 from samples.generator.mujoco_arm import Load
 from samples.generator.prescribed import World, prescribe
+from tests.paths import NECK_FILE
 
-FILE = Path(__file__).parents[2] / "samples/recording/neck.yaml"
+FILE = NECK_FILE
 NECK = yaml.safe_load(FILE.read_text(encoding="utf-8"))
 ARM = arm_of(read_neck(FILE))
 K, CA = np.array([10e3, 9e3, 8e3, 5.5e3]), np.full(4, 60.0)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from vision.following import Followed
+from vision.markers.tracking import DOUBLED, HIDDEN, SEEN
+from vision.markers.whole_video import Followed
 from vision.quality import gaps, quality
-from vision.tracking import DOUBLED, HIDDEN, SEEN
 
 TIME = np.arange(30, dtype=float) / 30
 IDS = [7, 8, 9]

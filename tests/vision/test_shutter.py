@@ -1,14 +1,13 @@
 """A rolling shutter's rows are brought to one moment; truth by a search for the moment at which each row saw its corner."""
 
-from pathlib import Path
-
 import numpy as np
 
 from mechanism.description import read_neck
+from tests.paths import NECK_FILE
 from tests.vision.scene import corners
 from vision.shutter import Shutter, at_middle_row
 
-NECK = read_neck(Path(__file__).parents[2] / "samples/recording/neck.yaml")
+NECK = read_neck(NECK_FILE)
 ROW_S = 15e-6  # 11 ms for 720 rows
 TIME = np.arange(120, dtype=float) / 30
 

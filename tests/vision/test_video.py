@@ -9,7 +9,7 @@ import pytest
 
 from samples.generator.video import tag_as_turned
 from vision.video import describe, frames, frames_of
-from xneck.errors import Refused
+from xneck_foundation.errors import Refused
 
 TICK = Fraction(1, 90_000)
 

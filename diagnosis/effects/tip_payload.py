@@ -1,0 +1,29 @@
+"""A load at the tip."""
+
+from diagnosis.effect import OfArm
+from mechanism.description import Neck
+from mechanism.laws import Term
+
+
+class TipPayload(OfArm):
+    """A point mass in the middle of the last bar."""
+
+    name = "tip_payload"
+    words = "the arm carries something at its tip"
+    place = "tip"
+    terms = (Term("m", "kg", -0.05, 2.0, 0.02, "arm"),)
+
+    def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
+        last = neck.mechanisms[-1]
+        top = last.top
+        mass = top.mass + amount
+        x, y = top.com
+        around = (x**2 + y**2) * top.mass * amount / mass
+        loaded = top.model_copy(
+            update={
+                "mass": mass,
+                "com": (x * top.mass / mass, y * top.mass / mass),
+                "inertia": max(top.inertia + around, 0.0),
+            }
+        )
+        return neck.model_copy(update={"mechanisms": (*neck.mechanisms[:-1], last.model_copy(update={"top": loaded}))})

@@ -1,0 +1,87 @@
+"""What is believed of an arm and of how it was recorded, while causes are sought."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+
+from identification.dataset.dataset import DataSet
+from identification.dataset.series import Series
+from mechanism.arm import Arm, arm_of
+from mechanism.description import Neck
+from mechanism.laws import LAWS
+
+Array = NDArray[np.float64]
+
+BASE = ("dry_friction", "linear_cable")
+"""the laws of the simulation that is put to the test"""
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A description, laws beyond the base with their numbers, and errors of what was read."""
+
+    neck: Neck
+    laws: tuple[str, ...]
+    values: Mapping[str, Array]
+    """of these laws' terms, by name: (M,), (N,) or (1,)"""
+    misread: Array
+    """what angles were read too large, (N,), rad"""
+    late: float = 0.0
+    """s, by which frames show what was done later than their stamps say"""
+    stale: float = 0.0
+    """s, by which a row's motor angles are older than its forces; frames were put on the clock by the angles"""
+
+    @property
+    def arm(self) -> Arm:
+        """The description's numbers."""
+        return arm_of(self.neck)
+
+    def with_law(self, name: str, values: Mapping[str, Array]) -> "Hypothesis":
+        """The same with a law's numbers set."""
+        laws = self.laws if name in self.laws else (*self.laws, name)
+        return replace(self, laws=laws, values={**self.values, **values})
+
+    def read(self, data: DataSet, late: float = 0.0) -> DataSet:
+        """A recording as it reads with these errors put right; late: further, of its own clock, s."""
+        s, columns = data.state, dict(data.state.columns)
+        for name in ("alpha", "vision"):
+            for i, wrong in enumerate(self.misread, start=1):
+                for suffix in ("", "_d", "_dd"):
+                    if (key := f"{name}{i}{suffix}") in columns:
+                        columns[key] = _sooner(s.time, columns[key], self.late + late)
+                if f"{name}{i}" in columns:
+                    columns[f"{name}{i}"] = columns[f"{name}{i}"] - wrong
+        for key in (key for key in s.columns if key[0] == "f" and key[1:].isdigit()):
+            columns[key] = np.interp(s.time - self.stale, s.time, s.columns[key])
+        frames = dict(data.angles.columns)
+        for i, wrong in enumerate(self.misread, start=1):
+            if f"alpha{i}" in frames:
+                frames[f"alpha{i}"] = frames[f"alpha{i}"] - wrong
+        clock = dict(data.clock)
+        if "offset_s" in clock:
+            clock["offset_s"] = float(clock["offset_s"]) - self.late - late
+        angles = Series(data.angles.time, frames)
+        return replace(data, neck=self.neck, state=Series(s.time, columns), angles=angles, clock=clock)
+
+
+def _sooner(time: Array, values: Array, by: float) -> Array:
+    """What is there `by` s later, moved to each row; the ends go on as they are."""
+    return values if by == 0 else make_interp_spline(time, values, k=3)(np.clip(time + by, time[0], time[-1]))
+
+
+def as_described(neck: Neck) -> Hypothesis:
+    """Nothing beyond the base model."""
+    return Hypothesis(neck, (), {}, np.zeros(neck.N))
+
+
+def at_rest(arm: Arm, law: str) -> dict[str, Array]:
+    """A law's terms where it does nothing: amounts zero, shapes at their size."""
+    own = [term for term in LAWS[law].terms if term.name not in _shared()]
+    return {t.name: np.full(t.count(arm), t.size if t.low > 0 else 0.0) for t in own}
+
+
+def _shared() -> set[str]:
+    return {term.name for name in BASE for term in LAWS[name].terms}

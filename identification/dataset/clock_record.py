@@ -1,0 +1,76 @@
+"""The camera's clock against the log's, as a data set's record states it, and the frames that were lost without a trace."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ConfigDict, Field
+
+from identification.dataset.series import LATEST
+from xneck_foundation.strict_yaml import Strict, validate
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Slip:
+    """Frames that were lost just before the frame stamped `time` (camera clock, s); it and all later ones are late."""
+
+    time: float
+    frames: int
+
+
+@dataclass(frozen=True)
+class Slips:
+    """All losses of a recording, and the period by which a frame is late, s."""
+
+    slips: tuple[Slip, ...] = ()
+    period: float = 0.0
+
+    def corrected(self, stamp: Array) -> Array:
+        """When frames were really taken, s on the camera's clock."""
+        stamp = np.asarray(stamp, dtype=float)
+        late = np.zeros(stamp.shape)
+        for slip in self.slips:
+            late += slip.frames * self.period * (stamp >= slip.time)
+        return stamp + late
+
+
+Seconds = Annotated[float, Field(ge=-LATEST, le=LATEST)]
+Sigma = Annotated[float, Field(ge=0, allow_inf_nan=True)] | None
+
+
+class _Slip(Strict):
+    time_s: Seconds
+    frames: int
+
+
+class _Record(Strict):
+    """What is computed with; a record may say more."""
+
+    model_config = ConfigDict(frozen=True, extra="allow", strict=True)
+
+    offset_s: Seconds = 0.0
+    offset_sigma_s: Sigma = None
+    skew_ppm: Annotated[float, Field(gt=-1e6, le=1e6)] = 0.0
+    skew_sigma_ppm: Sigma = None
+    camera_middle_s: Seconds = 0.0
+    frame_period_s: Annotated[float, Field(ge=0, le=LATEST)] = 0.0
+    slips: tuple[_Slip, ...] = ()
+    log_gaps: tuple[tuple[Seconds, Seconds], ...] = ()
+
+
+def check_record(clock: Mapping[str, Any], where: str | Path) -> None:
+    """Refused where a record that somebody else wrote does not hold the numbers that are computed with."""
+    validate(dict(clock), _Record, where)
+
+
+def log_time(clock: Mapping[str, Any], camera_time: Array) -> Array:
+    """Stamps of frames on the log's clock, s, by the record of a synchronisation."""
+    slips = tuple(Slip(s["time_s"], s["frames"]) for s in clock.get("slips", ()))
+    camera_time = Slips(slips, clock.get("frame_period_s", 0.0)).corrected(camera_time)
+    skew = 1e-6 * clock.get("skew_ppm", 0.0)
+    return camera_time + clock["offset_s"] + skew * (camera_time - clock.get("camera_middle_s", 0.0))

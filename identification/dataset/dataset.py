@@ -1,0 +1,75 @@
+"""The data set: what the arm did, on the log's clock, with everything that is needed to identify it.
+
+It is made by the `vision` package from a recording, or by hand from arrays; the identification core reads nothing else.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset.series import Series, numbered
+from mechanism.arm import Arm, arm_of
+from mechanism.description import Neck
+from mechanism.elasticity import elongation
+from mechanism.geometry import check_angles
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DataSet:
+    """Series of one recording; columns are those of the contract, SI units and radians.
+
+    state: log clock at the log's rate: alphaI, alphaI_d, alphaI_dd, thetaJ, thetaJ_d, thetaJ_dd, fJ, xJ, sigma_alphaI,
+    sigma_alphaI_d, sigma_alphaI_dd, the same of thetaJ (of its rounding), bridgedI (1 where vision missed the joint for longer
+    than 0.2 s), visionI and visionI_d (by splines through every frame, not smoothed; without them alpha is taken).
+    seed: the same without sigmas, at 31.25 Hz by the seed's chain, with xJ_d.
+    angles: as the camera saw them, on its own clock. log: as the controller wrote it, in our signs.
+    """
+
+    neck: Neck
+    neck_yaml: str
+    state: Series
+    seed: Series
+    angles: Series
+    log: Series
+    clock: Mapping[str, Any] = field(default_factory=dict)
+    check: Mapping[str, Any] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    covariance: Series | None = None
+    """full covariance of alpha, alpha', alpha'' of all joints at a few Hz, columns `cov_alpha1_alpha2_d` (upper triangle)"""
+
+    @property
+    def arm(self) -> Arm:
+        """The arm's numbers as neck.yaml states them."""
+        return arm_of(self.neck)
+
+
+def state_series(
+    arm: Arm,
+    time: Array,
+    alpha: tuple[Array, Array, Array],
+    theta: tuple[Array, Array, Array],
+    f: Array,
+    sigma: tuple[Array, Array, Array] | None = None,
+    x_d: Array | None = None,
+) -> Series:
+    """Columns of a data set from arrays: time (T,); alpha with its two derivatives, each (T, N); theta likewise (T, M); f (T, M).
+
+    The elongation x (41) is computed here. Raises Refused where an angle does not fit the arm.
+    """
+    check_angles(arm, alpha[0], "data set")
+    columns: dict[str, Array] = {}
+    for stem, parts in (("alpha", alpha), ("theta", theta)):
+        for suffix, values in zip(("", "_d", "_dd"), parts, strict=True):
+            columns |= numbered(stem, values, suffix)
+    columns |= numbered("f", f) | numbered("x", elongation(arm, alpha[0], theta[0]))
+    if x_d is not None:
+        columns |= numbered("x", x_d, "_d")
+    if sigma is not None:
+        for suffix, values in zip(("", "_d", "_dd"), sigma, strict=True):
+            columns |= numbered("sigma_alpha", values, suffix)
+    return Series(time, columns)

@@ -1,0 +1,117 @@
+"""The data set's file: one MCAP that plotting tools open as named curves, and exports of the same series."""
+
+import csv
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.io import savemat
+
+from identification.dataset.clock_record import log_time
+from identification.dataset.dataset import DataSet
+from identification.dataset.dataset_check import check_dataset
+from identification.dataset.series import Series, check_time
+from identification.files import joint_state
+from identification.files.mcap_losses import holes
+from mechanism.description import Neck
+from xneck_foundation import strict_yaml
+from xneck_foundation.errors import Refused
+from xneck_foundation.whole_file import whole_file
+
+_TOPICS = ("state", "seed", "angles", "log")
+_NEEDED = ("state", "seed")
+FORMATS = ("csv", "npz", "mat")
+
+
+def write_dataset(data: DataSet, path: str | Path) -> None:
+    """`data` as MCAP: channels as its series, metadata clock, check and provenance, neck.yaml attached.
+
+    Frames keep the camera's stamps; as messages they are logged at their time on the log's clock, as all else is.
+
+    >>> import xneck
+    >>> xneck.write_dataset(xneck.read_dataset("monday.mcap"), "copy.mcap")
+    """
+    joint_state.write(
+        path,
+        series_of(data),
+        {"clock": dict(data.clock), "check": dict(data.check), "provenance": dict(data.provenance)},
+        {"neck.yaml": data.neck_yaml.encode()},
+        {"angles": log_time(data.clock, data.angles.time)} if "offset_s" in data.clock else {},
+    )
+
+
+def series_of(data: DataSet) -> dict[str, Series]:
+    """The series of a data set by their topic in its file."""
+    return {topic: getattr(data, topic) for topic in _TOPICS} | (
+        {"covariance": data.covariance} if data.covariance else {}
+    )
+
+
+def read_dataset(path: str | Path) -> DataSet:
+    """A data set from its MCAP; of a damaged one what is whole, with a warning `Recovered`.
+
+    Rows after a hole are on no even clock with those before it, so of state and seed the longest whole stretch is taken.
+    Raises Refused where it is something else, or lacks what no result can do without: state, seed, clock and neck.yaml.
+
+    >>> import xneck
+    >>> state = xneck.read_dataset("monday.mcap").state  # on the log's clock, at its rate
+    >>> state.matrix("alpha").shape == (len(state.time), 3)  # rad
+    True
+    >>> [name for name in state.columns if name.startswith("theta1")]  # rad, rad/s, rad/s^2
+    ['theta1', 'theta1_d', 'theta1_dd']
+    """
+    found = joint_state.read(path)
+    needed = _NEEDED if found.lost else _TOPICS
+    missing = [topic for topic in needed if topic not in found.logs]
+    missing += [name for name, there in (("clock", found.metadata), ("neck.yaml", found.attached)) if name not in there]
+    if missing and found.lost:
+        lacks = ", ".join(missing)
+        raise Refused(path, f"lacks {lacks} ({found.lost})", "copy it again, or make it anew with `xneck sync`")
+    if missing:
+        raise Refused(path, f"is not a data set: lacks {', '.join(missing)}", "make one with `xneck sync`")
+    try:
+        text = found.attached["neck.yaml"].decode()
+    except UnicodeDecodeError as error:
+        raise Refused(f"{path}:neck.yaml", "is not UTF-8 text") from error
+    neck = strict_yaml.validate(strict_yaml.parse(text, f"{path}:neck.yaml"), Neck, f"{path}:neck.yaml")
+    series = {topic: joint_state.as_series(log) for topic, log in found.logs.items()}
+    for topic in _NEEDED:
+        check_time(series[topic].time, f"{path}:/{topic}")
+        series[topic] = _longest(series[topic]) if found.lost else series[topic]
+    parts = {topic: series.get(topic, Series(np.empty(0), {})) for topic in _TOPICS}
+    records: dict[str, Any] = {name: found.metadata.get(name, {}) for name in ("clock", "check", "provenance")}
+    for name, record in records.items():
+        if not isinstance(record, dict):
+            raise Refused(path, f"its {name} is no record", "make the data set anew with `xneck sync`")
+    data = DataSet(neck, text, **parts, **records, covariance=series.get("covariance"))
+    check_dataset(data, path)
+    return data
+
+
+def _longest(series: Series) -> Series:
+    """The most rows between two holes."""
+    begin, end = max(pairwise((0, *holes(series.time), len(series))), key=lambda stretch: stretch[1] - stretch[0])
+    return series.part(slice(begin, end))
+
+
+def export(series: Series, path: str | Path) -> None:
+    """A series as .csv, .npz or .mat (columns as variables, `time` first), by the path's suffix."""
+    path = Path(path)
+    columns = {"time": series.time} | dict(series.columns)
+    if path.suffix == ".csv":
+        with whole_file(path) as part, part.open("w", newline="", encoding="utf-8") as stream:
+            rows = csv.writer(stream)
+            rows.writerow(columns)
+            table = np.stack(list(columns.values()), axis=1)
+            rows.writerows([["" if value != value else repr(value) for value in row] for row in table.tolist()])
+    elif path.suffix == ".npz":
+        with whole_file(path) as part, part.open("wb") as stream:
+            np.savez_compressed(stream, **columns)  # type: ignore[arg-type]
+    elif path.suffix == ".mat":
+        with whole_file(path) as part, part.open("wb") as stream:
+            savemat(stream, columns, oned_as="column", long_field_names=True)
+    else:
+        raise Refused(
+            path, f"cannot export to {path.suffix or 'a file without suffix'}", f"valid: {', '.join(FORMATS)}"
+        )

@@ -1,0 +1,65 @@
+"""Angles in the camera's frames, on the log's clock, as a data set holds them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+
+from identification.dataset.clock_record import log_time
+from identification.dataset.dataset import DataSet
+
+Array = NDArray[np.float64]
+
+DEFAULT_SIGMA = np.radians(0.1)
+"""rad: assumed for angles that come without their sigma, and said so"""
+LARGEST_SIGMA = 2 * np.pi
+"""rad: of an angle of which nothing is known"""
+FRAME_HZ = 25.0
+"""at which the state stands in for frames"""
+_LEAST_WHITE = 0.05
+"""of sigma: no angle is free of noise"""
+
+
+@dataclass(frozen=True)
+class FrameAngles:
+    """What vision saw: times (F,) on the log's clock, s; angles and sigmas (F, N), rad, NaN where not seen."""
+
+    time: Array
+    alpha: Array
+    sigma: Array
+    """of what differs from frame to frame"""
+    common: Array
+    """of what all frames share"""
+
+    def within(self, first: float, last: float) -> "FrameAngles":
+        """Frames from `first` to `last`, s."""
+        part = (self.time >= first) & (self.time <= last)
+        return FrameAngles(self.time[part], self.alpha[part], self.sigma[part], self.common[part])
+
+
+def seen_in(data: DataSet) -> FrameAngles:
+    """Frames on the log's clock; the state, thinned, where the data set has no frames or no clock for them."""
+    n, alpha = data.arm.N, data.angles.matrix("alpha")
+    if "offset_s" in data.clock and alpha.shape[1] == n:
+        sigma, common = data.angles.matrix("sigma"), data.angles.matrix("common")
+        sigma = sigma if sigma.shape == alpha.shape else np.full(alpha.shape, DEFAULT_SIGMA)
+        common = common if common.shape == alpha.shape else np.zeros_like(alpha)
+        return FrameAngles(log_time(data.clock, data.angles.time), alpha, white(sigma, common), common)
+    state = data.state
+    rows = slice(None, None, max(1, round(1 / (FRAME_HZ * float(np.mean(np.diff(state.time)))))))
+    alpha, sigma = state.matrix("alpha")[rows], state.matrix("sigma_alpha")[rows]
+    sigma = sigma if sigma.shape == alpha.shape else np.full(alpha.shape, DEFAULT_SIGMA)
+    return FrameAngles(state.time[rows], alpha, sigma, np.zeros_like(sigma))
+
+
+def between_frames(frames: Array, alpha: Array, time: Array) -> tuple[Array, Array]:
+    """Angles and rates (T, N) by splines through every frame: noise and all, but nothing smoothed away and no cable asked."""
+    known = np.isfinite(alpha)
+    through = [make_interp_spline(frames[k], a[k], k=5) for k, a in zip(known.T, alpha.T, strict=True)]
+    return np.stack([s(time) for s in through], axis=-1), np.stack([s(time, 1) for s in through], axis=-1)
+
+
+def white(sigma: Array, common: Array) -> Array:
+    """The part of sigma that differs from frame to frame, (F, N), rad."""
+    return np.sqrt(np.maximum(sigma**2 - common**2, (_LEAST_WHITE * sigma) ** 2))

@@ -1,0 +1,81 @@
+"""Named columns over time: what every file of ours holds, whichever its format."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from xneck_foundation.errors import Refused
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Series:
+    """Columns of equal length over `time`, shape (T,), s; a value that is not known is NaN."""
+
+    time: Array
+    columns: Mapping[str, Array]
+
+    def __post_init__(self) -> None:
+        if any(len(c) != len(self.time) for c in self.columns.values()):
+            raise ValueError("columns and time differ in length")
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def part(self, rows: slice | NDArray[np.bool_]) -> "Series":
+        """Some of the rows."""
+        return Series(self.time[rows], {name: values[rows] for name, values in self.columns.items()})
+
+    def matrix(self, stem: str, suffix: str = "") -> Array:
+        """Columns `stem1suffix`, `stem2suffix`, ... side by side, shape (T, count)."""
+        found = []
+        while (name := f"{stem}{len(found) + 1}{suffix}") in self.columns:
+            found.append(self.columns[name])
+        return np.stack(found, axis=-1) if found else np.empty((len(self.time), 0))
+
+
+def joined(parts: Sequence[Series]) -> Series:
+    """One after another, all with the same columns."""
+    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
+    return Series(np.concatenate([part.time for part in parts]), columns)
+
+
+def numbered(stem: str, values: Array, suffix: str = "") -> dict[str, Array]:
+    """Columns of a matrix (T, count) by the names that `Series.matrix` reads."""
+    return {f"{stem}{i + 1}{suffix}": values[:, i] for i in range(values.shape[1])}
+
+
+LATEST = 2.0**31
+"""s: what a ROS stamp holds, up to the year 2038; nanoseconds taken for seconds are later"""
+PAUSE, LONGER = 10.0, 9.0
+"""s without a row that are a pause, and times all else that pauses may last together: more is a clock that jumped"""
+
+
+def check_time(time: Array, where: str) -> None:
+    """Refused where times are fewer than two, not finite, or do not increase."""
+    if len(time) < 2:
+        raise Refused(where, f"has {len(time)} rows", "record longer")
+    if not np.all(np.isfinite(time)):
+        raise Refused(where, f"time is not finite in row {int(np.argmin(np.isfinite(time))) + 1}")
+    steps = np.diff(time)
+    if np.any(steps <= 0):
+        row = int(np.argmax(steps <= 0)) + 2
+        word = "stands still" if steps[row - 2] == 0 else "jumps back"
+        raise Refused(where, f"time {word} in row {row}", "give each row a later time than the one before")
+    if np.max(np.abs(time)) > LATEST:
+        raise Refused(where, f"has a time of {np.max(np.abs(time)):.3g}", "times are seconds")
+    pauses = steps[steps > PAUSE]
+    if np.sum(pauses) > LONGER * (time[-1] - time[0] - np.sum(pauses)):
+        row = int(np.argmax(steps))
+        raise Refused(where, f"time jumps by {steps[row]:.6g} s in row {row + 2}", "cut it in two there")
+
+
+def check_size(columns: Mapping[str, Array], limit: float, where: str) -> None:
+    """Refused where a value is larger than anything it can mean; NaN, not known, is none."""
+    for name, values in columns.items():
+        largest = np.nanmax(np.abs(values), initial=0.0)
+        if largest > limit:
+            raise Refused(where, f"{name} has a value of {largest:.3g}", f"expected within +-{limit:g}")

@@ -1,5 +1,0 @@
-"""What the simulation gets wrong: causes compared side by side, named, and measured on recordings that were not fitted."""
-
-from identification.diagnosis.diagnose import Diagnosis, diagnose
-
-__all__ = ["Diagnosis", "diagnose"]

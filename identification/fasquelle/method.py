@@ -1,0 +1,185 @@
+"""Friction and elasticity as the seed identifies them: linear least squares on the arm and motor equations.
+
+    motor   k x + ca x' + dry(theta') fs = f - Ia (R/rd) theta''                         (56)
+    arm     Z dry(theta') fs [+ Z theta' fv] = Z (f - Ia (R/rd) theta'') - M alpha'' - c - g      (51)
+
+stacked with the arm equations weighted by W = 100 (61). Friction alone is identified from the arm equations: the seed
+prints (62), (63), which are motor equations without the tension, but the sigmas of its table 1 are in the ratio sqrt(3)
+between cables 1-3 and 4 that only the columns of Z give.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset.dataset import DataSet
+from identification.dataset.series import Series
+from mechanism.arm import Arm
+from mechanism.cable_lengths import Z
+from mechanism.dynamics import terms
+from mechanism.elasticity import MODELS, Model, strain_scale
+from mechanism.friction import dry
+from xneck_foundation.errors import Refused
+from xneck_foundation.least_squares import Estimate, Parameter, linear
+
+Array = NDArray[np.float64]
+
+WEIGHT = 100.0
+"""W of (60), (61): brings the arm equations (N m) to the size of the motor equations (N)"""
+WELL_IDENTIFIED = 10.0
+"""%: a relative sigma above it counts as not identified, as the seed judges its tables"""
+
+
+@dataclass(frozen=True)
+class Regressors:
+    """What both equations need at every sample; S samples of all recordings together."""
+
+    Z: Array
+    """(S, N, M), m"""
+    dry: Array
+    """(S, M)"""
+    theta_d: Array
+    """(S, M), rad/s"""
+    x: Array
+    """(S, M), m"""
+    x_d: Array
+    """(S, M), m/s"""
+    pull: Array
+    """f - Ia (R/rd) theta'': what friction and tension share, (S, M), N"""
+    arm_load: Array
+    """M alpha'' + c + g, (S, N), N m"""
+    strain: dict[Model, Array]
+    """x and x' are multiplied by it in each elastic model, (S, M)"""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A table of the seed: parameters, the estimate behind them, and what was fitted."""
+
+    title: str
+    parameters: tuple[Parameter, ...]
+    estimate: Estimate
+
+    def values(self, name: str) -> Array:
+        """Values of the parameters of a name, in the order of their cables."""
+        return np.array([p.value for p in self.parameters if p.name == name])
+
+
+@dataclass(frozen=True)
+class Identification:
+    """All tables of the seed's method for one arm."""
+
+    dry_only: Fit
+    dry_and_viscous: Fit
+    elastic: dict[Model, Fit]
+    tension_from_force: Array
+    """f - friction - Ia (R/rd) theta'' with the friction identified alone, (S, M), N"""
+    tension_error: dict[Model, Array]
+    """tension of each elastic model less that from the forces, (S, M), N"""
+
+    def mean_error(self, model: Model) -> float:
+        """The seed's mean tension reconstruction error, N."""
+        return float(np.mean(np.abs(self.tension_error[model])))
+
+
+def identify(recordings: Sequence[DataSet]) -> Identification:
+    """Tables 1 and 2 for recordings of one arm. Raises Refused where the recordings are of different arms or at rest."""
+    first = recordings[0]
+    for other in recordings[1:]:
+        if other.neck.model_dump(exclude={"markers"}) != first.neck.model_dump(exclude={"markers"}):
+            raise Refused("identify", "the recordings are of different arms", "give recordings made with one neck.yaml")
+    arm = first.arm
+    if not all("f1" in data.seed.columns for data in recordings):
+        raise Refused("identify", "the log holds no forces f", "log the force command of every motor")
+    parts = [regressors(arm, data.seed) for data in recordings]
+    r = Regressors(
+        *(np.concatenate([getattr(p, name) for p in parts]) for name in
+          ("Z", "dry", "theta_d", "x", "x_d", "pull", "arm_load")),
+        strain={m: np.concatenate([p.strain[m] for p in parts]) for m in MODELS},
+    )  # fmt: skip
+    still = np.max(np.abs(r.theta_d), axis=0) < 1.0
+    if np.any(still):
+        names = ", ".join(str(j + 1) for j in np.flatnonzero(still))
+        raise Refused("identify", f"motor {names} hardly moves (under 1 rad/s)", "record a motion of every motor")
+    dry_only, viscous = friction_alone(r, viscous=False), friction_alone(r, viscous=True)
+    from_force = r.pull - r.dry * dry_only.values("fs")
+    elastic = {model: elastic_system(r, model) for model in MODELS}
+    errors = {model: tension_of(r, model, fit) - from_force for model, fit in elastic.items()}
+    return Identification(dry_only, viscous, elastic, from_force, errors)
+
+
+def regressors(arm: Arm, series: Series) -> Regressors:
+    """The terms of (51) and (56) from a series with alpha, theta and their derivatives, f, x and x_d."""
+    alpha, theta_d = series.matrix("alpha"), series.matrix("theta", "_d")
+    jacobian = Z(arm, alpha)
+    k = terms(arm, alpha, series.matrix("alpha", "_d"))
+    load = np.einsum("sij,sj->si", k.M, series.matrix("alpha", "_dd")) + k.c + k.g
+    pull = series.matrix("f") - arm.motor_inertia / arm.drum * series.matrix("theta", "_dd")
+    shape = theta_d.shape
+    strain = {m: np.broadcast_to(strain_scale(arm, alpha, m), shape) for m in MODELS}
+    return Regressors(jacobian, dry(theta_d), theta_d, series.matrix("x"), series.matrix("x", "_d"), pull, load, strain)
+
+
+def friction_alone(r: Regressors, viscous: bool) -> Fit:
+    """Table 1: fs, and fv if `viscous`, from the arm equations (51)."""
+    columns = [_per_cable_on_arm(r, r.dry)]
+    names = [("fs", "N")]
+    if viscous:
+        columns.append(_per_cable_on_arm(r, r.theta_d))
+        names.append(("fv", "N s/rad"))
+    estimate = linear(np.concatenate(columns, axis=1), _arm_side(r))
+    cables = r.dry.shape[1]
+    labels = [(name, j + 1, unit) for name, unit in names for j in range(cables)]
+    return Fit("Dry and viscous friction" if viscous else "Dry friction only", _parameters(labels, estimate), estimate)
+
+
+def elastic_system(r: Regressors, model: Model) -> Fit:
+    """Table 2: stiffness, damping and fs together from (61); k, ca of each cable (model 1), or E, c of all (models 2, 3)."""
+    samples, cables = r.dry.shape
+    n = r.Z.shape[1]
+    eye = np.eye(cables)
+    scale = r.strain[model]
+
+    def on_motors(values: Array) -> Array:
+        """One column a cable, or one for all cables where a single parameter serves them."""
+        spread = (values[:, :, None] * eye).reshape(samples * cables, cables)
+        return spread if model == 1 else spread.sum(axis=1, keepdims=True)
+
+    elastic = np.concatenate([on_motors(scale * r.x), on_motors(scale * r.x_d)], axis=1)
+    above = np.concatenate([elastic, (r.dry[:, :, None] * eye).reshape(samples * cables, cables)], axis=1)
+    below = np.concatenate([np.zeros((samples * n, elastic.shape[1])), _per_cable_on_arm(r, r.dry)], axis=1)
+    D = np.concatenate([above, WEIGHT * below])
+    y = np.concatenate([r.pull.ravel(), WEIGHT * _arm_side(r)])
+    if model == 1:
+        labels = [(name, j + 1, unit) for name, unit in (("k", "N/m"), ("ca", "N s/m")) for j in range(cables)]
+    else:
+        labels = [("E", None, "Pa"), ("c", None, "Pa s")]
+    labels += [("fs", j + 1, "N") for j in range(cables)]
+    estimate = linear(D, y)
+    return Fit(f"Elastic model {model}", _parameters(labels, estimate), estimate)
+
+
+def _arm_side(r: Regressors) -> Array:
+    """Right side of (51), shape (S N,), N m."""
+    return (np.einsum("sij,sj->si", r.Z, r.pull) - r.arm_load).ravel()
+
+
+def _per_cable_on_arm(r: Regressors, values: Array) -> Array:
+    """Columns Z(:, j) values_j of the arm equations, shape (S N, M)."""
+    return (r.Z * values[:, None, :]).reshape(-1, values.shape[1])
+
+
+def tension_of(r: Regressors, model: Model, fit: Fit) -> Array:
+    """Tension of an elastic model with identified parameters (53), (57), shape (S, M), N."""
+    stiffness, damping = ("k", "ca") if model == 1 else ("E", "c")
+    return r.strain[model] * (fit.values(stiffness) * r.x + fit.values(damping) * r.x_d)
+
+
+def _parameters(labels: Sequence[tuple[str, int | None, str]], e: Estimate) -> tuple[Parameter, ...]:
+    out = []
+    for (name, index, unit), value, sigma in zip(labels, e.value, e.sigma, strict=True):
+        good = bool(100 * sigma <= WELL_IDENTIFIED * abs(value) and value != 0)
+        out.append(Parameter(name, index, float(value), unit, float(sigma), good))
+    return tuple(out)

@@ -1,0 +1,55 @@
+"""What the identified models say of a recording beside what was measured: couples of the arm, tensions of the cables."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset.dataset import DataSet
+from identification.fasquelle.method import Identification, regressors, tension_of
+from mechanism.elasticity import Model
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Reconstruction:
+    """Samples of the seed's series (S); couples Z f of each joint (S, N), N m; tensions of each cable (S, M), N."""
+
+    time: Array
+    """(S,), s"""
+    couple_measured: Array
+    """Z f from the logged forces"""
+    couple_without_friction: Array
+    """M alpha'' + c + g + Z Ia (R/rd) theta'': (51) with neither friction"""
+    couple_dry: Array
+    couple_dry_and_viscous: Array
+    tension_from_force: Array
+    """f - friction - Ia (R/rd) theta'', the friction being that identified alone"""
+    tension_elastic: dict[Model, Array]
+
+    def tension_error(self, model: Model) -> Array:
+        """Tension of an elastic model less that from the forces, (S, M), N."""
+        return self.tension_elastic[model] - self.tension_from_force
+
+
+def reconstruct(data: DataSet, found: Identification) -> Reconstruction:
+    """The seed's figures 6, 7 and 8 as numbers, for one recording and an identification of the same arm."""
+    r = regressors(data.arm, data.seed)
+    f = data.seed.matrix("f")
+
+    def couple(forces: Array) -> Array:
+        return np.einsum("sij,sj->si", r.Z, forces)
+
+    frictionless = r.arm_load + couple(f - r.pull)
+    fs = found.dry_only.values("fs")
+    both = r.dry * found.dry_and_viscous.values("fs") + r.theta_d * found.dry_and_viscous.values("fv")
+    return Reconstruction(
+        time=data.seed.time,
+        couple_measured=couple(f),
+        couple_without_friction=frictionless,
+        couple_dry=frictionless + couple(r.dry * fs),
+        couple_dry_and_viscous=frictionless + couple(both),
+        tension_from_force=r.pull - r.dry * fs,
+        tension_elastic={model: tension_of(r, model, fit) for model, fit in found.elastic.items()},
+    )

@@ -1,0 +1,50 @@
+"""The seed's own chain from recorded signals to its regressors: decimate, interpolate, filter, differentiate (its 6.5)."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, decimate, sosfiltfilt
+
+from identification.dataset.dataset import state_series
+from identification.dataset.series import Series
+from mechanism.arm import Arm
+from xneck_foundation.errors import Refused
+
+Array = NDArray[np.float64]
+
+RATE = 31.25
+"""Hz: what 500 Hz gives when divided by 16, the value closest to the video's 30 Hz"""
+CUTOFF = 5.0
+"""Hz: of the zero-phase Butterworth low-pass, order 4"""
+
+
+def seed_series(arm: Arm, log: Series, angle_time: Array, alpha: Array, cutoff: float = CUTOFF) -> Series:
+    """The data set's series as the seed makes it.
+
+    log: thetaJ, fJ on a uniform clock. angle_time: (F,), s, frame times on the log's clock; alpha: (F, N), rad, no NaN.
+    Derivatives are central differences after filtering. Raises Refused where less than two seconds overlap.
+    """
+    rate = 1 / float(np.median(np.diff(log.time)))
+    factor = max(1, round(rate / RATE))
+    theta, f = log.matrix("theta"), log.matrix("f")
+    if factor > 1:
+        theta, f = (
+            np.asarray(decimate(part, factor, n=8, ftype="iir", axis=0, zero_phase=True)) for part in (theta, f)
+        )
+    time = log.time[::factor]
+    inside = (time >= angle_time[0]) & (time <= angle_time[-1])
+    time, theta, f = time[inside], theta[inside], f[inside]
+    if len(time) < 2 * RATE:
+        raise Refused("data set", f"only {len(time) / RATE:.1f} s of the log overlap the video", "record both longer")
+    seen = np.stack([np.interp(time, angle_time, column) for column in alpha.T], axis=-1)
+    step = float(np.mean(np.diff(time)))
+    low_pass = butter(4, min(cutoff * 2 * step, 0.99), output="sos")
+    alpha0, theta0, f0 = (sosfiltfilt(low_pass, part, axis=0) for part in (seen, theta, f))
+    alpha_parts, theta_parts = _differentiated(alpha0, step), _differentiated(theta0, step)
+    made = state_series(arm, time, alpha_parts, theta_parts, f0)
+    x_d = np.gradient(made.matrix("x"), step, axis=0)
+    return state_series(arm, time, alpha_parts, theta_parts, f0, x_d=x_d)
+
+
+def _differentiated(values: Array, step: float) -> tuple[Array, Array, Array]:
+    first = np.gradient(values, step, axis=0)
+    return values, first, np.gradient(first, step, axis=0)

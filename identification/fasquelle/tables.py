@@ -1,0 +1,78 @@
+"""The seed's tables 1 and 2 of an identification, as text and as a record."""
+
+from typing import Any
+
+from identification.fasquelle.method import Fit, Identification
+from mechanism.elasticity import MODELS, Model
+from xneck_foundation.least_squares import Parameter
+
+
+def as_json(found: Identification, model: Model = 1) -> dict[str, Any]:
+    """The seed's record: parameters of the chosen elastic model, and all the tables."""
+    fits = {"dry": found.dry_only, "dry_and_viscous": found.dry_and_viscous}
+    fits |= {f"model_{m}": found.elastic[m] for m in MODELS}
+    return {
+        "parameters": [p.as_json() for p in found.elastic[model].parameters],
+        "fit": {
+            "elastic_model": model,
+            "samples": len(found.tension_from_force),
+            "mean_tension_error_N": {f"model_{m}": found.mean_error(m) for m in MODELS},
+            "tables": {
+                name: {
+                    "title": fit.title,
+                    "condition": fit.estimate.condition,
+                    "rank": len(fit.estimate.base),
+                    "base_parameters": [_label(fit.parameters[i]) for i in fit.estimate.base],
+                    "parameters": [p.as_json() for p in fit.parameters],
+                }
+                for name, fit in fits.items()
+            },
+        },
+    }
+
+
+def as_text(found: Identification) -> str:
+    """Both tables, a parameter a row and a model a column."""
+    one = _table("Table 1: friction, from the arm equations", [found.dry_and_viscous, found.dry_only])
+    two = _table("Table 2: friction and elasticity", [found.elastic[m] for m in MODELS])
+    errors = ", ".join(f"model {m} {found.mean_error(m):.2f} N" for m in MODELS)
+    return f"{one}\n\n{two}\nmean tension reconstruction error: {errors}"
+
+
+def rows(fits: list[Fit]) -> list[tuple[str, str, list[Parameter | None]]]:
+    """Label, unit and the parameter of each fit (None where it has none), in the order they first appear."""
+    keys: dict[tuple[str, int | None], str] = {}
+    for fit in fits:
+        for p in fit.parameters:
+            keys.setdefault((p.name, p.index), p.unit)
+    out = []
+    for (name, index), unit in keys.items():
+        label = _named(name, index)
+        found = [next((p for p in fit.parameters if (p.name, p.index) == (name, index)), None) for fit in fits]
+        out.append((label, unit, found))
+    return sorted(out, key=lambda row: (["fs", "fv", "k", "E", "ca", "c"].index(row[0].split("(")[0]), row[0]))
+
+
+def _label(p: Parameter) -> str:
+    return _named(p.name, p.index)
+
+
+def _named(name: str, index: int | None) -> str:
+    return name if index is None else f"{name}({index})"
+
+
+def _table(title: str, fits: list[Fit]) -> str:
+    lines = [title, f"{'':16}" + "".join(f"{fit.title:>26}" for fit in fits)]
+    for label, unit, found in rows(fits):
+        cells = "".join(f"{_cell(p):>26}" for p in found)
+        lines.append(f"{label:7}{unit:9}{cells}")
+    told = [f"{len(fit.estimate.base)} of {len(fit.parameters)}, {fit.estimate.condition:.3g}" for fit in fits]
+    lines.append(f"{'base, condition':16}" + "".join(f"{cell:>26}" for cell in told))
+    lines.append("* not identified: relative sigma above 10 %")
+    return "\n".join(lines)
+
+
+def _cell(p: Parameter | None) -> str:
+    if p is None:
+        return "-"
+    return f"{p.value:.5g}{' ' if p.identified else '*'}({p.relative_sigma_percent:6.2f} %)"

@@ -1,0 +1,292 @@
+"""The records of an MCAP file, as far as they are whole.
+
+Every chunk and attachment has a checksum of its own, and our metadata too. What fails it is left out and named. Records follow each
+other by their lengths alone: where one is wrong, the index at the file's end leads to the next; without it the file ends there.
+"""
+
+import json
+import struct
+import zlib
+from bisect import bisect_right
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.reader import make_reader
+from mcap.records import Attachment, Channel, Chunk, McapRecord, Message, Metadata, Schema
+from mcap.summary import Summary
+
+from identification.files.mcap_chunks import LARGEST, PREFIX, TIMES, records_in, unpacked
+from xneck_foundation.errors import Refused
+from xneck_foundation.input_file import check_input
+
+MAGIC = b"\x89MCAP0\r\n"
+ROWS = "rows"
+"""name of the metadata that says how many rows each channel was written with"""
+BROKEN = (McapError, zstandard.ZstdError, ValueError, struct.error, RuntimeError, EOFError, OverflowError, MemoryError)
+"""what the libraries raise on damaged bytes; their checksum errors are ValueErrors"""
+
+_FOOTER = struct.Struct("<BQQQI8s")
+_ENDS = {int(Opcode.DATA_END): 4, int(Opcode.FOOTER): 20}
+"""lengths of records that end the data: a damaged opcode ends nothing"""
+_KINDS = {
+    int(Opcode.CHUNK): "a chunk",
+    int(Opcode.ATTACHMENT): "the attachment",
+    int(Opcode.METADATA): "the metadata",
+}
+
+
+HELD = 4096
+"""messages of a topic that are held before they are handed on: a file is never all in memory"""
+
+
+@dataclass
+class Topic:
+    """Messages of one topic in the file's order, those that were not handed on yet."""
+
+    schema: str
+    encoding: str
+    messages: list[bytes] = field(default_factory=list)
+    written: int | None = None
+    """how many messages the file should hold, where it says so"""
+
+
+@dataclass(frozen=True)
+class Records:
+    """What a file holds: topics by name (without slash), JSON metadata and attachments by name; what it lost, in words."""
+
+    topics: dict[str, Topic]
+    others: tuple[str, ...]
+    """topics of other kinds than asked for"""
+    metadata: dict[str, Any]
+    attached: dict[str, bytes]
+    damage: tuple[str, ...]
+    cut: bool
+    """whether the file ends before its data do"""
+
+
+def sealed(name: str, value: Any) -> dict[str, str]:
+    """Metadata of this name as a file holds it: JSON, and a checksum, for MCAP gives metadata none."""
+    text = json.dumps(value)
+    return {"json": text, "crc32": _seal(name, text)}
+
+
+def read_records(path: Path, kind: str, take: Callable[[str, Topic], object]) -> Records:
+    """Messages whose schema's name ends in `kind`, and all metadata and attachments.
+
+    take: is given a topic with its name whenever it holds messages enough, and at the file's end; they are dropped after.
+    Raises Refused where the file is missing, not an MCAP, or where numbers without a checksum of their own are damaged.
+    """
+    check_input(path)
+    try:
+        with path.open("rb") as stream:
+            return _Reading(path, stream, kind).records(take)
+    except OSError as error:
+        raise Refused(path, f"cannot be read ({error.strerror or error})") from error
+
+
+class _Reading:
+    """One pass through a file."""
+
+    def __init__(self, path: Path, stream: BinaryIO, kind: str) -> None:
+        self.path, self.stream, self.kind = path, stream, kind
+        self.size = path.stat().st_size
+        if stream.read(len(MAGIC)) != MAGIC:
+            raise Refused(path, "is not an MCAP file", "is it the right one, and copied as it was?")
+        self.summary = _summary(stream, self.size)
+        self.channels: dict[int, Channel] = dict(self.summary.channels) if self.summary else {}
+        self.schemas: dict[int, Schema] = dict(self.summary.schemas) if self.summary else {}
+        self.topics: dict[str, Topic] = {}
+        self.metadata: dict[str, Any] = {}
+        self.attached: dict[str, bytes] = {}
+        self.damage: list[str] = []
+        self.nameless = 0
+        """messages of channels that are described nowhere"""
+        self.cut = False
+        self.unpacked = 0
+        """bytes of the chunks so far"""
+        self.unsealed = False
+        """whether there are messages that only the checksum over all data covers"""
+
+    def records(self, take: Callable[[str, Topic], object]) -> Records:
+        """Everything that is whole."""
+
+        def hand_on(least: int) -> None:
+            for name, topic in self.topics.items():
+                if len(topic.messages) >= least:
+                    take(name, topic)
+                    topic.messages.clear()
+
+        for opcode, content, at in self._framed():
+            try:
+                self._take(opcode, content)
+            except BROKEN as error:
+                self.damage.append(f"{_KINDS.get(opcode, 'a record')} at byte {at} {_why(error)}")
+            hand_on(HELD)
+        hand_on(1)
+        if self.nameless:
+            self.damage.append(f"{self.nameless} messages are of channels whose description is lost")
+        for name, count in self._written().items():
+            if count and name not in self.topics:
+                self.topics[name] = self._topic(next(c for c in self.channels.values() if _name(c) == name))
+            if name in self.topics:
+                self.topics[name].written = count
+        wanted = {name: topic for name, topic in self.topics.items() if topic.schema.endswith(self.kind)}
+        others = tuple(sorted(set(self.topics) - set(wanted)))
+        return Records(wanted, others, self.metadata, self.attached, tuple(self.damage), self.cut)
+
+    def _framed(self) -> Iterator[tuple[int, bytes, int]]:
+        """Opcode, content and place of one record after the other, up to the end of the data."""
+        index = _index(self.summary) if self.summary else {}
+        places = list(index)
+        at = len(MAGIC)
+        crc: int | None = zlib.crc32(MAGIC)  # None once a record was passed over unread
+        while True:
+            self.stream.seek(at)
+            prefix = self.stream.read(PREFIX.size)
+            opcode, length = PREFIX.unpack(prefix) if len(prefix) == PREFIX.size else (0, self.size)
+            after = at + PREFIX.size + length
+            later = bisect_right(places, at)
+            following = places[later] if later < len(places) else None
+            if opcode == 0 or after > self.size or (following or after) < after or index.get(at, opcode) != opcode:
+                if following is None:
+                    self.cut = True
+                    return
+                kind = _KINDS.get(index.get(at, 0), "a record")
+                self.damage.append(f"{kind} at byte {at} has a wrong length or kind")
+                at = following
+                continue
+            if length > LARGEST:
+                self.damage.append(f"{_KINDS.get(opcode, 'a record')} at byte {at} is larger than {LARGEST >> 20} MiB")
+                at, crc = after, None
+                continue
+            content = self.stream.read(length)
+            if opcode in _ENDS and following is None and length == _ENDS[opcode]:
+                if opcode == Opcode.DATA_END:
+                    self._check_data(int.from_bytes(content, "little"), crc)
+                return
+            if opcode not in _ENDS:
+                yield opcode, content, at
+            crc = None if crc is None else zlib.crc32(content, zlib.crc32(prefix, crc))
+            at = after
+
+    def _take(self, opcode: int, content: bytes) -> None:
+        """One record into what is found. Raises one of BROKEN where it is damaged."""
+        stream = ReadDataStream(BytesIO(content))
+        if opcode == Opcode.CHUNK:
+            chunk = Chunk.read(stream)
+            data = unpacked(chunk)
+            self.unpacked += len(data)
+            if self.unpacked > max(LARGEST, TIMES * self.size):
+                raise Refused(
+                    self.path, f"unpacks to more than {TIMES} times its size", "is it what the controller wrote?"
+                )
+            for record in records_in(data):
+                self._enter(record, chunk.uncompressed_crc != 0)
+        elif opcode == Opcode.SCHEMA:
+            self._enter(Schema.read(stream), False)
+        elif opcode == Opcode.CHANNEL:
+            self._enter(Channel.read(stream), False)
+        elif opcode == Opcode.MESSAGE:
+            self._enter(Message.read(stream, len(content)), False)
+        elif opcode == Opcode.ATTACHMENT:
+            attachment = Attachment.read(stream)
+            crc = int.from_bytes(content[-4:], "little")
+            if crc and zlib.crc32(content[:-4]) != crc:
+                raise ValueError(f"({attachment.name}) fails its checksum")
+            self.attached[attachment.name] = bytes(attachment.data)
+        elif opcode == Opcode.METADATA:
+            metadata = Metadata.read(stream)
+            text = metadata.metadata.get("json")
+            if text is not None:
+                if metadata.metadata.get("crc32", _seal(metadata.name, text)) != _seal(metadata.name, text):
+                    raise ValueError(f"({metadata.name}) fails its checksum")
+                self.metadata[metadata.name] = json.loads(text)
+
+    def _enter(self, record: McapRecord, sealed: bool) -> None:
+        """A schema, channel or message; `sealed` where a checksum of its own covers it."""
+        if isinstance(record, Schema):
+            self.schemas[record.id] = record
+        elif isinstance(record, Channel):
+            self.channels[record.id] = record
+        elif isinstance(record, Message):
+            channel = self.channels.get(record.channel_id)
+            if channel is None:
+                self.nameless += 1
+                return
+            topic = self.topics.get(_name(channel))
+            if topic is None:
+                topic = self.topics[_name(channel)] = self._topic(channel)
+            if topic.schema.endswith(self.kind):
+                self.unsealed |= not sealed
+                topic.messages.append(record.data)
+
+    def _topic(self, channel: Channel) -> Topic:
+        schema = self.schemas.get(channel.schema_id)
+        return Topic(schema.name if schema else "", channel.message_encoding)
+
+    def _check_data(self, expected: int, found: int | None) -> None:
+        if expected and found is not None and expected != found and self.unsealed:
+            raise Refused(
+                self.path,
+                "the checksum over all data fails, and messages in it have none of their own",
+                "copy it again",
+            )
+
+    def _written(self) -> dict[str, int]:
+        """Messages by topic, as our metadata or the file's statistics say."""
+        known = {_name(channel) for channel in self.channels.values()}
+        statistics = self.summary.statistics if self.summary else None
+        counts = statistics.channel_message_counts if statistics else {}
+        written: Counter[str] = Counter()
+        for i in set(counts) & set(self.channels):
+            written[_name(self.channels[i])] += counts[i]
+        said = self.metadata.get(ROWS)
+        rows = said if isinstance(said, dict) and all(isinstance(n, int) for n in said.values()) else written
+        return {name: n for name, n in rows.items() if name in known}
+
+
+def _name(channel: Channel) -> str:
+    return channel.topic.lstrip("/")
+
+
+def _seal(name: str, text: str) -> str:
+    return f"{zlib.crc32(f'{name}={text}'.encode()):08x}"
+
+
+def _summary(stream: BinaryIO, size: int) -> Summary | None:
+    """The index at the file's end, None where it is missing or damaged."""
+    if size < len(MAGIC) + _FOOTER.size:
+        return None
+    stream.seek(size - _FOOTER.size)
+    opcode, _, start, _, crc, magic = _FOOTER.unpack(stream.read(_FOOTER.size))
+    if opcode != Opcode.FOOTER or magic != MAGIC or not len(MAGIC) < start < size:
+        return None
+    stream.seek(start)
+    if crc and zlib.crc32(stream.read(size - len(MAGIC) - 4 - start)) != crc:
+        return None
+    stream.seek(0)
+    try:
+        return make_reader(stream).get_summary()
+    except BROKEN:
+        return None
+
+
+def _index(summary: Summary) -> dict[int, int]:
+    """Opcodes of indexed records by where they begin, in the file's order."""
+    places = {one.chunk_start_offset: int(Opcode.CHUNK) for one in summary.chunk_indexes}
+    places |= {one.offset: int(Opcode.ATTACHMENT) for one in summary.attachment_indexes}
+    places |= {one.offset: int(Opcode.METADATA) for one in summary.metadata_indexes}
+    return dict(sorted(places.items()))
+
+
+def _why(error: BaseException) -> str:
+    """The library's own words are about code, ours are about the file."""
+    return str(error) if isinstance(error, ValueError) and type(error) is ValueError else "cannot be unpacked"

@@ -1,0 +1,131 @@
+"""model.yaml: what was identified, as simulation takes it up."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import yaml
+from pydantic import Field, field_validator, model_validator
+
+from mechanism.arm import Arm
+from mechanism.friction import CM
+from mechanism.laws import LAWS
+from mechanism.machine import Machine
+from xneck_foundation.errors import Refused
+from xneck_foundation.least_squares import Parameter
+from xneck_foundation.strict_yaml import Strict, read
+from xneck_foundation.whole_file import write_text
+
+
+class ModelParameter(Strict):
+    """A parameter as identify's results give it."""
+
+    name: str
+    index: int | None
+    value: float
+    unit: str
+    sigma: float | None
+    relative_sigma_percent: float | None
+    identified: bool
+
+
+class Model(Strict):
+    """The laws that one arm's motors, cables and joints obey, and their numbers."""
+
+    xneck_model: Literal[1] = 1
+    laws: tuple[str, ...]
+    parameters: tuple[ModelParameter, ...]
+    covariance: tuple[tuple[float | None, ...], ...] | None = None
+    """of the parameters in their order, in their units; null of what is not known"""
+    provenance: dict[str, Any] = Field(default_factory=dict)
+
+    @field_validator("laws")
+    @classmethod
+    def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        for name in names:
+            if name not in LAWS:
+                raise ValueError(f"unknown law {name!r}, valid: {', '.join(LAWS)}")
+        return names
+
+    @model_validator(mode="after")
+    def _square(self) -> "Model":
+        rows = len(self.parameters)
+        if self.covariance is not None and [len(row) for row in self.covariance] != [rows] * rows:
+            raise ValueError(f"covariance: expected {rows} rows of {rows} numbers, as many as parameters")
+        return self
+
+
+def model_of(
+    parameters: Sequence[Parameter],
+    laws: Sequence[str],
+    provenance: dict[str, Any],
+    covariance: np.ndarray | None = None,
+) -> Model:
+    """The model that a fit's parameters make; friction's transition, where it was not fitted, is the seed's (48).
+
+    covariance: (P, P) of the parameters in their order.
+    """
+    listed = [ModelParameter(**p.as_json()) for p in parameters]
+    if not any(p.name == "cm" for p in listed):
+        listed.append(
+            ModelParameter(
+                name="cm", index=None, value=CM, unit="s/rad", sigma=None, relative_sigma_percent=None, identified=False
+            )
+        )
+    known = None
+    if covariance is not None:
+        whole = np.full((len(listed), len(listed)), 0.0)
+        whole[: len(parameters), : len(parameters)] = covariance
+        known = tuple(tuple(float(v) if np.isfinite(v) else None for v in row) for row in whole)
+    return Model(laws=tuple(laws), parameters=tuple(listed), covariance=known, provenance=provenance)
+
+
+def machine_of(model: Model, arm: Arm) -> Machine:
+    """The arm with the model's laws, for the simulation, and its x0 where it has them. Terms that the model leaves out are zero.
+
+    What was not identified may have come out below what its law allows, a negative damping that would feed energy in:
+    then it is taken at the law's limit. Raises Refused where a term is not given for each of its cables or joints.
+    """
+    values: dict[str, np.ndarray] = {}
+    for name in model.laws:
+        for term in LAWS[name].terms:
+            values[term.name] = np.maximum(_values(model, term.name, term.count(arm)), min(term.low, 0.0))
+    if any(p.name == "x0" for p in model.parameters):
+        arm = replace(arm, x0=_values(model, "x0", arm.M))
+    return Machine(arm, model.laws, values)
+
+
+def covariance_of(model: Model) -> np.ndarray:
+    """Of the parameters, (P, P), infinite where nothing is known; of a model without one from the sigmas."""
+    if model.covariance is not None:
+        return np.array([[np.inf if v is None else v for v in row] for row in model.covariance])
+    return np.diag([np.inf if p.sigma is None else p.sigma**2 for p in model.parameters])
+
+
+def _values(model: Model, name: str, count: int) -> np.ndarray:
+    found = [p for p in model.parameters if p.name == name]
+    if not found:
+        return np.zeros(count)
+    if len(found) == 1 and found[0].index is None:
+        return np.full(count, found[0].value)
+    by_index = {p.index: p.value for p in found}
+    if set(by_index) != set(range(1, count + 1)):
+        raise Refused("model", f"{name} is given for {sorted(map(str, by_index))}, the arm has {count} of it")
+    return np.array([by_index[j + 1] for j in range(count)])
+
+
+def write_model(model: Model, path: str | Path) -> None:
+    """`model` as YAML, whole or not at all."""
+    write_text(path, yaml.safe_dump(model.model_dump(mode="json"), sort_keys=False, allow_unicode=True))
+
+
+def read_model(path: str | Path) -> Model:
+    """model.yaml. Raises Refused with every fault.
+
+    >>> import xneck
+    >>> xneck.read_model("model.yaml").laws  # of `xneck identify monday.mcap --out model.yaml`
+    ('dry_friction', 'viscous_friction', 'linear_cable')
+    """
+    return read(path, Model)

@@ -1,0 +1,72 @@
+"""CSV files with a header, read by column name."""
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from identification.dataset.series import Series
+from xneck_foundation.errors import Refused
+from xneck_foundation.input_file import check_input
+
+
+def read_table(path: str | Path, wanted: Sequence[str], optional: Sequence[str] = ()) -> Series:
+    """Columns `time`, all of `wanted`, and those of `optional` that are there; empty cells are NaN.
+
+    Raises Refused for missing or doubled columns and for cells that are not numbers, naming row and column.
+    """
+    path = Path(path)
+    check_input(path)
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as stream:
+            rows = csv.reader(stream)
+            header = [cell.strip() for cell in next(rows, [])]
+            if not header:
+                raise Refused(path, "is empty", "expected a header and rows of numbers")
+            missing = [name for name in ("time", *wanted) if name not in header]
+            if missing:
+                raise Refused(
+                    path,
+                    f"lacks the column{'s' * (len(missing) > 1)} {', '.join(missing)}",
+                    f"its header is '{','.join(header)[:120]}', expected time,{','.join(wanted)}",
+                )
+            twice = sorted({name for name in header if header.count(name) > 1})
+            if twice:
+                raise Refused(path, f"has the column {twice[0]} twice", "name each column once")
+            names = ["time", *wanted, *(name for name in optional if name in header)]
+            at = [header.index(name) for name in names]
+            table = []
+            for number, row in enumerate(rows, start=2):
+                if not row:
+                    continue
+                if len(row) != len(header):
+                    raise Refused(
+                        path, f"row {number} has {len(row)} cells, the header {len(header)}", "is it half-written?"
+                    )
+                try:
+                    table.append([_number(row[k]) for k in at])
+                except ValueError:
+                    k = next(k for k in at if not _is_number(row[k]))
+                    raise Refused(path, f"row {number}, column {header[k]}: {row[k]!r} is not a number") from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise Refused(path, f"cannot be read as CSV ({getattr(error, 'strerror', None) or error})") from error
+    if not table:
+        raise Refused(path, "has a header but no rows")
+    values = np.array(table)
+    return Series(values[:, 0], {name: values[:, k] for k, name in enumerate(names) if k})
+
+
+def _number(cell: str) -> float:
+    """Python takes 1_0 for 10; other programs do not. Raises ValueError."""
+    if "_" in cell:
+        raise ValueError(cell)
+    return float(cell) if cell.strip() else np.nan
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        _number(cell)
+    except ValueError:
+        return False
+    return True

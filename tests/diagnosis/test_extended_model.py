@@ -1,0 +1,51 @@
+"""What is written after a diagnosis: markers that were turned are where the new description says."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis.cause import Cause, believed
+from diagnosis.cause_fit import Turn
+from diagnosis.comparison import compare
+from diagnosis.effects import EFFECTS
+from diagnosis.extended_model import description
+from diagnosis.hypothesis import as_described
+from diagnosis.linearisation import point, read_all, sought
+from diagnosis.nuisances import errors
+from identification.whitening import Whitener
+from mechanism.description import read_neck
+from tests.identification.test_estimates import recording
+from tests.paths import NECK_FILE
+
+SAMPLE = NECK_FILE
+
+
+@pytest.mark.parametrize("bar", [1, 2, 3])
+def test_a_turned_marker_is_described_as_it_sits(bar: int) -> None:
+    """Its bar is read anew from what the camera sees of it, and comes out as it stood."""
+    data, off = replace(recording(2000), neck=read_neck(SAMPLE)), 0.03
+    h, late = as_described(data.neck), np.zeros(1)
+    effect = EFFECTS["marker_offset"]
+    where = next(w for w in effect.wheres(h.arm) if w.label == f"bar {bar}")
+    found = believed(h, [Cause(effect, where, np.array([off]), {})])
+    now = compare(
+        at := point(h, read_all(h, [data], late), sought(h, 1).start(), late),
+        (),
+        (),
+        errors(at),
+        Whitener(np.ones((7, 1))),
+    )
+    written = description(Turn(now, (), (), 0.0, now.fit()), found)
+    assert data.neck.markers is not None
+    assert written.markers is not None
+    stood = np.array([0.0, 0.1, -0.2, 0.4])  # of every bar
+    # the marker is turned by `off`, so that with the old description its bar was read too large by as much
+    seen = {
+        m.id: stood[m.bar] + m.angle + (off if m.bar == bar else 0.0)
+        for m in data.neck.markers.on_bars
+        if m.bar is not None
+    }
+    for m in written.markers.on_bars:
+        if m.bar is not None:
+            assert seen[m.id] - m.angle == pytest.approx(stood[m.bar], abs=1e-9)

@@ -1,0 +1,60 @@
+"""Splines, their priors and banded inverses against dense linear algebra and finite differences."""
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from state_estimation.banded import factor, inverse_windows
+from state_estimation.spline import DEGREE, Prior, knots_over
+
+
+def dense(band: np.ndarray) -> np.ndarray:
+    lower = np.sum([np.diag(band[k, : band.shape[1] - k], -k) for k in range(len(band))], axis=0)
+    return lower + lower.T - np.diag(band[0])
+
+
+def test_design_reproduces_a_quintic_and_its_derivatives() -> None:
+    knots = knots_over(1.0, 4.0, 0.25)
+    time = np.linspace(1.0, 4.0, 200)
+    quintic = np.polynomial.Polynomial([0.3, -1.0, 0.5, 0.2, -0.1, 0.03])
+    c = np.linalg.lstsq(knots.design(time).toarray(), quintic(time), rcond=None)[0]
+    for d in range(3):
+        expected = quintic.deriv(d)(time) if d else quintic(time)
+        np.testing.assert_allclose(knots.design(time, d) @ c, expected, atol=1e-8)
+
+
+def test_a_bump_is_scipys() -> None:
+    """One coefficient set: the curve equals an interpolating quintic of itself."""
+    knots = knots_over(0.0, 2.0, 0.1)
+    time = np.linspace(0.0, 2.0, 2001)
+    c = np.eye(knots.count)[knots.count // 2]
+    spline = make_interp_spline(time, knots.design(time) @ c, k=DEGREE)
+    np.testing.assert_allclose(knots.design(time, 1) @ c, spline.derivative(1)(time), atol=1e-6)
+
+
+def test_drawn_coefficients_have_the_priors_precision_and_determinant() -> None:
+    knots, prior = knots_over(0.0, 9.0, 0.1), Prior(3, 4.0, 0.2, 5.0)
+    precision = dense(prior.band(knots))
+    np.testing.assert_allclose(np.linalg.slogdet(precision)[1], prior.log_determinant(knots), rtol=1e-9)
+    # far from the start the process forgets it: its variance stays
+    variance = np.diag(np.linalg.inv(precision))
+    np.testing.assert_allclose(variance[-1], variance[-8], rtol=0.05)
+
+
+def test_windows_of_the_inverse_are_the_inverses() -> None:
+    """Of 284 blocks, more than are worked on at a time."""
+    rng = np.random.default_rng(0)
+    n, width = 1700, 4
+    band = np.zeros((width + 1, n))
+    band[1:] = rng.normal(size=(width, n))
+    band[0] = 12.0
+    for k in range(1, width + 1):
+        band[k, n - k :] = 0.0
+    whole = np.linalg.inv(dense(band))
+    first = np.concatenate([[0, 3, 3], np.sort(rng.integers(0, n - 5, 400)), [n - 5]])
+    found = np.full((len(first), 5, 5), np.nan)
+    for rows, parts in inverse_windows(factor(band), 6, first, 5):
+        found[rows] = parts
+    for f, part in zip(first, found, strict=True):
+        np.testing.assert_allclose(part, whole[f : f + 5, f : f + 5], atol=1e-12)
+    right = rng.normal(size=(n, 2))
+    np.testing.assert_allclose(factor(band).solve(right), whole @ right, atol=1e-12)

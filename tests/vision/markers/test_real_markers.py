@@ -1,0 +1,60 @@
+"""Markers in photographs and videos that nobody here made; skipped where the shared data are not beside the checkout."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from mechanism.description import BarMarker, Markers
+from tests.paths import SHARED
+from vision.markers.detection import Finder
+from vision.video import frames
+
+DATA = SHARED / "markers"
+
+pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"no real data at {DATA}")
+
+
+def finder(dictionary: str, ids: range) -> Finder:
+    on_bars = tuple(BarMarker(id=i, bar=0) for i in ids)
+    return Finder(Markers(dictionary=dictionary, size=0.02, on_bars=on_bars))
+
+
+def published(picture: Path) -> list[np.ndarray]:
+    """Corners lb, rb, rt, lt of the tags in a photograph, pixel edges at integers, turned to pixel centres at integers."""
+    rows = [line for line in picture.with_suffix(".txt").read_text().splitlines() if line.strip()]
+    cells = [row.split(",", 1)[1].replace("(", " ").replace(")", " ").replace(",", " ").split() for row in rows]
+    return [np.array(c, dtype=float).reshape(4, 2) - 0.5 for c in cells]
+
+
+def test_photographs() -> None:
+    """36 of 47 tags, as many as OpenCV finds, corners within half a pixel of the published ones in the median; and OpenCV's
+    AprilTag patterns are turned by 180 degrees against AprilTag's own, on every tag."""
+    found, turns, off, expected = 0, set(), [], 0
+    for picture in sorted((DATA / "apriltag").glob("*.jpg")):
+        grey = np.asarray(cv2.imread(str(picture), cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
+        seen = [c for _, c in finder("apriltag_36h11", range(587)).detections(grey)]
+        for corners in published(picture):
+            expected += 1
+            upright = corners[[3, 2, 1, 0]]  # lt, rt, rb, lb: OpenCV's order
+            near = [c for c in seen if np.linalg.norm(c.mean(axis=0) - upright.mean(axis=0)) < 4]
+            if near:
+                found += 1
+                errors = [np.max(np.abs(np.roll(near[0], k, axis=0) - upright)) for k in range(4)]
+                turns.add(int(np.argmin(errors)))
+                off.append(min(errors))
+    assert expected == 47
+    assert found >= 36
+    assert turns == {2}
+    assert np.median(off) < 0.5
+
+
+def test_markers_on_two_wooden_bars() -> None:
+    """All 16 markers of the first frame, and the video read to its end though its header counts one frame more."""
+    seen = [
+        len(finder("aruco_original", range(1024)).detections(f.grey))
+        for f in frames(DATA / "scikit_surgery/multipattern.avi")
+    ]
+    assert len(seen) == 10
+    assert seen[0] == 16

@@ -1,0 +1,197 @@
+"""What a newcomer gets wrong is answered in one line, exit 1, and nothing half-written is left."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from calibration.camera import camera_from
+from calibration.camera_file import write_camera
+from samples.generator.camera import SAMPLE_CAMERA
+from samples.generator.video import render_video
+from tests.command import run
+from tests.paths import SAMPLES
+from tests.vision.linkage.test_linkage_fit import camera
+
+R, H = SAMPLES / "recording", SAMPLES / "held_out"
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Path:
+    """A folder with a camera.yaml and an empty folder `out` for results."""
+    write_camera(camera(), tmp_path / "camera.yaml")
+    (tmp_path / "out").mkdir()
+    return tmp_path
+
+
+def extract(place: Path, video: Path, neck: Path = R / "neck.yaml") -> list[str | Path]:
+    return ["extract", video, "--camera", place / "camera.yaml", "--neck", neck, "--out", place / "out/angles.mcap"]
+
+
+def sync(place: Path, angles: Path, log: Path, neck: Path = R / "neck.yaml") -> list[str | Path]:
+    return ["sync", angles, log, "--neck", neck, "--out", place / "out/dataset.mcap"]
+
+
+def written(path: Path, text: str) -> Path:
+    path.write_text(text)
+    return path
+
+
+def missing_video(place: Path) -> list[str | Path]:
+    return extract(place, place / "none.mp4")
+
+
+def text_named_mp4(place: Path) -> list[str | Path]:
+    return extract(place, written(place / "v.mp4", "not a video at all\n" * 50))
+
+
+def truncated_mp4(place: Path) -> list[str | Path]:
+    whole = (R / "video.mp4").read_bytes()
+    (place / "v.mp4").write_bytes(whole[: len(whole) // 2])
+    return extract(place, place / "v.mp4")
+
+
+def video_without_a_marker(place: Path) -> list[str | Path]:
+    bare = yaml.safe_load((R / "neck.yaml").read_text())
+    del bare["markers"]
+    small = SAMPLE_CAMERA.scaled(0.25)
+    render_video(place / "v.mp4", np.arange(6) / 30, lambda t: np.zeros((*np.shape(t), 3)), bare, small, seed=0)
+    parameters = np.array([small.fx, small.fy, small.cx, small.cy, small.k1, small.k2, small.p1, small.p2, small.k3])
+    write_camera(camera_from(parameters, (small.width, small.height)), place / "camera.yaml")
+    return extract(place, place / "v.mp4")
+
+
+def bar_of_fifty_metres(place: Path) -> list[str | Path]:
+    text = (R / "neck.yaml").read_text().replace("b: 0.05", "b: 50", 1)
+    return extract(place, R / "video.mp4", written(place / "neck.yaml", text))
+
+
+def columns(place: Path, header: Callable[[list[str]], list[str]]) -> Path:
+    lines = (R / "log.csv").read_text().splitlines()
+    return written(place / "log.csv", "\n".join([",".join(header(lines[0].split(","))), *lines[1:]]))
+
+
+def missing_column(place: Path) -> list[str | Path]:
+    return sync(place, H / "angles.csv", columns(place, lambda h: [name.replace("f3", "g3") for name in h]))
+
+
+def swapped_theta(place: Path) -> list[str | Path]:
+    turn = {"theta1": "theta2", "theta2": "theta1"}
+    return sync(place, true_angles(place), columns(place, lambda h: [turn.get(name, name) for name in h]))
+
+
+def theta_for_force(place: Path) -> list[str | Path]:
+    turn = {"theta1": "f1", "f1": "theta1"}
+    return sync(place, true_angles(place), columns(place, lambda h: [turn.get(name, name) for name in h]))
+
+
+def log_of_another_time(place: Path) -> list[str | Path]:
+    return sync(place, true_angles(place), H / "log.mcap")
+
+
+def angles_in_degrees(place: Path) -> list[str | Path]:
+    table = np.genfromtxt(H / "angles.csv", delimiter=",", names=True)
+    rows = [
+        ",".join([repr(float(r["time"])), *(repr(float(np.degrees(r[f"alpha{i}"]))) for i in (1, 2, 3))]) for r in table
+    ]
+    return sync(place, written(place / "a.csv", "\n".join(["time,alpha1,alpha2,alpha3", *rows])), H / "log.mcap")
+
+
+def log_without_a_whole_chunk(place: Path) -> list[str | Path]:
+    whole = (R / "log.mcap").read_bytes()
+    (place / "log.mcap").write_bytes(whole[: len(whole) // 5])
+    return sync(place, H / "angles.csv", place / "log.mcap")
+
+
+def too_little_of_a_log(place: Path) -> list[str | Path]:
+    """Its first half, and angles of a time after that."""
+    whole = (H / "log.mcap").read_bytes()
+    (place / "log.mcap").write_bytes(whole[: len(whole) // 2])
+    rows = (H / "angles.csv").read_text().splitlines()
+    return sync(
+        place, written(place / "a.csv", "\n".join([rows[0], *rows[-290:]])), place / "log.mcap", H / "neck.yaml"
+    )
+
+
+def time_that_jumps_back(place: Path) -> list[str | Path]:
+    lines = (R / "log.csv").read_text().splitlines()
+    return sync(place, H / "angles.csv", written(place / "log.csv", "\n".join(lines[:500] + lines[100:900])))
+
+
+def two_pictures_for_a_camera(place: Path) -> list[str | Path]:
+    pictures = [R / "board/01.jpg", R / "board/02.jpg"]
+    return ["calibrate", *pictures, "--board", R / "board.yaml", "--out", place / "out/camera.yaml"]
+
+
+def results_into_nowhere(place: Path) -> list[str | Path]:
+    return [
+        "sync",
+        H / "angles.csv",
+        H / "log.mcap",
+        "--neck",
+        H / "neck.yaml",
+        "--out",
+        place / "nowhere/dataset.mcap",
+    ]
+
+
+def folder_without_recording(place: Path) -> list[str | Path]:
+    return ["run", place, "--out", place / "out"]
+
+
+def recording_that_leaves_its_folder(place: Path) -> list[str | Path]:
+    written(place / "recording.yaml", "angles: ../a.csv\nlog: ../log.csv\nneck: ../neck.yaml\n")
+    return ["run", place, "--out", place / "out"]
+
+
+def true_angles(place: Path) -> Path:
+    """The main recording's angles as a CSV, so that only the log is at fault."""
+    stored = np.load(SAMPLES / "truth.npz")
+    table = np.column_stack([stored["recording_frame_times"], stored["recording_frame_alpha"]])
+    np.savetxt(place / "true.csv", table, delimiter=",", header="time,alpha1,alpha2,alpha3", comments="", fmt="%.9g")
+    return place / "true.csv"
+
+
+CASES: dict[Callable[[Path], list[str | Path]], str] = {
+    missing_video: r"none\.mp4: does not exist",
+    text_named_mp4: r"v\.mp4: is not a video",
+    truncated_mp4: r"v\.mp4: is truncated",
+    video_without_a_marker: r"v\.mp4: no marker of neck\.yaml is in view in 6 frames",
+    bar_of_fifty_metres: r"neck\.yaml: mechanisms\[0\]\.b: expected .* 2, found 50.*SI units",
+    missing_column: r"log\.csv: lacks the column f3",
+    swapped_theta: r"theta1 and theta2 are swapped",
+    theta_for_force: r"cable 1 contradicts all others.*is it f1",
+    log_of_another_time: r"do not show the same motion.*overlap",
+    angles_in_degrees: r"a\.csv: .*radians",
+    log_without_a_whole_chunk: r"log\.mcap: not one row of it can be read: is cut off",
+    too_little_of_a_log: r"the same motion .*log\.mcap: is cut off; /joint_states has \d+ rows",
+    time_that_jumps_back: r"log\.csv: time jumps back in row 500",
+    two_pictures_for_a_camera: r"2",
+    results_into_nowhere: r"nowhere does not exist",
+    folder_without_recording: r"recording\.yaml",
+    recording_that_leaves_its_folder: r"leaves the recording's folder",
+}
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
+def test_one_line_exit_one_and_nothing_left(
+    case: Callable[[Path], list[str | Path]], place: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    status, out, err = run(capfd, *case(place))
+    assert status == 1
+    assert out == ""
+    assert err.count("\n") == 1, err
+    assert re.search(CASES[case], err), err
+    assert [p for p in (place / "out").rglob("*") if p.is_file()] == []
+
+
+def test_wrong_usage_is_two_and_help_has_an_example(capfd: pytest.CaptureFixture[str]) -> None:
+    assert run(capfd, "extract").status == 2
+    assert run(capfd, "nonsense").status == 2
+    for name in ("board", "calibrate", "extract", "sync", "check", "identify", "simulate", "design", "run", "demo"):
+        shown = run(capfd, name, "--help")
+        assert shown.status == 0
+        assert f"Example: xneck {name}" in shown.out

@@ -1,0 +1,74 @@
+"""The command line: the only place that parses, prints and draws progress.
+
+Commands are loaded when they are called, so that `xneck --help` does not wait for OpenCV.
+"""
+
+import importlib
+import sys
+
+import click
+
+from xneck_foundation.errors import Refused
+
+COMMANDS = {
+    "board": "Print a calibration board, or the arm's markers, at true scale.",
+    "calibrate": "Calibrate the camera from pictures or a video of a board.",
+    "extract": "Joint angles from a recorded video.",
+    "sync": "Angles and encoder log to one checked data set.",
+    "check": "Is vision consistent with the cable lengths of the pulley model?",
+    "identify": "Friction and cable elasticity with their uncertainty.",
+    "simulate": "The recorded forces through the model, beside what was measured.",
+    "design": "A motion within limits that tells the parameters best.",
+    "diagnose": "What the simulation gets wrong, its cause, and what the model gains by it.",
+    "run": "All of it for recording folders, and one report each.",
+    "demo": "The same on the recording shipped in samples/.",
+    "study": "Hides effects in generated data and counts how often they are found.",
+}
+
+
+class _Group(click.Group):
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        return importlib.import_module(f"xneck.cli.{cmd_name}").command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="xneck", prog_name="xneck")
+def group() -> None:
+    """What a cable-driven arm of tensegrity X-joints really did, from a camera and encoder logs.
+
+    Each step reads and writes files; `xneck run FOLDER` does them all. Try `xneck demo`.
+    """
+
+
+def main() -> None:
+    """Entry point: refusals become one line on standard error and exit status 1."""
+    try:
+        status = group.main(standalone_mode=False)
+    except Refused as refusal:
+        line = " ".join(str(refusal).split())
+        click.echo(f"xneck: {line}", err=True)
+        sys.exit(1)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("xneck: interrupted; nothing half-written is left", err=True)
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.exit(141)
+    except OSError as error:  # what the disk refuses: a folder that cannot be made, a file that vanished
+        click.echo(f"xneck: {error.filename or 'output'}: {error.strerror or error}", err=True)
+        sys.exit(1)
+    except MemoryError:
+        click.echo("xneck: the memory of this machine does not suffice; give shorter recordings", err=True)
+        sys.exit(1)
+    sys.exit(status if isinstance(status, int) else 0)

@@ -1,0 +1,37 @@
+"""xneck board."""
+
+from pathlib import Path
+
+import click
+
+from xneck.cli.output import FILE, OUT, report_result, results
+
+
+@click.command(epilog="Example: xneck board board.yaml --out board.pdf")
+@click.argument("source", metavar="BOARD.yaml|NECK.yaml", type=FILE)
+@click.option("--out", type=OUT, required=True, help="The sheet: .pdf or .svg.")
+@results
+def command(source: Path, out: Path, json_out: str | None, quiet: bool) -> None:
+    """Print a calibration board, or the markers of an arm, at true scale with a ruler to check it."""
+    from calibration.board import read_board
+    from calibration.sheets import board_sheet, marker_sheet
+    from mechanism.description import markers_of, read_neck
+    from xneck_foundation.errors import Refused
+    from xneck_foundation.strict_yaml import load
+
+    document = load(source)
+    if isinstance(document, dict) and "kind" in document:
+        width, height = board_sheet(read_board(source), out)
+        what = "board"
+    elif isinstance(document, dict) and "mechanisms" in document:
+        markers = markers_of(read_neck(source), source)
+        ids = [marker.id for marker in markers.on_bars]
+        sheets, (width, height) = marker_sheet(ids, markers.size, markers.dictionary, out, source.stem)
+        what = f"{len(ids)} markers, {sheets} sheet{'s' * (sheets > 1)}"
+    else:
+        raise Refused(source, "is neither a board.yaml (key `kind`) nor a neck.yaml (key `mechanisms`)")
+    text = (
+        f"{out}: {what} on {width:.0f} x {height:.0f} mm. "
+        "Print at 100 % (no fitting to the page) and measure the ruler."
+    )
+    report_result({"out": str(out), "width_mm": width, "height_mm": height}, text, json_out, quiet)

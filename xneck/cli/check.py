@@ -1,0 +1,41 @@
+"""xneck check."""
+
+from pathlib import Path
+
+import click
+
+from xneck.cli.output import FILE, report_result, results
+
+
+@click.command(epilog="Example: xneck check today.mcap --baseline healthy.mcap --json check.json")
+@click.argument("dataset", type=FILE)
+@click.option(
+    "--baseline",
+    type=FILE,
+    help="A data set of the same arm, recorded when it was known to be healthy, theta counted from the same zero: "
+    "shows constant errors of an angle ten times smaller.",
+)
+@results
+def command(dataset: Path, baseline: Path | None, json_out: str | None, quiet: bool) -> None:
+    """Hold the elongation of every cable against the force on its motor, and name the fault where they do not agree.
+
+    A fault comes with its size, sigma and place, the others that would look the same, and what to do about it.
+    """
+    from identification.dataset.dataset_file import read_dataset
+    from synchronisation.check.from_dataset import check_dataset
+    from synchronisation.check.wording import sentence, usable
+
+    healthy = read_dataset(baseline) if baseline else None
+    found = check_dataset(read_dataset(dataset), healthy, str(baseline))
+    lines = [f"{dataset}: {found.verdict}"]
+    lines += [
+        f"  cable {c.cable}: elongation {1e3 * c.elongation_mean:.2f} +- {1e3 * c.elongation_rms:.2f} mm, "
+        f"unexplained {1e3 * c.unexplained_rms:.3f} mm (vision alone {1e3 * c.expected_rms:.3f}), "
+        f"compliance {1e6 * c.compliance:.1f} +- {1e6 * c.compliance_sigma:.1f} um/N"
+        for c in found.cables
+    ]
+    lines += [f"  {sentence(fault)}" for fault in found.faults]
+    if found.faults:
+        fit = {True: "usable", False: "not usable as they are", "in part": "usable in part"}[usable(found.faults)]
+        lines.append(f"  the data are {fit}")
+    report_result(found.as_json(), "\n".join(lines), json_out, quiet)

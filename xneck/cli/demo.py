@@ -1,0 +1,36 @@
+"""xneck demo."""
+
+from pathlib import Path
+
+import click
+
+from xneck.cli.output import FOLDER, results
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+_PACKED = _PACKAGE / "samples"
+SAMPLES = _PACKED if _PACKED.is_dir() else _PACKAGE.parent / "samples"
+"""the two recordings that a wheel holds, or those of the checkout"""
+
+
+@click.command(epilog="Example: xneck demo --out out")
+@click.option("--out", type=FOLDER, default=Path("out"), show_default=True, help="A folder for each recording here.")
+@click.option(
+    "--samples",
+    type=FOLDER,
+    default=SAMPLES,
+    help="The samples folder of a checkout.  [default: those that came with it]",
+)
+@results
+def command(out: Path, samples: Path, json_out: str | None, quiet: bool) -> int:
+    """The main job on the recordings shipped in samples/: a video with its log, and angles with theirs.
+
+    Then what the simulation gets wrong of this arm, fitted to the first and held against the second: summary.html leads to it.
+    """
+    from xneck.batch.batch import Asked
+    from xneck.cli.run import run_all
+    from xneck_foundation.errors import Refused
+
+    folders = (samples / "recording", samples / "held_out")
+    if not all(folder.is_dir() for folder in folders):
+        raise Refused(samples, "holds no samples", "give the samples folder of a checkout with --samples")
+    return run_all(folders, Asked(out), json_out, quiet, held_out=folders[1].name)

@@ -1,0 +1,91 @@
+"""xneck design."""
+
+from pathlib import Path
+
+import click
+
+from xneck.cli.output import FILE, OUT, progress, report_result, results
+
+_POSITIVE = click.FloatRange(0, min_open=True)
+
+
+@click.command(
+    epilog="Example: xneck design neck.yaml --model model.yaml --for k --for cable_hardening --tension 20 112 --out motion.csv"
+)
+@click.argument("neck_file", metavar="NECK.yaml", type=FILE)
+@click.option("--model", "model_file", type=FILE, help="model.yaml of this arm; without it one like the seed's.")
+@click.option("--out", type=OUT, required=True, help="motion.csv (also .npz, .mat).")
+@click.option("--seconds", type=click.FloatRange(5, 600), default=60.0, show_default=True, help="Rests included.")
+@click.option("--peak-deg", type=_POSITIVE, default=30.0, show_default=True, help="Largest angle of a joint, deg.")
+@click.option(
+    "--max-speed", type=_POSITIVE, default=300.0, show_default=True, help="Of a motor, rad/s before its gear."
+)
+@click.option("--max-force", type=_POSITIVE, help="Of a motor, N on its cable.")
+@click.option(
+    "--tension", type=(_POSITIVE, _POSITIVE), metavar="LOW HIGH", default=(20.0, 112.0), show_default=True, help="N."
+)
+@click.option(
+    "--for", "names", multiple=True, metavar="NAME", help="A parameter or law to be told; repeatable. [fs, k, ca]"
+)
+@click.option("--noise-deg", type=_POSITIVE, default=0.1, show_default=True, help="Of an angle in a frame, deg.")
+@click.option("--frame-hz", type=_POSITIVE, default=30.0, show_default=True, help="Of the camera.")
+@click.option("--tries", type=click.IntRange(3), default=120, show_default=True, help="Motions that are compared.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of what is drawn at random.")
+@results
+def command(
+    neck_file: Path,
+    model_file: Path | None,
+    out: Path,
+    seconds: float,
+    peak_deg: float,
+    max_speed: float,
+    max_force: float | None,
+    tension: tuple[float, float],
+    names: tuple[str, ...],
+    noise_deg: float,
+    frame_hz: float,
+    tries: int,
+    seed: int,
+    json_out: str | None,
+    quiet: bool,
+) -> None:
+    """Design an exciting motion: joint angles, motor angles and forces at 500 Hz for the controller.
+
+    The tension level varies apart from the motion. It begins and ends at rest in the straight pose, where the motors already
+    stand as the first row says. With it comes how well each parameter will be told.
+    """
+    from math import inf, radians
+
+    from identification.dataset.dataset_file import FORMATS, export
+    from identification.design.information import Noise
+    from identification.design.presumed import presumed
+    from identification.design.result import as_json, as_text, table
+    from identification.design.search import BASE, design, wanted
+    from identification.design.trajectory import Limits
+    from identification.model_file import machine_of, read_model
+    from mechanism.arm import arm_of
+    from mechanism.description import read_neck
+    from xneck_foundation.errors import Refused, one_of
+
+    one_of(out, out.suffix.removeprefix("."), FORMATS, "suffix")
+    if not tension[0] < tension[1]:
+        raise Refused("design", f"--tension {tension[0]:g} {tension[1]:g} leaves no range", "give the lower one first")
+    neck = read_neck(neck_file)
+    machine = machine_of(read_model(model_file), arm_of(neck)) if model_file else presumed(neck)
+    limits = Limits(radians(peak_deg), max_speed, tension, max_force or inf)
+    noise = Noise(radians(noise_deg), frame_hz)
+    draws = tries // 3
+    with progress(tries, "design", quiet) as done:
+        found = design(
+            machine,
+            wanted(machine, names or BASE),
+            limits,
+            noise,
+            seconds,
+            draws=draws,
+            changes=tries - draws,
+            seed=seed,
+            progress=done,
+        )
+    export(table(found.motion), out)
+    report_result(as_json(found, limits, noise), f"{out}:\n{as_text(found)}", json_out, quiet)

@@ -1,0 +1,119 @@
+"""xneck extract."""
+
+from pathlib import Path
+from typing import Any, Literal
+
+import click
+
+from xneck.cli.output import FILE, OUT, export_beside, exported, progress, report_result, results
+
+
+@click.command(epilog="Example: xneck extract video.mp4 --camera camera.yaml --neck neck.yaml --out angles.mcap")
+@click.argument("video", type=FILE)
+@click.option(
+    "--camera", "camera_file", type=FILE, required=True, help="camera.yaml of the camera at the video's size."
+)
+@click.option("--neck", "neck_file", type=FILE, required=True, help="neck.yaml with the arm's markers.")
+@click.option("--out", type=OUT, required=True, help="angles.mcap, or .csv, .npz, .mat.")
+@click.option("--overlay", type=OUT, help="A video with what was found drawn over it.")
+@click.option("--exposure", type=click.FloatRange(0, 1), default=0.0, help="Exposure time, s, where it is known.")
+@click.option("--row-time", type=float, default=0.0, help="Rolling shutter: s from one row to the next below.")
+@click.option(
+    "--stamp",
+    type=click.Choice(["start", "middle", "end"]),
+    default="middle",
+    show_default=True,
+    help="What the frames' stamps mean: begin, middle or end of the exposure.",
+)
+@click.option(
+    "--corners",
+    type=click.Choice(["template", "edges"]),
+    default="template",
+    show_default=True,
+    help="Markers' corners from all their grey levels, or from the edges of their squares (less precise, a third faster).",
+)
+@click.option(
+    "--light",
+    type=click.IntRange(0),
+    nargs=4,
+    metavar="X Y WIDTH HEIGHT",
+    help="Rectangle (px) with a light that the controller switches and logs as `led`.",
+)
+@click.option("--placement", is_flag=True, help="Estimate from the motion where each marker sits on its bar.")
+@click.option("--corrected-neck", type=OUT, help="Write neck.yaml with the markers where they were found.")
+@click.option("--workers", type=click.IntRange(1), default=1, show_default=True, help="Processes that share the video.")
+@exported
+@results
+def command(
+    video: Path,
+    camera_file: Path,
+    neck_file: Path,
+    out: Path,
+    overlay: Path | None,
+    exposure: float,
+    row_time: float,
+    stamp: Literal["start", "middle", "end"],
+    corners: Literal["template", "edges"],
+    light: tuple[int, int, int, int] | None,
+    placement: bool,
+    corrected_neck: Path | None,
+    workers: int,
+    export_as: str | None,
+    json_out: str | None,
+    quiet: bool,
+) -> None:
+    """Joint angles alpha_1..N of every frame of a recorded video, with their standard deviations."""
+    import numpy as np
+
+    from calibration.camera_file import read_camera
+    from mechanism.description import read_neck
+    from mechanism.neck_text import neck_text
+    from synchronisation.angles import write_angles
+    from vision.extract import extract
+    from vision.light_patch import LightPatch
+    from vision.linkage.shared_fit import PlacementPrior
+    from vision.overlay import write_overlay
+    from vision.shutter import Shutter
+    from vision.video import describe
+    from xneck_foundation.provenance import provenance
+    from xneck_foundation.whole_file import write_text
+
+    camera, neck = read_camera(camera_file), read_neck(neck_file)
+    shutter = Shutter(exposure, row_time, stamp)
+    prior = PlacementPrior() if placement or corrected_neck else None
+    patch = LightPatch(*light) if light else None
+    described = describe(video)
+    with progress(described.frames, "extract", quiet) as done:
+        found = extract(described, camera, neck, shutter, prior, corners == "template", workers, patch, done)
+    found.angles.notes["provenance"] = provenance({"video": video, "camera": camera_file, "neck": neck_file})
+    write_angles(found.angles, out, found.quality)
+    export_beside(found.angles.series, out, export_as)
+    if overlay:
+        with progress(len(found.angles.time), "overlay", quiet) as done:
+            write_overlay(video, overlay, neck, camera, found, done)
+    if corrected_neck and found.fit.placement:
+        comment = f"markers as found in {video.name}"
+        write_text(corrected_neck, neck_text(found.fit.placement.neck, comment))
+    result = found.as_json()
+    median = result["sigma_alpha_median_rad"]
+    shares = ", ".join(f"id {m['id']} {100 * m['seen_share']:.1f} %" for m in found.angles.notes["markers"])
+    more = [
+        f"\n  {', '.join(gap['angles'])} missing {gap['from_s']:.2f} to {gap['to_s']:.2f} s: {gap['cause']}"
+        for gap in result["gaps"][:10]
+    ]
+    more += [f"\n  {drift['sentence']}" for drift in result["drift"]]
+    more += [f"\n  {result['askew']}"] if result["askew"] else []
+    more += [f"\n  {_placed(number)}" for number in result["placement"] or []]
+    text = (
+        f"{out}: {result['frames_with_all_angles']} of {result['frames']} frames with all angles, "
+        f"sigma {np.degrees(median) if median else float('nan'):.3f} deg, corners {result['corner_sigma_px']:.3f} px\n"
+        f"  markers seen: {shares}"
+    )
+    report_result(result, text + "".join(more), json_out, quiet)
+
+
+def _placed(number: dict[str, Any]) -> str:
+    """One number of the placement, in mm or degrees."""
+    scale, unit = (1e3, "mm") if number["unit"] == "m" else (57.29578, "deg")
+    off = scale * (number["value"] - number["nominal"])
+    return f"{number['where']}: {number['name']} {off:+.3f} +- {scale * number['sigma']:.3f} {unit}, {number['word']}"

@@ -1,0 +1,141 @@
+"""Options and output that all commands share."""
+
+import errno
+import functools
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+import numpy as np
+
+from identification.dataset.dataset_file import FORMATS, export
+from identification.dataset.series import Series
+from xneck_foundation.errors import Refused
+from xneck_foundation.json_text import as_json
+from xneck_foundation.recovery import recoveries
+from xneck_foundation.whole_file import check_place, write_text
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+class _OutFile(click.ParamType):
+    """A file to be written; its place is checked before any work begins."""
+
+    name = "file"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        check_place(Path(value))
+        return Path(value)
+
+
+class _Place(click.Path):
+    """A path that leads somewhere: links in a circle are refused before anything follows them."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        try:
+            path.stat()
+        except OSError as error:
+            if error.errno == errno.ELOOP:
+                raise Refused(path, f"cannot be read ({error.strerror})") from error
+        return path
+
+
+FILE = _Place(path_type=Path)
+OUT = _OutFile()
+FOLDER = _Place(path_type=Path, file_okay=False)
+
+
+_RECOVERED = "recovered"
+"""key of the click context's notes, and of every result"""
+
+
+def results(function: F) -> F:
+    """Adds --json and --quiet, and hears of files that were read in part."""
+
+    @functools.wraps(function)
+    def heard(*values: Any, **options: Any) -> Any:
+        with recoveries() as said:
+            click.get_current_context().meta[_RECOVERED] = said
+            try:
+                return function(*values, **options)
+            except Refused as refusal:
+                if said:
+                    raise Refused(refusal.where, f"{refusal.what} ({'; '.join(said)})", refusal.do) from refusal
+                raise
+            except np.linalg.LinAlgError as error:
+                name = str(click.get_current_context().info_name)
+                word = f"the equations of these data cannot be solved ({error})"
+                raise Refused(name, word, "is a column in another unit, or a clock off?") from error
+
+    command = click.option("--quiet", is_flag=True, help="Print nothing but errors and warnings.")(heard)
+    command = click.option(
+        "--json", "json_out", metavar="FILE", help="Machine-readable result; - for standard output."
+    )(command)
+    return command  # type: ignore[return-value]
+
+
+def recovered() -> list[str]:
+    """What files lost that this command has read so far."""
+    return list(click.get_current_context().meta[_RECOVERED])
+
+
+def spreading(function: F) -> F:
+    """Adds --jobs and --cluster, of which one may be given."""
+
+    @functools.wraps(function)
+    def checked(*values: Any, jobs: int | None, cluster: str | None, **options: Any) -> Any:
+        if jobs and cluster:
+            raise click.UsageError("--jobs is for this machine; a --cluster has its own number of workers")
+        return function(*values, jobs=jobs, cluster=cluster, **options)
+
+    command = click.option("--cluster", metavar="ADDRESS", help="A dask scheduler instead, such as tcp://host:8786.")(
+        checked
+    )
+    command = click.option("--jobs", type=click.IntRange(1), help="Processes on this machine.  [default: one a core]")(
+        command
+    )
+    return command  # type: ignore[return-value]
+
+
+def exported(function: F) -> F:
+    """Adds --export."""
+    return click.option(
+        "--export", "export_as", type=click.Choice(FORMATS), help="The same series beside --out for other tools."
+    )(function)
+
+
+def report_result(result: dict[str, Any], text: str, json_out: str | None, quiet: bool) -> None:
+    """The result as JSON where asked for, and as text to standard output unless that is taken or quiet.
+
+    What files lost goes into both: the result's `recovered`, and a line each on standard error.
+    """
+    lost = recovered()
+    result = {**result, _RECOVERED: lost}
+    for line in lost:
+        click.echo(f"xneck: warning: {line}", err=True)
+    if json_out == "-":
+        click.echo(as_json(result), nl=False)
+        return
+    if json_out:
+        write_text(json_out, as_json(result))
+    if not quiet:
+        click.echo(text)
+
+
+def export_beside(series: Series, out: Path, kind: str | None) -> None:
+    """`series` at `out` with the suffix of the chosen kind."""
+    if kind:
+        export(series, out.with_suffix(f".{kind}"))
+
+
+@contextmanager
+def progress(total: int | None, what: str, quiet: bool) -> Iterator[Callable[[int], object]]:
+    """A progress bar on a terminal, silence elsewhere; yields the function to call with steps done."""
+    from tqdm import tqdm
+
+    with tqdm(total=total, desc=what, disable=True if quiet else None, leave=False) as bar:
+        yield bar.update

@@ -1,0 +1,68 @@
+"""xneck simulate."""
+
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from xneck.cli.output import FILE, OUT, export_beside, exported, progress, report_result, results
+
+
+@click.command(epilog="Example: xneck simulate dataset.mcap --model model.yaml --out simulated.mcap")
+@click.argument("dataset", type=FILE)
+@click.option("--model", "model_file", type=FILE, required=True, help="model.yaml from `xneck identify`.")
+@click.option("--out", type=OUT, required=True, help="simulated.mcap.")
+@click.option(
+    "--from",
+    "source",
+    type=click.Choice(["f", "theta"]),
+    default="f",
+    show_default=True,
+    help="What is given: the recorded motor forces, or the recorded motor angles.",
+)
+@click.option(
+    "--window",
+    type=click.FloatRange(0.05),
+    default=0.5,
+    show_default=True,
+    help="Restart from the measured state every so many seconds.",
+)
+@click.option("--free", is_flag=True, help="Never restart: free-running from the first sample.")
+@exported
+@results
+def command(
+    dataset: Path,
+    model_file: Path,
+    out: Path,
+    source: Literal["f", "theta"],
+    window: float,
+    free: bool,
+    export_as: str | None,
+    json_out: str | None,
+    quiet: bool,
+) -> None:
+    """Send the recorded forces, or the motor angles, through the model and lay the motion beside what was measured.
+
+    Of every channel the error is held against its noise floor: what state, sensors and parameters leave unknown.
+    """
+    from identification.dataset.dataset_file import read_dataset
+    from identification.files import joint_state
+    from identification.model_file import read_model
+    from identification.simulation.channels import as_text
+    from identification.simulation.simulated import simulate_recording
+    from xneck_foundation.provenance import provenance
+
+    data, model = read_dataset(dataset), read_model(model_file)
+    with progress(len(data.state) if free else None, "simulate", quiet) as done:
+        found = simulate_recording(data, model, None if free else window, source, done)
+    origin = provenance({"dataset": dataset, "model": model_file}, {"window_s": found.window_s, "from": source})
+    joint_state.write(out, {"simulated": found.series}, {"provenance": origin})
+    export_beside(found.series, out, export_as)
+    result = {
+        "window_s": found.window_s,
+        "from": source,
+        "channels": [channel.as_json() for channel in found.channels],
+        "rms": found.rms,
+    }
+    text = f"{out}: simulated less measured over windows of {found.window_s:.2f} s\n{as_text(found.channels)}"
+    report_result(result, text, json_out, quiet)

@@ -1,0 +1,64 @@
+"""xneck sync."""
+
+from pathlib import Path
+
+import click
+
+from xneck.cli.output import FILE, OUT, export_beside, exported, recovered, report_result, results
+
+
+@click.command(epilog="Example: xneck sync angles.mcap log.mcap --neck neck.yaml --out dataset.mcap")
+@click.argument("angles_file", metavar="ANGLES", type=FILE)
+@click.argument("log_file", metavar="LOG", type=FILE)
+@click.option("--neck", "neck_file", type=FILE, required=True, help="neck.yaml of the arm.")
+@click.option("--out", type=OUT, required=True, help="dataset.mcap.")
+@click.option(
+    "--cutoff", type=click.FloatRange(0.5, 15), default=5.0, show_default=True, help="Hz, of the seed's filter."
+)
+@exported
+@results
+def command(
+    angles_file: Path,
+    log_file: Path,
+    neck_file: Path,
+    out: Path,
+    cutoff: float,
+    export_as: str | None,
+    json_out: str | None,
+    quiet: bool,
+) -> None:
+    """Align camera and log clocks, and write the data set: state at the log's rate and at the seed's 31.25 Hz.
+
+    ANGLES is angles.mcap or a CSV with time,alpha1..alphaN[,sigma1..sigmaN] in rad; LOG an MCAP with JointState or a CSV
+    with time,theta1..thetaM,f1..fM.
+    """
+    from identification.dataset.dataset_file import write_dataset
+    from mechanism.description import read_neck
+    from synchronisation.angles import read_angles
+    from synchronisation.encoder_log import read_log
+    from synchronisation.synchronise import synchronise
+    from xneck_foundation.provenance import provenance
+    from xneck_foundation.strict_yaml import read_text
+
+    neck = read_neck(neck_file)
+    angles, log = read_angles(angles_file, neck.N), read_log(log_file, neck)
+    origin = provenance({"angles": angles_file, "log": log_file, "neck": neck_file}, {"cutoff_hz": cutoff})
+    origin["recovered"] = recovered()
+    data = synchronise(neck, read_text(neck_file), angles, log, origin, cutoff)
+    write_dataset(data, out)
+    export_beside(data.state, out, export_as)
+    c = data.clock
+    text = (
+        f"{out}: log = camera + {c['offset_s']:.5f} s +- {1e3 * c['offset_sigma_s']:.2f} ms, "
+        f"skew {c['skew_ppm']:.0f} +- {c['skew_sigma_ppm']:.0f} ppm; {len(data.state)} samples, "
+        f"{c['frames_dropped']} frames dropped, {c['log_rows_missing']} log rows missing; {data.check['verdict']}\n"
+        f"  from {c['source']}"
+    )
+    if c["force_delay_s"] is not None:
+        text += (
+            f"; forces act {1e3 * c['force_delay_s']:.2f} +- {1e3 * c['force_delay_sigma_s']:.2f} ms after their row"
+        )
+    text += f"; {c['frames_lost']} frames lost without a trace" if c["frames_lost"] else ""
+    text += f"; {c['log_rows_held']} log rows repeated" if c["log_rows_held"] else ""
+    text += "".join(f"\n  {warning}" for warning in c["warnings"])
+    report_result(dict(c), text, json_out, quiet)

@@ -1,0 +1,73 @@
+"""Elongations of the cables, over time and against the motor force."""
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from identification.dataset.dataset import DataSet
+from synchronisation.check.explained_elongation import Explained
+from xneck.report import style
+from xneck.report.block import Block, Entry
+from xneck.report.svg import inline
+
+MEDIAN_S = 0.5
+"""s of the running median over what the force does not explain"""
+
+
+def elongation_over_time(data: DataSet, found: Explained) -> Block:
+    """All cables in one panel, and what the force leaves of them in another."""
+    panels = []
+    time = data.state.time
+    stride = max(1, len(time) // (2 * style.POINTS))
+    width = max(1, round(MEDIAN_S / (stride * float(np.mean(np.diff(time))))))
+    left = median_filter((found.x - found.explained)[::stride], size=(width, 1), mode="nearest")
+    for key, title, at, values in (
+        ("elongation", "all cables", time, found.x),
+        ("unexplained", "not explained by the force", time[::stride], left),
+    ):
+        figure, axes = style.panel(2.7)
+        for j in range(data.arm.M):
+            style.line(axes, f"cable {j + 1}", at, 1e3 * values[:, j], style.cable_colour(j))
+        axes.set_title(title)
+        axes.set_xlabel("time on the log's clock, s")
+        axes.set_ylabel("elongation x, mm" if key == "elongation" else "unexplained, mm")
+        panels.append(inline(figure, key, f"elongation of all cables over time: {title}"))
+    return Block(
+        "Elongations over time",
+        "What the motors wound in beyond what the angles seen allow for, and what of it the motor force does not explain "
+        f"(median of {MEDIAN_S:g} s, since every reversal makes a spike): a healthy cable stays near zero, a slipping or "
+        "mislabelled one drifts or jumps.",
+        tuple(panels),
+        legend=tuple(Entry(f"cable {j + 1}", style.cable_colour(j)) for j in range(data.arm.M)),
+    )
+
+
+def elongation_against_force(data: DataSet, found: Explained) -> Block:
+    """One panel a cable, winding in and paying out apart, with the check's law as lines."""
+    speed = data.state.matrix("theta", "_d")
+    panels = []
+    for j in range(data.arm.M):
+        figure, axes = style.panel()
+        colour, n, x = style.cable_colour(j), found.force[:, j], 1e3 * found.x[:, j]
+        for turning, name, own in ((1, "winding in", colour), (-1, "paying out", style.QUIET)):
+            moving = turning * speed[:, j] > 0
+            style.dots(axes, name, n[moving], x[moving], own, size=2.0, opacity=0.6)
+            if np.any(moving):
+                low, high = np.quantile(n[moving], [0.005, 0.995]).tolist()
+                force = np.linspace(low, high, 30)
+                law = 1e3 * found.curve(j, force, turning)
+                style.line(axes, f"the check's law, {name}", force, law, style.MEASURED, "dashed")
+        axes.set_title(f"cable {j + 1}", color=colour)
+        axes.set_xlabel("motor force less its inertia, N")
+        axes.set_ylabel("elongation x, mm")
+        panels.append(inline(figure, f"force{j}", f"elongation of cable {j + 1} against its motor force"))
+    return Block(
+        "Elongation against force",
+        "Each cable grows with its force along the check's law (dashed); winding in lies to the right of paying out by "
+        "twice the dry friction, and dots between the two are reversals.",
+        tuple(panels),
+        legend=(
+            Entry("winding in", style.CABLES[0], "dot"),
+            Entry("paying out", style.QUIET, "dot"),
+            Entry("the check's law", style.MEASURED, "dashed"),
+        ),
+    )

@@ -1,0 +1,223 @@
+"""Figures of a diagnosis: what the base model leaves against what it depends on, over time, and which causes look alike."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from diagnosis.conditions import ALONG
+from diagnosis.detectability import Sight
+from diagnosis.signature import CONSTANT, Pattern, Signature
+from xneck.report import style
+from xneck.report.block import Block, Entry
+from xneck.report.drawn import DrawnAxes
+from xneck.report.svg import Panel, inline
+from xneck.report.wording import listed, number
+
+Array = NDArray[np.float64]
+
+BEFORE, AFTER = style.MODELS[3], style.MODELS[1]
+_SHADES = ("#FFFFFF", "#E3E3E3", "#B5B5B5", "#6FA3CD", "#174E80")
+_LEVELS = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
+"""of what an effect does, that another could feign; the causes that are named alike explain within 5 % of each other"""
+_SEEN = 1e-6
+"""of the loss: what does less does nothing that could be feigned"""
+
+
+def channel_words(channel: int, motors: int) -> str:
+    """`motor 2` or `joint 1`."""
+    return f"motor {channel + 1}" if channel < motors else f"joint {channel - motors + 1}"
+
+
+def proof(s: Signature, motors: int, changed: bool) -> Block:
+    """The picture that proves a verdict; changed: whether the extended model differs from the base."""
+    if s.kind == "episodes":
+        worst = sorted(s.channels, key=lambda k: -max(float(np.max(c.before[k] / c.noise[k])) for c in s.courses))[:2]
+        return Block(
+            "When it errs",
+            f"What the base model leaves in {listed([channel_words(k, motors) for k in sorted(worst)])}, RMS of every "
+            f"{number(s.courses[0].length, 2)} s: at noise for most of the time, and far above it now and then.",
+            tuple(_course(s, k, motors, changed, "proof") for k in sorted(worst)),
+            _legend(changed),
+        )
+    p = shown(s)
+    if s.kind == "nothing":
+        says = "Where it stands highest: the bins' means stay within the band of noise alone, and the RMS is about noise's."
+    else:
+        share = f", {100 * s.best.explains:.0f} % of what stands above noise there"
+        says = f"Every bin's mean{share if s.best.explains else ''}, and its RMS." + (
+            " The extended model takes it away where the blue line lies in the band." if changed else ""
+        )
+    says += " The band is what noise alone leaves (1 σ of a row)."
+    if p.periodic is not None:
+        says += f" The drum's angle is folded into one of {number(p.periodic.order, 3)} waves a turn."
+    return Block(
+        f"What is left at {channel_words(p.channel, motors)}, against {p.against}",
+        says,
+        (_means(p, motors, changed, "proof"), _spread(p, motors, changed, "proof")),
+        _legend(changed),
+    )
+
+
+def shown(s: Signature) -> Pattern:
+    """The best pattern; one that is constant as it lies along the angle of its joint, or the tension of its cable."""
+    if s.best.against != CONSTANT:
+        return s.best
+    own = [p for p in s.patterns if p.channel == s.best.channel]
+    return next((p for p in own if p.against == "joint's angle"), own[0])
+
+
+def over_time(s: Signature, motors: int, changed: bool) -> Block:
+    """RMS of every channel, window by window."""
+    count = len(s.courses[0].noise)
+    return Block(
+        "Over time",
+        f"RMS of every {number(s.courses[0].length, 2)} s"
+        + (", one recording after the other." if len(s.courses) > 1 else ".")
+        + " The band ends at what noise alone leaves.",
+        tuple(_course(s, k, motors, changed, "time") for k in range(count)),
+        _legend(changed),
+    )
+
+
+def by_condition(s: Signature, motors: int, changed: bool) -> Block | None:
+    """Of every channel above noise the condition that explains most of it, where one is clear."""
+    own = {p.channel: [q for q in s.clear if q.channel == p.channel and q.against != CONSTANT] for p in s.patterns}
+    best = [max(found, key=lambda p: p.explains) for found in own.values() if found]
+    panels = tuple(_means(p, motors, changed, f"by{p.channel}") for p in best)
+    if not panels:
+        return None
+    return Block(
+        "Against what each depends on most",
+        "Of every equation the condition whose bins explain most of what is above noise, where chance does not and the base model "
+        "could not.",
+        panels,
+        _legend(changed),
+    )
+
+
+def alike(sight: Sight) -> Block:
+    """Which effects could be taken for which in these recordings."""
+    count = len(sight.effects)
+    figure = Figure(figsize=(style.WIDTH, style.WIDTH))
+    axes = DrawnAxes(figure, (0.37, 0.02, 0.61, 0.9))
+    level = np.clip(np.digitize(sight.alike, _LEVELS[1:-1]), 0, len(_SHADES) - 1)
+    for shade, colour in enumerate(_SHADES[1:], start=1):
+        rows, columns = np.nonzero((level == shade) & ~np.eye(count, dtype=bool))
+        for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
+            if sight.share[row] < _SEEN:
+                continue
+            axes.fill([column, column + 1, column + 1, column], [row, row, row + 1, row + 1], color=colour, linewidth=0)
+    for k in range(count):
+        axes.fill([k, k + 1, k + 1, k], [k, k, k + 1, k + 1], color=style.QUIET, alpha=0.35, linewidth=0)
+    names = [f"{n.replace('_', ' ')}{'*' if n in sight.blind else ''}  {k + 1}" for k, n in enumerate(sight.effects)]
+    axes.note("feigned by the effect of the column", "shades", x=sight.effects, y=sight.effects, share=sight.alike)
+    axes.set_xlim(0, count)
+    axes.set_ylim(count, 0)
+    axes.set_yticks(np.arange(count) + 0.5, names)
+    axes.set_xticks(np.arange(count) + 0.5, [str(k + 1) for k in range(count)])
+    axes.tick_params(length=0, labelsize=7.0)
+    axes.xaxis.tick_top()
+    axes.grid(visible=False)
+    legend = [
+        Entry(f"{100 * low:.0f} to {100 * high:.0f} %", colour, "broad")
+        for low, high, colour in zip(_LEVELS[1:-1], _LEVELS[2:], _SHADES[1:], strict=True)
+    ]
+    return Block(
+        "Which causes these recordings could tell apart",
+        "A row an effect, of the size that should show; a column another one, by its number. Shaded is the share of what the first "
+        "does that the second could feign: dark pairs cannot be told apart here. Effects with a star would not show at all.",
+        (inline(figure, "alike", "share of what each effect does that each other one could feign"),),
+        tuple(legend),
+    )
+
+
+def axis_words(p: Pattern) -> str:
+    """The horizontal axis, with its unit."""
+    return p.against if p.unit in ("turn", "wave", "") else f"{p.against.removesuffix(ALONG)} ({p.unit})"
+
+
+def _legend(changed: bool) -> tuple[Entry, ...]:
+    base = (Entry("base model", BEFORE, "dashed" if changed else "solid"),)
+    extended = (Entry("extended model", AFTER),) if changed else ()
+    return (*base, *extended, Entry("noise alone", style.BROAD, "band"))
+
+
+def _means(p: Pattern, motors: int, changed: bool, key: str) -> Panel:
+    figure, axes = style.panel()
+    size = _size(p.channel, motors)
+    style.band(axes, "noise alone", p.at, -size * p.noise, size * p.noise, style.BROAD)
+    axes.axhline(0, color=style.QUIET, linewidth=0.7)
+    _lines(axes, p.at, size * p.before, size * p.after, changed)
+    axes.set_ylabel(f"mean left{ALONG if p.against.endswith(ALONG) else ''}, {_unit(p.channel, motors)}")
+    return _finished(figure, axes, p, motors, f"{key}-mean")
+
+
+def _spread(p: Pattern, motors: int, changed: bool, key: str) -> Panel:
+    figure, axes = style.panel()
+    size = _size(p.channel, motors)
+    style.band(axes, "noise alone", p.at, 0 * p.noise, size * p.noise, style.BROAD)
+    _lines(axes, p.at, size * p.before_rms, size * p.after_rms, changed)
+    axes.set_ylim(bottom=0)
+    axes.set_ylabel(f"RMS left, {_unit(p.channel, motors)}")
+    return _finished(figure, axes, p, motors, f"{key}-rms")
+
+
+def _finished(figure: Figure, axes: DrawnAxes, p: Pattern, motors: int, key: str) -> Panel:
+    name = channel_words(p.channel, motors)
+    axes.set_title(f"{name}, against {p.against}", color=_colour(p.channel, motors))
+    if p.unit in ("turn", "wave"):
+        axes.set_xlim(0, 1)
+        axes.set_xlabel(f"part of a {p.unit}")
+    else:
+        axes.set_xlabel(axis_words(p))
+    return inline(figure, key, f"what is left at {name} against {p.against}")
+
+
+def _course(s: Signature, channel: int, motors: int, changed: bool, key: str) -> Panel:
+    figure, axes = style.panel(2.0)
+    at, before, after, noise = [], [], [], []
+    for c, start in zip(s.courses, _starts(s), strict=True):
+        at.append(np.append(start + c.begin + c.length / 2, np.nan))
+        before.append(np.append(c.before[channel], np.nan))
+        after.append(np.append(c.after[channel], np.nan))
+        noise.append(np.append(np.full(len(c.begin), c.noise[channel]), np.nan))
+    time, size = np.concatenate(at), _size(channel, motors)
+    floor = size * np.concatenate(noise)
+    style.band(axes, "noise alone", time, 0 * floor, floor, style.BROAD)
+    _lines(axes, time, size * np.concatenate(before), size * np.concatenate(after), changed, dots=False)
+    axes.set_ylim(bottom=0)
+    name = channel_words(channel, motors)
+    axes.set_title(name, color=_colour(channel, motors))
+    axes.set_ylabel(f"RMS, {_unit(channel, motors)}")
+    axes.set_xlabel("time, s")
+    return inline(figure, f"{key}{channel}", f"what is left at {name} over time")
+
+
+def _starts(s: Signature) -> Sequence[float]:
+    lengths = [float(c.begin[-1] + c.length) for c in s.courses]
+    return [0.0, *np.cumsum(lengths)[:-1].tolist()]
+
+
+def _lines(axes: DrawnAxes, x: Array, before: Array, after: Array, changed: bool, dots: bool = True) -> None:
+    style.line(axes, "base model", x, before, BEFORE, "dashed" if changed else "solid", 1.3)
+    if changed:
+        style.line(axes, "extended model", x, after, AFTER, width=1.3)
+    if dots:
+        style.dots(axes, "base model's bins", x, before, BEFORE, 4.0)
+        if changed:
+            style.dots(axes, "extended model's bins", x, after, AFTER, 4.0)
+
+
+def _unit(channel: int, motors: int) -> str:
+    return "N" if channel < motors else "mN m"
+
+
+def _size(channel: int, motors: int) -> float:
+    """From SI to the unit that is shown."""
+    return 1.0 if channel < motors else 1e3
+
+
+def _colour(channel: int, motors: int) -> str:
+    return style.cable_colour(channel) if channel < motors else style.joint_colour(channel - motors)

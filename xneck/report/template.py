@@ -1,0 +1,25 @@
+"""The templates beside this file, and the one style sheet."""
+
+from importlib.resources import files
+from pathlib import Path
+
+from jinja2 import Environment, FunctionLoader, StrictUndefined
+from markupsafe import Markup
+
+
+def render(name: str | Path, **values: object) -> str:
+    """The template `name`, or one in a file elsewhere, with `values`; undefined names are errors, text is never markup."""
+    home = files("xneck.report")
+
+    def load(template: str) -> str:
+        return home.joinpath(template).read_text(encoding="utf-8")
+
+    environment = Environment(
+        loader=FunctionLoader(load), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    style_sheet = Markup(load("report.css"))  # our own file, not a person's
+    if isinstance(name, Path):
+        template = environment.from_string(name.read_text(encoding="utf-8"))
+    else:
+        template = environment.get_template(name)
+    return template.render(style_sheet=style_sheet, **values)

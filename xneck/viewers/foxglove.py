@@ -1,0 +1,64 @@
+"""The layout by which Foxglove (and Lichtblick, its open fork) opens a data set: plots of named curves.
+
+A message path of theirs takes an element of JointState by its place only: the place is looked up in the series, and the name
+is the curve's label. The time is the message's on the log's clock, which frames have too.
+"""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from identification.dataset.series import Series
+from xneck.viewers.panels import Panel, panels
+
+
+def foxglove_layout(series: Mapping[str, Series]) -> str:
+    """A layout file for a data set with these series, by topic."""
+    shown = panels(series)
+    names = [f"Plot!xneck{k + 1}" for k in range(len(shown))]
+    half = (len(names) + 1) // 2
+    columns = [_stacked(part, "column") for part in (names[:half], names[half:]) if part]
+    layout = {
+        "configById": {name: _plot(panel, series) for name, panel in zip(names, shown, strict=True)},
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": {"speed": 1},
+        "layout": _stacked(columns, "row"),
+    }
+    return json.dumps(layout, indent=1) + "\n"
+
+
+def _plot(panel: Panel, series: Mapping[str, Series]) -> dict[str, Any]:
+    paths = [
+        {
+            "value": f"/{curve.topic}.position[{list(series[curve.topic].columns).index(curve.column)}]",
+            "label": f"{curve.topic} {curve.column}",
+            "color": curve.colour,
+            "enabled": True,
+            "timestampMethod": "receiveTime",
+            "showLine": not curve.dots,
+            "lineSize": 2 if curve.dots else 1.2,
+        }
+        for curve in panel.curves
+    ]
+    return {
+        "foxglovePanelTitle": panel.title,
+        "paths": paths,
+        "xAxisVal": "timestamp",
+        "isSynced": True,
+        "showLegend": True,
+        "legendDisplay": "floating",
+        "showPlotValuesInLegend": True,
+        "showXAxisLabels": True,
+        "showYAxisLabels": True,
+        "sidebarDimension": 240,
+    }
+
+
+def _stacked(parts: list[Any], direction: str) -> Any:
+    """Panels one after the other with equal shares, as their tree of halves."""
+    first, *rest = parts
+    if not rest:
+        return first
+    share = 100 / len(parts)
+    return {"direction": direction, "first": first, "second": _stacked(rest, direction), "splitPercentage": share}

@@ -1,0 +1,1 @@
+"""What every room stands on: errors, strict YAML, whole files, provenance, version, least squares."""

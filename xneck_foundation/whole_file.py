@@ -1,0 +1,88 @@
+"""Outputs that appear whole or not at all."""
+
+import contextlib
+import glob
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from xneck_foundation.errors import Refused
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None
+
+_STEM = 40
+"""characters of a name that its temporary file takes over, so that it is not too long for the disk"""
+
+
+def check_place(path: Path) -> None:
+    """Refused where a file cannot be put at `path`, so that long work does not end in nothing."""
+    if path.is_dir():
+        raise Refused(path, "is a folder", "name a file")
+    if path.exists() and not path.is_file():
+        raise Refused(path, "is a pipe or a device", "name a file")
+    if not path.parent.is_dir():
+        raise Refused(path, f"the folder {path.parent} does not exist", "make it first")
+    if not os.access(path.parent, os.W_OK):
+        raise Refused(path, f"the folder {path.parent} cannot be written to")
+
+
+@contextmanager
+def whole_file(path: str | Path) -> Iterator[Path]:
+    """A temporary path beside `path`, of the same suffix, moved over it when the block ends without an error.
+
+    What a program that was killed left of an earlier attempt at `path` is removed. Raises Refused where the folder does not
+    exist or cannot be written, or the disk is full.
+    """
+    path = Path(path)
+    check_place(path)
+    sweep(path)
+    try:
+        handle, name = tempfile.mkstemp(prefix=_prefix(path), suffix=path.suffix, dir=path.parent)
+    except OSError as error:
+        raise Refused(path, f"cannot be written ({error.strerror})") from error
+    part = Path(name)
+    try:
+        with os.fdopen(handle, "rb") as held:
+            _lock(held.fileno())
+            yield part
+            os.fsync(held.fileno())
+        part.chmod(0o644)
+        part.replace(path)
+    except OSError as error:
+        raise Refused(path, f"cannot be written ({error.strerror or error})") from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _prefix(path: Path) -> str:
+    return f".{path.stem[:_STEM]}.xneck-"
+
+
+def sweep(path: Path) -> None:
+    """Removes temporary files of the output `path` that nobody writes any more: whoever does holds a lock."""
+    for left in path.parent.glob(f"{glob.escape(_prefix(path))}????????{glob.escape(path.suffix)}"):
+        with contextlib.suppress(OSError), left.open("rb") as stream:
+            if _lock(stream.fileno()):
+                left.unlink()
+
+
+def _lock(handle: int) -> bool:
+    """Whether this process alone holds the file now; False where another one does, or nobody can tell."""
+    if fcntl is None:
+        return False
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """`text` as UTF-8 into `path`, whole or not at all."""
+    with whole_file(path) as part:
+        part.write_text(text, encoding="utf-8")
