@@ -1,4 +1,4 @@
-"""What friction and elasticity come out as: the seed's chain, least squares at the log's rate, and ours with instruments.
+"""What friction and elasticity come out as: Fasquelle's chain, least squares at the log's rate, and ours with instruments.
 
 Recordings of 60 s at 0.1 deg and 30 Hz, encoder counts, clocks fitted by `synchronise` as in use, cables and friction drawn
 anew for each seed. In the second half the description has no pre-elongation while there are 2 to 26 N of it.
@@ -82,7 +82,7 @@ def measure(first: int = 0, seeds: int = SEEDS) -> Table:
             for term in TERMS:
                 true = one.truth[term]
                 theirs = [p for p in fit.parameters if p.name == term]
-                found.setdefault(("the seed's", term), []).append(
+                found.setdefault(("Fasquelle's", term), []).append(
                     _compared(true, np.array([(p.value, p.sigma, p.identified) for p in theirs]))
                 )
                 for method in ("least squares", "instruments"):
@@ -101,13 +101,13 @@ def measure(first: int = 0, seeds: int = SEEDS) -> Table:
     columns = ("bias %", "rms %", "covered %", "over sigma", "identified %", "s each")
     table = Table(f"Identification, {seeds} recordings of 60 s, 0.1 deg, fitted clocks", columns, tuple(rows))
     claims = [
-        Claim(f"error of {term}, rms, %", on, table.at(f"{said}instruments, {term}", "rms %"), ("the seed's", theirs))
+        Claim(f"error of {term}, rms, %", on, table.at(f"{said}instruments, {term}", "rms %"), ("Fasquelle's", theirs))
         for said, on in (
             ("", f"{seeds} recordings of 60 s"),
             ("x0 neglected, ", "the same, pre-elongation not described"),
         )
         for term in TERMS
-        for theirs in (table.at(f"{said}the seed's, {term}", "rms %"),)
+        for theirs in (table.at(f"{said}Fasquelle's, {term}", "rms %"),)
     ]
     return replace(table, claims=tuple(claims))
 

@@ -1,4 +1,4 @@
-"""The state at the log's rate beside the seed's own chain, on recordings whose motion is given.
+"""The state at the log's rate beside Fasquelle's own chain, on recordings whose motion is given.
 
 The peer decimates, interpolates, filters and differentiates; of its cutoffs each recording takes the one that truth likes best, for
 every derivative apart: more than anyone could know. The clock is the true one for both. NEES is e^T P^-1 e per dimension, 1 where
@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from benchmarks.table import Claim, Table
 from identification.dataset.frames import FrameAngles
 from identification.dataset.series import Series, numbered
-from identification.fasquelle.series import seed_series
+from identification.fasquelle.series import fasquelle_series
 from mechanism.arm import Arm, arm_of
 from mechanism.description import read_neck
 from samples.generator.laws import cubic, damped, dry_and_viscous, linear, with_creep
 from samples.generator.prescribed import Prescribed, World, prescribe
 from state_estimation.motors import motors_of
-from state_estimation.state import State, estimate_state
+from state_estimation.state import StateEstimate, estimate_state
 from synchronisation.encoder_log import uniform
 from xneck_foundation.strict_yaml import parse
 
@@ -33,7 +33,7 @@ SEEDS = range(6)
 SECONDS = 60.0
 NOISE = np.radians(0.1)
 EDGE = 1.0
-"""s left out at both ends, where the seed's filters settle"""
+"""s left out at both ends, where Fasquelle's filters settle"""
 GAPS = ((14.0, 15.0), (29.5, 30.5), (45.0, 46.0))
 """s after the first frame: no joint seen, in the rows that say so"""
 CUTOFFS = (2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 14.0)
@@ -95,11 +95,11 @@ def measure(seeds: Iterable[int] = SEEDS) -> Table:
                 for where, nees in (("in", [r.blind for r in found]), ("beside", [r.nees for r in found])):
                     rows.append((f"{label}, {where} gaps", (None, None, None, *_honesty(nees), seconds)))
     columns = ("alpha", "alpha'", "alpha''", "NEES", "NEES'", "NEES''", "joint", "least", "most", "s/min")
-    table = Table(f"State over the seed's chain, RMS, {len(seeds)} seeds of 0.1 deg", columns, tuple(rows))
-    peer = ("the seed's, at its best cutoff", 1.0)
+    table = Table(f"State over Fasquelle's chain, RMS, {len(seeds)} seeds of 0.1 deg", columns, tuple(rows))
+    peer = ("Fasquelle's, at its best cutoff", 1.0)
     claims = [
         Claim(
-            f"error of {column}, rms, in those of the seed's chain",
+            f"error of {column}, rms, in those of Fasquelle's chain",
             f"motion up to {content}, cables that stiffen and creep",
             ours,
             peer,
@@ -132,7 +132,7 @@ def _one(arm: Arm, counts: Array, made: Prescribed, seed: int, fuse: bool, gaps:
     ours = [_rms(v - t(state.time)) for v, t in zip(_parts(state), truth, strict=True)]
     peer = np.full(3, np.nan if gaps else np.inf)
     for cutoff in () if gaps else CUTOFFS:
-        series = seed_series(arm, log, frames, alpha, cutoff)
+        series = fasquelle_series(arm, log, frames, alpha, cutoff)
         kept = (series.time > state.time[0]) & (series.time < state.time[-1])
         for d, suffix in enumerate(("", "_d", "_dd")):
             peer[d] = min(peer[d], _rms((series.matrix("alpha", suffix) - truth[d](series.time))[kept]))
@@ -159,7 +159,7 @@ def _nees(e: Array, covariance: Array) -> Array:
     )
 
 
-def _parts(state: State) -> tuple[Array, Array, Array]:
+def _parts(state: StateEstimate) -> tuple[Array, Array, Array]:
     return state.alpha, state.alpha_d, state.alpha_dd
 
 

@@ -21,7 +21,7 @@ DEFAULT_FREE = lens.MODELS["k1 k2 p1 p2"]
 
 
 @dataclass(frozen=True)
-class Fit:
+class BundleFit:
     """The least squares of a set of views."""
 
     parameters: np.ndarray  # order of lens.NAMES, shape (9,)
@@ -77,7 +77,7 @@ def fit(
     shape_model: ShapeModel = board_shape.MODELS["rigid"],
     noise: float | None = None,
     iterations: int = 50,
-) -> Fit:
+) -> BundleFit:
     """Levenberg-Marquardt from a start. What is not `free` keeps its value; with none free poses alone are fitted.
 
     `noise` is the corners' standard deviation, px: it sets the knee of Huber's loss and the weight of what is believed of
@@ -114,13 +114,13 @@ def fit(
     normal = problem.normal(p, shape, poses, residuals)
     distances = np.where(sightings.seen, np.linalg.norm(residuals, axis=2), 0.0)
     covariance, shape_covariance = problem.covariances(normal, distances)
-    return Fit(
+    return BundleFit(
         p, poses, problem.free, shape, distances, problem.knee, covariance, shape_covariance, converged,
         sightings.seen, normal,
     )  # fmt: skip
 
 
-def without(fitted: Fit, groups: Sequence[np.ndarray]) -> list[tuple[np.ndarray, BoardShape]]:
+def without(fitted: BundleFit, groups: Sequence[np.ndarray]) -> list[tuple[np.ndarray, BoardShape]]:
     """Parameters and board shape as they would be without the views of each group: one Gauss-Newton step from the whole.
 
     The step is of the order of sigma, where the problem is as good as linear; nothing is projected again.
@@ -163,11 +163,11 @@ def predicted(
     return distances
 
 
-def residuals_of(fitted: Fit, sightings: Sightings) -> np.ndarray:
+def residuals_of(fitted: BundleFit, sightings: Sightings) -> np.ndarray:
     """Predicted less seen, shape (n, c, 2), px; zero where not seen."""
     return reprojection.residuals(sightings, fitted.parameters, fitted.shape.points, fitted.poses)
 
 
-def noise_of(fitted: Fit) -> float:
+def noise_of(fitted: BundleFit) -> float:
     """Standard deviation of one coordinate, px, from the median distance, which bad corners do not move."""
     return max(float(np.median(fitted.distances[fitted.seen])) / np.sqrt(2 * np.log(2)), 1e-3)

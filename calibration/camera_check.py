@@ -18,7 +18,7 @@ import numpy as np
 from scipy.stats import f as fisher
 
 from calibration import lens
-from calibration.bundle import DEFAULT_FREE, Fit, fit
+from calibration.bundle import DEFAULT_FREE, BundleFit, fit
 from calibration.camera import Camera, camera_from
 from calibration.corners import BoardView
 from calibration.poses import Poses
@@ -200,7 +200,7 @@ def _posed(camera: Camera, observations: Observations) -> tuple[list[BoardView],
     return views, Poses(np.array(R).reshape(-1, 3, 3), np.array(t).reshape(-1, 3)), left_out
 
 
-def _disagreeing(refitted: Fit) -> int | None:
+def _disagreeing(refitted: BundleFit) -> int | None:
     """The view whose error is far above the others', if one is."""
     worst = int(np.argmax(refitted.rms_views))
     others = float(np.median(np.delete(refitted.rms_views, worst)))
@@ -208,7 +208,7 @@ def _disagreeing(refitted: Fit) -> int | None:
 
 
 def _compare(
-    camera: Camera, old: np.ndarray, views: Sequence[BoardView], found: Fit, free: Sequence[str]
+    camera: Camera, old: np.ndarray, views: Sequence[BoardView], found: BundleFit, free: Sequence[str]
 ) -> "_Comparison":
     """The change from `camera` to the optimum that lies one linear step from `found`, and its weight.
 

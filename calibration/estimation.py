@@ -14,12 +14,12 @@ import numpy as np
 
 from calibration import board_shape, lens
 from calibration.board_shape import BoardShape
-from calibration.bundle import Fit, fit, noise_of, predicted, residuals_of, start, without
+from calibration.bundle import BundleFit, fit, noise_of, predicted, residuals_of, start, without
 from calibration.camera import Camera, camera_from
 from calibration.corner_noise import corner_noise
 from calibration.corners import BoardView
 from calibration.cross_check import CrossCheck, cross_check
-from calibration.model_choice import Candidate, Choice, choose
+from calibration.model_choice import Choice, ModelCandidate, choose
 from calibration.poses import Poses
 from calibration.refusals import (
     refuse_few,
@@ -66,7 +66,7 @@ class Calibration:
     views: tuple[BoardView, ...]  # those used
     poses: Poses  # of those used
     notes: tuple[str, ...]  # what a person should know, in sentences
-    candidates: tuple[Candidate, ...]  # lens models and board shapes, simplest first
+    candidates: tuple[ModelCandidate, ...]  # lens models and board shapes, simplest first
     lens: str  # the chosen one's, of lens.MODELS
     board: BoardShape  # as estimated; of the model that was chosen
     board_sigma: np.ndarray  # of board.values, zero where fixed, shape (3,)
@@ -129,7 +129,7 @@ def calibrate(observations: Observations) -> Calibration:
     return _result(observations, views, seen, left_out, choice, chosen, rivals - one.parameters, of_corners, wide)
 
 
-def _first(seen: Sightings, image_size: tuple[int, int]) -> Fit:
+def _first(seen: Sightings, image_size: tuple[int, int]) -> BundleFit:
     """The default lens model and a flat board, robustly."""
     unexplained = Refused("pictures", "no camera explains the corners", "check board.yaml and take tilted views")
     try:
@@ -142,7 +142,7 @@ def _first(seen: Sightings, image_size: tuple[int, int]) -> Fit:
     return fit(seen, fitted.parameters, fitted.poses, noise=noise_of(fitted))
 
 
-def _jackknife(seen: Sightings, fitted: Fit) -> _Jackknife:
+def _jackknife(seen: Sightings, fitted: BundleFit) -> _Jackknife:
     n = len(seen.seen)
     each = without(fitted, [np.array([i]) for i in range(n)])
     parameters = np.array([p for p, _ in each])
@@ -157,7 +157,7 @@ def _result(
     seen: Sightings,
     left_out: Sequence[LeftOut],
     choice: Choice,
-    fitted: Fit,
+    fitted: BundleFit,
     to_rivals: np.ndarray,
     of_corners: float | None,
     wide: str | None,
@@ -236,7 +236,7 @@ def _result(
 def _notes(
     image_size: tuple[int, int],
     views: Sequence[BoardView],
-    fitted: Fit,
+    fitted: BundleFit,
     jackknife: np.ndarray,
     least_squares: np.ndarray,
 ) -> list[str]:

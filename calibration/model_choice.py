@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibration import board_shape, lens
-from calibration.bundle import Fit, fit, predicted, without
+from calibration.bundle import BundleFit, fit, predicted, without
 from calibration.reprojection import huber
 from calibration.sightings import Sightings
 
@@ -21,7 +21,7 @@ _ITERATIONS = 20
 
 
 @dataclass(frozen=True)
-class Candidate:
+class ModelCandidate:
     """A lens model and a board shape, and how well they predict."""
 
     lens: str  # of lens.MODELS
@@ -40,23 +40,23 @@ class Candidate:
 class Choice:
     """The candidates, simplest first, and the chosen one's fit."""
 
-    candidates: tuple[Candidate, ...]
-    fit: Fit
+    candidates: tuple[ModelCandidate, ...]
+    fit: BundleFit
 
     @property
-    def chosen(self) -> Candidate:
+    def chosen(self) -> ModelCandidate:
         """The candidate taken."""
         return next(candidate for candidate in self.candidates if candidate.chosen)
 
-    def rivals(self) -> tuple[Candidate, ...]:
+    def rivals(self) -> tuple[ModelCandidate, ...]:
         """Others that predict as well, within one standard error of the best."""
         return tuple(c for c in self.candidates if not c.chosen and c.excess <= c.excess_error)
 
 
-def choose(sightings: Sightings, fitted: Fit, noise: float) -> tuple[Choice, dict[tuple[str, str], Fit]]:
+def choose(sightings: Sightings, fitted: BundleFit, noise: float) -> tuple[Choice, dict[tuple[str, str], BundleFit]]:
     """Fit every candidate, starting from a fit of the default one, and take one; also all fits by (lens, board)."""
     groups = folds(len(sightings.seen))
-    fits: dict[tuple[str, str], Fit] = {}
+    fits: dict[tuple[str, str], BundleFit] = {}
     errors: dict[tuple[str, str], np.ndarray] = {}
     for lens_name, free in lens.MODELS.items():
         fixed = np.array([name not in free for name in lens.NAMES])
@@ -77,7 +77,7 @@ def folds(count: int) -> list[np.ndarray]:
     return np.array_split(np.arange(count), min(FOLDS, count))
 
 
-def held_out(sightings: Sightings, fitted: Fit, groups: Sequence[np.ndarray]) -> np.ndarray:
+def held_out(sightings: Sightings, fitted: BundleFit, groups: Sequence[np.ndarray]) -> np.ndarray:
     """Distances of corners predicted by cameras and boards estimated without their group, shape (n, c), px."""
     n = len(sightings.seen)
     parameters, points = np.empty((n, 9)), np.empty((n, *fitted.shape.nominal.shape))
@@ -92,7 +92,7 @@ def root_mean_square(distances: np.ndarray, seen: np.ndarray) -> float:
 
 
 def _choice(
-    sightings: Sightings, fits: dict[tuple[str, str], Fit], errors: dict[tuple[str, str], np.ndarray]
+    sightings: Sightings, fits: dict[tuple[str, str], BundleFit], errors: dict[tuple[str, str], np.ndarray]
 ) -> Choice:
     # logarithms, because one view at the edge of the picture would outweigh all others by its error
     knee = next(iter(fits.values())).knee
@@ -104,7 +104,7 @@ def _choice(
     order = sorted(fits, key=lambda key: (_free(fits[key]), excess[key]))
     chosen = next(key for key in order if excess[key] <= error[key])
     candidates = tuple(
-        Candidate(
+        ModelCandidate(
             *key,
             free=_free(fits[key]),
             fx=float(fits[key].parameters[0]),
@@ -120,6 +120,6 @@ def _choice(
     return Choice(candidates, fits[chosen])
 
 
-def _free(fitted: Fit) -> int:
+def _free(fitted: BundleFit) -> int:
     shape = fitted.shape
     return len(fitted.free) + len(shape.model.free) + (shape.offsets.size if shape.model.offsets else 0)

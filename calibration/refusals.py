@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calibration.bundle import Fit
+from calibration.bundle import BundleFit
 from calibration.poses import Poses
 from calibration.sightings import Sightings
 from calibration.views import LeftOut
@@ -46,7 +46,7 @@ def refuse_few(count: int, left_out: Sequence[LeftOut]) -> None:
 
 
 def refuse_unexplained(
-    fitted: Fit, noise: float | None, image_size: tuple[int, int], disagreeing: Sequence[LeftOut] = ()
+    fitted: BundleFit, noise: float | None, image_size: tuple[int, int], disagreeing: Sequence[LeftOut] = ()
 ) -> None:
     """Raises Refused where the corners are further from any camera than corner finding can be.
 
@@ -67,7 +67,7 @@ def refuse_unexplained(
     )
 
 
-def refuse_undetermined(fitted: Fit) -> None:
+def refuse_undetermined(fitted: BundleFit) -> None:
     """Raises Refused where boards are tilted alike or the focal length is poorly known."""
     tilt = tilt_of(fitted.poses)
     if tilt < _MIN_TILT:
@@ -86,7 +86,7 @@ def refuse_undetermined(fitted: Fit) -> None:
         )
 
 
-def refuse_unsettled(fitted: Fit) -> None:
+def refuse_unsettled(fitted: BundleFit) -> None:
     """Raises Refused where the least squares went on and on: some of what is estimated is not determined."""
     if not fitted.converged:
         raise Refused(
@@ -96,7 +96,7 @@ def refuse_unsettled(fitted: Fit) -> None:
         )
 
 
-def refuse_fisheye(full: Fit, sightings: Sightings, residuals: np.ndarray, noise: float) -> str | None:
+def refuse_fisheye(full: BundleFit, sightings: Sightings, residuals: np.ndarray, noise: float) -> str | None:
     """A note where what the fullest lens model leaves still depends on the distance from the middle.
 
     Raises Refused where it does so by more than half the noise of one corner: a fisheye in a pinhole's clothes.
@@ -119,7 +119,7 @@ def refuse_fisheye(full: Fit, sightings: Sightings, residuals: np.ndarray, noise
     )
 
 
-def _radial(full: Fit, sightings: Sightings, residuals: np.ndarray) -> tuple[float, float, bool]:
+def _radial(full: BundleFit, sightings: Sightings, residuals: np.ndarray) -> tuple[float, float, bool]:
     """What a smooth function of the distance explains of the errors along it: px rms, variance over chance's, and whether
     views predict it for one another (the lens did it) or each has its own (something moved between them)."""
     seen = sightings.seen

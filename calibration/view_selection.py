@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calibration.bundle import Fit, fit, noise_of, predicted
+from calibration.bundle import BundleFit, fit, noise_of, predicted
 from calibration.corners import BoardView
 from calibration.sightings import Sightings
 from calibration.views import LeftOut
@@ -34,8 +34,8 @@ def without_repeats(views: Sequence[BoardView], image_size: tuple[int, int]) -> 
 
 
 def without_disagreeing(
-    views: Sequence[BoardView], sightings: Sightings, fitted: Fit, noise: float
-) -> tuple[np.ndarray, Fit, list[LeftOut]]:
+    views: Sequence[BoardView], sightings: Sightings, fitted: BundleFit, noise: float
+) -> tuple[np.ndarray, BundleFit, list[LeftOut]]:
     """Leave out the worst view, refit, and again, while one is far above the others; at most a third of them.
 
     Returns the indices of those that stay and their fit. The error within the fit decides, not the held-out one: a view
@@ -64,7 +64,7 @@ def without_disagreeing(
     return kept, fitted, left_out
 
 
-def bad_corners(views: Sequence[BoardView], sightings: Sightings, fitted: Fit) -> list[str]:
+def bad_corners(views: Sequence[BoardView], sightings: Sightings, fitted: BundleFit) -> list[str]:
     """Views with corners so far off that Huber's loss all but ignores them, in sentences."""
     notes: list[str] = []
     off = fitted.distances > _BAD * noise_of(fitted)

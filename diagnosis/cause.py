@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from diagnosis.effect import Effect, Where, within
 from diagnosis.hypothesis import Hypothesis
-from diagnosis.linearisation import Place
+from diagnosis.linearisation import RecordingLinearisation
 from mechanism.arm import Arm
 
 Array = NDArray[np.float64]
@@ -24,7 +24,7 @@ class Cause:
     """(len(where.columns),)"""
     forms: Mapping[str, float]
 
-    def columns(self, at: Place) -> Array:
+    def columns(self, at: RecordingLinearisation) -> Array:
         """What a person's change of each amount and form does to the residuals, (C, S, Q)."""
         amounts = self.effect.columns(at, self.forms)[..., list(self.where.columns)]
         return np.concatenate([amounts, self.effect.form_columns(at)], axis=2) * self.sizes(at.signals.arm)

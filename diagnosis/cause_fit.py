@@ -11,8 +11,8 @@ from diagnosis.cause import Cause, believed
 from diagnosis.comparison import DELAY_SIGMA, Comparison, Fitted, compare
 from diagnosis.excess import Excess, excess
 from diagnosis.hypothesis import Hypothesis
-from diagnosis.linearisation import Point, point, read_all, relaid, sought
-from diagnosis.noise_ensemble import Read, noise, quiet, seen_noise, whitener
+from diagnosis.linearisation import Linearisation, point, read_all, relaid, sought
+from diagnosis.noise_ensemble import NoiseEnsemble, noise, quiet, seen_noise, whitener
 from diagnosis.nuisances import WALL, errors
 from identification.dataset.dataset import DataSet
 from identification.estimates import check_motion
@@ -34,7 +34,7 @@ _EASED, _TIGHTENED = 3.0, 8.0
 
 
 @dataclass(frozen=True)
-class Turn:
+class FitStage:
     """Recordings with the causes named so far."""
 
     end: Comparison
@@ -84,25 +84,25 @@ class Turn:
 class Trial:
     """Recordings of one arm, on which causes are tried. Raises Refused where a motor stands still."""
 
-    def __init__(self, h: Hypothesis, read: Sequence[Read]) -> None:
+    def __init__(self, h: Hypothesis, read: Sequence[NoiseEnsemble]) -> None:
         self._h, self._read, self._data = h, read, [one.data for one in read]
         self._at = _begun(h, self._data)
         starts = [stretch_starts(place.signals) for place in self._at.places]
         self.whiten = whitener(seen_noise(self._at, read), starts, h.arm.M)
-        self._known: dict[tuple[object, ...], Turn] = {}
+        self._known: dict[tuple[object, ...], FitStage] = {}
 
-    def begin(self) -> Turn:
+    def begin(self) -> FitStage:
         """Without a cause."""
         return self.settled(self._at, ())
 
-    def settled(self, at: Point, causes: tuple[Cause, ...]) -> Turn:
+    def settled(self, at: Linearisation, causes: tuple[Cause, ...]) -> FitStage:
         """Fitted with these causes, from a point on where they were not fitted before, and what stands above noise there."""
         which = tuple((c.effect.name, c.where.label, *sorted(c.forms.items())) for c in causes)
         if which not in self._known:
             self._known[which] = self._fitted(at, causes, self.whiten)
         return self._known[which]
 
-    def weighed(self, turn: Turn) -> tuple[Turn, Whitener]:
+    def weighed(self, turn: FitStage) -> tuple[FitStage, Whitener]:
         """The same causes fitted anew where a law's form leaves more than noise, and the whitener of that fit.
 
         A channel counts by what it leaves: else clocks and friction would give way to what no number mends."""
@@ -112,13 +112,13 @@ class Trial:
         whiten = self.whiten.quieter(np.maximum(loud, 1.0))
         return self._fitted(turn.end.point, turn.causes, whiten), whiten
 
-    def _fitted(self, at: Point, causes: tuple[Cause, ...], whiten: Whitener) -> Turn:
+    def _fitted(self, at: Linearisation, causes: tuple[Cause, ...], whiten: Whitener) -> FitStage:
         end, causes = _refined(at, self._h, causes, self._data, whiten)
         floor = noise(end.point, self._read)
-        return Turn(end, causes, tuple(floor), quiet(floor, end.point, whiten), end.fit())
+        return FitStage(end, causes, tuple(floor), quiet(floor, end.point, whiten), end.fit())
 
 
-def _begun(h: Hypothesis, data: Sequence[DataSet]) -> Point:
+def _begun(h: Hypothesis, data: Sequence[DataSet]) -> Linearisation:
     """The base model's numbers by least squares, kept from where a cause that is not in it may have driven them."""
     late = np.zeros(len(data))
     signals = read_all(h, data, late)
@@ -136,7 +136,7 @@ def _begun(h: Hypothesis, data: Sequence[DataSet]) -> Point:
 
 
 def _refined(
-    at: Point, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], whiten: Whitener
+    at: Linearisation, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], whiten: Whitener
 ) -> tuple[Comparison, tuple[Cause, ...]]:
     """The base model's numbers, the causes' and doubtful clocks fitted together from a point on, by Levenberg and Marquardt."""
     now = _seen_from(_at(at, believed(h, causes), data, at.p, at.late), causes, whiten)
@@ -166,12 +166,12 @@ def _refined(
     return best
 
 
-def _seen_from(at: Point, causes: tuple[Cause, ...], whiten: Whitener) -> Comparison:
+def _seen_from(at: Linearisation, causes: tuple[Cause, ...], whiten: Whitener) -> Comparison:
     """A point with the causes in it, and what small errors would do there."""
     return compare(at, causes, (), errors(at), whiten)
 
 
-def _at(near: Point, h: Hypothesis, data: Sequence[DataSet], p: Array, late: Array) -> Point:
+def _at(near: Linearisation, h: Hypothesis, data: Sequence[DataSet], p: Array, late: Array) -> Linearisation:
     """A point; where only laws differ, the recordings read as they did."""
     was = near.hypothesis
     read = (h.neck, h.late, h.stale, *h.misread, *late)
@@ -180,7 +180,7 @@ def _at(near: Point, h: Hypothesis, data: Sequence[DataSet], p: Array, late: Arr
     return relaid(near, h, p)
 
 
-def _stepped(at: Point, causes: tuple[Cause, ...], step: Array) -> tuple[Array, tuple[Cause, ...]]:
+def _stepped(at: Linearisation, causes: tuple[Cause, ...], step: Array) -> tuple[Array, tuple[Cause, ...]]:
     """The base model's numbers and the causes a step further."""
     u, arm = at.unknowns, at.hypothesis.arm
     own, rest = np.split(step, [len(u.size)])

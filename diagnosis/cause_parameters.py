@@ -3,7 +3,7 @@
 import numpy as np
 
 from diagnosis.cause import Cause
-from diagnosis.cause_fit import Turn
+from diagnosis.cause_fit import FitStage
 from diagnosis.effect import OfArm
 from xneck_foundation.least_squares import Parameter
 
@@ -14,7 +14,7 @@ KNOWN = 0.1
 """sigma over value up to which a number is identified"""
 
 
-def parameters_of(turn: Turn) -> tuple[tuple[Parameter, ...], ...]:
+def parameters_of(turn: FitStage) -> tuple[tuple[Parameter, ...], ...]:
     """Of each cause. Where its law leaves something above noise, sigma is as many times larger."""
     arm = turn.end.point.hypothesis.arm
     form = float(turn.beyond.ratio.max()) if turn.beyond.plain else 1.0

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.cause import Cause
-from diagnosis.cause_fit import Trial, Turn
+from diagnosis.cause_fit import FitStage, Trial
 from diagnosis.comparison import Comparison, Index, compare
 from diagnosis.effect import Effect, Shape, Where
 from diagnosis.effects import EFFECTS
 from diagnosis.hypothesis import Hypothesis
-from diagnosis.noise_ensemble import Read
+from diagnosis.noise_ensemble import NoiseEnsemble
 from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ _SIMPLER = 0.1
 
 
 @dataclass(frozen=True)
-class Candidate:
+class CauseCandidate:
     """An effect in its best shape and place, its columns, and what it takes from the loss of blocks that it was not fitted to."""
 
     effect: Effect
@@ -70,10 +70,10 @@ class Rival:
 
 
 @dataclass(frozen=True)
-class Named:
+class NamedCause:
     """A cause, those that explain as much with itself as the first, and the loss before it."""
 
-    best: Candidate
+    best: CauseCandidate
     tied: tuple[Rival, ...]
     loss_before: float
 
@@ -82,17 +82,17 @@ class Named:
 class Search:
     """Where it began, where it ended, and what was named on the way."""
 
-    first: Turn
-    last: Turn
-    named: tuple[Named, ...]
+    first: FitStage
+    last: FitStage
+    named: tuple[NamedCause, ...]
     whiten: Whitener
     asked: Comparison
     """where it began, with every cause beside it"""
-    rankings: tuple[tuple[Candidate, ...], ...]
+    rankings: tuple[tuple[CauseCandidate, ...], ...]
     """of every turn, the best first"""
 
 
-def search(h: Hypothesis, read: Sequence[Read], seed: int = 0) -> Search:
+def search(h: Hypothesis, read: Sequence[NoiseEnsemble], seed: int = 0) -> Search:
     """Causes beyond a hypothesis in recordings of one arm. Raises Refused where a motor stands still."""
     trial = Trial(h, read)
     turns, asked, found, rankings = [trial.begin()], None, [], []
@@ -112,7 +112,7 @@ def search(h: Hypothesis, read: Sequence[Read], seed: int = 0) -> Search:
     for i, near in enumerate(found):
         kept = tied(_in_its_place(trial, turns[i], last, i, near))
         best, last = kept[0]
-        named.append(Named(best, tuple(Rival(c.effect, c.where, turn.loss) for c, turn in kept), turns[i].loss))
+        named.append(NamedCause(best, tuple(Rival(c.effect, c.where, turn.loss) for c, turn in kept), turns[i].loss))
     if named and last.beyond.plain and last.beyond.energy > (1 - EXPLAINED) * first.beyond.energy:
         last, named = first, []
     whiten = trial.whiten
@@ -122,8 +122,8 @@ def search(h: Hypothesis, read: Sequence[Read], seed: int = 0) -> Search:
 
 
 def _further(
-    trial: Trial, turn: Turn, now: Comparison, ranked: Sequence[Candidate], rng: np.random.Generator
-) -> tuple[list[Candidate], Turn] | None:
+    trial: Trial, turn: FitStage, now: Comparison, ranked: Sequence[CauseCandidate], rng: np.random.Generator
+) -> tuple[list[CauseCandidate], FitStage] | None:
     """The next cause with those that explain about as much behind it, and what is left with it; None where there is none."""
     more = bool(turn.causes)
     chance = float(np.quantile(now.by_chance([c.columns for c in ranked], rng, _WORLDS), 1 - FALSE_ALARMS))
@@ -135,7 +135,7 @@ def _further(
     if more and ranked[0].gain < MOSTLY * (turn.loss - turn.quiet):
         return None
 
-    def tried(c: Candidate) -> Turn:
+    def tried(c: CauseCandidate) -> FitStage:
         return _ended(trial, turn, turn.causes, c)
 
     best, then = near[0], tried(near[0])
@@ -153,11 +153,13 @@ def _further(
     return [best, *(c for c in near if c is not best)], then
 
 
-def _ended(trial: Trial, begun: Turn, before: tuple[Cause, ...], c: Candidate, after: tuple[Cause, ...] = ()) -> Turn:
+def _ended(
+    trial: Trial, begun: FitStage, before: tuple[Cause, ...], c: CauseCandidate, after: tuple[Cause, ...] = ()
+) -> FitStage:
     """A candidate fitted between other causes.
 
     A form that is far off may not be reached by steps: few enough are all begun from, of many the next where a fit went astray."""
-    ends: list[Turn] = []
+    ends: list[FitStage] = []
     for shape in sorted(c.effect.shapes, key=lambda shape: shape != c.shape):
         ends.append(trial.settled(begun.end.point, (*before, replace(entered(c), forms=dict(shape)), *after)))
         if len(c.effect.shapes) > _FORMS and ends[-1].possible:
@@ -165,13 +167,13 @@ def _ended(trial: Trial, begun: Turn, before: tuple[Cause, ...], c: Candidate, a
     return min(ends, key=_badness)
 
 
-def _badness(turn: Turn) -> tuple[bool, float]:
+def _badness(turn: FitStage) -> tuple[bool, float]:
     return not turn.possible, turn.loss
 
 
 def _in_its_place(
-    trial: Trial, before: Turn, last: Turn, i: int, near: Sequence[Candidate]
-) -> list[tuple[Candidate, Turn]]:
+    trial: Trial, before: FitStage, last: FitStage, i: int, near: Sequence[CauseCandidate]
+) -> list[tuple[CauseCandidate, FitStage]]:
     """Cause number i, and every rival in its place, with the others that were found."""
     others = {cause.effect.name for k, cause in enumerate(last.causes) if k != i}
     out = [(near[0], last)]
@@ -183,7 +185,7 @@ def _in_its_place(
     return out
 
 
-def tied(tried: Sequence[tuple[Candidate, "Turn"]]) -> list[tuple[Candidate, "Turn"]]:
+def tied(tried: Sequence[tuple[CauseCandidate, "FitStage"]]) -> list[tuple[CauseCandidate, "FitStage"]]:
     """Those that leave little more than the best, the best first.
 
     Little is MATERIAL of what is left, and where the best leaves something above noise as much as that: laws have forms that
@@ -191,7 +193,7 @@ def tied(tried: Sequence[tuple[Candidate, "Turn"]]) -> list[tuple[Candidate, "Tu
     another stays only where it leaves less by as much."""
     best = min((turn for _, turn in tried), key=lambda turn: turn.loss)
     most = (1 + MATERIAL) * best.loss + (max(0.0, best.loss - best.quiet) if best.beyond.plain else 0.0)
-    kept: list[tuple[Candidate, Turn]] = []
+    kept: list[tuple[CauseCandidate, FitStage]] = []
     near = [each for each in tried if each[1].loss <= most and each[1].beyond.plain <= best.beyond.plain]
     for c, turn in sorted(near, key=lambda each: each[0].numbers):
         simpler = [t.loss for k, t in kept if k.numbers < c.numbers]
@@ -200,13 +202,13 @@ def tied(tried: Sequence[tuple[Candidate, "Turn"]]) -> list[tuple[Candidate, "Tu
     return sorted(kept, key=lambda each: each[1].loss)
 
 
-def _near(ranked: Sequence[Candidate], part: float) -> list[Candidate]:
+def _near(ranked: Sequence[CauseCandidate], part: float) -> list[CauseCandidate]:
     """Those that explain as much as the best but for this part, at most _RIVALS, what does with fewer numbers first."""
     near = [c for c in ranked if c.gain >= (1 - part) * ranked[0].gain][:_RIVALS]
     return sorted(near, key=lambda c: (c.gain < (1 - _SIMPLER) * ranked[0].gain, c.numbers, -c.gain))
 
 
-def _all_beside(turn: Turn, whiten: Whitener) -> Comparison:
+def _all_beside(turn: FitStage, whiten: Whitener) -> Comparison:
     """Every cause that is not named yet, in each of its shapes. What only doubts the clock is no cause once one is named."""
     taken = {cause.effect.name for cause in turn.causes}
     left = [e for e in EFFECTS.values() if e.name not in taken and not (taken and e.of_clock)]
@@ -214,11 +216,11 @@ def _all_beside(turn: Turn, whiten: Whitener) -> Comparison:
     return compare(turn.end.point, turn.causes, every, turn.end.known, whiten, turn.floor)
 
 
-def rank(now: Comparison) -> list[Candidate]:
+def rank(now: Comparison) -> list[CauseCandidate]:
     """Every effect in its best shape and place, the most telling first."""
     arm = now.point.hypothesis.arm
     usual, base = now.dealt(), now.crossed()
-    best: dict[str, Candidate] = {}
+    best: dict[str, CauseCandidate] = {}
     for group in now.groups:
         effect, options = group.effect, []
         for where in effect.wheres(arm):
@@ -228,7 +230,7 @@ def rank(now: Comparison) -> list[Candidate]:
             dealt = now.dealt(columns)
             plain = base if np.array_equal(dealt, usual) else now.crossed(dealt=dealt)
             gains = plain - now.crossed(columns, doubted, dealt)
-            options.append(Candidate(effect, group.shape, where, columns, gains, len(columns) + doubted))
+            options.append(CauseCandidate(effect, group.shape, where, columns, gains, len(columns) + doubted))
         most = max(option.gain for option in options)
         found = min(
             (o for o in options if o.gain >= most - (1 - ALONE) * abs(most)),
@@ -245,6 +247,6 @@ def rank(now: Comparison) -> list[Candidate]:
     )
 
 
-def entered(c: Candidate) -> Cause:
+def entered(c: CauseCandidate) -> Cause:
     """A candidate as a cause that does nothing yet."""
     return Cause(c.effect, c.where, np.zeros(len(c.where.columns)), dict(c.shape))

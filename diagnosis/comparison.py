@@ -17,7 +17,7 @@ from scipy.linalg import cho_factor, cho_solve
 from diagnosis.bounded_least_squares import between_walls
 from diagnosis.cause import Cause
 from diagnosis.effect import Effect, Shape
-from diagnosis.linearisation import Point
+from diagnosis.linearisation import Linearisation
 from diagnosis.nuisances import WALL, Errors
 from identification.fitting import stretch_starts
 from identification.whitening import Whitener
@@ -58,7 +58,7 @@ class Fitted:
 class Comparison:
     """Columns: the base model's, nuisances, then causes that are named and groups that are asked about."""
 
-    point: Point
+    point: Linearisation
     matrix: tuple[Array, ...]
     """of each recording, not whitened: columns and residual, (C, S, K + 1)"""
     base: int
@@ -238,7 +238,7 @@ class Comparison:
 
 
 def compare(
-    at: Point,
+    at: Linearisation,
     causes: Sequence[Cause],
     effects: Sequence[tuple[Effect, Shape]],
     known: Errors,

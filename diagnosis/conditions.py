@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.linearisation import Place
+from diagnosis.linearisation import RecordingLinearisation
 from identification.residuals import forces
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ class Condition:
         return np.where(count > 0, middles, (edges[:-1] + edges[1:]) / 2), which
 
 
-def conditions(places: Sequence[Place], channel: int) -> tuple[Condition, ...]:
+def conditions(places: Sequence[RecordingLinearisation], channel: int) -> tuple[Condition, ...]:
     """Of a channel, counted from 0, the motors' before the joints'."""
     signals = [place.signals for place in places]
     motors = signals[0].arm.M
@@ -100,7 +100,7 @@ def conditions(places: Sequence[Place], channel: int) -> tuple[Condition, ...]:
     )
 
 
-def tensions(place: Place) -> Array:
+def tensions(place: RecordingLinearisation) -> Array:
     """Of the cables as the model has them at the filter's rows, (M, S), N: from what the motors tell, free of vision's noise."""
     pull = forces(place.told, place.laws, place.values, place.x0, place.delay).pull
     return place.signals.low_pass(pull.T)

@@ -15,7 +15,7 @@ _VISIBLE = 5.0
 
 
 @dataclass(frozen=True)
-class Sight:
+class Detectability:
     """effects: names. alike[i, j]: share of what effect i does that effect j could feign. told: loss that a visible one makes."""
 
     effects: tuple[str, ...]
@@ -32,7 +32,7 @@ class Sight:
         return tuple(name for name, share in zip(self.effects, self.share, strict=True) if share < MATERIAL)
 
 
-def sight(found: Search) -> Sight:
+def sight(found: Search) -> Detectability:
     """Of the search's recordings, at the base model."""
     now = found.asked
     loss = found.last.fit.loss
@@ -54,7 +54,7 @@ def sight(found: Search) -> Sight:
     most = np.array(alone)
     alike = 1 - np.array(feigned) / np.maximum(most, 1e-12)[:, None]
     np.fill_diagonal(alike, 1.0)
-    return Sight(names, alike, most / (loss + most), tuple(unseen))
+    return Detectability(names, alike, most / (loss + most), tuple(unseen))
 
 
 def _shown(now: Comparison, group: Group, columns: tuple[int, ...]) -> Comparison:

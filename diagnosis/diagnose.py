@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from diagnosis.cause import Cause, believed
 from diagnosis.cause_search import EXPLAINED, Search, search
-from diagnosis.detectability import Sight, sight
+from diagnosis.detectability import Detectability, sight
 from diagnosis.excess import Excess
 from diagnosis.gain import EQUATIONS, Gain, excess_of, gains, held
 from diagnosis.hypothesis import Hypothesis, as_described
@@ -38,7 +38,7 @@ class Diagnosis:
     """consistent, cause, ambiguous, unknown or insufficient"""
     why: str
     search: Search
-    sight: Sight
+    sight: Detectability
     """what these recordings could have shown"""
     signature: Signature
     """where, when and against what the base model errs"""
@@ -129,7 +129,7 @@ def _same(a: DataSet, b: DataSet) -> bool:
     return len(a.state) == len(b.state) and np.array_equal(a.state.matrix("theta"), b.state.matrix("theta"))
 
 
-def _verdict(found: Search, could: Sight, gained: Sequence[Gain], holds: bool) -> tuple[str, str]:
+def _verdict(found: Search, could: Detectability, gained: Sequence[Gain], holds: bool) -> tuple[str, str]:
     """holds: whether causes explain the recordings that were not fitted too, if there are any."""
     if not found.named:
         if found.first.beyond.plain:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.explained_energy import Autocovariance, Energy, autocovariance, energy, orthonormal
-from diagnosis.linearisation import Place
+from diagnosis.linearisation import RecordingLinearisation
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,11 @@ class Periodic:
 
 
 def periodic(
-    residual: Sequence[Array], places: Sequence[Place], motor: int, beneath: Array, known: Autocovariance
+    residual: Sequence[Array],
+    places: Sequence[RecordingLinearisation],
+    motor: int,
+    beneath: Array,
+    known: Autocovariance,
 ) -> Periodic | None:
     """The order that takes most of a motor's residual (S,) of each recording, beyond what stands beneath it; None where the drum
     does not turn."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.hypothesis import Hypothesis, at_rest
-from diagnosis.linearisation import Place
+from diagnosis.linearisation import RecordingLinearisation
 from identification.residuals import forces, on_channels
 from mechanism.arm import Arm, arm_of
 from mechanism.description import Neck
@@ -84,11 +84,11 @@ class Effect:
         """What each number may be at least, but for chance, (Q,)."""
         return np.repeat([term.low for term in self.terms], len(self.labels(arm)))
 
-    def columns(self, at: Place, shape: Shape) -> Array:
+    def columns(self, at: RecordingLinearisation, shape: Shape) -> Array:
         """What a unit of each number does to the residuals of a recording, (C, S, Q)."""
         raise NotImplementedError
 
-    def form_columns(self, at: Place) -> Array:
+    def form_columns(self, at: RecordingLinearisation) -> Array:
         """What a unit of each form does where the hypothesis holds the cause, (C, S, forms)."""
         return np.zeros((*at.rows.residual.shape, 0))
 
@@ -104,18 +104,18 @@ class OfLaw(Effect):
     by_vision: ClassVar[bool] = False
     """whether only vision shows it: elongations that the motors tell are never negative"""
 
-    def columns(self, at: Place, shape: Shape) -> Array:
+    def columns(self, at: RecordingLinearisation, shape: Shape) -> Array:
         """By differences as large as what a person would call a change; shapes that the hypothesis holds stay."""
         now = self._values(at.hypothesis, shape)
         return np.concatenate([self._moved(at, now, term) for term in self.terms], axis=2)
 
-    def form_columns(self, at: Place) -> Array:
+    def form_columns(self, at: RecordingLinearisation) -> Array:
         if not self.forms:
             return super().form_columns(at)
         now = self._values(at.hypothesis, {})
         return np.concatenate([self._moved(at, now, term, _SLIGHTLY) for term in self.forms], axis=2)
 
-    def _moved(self, at: Place, now: Mapping[str, Array], term: Term, part: float = 1.0) -> Array:
+    def _moved(self, at: RecordingLinearisation, now: Mapping[str, Array], term: Term, part: float = 1.0) -> Array:
         s, base, tension = at.told, at.told_forces, None
         if self.by_vision:
             s, base, tension = at.signals, at.forces, at.tension
@@ -149,7 +149,7 @@ class OfArm(Effect):
         """neck.yaml with that much more at a place, counted from 0."""
         raise NotImplementedError
 
-    def columns(self, at: Place, shape: Shape) -> Array:
+    def columns(self, at: RecordingLinearisation, shape: Shape) -> Array:
         h, size = at.hypothesis, self.terms[0].size
         arms = [arm_of(self.rewritten(h.neck, i, size)) for i in range(self.count(h.arm))]
         return np.stack([at.slow.change(arm=arm) for arm in arms], axis=-1) / size

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.linearisation import Place
+from diagnosis.linearisation import RecordingLinearisation
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -46,7 +46,7 @@ class Episode:
     end: float
 
 
-def course(place: Place, before: Array, after: Array, drawn: Sequence[Array]) -> Course:
+def course(place: RecordingLinearisation, before: Array, after: Array, drawn: Sequence[Array]) -> Course:
     """Of residuals (C, S), and of noise's draws."""
     s = place.signals
     time = s.time[s.low_pass.kept] - s.time[0]

@@ -6,7 +6,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from diagnosis.cause_fit import Turn
+from diagnosis.cause_fit import FitStage
 from diagnosis.cause_parameters import known, parameters_of
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.nuisances import adjusted
@@ -17,7 +17,7 @@ from xneck_foundation.least_squares import Parameter
 Array = NDArray[np.float64]
 
 
-def model(turn: Turn, h: Hypothesis, provenance: dict[str, Any]) -> Model:
+def model(turn: FitStage, h: Hypothesis, provenance: dict[str, Any]) -> Model:
     """Base laws and those of the causes, with their numbers; h: the hypothesis that holds the causes."""
     end, fit = turn.end, turn.fit
     u = end.point.unknowns
@@ -36,7 +36,7 @@ def model(turn: Turn, h: Hypothesis, provenance: dict[str, Any]) -> Model:
     return model_of(found, u.laws, provenance)
 
 
-def description(turn: Turn, h: Hypothesis) -> Neck:
+def description(turn: FitStage, h: Hypothesis) -> Neck:
     """neck.yaml with what was found wrong in it, and with its numbers moved within what drawings are good for."""
     fit, end = turn.fit, turn.end
     names = end.known.names

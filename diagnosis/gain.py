@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from diagnosis.comparison import Comparison, Fitted, compare
 from diagnosis.excess import Excess, trusted
 from diagnosis.hypothesis import Hypothesis
-from diagnosis.linearisation import Point, point, read_all
-from diagnosis.noise_ensemble import Read, noise
+from diagnosis.linearisation import Linearisation, point, read_all
+from diagnosis.noise_ensemble import NoiseEnsemble, noise
 from diagnosis.nuisances import errors
 from identification.unknowns import unknowns
 from identification.whitening import Whitener
@@ -62,7 +62,9 @@ class Gain:
         }
 
 
-def held(end: Comparison, fit: Fitted, h: Hypothesis, read: Sequence[Read], whiten: Whitener, doubted: bool) -> Held:
+def held(
+    end: Comparison, fit: Fitted, h: Hypothesis, read: Sequence[NoiseEnsemble], whiten: Whitener, doubted: bool
+) -> Held:
     """Recordings read with a hypothesis and the numbers of its fit; pre-elongation, delay and clock are each recording's own.
 
     doubted: whether clocks are in doubt for the base model's laws being wrong."""
@@ -88,7 +90,9 @@ def held(end: Comparison, fit: Fitted, h: Hypothesis, read: Sequence[Read], whit
     return Held(tuple(left), tuple(floor), tuple(late_of))
 
 
-def _given(at: Point, end: Comparison, fit: Fitted, whiten: Whitener, doubted: bool) -> tuple[Comparison, Fitted]:
+def _given(
+    at: Linearisation, end: Comparison, fit: Fitted, whiten: Whitener, doubted: bool
+) -> tuple[Comparison, Fitted]:
     """With the arm's numbers as they were fitted, and what is the recording's own."""
     arm = len(end.known.names)
     now = compare(at, (), (), errors(at), whiten, doubted=doubted)
@@ -122,7 +126,7 @@ def excess_of(of: Held, floor: Held) -> Excess:
     return Excess(np.sqrt(np.mean(every**2, axis=1)), np.sqrt(np.mean(drawn**2, axis=1)))
 
 
-def _placed(of: Point, fit: Fitted, h: Hypothesis, one: Read) -> Point:
+def _placed(of: Linearisation, fit: Fitted, h: Hypothesis, one: NoiseEnsemble) -> Linearisation:
     """The laws' numbers at another recording, which starts with the first one's pre-elongation and delay."""
     fitted = of.p + of.unknowns.size * fit.numbers[: len(of.p)]
     u = unknowns(h.arm, of.unknowns.laws, 1, dict(of.unknowns.held))

@@ -11,7 +11,7 @@ from diagnosis.input_variance import unsure
 from identification.dataset.dataset import DataSet
 from identification.instruments import driven
 from identification.residual_sensitivity import Slow
-from identification.residuals import Forces, Rows, forces_at, left, rows
+from identification.residuals import Forces, ResidualRows, forces_at, left, rows
 from identification.signals import Signals, signals_of
 from identification.unknowns import Unknowns, unknowns
 
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Place:
+class RecordingLinearisation:
     """One recording at a point."""
 
     hypothesis: Hypothesis
@@ -34,7 +34,7 @@ class Place:
     unsure: Array
     """(C, S), variance of rows beyond noise"""
     slow: Slow
-    rows: Rows
+    rows: ResidualRows
     laws: tuple[str, ...]
     values: dict[str, Array]
     x0: Array
@@ -42,7 +42,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Point:
+class Linearisation:
     """All recordings at one."""
 
     hypothesis: Hypothesis
@@ -50,7 +50,7 @@ class Point:
     p: Array
     late: Array
     """s, (R,): by how much each recording's frames show what was done later than its clock says"""
-    places: tuple[Place, ...]
+    places: tuple[RecordingLinearisation, ...]
 
 
 def read_all(h: Hypothesis, recordings: Sequence[DataSet], late: Array) -> list[Signals]:
@@ -63,20 +63,20 @@ def sought(h: Hypothesis, recordings: int) -> Unknowns:
     return unknowns(h.arm, (*BASE, *h.laws), recordings, dict(h.values))
 
 
-def point(h: Hypothesis, recordings: Sequence[Signals], p: Array, late: Array) -> Point:
+def point(h: Hypothesis, recordings: Sequence[Signals], p: Array, late: Array) -> Linearisation:
     """At the base model's numbers p; recordings as `read_all` gives them."""
     u = sought(h, len(recordings))
-    return Point(h, u, p, late, tuple(_place(h, s, u, p, r) for r, s in enumerate(recordings)))
+    return Linearisation(h, u, p, late, tuple(_place(h, s, u, p, r) for r, s in enumerate(recordings)))
 
 
-def _place(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> Place:
+def _place(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> RecordingLinearisation:
     told = driven(s, u, p, recording)
     told_forces = forces_at(told, u, p, recording)
     # as the motors tell it: vision's noise in it would go through friction into the arm's equation
     tension = told_forces.drive - s.inertial
     own = forces_at(s, u, p, recording, tension)
     values = u.values(p)
-    return Place(
+    return RecordingLinearisation(
         h,
         s,
         told,
@@ -85,7 +85,7 @@ def _place(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> 
         tension,
         unsure(h.neck, s, values["fs"], values["cm"]),
         Slow(s, u, p, recording),
-        Rows(left(s, own), rows(told, u, p, recording).jacobian),
+        ResidualRows(left(s, own), rows(told, u, p, recording).jacobian),
         u.laws,
         values,
         u.get(p, "x0", recording),
@@ -93,6 +93,6 @@ def _place(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> 
     )
 
 
-def relaid(at: Point, h: Hypothesis, p: Array) -> Point:
+def relaid(at: Linearisation, h: Hypothesis, p: Array) -> Linearisation:
     """Another hypothesis by which the recordings read the same, at numbers p."""
     return point(h, [one.signals for one in at.places], p, at.late)

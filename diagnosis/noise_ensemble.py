@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from diagnosis.linearisation import Point, read_all
+from diagnosis.linearisation import Linearisation, read_all
 from identification.dataset.dataset import DataSet
 from identification.dataset.frames import FrameAngles, between_frames
 from identification.dataset.series import Series, numbered
 from identification.fitting import stretch_starts
 from identification.residuals import forces_at, left
 from identification.whitening import Whitener, fit_whitener
-from state_estimation.state import Sight, by_vision
+from state_estimation.state import VisionState, by_vision
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ the shape of friction's reversal reach frequencies where cameras leave next to n
 
 
 @dataclass(frozen=True)
-class Read:
+class NoiseEnsemble:
     """A recording by vision alone, and the same with its angles drawn anew."""
 
     data: DataSet
@@ -38,7 +38,7 @@ class Read:
     """where every frame shows the state itself"""
 
 
-def read(data: DataSet, seen: FrameAngles, seed: int, draws: int = DRAWS) -> Read:
+def read(data: DataSet, seen: FrameAngles, seed: int, draws: int = DRAWS) -> NoiseEnsemble:
     """seen: the frames on the log's clock. Cables have no part in the state: what they do is what is in question."""
     found = by_vision(seen, data.state.time)
     alone = _with(data, seen, found)
@@ -54,10 +54,10 @@ def read(data: DataSet, seen: FrameAngles, seed: int, draws: int = DRAWS) -> Rea
         drawn.append(_with(data, other, by_vision(other, state.time, found.priors)))
     columns = {**state.columns, **numbered("vision", state.matrix("alpha"))}
     columns |= numbered("vision", state.matrix("alpha", "_d"), "_d")
-    return Read(alone, tuple(drawn), replace(alone, state=Series(state.time, columns)))
+    return NoiseEnsemble(alone, tuple(drawn), replace(alone, state=Series(state.time, columns)))
 
 
-def _with(data: DataSet, seen: FrameAngles, found: Sight) -> DataSet:
+def _with(data: DataSet, seen: FrameAngles, found: VisionState) -> DataSet:
     """The data set with a state by vision alone."""
     s = data.state
     columns = dict(s.columns)
@@ -69,7 +69,7 @@ def _with(data: DataSet, seen: FrameAngles, found: Sight) -> DataSet:
     return replace(data, state=Series(s.time, columns))
 
 
-def noise(at: Point, recordings: Sequence[Read]) -> list[list[Array]]:
+def noise(at: Linearisation, recordings: Sequence[NoiseEnsemble]) -> list[list[Array]]:
     """Residuals at a point where nothing is wrong, (C, S), of each draw of each recording: noise, and what is unsure of motors."""
     rng = np.random.default_rng(0)
     out = []
@@ -78,7 +78,7 @@ def noise(at: Point, recordings: Sequence[Read]) -> list[list[Array]]:
     return out
 
 
-def seen_noise(at: Point, recordings: Sequence[Read]) -> list[list[Array]]:
+def seen_noise(at: Linearisation, recordings: Sequence[NoiseEnsemble]) -> list[list[Array]]:
     """Of these, what noise of the angles makes."""
     out = []
     for r, one in enumerate(recordings):
@@ -89,7 +89,7 @@ def seen_noise(at: Point, recordings: Sequence[Read]) -> list[list[Array]]:
     return out
 
 
-def quiet(drawn: list[list[Array]], at: Point, whiten: Whitener) -> float:
+def quiet(drawn: list[list[Array]], at: Linearisation, whiten: Whitener) -> float:
     """Loss that noise alone makes, as one draw of each recording."""
     return sum(
         float(np.mean([np.sum(whiten(d, stretch_starts(place.signals), place.unsure) ** 2) for d in draws]))

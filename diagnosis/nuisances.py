@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.linearisation import Place, Point
+from diagnosis.linearisation import Linearisation, RecordingLinearisation
 from mechanism.description import Neck
 
 Array = NDArray[np.float64]
@@ -35,7 +35,7 @@ WALL = 3.4
 """standard deviations beyond which a nuisance does not go: 2 %"""
 
 
-def nuisances(at: Place) -> tuple[tuple[str, ...], Array]:
+def nuisances(at: RecordingLinearisation) -> tuple[tuple[str, ...], Array]:
     """Names, and what one sigma of each of the arm's does to the residuals, (C, S, Q)."""
     arm, names, columns = at.signals.arm, [], []
     for field, (group, _, sigma) in _FIELDS.items():
@@ -61,7 +61,7 @@ class Errors:
     """and how many of these it may be off where the laws that told it are wrong"""
 
 
-def errors(at: Point) -> Errors:
+def errors(at: Linearisation) -> Errors:
     """At a point; nearby they are the same."""
     found = [nuisances(place) for place in at.places]
     clock = tuple(max(place.signals.clock_sigma[0], _LEAST_CLOCK_S) for place in at.places)
@@ -74,7 +74,7 @@ def errors(at: Point) -> Errors:
     )
 
 
-def of_recording(at: Place, offset: float) -> Array:
+def of_recording(at: RecordingLinearisation, offset: float) -> Array:
     """What one sigma of the recording's own errors does: its clock's offset (s) and skew, (C, S, 2)."""
     s = at.signals
     age = s.time[s.low_pass.kept] - s.time.mean()

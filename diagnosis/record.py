@@ -7,7 +7,7 @@ import numpy as np
 from diagnosis import signature_record
 from diagnosis.advice import advice
 from diagnosis.cause_parameters import parameters_of
-from diagnosis.cause_search import MATERIAL, Named
+from diagnosis.cause_search import MATERIAL, NamedCause
 from diagnosis.diagnose import Diagnosis
 
 _ALIKE = 0.9
@@ -84,7 +84,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
     }
 
 
-def probability(named: Named) -> float:
+def probability(named: NamedCause) -> float:
     """Of a cause among all that were considered beside it, laws' unknown forms allowed for: half of MATERIAL is one step of e."""
     losses = np.array([rival.loss for rival in named.tied])
     weight = np.exp((losses[0] - losses) / (MATERIAL / 2 * losses[0]))

@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause_fit import Turn
+from diagnosis.cause_fit import FitStage
 from diagnosis.conditions import Condition, conditions
 from diagnosis.drum_periodogram import Periodic, periodic
 from diagnosis.episodes import Course, Episode, brief, course, episodes
 from diagnosis.excess import PLAIN, Excess
 from diagnosis.explained_energy import Energy, autocovariance, energy, orthonormal
-from diagnosis.linearisation import Place
+from diagnosis.linearisation import RecordingLinearisation
 
 Array = NDArray[np.float64]
 
@@ -78,7 +78,7 @@ class Signature:
         return _clear(self.patterns)
 
 
-def signature(first: Turn, then: Turn) -> Signature:
+def signature(first: FitStage, then: FitStage) -> Signature:
     """Of what the base model leaves; then: with the causes."""
     base, before = first.end, first.beyond
     left, last = base.left(first.fit), then.end.left(then.fit)
@@ -157,7 +157,7 @@ class _Channel:
             beyond.log_p,
         )
 
-    def wave(self, turning: Periodic, places: Sequence[Place]) -> Pattern:
+    def wave(self, turning: Periodic, places: Sequence[RecordingLinearisation]) -> Pattern:
         """Against the drum's angle, folded into one of so many waves a turn."""
         angles = [p.signals.theta[p.signals.low_pass.kept, self.number] / turning.gear for p in places]
         phase = tuple(turning.order * a / (2 * np.pi) % 1 for a in angles)

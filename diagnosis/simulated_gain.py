@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause_fit import Turn
+from diagnosis.cause_fit import FitStage
 from diagnosis.extended_model import description, model
 from diagnosis.gain import Gain, Held
 from diagnosis.hypothesis import Hypothesis
-from diagnosis.noise_ensemble import Read
+from diagnosis.noise_ensemble import NoiseEnsemble
 from identification.model_file import Model
 from identification.simulation.simulated import Simulated, simulate_recording
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 STEMS = {"alpha": "simulated joint angles", "theta": "simulated motor angles"}
 
 
-def simulated_gains(before: "Side", after: "Side", read: Sequence[Read]) -> tuple[Gain, ...]:
+def simulated_gains(before: "Side", after: "Side", read: Sequence[NoiseEnsemble]) -> tuple[Gain, ...]:
     """Of alpha and of theta, over all joints and all motors. Raises Refused where a model cannot be simulated."""
     was, now = before.simulated(read), after.simulated(read)
     return tuple(_gain(stem, was, now) for stem in STEMS)
@@ -27,12 +27,12 @@ def simulated_gains(before: "Side", after: "Side", read: Sequence[Read]) -> tupl
 class Side:
     """A model with its description and what it says of how recordings were read."""
 
-    def __init__(self, turn: Turn, h: Hypothesis, held: Held) -> None:
+    def __init__(self, turn: FitStage, h: Hypothesis, held: Held) -> None:
         self._h = Hypothesis(description(turn, h), h.laws, h.values, h.misread, h.late, h.stale)
         self._model: Model = model(turn, h, {})
         self._late = held.late
 
-    def simulated(self, read: Sequence[Read]) -> list[Simulated]:
+    def simulated(self, read: Sequence[NoiseEnsemble]) -> list[Simulated]:
         """Every recording, read by this side's lights."""
         return [
             simulate_recording(self._h.read(one.data, late), self._model)

@@ -26,7 +26,7 @@ LAWS_BESIDE: dict[Model, tuple[str, ...]] = {
     2: ("dry_friction", "viscous_friction", "youngs_modulus"),
     3: ("dry_friction", "viscous_friction", "youngs_modulus_in_pose"),
 }
-"""what is fitted beside each of the seed's elastic models"""
+"""what is fitted beside each of Fasquelle's elastic models"""
 LAWS = LAWS_BESIDE[1]
 _MOVES = 1.0
 """rad/s: a motor slower than this all the time is at rest"""

@@ -14,7 +14,7 @@ from scipy.optimize import lsq_linear
 
 from identification.block_covariance import BLOCK_S, LEAST_BLOCKS, Blocks, in_blocks, influence, shared_errors, widened
 from identification.instruments import driven
-from identification.residuals import Rows, rows
+from identification.residuals import ResidualRows, rows
 from identification.signals import Signals
 from identification.unknowns import Unknowns
 from identification.whitening import ORDER, Whitener, fit_whitener
@@ -62,7 +62,7 @@ def solve(
     starts = [stretch_starts(s) for s in recordings]
     p = u.start()
 
-    def linearised(p: Array) -> list[Rows]:
+    def linearised(p: Array) -> list[ResidualRows]:
         return [rows(s, u, p, r) for r, s in enumerate(recordings)]
 
     # first every channel by its size alone, until the numbers settle; then by what its rows tell beyond those before them
@@ -163,7 +163,7 @@ class _Prior:
 
 
 def _stepped(
-    found: list[Rows], whiten: Whitener, starts: list[NDArray[np.bool_]], u: Unknowns, prior: _Prior, p: Array
+    found: list[ResidualRows], whiten: Whitener, starts: list[NDArray[np.bool_]], u: Unknowns, prior: _Prior, p: Array
 ) -> Array:
     """One step of Gauss and Newton within the bounds."""
     pieces = []

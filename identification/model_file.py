@@ -63,7 +63,7 @@ def model_of(
     provenance: dict[str, Any],
     covariance: np.ndarray | None = None,
 ) -> Model:
-    """The model that a fit's parameters make; friction's transition, where it was not fitted, is the seed's (48).
+    """The model that a fit's parameters make; friction's transition, where it was not fitted, is Fasquelle's (48).
 
     covariance: (P, P) of the parameters in their order.
     """

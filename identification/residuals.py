@@ -35,7 +35,7 @@ class Forces:
 
 
 @dataclass(frozen=True)
-class Rows:
+class ResidualRows:
     """Residuals (C, S) of the motor channels, then of the arm's, and their derivatives (C, S, P)."""
 
     residual: Array
@@ -86,7 +86,7 @@ def forces_at(s: Signals, u: Unknowns, p: Array, recording: int, tension: Array 
     return forces(s, u.laws, u.values(p), u.get(p, "x0", recording), delay, tension=tension)
 
 
-def rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Rows:
+def rows(s: Signals, u: Unknowns, p: Array, recording: int) -> ResidualRows:
     """Residuals and columns of one recording at the vector p."""
     n, m = s.arm.N, s.arm.M
     values, x0 = u.values(p), u.get(p, "x0", recording)
@@ -110,7 +110,7 @@ def rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Rows:
             known = None if name in lasting else z
             moved = forces(acting, u.laws, values | {name: values[name] + h}, x0, 0.0, known)
         J[:, :, slot] = on_channels(s, base, moved, term) / h
-    return Rows(residual, J)
+    return ResidualRows(residual, J)
 
 
 def on_channels(s: Signals, base: Forces, moved: Forces, term: Term) -> Array:

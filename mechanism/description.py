@@ -153,7 +153,7 @@ class Markers(Strict):
 
 
 class Neck(Strict):
-    """The whole arm, as neck.yaml states it (contract; symbols are the seed's)."""
+    """The whole arm, as neck.yaml states it (contract; symbols are Fasquelle's)."""
 
     xneck: Literal[1]
     gravity: tuple[Annotated[float, Field(ge=-30, le=30)], Annotated[float, Field(ge=-30, le=30)]] = (0.0, -9.81)

@@ -6,7 +6,7 @@ from mechanism.arm import Arm, Array
 from mechanism.cable_lengths import lengths
 
 Model = int
-"""the seed's number of it"""
+"""Fasquelle's number of it"""
 MODELS: tuple[Model, ...] = (1, 2, 3)
 
 

@@ -47,7 +47,7 @@ class Cables:
 
 
 @dataclass(frozen=True)
-class Rows:
+class CableEquations:
     """A stretch of whitened rows A_j c - y_j - X_j beta_j of each cable."""
 
     A: list[sparse.csr_array]
@@ -84,7 +84,7 @@ class Products:
     """-X^T y, (M P,)"""
 
 
-def add_rows(band: Array, stretches: Iterable[Rows]) -> Products:
+def add_rows(band: Array, stretches: Iterable[CableEquations]) -> Products:
     """Adds A^T A to a lower band (w + 1, n), which has room for it."""
     mixed: Array | None = None
     own, of_beta = list[Array](), list[Array]()
@@ -103,7 +103,9 @@ def add_rows(band: Array, stretches: Iterable[Rows]) -> Products:
     return Products(mixed, np.sum(own, axis=0), of_c, np.sum(of_beta, axis=0))
 
 
-def cable_rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: list[Wander]) -> Iterator[Rows]:
+def cable_rows(
+    cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: list[Wander]
+) -> Iterator[CableEquations]:
     """Linearised about angles (K, N); coefficients c are those of alpha - mean, joints side by side at each knot."""
     for begin in range(0, len(cables.time), _STRETCH):
         # later stretches are whitened by what was before them
@@ -113,7 +115,7 @@ def cable_rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, wander: 
         yield _rows(part, knots, alpha[some], mean, whiten)
 
 
-def _rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, whiten: list[sparse.csr_array]) -> Rows:
+def _rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, whiten: list[sparse.csr_array]) -> CableEquations:
     count, wide = len(cables.time), cables.arm.N * PARTS
     first, weights = knots.rows(cables.time)
     span = int(first[-1] - first[0]) + SUPPORT
@@ -128,7 +130,7 @@ def _rows(cables: Cables, knots: Knots, alpha: Array, mean: Array, whiten: list[
         X.append(one @ cables.X[:, j])
         measured.append(one @ y[:, j])
     begin = int(first[0]) * wide
-    return Rows(A, np.stack(X), np.stack(measured), slice(begin, begin + span * wide))
+    return CableEquations(A, np.stack(X), np.stack(measured), slice(begin, begin + span * wide))
 
 
 def cable_angles(cables: Cables, alpha: Array, beta: Array, wander: list[Wander]) -> tuple[Array, Array]:

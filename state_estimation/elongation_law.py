@@ -27,11 +27,11 @@ CUTOFF = 20.0
 EVEN = 1e-4
 """change of CM theta' over a step below which its middle will do"""
 LEAST_LAG_S, MOST_LAG_S = 1e-6, 0.1
-"""of a cable behind its force: ca / k; the seed's worst is 805 / 10454 = 0.08 s"""
+"""of a cable behind its force: ca / k; Fasquelle's worst is 805 / 10454 = 0.08 s"""
 
 
 @dataclass(frozen=True)
-class Law:
+class ElongationLaw:
     """Even times (T,), s, and what regressors X come from there, each (T, M)."""
 
     time: Array
@@ -73,13 +73,13 @@ class Law:
         yield from rubbing
 
 
-def law_of(arm: Arm, time: Array, theta_d: Array, f: Array, seen_time: Array, seen_x: Array) -> Law:
+def law_of(arm: Arm, time: Array, theta_d: Array, f: Array, seen_time: Array, seen_x: Array) -> ElongationLaw:
     """At even times (T,), from motor speeds and forces (T, M), and elongations seen (F, M), m."""
     rate = 1 / float(np.mean(np.diff(time)))
     # a command is held over its step, so all else is its mean over it: friction turns over within less than a step
     n = f[:-1] - arm.motor_inertia / arm.drum * np.diff(theta_d, axis=0) * rate
     n, commanded, *rubbing = (between(low_pass(part, rate)) for part in (n, f[:-1], *rubs(theta_d)))
-    law = Law(time, n, commanded, tuple(rubbing), np.full(arm.M, LEAST_LAG_S), np.zeros((arm.M, 3)))
+    law = ElongationLaw(time, n, commanded, tuple(rubbing), np.full(arm.M, LEAST_LAG_S), np.zeros((arm.M, 3)))
     for _ in range(PASSES - 1):
         seen, size = law.sampled(seen_time)
         lag, taken = law.lag.copy(), law.taken.copy()

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from identification.dataset.frames import FrameAngles
 from state_estimation.banded import Factor, factor
-from state_estimation.cable_equations import Rows, add_rows
+from state_estimation.cable_equations import CableEquations, add_rows
 from state_estimation.elongation_error import SPREAD_M
 from state_estimation.motion_prior import PARTS, Mixture, side_by_side
 from state_estimation.smoother import normal_equations
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Fit:
+class FusedSplines:
     """A solved system: coefficients c (joints side by side at each knot), and the border's V = H^-1 G and Schur complement."""
 
     knots: Knots
@@ -49,8 +49,8 @@ class Fit:
 
 
 def solve(
-    knots: Knots, mean: Array, seen: FrameAngles, priors: list[Mixture], cables: Iterable[Rows] | None = None
-) -> Fit:
+    knots: Knots, mean: Array, seen: FrameAngles, priors: list[Mixture], cables: Iterable[CableEquations] | None = None
+) -> FusedSplines:
     """Vision and priors, with the cables' rows where given."""
     measured, right = [], np.zeros((knots.count, len(mean), PARTS))
     for i in range(len(mean)):
@@ -62,17 +62,17 @@ def solve(
     if cables is None:
         found = factor(band)
         none = np.zeros((len(right), 0))
-        return Fit(knots, mean, priors, found.solve(right), np.zeros(0), found, none, none, np.zeros((0, 0)))
+        return FusedSplines(knots, mean, priors, found.solve(right), np.zeros(0), found, none, none, np.zeros((0, 0)))
     told = add_rows(band, cables)
     found = factor(band)
     V = found.solve(told.mixed)
     schur = told.own + np.eye(len(told.own)) / SPREAD_M**2 - told.mixed.T @ V
-    fit = Fit(knots, mean, priors, right, np.zeros(len(schur)), found, V, told.mixed, schur)
+    fit = FusedSplines(knots, mean, priors, right, np.zeros(len(schur)), found, V, told.mixed, schur)
     c, beta = fit.both(right + told.of_c, told.of_beta)
     return replace(fit, c=c, beta=beta)
 
 
-def misfit(fit: Fit, seen: FrameAngles) -> float:
+def misfit(fit: FusedSplines, seen: FrameAngles) -> float:
     """Mean square of vision's residuals over what noise of its sigma alone would leave: what the fit does to one such noise."""
     known = np.isfinite(seen.alpha)
     sigma = np.where(known, seen.sigma, 1.0)

@@ -19,10 +19,10 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.elasticity import elongation
 from state_estimation.banded import inverse_windows
-from state_estimation.cable_equations import Cables, Rows, cable_rows
+from state_estimation.cable_equations import CableEquations, Cables, cable_rows
 from state_estimation.elongation_error import fit_wander, white
 from state_estimation.elongation_law import CUTOFF, law_of
-from state_estimation.fusion import Fit, misfit, solve
+from state_estimation.fusion import FusedSplines, misfit, solve
 from state_estimation.motion_prior import DOUBT, PARTS, Mixture, fit_mixture
 from state_estimation.motors import Motors
 from state_estimation.smoother import WIDTH, check_span
@@ -49,7 +49,7 @@ WORSE = 0.1
 
 
 @dataclass(frozen=True)
-class State:
+class StateEstimate:
     """Angles with two derivatives, each (T, N), their covariance at fewer times, and what they rest on."""
 
     time: Array
@@ -91,7 +91,7 @@ def estimate_state(
     at: Array,
     clock_sigma: tuple[float, float] = (0.0, 0.0),
     fuse: bool = True,
-) -> State:
+) -> StateEstimate:
     """The state at `at` (T,), s, even times of the log within the frames.
 
     clock_sigma: of the offset (s) and of the skew (ratio, about the middle of the frames). Without `fuse`, and where the cables
@@ -112,11 +112,11 @@ def estimate_state(
     rows = np.unique(np.append(np.arange(0, len(at), every), len(at) - 1))
     alpha, alpha_d, alpha_dd = (fit.alpha(at, d) for d in range(3))
     covariance = _covariance(fit, seen, at[rows], clock_sigma)
-    return State(at, alpha, alpha_d, alpha_dd, at[rows], covariance, _bridged(seen, at), notes)
+    return StateEstimate(at, alpha, alpha_d, alpha_dd, at[rows], covariance, _bridged(seen, at), notes)
 
 
 @dataclass(frozen=True)
-class Sight:
+class VisionState:
     """Angles with two derivatives by vision alone, (T, N) each, where a joint was bridged, and what motion was expected."""
 
     alpha: Array
@@ -126,13 +126,13 @@ class Sight:
     priors: list[Mixture]
 
 
-def by_vision(seen: FrameAngles, at: Array, priors: list[Mixture] | None = None) -> Sight:
+def by_vision(seen: FrameAngles, at: Array, priors: list[Mixture] | None = None) -> VisionState:
     """The state at `at` by vision alone, without covariance; with priors of a recording alike that are known already."""
     fit = _seen_alone(seen, priors)
-    return Sight(fit.alpha(at), fit.alpha(at, 1), fit.alpha(at, 2), _bridged(seen, at), fit.priors)
+    return VisionState(fit.alpha(at), fit.alpha(at, 1), fit.alpha(at, 2), _bridged(seen, at), fit.priors)
 
 
-def _seen_alone(seen: FrameAngles, priors: list[Mixture] | None = None) -> Fit:
+def _seen_alone(seen: FrameAngles, priors: list[Mixture] | None = None) -> FusedSplines:
     """Splines of vision, with the motion that is expected of each joint told by its own angles where it is not given."""
     mean = np.nanmean(seen.alpha, axis=0)
     known = priors or [
@@ -143,7 +143,9 @@ def _seen_alone(seen: FrameAngles, priors: list[Mixture] | None = None) -> Fit:
     return solve(knots_over(seen.time[0], seen.time[-1], KNOT_S), mean, seen, known)
 
 
-def _fused(arm: Arm, seen: FrameAngles, motors: Motors, vision: Fit) -> tuple[Fit | None, dict[str, Any]]:
+def _fused(
+    arm: Arm, seen: FrameAngles, motors: Motors, vision: FusedSplines
+) -> tuple[FusedSplines | None, dict[str, Any]]:
     """Vision and cables together, or None, and why."""
     whole = np.isfinite(seen.alpha).all(axis=1) & (seen.time >= motors.time[0]) & (seen.time <= motors.time[-1])
     frames, alpha, sigma = seen.time[whole], seen.alpha[whole], seen.sigma[whole]
@@ -172,7 +174,7 @@ def _fused(arm: Arm, seen: FrameAngles, motors: Motors, vision: Fit) -> tuple[Fi
     cables = Cables(arm, motors.time[rows], arm.drum * motors.theta[rows] + arm.x0, law.at(motors.time[rows]))
     wander, priors = told_by_both(vision, seen, cables, wander, ~poor, vision.priors)
 
-    def rows_near(found: Fit) -> Iterator[Rows]:
+    def rows_near(found: FusedSplines) -> Iterator[CableEquations]:
         return cable_rows(cables, vision.knots, found.alpha(cables.time), vision.mean, wander)
 
     fit = solve(vision.knots, vision.mean, seen, priors, rows_near(vision))
@@ -193,7 +195,7 @@ def _fused(arm: Arm, seen: FrameAngles, motors: Motors, vision: Fit) -> tuple[Fi
     return fit, notes
 
 
-def _covariance(fit: Fit, seen: FrameAngles, at: Array, clock_sigma: tuple[float, float]) -> Array:
+def _covariance(fit: FusedSplines, seen: FrameAngles, at: Array, clock_sigma: tuple[float, float]) -> Array:
     """(K, 3 N, 3 N) at `at` (K,): of noise and prior, and of what all frames share."""
     n, knots = len(fit.mean), fit.knots
     first, _ = knots.rows(at)

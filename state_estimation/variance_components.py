@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.frames import FrameAngles
-from state_estimation.cable_equations import Cables, Rows, cable_angles, cable_rows
+from state_estimation.cable_equations import CableEquations, Cables, cable_angles, cable_rows
 from state_estimation.elongation_error import Wander
-from state_estimation.fusion import Fit, solve
+from state_estimation.fusion import FusedSplines, solve
 from state_estimation.motion_prior import DOUBT, Mixture, calmer, fit_mixture
 from state_estimation.spline import knots_over
 
@@ -25,7 +25,12 @@ PROBES = 4
 
 
 def told_by_both(
-    vision: Fit, seen: FrameAngles, cables: Cables, wander: list[Wander], used: NDArray[np.bool_], priors: list[Mixture]
+    vision: FusedSplines,
+    seen: FrameAngles,
+    cables: Cables,
+    wander: list[Wander],
+    used: NDArray[np.bool_],
+    priors: list[Mixture],
 ) -> tuple[list[Wander], list[Mixture]]:
     """The cables' errors and the joints' priors, as vision and cables tell them together in the middle of the recording."""
     middle = (cables.time[0] + cables.time[-1]) / 2
@@ -57,7 +62,7 @@ def told_by_both(
     return wander, priors
 
 
-def _answer(fit: Fit, stretches: list[Rows], noise: list[Array]) -> tuple[Array, Array]:
+def _answer(fit: FusedSplines, stretches: list[CableEquations], noise: list[Array]) -> tuple[Array, Array]:
     """c (n, Q) and beta (M P, Q) were the rows to measure noise, (M, K, Q) of each stretch."""
     of_c, of_beta = np.zeros((len(fit.c), PROBES)), np.zeros((len(fit.beta), PROBES))
     for rows, part in zip(stretches, noise, strict=True):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from identification.dataset.dataset import DataSet, state_series
 from identification.dataset.frames import FrameAngles, between_frames
 from identification.dataset.series import Series, numbered
-from identification.fasquelle.series import CUTOFF, seed_series
+from identification.fasquelle.series import CUTOFF, fasquelle_series
 from mechanism.arm import arm_of
 from mechanism.description import Neck
 from state_estimation.motors import motors_of
@@ -35,7 +35,7 @@ def synchronise(
     provenance: dict[str, Any],
     cutoff: float = CUTOFF,
 ) -> DataSet:
-    """One clock, the state at the log's rate and as the seed makes it, and the check of the elongations.
+    """One clock, the state at the log's rate and as Fasquelle makes it, and the check of the elongations.
 
     Raises Refused with the reason where clocks cannot be aligned.
     """
@@ -67,13 +67,13 @@ def synchronise(
         rounded |= numbered("sigma_theta", sigma[inside], suffix)
     bridged = numbered("bridged", found.bridged.astype(float))
     state = Series(time, {**state.columns, **rounded, **bridged, **seen_alone})
-    seed = seed_series(arm, even, frame_time[good], angles.alpha[good], cutoff)
+    fasquelle = fasquelle_series(arm, even, frame_time[good], angles.alpha[good], cutoff)
     check = check_elongations(arm, state, seen, clock.offset_sigma).as_json() if forces else dict(UNCHECKED)
     return DataSet(
         neck,
         neck_yaml,
         state,
-        seed,
+        fasquelle,
         angles.series,
         log,
         clock_json(clock, angles, log)

@@ -25,7 +25,7 @@ class Parameter:
 
     @property
     def relative_sigma_percent(self) -> float:
-        """100 sigma / |value|, as the seed's tables print it; infinite at zero."""
+        """100 sigma / |value|, as Fasquelle's tables print it; infinite at zero."""
         return float(100 * self.sigma / abs(self.value)) if self.value else float("inf")
 
     def as_json(self) -> dict[str, Any]:

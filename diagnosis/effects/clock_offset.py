@@ -6,7 +6,7 @@ import numpy as np
 
 from diagnosis.effect import Array, Effect, Shape
 from diagnosis.hypothesis import Hypothesis
-from diagnosis.linearisation import Place
+from diagnosis.linearisation import RecordingLinearisation
 from identification.residuals import forces, on_channels
 from mechanism.laws import Term
 
@@ -20,7 +20,7 @@ class ClockOffset(Effect):
     of_clock = True
     terms = (Term("late", "s", -0.1, 0.1, 1e-3, "arm"), Term("stale", "s", -0.1, 0.1, 1e-3, "arm"))
 
-    def columns(self, at: Place, shape: Shape) -> Array:
+    def columns(self, at: RecordingLinearisation, shape: Shape) -> Array:
         late, stale = (term.size for term in self.terms)
         frames = at.slow.change(turned=at.slow.late(late))[..., None] / late
         acting = forces(at.told, at.laws, at.values, at.x0, at.delay + stale)

@@ -6,7 +6,7 @@ import numpy as np
 
 from diagnosis.effect import Array, Effect, Shape, Where
 from diagnosis.hypothesis import Hypothesis
-from diagnosis.linearisation import Place
+from diagnosis.linearisation import RecordingLinearisation
 from identification.residual_sensitivity import Turned
 from mechanism.arm import Arm
 from mechanism.laws import Term
@@ -29,7 +29,7 @@ class MarkerOffset(Effect):
         own = tuple(Where(label, (i,)) for i, label in enumerate(self.labels(arm)))
         return (Where("all", tuple(range(1, arm.N + 1))), *own)
 
-    def columns(self, at: Place, shape: Shape) -> Array:
+    def columns(self, at: RecordingLinearisation, shape: Shape) -> Array:
         size = self.terms[0].size
         read = size * _on_joints(at.signals.arm.N)
         return np.stack([at.slow.change(turned=Turned(-row)) for row in read], axis=-1) / size

@@ -26,14 +26,14 @@ class DataSet:
     state: log clock at the log's rate: alphaI, alphaI_d, alphaI_dd, thetaJ, thetaJ_d, thetaJ_dd, fJ, xJ, sigma_alphaI,
     sigma_alphaI_d, sigma_alphaI_dd, the same of thetaJ (of its rounding), bridgedI (1 where vision missed the joint for longer
     than 0.2 s), visionI and visionI_d (by splines through every frame, not smoothed; without them alpha is taken).
-    seed: the same without sigmas, at 31.25 Hz by the seed's chain, with xJ_d.
+    fasquelle: the same without sigmas, at 31.25 Hz by Fasquelle's chain, with xJ_d.
     angles: as the camera saw them, on its own clock. log: as the controller wrote it, in our signs.
     """
 
     neck: Neck
     neck_yaml: str
     state: Series
-    seed: Series
+    fasquelle: Series
     angles: Series
     log: Series
     clock: Mapping[str, Any] = field(default_factory=dict)

@@ -21,11 +21,13 @@ _SIGMAS = tuple(f"sigma_{stem}" for stem in (*_JOINTS, *_CABLES))
 
 
 def check_dataset(data: DataSet, where: str | Path) -> None:
-    """Refused where state or seed lack columns, hold what is no number, or stand on no even clock, or where one of angles, log and
-    clock is not what the others say."""
+    """Refused where the data set cannot be computed with.
+
+    State and fasquelle lack columns, hold what is no number or stand on no even clock; or angles, log and clock contradict them.
+    """
     n, m = data.neck.N, data.neck.M
     check_record(data.clock, f"{where}: clock")
-    for name in ("state", "seed"):
+    for name in ("state", "fasquelle"):
         series: Series = getattr(data, name)
         place = f"{where}:/{name}"
         forces = ("f",) if "f1" in series.columns else ()

@@ -19,8 +19,8 @@ from xneck_foundation import strict_yaml
 from xneck_foundation.errors import Refused
 from xneck_foundation.whole_file import whole_file
 
-_TOPICS = ("state", "seed", "angles", "log")
-_NEEDED = ("state", "seed")
+_TOPICS = ("state", "fasquelle", "angles", "log")
+_NEEDED = ("state", "fasquelle")
 FORMATS = ("csv", "npz", "mat")
 
 
@@ -51,8 +51,8 @@ def series_of(data: DataSet) -> dict[str, Series]:
 def read_dataset(path: str | Path) -> DataSet:
     """A data set from its MCAP; of a damaged one what is whole, with a warning `Recovered`.
 
-    Rows after a hole are on no even clock with those before it, so of state and seed the longest whole stretch is taken.
-    Raises Refused where it is something else, or lacks what no result can do without: state, seed, clock and neck.yaml.
+    Rows after a hole are on no even clock with those before it, so of state and fasquelle the longest whole stretch is taken.
+    Raises Refused where it is something else, or lacks what no result can do without: state, fasquelle, clock and neck.yaml.
 
     >>> import xneck
     >>> state = xneck.read_dataset("monday.mcap").state  # on the log's clock, at its rate

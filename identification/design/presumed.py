@@ -9,11 +9,11 @@ from mechanism.friction import CM
 from mechanism.machine import Machine
 
 FS_N, K_N_M, CA_N_S_M = 16.8, 8300.0, 0.0
-"""means of the seed's tables 1 and 2 for dry friction and stiffness; damping was not identified there"""
+"""means of Fasquelle's tables 1 and 2 for dry friction and stiffness; damping was not identified there"""
 
 
 def presumed(neck: Neck) -> Machine:
-    """Motors and cables like those of the seed's arm, with the viscous friction that neck.yaml knows of."""
+    """Motors and cables like those of Fasquelle's arm, with the viscous friction that neck.yaml knows of."""
     arm = arm_of(neck)
     return Machine(
         arm,

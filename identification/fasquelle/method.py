@@ -1,9 +1,9 @@
-"""Friction and elasticity as the seed identifies them: linear least squares on the arm and motor equations.
+"""Friction and elasticity as Fasquelle identifies them: linear least squares on the arm and motor equations.
 
     motor   k x + ca x' + dry(theta') fs = f - Ia (R/rd) theta''                         (56)
     arm     Z dry(theta') fs [+ Z theta' fv] = Z (f - Ia (R/rd) theta'') - M alpha'' - c - g      (51)
 
-stacked with the arm equations weighted by W = 100 (61). Friction alone is identified from the arm equations: the seed
+stacked with the arm equations weighted by W = 100 (61). Friction alone is identified from the arm equations: Fasquelle
 prints (62), (63), which are motor equations without the tension, but the sigmas of its table 1 are in the ratio sqrt(3)
 between cables 1-3 and 4 that only the columns of Z give.
 """
@@ -29,11 +29,11 @@ Array = NDArray[np.float64]
 WEIGHT = 100.0
 """W of (60), (61): brings the arm equations (N m) to the size of the motor equations (N)"""
 WELL_IDENTIFIED = 10.0
-"""%: a relative sigma above it counts as not identified, as the seed judges its tables"""
+"""%: a relative sigma above it counts as not identified, as Fasquelle judges its tables"""
 
 
 @dataclass(frozen=True)
-class Regressors:
+class FasquelleRegressors:
     """What both equations need at every sample; S samples of all recordings together."""
 
     Z: Array
@@ -55,8 +55,8 @@ class Regressors:
 
 
 @dataclass(frozen=True)
-class Fit:
-    """A table of the seed: parameters, the estimate behind them, and what was fitted."""
+class FasquelleFit:
+    """A table of Fasquelle: parameters, the estimate behind them, and what was fitted."""
 
     title: str
     parameters: tuple[Parameter, ...]
@@ -69,18 +69,18 @@ class Fit:
 
 @dataclass(frozen=True)
 class Identification:
-    """All tables of the seed's method for one arm."""
+    """All tables of Fasquelle's method for one arm."""
 
-    dry_only: Fit
-    dry_and_viscous: Fit
-    elastic: dict[Model, Fit]
+    dry_only: FasquelleFit
+    dry_and_viscous: FasquelleFit
+    elastic: dict[Model, FasquelleFit]
     tension_from_force: Array
     """f - friction - Ia (R/rd) theta'' with the friction identified alone, (S, M), N"""
     tension_error: dict[Model, Array]
     """tension of each elastic model less that from the forces, (S, M), N"""
 
     def mean_error(self, model: Model) -> float:
-        """The seed's mean tension reconstruction error, N."""
+        """Fasquelle's mean tension reconstruction error, N."""
         return float(np.mean(np.abs(self.tension_error[model])))
 
 
@@ -91,10 +91,10 @@ def identify(recordings: Sequence[DataSet]) -> Identification:
         if other.neck.model_dump(exclude={"markers"}) != first.neck.model_dump(exclude={"markers"}):
             raise Refused("identify", "the recordings are of different arms", "give recordings made with one neck.yaml")
     arm = first.arm
-    if not all("f1" in data.seed.columns for data in recordings):
+    if not all("f1" in data.fasquelle.columns for data in recordings):
         raise Refused("identify", "the log holds no forces f", "log the force command of every motor")
-    parts = [regressors(arm, data.seed) for data in recordings]
-    r = Regressors(
+    parts = [regressors(arm, data.fasquelle) for data in recordings]
+    r = FasquelleRegressors(
         *(np.concatenate([getattr(p, name) for p in parts]) for name in
           ("Z", "dry", "theta_d", "x", "x_d", "pull", "arm_load")),
         strain={m: np.concatenate([p.strain[m] for p in parts]) for m in MODELS},
@@ -110,7 +110,7 @@ def identify(recordings: Sequence[DataSet]) -> Identification:
     return Identification(dry_only, viscous, elastic, from_force, errors)
 
 
-def regressors(arm: Arm, series: Series) -> Regressors:
+def regressors(arm: Arm, series: Series) -> FasquelleRegressors:
     """The terms of (51) and (56) from a series with alpha, theta and their derivatives, f, x and x_d."""
     alpha, theta_d = series.matrix("alpha"), series.matrix("theta", "_d")
     jacobian = Z(arm, alpha)
@@ -119,10 +119,12 @@ def regressors(arm: Arm, series: Series) -> Regressors:
     pull = series.matrix("f") - arm.motor_inertia / arm.drum * series.matrix("theta", "_dd")
     shape = theta_d.shape
     strain = {m: np.broadcast_to(strain_scale(arm, alpha, m), shape) for m in MODELS}
-    return Regressors(jacobian, dry(theta_d), theta_d, series.matrix("x"), series.matrix("x", "_d"), pull, load, strain)
+    return FasquelleRegressors(
+        jacobian, dry(theta_d), theta_d, series.matrix("x"), series.matrix("x", "_d"), pull, load, strain
+    )
 
 
-def friction_alone(r: Regressors, viscous: bool) -> Fit:
+def friction_alone(r: FasquelleRegressors, viscous: bool) -> FasquelleFit:
     """Table 1: fs, and fv if `viscous`, from the arm equations (51)."""
     columns = [_per_cable_on_arm(r, r.dry)]
     names = [("fs", "N")]
@@ -132,10 +134,12 @@ def friction_alone(r: Regressors, viscous: bool) -> Fit:
     estimate = linear(np.concatenate(columns, axis=1), _arm_side(r))
     cables = r.dry.shape[1]
     labels = [(name, j + 1, unit) for name, unit in names for j in range(cables)]
-    return Fit("Dry and viscous friction" if viscous else "Dry friction only", _parameters(labels, estimate), estimate)
+    return FasquelleFit(
+        "Dry and viscous friction" if viscous else "Dry friction only", _parameters(labels, estimate), estimate
+    )
 
 
-def elastic_system(r: Regressors, model: Model) -> Fit:
+def elastic_system(r: FasquelleRegressors, model: Model) -> FasquelleFit:
     """Table 2: stiffness, damping and fs together from (61); k, ca of each cable (model 1), or E, c of all (models 2, 3)."""
     samples, cables = r.dry.shape
     n = r.Z.shape[1]
@@ -158,20 +162,20 @@ def elastic_system(r: Regressors, model: Model) -> Fit:
         labels = [("E", None, "Pa"), ("c", None, "Pa s")]
     labels += [("fs", j + 1, "N") for j in range(cables)]
     estimate = linear(D, y)
-    return Fit(f"Elastic model {model}", _parameters(labels, estimate), estimate)
+    return FasquelleFit(f"Elastic model {model}", _parameters(labels, estimate), estimate)
 
 
-def _arm_side(r: Regressors) -> Array:
+def _arm_side(r: FasquelleRegressors) -> Array:
     """Right side of (51), shape (S N,), N m."""
     return (np.einsum("sij,sj->si", r.Z, r.pull) - r.arm_load).ravel()
 
 
-def _per_cable_on_arm(r: Regressors, values: Array) -> Array:
+def _per_cable_on_arm(r: FasquelleRegressors, values: Array) -> Array:
     """Columns Z(:, j) values_j of the arm equations, shape (S N, M)."""
     return (r.Z * values[:, None, :]).reshape(-1, values.shape[1])
 
 
-def tension_of(r: Regressors, model: Model, fit: Fit) -> Array:
+def tension_of(r: FasquelleRegressors, model: Model, fit: FasquelleFit) -> Array:
     """Tension of an elastic model with identified parameters (53), (57), shape (S, M), N."""
     stiffness, damping = ("k", "ca") if model == 1 else ("E", "c")
     return r.strain[model] * (fit.values(stiffness) * r.x + fit.values(damping) * r.x_d)

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Reconstruction:
-    """Samples of the seed's series (S); couples Z f of each joint (S, N), N m; tensions of each cable (S, M), N."""
+    """Samples of Fasquelle's series (S); couples Z f of each joint (S, N), N m; tensions of each cable (S, M), N."""
 
     time: Array
     """(S,), s"""
@@ -34,9 +34,9 @@ class Reconstruction:
 
 
 def reconstruct(data: DataSet, found: Identification) -> Reconstruction:
-    """The seed's figures 6, 7 and 8 as numbers, for one recording and an identification of the same arm."""
-    r = regressors(data.arm, data.seed)
-    f = data.seed.matrix("f")
+    """Fasquelle's figures 6, 7 and 8 as numbers, for one recording and an identification of the same arm."""
+    r = regressors(data.arm, data.fasquelle)
+    f = data.fasquelle.matrix("f")
 
     def couple(forces: Array) -> Array:
         return np.einsum("sij,sj->si", r.Z, forces)
@@ -45,7 +45,7 @@ def reconstruct(data: DataSet, found: Identification) -> Reconstruction:
     fs = found.dry_only.values("fs")
     both = r.dry * found.dry_and_viscous.values("fs") + r.theta_d * found.dry_and_viscous.values("fv")
     return Reconstruction(
-        time=data.seed.time,
+        time=data.fasquelle.time,
         couple_measured=couple(f),
         couple_without_friction=frictionless,
         couple_dry=frictionless + couple(r.dry * fs),

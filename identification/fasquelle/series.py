@@ -1,4 +1,4 @@
-"""The seed's own chain from recorded signals to its regressors: decimate, interpolate, filter, differentiate (its 6.5)."""
+"""Fasquelle's own chain from recorded signals to its regressors: decimate, interpolate, filter, differentiate (its 6.5)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,8 @@ CUTOFF = 5.0
 """Hz: of the zero-phase Butterworth low-pass, order 4"""
 
 
-def seed_series(arm: Arm, log: Series, angle_time: Array, alpha: Array, cutoff: float = CUTOFF) -> Series:
-    """The data set's series as the seed makes it.
+def fasquelle_series(arm: Arm, log: Series, angle_time: Array, alpha: Array, cutoff: float = CUTOFF) -> Series:
+    """The data set's series as Fasquelle makes it.
 
     log: thetaJ, fJ on a uniform clock. angle_time: (F,), s, frame times on the log's clock; alpha: (F, N), rad, no NaN.
     Derivatives are central differences after filtering. Raises Refused where less than two seconds overlap.

@@ -1,14 +1,14 @@
-"""The seed's tables 1 and 2 of an identification, as text and as a record."""
+"""Fasquelle's tables 1 and 2 of an identification, as text and as a record."""
 
 from typing import Any
 
-from identification.fasquelle.method import Fit, Identification
+from identification.fasquelle.method import FasquelleFit, Identification
 from mechanism.elasticity import MODELS, Model
 from xneck_foundation.least_squares import Parameter
 
 
 def as_json(found: Identification, model: Model = 1) -> dict[str, Any]:
-    """The seed's record: parameters of the chosen elastic model, and all the tables."""
+    """Fasquelle's record: parameters of the chosen elastic model, and all the tables."""
     fits = {"dry": found.dry_only, "dry_and_viscous": found.dry_and_viscous}
     fits |= {f"model_{m}": found.elastic[m] for m in MODELS}
     return {
@@ -39,7 +39,7 @@ def as_text(found: Identification) -> str:
     return f"{one}\n\n{two}\nmean tension reconstruction error: {errors}"
 
 
-def rows(fits: list[Fit]) -> list[tuple[str, str, list[Parameter | None]]]:
+def rows(fits: list[FasquelleFit]) -> list[tuple[str, str, list[Parameter | None]]]:
     """Label, unit and the parameter of each fit (None where it has none), in the order they first appear."""
     keys: dict[tuple[str, int | None], str] = {}
     for fit in fits:
@@ -61,7 +61,7 @@ def _named(name: str, index: int | None) -> str:
     return name if index is None else f"{name}({index})"
 
 
-def _table(title: str, fits: list[Fit]) -> str:
+def _table(title: str, fits: list[FasquelleFit]) -> str:
     lines = [title, f"{'':16}" + "".join(f"{fit.title:>26}" for fit in fits)]
     for label, unit, found in rows(fits):
         cells = "".join(f"{_cell(p):>26}" for p in found)

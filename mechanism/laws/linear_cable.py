@@ -1,4 +1,4 @@
-"""A spring and a damper side by side: the seed's model 1."""
+"""A spring and a damper side by side: Fasquelle's model 1."""
 
 from mechanism.arm import Array
 from mechanism.laws.law import Law, Stretching, Term, Values

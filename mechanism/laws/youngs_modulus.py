@@ -1,4 +1,4 @@
-"""One material for all cables: the seed's models 2 and 3."""
+"""One material for all cables: Fasquelle's models 2 and 3."""
 
 from mechanism.arm import Array
 from mechanism.laws.law import Law, Stretching, Term, Values

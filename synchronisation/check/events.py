@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synchronisation.check.observation import Observed
-from synchronisation.check.signatures import Candidate
+from synchronisation.check.signatures import FaultCandidate
 
 Array = NDArray[np.float64]
 
@@ -25,23 +25,23 @@ NEAR_SLACK_N = 5.0
 """a cable can only have been slack where its force came this near to none"""
 
 
-def missed_counts(seen: Observed) -> Iterator[Candidate]:
+def missed_counts(seen: Observed) -> Iterator[FaultCandidate]:
     """A share of the counts is lost while winding in, or while paying out: what is counted drifts with the way gone."""
     way = np.diff(seen.theta, axis=0, prepend=seen.theta[:1]) * seen.arm.drum
     # lost while winding in, and while paying out
     for part in (np.maximum(way, 0.0), np.minimum(way, 0.0)):
         for j, own in enumerate(np.eye(seen.arm.M)):
-            yield Candidate("missed_counts", f"cable {j + 1}", "1", -np.cumsum(part, axis=0) * own)
+            yield FaultCandidate("missed_counts", f"cable {j + 1}", "1", -np.cumsum(part, axis=0) * own)
 
 
-def slips(seen: Observed, cable: int) -> Iterator[Candidate]:
+def slips(seen: Observed, cable: int) -> Iterator[FaultCandidate]:
     """Steps of one cable's elongation: the rope moves on its drum, so that counts promise more rope in than there is."""
     first, last = seen.time[0] + EDGE, seen.time[-1] - EDGE
     count = int(np.clip((last - first) / SLIPS_EVERY, 1, MOST_TIMES))
     yield from _slips_at(seen, cable, np.linspace(first, last, count))
 
 
-def nearby(seen: Observed, found: Candidate) -> Iterator[Candidate]:
+def nearby(seen: Observed, found: FaultCandidate) -> Iterator[FaultCandidate]:
     """The same slip at times between those that were tried; nothing for other faults."""
     if found.fault == "winch_slip" and found.when is not None:
         step = max(SLIPS_EVERY, float(np.ptp(seen.time)) / MOST_TIMES)
@@ -49,14 +49,14 @@ def nearby(seen: Observed, found: Candidate) -> Iterator[Candidate]:
         yield from _slips_at(seen, int(found.where.split()[1]) - 1, times)
 
 
-def _slips_at(seen: Observed, cable: int, times: Array) -> Iterator[Candidate]:
+def _slips_at(seen: Observed, cable: int, times: Array) -> Iterator[FaultCandidate]:
     own = np.eye(seen.arm.M)[cable]
     for when in times:
         after = (seen.time >= when).astype(float)[:, None]
-        yield Candidate("winch_slip", f"cable {cable + 1}", "m", after * own, float(when))
+        yield FaultCandidate("winch_slip", f"cable {cable + 1}", "m", after * own, float(when))
 
 
-def slacks(seen: Observed, cable: int) -> Iterator[Candidate]:
+def slacks(seen: Observed, cable: int) -> Iterator[FaultCandidate]:
     """Bumps where the motor force hardly pulls: the rope hangs, and the law's elongation is not there."""
     force = seen.law.force[:, cable]
     own = np.eye(seen.arm.M)[cable]
@@ -67,4 +67,4 @@ def slacks(seen: Observed, cable: int) -> Iterator[Candidate]:
             continue
         when = float(seen.time[inside][np.argmin(force[inside])])
         bump = np.where(np.abs(seen.time - when) < SLACK_S / 2, np.cos(np.pi * (seen.time - when) / SLACK_S) ** 2, 0.0)
-        yield Candidate("cable_slack", f"cable {cable + 1}", "m", -bump[:, None] * own, when)
+        yield FaultCandidate("cable_slack", f"cable {cable + 1}", "m", -bump[:, None] * own, when)

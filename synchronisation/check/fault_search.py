@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from synchronisation.check.events import missed_counts, nearby, slacks, slips
 from synchronisation.check.observation import Observed
 from synchronisation.check.scoring import Fitted, Known, Score, fit_law, score, threshold
-from synchronisation.check.signatures import Candidate, candidates
+from synchronisation.check.signatures import FaultCandidate, candidates
 
 Array = NDArray[np.float64]
 
@@ -32,19 +32,19 @@ ANEW_M = 5e-6
 
 
 @dataclass(frozen=True)
-class Named:
+class NamedFault:
     """The best explanation, and others that explain as much, the best first."""
 
     best: Score
     rivals: tuple[Score, ...]
 
 
-def name_faults(seen: Observed, known: Known | None = None) -> tuple[tuple[Named, ...], Fitted]:
+def name_faults(seen: Observed, known: Known | None = None) -> tuple[tuple[NamedFault, ...], Fitted]:
     """Faults in the order in which they stand out, none on a healthy arm, and the law's fit with them."""
     every = [*candidates(seen), *missed_counts(seen)]
     for j in range(seen.arm.M):
         every += [*slips(seen, j), *slacks(seen, j)]
-    named: list[Named] = []
+    named: list[NamedFault] = []
     fit = fit_law(seen, known)
     while len(named) < MOST_FAULTS:
         scores = [score(fit, c) for c in every]
@@ -64,14 +64,14 @@ def name_faults(seen: Observed, known: Known | None = None) -> tuple[tuple[Named
             best = _best(scores)
         if named and best.gain < NEXT * named[0].best.gain:
             break
-        named.append(Named(best, _rivals(best, scores)))
+        named.append(NamedFault(best, _rivals(best, scores)))
         every = [c for c in every if _apart(c, best.candidate)]
         fit = fit_law(seen, known, [*found, best.candidate.signature])
     return _together(seen, named, known, fit), fit
 
 
 def _beside(
-    seen: Observed, known: Known | None, found: list[Array], masked: Candidate, every: Sequence[Candidate]
+    seen: Observed, known: Known | None, found: list[Array], masked: FaultCandidate, every: Sequence[FaultCandidate]
 ) -> Score | None:
     """The fault beside which a masked one stands out, and that stands out beside it: what either leaves hid the other."""
     others = [c for c in every if _apart(c, masked)]
@@ -85,21 +85,21 @@ def _beside(
     return other if scores[0].z >= threshold(scores) else None
 
 
-def _together(seen: Observed, named: Sequence[Named], known: Known | None, fit: Fitted) -> tuple[Named, ...]:
+def _together(seen: Observed, named: Sequence[NamedFault], known: Known | None, fit: Fitted) -> tuple[NamedFault, ...]:
     """Each fault with the size, sigma and moment that it has beside all the others: found alone, it took some of theirs."""
     if len(named) < 2:
         return tuple(named)
-    out: list[Named] = []
+    out: list[NamedFault] = []
     for k, one in enumerate(named):
         others = [n.best.candidate.signature for n in (*out, *named[k + 1 :])]
         without = fit_law(seen, known, others, fit.error)
         candidate = one.best.candidate
         scores = [score(without, c) for c in (candidate, *nearby(seen, candidate))]
-        out.append(Named(max(scores, key=lambda s: s.gain), one.rivals))
+        out.append(NamedFault(max(scores, key=lambda s: s.gain), one.rivals))
     return tuple(out)
 
 
-def _apart(other: Candidate, found: Candidate) -> bool:
+def _apart(other: FaultCandidate, found: FaultCandidate) -> bool:
     if other.when is None or found.when is None or other.where != found.where:
         return other is not found
     return abs(other.when - found.when) > APART_S

@@ -15,7 +15,7 @@ from scipy.stats import t as student
 from mechanism.cable_lengths import Z
 from synchronisation.check.elongation_law import SPREAD
 from synchronisation.check.observation import Observed
-from synchronisation.check.signatures import TOLERANCE, Candidate
+from synchronisation.check.signatures import TOLERANCE, FaultCandidate
 
 Array = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ class Fitted:
 class Score:
     """One candidate: estimated size, its sigma, what it gains of chi-square, and its part in every block."""
 
-    candidate: Candidate
+    candidate: FaultCandidate
     size: float
     sigma: float
     gain: float
@@ -135,7 +135,7 @@ def _solved(
     return u, whiten, A, inverse, inverse @ (A.T @ u + prior @ before)
 
 
-def score(fit: Fitted, candidate: Candidate) -> Score:
+def score(fit: Fitted, candidate: FaultCandidate) -> Score:
     """How much a candidate, alone, would explain of what the law leaves."""
     s = fit.whitened(candidate.signature)
     q = fit.inverse @ (fit.A.T @ s)

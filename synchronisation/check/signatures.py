@@ -35,7 +35,7 @@ healthy cable can pass for; with one, what no arm is built or kept better than""
 
 
 @dataclass(frozen=True)
-class Candidate:
+class FaultCandidate:
     """A fault at a place with the unit of its size; `when` is log time, s, of faults that happen at one moment."""
 
     fault: str
@@ -45,26 +45,28 @@ class Candidate:
     when: float | None = None
 
 
-def candidates(seen: Observed) -> Iterator[Candidate]:
+def candidates(seen: Observed) -> Iterator[FaultCandidate]:
     """All faults that last from the first frame to the last."""
     arm = seen.arm
     for i in range(arm.N):
-        yield Candidate("marker_offset", f"mechanism {i + 1}", "rad", _by_angles(seen, np.eye(arm.N)[i]))
+        yield FaultCandidate("marker_offset", f"mechanism {i + 1}", "rad", _by_angles(seen, np.eye(arm.N)[i]))
     for i in range(1, arm.N):
         # a marker of an inner bar enters the angle below it and, turned, the one above it
-        yield Candidate("marker_offset", f"bar {i}", "rad", _by_angles(seen, np.eye(arm.N)[i - 1] - np.eye(arm.N)[i]))
+        yield FaultCandidate(
+            "marker_offset", f"bar {i}", "rad", _by_angles(seen, np.eye(arm.N)[i - 1] - np.eye(arm.N)[i])
+        )
     for j, own in enumerate(np.eye(arm.M)):
-        yield Candidate("drum_radius", f"cable {j + 1}", "1", -seen.theta * arm.drum * own)
-    yield Candidate("drum_radius", "all", "1", -seen.theta * arm.drum)
+        yield FaultCandidate("drum_radius", f"cable {j + 1}", "1", -seen.theta * arm.drum * own)
+    yield FaultCandidate("drum_radius", "all", "1", -seen.theta * arm.drum)
     for name, field in (("pulley_radius", "r"), ("diagonal_length", "L"), ("bar_length", "b")):
         for i in range(arm.N):
-            yield Candidate(name, f"mechanism {i + 1}", "m", _by_arm(seen, field, np.eye(arm.N)[i]))
-        yield Candidate(name, "all", "m", _by_arm(seen, field, np.ones(arm.N)))
-    yield Candidate("angle_scale", "all", "1", _by_angles(seen, seen.alpha))
+            yield FaultCandidate(name, f"mechanism {i + 1}", "m", _by_arm(seen, field, np.eye(arm.N)[i]))
+        yield FaultCandidate(name, "all", "m", _by_arm(seen, field, np.ones(arm.N)))
+    yield FaultCandidate("angle_scale", "all", "1", _by_angles(seen, seen.alpha))
     gamma = np.cumsum(seen.alpha, axis=1)
     tilt = np.diff(np.sin(2 * gamma) / 2, axis=1, prepend=0.0)
-    yield Candidate("plane_tilt", "all", "1", _by_angles(seen, tilt))
-    yield Candidate("clock_offset", "all", "s", seen.theta_d * arm.drum)
+    yield FaultCandidate("plane_tilt", "all", "1", _by_angles(seen, tilt))
+    yield FaultCandidate("clock_offset", "all", "s", seen.theta_d * arm.drum)
 
 
 def _by_angles(seen: Observed, change: Array) -> Array:

@@ -3,7 +3,7 @@
 from typing import Any
 
 from synchronisation.check.exchanges import Exchange
-from synchronisation.check.fault_search import Named
+from synchronisation.check.fault_search import NamedFault
 
 FIX = {
     "marker_offset": "set right the angle of the marker in neck.yaml (markers.on_bars), or extract with --placement",
@@ -27,7 +27,7 @@ IN_PART = ("winch_slip", "cable_slack")
 """faults of one moment: the rest of the recording is good"""
 
 
-def fault_of(named: Named) -> dict[str, Any]:
+def fault_of(named: NamedFault) -> dict[str, Any]:
     """The contract's record; `or` lists what explains as much, with places and sizes."""
     best = named.best
     out = _record(best.candidate.fault, best.candidate.where, best.size, best.candidate.unit, best.sigma)

@@ -16,8 +16,8 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.dynamics import terms
 from synchronisation.clocks.cables import LARGER, larger
-from synchronisation.clocks.signals import Signals, cubic, low_pass
-from synchronisation.clocks.unknowns import State
+from synchronisation.clocks.signals import LogSignals, cubic, low_pass
+from synchronisation.clocks.unknowns import ClockUnknowns
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ class ArmRows:
     """joint speeds at the rows, before any product, (T, N), and what makes rows of such"""
     kept: NDArray[np.bool_]
 
-    def at(self, state: State) -> Array:
+    def at(self, state: ClockUnknowns) -> Array:
         """Residuals (K, N), N m, of a state near that of the rows, with its joints known."""
         m = len(state.fv)
         out = self.residual + self.by_offset * (state.offset - self.offset) + self.by_delay * state.delay
@@ -83,7 +83,7 @@ class ArmRows:
 
 
 def arm_rows(
-    arm: Arm, signals: Signals, frame_time: Array, alpha: Array, joint_width: float, offset: float, rubs: Array
+    arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, joint_width: float, offset: float, rubs: Array
 ) -> ArmRows:
     """The equation at fv = fs = 0, for frames at `frame_time` (F,), s, on the log's clock, with angles alpha (F, N), rad.
 

@@ -15,8 +15,8 @@ from scipy.interpolate import BSpline
 
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths
-from synchronisation.clocks.signals import Signals, cubic, lagged
-from synchronisation.clocks.unknowns import State
+from synchronisation.clocks.signals import LogSignals, cubic, lagged
+from synchronisation.clocks.unknowns import ClockUnknowns
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ LONGEST_LAG = 0.05
 
 
 @dataclass(frozen=True)
-class Law:
+class CableTerms:
     """What an elongation may consist of: powers of the tension, creep with time constants in s, damping, friction that turns
     over sooner or later; motors' inertia and drums that are off."""
 
@@ -132,7 +132,7 @@ def larger(arm: Arm) -> list[Arm]:
 
 
 @dataclass(frozen=True)
-class Rows:
+class ClockRows:
     """Residuals (F, M), m; slopes by offset, delay and fv (F, M), by dimensions (F, M, P), by each cable's own (F, M, K)."""
 
     residual: Array
@@ -146,7 +146,7 @@ class Rows:
 class Cables:
     """The curves of a log that a law needs, and rows for given parameters."""
 
-    def __init__(self, signals: Signals, law: Law, tau: Array | float = 0.0) -> None:
+    def __init__(self, signals: LogSignals, law: CableTerms, tau: Array | float = 0.0) -> None:
         s, step = signals, float(signals.time[1] - signals.time[0])
         base = [
             s.force(s.time),
@@ -186,18 +186,18 @@ class Cables:
             own[j, names.index("h")] = np.clip(-h / g, -1.0, 1.0) if abs(g) > 1e-6 else 0.0
         return own
 
-    def rows(self, frames: Frames, state: State) -> Rows:
+    def rows(self, frames: Frames, state: ClockUnknowns) -> ClockRows:
         """Travel less winding less elongation at every frame."""
         at = frames.time + state.offset + state.skew * (frames.time - frames.middle)
         rows = self._rows(np.clip(at, *self._span), state)
         winding = frames.with_dimensions(state.dimensions).winding
         return replace(rows, residual=rows.residual - winding, by_dimension=-frames.by_dimension)
 
-    def without_elongation(self, state: State) -> BSpline:
+    def without_elongation(self, state: ClockUnknowns) -> BSpline:
         """Travel less elongation over the log's time, (..., M), m: what the winding should be."""
         return cubic(self._time, self._rows(self._time, state).residual)
 
-    def _rows(self, at: Array, state: State) -> Rows:
+    def _rows(self, at: Array, state: ClockUnknowns) -> ClockRows:
         """Travel less elongation at log times (F,), s, with its slopes."""
         travel, *parts = np.moveaxis(self._curves(at), -1, 0)
         travel_d, *rates = np.moveaxis(self._curves(at, 1), -1, 0)
@@ -235,7 +235,7 @@ class Cables:
             x = x + p["drum"] * travel
         by_own = -np.stack([columns[name] for name in self.law.names], axis=-1)
         of_winding = np.zeros((*travel.shape, 0))
-        return Rows(travel - x, travel_d - x_d, -by_delay, -by_fv, of_winding, by_own)
+        return ClockRows(travel - x, travel_d - x_d, -by_delay, -by_fv, of_winding, by_own)
 
 
 def _slope(powers: list[Array], tension: Array) -> Array:

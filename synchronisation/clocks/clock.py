@@ -22,7 +22,7 @@ from synchronisation.clocks.log_gaps import Mended, mend
 from synchronisation.clocks.lost_frames import Slips, decode, locked_skew, slips_of
 from synchronisation.clocks.newton_step import LIKELY_SKEW
 from synchronisation.clocks.rope_steps import steady_signals
-from synchronisation.clocks.signals import Signals
+from synchronisation.clocks.signals import LogSignals
 from synchronisation.clocks.undetermined import NoClue
 from synchronisation.clocks.without_force import fit_without_force
 from synchronisation.encoder_log import uniform
@@ -203,7 +203,7 @@ class _Both:
     """Frames and log of one motion."""
 
     arm: Arm
-    signals: Signals
+    signals: LogSignals
     mended: Mended
     every: Frames
     """by their stamps"""
@@ -284,7 +284,7 @@ def _check_motion(time: Array, winding: Array, log_time: Array, travel: Array) -
         raise Refused("sync", "the motors of the log stand still", "is it the log of this recording?")
 
 
-def _compared(every: Frames, signals: Signals, mended: Mended, slips: Slips, offset: float) -> Frames:
+def _compared(every: Frames, signals: LogSignals, mended: Mended, slips: Slips, offset: float) -> Frames:
     """Frames at their true times that lie within the log and clear of its gaps; their middle is where the offset holds."""
     true = slips.corrected(every.time)
     at = true + offset

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from mechanism.arm import Arm
 from synchronisation.clocks.arm_equation import ArmRows, arm_rows
-from synchronisation.clocks.cables import FIRST_ERROR, NEWTON, SKEW, Cables, Frames, Law, errors_seen, whitening
+from synchronisation.clocks.cables import FIRST_ERROR, NEWTON, SKEW, Cables, CableTerms, Frames, errors_seen, whitening
 from synchronisation.clocks.newton_step import Model, System, newton_step
-from synchronisation.clocks.signals import Signals
+from synchronisation.clocks.signals import LogSignals
 from synchronisation.clocks.undetermined import NoClue
-from synchronisation.clocks.unknowns import State
+from synchronisation.clocks.unknowns import ClockUnknowns
 
 Array = NDArray[np.float64]
 
@@ -37,19 +37,19 @@ AS_WELL = 1.15
 
 LADDER = (
     Model(),
-    Model(Law(creep=(1.0, 6.0))),
-    Model(Law(powers=4)),
-    Model(Law(powers=2, creep=())),
+    Model(CableTerms(creep=(1.0, 6.0))),
+    Model(CableTerms(powers=4)),
+    Model(CableTerms(powers=2, creep=())),
     Model(joint_width=0.15),
     Model(cad_scale=5.0),
 )
 
 
 @dataclass(frozen=True)
-class Fit:
+class ClockSolution:
     """A model's estimate, the equations of its last step, and the residuals of the cables (F, M), m."""
 
-    state: State
+    state: ClockUnknowns
     system: System
     residual: Array
 
@@ -58,7 +58,7 @@ class Fit:
 class Fine:
     """The reported fit, with the spread of the models that explain as well in its sigmas."""
 
-    fit: Fit
+    fit: ClockSolution
     offset_sigma: float
     skew_sigma: float
     delay_sigma: float
@@ -68,7 +68,7 @@ class Fine:
     """how many of the ladder took part"""
 
 
-def fit_fine(arm: Arm, signals: Signals, frames: Frames, offset: float, fv: Array) -> Fine:
+def fit_fine(arm: Arm, signals: LogSignals, frames: Frames, offset: float, fv: Array) -> Fine:
     """Offset (at the frames' middle) and skew, from a start within some 20 ms. fv (M,), N s/rad, NaN where not known."""
     start = Cables(signals, LADDER[0].law)
     state = _begun(arm, frames, offset, fv, start)
@@ -96,13 +96,13 @@ def fit_fine(arm: Arm, signals: Signals, frames: Frames, offset: float, fv: Arra
     return Fine(reported, float(offset_sigma), float(skew_sigma), float(delay_sigma), cables, frames, 1 + len(others))
 
 
-LINEAR = Law(powers=1, creep=(), damping=False, width=False, inertia=False)
+LINEAR = CableTerms(powers=1, creep=(), damping=False, width=False, inertia=False)
 """cables for a first fit to few frames"""
 
 
 def fit_cables(
-    arm: Arm, signals: Signals, frames: Frames, offset: float, fv: Array, law: Law = LINEAR
-) -> tuple[Fit, Cables]:
+    arm: Arm, signals: LogSignals, frames: Frames, offset: float, fv: Array, law: CableTerms = LINEAR
+) -> tuple[ClockSolution, Cables]:
     """The offset around frames.middle from the cables alone, the skew at zero."""
     model = Model(law)
     cables = Cables(signals, model.law)
@@ -110,18 +110,20 @@ def fit_cables(
     return _settle(arm, signals, frames, state, model, cables, None, fv, locked=True)
 
 
-def _begun(arm: Arm, frames: Frames, offset: float, fv: Array, cables: Cables) -> State:
+def _begun(arm: Arm, frames: Frames, offset: float, fv: Array, cables: Cables) -> ClockUnknowns:
     """Where a fit begins: the arm as described, and nothing known of its errors."""
     exact, own = np.zeros(frames.by_dimension.shape[2]), cables.start(frames, offset)
-    return State(offset, 0.0, 0.0, exact, np.nan_to_num(fv), own, np.zeros(0), FIRST_ERROR, 1.0, np.full(arm.N, np.inf))
+    return ClockUnknowns(
+        offset, 0.0, 0.0, exact, np.nan_to_num(fv), own, np.zeros(0), FIRST_ERROR, 1.0, np.full(arm.N, np.inf)
+    )
 
 
-def unexplained(state: State) -> float:
+def unexplained(state: ClockUnknowns) -> float:
     """What cables and arm leave, as a product of both: models are compared by it."""
     return float(state.model_error * np.exp(np.mean(np.log(state.torque_error))))
 
 
-def _carried(own: Array, old: Law, new: Law) -> Array:
+def _carried(own: Array, old: CableTerms, new: CableTerms) -> Array:
     """Own parameters of one law as a start for another."""
     out = np.zeros((len(own), len(new.names)))
     for k, name in enumerate(new.names):
@@ -130,7 +132,7 @@ def _carried(own: Array, old: Law, new: Law) -> Array:
     return out
 
 
-def _rows(arm: Arm, signals: Signals, frames: Frames, state: State, model: Model) -> ArmRows:
+def _rows(arm: Arm, signals: LogSignals, frames: Frames, state: ClockUnknowns, model: Model) -> ArmRows:
     at = frames.time + state.offset + state.skew * (frames.time - frames.middle)
     rubs = NEWTON * state.own[:, model.law.names.index("h")]
     return arm_rows(arm, signals, at, frames.alpha, model.joint_width, state.offset, rubs)
@@ -138,16 +140,16 @@ def _rows(arm: Arm, signals: Signals, frames: Frames, state: State, model: Model
 
 def _settle(
     arm: Arm,
-    signals: Signals,
+    signals: LogSignals,
     frames: Frames,
-    state: State,
+    state: ClockUnknowns,
     model: Model,
     cables: Cables,
     rows: ArmRows | None,
     fv: Array,
     rounds: int = ROUNDS,
     locked: bool = False,
-) -> tuple[Fit, Cables]:
+) -> tuple[ClockSolution, Cables]:
     """Gauss-Newton steps; weights, and the curves' lag, follow the estimate. With `locked` the skew stays."""
     shrink = np.ones(len(frames.time))
     found, lagged, last, begun = cables.rows(frames, state), 0, None, state.offset
@@ -173,4 +175,4 @@ def _settle(
             "look at the elongations and forces of this recording, or give both a light",
         )
     assert last is not None
-    return Fit(state, last, found.residual), cables
+    return ClockSolution(state, last, found.residual), cables

@@ -14,10 +14,10 @@ from scipy.optimize import linear_sum_assignment
 from scipy.signal import correlate
 
 from mechanism.arm import Arm
-from synchronisation.clocks.cables import Frames, Law, frames_of, part_of, wound
+from synchronisation.clocks.cables import CableTerms, Frames, frames_of, part_of, wound
 from synchronisation.clocks.coarse import Match, Speeds, speeds
-from synchronisation.clocks.fine import Fit, fit_cables
-from synchronisation.clocks.signals import Signals, rewired
+from synchronisation.clocks.fine import ClockSolution, fit_cables
+from synchronisation.clocks.signals import LogSignals, rewired
 from synchronisation.clocks.undetermined import NoClue
 from xneck_foundation.errors import Refused
 
@@ -87,7 +87,7 @@ def _check_cables(found: Match, moving: NDArray[np.bool_]) -> None:
 
 
 def check_alternatives(
-    arm: Arm, signals: Signals, frames: Frames, starts: Sequence[float], law: Law, fv: Array
+    arm: Arm, signals: LogSignals, frames: Frames, starts: Sequence[float], law: CableTerms, fv: Array
 ) -> None:
     """Refused where an arm that is mirrored, or whose joints and cables are numbered otherwise, leaves much less over.
 
@@ -96,7 +96,7 @@ def check_alternatives(
     """
     window = part_of(frames, slice(None, None, max(1, len(frames.time) // ENOUGH)))
 
-    def left_by(one: Arm, signals: Signals, frames: Frames, law: Law) -> float:
+    def left_by(one: Arm, signals: LogSignals, frames: Frames, law: CableTerms) -> float:
         """At best, from any of the offsets, m."""
         left = [np.inf]
         for start in starts:
@@ -141,7 +141,7 @@ def check_alternatives(
             )
 
 
-def _left(fit: Fit) -> float:
+def _left(fit: ClockSolution) -> float:
     """What no angles can explain of the cables' travels, RMS, m; of as many cables as joints, all that is left."""
     cables, joints = fit.residual.shape[1], len(fit.state.torque_error)
     return fit.state.model_error if cables > joints else float(np.sqrt(np.mean(fit.residual**2)))

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synchronisation.clocks.arm_equation import CAD_ERROR, ArmRows
-from synchronisation.clocks.cables import SKEW, Frames, Law, Rows
-from synchronisation.clocks.unknowns import State
+from synchronisation.clocks.cables import SKEW, CableTerms, ClockRows, Frames
+from synchronisation.clocks.unknowns import ClockUnknowns
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ LIKELY_SKEW = 3e-4
 class Model:
     """One set of assumptions about what is not known."""
 
-    law: Law = field(default_factory=Law)
+    law: CableTerms = field(default_factory=CableTerms)
     joint_width: float = 0.05
     """rad/s, over which a joint's dry friction turns"""
     cad_scale: float = 1.0
@@ -72,14 +72,14 @@ class _Sums:
 
 def newton_step(
     frames: Frames,
-    state: State,
+    state: ClockUnknowns,
     model: Model,
-    found: Rows,
+    found: ClockRows,
     rows: ArmRows | None,
     whiten: Array,
     fv: Array,
     locked: bool,
-) -> tuple[State, System]:
+) -> tuple[ClockUnknowns, System]:
     """One step on all of a state but its errors, in its order, and the equations it solved. With `locked` the skew stays."""
     m, k = state.own.shape
     d = 3 + len(state.dimensions)
@@ -143,7 +143,7 @@ def newton_step(
     )
 
 
-def _add_cables(sums: _Sums, frames: Frames, found: Rows, whiten: Array) -> None:
+def _add_cables(sums: _Sums, frames: Frames, found: ClockRows, whiten: Array) -> None:
     """The cables' rows."""
     time = frames.time
     m, k = found.by_own.shape[1:]

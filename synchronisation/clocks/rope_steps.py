@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from identification.dataset.series import Series, numbered
 from mechanism.arm import Arm
 from synchronisation.clocks.cables import NEWTON
-from synchronisation.clocks.signals import Signals, signals_of
+from synchronisation.clocks.signals import LogSignals, log_signals_of
 
 Array = NDArray[np.float64]
 
@@ -58,17 +58,17 @@ class RopeStep:
         )
 
 
-def steady_signals(arm: Arm, log: Series, at: Array, winding: Array) -> tuple[Signals, list[RopeStep]]:
+def steady_signals(arm: Arm, log: Series, at: Array, winding: Array) -> tuple[LogSignals, list[RopeStep]]:
     """Signals as if no rope had moved, and the steps that were left out for it.
 
     From an even log and what angles wind, (F, M), m, in frames at about `at` (F,), s, on the log's clock.
     """
-    signals = signals_of(arm, log)
+    signals = log_signals_of(arm, log)
     steps = _rope_steps(arm, log, signals, at, winding)
-    return (signals_of(arm, _without(log, arm, steps)) if steps else signals), steps
+    return (log_signals_of(arm, _without(log, arm, steps)) if steps else signals), steps
 
 
-def _rope_steps(arm: Arm, log: Series, s: Signals, at: Array, winding: Array) -> list[RopeStep]:
+def _rope_steps(arm: Arm, log: Series, s: LogSignals, at: Array, winding: Array) -> list[RopeStep]:
     inside = (at > log.time[0]) & (at < log.time[-1])
     at, winding = at[inside], winding[inside]
     if len(at) < LEAST_FRAMES:

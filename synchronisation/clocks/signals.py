@@ -26,7 +26,7 @@ GRID = 100.0
 
 
 @dataclass(frozen=True)
-class Signals:
+class LogSignals:
     """Curves over the log's time, each giving (..., M); forces in N, travel in m, speeds in rad/s."""
 
     time: Array
@@ -48,7 +48,7 @@ class Signals:
     has_force: bool
 
 
-def signals_of(arm: Arm, log: Series) -> Signals:
+def log_signals_of(arm: Arm, log: Series) -> LogSignals:
     """The signals of a log of equal steps; without columns f the force is that of inertia alone."""
     rate = (len(log) - 1) / float(log.time[-1] - log.time[0])
     theta, f = log.matrix("theta"), log.matrix("f")
@@ -66,7 +66,7 @@ def signals_of(arm: Arm, log: Series) -> Signals:
     def curve(values: Array) -> BSpline:
         return cubic(time, values[::every])
 
-    return Signals(
+    return LogSignals(
         time,
         curve(arm.drum * smooth),
         curve(command - inertial),
@@ -79,7 +79,7 @@ def signals_of(arm: Arm, log: Series) -> Signals:
     )
 
 
-def rewired(arm: Arm, signals: Signals, order: Sequence[int], sign: int) -> Signals:
+def rewired(arm: Arm, signals: LogSignals, order: Sequence[int], sign: int) -> LogSignals:
     """The signals if the log's columns stood in another order (motor j's is column order[j]) and all motors turned by `sign`."""
     s = signals
     columns = list(order)
@@ -88,7 +88,7 @@ def rewired(arm: Arm, signals: Signals, order: Sequence[int], sign: int) -> Sign
     def curve(values: Array) -> BSpline:
         return cubic(s.time, values[:, columns])
 
-    return Signals(
+    return LogSignals(
         s.time,
         curve(sign * s.travel(s.time)),
         curve(s.command(s.time) - inertial),

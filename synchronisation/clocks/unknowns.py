@@ -9,7 +9,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class State:
+class ClockUnknowns:
     """All unknowns at once."""
 
     offset: float

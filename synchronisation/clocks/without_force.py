@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synchronisation.clocks.cables import SKEW, Frames
-from synchronisation.clocks.signals import Signals
+from synchronisation.clocks.signals import LogSignals
 
 Array = NDArray[np.float64]
 
@@ -14,7 +14,7 @@ and together 0.6 to 1.4 ms were seen"""
 ROUNDS = 6
 
 
-def fit_without_force(signals: Signals, frames: Frames, offset: float) -> tuple[float, float, float, float, Array]:
+def fit_without_force(signals: LogSignals, frames: Frames, offset: float) -> tuple[float, float, float, float, Array]:
     """Offset, its sigma, skew, its sigma, and what is left (F, M), m, with a constant for each cable."""
     m, skew = frames.winding.shape[1], 0.0
     away = frames.time - frames.middle

@@ -10,12 +10,12 @@ from diagnosis.cause import Cause, believed
 from diagnosis.comparison import FOLDS, Comparison, compare
 from diagnosis.effects import EFFECTS
 from diagnosis.hypothesis import Hypothesis, as_described
-from diagnosis.linearisation import Point, point, read_all, sought
+from diagnosis.linearisation import Linearisation, point, read_all, sought
 from diagnosis.noise_ensemble import whitener
 from diagnosis.nuisances import WALL, adjusted, errors
 from identification.dataset.dataset import DataSet
 from identification.fitting import stretch_starts
-from identification.residuals import Rows
+from identification.residuals import ResidualRows
 from identification.whitening import Whitener
 from mechanism.arm import arm_of
 from tests.identification.test_estimates import CA, FS, K, recording
@@ -27,7 +27,7 @@ def data() -> DataSet:
 
 
 @pytest.fixture(scope="module")
-def at(data: DataSet) -> Point:
+def at(data: DataSet) -> Linearisation:
     h = as_described(data.neck)
     u = sought(h, 1)
     p = u.start()
@@ -36,13 +36,13 @@ def at(data: DataSet) -> Point:
     return read_at(h, data, p)
 
 
-def read_at(h: Hypothesis, data: DataSet, p: np.ndarray) -> Point:
+def read_at(h: Hypothesis, data: DataSet, p: np.ndarray) -> Linearisation:
     late = np.zeros(1)
     return point(h, read_all(h, [data], late), p, late)
 
 
 @pytest.mark.parametrize("name", EFFECTS)
-def test_columns_are_what_an_effect_does(name: str, at: Point, data: DataSet) -> None:
+def test_columns_are_what_an_effect_does(name: str, at: Linearisation, data: DataSet) -> None:
     """Against residuals of the recording read anew with the effect in the hypothesis, to a quarter of the change.
 
     Laws act on elongations that the motors tell, and forces are filtered here but not where only geometry changes: so not exactly.
@@ -70,7 +70,7 @@ def test_columns_are_what_an_effect_does(name: str, at: Point, data: DataSet) ->
 
 
 @pytest.mark.parametrize("name", EFFECTS)
-def test_an_effect_of_nothing_changes_nothing(name: str, at: Point, data: DataSet) -> None:
+def test_an_effect_of_nothing_changes_nothing(name: str, at: Linearisation, data: DataSet) -> None:
     effect = EFFECTS[name]
     where = effect.wheres(at.hypothesis.arm)[0]
     cause = Cause(effect, where, np.zeros(len(where.columns)), dict(effect.shapes[0]))
@@ -80,7 +80,7 @@ def test_an_effect_of_nothing_changes_nothing(name: str, at: Point, data: DataSe
 
 
 @pytest.mark.parametrize("louder", [1.0, 30.0])
-def test_a_fit_is_bounded_least_squares_with_what_is_known(louder: float, at: Point) -> None:
+def test_a_fit_is_bounded_least_squares_with_what_is_known(louder: float, at: Linearisation) -> None:
     """Against stacked rows and scipy; with a residual many times as large some nuisances meet their walls."""
     now = compared(louder_by(at, louder))
     fit = now.fit(now.groups[0].columns[:4])
@@ -99,7 +99,7 @@ def test_a_fit_is_bounded_least_squares_with_what_is_known(louder: float, at: Po
     assert (np.abs(fit.numbers[nuisance]).max() > 0.999 * WALL) == (louder > 1)
 
 
-def test_a_block_is_judged_by_a_fit_to_the_other_folds(at: Point) -> None:
+def test_a_block_is_judged_by_a_fit_to_the_other_folds(at: Linearisation) -> None:
     now = compared(at)
     columns = now.groups[0].columns
     losses, fold = now.crossed(columns), now.dealt(columns)
@@ -114,7 +114,7 @@ def test_a_block_is_judged_by_a_fit_to_the_other_folds(at: Point) -> None:
     )
 
 
-def test_what_few_blocks_tell_is_never_judged_without_them_all(at: Point) -> None:
+def test_what_few_blocks_tell_is_never_judged_without_them_all(at: Linearisation) -> None:
     """Two episodes that tell all of a cause, as many blocks apart as there are folds."""
     now = compared(at)
     blocks = np.repeat(now.blocks[:1], 4 * FOLDS, axis=0)
@@ -130,7 +130,7 @@ def test_what_few_blocks_tell_is_never_judged_without_them_all(at: Point) -> Non
     np.testing.assert_array_equal(dealt[others], usual[others])
 
 
-def test_what_chance_takes_is_as_rare_as_it_is_said_to_be(at: Point) -> None:
+def test_what_chance_takes_is_as_rare_as_it_is_said_to_be(at: Linearisation) -> None:
     """Noise that was not among the draws: the most that any effect explains of it is beyond one in ten worlds of ten."""
     place, rng = at.places[0], np.random.default_rng(5)
 
@@ -144,7 +144,7 @@ def test_what_chance_takes_is_as_rare_as_it_is_said_to_be(at: Point) -> None:
     known = errors(at)
     alarms, worlds = 0, 60
     for _ in range(worlds):
-        there = replace(at, places=(replace(place, rows=Rows(noise(), place.rows.jacobian)),))
+        there = replace(at, places=(replace(place, rows=ResidualRows(noise(), place.rows.jacobian)),))
         now = compare(there, (), asked, known, whiten, [draws])
         choices = [group.columns for group in now.groups]
         limit = np.quantile(now.by_chance(choices, np.random.default_rng(0), 400), 0.9)
@@ -155,12 +155,12 @@ def test_what_chance_takes_is_as_rare_as_it_is_said_to_be(at: Point) -> None:
     assert alarms > 0
 
 
-def louder_by(at: Point, factor: float) -> Point:
+def louder_by(at: Linearisation, factor: float) -> Linearisation:
     rows = at.places[0].rows
-    return replace(at, places=(replace(at.places[0], rows=Rows(factor * rows.residual, rows.jacobian)),))
+    return replace(at, places=(replace(at.places[0], rows=ResidualRows(factor * rows.residual, rows.jacobian)),))
 
 
-def test_numbers_taken_as_given_are_as_if_subtracted(at: Point) -> None:
+def test_numbers_taken_as_given_are_as_if_subtracted(at: Linearisation) -> None:
     now = compared(at)
     numbers = np.random.default_rng(0).normal(size=len(now.sigma)) * (np.arange(len(now.sigma)) >= now.base)
     shifted = now.shifted(numbers)
@@ -177,6 +177,6 @@ def test_a_description_is_adjusted_where_its_nuisances_say(data: DataSet) -> Non
     np.testing.assert_allclose(arm.drum / was.drum, [1.0024, 1, 1, 1])
 
 
-def compared(at: Point) -> Comparison:
+def compared(at: Linearisation) -> Comparison:
     plain = Whitener(np.ones((7, 1)))
     return compare(at, (), [(EFFECTS["viscous_friction"], {})], errors(at), plain)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from diagnosis.cause import Cause, believed
-from diagnosis.cause_fit import Turn
+from diagnosis.cause_fit import FitStage
 from diagnosis.comparison import compare
 from diagnosis.effects import EFFECTS
 from diagnosis.extended_model import description
@@ -36,7 +36,7 @@ def test_a_turned_marker_is_described_as_it_sits(bar: int) -> None:
         errors(at),
         Whitener(np.ones((7, 1))),
     )
-    written = description(Turn(now, (), (), 0.0, now.fit()), found)
+    written = description(FitStage(now, (), (), 0.0, now.fit()), found)
     assert data.neck.markers is not None
     assert written.markers is not None
     stood = np.array([0.0, 0.1, -0.2, 0.4])  # of every bar

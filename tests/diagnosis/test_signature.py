@@ -8,25 +8,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.cause_fit import Turn
+from diagnosis.cause_fit import FitStage
 from diagnosis.comparison import compare
 from diagnosis.conditions import ALONG, conditions
 from diagnosis.explained_energy import Autocovariance, autocovariance, energy
 from diagnosis.hypothesis import as_described
-from diagnosis.linearisation import Place, Point, point, read_all, sought
+from diagnosis.linearisation import Linearisation, RecordingLinearisation, point, read_all, sought
 from diagnosis.noise_ensemble import whitener
 from diagnosis.nuisances import Errors, errors
 from diagnosis.signature import Signature, signature
 from diagnosis.signature_record import words
 from identification.fitting import stretch_starts
-from identification.residuals import Rows
+from identification.residuals import ResidualRows
 from tests.identification.test_estimates import CA, FS, K, recording
 
 FLOOR = np.array([0.3, 0.3, 0.3, 0.3, 1e-3, 1e-3, 1e-3])
 
 
 @pytest.fixture(scope="module")
-def at() -> Point:
+def at() -> Linearisation:
     data = recording(2000)
     h = as_described(data.neck)
     u, late = sought(h, 1), np.zeros(1)
@@ -37,30 +37,30 @@ def at() -> Point:
 
 
 @pytest.fixture(scope="module")
-def known(at: Point) -> Errors:
+def known(at: Linearisation) -> Errors:
     return errors(at)
 
 
-def noise(place: Place, rng: np.random.Generator) -> np.ndarray:
+def noise(place: RecordingLinearisation, rng: np.random.Generator) -> np.ndarray:
     """As vision's: white at the log's rate, filtered; (C, S)."""
     drawn = place.signals.low_pass(rng.normal(size=(len(FLOOR), len(place.signals.time))))
     return FLOOR[:, None] * drawn / drawn.std()
 
 
-def described(at: Point, known: Errors, seed: int, more: np.ndarray | float, louder: float = 1.0) -> Signature:
+def described(at: Linearisation, known: Errors, seed: int, more: np.ndarray | float, louder: float = 1.0) -> Signature:
     """Of noise, `louder` than it is known to be, with something more in it."""
     rng = np.random.default_rng(seed)
     (place,) = at.places
     drawn = [noise(place, rng) for _ in range(4)]
-    rows = Rows(louder * noise(place, rng) + more, place.rows.jacobian)
+    rows = ResidualRows(louder * noise(place, rng) + more, place.rows.jacobian)
     there = replace(at, places=(replace(place, rows=rows),))
     whiten = whitener([drawn], [stretch_starts(place.signals)], place.signals.arm.M)
     now = compare(there, (), (), known, whiten)
-    turn = Turn(now, (), (drawn,), 0.0, now.fit())
+    turn = FitStage(now, (), (drawn,), 0.0, now.fit())
     return signature(turn, turn)
 
 
-def test_chance_is_as_rare_as_it_is_said_to_be(at: Point) -> None:
+def test_chance_is_as_rare_as_it_is_said_to_be(at: Linearisation) -> None:
     """One in twenty of 400 draws of noise for each condition; taken for white, noise would look like a pattern far more often."""
     (place,) = at.places
     rng = np.random.default_rng(0)
@@ -85,7 +85,7 @@ def test_chance_is_as_rare_as_it_is_said_to_be(at: Point) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_noise_has_no_signature(seed: int, at: Point, known: Errors) -> None:
+def test_noise_has_no_signature(seed: int, at: Linearisation, known: Errors) -> None:
     found = described(at, known, seed, 0.0)
     assert found.kind == "nothing"
     assert found.clear == ()
@@ -93,7 +93,7 @@ def test_noise_has_no_signature(seed: int, at: Point, known: Errors) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_louder_noise_that_follows_nothing_is_unclear(seed: int, at: Point, known: Errors) -> None:
+def test_louder_noise_that_follows_nothing_is_unclear(seed: int, at: Linearisation, known: Errors) -> None:
     """One in a hundred would be a pattern by chance."""
     found = described(at, known, 10 + seed, 0.0, louder=3.0)
     assert found.kind == "unclear"
@@ -101,7 +101,7 @@ def test_louder_noise_that_follows_nothing_is_unclear(seed: int, at: Point, know
 
 
 @pytest.mark.parametrize("teeth", [3, 7, 25])
-def test_teeth_are_counted(teeth: int, at: Point, known: Errors) -> None:
+def test_teeth_are_counted(teeth: int, at: Linearisation, known: Errors) -> None:
     """To a part of what the drum's way of half a turn could tell apart; few are what the base model's numbers make something of."""
     (place,) = at.places
     s, R = place.signals, place.hypothesis.neck.motors[1].R
@@ -117,7 +117,7 @@ def test_teeth_are_counted(teeth: int, at: Point, known: Errors) -> None:
     assert found.best is p
 
 
-def test_friction_that_rises_is_a_drift_along_the_motion(at: Point, known: Errors) -> None:
+def test_friction_that_rises_is_a_drift_along_the_motion(at: Linearisation, known: Errors) -> None:
     (place,) = at.places
     s = place.signals
     more = np.zeros_like(place.rows.residual)
@@ -131,7 +131,7 @@ def test_friction_that_rises_is_a_drift_along_the_motion(at: Point, known: Error
     assert found.best.before[0] > 0 > found.best.before[-1]
 
 
-def test_pushes_are_episodes_where_they_were(at: Point, known: Errors) -> None:
+def test_pushes_are_episodes_where_they_were(at: Linearisation, known: Errors) -> None:
     (place,) = at.places
     s = place.signals
     time = s.time - s.time[0]

@@ -45,7 +45,7 @@ def data_set(seconds: float = 2.0) -> DataSet:
     cables = [f"theta{j}{suffix}" for suffix in ("_d", "_dd") for j in (1, 2, 3, 4)] + [f"x{j}" for j in (1, 2, 3, 4)]
     rates = {
         "state": ([*joints, *motors, *cables, *(f"more{i}" for i in range(18))], 500.0),
-        "seed": ([*joints, *motors, *cables], 31.25),
+        "fasquelle": ([*joints, *motors, *cables], 31.25),
         "log": (motors, 500.0),
         "angles": ([f"{stem}{i}" for stem in ("alpha", "sigma", "common") for i in (1, 2, 3)], 30.0),
         "covariance": ([f"cov_{a}_{b}" for a, b in combinations_with_replacement(joints, 2)], 10.0),
@@ -107,7 +107,7 @@ def check_honest(found: DataSet | None, said: str, written: Written) -> None:
         return
     true = written.data
     assert (found.neck_yaml, dict(found.clock)) == (true.neck_yaml, dict(true.clock))
-    for name in ("state", "seed", "angles", "log", "covariance"):
+    for name in ("state", "fasquelle", "angles", "log", "covariance"):
         one, other = getattr(found, name), getattr(true, name)
         if (0 if one is None else rows_as_written(one, other)) < len(other):
             assert f"/{name} " in said
@@ -123,7 +123,7 @@ def test_a_file_cut_anywhere_gives_what_is_before(written: Written, share: float
     found, said = written.damaged(written.whole[: int(share * len(written.whole))])
     check_honest(found, said, written)
     if found is not None:
-        ends = [s.time[-1] for s in (found.state, found.seed, found.angles, found.log)]
+        ends = [s.time[-1] for s in (found.state, found.fasquelle, found.angles, found.log)]
         assert np.ptp(ends) < 0.1  # rows that are written side by side end together, within a row of the slowest
         assert "is cut off" in said or len(found.state) == len(written.data.state)
 

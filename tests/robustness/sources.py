@@ -40,7 +40,7 @@ def small_files(folder: Path, recorded: Path) -> Path:
     for kind in (CompressionType.NONE, CompressionType.LZ4, CompressionType.ZSTD):
         json_log(folder / f"{kind.name.lower()}.mcap", kind, time, theta, f)
     data = read_dataset(recorded / "d.mcap")
-    parts = {name: _short(getattr(data, name)) for name in ("state", "seed", "angles", "log", "covariance")}
+    parts = {name: _short(getattr(data, name)) for name in ("state", "fasquelle", "angles", "log", "covariance")}
     write_dataset(replace(data, **parts), folder / "dataset.mcap")
     shutil.copy(recorded / "m.yaml", folder / "model.yaml")
     for name in ("neck.yaml", "board.yaml", "recording.yaml"):

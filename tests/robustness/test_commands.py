@@ -22,7 +22,7 @@ from tests.robustness.damage import Damage, of_bytes, of_rows, of_values
 from tests.robustness.judge import check, run, some
 
 NUMBER = count()
-SERIES = ("state", "seed", "angles", "log")
+SERIES = ("state", "fasquelle", "angles", "log")
 
 
 def place(folder: Path) -> Path:

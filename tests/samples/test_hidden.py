@@ -96,7 +96,7 @@ def test_without_an_effect_the_model_holds(nothing: Path, name: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_effect_shows(nothing: Path, kind: str, tmp_path: Path) -> None:
-    """In one of the equations, twice what noise leaves of it, whatever the seed's model is fitted to."""
+    """In one of the equations, twice what noise leaves of it, whatever Fasquelle's model is fitted to."""
     (hidden,) = hide((kind,), 1, tmp_path, seconds=SECONDS, cad=0.0, noise_deg=0.0)
     assert hidden.effect == kind
     motor, arm = (np.sqrt(np.mean(part**2, axis=0)).max() for part in residuals(tmp_path, fitted=True))

@@ -12,7 +12,7 @@ from mechanism.arm import arm_of
 from mechanism.description import read_neck
 from samples.generator.prescribed import Prescribed, World, prescribe
 from state_estimation.motors import Motors, motors_of
-from state_estimation.state import BRIDGE_S, State, estimate_state
+from state_estimation.state import BRIDGE_S, StateEstimate, estimate_state
 from synchronisation.encoder_log import read_log, uniform
 from tests.paths import SAMPLES
 from xneck_foundation.errors import Refused
@@ -43,7 +43,7 @@ def recordings() -> list[tuple[Prescribed, FrameAngles, Motors, np.ndarray]]:
     return [recorded(seed) for seed in SEEDS]
 
 
-def errors(made: Prescribed, state: State) -> np.ndarray:
+def errors(made: Prescribed, state: StateEstimate) -> np.ndarray:
     """(K, 3, N) at the covariance's times."""
     rows = np.searchsorted(made.log_time, state.covariance_time - 1e-6)
     own = np.searchsorted(state.time, state.covariance_time - 1e-9)
@@ -51,12 +51,12 @@ def errors(made: Prescribed, state: State) -> np.ndarray:
     return np.stack([found[own] - true[rows] for found, true in parts], axis=1)
 
 
-def nees(made: Prescribed, state: State) -> float:
+def nees(made: Prescribed, state: StateEstimate) -> float:
     """Mean of e^T P^-1 e per dimension: 1 where the covariance is what the errors are."""
     return per_dimension(errors(made, state).reshape(len(state.covariance), -1), state)
 
 
-def per_dimension(e: np.ndarray, state: State) -> float:
+def per_dimension(e: np.ndarray, state: StateEstimate) -> float:
     """The same of errors (K, 3 N)."""
     return float(np.mean(e * np.linalg.solve(state.covariance, e[..., None])[..., 0]))
 

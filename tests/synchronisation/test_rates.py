@@ -46,10 +46,10 @@ def synchronised(log_hz: float, frame_hz: float) -> DataSet:
 @pytest.mark.parametrize(("log_hz", "frame_hz"), RATES)
 def test_clock_state_and_check_hold_at_other_rates(log_hz: float, frame_hz: float) -> None:
     """The rates that are found are those of the generator. The limit of the offset is 0.05 ms at 30 Hz; errors of the state are of
-    the size of their sigma. The seed's series takes whole rows, as near to 31.25 Hz as they allow."""
+    the size of their sigma. Fasquelle's series takes whole rows, as near to 31.25 Hz as they allow."""
     p, data = made(log_hz, frame_hz), synchronised(log_hz, frame_hz)
     assert np.mean(np.diff(data.state.time)) == pytest.approx(1 / log_hz, rel=1e-4)
-    assert np.mean(np.diff(data.seed.time)) == pytest.approx(round(log_hz / 31.25) / log_hz, rel=1e-4)
+    assert np.mean(np.diff(data.fasquelle.time)) == pytest.approx(round(log_hz / 31.25) / log_hz, rel=1e-4)
     assert data.clock["frame_period_s"] == pytest.approx(1 / frame_hz, rel=1e-3)
     assert (data.clock["log_rows_missing"], data.clock["log_gaps"], data.clock["slips"]) == (0, [], [])
     expected = p.clocks.offset_s + p.clocks.skew * (data.clock["camera_middle_s"] - p.clocks.middle_s)

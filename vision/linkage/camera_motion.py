@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.linkage.gauss_newton import Fit, Prior, extended, frame_angles, gauss_newton
+from vision.linkage.gauss_newton import LinkageSolution, Prior, extended, frame_angles, gauss_newton
 from vision.linkage.observed_corners import Observed
 from vision.linkage.scene import Scene
 
@@ -55,7 +55,7 @@ class DriftTerm:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class MotionCandidate:
     """The likeliest change of pose that a fit does not know yet."""
 
     kind: str
@@ -68,7 +68,7 @@ class Candidate:
     size_px: float
 
 
-def candidate(fit: Fit, prior: Prior, position: Array, square_px: Array) -> Candidate | None:
+def candidate(fit: LinkageSolution, prior: Prior, position: Array, square_px: Array) -> MotionCandidate | None:
     """The likeliest drift in what a fit left over; None where the recording is too short to tell.
 
     position: of the fit's frames in the recording, 0..1, (F,); square_px: (6, 6), mean squared corner shift by pose.
@@ -96,17 +96,23 @@ def candidate(fit: Fit, prior: Prior, position: Array, square_px: Array) -> Cand
     left = k.g_reduced[:, :6] - np.einsum("fij,fj->fi", k.reduced[:, :6], moved)
     scatter = _scatter(left, k.reduced[:, :6, :6], k.variance)
     size = float(np.sqrt(change[best] @ square_px @ change[best]))
-    return Candidate(kind, index, course, change[best], float(statistic[best] / max(scatter, 1.0)), size)
+    return MotionCandidate(kind, index, course, change[best], float(statistic[best] / max(scatter, 1.0)), size)
 
 
 def follow(
-    scene: Scene, observed: Observed, fit: Fit, prior: Prior, chosen: NDArray[np.intp], frames: int, focal: float
-) -> tuple[Fit, Prior, list[Candidate], Array]:
+    scene: Scene,
+    observed: Observed,
+    fit: LinkageSolution,
+    prior: Prior,
+    chosen: NDArray[np.intp],
+    frames: int,
+    focal: float,
+) -> tuple[LinkageSolution, Prior, list[MotionCandidate], Array]:
     """The fit with every significant drift as further unknowns; the candidates taken, the strongest first, and (F, terms).
 
     chosen: which of the recording's `frames` frames the fit has.
     """
-    taken: list[Candidate] = []
+    taken: list[MotionCandidate] = []
     course = np.zeros((len(chosen), 0))
     while len(taken) < MOST_TERMS:
         square = square_px(scene, observed, fit, course, focal)
@@ -121,7 +127,7 @@ def follow(
     return fit, prior, taken, course
 
 
-def square_px(scene: Scene, observed: Observed, fit: Fit, course: Array, focal: float) -> Array:
+def square_px(scene: Scene, observed: Observed, fit: LinkageSolution, course: Array, focal: float) -> Array:
     """Mean squared shift of a corner in the picture, px^2, as a quadratic form (6, 6) of the pose's change."""
     some = np.unique(np.linspace(0, len(course) - 1, 50).astype(int))
     by = focal * scene.by_shared(fit.shared, fit.alpha[some], course[some])[..., :6][observed.seen[some]].reshape(-1, 6)
@@ -135,7 +141,7 @@ def size_of(change: Array, covariance: Array, square: Array) -> tuple[float, flo
     return size, float(np.sqrt(by @ covariance @ by))
 
 
-def step_frame(scene: Scene, between: Observed, fit: Fit, alpha: Array, before: Array, after: Array) -> int:
+def step_frame(scene: Scene, between: Observed, fit: LinkageSolution, alpha: Array, before: Array, after: Array) -> int:
     """How many of the frames between two of the fit lie before a step, by the cut that leaves least.
 
     before, after: the rows of `course`, (terms,), on either side; alpha: first angles, (F, N).

@@ -63,7 +63,7 @@ class Linear:
 
 
 @dataclass(frozen=True)
-class Fit:
+class LinkageSolution:
     """Where Gauss-Newton ended."""
 
     shared: Shared
@@ -158,7 +158,9 @@ def offsets(scene: Scene, observed: Observed, shared: Shared, alpha: Array, cour
     return Offsets(np.sum(reduced, axis=0), np.sum(JsT @ (E - Ja @ on_angles), axis=0), on_angles)
 
 
-def gauss_newton(scene: Scene, observed: Observed, shared: Shared, alpha: Array, course: Array, prior: Prior) -> Fit:
+def gauss_newton(
+    scene: Scene, observed: Observed, shared: Shared, alpha: Array, course: Array, prior: Prior
+) -> LinkageSolution:
     """The best shared numbers and angles, from a start. course: (F, terms)."""
     live = np.flatnonzero(prior.free)
     for _ in range(ROUNDS):
@@ -175,7 +177,7 @@ def gauss_newton(scene: Scene, observed: Observed, shared: Shared, alpha: Array,
     covariance = np.zeros((len(prior.mean), len(prior.mean)))
     information, _ = _with_prior(k, prior, shared)
     covariance[np.ix_(live, live)] = k.variance * _solve(information[np.ix_(live, live)], np.eye(len(live)))
-    return Fit(shared, alpha, k, covariance)
+    return LinkageSolution(shared, alpha, k, covariance)
 
 
 def frame_angles(
@@ -199,7 +201,7 @@ def frame_angles(
 def polished(
     scene: Scene,
     take: Callable[[NDArray[np.intp]], Observed],
-    fit: Fit,
+    fit: LinkageSolution,
     alpha: Array,
     course: Array,
     prior: Prior,

@@ -10,7 +10,7 @@ from mechanism.arm import arm_of
 from mechanism.description import Neck, markers_of
 from vision.linkage.block_covariance import blocks_of
 from vision.linkage.camera_motion import DriftTerm, follow, size_of, square_px, step_frame
-from vision.linkage.gauss_newton import Fit, Prior, by_blocks, frame_angles, gauss_newton, offsets, polished
+from vision.linkage.gauss_newton import LinkageSolution, Prior, by_blocks, frame_angles, gauss_newton, offsets, polished
 from vision.linkage.initial_guess import first_angles, first_poses, shared_frames
 from vision.linkage.observed_corners import Observed, normalise, observed
 from vision.linkage.scene import Scene, Shared, nominal, onto_plane
@@ -98,7 +98,7 @@ def fit_shared(
     )
     prior = _prior(plain, placement)
     few = chosen[np.unique(np.linspace(0, len(chosen) - 1, START_FRAMES).astype(int))]
-    fits: list[Fit] = []
+    fits: list[LinkageSolution] = []
     for pose in first_poses(scene, placed, image[chosen], where):
         start = nominal(scene.arm, markers, pose)
         first = _first_angles(scene, start, image[few])
@@ -144,7 +144,7 @@ def fit_shared(
     return SharedFit(scene, image, shared, spread, variance, course, tuple(terms), gain)
 
 
-def _spread(fit: Fit, prior: Prior, block: NDArray[np.intp]) -> Array:
+def _spread(fit: LinkageSolution, prior: Prior, block: NDArray[np.intp]) -> Array:
     """Covariance of the shared numbers of a fit, (p, p); block: of its frames, (F,)."""
     score = np.zeros((block.max() + 1, len(prior.mean)))
     information = np.zeros((*score.shape, score.shape[1]))

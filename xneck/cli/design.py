@@ -13,7 +13,7 @@ _POSITIVE = click.FloatRange(0, min_open=True)
     epilog="Example: xneck design neck.yaml --model model.yaml --for k --for cable_hardening --tension 20 112 --out motion.csv"
 )
 @click.argument("neck_file", metavar="NECK.yaml", type=FILE)
-@click.option("--model", "model_file", type=FILE, help="model.yaml of this arm; without it one like the seed's.")
+@click.option("--model", "model_file", type=FILE, help="model.yaml of this arm; without it one like Fasquelle's.")
 @click.option("--out", type=OUT, required=True, help="motion.csv (also .npz, .mat).")
 @click.option("--seconds", type=click.FloatRange(5, 600), default=60.0, show_default=True, help="Rests included.")
 @click.option("--peak-deg", type=_POSITIVE, default=30.0, show_default=True, help="Largest angle of a joint, deg.")

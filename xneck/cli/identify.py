@@ -10,7 +10,9 @@ from xneck.cli.output import FILE, OUT, report_result, results
 @click.command(epilog="Example: xneck identify dataset.mcap --out model.yaml --json identified.json")
 @click.argument("datasets", metavar="DATASET...", nargs=-1, required=True, type=FILE)
 @click.option("--out", type=OUT, required=True, help="model.yaml, which `xneck simulate` takes.")
-@click.option("--model", type=click.IntRange(1, 3), default=1, show_default=True, help="Elastic model of the seed.")
+@click.option(
+    "--model", type=click.IntRange(1, 3), default=1, show_default=True, help="Elastic model of Fasquelle 2021."
+)
 @click.option("--export", "export_as", type=click.Choice(["mat"]), help="The parameters beside --out as arrays.")
 @click.option("--neck-out", type=OUT, help="neck.yaml with the pre-elongations x0 as identified, of one data set.")
 @results
@@ -23,7 +25,7 @@ def command(
     json_out: str | None,
     quiet: bool,
 ) -> None:
-    """Identify friction of the motors and elasticity of the cables: the seed's tables, and estimates that hold."""
+    """Identify friction of the motors and elasticity of the cables: Fasquelle's tables, and estimates that hold."""
     from identification import estimate_table
     from identification.dataset.dataset_file import read_dataset
     from identification.estimates import LAWS_BESIDE, estimate
@@ -34,7 +36,7 @@ def command(
     from xneck_foundation.provenance import provenance
 
     recordings = [read_dataset(path) for path in datasets]
-    seed = identify(recordings)
+    fasquelle = identify(recordings)
     found = estimate(recordings, LAWS_BESIDE[model])
     origin = provenance({f"dataset{i + 1}": path for i, path in enumerate(datasets)}, {"model": model})
     write_model(model_of(found.parameters, found.laws, origin, found.covariance), out)
@@ -42,6 +44,6 @@ def command(
         write_mat(found.parameters, found.laws, out.with_suffix(f".{export_as}"))
     if neck_out:
         write_neck(recordings[0].neck, found.parameters, ", ".join(path.name for path in datasets), neck_out)
-    record = found.as_json() | {"seed": tables.as_json(seed, model)}
-    text = f"{tables.as_text(seed)}\n\n{estimate_table.as_text(found)}\n{out}"
+    record = found.as_json() | {"fasquelle": tables.as_json(fasquelle, model)}
+    text = f"{tables.as_text(fasquelle)}\n\n{estimate_table.as_text(found)}\n{out}"
     report_result(record, text, json_out, quiet)

@@ -13,7 +13,7 @@ from xneck.cli.output import FILE, OUT, export_beside, exported, recovered, repo
 @click.option("--neck", "neck_file", type=FILE, required=True, help="neck.yaml of the arm.")
 @click.option("--out", type=OUT, required=True, help="dataset.mcap.")
 @click.option(
-    "--cutoff", type=click.FloatRange(0.5, 15), default=5.0, show_default=True, help="Hz, of the seed's filter."
+    "--cutoff", type=click.FloatRange(0.5, 15), default=5.0, show_default=True, help="Hz, of Fasquelle's filter."
 )
 @exported
 @results
@@ -27,7 +27,7 @@ def command(
     json_out: str | None,
     quiet: bool,
 ) -> None:
-    """Align camera and log clocks, and write the data set: state at the log's rate and at the seed's 31.25 Hz.
+    """Align camera and log clocks, and write the data set: state at the log's rate and at Fasquelle's 31.25 Hz.
 
     ANGLES is angles.mcap or a CSV with time,alpha1..alphaN[,sigma1..sigmaN] in rad; LOG an MCAP with JointState or a CSV
     with time,theta1..thetaM,f1..fM.

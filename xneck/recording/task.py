@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from identification.dataset.dataset_file import series_of
-from identification.fasquelle.tables import as_json as seed_json
+from identification.fasquelle.tables import as_json as fasquelle_json
 from xneck.recording.made_from import made_from
 from xneck.recording.pipeline import Result, run_recording
 from xneck.recording.recording_folder import Recording
@@ -88,7 +88,7 @@ def _record(result: Result) -> dict[str, Any]:
         "report": REPORT,
         "sync": dict(result.data.clock),
         "check": dict(result.data.check),
-        "identify": result.estimates.as_json() | {"seed": seed_json(result.identification)},
+        "identify": result.estimates.as_json() | {"fasquelle": fasquelle_json(result.identification)},
         "simulate": result.simulated.rms if result.simulated else None,
     }
     if result.extraction:

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from diagnosis.conditions import ALONG
-from diagnosis.detectability import Sight
+from diagnosis.detectability import Detectability
 from diagnosis.signature import CONSTANT, Pattern, Signature
 from xneck.report import style
 from xneck.report.block import Block, Entry
@@ -97,7 +97,7 @@ def by_condition(s: Signature, motors: int, changed: bool) -> Block | None:
     )
 
 
-def alike(sight: Sight) -> Block:
+def alike(sight: Detectability) -> Block:
     """Which effects could be taken for which in these recordings."""
     count = len(sight.effects)
     figure = Figure(figsize=(style.WIDTH, style.WIDTH))

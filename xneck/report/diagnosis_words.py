@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from diagnosis import signature_record
 from diagnosis.cause import Cause
 from diagnosis.cause_parameters import parameters_of
-from diagnosis.cause_search import Candidate
+from diagnosis.cause_search import CauseCandidate
 from diagnosis.diagnose import Diagnosis
 from diagnosis.gain import Gain
 from diagnosis.record import probability
@@ -145,7 +145,7 @@ def considered_rows(d: Diagnosis) -> list[tuple[str, ...]]:
     tied = {c.effect.name for named in d.search.named for c in named.tied}
     names = {cause.effect.name for cause in d.causes}
 
-    def verdict(c: Candidate) -> str:
+    def verdict(c: CauseCandidate) -> str:
         return "named" if c.effect.name in names else "as good" if c.effect.name in tied else ""
 
     return [

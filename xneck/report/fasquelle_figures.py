@@ -1,4 +1,4 @@
-"""The seed's figures 6, 7 and 8, drawn from this recording."""
+"""Fasquelle's figures 6, 7 and 8, drawn from this recording."""
 
 import numpy as np
 
@@ -34,7 +34,7 @@ def couples(found: Reconstruction) -> Block:
         axes.set_ylabel("couple (Z f), N m")
         panels.append(inline(figure, f"couple{i}", f"couple on joint {i + 1}, measured and modelled"))
     return Block(
-        "Couples Z f: the seed's figure 6",
+        "Couples Z f: Fasquelle's figure 6",
         "The arm's equation with friction should lie on the measured couple and without it should not; where viscous "
         "friction (dashed) changes nothing, it is not needed.",
         tuple(panels),
@@ -75,7 +75,7 @@ def tensions(found: Reconstruction) -> Block:
         axes.set_ylabel("tension, N")
         panels.append(inline(figure, f"tension{j}", f"tension of cable {j + 1} by forces and by elastic models"))
     return Block(
-        "Tension in the cables: the seed's figure 7",
+        "Tension in the cables: Fasquelle's figure 7",
         "Tension from the motor forces less friction, beside what the elongation gives through the three elastic "
         "models; where they part, the cable is not that spring.",
         tuple(panels),
@@ -108,7 +108,7 @@ def tension_errors(found: Reconstruction) -> Block:
         panels.append(inline(figure, f"error{j}", f"error of the elastic models for cable {j + 1} against tension"))
     low, high = _error_by_tension(found)
     return Block(
-        "Error against tension: the seed's figure 8",
+        "Error against tension: Fasquelle's figure 8",
         "Elastic model less tension from forces, with the mean in eight bins as lines: an error that grows with tension asks "
         f"for a cable that is not linear (model 1: {number(low, 2)} N on average in the quarter of lowest tension, "
         f"{number(high, 2)} N in that of highest).",

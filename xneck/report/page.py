@@ -12,14 +12,12 @@ from xneck.recording.pipeline import Result
 from xneck.report import (
     cable_figures,
     camera_figures,
+    fasquelle_figures,
     motion_figures,
     published,
     simulation_figures,
     tables,
     verdict,
-)
-from xneck.report import (
-    fasquelle_figures as seed_figures,
 )
 from xneck.report.alignment import align
 from xneck.report.block import Block
@@ -51,13 +49,13 @@ def page(result: Result, found: Reconstruction, figures: Mapping[str, Block | No
         tables=tables,
         inputs=input_rows(result.data.provenance),
         versions=version_text(result.data.provenance),
-        table_1=tables.seed_table(
+        table_1=tables.fasquelle_table(
             "Table 1: friction, from the arm equations",
             [result.identification.dry_and_viscous, result.identification.dry_only],
             published.TABLE_1,
             result.data.neck.M,
         ),
-        table_2=tables.seed_table(
+        table_2=tables.fasquelle_table(
             "Table 2: friction and elasticity",
             [result.identification.elastic[m] for m in MODELS],
             published.TABLE_2,
@@ -69,7 +67,7 @@ def page(result: Result, found: Reconstruction, figures: Mapping[str, Block | No
         number=number,
         well_identified=WELL_IDENTIFIED,
         shots=shots(result),
-        couple_errors=seed_figures.couple_errors(found),
+        couple_errors=fasquelle_figures.couple_errors(found),
         **figures,
     )
 
@@ -87,9 +85,9 @@ def _figures(result: Result, found: Reconstruction) -> dict[str, Block | None]:
             "clock_figure": motion_figures.clock_evidence(data, alignment),
             "elongation_figure": cable_figures.elongation_over_time(data, elongation),
             "force_figure": cable_figures.elongation_against_force(data, elongation),
-            "couple_figure": seed_figures.couples(found),
-            "tension_figure": seed_figures.tensions(found),
-            "error_figure": seed_figures.tension_errors(found),
+            "couple_figure": fasquelle_figures.couples(found),
+            "tension_figure": fasquelle_figures.tensions(found),
+            "error_figure": fasquelle_figures.tension_errors(found),
             "simulation_figure": (
                 simulation_figures.simulated_beside_measured(result.simulated) if result.simulated else None
             ),

@@ -1,4 +1,4 @@
-"""What the seed (Fasquelle 2021) printed for its own prototype: a reference beside our tables, nothing that we compute with.
+"""What Fasquelle 2021 printed for its own prototype: a reference beside our tables, nothing that we compute with.
 
 Values and relative sigma in %, as printed and in the printed units, by the labels of `identification.fasquelle.tables`.
 """
@@ -6,7 +6,7 @@ Values and relative sigma in %, as printed and in the printed units, by the labe
 from collections.abc import Mapping
 
 CABLES = 4
-"""of the seed's arm; beside another arm its numbers would say nothing"""
+"""of Fasquelle's arm; beside another arm its numbers would say nothing"""
 
 Column = Mapping[str, tuple[str, str]]
 

@@ -10,7 +10,7 @@ from calibration.estimation import Calibration
 from calibration.lens import NAMES
 from identification.dataset.clock_record import log_time
 from identification.estimates import Estimates
-from identification.fasquelle.method import WELL_IDENTIFIED, Fit
+from identification.fasquelle.method import WELL_IDENTIFIED, FasquelleFit
 from identification.fasquelle.tables import rows
 from mechanism.description import Neck
 from xneck.recording.pipeline import Result
@@ -18,7 +18,7 @@ from xneck.report import published
 from xneck.report.wording import number, percent, with_sigma
 
 _PRINTED = {"Pa": ("GPa", 1e-9), "Pa s": ("MPa s", 1e-6), "1": ("", 1.0)}
-"""units in which the seed prints a table, and their factor"""
+"""units in which Fasquelle prints a table, and their factor"""
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ NOTHING = Cell("–")
 
 
 @dataclass(frozen=True)
-class SeedTable:
-    """A table of the seed: our columns, then those that it published (none where the arm has other cables)."""
+class FasquelleTable:
+    """A table of Fasquelle: our columns, then those that it published (none where the arm has other cables)."""
 
     title: str
     columns: tuple[str, ...]
@@ -44,7 +44,9 @@ class SeedTable:
     """label, unit, our cells, the published cells"""
 
 
-def seed_table(title: str, fits: Sequence[Fit], beside: Sequence[published.Column], cables: int) -> SeedTable:
+def fasquelle_table(
+    title: str, fits: Sequence[FasquelleFit], beside: Sequence[published.Column], cables: int
+) -> FasquelleTable:
     """`fits` as columns, with `beside` as reference where it is of an arm with as many cables."""
     shown = tuple(beside) if cables == published.CABLES else ()
     out = []
@@ -57,7 +59,7 @@ def seed_table(title: str, fits: Sequence[Fit], beside: Sequence[published.Colum
         theirs = tuple(_published(column.get(label)) for column in shown)
         out.append((label, printed, ours, theirs))
     titles = tuple(fit.title for fit in fits)
-    return SeedTable(title, titles, titles if shown else (), tuple(out))
+    return FasquelleTable(title, titles, titles if shown else (), tuple(out))
 
 
 def estimate_rows(found: Estimates) -> list[tuple[str, str, str, str]]:

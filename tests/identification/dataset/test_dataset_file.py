@@ -41,7 +41,7 @@ def test_round_trip(tmp_path: Path, data: DataSet) -> None:
     back = read_dataset(tmp_path / "d.mcap")
     assert back.neck == data.neck
     assert (back.clock, back.check) == (data.clock, data.check)
-    for part in ("state", "seed", "angles", "log"):
+    for part in ("state", "fasquelle", "angles", "log"):
         one, other = getattr(data, part), getattr(back, part)
         assert list(one.columns) == list(other.columns)
         np.testing.assert_allclose(other.time, one.time, atol=1e-9)

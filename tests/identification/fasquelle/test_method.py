@@ -1,4 +1,4 @@
-"""The seed's tables on data of known truth: motion by MuJoCo, cables by exact tangents, motors integrated at 0.2 ms."""
+"""Fasquelle's tables on data of known truth: motion by MuJoCo, cables by exact tangents, motors integrated at 0.2 ms."""
 
 import json
 from dataclasses import replace
@@ -9,7 +9,7 @@ import pytest
 from identification.dataset.dataset import DataSet, state_series
 from identification.dataset.series import Series, numbered
 from identification.fasquelle.method import elastic_system, friction_alone, identify, regressors
-from identification.fasquelle.series import seed_series
+from identification.fasquelle.series import fasquelle_series
 from identification.fasquelle.tables import as_json, as_text
 from mechanism.arm import Arm, arm_of
 from mechanism.description import read_neck
@@ -42,7 +42,7 @@ def data() -> DataSet:
     log = uniform(read_log(SAMPLES / "recording/log.mcap", NECK))
     frames = t["frame_times"] + TRUTH["offset_s"] + TRUTH["skew"] * (t["frame_times"] - TRUTH["middle_s"])
     alpha = t["frame_alpha"] + np.random.default_rng(0).normal(0, np.radians(0.05), t["frame_alpha"].shape)
-    seed = seed_series(arm_of(NECK), log, frames, alpha)
+    seed = fasquelle_series(arm_of(NECK), log, frames, alpha)
     angles = Series(frames, numbered("alpha", alpha))
     return DataSet(NECK, "", seed, seed, angles, log)
 
@@ -66,7 +66,7 @@ def test_arm_equation_holds_on_a_motion_that_another_engine_made_once_the_hidden
 
 
 def test_dry_friction_and_stiffness_are_within_the_seeds_known_bias(data: DataSet) -> None:
-    """15 %: the seed's method is biased by forming sign(theta') of filtered signals; damping is not identified by it."""
+    """15 %: Fasquelle's method is biased by forming sign(theta') of filtered signals; damping is not identified by it."""
     found = identify([data])
     fit = found.elastic[1]
     assert np.max(np.abs(fit.values("fs") / HIDDEN["fs"] - 1)) < 0.15
@@ -79,10 +79,10 @@ def test_dry_friction_and_stiffness_are_within_the_seeds_known_bias(data: DataSe
 
 
 def test_a_pretension_that_the_description_neglects_spoils_the_stiffness(data: DataSet) -> None:
-    """Negative control: x0 = 0 while it is 4 to 6 mm; the seed's k is then off by more than 15 %, which it does not say."""
+    """Negative control: x0 = 0 while it is 4 to 6 mm; Fasquelle's k is then off by more than 15 %, which it does not say."""
     cables = tuple(c.model_copy(update={"x0": 0.0}) for c in NECK.cables)
     arm = arm_of(NECK.model_copy(update={"cables": cables}))
-    seed = data.seed
+    seed = data.fasquelle
     series = Series(seed.time, {**seed.columns, **numbered("x", seed.matrix("x") - arm_of(NECK).x0)})
     k = elastic_system(regressors(arm, series), 1)
     assert np.max(np.abs(k.values("k") / HIDDEN["k"] - 1)) > 0.15
@@ -97,7 +97,7 @@ def test_two_recordings_together_are_their_rows_together(data: DataSet) -> None:
 
 
 def test_models_two_and_three_share_one_modulus_and_model_three_follows_the_length(data: DataSet) -> None:
-    r = regressors(data.arm, data.seed)
+    r = regressors(data.arm, data.fasquelle)
     names = [(p.name, p.index) for p in elastic_system(r, 2).parameters]
     assert names == [("E", None), ("c", None), ("fs", 1), ("fs", 2), ("fs", 3), ("fs", 4)]
     assert np.ptp(r.strain[2], axis=0).max() == 0
@@ -106,7 +106,7 @@ def test_models_two_and_three_share_one_modulus_and_model_three_follows_the_leng
 
 def test_viscous_friction_is_found_where_it_is(data: DataSet) -> None:
     """Adding 0.05 N s/rad theta' to the logged force adds 0.05 to every fv and nothing to fs: least squares is linear."""
-    seed = data.seed
+    seed = data.fasquelle
     more = Series(seed.time, {**seed.columns, **numbered("f", seed.matrix("f") + 0.05 * seed.matrix("theta", "_d"))})
     a, b = (friction_alone(regressors(data.arm, s), viscous=True) for s in (seed, more))
     np.testing.assert_allclose(b.values("fv") - a.values("fv"), 0.05, rtol=1e-6)
@@ -114,9 +114,11 @@ def test_viscous_friction_is_found_where_it_is(data: DataSet) -> None:
 
 
 def test_motors_at_rest_and_different_arms_are_refused(data: DataSet) -> None:
-    still = {name: values * 0 if name.startswith("theta3") else values for name, values in data.seed.columns.items()}
+    still = {
+        name: values * 0 if name.startswith("theta3") else values for name, values in data.fasquelle.columns.items()
+    }
     with pytest.raises(Refused, match="motor 3"):
-        identify([replace(data, seed=Series(data.seed.time, still))])
+        identify([replace(data, seed=Series(data.fasquelle.time, still))])
     other = NECK.model_copy(update={"gravity": (0.0, -1.62)})
     with pytest.raises(Refused, match="different arms"):
         identify([data, replace(data, neck=other)])

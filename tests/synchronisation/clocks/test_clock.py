@@ -17,10 +17,10 @@ from mechanism.description import read_neck
 from samples.generator.hidden.experiment import hide
 from samples.worlds.clock_worlds import Recorded, arm, recorded, without_trace
 from synchronisation.angles import Angles, read_angles
-from synchronisation.clocks.cables import Law, frames_of
+from synchronisation.clocks.cables import CableTerms, frames_of
 from synchronisation.clocks.clock import Clock, fit_clock
 from synchronisation.clocks.fine import fit_cables
-from synchronisation.clocks.signals import signals_of
+from synchronisation.clocks.signals import log_signals_of
 from synchronisation.encoder_log import read_log, uniform
 from tests.paths import SAMPLES
 from xneck_foundation.errors import Refused
@@ -104,11 +104,11 @@ def test_viscosity_needs_the_arm_or_a_person_to_tell_it_from_the_offset() -> Non
     made = recording("everything", 100)
     alone, _ = fit_cables(
         arm(),
-        signals_of(arm(), uniform(made.log)),
+        log_signals_of(arm(), uniform(made.log)),
         frames_of(arm(), made.angles.time, made.angles.alpha, made.angles.sigma, made.clocks.middle_s),
         made.clocks.offset_s,
         np.full(4, np.nan),
-        Law(),
+        CableTerms(),
     )
     assert abs(alone.state.offset - made.clocks.offset_s) > 1e-3
     given = fit_clock(arm(), made.angles, made.log, made.fv)

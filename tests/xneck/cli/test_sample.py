@@ -92,7 +92,7 @@ def test_state_is_near_the_truth_at_the_logs_rate(made: Path) -> None:
 
 
 def test_the_seeds_friction_and_stiffness_are_within_fifteen_per_cent(made: Path) -> None:
-    found = record(made, "identify")["seed"]["parameters"]
+    found = record(made, "identify")["fasquelle"]["parameters"]
     for name in ("fs", "k"):
         values = np.array([p["value"] for p in found if p["name"] == name])
         assert np.max(np.abs(values / TRUTH["recording"]["hidden"][name] - 1)) < 0.15
@@ -100,7 +100,7 @@ def test_the_seeds_friction_and_stiffness_are_within_fifteen_per_cent(made: Path
 
 
 def test_estimates_that_hold_are_within_half_a_per_cent_of_a_motion_that_another_engine_made(made: Path) -> None:
-    """fs and k by a twentieth of the seed's errors, with 100 g on the tip that the description lacks; damping to 0.1 ms of clock,
+    """fs and k by a twentieth of Fasquelle's errors, with 100 g on the tip that the description lacks; damping to 0.1 ms of clock,
     k dt = 1 N s/m, twice that allowed; there is no viscous friction and none is found."""
     found = record(made, "identify")["parameters"]
 

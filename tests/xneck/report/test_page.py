@@ -40,7 +40,7 @@ from xneck.report.alignment import align
 from xneck.report.page import write_report
 from xneck.report.shots import shots
 from xneck.report.style import decimated
-from xneck.report.tables import camera_rows, seed_table
+from xneck.report.tables import camera_rows, fasquelle_table
 from xneck.report.wording import listed, number, size_of, with_sigma
 from xneck_foundation.provenance import provenance
 
@@ -238,8 +238,8 @@ def test_a_camera_that_was_read_is_told_from_one_that_was_calibrated(result: Res
 
 def test_the_seed_is_not_compared_with_another_arm(result: Result) -> None:
     fits = [result.identification.dry_and_viscous, result.identification.dry_only]
-    assert len(seed_table("", fits, published.TABLE_1, cables=4).rows[0][3]) == 2
-    assert all(row[3] == () for row in seed_table("", fits, published.TABLE_1, cables=3).rows)
+    assert len(fasquelle_table("", fits, published.TABLE_1, cables=4).rows[0][3]) == 2
+    assert all(row[3] == () for row in fasquelle_table("", fits, published.TABLE_1, cables=3).rows)
 
 
 def test_a_fault_reaches_the_first_sentence(result: Result, tmp_path: Path) -> None:
