@@ -11,9 +11,9 @@ from pathlib import Path
 
 from benchmarks import summary
 from benchmarks.page import write_page
-from benchmarks.run import Ended, kept, run
+from benchmarks.run import TopicOutcome, run, still_valid
 from benchmarks.topic import table_of
-from xneck_foundation.json_text import as_json
+from xneck_foundation.json_text import json_text
 from xneck_foundation.whole_file import write_text
 
 TOPICS = {
@@ -49,33 +49,33 @@ def main(words: Sequence[str], topics: Mapping[str, str] = TOPICS) -> int:
     if unknown:
         parser.error(f"there is no topic {unknown[0]}; there are {', '.join(topics)}")
     command = " ".join(["python -m benchmarks", *words])
-    ended = kept(topics, chosen.out)
-    asked = {name: topics[name] for name in chosen.names or topics}
+    outcomes = still_valid(topics, chosen.out)
+    wanted = {name: topics[name] for name in chosen.names or topics}
     try:
-        for one in run(asked, chosen.out, chosen.again):
-            ended[one.name] = one
-            print(_told(one), end="\n\n", flush=True)
-            _write([ended[name] for name in topics if name in ended], topics, command, chosen.out)
+        for outcome in run(wanted, chosen.out, chosen.again):
+            outcomes[outcome.name] = outcome
+            print(_outcome_text(outcome), end="\n\n", flush=True)
+            _write([outcomes[name] for name in topics if name in outcomes], topics, command, chosen.out)
     except KeyboardInterrupt:
         print("benchmarks: interrupted; what is done is kept", file=sys.stderr)
         return 130
-    shown = [ended[name] for name in topics if name in ended]
+    shown = [outcomes[name] for name in topics if name in outcomes]
     print(summary.text(shown), chosen.out / "benchmarks.html", sep="\n\n")
-    return 1 if any(one.failure for one in shown) else 0
+    return 1 if any(outcome.failure for outcome in shown) else 0
 
 
-def _told(one: Ended) -> str:
-    if one.record is None:
-        return f"{one.name}: FAILED, {one.failure}"
-    text = table_of(one.record).text()
-    return f"{text}\n(measured before, {one.record['date']})" if one.before else text
+def _outcome_text(outcome: TopicOutcome) -> str:
+    if outcome.record is None:
+        return f"{outcome.name}: FAILED, {outcome.failure}"
+    text = table_of(outcome.record).text()
+    return f"{text}\n(measured before, {outcome.record['date']})" if outcome.measured_before else text
 
 
-def _write(ended: Sequence[Ended], topics: Mapping[str, str], command: str, folder: Path) -> None:
-    done = {one.name for one in ended}
-    record = {"command": command, "not_run": [name for name in topics if name not in done]} | summary.as_json(ended)
-    write_text(folder / "benchmarks.json", as_json(record))
-    write_page(ended, record["not_run"], command, folder / "benchmarks.html")
+def _write(outcomes: Sequence[TopicOutcome], topics: Mapping[str, str], command: str, folder: Path) -> None:
+    done = {outcome.name for outcome in outcomes}
+    record = {"command": command, "not_run": [name for name in topics if name not in done]} | summary.as_json(outcomes)
+    write_text(folder / "benchmarks.json", json_text(record))
+    write_page(outcomes, record["not_run"], command, folder / "benchmarks.html")
 
 
 if __name__ == "__main__":

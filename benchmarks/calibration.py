@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.table import Claim, Table
-from calibration.bundle import fit, start
-from calibration.corners import BoardView
+from calibration.bundle_adjustment import fit_bundle, initial_estimate
+from calibration.corner_detection import BoardView
 from calibration.estimation import calibrate
-from calibration.sightings import sightings
-from calibration.views import Observations
+from calibration.observations import Observations
+from calibration.stacked_views import stack_views
 
 Array = NDArray[np.float64]
 
@@ -104,8 +104,8 @@ def _project(points: Array, p: Array) -> Array:
 
 
 def _one_fit(views: list[BoardView]) -> Estimate:
-    seen = sightings(views)
-    found = fit(seen, *start(seen, SIZE))
+    seen = stack_views(views)
+    found = fit_bundle(seen, *initial_estimate(seen, SIZE))
     return found.parameters, found.shape.points
 
 

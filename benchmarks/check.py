@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from benchmarks.table import Claim, Table
 from identification.dataset.dataset import state_series
 from identification.dataset.frames import FrameAngles
-from identification.dataset.series import Series, numbered
+from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import Arm
-from samples.worlds.clock_worlds import KINDS, Recorded, arm, recorded
+from samples.worlds.clock_worlds import KINDS, ClockRecording, arm, clock_recording
 from state_estimation.motors import motors_of
 from synchronisation.angles import Angles
 from synchronisation.check.check import Baseline, Check, baseline_of, check_elongations
 from synchronisation.clocks.clock import fit_clock
-from synchronisation.encoder_log import uniform
+from synchronisation.encoder_log import uniformly_sampled
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
@@ -47,7 +47,7 @@ class Hidden:
     baseline: bool = False
 
 
-def hidden(made: Recorded, seed: int) -> list[Hidden]:
+def hidden(made: ClockRecording, seed: int) -> list[Hidden]:
     """Every case once, the place and the sign going with the seed."""
     i, j, sign = seed % 3, seed % 4, 1 if seed % 2 else -1
     a, log = made.angles, made.log
@@ -60,7 +60,7 @@ def hidden(made: Recorded, seed: int) -> list[Hidden]:
     def counted(change: Callable[[Array, Array], Array]) -> Series:
         theta = log.matrix("theta")
         theta = theta + change(log.time - log.time[0], theta) * np.eye(4)[j]
-        return Series(log.time, {**log.columns, **numbered("theta", np.round(theta / COUNT) * COUNT)})
+        return Series(log.time, {**log.columns, **numbered_columns("theta", np.round(theta / COUNT) * COUNT)})
 
     slip = 5e-4 * sign / plain.drum[j]
     slipped = counted(lambda t, _: np.where(t > 10 + seed % 40, slip, 0.0)[:, None])
@@ -85,8 +85,8 @@ def measure(seeds: int = SEEDS, first: int = 0, fitted: bool = False) -> Table:
     found: dict[str, list[tuple[float, ...]]] = {}
     for seed in range(first, first + seeds):
         kind = KINDS[seed % len(KINDS)]
-        made = recorded(kind, seed)
-        before = recorded(kind, seed, motion=seed + 50_000)
+        made = clock_recording(kind, seed)
+        before = clock_recording(kind, seed, motion=seed + 50_000)
         for case in hidden(made, seed):
             known = _baseline(before, seed, case.arm) if case.baseline else None
             try:
@@ -111,9 +111,9 @@ def measure(seeds: int = SEEDS, first: int = 0, fitted: bool = False) -> Table:
     return Table(f"Check, {seeds} recordings of 60 s, 0.1 deg, clock {how}, shares", columns, rows, claims)
 
 
-def inputs(made: Recorded, case: Hidden, seed: int, fitted: bool = False) -> tuple[Series, FrameAngles, float]:
+def inputs(made: ClockRecording, case: Hidden, seed: int, fitted: bool = False) -> tuple[Series, FrameAngles, float]:
     """The state's series, with angles as vision alone has them, the frames on the log's clock, and the clock's sigma."""
-    even = uniform(case.log)
+    even = uniformly_sampled(case.log)
     motors = motors_of(even, np.full(case.arm.M, COUNT))
     if fitted:
         clock = fit_clock(case.arm, case.angles, case.log)
@@ -132,7 +132,7 @@ def inputs(made: Recorded, case: Hidden, seed: int, fitted: bool = False) -> tup
         motors.f[inside],
         (still + case.angles.sigma[0], still, still),
     )
-    return state, FrameAngles(at, case.angles.alpha, case.angles.white, case.angles.shared), sigma
+    return state, FrameAngles(at, case.angles.alpha, case.angles.white_sigma, case.angles.shared), sigma
 
 
 def judged(result: Check, fault: tuple[str, str] | None) -> tuple[float, float, float]:
@@ -149,7 +149,7 @@ def judged(result: Check, fault: tuple[str, str] | None) -> tuple[float, float, 
     return float(right), float(best), float(best and not others and len(result.faults) == 1)
 
 
-def _baseline(before: Recorded, seed: int, described: Arm) -> Baseline | None:
+def _baseline(before: ClockRecording, seed: int, described: Arm) -> Baseline | None:
     case = Hidden("", None, before.angles, before.log, described)
     try:
         return baseline_of(described, *inputs(before, case, seed + 50_000))

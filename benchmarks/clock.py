@@ -1,7 +1,7 @@
 """The clock between camera and log beside cross-correlation of cable speeds, over arms and motions drawn at random.
 
-The seed takes both clocks for one; cross-correlation is what is usual. The bound is that of the angles' noise alone, were all
-else known but the skew.
+Fasquelle takes both clocks for one; cross-correlation is what is usual. The bound is that of the angles' noise alone, if all else
+but the skew were known.
 """
 
 import time
@@ -12,26 +12,26 @@ from numpy.typing import NDArray
 from scipy.signal import correlate
 
 from benchmarks.table import Claim, Table
-from identification.dataset.series import Series
+from identification.dataset.series import Series, interpolated
 from mechanism.arm import Arm
 from mechanism.cable_lengths import lengths
-from samples.worlds.clock_worlds import KINDS, Recorded, arm, light, recorded
+from samples.worlds.clock_worlds import KINDS, ClockRecording, arm, clock_recording, switched_light
 from synchronisation.angles import Angles
 from synchronisation.clocks.clock import fit_clock
-from synchronisation.clocks.light import edges_of, fit_anchor
-from synchronisation.encoder_log import uniform
+from synchronisation.clocks.light import edges_of, fit_light
+from synchronisation.encoder_log import uniformly_sampled
 
 Array = NDArray[np.float64]
 
 SEEDS = 20
-RATE = 500.0
+RATE_HZ = 500.0
 
 
 def measure(seeds: int = SEEDS, first: int = 0) -> Table:
-    """RMS error of the offset in ms over recordings of 60 s at 0.1 deg, and of error over sigma; the same of the skew."""
+    """RMS errors of offset (ms) and skew (ppm), and of error over sigma, over recordings of 60 s at 0.1 deg."""
     rows: list[tuple[str, tuple[float | None, ...]]] = []
     for kind in KINDS:
-        made = [recorded(kind, first + seed) for seed in range(seeds)]
+        made = [clock_recording(kind, first + seed) for seed in range(seeds)]
         errors = [_cross_correlation(arm(), r.angles, r.log) - r.clocks.offset_s for r in made]
         others = (1e3 * _rms(errors), 1e3 * _rms([r.offset_bound for r in made]))
         rows.append((kind, (*_ours(made), *others)))
@@ -59,7 +59,7 @@ def measure(seeds: int = SEEDS, first: int = 0) -> Table:
     return replace(table, claims=tuple(claims))
 
 
-def _ours(made: list[Recorded], fv: bool = False, forces: bool = True) -> tuple[float, ...]:
+def _ours(made: list[ClockRecording], fv: bool = False, forces: bool = True) -> tuple[float, ...]:
     errors, z, skews, skew_z, spent = [], [], [], [], []
     for r in made:
         log = r.log if forces else Series(r.log.time, {n: c for n, c in r.log.columns.items() if n.startswith("theta")})
@@ -74,17 +74,17 @@ def _ours(made: list[Recorded], fv: bool = False, forces: bool = True) -> tuple[
     return _figures(errors, z, skews, skew_z, spent)
 
 
-def _by_light(made: list[Recorded], first: int) -> tuple[float, ...]:
+def _by_light(made: list[ClockRecording], first: int) -> tuple[float, ...]:
     errors, z, skews, skew_z, spent = [], [], [], [], []
     for seed, r in enumerate(made, first):
-        seen = light(r.clocks, r.angles.time, seed)
+        light = switched_light(r.clocks, r.angles.time, seed)
         begin = time.process_time()
-        anchor = fit_anchor(*edges_of(seen.time, seen.led), r.angles.time, seen.brightness, 0.004)
+        clock = fit_light(*edges_of(light.time, light.led), r.angles.time, light.brightness, 0.004)
         spent.append(time.process_time() - begin)
-        errors.append(anchor.offset - r.clocks.offset_s - r.clocks.skew * (anchor.middle - r.clocks.middle_s))
-        skews.append(anchor.skew - r.clocks.skew)
-        z.append(errors[-1] / anchor.offset_sigma)
-        skew_z.append(skews[-1] / anchor.skew_sigma)
+        errors.append(clock.offset - r.clocks.offset_s - r.clocks.skew * (clock.middle - r.clocks.middle_s))
+        skews.append(clock.skew - r.clocks.skew)
+        z.append(errors[-1] / clock.offset_sigma)
+        skew_z.append(skews[-1] / clock.skew_sigma)
     return _figures(errors, z, skews, skew_z, spent)
 
 
@@ -100,16 +100,16 @@ def _rms(values: list[float]) -> float:
 
 
 def _cross_correlation(described: Arm, angles: Angles, recorded_log: Series) -> float:
-    """The usual way: both speeds at the log's rate, the peak of their correlation, and a parabola through it."""
-    log = uniform(recorded_log)
-    grid = np.arange(angles.time[0], angles.time[-1], 1 / RATE)
+    """Offset, s, by the usual method: the peak of the correlation of both speeds at the log's rate, and a parabola through it."""
+    log = uniformly_sampled(recorded_log)
+    grid = np.arange(angles.time[0], angles.time[-1], 1 / RATE_HZ)
     winding = -lengths(described, angles.alpha)
-    seen = np.stack([np.gradient(np.interp(grid, angles.time, c)) for c in winding.T], axis=-1)
-    even = np.arange(log.time[0], log.time[-1], 1 / RATE)
+    video_speed = np.gradient(interpolated(grid, angles.time, winding), axis=0)
+    even = np.arange(log.time[0], log.time[-1], 1 / RATE_HZ)
     travel = described.drum * log.matrix("theta")
-    moved = np.stack([np.gradient(np.interp(even, log.time, c)) for c in travel.T], axis=-1)
-    both = np.sum([correlate(moved[:, j], seen[:, j]) for j in range(described.M)], axis=0)
-    best = int(np.argmax(both))
-    left, middle, right = both[best - 1 : best + 2]
-    part = 0.5 * (left - right) / (left - 2 * middle + right)
-    return even[0] - grid[0] + (best - (len(seen) - 1) + part) / RATE
+    log_speed = np.gradient(interpolated(even, log.time, travel), axis=0)
+    correlation = np.sum([correlate(log_speed[:, j], video_speed[:, j]) for j in range(described.M)], axis=0)
+    best = int(np.argmax(correlation))
+    left, middle, right = correlation[best - 1 : best + 2]
+    fraction = 0.5 * (left - right) / (left - 2 * middle + right)
+    return even[0] - grid[0] + (best - (len(video_speed) - 1) + fraction) / RATE_HZ

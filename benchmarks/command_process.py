@@ -29,9 +29,9 @@ def main(words: list[str]) -> int:
     """The status of what was run."""
     status: object = 0
     if words[0] == "decode":
-        from vision.video import frames
+        from vision.video import read_frames
 
-        for _ in frames(Path(words[1])):
+        for _ in read_frames(Path(words[1])):
             pass
     else:
         from xneck.cli import main as xneck

@@ -15,9 +15,9 @@ from calibration.camera import Camera, camera_from
 from mechanism.description import Markers, Neck, markers_of, read_neck
 from samples.generator.camera import SAMPLE_CAMERA
 from vision.linkage.linkage_fit import fit_linkage
-from vision.markers.detection import Finder
-from vision.markers.tracking import Manner, Tracker
-from vision.video import frames
+from vision.markers.detection import MarkerDetector
+from vision.markers.tracking import MarkerTracker, TrackingOptions
+from vision.video import read_frames
 
 SAMPLES = Path(__file__).parents[1] / "samples"
 VIDEO = SAMPLES / "recording/video.mp4"
@@ -41,15 +41,15 @@ def measure() -> Table:
     markers = markers_of(neck, "neck.yaml")
     c = SAMPLE_CAMERA
     camera = camera_from(np.array([c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3]), (c.width, c.height))
-    finder = Finder(markers)
+    detector = MarkerDetector(markers)
     ways: dict[str, Find] = {
-        "xneck, searching every frame": lambda grey: finder.find(grey).corners,
+        "xneck, searching every frame": lambda grey: detector.detect(grey).corners,
     } | {f"OpenCV {name}": searching(markers.dictionary, name) for name in REFINEMENTS}
     theirs = apriltags(markers.dictionary, decimate=2.0)
     ways[PYAPRILTAGS] = lambda grey: dict(theirs(grey))
-    manners = {name: Manner(template=name.endswith("template"), exposure_s=EXPOSURE_S) for name in FOLLOWING}
+    options = {name: TrackingOptions(template=name.endswith("template"), exposure_s=EXPOSURE_S) for name in FOLLOWING}
     jobs: dict[str, Callable[[], Seen]] = {DECODING: lambda: [{} for _ in _frames()]}
-    jobs |= {name: lambda manner=manner: list(_followed(markers, manner)) for name, manner in manners.items()}
+    jobs |= {name: lambda tracking=tracking: list(_followed(markers, tracking)) for name, tracking in options.items()}
     jobs |= {name: lambda find=find: [find(grey) for grey in _frames()] for name, find in ways.items()}
     spent, seen = dict.fromkeys(jobs, np.inf), {}
     threads = cv2.getNumThreads()
@@ -85,18 +85,18 @@ def _claims(figures: Mapping[str, tuple[float | None, ...]]) -> tuple[Claim, ...
 
 
 def _frames():  # type: ignore[no-untyped-def]
-    for frame in frames(VIDEO):
+    for frame in read_frames(VIDEO):
         if frame.index == FRAMES:
             return
         yield frame.grey
 
 
-def _followed(markers: Markers, manner: Manner) -> Iterator[dict[int, NDArray[np.float64]]]:
-    tracker = Tracker(markers, manner)
-    for frame in frames(VIDEO):
+def _followed(markers: Markers, tracking: TrackingOptions) -> Iterator[dict[int, NDArray[np.float64]]]:
+    tracker = MarkerTracker(markers, tracking)
+    for frame in read_frames(VIDEO):
         if frame.index == FRAMES:
             return
-        yield dict(zip([m.id for m in markers.on_bars], tracker.see(frame).corners, strict=True))
+        yield dict(zip([m.id for m in markers.on_bars], tracker.track(frame).corners, strict=True))
 
 
 def _error(neck: Neck, camera: Camera, seen: Seen) -> tuple[float, float]:

@@ -18,13 +18,13 @@ from benchmarks.hard import true_camera
 from benchmarks.long_recordings import chain, repeat_video
 from benchmarks.table import Claim, Table
 from calibration.camera_file import write_camera
-from identification.dataset.dataset_file import export
+from identification.dataset.dataset_file import export_series
 from samples.generator.camera import SAMPLE_CAMERA
 from samples.generator.prescribed import World
-from samples.worlds.clock_worlds import NECK_FILE, NOISE
+from samples.worlds.clock_worlds import NECK_FILE, NOISE_RAD
 from synchronisation.angles import write_angles
 from xneck_foundation.errors import Refused
-from xneck_foundation.strict_yaml import parse
+from xneck_foundation.strict_yaml import parse_yaml
 
 SAMPLES = Path(__file__).parents[1] / "samples"
 VIDEO_S, TURN_S = 24, 20
@@ -118,10 +118,10 @@ def _of_data(folder: Path, turns: int) -> Iterator[Spent]:
 
 def _synced(data: Path, turns: int, seed: int) -> Spent:
     """The data set of one recording, and what `sync` took for it."""
-    angles, log = chain(World(parse(NECK_FILE.read_text(), str(NECK_FILE))), TURN_S, turns, seed, NOISE)
+    angles, log = chain(World(parse_yaml(NECK_FILE.read_text(), str(NECK_FILE))), TURN_S, turns, seed, NOISE_RAD)
     files = data.with_suffix(".angles.mcap"), data.with_suffix(".csv")
     write_angles(angles, files[0])
-    export(log, files[1])
+    export_series(log, files[1])
     return _spent("sync", turns * TURN_S, *files, "--neck", NECK_FILE, "--out", data, "--quiet")
 
 

@@ -21,7 +21,7 @@ from samples.generator.hard import cases
 from vision.extract import extract
 from vision.linkage.linkage_fit import fit_linkage
 from vision.shutter import Shutter
-from vision.video import describe, frames
+from vision.video import describe_video, read_frames
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
@@ -113,7 +113,7 @@ def by_opencv(refinement: str, video: Path, neck: Neck, camera: Camera, count: i
     find = searching(markers.dictionary, refinement)
     hidden = np.full((4, 2), np.nan)
     seen = []
-    for frame in frames(video):
+    for frame in read_frames(video):
         if frame.index == count:
             break
         found = find(frame.grey)
@@ -130,6 +130,6 @@ def by_opencv(refinement: str, video: Path, neck: Neck, camera: Camera, count: i
 
 def by_ours(corners: str, video: Path, neck: Neck, camera: Camera, exposure_s: float, count: int) -> Measured:
     """As `xneck extract --corners ... --exposure ...` does it."""
-    found = extract(describe(video), camera, neck, Shutter(exposure_s), template=corners == "template")
+    found = extract(describe_video(video), camera, neck, Shutter(exposure_s), template=corners == "template")
     lost = int(np.isnan(found.corners[:count, :, 0, 0]).sum())
     return Measured(found.angles.alpha[:count], found.angles.sigma[:count], lost)

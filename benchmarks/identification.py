@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 
 from benchmarks.table import Claim, Table
 from identification.dataset.dataset import DataSet
-from identification.dataset.series import Series, numbered
+from identification.dataset.series import Series, numbered_columns
 from identification.estimates import Estimates, estimate
-from identification.fasquelle.method import identify
+from identification.fasquelle.method import fasquelle_identification
 from mechanism.description import Neck, read_neck
 from samples.generator.laws import dry_and_viscous, linear
 from samples.generator.prescribed import World, prescribe
-from samples.worlds.clock_worlds import NECK_FILE, NOISE
+from samples.worlds.clock_worlds import NECK_FILE, NOISE_RAD
 from synchronisation.angles import Angles
 from synchronisation.synchronise import synchronise
-from xneck_foundation.strict_yaml import parse
+from xneck_foundation.strict_yaml import parse_yaml
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ def made(seed: int, neglected: bool = False, seconds: float = SECONDS) -> Made:
     """
     rng = np.random.default_rng([seed, 1])
     truth = {"k": _K * rng.uniform(0.7, 1.3, 4), "fs": rng.uniform(10, 20, 4), "ca": rng.uniform(20, 120, 4)}
-    real = parse(NECK_FILE.read_text(), str(NECK_FILE))
+    real = parse_yaml(NECK_FILE.read_text(), str(NECK_FILE))
     described = read_neck(NECK_FILE)
     if neglected:
         for cable, force, k in zip(real["cables"], rng.uniform(2, 26, 4), truth["k"], strict=True):
@@ -56,9 +56,9 @@ def made(seed: int, neglected: bool = False, seconds: float = SECONDS) -> Made:
         described = without_x0(described)
     world = World(real, linear(truth["k"], truth["ca"]), dry_and_viscous(truth["fs"], np.zeros(4)))
     p = prescribe(world, seconds, seed)
-    noise = np.random.default_rng([seed, 9]).normal(0, NOISE, p.frame_alpha.shape)
-    angles = Angles(p.frame_times, p.frame_alpha + noise, np.full(p.frame_alpha.shape, NOISE))
-    log = Series(p.log_time, numbered("theta", p.counted) | numbered("f", p.f))
+    noise = np.random.default_rng([seed, 9]).normal(0, NOISE_RAD, p.frame_alpha.shape)
+    angles = Angles(p.frame_times, p.frame_alpha + noise, np.full(p.frame_alpha.shape, NOISE_RAD))
+    log = Series(p.log_time, numbered_columns("theta", p.counted) | numbered_columns("f", p.f))
     return Made(synchronise(described, "", angles, log, {}), truth)
 
 
@@ -75,7 +75,7 @@ def measure(first: int = 0, seeds: int = SEEDS) -> Table:
         found: dict[tuple[str, str], list[tuple[Array, Array, Array]]] = {}
         for seed in range(first, first + seeds):
             one = made(seed, neglected)
-            fit = identify([one.data]).elastic[1]
+            fit = fasquelle_identification([one.data]).elastic[1]
             begin = perf_counter()
             ours = estimate([one.data])
             spent.append(perf_counter() - begin)

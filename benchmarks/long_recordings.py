@@ -6,7 +6,7 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset.series import Series, numbered
+from identification.dataset.series import Series, numbered_columns
 from samples.generator.prescribed import World, prescribe
 from synchronisation.angles import Angles
 
@@ -51,5 +51,5 @@ def chain(world: World, seconds: float, turns: int, seed: int, noise: float) -> 
     joined: list[Array] = [np.concatenate(parts) for parts in zip(*turned, strict=True)]
     frames, alpha, rows, theta, f = joined
     alpha = alpha + np.random.default_rng(seed).normal(0, noise, alpha.shape)
-    log = Series(np.round(rows, 3), numbered("theta", theta) | numbered("f", f))
+    log = Series(np.round(rows, 3), numbered_columns("theta", theta) | numbered_columns("f", f))
     return Angles(frames, alpha, np.full(alpha.shape, noise)), log

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from benchmarks.apriltag import apriltags
 from benchmarks.table import Claim, Table
-from calibration.dictionaries import dictionary, marker_cells
+from calibration.dictionaries import marker_cells, opencv_dictionary
 from samples.generator.closeup import Flaws, developed, light, picture, square
-from vision.markers.edges import refine
-from vision.markers.optics import pooled
-from vision.markers.photometric import MarkerFit, Start, fit_markers
-from vision.markers.planar_motion import angle_slopes, in_plane_angle
+from vision.markers.edge_refinement import refine_by_edges
+from vision.markers.optics_estimate import estimate_optics
+from vision.markers.photometric import MarkerFit, MarkerStart, fit_markers
+from benchmarks.marker_angle import angle_slopes, in_plane_angle
 from vision.markers.template import Optics
 
 Array = NDArray[np.float64]
@@ -60,7 +60,7 @@ class View:
     grey: Grey
     cells: NDArray[np.bool_]
     corners: Array
-    start: Start
+    start: MarkerStart
     bound: float
     """rad"""
 
@@ -75,7 +75,7 @@ def views(side: int, flaws: Flaws, count: int, seed: int) -> Iterator[View]:
         middle = (size - 1) / 2 + rng.uniform(-0.5, 0.5, 2)
         corners = square(side, rng.uniform(-np.pi, np.pi), middle, tuple(rng.uniform(-0.02, 0.02, 2)))
         grey = developed(light(cells, corners, size, flaws), flaws, rng)
-        start = Start(corners + rng.normal(0, START_PX, (4, 2)), cells, np.tile(flaws.motion, (4, 1)))
+        start = MarkerStart(corners + rng.normal(0, START_PX, (4, 2)), cells, np.tile(flaws.motion, (4, 1)))
         if k < BOUNDS:
             bounds.append(bound(cells, corners, size, flaws))
         yield View(grey, cells, corners, start, float(np.mean(bounds)))
@@ -98,14 +98,14 @@ def optics_of(side: int, flaws: Flaws) -> Optics:
     """Blur and bleed from eight sharp, whole markers under the same light, as a recording's first frames give them."""
     at_rest = replace(flaws, motion=(0.0, 0.0), cable=0.0, hidden=0.0)
     first = Optics()
-    return pooled(first, [fit_markers(v.grey, [v.start], first)[0] for v in views(side, at_rest, 8, seed=99)])
+    return estimate_optics(first, [fit_markers(v.grey, [v.start], first)[0] for v in views(side, at_rest, 8, seed=99)])
 
 
 def opencv(method: int) -> Callable[[View], Array | None]:
     """Corners by OpenCV with one of its refinements."""
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = method
-    detector = cv2.aruco.ArucoDetector(dictionary(FAMILY), parameters)
+    detector = cv2.aruco.ArucoDetector(opencv_dictionary(FAMILY), parameters)
 
     def corners(view: View) -> Array | None:
         found = detector.detectMarkers(view.grey)[0]
@@ -126,8 +126,8 @@ def pyapriltags() -> Callable[[View], Array | None]:
 
 
 def edges(view: View) -> Array | None:
-    """Corners by `vision.markers.edges`."""
-    return refine(view.grey, view.start.corners[None], len(view.cells))[0]
+    """Corners by `vision.markers.edge_refinement`."""
+    return refine_by_edges(view.grey, view.start.corners[None], len(view.cells))[0]
 
 
 def peers() -> dict[str, Callable[[View], Array | None]]:
@@ -170,15 +170,15 @@ def times(repeats: int = 30) -> dict[str, float]:
         cells, corner = marker_cells(FAMILY, k), np.array([100 + 200 * k, 200])
         corners = square(60, 0.3 * k, np.array([70.0, 70.0]), (0.01, 0.02))
         grey[200:340, corner[0] : corner[0] + 140] = picture(cells, corners, 140, CLEAN, rng)
-        starts.append(Start(corners + corner + rng.normal(0, 0.2, (4, 2)), cells, np.zeros((4, 2))))
+        starts.append(MarkerStart(corners + corner + rng.normal(0, 0.2, (4, 2)), cells, np.zeros((4, 2))))
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
-    detector = cv2.aruco.ArucoDetector(dictionary(FAMILY), parameters)
+    detector = cv2.aruco.ArucoDetector(opencv_dictionary(FAMILY), parameters)
     theirs = apriltags(FAMILY, decimate=2.0)
     jobs: dict[str, Callable[[], object]] = {
         "SUBPIX": lambda: detector.detectMarkers(grey),
         "pyapriltags": lambda: theirs(grey),
-        "edges": lambda: refine(grey, np.stack([s.corners for s in starts]), 8),
+        "edges": lambda: refine_by_edges(grey, np.stack([s.corners for s in starts]), 8),
         OURS: lambda: fit_markers(grey, starts, Optics(0.8, 0.0, 0.05, 0.05)),
     }
     taken: dict[str, list[float]] = {name: [] for name in jobs}

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from calibration.dictionaries import dictionary
+from calibration.dictionaries import opencv_dictionary
 
 Find = Callable[[NDArray[np.uint8]], dict[int, NDArray[np.float64]]]
 
@@ -22,7 +22,7 @@ def searching(name: str, refinement: str) -> Find:
     """A function from a whole grey picture to corners (4, 2), px, by id, for a dictionary and one of REFINEMENTS."""
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = REFINEMENTS[refinement]
-    detector = cv2.aruco.ArucoDetector(dictionary(name), parameters)
+    detector = cv2.aruco.ArucoDetector(opencv_dictionary(name), parameters)
 
     def find(grey: NDArray[np.uint8]) -> dict[int, NDArray[np.float64]]:
         corners, ids, _ = detector.detectMarkers(np.ascontiguousarray(grey))

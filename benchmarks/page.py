@@ -6,56 +6,60 @@ from typing import Any
 
 from markupsafe import Markup
 
-from benchmarks.run import Ended
+from benchmarks.run import TopicOutcome
 from benchmarks.summary import HEAD, claims
 from benchmarks.table import Named
 from benchmarks.topic import table_of
+from xneck.report.number_text import number_text
 from xneck.report.template import render
-from xneck.report.wording import listed, number
+from xneck.report.words import join_words
 from xneck_foundation.whole_file import write_text
 
 _NONE = "–"
 TEMPLATE = Path(__file__).with_name("benchmarks.html.jinja")
 
 
-def write_page(ended: Sequence[Ended], wanting: Sequence[str], command: str, path: Path) -> None:
-    """The page, whole or not at all. `wanting`: topics that have not been run."""
-    write_text(path, page(ended, wanting, command))
+def write_page(outcomes: Sequence[TopicOutcome], not_run: Sequence[str], command: str, path: Path) -> None:
+    """The page, whole or not at all. `not_run`: topics that have not been run."""
+    write_text(path, page(outcomes, not_run, command))
 
 
-def page(ended: Sequence[Ended], wanting: Sequence[str], command: str) -> str:
+def page(outcomes: Sequence[TopicOutcome], not_run: Sequence[str], command: str) -> str:
     """The HTML."""
-    done = [(one.name, one.record, table_of(one.record)) for one in ended if one.record]
-    failed = [one for one in ended if one.failure]
+    measured = [(outcome.name, outcome.record, table_of(outcome.record)) for outcome in outcomes if outcome.record]
+    failed = [outcome for outcome in outcomes if outcome.failure]
     return render(
         TEMPLATE,
-        sentence=sentence(len(done), [one.name for one in failed], wanting),
+        sentence=sentence(len(measured), [outcome.name for outcome in failed], not_run),
         head=HEAD,
         rows=[
             (
-                _to(name, claim.what),
+                _link(name, claim.what),
                 _figure(claim.ours),
-                _named(claim.peer),
+                _named_figure(claim.peer),
                 _figure(claim.ratio),
-                _named(claim.limit),
+                _named_figure(claim.limit),
                 _label(claim.on),
             )
-            for name, claim in claims(ended)
+            for name, claim in claims(outcomes)
         ]
-        + [(_to(one.name, one.name), "failed", _NONE, _NONE, _NONE, _label(one.failure or "")) for one in failed],
-        topics=[(name, record, table, _cells(table.rows)) for name, record, table in done],
+        + [
+            (_link(outcome.name, outcome.name), "failed", _NONE, _NONE, _NONE, _label(outcome.failure or ""))
+            for outcome in failed
+        ],
+        topics=[(name, record, table, _cells(table.rows)) for name, record, table in measured],
         failed=failed,
-        machine=_machine([record for _, record, _ in done]),
+        machine=_machine([record for _, record, _ in measured]),
         command=command,
-        number=number,
+        number=number_text,
     )
 
 
-def sentence(done: int, failed: Sequence[str], wanting: Sequence[str]) -> str:
+def sentence(measured: int, failed: Sequence[str], not_run: Sequence[str]) -> str:
     """How many topics there are, and which are missing."""
-    words = f"{done} topic{'s' * (done != 1)} measured"
-    words += f"; {listed(failed)} failed" if failed else ""
-    return words + (f"; not run: {listed(wanting)}" if wanting else "")
+    words = f"{measured} topic{'s' * (measured != 1)} measured"
+    words += f"; {join_words(failed)} failed" if failed else ""
+    return words + (f"; not run: {join_words(not_run)}" if not_run else "")
 
 
 def _machine(records: Sequence[dict[str, Any]]) -> list[tuple[str, str]]:
@@ -76,14 +80,14 @@ def _cells(rows: Sequence[tuple[str, Sequence[float | None]]]) -> list[tuple[str
 
 
 def _figure(value: float | None) -> str:
-    return _NONE if value is None else number(value)
+    return _NONE if value is None else number_text(value)
 
 
-def _named(other: Named | None) -> str | Markup:
+def _named_figure(other: Named | None) -> str | Markup:
     return _NONE if other is None else Markup("{}<small>{}</small>").format(_figure(other[1]), other[0])
 
 
-def _to(topic: str, words: str) -> Markup:
+def _link(topic: str, words: str) -> Markup:
     return _label(Markup('<a href="#{}">{}</a>').format(topic, words))
 
 

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from benchmarks.apriltag import FAMILIES, apriltags
 from benchmarks.opencv import REFINEMENTS, searching
 from benchmarks.table import Claim, Table
-from calibration.dictionaries import dictionary, marker_cells
+from calibration.dictionaries import marker_cells, opencv_dictionary
 from mechanism.description import BarMarker, Markers
-from vision.markers.detection import Finder
-from vision.markers.photometric import Start, fit_markers
-from vision.markers.planar_motion import in_plane_angle
+from vision.markers.detection import MarkerDetector
+from vision.markers.photometric import MarkerStart, fit_markers
+from benchmarks.marker_angle import in_plane_angle
 from vision.markers.template import Optics
-from vision.markers.tracking import Manner, Tracker
-from vision.video import Frame, frames
+from vision.markers.tracking import MarkerTracker, TrackingOptions
+from vision.video import Frame, read_frames
 
 Array = NDArray[np.float64]
 Grey = NDArray[np.uint8]
@@ -106,7 +106,7 @@ def _stills() -> list[tuple[str, Figures]]:
 
 def _video(name: str, family: str, ids: list[int], layouts: dict[str, Corners]) -> list[tuple[str, Figures]]:
     """Ours as it follows a recording, the others picture by picture."""
-    shown = list(frames(SURGERY / name))
+    shown = list(read_frames(SURGERY / name))
     ways = [_followed(family, ids, shown, template) for template in (False, True)]
     for refinement in REFINEMENTS:
         find = searching(family, refinement)
@@ -126,28 +126,28 @@ def _video(name: str, family: str, ids: list[int], layouts: dict[str, Corners]) 
 
 def _all_in_picture(family: str, count: int) -> list[Callable[[Grey], list[Array]] | None]:
     """Corners of all markers of a picture, by each method; None where it does not know the dictionary."""
-    finder = Finder(Markers(dictionary=family, size=0.02, on_bars=tuple(BarMarker(id=i, bar=0) for i in range(count))))
+    detector = MarkerDetector(Markers(dictionary=family, size=0.02, on_bars=tuple(BarMarker(id=i, bar=0) for i in range(count))))
 
     def template(grey: Grey) -> list[Array]:
         rest = np.zeros((4, 2))
-        starts = [Start(c, marker_cells(family, i), rest) for i, c in finder.detections(grey)]
+        starts = [MarkerStart(c, marker_cells(family, i), rest) for i, c in detector.detect_all(grey)]
         return [fit.corners for fit in fit_markers(grey, starts, Optics())]
 
     def opencv(refinement: str) -> Callable[[Grey], list[Array]]:
         parameters = cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = REFINEMENTS[refinement]
-        detector = cv2.aruco.ArucoDetector(dictionary(family), parameters)
+        detector = cv2.aruco.ArucoDetector(opencv_dictionary(family), parameters)
         return lambda grey: [np.asarray(c, dtype=float).reshape(4, 2) for c in detector.detectMarkers(grey)[0]]
 
-    ours = [lambda grey: [c for _, c in finder.detections(grey)], template]
+    ours = [lambda grey: [c for _, c in detector.detect_all(grey)], template]
     return [*ours, *(opencv(name) for name in REFINEMENTS), _apriltags(family)]
 
 
 def _followed(family: str, ids: list[int], shown: list[Frame], template: bool) -> list[Corners]:
     """As a recording of markers on a bar."""
     on_bars = tuple(BarMarker(id=i, bar=0) for i in ids)
-    tracker = Tracker(Markers(dictionary=family, size=0.02, on_bars=on_bars), Manner(template))
-    seen = [tracker.see(frame).corners for frame in shown]
+    tracker = MarkerTracker(Markers(dictionary=family, size=0.02, on_bars=on_bars), TrackingOptions(template))
+    seen = [tracker.track(frame).corners for frame in shown]
     return [{i: c for i, c in zip(ids, one, strict=True) if np.isfinite(c).all()} for one in seen]
 
 

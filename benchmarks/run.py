@@ -11,49 +11,49 @@ from benchmarks.topic import read_record
 
 
 @dataclass(frozen=True)
-class Ended:
+class TopicOutcome:
     """A topic with its record, or with the line that says why there is none."""
 
     name: str
     record: dict[str, Any] | None
     failure: str | None = None
-    before: bool = False
+    measured_before: bool = False
     """whether the record is that of an earlier run"""
 
 
-def run(topics: Mapping[str, str], folder: Path, again: bool = False) -> Iterator[Ended]:
+def run(topics: Mapping[str, str], folder: Path, again: bool = False) -> Iterator[TopicOutcome]:
     """Each topic (name -> module) as it ends. `again`: also those of which `folder` holds a record that is still true."""
     (folder / "topics").mkdir(parents=True, exist_ok=True)
     for name, module in topics.items():
-        kept = None if again else read_record(_file(folder, name))
-        yield Ended(name, kept, before=True) if kept else _measured(name, module, folder)
+        record = None if again else read_record(_file(folder, name))
+        yield TopicOutcome(name, record, measured_before=True) if record else _measured(name, module, folder)
 
 
-def kept(topics: Mapping[str, str], folder: Path) -> dict[str, Ended]:
+def still_valid(topics: Mapping[str, str], folder: Path) -> dict[str, TopicOutcome]:
     """Topics of which `folder` holds a record that is still true."""
-    found = {name: read_record(_file(folder, name)) for name in topics}
-    return {name: Ended(name, record, before=True) for name, record in found.items() if record}
+    records = {name: read_record(_file(folder, name)) for name in topics}
+    return {name: TopicOutcome(name, record, measured_before=True) for name, record in records.items() if record}
 
 
-def _measured(name: str, module: str, folder: Path) -> Ended:
+def _measured(name: str, module: str, folder: Path) -> TopicOutcome:
     file = _file(folder, name).resolve()
     file.unlink(missing_ok=True)
     call = [sys.executable, "-m", "benchmarks.topic", module, str(file)]
-    done = subprocess.run(call, stderr=subprocess.PIPE, text=True, errors="replace", cwd=Path(__file__).parents[1])
+    process = subprocess.run(call, stderr=subprocess.PIPE, text=True, errors="replace", cwd=Path(__file__).parents[1])
     record = read_record(file)
     if record:
-        return Ended(name, record)
-    sys.stderr.write(done.stderr)
-    return Ended(name, None, _why(done.returncode, done.stderr))
+        return TopicOutcome(name, record)
+    sys.stderr.write(process.stderr)
+    return TopicOutcome(name, None, _failure(process.returncode, process.stderr))
 
 
-def _why(status: int, said: str) -> str:
-    """A line: the last that the process said, unless it was cut short or said nothing was wrong."""
+def _failure(status: int, errors: str) -> str:
+    """One line: the last that the process wrote to standard error, unless a signal ended it or it ended well."""
     if status < 0:
         return f"ended by signal {-status}"
     if status == 0:
         return "sources changed while it was measured; run it again"
-    return ([f"status {status}"] + [line for line in said.splitlines() if line.strip()])[-1]
+    return ([f"status {status}"] + [line for line in errors.splitlines() if line.strip()])[-1]
 
 
 def _file(folder: Path, name: str) -> Path:

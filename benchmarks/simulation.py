@@ -25,7 +25,7 @@ from mechanism.simulation import State, simulate
 from samples.generator import simulation as generator
 from samples.generator.motors import dry_and_viscous, linear_cable, motors_of
 from samples.generator.mujoco_arm import MujocoArm
-from xneck_foundation.strict_yaml import parse
+from xneck_foundation.strict_yaml import parse_yaml
 
 NECK = Path(__file__).parents[1] / "samples/recording/neck.yaml"
 ROWS = 151
@@ -102,7 +102,7 @@ def _per_second(table: Table, row: str) -> float:
 
 def _mujoco(f: Array, step: float) -> tuple[Array, float]:
     """alpha at the rows, and how many times faster than real time its bodies are."""
-    neck = parse(NECK.read_text(), str(NECK))
+    neck = parse_yaml(NECK.read_text(), str(NECK))
     motors = motors_of(neck, dry_and_viscous(_FS, np.zeros(4)), linear_cable(_K, _CA))
     bodies = MujocoArm(neck, step)
     alpha = generator.simulate(neck, bodies, motors, _Given(f), np.zeros(4), len(f), 0).alpha

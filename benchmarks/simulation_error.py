@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 
 from benchmarks.table import Claim, Table
 from identification.dataset.dataset import DataSet
-from identification.dataset.series import Series, numbered
+from identification.dataset.series import Series, numbered_columns
 from identification.estimates import estimate
 from identification.model_file import model_of
 from identification.simulation.channels import Channel
-from identification.simulation.simulated import Source, simulate_recording
+from identification.simulation.simulated_recording import Source, simulate_recording
 from mechanism.description import read_neck
 from samples.generator.laws import dry_and_viscous, linear
 from samples.generator.mujoco_arm import Load
 from samples.generator.prescribed import World, prescribe
-from samples.worlds.clock_worlds import NECK_FILE, NOISE
+from samples.worlds.clock_worlds import NECK_FILE, NOISE_RAD
 from synchronisation.angles import Angles
 from synchronisation.synchronise import synchronise
-from xneck_foundation.strict_yaml import parse
+from xneck_foundation.strict_yaml import parse_yaml
 
 SEEDS = 5
 SECONDS = 60.0
@@ -37,12 +37,12 @@ def recorded(seed: int, motion: int, load: Load | None = None, seconds: float = 
     """The arm of a seed in one of its motions."""
     rng = np.random.default_rng([seed, 1])
     k, fs, ca = _K * rng.uniform(0.7, 1.3, 4), rng.uniform(10, 20, 4), rng.uniform(20, 120, 4)
-    real = parse(NECK_FILE.read_text(), str(NECK_FILE))
+    real = parse_yaml(NECK_FILE.read_text(), str(NECK_FILE))
     world = World(real, linear(k, ca), dry_and_viscous(fs, np.zeros(4)), load=load or Load())
     p = prescribe(world, seconds, [seed, motion])
-    noise = np.random.default_rng([seed, motion, 9]).normal(0, NOISE, p.frame_alpha.shape)
-    angles = Angles(p.frame_times, p.frame_alpha + noise, np.full(p.frame_alpha.shape, NOISE))
-    log = Series(p.log_time, numbered("theta", p.counted) | numbered("f", p.f))
+    noise = np.random.default_rng([seed, motion, 9]).normal(0, NOISE_RAD, p.frame_alpha.shape)
+    angles = Angles(p.frame_times, p.frame_alpha + noise, np.full(p.frame_alpha.shape, NOISE_RAD))
+    log = Series(p.log_time, numbered_columns("theta", p.counted) | numbered_columns("f", p.f))
     return synchronise(read_neck(NECK_FILE), "", angles, log, {})
 
 

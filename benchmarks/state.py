@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from benchmarks.table import Claim, Table
 from identification.dataset.frames import FrameAngles
-from identification.dataset.series import Series, numbered
+from identification.dataset.series import Series, numbered_columns
 from identification.fasquelle.series import fasquelle_series
 from mechanism.arm import Arm, arm_of
 from mechanism.description import read_neck
@@ -23,8 +23,8 @@ from samples.generator.laws import cubic, damped, dry_and_viscous, linear, with_
 from samples.generator.prescribed import Prescribed, World, prescribe
 from state_estimation.motors import motors_of
 from state_estimation.state import StateEstimate, estimate_state
-from synchronisation.encoder_log import uniform
-from xneck_foundation.strict_yaml import parse
+from synchronisation.encoder_log import uniformly_sampled
+from xneck_foundation.strict_yaml import parse_yaml
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ _CA = np.full(4, 60.0)
 
 
 def _worlds() -> dict[str, World]:
-    neck = parse(NECK.read_text(), str(NECK))
+    neck = parse_yaml(NECK.read_text(), str(NECK))
     stiffening = damped(cubic(0.7 * _K, 0.7 * _K * 2e4), 6 * _K, _CA)
     return {
         "linear": World(neck, stretch=linear(_K, np.zeros(4))),
@@ -120,7 +120,7 @@ def _honesty(nees: list[Array]) -> tuple[float, ...]:
 def _one(arm: Arm, counts: Array, made: Prescribed, seed: int, fuse: bool, gaps: bool) -> _Run:
     noise = np.random.default_rng([seed, 1]).normal(0, NOISE, made.frame_alpha.shape)
     frames, alpha = made.clocks.log_time(made.frame_times), made.frame_alpha + noise
-    log = uniform(Series(made.log_time, numbered("theta", made.counted) | numbered("f", made.f)))
+    log = uniformly_sampled(Series(made.log_time, numbered_columns("theta", made.counted) | numbered_columns("f", made.f)))
     inside = (log.time > frames[0] + EDGE) & (log.time < frames[-1] - EDGE)
     seen = FrameAngles(frames, alpha, np.full(alpha.shape, NOISE), np.zeros(alpha.shape))
     if gaps:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
-from benchmarks.run import Ended
+from benchmarks.run import TopicOutcome
 from benchmarks.table import Claim, Named
 from benchmarks.topic import table_of
 
@@ -11,33 +11,38 @@ HEAD = ("what (less is better)", "ours", "peer", "ratio", "limit", "on")
 _NONE = "-"
 
 
-def claims(ended: Iterable[Ended]) -> list[tuple[str, Claim]]:
+def claims(outcomes: Iterable[TopicOutcome]) -> list[tuple[str, Claim]]:
     """Name of the topic, and claim."""
-    return [(one.name, claim) for one in ended if one.record for claim in table_of(one.record).claims]
+    return [
+        (outcome.name, claim) for outcome in outcomes if outcome.record for claim in table_of(outcome.record).claims
+    ]
 
 
-def as_json(ended: Iterable[Ended]) -> dict[str, Any]:
+def as_json(outcomes: Iterable[TopicOutcome]) -> dict[str, Any]:
     """Summary, records of the topics by name, and what failed by name."""
-    every = list(ended)
+    every = list(outcomes)
     return {
         "summary": [
-            {"topic": one.name} | claim for one in every if one.record for claim in one.record["table"]["claims"]
+            {"topic": outcome.name} | claim
+            for outcome in every
+            if outcome.record
+            for claim in outcome.record["table"]["claims"]
         ],
-        "failed": {one.name: one.failure for one in every if one.failure},
-        "topics": {one.name: one.record for one in every if one.record},
+        "failed": {outcome.name: outcome.failure for outcome in every if outcome.failure},
+        "topics": {outcome.name: outcome.record for outcome in every if outcome.record},
     }
 
 
-def text(ended: Iterable[Ended]) -> str:
+def text(outcomes: Iterable[TopicOutcome]) -> str:
     """Aligned columns, a row a claim, then a row for each topic that failed."""
-    every = list(ended)
+    every = list(outcomes)
     rows = [
         (f"{name}: {c.what}", figure(c.ours), named(c.peer), figure(c.ratio), named(c.limit), c.on)
         for name, c in claims(every)
     ]
     widths = [max(map(len, column)) for column in zip(HEAD, *rows, strict=True)]
     lines = ["  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in (HEAD, *rows)]
-    return "\n".join([*lines, *(f"{one.name}: FAILED, {one.failure}" for one in every if one.failure)])
+    return "\n".join([*lines, *(f"{outcome.name}: FAILED, {outcome.failure}" for outcome in every if outcome.failure)])
 
 
 def figure(value: float | None) -> str:

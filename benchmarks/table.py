@@ -73,9 +73,14 @@ def from_json(record: Mapping[str, Any]) -> Table:
         record["title"],
         columns,
         tuple((row["what"], tuple(row[name] for name in columns)) for row in record["rows"]),
-        tuple(Claim(c["what"], c["on"], c["ours"], _named(c["peer"]), _named(c["limit"])) for c in record["claims"]),
+        tuple(claim_from_json(claim) for claim in record["claims"]),
         tuple(record["notes"]),
     )
+
+
+def claim_from_json(record: Mapping[str, Any]) -> Claim:
+    """The claim of which `record` is the JSON."""
+    return Claim(record["what"], record["on"], record["ours"], _named(record["peer"]), _named(record["limit"]))
 
 
 def _named(pair: list[Any] | None) -> Named | None:

@@ -19,9 +19,9 @@ from typing import Any
 
 from benchmarks.machine import commit, machine
 from benchmarks.table import Table, from_json
-from xneck_foundation.json_text import as_json
+from xneck_foundation.json_text import json_text
 from xneck_foundation.provenance import sha256
-from xneck_foundation.source_digest import digest
+from xneck_foundation.source_digest import source_digest
 from xneck_foundation.whole_file import write_text
 
 SAMPLES = Path(__file__).parents[1] / "samples"
@@ -41,7 +41,7 @@ def write_record(module: str, out: Path) -> None:
         "words": [inspect.cleandoc(text) for text in (topic.__doc__, topic.measure.__doc__) if text],
         "table": table.as_json(),
     }
-    write_text(out, as_json(record))
+    write_text(out, json_text(record))
 
 
 def read_record(file: Path) -> dict[str, Any] | None:
@@ -63,7 +63,7 @@ def table_of(record: Mapping[str, Any]) -> Table:
 @cache
 def _makers() -> dict[str, Any]:
     sample = {name: sha256(SAMPLES / name) for name in ("recording/video.mp4", "truth.npz")}
-    return {"source": digest(SAMPLES / "generator"), "sample": sample, "machine": machine()}
+    return {"source": source_digest(SAMPLES / "generator"), "sample": sample, "machine": machine()}
 
 
 def _modules(topic: str) -> list[str]:

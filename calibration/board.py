@@ -12,9 +12,9 @@ import cv2
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
-from calibration.dictionaries import check_dictionary, dictionary
+from calibration.dictionaries import check_dictionary, opencv_dictionary
 from xneck_foundation.errors import one_of
-from xneck_foundation.strict_yaml import Strict, load, validate
+from xneck_foundation.strict_yaml import Strict, load_yaml, validate_document
 
 Count = Annotated[int, Field(ge=3, le=50)]
 Square = Annotated[float, Field(ge=0.001, le=0.5)]  # m
@@ -68,7 +68,7 @@ class Charuco(Strict):
 
     def opencv(self, legacy: bool = False) -> cv2.aruco.CharucoBoard:
         """OpenCV's description; `legacy` is the pattern of OpenCV before 4.6 (differs where rows are even)."""
-        board = cv2.aruco.CharucoBoard((self.columns, self.rows), self.square, self.marker, dictionary(self.dictionary))
+        board = cv2.aruco.CharucoBoard((self.columns, self.rows), self.square, self.marker, opencv_dictionary(self.dictionary))
         board.setLegacyPattern(legacy)
         return board
 
@@ -131,7 +131,7 @@ class AprilGrid(Strict):
     @property
     def window(self) -> tuple[float, float]:
         """How far, in small squares, nothing but them, the tag's border and white lie around a corner."""
-        border = 2 / (dictionary(self.dictionary).markerSize + 4) / self.spacing
+        border = 2 / (opencv_dictionary(self.dictionary).markerSize + 4) / self.spacing
         return min(0.6, 0.9 * border), min(0.6, 0.9 * border)
 
     @cached_property
@@ -168,11 +168,11 @@ _KINDS: dict[str, type[Board]] = {"charuco": Charuco, "chessboard": Chessboard, 
 
 def read_board(path: str | Path) -> Board:
     """board.yaml as a board. Raises Refused with every fault of the file and its key's path."""
-    document = load(path)
+    document = load_yaml(path)
     kind = document.get("kind") if isinstance(document, dict) else None
     if kind is not None:
         one_of(path, str(kind), sorted(_KINDS), "kind of board")
-    return validate(document, _KINDS.get(str(kind), Charuco), path)
+    return validate_document(document, _KINDS.get(str(kind), Charuco), path)
 
 
 def _grid(columns: int, rows: int, square: float) -> np.ndarray:

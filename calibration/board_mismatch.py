@@ -6,14 +6,14 @@ import cv2
 import numpy as np
 
 from calibration.board import AprilGrid, Board, Charuco, Chessboard
-from calibration.dictionaries import dictionary, dictionary_names, dictionary_size
+from calibration.dictionaries import dictionary_names, dictionary_size, opencv_dictionary
 from calibration.pictures import Picture
 
 _MIN_MARKERS = 4
 _MOST_COLUMNS = 30
 
 
-def seen_instead(board: Board, pictures: Sequence[Picture]) -> str | None:
+def describe_mismatch(board: Board, pictures: Sequence[Picture]) -> str | None:
     """In words what `pictures`, which do not show `board`, show instead; None where that cannot be told."""
     if isinstance(board, Chessboard):
         name, ids, _ = _most_markers(pictures, 1)
@@ -47,7 +47,7 @@ def _most_markers(
     names = sorted(dictionary_names() if only is None else [only], key=dictionary_size)
 
     def quads(picture: Picture) -> int:
-        corners, _, rejected = cv2.aruco.ArucoDetector(dictionary(names[0]), parameters).detectMarkers(picture.grey)
+        corners, _, rejected = cv2.aruco.ArucoDetector(opencv_dictionary(names[0]), parameters).detectMarkers(picture.grey)
         return len(corners) + len(rejected)
 
     # large dictionaries take their time: one picture will do
@@ -56,7 +56,7 @@ def _most_markers(
         for name in names:
             if len(best[1]) >= _MIN_MARKERS and name.rsplit("_", 1)[0] != best[0].rsplit("_", 1)[0]:
                 continue  # the others read what is no marker of theirs
-            corners, ids, _ = cv2.aruco.ArucoDetector(dictionary(name), parameters).detectMarkers(shown)
+            corners, ids, _ = cv2.aruco.ArucoDetector(opencv_dictionary(name), parameters).detectMarkers(shown)
             if ids is not None and len(ids) > len(best[1]):
                 best = name, np.array(ids, int).ravel(), np.array(corners, float).reshape(-1, 4, 2).mean(axis=1)
         if len(best[1]) >= _MIN_MARKERS:

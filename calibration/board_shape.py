@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-NAMES = ("bow_x", "bow_y", "aspect")
-NUMBER_SIGMA = (np.inf, np.inf, 0.003)
+SHAPE_NAMES = ("bow_x", "bow_y", "aspect")
+SHAPE_SIGMA = (np.inf, np.inf, 0.003)
 """what is believed of NAMES beforehand: printers stretch by a few parts in a thousand, and where boards are seldom turned
 about the line of sight the aspect looks like that of the focal lengths"""
 OFFSET_SIGMA = (0.002, 0.002, 0.005)
@@ -27,13 +27,13 @@ class ShapeModel:
     offsets: bool = False  # a free offset for each corner
 
 
-MODELS = {
+SHAPE_MODELS = {
     model.name: model
     for model in (
         ShapeModel("rigid"),
         ShapeModel("aspect", ("aspect",)),
         ShapeModel("bowed", ("bow_x", "bow_y")),
-        ShapeModel("bowed, aspect", NAMES),
+        ShapeModel("bowed, aspect", SHAPE_NAMES),
         ShapeModel("free", (), True),
     )
 }
@@ -67,12 +67,12 @@ class BoardShape:
         return np.linalg.lstsq(shapes, (self.points - self.nominal)[:, 2], rcond=None)[0]
 
 
-def flat(ids: np.ndarray, nominal: np.ndarray) -> BoardShape:
+def flat_board(ids: np.ndarray, nominal: np.ndarray) -> BoardShape:
     """A board as it was meant."""
-    return BoardShape(MODELS["rigid"], ids, nominal, modes(nominal), np.zeros(3), np.zeros_like(nominal))
+    return BoardShape(SHAPE_MODELS["rigid"], ids, nominal, shape_modes(nominal), np.zeros(3), np.zeros_like(nominal))
 
 
-def modes(nominal: np.ndarray) -> np.ndarray:
+def shape_modes(nominal: np.ndarray) -> np.ndarray:
     """What each of NAMES at 1 moves, shape (3, c, 3); the bows without what a pose could do."""
     low, high = nominal[:, :2].min(axis=0), nominal[:, :2].max(axis=0)
     unit = (2 * nominal[:, :2] - low - high) / np.maximum(high - low, 1e-12)

@@ -42,7 +42,7 @@ class Camera:
 
         NaN where the lens model has no inverse, far outside the calibrated picture.
         """
-        return lens.undistort(pixels, self.parameters)
+        return lens.pixels_to_rays(pixels, self.parameters)
 
     def undistort(self, pixels: np.ndarray) -> np.ndarray:
         """Pixels, shape (n, 2), to where the same camera without distortion would see them, (n, 2), px."""
@@ -55,7 +55,7 @@ class Camera:
         """
         seen = Rotation.from_rotvec(np.ravel(rvec)).apply(np.reshape(points, (-1, 3))) + np.ravel(tvec)
         depth = np.where(seen[:, 2] > 0, seen[:, 2], np.nan)
-        return lens.distort(seen[:, :2] / depth[:, None], self.parameters)
+        return lens.rays_to_pixels(seen[:, :2] / depth[:, None], self.parameters)
 
 
 def camera_from(parameters: np.ndarray, size: tuple[int, int], **more: Any) -> Camera:

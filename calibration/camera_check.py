@@ -18,13 +18,13 @@ import numpy as np
 from scipy.stats import f as fisher
 
 from calibration import lens
-from calibration.bundle import DEFAULT_FREE, BundleFit, fit
+from calibration.board_poses import BoardPoses
+from calibration.bundle_adjustment import DEFAULT_FREE_PARAMETERS, BundleFit, fit_bundle
 from calibration.camera import Camera, camera_from
-from calibration.corners import BoardView
-from calibration.poses import Poses
-from calibration.projection import by_rotation, information
-from calibration.sightings import sightings
-from calibration.views import LeftOut, Observations
+from calibration.corner_detection import BoardView
+from calibration.observations import LeftOut, Observations
+from calibration.projection_uncertainty import board_information, rays_by_rotation
+from calibration.stacked_views import stack_views
 from xneck_foundation.errors import Refused
 
 MIN_VIEWS = 3
@@ -38,7 +38,7 @@ _KINDS = ("focal length", "principal point", "aspect", "distortion")
 
 
 @dataclass(frozen=True)
-class Holds:
+class CameraCheck:
     """Whether a camera explains new pictures, and what changed where it does not."""
 
     verdict: Literal["holds", "does not hold", "cannot tell"]
@@ -64,8 +64,8 @@ class Holds:
             "rms_refitted_px": self.rms_refitted_px,
             "rms_calibration_px": self.rms_then_px,
             "probability_if_unchanged": self.significance,
-            "change": dict(zip(lens.NAMES, self.change.tolist(), strict=True)),
-            "change_sigma": dict(zip(lens.NAMES, self.change_sigma.tolist(), strict=True)),
+            "change": dict(zip(lens.PARAMETER_NAMES, self.change.tolist(), strict=True)),
+            "change_sigma": dict(zip(lens.PARAMETER_NAMES, self.change_sigma.tolist(), strict=True)),
             "change_px": self.change_px,
             "change_ray_rad": self.change_ray,
             "pictures": [{"file": name, "used": True, "why": ""} for name in self.used]
@@ -74,7 +74,7 @@ class Holds:
         }
 
 
-def check_camera(camera: Camera, observations: Observations) -> Holds:
+def check_camera(camera: Camera, observations: Observations) -> CameraCheck:
     """Does `camera` explain what was observed? Raises Refused for corners that are not finite.
 
     The rate of false alarms is 0.1 % where both uncertainties are honest.
@@ -87,17 +87,17 @@ def check_camera(camera: Camera, observations: Observations) -> Holds:
         return _without_fit(camera, "cannot tell", f"too few pictures: {why}", views, left_out)
     free = _free(camera)
     try:
-        refitted = fit(sightings(views), camera.parameters, poses, free)
+        refitted = fit_bundle(stack_views(views), camera.parameters, poses, free)
         while (out := _disagreeing(refitted)) is not None and len(views) > max(
             MIN_VIEWS, 2 * len(observations.views) // 3
         ):
             left_out.append(LeftOut(views[out].name, f"disagrees with the others: {refitted.rms_views[out]:.2f} px"))
             views, poses = [*views[:out], *views[out + 1 :]], poses.of(np.delete(np.arange(len(views)), out))
-            refitted = fit(sightings(views), camera.parameters, poses, free)
+            refitted = fit_bundle(stack_views(views), camera.parameters, poses, free)
         if not refitted.rms < _NO_BOARD * float(np.hypot(*camera.size)):
             why = f"no camera explains these corners ({refitted.rms:.1f} px): is it the board of board.yaml, and flat?"
             return _without_fit(camera, "cannot tell", why, views, left_out)
-        fixed = fit(sightings(views), camera.parameters, poses, ())
+        fixed = fit_bundle(stack_views(views), camera.parameters, poses, ())
         old = np.zeros((9, 9)) if camera.covariance is None else camera.covariance
         # from the camera as it was a single linear step: where the pictures tell little, an iterated one runs away
         comparison = _compare(camera, old, views, fixed, free)
@@ -138,15 +138,15 @@ def check_camera(camera: Camera, observations: Observations) -> Holds:
             f"length changed by more than {300 * focal_sigma:.2g} % would have been seen"
         )
     whole_change, whole_sigma = np.zeros(9), np.zeros(9)
-    columns = [lens.NAMES.index(name) for name in free]
+    columns = [lens.PARAMETER_NAMES.index(name) for name in free]
     whole_change[columns], whole_sigma[columns] = comparison.change, np.sqrt(np.diag(np.linalg.inv(comparison.weight)))
-    return Holds(
+    return CameraCheck(
         verdict, why, fixed.rms, refitted.rms, then, significance, whole_change, whole_sigma, px, ray,
         tuple(view.name for view in views), tuple(left_out), (*observations.notes, *notes),
     )  # fmt: skip
 
 
-def _other_size(camera: Camera, observations: Observations) -> Holds:
+def _other_size(camera: Camera, observations: Observations) -> CameraCheck:
     (w, h), (width, height) = observations.image_size, camera.size
     why = f"the pictures are {w} x {h} px, the camera was calibrated at {width} x {height}"
     if (w, h) == (height, width):
@@ -162,24 +162,24 @@ def _without_fit(
     why: str,
     views: Sequence[BoardView],
     left_out: Sequence[LeftOut],
-) -> Holds:
+) -> CameraCheck:
     then = camera.info.get("rms_px")
     then = float(then) if isinstance(then, int | float) else None
     names = tuple(view.name for view in views)
     zero = np.zeros(9)
-    return Holds(verdict, why, None, None, then, None, zero, zero, None, None, names, tuple(left_out), ())
+    return CameraCheck(verdict, why, None, None, then, None, zero, zero, None, None, names, tuple(left_out), ())
 
 
 def _free(camera: Camera) -> tuple[str, ...]:
     """Those that the calibration estimated; without a covariance the usual ones and k3 where it is not zero."""
     if camera.covariance is not None and np.any(camera.covariance):
         return tuple(
-            name for name, variance in zip(lens.NAMES, np.diag(camera.covariance), strict=True) if variance > 0
+            name for name, variance in zip(lens.PARAMETER_NAMES, np.diag(camera.covariance), strict=True) if variance > 0
         )
-    return (*DEFAULT_FREE, "k3") if camera.distortion[4] else DEFAULT_FREE
+    return (*DEFAULT_FREE_PARAMETERS, "k3") if camera.distortion[4] else DEFAULT_FREE_PARAMETERS
 
 
-def _posed(camera: Camera, observations: Observations) -> tuple[list[BoardView], Poses, list[LeftOut]]:
+def _posed(camera: Camera, observations: Observations) -> tuple[list[BoardView], BoardPoses, list[LeftOut]]:
     """Views with a first pose each, from the rays of the camera as it was."""
     views, R, t = [], [], []
     left_out = list(observations.left_out)
@@ -197,7 +197,7 @@ def _posed(camera: Camera, observations: Observations) -> tuple[list[BoardView],
         views.append(view)
         R.append(cv2.Rodrigues(rvec)[0])
         t.append(tvec.ravel())
-    return views, Poses(np.array(R).reshape(-1, 3, 3), np.array(t).reshape(-1, 3)), left_out
+    return views, BoardPoses(np.array(R).reshape(-1, 3, 3), np.array(t).reshape(-1, 3)), left_out
 
 
 def _disagreeing(refitted: BundleFit) -> int | None:
@@ -217,17 +217,17 @@ def _compare(
     s2 sum tr(S^-1 S_i - (S^-1 S_i)^2); errors that a view's corners have in common make it larger, and widen the
     covariance s2 S^-1 by the same factor (never below 1).
     """
-    columns = np.array([lens.NAMES.index(name) for name in free])
+    columns = np.array([lens.PARAMETER_NAMES.index(name) for name in free])
     at = np.ix_(columns, columns)
     here = camera_from(found.parameters, camera.size)
     normals, gradients, squares, count = [], [], 0.0, 0
     for view, R, t in zip(views, found.poses.R, found.poses.t, strict=True):
         points = view.object_points @ R.T + t
         rays = points[:, :2] / points[:, 2:]
-        left = (lens.distort(rays, found.parameters) - view.image_points).ravel()
+        left = (lens.rays_to_pixels(rays, found.parameters) - view.image_points).ravel()
         # the pose is at its optimum: the residuals are already free of what it absorbs
         A = lens.parameter_jacobian(rays, found.parameters).reshape(-1, 9)
-        normals.append(information(here, points)[at])
+        normals.append(board_information(here, points)[at])
         gradients.append((A.T @ left)[columns])
         squares, count = squares + float(left @ left), count + len(left)
     scale = np.sqrt(np.diag(sum(normals)))  # k and f differ by orders of magnitude
@@ -255,8 +255,8 @@ def _apart(camera: Camera, parameters: np.ndarray) -> tuple[float, float]:
     u, v = (np.linspace(0, side - 1, count) for side, count in zip(camera.size, (16, 12), strict=True))
     rays = camera.rays(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
     rays = rays[np.all(np.isfinite(rays), axis=1)]
-    B = (lens.ray_jacobian(rays, camera.parameters) @ by_rotation(rays)).reshape(-1, 3)
-    moved = (lens.distort(rays, parameters) - lens.distort(rays, camera.parameters)).ravel()
+    B = (lens.ray_jacobian(rays, camera.parameters) @ rays_by_rotation(rays)).reshape(-1, 3)
+    moved = (lens.rays_to_pixels(rays, parameters) - lens.rays_to_pixels(rays, camera.parameters)).ravel()
     left = moved - B @ np.linalg.lstsq(B, moved, rcond=None)[0]
     px = float(np.sqrt(np.mean(left**2) * 2))
     return px, px / float(np.mean(camera.parameters[:2]))
@@ -274,7 +274,7 @@ class _Comparison:
 
     def directions(self, kinds: Sequence[str]) -> np.ndarray:
         """Columns that span the changes of these kinds, shape (m, r)."""
-        p = dict(zip(lens.NAMES, self.camera.parameters.tolist(), strict=True))
+        p = dict(zip(lens.PARAMETER_NAMES, self.camera.parameters.tolist(), strict=True))
         columns: list[dict[str, float]] = []
         if "focal length" in kinds:
             columns.append({"fx": p["fx"], "fy": p["fy"]})
@@ -321,7 +321,7 @@ def _what_changed(camera: Camera, comparison: _Comparison) -> tuple[str, float, 
     """In words, and how far directions differ by it, px and rad."""
     kinds = comparison.named()
     change = np.zeros(9)
-    change[[lens.NAMES.index(name) for name in comparison.free]] = comparison.alone(kinds)[0]
+    change[[lens.PARAMETER_NAMES.index(name) for name in comparison.free]] = comparison.alone(kinds)[0]
     percent = 100 * change[:2] / camera.parameters[:2]
     words = []
     if "aspect" in kinds:

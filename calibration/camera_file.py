@@ -4,10 +4,10 @@ from pathlib import Path
 from typing import Literal
 
 from calibration.camera import Camera
-from calibration.camera_info import from_camera_info, write_camera
 from calibration.kalibr_file import from_kalibr, is_kalibr, kalibr_text
 from calibration.opencv_file import from_opencv, is_opencv, opencv_text
-from xneck_foundation.strict_yaml import parse, read_text
+from calibration.ros_file import from_ros, write_camera
+from xneck_foundation.strict_yaml import parse_yaml, read_text
 from xneck_foundation.whole_file import write_text
 
 __all__ = ["FORMATS", "export_camera", "read_camera", "write_camera"]
@@ -24,8 +24,8 @@ def read_camera(path: str | Path) -> Camera:
     text = read_text(Path(path))
     if is_opencv(text):
         return from_opencv(text, path)
-    document = parse(text, path)
-    return from_kalibr(document, path) if is_kalibr(document) else from_camera_info(document, path)
+    document = parse_yaml(text, path)
+    return from_kalibr(document, path) if is_kalibr(document) else from_ros(document, path)
 
 
 def export_camera(camera: Camera, out: Path, kind: Literal["opencv", "kalibr"]) -> tuple[Path, str]:

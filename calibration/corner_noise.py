@@ -8,13 +8,13 @@ corner).
 import cv2
 import numpy as np
 
-from calibration.sightings import Sightings
+from calibration.stacked_views import StackedViews
 
 _LEAST = 4
 """coordinates left over for each degree of the polynomial that make a view's noise worth anything"""
 
 
-def corner_noise(sightings: Sightings) -> float | None:
+def corner_noise(sightings: StackedViews) -> float | None:
     """Standard deviation of one coordinate, px: the median over views; None where no view has corners enough."""
     found = [
         noise

@@ -11,13 +11,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calibration import lens
+from calibration.board_poses import BoardPoses
 from calibration.camera import Camera
-from calibration.corners import BoardView
+from calibration.corner_detection import BoardView
 from calibration.estimation import Calibration
-from calibration.poses import Poses
-from calibration.projection import by_rotation, information, ninths_of
+from calibration.projection_uncertainty import board_information, picture_ninths, rays_by_rotation
 
-CELLS = (12, 9)
+COVERAGE_CELLS = (12, 9)
 _TILT = np.radians(35.0)  # of advised boards: more foreshortening costs corners, less tells little of the focal length
 _FILLS = (0.35, 0.6, 0.85)  # of the picture's lesser side, spanned by the board's lesser side
 _MARGIN = 0.02  # of the picture left around an advised board
@@ -50,13 +50,13 @@ class NextPicture:
     reduction: float  # of that sigma by this picture, as a share of it
 
 
-def cover(camera: Camera, views: Sequence[BoardView], poses: Poses) -> Coverage:
+def coverage_of(camera: Camera, views: Sequence[BoardView], poses: BoardPoses) -> Coverage:
     """What the views cover."""
     width, height = camera.size
     pixels = np.concatenate([view.image_points for view in views])
-    edges = [np.linspace(-0.5, side - 0.5, cells + 1) for side, cells in ((height, CELLS[1]), (width, CELLS[0]))]
+    edges = [np.linspace(-0.5, side - 0.5, cells + 1) for side, cells in ((height, COVERAGE_CELLS[1]), (width, COVERAGE_CELLS[0]))]
     counts, _, _ = np.histogram2d(pixels[:, 1], pixels[:, 0], bins=edges)
-    missing = tuple(name for name, rows, columns in ninths_of(*CELLS) if not np.any(counts[rows, columns]))
+    missing = tuple(name for name, rows, columns in picture_ninths(*COVERAGE_CELLS) if not np.any(counts[rows, columns]))
     tilts = np.arccos(np.clip(np.abs(poses.R[:, 2, 2]), 0.0, 1.0))
     middles = np.stack([view.object_points.mean(axis=0) for view in views])
     distances = np.einsum("nj,nj->n", poses.R[:, 2], middles) + poses.t[:, 2]
@@ -90,7 +90,7 @@ def next_pictures(calibration: Calibration, count: int = 3) -> tuple[NextPicture
     """
     camera = calibration.camera
     assert camera.covariance is not None
-    free = np.array([lens.NAMES.index(name) for name in calibration.free])
+    free = np.array([lens.PARAMETER_NAMES.index(name) for name in calibration.free])
     at = np.ix_(free, free)
     # corners' noise and the spread between views keep their ratio: the jackknife's factor stays, the information grows
     sigma = calibration.sigma_least_squares[free]
@@ -105,9 +105,9 @@ def next_pictures(calibration: Calibration, count: int = 3) -> tuple[NextPicture
 
     board = np.unique(np.concatenate([view.object_points for view in calibration.views]), axis=0)
     candidates = _candidates(camera, board)
-    worth = [information(camera, board @ R.T + t)[at] * scale / corner_variance for _, _, _, R, t in candidates]
+    worth = [board_information(camera, board @ R.T + t)[at] * scale / corner_variance for _, _, _, R, t in candidates]
     now = sigma_px(known)
-    seen = cover(camera, calibration.views, calibration.poses)
+    seen = coverage_of(camera, calibration.views, calibration.poses)
     out: list[NextPicture] = []
     while len(out) < count and candidates:
         untested = set(seen.missing) & {candidate[0] for candidate in candidates}
@@ -133,7 +133,7 @@ def _feeling(camera: Camera) -> np.ndarray:
     rays = camera.rays(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
     rays = rays[np.all(np.isfinite(rays), axis=1)]
     A = lens.parameter_jacobian(rays, camera.parameters).reshape(-1, 9)
-    B = (lens.ray_jacobian(rays, camera.parameters) @ by_rotation(rays)).reshape(-1, 3)
+    B = (lens.ray_jacobian(rays, camera.parameters) @ rays_by_rotation(rays)).reshape(-1, 3)
     left = A - B @ np.linalg.lstsq(B, A, rcond=None)[0]
     return left.T @ left / len(rays)
 
@@ -144,7 +144,7 @@ def _candidates(camera: Camera, board: np.ndarray) -> list[tuple[str, int, float
     middle, extent = (low + high) / 2, (high - low)[:2]
     picture = np.array(camera.size, float)
     margin = _MARGIN * picture.min()
-    names = [name for name, _, _ in ninths_of(3, 3)]
+    names = [name for name, _, _ in picture_ninths(3, 3)]
     f = float(np.mean(camera.parameters[:2]))
     out = []
     for fill in _FILLS:
@@ -180,8 +180,8 @@ def _rectangle(board: np.ndarray) -> np.ndarray:
 def _project(camera: Camera, points: np.ndarray) -> np.ndarray:
     """Points of the camera frame to pixels, NaN where the lens model has turned back."""
     rays = points[:, :2] / points[:, 2:]
-    pixels = lens.distort(rays, camera.parameters)
-    pixels[(points[:, 2] <= 0) | ~lens.unfolded(rays, camera.parameters)] = np.nan
+    pixels = lens.rays_to_pixels(rays, camera.parameters)
+    pixels[(points[:, 2] <= 0) | ~lens.is_invertible(rays, camera.parameters)] = np.nan
     return pixels
 
 

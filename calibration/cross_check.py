@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from calibration import lens
-from calibration.corners import BoardView
+from calibration.corner_detection import BoardView
 
 _FAR = 1.0
 """sigmas of ours: both saw the same corners, so that noise is common and only the treatment of bad ones differs"""
@@ -27,7 +27,7 @@ class CrossCheck:
         if not flat or abs(self.differences[worst]) <= _FAR:
             return None
         return (
-            f"OpenCV's own calibration disagrees: {lens.NAMES[worst]} {self.parameters[worst]:.5g}, "
+            f"OpenCV's own calibration disagrees: {lens.PARAMETER_NAMES[worst]} {self.parameters[worst]:.5g}, "
             f"{abs(self.differences[worst]):.1f} sigma away"
         )
 
@@ -56,6 +56,6 @@ def cross_check(
     theirs = np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2], *np.ravel(distortion)[:5]])
     if not np.all(np.isfinite(theirs)):
         return None
-    estimated = np.array([name in free for name in lens.NAMES]) & (sigma > 0)
+    estimated = np.array([name in free for name in lens.PARAMETER_NAMES]) & (sigma > 0)
     differences = np.where(estimated, (parameters - theirs) / np.where(estimated, sigma, 1.0), 0.0)
     return CrossCheck(theirs, float(rms), differences)

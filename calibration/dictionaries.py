@@ -28,14 +28,14 @@ def dictionary_names() -> list[str]:
     return sorted(_constants())
 
 
-def dictionary(name: str, where: str = "dictionary") -> cv2.aruco.Dictionary:
+def opencv_dictionary(name: str, where: str = "dictionary") -> cv2.aruco.Dictionary:
     """OpenCV's dictionary of that name; raises Refused with the valid names for an unknown one."""
     return cv2.aruco.getPredefinedDictionary(_constants()[one_of(where, name, dictionary_names(), "dictionary")])
 
 
 def dictionary_size(name: str) -> int:
     """How many markers the dictionary has; their ids are 0 .. size - 1."""
-    return int(dictionary(name).bytesList.shape[0])
+    return int(opencv_dictionary(name).bytesList.shape[0])
 
 
 def check_dictionary(name: str, needed: int) -> str:
@@ -47,7 +47,7 @@ def check_dictionary(name: str, needed: int) -> str:
     return name
 
 
-def is_turned(name: str) -> bool:
+def is_upside_down(name: str) -> bool:
     """Is OpenCV's drawing of these markers turned by 180 degrees against that of those who made them?"""
     return name.startswith("apriltag")
 
@@ -57,7 +57,7 @@ def marker_cells(name: str, marker_id: int, border: int = 1) -> np.ndarray:
 
     Shape (n + 2 border, n + 2 border) for markers of n x n bits.
     """
-    family = dictionary(name)
+    family = opencv_dictionary(name)
     if not 0 <= marker_id < family.bytesList.shape[0]:
         raise Refused(f"marker {marker_id}", f"{name} has the ids 0 to {family.bytesList.shape[0] - 1}")
     return cv2.aruco.generateImageMarker(family, marker_id, family.markerSize + 2 * border, borderBits=border) == 0

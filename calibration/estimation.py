@@ -13,25 +13,33 @@ import cv2
 import numpy as np
 
 from calibration import board_shape, lens
+from calibration.board_poses import BoardPoses
 from calibration.board_shape import BoardShape
-from calibration.bundle import BundleFit, fit, noise_of, predicted, residuals_of, start, without
+from calibration.bundle_adjustment import (
+    BundleFit,
+    fit_bundle,
+    fit_noise,
+    fit_residuals,
+    initial_estimate,
+    leave_out_groups,
+    prediction_distances,
+)
 from calibration.camera import Camera, camera_from
+from calibration.corner_detection import BoardView
 from calibration.corner_noise import corner_noise
-from calibration.corners import BoardView
 from calibration.cross_check import CrossCheck, cross_check
-from calibration.model_choice import Choice, ModelCandidate, choose
-from calibration.poses import Poses
+from calibration.model_selection import ModelCandidate, ModelSelection, select_model
+from calibration.observations import LeftOut, Observations
 from calibration.refusals import (
+    largest_tilt,
     refuse_few,
     refuse_fisheye,
+    refuse_unconverged,
     refuse_undetermined,
     refuse_unexplained,
-    refuse_unsettled,
-    tilt_of,
 )
-from calibration.sightings import Sightings, sightings
-from calibration.view_selection import bad_corners, without_disagreeing, without_repeats
-from calibration.views import LeftOut, Observations
+from calibration.stacked_views import StackedViews, stack_views
+from calibration.view_selection import drop_disagreeing_views, drop_repeated_views, outlier_corner_notes
 from xneck_foundation.errors import Refused
 
 _FULLEST = "k1 k2 p1 p2 k3"
@@ -64,7 +72,7 @@ class Calibration:
     corners: int  # number of corners used
     tilt: float  # largest angle between two boards, rad
     views: tuple[BoardView, ...]  # those used
-    poses: Poses  # of those used
+    poses: BoardPoses  # of those used
     notes: tuple[str, ...]  # what a person should know, in sentences
     candidates: tuple[ModelCandidate, ...]  # lens models and board shapes, simplest first
     lens: str  # the chosen one's, of lens.MODELS
@@ -101,13 +109,13 @@ def calibrate(observations: Observations) -> Calibration:
     for view in observations.views:
         if not (np.all(np.isfinite(view.image_points)) and np.all(np.isfinite(view.object_points))):
             raise Refused(view.name, "corner coordinates that are not finite", "leave the picture out")
-    views, repeats = without_repeats(observations.views, observations.image_size)
+    views, repeats = drop_repeated_views(observations.views, observations.image_size)
     left_out = [*observations.left_out, *repeats]
     refuse_few(len(views), left_out)
-    seen = sightings(views)
+    seen = stack_views(views)
     fitted = _first(seen, observations.image_size)
-    noise = noise_of(fitted)
-    kept, fitted, disagreeing = without_disagreeing(views, seen, fitted, noise)
+    noise = fit_noise(fitted)
+    kept, fitted, disagreeing = drop_disagreeing_views(views, seen, fitted, noise)
     left_out += disagreeing
     refuse_few(len(kept), left_out)
     views, seen = [views[i] for i in kept.tolist()], seen.of(kept)
@@ -115,38 +123,38 @@ def calibrate(observations: Observations) -> Calibration:
     # what is hopeless needs no choice of models
     refuse_unexplained(fitted, None, observations.image_size, disagreeing)
     refuse_undetermined(fitted)
-    choice, fits = choose(seen, fitted, noise_of(fitted))
+    choice, fits = select_model(seen, fitted, fit_noise(fitted))
     full = fits[_FULLEST, choice.chosen.board]
-    about = noise_of(full) if of_corners is None else min(of_corners, noise_of(full))
-    wide = refuse_fisheye(full, seen, residuals_of(full, seen), about)
+    about = fit_noise(full) if of_corners is None else min(of_corners, fit_noise(full))
+    wide = refuse_fisheye(full, seen, fit_residuals(full, seen), about)
     refuse_unexplained(choice.fit, of_corners, observations.image_size, disagreeing)
     refuse_undetermined(choice.fit)
     # the noise about the chosen model, not about the first guess at it, sets the knee of the loss
     one = choice.fit
-    chosen = fit(seen, one.parameters, one.poses, one.free, one.shape, one.shape.model, noise_of(one))
-    refuse_unsettled(chosen)
+    chosen = fit_bundle(seen, one.parameters, one.poses, one.free, one.shape, one.shape.model, fit_noise(one))
+    refuse_unconverged(chosen)
     rivals = np.array([fits[rival.lens, rival.board].parameters for rival in choice.rivals()]).reshape(-1, 9)
     return _result(observations, views, seen, left_out, choice, chosen, rivals - one.parameters, of_corners, wide)
 
 
-def _first(seen: Sightings, image_size: tuple[int, int]) -> BundleFit:
+def _first(seen: StackedViews, image_size: tuple[int, int]) -> BundleFit:
     """The default lens model and a flat board, robustly."""
     unexplained = Refused("pictures", "no camera explains the corners", "check board.yaml and take tilted views")
     try:
-        parameters, poses = start(seen, image_size)
+        parameters, poses = initial_estimate(seen, image_size)
     except cv2.error as error:
         raise unexplained from error
     if not all(np.all(np.isfinite(values)) for values in (parameters, poses.R, poses.t)):
         raise unexplained
-    fitted = fit(seen, parameters, poses)
-    return fit(seen, fitted.parameters, fitted.poses, noise=noise_of(fitted))
+    fitted = fit_bundle(seen, parameters, poses)
+    return fit_bundle(seen, fitted.parameters, fitted.poses, noise=fit_noise(fitted))
 
 
-def _jackknife(seen: Sightings, fitted: BundleFit) -> _Jackknife:
+def _jackknife(seen: StackedViews, fitted: BundleFit) -> _Jackknife:
     n = len(seen.seen)
-    each = without(fitted, [np.array([i]) for i in range(n)])
+    each = leave_out_groups(fitted, [np.array([i]) for i in range(n)])
     parameters = np.array([p for p, _ in each])
-    distances = predicted(seen, parameters, np.array([shape.points for _, shape in each]), fitted.poses, fitted.knee)
+    distances = prediction_distances(seen, parameters, np.array([shape.points for _, shape in each]), fitted.poses, fitted.knee)
     rms = np.sqrt(np.sum(distances**2, axis=1) / seen.counts)
     return _Jackknife(parameters, np.array([shape.values for _, shape in each]), rms)
 
@@ -154,9 +162,9 @@ def _jackknife(seen: Sightings, fitted: BundleFit) -> _Jackknife:
 def _result(
     observations: Observations,
     views: Sequence[BoardView],
-    seen: Sightings,
+    seen: StackedViews,
     left_out: Sequence[LeftOut],
-    choice: Choice,
+    choice: ModelSelection,
     fitted: BundleFit,
     to_rivals: np.ndarray,
     of_corners: float | None,
@@ -184,7 +192,7 @@ def _result(
     beside = cross_check(views, observations.image_size, fitted.free, fitted.parameters, np.sqrt(np.diag(covariance)))
     notes = [
         *observations.notes,
-        *bad_corners(views, seen, fitted),
+        *outlier_corner_notes(views, seen, fitted),
         *_notes(observations.image_size, views, fitted, sigma_jackknife, sigma_least_squares),
         *_board_notes(fitted.shape, board_sigma),
         *([wide] if wide else []),
@@ -219,7 +227,7 @@ def _result(
         sigma_jackknife=sigma_jackknife,
         free=fitted.free,
         corners=int(counts.sum()),
-        tilt=tilt_of(fitted.poses),
+        tilt=largest_tilt(fitted.poses),
         views=tuple(views),
         poses=fitted.poses,
         notes=tuple(notes),
@@ -227,7 +235,7 @@ def _result(
         lens=choice.chosen.lens,
         board=fitted.shape,
         board_sigma=board_sigma,
-        noise_px=noise_of(fitted),
+        noise_px=fit_noise(fitted),
         corner_noise_px=of_corners,
         cross_check=beside,
     )
@@ -258,10 +266,10 @@ def _notes(
     ratio[free] = jackknife[free] / least_squares[free]
     for words, which in (("larger", ratio > _APART), ("smaller", ratio < 1 / _APART)):
         if which.any():
-            found = ", ".join(f"{lens.NAMES[i]} {ratio[i]:.1f}" for i in np.nonzero(which)[0])
+            found = ", ".join(f"{lens.PARAMETER_NAMES[i]} {ratio[i]:.1f}" for i in np.nonzero(which)[0])
             notes.append(f"sigma by leaving out views is {words} than that of least squares, times: {found}")
     border = np.array([[0, 0], [width - 1, 0], [0, height - 1], [width - 1, height - 1]], float)
-    if np.any(np.isnan(lens.undistort(border, fitted.parameters))):
+    if np.any(np.isnan(lens.pixels_to_rays(border, fitted.parameters))):
         notes.append("the lens model turns back before the picture's corners: do not use it there")
     return notes
 
@@ -274,7 +282,7 @@ def _board_notes(shape: BoardShape, sigma: np.ndarray) -> list[str]:
         bow, s = 1e3 * shape.values, 1e3 * sigma
         words.append(f"bowed by {bow[0]:.2f} +- {s[0]:.2f} mm along x and {bow[1]:.2f} +- {s[1]:.2f} mm along y")
     if "aspect" in free:
-        i = board_shape.NAMES.index("aspect")
+        i = board_shape.SHAPE_NAMES.index("aspect")
         words.append(f"with rows {100 * shape.values[i]:+.2f} +- {100 * sigma[i]:.2f} % apart")
     if shape.model.offsets:
         away = 1e3 * np.sqrt(np.mean(shape.offsets**2, axis=0))

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from calibration.camera import Camera, camera_from, refuse_implausible
 from xneck_foundation.errors import Refused
-from xneck_foundation.strict_yaml import Strict, validate
+from xneck_foundation.strict_yaml import Strict, validate_document
 from xneck_foundation.yaml_text import flow
 
 Side = Annotated[int, Field(ge=16, le=100_000)]
@@ -42,7 +42,7 @@ def from_kalibr(document: Any, path: str | Path) -> Camera:
     others = sorted(set(document) - {"cam0"})
     if others:
         raise Refused(path, f"holds cam0 and {', '.join(others)}", "leave one camera in it, as cam0")
-    cam = validate(document["cam0"], _Cam, f"{path}: cam0")
+    cam = validate_document(document["cam0"], _Cam, f"{path}: cam0")
     if cam.camera_model != "pinhole":
         raise Refused(path, f"cam0.camera_model: {cam.camera_model} is not read", "calibrate with pinhole-radtan")
     if cam.distortion_model not in ("radtan", "none"):

@@ -8,17 +8,17 @@ x = X/Z, y = Y/Z, r2 = x^2 + y^2, c = 1 + k1 r2 + k2 r2^2 + k3 r2^3 and
 
 import numpy as np
 
-NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
-MODELS = {
-    "k1 k2": NAMES[:6],
-    "k1 k2 p1 p2": NAMES[:8],
-    "k1 k2 p1 p2 k3": NAMES,
+PARAMETER_NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+LENS_MODELS = {
+    "k1 k2": PARAMETER_NAMES[:6],
+    "k1 k2 p1 p2": PARAMETER_NAMES[:8],
+    "k1 k2 p1 p2 k3": PARAMETER_NAMES,
 }
 """The lens models to choose from, each a part of the next, and what is free in them. The rational model is none of them:
 its coefficients explode, for a gain that held-out views do not show."""
 
 
-def distort(rays: np.ndarray, p: np.ndarray) -> np.ndarray:
+def rays_to_pixels(rays: np.ndarray, p: np.ndarray) -> np.ndarray:
     """Rays (x, y), shape (..., 2), to pixels, shape (..., 2); `p` of shape (9,), or one for each ray, (..., 9)."""
     fx, fy, cx, cy, k1, k2, p1, p2, k3 = np.moveaxis(p, -1, 0)
     x, y = rays[..., 0], rays[..., 1]
@@ -31,7 +31,7 @@ def distort(rays: np.ndarray, p: np.ndarray) -> np.ndarray:
 
 
 def ray_jacobian(rays: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Derivative of the pixels by the rays, shape (..., 2, 2); `p` as in `distort`."""
+    """Derivative of the pixels by the rays, shape (..., 2, 2); `p` as in `rays_to_pixels`."""
     fx, fy, _, _, k1, k2, p1, p2, k3 = np.moveaxis(p, -1, 0)
     x, y = rays[..., 0], rays[..., 1]
     r2 = x * x + y * y
@@ -52,7 +52,7 @@ def parameter_jacobian(rays: np.ndarray, p: np.ndarray) -> np.ndarray:
     xx, yy, xy = x * x, y * y, x * y
     r2 = xx + yy
     out = np.zeros((*r2.shape, 2, 9))
-    ideal = (distort(rays, p) - p[2:4]) / p[:2]
+    ideal = (rays_to_pixels(rays, p) - p[2:4]) / p[:2]
     out[..., 0, 0], out[..., 1, 1] = ideal[..., 0], ideal[..., 1]
     out[..., 0, 2] = out[..., 1, 3] = 1.0
     fx, fy = p[0] * x, p[1] * y
@@ -65,7 +65,7 @@ def parameter_jacobian(rays: np.ndarray, p: np.ndarray) -> np.ndarray:
     return out
 
 
-def undistort(pixels: np.ndarray, p: np.ndarray) -> np.ndarray:
+def pixels_to_rays(pixels: np.ndarray, p: np.ndarray) -> np.ndarray:
     """Pixels, shape (n, 2), to rays (x, y), shape (n, 2), by Newton's method, to 1e-9 px.
 
     NaN where the model has no inverse: beyond the radius at which the lens model turns back.
@@ -73,7 +73,7 @@ def undistort(pixels: np.ndarray, p: np.ndarray) -> np.ndarray:
     pixels = np.asarray(pixels, np.float64).reshape(-1, 2)
     rays = (pixels - p[2:4]) / p[:2]
     for _ in range(30):
-        error = distort(rays, p) - pixels
+        error = rays_to_pixels(rays, p) - pixels
         if not np.any(np.abs(error) > 1e-9):
             break
         jacobian = ray_jacobian(rays, p)
@@ -84,12 +84,12 @@ def undistort(pixels: np.ndarray, p: np.ndarray) -> np.ndarray:
         # far out the polynomial is wild: no step longer than half a radian's tangent
         step *= np.minimum(1.0, 0.5 / np.maximum(np.linalg.norm(step, axis=1), 1e-12))[:, None]
         rays = rays - step
-    lost = (np.abs(distort(rays, p) - pixels).max(axis=1, initial=0.0) > 1e-6) | ~unfolded(rays, p)
+    lost = (np.abs(rays_to_pixels(rays, p) - pixels).max(axis=1, initial=0.0) > 1e-6) | ~is_invertible(rays, p)
     rays[lost] = np.nan
     return rays
 
 
-def unfolded(rays: np.ndarray, p: np.ndarray) -> np.ndarray:
+def is_invertible(rays: np.ndarray, p: np.ndarray) -> np.ndarray:
     """True where the radial part still grows all the way from the middle to the ray, shape (n,)."""
     r2 = np.sum(rays**2, axis=1)
     steps = np.linspace(0.0, 1.0, 33)[1:, None] * r2

@@ -10,7 +10,7 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Normal:
+class BundleEquations:
     """Normal equations view by view: of the m shared numbers, the pose (6) and the residuals, and of each corner's offset."""
 
     products: np.ndarray  # shape (n, m + 7, m + 7)
@@ -22,7 +22,7 @@ class Normal:
     offsets: np.ndarray | None = None  # where they are, shape (c, 3)
     basis: np.ndarray | None = None  # of the offsets, shape (3 c, b)
 
-    def of(self, index: np.ndarray) -> "Normal":
+    def of(self, index: np.ndarray) -> "BundleEquations":
         """Of some views only."""
         if self.by_offset is None or self.offset_squares is None:
             return replace(self, products=self.products[index], weight=self.weight[index])

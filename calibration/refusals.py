@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calibration.bundle import BundleFit
-from calibration.poses import Poses
-from calibration.sightings import Sightings
-from calibration.views import LeftOut
+from calibration.board_poses import BoardPoses
+from calibration.bundle_adjustment import BundleFit
+from calibration.observations import LeftOut
+from calibration.stacked_views import StackedViews
 from xneck_foundation.errors import Refused
 
 MIN_VIEWS = 6
@@ -24,7 +24,7 @@ _RADIAL_NOISE = 0.5
 """such errors over the noise of a corner: 130 degrees leave 0.5, 135 degrees 0.66"""
 
 
-def tilt_of(poses: Poses) -> float:
+def largest_tilt(poses: BoardPoses) -> float:
     """The largest angle between the planes of two boards, rad."""
     normals = poses.R[:, :, 2]
     # arcsin of the cross product: arccos has no digits for small angles
@@ -69,7 +69,7 @@ def refuse_unexplained(
 
 def refuse_undetermined(fitted: BundleFit) -> None:
     """Raises Refused where boards are tilted alike or the focal length is poorly known."""
-    tilt = tilt_of(fitted.poses)
+    tilt = largest_tilt(fitted.poses)
     if tilt < _MIN_TILT:
         raise Refused(
             "pictures",
@@ -86,7 +86,7 @@ def refuse_undetermined(fitted: BundleFit) -> None:
         )
 
 
-def refuse_unsettled(fitted: BundleFit) -> None:
+def refuse_unconverged(fitted: BundleFit) -> None:
     """Raises Refused where the least squares went on and on: some of what is estimated is not determined."""
     if not fitted.converged:
         raise Refused(
@@ -96,7 +96,7 @@ def refuse_unsettled(fitted: BundleFit) -> None:
         )
 
 
-def refuse_fisheye(full: BundleFit, sightings: Sightings, residuals: np.ndarray, noise: float) -> str | None:
+def refuse_fisheye(full: BundleFit, sightings: StackedViews, residuals: np.ndarray, noise: float) -> str | None:
     """A note where what the fullest lens model leaves still depends on the distance from the middle.
 
     Raises Refused where it does so by more than half the noise of one corner: a fisheye in a pinhole's clothes.
@@ -119,7 +119,7 @@ def refuse_fisheye(full: BundleFit, sightings: Sightings, residuals: np.ndarray,
     )
 
 
-def _radial(full: BundleFit, sightings: Sightings, residuals: np.ndarray) -> tuple[float, float, bool]:
+def _radial(full: BundleFit, sightings: StackedViews, residuals: np.ndarray) -> tuple[float, float, bool]:
     """What a smooth function of the distance explains of the errors along it: px rms, variance over chance's, and whether
     views predict it for one another (the lens did it) or each has its own (something moved between them)."""
     seen = sightings.seen

@@ -3,37 +3,37 @@
 import numpy as np
 
 from calibration import lens
-from calibration.poses import Poses
-from calibration.sightings import Sightings
+from calibration.board_poses import BoardPoses
+from calibration.stacked_views import StackedViews
 
 
-def huber(distances: np.ndarray, knee: float) -> np.ndarray:
+def huber_loss(distances: np.ndarray, knee: float) -> np.ndarray:
     """Huber's loss, the square up to the knee and then a line: px^2."""
     if np.isinf(knee):
         return distances**2
     return np.where(distances <= knee, distances**2, knee * (2 * distances - knee))
 
 
-def rays(sightings: Sightings, points: np.ndarray, poses: Poses) -> np.ndarray:
+def corner_rays(sightings: StackedViews, points: np.ndarray, poses: BoardPoses) -> np.ndarray:
     """Corners on the plane z = 1 of the camera frame, shape (n, c, 2); those not seen need no depth."""
     at = points @ poses.R.transpose(0, 2, 1) + poses.t[:, None]
     return at[..., :2] / np.where(sightings.seen, at[..., 2], 1.0)[..., None]
 
 
-def residuals(sightings: Sightings, p: np.ndarray, points: np.ndarray, poses: Poses) -> np.ndarray:
+def reprojection_residuals(sightings: StackedViews, p: np.ndarray, points: np.ndarray, poses: BoardPoses) -> np.ndarray:
     """Predicted less seen, shape (n, c, 2), px; infinite in views with a corner behind the camera, zero where not seen."""
     at = points @ poses.R.transpose(0, 2, 1) + poses.t[:, None]
     depth = np.where(sightings.seen, at[..., 2], 1.0)
     behind = np.any(depth <= 0, axis=1)
     depth = np.where(behind[:, None], 1.0, depth)
-    missed = lens.distort(at[..., :2] / depth[..., None], p) - sightings.pixels
+    missed = lens.rays_to_pixels(at[..., :2] / depth[..., None], p) - sightings.pixels
     missed[behind] = np.inf
     missed[~sightings.seen] = 0.0
     return missed
 
 
-def by_point_and_pose(
-    sightings: Sightings, p: np.ndarray, points: np.ndarray, poses: Poses
+def pixel_jacobians(
+    sightings: StackedViews, p: np.ndarray, points: np.ndarray, poses: BoardPoses
 ) -> tuple[np.ndarray, np.ndarray]:
     """Of the pixels, by the point in the camera frame, (n, c, 2, 3), and by the pose (rotation, then t), (n, c, 2, 6)."""
     turned = points @ poses.R.transpose(0, 2, 1)

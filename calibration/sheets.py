@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calibration.board import AprilGrid, Board, Charuco
-from calibration.dictionaries import is_turned, marker_cells
+from calibration.dictionaries import is_upside_down, marker_cells
 from xneck_foundation.errors import Refused, one_of
 from xneck_foundation.whole_file import whole_file
 
@@ -95,7 +95,7 @@ def marker_sheet(
     return len(sheets), page
 
 
-def outlines(cells: np.ndarray) -> list[np.ndarray]:
+def cell_outlines(cells: np.ndarray) -> list[np.ndarray]:
     """Closed outlines of the True cells of a grid: arrays (n, 2) of (column, row) corners, black on the left hand.
 
     Drawn together with the non-zero rule they fill exactly the True cells (holes run the other way round).
@@ -136,7 +136,7 @@ def _drawing(board: Board) -> Iterator[tuple[np.ndarray, float, float, float]]:
         for index in range(board.columns * board.rows):
             cells = marker_cells(board.dictionary, board.first_id + index, border=2)
             x, y = board.tag_place(index)
-            yield np.rot90(cells, 2 * is_turned(board.dictionary)), x + board.square, y + board.square, board.tag
+            yield np.rot90(cells, 2 * is_upside_down(board.dictionary)), x + board.square, y + board.square, board.tag
         pitch = board.tag + board.square
         for row in range(board.rows + 1):
             for column in range(board.columns + 1):
@@ -167,7 +167,7 @@ def _cells(axes: "Axes", cells: np.ndarray, x: float, y: float, side: float) -> 
     cell = side / cells.shape[0]
     corners: list[tuple[float, float]] = []
     codes: list[int] = []
-    for loop in outlines(cells):
+    for loop in cell_outlines(cells):
         points = [(x + cell * column, y + side - cell * row) for column, row in loop]
         corners += [*points, points[0]]
         codes += [int(Outline.MOVETO), *[int(Outline.LINETO)] * (len(points) - 1), int(Outline.CLOSEPOLY)]

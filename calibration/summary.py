@@ -11,13 +11,13 @@ from calibration.estimation import Calibration
 _POOR = 30.0  # %, relative sigma from which on a parameter counts as not identified
 
 
-def as_json(calibration: Calibration) -> dict[str, Any]:
+def calibration_json(calibration: Calibration) -> dict[str, Any]:
     """The result with JSON's types only. Parameters not estimated (k3, as a rule) have sigma null."""
     camera = calibration.camera
     assert camera.covariance is not None
     sigmas = np.sqrt(np.diag(camera.covariance))
     parameters: list[dict[str, Any]] = []
-    for name, value, sigma in zip(lens.NAMES, camera.parameters, sigmas, strict=True):
+    for name, value, sigma in zip(lens.PARAMETER_NAMES, camera.parameters, sigmas, strict=True):
         free = name in calibration.free
         relative = 100 * float(sigma) / abs(float(value)) if free and value else None
         parameters.append(
@@ -49,8 +49,8 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "image_height": camera.height,
         "corners": calibration.corners,
         "largest_tilt_rad": calibration.tilt,
-        "sigma_least_squares": dict(zip(lens.NAMES, map(float, calibration.sigma_least_squares), strict=True)),
-        "sigma_jackknife": dict(zip(lens.NAMES, map(float, calibration.sigma_jackknife), strict=True)),
+        "sigma_least_squares": dict(zip(lens.PARAMETER_NAMES, map(float, calibration.sigma_least_squares), strict=True)),
+        "sigma_jackknife": dict(zip(lens.PARAMETER_NAMES, map(float, calibration.sigma_jackknife), strict=True)),
         "noise_px": calibration.noise_px,
         "corner_noise_px": calibration.corner_noise_px,
         "lens": calibration.lens,
@@ -67,7 +67,7 @@ def _board(calibration: Calibration) -> dict[str, Any]:
     numbers = {
         name: {"value": float(value), "unit": unit, "sigma": float(sigma) if name in free else None}
         for name, value, sigma, unit in zip(
-            board_shape.NAMES, shape.values, calibration.board_sigma, ("m", "m", "1"), strict=True
+            board_shape.SHAPE_NAMES, shape.values, calibration.board_sigma, ("m", "m", "1"), strict=True
         )
     }
     away = np.sqrt(np.mean(shape.offsets**2, axis=0))
@@ -86,6 +86,6 @@ def _cross_check(calibration: Calibration) -> dict[str, Any] | None:
         return None
     return {
         "rms_px": beside.rms_px,
-        "parameters": dict(zip(lens.NAMES, map(float, beside.parameters), strict=True)),
-        "differences_sigma": dict(zip(lens.NAMES, map(float, beside.differences), strict=True)),
+        "parameters": dict(zip(lens.PARAMETER_NAMES, map(float, beside.parameters), strict=True)),
+        "differences_sigma": dict(zip(lens.PARAMETER_NAMES, map(float, beside.differences), strict=True)),
     }

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calibration.bundle import BundleFit, fit, noise_of, predicted
-from calibration.corners import BoardView
-from calibration.sightings import Sightings
-from calibration.views import LeftOut
+from calibration.bundle_adjustment import BundleFit, fit_bundle, fit_noise, prediction_distances
+from calibration.corner_detection import BoardView
+from calibration.observations import LeftOut
+from calibration.stacked_views import StackedViews
 
 _DISAGREES = 3.0
 """a view's rms over the median of the others"""
@@ -15,7 +15,7 @@ _BAD = 6.0
 """sigmas from which on a corner is named"""
 
 
-def without_repeats(views: Sequence[BoardView], image_size: tuple[int, int]) -> tuple[list[BoardView], list[LeftOut]]:
+def drop_repeated_views(views: Sequence[BoardView], image_size: tuple[int, int]) -> tuple[list[BoardView], list[LeftOut]]:
     """Views that differ: one of each pose, since a repeated one adds no information but shrinks sigma."""
     # a board on a table in front of a camera on a tripod moves by less than this
     same = max(1.0, 0.002 * image_size[0])
@@ -33,8 +33,8 @@ def without_repeats(views: Sequence[BoardView], image_size: tuple[int, int]) -> 
     return kept, left_out
 
 
-def without_disagreeing(
-    views: Sequence[BoardView], sightings: Sightings, fitted: BundleFit, noise: float
+def drop_disagreeing_views(
+    views: Sequence[BoardView], sightings: StackedViews, fitted: BundleFit, noise: float
 ) -> tuple[np.ndarray, BundleFit, list[LeftOut]]:
     """Leave out the worst view, refit, and again, while one is far above the others; at most a third of them.
 
@@ -52,9 +52,9 @@ def without_disagreeing(
         if errors[worst] <= _DISAGREES * others:
             break
         rest = np.delete(np.arange(len(kept)), worst)
-        refitted = fit(sightings.of(kept[rest]), fitted.parameters, fitted.poses.of(rest), fitted.free, noise=noise)
+        refitted = fit_bundle(sightings.of(kept[rest]), fitted.parameters, fitted.poses.of(rest), fitted.free, noise=noise)
         alone = sightings.of(kept[[worst]])
-        distances = predicted(
+        distances = prediction_distances(
             alone, refitted.parameters[None], refitted.shape.points[None], fitted.poses.of([worst]), steps=20
         )
         error = float(np.sqrt(np.sum(distances**2) / alone.seen.sum()))
@@ -64,10 +64,10 @@ def without_disagreeing(
     return kept, fitted, left_out
 
 
-def bad_corners(views: Sequence[BoardView], sightings: Sightings, fitted: BundleFit) -> list[str]:
+def outlier_corner_notes(views: Sequence[BoardView], sightings: StackedViews, fitted: BundleFit) -> list[str]:
     """Views with corners so far off that Huber's loss all but ignores them, in sentences."""
     notes: list[str] = []
-    off = fitted.distances > _BAD * noise_of(fitted)
+    off = fitted.distances > _BAD * fit_noise(fitted)
     for view, row, distances in zip(views, off, fitted.distances, strict=True):
         if row.any():
             which = ", ".join(str(i) for i in sightings.ids[row][:3]) + (", ..." if row.sum() > 3 else "")

@@ -4,28 +4,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.diagnose import Diagnosis
-from diagnosis.effect import Effect, OfLaw
+from diagnosis.effect import Effect, LawEffect
 from diagnosis.effects import EFFECTS
-from identification.identifiability import WANTED
 
-_MEASURED = {
-    "base_tilt": "put a spirit level on the base, or turn the base by a known angle and record again",
-    "tip_payload": "weigh what sits at the tip, or record again with a known weight on it",
-    "pulley_radius": "measure the pulleys, and bend every joint as far as it goes",
-    "drum_radius": "measure the drum, and wind every cable far in and out",
-    "marker_offset": "hold each joint at a known angle and compare, or put the markers on anew",
-    "spring_stiffness": "measure the springs, and hold every joint bent by different angles",
-    "clock_offset": "show the camera a light that the controller switches",
-}
-"""of effects that no design names: what settles them"""
-_SIGNS = {
+_BY_SIGNATURE = {
     "periodic": "look for teeth, poles or a bent shaft that come round as often as this; a slow motion over more of the drum's "
     "turn shows them more clearly",
     "drift": "let the arm run warm before recording, or record until nothing changes any more, and diagnose again",
     "episodes": "look at the video at these times: something touched or caught the arm; leave these times out, and diagnose again",
     "constant": "look for a load, a spring or an offset that neck.yaml does not know",
 }
-_RECORD = "xneck design neck.yaml --model model.yaml --out motion.csv"
+"""what to look for, by the kind of a signature"""
+_BY_OTHER_SIGNATURES = "look at the equations and conditions shown above: there something acts that is not known"
+_DESIGN = "xneck design neck.yaml --model model.yaml {} --out motion.csv"
 
 
 @dataclass(frozen=True)
@@ -40,60 +31,51 @@ class Step:
         return {"words": self.words, "command": self.command}
 
 
+_GO_ON = (
+    Step(
+        "the extended model stands in neck.yaml and model.yaml beside this page; read the recording anew with this description",
+        "xneck sync ANGLES LOG --neck neck.yaml --out extended.mcap",
+    ),
+    Step("and simulate it", "xneck simulate extended.mcap --model model.yaml --out simulated.mcap"),
+)
+
+
 def advice(d: Diagnosis) -> tuple[Step, ...]:
     """By the verdict."""
     if d.verdict in ("cause", "ambiguous") or d.search.named:
-        alike = {c.effect.name: c.effect for named in d.search.named if len(named.tied) > 1 for c in named.tied}
-        return (*_apart(tuple(alike.values())), *_onwards())
+        look_alikes = {c.effect.name: c.effect for named in d.search.named if len(named.tied) > 1 for c in named.tied}
+        return (*_tell_apart(tuple(look_alikes.values())), *_GO_ON)
     if d.verdict == "unknown":
-        found = _SIGNS.get(
-            d.signature.kind, "look at the equations and conditions shown above: there something acts that is not known"
-        )
         return (
-            Step(found),
+            Step(_BY_SIGNATURE.get(d.signature.kind, _BY_OTHER_SIGNATURES)),
             Step("compare with a recording of the same motion on another day: what comes back belongs to the arm"),
         )
-    if d.sight.blind:
-        return _shown(d.sight.blind)
+    if d.detectability.invisible:
+        return _make_visible(d.detectability.invisible)
     return (Step("nothing: the model may be used as it is"),)
 
 
-def _apart(effects: Sequence[Effect]) -> tuple[Step, ...]:
+def _tell_apart(effects: Sequence[Effect]) -> tuple[Step, ...]:
     """What tells effects apart."""
     if not effects:
         return ()
-    laws = [e.law for e in effects if isinstance(e, OfLaw)]
-    steps = [Step(f"for {e.name.replace('_', ' ')}: {would_tell(e)}") for e in effects]
-    if laws:
-        wanted = " ".join(f"--for {law}" for law in laws)
-        steps.append(Step("play a motion made to tell them, and diagnose its recording", _with(wanted)))
+    steps = [Step(f"for {e.name.replace('_', ' ')}: {e.would_tell}") for e in effects]
+    if command := _design_command(effects):
+        steps.append(Step("play a motion made to tell them, and diagnose its recording", command))
     return tuple(steps)
 
 
-def _onwards() -> tuple[Step, ...]:
-    return (
-        Step(
-            "the extended model stands in neck.yaml and model.yaml beside this page; read the recording anew with this description",
-            "xneck sync ANGLES LOG --neck neck.yaml --out extended.mcap",
-        ),
-        Step("and simulate it", "xneck simulate extended.mcap --model model.yaml --out simulated.mcap"),
-    )
-
-
-def _shown(blind: Sequence[str]) -> tuple[Step, ...]:
-    effects = [EFFECTS[name] for name in blind]
-    told = list(dict.fromkeys(would_tell(e) for e in effects))
-    laws = [e.law for e in effects if isinstance(e, OfLaw)]
-    steps = [Step(f"to see {', '.join(name.replace('_', ' ') for name in blind)}: {'; '.join(told)}")]
-    if laws:
-        steps.append(Step("a motion made for it", _with(" ".join(f"--for {law}" for law in laws))))
+def _make_visible(names: Sequence[str]) -> tuple[Step, ...]:
+    """What would show effects that these recordings do not."""
+    effects = [EFFECTS[name] for name in names]
+    would_tell = dict.fromkeys(e.would_tell for e in effects)
+    steps = [Step(f"to see {', '.join(name.replace('_', ' ') for name in names)}: {'; '.join(would_tell)}")]
+    if command := _design_command(effects):
+        steps.append(Step("a motion made for it", command))
     return tuple(steps)
 
 
-def _with(wanted: str) -> str:
-    return _RECORD.replace(" --out", f" {wanted} --out")
-
-
-def would_tell(effect: Effect) -> str:
-    """What to record or to measure."""
-    return _MEASURED[effect.name] if effect.name in _MEASURED else WANTED[effect.terms[0].name]
+def _design_command(effects: Sequence[Effect]) -> str:
+    """The command that designs a motion for the laws among these effects, empty where there is none."""
+    laws = [f"--for {e.law}" for e in effects if isinstance(e, LawEffect)]
+    return _DESIGN.format(" ".join(laws)) if laws else ""

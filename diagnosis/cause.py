@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.effect import Effect, Where, within
+from diagnosis.effect import Effect, Placement, clip_to_range
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import RecordingLinearisation
 from mechanism.arm import Arm
@@ -16,41 +16,46 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Cause:
-    """An effect with numbers for the columns of its place, then its forms."""
+    """An effect at its place, with numbers."""
 
     effect: Effect
-    where: Where
+    where: Placement
     amounts: Array
     """(len(where.columns),)"""
-    forms: Mapping[str, float]
+    shape: Mapping[str, float]
 
-    def columns(self, at: RecordingLinearisation) -> Array:
-        """What a person's change of each amount and form does to the residuals, (C, S, Q)."""
-        amounts = self.effect.columns(at, self.forms)[..., list(self.where.columns)]
-        return np.concatenate([amounts, self.effect.form_columns(at)], axis=2) * self.sizes(at.signals.arm)
+    def columns(self, recording: RecordingLinearisation) -> Array:
+        """What a person's change of each amount, then of each shape term, does to the residuals, (C, S, Q)."""
+        amounts = self.effect.columns(recording, self.shape)[..., list(self.where.columns)]
+        columns = np.concatenate([amounts, self.effect.shape_columns(recording)], axis=2)
+        return columns * self.sizes(recording.signals.arm)
 
     def sizes(self, arm: Arm) -> Array:
-        """What a person would call a change of each number."""
-        return np.append(self.effect.sizes(arm)[list(self.where.columns)], [term.size for term in self.effect.forms])
+        """What a person would call a change of each amount, then of each shape term, (Q,)."""
+        amounts = self.effect.sizes(arm)[list(self.where.columns)]
+        return np.append(amounts, [term.size for term in self.effect.shape_terms])
 
-    def stepped(self, numbers: Array, arm: Arm) -> "Cause":
-        """With these numbers, in sizes, more."""
-        more = numbers * self.sizes(arm)
+    def stepped(self, step: Array, arm: Arm) -> "Cause":
+        """With amounts and shape terms moved by a step (Q,), in their sizes."""
+        change = step * self.sizes(arm)
         count = len(self.amounts)
-        of = [self.effect.terms[c // len(self.effect.labels(arm))] for c in self.where.columns]
-        amounts = [float(within(t, a + m)) for t, a, m in zip(of, self.amounts, more[:count], strict=True)]
-        forms = dict(self.forms)
-        for term, change in zip(self.effect.forms, more[count:], strict=True):
-            # a form is a scale: one step at most halves or doubles it
-            old = forms[term.name]
-            forms[term.name] = float(within(term, np.clip(old + change, old / 2, 2 * old)))
-        return replace(self, amounts=np.array(amounts), forms=forms)
+        terms = [self.effect.terms[c // len(self.effect.place_labels(arm))] for c in self.where.columns]
+        amounts = [
+            float(clip_to_range(term, amount + by))
+            for term, amount, by in zip(terms, self.amounts, change[:count], strict=True)
+        ]
+        shape = dict(self.shape)
+        for term, by in zip(self.effect.shape_terms, change[count:], strict=True):
+            # a shape term is a scale: one step at most halves or doubles it
+            old = shape[term.name]
+            shape[term.name] = float(clip_to_range(term, np.clip(old + by, old / 2, 2 * old)))
+        return replace(self, amounts=np.array(amounts), shape=shape)
 
 
-def believed(h: Hypothesis, causes: Sequence[Cause]) -> Hypothesis:
+def with_causes(h: Hypothesis, causes: Sequence[Cause]) -> Hypothesis:
     """A hypothesis with causes in it."""
     for cause in causes:
-        numbers = np.zeros(len(cause.effect.sizes(h.arm)))
-        numbers[list(cause.where.columns)] = cause.amounts
-        h = cause.effect.added(h, numbers, cause.forms)
+        amounts = np.zeros(len(cause.effect.sizes(h.arm)))
+        amounts[list(cause.where.columns)] = cause.amounts
+        h = cause.effect.added_to(h, amounts, cause.shape)
     return h

@@ -7,55 +7,68 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause import Cause, believed
-from diagnosis.comparison import DELAY_SIGMA, Comparison, Fitted, compare
-from diagnosis.excess import Excess, excess
+from diagnosis.cause import Cause, with_causes
+from diagnosis.comparison import DELAY_SIGMA_S, ColumnFit, Comparison, compare
 from diagnosis.hypothesis import Hypothesis
-from diagnosis.linearisation import Linearisation, point, read_all, relaid, sought
-from diagnosis.noise_ensemble import NoiseEnsemble, noise, quiet, seen_noise, whitener
-from diagnosis.nuisances import WALL, errors
+from diagnosis.linearisation import Linearisation, base_unknowns, corrected_signals, linearise, with_laws_of
+from diagnosis.noise_ensemble import (
+    NoiseEnsemble,
+    noise_loss,
+    noise_residuals,
+    noise_whitener,
+    vision_noise_residuals,
+)
+from diagnosis.noise_excess import NoiseExcess, noise_excess
+from diagnosis.nuisances import NUISANCE_BOUND, nuisances_at
 from identification.dataset.dataset import DataSet
 from identification.estimates import check_motion
-from identification.fitting import solve, stretch_starts
+from identification.fitting import fit_laws, segment_starts
 from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 24
-_FAR_M, _SOFT = 5e-3, 0.3
-_LATE_S = WALL * DELAY_SIGMA
-"""x0 beyond the description's, stiffness over the middle one, and the delay: a fit begins within"""
-_SETTLED, _GAINED = 0.3, 1e-3
-"""where a step would take less away, in units of a row's loss, it is not taken; where it took less of the loss it was the last"""
-_SURELY = 3.0
-"""standard deviations"""
-_FIRST_DAMPING, _MOST_DAMPING = 1e-3, 10.0
-_EASED, _TIGHTENED = 3.0, 8.0
+_MAX_STEPS = 24
+_MAX_START_X0_M = 5e-3
+"""m: pre-elongation beyond the description's that a fit may begin with"""
+_MAX_START_DELAY_S = NUISANCE_BOUND * DELAY_SIGMA_S
+"""s: delay of the forces that a fit may begin with"""
+_MIN_START_STIFFNESS = 0.3
+"""of the cables' median stiffness: the least that a fit may begin with"""
+_MIN_STEP_GAIN = 0.3
+"""in units of a row's loss: a step that promises less is not taken"""
+_MIN_LOSS_GAIN = 1e-3
+"""of the loss: a step that took less away was the last"""
+IMPOSSIBLE_SIGMAS = 3.0
+"""standard deviations below its least value from which an amount is impossible"""
+_FIRST_DAMPING, _MAX_DAMPING = 1e-3, 10.0
+_DAMPING_DECREASE, _DAMPING_INCREASE = 3.0, 8.0
 
 
 @dataclass(frozen=True)
 class FitStage:
     """Recordings with the causes named so far."""
 
-    end: Comparison
+    comparison: Comparison
+    """at the end of the fit"""
     causes: tuple[Cause, ...]
     """with numbers"""
-    floor: tuple[list[Array], ...]
-    """residuals of noise alone, by recording and draw"""
-    quiet: float
+    noise: tuple[list[Array], ...]
+    """residuals of noise alone, (C, S), by recording and draw"""
+    noise_loss: float
     """loss that noise alone makes"""
-    fit: Fitted
+    fit: ColumnFit
 
     @cached_property
     def sigma(self) -> Array:
         """Of all numbers of the fit, in their sizes, (K,); infinite where nothing tells them."""
-        variance = np.diag(self.end.covariance(self.fit))
+        variance = np.diag(self.comparison.covariance(self.fit))
         return np.sqrt(np.where(variance > 0, variance, np.inf))
 
     @cached_property
     def sigma_of_causes(self) -> tuple[Array, ...]:
-        """Of each cause's amounts, then its forms, in their units."""
-        arm, sigma = self.end.point.hypothesis.arm, self.sigma[self.end.base + len(self.end.nuisances) :]
+        """Of each cause's amounts, then its shape terms, in their units."""
+        c = self.comparison
+        arm, sigma = c.linearisation.hypothesis.arm, self.sigma[c.base_count + len(c.nuisance_names) :]
         sizes = [cause.sizes(arm) for cause in self.causes]
         parts = np.split(sigma, np.cumsum([len(size) for size in sizes]))
         return tuple(size * part for size, part in zip(sizes, parts[:-1], strict=True))
@@ -63,129 +76,143 @@ class FitStage:
     @cached_property
     def possible(self) -> bool:
         """Whether no cause does surely less than nothing: friction that drives, a mass that lifts."""
-        arm = self.end.point.hypothesis.arm
+        arm = self.comparison.linearisation.hypothesis.arm
         for cause, sigma in zip(self.causes, self.sigma_of_causes, strict=True):
-            least = cause.effect.least(arm)[list(cause.where.columns)]
-            if np.any(cause.amounts < least - _SURELY * sigma[: len(cause.amounts)]):
+            bounds = cause.effect.lower_bounds(arm)[list(cause.where.columns)]
+            if np.any(cause.amounts < bounds - IMPOSSIBLE_SIGMAS * sigma[: len(cause.amounts)]):
                 return False
         return True
 
     @cached_property
     def loss(self) -> float:
         """Of blocks where all but their fold were fitted, and what a last straight step promises but was not taken."""
-        return float(self.end.crossed().sum()) + max(0.0, self.end.merit - self.fit.loss)
+        missed = self.comparison.profiled_loss - self.fit.loss
+        return float(self.comparison.block_losses().sum()) + max(0.0, missed)
 
     @cached_property
-    def beyond(self) -> Excess:
+    def excess(self) -> NoiseExcess:
         """What stands above noise."""
-        return excess(self.end.left(self.fit), self.floor, [place.unsure for place in self.end.point.places])
+        variance = [recording.input_variance for recording in self.comparison.linearisation.recordings]
+        return noise_excess(self.comparison.residuals_after(self.fit), self.noise, variance)
 
 
-class Trial:
-    """Recordings of one arm, on which causes are tried. Raises Refused where a motor stands still."""
+class CauseFitter:
+    """Recordings of one arm, to which causes are fitted. Raises Refused where a motor stands still."""
 
-    def __init__(self, h: Hypothesis, read: Sequence[NoiseEnsemble]) -> None:
-        self._h, self._read, self._data = h, read, [one.data for one in read]
-        self._at = _begun(h, self._data)
-        starts = [stretch_starts(place.signals) for place in self._at.places]
-        self.whiten = whitener(seen_noise(self._at, read), starts, h.arm.M)
-        self._known: dict[tuple[object, ...], FitStage] = {}
+    def __init__(self, h: Hypothesis, ensembles: Sequence[NoiseEnsemble]) -> None:
+        self._h, self._ensembles = h, ensembles
+        self._data = [ensemble.data for ensemble in ensembles]
+        self._start = _base_model_start(h, self._data)
+        starts = [segment_starts(recording.signals) for recording in self._start.recordings]
+        self.whiten = noise_whitener(vision_noise_residuals(self._start, ensembles), starts, h.arm.M)
+        self._stages: dict[tuple[object, ...], FitStage] = {}
 
-    def begin(self) -> FitStage:
-        """Without a cause."""
-        return self.settled(self._at, ())
+    def base_model(self) -> FitStage:
+        """Fitted without a cause."""
+        return self.fitted(self._start, ())
 
-    def settled(self, at: Linearisation, causes: tuple[Cause, ...]) -> FitStage:
-        """Fitted with these causes, from a point on where they were not fitted before, and what stands above noise there."""
-        which = tuple((c.effect.name, c.where.label, *sorted(c.forms.items())) for c in causes)
-        if which not in self._known:
-            self._known[which] = self._fitted(at, causes, self.whiten)
-        return self._known[which]
+    def fitted(self, start: Linearisation, causes: tuple[Cause, ...]) -> FitStage:
+        """Fitted with these causes, whose shapes are where the fit begins, from a linearisation on; each choice is fitted once."""
+        key = tuple((c.effect.name, c.where.label, *sorted(c.shape.items())) for c in causes)
+        if key not in self._stages:
+            self._stages[key] = self._stage(start, causes, self.whiten)
+        return self._stages[key]
 
-    def weighed(self, turn: FitStage) -> tuple[FitStage, Whitener]:
+    def reweighted(self, stage: FitStage) -> tuple[FitStage, Whitener]:
         """The same causes fitted anew where a law's form leaves more than noise, and the whitener of that fit.
 
         A channel counts by what it leaves: else clocks and friction would give way to what no number mends."""
-        left = zip(turn.end.point.places, turn.end.left(turn.fit), strict=True)
-        white = [self.whiten(r, stretch_starts(place.signals), place.unsure) for place, r in left]
-        loud = np.sqrt(np.mean(np.concatenate(white, axis=1) ** 2, axis=1))
-        whiten = self.whiten.quieter(np.maximum(loud, 1.0))
-        return self._fitted(turn.end.point, turn.causes, whiten), whiten
+        at = stage.comparison.linearisation
+        residuals = zip(at.recordings, stage.comparison.residuals_after(stage.fit), strict=True)
+        white = [self.whiten(r, segment_starts(rec.signals), rec.input_variance) for rec, r in residuals]
+        level = np.sqrt(np.mean(np.concatenate(white, axis=1) ** 2, axis=1))
+        whiten = self.whiten.quieter(np.maximum(level, 1.0))
+        return self._stage(at, stage.causes, whiten), whiten
 
-    def _fitted(self, at: Linearisation, causes: tuple[Cause, ...], whiten: Whitener) -> FitStage:
-        end, causes = _refined(at, self._h, causes, self._data, whiten)
-        floor = noise(end.point, self._read)
-        return FitStage(end, causes, tuple(floor), quiet(floor, end.point, whiten), end.fit())
+    def _stage(self, start: Linearisation, causes: tuple[Cause, ...], whiten: Whitener) -> FitStage:
+        comparison, causes = _refined(start, self._h, causes, self._data, whiten)
+        at = comparison.linearisation
+        noise = noise_residuals(at, self._ensembles)
+        return FitStage(comparison, causes, tuple(noise), noise_loss(noise, at, whiten), comparison.fit())
 
 
-def _begun(h: Hypothesis, data: Sequence[DataSet]) -> Linearisation:
+def _base_model_start(h: Hypothesis, data: Sequence[DataSet]) -> Linearisation:
     """The base model's numbers by least squares, kept from where a cause that is not in it may have driven them."""
-    late = np.zeros(len(data))
-    signals = read_all(h, data, late)
+    frame_lags = np.zeros(len(data))
+    signals = corrected_signals(h, data, frame_lags)
     check_motion(signals)
-    u = sought(h, len(data))
-    p = solve(signals, u).least_squares.copy()
+    u = base_unknowns(h, len(data))
+    p = fit_laws(signals, u).least_squares.copy()
     for recording in range(len(data)):
         slot = u.slots["x0", recording]
-        p[slot] = np.clip(p[slot], -_FAR_M, _FAR_M)
+        p[slot] = np.clip(p[slot], -_MAX_START_X0_M, _MAX_START_X0_M)
         slot = u.slots["delay", recording]
-        p[slot] = np.clip(p[slot], -_LATE_S, _LATE_S)
+        p[slot] = np.clip(p[slot], -_MAX_START_DELAY_S, _MAX_START_DELAY_S)
     k = u.slots["k", None]
-    p[k] = np.maximum(p[k], _SOFT * np.median(p[k]))
-    return point(h, signals, p, late)
+    p[k] = np.maximum(p[k], _MIN_START_STIFFNESS * np.median(p[k]))
+    return linearise(h, signals, p, frame_lags)
 
 
 def _refined(
-    at: Linearisation, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], whiten: Whitener
+    start: Linearisation, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], whiten: Whitener
 ) -> tuple[Comparison, tuple[Cause, ...]]:
-    """The base model's numbers, the causes' and doubtful clocks fitted together from a point on, by Levenberg and Marquardt."""
-    now = _seen_from(_at(at, believed(h, causes), data, at.p, at.late), causes, whiten)
-    best, damping, little = (now, causes), 0.0, False
-    for _ in range(_ROUNDS):
-        if now.merit - now.fit().loss < _SETTLED * max(1.0, now.merit / now.rows):
+    """The base model's numbers, the causes' and doubtful clocks fitted together, by Levenberg and Marquardt's steps."""
+    at = _linearised(start, with_causes(h, causes), data, start.p, start.frame_lags)
+    current = _compared(at, causes, whiten)
+    best, damping, was_small = (current, causes), 0.0, False
+    for _ in range(_MAX_STEPS):
+        promised = current.profiled_loss - current.fit().loss
+        if promised < _MIN_STEP_GAIN * max(1.0, current.profiled_loss / current.row_count):
             break
-        fit = now.fit(damping=damping)
-        step = np.append(fit.numbers[: now.base], fit.numbers[now.base + len(now.nuisances) :])
-        p, changed = _stepped(now.point, causes, step)
-        late = now.point.late + now.clock_moved(fit) if now.doubted else now.point.late
-        there = _seen_from(_at(now.point, believed(h, changed), data, p, late), changed, whiten)
+        fit = current.fit(damping=damping)
+        nuisances_end = current.base_count + len(current.nuisance_names)
+        step = np.append(fit.numbers[: current.base_count], fit.numbers[nuisances_end:])
+        at = current.linearisation
+        p, stepped = _stepped(at, causes, step)
+        lags = at.frame_lags + current.clock_shifts(fit) if current.clock_relaxed else at.frame_lags
+        candidate = _compared(_linearised(at, with_causes(h, stepped), data, p, lags), stepped, whiten)
         # the base model's numbers are all but linear: they follow what the causes' are, in the next step
-        gained = 1 - min(there.merit / now.merit, there.with_causes_as_they_are / now.with_causes_as_they_are)
-        if gained > 0:
-            now, causes = there, changed
-            damping = damping / _EASED if damping > _FIRST_DAMPING else 0.0
-            if now.merit < best[0].merit:
-                best = now, causes
-            if gained < _GAINED and (damping == 0 or little):
+        gain = 1 - min(
+            candidate.profiled_loss / current.profiled_loss,
+            candidate.loss_with_causes_as_they_are / current.loss_with_causes_as_they_are,
+        )
+        if gain > 0:
+            current, causes = candidate, stepped
+            damping = damping / _DAMPING_DECREASE if damping > _FIRST_DAMPING else 0.0
+            if current.profiled_loss < best[0].profiled_loss:
+                best = current, causes
+            if gain < _MIN_LOSS_GAIN and (damping == 0 or was_small):
                 break
-            little = gained < _GAINED
+            was_small = gain < _MIN_LOSS_GAIN
         else:
-            damping = max(_FIRST_DAMPING, _TIGHTENED * damping)
-            if damping > _MOST_DAMPING:
+            damping = max(_FIRST_DAMPING, _DAMPING_INCREASE * damping)
+            if damping > _MAX_DAMPING:
                 break
     return best
 
 
-def _seen_from(at: Linearisation, causes: tuple[Cause, ...], whiten: Whitener) -> Comparison:
-    """A point with the causes in it, and what small errors would do there."""
-    return compare(at, causes, (), errors(at), whiten)
+def _compared(at: Linearisation, causes: tuple[Cause, ...], whiten: Whitener) -> Comparison:
+    """The columns of the causes at a linearisation that holds them, beside the base model and its nuisances."""
+    return compare(at, causes, (), nuisances_at(at), whiten)
 
 
-def _at(near: Linearisation, h: Hypothesis, data: Sequence[DataSet], p: Array, late: Array) -> Linearisation:
-    """A point; where only laws differ, the recordings read as they did."""
-    was = near.hypothesis
-    read = (h.neck, h.late, h.stale, *h.misread, *late)
-    if read != (was.neck, was.late, was.stale, *was.misread, *near.late):
-        return point(h, read_all(h, data, late), p, late)
-    return relaid(near, h, p)
+def _linearised(
+    near: Linearisation, h: Hypothesis, data: Sequence[DataSet], p: Array, frame_lags: Array
+) -> Linearisation:
+    """A linearisation; where only laws differ from one nearby, its recordings as they were read."""
+    old = near.hypothesis
+    reading = (h.neck, h.frame_lag, h.motor_angle_lag, *h.angle_error, *frame_lags)
+    if reading != (old.neck, old.frame_lag, old.motor_angle_lag, *old.angle_error, *near.frame_lags):
+        return linearise(h, corrected_signals(h, data, frame_lags), p, frame_lags)
+    return with_laws_of(near, h, p)
 
 
 def _stepped(at: Linearisation, causes: tuple[Cause, ...], step: Array) -> tuple[Array, tuple[Cause, ...]]:
-    """The base model's numbers and the causes a step further."""
+    """The base model's numbers and the causes, moved by a step in their sizes."""
     u, arm = at.unknowns, at.hypothesis.arm
-    own, rest = np.split(step, [len(u.size)])
-    p, moved = np.clip(at.p + u.size * own, u.low, u.high), []
+    base_step, rest = np.split(step, [len(u.size)])
+    p, stepped = np.clip(at.p + u.size * base_step, u.low, u.high), []
     for cause in causes:
-        part, rest = np.split(rest, [len(cause.sizes(arm))])
-        moved.append(cause.stepped(part, arm))
-    return p, tuple(moved)
+        cause_step, rest = np.split(rest, [len(cause.sizes(arm))])
+        stepped.append(cause.stepped(cause_step, arm))
+    return p, tuple(stepped)

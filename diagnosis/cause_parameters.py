@@ -4,41 +4,53 @@ import numpy as np
 
 from diagnosis.cause import Cause
 from diagnosis.cause_fit import FitStage
-from diagnosis.effect import OfArm
-from xneck_foundation.least_squares import Parameter
+from diagnosis.effect import DescriptionEffect
+from mechanism.laws import Term
+from xneck_foundation.parameter import Parameter
 
-SCALE = 4e-3
-"""of a number: the arm's size as a whole is hardly told by anything. Where nothing was hidden all lengths and drums came out
-smaller than they were by this part"""
-KNOWN = 0.1
+SCALE_SIGMA = 4e-3
+"""relative, of every number: the arm's size as a whole is hardly told by anything"""
+MAX_RELATIVE_SIGMA = 0.1
 """sigma over value up to which a number is identified"""
 
 
-def parameters_of(turn: FitStage) -> tuple[tuple[Parameter, ...], ...]:
+def parameters_of(stage: FitStage) -> tuple[tuple[Parameter, ...], ...]:
     """Of each cause. Where its law leaves something above noise, sigma is as many times larger."""
-    arm = turn.end.point.hypothesis.arm
-    form = float(turn.beyond.ratio.max()) if turn.beyond.plain else 1.0
+    arm = stage.comparison.linearisation.hypothesis.arm
+    widening = float(stage.excess.ratio.max()) if stage.excess.above_noise else 1.0
     return tuple(
-        tuple(_parameters(cause, form * sigma, len(cause.effect.labels(arm))))
-        for cause, sigma in zip(turn.causes, turn.sigma_of_causes, strict=True)
+        tuple(_parameters(cause, widening * sigma, len(cause.effect.place_labels(arm))))
+        for cause, sigma in zip(stage.causes, stage.sigma_of_causes, strict=True)
     )
 
 
-def known(value: float, sigma: float) -> bool:
+def identified(value: float, sigma: float) -> bool:
     """Whether a number is identified."""
-    return bool(sigma <= KNOWN * abs(value))
+    return bool(sigma <= MAX_RELATIVE_SIGMA * abs(value))
 
 
 def _parameters(cause: Cause, sigma: np.ndarray, places: int) -> list[Parameter]:
-    found = []
-    share = isinstance(cause.effect, OfArm) and cause.effect.terms[0].unit == "1"
+    out = []
+    # an amount that is a share of the described value stands for the value, of which the scale is a part
+    is_share = isinstance(cause.effect, DescriptionEffect) and cause.effect.terms[0].unit == "1"
     for column, value, s in zip(cause.where.columns, cause.amounts, sigma, strict=False):
         term, place = cause.effect.terms[column // places], column % places
-        index = None if places == 1 else place + cause.effect.first
-        s = float(np.hypot(s, SCALE * (1 + abs(value)) if share else SCALE * value))
-        found.append(Parameter(term.name, index, float(value), term.unit, float(s), known(value, s)))
-    for term, s in zip(cause.effect.forms, sigma[len(cause.amounts) :], strict=True):
-        value = cause.forms[term.name]
-        s = float(np.hypot(s, SCALE * value))
-        found.append(Parameter(term.name, None, value, term.unit, float(s), known(value, s)))
-    return found
+        index = None if places == 1 else place + cause.effect.first_index
+        s = float(np.hypot(s, SCALE_SIGMA * (1 + abs(value)) if is_share else SCALE_SIGMA * value))
+        out.append(_parameter(term, index, float(value), s))
+    for term, s in zip(cause.effect.shape_terms, sigma[len(cause.amounts) :], strict=True):
+        value = cause.shape[term.name]
+        s = float(np.hypot(s, SCALE_SIGMA * value))
+        out.append(_parameter(term, None, value, s))
+    return out
+
+
+def _parameter(term: Term, index: int | None, value: float, sigma: float) -> Parameter:
+    return Parameter(
+        name=term.name,
+        index=index,
+        value=value,
+        unit=term.unit,
+        sigma=sigma,
+        identified=identified(value, sigma),
+    )

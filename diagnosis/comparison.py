@@ -1,7 +1,7 @@
 """All causes side by side: every number of every one is a column, and tables of their products answer for any choice of them.
 
-loss = |whitened residual - columns x numbers|^2 + (numbers known beforehand / sigma)^2
-The base model's numbers are free in every comparison, nuisances are known to their sigma and go no further than a wall.
+loss = |whitened residual - columns x numbers|^2 + ((numbers - prior mean) / prior sigma)^2
+The base model's numbers are free in every comparison, nuisances are known to their sigma and go no further than NUISANCE_BOUND.
 Tables are kept by blocks of time, so that a choice can be fitted to some of them and judged on the others.
 """
 
@@ -14,31 +14,32 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from diagnosis.bounded_least_squares import between_walls
+from diagnosis.bounded_least_squares import bounded_minimum
 from diagnosis.cause import Cause
 from diagnosis.effect import Effect, Shape
 from diagnosis.linearisation import Linearisation
-from diagnosis.nuisances import WALL, Errors
-from identification.fitting import stretch_starts
+from diagnosis.nuisances import NUISANCE_BOUND, Nuisances
+from identification.fitting import segment_starts
 from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-DELAY_SIGMA = 1e-3
+DELAY_SIGMA_S = 1e-3
 """s: forces act about when the log says, no more than a row or two later"""
-BLOCK_S = 2.0
-"""s: longer than what residuals remember"""
+FOLD_BLOCK_S = 2.0
+"""s: blocks that are dealt to folds, longer than what residuals remember"""
 FOLDS = 5
-_MUCH = 0.1
-"""of what is told of a column"""
+"""of the cross-validation"""
+_TELLING_SHARE = 0.1
+"""of what all blocks tell of a column: a block that tells more is dealt by how much it tells"""
 _RIDGE = 1e-9
 """of columns scaled to one, for those that nothing tells apart"""
 
 
 @dataclass(frozen=True)
-class Group:
-    """An effect in one of its shapes: where its columns stand."""
+class EffectColumns:
+    """An effect in one of its shapes, and the columns it has."""
 
     effect: Effect
     shape: Shape
@@ -46,8 +47,8 @@ class Group:
 
 
 @dataclass(frozen=True)
-class Fitted:
-    """A choice of causes fitted: columns in use, their numbers, and the loss."""
+class ColumnFit:
+    """Columns that were fitted together, their numbers, and the loss."""
 
     columns: Index
     numbers: Array
@@ -56,248 +57,298 @@ class Fitted:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Columns: the base model's, nuisances, then causes that are named and groups that are asked about."""
+    """K columns: the base model's, nuisances, then the causes named so far and the effects that are asked about."""
 
-    point: Linearisation
-    matrix: tuple[Array, ...]
+    linearisation: Linearisation
+    matrices: tuple[Array, ...]
     """of each recording, not whitened: columns and residual, (C, S, K + 1)"""
-    base: int
-    nuisances: tuple[str, ...]
-    """the arm's, then of each recording its clock's two"""
-    held: Index
+    base_count: int
+    """of columns of the base model"""
+    nuisance_names: tuple[str, ...]
+    """the arm's, then each recording's clock and skew"""
+    cause_columns: Index
     """columns of the causes named so far"""
-    groups: tuple[Group, ...]
-    blocks: Array
-    """products of the columns with the residual last, (B, K + 1, K + 1)"""
-    chance: Array
-    """of the columns with draws of noise, (B, K, D)"""
-    sigma: Array
+    groups: tuple[EffectColumns, ...]
+    block_products: Array
+    """products of whitened columns with the residual last, by blocks of time, (B, K + 1, K + 1)"""
+    noise_products: Array
+    """products of whitened columns with draws of noise, (B, K, D)"""
+    prior_sigma: Array
     """of what is known beforehand, (K,); inf where nothing is"""
-    doubt: Array
+    relaxed_sigma: Array
     """the same where the clock rests on a model that is wrong"""
-    mean: Array
-    """and what it is known to be, in the same units"""
-    least: Array
+    prior_mean: Array
+    """what the numbers are known to be beforehand, (K,)"""
+    lower_bounds: Array
     """below which numbers do not go, (K,); -inf where they may"""
-    known: Errors
-    """what small errors do"""
-    doubted: bool
-    """whether the clock is in doubt for the causes named so far"""
-    rows: int
-    """that count"""
+    nuisances: Nuisances
+    clock_relaxed: bool
+    """whether the causes named so far put the clock in doubt"""
+    row_count: int
+    """of rows that count"""
 
     @cached_property
-    def table(self) -> Array:
+    def products(self) -> Array:
         """Of all blocks, (K + 1, K + 1)."""
-        return self.blocks.sum(axis=0)
+        return self.block_products.sum(axis=0)
 
-    def fit(self, more: Sequence[int] | Index = (), damping: float = 0.0, doubted: bool | None = None) -> Fitted:
-        """The base model with nuisances, causes and further columns; damping (Marquardt's) for steps of what is not linear."""
-        use, sigma = self._use(more), self._known(doubted)
-        return Fitted(use, *self._solved(self.table, use, sigma, damping))
+    def fit(
+        self, extra: Sequence[int] | Index = (), damping: float = 0.0, clock_relaxed: bool | None = None
+    ) -> ColumnFit:
+        """The base model with nuisances, causes and extra columns; damping (Marquardt's) for steps of what is not linear."""
+        use, sigma = self._columns_with(extra), self._sigma(clock_relaxed)
+        return ColumnFit(use, *self._solve(self.products, use, sigma, damping))
 
-    def crossed(
-        self, more: Sequence[int] | Index = (), doubted: bool | None = None, dealt: Index | None = None
+    def block_losses(
+        self, extra: Sequence[int] | Index = (), clock_relaxed: bool | None = None, folds: Index | None = None
     ) -> Array:
-        """Loss of every block where all folds but its own were fitted, (B,). dealt: the blocks' folds, if not by what is in use."""
-        use, sigma = self._use(more), self._known(doubted)
-        fold = self.dealt(more) if dealt is None else dealt
-        out = np.zeros(len(self.blocks))
+        """Loss of every block where all folds but its own were fitted, (B,); folds: of the blocks, else those of `folds(extra)`."""
+        use, sigma = self._columns_with(extra), self._sigma(clock_relaxed)
+        folds = self.folds(extra) if folds is None else folds
+        out = np.zeros(len(self.block_products))
         for f in range(min(FOLDS, len(out))):
-            own = self.blocks[fold == f]
-            x, _ = self._solved(self.table - own.sum(axis=0), use, sigma, 0.0)
+            left_out = self.block_products[folds == f]
+            x, _ = self._solve(self.products - left_out.sum(axis=0), use, sigma, 0.0)
             y = np.append(x, 1.0)
-            at = np.append(use, len(self.sigma))
-            out[fold == f] = np.einsum("i,bij,j->b", y, own[:, at[:, None], at], y)
+            at = np.append(use, len(self.prior_sigma))
+            out[folds == f] = np.einsum("i,bij,j->b", y, left_out[:, at[:, None], at], y)
         return out
 
-    def dealt(self, more: Sequence[int] | Index = ()) -> Index:
-        """The fold of every block, (B,): in turn, but of blocks that tell much of a cause none has more than others."""
-        columns = np.append(self.held, np.asarray(more, dtype=int))
-        fold = np.arange(len(self.blocks)) % FOLDS
-        told = self.blocks[:, columns, columns]
-        share = (told / np.maximum(told.sum(axis=0), 1e-300)).max(axis=1, initial=0.0)
-        much = np.flatnonzero(share > _MUCH)
-        fold[much[np.argsort(-share[much])]] = np.arange(len(much)) % FOLDS
+    def folds(self, extra: Sequence[int] | Index = ()) -> Index:
+        """The fold of every block, (B,): in turn, but blocks that tell much of a cause are spread evenly."""
+        columns = np.append(self.cause_columns, np.asarray(extra, dtype=int))
+        fold = np.arange(len(self.block_products)) % FOLDS
+        information = self.block_products[:, columns, columns]
+        share = (information / np.maximum(information.sum(axis=0), 1e-300)).max(axis=1, initial=0.0)
+        telling = np.flatnonzero(share > _TELLING_SHARE)
+        fold[telling[np.argsort(-share[telling])]] = np.arange(len(telling)) % FOLDS
         return fold
 
     @cached_property
-    def merit(self) -> float:
-        """Loss of the point as it is, but for nuisances."""
-        use = np.arange(self.base, self.base + len(self.nuisances))
-        known = np.sum((self.mean[: self.base] / self.sigma[: self.base]) ** 2)
-        return self._solved(self.table, use, self._known(None), 0.0)[1] + float(known)
+    def profiled_loss(self) -> float:
+        """Loss of the linearisation point as it is, with nuisances at their best."""
+        use = np.arange(self.base_count, self.base_count + len(self.nuisance_names))
+        base = slice(0, self.base_count)
+        prior = np.sum((self.prior_mean[base] / self.prior_sigma[base]) ** 2)
+        return self._solve(self.products, use, self._sigma(None), 0.0)[1] + float(prior)
 
     @cached_property
-    def with_causes_as_they_are(self) -> float:
-        """Loss with the base model's numbers at their best, and the causes' at the point's."""
-        return self._solved(self.table, np.arange(self.base + len(self.nuisances)), self._known(None), 0.0)[1]
+    def loss_with_causes_as_they_are(self) -> float:
+        """Loss with the base model's numbers at their best, and the causes' at the linearisation point's."""
+        use = np.arange(self.base_count + len(self.nuisance_names))
+        return self._solve(self.products, use, self._sigma(None), 0.0)[1]
 
-    def covariance(self, fit: Fitted) -> Array:
+    def covariance(self, fit: ColumnFit) -> Array:
         """Of a fit's numbers: what blocks do to them, each for itself, and what is not known of nuisances."""
-        use, last = fit.columns, len(self.sigma)
-        weight = 1 / self._known(None)[use] ** 2
-        told = np.diag(self.table)[use] + weight
-        scale = np.sqrt(np.where(told > 0, told, 1.0))
-        H = (self.table[np.ix_(use, use)] + np.diag(weight)) / np.outer(scale, scale)
+        use, last = fit.columns, len(self.prior_sigma)
+        precision = 1 / self._sigma(None)[use] ** 2
+        information = np.diag(self.products)[use] + precision
+        scale = np.sqrt(np.where(information > 0, information, 1.0))
+        H = (self.products[np.ix_(use, use)] + np.diag(precision)) / np.outer(scale, scale)
         inverse = np.linalg.inv(H + _RIDGE * np.eye(len(use))) / np.outer(scale, scale)
-        pull = self.blocks[:, use[:, None], use] @ fit.numbers + self.blocks[:, use, last]
-        count = len(self.blocks)
-        spread = np.einsum("bi,bj->ij", pull, pull) * count / max(count - 1, 1)
+        score = self.block_products[:, use[:, None], use] @ fit.numbers + self.block_products[:, use, last]
+        count = len(self.block_products)
+        spread = np.einsum("bi,bj->ij", score, score) * count / max(count - 1, 1)
         # rows that are told well by their own number count at least as noise does
-        least = self.table[np.ix_(use, use)]
-        alone, usual = inverse @ spread @ inverse, inverse @ least @ inverse
-        wider = np.sqrt(np.maximum(np.diag(usual) / np.maximum(np.diag(alone), 1e-300), 1.0))
-        return alone * np.outer(wider, wider) + inverse @ np.diag(weight) @ inverse
+        of_noise = self.products[np.ix_(use, use)]
+        by_blocks, by_noise = inverse @ spread @ inverse, inverse @ of_noise @ inverse
+        widened = np.sqrt(np.maximum(np.diag(by_noise) / np.maximum(np.diag(by_blocks), 1e-300), 1.0))
+        return by_blocks * np.outer(widened, widened) + inverse @ np.diag(precision) @ inverse
 
-    def _use(self, more: Sequence[int] | Index) -> Index:
-        first = self.base + len(self.nuisances)
-        return np.concatenate([np.arange(first), self.held, np.asarray(more, dtype=int)])
+    def _columns_with(self, extra: Sequence[int] | Index) -> Index:
+        first = self.base_count + len(self.nuisance_names)
+        return np.concatenate([np.arange(first), self.cause_columns, np.asarray(extra, dtype=int)])
 
-    def _known(self, doubted: bool | None) -> Array:
-        return self.doubt if (self.doubted if doubted is None else doubted) else self.sigma
+    def _sigma(self, clock_relaxed: bool | None) -> Array:
+        relaxed = self.clock_relaxed if clock_relaxed is None else clock_relaxed
+        return self.relaxed_sigma if relaxed else self.prior_sigma
 
-    def _solved(self, table: Array, use: Index, sigma: Array, damping: float) -> tuple[Array, float]:
-        """Numbers and loss."""
+    def _solve(self, products: Array, use: Index, sigma: Array, damping: float) -> tuple[Array, float]:
+        """Numbers of the columns in use, and the loss."""
         sigma = sigma[use]
-        nuisance = np.isfinite(sigma)
-        last = len(self.sigma)
-        G = table[np.ix_(use, use)] + np.diag(1 / sigma**2)
-        known = self.mean[use] / sigma**2
-        b = known - table[use, last]
-        total = float(table[last, last] + known @ self.mean[use])
+        has_prior = np.isfinite(sigma)
+        last = len(self.prior_sigma)
+        G = products[np.ix_(use, use)] + np.diag(1 / sigma**2)
+        prior = self.prior_mean[use] / sigma**2
+        b = prior - products[use, last]
+        total = float(products[last, last] + prior @ self.prior_mean[use])
         scale = np.sqrt(np.where(np.diag(G) > 0, np.diag(G), 1.0))
         G, b = G / np.outer(scale, scale), b / scale
-        H = G + np.diag(np.where(nuisance, _RIDGE, _RIDGE + damping))
-        wall, middle = WALL * sigma * scale, self.mean[use] * scale
-        low, high = np.maximum(middle - wall, self.least[use] * scale), middle + wall
-        x = between_walls(H, b, low, high)
+        H = G + np.diag(np.where(has_prior, _RIDGE, _RIDGE + damping))
+        reach, middle = NUISANCE_BOUND * sigma * scale, self.prior_mean[use] * scale
+        low, high = np.maximum(middle - reach, self.lower_bounds[use] * scale), middle + reach
+        x = bounded_minimum(H, b, low, high)
         loss = total - 2 * float(x @ b) + float(x @ G @ x)
         return x / scale, loss
 
-    def by_chance(self, choices: Sequence[Index], rng: np.random.Generator, count: int) -> Array:
-        """The most that any of these choices of columns takes from the loss where nothing is wrong, in `count` worlds.
+    def chance_gains(self, choices: Sequence[Index], rng: np.random.Generator, worlds: int) -> Array:
+        """The most that any of these choices of columns takes from the loss where nothing is wrong, (worlds,).
 
-        In each the base model holds: residuals are one draw of noise, blocks with signs at random, and what a drawing's errors do.
+        In each world the base model holds: residuals are one draw of noise, blocks with signs at random, and what a drawing's
+        errors do.
         """
-        use, sigma = self._use(()), self._known(True)
-        first, wrong = self.base, len(self.nuisances)
-        signs = rng.choice([-1.0, 1.0], (count, len(self.blocks)))
-        drawn = rng.integers(self.chance.shape[2], size=count)
-        seen = np.einsum("nb,bkn->kn", signs, self.chance[:, :, drawn])
-        off = np.clip(rng.normal(size=(wrong, count)), -WALL, WALL)
-        seen += self.table[:-1, first : first + wrong] @ off
-        G = self.table[:-1, :-1] + np.diag(1 / sigma**2)
+        use, sigma = self._columns_with(()), self._sigma(True)
+        first, count = self.base_count, len(self.nuisance_names)
+        signs = rng.choice([-1.0, 1.0], (worlds, len(self.block_products)))
+        draws = rng.integers(self.noise_products.shape[2], size=worlds)
+        gradient = np.einsum("nb,bkn->kn", signs, self.noise_products[:, :, draws])
+        errors = np.clip(rng.normal(size=(count, worlds)), -NUISANCE_BOUND, NUISANCE_BOUND)
+        gradient += self.products[:-1, first : first + count] @ errors
+        G = self.products[:-1, :-1] + np.diag(1 / sigma**2)
         scale = np.sqrt(np.where(np.diag(G) > 0, np.diag(G), 1.0))
-        G, seen = G / np.outer(scale, scale) + _RIDGE * np.eye(len(scale)), seen / scale[:, None]
-        known = cho_factor(G[np.ix_(use, use)])
-        most = np.zeros(count)
+        G, gradient = G / np.outer(scale, scale) + _RIDGE * np.eye(len(scale)), gradient / scale[:, None]
+        factor = cho_factor(G[np.ix_(use, use)])
+        most = np.zeros(worlds)
         for columns in choices:
             across = G[np.ix_(use, columns)]
-            S = G[np.ix_(columns, columns)] - across.T @ cho_solve(known, across)
-            v = seen[columns] - across.T @ cho_solve(known, seen[use])
+            S = G[np.ix_(columns, columns)] - across.T @ cho_solve(factor, across)
+            v = gradient[columns] - across.T @ cho_solve(factor, gradient[use])
             most = np.maximum(most, np.einsum("in,in->n", v, np.linalg.lstsq(S, v, rcond=1e-9)[0]))
         return most
 
-    def shifted(self, numbers: Array) -> "Comparison":
-        """With these numbers (K,) taken as given: what remains to be explained is other."""
-        blocks = self.blocks.copy()
-        A, r = self.blocks[:, :-1, :-1], self.blocks[:, :-1, -1]
-        blocks[:, :-1, -1] = blocks[:, -1, :-1] = r + A @ numbers
-        blocks[:, -1, -1] += 2 * r @ numbers + numbers @ (A @ numbers).T
-        matrix = []
-        for old in self.matrix:
+    def with_fixed(self, numbers: Array) -> "Comparison":
+        """With these numbers (K,) taken as given: only what they leave remains to be explained."""
+        products = self.block_products.copy()
+        A, r = self.block_products[:, :-1, :-1], self.block_products[:, :-1, -1]
+        products[:, :-1, -1] = products[:, -1, :-1] = r + A @ numbers
+        products[:, -1, -1] += 2 * r @ numbers + numbers @ (A @ numbers).T
+        matrices = []
+        for old in self.matrices:
             new = old.copy()
             new[..., -1] += old[..., :-1] @ numbers
-            matrix.append(new)
-        return replace(self, blocks=blocks, matrix=tuple(matrix))
+            matrices.append(new)
+        return replace(self, block_products=products, matrices=tuple(matrices))
 
-    def silent(self) -> "Comparison":
-        """With nothing to be explained: for asking what would be seen of something."""
-        table = self.table.copy()
-        table[-1, :] = table[:, -1] = 0.0
-        return replace(self, blocks=table[None], matrix=(), mean=np.zeros_like(self.mean))
+    def with_zero_residual(self) -> "Comparison":
+        """With nothing to be explained: for asking what an effect would leave if there were nothing else."""
+        products = self.products.copy()
+        products[-1, :] = products[:, -1] = 0.0
+        return replace(self, block_products=products[None], matrices=(), prior_mean=np.zeros_like(self.prior_mean))
 
-    def of_recordings(self) -> Fitted:
-        """Only what each recording has of its own: pre-elongations, delay, clock."""
-        entries = self.point.unknowns.entries
-        own = [i for i, e in enumerate(entries) if e.recording is not None]
-        clocks = self.base + np.arange(len(self.known.names), len(self.nuisances))
-        use = np.append(own, clocks)
-        return Fitted(use, *self._solved(self.table, use, self._known(None), 0.0))
+    def fit_of_recordings(self) -> ColumnFit:
+        """Of what each recording has for itself only: pre-elongations, delay, clock."""
+        entries = self.linearisation.unknowns.entries
+        numbers = [i for i, e in enumerate(entries) if e.recording is not None]
+        clocks = self.base_count + np.arange(len(self.nuisances.names), len(self.nuisance_names))
+        use = np.append(numbers, clocks)
+        return ColumnFit(use, *self._solve(self.products, use, self._sigma(None), 0.0))
 
-    def left(self, fit: Fitted) -> list[Array]:
+    def residuals_after(self, fit: ColumnFit) -> list[Array]:
         """Residuals once fitted, of each recording, (C, S), in N and N m."""
-        return [m[..., -1] + m[..., fit.columns] @ fit.numbers for m in self.matrix]
+        return [m[..., -1] + m[..., fit.columns] @ fit.numbers for m in self.matrices]
 
-    def clock_moved(self, fit: Fitted) -> Array:
-        """By how much a fit puts each recording's frames later than the point has them, s, (R,)."""
-        count = len(self.matrix)
-        columns = self.base + len(self.known.names) + 2 * np.arange(count)
-        return fit.numbers[np.searchsorted(fit.columns, columns)] * np.array(self.known.clock)
+    def clock_shifts(self, fit: ColumnFit) -> Array:
+        """By how much a fit puts each recording's frames later than the linearisation point has them, s, (R,)."""
+        recordings = len(self.matrices)
+        columns = self.base_count + len(self.nuisances.names) + 2 * np.arange(recordings)
+        return fit.numbers[np.searchsorted(fit.columns, columns)] * np.array(self.nuisances.clock_sigma)
 
 
 def compare(
     at: Linearisation,
     causes: Sequence[Cause],
     effects: Sequence[tuple[Effect, Shape]],
-    known: Errors,
+    nuisances: Nuisances,
     whiten: Whitener,
-    drawn: Sequence[Sequence[Array]] = (),
-    doubted: bool | None = None,
+    noise: Sequence[Sequence[Array]] = (),
+    clock_relaxed: bool | None = None,
 ) -> Comparison:
-    """Causes that the point holds, and effects, each in the shape given, beside them. drawn: noise of each recording.
+    """Causes that the linearisation's hypothesis holds, and effects beside them, each in the shape given.
 
-    doubted: whether the clock is; unless said it is where a cause is named that is not the clock itself.
+    noise: draws of each recording. clock_relaxed: whether the clock is in doubt; unless said, it is where a cause is named that
+    is not the clock itself.
     """
-    places = at.places
-    size, arm = at.unknowns.size, places[0].signals.arm
-    own = 2 * len(places)
+    matrices, widths = _matrices(at, causes, effects, nuisances)
+    names = (
+        *nuisances.names,
+        *(f"{name} of recording {r + 1}" for r in range(len(at.recordings)) for name in ("clock", "skew")),
+    )
+    first = len(at.unknowns.size) + len(names)
+    slots = [np.arange(a, b) for a, b in pairwise(first + np.cumsum([0, *widths]))]
+    block_products, noise_products, row_count = _products(at, matrices, whiten, noise)
+    prior_sigma, relaxed_sigma, prior_mean = _priors(at, nuisances, first, first + sum(widths))
+    if clock_relaxed is None:
+        clock_relaxed = bool(causes) and not any(cause.effect.is_clock for cause in causes)
+    return Comparison(
+        linearisation=at,
+        matrices=tuple(matrices),
+        base_count=len(at.unknowns.size),
+        nuisance_names=names,
+        cause_columns=np.concatenate([np.zeros(0, dtype=int), *slots[: len(causes)]]).astype(int),
+        groups=tuple(
+            EffectColumns(effect, shape, slot)
+            for (effect, shape), slot in zip(effects, slots[len(causes) :], strict=True)
+        ),
+        block_products=block_products,
+        noise_products=noise_products,
+        prior_sigma=prior_sigma,
+        relaxed_sigma=relaxed_sigma,
+        prior_mean=prior_mean,
+        lower_bounds=_lower_bounds(at, len(prior_sigma)),
+        nuisances=nuisances,
+        clock_relaxed=clock_relaxed,
+        row_count=row_count,
+    )
+
+
+def _matrices(
+    at: Linearisation, causes: Sequence[Cause], effects: Sequence[tuple[Effect, Shape]], nuisances: Nuisances
+) -> tuple[list[Array], list[int]]:
+    """Columns and residual of each recording, (C, S, K + 1), and the number of columns of each cause and effect."""
+    arm = at.recordings[0].signals.arm
     matrices: list[Array] = []
     widths: list[int] = []
-    for r, place in enumerate(places):
-        recording = np.zeros((*place.rows.residual.shape, own))
-        recording[..., 2 * r : 2 * r + 2] = known.own[r]
-        further = [cause.columns(place) for cause in causes]
-        further += [effect.columns(place, shape) * effect.sizes(arm) for effect, shape in effects]
+    for r, recording in enumerate(at.recordings):
+        clocks = np.zeros((*recording.rows.residual.shape, 2 * len(at.recordings)))
+        clocks[..., 2 * r : 2 * r + 2] = nuisances.clock_columns[r]
+        further = [cause.columns(recording) for cause in causes]
+        further += [effect.columns(recording, shape) * effect.sizes(arm) for effect, shape in effects]
         widths = [part.shape[2] for part in further]
-        parts = [place.rows.jacobian * size, known.arm[r], recording, *further, place.rows.residual[..., None]]
-        matrices.append(np.concatenate(parts, axis=2))
-    first = len(size) + len(known.names) + own
-    ends = first + np.cumsum([0, *widths])
-    slots = [np.arange(a, b) for a, b in pairwise(ends)]
-    groups = [Group(e, shape, s) for (e, shape), s in zip(effects, slots[len(causes) :], strict=True)]
-    k = int(ends[-1])
-    blocks, chance, rows = [], [], 0
-    for r, (matrix, place) in enumerate(zip(matrices, places, strict=True)):
-        s = place.signals
-        starts = stretch_starts(s)
-        white = whiten(matrix, starts, place.unsure)
-        noise = whiten(np.stack(drawn[r], axis=-1), starts, place.unsure) if drawn else white[..., :0]
-        length = max(1, round(BLOCK_S / (s.step * s.low_pass.factor)))
+        base = recording.rows.jacobian * at.unknowns.size
+        residual = recording.rows.residual[..., None]
+        matrices.append(np.concatenate([base, nuisances.arm_columns[r], clocks, *further, residual], axis=2))
+    return matrices, widths
+
+
+def _products(
+    at: Linearisation, matrices: Sequence[Array], whiten: Whitener, noise: Sequence[Sequence[Array]]
+) -> tuple[Array, Array, int]:
+    """By blocks: products of whitened columns with each other and with draws of noise; the number of rows that count."""
+    block_products, noise_products, row_count = [], [], 0
+    for r, (matrix, recording) in enumerate(zip(matrices, at.recordings, strict=True)):
+        s, variance = recording.signals, recording.input_variance
+        starts, width = segment_starts(s), matrix.shape[2]
+        white = whiten(matrix, starts, variance)
+        white_noise = whiten(np.stack(noise[r], axis=-1), starts, variance) if noise else white[..., :0]
+        length = max(1, round(FOLD_BLOCK_S / (s.step * s.low_pass.factor)))
         for begin in range(0, white.shape[1], length):
-            part = white[:, begin : begin + length].reshape(-1, k + 1)
-            blocks.append(part.T @ part)
-            chance.append(part[:, :k].T @ noise[:, begin : begin + length].reshape(len(part), -1))
-        rows += int(np.count_nonzero(white[..., -1]))
-    sigma, mean, least = np.full(k, np.inf), np.zeros(k), np.full(k, -np.inf)
-    # what is nothing at zero may come out a little below by chance, but no further
-    lowest = [e.term.low - (e.term.size if e.term.linear and e.term.low == 0 else 0.0) for e in at.unknowns.entries]
-    least[: len(size)] = np.minimum(np.array(lowest) - at.p, 0.0) / size
+            rows = white[:, begin : begin + length].reshape(-1, width)
+            block_products.append(rows.T @ rows)
+            noise_products.append(rows[:, :-1].T @ white_noise[:, begin : begin + length].reshape(len(rows), -1))
+        row_count += int(np.count_nonzero(white[..., -1]))
+    return np.array(block_products), np.array(noise_products), row_count
+
+
+def _priors(at: Linearisation, nuisances: Nuisances, first: int, count: int) -> tuple[Array, Array, Array]:
+    """Sigma, the same with clocks in doubt, and mean of what is known beforehand, (count,); first: behind the nuisances."""
+    size = at.unknowns.size
+    sigma, mean = np.full(count, np.inf), np.zeros(count)
     sigma[len(size) : first] = 1.0
     for i, entry in enumerate(at.unknowns.entries):
         if entry.term.name == "delay":
-            sigma[i], mean[i] = DELAY_SIGMA / entry.term.size, -at.p[i] / entry.term.size
-    doubt = sigma.copy()
-    for r in range(len(places)):
-        at_clock = first - own + 2 * r
-        doubt[at_clock] = known.doubt[r]
-        mean[at_clock] = -at.late[r] / known.clock[r]
-    every = (*known.names, *(f"{name} of recording {r + 1}" for r in range(len(places)) for name in ("clock", "skew")))
-    held = np.concatenate([np.zeros(0, dtype=int), *slots[: len(causes)]]).astype(int)
-    if doubted is None:
-        doubted = bool(causes) and not any(cause.effect.of_clock for cause in causes)
-    return Comparison(
-        at, tuple(matrices), len(size), every, held, tuple(groups), np.array(blocks), np.array(chance),
-        sigma, doubt, mean, least, known, doubted, rows,
-    )  # fmt: skip
+            sigma[i], mean[i] = DELAY_SIGMA_S / entry.term.size, -at.p[i] / entry.term.size
+    relaxed = sigma.copy()
+    recordings = len(at.recordings)
+    for r in range(recordings):
+        clock = first - 2 * recordings + 2 * r
+        relaxed[clock] = nuisances.relaxed_clock_sigma[r]
+        mean[clock] = -at.frame_lags[r] / nuisances.clock_sigma[r]
+    return sigma, relaxed, mean
+
+
+def _lower_bounds(at: Linearisation, count: int) -> Array:
+    """Of the numbers (count,): what is nothing at zero may come out a little below by chance, but no further."""
+    lowest = [e.term.low - (e.term.size if e.term.linear and e.term.low == 0 else 0.0) for e in at.unknowns.entries]
+    bounds = np.full(count, -np.inf)
+    bounds[: len(lowest)] = np.minimum(np.array(lowest) - at.p, 0.0) / at.unknowns.size
+    return bounds

@@ -5,60 +5,60 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause_search import MATERIAL, Search
-from diagnosis.comparison import Comparison, Group
+from diagnosis.cause_search import MIN_LOSS_SHARE, Search
+from diagnosis.comparison import Comparison, EffectColumns
 
 Array = NDArray[np.float64]
 
-_VISIBLE = 5.0
+_VISIBLE_SIZE = 5.0
 """times what a person calls a change: an effect of that size should show"""
 
 
 @dataclass(frozen=True)
 class Detectability:
-    """effects: names. alike[i, j]: share of what effect i does that effect j could feign. told: loss that a visible one makes."""
+    """Of E effects, each of a size that should show, where it shows most."""
 
     effects: tuple[str, ...]
-    alike: Array
-    """(E, E)"""
-    share: Array
-    """of the loss, that each would take when it is of a size that should show, (E,)"""
-    unseen: tuple[tuple[str, str], ...]
+    imitated: Array
+    """(E, E): share of what the effect of the row does that the effect of the column could feign"""
+    loss_share: Array
+    """of the loss, that each would make, (E,)"""
+    invisible_places: tuple[tuple[str, str], ...]
     """places in which an effect would not show that would in another: its name, and where"""
 
     @property
-    def blind(self) -> tuple[str, ...]:
+    def invisible(self) -> tuple[str, ...]:
         """Effects that would not show."""
-        return tuple(name for name, share in zip(self.effects, self.share, strict=True) if share < MATERIAL)
+        return tuple(name for name, share in zip(self.effects, self.loss_share, strict=True) if share < MIN_LOSS_SHARE)
 
 
-def sight(found: Search) -> Detectability:
+def detectability(search: Search) -> Detectability:
     """Of the search's recordings, at the base model."""
-    now = found.asked
-    loss = found.last.fit.loss
-    arm = now.point.hypothesis.arm
-    groups = {group.effect.name: group for group in now.groups}
+    comparison = search.every_effect
+    loss = search.last.fit.loss
+    arm = comparison.linearisation.hypothesis.arm
+    groups = {group.effect.name: group for group in comparison.groups}
     names = tuple(groups)
     # of an effect that may sit in one place alone, the place where it shows most
-    shown, alone, unseen = [], [], []
+    most_visible, effect_losses, invisible_places = [], [], []
     for name, group in groups.items():
-        wheres = group.effect.wheres(arm)
-        options = [(_shown(now, group, w.columns), w.label) for w in (wheres[1:] or wheres)]
-        told = [quiet.fit().loss for quiet, _ in options]
-        hidden = [label for (_, label), one in zip(options, told, strict=True) if one < MATERIAL * (loss + one)]
+        placements = group.effect.placements(arm)
+        options = [(_effect_alone(comparison, group, w.columns), w.label) for w in (placements[1:] or placements)]
+        losses = [alone.fit().loss for alone, _ in options]
+        hidden = [label for (_, label), own in zip(options, losses, strict=True) if own < MIN_LOSS_SHARE * (loss + own)]
         if len(hidden) < len(options):
-            unseen += [(name, label) for label in hidden]
-        shown.append(options[int(np.argmax(told))][0])
-        alone.append(max(told))
-    feigned = [[quiet.fit(groups[b].columns).loss for b in names] for quiet in shown]
-    most = np.array(alone)
-    alike = 1 - np.array(feigned) / np.maximum(most, 1e-12)[:, None]
-    np.fill_diagonal(alike, 1.0)
-    return Detectability(names, alike, most / (loss + most), tuple(unseen))
+            invisible_places += [(name, label) for label in hidden]
+        most_visible.append(options[int(np.argmax(losses))][0])
+        effect_losses.append(max(losses))
+    losses_with_another = [[alone.fit(groups[b].columns).loss for b in names] for alone in most_visible]
+    effect_loss = np.array(effect_losses)
+    imitated = 1 - np.array(losses_with_another) / np.maximum(effect_loss, 1e-12)[:, None]
+    np.fill_diagonal(imitated, 1.0)
+    return Detectability(names, imitated, effect_loss / (loss + effect_loss), tuple(invisible_places))
 
 
-def _shown(now: Comparison, group: Group, columns: tuple[int, ...]) -> Comparison:
-    """What would be seen of an effect in a place, of a size that should show, and of nothing else."""
-    numbers = np.zeros(len(now.sigma))
-    numbers[group.columns[list(columns)]] = _VISIBLE
-    return now.silent().shifted(numbers)
+def _effect_alone(comparison: Comparison, group: EffectColumns, columns: tuple[int, ...]) -> Comparison:
+    """What an effect of a size that should show would leave at a place, if there were nothing else."""
+    numbers = np.zeros(len(comparison.prior_sigma))
+    numbers[group.columns[list(columns)]] = _VISIBLE_SIZE
+    return comparison.with_zero_residual().with_fixed(numbers)

@@ -4,30 +4,29 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from diagnosis.cause import Cause, believed
-from diagnosis.cause_search import EXPLAINED, Search, search
-from diagnosis.detectability import Detectability, sight
-from diagnosis.excess import Excess
-from diagnosis.gain import EQUATIONS, Gain, excess_of, gains, held
+from diagnosis.cause import Cause, with_causes
+from diagnosis.cause_search import MIN_EXPLAINED, Search, search
+from diagnosis.detectability import Detectability, detectability
+from diagnosis.held_out_gain import EQUATIONS, Gain, gains, held_out_excess, held_out_residuals
 from diagnosis.hypothesis import Hypothesis, as_described
-from diagnosis.noise_ensemble import read
+from diagnosis.noise_ensemble import NoiseEnsemble, noise_ensemble
+from diagnosis.noise_excess import NoiseExcess
 from diagnosis.signature import Signature, signature
-from diagnosis.simulated_gain import Side, simulated_gains
+from diagnosis.simulated_gain import SimulatedModel, simulated_gains
 from identification.dataset.dataset import DataSet
-from identification.dataset.frames import seen_in
-from identification.estimates import one_arm
+from identification.dataset.frames import frame_angles
+from identification.estimates import common_arm
 from xneck_foundation.errors import Refused
 
-Array = NDArray[np.float64]
-
-TOO_MANY = 4
-"""causes that explain alike: then the data cannot decide"""
-_SURELY = 3.0
-"""standard deviations by which a gain is none"""
-BLIND = 0.5
-"""share of the effects that recordings may not show at most, to say that there is none"""
+TOO_MANY_TIED = 4
+"""causes that explain alike from which the data cannot decide"""
+MAX_INVISIBLE_SHARE = 0.5
+"""of the effects: what recordings may not show at most, to say that there is none"""
+_WORSE_SIGMAS = 3.0
+"""standard deviations by which the extended model must be worse for the report to say so"""
+_HELD_OUT_SEED = 100
+"""added to the random seed of recordings that are not fitted"""
 
 
 @dataclass(frozen=True)
@@ -38,26 +37,26 @@ class Diagnosis:
     """consistent, cause, ambiguous, unknown or insufficient"""
     why: str
     search: Search
-    sight: Detectability
+    detectability: Detectability
     """what these recordings could have shown"""
     signature: Signature
     """where, when and against what the base model errs"""
     gains: tuple[Gain, ...]
     """on recordings that were not fitted"""
     extended: Hypothesis
-    """the description with what was found in it"""
+    """the description with the causes in it"""
     not_simulated: str = ""
     """why, where one of both models is none that moves"""
 
     @property
-    def before(self) -> Excess:
+    def before(self) -> NoiseExcess:
         """What the base model leaves where it was fitted."""
-        return self.search.first.beyond
+        return self.search.first.excess
 
     @property
-    def after(self) -> Excess:
+    def after(self) -> NoiseExcess:
         """What is left with the causes."""
-        return self.search.last.beyond
+        return self.search.last.excess
 
     @property
     def causes(self) -> tuple[Cause, ...]:
@@ -87,61 +86,89 @@ def diagnose(
     >>> all(gain.after < gain.before / 2 for gain in found.gains)  # on tuesday's, which nothing was fitted to
     True
     """
-    for data in (*recordings, *held_out):
-        if "f1" not in data.state.columns:
-            raise Refused("diagnose", "a data set holds no forces f", "log the force command of every motor")
-    if any(_same(one, other) for one in recordings for other in held_out):
-        raise Refused("diagnose", "a recording is fitted and held out at once", "hold out another one of the same arm")
-    one_arm([*recordings, *held_out])
+    _check(recordings, held_out)
     h = as_described(recordings[0].neck)
     progress("noise")
-    fitted = [read(data, seen_in(data), seed + i) for i, data in enumerate(recordings)]
-    others = [read(data, seen_in(data), seed + 100 + i) for i, data in enumerate(held_out)]
+    fitted = [noise_ensemble(data, frame_angles(data), seed + i) for i, data in enumerate(recordings)]
+    others = [noise_ensemble(data, frame_angles(data), seed + _HELD_OUT_SEED + i) for i, data in enumerate(held_out)]
     progress("causes")
     found = search(h, fitted, seed)
-    first, last = found.first, found.last
-    could = sight(found)
+    visible = detectability(found)
     progress("gain")
-    extended = believed(h, last.causes)
-    gained: tuple[Gain, ...] = ()
-    holds, not_simulated = True, ""
-    if others:
-        was = held(first.end, first.fit, h, others, found.whiten, bool(last.causes))
-        now = held(last.end, last.fit, extended, others, found.whiten, bool(last.causes))
-        gained = gains(was, now, h.arm.M)
-        # causes must take from other recordings as much of what stands plainly above noise as where they were fitted
-        holds = excess_of(now, now).plain_energy <= (1 - EXPLAINED) * excess_of(was, now).plain_energy
-        progress("simulation")
-        try:
-            gained += simulated_gains(Side(first, h, was), Side(last, extended, now), others)
-        except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
-            not_simulated = str(refused)
-    verdict, why = _verdict(found, could, gained, holds)
-    worse = [g.measure for g in gained if g.after - g.before > _SURELY * g.sigma]
-    if last.causes and worse and verdict != "insufficient":
+    extended = with_causes(h, found.last.causes)
+    measured, holds, not_simulated = _held_out(found, h, extended, others, progress)
+    verdict, why = _verdict(found, visible, measured, holds)
+    worse = [g.measure for g in measured if g.after - g.before > _WORSE_SIGMAS * g.sigma]
+    if found.last.causes and worse and verdict != "insufficient":
         why = "; ".join(
             filter(None, [why, f"where it was not fitted the extended model does worse in {', '.join(worse)}"])
         )
-    return Diagnosis(verdict, why, found, could, signature(first, last), gained, extended, not_simulated)
+    return Diagnosis(
+        verdict=verdict,
+        why=why,
+        search=found,
+        detectability=visible,
+        signature=signature(found.first, found.last),
+        gains=measured,
+        extended=extended,
+        not_simulated=not_simulated,
+    )
+
+
+def _check(recordings: Sequence[DataSet], held_out: Sequence[DataSet]) -> None:
+    for data in (*recordings, *held_out):
+        if "f1" not in data.state.columns:
+            raise Refused("diagnose", "a data set holds no forces f", "log the force command of every motor")
+    if any(_same(a, b) for a in recordings for b in held_out):
+        raise Refused("diagnose", "a recording is fitted and held out at once", "hold out another one of the same arm")
+    common_arm([*recordings, *held_out])
 
 
 def _same(a: DataSet, b: DataSet) -> bool:
     return len(a.state) == len(b.state) and np.array_equal(a.state.matrix("theta"), b.state.matrix("theta"))
 
 
-def _verdict(found: Search, could: Detectability, gained: Sequence[Gain], holds: bool) -> tuple[str, str]:
-    """holds: whether causes explain the recordings that were not fitted too, if there are any."""
+def _held_out(
+    found: Search,
+    h: Hypothesis,
+    extended: Hypothesis,
+    ensembles: Sequence[NoiseEnsemble],
+    progress: Callable[[str], object],
+) -> tuple[tuple[Gain, ...], bool, str]:
+    """Gains on recordings that were not fitted, whether causes explain these too, and why they could not be simulated."""
+    if not ensembles:
+        return (), True, ""
+    first, last = found.first, found.last
+    relaxed = bool(last.causes)
+    old = held_out_residuals(first.comparison, first.fit, h, ensembles, found.whiten, relaxed)
+    new = held_out_residuals(last.comparison, last.fit, extended, ensembles, found.whiten, relaxed)
+    measured = gains(old, new, h.arm.M)
+    # causes must take from other recordings as much of what stands plainly above noise as where they were fitted
+    limit = (1 - MIN_EXPLAINED) * held_out_excess(old, new).energy_above_limit
+    holds = held_out_excess(new, new).energy_above_limit <= limit
+    progress("simulation")
+    not_simulated = ""
+    try:
+        before, after = SimulatedModel(first, h, old), SimulatedModel(last, extended, new)
+        measured += simulated_gains(before, after, ensembles)
+    except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
+        not_simulated = str(refused)
+    return measured, holds, not_simulated
+
+
+def _verdict(found: Search, visible: Detectability, measured: Sequence[Gain], holds: bool) -> tuple[str, str]:
+    """The verdict and why; holds: whether causes explain the recordings that were not fitted too, if there are any."""
     if not found.named:
-        if found.first.beyond.plain:
+        if found.first.excess.above_noise:
             return "unknown", "the data differ from the model, and no cause that is known explains it"
-        if len(could.blind) > BLIND * len(could.effects):
-            return "insufficient", f"these recordings could not show {', '.join(could.blind)}"
+        if len(visible.invisible) > MAX_INVISIBLE_SHARE * len(visible.effects):
+            return "insufficient", f"these recordings could not show {', '.join(visible.invisible)}"
         return "consistent", "nothing stands above noise"
     if not holds:
-        worst = max(g.after / g.noise_floor for g in gained if g.measure in EQUATIONS)
+        worst = max(g.after / g.noise_floor for g in measured if g.measure in EQUATIONS)
         why = f"what explains the fitted recordings leaves {worst:.1f} times noise on those that were not fitted"
         return "insufficient", why
-    if max(len(named.tied) for named in found.named) >= TOO_MANY:
+    if max(len(named.tied) for named in found.named) >= TOO_MANY_TIED:
         return "insufficient", "too many causes explain the data alike"
     if any(len(named.tied) > 1 for named in found.named):
         return "ambiguous", "several causes explain the data alike"

@@ -9,76 +9,84 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.explained_energy import Autocovariance, Energy, autocovariance, energy, orthonormal
+from diagnosis.explained_energy import Autocovariance, Energy, autocovariance, explained_energy, orthonormal
 from diagnosis.linearisation import RecordingLinearisation
 
 Array = NDArray[np.float64]
 
-_FINE = 4
+_OVERSAMPLING = 4
 """orders tried for each that the drum's way can tell apart"""
-_PER_MOTOR_TURN = 1.5
-"""up to so many a turn of the motor: once a turn is within"""
+_MAX_PER_MOTOR_TURN = 1.5
+"""orders are tried up to so many a turn of the motor: once a turn is within"""
 _ZOOMS = 3
 
 
 @dataclass(frozen=True)
-class Periodic:
-    """`order` times a turn of the drum, with sigma, and the energy of its two waves; `tried` orders that can be told apart."""
+class DrumWave:
+    """The wave of the drum's angle that takes most of a motor's residual."""
 
     order: float
+    """times a turn of the drum"""
     sigma: float
+    """of the order"""
     gear: float
     energy: Energy
-    tried: int
+    """of its sine and cosine"""
+    orders_tried: int
+    """that can be told apart"""
 
     @property
     def log_p(self) -> float:
         """Of chance, with all orders that were tried."""
-        return min(0.0, self.energy.log_p + float(np.log(self.tried)))
+        return min(0.0, self.energy.log_p + float(np.log(self.orders_tried)))
 
 
-def periodic(
+def drum_wave(
     residual: Sequence[Array],
-    places: Sequence[RecordingLinearisation],
+    recordings: Sequence[RecordingLinearisation],
     motor: int,
-    beneath: Array,
-    known: Autocovariance,
-) -> Periodic | None:
-    """The order that takes most of a motor's residual (S,) of each recording, beyond what stands beneath it; None where the drum
-    does not turn."""
-    R = places[0].hypothesis.neck.motors[motor].R
-    drums = [place.signals.theta[:, motor] / R for place in places]
+    basis: Array,
+    covariance: Autocovariance,
+) -> DrumWave | None:
+    """The order that takes most of a motor's residual (S,) of each recording, beyond a basis; None where the drum does not turn."""
+    R = recordings[0].hypothesis.neck.motors[motor].R
+    drums = [recording.signals.theta[:, motor] / R for recording in recordings]
     span = float(max(np.ptp(d) for d in drums))
     if span <= 0:
         return None
-    apart = 2 * np.pi / span
+    resolution = 2 * np.pi / span
     # one whole wave on the drum's way at least: slower ones are what any smooth law leaves
-    orders = np.arange(apart, max(_PER_MOTOR_TURN * R, 2 * apart), apart / _FINE)
+    orders = np.arange(resolution, max(_MAX_PER_MOTOR_TURN * R, 2 * resolution), resolution / _OVERSAMPLING)
 
     def waves(order: float) -> list[Array]:
         out = []
-        for place, drum in zip(places, drums, strict=True):
-            wave = place.signals.low_pass(np.exp(1j * order * drum))
+        for recording, drum in zip(recordings, drums, strict=True):
+            wave = recording.signals.low_pass(np.exp(1j * order * drum))
             out.append(np.column_stack([wave.real, wave.imag]))
         return out
 
-    def taken(order: float) -> Energy:
-        return energy(residual, waves(order), beneath, known)
+    def energy(order: float) -> Energy:
+        return explained_energy(residual, waves(order), basis, covariance)
 
-    found = [taken(order) for order in orders]
-    best = int(np.argmax([e.taken for e in found]))
-    order, step = float(orders[best]), apart / _FINE
+    coarse = [energy(order).taken for order in orders]
+    order, step = float(orders[int(np.argmax(coarse))]), resolution / _OVERSAMPLING
     for _ in range(_ZOOMS):
         near = order + step * np.linspace(-1, 1, 9)
-        order, step = float(near[np.argmax([taken(o).taken for o in near])]), step / 4
-    most = taken(order)
+        order, step = float(near[np.argmax([energy(o).taken for o in near])]), step / 4
+    most = energy(order)
     # log likelihood is energy over twice the scale of what the waves leave; sigma from its curvature
     X = np.concatenate(waves(order))
-    Q = orthonormal(X - beneath @ (beneath.T @ X))
+    Q = orthonormal(X - basis @ (basis.T @ X))
     flat = np.concatenate(residual)
-    left = np.split(flat - Q @ (Q.T @ flat), np.cumsum([len(r) for r in residual])[:-1])
-    scale = energy(left, waves(order), beneath, autocovariance(left, known.at)).scale
-    h = apart / 8
-    bend = (2 * most.taken - taken(order + h).taken - taken(order - h).taken) / h**2
-    sigma = float(np.sqrt(2 * scale / bend)) if bend > 0 else float("inf")
-    return Periodic(order, sigma, R, most, max(1, round((orders[-1] - orders[0]) / apart)))
+    remainder = np.split(flat - Q @ (Q.T @ flat), np.cumsum([len(r) for r in residual])[:-1])
+    remainder_covariance = autocovariance(remainder, covariance.grid_rows)
+    scale = explained_energy(remainder, waves(order), basis, remainder_covariance).scale
+    h = resolution / 8
+    curvature = (2 * most.taken - energy(order + h).taken - energy(order - h).taken) / h**2
+    return DrumWave(
+        order=order,
+        sigma=float(np.sqrt(2 * scale / curvature)) if curvature > 0 else float("inf"),
+        gear=R,
+        energy=most,
+        orders_tried=max(1, round((orders[-1] - orders[0]) / resolution)),
+    )

@@ -1,19 +1,21 @@
-"""What may be wrong with a model: one cause, with numbers that are zero where it is absent.
+"""What may be wrong with a model: one cause, with amounts that are zero where it is absent.
 
-Each effect says what its numbers do to the residuals, in columns, and how a hypothesis reads with them in it. Causes in the laws
-(`OfLaw`), in the description of the arm (`OfArm`) and in what was read stand on an equal footing.
+Each effect says what its amounts do to the residuals, in columns, and how a hypothesis reads with them in it. Causes in the laws
+(`LawEffect`), in the description of the arm (`DescriptionEffect`) and in how a recording was read stand on an equal footing.
 """
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.hypothesis import Hypothesis, at_rest
+from diagnosis.check_fault import CheckFault
+from diagnosis.hypothesis import Hypothesis, inactive_values
 from diagnosis.linearisation import RecordingLinearisation
-from identification.residuals import forces, on_channels
+from identification.residuals import law_forces, residual_change
 from mechanism.arm import Arm, arm_of
 from mechanism.description import Neck
 from mechanism.laws import LAWS, Term
@@ -21,148 +23,199 @@ from mechanism.laws import LAWS, Term
 Array = NDArray[np.float64]
 Shape = Mapping[str, float]
 """numbers that say how an effect acts, not how much: by term"""
-_SLIGHTLY = 0.05
-"""of a form's size, for its columns"""
+Numbers = dict[tuple[str, int | None], float]
+"""by name and index, as in a record's parameters"""
+_SHAPE_STEP = 0.05
+"""step of the differences that give columns of shape terms, in sizes of the term"""
 
 
 @dataclass(frozen=True)
-class Where:
-    """One place of an effect, or all: the columns it takes."""
+class Placement:
+    """Where an effect sits, at one place or at all, and which of its columns that takes."""
 
     label: str
     columns: tuple[int, ...]
 
 
 class Effect:
-    """A cause. Columns stand in the order of `terms`, each over its places."""
+    """A cause. Its Q columns stand in the order of `terms`, each over its places."""
 
     name: ClassVar[str]
     words: ClassVar[str]
     """what a person reads"""
     place: ClassVar[str]
-    """what its numbers belong to: cable, motor, joint, mechanism, bar; or all"""
+    """what its amounts belong to: cable, motor, joint, mechanism, bar; or the one place that there is of it"""
     terms: ClassVar[tuple[Term, ...]]
-    """amounts, with units and ranges"""
-    shapes: ClassVar[tuple[Shape, ...]] = ({},)
-    """what is tried of its form while causes are compared"""
-    forms: ClassVar[tuple[Term, ...]] = ()
-    """terms of these shapes, fitted once the cause is named"""
-    first: ClassVar[int] = 1
+    """amounts, with units and ranges; the first one says what would tell the effect"""
+    shape_terms: ClassVar[tuple[Term, ...]] = ()
+    """numbers that say how it acts and not how much, fitted once the cause is named"""
+    start_shapes: ClassVar[tuple[Shape, ...]] = ({},)
+    """values of the shape terms that are tried while causes are compared"""
+    first_index: ClassVar[int] = 1
     """index of the first place"""
-    of_clock: ClassVar[bool] = False
-    """whether it is the clock itself: where it is not, a clock that rests on the base model's laws is in doubt"""
-    single: ClassVar[bool] = True
-    """whether it may sit in one place alone"""
+    is_clock: ClassVar[bool] = False
+    """whether it is the clock itself: where another effect is the cause, a clock that rests on the base model's laws is in doubt"""
+    may_sit_alone: ClassVar[bool] = True
+    """whether it may sit in one place only"""
+    check_fault: ClassVar[CheckFault | None] = None
+    """how `xneck check` speaks of it, where it is one of its faults"""
+    truth_names: ClassVar[tuple[tuple[str, str], ...]] = ()
+    """terms, and what a study's truth calls them, where that is not the term's name"""
+    order: ClassVar[int] = 1000
+    """its place in tables and lists; effects with the same number stand by name"""
 
-    def count(self, arm: Arm) -> int:
-        """Places."""
+    @property
+    def would_tell(self) -> str:
+        """What to record or to measure to tell it."""
+        return self.terms[0].would_tell
+
+    def place_count(self, arm: Arm) -> int:
+        """Number of places where it may sit."""
         return self.terms[0].count(arm)
 
-    def labels(self, arm: Arm) -> tuple[str, ...]:
-        """Of its places, in the order of each term's columns."""
-        if self.count(arm) == 1:
+    def place_labels(self, arm: Arm) -> tuple[str, ...]:
+        """Names of its places, in the order of each term's columns."""
+        if self.place_count(arm) == 1:
             return (self.place,)
-        return tuple(f"{self.place} {i + 1}" for i in range(self.count(arm)))
+        return tuple(f"{self.place} {i + 1}" for i in range(self.place_count(arm)))
 
-    def wheres(self, arm: Arm) -> tuple[Where, ...]:
-        """Everywhere first, then the places where it may be alone."""
-        count = self.count(arm)
-        every = Where("all", tuple(range(len(self.terms) * count)))
-        if count == 1 or not self.single:
-            return (every,)
-        own = tuple(
-            Where(label, tuple(k * count + i for k in range(len(self.terms))))
-            for i, label in enumerate(self.labels(arm))
+    def placements(self, arm: Arm) -> tuple[Placement, ...]:
+        """Everywhere first, then the places where it may sit alone."""
+        count = self.place_count(arm)
+        everywhere = Placement("all", tuple(range(len(self.terms) * count)))
+        if count == 1 or not self.may_sit_alone:
+            return (everywhere,)
+        single = tuple(
+            Placement(label, tuple(k * count + i for k in range(len(self.terms))))
+            for i, label in enumerate(self.place_labels(arm))
         )
-        return (every, *own)
+        return (everywhere, *single)
 
     def sizes(self, arm: Arm) -> Array:
-        """What a person would call a change of each number, (Q,)."""
-        return np.repeat([term.size for term in self.terms], len(self.labels(arm)))
+        """What a person would call a change of each amount, (Q,)."""
+        return np.repeat([term.size for term in self.terms], len(self.place_labels(arm)))
 
-    def least(self, arm: Arm) -> Array:
-        """What each number may be at least, but for chance, (Q,)."""
-        return np.repeat([term.low for term in self.terms], len(self.labels(arm)))
+    def lower_bounds(self, arm: Arm) -> Array:
+        """What each amount may be at least, but for chance, (Q,)."""
+        return np.repeat([term.low for term in self.terms], len(self.place_labels(arm)))
 
-    def columns(self, at: RecordingLinearisation, shape: Shape) -> Array:
-        """What a unit of each number does to the residuals of a recording, (C, S, Q)."""
+    def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
+        """What a unit of each amount does to the residuals of a recording, (C, S, Q)."""
         raise NotImplementedError
 
-    def form_columns(self, at: RecordingLinearisation) -> Array:
-        """What a unit of each form does where the hypothesis holds the cause, (C, S, forms)."""
-        return np.zeros((*at.rows.residual.shape, 0))
+    def shape_columns(self, recording: RecordingLinearisation) -> Array:
+        """What a unit of each shape term does where the hypothesis holds the cause, (C, S, number of shape terms)."""
+        return np.zeros((*recording.rows.residual.shape, 0))
 
-    def added(self, h: Hypothesis, numbers: Array, shape: Shape) -> Hypothesis:
-        """The hypothesis with these numbers (Q,) more."""
+    def added_to(self, h: Hypothesis, amounts: Array, shape: Shape) -> Hypothesis:
+        """The hypothesis with these amounts (Q,) on top of what it holds."""
         raise NotImplementedError
 
+    def true_numbers(self, parameters: Mapping[str, float], truth: Mapping[str, Any], place: int | None) -> Numbers:
+        """The truth of a study in this effect's own numbers; none where the hidden law has another form.
 
-class OfLaw(Effect):
+        parameters: those of the hidden effect. One that bears a term's name, or `truth_names`' for it, is that term's number:
+        followed by an index of that place, else of `place`, and of all places where it was hidden everywhere (place None).
+        """
+        names = dict(self.truth_names)
+        return {
+            (term.name, index): value
+            for term in (*self.terms, *self.shape_terms)
+            for index, value in _indexed(parameters, names.get(term.name, term.name), term, truth, place)
+        }
+
+
+def _indexed(
+    parameters: Mapping[str, float], name: str, term: Term, truth: Mapping[str, Any], place: int | None
+) -> Iterator[tuple[int | None, float]]:
+    """Indices and values of the parameters that are called `name`, with or without a number behind it."""
+    for key, value in parameters.items():
+        match = re.fullmatch(rf"{name}(\d*)", key)
+        if match is None:
+            continue
+        if match[1]:
+            yield int(match[1]), value
+        elif term.of == "arm":
+            yield None, value
+        elif place is not None:
+            yield place, value
+        else:
+            count = len(truth["k"]) if term.of == "cable" else len(truth["neck"]["mechanisms"])
+            yield from ((i + 1, value) for i in range(count))
+
+
+class LawEffect(Effect):
     """A law of motors, cables or joints that the base model lacks."""
 
     law: ClassVar[str]
-    by_vision: ClassVar[bool] = False
-    """whether only vision shows it: elongations that the motors tell are never negative"""
+    from_vision: ClassVar[bool] = False
+    """whether only elongations that vision measures show it: those that follow from the motors are never negative"""
 
-    def columns(self, at: RecordingLinearisation, shape: Shape) -> Array:
+    def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
         """By differences as large as what a person would call a change; shapes that the hypothesis holds stay."""
-        now = self._values(at.hypothesis, shape)
-        return np.concatenate([self._moved(at, now, term) for term in self.terms], axis=2)
+        values = self._values(recording.hypothesis, shape)
+        return np.concatenate([self._difference_quotient(recording, values, term, 1.0) for term in self.terms], axis=2)
 
-    def form_columns(self, at: RecordingLinearisation) -> Array:
-        if not self.forms:
-            return super().form_columns(at)
-        now = self._values(at.hypothesis, {})
-        return np.concatenate([self._moved(at, now, term, _SLIGHTLY) for term in self.forms], axis=2)
+    def shape_columns(self, recording: RecordingLinearisation) -> Array:
+        if not self.shape_terms:
+            return super().shape_columns(recording)
+        values = self._values(recording.hypothesis, {})
+        return np.concatenate(
+            [self._difference_quotient(recording, values, term, _SHAPE_STEP) for term in self.shape_terms], axis=2
+        )
 
-    def _moved(self, at: RecordingLinearisation, now: Mapping[str, Array], term: Term, part: float = 1.0) -> Array:
-        s, base, tension = at.told, at.told_forces, None
-        if self.by_vision:
-            s, base, tension = at.signals, at.forces, at.tension
+    def _difference_quotient(
+        self, recording: RecordingLinearisation, values: Mapping[str, Array], term: Term, step: float
+    ) -> Array:
+        """Of the residuals by one term, whose step is in its sizes, (C, S, places)."""
+        signals, base, tension = recording.motor_signals, recording.motor_forces, None
+        if self.from_vision:
+            signals, base, tension = recording.signals, recording.forces, recording.tension
         # a law does nothing where its amounts are zero, whatever its shape
-        names = at.laws if self.law in at.laws else (*at.laws, self.law)
-        h = part * term.size
-        moved = {**at.values, **now, term.name: now[term.name] + h}
-        other = forces(s, names, moved, at.x0, at.delay, tension=tension)
-        return on_channels(s, base, other, term) / h
+        laws = recording.laws if self.law in recording.laws else (*recording.laws, self.law)
+        h = step * term.size
+        moved = {**recording.values, **values, term.name: values[term.name] + h}
+        other = law_forces(signals, laws, moved, recording.x0, recording.delay, tension=tension)
+        return residual_change(signals, base, other, term) / h
 
     def _values(self, h: Hypothesis, shape: Shape) -> dict[str, Array]:
-        now = {**at_rest(h.arm, self.law), **{k: np.full(1, v) for k, v in shape.items()}}
-        return now | {name: h.values[name] for name in now if name in h.values}
+        """Values of the law's terms: the hypothesis's, else those of the shape, else those at which the law does nothing."""
+        values = {**inactive_values(h.arm, self.law), **{k: np.full(1, v) for k, v in shape.items()}}
+        return values | {name: h.values[name] for name in values if name in h.values}
 
-    def added(self, h: Hypothesis, numbers: Array, shape: Shape) -> Hypothesis:
-        now = self._values(h, shape)
-        for term, more in zip(self.terms, np.split(numbers, len(self.terms)), strict=True):
-            now[term.name] = within(term, now[term.name] + more)
-        return h.with_law(self.law, now)
+    def added_to(self, h: Hypothesis, amounts: Array, shape: Shape) -> Hypothesis:
+        values = self._values(h, shape)
+        for term, amount in zip(self.terms, np.split(amounts, len(self.terms)), strict=True):
+            values[term.name] = clip_to_range(term, values[term.name] + amount)
+        return h.with_law(self.law, values)
 
 
-def within(term: Term, value: Array) -> Array:
+def clip_to_range(term: Term, value: Array) -> Array:
     """A term's value in its range; what is in proportion may come out below nothing by chance."""
     return np.clip(value, -term.high if term.linear and term.low == 0 else term.low, term.high)
 
 
-class OfArm(Effect):
+class DescriptionEffect(Effect):
     """A number of neck.yaml that is not what the arm has."""
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
         """neck.yaml with that much more at a place, counted from 0."""
         raise NotImplementedError
 
-    def columns(self, at: RecordingLinearisation, shape: Shape) -> Array:
-        h, size = at.hypothesis, self.terms[0].size
-        arms = [arm_of(self.rewritten(h.neck, i, size)) for i in range(self.count(h.arm))]
-        return np.stack([at.slow.change(arm=arm) for arm in arms], axis=-1) / size
+    def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
+        h, size = recording.hypothesis, self.terms[0].size
+        arms = [arm_of(self.rewritten(h.neck, i, size)) for i in range(self.place_count(h.arm))]
+        return np.stack([recording.sensitivity.change(arm=arm) for arm in arms], axis=-1) / size
 
-    def added(self, h: Hypothesis, numbers: Array, shape: Shape) -> Hypothesis:
+    def added_to(self, h: Hypothesis, amounts: Array, shape: Shape) -> Hypothesis:
         neck = h.neck
-        for i, amount in enumerate(numbers):
+        for i, amount in enumerate(amounts):
             if amount:
                 neck = self.rewritten(neck, i, float(amount))
         return replace(h, neck=neck)
 
 
-def of_law(law: str, *names: str) -> tuple[Term, ...]:
+def law_terms(law: str, *names: str) -> tuple[Term, ...]:
     """Terms of a law, by name."""
-    own = {term.name: term for term in LAWS[law].terms}
-    return tuple(own[name] for name in names)
+    by_name = {term.name: term for term in LAWS[law].terms}
+    return tuple(by_name[name] for name in names)

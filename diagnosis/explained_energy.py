@@ -16,72 +16,78 @@ from scipy.stats import chi2
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-_LONGEST = 10
-"""part of the longest recording over which rows are believed to know of each other: its 10th; what lasts longer is drift"""
-_SAME = 1e-6
-"""of the largest singular value: columns below are others' copies"""
+_MAX_LAG_PART = 10
+"""the autocovariance reaches as far as this part of the longest recording, its 10th; what lasts longer is drift"""
+_MIN_LAGS = 8
+_COLUMN_TOLERANCE = 1e-6
+"""of the largest singular value: columns below are copies of others"""
 
 
 @dataclass(frozen=True)
 class Energy:
-    """What columns take of a residual, what they would take by chance, and log of the probability that chance takes as much."""
+    """What columns take of a residual, and what they would take by chance."""
 
     taken: float
     expected: float
+    """by chance"""
     log_p: float
+    """log of the probability that chance takes as much"""
     scale: float
-    """of chance, for one column"""
+    """of the chi square by which chance takes energy with one column"""
 
 
 @dataclass(frozen=True)
 class Autocovariance:
     """Of a residual in recordings on even grids with gaps."""
 
-    at: tuple[Index, ...]
-    """of each recording, the rows' places on its grid"""
+    grid_rows: tuple[Index, ...]
+    """of each recording, the rows' places on its grid, (S,)"""
     lags: Array
+    """autocovariance at lags of 0, 1, ... rows"""
 
     def spread(self, columns: Sequence[Array]) -> Array:
-        """Q' G Q of columns (S, K) of each recording."""
+        """Q' G Q of columns Q (S, K) of each recording."""
         K = columns[0].shape[1]
         out = np.zeros((K, K))
-        for at, Q in zip(self.at, columns, strict=True):
-            length = int(at[-1]) + 1
+        for rows, Q in zip(self.grid_rows, columns, strict=True):
+            length = int(rows[-1]) + 1
             grid = np.zeros((length, K))
-            grid[at] = Q
+            grid[rows] = Q
             size = 2 ** int(np.ceil(np.log2(length + len(self.lags))))
-            ring = np.zeros(size)
-            ring[: len(self.lags)] = self.lags
-            ring[-len(self.lags) + 1 :] = self.lags[:0:-1]
-            smooth = irfft(rfft(grid, size, axis=0) * rfft(ring)[:, None], size, axis=0)[:length]
+            kernel = np.zeros(size)
+            kernel[: len(self.lags)] = self.lags
+            kernel[-len(self.lags) + 1 :] = self.lags[:0:-1]
+            smooth = irfft(rfft(grid, size, axis=0) * rfft(kernel)[:, None], size, axis=0)[:length]
             out += grid.T @ smooth
         return (out + out.T) / 2
 
 
-def autocovariance(residual: Sequence[Array], at: Sequence[Index]) -> Autocovariance:
-    """Of residuals (S,) on grid places; Parzen's window, so that no combination of rows comes out with less than no variance."""
+def autocovariance(residual: Sequence[Array], grid_rows: Sequence[Index]) -> Autocovariance:
+    """Of residuals (S,) on grid rows; Parzen's window, so that no combination of rows comes out with less than no variance."""
     count = sum(len(r) for r in residual)
-    longest = max(int(a[-1]) + 1 for a in at)
-    m = min(max(8, longest // _LONGEST), longest)
+    longest = max(int(rows[-1]) + 1 for rows in grid_rows)
+    m = min(max(_MIN_LAGS, longest // _MAX_LAG_PART), longest)
     lags = np.zeros(m)
-    for r, a in zip(residual, at, strict=True):
-        grid = np.zeros(int(a[-1]) + 1)
-        grid[a] = r
+    for r, rows in zip(residual, grid_rows, strict=True):
+        grid = np.zeros(int(rows[-1]) + 1)
+        grid[rows] = r
         size = 2 ** int(np.ceil(np.log2(len(grid) + m)))
-        own = irfft(np.abs(rfft(grid, size)) ** 2, size)
-        lags[: min(m, len(grid))] += own[: min(m, len(grid))] / count
+        products = irfft(np.abs(rfft(grid, size)) ** 2, size)
+        lags[: min(m, len(grid))] += products[: min(m, len(grid))] / count
     u = np.arange(m) / m
-    return Autocovariance(tuple(at), lags * np.where(u <= 0.5, 1 - 6 * u**2 * (1 - u), 2 * (1 - u) ** 3))
+    return Autocovariance(tuple(grid_rows), lags * np.where(u <= 0.5, 1 - 6 * u**2 * (1 - u), 2 * (1 - u) ** 3))
 
 
-def energy(residual: Sequence[Array], columns: Sequence[Array], beneath: Array, known: Autocovariance) -> Energy:
-    """Of columns (S, K) of each recording, in a residual (S,), beyond columns `beneath`: orthonormal, rows of all recordings."""
+def explained_energy(
+    residual: Sequence[Array], columns: Sequence[Array], basis: Array, covariance: Autocovariance
+) -> Energy:
+    """Of columns (S, K) of each recording, in a residual (S,), beyond a basis: orthonormal columns, rows of all recordings."""
     X, r = np.concatenate(columns), np.concatenate(residual)
-    Q = orthonormal(X - beneath @ (beneath.T @ X))
+    Q = orthonormal(X - basis @ (basis.T @ X))
     if not Q.shape[1]:
         return Energy(0.0, 0.0, 0.0, 0.0)
     ends = np.cumsum([len(c) for c in columns])[:-1]
-    B = known.spread(np.split(Q, ends))
+    B = covariance.spread(np.split(Q, ends))
     mean, square = float(np.trace(B)), float(np.sum(B**2))
     taken = float(np.sum((Q.T @ r) ** 2))
     if mean <= 0:
@@ -94,4 +100,4 @@ def energy(residual: Sequence[Array], columns: Sequence[Array], beneath: Array, 
 def orthonormal(columns: Array) -> Array:
     """A basis (n, q) of what columns (n, K) span."""
     U, size, _ = np.linalg.svd(columns, full_matrices=False)
-    return U[:, size > max(_SAME * size.max(initial=0.0), 1e-12)]
+    return U[:, size > max(_COLUMN_TOLERANCE * size.max(initial=0.0), 1e-12)]

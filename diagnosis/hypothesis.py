@@ -15,7 +15,7 @@ from mechanism.laws import LAWS
 
 Array = NDArray[np.float64]
 
-BASE = ("dry_friction", "linear_cable")
+BASE_LAWS = ("dry_friction", "linear_cable")
 """the laws of the simulation that is put to the test"""
 
 
@@ -27,11 +27,11 @@ class Hypothesis:
     laws: tuple[str, ...]
     values: Mapping[str, Array]
     """of these laws' terms, by name: (M,), (N,) or (1,)"""
-    misread: Array
-    """what angles were read too large, (N,), rad"""
-    late: float = 0.0
+    angle_error: Array
+    """(N,), rad, by which joint angles were read too large"""
+    frame_lag: float = 0.0
     """s, by which frames show what was done later than their stamps say"""
-    stale: float = 0.0
+    motor_angle_lag: float = 0.0
     """s, by which a row's motor angles are older than its forces; frames were put on the clock by the angles"""
 
     @property
@@ -44,32 +44,32 @@ class Hypothesis:
         laws = self.laws if name in self.laws else (*self.laws, name)
         return replace(self, laws=laws, values={**self.values, **values})
 
-    def read(self, data: DataSet, late: float = 0.0) -> DataSet:
-        """A recording as it reads with these errors put right; late: further, of its own clock, s."""
+    def corrected(self, data: DataSet, frame_lag: float = 0.0) -> DataSet:
+        """A recording with the errors of its reading put right; frame_lag: of its own clock, s, beyond the hypothesis's."""
         s, columns = data.state, dict(data.state.columns)
         for name in ("alpha", "vision"):
-            for i, wrong in enumerate(self.misread, start=1):
+            for i, error in enumerate(self.angle_error, start=1):
                 for suffix in ("", "_d", "_dd"):
                     if (key := f"{name}{i}{suffix}") in columns:
-                        columns[key] = _sooner(s.time, columns[key], self.late + late)
+                        columns[key] = _advanced(s.time, columns[key], self.frame_lag + frame_lag)
                 if f"{name}{i}" in columns:
-                    columns[f"{name}{i}"] = columns[f"{name}{i}"] - wrong
+                    columns[f"{name}{i}"] = columns[f"{name}{i}"] - error
         for key in (key for key in s.columns if key[0] == "f" and key[1:].isdigit()):
-            columns[key] = np.interp(s.time - self.stale, s.time, s.columns[key])
+            columns[key] = np.interp(s.time - self.motor_angle_lag, s.time, s.columns[key])
         frames = dict(data.angles.columns)
-        for i, wrong in enumerate(self.misread, start=1):
+        for i, error in enumerate(self.angle_error, start=1):
             if f"alpha{i}" in frames:
-                frames[f"alpha{i}"] = frames[f"alpha{i}"] - wrong
+                frames[f"alpha{i}"] = frames[f"alpha{i}"] - error
         clock = dict(data.clock)
         if "offset_s" in clock:
-            clock["offset_s"] = float(clock["offset_s"]) - self.late - late
+            clock["offset_s"] = float(clock["offset_s"]) - self.frame_lag - frame_lag
         angles = Series(data.angles.time, frames)
         return replace(data, neck=self.neck, state=Series(s.time, columns), angles=angles, clock=clock)
 
 
-def _sooner(time: Array, values: Array, by: float) -> Array:
-    """What is there `by` s later, moved to each row; the ends go on as they are."""
-    return values if by == 0 else make_interp_spline(time, values, k=3)(np.clip(time + by, time[0], time[-1]))
+def _advanced(time: Array, values: Array, lag: float) -> Array:
+    """Values as they are `lag` s later, at each row; beyond the ends the last ones stay."""
+    return values if lag == 0 else make_interp_spline(time, values, k=3)(np.clip(time + lag, time[0], time[-1]))
 
 
 def as_described(neck: Neck) -> Hypothesis:
@@ -77,11 +77,11 @@ def as_described(neck: Neck) -> Hypothesis:
     return Hypothesis(neck, (), {}, np.zeros(neck.N))
 
 
-def at_rest(arm: Arm, law: str) -> dict[str, Array]:
-    """A law's terms where it does nothing: amounts zero, shapes at their size."""
-    own = [term for term in LAWS[law].terms if term.name not in _shared()]
-    return {t.name: np.full(t.count(arm), t.size if t.low > 0 else 0.0) for t in own}
+def inactive_values(arm: Arm, law: str) -> dict[str, Array]:
+    """Values at which a law does nothing: amounts zero, shapes at their size; without terms that base laws share with it."""
+    terms = [term for term in LAWS[law].terms if term.name not in _base_terms()]
+    return {t.name: np.full(t.count(arm), t.size if t.low > 0 else 0.0) for t in terms}
 
 
-def _shared() -> set[str]:
-    return {term.name for name in BASE for term in LAWS[name].terms}
+def _base_terms() -> set[str]:
+    return {term.name for name in BASE_LAWS for term in LAWS[name].terms}

@@ -9,25 +9,24 @@ from mechanism.friction import dry
 
 Array = NDArray[np.float64]
 
-SMOOTHED_S = 4e-3
-"""s, over which counts are smoothed to a motor's acceleration: of a generator's motors that were jerked, what had been taken away
-stood at least from the true acceleration so smoothed"""
-
-ROUNDED = 0.2
-"""of the speed that rounding may make between two of the filter's rows: counts turn over many times in between. So much was
-left by four arms without an effect where friction's share stood above noise"""
+ACCELERATION_SMOOTHING_S = 4e-3
+"""s, over which motor counts are smoothed to an acceleration"""
+ROUNDING_SHARE = 0.2
+"""of the speed that rounding of counts may make between two of the filter's rows: counts turn over many times in between"""
 
 
-def unsure(neck: Neck, s: Signals, fs: Array, cm: Array) -> Array:
+def input_variance(neck: Neck, s: Signals, fs: Array, cm: Array) -> Array:
     """Variance of every channel's rows beyond noise, (C, S), N^2 and (N m)^2.
 
-    Smoothing over SMOOTHED_S takes from inertial forces what their second derivative says; near rest a count more or less
-    between two of the filter's rows is a speed by which friction differs. Both last shorter than the filter does.
+    Smoothing over ACCELERATION_SMOOTHING_S takes from inertial forces what their second derivative says; near rest a count more
+    or less between two of the filter's rows is a speed by which friction differs. Both last shorter than the filter does.
     """
-    lost = SMOOTHED_S**2 / 2 * np.gradient(np.gradient(s.inertial, s.step, axis=0), s.step, axis=0)
+    smoothed_away = (
+        ACCELERATION_SMOOTHING_S**2 / 2 * np.gradient(np.gradient(s.inertial, s.step, axis=0), s.step, axis=0)
+    )
     count = 2 * np.pi / np.array([motor.counts for motor in neck.motors])
-    speed = ROUNDED * np.sqrt(2 / 12) * count / (s.step * s.low_pass.factor)
-    rubbed = fs * (dry(s.theta_d + speed, cm) - dry(s.theta_d - speed, cm)) / 2
-    motor = s.low_pass(lost.T) ** 2 + s.low_pass(rubbed.T) ** 2
+    speed = ROUNDING_SHARE * np.sqrt(2 / 12) * count / (s.step * s.low_pass.factor)
+    friction = fs * (dry(s.theta_d + speed, cm) - dry(s.theta_d - speed, cm)) / 2
+    motor = s.low_pass(smoothed_away.T) ** 2 + s.low_pass(friction.T) ** 2
     lever = (s.Z[s.low_pass.kept] ** 2).transpose(1, 2, 0)
     return np.concatenate([motor, np.einsum("nms,ms->ns", lever, motor)])

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.hypothesis import BASE, Hypothesis
-from diagnosis.input_variance import unsure
+from diagnosis.hypothesis import BASE_LAWS, Hypothesis
+from diagnosis.input_variance import input_variance
 from identification.dataset.dataset import DataSet
-from identification.instruments import driven
-from identification.residual_sensitivity import Slow
-from identification.residuals import Forces, ResidualRows, forces_at, left, rows
+from identification.instruments import instrument_signals
+from identification.residual_sensitivity import ResidualSensitivity
+from identification.residuals import LawForces, ResidualRows, law_forces_at, residual_rows, residuals_of
 from identification.signals import Signals, signals_of
 from identification.unknowns import Unknowns, unknowns
 
@@ -20,20 +20,22 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class RecordingLinearisation:
-    """One recording at a point."""
+    """One recording at a linearisation point."""
 
     hypothesis: Hypothesis
     signals: Signals
-    told: Signals
-    """with the elongations that the motors tell: columns of vision's own would share its noise"""
-    forces: Forces
-    """by the laws"""
-    told_forces: Forces
+    """with elongations as vision measures them"""
+    motor_signals: Signals
+    """with elongations that follow from the motors: columns of vision's elongations would share its noise"""
+    forces: LawForces
+    """the laws' forces on `signals`"""
+    motor_forces: LawForces
+    """the laws' forces on `motor_signals`"""
     tension: Array
     """(T, M), N, under which motors rub"""
-    unsure: Array
+    input_variance: Array
     """(C, S), variance of rows beyond noise"""
-    slow: Slow
+    sensitivity: ResidualSensitivity
     rows: ResidualRows
     laws: tuple[str, ...]
     values: dict[str, Array]
@@ -43,56 +45,58 @@ class RecordingLinearisation:
 
 @dataclass(frozen=True)
 class Linearisation:
-    """All recordings at one."""
+    """All recordings at one hypothesis and one vector p of the base model's numbers."""
 
     hypothesis: Hypothesis
     unknowns: Unknowns
     p: Array
-    late: Array
-    """s, (R,): by how much each recording's frames show what was done later than its clock says"""
-    places: tuple[RecordingLinearisation, ...]
+    frame_lags: Array
+    """(R,), s, by which each recording's frames show what was done later than its clock says"""
+    recordings: tuple[RecordingLinearisation, ...]
 
 
-def read_all(h: Hypothesis, recordings: Sequence[DataSet], late: Array) -> list[Signals]:
-    """Recordings as they read with a hypothesis, each with its clock put right."""
-    return [signals_of(h.read(data, float(by))) for data, by in zip(recordings, late, strict=True)]
+def corrected_signals(h: Hypothesis, recordings: Sequence[DataSet], frame_lags: Array) -> list[Signals]:
+    """Recordings as they read with a hypothesis, each with its clock put right by its lag (R,), s."""
+    return [signals_of(h.corrected(data, float(lag))) for data, lag in zip(recordings, frame_lags, strict=True)]
 
 
-def sought(h: Hypothesis, recordings: int) -> Unknowns:
-    """The base model's numbers and each recording's own."""
-    return unknowns(h.arm, (*BASE, *h.laws), recordings, dict(h.values))
+def base_unknowns(h: Hypothesis, recordings: int) -> Unknowns:
+    """What is fitted of the base model and of each recording; numbers of the hypothesis's laws are held."""
+    return unknowns(h.arm, (*BASE_LAWS, *h.laws), recordings, dict(h.values))
 
 
-def point(h: Hypothesis, recordings: Sequence[Signals], p: Array, late: Array) -> Linearisation:
-    """At the base model's numbers p; recordings as `read_all` gives them."""
-    u = sought(h, len(recordings))
-    return Linearisation(h, u, p, late, tuple(_place(h, s, u, p, r) for r, s in enumerate(recordings)))
+def linearise(h: Hypothesis, recordings: Sequence[Signals], p: Array, frame_lags: Array) -> Linearisation:
+    """At the base model's numbers p; recordings as `corrected_signals` gives them."""
+    u = base_unknowns(h, len(recordings))
+    return Linearisation(h, u, p, frame_lags, tuple(_recording(h, s, u, p, r) for r, s in enumerate(recordings)))
 
 
-def _place(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> RecordingLinearisation:
-    told = driven(s, u, p, recording)
-    told_forces = forces_at(told, u, p, recording)
-    # as the motors tell it: vision's noise in it would go through friction into the arm's equation
-    tension = told_forces.drive - s.inertial
-    own = forces_at(s, u, p, recording, tension)
+def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> RecordingLinearisation:
+    motor_signals = instrument_signals(s, u, p, recording)
+    motor_forces = law_forces_at(motor_signals, u, p, recording)
+    # as it follows from the motors: vision's noise in it would go through friction into the arm's equation
+    tension = motor_forces.drive - s.inertial
+    vision_forces = law_forces_at(s, u, p, recording, tension)
     values = u.values(p)
     return RecordingLinearisation(
-        h,
-        s,
-        told,
-        own,
-        told_forces,
-        tension,
-        unsure(h.neck, s, values["fs"], values["cm"]),
-        Slow(s, u, p, recording),
-        ResidualRows(left(s, own), rows(told, u, p, recording).jacobian),
-        u.laws,
-        values,
-        u.get(p, "x0", recording),
-        float(u.get(p, "delay", recording)[0]),
+        hypothesis=h,
+        signals=s,
+        motor_signals=motor_signals,
+        forces=vision_forces,
+        motor_forces=motor_forces,
+        tension=tension,
+        input_variance=input_variance(h.neck, s, values["fs"], values["cm"]),
+        sensitivity=ResidualSensitivity(s, u, p, recording),
+        rows=ResidualRows(
+            residuals_of(s, vision_forces), residual_rows(motor_signals, u, p, recording).jacobian
+        ),
+        laws=u.laws,
+        values=values,
+        x0=u.get(p, "x0", recording),
+        delay=float(u.get(p, "delay", recording)[0]),
     )
 
 
-def relaid(at: Linearisation, h: Hypothesis, p: Array) -> Linearisation:
+def with_laws_of(at: Linearisation, h: Hypothesis, p: Array) -> Linearisation:
     """Another hypothesis by which the recordings read the same, at numbers p."""
-    return point(h, [one.signals for one in at.places], p, at.late)
+    return linearise(h, [recording.signals for recording in at.recordings], p, at.frame_lags)

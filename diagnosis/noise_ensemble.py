@@ -11,19 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from diagnosis.linearisation import Linearisation, read_all
+from diagnosis.linearisation import Linearisation, corrected_signals
 from identification.dataset.dataset import DataSet
-from identification.dataset.frames import FrameAngles, between_frames
-from identification.dataset.series import Series, numbered
-from identification.fitting import stretch_starts
-from identification.residuals import forces_at, left
+from identification.dataset.frames import FrameAngles, spline_through_frames
+from identification.dataset.series import Series, numbered_columns
+from identification.fitting import segment_starts
+from identification.residuals import law_forces_at, residuals_of
 from identification.whitening import Whitener, fit_whitener
-from state_estimation.state import VisionState, by_vision
+from state_estimation.state import VisionState, estimate_by_vision
 
 Array = NDArray[np.float64]
 
 DRAWS = 4
-_ELSE = (0.03, 0.10)
+"""of every recording's noise"""
+_WHITE_SHARE = (0.03, 0.10)
 """part of a channel's noise, of the motors' and of the arm's equations, that is laid under it as white: rounding of forces and
 the shape of friction's reversal reach frequencies where cameras leave next to nothing"""
 
@@ -33,77 +34,78 @@ class NoiseEnsemble:
     """A recording by vision alone, and the same with its angles drawn anew."""
 
     data: DataSet
-    drawn: tuple[DataSet, ...]
-    smooth: DataSet
+    draws: tuple[DataSet, ...]
+    noise_free: DataSet
     """where every frame shows the state itself"""
 
 
-def read(data: DataSet, seen: FrameAngles, seed: int, draws: int = DRAWS) -> NoiseEnsemble:
-    """seen: the frames on the log's clock. Cables have no part in the state: what they do is what is in question."""
-    found = by_vision(seen, data.state.time)
-    alone = _with(data, seen, found)
-    state = alone.state
+def noise_ensemble(data: DataSet, frames: FrameAngles, seed: int, draws: int = DRAWS) -> NoiseEnsemble:
+    """A recording and its draws; frames: on the log's clock. Cables have no part in the state: they are what is in question."""
+    estimate = estimate_by_vision(frames, data.state.time)
+    vision_alone = _with_state(data, frames, estimate)
+    state = vision_alone.state
     truth = make_interp_spline(state.time, state.matrix("alpha"), k=5)
-    inside = (seen.time >= state.time[0]) & (seen.time <= state.time[-1])
-    shown = seen.alpha.copy()
-    shown[inside] = np.where(np.isnan(seen.alpha[inside]), np.nan, truth(seen.time[inside]))
+    inside = (frames.time >= state.time[0]) & (frames.time <= state.time[-1])
+    noise_free = frames.alpha.copy()
+    noise_free[inside] = np.where(np.isnan(frames.alpha[inside]), np.nan, truth(frames.time[inside]))
     rng = np.random.default_rng(seed)
     drawn = []
     for _ in range(draws):
-        other = replace(seen, alpha=shown + seen.sigma * rng.normal(size=shown.shape))
-        drawn.append(_with(data, other, by_vision(other, state.time, found.priors)))
-    columns = {**state.columns, **numbered("vision", state.matrix("alpha"))}
-    columns |= numbered("vision", state.matrix("alpha", "_d"), "_d")
-    return NoiseEnsemble(alone, tuple(drawn), replace(alone, state=Series(state.time, columns)))
+        noisy = replace(frames, alpha=noise_free + frames.sigma * rng.normal(size=noise_free.shape))
+        drawn.append(_with_state(data, noisy, estimate_by_vision(noisy, state.time, estimate.priors)))
+    columns = {**state.columns, **numbered_columns("vision", state.matrix("alpha"))}
+    columns |= numbered_columns("vision", state.matrix("alpha", "_d"), "_d")
+    return NoiseEnsemble(vision_alone, tuple(drawn), replace(vision_alone, state=Series(state.time, columns)))
 
 
-def _with(data: DataSet, seen: FrameAngles, found: VisionState) -> DataSet:
+def _with_state(data: DataSet, frames: FrameAngles, estimate: VisionState) -> DataSet:
     """The data set with a state by vision alone."""
     s = data.state
     columns = dict(s.columns)
-    for suffix, values in (("", found.alpha), ("_d", found.alpha_d), ("_dd", found.alpha_dd)):
-        columns |= numbered("alpha", values, suffix)
-    own, own_d = between_frames(seen.time, seen.alpha, s.time)
-    columns |= numbered("vision", own) | numbered("vision", own_d, "_d")
-    columns |= numbered("bridged", found.bridged.astype(float))
+    for suffix, values in (("", estimate.alpha), ("_d", estimate.alpha_d), ("_dd", estimate.alpha_dd)):
+        columns |= numbered_columns("alpha", values, suffix)
+    alpha, alpha_d = spline_through_frames(frames.time, frames.alpha, s.time)
+    columns |= numbered_columns("vision", alpha) | numbered_columns("vision", alpha_d, "_d")
+    columns |= numbered_columns("bridged", estimate.bridged.astype(float))
     return replace(data, state=Series(s.time, columns))
 
 
-def noise(at: Linearisation, recordings: Sequence[NoiseEnsemble]) -> list[list[Array]]:
-    """Residuals at a point where nothing is wrong, (C, S), of each draw of each recording: noise, and what is unsure of motors."""
+def noise_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> list[list[Array]]:
+    """Residuals where nothing is wrong, (C, S), of each draw of each recording: vision's noise, and the inputs' variance."""
     rng = np.random.default_rng(0)
     out = []
-    for draws, place in zip(seen_noise(at, recordings), at.places, strict=True):
-        out.append([d + np.sqrt(place.unsure) * rng.normal(size=d.shape) for d in draws])
+    for draws, recording in zip(vision_noise_residuals(at, ensembles), at.recordings, strict=True):
+        out.append([d + np.sqrt(recording.input_variance) * rng.normal(size=d.shape) for d in draws])
     return out
 
 
-def seen_noise(at: Linearisation, recordings: Sequence[NoiseEnsemble]) -> list[list[Array]]:
-    """Of these, what noise of the angles makes."""
+def vision_noise_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> list[list[Array]]:
+    """Residuals that noise of the angles makes where nothing is wrong, (C, S), of each draw of each recording."""
     out = []
-    for r, one in enumerate(recordings):
-        every = read_all(at.hypothesis, (one.smooth, *one.drawn), np.full(1 + len(one.drawn), at.late[r]))
-        tension = at.places[r].tension
-        true, *drawn = (left(s, forces_at(s, at.unknowns, at.p, r, tension)) for s in every)
-        out.append([d - true for d in drawn])
+    for r, ensemble in enumerate(ensembles):
+        data = (ensemble.noise_free, *ensemble.draws)
+        signals = corrected_signals(at.hypothesis, data, np.full(len(data), at.frame_lags[r]))
+        tension = at.recordings[r].tension
+        noise_free, *drawn = (residuals_of(s, law_forces_at(s, at.unknowns, at.p, r, tension)) for s in signals)
+        out.append([d - noise_free for d in drawn])
     return out
 
 
-def quiet(drawn: list[list[Array]], at: Linearisation, whiten: Whitener) -> float:
-    """Loss that noise alone makes, as one draw of each recording."""
+def noise_loss(drawn: list[list[Array]], at: Linearisation, whiten: Whitener) -> float:
+    """Loss that noise alone makes: the mean over the draws of each recording, summed over recordings."""
     return sum(
-        float(np.mean([np.sum(whiten(d, stretch_starts(place.signals), place.unsure) ** 2) for d in draws]))
-        for draws, place in zip(drawn, at.places, strict=True)
+        float(np.mean([np.sum(whiten(d, segment_starts(r.signals), r.input_variance) ** 2) for d in draws]))
+        for draws, r in zip(drawn, at.recordings, strict=True)
     )
 
 
-def whitener(drawn: list[list[Array]], starts: list[NDArray[np.bool_]], motors: int) -> Whitener:
-    """Each channel's noise told from what came before, from all draws."""
+def noise_whitener(drawn: list[list[Array]], starts: list[NDArray[np.bool_]], motors: int) -> Whitener:
+    """Each channel's noise told from what came before, from all draws; starts (S,): first rows of each recording's stretches."""
     rng = np.random.default_rng(0)
-    flat, begins = [], []
-    for draws, begin in zip(drawn, starts, strict=True):
+    residuals, draw_starts = [], []
+    for draws, recording_starts in zip(drawn, starts, strict=True):
         for residual in draws:
-            part = np.where(np.arange(len(residual)) < motors, *_ELSE)[:, None]
-            flat.append(residual + part * residual.std(axis=1, keepdims=True) * rng.normal(size=residual.shape))
-            begins.append(begin)
-    return fit_whitener(flat, begins)
+            share = np.where(np.arange(len(residual)) < motors, *_WHITE_SHARE)[:, None]
+            residuals.append(residual + share * residual.std(axis=1, keepdims=True) * rng.normal(size=residual.shape))
+            draw_starts.append(recording_starts)
+    return fit_whitener(residuals, draw_starts)

@@ -11,79 +11,84 @@ from mechanism.description import Neck
 
 Array = NDArray[np.float64]
 
-_ABOUT = 0.006
+_DRAWING_SIGMA = 0.006
 """standard deviation of a drawing's number, relative: even within 1 %"""
-_TURNED = 0.0012
-"""of what is turned on a lathe"""
+_LATHE_SIGMA = 0.0012
+"""standard deviation of what is turned on a lathe, relative"""
 _FIELDS: dict[str, tuple[str, tuple[str, ...], float]] = {
-    "L": ("mechanisms", ("L",), _ABOUT),
-    "b": ("mechanisms", ("b",), _ABOUT),
-    "r": ("mechanisms", ("r",), _ABOUT),
-    "top_mass": ("mechanisms", ("top", "mass"), _ABOUT),
-    "diagonal_mass": ("mechanisms", ("diagonal", "mass"), _ABOUT),
-    "top_inertia": ("mechanisms", ("top", "inertia"), _ABOUT),
-    "diagonal_inertia": ("mechanisms", ("diagonal", "inertia"), _ABOUT),
-    "spring_stiffness": ("mechanisms", ("springs", "stiffness"), _ABOUT),
-    "spring_free_length": ("mechanisms", ("springs", "free_length"), _ABOUT),
-    "motor_inertia": ("motors", ("Ia",), _ABOUT),
-    "drum": ("motors", ("rd",), _TURNED),
+    "L": ("mechanisms", ("L",), _DRAWING_SIGMA),
+    "b": ("mechanisms", ("b",), _DRAWING_SIGMA),
+    "r": ("mechanisms", ("r",), _DRAWING_SIGMA),
+    "top_mass": ("mechanisms", ("top", "mass"), _DRAWING_SIGMA),
+    "diagonal_mass": ("mechanisms", ("diagonal", "mass"), _DRAWING_SIGMA),
+    "top_inertia": ("mechanisms", ("top", "inertia"), _DRAWING_SIGMA),
+    "diagonal_inertia": ("mechanisms", ("diagonal", "inertia"), _DRAWING_SIGMA),
+    "spring_stiffness": ("mechanisms", ("springs", "stiffness"), _DRAWING_SIGMA),
+    "spring_free_length": ("mechanisms", ("springs", "free_length"), _DRAWING_SIGMA),
+    "motor_inertia": ("motors", ("Ia",), _DRAWING_SIGMA),
+    "drum": ("motors", ("rd",), _LATHE_SIGMA),
 }
-"""of Arm: where neck.yaml has it, and how well it is known"""
-_LEAST_CLOCK_S = 1e-5
-"""of clocks that came without a sigma"""
-WALL = 3.4
-"""standard deviations beyond which a nuisance does not go: 2 %"""
+"""by field of Arm: where neck.yaml has it, and how well it is known"""
+_MIN_CLOCK_SIGMA_S = 1e-5
+"""s: sigma of clocks that came without one"""
+NUISANCE_BOUND = 3.4
+"""standard deviations beyond which a nuisance does not go: 2 % of a drawing's number"""
 
 
-def nuisances(at: RecordingLinearisation) -> tuple[tuple[str, ...], Array]:
-    """Names, and what one sigma of each of the arm's does to the residuals, (C, S, Q)."""
-    arm, names, columns = at.signals.arm, [], []
+@dataclass(frozen=True)
+class Nuisances:
+    """What small errors of the arm and of the clocks do to the residuals."""
+
+    names: tuple[str, ...]
+    """the arm's, Q of them"""
+    arm_columns: tuple[Array, ...]
+    """of each recording: what one sigma of each of the arm's does, (C, S, Q)"""
+    clock_columns: tuple[Array, ...]
+    """of each recording: what one sigma of its clock's offset and skew does, (C, S, 2)"""
+    clock_sigma: tuple[float, ...]
+    """s: of each recording's offset"""
+    relaxed_clock_sigma: tuple[float, ...]
+    """the same in units of `clock_sigma`, where the laws that the clock rests on are wrong"""
+
+
+def nuisances_at(at: Linearisation) -> Nuisances:
+    """At a linearisation; nearby they are the same."""
+    arm = [_arm_columns(recording) for recording in at.recordings]
+    clock_sigma = tuple(max(r.signals.clock_sigma[0], _MIN_CLOCK_SIGMA_S) for r in at.recordings)
+    return Nuisances(
+        names=arm[0][0],
+        arm_columns=tuple(columns for _, columns in arm),
+        clock_columns=tuple(_clock_columns(r, sigma) for r, sigma in zip(at.recordings, clock_sigma, strict=True)),
+        clock_sigma=clock_sigma,
+        relaxed_clock_sigma=tuple(
+            max(1.0, r.signals.clock_doubt / sigma) for r, sigma in zip(at.recordings, clock_sigma, strict=True)
+        ),
+    )
+
+
+def _arm_columns(recording: RecordingLinearisation) -> tuple[tuple[str, ...], Array]:
+    """Names, and what one sigma of each of the arm's numbers does to the residuals, (C, S, Q)."""
+    arm, names, columns = recording.signals.arm, [], []
     for field, (group, _, sigma) in _FIELDS.items():
         count = arm.N if group == "mechanisms" else arm.M
         value = getattr(arm, field)
         for i in range(count):
-            more = np.where(np.arange(count) == i, 1 + sigma, 1.0)
-            columns.append(at.slow.change(arm=replace(arm, **{field: value * more})))
+            factor = np.where(np.arange(count) == i, 1 + sigma, 1.0)
+            columns.append(recording.sensitivity.change(arm=replace(arm, **{field: value * factor})))
             names.append(f"{field} {i + 1}")
     return tuple(names), np.stack(columns, axis=-1)
 
 
-@dataclass(frozen=True)
-class Errors:
-    """Of every recording: what one sigma of each nuisance does, (C, S, Q), and of its own clock, (C, S, 2)."""
-
-    names: tuple[str, ...]
-    arm: tuple[Array, ...]
-    own: tuple[Array, ...]
-    clock: tuple[float, ...]
-    """s: sigma of each recording's offset"""
-    doubt: tuple[float, ...]
-    """and how many of these it may be off where the laws that told it are wrong"""
-
-
-def errors(at: Linearisation) -> Errors:
-    """At a point; nearby they are the same."""
-    found = [nuisances(place) for place in at.places]
-    clock = tuple(max(place.signals.clock_sigma[0], _LEAST_CLOCK_S) for place in at.places)
-    return Errors(
-        found[0][0],
-        tuple(columns for _, columns in found),
-        tuple(of_recording(place, sigma) for place, sigma in zip(at.places, clock, strict=True)),
-        clock,
-        tuple(max(1.0, p.signals.clock_doubt / sigma) for p, sigma in zip(at.places, clock, strict=True)),
-    )
-
-
-def of_recording(at: RecordingLinearisation, offset: float) -> Array:
-    """What one sigma of the recording's own errors does: its clock's offset (s) and skew, (C, S, 2)."""
-    s = at.signals
+def _clock_columns(recording: RecordingLinearisation, offset_sigma: float) -> Array:
+    """What one sigma of the recording's clock does: its offset's (s) and its skew's, (C, S, 2)."""
+    s, sensitivity = recording.signals, recording.sensitivity
     age = s.time[s.low_pass.kept] - s.time.mean()
-    moves = (at.slow.late(offset), at.slow.late(s.clock_sigma[1] * age))
-    return np.stack([at.slow.change(turned=move) for move in moves], axis=-1)
+    shifts = (sensitivity.late(offset_sigma), sensitivity.late(s.clock_sigma[1] * age))
+    return np.stack([sensitivity.change(turned=shift) for shift in shifts], axis=-1)
 
 
 def adjusted(neck: Neck, names: Sequence[str], numbers: Array) -> Neck:
-    """neck.yaml with its numbers moved by so many sigmas; names as `nuisances` gives them."""
+    """neck.yaml with its numbers moved by so many sigmas; names as `Nuisances` has them."""
     changed = neck.model_dump()
     for name, number in zip(names, numbers, strict=True):
         field, place = name.rsplit(" ", 1)

@@ -6,12 +6,15 @@ import numpy as np
 
 from diagnosis import signature_record
 from diagnosis.advice import advice
+from diagnosis.cause import Cause
 from diagnosis.cause_parameters import parameters_of
-from diagnosis.cause_search import MATERIAL, NamedCause
+from diagnosis.cause_search import MIN_LOSS_SHARE, NamedCause
+from diagnosis.detectability import Detectability
 from diagnosis.diagnose import Diagnosis
+from xneck_foundation.parameter import Parameter
 
-_ALIKE = 0.9
-"""share of what an effect does that another one may feign"""
+_LOOK_ALIKE_SHARE = 0.9
+"""of what an effect does: another one that may feign as much is listed"""
 
 
 def as_json(d: Diagnosis) -> dict[str, Any]:
@@ -24,70 +27,78 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
     >>> cause["where"], mass["name"], mass["unit"], round(mass["value"], 2)
     ('all', 'm', 'kg', 0.1)
     """
-    parameters = parameters_of(d.search.last)
-    causes = []
-    for named, cause, own in zip(d.search.named, d.causes, parameters, strict=True):
-        causes.append(
-            {
-                "effect": cause.effect.name,
-                "where": cause.where.label,
-                "words": cause.effect.words,
-                "parameters": [p.as_json() for p in own],
-                "probability": probability(named),
-                "indistinguishable_from": [c.effect.name for c in named.tied if c.effect is not cause.effect],
-                "explains": named.best.gain / named.loss_before,
-            }
-        )
-    arm = d.extended.arm
-    before, after = d.before, d.after
+    arm, search = d.extended.arm, d.search
     gain = max(d.gains, key=lambda g: g.before / g.noise_floor, default=None)
+    visible = d.detectability
     return {
         "verdict": d.verdict,
         "why": d.why,
-        "causes": causes,
+        "causes": [
+            _cause_json(named, cause, parameters)
+            for named, cause, parameters in zip(search.named, d.causes, parameters_of(search.last), strict=True)
+        ],
         "gain": gain and gain.as_json(),
         "gains": [g.as_json() for g in d.gains],
         "explained": d.explained,
         "not_simulated": d.not_simulated or None,
         "clocks": [
-            {"recording": r + 1, "late_s": float(late) + d.extended.late}
-            for r, late in enumerate(d.search.last.end.point.late)
+            {"recording": r, "late_s": float(lag) + d.extended.frame_lag}
+            for r, lag in enumerate(search.last.comparison.linearisation.frame_lags, start=1)
         ],
         "channels": [
             {
                 "channel": name,
                 "unit": "N" if j < arm.M else "N m",
-                "before": float(before.rms[j]),
-                "after": float(after.rms[j]),
-                "noise_floor": float(after.floor[j]),
+                "before": float(d.before.rms[j]),
+                "after": float(d.after.rms[j]),
+                "noise_floor": float(d.after.floor[j]),
             }
-            for j, name in enumerate(signature_record.channels(arm.M, arm.N))
+            for j, name in enumerate(signature_record.channel_names(arm.M, arm.N))
         ],
         "considered": [
-            {"effect": c.effect.name, "where": c.where.label, "explains": c.gain / d.search.first.loss}
-            for c in d.search.rankings[0]
+            {"effect": c.effect.name, "where": c.where.label, "explains": c.gain / search.first.loss}
+            for c in search.rankings[0]
         ],
         "signature": signature_record.as_json(d.signature, arm.M),
         "next": [step.as_json() for step in advice(d)],
-        "could_not_show": list(d.sight.blind),
-        "could_not_show_in": [{"effect": name, "where": where} for name, where in d.sight.unseen],
+        "could_not_show": list(visible.invisible),
+        "could_not_show_in": [{"effect": name, "where": where} for name, where in visible.invisible_places],
         "isolability": {
-            "effects": list(d.sight.effects),
-            "feigned": [[round(float(share), 3) for share in row] for row in d.sight.alike],
+            "effects": list(visible.effects),
+            "feigned": [[round(float(share), 3) for share in row] for row in visible.imitated],
         },
-        "look_alikes": [
-            {"effect": a, "feigned_by": b, "share": float(d.sight.alike[i, j])}
-            for i, a in enumerate(d.sight.effects)
-            for j, b in enumerate(d.sight.effects)
-            if i != j and d.sight.alike[i, j] > _ALIKE
-        ],
+        "look_alikes": _look_alikes(visible),
     }
 
 
+def _cause_json(named: NamedCause, cause: Cause, parameters: tuple[Parameter, ...]) -> dict[str, Any]:
+    return {
+        "effect": cause.effect.name,
+        "where": cause.where.label,
+        "words": cause.effect.words,
+        "parameters": [p.as_json() for p in parameters],
+        "probability": probability(named),
+        "indistinguishable_from": [c.effect.name for c in named.tied if c.effect is not cause.effect],
+        "explains": named.best.gain / named.loss_before,
+    }
+
+
+def _look_alikes(d: Detectability) -> list[dict[str, Any]]:
+    return [
+        {"effect": a, "feigned_by": b, "share": float(d.imitated[i, j])}
+        for i, a in enumerate(d.effects)
+        for j, b in enumerate(d.effects)
+        if i != j and d.imitated[i, j] > _LOOK_ALIKE_SHARE
+    ]
+
+
 def probability(named: NamedCause) -> float:
-    """Of a cause among all that were considered beside it, laws' unknown forms allowed for: half of MATERIAL is one step of e."""
+    """Of a cause among all that were considered beside it.
+
+    Half of MIN_LOSS_SHARE is one step of e: laws have forms that nobody knows better.
+    """
     losses = np.array([rival.loss for rival in named.tied])
-    weight = np.exp((losses[0] - losses) / (MATERIAL / 2 * losses[0]))
+    weight = np.exp((losses[0] - losses) / (MIN_LOSS_SHARE / 2 * losses[0]))
     return float(1 / weight.sum())
 
 
@@ -105,11 +116,11 @@ def as_text(d: Diagnosis) -> str:
     lines = [d.verdict + (f": {d.why}" if d.why else "")]
     if d.verdict == "unknown":
         lines.append(f"  {signature_record.words(d.signature, d.extended.arm.M)}")
-    for named, cause, own in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
+    for named, cause, parameters in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
         lines.append(f"  {cause.effect.name} ({cause.where.label}): {cause.effect.words}")
         lines += [
             f"    {p.name}{'' if p.index is None else f'({p.index})'} = {p.value:.4g} +- {p.sigma:.2g} {p.unit}"
-            for p in own
+            for p in parameters
         ]
         others = [c.effect.name for c in named.tied if c.effect is not cause.effect]
         if others:
@@ -119,7 +130,8 @@ def as_text(d: Diagnosis) -> str:
             f"  {g.measure}, not fitted: {g.before:.4g} -> {g.after:.4g} {g.unit} (noise {g.noise_floor:.4g}, "
             f"gain {g.before - g.after:.2g} +- {g.sigma:.1g})"
         )
-    unseen = [*d.sight.blind, *(f"{name} ({where})" for name, where in d.sight.unseen)]
-    if unseen:
-        lines.append(f"  these recordings would not show: {', '.join(unseen)}")
+    visible = d.detectability
+    invisible = [*visible.invisible, *(f"{name} ({where})" for name, where in visible.invisible_places)]
+    if invisible:
+        lines.append(f"  these recordings would not show: {', '.join(invisible)}")
     return "\n".join(lines)

@@ -11,37 +11,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.cause_fit import FitStage
-from diagnosis.conditions import Condition, conditions
-from diagnosis.drum_periodogram import Periodic, periodic
-from diagnosis.episodes import Course, Episode, brief, course, episodes
-from diagnosis.excess import PLAIN, Excess
-from diagnosis.explained_energy import Energy, autocovariance, energy, orthonormal
+from diagnosis.drum_periodogram import DrumWave, drum_wave
+from diagnosis.explained_energy import Energy, autocovariance, explained_energy, orthonormal
 from diagnosis.linearisation import RecordingLinearisation
+from diagnosis.noise_excess import ABOVE_NOISE_RATIO, NoiseExcess
+from diagnosis.residual_conditions import Condition, conditions
+from diagnosis.residual_episodes import Episode, RmsCourse, episode_share, episodes, rms_course
 
 Array = NDArray[np.float64]
 
 FALSE_ALARM = 0.01
-"""of a whole diagnosis: each of its patterns has its part"""
+"""probability that chance makes a pattern of a whole diagnosis: each of its patterns has its part"""
 CONSTANT = "always"
-_SIMPLER = 0.95
+_CONSTANT_SHARE = 0.95
 """of what the best pattern explains: a constant that explains as much stands for it"""
-_WORTH = 0.05
+_MIN_EXPLAINED = 0.05
 """of what stands above noise: what a pattern explains at least to be spoken of"""
-_MATTERS = 0.25
-"""of the same: what a pattern explains at least where all the rest comes in short episodes. It is 0.44 and more where it was
-hidden, 0.15 where a cable was slack at times"""
+_MIN_EXPLAINED_BESIDE_EPISODES = 0.25
+"""of what stands above noise: what a pattern explains at least where all the rest comes in short episodes"""
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """A channel's residual against a condition, by bins: means and RMS before and after, and noise alone."""
+    """A channel's residual against a condition, by K bins: means and RMS before and after, and noise alone."""
 
     channel: int
     """counted from 0, the motors' before the joints'"""
     against: str
     unit: str
-    at: Array
-    """(K,) middles of bins, then what is in them"""
+    bin_middles: Array
+    """(K,), as are the next five"""
     before: Array
     after: Array
     before_rms: Array
@@ -49,11 +48,11 @@ class Pattern:
     noise: Array
     explains: float
     """share of what the channel has above noise, by the bins' means, less what chance would explain; 0 where all is noise"""
-    own: float
-    """the same of what the base model's numbers could not have made"""
+    explains_beyond_base: float
+    """share of what the base model's numbers could not have made, less what chance would explain"""
     log_p: float
     """of chance to take as much of that"""
-    periodic: Periodic | None = None
+    drum_wave: DrumWave | None = None
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ class Signature:
     """those that show it, the clearest first"""
     episodes: tuple[Episode, ...]
     patterns: tuple[Pattern, ...]
-    courses: tuple[Course, ...]
+    courses: tuple[RmsCourse, ...]
     channels: tuple[int, ...]
     """where it shows"""
     best: Pattern
@@ -78,34 +77,37 @@ class Signature:
         return _clear(self.patterns)
 
 
-def signature(first: FitStage, then: FitStage) -> Signature:
-    """Of what the base model leaves; then: with the causes."""
-    base, before = first.end, first.beyond
-    left, last = base.left(first.fit), then.end.left(then.fit)
-    places = base.point.places
+def signature(first: FitStage, last: FitStage) -> Signature:
+    """Of what the base model leaves (first), beside what is left with the causes (last)."""
+    base, excess = first.comparison, first.excess
+    before, after = base.residuals_after(first.fit), last.comparison.residuals_after(last.fit)
+    recordings = base.linearisation.recordings
     courses = tuple(
-        course(place, was, now, drawn) for place, was, now, drawn in zip(places, left, last, first.floor, strict=True)
+        rms_course(recording, old, new, draws)
+        for recording, old, new, draws in zip(recordings, before, after, first.noise, strict=True)
     )
-    at = [_grid(place.signals.low_pass.kept, place.signals.low_pass.factor) for place in places]
-    own = base.base + len(base.nuisances)
+    grid_rows = [_grid_rows(r.signals.low_pass.kept, r.signals.low_pass.factor) for r in recordings]
+    base_end = base.base_count + len(base.nuisance_names)
     patterns: list[Pattern] = []
-    for c in range(len(before.rms)):
-        excess = float(before.rms[c] ** 2 - before.floor[c] ** 2) if before.ratio[c] > PLAIN else np.inf
+    for c in range(len(excess.rms)):
+        above = excess.ratio[c] > ABOVE_NOISE_RATIO
+        variance = float(excess.rms[c] ** 2 - excess.floor[c] ** 2) if above else np.inf
         channel = _Channel(
             number=c,
-            was=[r[c] for r in left],
-            now=[r[c] for r in last],
-            drawn=[[d[c] for d in draws] for draws in first.floor],
-            beneath=_basis(np.concatenate([m[c, :, :own] for m in base.matrix])),
-            at=at,
-            excess=excess * sum(r.shape[1] for r in left),
+            before=[r[c] for r in before],
+            after=[r[c] for r in after],
+            noise=[[d[c] for d in draws] for draws in first.noise],
+            basis=_basis(np.concatenate([m[c, :, :base_end] for m in base.matrices])),
+            grid_rows=grid_rows,
+            excess_energy=variance * sum(r.shape[1] for r in before),
         )
-        patterns += [channel.pattern(condition) for condition in conditions(places, c)]
-        patterns.append(channel.pattern(Condition(CONSTANT, "", tuple(np.zeros(r.shape[1]) for r in left), turns=True)))
-        if c < places[0].signals.arm.M:
-            turning = periodic(channel.rest, places, c, channel.beneath, channel.rest_known)
-            patterns += [channel.wave(turning, places)] if turning is not None else []
-    return _named(tuple(patterns), courses, before)
+        patterns += [channel.pattern(condition) for condition in conditions(recordings, c)]
+        always = Condition(CONSTANT, "", tuple(np.zeros(r.shape[1]) for r in before), is_cyclic=True)
+        patterns.append(channel.pattern(always))
+        if c < recordings[0].signals.arm.M:
+            wave = drum_wave(channel.remainder, recordings, c, channel.basis, channel.remainder_covariance)
+            patterns += [channel.wave_pattern(wave, recordings)] if wave is not None else []
+    return _signature(tuple(patterns), courses, excess)
 
 
 class _Channel:
@@ -114,105 +116,114 @@ class _Channel:
     def __init__(
         self,
         number: int,
-        was: Sequence[Array],
-        now: Sequence[Array],
-        drawn: Sequence[Sequence[Array]],
-        beneath: Array,
-        at: Sequence[NDArray[np.intp]],
-        excess: float,
+        before: Sequence[Array],
+        after: Sequence[Array],
+        noise: Sequence[Sequence[Array]],
+        basis: Array,
+        grid_rows: Sequence[NDArray[np.intp]],
+        excess_energy: float,
     ) -> None:
-        self.number, self.was, self.now, self.drawn, self.beneath, self.excess = (
-            number,
-            was,
-            now,
-            drawn,
-            beneath,
-            excess,
-        )
-        flat = np.concatenate(was)
-        self.rest = np.split(flat - beneath @ (beneath.T @ flat), np.cumsum([len(r) for r in was])[:-1])
-        self.known, self.rest_known = autocovariance(was, at), autocovariance(self.rest, at)
+        self.number, self.before, self.after, self.noise = number, before, after, noise
+        self.basis, self.excess_energy = basis, excess_energy
+        flat = np.concatenate(before)
+        self.remainder = np.split(flat - basis @ (basis.T @ flat), np.cumsum([len(r) for r in before])[:-1])
+        self.covariance = autocovariance(before, grid_rows)
+        self.remainder_covariance = autocovariance(self.remainder, grid_rows)
 
     def pattern(self, c: Condition) -> Pattern:
         """Against a condition."""
-        (before, before_rms), (after, after_rms) = c.means(self.was), c.means(self.now)
-        noise = np.sqrt(np.mean([c.means(d)[1] ** 2 for d in zip(*self.drawn, strict=True)], axis=0))
+        (before, before_rms), (after, after_rms) = c.means(self.before), c.means(self.after)
+        noise = np.sqrt(np.mean([c.means(d)[1] ** 2 for d in zip(*self.noise, strict=True)], axis=0))
         columns = c.columns()
-        whole = energy(self.was, columns, np.zeros((len(self.beneath), 0)), self.known)
-        beyond = energy(self.rest, columns, self.beneath, self.rest_known)
-        explains = min(1.0, max(0.0, (whole.taken - whole.expected) / self.excess))
-        at, _ = c.bins()
+        whole = explained_energy(self.before, columns, np.zeros((len(self.basis), 0)), self.covariance)
+        beyond = explained_energy(self.remainder, columns, self.basis, self.remainder_covariance)
+        middles, _ = c.bins()
         return Pattern(
-            self.number,
-            c.name,
-            c.unit,
-            at,
-            before,
-            after,
-            before_rms,
-            after_rms,
-            noise,
-            explains,
-            self._share(beyond),
-            beyond.log_p,
+            channel=self.number,
+            against=c.name,
+            unit=c.unit,
+            bin_middles=middles,
+            before=before,
+            after=after,
+            before_rms=before_rms,
+            after_rms=after_rms,
+            noise=noise,
+            explains=min(1.0, max(0.0, (whole.taken - whole.expected) / self.excess_energy)),
+            explains_beyond_base=self._share_of_remainder(beyond),
+            log_p=beyond.log_p,
         )
 
-    def wave(self, turning: Periodic, places: Sequence[RecordingLinearisation]) -> Pattern:
+    def wave_pattern(self, wave: DrumWave, recordings: Sequence[RecordingLinearisation]) -> Pattern:
         """Against the drum's angle, folded into one of so many waves a turn."""
-        angles = [p.signals.theta[p.signals.low_pass.kept, self.number] / turning.gear for p in places]
-        phase = tuple(turning.order * a / (2 * np.pi) % 1 for a in angles)
-        folded = self.pattern(Condition("drum's wave", "wave", phase, turns=True))
-        return replace(folded, periodic=turning, own=self._share(turning.energy), log_p=turning.log_p)
+        angles = [r.signals.theta[r.signals.low_pass.kept, self.number] / wave.gear for r in recordings]
+        phase = tuple(wave.order * a / (2 * np.pi) % 1 for a in angles)
+        folded = self.pattern(Condition("drum's wave", "wave", phase, is_cyclic=True))
+        share = self._share_of_remainder(wave.energy)
+        return replace(folded, drum_wave=wave, explains_beyond_base=share, log_p=wave.log_p)
 
-    def _share(self, of: Energy) -> float:
-        return max(0.0, of.taken - of.expected) / sum(float(r @ r) for r in self.rest)
+    def _share_of_remainder(self, energy: Energy) -> float:
+        return max(0.0, energy.taken - energy.expected) / sum(float(r @ r) for r in self.remainder)
 
 
-def _named(patterns: tuple[Pattern, ...], courses: tuple[Course, ...], before: Excess) -> Signature:
-    plain = [k for k in range(len(before.rms)) if before.ratio[k] > PLAIN]
+def _signature(patterns: tuple[Pattern, ...], courses: tuple[RmsCourse, ...], excess: NoiseExcess) -> Signature:
+    """What the patterns and courses of all channels have in common."""
+    above = [k for k in range(len(excess.rms)) if excess.ratio[k] > ABOVE_NOISE_RATIO]
     clear = _clear(patterns)
-    worst = int(np.argmax(before.ratio))
+    worst = int(np.argmax(excess.ratio))
     best = max(clear or tuple(p for p in patterns if p.channel == worst), key=lambda p: (p.explains, -p.log_p))
-    best = _simpler(best, clear)
-    if not plain:
-        return Signature("nothing", (), (), patterns, courses, (), best)
-    short = {k: brief(courses, k) for k in plain}
+    best = _or_constant(best, clear)
+
+    def of_kind(
+        kind: str, channels: Sequence[int], shown: tuple[Pattern, ...] = (), listed: tuple[Episode, ...] = ()
+    ) -> Signature:
+        return Signature(
+            kind=kind,
+            shown=shown,
+            episodes=listed,
+            patterns=patterns,
+            courses=courses,
+            channels=tuple(channels),
+            best=best,
+        )
+
+    if not above:
+        return of_kind("nothing", ())
+    episodic = [k for k in above if episode_share(courses, k)]
     votes: dict[str, list[Pattern]] = {}
-    for channel in plain:
-        own = [p for p in clear if p.channel == channel]
-        if own:
-            most = _simpler(max(own, key=lambda p: p.own), own)
+    for channel in above:
+        of_channel = [p for p in clear if p.channel == channel]
+        if of_channel:
+            most = _or_constant(max(of_channel, key=lambda p: p.explains_beyond_base), of_channel)
             votes.setdefault(kind_of(most), []).append(most)
-    weight = {kind: sum(p.own for p in voted) for kind, voted in votes.items()}
     # what follows a condition may come and go with it; traces of what is brief may follow one a little
-    if any(short.values()) and max((p.explains for p in clear), default=0.0) < _MATTERS:
-        where = tuple(k for k in short if short[k])
-        return Signature("episodes", (), episodes(courses, where), patterns, courses, where, best)
-    if not weight:
-        return Signature("unclear", (), (), patterns, courses, tuple(plain), best)
+    if episodic and max((p.explains for p in clear), default=0.0) < _MIN_EXPLAINED_BESIDE_EPISODES:
+        return of_kind("episodes", episodic, listed=episodes(courses, episodic))
+    if not votes:
+        return of_kind("unclear", above)
+    weight = {kind: sum(p.explains_beyond_base for p in voted) for kind, voted in votes.items()}
     kind = max(weight, key=lambda k: weight[k])
-    shown = tuple(sorted(votes[kind], key=lambda p: -p.own))
-    return Signature(kind, shown, (), patterns, courses, tuple(sorted(p.channel for p in shown)), best)
+    shown = tuple(sorted(votes[kind], key=lambda p: -p.explains_beyond_base))
+    return of_kind(kind, sorted(p.channel for p in shown), shown)
 
 
 def _clear(patterns: Sequence[Pattern]) -> tuple[Pattern, ...]:
-    least = np.log(FALSE_ALARM / len(patterns))
-    return tuple(p for p in patterns if p.log_p < least and p.explains > _WORTH)
+    max_log_p = np.log(FALSE_ALARM / len(patterns))
+    return tuple(p for p in patterns if p.log_p < max_log_p and p.explains > _MIN_EXPLAINED)
 
 
 def kind_of(p: Pattern) -> str:
     """What a pattern says."""
-    if p.periodic is not None:
+    if p.drum_wave is not None:
         return "periodic"
     if p.against.startswith("time"):
         return "drift"
     return "constant" if p.against == CONSTANT else p.against
 
 
-def _simpler(best: Pattern, clear: Sequence[Pattern]) -> Pattern:
-    """A constant in its place where that explains as much."""
-    same = (p for p in clear if p.against == CONSTANT and p.channel == best.channel)
-    return next((p for p in same if p.explains >= _SIMPLER * best.explains), best)
+def _or_constant(best: Pattern, clear: Sequence[Pattern]) -> Pattern:
+    """The best pattern, or a constant in its place where that explains as much."""
+    constants = (p for p in clear if p.against == CONSTANT and p.channel == best.channel)
+    return next((p for p in constants if p.explains >= _CONSTANT_SHARE * best.explains), best)
 
 
 def _basis(columns: Array) -> Array:
@@ -220,5 +231,6 @@ def _basis(columns: Array) -> Array:
     return orthonormal(columns[:, size > 0] / size[size > 0])
 
 
-def _grid(kept: NDArray[np.intp], factor: int) -> NDArray[np.intp]:
+def _grid_rows(kept: NDArray[np.intp], factor: int) -> NDArray[np.intp]:
+    """Rows of the filter's grid from the first one that is kept, (S,)."""
     return (kept - kept[0]) // factor

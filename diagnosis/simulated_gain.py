@@ -6,58 +6,73 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.cause_fit import FitStage
-from diagnosis.extended_model import description, model
-from diagnosis.gain import Gain, Held
+from diagnosis.extended_model import extended_description, extended_model
+from diagnosis.held_out_gain import Gain, HeldOutResiduals
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
 from identification.model_file import Model
-from identification.simulation.simulated import Simulated, simulate_recording
+from identification.simulation.simulated_recording import SimulatedRecording, simulate_recording
 
 Array = NDArray[np.float64]
 
-STEMS = {"alpha": "simulated joint angles", "theta": "simulated motor angles"}
+MEASURES = {"alpha": "simulated joint angles", "theta": "simulated motor angles"}
+"""by stem of the simulated series"""
 
 
-def simulated_gains(before: "Side", after: "Side", read: Sequence[NoiseEnsemble]) -> tuple[Gain, ...]:
-    """Of alpha and of theta, over all joints and all motors. Raises Refused where a model cannot be simulated."""
-    was, now = before.simulated(read), after.simulated(read)
-    return tuple(_gain(stem, was, now) for stem in STEMS)
-
-
-class Side:
+class SimulatedModel:
     """A model with its description and what it says of how recordings were read."""
 
-    def __init__(self, turn: FitStage, h: Hypothesis, held: Held) -> None:
-        self._h = Hypothesis(description(turn, h), h.laws, h.values, h.misread, h.late, h.stale)
-        self._model: Model = model(turn, h, {})
-        self._late = held.late
+    def __init__(self, stage: FitStage, h: Hypothesis, held_out: HeldOutResiduals) -> None:
+        self._h = Hypothesis(
+            neck=extended_description(stage, h),
+            laws=h.laws,
+            values=h.values,
+            angle_error=h.angle_error,
+            frame_lag=h.frame_lag,
+            motor_angle_lag=h.motor_angle_lag,
+        )
+        self._model: Model = extended_model(stage, h, {})
+        self._frame_lags = held_out.frame_lags
 
-    def simulated(self, read: Sequence[NoiseEnsemble]) -> list[Simulated]:
-        """Every recording, read by this side's lights."""
+    def simulated(self, ensembles: Sequence[NoiseEnsemble]) -> list[SimulatedRecording]:
+        """Every recording, read as this model says."""
         return [
-            simulate_recording(self._h.read(one.data, late), self._model)
-            for one, late in zip(read, self._late, strict=True)
+            simulate_recording(self._h.corrected(ensemble.data, lag), self._model)
+            for ensemble, lag in zip(ensembles, self._frame_lags, strict=True)
         ]
 
 
-def _gain(stem: str, was: Sequence[Simulated], now: Sequence[Simulated]) -> Gain:
-    def level(of: Sequence[Simulated], which: str) -> float:
-        return float(
-            np.sqrt(np.mean([getattr(c, which) ** 2 for s in of for c in s.channels if c.name.startswith(stem)]))
-        )
+def simulated_gains(
+    before: SimulatedModel, after: SimulatedModel, ensembles: Sequence[NoiseEnsemble]
+) -> tuple[Gain, ...]:
+    """Of alpha and of theta, over all joints and all motors. Raises Refused where a model cannot be simulated."""
+    old, new = before.simulated(ensembles), after.simulated(ensembles)
+    return tuple(_gain(stem, old, new) for stem in MEASURES)
 
-    before, after = level(was, "rms"), level(now, "rms")
-    each = np.concatenate(
-        [np.stack([_by_window(a, stem), _by_window(b, stem)]) for a, b in zip(was, now, strict=True)], axis=1
+
+def _gain(stem: str, old: Sequence[SimulatedRecording], new: Sequence[SimulatedRecording]) -> Gain:
+    def level(simulations: Sequence[SimulatedRecording], measure: str) -> float:
+        squares = [getattr(c, measure) ** 2 for s in simulations for c in s.channels if c.name.startswith(stem)]
+        return float(np.sqrt(np.mean(squares)))
+
+    by_window = np.concatenate(
+        [np.stack([_square_by_window(a, stem), _square_by_window(b, stem)]) for a, b in zip(old, new, strict=True)],
+        axis=1,
     )
     # by leaving out each window in turn
-    count = each.shape[1]
-    left = np.sqrt((each.sum(axis=1, keepdims=True) - each) / (count - 1))
-    sigma = float(np.sqrt((count - 1) * np.var(left[0] - left[1])))
-    return Gain(STEMS[stem], "rad", before, after, level(now, "noise_floor"), sigma)
+    count = by_window.shape[1]
+    jackknife = np.sqrt((by_window.sum(axis=1, keepdims=True) - by_window) / (count - 1))
+    return Gain(
+        measure=MEASURES[stem],
+        unit="rad",
+        before=level(old, "rms"),
+        after=level(new, "rms"),
+        noise_floor=level(new, "noise_floor"),
+        sigma=float(np.sqrt((count - 1) * np.var(jackknife[0] - jackknife[1]))),
+    )
 
 
-def _by_window(s: Simulated, stem: str) -> Array:
+def _square_by_window(s: SimulatedRecording, stem: str) -> Array:
     """Mean square of simulated less measured, of every window."""
     error = s.series.matrix(stem) - s.series.matrix(stem, "_measured")
     rows = max(1, round(s.window_s / float(np.mean(np.diff(s.series.time)))))

@@ -12,7 +12,7 @@ _LEAST = 1e-300
 """of what a step leaves of a state: nothing times an infinite bound would be none"""
 
 
-def remembered(machine: Machine, at: Stretching, step: float) -> Array:
+def memory_states(machine: Machine, at: Stretching, step: float) -> Array:
     """States (T, M, states) on rows `step` s apart, nothing remembered at the first.
 
     Every law's drift is affine in its own states, a + b z, so that each step is exact while a and b hold over it,

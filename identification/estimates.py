@@ -8,26 +8,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.dataset import DataSet
-from identification.fitting import Solution, solve
-from identification.identifiability import Verdict, durbin_wu_hausman, judge, label
+from identification.fitting import FitSolution, fit_laws
+from identification.identifiability import Identifiability, durbin_wu_hausman, judge_identifiability, term_label
 from identification.signals import Signals, signals_of
 from identification.unknowns import Unknowns, unknowns
 from mechanism.arm import Arm
-from mechanism.elasticity import Model
+from mechanism.elasticity import ElasticModel
 from mechanism.laws import Turning
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
-from xneck_foundation.least_squares import Parameter
+from xneck_foundation.parameter import Parameter
 
 Array = NDArray[np.float64]
 
-LAWS_BESIDE: dict[Model, tuple[str, ...]] = {
+LAWS_BY_ELASTIC_MODEL: dict[ElasticModel, tuple[str, ...]] = {
     1: ("dry_friction", "viscous_friction", "linear_cable"),
     2: ("dry_friction", "viscous_friction", "youngs_modulus"),
     3: ("dry_friction", "viscous_friction", "youngs_modulus_in_pose"),
 }
 """what is fitted beside each of Fasquelle's elastic models"""
-LAWS = LAWS_BESIDE[1]
+DEFAULT_LAWS = LAWS_BY_ELASTIC_MODEL[1]
 _MOVES = 1.0
 """rad/s: a motor slower than this all the time is at rest"""
 _OPPOSED = 5.0
@@ -44,8 +44,8 @@ class Estimates:
 
     laws: tuple[str, ...]
     unknowns: Unknowns
-    solution: Solution
-    verdicts: tuple[Verdict, ...]
+    solution: FitSolution
+    verdicts: tuple[Identifiability, ...]
     x0: Array
     """pre-elongations of the description, (M,), m"""
     seconds: tuple[float, ...]
@@ -62,7 +62,7 @@ class Estimates:
         return tuple(p for p, _ in self.judged)
 
     @property
-    def judged(self) -> tuple[tuple[Parameter, Verdict], ...]:
+    def judged(self) -> tuple[tuple[Parameter, Identifiability], ...]:
         """`parameters` with what is to be said of each."""
         return tuple((self._parameter(place), self.verdicts[place]) for place in self._told)
 
@@ -119,7 +119,7 @@ class Estimates:
                 "rms_motor_N": motor.tolist(),
                 "rms_arm_Nm": arm.tolist(),
                 "least_squares": [
-                    {"name": label(e), "value": float(v), "sigma": float(s)}
+                    {"name": term_label(e), "value": float(v), "sigma": float(s)}
                     for e, v, s in zip(
                         u.entries,
                         self.solution.least_squares,
@@ -139,13 +139,13 @@ class Estimates:
         }
 
 
-def _words(v: Verdict) -> dict[str, str]:
+def _words(v: Identifiability) -> dict[str, str]:
     return {} if v.identified else {"why": v.why, "would_tell": v.record}
 
 
 def estimate(
     recordings: Sequence[DataSet],
-    laws: Sequence[str] = LAWS,
+    laws: Sequence[str] = DEFAULT_LAWS,
     held: Mapping[str, float | Array] | None = None,
     priors: Mapping[tuple[str, int | None], tuple[float, float]] | None = None,
 ) -> Estimates:
@@ -161,7 +161,7 @@ def estimate(
     >>> {p.name for p in found.parameters if not p.identified}
     {'fv'}
     """
-    arm = one_arm(recordings)
+    arm = common_arm(recordings)
     signals = [signals_of(data) for data in recordings]
     check_motion(signals)
     u = unknowns(arm, laws, len(signals), held)
@@ -173,17 +173,17 @@ def estimate(
                 "identify", f"no parameter {key[0]}({key[1]}) for a prior", "give one of a law that is fitted"
             )
         known[places[key]] = prior
-    found = solve(signals, u, known)
+    found = fit_laws(signals, u, known)
     _check_signs(u, found)
     _check_pull(signals, u, found)
-    verdicts = judge(u, found)
+    verdicts = judge_identifiability(u, found)
     if not any(v.identified for v, e in zip(verdicts, u.entries, strict=True) if e.recording is None):
         raise Refused("identify", "insufficient: this motion tells none of the parameters", "move more, for longer")
     seconds = tuple(s.step * s.low_pass.factor * len(s.low_pass.kept) for s in signals)
     return Estimates(tuple(laws), u, found, verdicts, arm.x0, seconds)
 
 
-def one_arm(recordings: Sequence[DataSet]) -> Arm:
+def common_arm(recordings: Sequence[DataSet]) -> Arm:
     """The arm of all recordings. Raises Refused where they differ in more than markers and where the motors started."""
 
     def of(data: DataSet) -> dict[str, Any]:
@@ -209,7 +209,7 @@ def check_motion(signals: Sequence[Signals]) -> None:
         )
 
 
-def _check_signs(u: Unknowns, found: Solution) -> None:
+def _check_signs(u: Unknowns, found: FitSolution) -> None:
     """Refused where friction drives: the force is counted against the motor's turning."""
     slot = u.slots.get(("fs", None))
     if slot is None:
@@ -225,7 +225,7 @@ def _check_signs(u: Unknowns, found: Solution) -> None:
         )
 
 
-def _check_pull(signals: Sequence[Signals], u: Unknowns, found: Solution) -> None:
+def _check_pull(signals: Sequence[Signals], u: Unknowns, found: FitSolution) -> None:
     """Refused where a motor pushes on its cable nearly all the time: turned in both f and theta, friction looks right."""
     values = u.values(found.p)
     at_rows = []

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from identification.block_covariance import BLOCK_S, LEAST_BLOCKS, Blocks, in_blocks, influence, shared_errors, widened
-from identification.instruments import driven
-from identification.residuals import ResidualRows, rows
+from identification.block_covariance import BLOCK_S, MIN_BLOCKS, BlockSums, block_sums, jackknife_influence, shared_error_residuals, student_inflated
+from identification.instruments import instrument_signals
+from identification.residuals import ResidualRows, residual_rows
 from identification.signals import Signals
 from identification.unknowns import Unknowns
-from identification.whitening import ORDER, Whitener, fit_whitener
+from identification.whitening import WHITENING_ORDER, Whitener, fit_whitener
 
 Array = NDArray[np.float64]
 
@@ -28,14 +28,14 @@ _REACH = 50.0
 """sizes of a term: one step goes no further, and where nothing is told not at all"""
 _BLIND = 1e-9
 """of one, in columns scaled to one: what rows tell of a combination at least"""
-NOT_TOLD = 0.01
+MAX_UNOBSERVED_SHARE = 0.01
 """share of a parameter from which it is not told at all"""
 _NEAR_BOUND = 1e-6
 """of a term's range"""
 
 
 @dataclass(frozen=True)
-class Solution:
+class FitSolution:
     """Parameters (P,) with covariance (P, P), both ways, and what tells how far to trust them."""
 
     p: Array
@@ -54,20 +54,20 @@ class Solution:
     """terms whose column the instruments replace"""
 
 
-def solve(
+def fit_laws(
     recordings: Sequence[Signals], u: Unknowns, priors: Mapping[int, tuple[float, float]] | None = None
-) -> Solution:
+) -> FitSolution:
     """Both stages. priors: mean and sigma by place in the vector."""
     prior = _Prior(u, priors or {})
-    starts = [stretch_starts(s) for s in recordings]
+    starts = [segment_starts(s) for s in recordings]
     p = u.start()
 
     def linearised(p: Array) -> list[ResidualRows]:
-        return [rows(s, u, p, r) for r, s in enumerate(recordings)]
+        return [residual_rows(s, u, p, r) for r, s in enumerate(recordings)]
 
     # first every channel by its size alone, until the numbers settle; then by what its rows tell beyond those before them
     whiten = Whitener(np.ones((0, 1)))
-    for order in (0, ORDER):
+    for order in (0, WHITENING_ORDER):
         for _ in range(_ROUNDS):
             found = linearised(p)
             whiten = fit_whitener([r.residual for r in found], starts, order)
@@ -75,7 +75,7 @@ def solve(
             if np.max(np.abs(p - before) / u.size) < _SETTLED:
                 break
     first, found = p, linearised(p)
-    instruments = [rows(driven(s, u, first, r), u, first, r).jacobian for r, s in enumerate(recordings)]
+    instruments = [residual_rows(instrument_signals(s, u, first, r), u, first, r).jacobian for r, s in enumerate(recordings)]
     touched = np.any(
         [np.abs(i - f.jacobian).max(axis=(0, 1)) > 0 for i, f in zip(instruments, found, strict=True)], axis=0
     )
@@ -90,29 +90,29 @@ def solve(
     J = [whiten(f.jacobian, b) for f, b in zip(found, starts, strict=True)]
     e = [whiten(f.residual, b) for f, b in zip(found, starts, strict=True)]
     total = sum(s.step * s.low_pass.factor * len(s.low_pass.kept) for s in recordings)
-    block_s = min(BLOCK_S, total / LEAST_BLOCKS)
+    block_s = min(BLOCK_S, total / MIN_BLOCKS)
     rate = 1 / (recordings[0].step * recordings[0].low_pass.factor)
 
     length = max(1, round(block_s * rate))
 
-    common = [whiten(shared_errors(s, u, p, r), b) for r, (s, b) in enumerate(zip(recordings, starts, strict=True))]
+    common = [whiten(shared_error_residuals(s, u, p, r), b) for r, (s, b) in enumerate(zip(recordings, starts, strict=True))]
 
     def spread(Z: list[Array]) -> tuple[Array, Array, Array]:
         """What each block, each prior and each shared error does to the parameters: (B, P), (K, P), (E, P)."""
-        parts = [in_blocks(z, r, j, length) for z, r, j in zip(Z, e, J, strict=True)]
-        blocks = Blocks(np.concatenate([b.pull for b in parts]), np.concatenate([b.slope for b in parts]))
+        parts = [block_sums(z, r, j, length) for z, r, j in zip(Z, e, J, strict=True)]
+        blocks = BlockSums(np.concatenate([b.pull for b in parts]), np.concatenate([b.slope for b in parts]))
         A = blocks.slope.sum(axis=0) + prior.information
         inverse = _inverse(A, free, u.size)
         shared = [np.einsum("csp,cse->ep", z, c) for z, c in zip(Z, common, strict=True)]
-        return influence(blocks, A, free, u.size), prior.roots @ inverse.T, np.concatenate(shared) @ inverse.T
+        return jackknife_influence(blocks, A, free, u.size), prior.roots @ inverse.T, np.concatenate(shared) @ inverse.T
 
     ours, plain = spread(Zi), spread(J)
     apart = np.concatenate(ours[:2]) - np.concatenate(plain[:2])
     information = np.asarray(sum(np.einsum("csp,csq->pq", j, j) for j in J)) + prior.information
-    unseen = np.diag(blind(information, free)) > NOT_TOLD
+    unseen = np.diag(unobserved_projection(information, free)) > MAX_UNOBSERVED_SHARE
     covariance = _summed(*ours)
     covariance[unseen, unseen] = np.inf
-    return Solution(
+    return FitSolution(
         p=p,
         covariance=covariance,
         least_squares=first,
@@ -128,11 +128,11 @@ def solve(
 
 def _summed(blocks: Array, priors: Array, shared: Array) -> Array:
     """Covariance, (P, P)."""
-    every = np.concatenate([widened(blocks), priors, shared])
+    every = np.concatenate([student_inflated(blocks), priors, shared])
     return every.T @ every
 
 
-def blind(information: Array, free: NDArray[np.bool_]) -> Array:
+def unobserved_projection(information: Array, free: NDArray[np.bool_]) -> Array:
     """Projection onto the combinations of parameters, scaled to columns of one, that the rows do not tell, (P, P).
 
     Its diagonal is what of each parameter is not told.
@@ -179,7 +179,7 @@ def _stepped(
     return np.clip(p + u.size * step.x, u.low, u.high)
 
 
-def stretch_starts(s: Signals) -> NDArray[np.bool_]:
+def segment_starts(s: Signals) -> NDArray[np.bool_]:
     """Filtered rows that have none right before them."""
     kept = s.low_pass.kept
     return np.concatenate([[True], np.diff(kept) > s.low_pass.factor])

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from identification.cable_memory import remembered
-from identification.residuals import forces, stretching
+from identification.cable_memory import memory_states
+from identification.residuals import law_forces, cable_motion
 from identification.signals import Signals
 from identification.unknowns import Unknowns
 from mechanism.laws import Stretching
@@ -31,13 +31,13 @@ _SMALL_M, _SMALL_M_S, _SMALL_S = 1e-5, 1e-3, 1e-3
 """steps for the slopes of the cables' law"""
 
 
-def driven(s: Signals, u: Unknowns, p: Array, recording: int) -> Signals:
+def instrument_signals(s: Signals, u: Unknowns, p: Array, recording: int) -> Signals:
     """The recording with the elongations under which the laws' tension is what the motors pull with.
 
     Sought from what a cable without memory would do, never from vision: where it ends early nothing of its noise is left."""
     values, x0 = u.values(p), u.get(p, "x0", recording)
     cables = _Cables(Machine(s.arm, u.laws, values), s)
-    tension = forces(s, u.laws, values, x0, float(u.get(p, "delay", recording)[0])).drive - s.inertial
+    tension = law_forces(s, u.laws, values, x0, float(u.get(p, "delay", recording)[0])).drive - s.inertial
     stiffness, _, damping = cables.slopes(s.x + x0, s.x_d)
     if np.any(stiffness <= 0):
         return s
@@ -67,13 +67,13 @@ class _Cables:
     def pull(self, x: Array, x_d: Array, z: Array | None = None) -> Array:
         """(T, M), N, with what is remembered of this motion unless it is given."""
         at = self._at(x, x_d)
-        memory = remembered(self.machine, at, self.s.step) if z is None else z
+        memory = memory_states(self.machine, at, self.s.step) if z is None else z
         return np.broadcast_to(self.machine.pull(at, memory), x.shape)
 
     def slopes(self, x: Array, x_d: Array) -> tuple[Array, Array, Array]:
         """Of the pull, (M,) each: by lasting elongation, by sudden one, which is remembered too, and by its rate."""
         at, faster = self._at(x, x_d), x_d + _SMALL_M_S
-        z = remembered(self.machine, at, self.s.step)
+        z = memory_states(self.machine, at, self.s.step)
         now, moving = self.pull(x, x_d, z), np.full_like(x, _SMALL_M_S)
         grown = self.machine.drift(self._at(x, moving), z) - self.machine.drift(self._at(x, 0 * moving), z)
         lasting = np.max((self.pull(x + _SMALL_M, x_d, z) - now) / _SMALL_M, axis=0)
@@ -82,7 +82,7 @@ class _Cables:
         return lasting, lasting + sudden, np.maximum(damping, 0.0)
 
     def _at(self, x: Array, x_d: Array) -> Stretching:
-        return stretching(replace(self.s, x=x, x_d=x_d), np.zeros(1))
+        return cable_motion(replace(self.s, x=x, x_d=x_d), np.zeros(1))
 
 
 def _within(x: Array) -> Array:

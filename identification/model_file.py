@@ -14,8 +14,8 @@ from mechanism.friction import CM
 from mechanism.laws import LAWS
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
-from xneck_foundation.least_squares import Parameter
-from xneck_foundation.strict_yaml import Strict, read
+from xneck_foundation.parameter import Parameter
+from xneck_foundation.strict_yaml import Strict, read_yaml
 from xneck_foundation.whole_file import write_text
 
 
@@ -128,4 +128,4 @@ def read_model(path: str | Path) -> Model:
     >>> xneck.read_model("model.yaml").laws  # of `xneck identify monday.mcap --out model.yaml`
     ('dry_friction', 'viscous_friction', 'linear_cable')
     """
-    return read(path, Model)
+    return read_yaml(path, Model)

@@ -11,7 +11,7 @@ from mechanism.description import Neck
 from mechanism.neck_text import neck_text
 from xneck_foundation import strict_yaml
 from xneck_foundation.errors import Refused
-from xneck_foundation.least_squares import Parameter
+from xneck_foundation.parameter import Parameter
 from xneck_foundation.whole_file import whole_file, write_text
 
 
@@ -46,5 +46,5 @@ def write_neck(neck: Neck, parameters: Sequence[Parameter], source: str, path: s
     )
     found = ", ".join(f"{j} +- {1e3 * p.sigma:.2g} mm" for j, p in x0.items())
     text = neck_text(neck.model_copy(update={"cables": cables}), f"x0 as identified from {source}: cable {found}")
-    strict_yaml.validate(strict_yaml.parse(text, path), Neck, path)
+    strict_yaml.validate_document(strict_yaml.parse_yaml(text, path), Neck, path)
     write_text(path, text)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.cable_memory import remembered
-from identification.residuals import forces, stretching
+from identification.cable_memory import memory_states
+from identification.residuals import law_forces, cable_motion
 from identification.signals import Signals
 from identification.unknowns import Unknowns
 from mechanism.arm import Arm
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Turned:
+class AngleError:
     """By how much the angles are others than read, each (S, N) or (N,), rad, with derivatives."""
 
     by: Array
@@ -32,10 +32,10 @@ class Turned:
     by_dd: Array | float = 0.0
 
 
-_AS_READ = Turned(np.zeros(1))
+_AS_READ = AngleError(np.zeros(1))
 
 
-class Slow:
+class ResidualSensitivity:
     """One recording at the vector p."""
 
     def __init__(self, s: Signals, u: Unknowns, p: Array, recording: int) -> None:
@@ -43,8 +43,8 @@ class Slow:
         self._s, self._at = s, at
         self._values, self._x0, self._laws = u.values(p), u.get(p, "x0", recording), u.laws
         delay = float(u.get(p, "delay", recording)[0])
-        z = remembered(Machine(s.arm, u.laws, self._values), stretching(s, self._x0), s.step)
-        self._drive = s.low_pass(forces(s, u.laws, self._values, self._x0, delay, z).drive.T).T
+        z = memory_states(Machine(s.arm, u.laws, self._values), cable_motion(s, self._x0), s.step)
+        self._drive = s.low_pass(law_forces(s, u.laws, self._values, self._x0, delay, z).drive.T).T
         self._z = z[at]
         self._seen = s.alpha[at], s.alpha_d[at]
         self._alpha = s.alpha[at], s.alpha_d[at], s.alpha_dd[at]
@@ -52,17 +52,17 @@ class Slow:
         self._motion = s.theta[at], s.theta_d[at], s.theta_dd[at]
         self._base = self._residual(s.arm, _AS_READ)
 
-    def late(self, by: Array | float) -> Turned:
+    def late(self, by: Array | float) -> AngleError:
         """Frames that show what the arm did `by` (S,), s, later than their stamps say."""
         by = np.broadcast_to(by, len(self._at))[:, None]
         _, alpha_d, alpha_dd = self._alpha
-        return Turned(by * alpha_d, by * alpha_dd, by * self._jerk)
+        return AngleError(by * alpha_d, by * alpha_dd, by * self._jerk)
 
-    def change(self, arm: Arm | None = None, turned: Turned = _AS_READ) -> Array:
+    def change(self, arm: Arm | None = None, turned: AngleError = _AS_READ) -> Array:
         """Of the residuals, (C, S)."""
         return self._residual(arm or self._s.arm, turned) - self._base
 
-    def _residual(self, arm: Arm, turned: Turned) -> Array:
+    def _residual(self, arm: Arm, turned: AngleError) -> Array:
         theta, theta_d, theta_dd = self._motion
         seen, seen_d = self._seen[0] + turned.by, self._seen[1] + turned.by_d
         alpha, alpha_d, alpha_dd = (

@@ -13,18 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.dataset import DataSet
-from identification.low_pass import LowPass, low_pass
+from identification.decimation import DecimatingFilter, decimating_filter
 from mechanism.arm import Arm
-from mechanism.cable_lengths import Z, lengths, wraps
+from mechanism.cable_lengths import Z, lengths, wrap_angles
 from mechanism.dynamics import terms
 from mechanism.elasticity import elongation, elongation_rate
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
-BY_TRAVEL_S = 3e-3
+TRAVEL_CLOCK_SIGMA_S = 3e-3
 """s, that clocks differ by from recording to recording where only the cables' travel tells them"""
-LEAST_S = 2.0
+MIN_DURATION_S = 2.0
 """s that must remain when unknown rows and the filter's ends are left out"""
 
 
@@ -62,7 +62,7 @@ class Signals:
     """elongation by vision with the description's x0, (T, M), m"""
     x_d: Array
     """(T, M), m/s"""
-    low_pass: LowPass
+    low_pass: DecimatingFilter
     clock_sigma: tuple[float, float]
     """of the offset, s, and of the skew about the recording's middle"""
     clock_doubt: float
@@ -96,8 +96,8 @@ def signals_of(data: DataSet) -> Signals:
     missed = np.asarray(np.any(state.matrix("bridged") > 0, axis=1))
     for begin, end in data.clock.get("log_gaps", ()):
         missed |= (time > begin - step) & (time < end + step)
-    filtered = low_pass(step, ~missed)
-    if len(filtered.kept) * filtered.factor * step < LEAST_S:
+    filtered = decimating_filter(step, ~missed)
+    if len(filtered.kept) * filtered.factor * step < MIN_DURATION_S:
         raise Refused(
             "identify", f"insufficient: {time[-1] - time[0]:.1f} s, with gaps, are too short", "record longer"
         )
@@ -123,12 +123,12 @@ def signals_of(data: DataSet) -> Signals:
         inertial=arm.motor_inertia / arm.drum * theta_dd,
         Z=Z(arm, alpha),
         load=np.einsum("tij,tj->ti", k.M, alpha_dd) + k.c + k.g,
-        wrap=wraps(arm, alpha),
+        wrap=wrap_angles(arm, alpha),
         length=lengths(arm, alpha),
         x=elongation(arm, seen, theta),
         x_d=elongation_rate(arm, Z(arm, seen), seen_d, theta_d),
         low_pass=filtered,
         clock_sigma=(offset_sigma, 1e-6 * float(clock.get("skew_sigma_ppm") or 0.0)),
-        clock_doubt=offset_sigma if clock.get("source") == "light" else max(offset_sigma, BY_TRAVEL_S),
+        clock_doubt=offset_sigma if clock.get("source") == "light" else max(offset_sigma, TRAVEL_CLOCK_SIGMA_S),
         angle_sigma=np.sqrt(np.nanmean(common**2, axis=0)) if common.shape[1] else np.zeros(arm.N),
     )

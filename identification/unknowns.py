@@ -13,10 +13,12 @@ from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
-X0 = Term("x0", "m", -0.05, 0.05, 1e-3)
+X0 = Term("x0", "m", low=-0.05, high=0.05, size=1e-3, would_tell="vary the cable's tension by tens of newtons")
 """pre-elongation beyond the description's, of each recording"""
-DELAY = Term("delay", "s", -0.01, 0.05, 1e-3, "arm")
+DELAY = Term("delay", "s", low=-0.01, high=0.05, size=1e-3, of="arm", would_tell="reverse the motors often")
 """by which forces act later than the log says, of each recording; below zero only by error"""
+DELAY_SIGMA_S = 1e-3
+"""s: standard deviation of that delay before any fit; forces act no more than a row or two of the log later"""
 
 
 @dataclass(frozen=True)

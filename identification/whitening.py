@@ -8,7 +8,7 @@ from scipy.linalg import solve_toeplitz
 
 Array = NDArray[np.float64]
 
-ORDER = 6
+WHITENING_ORDER = 6
 """at 32 Hz: the filter's own shape and what smoothing leaves of vision's noise"""
 _FLOOR = 1e-6
 """of a channel's variance, added as white noise: what the filter has taken away is not blown up again"""
@@ -31,7 +31,7 @@ class Whitener:
         for lag in range(order + 1):
             tap = self.taps[:, lag].reshape(-1, *([1] * (values.ndim - 1)))
             out[:, order:] += tap * values[:, order - lag : values.shape[1] - lag]
-        out[:, ~settled(starts, order)] = 0.0
+        out[:, ~has_full_history(starts, order)] = 0.0
         if unsure is not None:
             variance = 1 + np.stack([np.convolve(u, t**2)[: len(u)] for u, t in zip(unsure, self.taps, strict=True)])
             out /= np.sqrt(variance).reshape(*unsure.shape, *([1] * (values.ndim - 2)))
@@ -42,14 +42,14 @@ class Whitener:
         return Whitener(self.taps / by[:, None])
 
 
-def settled(starts: NDArray[np.bool_], order: int = ORDER) -> NDArray[np.bool_]:
+def has_full_history(starts: NDArray[np.bool_], order: int = WHITENING_ORDER) -> NDArray[np.bool_]:
     """Rows with `order` rows before them in their stretch, (S,)."""
     place = np.arange(len(starts))
     first = np.maximum.accumulate(np.where(starts, place, 0))
     return place - first >= order
 
 
-def fit_whitener(residuals: list[Array], starts: list[NDArray[np.bool_]], order: int = ORDER) -> Whitener:
+def fit_whitener(residuals: list[Array], starts: list[NDArray[np.bool_]], order: int = WHITENING_ORDER) -> Whitener:
     """From residuals (C, S) of recordings, by Yule and Walker."""
     channels = residuals[0].shape[0]
     taps = np.zeros((channels, order + 1))
@@ -58,7 +58,7 @@ def fit_whitener(residuals: list[Array], starts: list[NDArray[np.bool_]], order:
         count = sum(r.shape[1] for r in residuals)
         for r, begin in zip(residuals, starts, strict=True):
             for lag in range(order + 1):
-                whole = settled(begin, lag) if lag else np.ones(len(begin), dtype=bool)
+                whole = has_full_history(begin, lag) if lag else np.ones(len(begin), dtype=bool)
                 covariance[lag] += np.sum((r[c, lag:] * r[c, : r.shape[1] - lag])[whole[lag:]]) / count
         covariance[0] = covariance[0] * (1 + _FLOOR) + 1e-300
         a = solve_toeplitz(covariance[:-1], covariance[1:]) if order else np.zeros(0)

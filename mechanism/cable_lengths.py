@@ -15,7 +15,7 @@ from mechanism.geometry import Sides, sides
 
 @dataclass(frozen=True)
 class Portion:
-    """Length of a cable portion and its first and second derivative by alpha, each (...), m, and how far it is wound, rad."""
+    """Length of a cable portion with its first and second derivative by alpha, each (...), m, and its angle of wrap, rad."""
 
     length: Array
     d1: Array
@@ -28,8 +28,8 @@ def lengths(arm: Arm, alpha: Array) -> Array:
     return _sum(arm, alpha, "length")
 
 
-def wraps(arm: Arm, alpha: Array) -> Array:
-    """By how much the cables are wound around their pulleys in all, shape (..., M), rad."""
+def wrap_angles(arm: Arm, alpha: Array) -> Array:
+    """Angle by which each cable is wound around the pulleys of its route, in all, shape (..., M), rad."""
     return _sum(arm, alpha, "wrap")
 
 
@@ -54,33 +54,33 @@ def lengths_without_pulleys(arm: Arm, alpha: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Strung:
-    """All cables in one pose, in lanes: lengths and wraps (M, lanes), m and rad, Z (N, M, lanes), m."""
+class CableGeometry:
+    """All cables in one pose, in batch layout: lengths (M, B), m, angles of wrap (M, B), rad, and Z (N, M, B), m."""
 
     length: Array
     wrap: Array
     Z: Array
 
     def stretch(self, drum: Array, joints: Array, motors: Array) -> Array:
-        """(42) in lanes: (rd/R) motors - Z^T joints, (M, lanes), by which cables stretch where joints and motors move so."""
+        """(42): (rd/R) motors - Z^T joints, (M, B): change, or rate, of the elongations by those of joints and motors."""
         return drum * motors - np.einsum("ijb,ib->jb", self.Z, joints)
 
     def torque(self, t: Array) -> Array:
-        """Z t, (N, lanes), N m."""
+        """Z t, (N, B), N m; t (M, B), N."""
         return np.einsum("ijb,jb->ib", self.Z, t)
 
 
-def strung(arm: Arm, alpha: Array) -> Strung:
-    """Lengths, wraps and Z together; arm in lanes, alpha (N, lanes)."""
-    found = portions(arm, alpha)
+def cable_geometry(arm: Arm, alpha: Array) -> CableGeometry:
+    """Lengths, angles of wrap and Z together; arm in batch layout, alpha (N, B)."""
+    portion_of = portions(arm, alpha)
     shape = np.broadcast_shapes(alpha.shape, arm.L.shape)
     length, wrap, jacobian = (np.zeros((*axes, *shape[1:])) for axes in ((arm.M,), (arm.M,), (arm.N, arm.M)))
     for j, route in enumerate(arm.routes):
         for i, word in enumerate(route):
-            length[j] += found[word].length[i]
-            wrap[j] += found[word].wrap[i]
-            jacobian[i, j] = -found[word].d1[i]
-    return Strung(length, wrap, jacobian)
+            length[j] += portion_of[word].length[i]
+            wrap[j] += portion_of[word].wrap[i]
+            jacobian[i, j] = -portion_of[word].d1[i]
+    return CableGeometry(length, wrap, jacobian)
 
 
 def portions(arm: Arm, alpha: Array) -> dict[str, Portion]:
@@ -129,16 +129,16 @@ _PORTION = {
 
 
 def _sum(arm: Arm, alpha: Array, field: str) -> Array:
-    found = portions(arm, alpha)
-    per_cable = [sum(getattr(found[word], field)[..., i] for i, word in enumerate(route)) for route in arm.routes]
+    portion_of = portions(arm, alpha)
+    per_cable = [sum(getattr(portion_of[word], field)[..., i] for i, word in enumerate(route)) for route in arm.routes]
     return np.stack(np.broadcast_arrays(*per_cable), axis=-1)
 
 
 def _matrix(arm: Arm, alpha: Array, field: str) -> Array:
-    found = {word: getattr(portion, field) for word, portion in portions(arm, alpha).items()}
-    shape = next(iter(found.values())).shape
+    values = {word: getattr(portion, field) for word, portion in portions(arm, alpha).items()}
+    shape = next(iter(values.values())).shape
     out = np.zeros((*shape, arm.M))
     for j, route in enumerate(arm.routes):
         for i, word in enumerate(route):
-            out[..., i, j] = found[word][..., i]
+            out[..., i, j] = values[word][..., i]
     return out

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from xneck_foundation.errors import Refused
-from xneck_foundation.strict_yaml import Strict, read
+from xneck_foundation.strict_yaml import Strict, read_yaml
 
 Length = Annotated[float, Field(ge=0.001, le=2.0)]
 Angle = Annotated[float, Field(ge=-pi, le=pi)]
@@ -204,7 +204,7 @@ class Neck(Strict):
 
 def read_neck(path: str | Path) -> Neck:
     """neck.yaml as a Neck. Raises Refused with every fault, its key's path, what was found and what is expected."""
-    return read(path, Neck, "all in SI units: m, kg, N, rad")
+    return read_yaml(path, Neck, "all in SI units: m, kg, N, rad")
 
 
 def markers_of(neck: Neck, where: str | Path) -> Markers:

@@ -11,11 +11,11 @@ from typing import Any, TypeVar
 import numpy as np
 
 from mechanism.arm import Arm, Array
+from mechanism.batch_layout import arm_batch_last, batch_shape, from_batch_last, to_batch_last
 from mechanism.geometry import Complex, poses, sides
-from mechanism.lanes import arm_in_lanes, from_lanes, shape_of, to_lanes
 
-LANES = 1 << 12
-"""states at once: what they need stays in a cache, and memory does not grow with their number"""
+MAX_BATCH_OF_TERMS = 1 << 12
+"""states that are computed at once: what they need stays in a cache, and memory does not grow with their number"""
 
 Values = TypeVar("Values", bound=np.ndarray[Any, Any])
 
@@ -34,18 +34,20 @@ class Terms:
 
 def terms(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:
     """M, c and g together; alpha, alpha_d of shape (..., N), rad and rad/s."""
-    shape = np.broadcast_shapes(np.shape(alpha)[:-1], np.shape(alpha_d)[:-1], shape_of(arm, {}))
+    shape = np.broadcast_shapes(np.shape(alpha)[:-1], np.shape(alpha_d)[:-1], batch_shape(arm, {}))
     count, n = int(np.prod(shape)), arm.N
     M, c, g = np.empty((n, n, count)), np.empty((n, count)), np.empty((n, count))
-    for begin in range(0, count, LANES):
-        part = slice(begin, min(begin + LANES, count))
-        k = terms_in_lanes(arm_in_lanes(arm, shape, part), to_lanes(alpha, shape, part), to_lanes(alpha_d, shape, part))
+    for begin in range(0, count, MAX_BATCH_OF_TERMS):
+        part = slice(begin, min(begin + MAX_BATCH_OF_TERMS, count))
+        k = terms_batch_last(
+            arm_batch_last(arm, shape, part), to_batch_last(alpha, shape, part), to_batch_last(alpha_d, shape, part)
+        )
         M[..., part], c[..., part], g[..., part] = k.M, k.c, k.g
-    return Terms(from_lanes(M, shape), from_lanes(c, shape), from_lanes(g, shape))
+    return Terms(from_batch_last(M, shape), from_batch_last(c, shape), from_batch_last(g, shape))
 
 
-def terms_in_lanes(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:
-    """The same with parts first: arm in lanes, alpha and alpha_d (N, lanes); M (N, N, lanes), c and g (N, lanes)."""
+def terms_batch_last(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:
+    """M (N, N, B), c and g (N, B) of an arm in batch layout; alpha, alpha_d (N, B), rad and rad/s."""
     n, s, v, m, top = arm.N, sides(arm, alpha), alpha_d, arm.diagonal_mass, arm.top_mass
     d, h, h1 = s.d, s.right - s.d, s.right1 - s.d1
     gamma, rate = _summed(alpha), _summed(v)
@@ -63,7 +65,7 @@ def terms_in_lanes(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:
     lean2 = arm.b * np.cos(alpha / 2) / (4 * d) - lean1 * s.d1 / d
 
     def carried(of_top: Any, of_pair: Any) -> Any:
-        """Of all that stands on bar i: its own and what is above."""
+        """Sum over all that bar i carries: the tops from bar i up, the pairs of diagonals above it."""
         return _summed((of_top + of_pair)[::-1])[::-1] - of_pair
 
     mass = carried(top + 0 * d, 2 * m + 0 * d)
@@ -75,16 +77,16 @@ def terms_in_lanes(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:
     momentum = 1j * first + mass * q + m * u
     across = _cross(first, q)
     spin = across + second + _cross(foot, m * u) + folded / 2 + arm.diagonal_inertia
-    own = m * (s.d1**2 + h1**2 + (d**2 + h**2) / 4) / 2 + arm.diagonal_inertia * (0.5 + 2 * lean1**2)
+    fold = m * (s.d1**2 + h1**2 + (d**2 + h**2) / 4) / 2 + arm.diagonal_inertia * (0.5 + 2 * lean1**2)
     M = np.empty((n, n, *np.broadcast_shapes(d.shape, mass.shape)[1:]))
     for i in range(n):
         M[:i, i] = M[i, :i] = spin[i] + _dot(q[:i], momentum[i])
-        M[i, i] = (mass * _square(q) + 2 * across + second + own)[i]
+        M[i, i] = (mass * _square(q) + 2 * across + second + fold)[i]
 
     w = rate - v / 2  # how fast the middle line turns
-    felt = line * (s.d2 * v**2 - d * w**2 + 2j * s.d1 * v * w)
-    of_middle = _summed(felt)
-    of_foot = of_middle - felt
+    relative = line * (s.d2 * v**2 - d * w**2 + 2j * s.d1 * v * w)
+    of_middle = _summed(relative)
+    of_foot = of_middle - relative
     force, pair = top * (of_middle - rate**2 * com), m * (of_foot + of_middle)
     folding = v * w * (d * s.d1 + h * h1)
     moment = carried(_cross(at, force), _cross(foot, pair) + m * (_cross(step, of_foot) + folding))
@@ -125,7 +127,7 @@ def _cross(a: Complex, b: Complex) -> Array:
 
 
 def spring_force(arm: Arm, length: Array) -> Array:
-    """Pull of a spring of side length `length`, (N, lanes), N; springs that may go slack do not push."""
+    """Pull of a spring of side length `length`, (N, B), N; springs that may go slack do not push."""
     pull = arm.spring_stiffness * (length - arm.spring_free_length)
     if not any(arm.spring_slack):
         return pull

@@ -5,9 +5,9 @@ import numpy as np
 from mechanism.arm import Arm, Array
 from mechanism.cable_lengths import lengths
 
-Model = int
-"""Fasquelle's number of it"""
-MODELS: tuple[Model, ...] = (1, 2, 3)
+ElasticModel = int
+"""Fasquelle's number of a model of elastic cables: 1, 2 or 3"""
+ELASTIC_MODELS: tuple[ElasticModel, ...] = (1, 2, 3)
 
 
 def elongation(arm: Arm, alpha: Array, theta: Array) -> Array:
@@ -20,8 +20,8 @@ def elongation_rate(arm: Arm, jacobian: Array, alpha_d: Array, theta_d: Array) -
     return arm.drum * theta_d - np.einsum("...ij,...i->...j", jacobian, alpha_d)
 
 
-def strain_scale(arm: Arm, alpha: Array, model: Model) -> Array:
-    """What x is multiplied with before the stiffness: 1 (model 1), S / l_total (model 2), S / l(alpha) (model 3).
+def strain_scale(arm: Arm, alpha: Array, model: ElasticModel) -> Array:
+    """What x is multiplied by before the stiffness: 1 (model 1), S / l_total (model 2), S / l(alpha) (model 3).
 
     The stiffness that goes with it is k in N/m (model 1) or Young's modulus E in Pa. Shape (..., M).
     """

@@ -13,7 +13,7 @@ def dry(theta_d: Array, cm: float | Array = CM) -> Array:
     return 2 / np.pi * np.arctan(cm * theta_d)
 
 
-def turning(theta_d: Array) -> Array:
-    """What dry friction of 1 N gains where it turns over sooner, by the logarithm of cm: none at rest and none at speed."""
-    turn = CM * theta_d
-    return 2 / np.pi * turn / (1 + turn**2)
+def dry_by_log_cm(theta_d: Array) -> Array:
+    """Derivative of `dry` by the logarithm of cm, of the shape given: zero at rest and at speed."""
+    argument = CM * theta_d
+    return 2 / np.pi * argument / (1 + argument**2)

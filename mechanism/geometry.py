@@ -41,7 +41,17 @@ def sides(arm: Arm, alpha: Array) -> Sides:
     d1 = b2 * c * s / (2 * d)
     d2 = (b2 * (c**2 - s**2) / 4 - d1**2) / d
     h, h1, h2 = arm.b * s, arm.b * c / 2, -arm.b * s / 4
-    return Sides(d, d1, d2, d - h, d1 - h1, d2 - h2, d + h, d1 + h1, d2 + h2)
+    return Sides(
+        d=d,
+        d1=d1,
+        d2=d2,
+        left=d - h,
+        left1=d1 - h1,
+        left2=d2 - h2,
+        right=d + h,
+        right1=d1 + h1,
+        right2=d2 + h2,
+    )
 
 
 def check_angles(arm: Arm, alpha: Array, where: str = "alpha") -> None:

@@ -12,7 +12,7 @@ from mechanism.laws import LAWS, Law, Stretching, Turning
 
 @dataclass(frozen=True)
 class Machine:
-    """Arm, the names of laws, and their terms' values: (..., M) for cables, (..., N) for joints, (..., 1) for one of a kind."""
+    """Arm, names of its laws, and values of their terms: (..., M) for cables, (..., N) for joints, (..., 1) where all share one."""
 
     arm: Arm
     names: tuple[str, ...]
@@ -20,33 +20,33 @@ class Machine:
 
     @cached_property
     def laws(self) -> tuple[Law, ...]:
-        """In the order of their names."""
+        """The laws, in the order of `names`."""
         return tuple(LAWS[name] for name in self.names)
 
     @cached_property
     def states(self) -> int:
-        """Numbers that each cable remembers."""
+        """Number of memory variables of each cable."""
         return sum(law.states for law in self.laws)
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
-        """Between which these stay, (states,) each."""
+        """Lower and upper bounds of the memory variables, (states,) each."""
         most = np.array([law.most for law in self.laws for _ in range(law.states)])
         return -most, most
 
     @property
     def given_forces(self) -> "Machine":
-        """The same where forces are given that act, not those that are written."""
+        """This machine without the laws of its actuators: for forces as they act, not as they are logged."""
         return replace(self, names=tuple(law.name for law in self.laws if type(law).command is Law.command))
 
     def command(self, f: Array, step: float) -> Array:
-        """Forces that act where f (..., T, M), N, are written, on rows `step` s apart."""
+        """Forces that act where the log says f (..., T, M), N, on rows `step` s apart."""
         for law in self.laws:
             f = law.command(self.values, f, step)
         return f
 
     def written(self, force: Array, step: float) -> Array:
-        """What is written where forces (..., T, M), N, act."""
+        """Forces that the log says where `force` (..., T, M), N, acts, on rows `step` s apart: the inverse of `command`."""
         for law in reversed(self.laws):
             force = law.written(self.values, force, step)
         return force
@@ -60,7 +60,7 @@ class Machine:
         return np.maximum(self.pull(at, z), 0.0)
 
     def pull(self, at: Stretching, z: Array) -> Array:
-        """The same as if a cable could push, (..., M), N."""
+        """Tension of each cable as if it could push, (..., M), N; z (..., M, states)."""
         total, first = np.zeros(()), 0
         for law in self.laws:
             total = total + law.pull(self.values, at, z[..., first : first + law.states])
@@ -68,7 +68,7 @@ class Machine:
         return total
 
     def drift(self, at: Stretching, z: Array) -> Array:
-        """Rate of what cables remember, (..., M, states)."""
+        """Rate of the cables' memory variables, (..., M, states)."""
         out, first = np.empty(np.broadcast_shapes(z.shape, (*at.x.shape, self.states))), 0
         for law in self.laws:
             if law.states:

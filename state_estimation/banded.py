@@ -1,4 +1,4 @@
-"""Symmetric positive banded matrices: factor, solve, and the band of the inverse."""
+"""Symmetric positive definite banded matrices: Cholesky factor, solution, and windows of the inverse."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,34 +10,37 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 
 Array = NDArray[np.float64]
 
-_STRETCH = 256
-"""blocks whose inverses are made at a time"""
+_BLOCKS_AT_ONCE = 256
+"""blocks whose inverses are held in memory together"""
 
 
 @dataclass(frozen=True)
-class Factor:
-    """Cholesky factor of a matrix (n, n)."""
+class BandedCholesky:
+    """Cholesky factor of a banded matrix (n, n) of bandwidth w."""
 
     lower: Array
-    """its lower band, (w + 1, n)"""
+    """lower band of the factor, (w + 1, n)"""
 
     def solve(self, right: Array) -> Array:
-        """(n,) or (n, k)."""
+        """The matrix's inverse times `right`, (n,) or (n, k)."""
         return np.asarray(cho_solve_banded((self.lower, True), right, check_finite=False))
 
     @property
     def log_determinant(self) -> float:
-        """Of the matrix."""
+        """Logarithm of the matrix's determinant."""
         return float(2 * np.sum(np.log(self.lower[0])))
 
 
-def factor(band: Array) -> Factor:
-    """Of the matrix whose lower band (w + 1, n) is given. Raises numpy.linalg.LinAlgError where the matrix is not positive."""
-    return Factor(np.asarray(cholesky_banded(band, lower=True, check_finite=False)))
+def banded_cholesky(band: Array) -> BandedCholesky:
+    """Factor of the matrix whose lower band is `band` (w + 1, n).
+
+    Raises numpy.linalg.LinAlgError where the matrix is not positive definite.
+    """
+    return BandedCholesky(np.asarray(cholesky_banded(band, lower=True, check_finite=False)))
 
 
 def add_to_band(band: Array, matrix: sparse.csr_array) -> None:
-    """Adds a symmetric sparse matrix (n, n), whose entries lie within it, to the lower band (w + 1, n)."""
+    """Adds a symmetric sparse matrix (n, n), whose entries lie within the band, to the lower band (w + 1, n)."""
     entries = matrix.tocoo()
     below = entries.row >= entries.col
     i, j = entries.row[below], entries.col[below]
@@ -45,62 +48,64 @@ def add_to_band(band: Array, matrix: sparse.csr_array) -> None:
 
 
 def inverse_windows(
-    found: Factor, block: int, first: NDArray[np.intp], wide: int, parts: int = 1
+    cholesky: BandedCholesky, block: int, first: NDArray[np.intp], width: int, parts: int = 1
 ) -> Iterator[tuple[slice, Array]]:
-    """Parts of the inverse without the whole of it: rows and columns first[t] ... first[t] + wide - 1, `first` not falling.
+    """Square windows on the diagonal of the inverse: rows and columns first[t] ... first[t] + width - 1, `first` not falling.
 
-    A stretch at a time from the last back, as a slice of `first` and its parts (T, wide, wide); with `parts` summed over as many
-    neighbours in rows and columns, (T, wide / parts, wide / parts). `block` must be at least the band's width and wide - 1.
-    Takahashi's recursion in blocks of the Cholesky factor: sums of squares only, so that rounding cannot make a variance negative.
-    Time is linear in the matrix's size, memory does not grow with it.
+    The whole inverse is never made. Yields a slice of `first` and the windows of its entries, (T, width, width), from the last
+    slice back; with `parts`, that many neighbours in rows and columns are summed, (T, width / parts, width / parts). `block` must
+    be at least the bandwidth and at least width - 1.
+
+    This is Takahashi's recursion in blocks of the Cholesky factor. It adds squares only, so rounding cannot make a variance negative.
+    Time is linear in the matrix's size and memory does not grow with it.
     """
-    count = -(-found.lower.shape[1] // block)
-    after = np.zeros((block, block))
-    for low in reversed(range(0, count, _STRETCH)):
-        high = min(low + _STRETCH, count)
-        own, below = _blocks(found.lower, block, low, high)
-        root = np.linalg.inv(own)
+    count = -(-cholesky.lower.shape[1] // block)
+    next_diagonal = np.zeros((block, block))
+    for low in reversed(range(0, count, _BLOCKS_AT_ONCE)):
+        high = min(low + _BLOCKS_AT_ONCE, count)
+        on_diagonal, below = _blocks(cholesky.lower, block, low, high)
+        root = np.linalg.inv(on_diagonal)
         diagonal = np.swapaxes(root, 1, 2) @ root
         gain = below @ root
         beside = np.empty_like(gain)  # rows of block k + 1, columns of block k
-        beyond = after
+        beyond = next_diagonal
         for k in reversed(range(high - low)):
-            beside[k] = -after @ gain[k]
+            beside[k] = -next_diagonal @ gain[k]
             diagonal[k] -= gain[k].T @ beside[k]
-            after = diagonal[k]
+            next_diagonal = diagonal[k]
         pair = np.zeros((high - low, 2 * block, 2 * block))
         pair[:, :block, :block] = diagonal
         pair[:, block:, block:] = np.concatenate([diagonal[1:], beyond[None]])
         pair[:, block:, :block] = beside
         pair[:, :block, block:] = np.swapaxes(beside, 1, 2)
-        here = slice(*np.searchsorted(first, (low * block, high * block)).tolist())
-        k = first[here] // block
-        inside = (first[here] - k * block)[:, None] + np.arange(0, wide, parts)
+        rows = slice(*np.searchsorted(first, (low * block, high * block)).tolist())
+        k = first[rows] // block
+        inside = (first[rows] - k * block)[:, None] + np.arange(0, width, parts)
         k = (k - low)[:, None, None]
-        out = np.zeros((len(inside), inside.shape[1], inside.shape[1]))
+        windows = np.zeros((len(inside), inside.shape[1], inside.shape[1]))
         for a in range(parts):
             for b in range(parts):
-                out += pair[k, inside[:, :, None] + a, inside[:, None, :] + b]
-        yield here, out
+                windows += pair[k, inside[:, :, None] + a, inside[:, None, :] + b]
+        yield rows, windows
 
 
 def _blocks(lower: Array, block: int, low: int, high: int) -> tuple[Array, Array]:
-    """Of a lower triangle's blocks `low` to `high` those on the diagonal and those below them, (count, block, block) each.
+    """Blocks `low` to `high` of a lower triangle on the diagonal, and those below them, (count, block, block) each.
 
-    Beyond the triangle's end there are ones.
+    Beyond the triangle's end the diagonal is filled with ones.
     """
     width, begin, end = len(lower) - 1, low * block, high * block
     n, count = lower.shape[1], high - low
     band = np.zeros((width + 1, count * block))
     band[0] = 1.0
-    there = lower[:, begin : min(end, n)]
-    band[:, : there.shape[1]] = there
-    own, below = np.zeros((count, block, block)), np.zeros((count, block, block))
+    inside = lower[:, begin : min(end, n)]
+    band[:, : inside.shape[1]] = inside
+    on_diagonal, below = np.zeros((count, block, block)), np.zeros((count, block, block))
     j = np.arange(count * block)
     for lag, column in enumerate(band):
         i = j + lag
         same = (i // block) == (j // block)
         c, a, b = j // block, i % block, j % block
-        own[c[same], a[same], b[same]] = column[same]
+        on_diagonal[c[same], a[same], b[same]] = column[same]
         below[c[~same], a[~same], b[~same]] = column[~same]
-    return own, below
+    return on_diagonal, below

@@ -1,4 +1,4 @@
-"""Angles of all joints from vision, priors and cables: one banded least squares, with the law's factors as its border."""
+"""Angles of all joints from vision, motion priors and cables: one banded least squares, bordered by the cables' nuisances."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.frames import FrameAngles
-from state_estimation.banded import Factor, factor
+from state_estimation.banded import BandedCholesky, banded_cholesky
 from state_estimation.cable_equations import CableEquations, add_rows
-from state_estimation.elongation_error import SPREAD_M
-from state_estimation.motion_prior import PARTS, Mixture, side_by_side
+from state_estimation.elongation_error_spectrum import REGRESSOR_SIGMA_M
+from state_estimation.motion_prior import PARTS, TwoPartPrior, joint_band
 from state_estimation.smoother import normal_equations
 from state_estimation.spline import Knots
 
@@ -18,68 +18,100 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class FusedSplines:
-    """A solved system: coefficients c (joints side by side at each knot), and the border's V = H^-1 G and Schur complement."""
+class SplineSolution:
+    """Solved splines of all joints, with what is needed to solve again for other right sides."""
 
     knots: Knots
     mean: Array
-    priors: list[Mixture]
+    """mean angle of each joint, (N,), rad, which the splines are about"""
+    priors: list[TwoPartPrior]
     c: Array
+    """coefficients, parts of joints side by side at each knot, (n,), n = count N PARTS"""
     beta: Array
-    factor: Factor
+    """factors of the cables' regressors, (M P,); empty without cables"""
+    H: BandedCholesky
+    """factor of the normal matrix of c"""
+    G: Array
+    """A^T X: the border of the normal matrix, (n, M P)"""
     V: Array
-    mixed: Array
+    """H^-1 G, (n, M P)"""
     schur: Array
+    """Schur complement of H: the inverse covariance of beta, (M P, M P)"""
 
     def alpha(self, time: Array, derivative: int = 0) -> Array:
-        """(T, N)"""
+        """Angles or their derivatives at times (T,), s; shape (T, N)."""
         n = len(self.mean)
-        own = self.mean if derivative == 0 else 0.0
-        return self.knots.design(time, derivative) @ self.c.reshape(-1, n, PARTS).sum(axis=2) + own
+        mean = self.mean if derivative == 0 else 0.0
+        return self.knots.design(time, derivative) @ self.c.reshape(-1, n, PARTS).sum(axis=2) + mean
 
-    def both(self, of_c: Array, of_beta: Array) -> tuple[Array, Array]:
-        """Coefficients c (n, ...) and beta (p, ...) of right sides of these shapes."""
-        direct = self.factor.solve(of_c)
-        beta = np.asarray(np.linalg.solve(self.schur, of_beta + self.mixed.T @ direct), dtype=float)
+    def solve(self, of_c: Array, of_beta: Array) -> tuple[Array, Array]:
+        """Coefficients c (n, ...) and beta (M P, ...) for right sides of these shapes."""
+        direct = self.H.solve(of_c)
+        beta = np.asarray(np.linalg.solve(self.schur, of_beta + self.G.T @ direct), dtype=float)
         return direct + self.V @ beta, beta
 
-    def response(self, right: Array) -> Array:
-        """How coefficients answer to a change (n, k) of the right side."""
-        return self.both(right, np.zeros((len(self.schur), right.shape[1])))[0]
+    def response(self, of_c: Array) -> Array:
+        """Change of the coefficients by a change (n, k) of their right side."""
+        return self.solve(of_c, np.zeros((len(self.schur), of_c.shape[1])))[0]
 
 
-def solve(
-    knots: Knots, mean: Array, seen: FrameAngles, priors: list[Mixture], cables: Iterable[CableEquations] | None = None
-) -> FusedSplines:
-    """Vision and priors, with the cables' rows where given."""
+def solve_splines(
+    knots: Knots,
+    mean: Array,
+    frames: FrameAngles,
+    priors: list[TwoPartPrior],
+    cables: Iterable[CableEquations] | None = None,
+) -> SplineSolution:
+    """Splines by vision and priors, with the cables' equations where given."""
     measured, right = [], np.zeros((knots.count, len(mean), PARTS))
     for i in range(len(mean)):
-        known = ~np.isnan(seen.alpha[:, i])
-        own, b = normal_equations(knots, seen.time[known], seen.alpha[known, i] - mean[i], seen.sigma[known, i] ** 2)
-        measured.append(own)
-        right[:, i] = b[:, None]
-    band, right = side_by_side(measured, [prior.bands(knots) for prior in priors]), right.ravel()
+        known = ~np.isnan(frames.alpha[:, i])
+        band, of_samples = normal_equations(
+            knots, frames.time[known], frames.alpha[known, i] - mean[i], frames.sigma[known, i] ** 2
+        )
+        measured.append(band)
+        right[:, i] = of_samples[:, None]
+    band, right = joint_band(measured, [prior.bands(knots) for prior in priors]), right.ravel()
     if cables is None:
-        found = factor(band)
-        none = np.zeros((len(right), 0))
-        return FusedSplines(knots, mean, priors, found.solve(right), np.zeros(0), found, none, none, np.zeros((0, 0)))
-    told = add_rows(band, cables)
-    found = factor(band)
-    V = found.solve(told.mixed)
-    schur = told.own + np.eye(len(told.own)) / SPREAD_M**2 - told.mixed.T @ V
-    fit = FusedSplines(knots, mean, priors, right, np.zeros(len(schur)), found, V, told.mixed, schur)
-    c, beta = fit.both(right + told.of_c, told.of_beta)
-    return replace(fit, c=c, beta=beta)
+        H, no_border = banded_cholesky(band), np.zeros((len(right), 0))
+        return SplineSolution(
+            knots=knots,
+            mean=mean,
+            priors=priors,
+            c=H.solve(right),
+            beta=np.zeros(0),
+            H=H,
+            G=no_border,
+            V=no_border,
+            schur=np.zeros((0, 0)),
+        )
+    products = add_rows(band, cables)
+    H = banded_cholesky(band)
+    V = H.solve(products.A_X)
+    schur = products.X_X + np.eye(len(products.X_X)) / REGRESSOR_SIGMA_M**2 - products.A_X.T @ V
+    system = SplineSolution(
+        knots=knots,
+        mean=mean,
+        priors=priors,
+        c=right,
+        beta=np.zeros(len(schur)),
+        H=H,
+        G=products.A_X,
+        V=V,
+        schur=schur,
+    )
+    c, beta = system.solve(right + products.A_y, products.X_y)
+    return replace(system, c=c, beta=beta)
 
 
-def misfit(fit: FusedSplines, seen: FrameAngles) -> float:
-    """Mean square of vision's residuals over what noise of its sigma alone would leave: what the fit does to one such noise."""
-    known = np.isfinite(seen.alpha)
-    sigma = np.where(known, seen.sigma, 1.0)
-    left = np.where(known, seen.alpha - fit.alpha(seen.time), 0.0) / sigma
-    # signs have the mean square of one exactly
+def vision_misfit(solution: SplineSolution, frames: FrameAngles) -> float:
+    """Mean square of vision's residuals over the mean square that noise of the stated sigma would leave in this solution."""
+    known = np.isfinite(frames.alpha)
+    sigma = np.where(known, frames.sigma, 1.0)
+    residuals = np.where(known, frames.alpha - solution.alpha(frames.time), 0.0) / sigma
+    # random signs stand for noise: their mean square is one exactly
     signs = np.where(known, np.random.default_rng(0).choice([-1.0, 1.0], known.shape), 0.0)
-    design = fit.knots.design(seen.time)
-    answer = fit.response(np.repeat((design.T @ (signs / sigma)).ravel(), PARTS)[:, None])
-    followed = np.where(known, design @ answer.reshape(-1, len(fit.mean), PARTS).sum(axis=2) / sigma, 0.0)
-    return float(np.sum(left**2) / np.sum((signs - followed) ** 2))
+    design = solution.knots.design(frames.time)
+    response = solution.response(np.repeat((design.T @ (signs / sigma)).ravel(), PARTS)[:, None])
+    fitted = np.where(known, design @ response.reshape(-1, len(solution.mean), PARTS).sum(axis=2) / sigma, 0.0)
+    return float(np.sum(residuals**2) / np.sum((signs - fitted) ** 2))

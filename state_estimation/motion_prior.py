@@ -1,8 +1,9 @@
-"""A prior of two parts: motion that is smooth, and what is rough in it, as the samples tell both.
+"""A prior of joint motion in two parts, smooth motion and rough motion, fitted to samples.
 
-Dry friction that turns over kicks an arm whose motion is smooth else. Its spectrum is then steep up to some frequency and flat
-beyond, which no single pole gives: a steep one denies the kicks, a flat one believes them everywhere. So a signal is the sum of two
-processes (see spline.py), each with coefficients of its own, side by side at each knot: first the smooth part, then the rough one.
+Where dry friction changes sign it kicks an arm that moves smoothly otherwise. The spectrum of such motion is steep up to some
+frequency and flat beyond, which no single pole gives: a steep one denies the kicks, a flat one expects them everywhere. So a signal
+is the sum of two processes (see spline.py), each with its own coefficients, side by side at each knot: the smooth part, then the
+rough one.
 """
 
 from dataclasses import dataclass
@@ -11,136 +12,141 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from state_estimation.banded import factor
-from state_estimation.smoother import WIDTH, normal_equations, padded
-from state_estimation.spline import SUPPORT, Knots, Prior, knots_over
+from state_estimation.banded import banded_cholesky
+from state_estimation.smoother import BANDWIDTH, normal_equations, padded_band
+from state_estimation.spline import SUPPORT, Knots, SplinePrior, knots_over
 
 Array = NDArray[np.float64]
 
 PARTS = 2
 """coefficients of a signal at each knot"""
-ORDERS = (4, 8)
-"""tried for the smooth part"""
+SMOOTH_ORDERS = (4, 8)
+"""orders that are tried for the smooth part"""
 ROUGH_ORDER = 3
-"""an acceleration that wanders: torques that dry friction switches reach the arm through elastic cables"""
+"""an acceleration that is a random walk: torques that dry friction switches reach the arm through elastic cables"""
 ROUGH_CORNER = 6.0
-"""rad/s; what is slower is the smooth part's"""
-STIFFEST = np.log(3e-5)
-"""(corner step)^order below it would lose the prior's precision in rounding"""
-DOUBT = 8.0
-"""what the prior's rough part may cost of -2 log likelihood, z of 2.8: kicks are few and come in bursts, so that a stationary
-likelihood is surer than it may be"""
-ENOUGH = 3000
-"""samples from the middle that tell the prior well enough"""
-_LEAST, _MOST = -12.5, 3.5
-"""logarithm of the rough part's size"""
-_HALVINGS = 7
-PATIENCE = 150
-"""evaluations, after which -2 log likelihood falls by less than 2 where the rough part is nothing and its size may be any"""
+"""rad/s; slower motion belongs to the smooth part"""
+MIN_LOG_CORNER = np.log(3e-5)
+"""order log(corner step): below it the prior's precision matrix is lost in rounding"""
+ROUGHNESS_ALLOWANCE = 8.0
+"""-2 log likelihood that a larger rough part may cost (z of 2.8): kicks are few and come in bursts, so that the likelihood of a
+stationary process is surer of their absence than it should be"""
+MAX_SAMPLES = 3000
+"""samples from the middle of a signal that the prior is fitted to"""
+_MIN_LOG_SIZE, _MAX_LOG_SIZE = -12.5, 3.5
+"""limits of the logarithm of the rough part's standard deviation over the signal's"""
+_BISECTIONS = 7
+MAX_EVALUATIONS = 150
+"""of the likelihood: more lower -2 log likelihood by less than 2 where the rough part is negligible and its size undetermined"""
 
 
 @dataclass(frozen=True)
-class Mixture:
-    """Both parts' spectra."""
+class TwoPartPrior:
+    """The smooth and the rough part's priors."""
 
-    smooth: Prior
-    rough: Prior
+    smooth: SplinePrior
+    rough: SplinePrior
 
     def bands(self, knots: Knots) -> tuple[Array, Array]:
-        """Precision of both parts' coefficients, lower bands (WIDTH + 1, count)."""
-        smooth, rough = padded(self.smooth.band(knots)), padded(self.rough.band(knots))
-        # far below what it is everywhere, and above rounding in a steep prior's precision
-        smooth[0] += self.smooth.spread**-2
+        """Precision of both parts' coefficients, lower bands (BANDWIDTH + 1, count)."""
+        smooth, rough = padded_band(self.smooth.band(knots)), padded_band(self.rough.band(knots))
+        # keeps a steep prior's precision positive definite in spite of rounding; far smaller than any coefficient's own
+        smooth[0] += self.smooth.initial_sigma**-2
         return smooth, rough
 
-    def beyond(self, step: float) -> float:
-        """Variance of the second derivative at frequencies that knots `step` apart do not carry.
+    def unresolved_variance(self, step: float) -> float:
+        """Variance of the second derivative at frequencies that knots `step` apart cannot represent.
 
-        Beyond the corner a part's density is step drive^2 / (w step)^(2 order); integrated from pi / step on, times w^4 / pi.
+        Beyond the corner a part's density is step innovation_sigma^2 / (w step)^(2 order); the integral from pi / step on, times
+        w^4 / pi.
         """
         return sum(
-            prior.drive**2 / step**4 * np.pi ** (4 - 2 * prior.order) / (2 * prior.order - 5)
+            prior.innovation_sigma**2 / step**4 * np.pi ** (4 - 2 * prior.order) / (2 * prior.order - 5)
             for prior in (self.smooth, self.rough)
         )
 
     def log_determinant(self, knots: Knots) -> float:
-        """Of the precision of both."""
+        """Logarithm of the determinant of both parts' precision."""
         return self.smooth.log_determinant(knots) + self.rough.log_determinant(knots)
 
 
-def calmer(one: Mixture, other: Mixture) -> Mixture:
-    """One, as rough as the calmer of both: each is rough as its samples just allow, and both must hold."""
-    return Mixture(one.smooth, min(one.rough, other.rough, key=lambda prior: prior.drive))
+def less_rough(prior: TwoPartPrior, other: TwoPartPrior) -> TwoPartPrior:
+    """`prior` with the smaller rough part of both: each is as large as its own samples just allow, and both must hold."""
+    return TwoPartPrior(prior.smooth, min(prior.rough, other.rough, key=lambda part: part.innovation_sigma))
 
 
-def side_by_side(measured: list[Array], priors: list[tuple[Array, Array]]) -> Array:
-    """Lower band of all signals' parts side by side at each knot: measured sums of the parts, and the parts' own priors.
+def joint_band(measured: list[Array], priors: list[tuple[Array, Array]]) -> Array:
+    """Lower band of the normal equations of all signals, their parts side by side at each knot.
 
-    Bands of each signal alone (WIDTH + 1, count); samples couple SUPPORT knots.
+    measured: of each signal the band (BANDWIDTH + 1, count) of its samples, which measure the sum of its parts and couple SUPPORT
+    knots. priors: of each signal the bands of its parts.
     """
     n = PARTS * len(measured)
     count = measured[0].shape[1]
-    out = np.zeros(((WIDTH + 1) * n, n * count))
-    for i, (own, parts) in enumerate(zip(measured, priors, strict=True)):
+    band = np.zeros(((BANDWIDTH + 1) * n, n * count))
+    for i, (samples, parts) in enumerate(zip(measured, priors, strict=True)):
         for r in range(PARTS):
-            out[::n, PARTS * i + r :: n] += parts[r]
+            band[::n, PARTS * i + r :: n] += parts[r]
             for s in range(PARTS):
                 # row of part r at knot k + lag, column of part s at knot k
                 for lag in range(0 if r >= s else 1, SUPPORT):
-                    out[lag * n + r - s, PARTS * i + s :: n] += own[lag]
-    return out
+                    band[lag * n + r - s, PARTS * i + s :: n] += samples[lag]
+    return band
 
 
-def fit_mixture(time: Array, values: Array, variance: Array, step: float, doubt: float) -> Mixture:
-    """The prior for knots `step` apart that makes samples of mean zero most likely, and as rough as they allow.
+def fit_two_part_prior(time: Array, values: Array, variance: Array, step: float, allowance: float) -> TwoPartPrior:
+    """The prior for knots `step` apart that makes samples of mean zero most likely, with as large a rough part as they allow.
 
-    doubt: what the rough part may cost in -2 log likelihood. Where kicks lie below the samples' noise, the likeliest prior
-    denies them, and what it claims to know of accelerations is wrong by two sigma and more.
+    allowance: what the rough part may cost in -2 log likelihood. Where kicks lie below the samples' noise, the likeliest prior
+    denies them, and its variance of accelerations is wrong by two sigma and more.
     """
-    part = slice(max(0, len(time) // 2 - ENOUGH // 2), len(time) // 2 + ENOUGH // 2)
+    part = slice(max(0, len(time) // 2 - MAX_SAMPLES // 2), len(time) // 2 + MAX_SAMPLES // 2)
     t, y, r = time[part], values[part], variance[part]
     knots = knots_over(t[0], t[-1], step)
-    design, b = normal_equations(knots, t, y, r)
-    both = np.repeat(b, PARTS)
-    fixed = float(np.sum(np.log(r)) + np.sum(y**2 / r))
-    spread = 10 * float(np.std(y)) + 10 * float(np.sqrt(np.median(r)))
+    measured, right = normal_equations(knots, t, y, r)
+    right = np.repeat(right, PARTS)
+    constant = float(np.sum(np.log(r)) + np.sum(y**2 / r))
+    initial_sigma = 10 * float(np.std(y)) + 10 * float(np.sqrt(np.median(r)))
 
-    def prior(order: int, v: Array) -> Mixture:
-        """v: logarithms of the smooth part's corner in rad/s, and of both standard deviations over `spread`."""
+    def prior(order: int, v: Array) -> TwoPartPrior:
+        """v: logarithms of the smooth part's corner in rad/s, and of both parts' standard deviations over `initial_sigma`."""
         corner = float(np.exp(v[0]))
-        smooth = Prior(order, corner, float(np.exp(v[1])) * spread * (corner * step) ** (order - 0.5), spread)
-        size = float(np.exp(v[2])) * spread
-        drive = size * (ROUGH_CORNER * step) ** (ROUGH_ORDER - 0.5)
-        return Mixture(smooth, Prior(ROUGH_ORDER, ROUGH_CORNER, drive, 3 * size))
+        smooth_innovation = float(np.exp(v[1])) * initial_sigma * (corner * step) ** (order - 0.5)
+        rough_size = float(np.exp(v[2])) * initial_sigma
+        rough_innovation = rough_size * (ROUGH_CORNER * step) ** (ROUGH_ORDER - 0.5)
+        return TwoPartPrior(
+            SplinePrior(order, corner, smooth_innovation, initial_sigma),
+            SplinePrior(ROUGH_ORDER, ROUGH_CORNER, rough_innovation, 3 * rough_size),
+        )
 
     def cost(order: int, v: Array) -> float:
-        if not (-3 < v[0] < np.log(0.8 / step) and -12 < v[1] < 12 and _LEAST < v[2] < _MOST):
+        if not (-3 < v[0] < np.log(0.8 / step) and -12 < v[1] < 12 and _MIN_LOG_SIZE < v[2] < _MAX_LOG_SIZE):
             return 1e12
-        if (v[0] + np.log(step)) * order < STIFFEST:
+        if (v[0] + np.log(step)) * order < MIN_LOG_CORNER:
             return 1e12
         p = prior(order, v)
         try:
-            found = factor(side_by_side([design], [p.bands(knots)]))
+            cholesky = banded_cholesky(joint_band([measured], [p.bands(knots)]))
         except np.linalg.LinAlgError:
             return 1e12
-        return found.log_determinant - p.log_determinant(knots) + fixed - float(both @ found.solve(both))
+        return cholesky.log_determinant - p.log_determinant(knots) + constant - float(right @ cholesky.solve(right))
 
     best: tuple[float, int, Array] | None = None
-    for order in ORDERS:
+    for order in SMOOTH_ORDERS:
         start = np.array([np.log(6.0 * np.sqrt(order)), 0.0, -6.0])
         simplex = start + np.array([[0, 0, 0], [0.7, 0, 0], [0, 1.5, 0], [0, 0, 2.0]])
-        found = minimize(
+        minimum = minimize(
             lambda v, order=order: cost(order, v), start, method="Nelder-Mead",
-            options={"xatol": 0.05, "fatol": 0.1, "maxfev": PATIENCE, "initial_simplex": simplex},
+            options={"xatol": 0.05, "fatol": 0.1, "maxfev": MAX_EVALUATIONS, "initial_simplex": simplex},
         )  # fmt: skip
-        if best is None or found.fun < best[0]:
-            best = float(found.fun), order, found.x
+        if best is None or minimum.fun < best[0]:
+            best = float(minimum.fun), order, minimum.x
     assert best is not None
     least, order, v = best
-    low, high = max(float(v[2]), _LEAST + 0.5), _MOST - 0.5
-    for _ in range(_HALVINGS):
+    low, high = max(float(v[2]), _MIN_LOG_SIZE + 0.5), _MAX_LOG_SIZE - 0.5
+    for _ in range(_BISECTIONS):
         middle = (low + high) / 2
-        if cost(order, np.array([v[0], v[1], middle])) < least + doubt:
+        if cost(order, np.array([v[0], v[1], middle])) < least + allowance:
             low = middle
         else:
             high = middle

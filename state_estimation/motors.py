@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series
-from state_estimation.smoother import smooth
+from state_estimation.smoother import smooth_signal
 
 Array = NDArray[np.float64]
 
 ROWS_PER_KNOT = 5
-"""of the log: at 500 Hz the spline follows motion to about 30 Hz"""
+"""rows of the log per knot: at 500 Hz the spline follows motion to about 30 Hz"""
 
 
 @dataclass(frozen=True)
@@ -24,16 +24,25 @@ class Motors:
     theta_dd: Array
     f: Array
     sigma: tuple[Array, Array, Array] | None = None
-    """of theta and its derivatives, from rounding"""
+    """standard deviations of theta, theta' and theta'', each (T, M), by the rounding of counts"""
 
 
 def motors_of(log: Series, count: Array) -> Motors:
-    """From a log of even steps; count: angle of one encoder count, (M,), rad, whose rounding is the only noise."""
+    """Motors of a log with even steps; count: angle of one encoder count, (M,), rad, whose rounding is the only noise."""
     step = ROWS_PER_KNOT * float(np.mean(np.diff(log.time)))
-    found = [
-        smooth(log.time, column, np.full(len(log), count[j] / np.sqrt(12)), log.time, step)
+    signals = [
+        smooth_signal(log.time, column, np.full(len(log), count[j] / np.sqrt(12)), log.time, step)
         for j, column in enumerate(log.matrix("theta").T)
     ]
-    theta, theta_d, theta_dd = (np.stack([getattr(s, name) for s in found], axis=-1) for name in ("value", "d1", "d2"))
-    one, two, three = (np.sqrt(np.stack([s.covariance[:, d, d] for s in found], axis=-1)) for d in range(3))
-    return Motors(log.time, theta, theta_d, theta_dd, log.matrix("f"), (one, two, three))
+    theta, theta_d, theta_dd = (
+        np.stack([getattr(s, name) for s in signals], axis=-1) for name in ("value", "d1", "d2")
+    )
+    sigma, sigma_d, sigma_dd = (np.sqrt(np.stack([s.covariance[:, d, d] for s in signals], axis=-1)) for d in range(3))
+    return Motors(
+        time=log.time,
+        theta=theta,
+        theta_d=theta_d,
+        theta_dd=theta_dd,
+        f=log.matrix("f"),
+        sigma=(sigma, sigma_d, sigma_dd),
+    )

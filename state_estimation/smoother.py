@@ -1,8 +1,7 @@
-"""A signal and its first two derivatives from noisy samples: a spline whose spectrum the samples themselves tell.
+"""A signal and its first two derivatives from noisy samples: a smoothing spline whose prior is fitted to the samples.
 
-The prior (see spline.py) has three numbers, its order, corner and drive, which maximise the likelihood of the samples. An
-order that falls off faster than a Wiener jerk is believed where the samples say so, and a signal without samples goes back to its
-mean with the spread that it usually has.
+The order, corner and innovation of the prior (see spline.py) maximise the likelihood of the samples. Within a gap the signal
+returns to its mean, with the standard deviation that it has over the recording.
 """
 
 from dataclasses import dataclass
@@ -11,28 +10,28 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from state_estimation.banded import Factor, factor, inverse_windows
-from state_estimation.spline import SUPPORT, Knots, Prior, knots_over
+from state_estimation.banded import banded_cholesky, inverse_windows
+from state_estimation.spline import SUPPORT, Knots, SplinePrior, knots_over
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
 ORDERS = (2, 3, 4, 6, 8)
-"""tried for the prior"""
-ENOUGH = 6000
-"""samples from the middle that tell the prior well enough"""
-LEAST = 8
-"""samples"""
-WIDTH = max(*ORDERS, SUPPORT - 1)
-"""of the bands, in coefficients"""
-_STIFFEST = np.log(1e-5)
-"""(corner step)^order below it would lose the prior's precision in rounding"""
+"""orders that are tried for the prior"""
+MAX_SAMPLES = 6000
+"""samples from the middle of a signal that the prior is fitted to"""
+MIN_SAMPLES = 8
+"""samples that a signal is smoothed from at least"""
+BANDWIDTH = max(*ORDERS, SUPPORT - 1)
+"""of the normal equations, in coefficients"""
+_MIN_LOG_CORNER = np.log(1e-5)
+"""order log(corner step): below it the prior's precision matrix is lost in rounding"""
 _BLOCK = 4 * SUPPORT
 
 
 @dataclass(frozen=True)
 class Smoothed:
-    """Value, first and second derivative, each (T,), and their covariance (T, 3, 3)."""
+    """A signal with its first and second derivative, each (T,), and their covariance (T, 3, 3)."""
 
     value: Array
     d1: Array
@@ -40,7 +39,7 @@ class Smoothed:
     covariance: Array
 
 
-def smooth(time: Array, values: Array, sigma: Array, at: Array, step: float | None = None) -> Smoothed:
+def smooth_signal(time: Array, values: Array, sigma: Array, at: Array, step: float | None = None) -> Smoothed:
     """Samples `values` (F,) with standard deviations `sigma` (F,) at `time` (F,), s, NaN left out, evaluated at `at` (T,).
 
     step: of the knots, s; the samples' own by default. `at`, rising, must lie within the samples: nothing is extrapolated. Raises
@@ -51,84 +50,81 @@ def smooth(time: Array, values: Array, sigma: Array, at: Array, step: float | No
     check_span(t, at)
     knots = knots_over(t[0], t[-1], step or float(np.median(np.diff(t))))
     mean = float(np.mean(y))
-    prior = fit_prior(t, y - mean, r, knots.step)
-    found, b = _system(knots, prior, t, y - mean, r)
-    c = found.solve(b)
+    prior = _fit_prior(t, y - mean, r, knots.step)
+    band, right = normal_equations(knots, t, y - mean, r)
+    cholesky = banded_cholesky(band + padded_band(prior.band(knots)))
+    c = cholesky.solve(right)
     first, _ = knots.rows(at)
     parts = [knots.rows(at, d)[1] for d in range(3)]
-    near = c[first[:, None] + np.arange(SUPPORT)]
-    value, d1, d2 = (np.einsum("tk,tk->t", w, near) for w in parts)
+    local = c[first[:, None] + np.arange(SUPPORT)]
+    value, d1, d2 = (np.einsum("tk,tk->t", w, local) for w in parts)
     weights, covariance = np.stack(parts, axis=1), np.empty((len(at), 3, 3))
-    for rows, window in inverse_windows(found, _BLOCK, first, SUPPORT):
+    for rows, window in inverse_windows(cholesky, _BLOCK, first, SUPPORT):
         covariance[rows] = weights[rows] @ window @ np.swapaxes(weights[rows], 1, 2)
     return Smoothed(value + mean, d1, d2, covariance)
 
 
 def check_span(time: Array, at: Array) -> None:
     """Refused where samples at `time` are too few, or `at` reaches beyond them."""
-    if len(time) < LEAST:
+    if len(time) < MIN_SAMPLES:
         raise Refused("smoother", f"only {len(time)} samples", "record longer")
     if at[0] < time[0] - 1e-9 or at[-1] > time[-1] + 1e-9:
         raise Refused("smoother", "asked outside the samples", "nothing is extrapolated")
 
 
-def fit_prior(time: Array, values: Array, variance: Array, step: float) -> Prior:
+def _fit_prior(time: Array, values: Array, variance: Array, step: float) -> SplinePrior:
     """The prior for knots `step` apart that makes samples of mean zero most likely."""
-    part = slice(max(0, len(time) // 2 - ENOUGH // 2), len(time) // 2 + ENOUGH // 2)
+    part = slice(max(0, len(time) // 2 - MAX_SAMPLES // 2), len(time) // 2 + MAX_SAMPLES // 2)
     t, y, r = time[part], values[part], variance[part]
     knots = knots_over(t[0], t[-1], step)
-    design, b = normal_equations(knots, t, y, r)
-    fixed = float(np.sum(np.log(r)) + np.sum(y**2 / r))
-    spread = 10 * float(np.std(y)) + 10 * float(np.sqrt(np.median(r)))
+    measured, right = normal_equations(knots, t, y, r)
+    constant = float(np.sum(np.log(r)) + np.sum(y**2 / r))
+    initial_sigma = 10 * float(np.std(y)) + 10 * float(np.sqrt(np.median(r)))
 
-    def prior(order: int, v: Array) -> Prior:
-        """v: logarithms of the corner in rad/s and of the signal's standard deviation over the samples'."""
+    def prior(order: int, v: Array) -> SplinePrior:
+        """v: logarithms of the corner in rad/s and of the signal's standard deviation over `initial_sigma`."""
         corner = float(np.exp(v[0]))
-        # standard deviation of the driven noise that gives the process its own
-        return Prior(order, corner, float(np.exp(v[1])) * spread * (corner * step) ** (order - 0.5), spread)
+        # the innovation that gives the process that standard deviation
+        innovation_sigma = float(np.exp(v[1])) * initial_sigma * (corner * step) ** (order - 0.5)
+        return SplinePrior(order, corner, innovation_sigma, initial_sigma)
 
     def cost(order: int, v: Array) -> float:
-        if not (-3 < v[0] < np.log(0.8 / step) and -12 < v[1] < 12) or (v[0] + np.log(step)) * order < _STIFFEST:
+        if not (-3 < v[0] < np.log(0.8 / step) and -12 < v[1] < 12) or (v[0] + np.log(step)) * order < _MIN_LOG_CORNER:
             return 1e12
         p = prior(order, v)
-        band = padded(p.band(knots))
+        band = padded_band(p.band(knots))
         try:
-            found = factor(band + design)
+            cholesky = banded_cholesky(band + measured)
         except np.linalg.LinAlgError:
             return 1e12
-        return found.log_determinant - p.log_determinant(knots) + fixed - float(b @ found.solve(b))
+        return cholesky.log_determinant - p.log_determinant(knots) + constant - float(right @ cholesky.solve(right))
 
-    best: tuple[float, Prior] | None = None
+    best: tuple[float, SplinePrior] | None = None
     for order in ORDERS:
         start = np.array([np.log(6.0 * np.sqrt(order)), 0.0])
-        found = minimize(
+        minimum = minimize(
             lambda v, order=order: cost(order, v),
             start,
             method="Nelder-Mead",
             options={"xatol": 0.05, "fatol": 0.1, "initial_simplex": start + np.array([[0, 0], [0.7, 0], [0, 1.5]])},
         )
-        if best is None or found.fun < best[0]:
-            best = float(found.fun), prior(order, found.x)
+        if best is None or minimum.fun < best[0]:
+            best = float(minimum.fun), prior(order, minimum.x)
     assert best is not None
     return best[1]
 
 
-def padded(band: Array) -> Array:
-    """A lower band with rows of zeros down to WIDTH."""
-    return np.vstack([band, np.zeros((WIDTH + 1 - len(band), band.shape[1]))])
+def padded_band(band: Array) -> Array:
+    """A lower band (k, count) with rows of zeros added, (BANDWIDTH + 1, count)."""
+    return np.vstack([band, np.zeros((BANDWIDTH + 1 - len(band), band.shape[1]))])
 
 
 def normal_equations(knots: Knots, t: Array, y: Array, r: Array) -> tuple[Array, Array]:
-    """Band (WIDTH + 1, count) and right side (count,) of the samples' normal equations."""
+    """Lower band (BANDWIDTH + 1, count) and right side (count,) of the normal equations of samples y (T,) of variance r (T,)."""
     first, weights = knots.rows(t)
-    band, b = np.zeros((WIDTH + 1, knots.count)), np.zeros(knots.count)
+    band, right = np.zeros((BANDWIDTH + 1, knots.count)), np.zeros(knots.count)
     for k in range(SUPPORT):
-        b += np.bincount(first + k, weights[:, k] * y / r, knots.count)
+        right += np.bincount(first + k, weights[:, k] * y / r, knots.count)
         for lag in range(SUPPORT - k):
             band[lag] += np.bincount(first + k, weights[:, k] * weights[:, k + lag] / r, knots.count)
-    return band, b
-
-
-def _system(knots: Knots, prior: Prior, t: Array, y: Array, r: Array) -> tuple[Factor, Array]:
-    design, b = normal_equations(knots, t, y, r)
-    return factor(design + padded(prior.band(knots))), b
+    return band, right

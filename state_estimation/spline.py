@@ -1,8 +1,8 @@
-"""Signals as quintic splines on even knots, and a prior of smoothness for their coefficients.
+"""Signals as quintic splines on even knots, and a smoothness prior for their coefficients.
 
-A signal is sum_k c_k B((t - t_k) / step). Its coefficients are an autoregressive process with one pole of order p: sampled from
-a process of spectral density q / (w0^2 + w^2)^p (Matern's). With w0 = 0 and p = 4 it is the jerk that wanders as a Wiener
-process. A signal at any time rests on six neighbouring coefficients, so every matrix is banded.
+A signal is sum_k c_k B((t - t_k) / step). The prior takes its coefficients for samples of a process with spectral density
+q / (w0^2 + w^2)^p (Matern's), which is autoregressive with one pole of order p; with w0 = 0 and p = 4 the jerk is a Wiener
+process. A signal at any time depends on six neighbouring coefficients, so every matrix is banded.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 DEGREE = 5
 SUPPORT = DEGREE + 1
-"""coefficients that a signal rests on at any time"""
+"""coefficients that a signal depends on at any time"""
 
 
 @dataclass(frozen=True)
@@ -30,13 +30,13 @@ class Knots:
 
     def rows(self, time: Array, derivative: int = 0) -> tuple[NDArray[np.intp], Array]:
         """First coefficient (T,) and weights (T, 6) that give the signal's derivative at `time` (T,) within the knots."""
-        at = (time - self.start) / self.step
-        first = np.clip(np.floor(at).astype(np.intp), 0, self.count - SUPPORT)
-        powers = (at - first)[:, None] ** np.arange(SUPPORT)
+        position = (time - self.start) / self.step
+        first = np.clip(np.floor(position).astype(np.intp), 0, self.count - SUPPORT)
+        powers = (position - first)[:, None] ** np.arange(SUPPORT)
         return first, powers @ _pieces(derivative) / self.step**derivative
 
     def design(self, time: Array, derivative: int = 0) -> sparse.csr_array:
-        """The same as a sparse matrix, (T, count)."""
+        """The weights of `rows` as a sparse matrix, (T, count)."""
         first, weights = self.rows(time, derivative)
         columns = first[:, None] + np.arange(SUPPORT)
         starts = SUPPORT * np.arange(len(time) + 1)
@@ -65,31 +65,32 @@ def _pieces(derivative: int) -> Array:
 
 
 @dataclass(frozen=True)
-class Prior:
-    """A signal's spectrum: (1 - a S)^order applied to its coefficients leaves white noise of the standard deviation `drive`.
-
-    S shifts by one knot, a = exp(-corner step). The first `order` coefficients have the standard deviation `spread`.
-    """
+class SplinePrior:
+    """An autoregressive prior: the filter of order p applied to the coefficients leaves white noise."""
 
     order: int
+    """p"""
     corner: float
     """w0, rad/s"""
-    drive: float
-    spread: float
+    innovation_sigma: float
+    """standard deviation of the white noise, in the signal's unit"""
+    initial_sigma: float
+    """standard deviation of the first p coefficients, in the signal's unit"""
 
     def band(self, knots: Knots) -> Array:
-        """Precision of the coefficients, lower band (order + 1, count) as scipy.linalg.solveh_banded has it."""
+        """Precision of the coefficients, lower band (order + 1, count) in the layout of scipy.linalg.solveh_banded."""
         n, p = knots.count, self.order
         angles = np.pi * (2 * np.arange(p) + p + 1) / (2 * p)
         taps = np.real(np.poly(np.exp(self.corner * knots.step * np.exp(1j * angles))))[::-1]
-        out = np.zeros((p + 1, n))
+        band = np.zeros((p + 1, n))
         for lag in range(p + 1):
             for k in range(p + 1 - lag):
                 # row i of the filter touches c_{i + k} and c_{i + k + lag}
-                out[lag, k : k + n - p] += taps[k] * taps[k + lag] / self.drive**2
-        out[0, :p] += self.spread**-2
-        return out
+                band[lag, k : k + n - p] += taps[k] * taps[k + lag] / self.innovation_sigma**2
+        band[0, :p] += self.initial_sigma**-2
+        return band
 
     def log_determinant(self, knots: Knots) -> float:
-        """Of the precision."""
-        return -2 * ((knots.count - self.order) * np.log(self.drive) + self.order * np.log(self.spread))
+        """Logarithm of the determinant of the coefficients' precision."""
+        free = knots.count - self.order
+        return -2 * (free * np.log(self.innovation_sigma) + self.order * np.log(self.initial_sigma))

@@ -1,72 +1,86 @@
-"""What vision and cables together tell of the cables' errors and of the joints' priors.
+"""Variance components: the spectra of the cables' errors and the joints' motion priors, from vision and cables together.
 
-Either depends on the other: residuals of a solution tell the errors (restricted maximum likelihood, see wander.py), angles as the
-cables tell them show priors what lies below vision's noise.
+Either depends on the other. Residuals of a solution give the errors' spectra (restricted maximum likelihood, see
+elongation_error_spectrum); angles by the cables alone show the priors what lies below vision's noise.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.frames import FrameAngles
-from state_estimation.cable_equations import CableEquations, Cables, cable_angles, cable_rows
-from state_estimation.elongation_error import Wander
-from state_estimation.fusion import FusedSplines, solve
-from state_estimation.motion_prior import DOUBT, Mixture, calmer, fit_mixture
+from state_estimation.cable_equations import CableEquations, CableMeasurements, cable_angles, cable_rows
+from state_estimation.elongation_error_spectrum import ErrorSpectrum
+from state_estimation.fusion import SplineSolution, solve_splines
+from state_estimation.motion_prior import ROUGHNESS_ALLOWANCE, TwoPartPrior, fit_two_part_prior, less_rough
 from state_estimation.spline import knots_over
 
 Array = NDArray[np.float64]
 
-ROUNDS, PRIOR_ROUND = 6, 3
-"""that the cables' errors are told in, and the one of them that tells the priors again"""
-ENOUGH_S = 60.0
-"""s from the middle that tell both well enough"""
-PROBES = 4
-"""of white noise, for what a solution leaves of the cables' errors"""
+ITERATIONS, PRIOR_ITERATION = 6, 3
+"""re-estimations of the cables' spectra, and after which of them, from zero, the priors are fitted again"""
+MAX_SPAN_S = 60.0
+"""s from the middle of a recording that both are estimated from"""
+PROBE_COUNT = 4
+"""signals of white noise that show what a solution leaves of the cables' errors"""
 
 
-def told_by_both(
-    vision: FusedSplines,
-    seen: FrameAngles,
-    cables: Cables,
-    wander: list[Wander],
+def estimate_variance_components(
+    vision: SplineSolution,
+    frames: FrameAngles,
+    cables: CableMeasurements,
+    spectra: list[ErrorSpectrum],
     used: NDArray[np.bool_],
-    priors: list[Mixture],
-) -> tuple[list[Wander], list[Mixture]]:
-    """The cables' errors and the joints' priors, as vision and cables tell them together in the middle of the recording."""
+) -> tuple[list[ErrorSpectrum], list[TwoPartPrior]]:
+    """Spectra of the cables' errors and priors of the joints' motion.
+
+    vision: the solution without cables. spectra: where to start from; those of cables that are not `used` (M,) stay as they are.
+    """
     middle = (cables.time[0] + cables.time[-1]) / 2
-    seen = seen.within(middle - ENOUGH_S / 2, middle + ENOUGH_S / 2)
-    rows = (cables.time >= seen.time[0]) & (cables.time <= seen.time[-1])
+    frames = frames.within(middle - MAX_SPAN_S / 2, middle + MAX_SPAN_S / 2)
+    rows = (cables.time >= frames.time[0]) & (cables.time <= frames.time[-1])
     cables = cables.part(rows)
-    knots, near = knots_over(seen.time[0], seen.time[-1], vision.knots.step), vision.alpha(cables.time)
+    knots = knots_over(frames.time[0], frames.time[-1], vision.knots.step)
+    alpha, priors = vision.alpha(cables.time), vision.priors
     m = cables.arm.M
-    probes = np.random.default_rng(0).normal(size=(m, len(cables.time), PROBES))
-    for k in range(ROUNDS):
-        stretches = list(cable_rows(cables, knots, near, vision.mean, wander))
-        fit = solve(knots, vision.mean, seen, priors, stretches)
-        near = fit.alpha(cables.time)
-        noise = np.split(-probes, np.cumsum([one.X.shape[1] for one in stretches])[:-1], axis=1)
-        answer = _answer(fit, stretches, noise)
-        left = np.concatenate([one.left(fit.c, fit.beta, one.y) for one in stretches], axis=1)
-        kept = np.concatenate([one.left(*answer, n) for one, n in zip(stretches, noise, strict=True)], axis=1)
-        wander = [w.retold(left[j], probes[j], kept[j]) if used[j] else w for j, w in enumerate(wander)]
-        if k == PRIOR_ROUND and sum(used) >= cables.arm.N:
-            # the cables show what lies below vision's noise: the spectrum's far end
-            told, spread = cable_angles(cables, near, fit.beta.reshape(m, -1), wander)
+    probes = np.random.default_rng(0).normal(size=(m, len(cables.time), PROBE_COUNT))
+    for k in range(ITERATIONS):
+        equations = list(cable_rows(cables, knots, alpha, vision.mean, spectra))
+        solution = solve_splines(knots, vision.mean, frames, priors, equations)
+        alpha = solution.alpha(cables.time)
+        noise = np.split(-probes, np.cumsum([rows.X.shape[1] for rows in equations])[:-1], axis=1)
+        response = _response_to_noise(solution, equations, noise)
+        residuals = np.concatenate([rows.residuals(solution.c, solution.beta, rows.y) for rows in equations], axis=1)
+        probe_residuals = np.concatenate(
+            [rows.residuals(*response, part) for rows, part in zip(equations, noise, strict=True)], axis=1
+        )
+        spectra = [
+            s.reestimated(residuals[j], probes[j], probe_residuals[j]) if used[j] else s for j, s in enumerate(spectra)
+        ]
+        if k == PRIOR_ITERATION and sum(used) >= cables.arm.N:
+            by_cables, variance = cable_angles(cables, alpha, solution.beta.reshape(m, -1), spectra)
             priors = [
-                calmer(
-                    fit_mixture(cables.time, told[:, i] - vision.mean[i], spread[:, i], vision.knots.step, DOUBT),
+                less_rough(
+                    fit_two_part_prior(
+                        cables.time,
+                        by_cables[:, i] - vision.mean[i],
+                        variance[:, i],
+                        vision.knots.step,
+                        ROUGHNESS_ALLOWANCE,
+                    ),
                     vision.priors[i],
                 )
                 for i in range(cables.arm.N)
             ]
-    return wander, priors
+    return spectra, priors
 
 
-def _answer(fit: FusedSplines, stretches: list[CableEquations], noise: list[Array]) -> tuple[Array, Array]:
-    """c (n, Q) and beta (M P, Q) were the rows to measure noise, (M, K, Q) of each stretch."""
-    of_c, of_beta = np.zeros((len(fit.c), PROBES)), np.zeros((len(fit.beta), PROBES))
-    for rows, part in zip(stretches, noise, strict=True):
-        more_c, more_beta = rows.right(part)
-        of_c[rows.columns] += more_c
-        of_beta += more_beta
-    return fit.both(of_c, of_beta)
+def _response_to_noise(
+    solution: SplineSolution, equations: list[CableEquations], noise: list[Array]
+) -> tuple[Array, Array]:
+    """c (n, Q) and beta (M P, Q) of the solution if the equations measured noise, (M, K, Q) each, and vision nothing."""
+    of_c, of_beta = np.zeros((len(solution.c), PROBE_COUNT)), np.zeros((len(solution.beta), PROBE_COUNT))
+    for rows, part in zip(equations, noise, strict=True):
+        part_of_c, part_of_beta = rows.right_sides(part)
+        of_c[rows.columns] += part_of_c
+        of_beta += part_of_beta
+    return solution.solve(of_c, of_beta)

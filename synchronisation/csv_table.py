@@ -11,8 +11,8 @@ from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 
 
-def read_table(path: str | Path, wanted: Sequence[str], optional: Sequence[str] = ()) -> Series:
-    """Columns `time`, all of `wanted`, and those of `optional` that are there; empty cells are NaN.
+def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str] = ()) -> Series:
+    """Columns `time`, all of `required`, and those of `optional` that the file has; empty cells are NaN.
 
     Raises Refused for missing or doubled columns and for cells that are not numbers, naming row and column.
     """
@@ -24,17 +24,17 @@ def read_table(path: str | Path, wanted: Sequence[str], optional: Sequence[str] 
             header = [cell.strip() for cell in next(rows, [])]
             if not header:
                 raise Refused(path, "is empty", "expected a header and rows of numbers")
-            missing = [name for name in ("time", *wanted) if name not in header]
+            missing = [name for name in ("time", *required) if name not in header]
             if missing:
                 raise Refused(
                     path,
                     f"lacks the column{'s' * (len(missing) > 1)} {', '.join(missing)}",
-                    f"its header is '{','.join(header)[:120]}', expected time,{','.join(wanted)}",
+                    f"its header is '{','.join(header)[:120]}', expected time,{','.join(required)}",
                 )
-            twice = sorted({name for name in header if header.count(name) > 1})
-            if twice:
-                raise Refused(path, f"has the column {twice[0]} twice", "name each column once")
-            names = ["time", *wanted, *(name for name in optional if name in header)]
+            repeated = sorted({name for name in header if header.count(name) > 1})
+            if repeated:
+                raise Refused(path, f"has the column {repeated[0]} twice", "name each column once")
+            names = ["time", *required, *(name for name in optional if name in header)]
             at = [header.index(name) for name in names]
             table = []
             for number, row in enumerate(rows, start=2):
@@ -58,7 +58,7 @@ def read_table(path: str | Path, wanted: Sequence[str], optional: Sequence[str] 
 
 
 def _number(cell: str) -> float:
-    """Python takes 1_0 for 10; other programs do not. Raises ValueError."""
+    """The number in a cell, NaN for an empty one. Raises ValueError, also for 1_0, which Python alone takes for 10."""
     if "_" in cell:
         raise ValueError(cell)
     return float(cell) if cell.strip() else np.nan

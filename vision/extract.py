@@ -10,30 +10,43 @@ from numpy.typing import NDArray
 from calibration.camera import Camera
 from calibration.dictionaries import marker_cells
 from identification.dataset.series import Series
-from mechanism.description import Neck, markers_of
+from mechanism.description import Markers, Neck, markers_of
 from synchronisation.angles import Angles
+from vision.frame_quality import angle_gaps, frame_quality
 from vision.light_patch import LightPatch
-from vision.linkage.lens_bow import straightened
+from vision.linkage.lens_bow import correct_lens_bow
 from vision.linkage.linkage_fit import LinkageFit, fit_linkage
-from vision.linkage.shared_fit import PlacementPrior
-from vision.markers.tracking import DOUBLED, Manner
-from vision.markers.whole_video import follow
-from vision.quality import gaps, quality
-from vision.shutter import UNKNOWN, Shutter, at_middle_row
+from vision.linkage.shared_fit import LinkageOptions, PlacementPrior
+from vision.markers.tracking import DOUBLED, TrackingOptions
+from vision.markers.video_tracking import MarkerTracks, track_video
+from vision.shutter import UNKNOWN_SHUTTER, Shutter, at_middle_row
 from vision.video import Video
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
 SYSTEMATIC_PX = 0.01
-"""px: corner offsets that last for the whole recording; 0.008 rms was seen on the sample, from the codec on still markers"""
-ASKEW = 1.5
-"""times as large a corner error with the placement of neck.yaml as with a free one tells that it is wrong"""
+"""px: standard deviation of corner offsets that stay the same over the whole recording"""
+MAX_PLACEMENT_ERROR_RATIO = 1.5
+"""corner error with the placement of neck.yaml over that with a free placement, from which on the placement is called wrong"""
+
+
+@dataclass(frozen=True)
+class ExtractionOptions:
+    """What is known of the recording, and how its markers are measured."""
+
+    shutter: Shutter = UNKNOWN_SHUTTER
+    placement: PlacementPrior | None = None
+    """prior of where each marker sits, which then is estimated; None believes neck.yaml"""
+    template: bool = True
+    """whether corners are fitted to all grey levels of a marker, or to the edges of its square only"""
+    light: LightPatch | None = None
+    """where a light that the controller switches is seen; its brightness is read from every frame"""
 
 
 @dataclass(frozen=True)
 class Extraction:
-    """Angles, the fit behind them, and the corners that were found."""
+    """Angles, the fit behind them, and the corners that were detected."""
 
     angles: Angles
     fit: LinkageFit
@@ -43,20 +56,20 @@ class Extraction:
 
     def as_json(self) -> dict[str, Any]:
         """The contract's record of an extraction."""
-        a = self.angles
-        seen = a.complete
-        median = float(np.median(a.sigma[seen])) if seen.any() else None
+        angles = self.angles
+        complete = angles.complete
+        median = float(np.median(angles.sigma[complete])) if complete.any() else None
         return {
-            "frames": len(a.time),
-            "frames_with_all_angles": int(seen.sum()),
+            "frames": len(angles.time),
+            "frames_with_all_angles": int(complete.sum()),
             "sigma_alpha_median_rad": median,
             "corner_sigma_px": self.fit.corner_sigma_px,
-            "markers": a.notes["markers"],
-            "gaps": a.notes["gaps"],
-            "drift": a.notes["drift"],
-            "placement": a.notes.get("placement"),
-            "askew": a.notes["askew"],
-            "T_camera_base": a.notes["T_camera_base"],
+            "markers": angles.notes["markers"],
+            "gaps": angles.notes["gaps"],
+            "drift": angles.notes["drift"],
+            "placement": angles.notes.get("placement"),
+            "askew": angles.notes["askew"],
+            "T_camera_base": angles.notes["T_camera_base"],
         }
 
 
@@ -64,89 +77,100 @@ def extract(
     video: Video,
     camera: Camera,
     neck: Neck,
-    shutter: Shutter = UNKNOWN,
-    placement: PlacementPrior | None = None,
-    template: bool = True,
+    options: ExtractionOptions = ExtractionOptions(),  # noqa: B008 (frozen)
     workers: int = 1,
-    light: LightPatch | None = None,
     progress: Callable[[int], object] = lambda frames: None,
 ) -> Extraction:
-    """Angles of every frame of a video that was described; `workers` processes share the video, `progress` is told of frames done.
+    """Angles of every frame of a video; `workers` processes share it, `progress` is called with each number of frames done.
 
-    With `template` corners are fitted to all grey levels of a marker, else to the edges of its square. With a `placement`
-    prior it is estimated where each marker sits; without one neck.yaml is believed, and held against what the motion shows
-    (`notes["askew"]`). A `light` that the controller switches is read along the way.
+    Where neck.yaml's placement of the markers is believed, it is compared with what the motion shows (`notes["askew"]`).
 
     Raises Refused for a damaged video, a picture size that is not the camera's, or where no marker of the arm is in view.
     """
     markers = markers_of(neck, "neck.yaml")
+    _refuse_other_size(video, camera)
+    if options.light:
+        options.light.refuse_outside(video.width, video.height, str(video.path))
+    tracking = TrackingOptions(options.template, options.shutter.exposure_s)
+    tracks = track_video(video, markers, tracking, workers, progress, options.light)
+    _refuse_without_markers(video, markers, tracks)
+    ids = [marker.id for marker in markers.on_bars]
+    cells = np.stack([marker_cells(markers.dictionary, i) for i in ids]) if options.template else None
+    corners = correct_lens_bow(camera, tracks.corners, cells)
+    corners = at_middle_row(tracks.time, corners, video.height, options.shutter)
+    covariance = None if tracks.covariance is None else tracks.covariance.astype(float)
+    time = options.shutter.middle(tracks.time, video.height)
+    linkage = LinkageOptions(options.placement, systematic_px=SYSTEMATIC_PX)
+    fit = fit_linkage(neck, camera, corners, str(video.path), covariance=covariance, time=time, options=linkage)
+    notes = _notes(video, markers, tracks, corners, fit)
+    warn = options.placement is None
+    notes["askew"] = _placement_warning(neck, camera, corners, covariance, str(video.path), fit) if warn else None
+    notes["gaps"] = angle_gaps(time, fit.alpha, ids, tracks.status)
+    if options.light:
+        delay = options.light.delay_s(video.height, options.shutter)
+        notes["light"] = {**asdict(options.light), "exposure_s": options.shutter.exposure_s, "later_s": delay}
+    quality = frame_quality(tracks, ids, fit.residual_px, options.shutter.exposure_s)
+    return Extraction(_angles(time, fit, notes, tracks.light), fit, corners, quality)
+
+
+def _refuse_other_size(video: Video, camera: Camera) -> None:
     if (video.width, video.height) != camera.size:
         raise Refused(
             video.path,
             f"is {video.width}x{video.height}, the camera was calibrated at {camera.width}x{camera.height}",
             "calibrate with pictures of the video's size",
         )
-    if light:
-        light.inside(video.width, video.height, str(video.path))
-    seen = follow(video, markers, Manner(template, shutter.exposure_s), workers, progress, light)
-    if np.isnan(seen.corners).all():
-        other = f", though others of the dictionary are (ids {list(seen.foreign)[:8]})" if seen.foreign else ""
-        raise Refused(
-            video.path,
-            f"no marker of neck.yaml is in view in {len(seen.time)} frames{other}",
-            f"check markers.dictionary ({markers.dictionary}) and the ids",
-        )
-    cells = np.stack([marker_cells(markers.dictionary, marker.id) for marker in markers.on_bars]) if template else None
-    corners = straightened(camera, seen.corners, cells)
-    corners = at_middle_row(seen.time, corners, video.height, shutter)
-    covariance = None if seen.covariance is None else seen.covariance.astype(float)
-    time = shutter.middle(seen.time, video.height)
-    fit = fit_linkage(
-        neck,
-        camera,
-        corners,
-        str(video.path),
-        covariance=covariance,
-        time=time,
-        placement=placement,
-        systematic_px=SYSTEMATIC_PX,
+
+
+def _refuse_without_markers(video: Video, markers: Markers, tracks: MarkerTracks) -> None:
+    if not np.isnan(tracks.corners).all():
+        return
+    ids = list(tracks.foreign_ids)[:8]
+    other = f", though others of the dictionary are (ids {ids})" if ids else ""
+    raise Refused(
+        video.path,
+        f"no marker of neck.yaml is in view in {len(tracks.time)} frames{other}",
+        f"check markers.dictionary ({markers.dictionary}) and the ids",
     )
-    sigma = np.sqrt(np.diagonal(fit.covariance, axis1=1, axis2=2))
-    sigma = np.where(np.isnan(fit.alpha), np.nan, sigma)
-    shared = np.diagonal(fit.covariance - (fit.covariance if fit.noise is None else fit.noise), axis1=1, axis2=2)
-    common = np.where(np.isnan(fit.alpha), np.nan, np.sqrt(np.maximum(shared, 0.0)))
+
+
+def _notes(video: Video, markers: Markers, tracks: MarkerTracks, corners: Array, fit: LinkageFit) -> dict[str, Any]:
+    """What angles.mcap says of the source, the markers, the camera's pose and the fit."""
     shares = (~np.isnan(corners[:, :, 0, 0])).mean(axis=0)
-    twice = (seen.how == DOUBLED).sum(axis=0)
-    notes: dict[str, Any] = {
+    doubled = (tracks.status == DOUBLED).sum(axis=0)
+    return {
         "source": video.path.name,
         "markers": [
-            {"id": marker.id, "seen_share": float(shares[k]), "duplicates": int(twice[k])}
+            {"id": marker.id, "seen_share": float(shares[k]), "duplicates": int(doubled[k])}
             for k, marker in enumerate(markers.on_bars)
         ],
-        "foreign_ids": list(seen.foreign)[:50],
+        "foreign_ids": list(tracks.foreign_ids)[:50],
         "T_camera_base": {
             "rvec": fit.rvec.tolist(),
             "tvec_m": fit.tvec.tolist(),
             "sigma": fit.pose_sigma.tolist(),
         },
-    }
-    ids = [marker.id for marker in markers.on_bars]
-    notes |= fit.notes
-    notes["askew"] = None if placement else _askew(neck, camera, corners, covariance, str(video.path), fit)
-    notes["gaps"] = gaps(time, fit.alpha, ids, seen.how)
-    if light:
-        later = light.later(video.height, shutter)
-        notes["light"] = {**asdict(light), "exposure_s": shutter.exposure_s, "later_s": later}
-    frame_quality = quality(seen, ids, fit.residual_px, shutter.exposure_s)
-    return Extraction(Angles(time, fit.alpha, sigma, notes, seen.light, common), fit, corners, frame_quality)
+    } | fit.notes
 
 
-def _askew(
-    neck: Neck, camera: Camera, corners: Array, covariance: Array | None, where: str, believed: LinkageFit
+def _angles(time: Array, fit: LinkageFit, notes: dict[str, Any], light: Array | None) -> Angles:
+    """The fit's angles with their standard deviations, whole and the part that all frames share."""
+    unknown = np.isnan(fit.alpha)
+    sigma = np.where(unknown, np.nan, np.sqrt(np.diagonal(fit.covariance, axis1=1, axis2=2)))
+    noise = fit.covariance if fit.noise is None else fit.noise
+    shared = np.diagonal(fit.covariance - noise, axis1=1, axis2=2)
+    common = np.where(unknown, np.nan, np.sqrt(np.maximum(shared, 0.0)))
+    return Angles(time=time, alpha=fit.alpha, sigma=sigma, notes=notes, light=light, common=common)
+
+
+def _placement_warning(
+    neck: Neck, camera: Camera, corners: Array, covariance: Array | None, where: str, described: LinkageFit
 ) -> str | None:
     """A sentence where markers that sit as neck.yaml says explain the corners much worse than markers free to sit elsewhere."""
-    free = fit_linkage(neck, camera, corners, where, covariance=covariance, placement=PlacementPrior(), drift=False)
-    if believed.corner_sigma_px < ASKEW * free.corner_sigma_px or free.placement is None:
+    options = LinkageOptions(PlacementPrior(), drift=False)
+    free = fit_linkage(neck, camera, corners, where, covariance=covariance, options=options)
+    ratio = MAX_PLACEMENT_ERROR_RATIO
+    if described.corner_sigma_px < ratio * free.corner_sigma_px or free.placement is None:
         return None
     worst = max(free.placement.numbers, key=lambda n: abs(n.value - n.nominal) / n.prior_sigma)
     shown = (
@@ -155,7 +179,7 @@ def _askew(
         else f"{np.degrees(worst.value - worst.nominal):+.1f} deg"
     )
     return (
-        f"the markers do not sit as neck.yaml says: corners fit to {believed.corner_sigma_px:.2f} px as described, to "
+        f"the markers do not sit as neck.yaml says: corners fit to {described.corner_sigma_px:.2f} px as described, to "
         f"{free.corner_sigma_px:.2f} px where they may sit otherwise (most: {worst.name} of {worst.where}, {shown}); "
         "estimate their placement, or correct neck.yaml"
     )

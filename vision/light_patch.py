@@ -22,8 +22,8 @@ class LightPatch:
         """Mean grey level of the rectangle."""
         return float(grey[self.y : self.y + self.height, self.x : self.x + self.width].mean())
 
-    def inside(self, width: int, height: int, where: str) -> None:
-        """Refused where the rectangle leaves a picture of this size."""
+    def refuse_outside(self, width: int, height: int, where: str) -> None:
+        """Raises Refused where the rectangle leaves a picture of this size, px."""
         if min(self.width, self.height) < 1:
             raise Refused(where, f"anchor: the rectangle is {self.width}x{self.height} px", "give a width and a height")
         if self.x + self.width > width or self.y + self.height > height:
@@ -34,6 +34,6 @@ class LightPatch:
                 "give x, y, width, height in px of the upright picture",
             )
 
-    def later(self, height: int, shutter: Shutter) -> float:
-        """How much later than the picture's middle row the rectangle's middle is exposed, s."""
+    def delay_s(self, height: int, shutter: Shutter) -> float:
+        """By how much the rectangle's middle is exposed after the picture's middle row, s."""
         return shutter.row_s * (self.y + (self.height - 1) / 2 - (height - 1) / 2)

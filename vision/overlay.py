@@ -1,4 +1,4 @@
-"""What was found, drawn over the pictures: markers, the linkage as fitted, and the angles in figures."""
+"""Markers, the fitted linkage and the angles in figures, drawn over the pictures of a video."""
 
 from collections.abc import Callable
 from fractions import Fraction
@@ -15,33 +15,34 @@ from mechanism.arm import arm_of
 from mechanism.description import Neck
 from mechanism.geometry import poses
 from vision.extract import Extraction
-from vision.video import frames
+from vision.video import read_frames
 from xneck_foundation.whole_file import whole_file
 
 Array = NDArray[np.float64]
 Picture = NDArray[Any]
 """uint8; OpenCV's stubs say less"""
 
-MARKER, BAR, DIAGONAL, TEXT = (40, 200, 60), (30, 30, 230), (230, 140, 30), (255, 255, 255)  # BGR
+MARKER_COLOUR, BAR_COLOUR = (40, 200, 60), (30, 30, 230)  # BGR
+DIAGONAL_COLOUR, TEXT_COLOUR = (230, 140, 30), (255, 255, 255)  # BGR
 
 
-def draw(grey: Picture, index: int, neck: Neck, camera: Camera, found: Extraction) -> Picture:
+def draw_overlay(grey: Picture, index: int, neck: Neck, camera: Camera, extraction: Extraction) -> Picture:
     """Frame `index` as a BGR picture with its markers, bars, diagonals and angles."""
     out = cv2.cvtColor(np.ascontiguousarray(grey), cv2.COLOR_GRAY2BGR)
-    for corners in found.corners[index]:
+    for corners in extraction.corners[index]:
         if not np.isnan(corners).any():
-            _polygon(out, corners, MARKER)
-    alpha, sigma = found.angles.alpha[index], found.angles.sigma[index]
-    lines = [f"frame {index}  {found.angles.time[index]:.3f} s"]
+            _polygon(out, corners, MARKER_COLOUR)
+    alpha, sigma = extraction.angles.alpha[index], extraction.angles.sigma[index]
+    lines = [f"frame {index}  {extraction.angles.time[index]:.3f} s"]
     if not np.isnan(alpha).any():
-        for points, colour in linkage(neck, camera, pose_of(found, index), alpha):
+        for points, colour in linkage_lines(neck, camera, frame_pose(extraction, index), alpha):
             _polygon(out, points, colour)
     for i, (a, s) in enumerate(zip(alpha, sigma, strict=True)):
         shown = "not seen" if np.isnan(a) else f"{np.degrees(a):7.2f} +- {np.degrees(s):.2f} deg"
         lines.append(f"alpha{i + 1} {shown}")
-    out[: 40 + 26 * (len(lines) - 1), :330] //= 3  # a dark ground, so that the words are read on any picture
+    out[: 40 + 26 * (len(lines) - 1), :330] //= 3  # a dark ground, so that the text can be read on any picture
     for row, line in enumerate(lines):
-        cv2.putText(out, line, (12, 28 + 26 * row), cv2.FONT_HERSHEY_SIMPLEX, 0.7, TEXT, 1, cv2.LINE_AA)
+        cv2.putText(out, line, (12, 28 + 26 * row), cv2.FONT_HERSHEY_SIMPLEX, 0.7, TEXT_COLOUR, 1, cv2.LINE_AA)
     return out
 
 
@@ -50,17 +51,17 @@ def write_overlay(
     out: str | Path,
     neck: Neck,
     camera: Camera,
-    found: Extraction,
+    extraction: Extraction,
     progress: Callable[[int], object] = lambda frames: None,
 ) -> None:
-    """The whole video with `draw` over every frame, at its own stamps, as H.264."""
+    """Write the whole video with its overlay as H.264, every frame at the time stamp it has."""
     with whole_file(out) as part, av.open(str(part), "w") as container:
         stream = container.add_stream("libx264", rate=30, options={"crf": "23", "preset": "veryfast"})
         stream.width, stream.height = camera.width // 2 * 2, camera.height // 2 * 2
         stream.pix_fmt = "yuv420p"
         stream.codec_context.time_base = Fraction(1, 90_000)
-        for frame in frames(video):
-            drawn = draw(frame.grey, frame.index, neck, camera, found)[: stream.height, : stream.width]
+        for frame in read_frames(video):
+            drawn = draw_overlay(frame.grey, frame.index, neck, camera, extraction)[: stream.height, : stream.width]
             picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(drawn), format="bgr24")
             picture.pts = round(frame.time * 90_000)
             picture.time_base = Fraction(1, 90_000)
@@ -69,31 +70,31 @@ def write_overlay(
         container.mux(stream.encode(None))
 
 
-def pose_of(found: Extraction, index: int) -> Array:
-    """rvec and tvec of a frame, (6,)."""
-    fit = found.fit
+def frame_pose(extraction: Extraction, index: int) -> Array:
+    """rvec (rad) and tvec (m) of T_camera_base at a frame, shape (6,)."""
+    fit = extraction.fit
     return np.concatenate([fit.rvec, fit.tvec]) if fit.poses is None else fit.poses[index]
 
 
-def linkage(neck: Neck, camera: Camera, pose: Array, alpha: Array) -> list[tuple[Array, tuple[int, int, int]]]:
-    """Lines of the fitted arm in pixels with their colours, as the lens bends them."""
+def linkage_lines(neck: Neck, camera: Camera, pose: Array, alpha: Array) -> list[tuple[Array, tuple[int, int, int]]]:
+    """The fitted arm's bars as lines in pixels, bent as the lens bends them, each with its colour."""
     arm = arm_of(neck)
     p = poses(arm, alpha)
     half = np.append(arm.b, arm.b[-1]) / 2 * np.exp(1j * p.bar_angle)
     left, right = p.bar_middle - half, p.bar_middle + half
-    lines = [(left[i], right[i], BAR) for i in range(arm.N + 1)]
-    lines += [(left[i], right[i + 1], DIAGONAL) for i in range(arm.N)]
-    lines += [(right[i], left[i + 1], DIAGONAL) for i in range(arm.N)]
+    lines = [(left[i], right[i], BAR_COLOUR) for i in range(arm.N + 1)]
+    lines += [(left[i], right[i + 1], DIAGONAL_COLOUR) for i in range(arm.N)]
+    lines += [(right[i], left[i + 1], DIAGONAL_COLOUR) for i in range(arm.N)]
     share = np.linspace(0, 1, 9)
-    out = []
+    drawn = []
     for a, b, colour in lines:
         points = a + (b - a) * share
         world = np.column_stack([points.real, points.imag, np.zeros(len(points))])
-        out.append((camera.project(world, pose[:3], pose[3:]), colour))
-    return out
+        drawn.append((camera.project(world, pose[:3], pose[3:]), colour))
+    return drawn
 
 
 def _polygon(picture: Picture, points: Array, colour: tuple[int, int, int]) -> None:
-    """A line through pixels (K, 2), closed where it has four corners of a marker."""
+    """Draw a line through pixels of shape (K, 2); four points are a marker's corners and are closed."""
     shifted = [np.rint(points * 16).astype(np.int32).reshape(-1, 1, 2)]
     cv2.polylines(picture, shifted, len(points) == 4, colour, 2, cv2.LINE_AA, shift=4)

@@ -16,33 +16,33 @@ Stamp = Literal["start", "middle", "end"]
 
 @dataclass(frozen=True)
 class Shutter:
-    """What is known of the camera's timing; nothing, by default."""
+    """The camera's timing; the default stands for nothing known."""
 
     exposure_s: float = 0.0
     row_s: float = 0.0
-    """from one row's exposure to the next one's below it, s; negative where it runs upwards"""
+    """s from the exposure of a row to that of the row below it; negative where the shutter runs upwards"""
     stamp: Stamp = "middle"
-    """what stamps mean: begin of the first row's exposure, middle of the middle row's, end of the last row's"""
+    """what a frame's stamp marks: begin of the first row's exposure, middle of the middle row's, end of the last row's"""
 
     def middle(self, stamps: Array, height: int) -> Array:
-        """Times of the middle of the exposure of the middle row, shape (F,), s."""
+        """Times at which the exposure of the middle row is half over, shape (F,), s."""
         half = self.exposure_s / 2 + abs(self.row_s) * (height - 1) / 2
         return stamps + {"start": half, "middle": 0.0, "end": -half}[self.stamp]
 
 
-UNKNOWN = Shutter()
+UNKNOWN_SHUTTER = Shutter()
 
 
 def at_middle_row(time: Array, corners: Array, height: int, shutter: Shutter) -> Array:
     """Corners (F, markers, 4, 2), px, moved along their own motion to where they were when the middle row was exposed."""
     if not shutter.row_s:
         return corners
-    late = (corners[..., 1:] - (height - 1) / 2) * shutter.row_s
-    return corners - _velocity(time, corners) * late
+    delay = (corners[..., 1:] - (height - 1) / 2) * shutter.row_s
+    return corners - _velocity(time, corners) * delay
 
 
 def _velocity(time: Array, corners: Array) -> Array:
-    """px/s by central differences, one-sided where a neighbour is missing, zero where both are."""
+    """Velocity of corners in px/s by central differences; one-sided where a neighbour is missing, zero where both are."""
     step = np.diff(time).reshape(-1, *[1] * (corners.ndim - 1))
     between = np.diff(corners, axis=0) / step
     nothing = np.full_like(corners[:1], np.nan)

@@ -18,32 +18,35 @@ from xneck_foundation.input_file import check_input
 
 Grey = NDArray[np.uint8]
 CONTAINERS_WITHOUT_STAMPS = ("h264", "hevc", "m4v", "mjpeg")
-SEGMENT_S = 10.0
-"""s: about how much of a video is worked on as one piece, from a key frame to a later one"""
+MIN_SEGMENT_S = 10.0
+"""s: least length of a piece of video that one process works on, from a key frame to a later one"""
 
 
 @dataclass(frozen=True)
 class Segment:
-    """Frames of a video from a key frame on: how many were before it, how many it has, and their stamps' range."""
+    """Consecutive frames of a video that begin with a key frame."""
 
-    before: int
+    first_index: int
+    """number of the frames before it in the video"""
     count: int
-    first: int
+    """number of its frames"""
+    first_stamp: int
     """presentation stamp of its key frame, in ticks"""
-    end: int | None
-    """stamp of the next segment's key frame; None for the last"""
+    end_stamp: int | None
+    """presentation stamp of the next segment's key frame, in ticks; None for the last segment"""
 
 
 @dataclass(frozen=True)
 class Video:
-    """What a video holds, by its packets: size as shown (turned by its tag), frames, key frame to key frame."""
+    """A video as its packets describe it; width and height are those of the upright picture, px."""
 
     path: Path
     width: int
     height: int
     frames: int
-    turned: int
-    """quarter turns counter-clockwise that its tag asks for"""
+    """number of frames"""
+    quarter_turns: int
+    """counter-clockwise, as the rotation tag asks for, 0..3"""
     segments: tuple[Segment, ...]
 
 
@@ -56,10 +59,10 @@ class Frame:
     grey: Grey
 
 
-def describe(path: str | Path) -> Video:
-    """A video's size, count and segments, without decoding more than its first frame.
+def describe_video(path: str | Path) -> Video:
+    """A video's size, number of frames and segments, without decoding more than its first frame.
 
-    Raises Refused where it is missing, no video, without time stamps, or ends before its index does.
+    Raises Refused for a missing file, one that is no video, one without time stamps, and one that ends before its index does.
     """
     path = Path(path)
     with _open(path) as container:
@@ -74,27 +77,27 @@ def describe(path: str | Path) -> Video:
             raise Refused(path, "has no frame")
         if len(stamps) < len(packets):
             raise Refused(path, "has frames without time stamps", "record into mp4 or mkv")
-        indexed, tick = _indexed(container), float(stream.time_base or 0)
-        shown_s = (container.duration or 0) / av.time_base
-        if (indexed and len(packets) < indexed) or (not indexed and shown_s - max(stamps) * tick > 1.0):
+        indexed, tick = _indexed_frames(container), float(stream.time_base or 0)
+        duration_s = (container.duration or 0) / av.time_base
+        if (indexed and len(packets) < indexed) or (not indexed and duration_s - max(stamps) * tick > 1.0):
             raise Refused(path, f"is truncated: {len(packets)} frames are there", "copy the file again")
         keys = sorted(pts for pts, is_key in packets if is_key and pts is not None)
         width, height = stream.width, stream.height
-    turned = _turned(path)
-    if turned % 2:
+    quarter_turns = _quarter_turns(path)
+    if quarter_turns % 2:
         width, height = height, width
-    return Video(path, width, height, len(packets), turned, _segments(sorted(stamps), keys, tick))
+    return Video(path, width, height, len(packets), quarter_turns, _segments(sorted(stamps), keys, tick))
 
 
-def frames(path: str | Path) -> Iterator[Frame]:
-    """All frames in order, one pass, flat in memory. Raises Refused as `describe` and `frames_of` do."""
-    video = describe(path)
+def read_frames(path: str | Path) -> Iterator[Frame]:
+    """All frames in order, in one pass; memory holds one at a time. Raises Refused as `describe_video` and `read_segment` do."""
+    video = describe_video(path)
     for segment in video.segments:
-        yield from frames_of(video, segment)
+        yield from read_segment(video, segment)
 
 
-def frames_of(video: Video, segment: Segment) -> Iterator[Frame]:
-    """Frames of one segment, the same whether those before it were decoded or not.
+def read_segment(video: Video, segment: Segment) -> Iterator[Frame]:
+    """Frames of one segment; they do not depend on whether those before it were decoded.
 
     Raises Refused where a frame is damaged or missing, or has a stamp that does not increase.
     """
@@ -103,50 +106,50 @@ def frames_of(video: Video, segment: Segment) -> Iterator[Frame]:
         stream = container.streams.video[0]
         stream.thread_type = "AUTO"
         try:
-            if segment.before:
-                container.seek(segment.first, stream=stream)
+            if segment.first_index:
+                container.seek(segment.first_stamp, stream=stream)
             for picture in container.decode(stream):
-                at = segment.before + count
+                at = segment.first_index + count
                 if picture.pts is None or picture.time_base is None:
                     raise Refused(path, f"frame {at} has no time stamp", "record into mp4 or mkv")
-                if picture.pts < segment.first:
-                    continue  # of the segment before: shown earlier than the key frame that the decoder began with
-                if segment.end is not None and picture.pts >= segment.end:
+                if picture.pts < segment.first_stamp:
+                    continue  # shown earlier than the key frame with which the decoder began: it belongs to the segment before
+                if segment.end_stamp is not None and picture.pts >= segment.end_stamp:
                     break
                 if picture.is_corrupt:
                     raise Refused(path, f"frame {at} is damaged", "copy the file again, or record again")
                 time = float(picture.pts * picture.time_base)
                 if time <= last:
                     raise Refused(path, f"frame {at} is not later than the one before ({time:.4f} s)")
-                yield Frame(at, time, np.rot90(_luma(picture), video.turned))
+                yield Frame(at, time, np.rot90(_luma(picture), video.quarter_turns))
                 last = time
                 count += 1
         except av.error.FFmpegError as error:
-            at = segment.before + count
+            at = segment.first_index + count
             raise Refused(path, f"is damaged after frame {at} ({error.strerror})", "copy the file again") from error
     if count != segment.count:
-        at = segment.before + count
+        at = segment.first_index + count
         raise Refused(
             path, f"is damaged: {segment.count - count} frames are missing before frame {at}", "copy it again"
         )
 
 
 def _segments(stamps: list[int], keys: list[int], tick: float) -> tuple[Segment, ...]:
-    """Cuts at key frames, each at least SEGMENT_S after the one before; the first segment takes in what precedes its key."""
+    """Segments that begin at key frames, at least MIN_SEGMENT_S apart; the first one includes what precedes its key frame."""
     cuts = [stamps[0]]
     for key in keys:
-        if (key - cuts[-1]) * tick >= SEGMENT_S:
+        if (key - cuts[-1]) * tick >= MIN_SEGMENT_S:
             cuts.append(key)
     starts = np.searchsorted(stamps, cuts).tolist()
-    out = []
+    segments = []
     for k, (first, before) in enumerate(zip(cuts, starts, strict=True)):
         last = k + 1 == len(cuts)
         count = (len(stamps) if last else starts[k + 1]) - before
-        out.append(Segment(before, count, first, None if last else cuts[k + 1]))
-    return tuple(out)
+        segments.append(Segment(before, count, first, None if last else cuts[k + 1]))
+    return tuple(segments)
 
 
-def _turned(path: Path) -> int:
+def _quarter_turns(path: Path) -> int:
     """Quarter turns counter-clockwise that the first frame's display matrix asks for."""
     with _open(path) as container:
         try:
@@ -167,8 +170,8 @@ def _open(path: Path) -> av.container.InputContainer:
     except (av.error.FFmpegError, ValueError) as error:
         if _ends_early(path):
             raise Refused(path, "is truncated: its index is missing", "copy the file again, or record again") from error
-        word = getattr(error, "strerror", None) or str(error)
-        raise Refused(path, f"is not a video that can be read ({word})", "is it whole, and a video?") from error
+        reason = getattr(error, "strerror", None) or str(error)
+        raise Refused(path, f"is not a video that can be read ({reason})", "is it whole, and a video?") from error
     if not container.streams.video:
         container.close()
         raise Refused(path, "has no video in it")
@@ -178,10 +181,10 @@ def _open(path: Path) -> av.container.InputContainer:
     return container
 
 
-def _indexed(container: av.container.InputContainer) -> int | None:
-    """How many frames the container's index lists; None where it lists key frames only.
+def _indexed_frames(container: av.container.InputContainer) -> int | None:
+    """Number of frames that the container's index lists; None where it lists key frames only.
 
-    Headers' own counts are not it: AVI counts the slots of frames that were dropped.
+    The header's count is no substitute: AVI counts the slots of dropped frames too.
     """
     listing_all = {"mov", "mp4", "avi"} & set(container.format.name.split(","))
     return len(container.streams.video[0].index_entries) or None if listing_all else None

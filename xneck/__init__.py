@@ -1,12 +1,22 @@
-"""What all parts of xneck stand on: errors, strict files, whole outputs, estimates; and the way in from Python.
+"""xneck from Python: recordings to data sets, parameters, simulations and a diagnosis.
 
-Functions are named after the commands and do what these do, without files of their own. They live in the packages above this
-one and are fetched when they are first asked for, so that `import xneck` costs nothing and the command line stays quick.
+Each function does what the command of its name does, and writes no files of its own:
+
+- `synchronise` a recording folder, or `read_dataset` of what `xneck sync` and `xneck run` wrote
+- `check` whether camera and motors agree, `identify` friction and elasticity, `simulate` the recorded forces
+- `diagnose` what the simulation gets wrong; `in_words` and `as_record` give the diagnosis as text and ready for JSON
+
+An input that cannot be used raises `Refused`, which says which file, why, and what to do.
 
 >>> import xneck
 >>> monday, tuesday = xneck.read_dataset("monday.mcap"), xneck.read_dataset("tuesday.mcap")
->>> xneck.diagnose([monday], [tuesday]).verdict
+>>> diagnosis = xneck.diagnose([monday], [tuesday])  # fitted to the first, held against the second
+>>> diagnosis.verdict
 'cause'
+>>> [cause["effect"] for cause in xneck.as_record(diagnosis)["causes"]]
+['tip_payload']
+
+The functions are imported when they are first used, so that `import xneck` is quick. Only a recording with a video needs OpenCV.
 """
 
 import importlib
@@ -22,7 +32,7 @@ if TYPE_CHECKING:
     from identification.dataset.dataset_file import read_dataset, write_dataset
     from identification.estimates import estimate as identify
     from identification.model_file import read_model
-    from identification.simulation.simulated import simulate_recording as simulate
+    from identification.simulation.simulated_recording import simulate_recording as simulate
     from synchronisation.check.from_dataset import check_dataset as check
     from xneck.recording.stages import synchronise_recording as synchronise
 
@@ -42,7 +52,7 @@ __all__ = [
     "write_dataset",
 ]
 
-_FROM = {
+_LOCATIONS = {
     "as_record": "diagnosis.record:as_json",
     "check": "synchronisation.check.from_dataset:check_dataset",
     "diagnose": "diagnosis.diagnose:diagnose",
@@ -50,20 +60,20 @@ _FROM = {
     "in_words": "diagnosis.record:as_text",
     "read_dataset": "identification.dataset.dataset_file:read_dataset",
     "read_model": "identification.model_file:read_model",
-    "simulate": "identification.simulation.simulated:simulate_recording",
+    "simulate": "identification.simulation.simulated_recording:simulate_recording",
     "synchronise": "xneck.recording.stages:synchronise_recording",
     "write_dataset": "identification.dataset.dataset_file:write_dataset",
 }
-"""where each name lives"""
+"""module and name of each function"""
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _FROM:
+    if name not in _LOCATIONS:
         raise AttributeError(f"module 'xneck' has no attribute {name!r}")
-    module, own = _FROM[name].split(":")
-    found = globals()[name] = getattr(importlib.import_module(module), own)
-    return found
+    module, attribute = _LOCATIONS[name].split(":")
+    value = globals()[name] = getattr(importlib.import_module(module), attribute)
+    return value
 
 
 def __dir__() -> list[str]:
-    return [*globals(), *_FROM]
+    return [*globals(), *_LOCATIONS]

@@ -5,7 +5,7 @@ import math
 from typing import Any
 
 
-def as_json(value: Any) -> str:
+def json_text(value: Any) -> str:
     """JSON text; infinities and what is not a number become null."""
     return json.dumps(_plain(value), indent=2, ensure_ascii=False) + "\n"
 

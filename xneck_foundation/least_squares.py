@@ -1,4 +1,4 @@
-"""One residual -> estimate routine for every fit: least squares with covariance, and the parameter a person reads."""
+"""Least squares, linear and nonlinear, with the covariance of what is estimated: the routine that every fit shares."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,36 +13,6 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """A named number with its uncertainty; `index` counts cables or mechanisms from 1, None where there is one of a kind."""
-
-    name: str
-    index: int | None
-    value: float
-    unit: str
-    sigma: float
-    identified: bool
-
-    @property
-    def relative_sigma_percent(self) -> float:
-        """100 sigma / |value|, as Fasquelle's tables print it; infinite at zero."""
-        return float(100 * self.sigma / abs(self.value)) if self.value else float("inf")
-
-    def as_json(self) -> dict[str, Any]:
-        """The contract's record of a parameter; an infinite number becomes null."""
-        relative = self.relative_sigma_percent
-        return {
-            "name": self.name,
-            "index": self.index,
-            "value": self.value,
-            "unit": self.unit,
-            "sigma": self.sigma if np.isfinite(self.sigma) else None,
-            "relative_sigma_percent": relative if np.isfinite(relative) else None,
-            "identified": self.identified,
-        }
-
-
-@dataclass(frozen=True)
 class Estimate:
     """Result of a fit: values (p,), covariance (p, p), residuals (n,) and their variance per degree of freedom."""
 
@@ -53,7 +23,7 @@ class Estimate:
     condition: float
     """condition number of the Jacobian with its columns scaled to one"""
     base: tuple[int, ...]
-    """columns that are independent, by QR with pivoting (Gautier 1991): the base parameters, the best told first"""
+    """indices of linearly independent columns by QR with pivoting (Gautier 1991): the base parameters, the best determined first"""
 
     @property
     def sigma(self) -> Array:
@@ -66,7 +36,7 @@ class Estimate:
         return self.covariance / np.outer(self.sigma, self.sigma)
 
 
-def linear(D: Array, y: Array) -> Estimate:
+def linear_least_squares(D: Array, y: Array) -> Estimate:
     """Least squares D v = y and its covariance sigma_rho^2 (D^T D)^-1 (64)-(66).
 
     D: shape (n, p), y: shape (n,), n > p. A column that the others determine gets infinite
@@ -78,7 +48,14 @@ def linear(D: Array, y: Array) -> Estimate:
     variance = float(residuals @ residuals / max(len(y) - len(value) + dead.sum(), 1))
     covariance = variance * inverse
     covariance[dead, dead] = np.inf
-    return Estimate(value, covariance, residuals, variance, condition, base)
+    return Estimate(
+        value=value,
+        covariance=covariance,
+        residuals=residuals,
+        variance=variance,
+        condition=condition,
+        base=base,
+    )
 
 
 def nonlinear(
@@ -92,23 +69,29 @@ def nonlinear(
     """Gauss-Newton type least squares from `start`, shape (p,).
 
     residuals: (p,) -> (n,), already divided by their standard deviation where `known_sigma`; then the covariance is not
-    scaled with what is left. `scale` (its x_scale) and `loss` as in scipy.optimize.least_squares.
+    scaled with the residuals' variance. `scale` (its x_scale) and `loss` as in scipy.optimize.least_squares.
     """
     # Levenberg-Marquardt by QR: several times faster on tall problems than the trust region's SVD, which robust losses need
     method = "lm" if loss == "linear" else "trf"
-    more: dict[str, Any] = {"jac": jacobian} if jacobian else {}
-    found = least_squares(residuals, start, x_scale=scale, loss=loss, method=method, **more)  # type: ignore[arg-type]
-    J = np.asarray(found.jac)
-    _, inverse, condition, dead, base = _solve(J, found.fun, np.linalg.norm(J, axis=0))
-    left = found.fun
-    variance = float(left @ left / max(len(left) - len(found.x), 1))
+    derivative: dict[str, Any] = {"jac": jacobian} if jacobian else {}
+    solution = least_squares(residuals, start, x_scale=scale, loss=loss, method=method, **derivative)  # type: ignore[arg-type]
+    J, value, residuals_after = np.asarray(solution.jac), solution.x, solution.fun
+    _, inverse, condition, dead, base = _solve(J, residuals_after, np.linalg.norm(J, axis=0))
+    variance = float(residuals_after @ residuals_after / max(len(residuals_after) - len(value), 1))
     covariance = inverse * (1.0 if known_sigma else variance)
     covariance[dead, dead] = np.inf
-    return Estimate(found.x, covariance, left, variance, condition, base)
+    return Estimate(
+        value=value,
+        covariance=covariance,
+        residuals=residuals_after,
+        variance=variance,
+        condition=condition,
+        base=base,
+    )
 
 
 def _solve(D: Array, y: Array, scale: Array) -> tuple[Array, Array, float, NDArray[np.bool_], tuple[int, ...]]:
-    """Scaled least squares by QR and SVD: value, (D^T D)^-1, condition number, which columns are not determined, the base."""
+    """Scaled least squares by QR and SVD: value, (D^T D)^-1, condition number, undetermined columns, base columns."""
     live = scale > 0
     safe = np.where(live, scale, 1.0)
     q, r = np.linalg.qr(D / safe)
@@ -122,6 +105,6 @@ def _solve(D: Array, y: Array, scale: Array) -> tuple[Array, Array, float, NDArr
     condition = float(s[0] / s[-1]) if len(s) and s[-1] > 0 else float("inf")
     # the stubs forget the order that pivoting returns
     _, pivoted, order = qr(r, mode="economic", pivoting=True)  # pyright: ignore[reportAssignmentType]
-    told = np.abs(np.diag(pivoted))
-    rank = int(np.sum(told > told[0] * max(D.shape) * np.finfo(float).eps)) if len(told) and told[0] > 0 else 0
+    pivots = np.abs(np.diag(pivoted))
+    rank = int(np.sum(pivots > pivots[0] * max(D.shape) * np.finfo(float).eps)) if len(pivots) and pivots[0] > 0 else 0
     return value, inverse, condition, dead, tuple(int(i) for i in order[:rank])

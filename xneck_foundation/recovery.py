@@ -11,13 +11,13 @@ class Recovered(UserWarning):
     """A file was read as far as it is whole; the text says which, what happened to it, and what is lost."""
 
 
-def say_recovered(where: str | Path, what: str) -> None:
+def warn_recovered(where: str | Path, what: str) -> None:
     """Warns of what is lost in the file `where`."""
     warnings.warn(Recovered(f"{where}: {what}"), stacklevel=2)
 
 
 @contextmanager
-def recoveries() -> Iterator[list[str]]:
+def collected_recoveries() -> Iterator[list[str]]:
     """The texts of all files recovered within the block, in the order in which they were read; nobody else hears of them."""
     said: list[str] = []
     with warnings.catch_warnings():

@@ -21,7 +21,7 @@ _SHOWING = ("cli", "report", "study", "viewers")
 _SOURCES = (".py", ".jinja", ".css")
 
 
-def digest(*more: Path) -> str:
+def source_digest(*more: Path) -> str:
     """Of the packages' sources but those that only show, and of those in the folders `more`."""
     return _digest(more)
 

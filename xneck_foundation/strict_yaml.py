@@ -72,12 +72,12 @@ for _tag, _pattern, _first in (
     _Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", re.compile(f"^(?:{_pattern})$"), list(_first))
 
 
-def load(path: str | Path) -> Any:
+def load_yaml(path: str | Path) -> Any:
     """The document in `path`. Raises Refused where it is missing, too large, not YAML, or ambiguous."""
-    return parse(read_text(Path(path)), path)
+    return parse_yaml(read_text(Path(path)), path)
 
 
-def parse(text: str, where: str | Path) -> Any:
+def parse_yaml(text: str, where: str | Path) -> Any:
     """The document in `text`; `where` names it in a refusal."""
     try:
         return yaml.load(text, Loader=_Loader)
@@ -99,12 +99,12 @@ def read_text(path: Path) -> str:
         raise Refused(path, f"cannot be read ({getattr(error, 'strerror', None) or 'not UTF-8 text'})") from error
 
 
-def read(path: str | Path, kind: type[M], hint: str = "") -> M:
+def read_yaml(path: str | Path, kind: type[M], hint: str = "") -> M:
     """`path` as a `kind`; raises Refused with every fault and its key's path, and `hint` for what to do."""
-    return validate(load(path), kind, path, hint)
+    return validate_document(load_yaml(path), kind, path, hint)
 
 
-def validate(document: Any, kind: type[M], where: str | Path, hint: str = "") -> M:
+def validate_document(document: Any, kind: type[M], where: str | Path, hint: str = "") -> M:
     """A loaded document as a `kind`; raises Refused with every fault, its path, what was found and what is expected."""
     if not isinstance(document, dict):
         raise Refused(where, f"expected keys and values, found {type(document).__name__}")

@@ -19,7 +19,7 @@ _STEM = 40
 """characters of a name that its temporary file takes over, so that it is not too long for the disk"""
 
 
-def check_place(path: Path) -> None:
+def check_output(path: Path) -> None:
     """Refused where a file cannot be put at `path`, so that long work does not end in nothing."""
     if path.is_dir():
         raise Refused(path, "is a folder", "name a file")
@@ -39,8 +39,8 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     exist or cannot be written, or the disk is full.
     """
     path = Path(path)
-    check_place(path)
-    sweep(path)
+    check_output(path)
+    remove_abandoned(path)
     try:
         handle, name = tempfile.mkstemp(prefix=_prefix(path), suffix=path.suffix, dir=path.parent)
     except OSError as error:
@@ -63,7 +63,7 @@ def _prefix(path: Path) -> str:
     return f".{path.stem[:_STEM]}.xneck-"
 
 
-def sweep(path: Path) -> None:
+def remove_abandoned(path: Path) -> None:
     """Removes temporary files of the output `path` that nobody writes any more: whoever does holds a lock."""
     for left in path.parent.glob(f"{glob.escape(_prefix(path))}????????{glob.escape(path.suffix)}"):
         with contextlib.suppress(OSError), left.open("rb") as stream:

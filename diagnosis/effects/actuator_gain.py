@@ -1,13 +1,21 @@
 """A motor that pulls in another proportion."""
 
-from diagnosis.effect import OfLaw, of_law
+from collections.abc import Mapping
+from typing import Any
+
+from diagnosis.effect import LawEffect, Numbers, law_terms
 
 
-class ActuatorGain(OfLaw):
+class ActuatorGain(LawEffect):
     """A motor that pulls in another proportion."""
 
     name = "actuator_gain"
     words = "a motor pulls more or less than it is told, in proportion"
     place = "motor"
     law = "actuator_gain"
-    terms = of_law("actuator_gain", "g")
+    terms = law_terms("actuator_gain", "g")
+    order = 13
+
+    def true_numbers(self, parameters: Mapping[str, float], truth: Mapping[str, Any], place: int | None) -> Numbers:
+        """The truth is a factor."""
+        return {("g", place): parameters["written_over_true"] - 1.0}

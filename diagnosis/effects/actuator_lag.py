@@ -1,14 +1,16 @@
 """Motors that follow late."""
 
-from diagnosis.effect import OfLaw, of_law
+from diagnosis.effect import LawEffect, law_terms
 
 
-class ActuatorLag(OfLaw):
+class ActuatorLag(LawEffect):
     """Motors that follow late."""
 
     name = "actuator_lag"
     words = "the motors follow their commands late"
     place = "motor"
     law = "actuator_lag"
-    terms = of_law("actuator_lag", "taul")
-    single = False
+    terms = law_terms("actuator_lag", "taul")
+    may_sit_alone = False
+    truth_names = (("taul", "tau"),)
+    order = 15

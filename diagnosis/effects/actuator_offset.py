@@ -1,13 +1,15 @@
 """A motor that pulls without being told."""
 
-from diagnosis.effect import OfLaw, of_law
+from diagnosis.effect import LawEffect, law_terms
 
 
-class ActuatorOffset(OfLaw):
+class ActuatorOffset(LawEffect):
     """A motor that pulls without being told."""
 
     name = "actuator_offset"
     words = "a motor pulls by a constant force more or less than it is told"
     place = "motor"
     law = "actuator_offset"
-    terms = of_law("actuator_offset", "fo")
+    terms = law_terms("actuator_offset", "fo")
+    truth_names = (("fo", "written_less_true"),)
+    order = 14

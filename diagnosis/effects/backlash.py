@@ -1,15 +1,16 @@
 """Play between motor and drum."""
 
-from diagnosis.effect import OfLaw, of_law
+from diagnosis.effect import LawEffect, law_terms
 
 
-class Backlash(OfLaw):
+class Backlash(LawEffect):
     """Play between motor and drum."""
 
     name = "backlash"
     words = "there is play between a motor and its drum"
     place = "motor"
     law = "backlash"
-    terms = of_law("backlash", "play")
-    forms = of_law("backlash", "pb")
-    shapes = tuple({"pb": v} for v in (0.5, 1.0))
+    terms = law_terms("backlash", "play")
+    shape_terms = law_terms("backlash", "pb")
+    start_shapes = tuple({"pb": v} for v in (0.5, 1.0))
+    order = 5

@@ -2,18 +2,29 @@
 
 import numpy as np
 
-from diagnosis.effect import OfArm
+from diagnosis.effect import DescriptionEffect
 from mechanism.description import Neck
 from mechanism.laws import Term
 
 
-class BaseTilt(OfArm):
+class BaseTilt(DescriptionEffect):
     """The base leans counter-clockwise: gravity leans the other way in its frame."""
 
     name = "base_tilt"
     words = "the base is not level"
     place = "base"
-    terms = (Term("tilt", "rad", -0.5, 0.5, 0.01, "arm"),)
+    terms = (
+        Term(
+            "tilt",
+            "rad",
+            low=-0.5,
+            high=0.5,
+            size=0.01,
+            of="arm",
+            would_tell="put a spirit level on the base, or turn the base by a known angle and record again",
+        ),
+    )
+    order = 6
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
         g = complex(*neck.gravity) * np.exp(-1j * amount)

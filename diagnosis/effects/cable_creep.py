@@ -1,16 +1,26 @@
 """Cables that go on stretching."""
 
-from diagnosis.effect import OfLaw, of_law
+from collections.abc import Mapping
+from typing import Any
+
+from diagnosis.effect import LawEffect, Numbers, law_terms
 
 
-class CableCreep(OfLaw):
+class CableCreep(LawEffect):
     """Cables that go on stretching."""
 
     name = "cable_creep"
     words = "the cables go on stretching under load, and come back slowly"
     place = "cable"
     law = "cable_creep"
-    terms = of_law("cable_creep", "km")
-    forms = of_law("cable_creep", "tau")
-    shapes = tuple({"tau": v} for v in (0.5, 1.5, 4.0, 10.0))
-    single = False
+    terms = law_terms("cable_creep", "km")
+    shape_terms = law_terms("cable_creep", "tau")
+    start_shapes = tuple({"tau": v} for v in (0.5, 1.5, 4.0, 10.0))
+    may_sit_alone = False
+    order = 16
+
+    def true_numbers(self, parameters: Mapping[str, float], truth: Mapping[str, Any], place: int | None) -> Numbers:
+        """A Kelvin element in line with a spring is a Zener element beside one: k gives way to k / (1 + share)."""
+        whole = 1 + parameters["share"]
+        beside: Numbers = {("km", j + 1): k * parameters["share"] / whole for j, k in enumerate(truth["k"])}
+        return {**beside, ("tau", None): parameters["tau"] / whole}

@@ -1,16 +1,17 @@
 """Cables that pull less when they are let go."""
 
-from diagnosis.effect import OfLaw, of_law
+from diagnosis.effect import LawEffect, law_terms
 
 
-class CableHysteresis(OfLaw):
+class CableHysteresis(LawEffect):
     """Cables that pull less when they are let go."""
 
     name = "cable_hysteresis"
     words = "the cables pull more on their way out than on their way back"
     place = "cable"
     law = "cable_hysteresis"
-    terms = of_law("cable_hysteresis", "h")
-    forms = of_law("cable_hysteresis", "xh")
-    shapes = tuple({"xh": v} for v in (5e-5, 2e-4, 8e-4))
-    single = False
+    terms = law_terms("cable_hysteresis", "h")
+    shape_terms = law_terms("cable_hysteresis", "xh")
+    start_shapes = tuple({"xh": v} for v in (5e-5, 2e-4, 8e-4))
+    may_sit_alone = False
+    order = 17

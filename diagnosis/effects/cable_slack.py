@@ -1,14 +1,22 @@
 """A cable that goes slack."""
 
-from diagnosis.effect import OfLaw, of_law
+from diagnosis.check_fault import CheckFault
+from diagnosis.effect import LawEffect, law_terms
 
 
-class CableSlack(OfLaw):
+class CableSlack(LawEffect):
     """A cable that goes slack."""
 
     name = "cable_slack"
     words = "a cable goes slack at times"
     place = "cable"
     law = "cable_slack"
-    terms = of_law("cable_slack", "slack")
-    by_vision = True
+    terms = law_terms("cable_slack", "slack")
+    from_vision = True
+    check_fault = CheckFault(
+        fix="raise the least tension; leave the time around it out",
+        tolerance=1e-4,
+        tolerance_with_baseline=5e-5,
+        of_one_moment=True,
+    )
+    order = 18

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from diagnosis.check_fault import CheckFault
 from diagnosis.effect import Array, Effect, Shape
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import RecordingLinearisation
-from identification.residuals import forces, on_channels
+from identification.residuals import law_forces, residual_change
 from mechanism.laws import Term
 
 
@@ -17,14 +18,44 @@ class ClockOffset(Effect):
     name = "clock_offset"
     words = "camera, motor angles and forces are not on one clock"
     place = "camera"
-    of_clock = True
-    terms = (Term("late", "s", -0.1, 0.1, 1e-3, "arm"), Term("stale", "s", -0.1, 0.1, 1e-3, "arm"))
+    is_clock = True
+    terms = (
+        Term(
+            "late",
+            "s",
+            low=-0.1,
+            high=0.1,
+            size=1e-3,
+            of="arm",
+            would_tell="show the camera a light that the controller switches",
+        ),
+        Term(
+            "stale",
+            "s",
+            low=-0.1,
+            high=0.1,
+            size=1e-3,
+            of="arm",
+            would_tell="show the camera a light that the controller switches",
+        ),
+    )
+    check_fault = CheckFault(
+        fix="synchronise again, if need be with a light that the controller switches",
+        tolerance=5e-4,
+        tolerance_with_baseline=5e-4,
+    )
+    order = 19
 
-    def columns(self, at: RecordingLinearisation, shape: Shape) -> Array:
+    def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
         late, stale = (term.size for term in self.terms)
-        frames = at.slow.change(turned=at.slow.late(late))[..., None] / late
-        acting = forces(at.told, at.laws, at.values, at.x0, at.delay + stale)
-        return np.concatenate([frames, on_channels(at.told, at.told_forces, acting, self.terms[1]) / stale], axis=2)
+        frames = recording.sensitivity.change(turned=recording.sensitivity.late(late))[..., None] / late
+        acting = law_forces(
+            recording.motor_signals, recording.laws, recording.values, recording.x0, recording.delay + stale
+        )
+        motors = residual_change(recording.motor_signals, recording.motor_forces, acting, self.terms[1]) / stale
+        return np.concatenate([frames, motors], axis=2)
 
-    def added(self, h: Hypothesis, numbers: Array, shape: Shape) -> Hypothesis:
-        return replace(h, late=h.late + float(numbers[0]), stale=h.stale + float(numbers[1]))
+    def added_to(self, h: Hypothesis, amounts: Array, shape: Shape) -> Hypothesis:
+        return replace(
+            h, frame_lag=h.frame_lag + float(amounts[0]), motor_angle_lag=h.motor_angle_lag + float(amounts[1])
+        )

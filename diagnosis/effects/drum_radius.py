@@ -1,20 +1,38 @@
 """A drum, or its gear, that is not as described."""
 
-from diagnosis.effect import OfArm
+from collections.abc import Mapping
+from typing import Any
+
+from diagnosis.check_fault import CheckFault
+from diagnosis.effect import DescriptionEffect, Numbers
 from mechanism.description import Neck
 from mechanism.laws import Term
 
 
-class DrumRadius(OfArm):
+class DrumRadius(DescriptionEffect):
     """A drum, or its gear, that is not as described."""
 
     name = "drum_radius"
     words = "a drum (or its gear ratio) is not as described"
     place = "motor"
-    terms = (Term("rd", "1", -0.3, 0.3, 5e-3),)
+    terms = (
+        Term(
+            "rd", "1", low=-0.3, high=0.3, size=5e-3, would_tell="measure the drum, and wind every cable far in and out"
+        ),
+    )
+    check_fault = CheckFault(
+        fix="measure the drum, rope included, and correct rd (or the gear R, or counts) in neck.yaml",
+        tolerance=3e-3,
+        tolerance_with_baseline=5e-4,
+    )
+    order = 9
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
         motor = neck.motors[place]
         motors = list(neck.motors)
         motors[place] = motor.model_copy(update={"rd": motor.rd * (1 + amount)})
         return neck.model_copy(update={"motors": tuple(motors)})
+
+    def true_numbers(self, parameters: Mapping[str, float], truth: Mapping[str, Any], place: int | None) -> Numbers:
+        """The truth is a factor."""
+        return {("rd", place): parameters["factor"] - 1.0}

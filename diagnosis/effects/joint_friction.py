@@ -1,16 +1,17 @@
 """Friction of the arm itself."""
 
-from diagnosis.effect import OfLaw, of_law
+from diagnosis.effect import LawEffect, law_terms
 
 
-class JointFriction(OfLaw):
+class JointFriction(LawEffect):
     """Friction of the arm itself."""
 
     name = "joint_friction"
     words = "the joints rub"
     place = "joint"
     law = "joint_friction"
-    terms = of_law("joint_friction", "cj", "dj")
-    forms = of_law("joint_friction", "vj", "nj")
-    shapes = tuple({"vj": v, "nj": 2.0} for v in (0.02, 0.1))
-    single = False
+    terms = law_terms("joint_friction", "cj", "dj")
+    shape_terms = law_terms("joint_friction", "vj", "nj")
+    start_shapes = tuple({"vj": v, "nj": 2.0} for v in (0.02, 0.1))
+    may_sit_alone = False
+    order = 11

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.effect import Array, Effect, Shape, Where
+from diagnosis.check_fault import CheckFault
+from diagnosis.effect import Array, Effect, Placement, Shape
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import RecordingLinearisation
-from identification.residual_sensitivity import Turned
+from identification.residual_sensitivity import AngleError
 from mechanism.arm import Arm
 from mechanism.laws import Term
 
@@ -18,27 +19,45 @@ class MarkerOffset(Effect):
     name = "marker_offset"
     words = "the markers of a bar are turned against how they are described, or an angle's zero is wrong"
     place = "bar"
-    first = 0
-    terms = (Term("turn", "rad", -0.5, 0.5, 0.01, "joint"),)
+    first_index = 0
+    terms = (
+        Term(
+            "turn",
+            "rad",
+            low=-0.5,
+            high=0.5,
+            size=0.01,
+            of="joint",
+            would_tell="hold each joint at a known angle and compare, or put the markers on anew",
+        ),
+    )
+    truth_names = (("turn", "offset"),)
+    check_fault = CheckFault(
+        fix="set right the angle of the marker in neck.yaml (markers.on_bars), or extract with --placement",
+        tolerance=float(np.radians(0.3)),
+        tolerance_with_baseline=float(np.radians(0.03)),
+    )
+    order = 10
 
-    def labels(self, arm: Arm) -> tuple[str, ...]:
+    def place_labels(self, arm: Arm) -> tuple[str, ...]:
         return tuple(f"bar {i}" for i in range(arm.N + 1))
 
-    def wheres(self, arm: Arm) -> tuple[Where, ...]:
+    def placements(self, arm: Arm) -> tuple[Placement, ...]:
         # the base bar's marker and the other bars' together tell one thing twice
-        own = tuple(Where(label, (i,)) for i, label in enumerate(self.labels(arm)))
-        return (Where("all", tuple(range(1, arm.N + 1))), *own)
+        single = tuple(Placement(label, (i,)) for i, label in enumerate(self.place_labels(arm)))
+        return (Placement("all", tuple(range(1, arm.N + 1))), *single)
 
-    def columns(self, at: RecordingLinearisation, shape: Shape) -> Array:
+    def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
         size = self.terms[0].size
-        read = size * _on_joints(at.signals.arm.N)
-        return np.stack([at.slow.change(turned=Turned(-row)) for row in read], axis=-1) / size
+        errors = size * _angles_by_bar(recording.signals.arm.N)
+        sensitivity = recording.sensitivity
+        return np.stack([sensitivity.change(turned=AngleError(-error)) for error in errors], axis=-1) / size
 
-    def added(self, h: Hypothesis, numbers: Array, shape: Shape) -> Hypothesis:
-        return replace(h, misread=h.misread + numbers @ _on_joints(len(h.misread)))
+    def added_to(self, h: Hypothesis, amounts: Array, shape: Shape) -> Hypothesis:
+        return replace(h, angle_error=h.angle_error + amounts @ _angles_by_bar(len(h.angle_error)))
 
 
-def _on_joints(joints: int) -> Array:
-    """What one radian of each bar, from the base's on, does to each angle, (N + 1, N)."""
+def _angles_by_bar(joints: int) -> Array:
+    """What one radian of each bar's marker, from the base's on, adds to each joint angle, (N + 1, N)."""
     bars = np.eye(joints + 1)
     return bars[:, 1:] - bars[:, :-1]

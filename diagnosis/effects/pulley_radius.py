@@ -1,17 +1,35 @@
 """Pulleys that are not as described."""
 
-from diagnosis.effect import OfArm
+from diagnosis.check_fault import CheckFault
+from diagnosis.effect import DescriptionEffect
 from mechanism.description import Neck
 from mechanism.laws import Term
 
 
-class PulleyRadius(OfArm):
+class PulleyRadius(DescriptionEffect):
     """Pulleys that are not as described."""
 
     name = "pulley_radius"
     words = "the pulleys of a mechanism are not as described"
     place = "mechanism"
-    terms = (Term("r", "m", -0.005, 0.005, 1e-4, "joint"),)
+    terms = (
+        Term(
+            "r",
+            "m",
+            low=-0.005,
+            high=0.005,
+            size=1e-4,
+            of="joint",
+            would_tell="measure the pulleys, and bend every joint as far as it goes",
+        ),
+    )
+    truth_names = (("r", "off"),)
+    check_fault = CheckFault(
+        fix="measure the pulley, half the rope included, and correct r in neck.yaml",
+        tolerance=8e-5,
+        tolerance_with_baseline=2e-5,
+    )
+    order = 8
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
         mechanisms = list(neck.mechanisms)

@@ -1,17 +1,31 @@
 """Springs that are not as described."""
 
-from diagnosis.effect import OfArm
+from collections.abc import Mapping
+from typing import Any
+
+from diagnosis.effect import DescriptionEffect, Numbers
 from mechanism.description import Neck
 from mechanism.laws import Term
 
 
-class SpringStiffness(OfArm):
+class SpringStiffness(DescriptionEffect):
     """Springs that are not as described."""
 
     name = "spring_stiffness"
     words = "the springs of a mechanism are not as described"
     place = "mechanism"
-    terms = (Term("ks", "1", -0.9, 2.0, 0.02, "joint"),)
+    terms = (
+        Term(
+            "ks",
+            "1",
+            low=-0.9,
+            high=2.0,
+            size=0.02,
+            of="joint",
+            would_tell="measure the springs, and hold every joint bent by different angles",
+        ),
+    )
+    order = 12
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
         mechanisms = list(neck.mechanisms)
@@ -20,3 +34,7 @@ class SpringStiffness(OfArm):
             update={"springs": one.springs.model_copy(update={"stiffness": one.springs.stiffness * (1 + amount)})}
         )
         return neck.model_copy(update={"mechanisms": tuple(mechanisms)})
+
+    def true_numbers(self, parameters: Mapping[str, float], truth: Mapping[str, Any], place: int | None) -> Numbers:
+        """The truth is a factor."""
+        return {("ks", place): parameters["factor"] - 1.0}

@@ -1,15 +1,17 @@
 """Friction that is larger near rest."""
 
-from diagnosis.effect import OfLaw, of_law
+from diagnosis.effect import LawEffect, law_terms
 
 
-class StribeckFriction(OfLaw):
+class StribeckFriction(LawEffect):
     """Friction that is larger near rest."""
 
     name = "stribeck_friction"
     words = "the motors rub more when they turn slowly"
     place = "motor"
     law = "stribeck_friction"
-    terms = of_law("stribeck_friction", "fst")
-    forms = of_law("stribeck_friction", "vs", "ns")
-    shapes = tuple({"vs": v, "ns": n} for v in (3.0, 6.0, 12.0, 25.0) for n in (1.0, 5.0))
+    terms = law_terms("stribeck_friction", "fst")
+    shape_terms = law_terms("stribeck_friction", "vs", "ns")
+    start_shapes = tuple({"vs": v, "ns": n} for v in (3.0, 6.0, 12.0, 25.0) for n in (1.0, 5.0))
+    truth_names = (("fst", "fb"),)
+    order = 2

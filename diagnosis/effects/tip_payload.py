@@ -1,17 +1,29 @@
 """A load at the tip."""
 
-from diagnosis.effect import OfArm
+from diagnosis.effect import DescriptionEffect
 from mechanism.description import Neck
 from mechanism.laws import Term
 
 
-class TipPayload(OfArm):
+class TipPayload(DescriptionEffect):
     """A point mass in the middle of the last bar."""
 
     name = "tip_payload"
     words = "the arm carries something at its tip"
     place = "tip"
-    terms = (Term("m", "kg", -0.05, 2.0, 0.02, "arm"),)
+    terms = (
+        Term(
+            "m",
+            "kg",
+            low=-0.05,
+            high=2.0,
+            size=0.02,
+            of="arm",
+            would_tell="weigh what sits at the tip, or record again with a known weight on it",
+        ),
+    )
+    truth_names = (("m", "mass"),)
+    order = 7
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
         last = neck.mechanisms[-1]

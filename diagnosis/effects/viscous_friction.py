@@ -1,13 +1,14 @@
 """Friction in proportion to speed."""
 
-from diagnosis.effect import OfLaw, of_law
+from diagnosis.effect import LawEffect, law_terms
 
 
-class ViscousFriction(OfLaw):
+class ViscousFriction(LawEffect):
     """Friction in proportion to speed."""
 
     name = "viscous_friction"
     words = "the motors rub more the faster they turn"
     place = "motor"
     law = "viscous_friction"
-    terms = of_law("viscous_friction", "fv")
+    terms = law_terms("viscous_friction", "fv")
+    order = 3

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset.series import Series, numbered
+from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import Arm, arm_of
 from mechanism.description import Neck
 from mechanism.elasticity import elongation
@@ -65,11 +65,11 @@ def state_series(
     columns: dict[str, Array] = {}
     for stem, parts in (("alpha", alpha), ("theta", theta)):
         for suffix, values in zip(("", "_d", "_dd"), parts, strict=True):
-            columns |= numbered(stem, values, suffix)
-    columns |= numbered("f", f) | numbered("x", elongation(arm, alpha[0], theta[0]))
+            columns |= numbered_columns(stem, values, suffix)
+    columns |= numbered_columns("f", f) | numbered_columns("x", elongation(arm, alpha[0], theta[0]))
     if x_d is not None:
-        columns |= numbered("x", x_d, "_d")
+        columns |= numbered_columns("x", x_d, "_d")
     if sigma is not None:
         for suffix, values in zip(("", "_d", "_dd"), sigma, strict=True):
-            columns |= numbered("sigma_alpha", values, suffix)
+            columns |= numbered_columns("sigma_alpha", values, suffix)
     return Series(time, columns)

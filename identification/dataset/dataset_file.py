@@ -10,10 +10,10 @@ from scipy.io import savemat
 
 from identification.dataset.clock_record import log_time
 from identification.dataset.dataset import DataSet
-from identification.dataset.dataset_check import check_dataset
+from identification.dataset.dataset_validation import validate_dataset
 from identification.dataset.series import Series, check_time
 from identification.files import joint_state
-from identification.files.mcap_losses import holes
+from identification.files.mcap_losses import rows_after_gaps
 from mechanism.description import Neck
 from xneck_foundation import strict_yaml
 from xneck_foundation.errors import Refused
@@ -21,7 +21,7 @@ from xneck_foundation.whole_file import whole_file
 
 _TOPICS = ("state", "fasquelle", "angles", "log")
 _NEEDED = ("state", "fasquelle")
-FORMATS = ("csv", "npz", "mat")
+EXPORT_FORMATS = ("csv", "npz", "mat")
 
 
 def write_dataset(data: DataSet, path: str | Path) -> None:
@@ -34,14 +34,14 @@ def write_dataset(data: DataSet, path: str | Path) -> None:
     """
     joint_state.write(
         path,
-        series_of(data),
+        dataset_series(data),
         {"clock": dict(data.clock), "check": dict(data.check), "provenance": dict(data.provenance)},
         {"neck.yaml": data.neck_yaml.encode()},
         {"angles": log_time(data.clock, data.angles.time)} if "offset_s" in data.clock else {},
     )
 
 
-def series_of(data: DataSet) -> dict[str, Series]:
+def dataset_series(data: DataSet) -> dict[str, Series]:
     """The series of a data set by their topic in its file."""
     return {topic: getattr(data, topic) for topic in _TOPICS} | (
         {"covariance": data.covariance} if data.covariance else {}
@@ -74,7 +74,7 @@ def read_dataset(path: str | Path) -> DataSet:
         text = found.attached["neck.yaml"].decode()
     except UnicodeDecodeError as error:
         raise Refused(f"{path}:neck.yaml", "is not UTF-8 text") from error
-    neck = strict_yaml.validate(strict_yaml.parse(text, f"{path}:neck.yaml"), Neck, f"{path}:neck.yaml")
+    neck = strict_yaml.validate_document(strict_yaml.parse_yaml(text, f"{path}:neck.yaml"), Neck, f"{path}:neck.yaml")
     series = {topic: joint_state.as_series(log) for topic, log in found.logs.items()}
     for topic in _NEEDED:
         check_time(series[topic].time, f"{path}:/{topic}")
@@ -85,17 +85,17 @@ def read_dataset(path: str | Path) -> DataSet:
         if not isinstance(record, dict):
             raise Refused(path, f"its {name} is no record", "make the data set anew with `xneck sync`")
     data = DataSet(neck, text, **parts, **records, covariance=series.get("covariance"))
-    check_dataset(data, path)
+    validate_dataset(data, path)
     return data
 
 
 def _longest(series: Series) -> Series:
     """The most rows between two holes."""
-    begin, end = max(pairwise((0, *holes(series.time), len(series))), key=lambda stretch: stretch[1] - stretch[0])
+    begin, end = max(pairwise((0, *rows_after_gaps(series.time), len(series))), key=lambda stretch: stretch[1] - stretch[0])
     return series.part(slice(begin, end))
 
 
-def export(series: Series, path: str | Path) -> None:
+def export_series(series: Series, path: str | Path) -> None:
     """A series as .csv, .npz or .mat (columns as variables, `time` first), by the path's suffix."""
     path = Path(path)
     columns = {"time": series.time} | dict(series.columns)
@@ -113,5 +113,5 @@ def export(series: Series, path: str | Path) -> None:
             savemat(stream, columns, oned_as="column", long_field_names=True)
     else:
         raise Refused(
-            path, f"cannot export to {path.suffix or 'a file without suffix'}", f"valid: {', '.join(FORMATS)}"
+            path, f"cannot export to {path.suffix or 'a file without suffix'}", f"valid: {', '.join(EXPORT_FORMATS)}"
         )

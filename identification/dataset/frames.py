@@ -11,11 +11,11 @@ from identification.dataset.dataset import DataSet
 
 Array = NDArray[np.float64]
 
-DEFAULT_SIGMA = np.radians(0.1)
+DEFAULT_SIGMA_RAD = np.radians(0.1)
 """rad: assumed for angles that come without their sigma, and said so"""
-LARGEST_SIGMA = 2 * np.pi
+MAX_SIGMA_RAD = 2 * np.pi
 """rad: of an angle of which nothing is known"""
-FRAME_HZ = 25.0
+STATE_AS_FRAMES_HZ = 25.0
 """at which the state stands in for frames"""
 _LEAST_WHITE = 0.05
 """of sigma: no angle is free of noise"""
@@ -38,28 +38,28 @@ class FrameAngles:
         return FrameAngles(self.time[part], self.alpha[part], self.sigma[part], self.common[part])
 
 
-def seen_in(data: DataSet) -> FrameAngles:
+def frame_angles(data: DataSet) -> FrameAngles:
     """Frames on the log's clock; the state, thinned, where the data set has no frames or no clock for them."""
     n, alpha = data.arm.N, data.angles.matrix("alpha")
     if "offset_s" in data.clock and alpha.shape[1] == n:
         sigma, common = data.angles.matrix("sigma"), data.angles.matrix("common")
-        sigma = sigma if sigma.shape == alpha.shape else np.full(alpha.shape, DEFAULT_SIGMA)
+        sigma = sigma if sigma.shape == alpha.shape else np.full(alpha.shape, DEFAULT_SIGMA_RAD)
         common = common if common.shape == alpha.shape else np.zeros_like(alpha)
-        return FrameAngles(log_time(data.clock, data.angles.time), alpha, white(sigma, common), common)
+        return FrameAngles(log_time(data.clock, data.angles.time), alpha, white_sigma(sigma, common), common)
     state = data.state
-    rows = slice(None, None, max(1, round(1 / (FRAME_HZ * float(np.mean(np.diff(state.time)))))))
+    rows = slice(None, None, max(1, round(1 / (STATE_AS_FRAMES_HZ * float(np.mean(np.diff(state.time)))))))
     alpha, sigma = state.matrix("alpha")[rows], state.matrix("sigma_alpha")[rows]
-    sigma = sigma if sigma.shape == alpha.shape else np.full(alpha.shape, DEFAULT_SIGMA)
+    sigma = sigma if sigma.shape == alpha.shape else np.full(alpha.shape, DEFAULT_SIGMA_RAD)
     return FrameAngles(state.time[rows], alpha, sigma, np.zeros_like(sigma))
 
 
-def between_frames(frames: Array, alpha: Array, time: Array) -> tuple[Array, Array]:
+def spline_through_frames(frames: Array, alpha: Array, time: Array) -> tuple[Array, Array]:
     """Angles and rates (T, N) by splines through every frame: noise and all, but nothing smoothed away and no cable asked."""
     known = np.isfinite(alpha)
     through = [make_interp_spline(frames[k], a[k], k=5) for k, a in zip(known.T, alpha.T, strict=True)]
     return np.stack([s(time) for s in through], axis=-1), np.stack([s(time, 1) for s in through], axis=-1)
 
 
-def white(sigma: Array, common: Array) -> Array:
+def white_sigma(sigma: Array, common: Array) -> Array:
     """The part of sigma that differs from frame to frame, (F, N), rad."""
     return np.sqrt(np.maximum(sigma**2 - common**2, (_LEAST_WHITE * sigma) ** 2))

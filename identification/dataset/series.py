@@ -37,20 +37,25 @@ class Series:
         return np.stack(found, axis=-1) if found else np.empty((len(self.time), 0))
 
 
-def joined(parts: Sequence[Series]) -> Series:
+def concatenated(parts: Sequence[Series]) -> Series:
     """One after another, all with the same columns."""
     columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
     return Series(np.concatenate([part.time for part in parts]), columns)
 
 
-def numbered(stem: str, values: Array, suffix: str = "") -> dict[str, Array]:
+def interpolated(time: Array, series_time: Array, columns: Array) -> Array:
+    """Columns (S, K), known at series_time (S,), s, at times (T,), s: straight lines between them, held before and after; (T, K)."""
+    return np.stack([np.interp(time, series_time, column) for column in columns.T], axis=-1)
+
+
+def numbered_columns(stem: str, values: Array, suffix: str = "") -> dict[str, Array]:
     """Columns of a matrix (T, count) by the names that `Series.matrix` reads."""
     return {f"{stem}{i + 1}{suffix}": values[:, i] for i in range(values.shape[1])}
 
 
-LATEST = 2.0**31
+MAX_TIME_S = 2.0**31
 """s: what a ROS stamp holds, up to the year 2038; nanoseconds taken for seconds are later"""
-PAUSE, LONGER = 10.0, 9.0
+PAUSE_S, MAX_PAUSE_RATIO = 10.0, 9.0
 """s without a row that are a pause, and times all else that pauses may last together: more is a clock that jumped"""
 
 
@@ -65,10 +70,10 @@ def check_time(time: Array, where: str) -> None:
         row = int(np.argmax(steps <= 0)) + 2
         word = "stands still" if steps[row - 2] == 0 else "jumps back"
         raise Refused(where, f"time {word} in row {row}", "give each row a later time than the one before")
-    if np.max(np.abs(time)) > LATEST:
+    if np.max(np.abs(time)) > MAX_TIME_S:
         raise Refused(where, f"has a time of {np.max(np.abs(time)):.3g}", "times are seconds")
-    pauses = steps[steps > PAUSE]
-    if np.sum(pauses) > LONGER * (time[-1] - time[0] - np.sum(pauses)):
+    pauses = steps[steps > PAUSE_S]
+    if np.sum(pauses) > MAX_PAUSE_RATIO * (time[-1] - time[0] - np.sum(pauses)):
         row = int(np.argmax(steps))
         raise Refused(where, f"time jumps by {steps[row]:.6g} s in row {row + 2}", "cut it in two there")
 

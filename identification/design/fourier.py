@@ -18,7 +18,7 @@ TONES = 6
 
 
 @dataclass(frozen=True)
-class Shape:
+class FourierShape:
     """S signals of H tones each, the joints' first, then the tension levels'; amplitudes are relative."""
 
     hertz: Array
@@ -40,7 +40,7 @@ class Signal:
     d2: Array
 
 
-def tones(signals: int, seconds: float, band: tuple[float, float]) -> Array:
+def tone_frequencies(signals: int, seconds: float, band: tuple[float, float]) -> Array:
     """Frequencies (S, H), Hz: multiples of one over the time in motion, spread evenly in their logarithm and dealt out in turn.
 
     Raises Refused where the time or the band holds fewer than one for each signal.
@@ -63,11 +63,11 @@ def tones(signals: int, seconds: float, band: tuple[float, float]) -> Array:
     return number.reshape(each, signals).T / period
 
 
-def drawn(hertz: Array, rng: np.random.Generator) -> Shape:
+def random_shape(hertz: Array, rng: np.random.Generator) -> FourierShape:
     """A shape at random: spectra that fall more or less steeply, any phase, joints that reach more or less far."""
     signals = len(hertz)
     fall = rng.uniform(0.0, 1.5, (signals, 1))
-    return Shape(
+    return FourierShape(
         hertz,
         hertz**-fall * rng.uniform(0.2, 1.0, hertz.shape),
         rng.uniform(0, 2 * np.pi, hertz.shape),
@@ -75,7 +75,7 @@ def drawn(hertz: Array, rng: np.random.Generator) -> Shape:
     )
 
 
-def series(shape: Shape, time: Array) -> Signal:
+def fourier_signal(shape: FourierShape, time: Array) -> Signal:
     """The shape's signals at times (T,), s, from 0."""
     r, r1, r2 = _ramp(time)
     w = 2 * np.pi * shape.hertz

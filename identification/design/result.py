@@ -3,21 +3,21 @@
 import math
 from typing import Any
 
-from identification.dataset.series import Series, numbered
-from identification.design.information import Noise
-from identification.design.search import Designed
-from identification.design.trajectory import Limits, Trajectory
-from identification.identifiability import label
+from identification.dataset.series import Series, numbered_columns
+from identification.design.information import AngleNoise
+from identification.design.search import DesignedMotion
+from identification.design.trajectory import MotionLimits, Trajectory
+from identification.identifiability import term_label
 
 
-def table(motion: Trajectory) -> Series:
+def motion_series(motion: Trajectory) -> Series:
     """time, alphaI, thetaJ, fJ."""
     return Series(
-        motion.time, numbered("alpha", motion.alpha) | numbered("theta", motion.theta) | numbered("f", motion.f)
+        motion.time, numbered_columns("alpha", motion.alpha) | numbered_columns("theta", motion.theta) | numbered_columns("f", motion.f)
     )
 
 
-def as_json(found: Designed, limits: Limits, noise: Noise) -> dict[str, Any]:
+def as_json(found: DesignedMotion, limits: MotionLimits, noise: AngleNoise) -> dict[str, Any]:
     """Predicted sigmas, limits and how far they are reached."""
     u, p = found.wanted.unknowns, found.wanted.p
     return {
@@ -47,14 +47,14 @@ def as_json(found: Designed, limits: Limits, noise: Noise) -> dict[str, Any]:
     }
 
 
-def as_text(found: Designed) -> str:
+def as_text(found: DesignedMotion) -> str:
     """The sigmas of what was asked for, and the limits reached."""
     u, p, reached = found.wanted.unknowns, found.wanted.p, found.motion.reached()
     lines = []
     for i in found.wanted.chosen:
         e = u.entries[i]
         share = f" ({100 * found.sigma[i] / abs(p[i]):.2g} %)" if p[i] else ""
-        lines.append(f"  {label(e):8} {p[i]:10.6g} +- {found.sigma[i]:.2g} {e.term.unit}{share}")
+        lines.append(f"  {term_label(e):8} {p[i]:10.6g} +- {found.sigma[i]:.2g} {e.term.unit}{share}")
     angles = ", ".join(f"{math.degrees(a):.1f}" for a in reached["alpha_rad"])  # type: ignore[union-attr]
     lines.append(
         f"  angles up to {angles} deg, motors {reached['motor_speed_rad_s']:.0f} rad/s, "

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.design.fourier import Shape, drawn, tones
-from identification.design.information import Noise, covariance, information, predicted, signals_for
-from identification.design.trajectory import Limits, Trajectory, levels, trajectory
+from identification.design.fourier import FourierShape, random_shape, tone_frequencies
+from identification.design.information import AngleNoise, covariance_from, fisher_information, predicted_sigma, noise_free_signals
+from identification.design.trajectory import MotionLimits, Trajectory, tension_levels, trajectory
 from identification.unknowns import Unknowns, terms_of, unknowns
 from mechanism.laws import LAWS
 from mechanism.machine import Machine
@@ -19,15 +19,15 @@ from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
-RATE_HZ = 500.0
+CONTROLLER_HZ = 500.0
 """of the controller"""
 _COARSE_HZ = 50.0
 """while searching: the fastest tones have 25 rows"""
-BASE = ("fs", "k", "ca")
+DEFAULT_TARGETS = ("fs", "k", "ca")
 
 
 @dataclass(frozen=True)
-class Wanted:
+class DesignTarget:
     """What is to be told."""
 
     unknowns: Unknowns
@@ -38,18 +38,18 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class Designed:
+class DesignedMotion:
     """The motion, the standard deviations that an identification of it will have (P,), and how the search went."""
 
     motion: Trajectory
-    wanted: Wanted
+    design_target: DesignTarget
     sigma: Array
     drawn_logdet: tuple[float, ...]
     """log det of the covariance of what was named, of each random shape"""
     logdet: float
 
 
-def wanted(machine: Machine, names: Sequence[str] = BASE) -> Wanted:
+def design_target(machine: Machine, names: Sequence[str] = DEFAULT_TARGETS) -> DesignTarget:
     """Parameters by name (`k`), or all of a law by its name (`cable_hardening`), beside what is fitted in any case.
 
     A law that the machine does not follow is judged where its terms have their size. Raises Refused for unknown names.
@@ -77,45 +77,45 @@ def wanted(machine: Machine, names: Sequence[str] = BASE) -> Wanted:
         else:
             p[i] = 0.0
     chosen = [i for i, e in enumerate(u.entries) if e.recording is None and e.term.name in terms]
-    return Wanted(u, p, np.array(chosen))
+    return DesignTarget(u, p, np.array(chosen))
 
 
 def _count(machine: Machine, of: str) -> int:
     return {"cable": machine.arm.M, "joint": machine.arm.N, "arm": 1}[of]
 
 
-def logdet(motion: Trajectory, w: Wanted, noise: Noise) -> float:
+def logdet(motion: Trajectory, w: DesignTarget, noise: AngleNoise) -> float:
     """Of the covariance of what was named, in sizes of the terms: the lower, the more is told."""
-    found = covariance(information(signals_for(motion), w.unknowns, w.p, noise))
+    found = covariance_from(fisher_information(noise_free_signals(motion), w.unknowns, w.p, noise))
     size = w.unknowns.size[w.chosen]
     return float(np.linalg.slogdet(found[np.ix_(w.chosen, w.chosen)] / np.outer(size, size))[1])
 
 
-def design(
+def design_motion(
     machine: Machine,
-    w: Wanted,
-    limits: Limits,
-    noise: Noise,
+    w: DesignTarget,
+    limits: MotionLimits,
+    noise: AngleNoise,
     seconds: float,
     band: tuple[float, float] = (0.1, 2.0),
     draws: int = 40,
     changes: int = 80,
     seed: int = 0,
     progress: Callable[[int], object] = lambda tried: None,
-) -> Designed:
+) -> DesignedMotion:
     """The best of `draws` random shapes, made better by up to `changes` trials; `progress` is told of each.
 
     Raises Refused where nothing moves within the limits.
     """
     rng = np.random.default_rng(seed)
-    hertz = tones(machine.arm.N + levels(machine.arm).shape[1], seconds, band)
+    hertz = tone_frequencies(machine.arm.N + tension_levels(machine.arm).shape[1], seconds, band)
 
-    def judged(shape: Shape) -> float:
+    def judged(shape: FourierShape) -> float:
         value = logdet(trajectory(machine, shape, limits, seconds, _COARSE_HZ), w, noise)
         progress(1)
         return value
 
-    shapes = [drawn(hertz, rng) for _ in range(draws)]
+    shapes = [random_shape(hertz, rng) for _ in range(draws)]
     values = [judged(shape) for shape in shapes]
     best, least = shapes[int(np.argmin(values))], min(values)
     for trial in range(changes):
@@ -123,12 +123,12 @@ def design(
         value = judged(other)
         if value < least:
             best, least = other, value
-    motion = trajectory(machine, best, limits, seconds, RATE_HZ)
-    found = information(signals_for(motion), w.unknowns, w.p, noise)
-    return Designed(motion, w, predicted(found), tuple(values), logdet(motion, w, noise))
+    motion = trajectory(machine, best, limits, seconds, CONTROLLER_HZ)
+    found = fisher_information(noise_free_signals(motion), w.unknowns, w.p, noise)
+    return DesignedMotion(motion, w, predicted_sigma(found), tuple(values), logdet(motion, w, noise))
 
 
-def _changed(shape: Shape, trial: int, rng: np.random.Generator) -> Shape:
+def _changed(shape: FourierShape, trial: int, rng: np.random.Generator) -> FourierShape:
     """One coordinate in its turn: a tone's amplitude, its phase, or a signal's reach."""
     signals, each = shape.hertz.shape
     place = divmod(trial // 2 % (signals * each), each)

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from identification.design.fourier import Shape, series
-from identification.design.stretching import rate, stretched
+from identification.design.fourier import FourierShape, fourier_signal
+from identification.design.elongations import backward_difference, elongations_for
 from mechanism.arm import Arm
-from mechanism.cable_lengths import Z, Z_dot, lengths, wraps
+from mechanism.cable_lengths import Z, Z_dot, lengths, wrap_angles
 from mechanism.dynamics import terms
 from mechanism.geometry import check_angles
 from mechanism.laws import Turning
@@ -38,7 +38,7 @@ _SIDE = 0.25
 
 
 @dataclass(frozen=True)
-class Limits:
+class MotionLimits:
     """What the arm may do."""
 
     peak: float
@@ -89,7 +89,7 @@ class Trajectory:
         }
 
 
-def levels(arm: Arm) -> Array:
+def tension_levels(arm: Arm) -> Array:
     """Tensions that make no torque in the straight pose, (M, M - N): first all cables', of mean 1, then others across it.
 
     Raises Refused where cables are no more than joints or cannot all be pulled at once.
@@ -114,15 +114,15 @@ def levels(arm: Arm) -> Array:
     return np.column_stack([first / first.mean(), across])
 
 
-def trajectory(machine: Machine, shape: Shape, limits: Limits, seconds: float, rate_hz: float) -> Trajectory:
+def trajectory(machine: Machine, shape: FourierShape, limits: MotionLimits, seconds: float, rate_hz: float) -> Trajectory:
     """The shape's motion as large as the limits and its own reach allow.
 
     Raises Refused where even a small motion breaks them.
     """
     arm = machine.arm
     time = np.arange(round(seconds * rate_hz) + 1) / rate_hz
-    directions = levels(arm)
-    signal = series(shape, time)
+    directions = tension_levels(arm)
+    signal = fourier_signal(shape, time)
     check_angles(arm, np.full((1, arm.N), limits.peak), "design --peak-deg")
     joints, fade, (low, high) = slice(0, arm.N), 1.0, limits.tension
     for _ in range(_ROUNDS):
@@ -189,11 +189,11 @@ def _made(machine: Machine, time: Array, alpha: Array, alpha_d: Array, alpha_dd:
     """What motors do for angles and tensions."""
     arm, step = machine.arm, float(time[1] - time[0])
     length, jacobian = lengths(arm, alpha), Z(arm, alpha)
-    x, x_d = stretched(machine, tension, length, step)
+    x, x_d = elongations_for(machine, tension, length, step)
     theta = (x - arm.x0 - length + lengths(arm, np.zeros(arm.N))) / arm.drum
     theta_d = (x_d + np.einsum("tij,ti->tj", jacobian, alpha_d)) / arm.drum
     turning = np.einsum("tij,ti->tj", jacobian, alpha_dd) + np.einsum("tij,ti->tj", Z_dot(arm, alpha, alpha_d), alpha_d)
-    theta_dd = (rate(x_d, step) + turning) / arm.drum
-    friction = machine.friction(Turning(theta_d, tension, wraps(arm, alpha)))
+    theta_dd = (backward_difference(x_d, step) + turning) / arm.drum
+    friction = machine.friction(Turning(theta_d, tension, wrap_angles(arm, alpha)))
     f = tension + friction + arm.motor_inertia / arm.drum * theta_dd
     return Trajectory(machine, time, alpha, alpha_d, alpha_dd, tension, x, x_d, theta, theta_d, theta_dd, f)

@@ -19,16 +19,17 @@ from identification.dataset.series import Series
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.dynamics import terms
-from mechanism.elasticity import MODELS, Model, strain_scale
+from mechanism.elasticity import ELASTIC_MODELS, ElasticModel, strain_scale
 from mechanism.friction import dry
 from xneck_foundation.errors import Refused
-from xneck_foundation.least_squares import Estimate, Parameter, linear
+from xneck_foundation.least_squares import Estimate, linear_least_squares
+from xneck_foundation.parameter import Parameter
 
 Array = NDArray[np.float64]
 
-WEIGHT = 100.0
+ARM_EQUATION_WEIGHT = 100.0
 """W of (60), (61): brings the arm equations (N m) to the size of the motor equations (N)"""
-WELL_IDENTIFIED = 10.0
+MAX_RELATIVE_SIGMA_PERCENT = 10.0
 """%: a relative sigma above it counts as not identified, as Fasquelle judges its tables"""
 
 
@@ -50,7 +51,7 @@ class FasquelleRegressors:
     """f - Ia (R/rd) theta'': what friction and tension share, (S, M), N"""
     arm_load: Array
     """M alpha'' + c + g, (S, N), N m"""
-    strain: dict[Model, Array]
+    strain: dict[ElasticModel, Array]
     """x and x' are multiplied by it in each elastic model, (S, M)"""
 
 
@@ -68,23 +69,23 @@ class FasquelleFit:
 
 
 @dataclass(frozen=True)
-class Identification:
+class FasquelleIdentification:
     """All tables of Fasquelle's method for one arm."""
 
     dry_only: FasquelleFit
     dry_and_viscous: FasquelleFit
-    elastic: dict[Model, FasquelleFit]
+    elastic: dict[ElasticModel, FasquelleFit]
     tension_from_force: Array
     """f - friction - Ia (R/rd) theta'' with the friction identified alone, (S, M), N"""
-    tension_error: dict[Model, Array]
+    tension_error: dict[ElasticModel, Array]
     """tension of each elastic model less that from the forces, (S, M), N"""
 
-    def mean_error(self, model: Model) -> float:
+    def mean_error(self, model: ElasticModel) -> float:
         """Fasquelle's mean tension reconstruction error, N."""
         return float(np.mean(np.abs(self.tension_error[model])))
 
 
-def identify(recordings: Sequence[DataSet]) -> Identification:
+def fasquelle_identification(recordings: Sequence[DataSet]) -> FasquelleIdentification:
     """Tables 1 and 2 for recordings of one arm. Raises Refused where the recordings are of different arms or at rest."""
     first = recordings[0]
     for other in recordings[1:]:
@@ -93,11 +94,11 @@ def identify(recordings: Sequence[DataSet]) -> Identification:
     arm = first.arm
     if not all("f1" in data.fasquelle.columns for data in recordings):
         raise Refused("identify", "the log holds no forces f", "log the force command of every motor")
-    parts = [regressors(arm, data.fasquelle) for data in recordings]
+    parts = [fasquelle_regressors(arm, data.fasquelle) for data in recordings]
     r = FasquelleRegressors(
         *(np.concatenate([getattr(p, name) for p in parts]) for name in
           ("Z", "dry", "theta_d", "x", "x_d", "pull", "arm_load")),
-        strain={m: np.concatenate([p.strain[m] for p in parts]) for m in MODELS},
+        strain={m: np.concatenate([p.strain[m] for p in parts]) for m in ELASTIC_MODELS},
     )  # fmt: skip
     still = np.max(np.abs(r.theta_d), axis=0) < 1.0
     if np.any(still):
@@ -105,12 +106,12 @@ def identify(recordings: Sequence[DataSet]) -> Identification:
         raise Refused("identify", f"motor {names} hardly moves (under 1 rad/s)", "record a motion of every motor")
     dry_only, viscous = friction_alone(r, viscous=False), friction_alone(r, viscous=True)
     from_force = r.pull - r.dry * dry_only.values("fs")
-    elastic = {model: elastic_system(r, model) for model in MODELS}
-    errors = {model: tension_of(r, model, fit) - from_force for model, fit in elastic.items()}
-    return Identification(dry_only, viscous, elastic, from_force, errors)
+    elastic = {model: elastic_system(r, model) for model in ELASTIC_MODELS}
+    errors = {model: elastic_tension(r, model, fit) - from_force for model, fit in elastic.items()}
+    return FasquelleIdentification(dry_only, viscous, elastic, from_force, errors)
 
 
-def regressors(arm: Arm, series: Series) -> FasquelleRegressors:
+def fasquelle_regressors(arm: Arm, series: Series) -> FasquelleRegressors:
     """The terms of (51) and (56) from a series with alpha, theta and their derivatives, f, x and x_d."""
     alpha, theta_d = series.matrix("alpha"), series.matrix("theta", "_d")
     jacobian = Z(arm, alpha)
@@ -118,7 +119,7 @@ def regressors(arm: Arm, series: Series) -> FasquelleRegressors:
     load = np.einsum("sij,sj->si", k.M, series.matrix("alpha", "_dd")) + k.c + k.g
     pull = series.matrix("f") - arm.motor_inertia / arm.drum * series.matrix("theta", "_dd")
     shape = theta_d.shape
-    strain = {m: np.broadcast_to(strain_scale(arm, alpha, m), shape) for m in MODELS}
+    strain = {m: np.broadcast_to(strain_scale(arm, alpha, m), shape) for m in ELASTIC_MODELS}
     return FasquelleRegressors(
         jacobian, dry(theta_d), theta_d, series.matrix("x"), series.matrix("x", "_d"), pull, load, strain
     )
@@ -131,7 +132,7 @@ def friction_alone(r: FasquelleRegressors, viscous: bool) -> FasquelleFit:
     if viscous:
         columns.append(_per_cable_on_arm(r, r.theta_d))
         names.append(("fv", "N s/rad"))
-    estimate = linear(np.concatenate(columns, axis=1), _arm_side(r))
+    estimate = linear_least_squares(np.concatenate(columns, axis=1), _arm_side(r))
     cables = r.dry.shape[1]
     labels = [(name, j + 1, unit) for name, unit in names for j in range(cables)]
     return FasquelleFit(
@@ -139,7 +140,7 @@ def friction_alone(r: FasquelleRegressors, viscous: bool) -> FasquelleFit:
     )
 
 
-def elastic_system(r: FasquelleRegressors, model: Model) -> FasquelleFit:
+def elastic_system(r: FasquelleRegressors, model: ElasticModel) -> FasquelleFit:
     """Table 2: stiffness, damping and fs together from (61); k, ca of each cable (model 1), or E, c of all (models 2, 3)."""
     samples, cables = r.dry.shape
     n = r.Z.shape[1]
@@ -154,14 +155,14 @@ def elastic_system(r: FasquelleRegressors, model: Model) -> FasquelleFit:
     elastic = np.concatenate([on_motors(scale * r.x), on_motors(scale * r.x_d)], axis=1)
     above = np.concatenate([elastic, (r.dry[:, :, None] * eye).reshape(samples * cables, cables)], axis=1)
     below = np.concatenate([np.zeros((samples * n, elastic.shape[1])), _per_cable_on_arm(r, r.dry)], axis=1)
-    D = np.concatenate([above, WEIGHT * below])
-    y = np.concatenate([r.pull.ravel(), WEIGHT * _arm_side(r)])
+    D = np.concatenate([above, ARM_EQUATION_WEIGHT * below])
+    y = np.concatenate([r.pull.ravel(), ARM_EQUATION_WEIGHT * _arm_side(r)])
     if model == 1:
         labels = [(name, j + 1, unit) for name, unit in (("k", "N/m"), ("ca", "N s/m")) for j in range(cables)]
     else:
         labels = [("E", None, "Pa"), ("c", None, "Pa s")]
     labels += [("fs", j + 1, "N") for j in range(cables)]
-    estimate = linear(D, y)
+    estimate = linear_least_squares(D, y)
     return FasquelleFit(f"Elastic model {model}", _parameters(labels, estimate), estimate)
 
 
@@ -175,7 +176,7 @@ def _per_cable_on_arm(r: FasquelleRegressors, values: Array) -> Array:
     return (r.Z * values[:, None, :]).reshape(-1, values.shape[1])
 
 
-def tension_of(r: FasquelleRegressors, model: Model, fit: FasquelleFit) -> Array:
+def elastic_tension(r: FasquelleRegressors, model: ElasticModel, fit: FasquelleFit) -> Array:
     """Tension of an elastic model with identified parameters (53), (57), shape (S, M), N."""
     stiffness, damping = ("k", "ca") if model == 1 else ("E", "c")
     return r.strain[model] * (fit.values(stiffness) * r.x + fit.values(damping) * r.x_d)
@@ -184,6 +185,6 @@ def tension_of(r: FasquelleRegressors, model: Model, fit: FasquelleFit) -> Array
 def _parameters(labels: Sequence[tuple[str, int | None, str]], e: Estimate) -> tuple[Parameter, ...]:
     out = []
     for (name, index, unit), value, sigma in zip(labels, e.value, e.sigma, strict=True):
-        good = bool(100 * sigma <= WELL_IDENTIFIED * abs(value) and value != 0)
+        good = bool(100 * sigma <= MAX_RELATIVE_SIGMA_PERCENT * abs(value) and value != 0)
         out.append(Parameter(name, index, float(value), unit, float(sigma), good))
     return tuple(out)

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.dataset import DataSet
-from identification.fasquelle.method import Identification, regressors, tension_of
-from mechanism.elasticity import Model
+from identification.fasquelle.method import FasquelleIdentification, fasquelle_regressors, elastic_tension
+from mechanism.elasticity import ElasticModel
 
 Array = NDArray[np.float64]
 
@@ -26,16 +26,16 @@ class Reconstruction:
     couple_dry_and_viscous: Array
     tension_from_force: Array
     """f - friction - Ia (R/rd) theta'', the friction being that identified alone"""
-    tension_elastic: dict[Model, Array]
+    tension_elastic: dict[ElasticModel, Array]
 
-    def tension_error(self, model: Model) -> Array:
+    def tension_error(self, model: ElasticModel) -> Array:
         """Tension of an elastic model less that from the forces, (S, M), N."""
         return self.tension_elastic[model] - self.tension_from_force
 
 
-def reconstruct(data: DataSet, found: Identification) -> Reconstruction:
+def reconstruct(data: DataSet, found: FasquelleIdentification) -> Reconstruction:
     """Fasquelle's figures 6, 7 and 8 as numbers, for one recording and an identification of the same arm."""
-    r = regressors(data.arm, data.fasquelle)
+    r = fasquelle_regressors(data.arm, data.fasquelle)
     f = data.fasquelle.matrix("f")
 
     def couple(forces: Array) -> Array:
@@ -51,5 +51,5 @@ def reconstruct(data: DataSet, found: Identification) -> Reconstruction:
         couple_dry=frictionless + couple(r.dry * fs),
         couple_dry_and_viscous=frictionless + couple(both),
         tension_from_force=r.pull - r.dry * fs,
-        tension_elastic={model: tension_of(r, model, fit) for model, fit in found.elastic.items()},
+        tension_elastic={model: elastic_tension(r, model, fit) for model, fit in found.elastic.items()},
     )

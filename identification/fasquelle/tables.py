@@ -2,21 +2,21 @@
 
 from typing import Any
 
-from identification.fasquelle.method import FasquelleFit, Identification
-from mechanism.elasticity import MODELS, Model
-from xneck_foundation.least_squares import Parameter
+from identification.fasquelle.method import FasquelleFit, FasquelleIdentification
+from mechanism.elasticity import ELASTIC_MODELS, ElasticModel
+from xneck_foundation.parameter import Parameter
 
 
-def as_json(found: Identification, model: Model = 1) -> dict[str, Any]:
+def as_json(found: FasquelleIdentification, model: ElasticModel = 1) -> dict[str, Any]:
     """Fasquelle's record: parameters of the chosen elastic model, and all the tables."""
     fits = {"dry": found.dry_only, "dry_and_viscous": found.dry_and_viscous}
-    fits |= {f"model_{m}": found.elastic[m] for m in MODELS}
+    fits |= {f"model_{m}": found.elastic[m] for m in ELASTIC_MODELS}
     return {
         "parameters": [p.as_json() for p in found.elastic[model].parameters],
         "fit": {
             "elastic_model": model,
             "samples": len(found.tension_from_force),
-            "mean_tension_error_N": {f"model_{m}": found.mean_error(m) for m in MODELS},
+            "mean_tension_error_N": {f"model_{m}": found.mean_error(m) for m in ELASTIC_MODELS},
             "tables": {
                 name: {
                     "title": fit.title,
@@ -31,15 +31,15 @@ def as_json(found: Identification, model: Model = 1) -> dict[str, Any]:
     }
 
 
-def as_text(found: Identification) -> str:
+def as_text(found: FasquelleIdentification) -> str:
     """Both tables, a parameter a row and a model a column."""
     one = _table("Table 1: friction, from the arm equations", [found.dry_and_viscous, found.dry_only])
-    two = _table("Table 2: friction and elasticity", [found.elastic[m] for m in MODELS])
-    errors = ", ".join(f"model {m} {found.mean_error(m):.2f} N" for m in MODELS)
+    two = _table("Table 2: friction and elasticity", [found.elastic[m] for m in ELASTIC_MODELS])
+    errors = ", ".join(f"model {m} {found.mean_error(m):.2f} N" for m in ELASTIC_MODELS)
     return f"{one}\n\n{two}\nmean tension reconstruction error: {errors}"
 
 
-def rows(fits: list[FasquelleFit]) -> list[tuple[str, str, list[Parameter | None]]]:
+def table_rows(fits: list[FasquelleFit]) -> list[tuple[str, str, list[Parameter | None]]]:
     """Label, unit and the parameter of each fit (None where it has none), in the order they first appear."""
     keys: dict[tuple[str, int | None], str] = {}
     for fit in fits:
@@ -63,7 +63,7 @@ def _named(name: str, index: int | None) -> str:
 
 def _table(title: str, fits: list[FasquelleFit]) -> str:
     lines = [title, f"{'':16}" + "".join(f"{fit.title:>26}" for fit in fits)]
-    for label, unit, found in rows(fits):
+    for label, unit, found in table_rows(fits):
         cells = "".join(f"{_cell(p):>26}" for p in found)
         lines.append(f"{label:7}{unit:9}{cells}")
     told = [f"{len(fit.estimate.base)} of {len(fit.parameters)}, {fit.estimate.condition:.3g}" for fit in fits]

@@ -17,10 +17,10 @@ from mcap.writer import Writer
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series
-from identification.files.mcap_losses import words
-from identification.files.mcap_records import BROKEN, HELD, ROWS, Topic, read_records, sealed
+from identification.files.mcap_losses import loss_description
+from identification.files.mcap_records import DAMAGE_ERRORS, MAX_HELD_MESSAGES, ROW_COUNTS_NAME, Topic, read_records, checksummed
 from xneck_foundation.errors import Refused
-from xneck_foundation.recovery import say_recovered
+from xneck_foundation.recovery import warn_recovered
 from xneck_foundation.version import VERSION
 from xneck_foundation.whole_file import whole_file
 
@@ -42,12 +42,12 @@ int32 sec
 uint32 nanosec
 """
 
-CHUNK = 1 << 18
+CHUNK_BYTES = 1 << 18
 """bytes of rows that share a checksum and are lost together: a seventh of a second of a data set"""
 
 
 @dataclass(frozen=True)
-class Log:
+class JointStateChannel:
     """A JointState channel: time (T,), s; position and effort of shape (T, joints), NaN where not given, None where never."""
 
     names: tuple[str, ...]
@@ -57,10 +57,10 @@ class Log:
 
 
 @dataclass(frozen=True)
-class Contents:
+class JointStateFile:
     """Of a file: channels by topic (without its slash), JSON metadata, attachments; of a damaged one what is whole."""
 
-    logs: dict[str, Log]
+    logs: dict[str, JointStateChannel]
     metadata: dict[str, Any]
     attached: dict[str, bytes]
     lost: str
@@ -80,11 +80,11 @@ def write(
     over each other by it; readers here go by the stamps.
     """
     with whole_file(path) as part, part.open("wb") as stream:
-        writer = Writer(stream, chunk_size=CHUNK)
+        writer = Writer(stream, chunk_size=CHUNK_BYTES)
         writer.start(profile="ros2", library=f"xneck {VERSION}")
         schema = writer.register_schema("sensor_msgs/msg/JointState", "ros2msg", DEFINITION.encode())
-        for name, value in {ROWS: {topic: len(one) for topic, one in series.items()}, **metadata}.items():
-            writer.add_metadata(name, sealed(name, value))
+        for name, value in {ROW_COUNTS_NAME: {topic: len(one) for topic, one in series.items()}, **metadata}.items():
+            writer.add_metadata(name, checksummed(name, value))
         for name, content in (attachments or {}).items():
             kind = "application/yaml" if name.endswith(".yaml") else "application/octet-stream"
             writer.add_attachment(0, 0, name, kind, content)
@@ -99,13 +99,13 @@ def write(
         writer.finish()
 
 
-def read(path: str | Path) -> Contents:
+def read(path: str | Path) -> JointStateFile:
     """An MCAP file with JointState; where it is damaged or cut off, what is whole, with a warning `Recovered`.
 
     Raises Refused where the file is missing, is something else, holds no JointState, or nothing of it is whole.
     """
     path = Path(path)
-    parts: dict[str, list[Log]] = {}
+    parts: dict[str, list[JointStateChannel]] = {}
 
     def take(name: str, topic: Topic) -> None:
         decode = _decode_json if topic.encoding == "json" else _decode_cdr
@@ -118,15 +118,15 @@ def read(path: str | Path) -> Contents:
         with _joint_state(path, name):
             logs[name] = _joined(parts.pop(name))
     times = {name: logs[name].time if name in logs else np.empty(0) for name in found.topics}
-    lost = words(found, times)
+    lost = loss_description(found, times)
     if not logs:
         if lost:
             raise Refused(path, f"not one row of it can be read: {lost}", "copy it again, or record it again")
         only = f"topics {', '.join(found.others)}" if found.others else "no messages"
         raise Refused(path, f"holds no sensor_msgs/JointState, only {only}")
     if lost:
-        say_recovered(path, lost)
-    return Contents(logs, found.metadata, found.attached, lost)
+        warn_recovered(path, lost)
+    return JointStateFile(logs, found.metadata, found.attached, lost)
 
 
 @contextmanager
@@ -134,11 +134,11 @@ def _joint_state(path: Path, name: str) -> Iterator[None]:
     """Refuses a topic whose messages are something else."""
     try:
         yield
-    except (*BROKEN, LookupError, TypeError) as error:
+    except (*DAMAGE_ERRORS, LookupError, TypeError) as error:
         raise Refused(path, f"topic /{name}: messages are not JointState ({error})") from error
 
 
-def as_series(log: Log) -> Series:
+def as_series(log: JointStateChannel) -> Series:
     """A channel that `write` wrote, as the columns it was written from."""
     return Series(log.time, {name: log.position[:, i] for i, name in enumerate(log.names)})
 
@@ -159,8 +159,8 @@ def _side_by_side(counts: list[int]) -> Iterator[tuple[int, int]]:
 
 def _encoded(series: Series, stamps: NDArray[np.int64]) -> Iterator[bytes]:
     """One CDR message after the other, some at a time."""
-    for begin in range(0, len(stamps), HELD):
-        part = slice(begin, begin + HELD)
+    for begin in range(0, len(stamps), MAX_HELD_MESSAGES):
+        part = slice(begin, begin + MAX_HELD_MESSAGES)
         values = np.stack([column[part] for column in series.columns.values()], axis=1)
         yield from map(bytes, _encode(list(series.columns), stamps[part], values))
 
@@ -191,7 +191,7 @@ def _encode(names: list[str], stamps: NDArray[np.int64], positions: Array) -> ND
     return table
 
 
-def _decode_cdr(messages: list[bytes]) -> Log:
+def _decode_cdr(messages: list[bytes]) -> JointStateChannel:
     """Messages of one channel; where all have one size and the same names they are read as one table."""
     first = _layout(messages[0])
     size = len(messages[0])
@@ -208,11 +208,11 @@ def _decode_cdr(messages: list[bytes]) -> Log:
 
         stamps = column(4, "<i4", 4, 1)[:, 0].astype(np.int64) * 1_000_000_000 + column(8, "<u4", 4, 1)[:, 0]
         effort = None if first.effort is None else block(first.effort)
-        return Log(first.names, stamps / 1e9, block(first.position), effort)
+        return JointStateChannel(first.names, stamps / 1e9, block(first.position), effort)
     return _joined([_decode_cdr([m]) for m in messages])
 
 
-def _joined(parts: list[Log]) -> Log:
+def _joined(parts: list[JointStateChannel]) -> JointStateChannel:
     """Stretches of one channel that follow each other."""
     if len({part.names for part in parts}) != 1:
         raise ValueError("the joints' names change on the way")
@@ -220,7 +220,7 @@ def _joined(parts: list[Log]) -> Log:
     effort = None
     if any(part.effort is not None for part in parts):
         effort = np.concatenate([np.full_like(p.position, np.nan) if p.effort is None else p.effort for p in parts])
-    return Log(parts[0].names, time, position, effort)
+    return JointStateChannel(parts[0].names, time, position, effort)
 
 
 @dataclass(frozen=True)
@@ -274,7 +274,7 @@ def _layout(data: bytes) -> _Layout:
     return _Layout(names, position, effort)
 
 
-def _decode_json(messages: list[bytes]) -> Log:
+def _decode_json(messages: list[bytes]) -> JointStateChannel:
     rows = [json.loads(m) for m in messages]
     names = tuple(rows[0]["name"])
     if any(tuple(r["name"]) != names for r in rows):
@@ -288,4 +288,4 @@ def _decode_json(messages: list[bytes]) -> Log:
         return np.array([r.get(word) or [np.nan] * len(names) for r in rows], dtype=float)
 
     effort = block("effort") if any(r.get("effort") for r in rows) else None
-    return Log(names, np.array([stamp(r) for r in rows]), block("position"), effort)
+    return JointStateChannel(names, np.array([stamp(r) for r in rows]), block("position"), effort)

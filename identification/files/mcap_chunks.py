@@ -11,9 +11,9 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Message, Schema
 
-LARGEST = 1 << 28
+MAX_CHUNK_BYTES = 1 << 28
 """bytes that a chunk may hold; its writers close one at some MB, or after the one message that is larger"""
-TIMES = 200
+MAX_UNPACKING_RATIO = 200
 """how often larger than itself a file may be unpacked: what a robot at rest logs is packed to a fortieth"""
 PREFIX = struct.Struct("<BQ")
 """of every record: opcode and length"""
@@ -21,11 +21,11 @@ PREFIX = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
 
 
-def unpacked(chunk: Chunk) -> bytes:
+def unpacked_chunk(chunk: Chunk) -> bytes:
     """A chunk's records. Raises one of the errors that libraries raise on damaged bytes, or ValueError with words about the chunk,
     where it is damaged, is not of the size that it says, or is larger than LARGEST."""
     size = chunk.uncompressed_size
-    if size > LARGEST:
+    if size > MAX_CHUNK_BYTES:
         raise ValueError(f"says that it unpacks to {size / (1 << 30):.1f} GiB")
     if chunk.compression == "zstd":
         if zstandard.frame_content_size(chunk.data) not in (size, -1):

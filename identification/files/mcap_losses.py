@@ -9,27 +9,27 @@ from identification.files.mcap_records import Records, Topic
 
 Array = NDArray[np.float64]
 
-WIDER = 1.5
+GAP_STEP_RATIO = 1.5
 """times the usual step: where rows are missing there are two steps or more"""
-TOLD = 3
+MAX_NAMED_LOSSES = 3
 """places of damage, and widest holes of a channel, that are told"""
 
 
-def holes(time: Array) -> list[int]:
+def rows_after_gaps(time: Array) -> list[int]:
     """Rows before which rows are missing, for times (T,), s."""
     step = np.diff(time)
-    return (np.flatnonzero(step > WIDER * np.median(step)) + 1).tolist() if len(step) > 1 else []
+    return (np.flatnonzero(step > GAP_STEP_RATIO * np.median(step)) + 1).tolist() if len(step) > 1 else []
 
 
-def words(found: Records, times: Mapping[str, Array]) -> str:
+def loss_description(found: Records, times: Mapping[str, Array]) -> str:
     """Everything that is lost, in one line; nothing where nothing is. `times` (T,), s, are those of the rows that were read."""
     short = [n for n, topic in found.topics.items() if topic.written is not None and len(times[n]) < topic.written]
     unknown = [n for n, topic in found.topics.items() if topic.written is None]
     if not found.damage and not short and not (found.cut and (unknown or not found.topics)):
         return ""
     parts = ["is cut off"] if found.cut else []
-    parts += found.damage[:TOLD]
-    parts += [f"{len(found.damage) - TOLD} more places are damaged"] if len(found.damage) > TOLD else []
+    parts += found.damage[:MAX_NAMED_LOSSES]
+    parts += [f"{len(found.damage) - MAX_NAMED_LOSSES} more places are damaged"] if len(found.damage) > MAX_NAMED_LOSSES else []
     parts += [
         _rows(n, found.topics[n], times[n], bool(found.damage)) for n in found.topics if n in short or n in unknown
     ]
@@ -40,8 +40,8 @@ def _rows(name: str, topic: Topic, time: Array, damaged: bool) -> str:
     if not len(time):
         return f"/{name} is missing"
     of = f" of {topic.written}" if topic.written is not None else ""
-    inside = holes(time) if damaged else []  # a file that is only cut off lost nothing before its end
-    without = sorted(sorted(inside, key=lambda k: time[k - 1] - time[k])[:TOLD])
+    inside = rows_after_gaps(time) if damaged else []  # a file that is only cut off lost nothing before its end
+    without = sorted(sorted(inside, key=lambda k: time[k - 1] - time[k])[:MAX_NAMED_LOSSES])
     gaps = [f"{time[k - 1]:.2f} to {time[k]:.2f} s" for k in without]
     left_out = f", without {' and '.join(gaps)}" if gaps else ""
     return f"/{name} has {len(time)}{of} rows, {time[0]:.2f} to {time[-1]:.2f} s{left_out}"

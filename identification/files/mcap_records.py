@@ -23,14 +23,14 @@ from mcap.reader import make_reader
 from mcap.records import Attachment, Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.summary import Summary
 
-from identification.files.mcap_chunks import LARGEST, PREFIX, TIMES, records_in, unpacked
+from identification.files.mcap_chunks import MAX_CHUNK_BYTES, PREFIX, MAX_UNPACKING_RATIO, records_in, unpacked_chunk
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 
 MAGIC = b"\x89MCAP0\r\n"
-ROWS = "rows"
+ROW_COUNTS_NAME = "rows"
 """name of the metadata that says how many rows each channel was written with"""
-BROKEN = (McapError, zstandard.ZstdError, ValueError, struct.error, RuntimeError, EOFError, OverflowError, MemoryError)
+DAMAGE_ERRORS = (McapError, zstandard.ZstdError, ValueError, struct.error, RuntimeError, EOFError, OverflowError, MemoryError)
 """what the libraries raise on damaged bytes; their checksum errors are ValueErrors"""
 
 _FOOTER = struct.Struct("<BQQQI8s")
@@ -43,7 +43,7 @@ _KINDS = {
 }
 
 
-HELD = 4096
+MAX_HELD_MESSAGES = 4096
 """messages of a topic that are held before they are handed on: a file is never all in memory"""
 
 
@@ -72,7 +72,7 @@ class Records:
     """whether the file ends before its data do"""
 
 
-def sealed(name: str, value: Any) -> dict[str, str]:
+def checksummed(name: str, value: Any) -> dict[str, str]:
     """Metadata of this name as a file holds it: JSON, and a checksum, for MCAP gives metadata none."""
     text = json.dumps(value)
     return {"json": text, "crc32": _seal(name, text)}
@@ -127,9 +127,9 @@ class _Reading:
         for opcode, content, at in self._framed():
             try:
                 self._take(opcode, content)
-            except BROKEN as error:
+            except DAMAGE_ERRORS as error:
                 self.damage.append(f"{_KINDS.get(opcode, 'a record')} at byte {at} {_why(error)}")
-            hand_on(HELD)
+            hand_on(MAX_HELD_MESSAGES)
         hand_on(1)
         if self.nameless:
             self.damage.append(f"{self.nameless} messages are of channels whose description is lost")
@@ -163,8 +163,8 @@ class _Reading:
                 self.damage.append(f"{kind} at byte {at} has a wrong length or kind")
                 at = following
                 continue
-            if length > LARGEST:
-                self.damage.append(f"{_KINDS.get(opcode, 'a record')} at byte {at} is larger than {LARGEST >> 20} MiB")
+            if length > MAX_CHUNK_BYTES:
+                self.damage.append(f"{_KINDS.get(opcode, 'a record')} at byte {at} is larger than {MAX_CHUNK_BYTES >> 20} MiB")
                 at, crc = after, None
                 continue
             content = self.stream.read(length)
@@ -182,11 +182,11 @@ class _Reading:
         stream = ReadDataStream(BytesIO(content))
         if opcode == Opcode.CHUNK:
             chunk = Chunk.read(stream)
-            data = unpacked(chunk)
+            data = unpacked_chunk(chunk)
             self.unpacked += len(data)
-            if self.unpacked > max(LARGEST, TIMES * self.size):
+            if self.unpacked > max(MAX_CHUNK_BYTES, MAX_UNPACKING_RATIO * self.size):
                 raise Refused(
-                    self.path, f"unpacks to more than {TIMES} times its size", "is it what the controller wrote?"
+                    self.path, f"unpacks to more than {MAX_UNPACKING_RATIO} times its size", "is it what the controller wrote?"
                 )
             for record in records_in(data):
                 self._enter(record, chunk.uncompressed_crc != 0)
@@ -210,7 +210,7 @@ class _Reading:
                     raise ValueError(f"({metadata.name}) fails its checksum")
                 self.metadata[metadata.name] = json.loads(text)
 
-    def _enter(self, record: McapRecord, sealed: bool) -> None:
+    def _enter(self, record: McapRecord, checksummed: bool) -> None:
         """A schema, channel or message; `sealed` where a checksum of its own covers it."""
         if isinstance(record, Schema):
             self.schemas[record.id] = record
@@ -225,7 +225,7 @@ class _Reading:
             if topic is None:
                 topic = self.topics[_name(channel)] = self._topic(channel)
             if topic.schema.endswith(self.kind):
-                self.unsealed |= not sealed
+                self.unsealed |= not checksummed
                 topic.messages.append(record.data)
 
     def _topic(self, channel: Channel) -> Topic:
@@ -248,7 +248,7 @@ class _Reading:
         written: Counter[str] = Counter()
         for i in set(counts) & set(self.channels):
             written[_name(self.channels[i])] += counts[i]
-        said = self.metadata.get(ROWS)
+        said = self.metadata.get(ROW_COUNTS_NAME)
         rows = said if isinstance(said, dict) and all(isinstance(n, int) for n in said.values()) else written
         return {name: n for name, n in rows.items() if name in known}
 
@@ -275,7 +275,7 @@ def _summary(stream: BinaryIO, size: int) -> Summary | None:
     stream.seek(0)
     try:
         return make_reader(stream).get_summary()
-    except BROKEN:
+    except DAMAGE_ERRORS:
         return None
 
 

@@ -13,7 +13,7 @@ from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
-USUAL = 0.95
+COVERAGE = 0.95
 """of recordings, in which a true model stays below `ratio_95`"""
 
 
@@ -46,7 +46,7 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class Compared:
+class ChannelSamples:
     """What was measured of some quantities beside what was simulated of them, in a part of a recording."""
 
     cases: Array
@@ -59,7 +59,7 @@ class Compared:
     """of each sample, rising, below zero where it does not count, (S,)"""
 
 
-class Tally:
+class ChannelSums:
     """Sums over a recording's parts, of which each holds whole windows: what a quantity's channels come from."""
 
     def __init__(self, stem: str, unit: str, shared: int) -> None:
@@ -67,7 +67,7 @@ class Tally:
         self._stem, self._unit, self._shared = stem, unit, shared
         self._columns: list[_Sums] = []
 
-    def add(self, part: Compared) -> None:
+    def add(self, part: ChannelSamples) -> None:
         """A part."""
         self._columns = self._columns or [_Sums() for _ in part.measured.T]
         noise = np.broadcast_to(part.variance, part.measured.shape)
@@ -118,7 +118,7 @@ class _Sums:
         rms, floor = float(np.sqrt(self._error / self.count)), float(np.sqrt(self._floor / self.count))
         spread = self._spread + float(np.sum(np.square(self._shared)))
         freedom = self._floor**2 / spread if spread else np.inf
-        usual = float(np.sqrt(chi2.ppf(USUAL, freedom) / freedom)) if spread else 1.0
+        usual = float(np.sqrt(chi2.ppf(COVERAGE, freedom) / freedom)) if spread else 1.0
         return Channel(name, rms, floor, unit, usual)
 
 

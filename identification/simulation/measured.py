@@ -7,15 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.dataset import DataSet
-from identification.dataset.frames import seen_in
-from identification.simulation.channels import Compared
-from identification.simulation.initial_state import Own
+from identification.dataset.frames import frame_angles
+from identification.simulation.channels import ChannelSamples
+from identification.simulation.recording_parameters import RecordingParameters
 from identification.simulation.windows import Windows
 
 Array = NDArray[np.float64]
 
 
-class Measured(Protocol):
+class MeasuredQuantity(Protocol):
     """A quantity of a recording."""
 
     @property
@@ -23,13 +23,13 @@ class Measured(Protocol):
         """As channels state it."""
         ...
 
-    def beside(self, windows: Windows, simulated: Array) -> Compared:
+    def beside(self, windows: Windows, simulated: Array) -> ChannelSamples:
         """simulated (cases, W, samples, columns), in these windows."""
         ...
 
 
 @dataclass(frozen=True)
-class InFrames:
+class FrameMeasurement:
     """Angles in the camera's frames."""
 
     time: Array
@@ -40,20 +40,20 @@ class InFrames:
     """(F, N)"""
     unit: str = "rad"
 
-    def beside(self, windows: Windows, simulated: Array) -> Compared:
+    def beside(self, windows: Windows, simulated: Array) -> ChannelSamples:
         """In frames between two rows of one window."""
-        time, values = windows.state.time, in_rows(simulated)
+        time, values = windows.state.time, as_rows(simulated)
         inside = np.flatnonzero((self.time >= time[0]) & (self.time < time[-1]))
         row = np.searchsorted(time, self.time[inside], side="right") - 1
         within = row % windows.samples < windows.samples - 1
         row, frame = row[within], inside[within]
         share = ((self.time[frame] - time[row]) / (time[row + 1] - time[row]))[:, None]
         found = (1 - share) * values[:, row] + share * values[:, row + 1]
-        return Compared(found, self.alpha[frame], self.variance[frame], windows.of_rows()[row])
+        return ChannelSamples(found, self.alpha[frame], self.variance[frame], windows.of_rows()[row])
 
 
 @dataclass(frozen=True)
-class InRows:
+class RowMeasurement:
     """What is known in every row of the state."""
 
     values: Array
@@ -62,31 +62,31 @@ class InRows:
     """(M,)"""
     unit: str
 
-    def beside(self, windows: Windows, simulated: Array) -> Compared:
+    def beside(self, windows: Windows, simulated: Array) -> ChannelSamples:
         """In the windows' rows."""
-        return Compared(in_rows(simulated), self.values[windows.rows], self.variance, windows.of_rows())
+        return ChannelSamples(as_rows(simulated), self.values[windows.rows], self.variance, windows.of_rows())
 
 
-def angles_of(data: DataSet) -> InFrames:
+def measured_angles(data: DataSet) -> FrameMeasurement:
     """The joints', as the camera saw them."""
-    seen = seen_in(data)
-    return InFrames(seen.time, seen.alpha, seen.sigma**2)
+    seen = frame_angles(data)
+    return FrameMeasurement(seen.time, seen.alpha, seen.sigma**2)
 
 
-def counts_of(data: DataSet) -> InRows:
+def measured_motor_angles(data: DataSet) -> RowMeasurement:
     """The motors', as counted."""
     log = data.log if data.log.matrix("theta").size else data.state  # a damaged file may have lost the log
     counted = [np.interp(data.state.time, log.time, column) for column in log.matrix("theta").T]
-    return InRows(
+    return RowMeasurement(
         np.stack(counted, axis=-1), np.array([2 * np.pi / motor.counts for motor in data.neck.motors]) ** 2 / 12, "rad"
     )
 
 
-def forces_of(own: Own) -> InRows:
+def measured_forces(own: RecordingParameters) -> RowMeasurement:
     """What motors gave; the command itself is exact."""
-    return InRows(own.f, np.zeros(own.f.shape[1]), "N")
+    return RowMeasurement(own.f, np.zeros(own.f.shape[1]), "N")
 
 
-def in_rows(values: Array) -> Array:
+def as_rows(values: Array) -> Array:
     """(..., W, samples, columns) -> (..., rows, columns)"""
     return values.reshape(*values.shape[:-3], -1, values.shape[-1])

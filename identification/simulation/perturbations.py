@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.model_file import Model, covariance_of
-from identification.simulation.initial_state import Own
+from identification.simulation.recording_parameters import RecordingParameters
 from identification.simulation.windows import Windows
 from mechanism.laws import LAWS
 from mechanism.machine import Machine
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Cases:
+class PerturbedRuns:
     """Simulations to be run, axis 0: as measured and modelled first, then with each doubt; W windows."""
 
     machine: Machine
@@ -35,7 +35,7 @@ class Cases:
     """first case with a doubt that is the same in all windows"""
 
 
-def cases_of(windows: Windows, model: Model, machine: Machine, own: Own) -> Cases:
+def perturbed_runs(windows: Windows, model: Model, machine: Machine, own: RecordingParameters) -> PerturbedRuns:
     """machine: the model's laws on the arm as described, whose x0 `own` says how far to be off."""
     n, m = machine.arm.N, machine.arm.M
     starts = _axes(windows.covariance())  # (W, 2 N, 2 N), columns
@@ -66,7 +66,7 @@ def cases_of(windows: Windows, model: Model, machine: Machine, own: Own) -> Case
         delay[place] += axis[m]
     arm = replace(machine.arm, x0=machine.arm.x0 + x0[:, None])
     of_cases = replace(machine, arm=arm, values={name: v[:, None] for name, v in values.items()})
-    return Cases(of_cases, start[..., :n], start[..., n:], (motors[0], motors[1], motors[2]), delay, first)
+    return PerturbedRuns(of_cases, start[..., :n], start[..., n:], (motors[0], motors[1], motors[2]), delay, first)
 
 
 def _rounding(windows: Windows) -> list[tuple[int, int, Array]]:

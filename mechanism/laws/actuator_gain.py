@@ -8,7 +8,7 @@ class ActuatorGain(Law):
     """What is written is 1 + g times the force that acts."""
 
     name = "actuator_gain"
-    terms = (Term("g", "1", -0.5, 1.0, 0.02),)
+    terms = (Term("g", "1", low=-0.5, high=1.0, size=0.02, would_tell="carry known weights"),)
 
     def command(self, p: Values, f: Array, step: float) -> Array:
         return f / (1 + p["g"])

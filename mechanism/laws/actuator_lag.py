@@ -12,7 +12,9 @@ class ActuatorLag(Law):
     """taul F' + F = f, of all motors; f is held over each row, and was before the first as it is there."""
 
     name = "actuator_lag"
-    terms = (Term("taul", "s", 0.0, 0.2, 2e-3, "arm", linear=False),)
+    terms = (
+        Term("taul", "s", low=0.0, high=0.2, size=2e-3, of="arm", linear=False, would_tell="reverse the motors often"),
+    )
 
     def command(self, p: Values, f: Array, step: float) -> Array:
         left = np.exp(-step / np.maximum(p["taul"], _LEAST_S))

@@ -8,7 +8,7 @@ class ActuatorOffset(Law):
     """What is written is fo more than the force that acts."""
 
     name = "actuator_offset"
-    terms = (Term("fo", "N", -50.0, 50.0, 1.0),)
+    terms = (Term("fo", "N", low=-50.0, high=50.0, size=1.0, would_tell="carry known weights"),)
 
     def command(self, p: Values, f: Array, step: float) -> Array:
         return f - p["fo"]

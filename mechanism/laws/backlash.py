@@ -20,8 +20,10 @@ class Backlash(Law):
 
     name = "backlash"
     terms = (
-        Term("play", "m", 0.0, 0.01, 2e-4, linear=False),
-        Term("pb", "1", 0.1, 3.0, 0.5, "arm", linear=False),
+        Term(
+            "play", "m", low=0.0, high=0.01, size=2e-4, linear=False, would_tell="reverse the motors often and slowly"
+        ),
+        Term("pb", "1", low=0.1, high=3.0, size=0.5, of="arm", linear=False),
     )
     states = 1
     most = 1.0

@@ -3,12 +3,17 @@
 from mechanism.arm import Array
 from mechanism.laws.law import Law, Stretching, Term, Values
 
+_WOULD_TELL = "step the tension and hold it for a while"
+
 
 class Creep(Law):
     """z beside the linear cable, z' = km x' - z / tau: a sudden pull meets k + km, a lasting one k."""
 
     name = "cable_creep"
-    terms = (Term("km", "N/m", 0.0, 1e5, 500.0), Term("tau", "s", 0.1, 100.0, 1.0, "arm"))
+    terms = (
+        Term("km", "N/m", low=0.0, high=1e5, size=500.0, would_tell=_WOULD_TELL),
+        Term("tau", "s", low=0.1, high=100.0, size=1.0, of="arm", would_tell=_WOULD_TELL),
+    )
     states = 1
 
     def pull(self, p: Values, at: Stretching, z: Array) -> Array:

@@ -9,7 +9,10 @@ class DryFriction(Law):
     """(48): (2/pi) atan(cm theta') fs; cm, 1/width of the transition, is one for all motors."""
 
     name = "dry_friction"
-    terms = (Term("fs", "N", 0.0, 100.0, 1.0), Term("cm", "s/rad", 0.02, 20.0, 0.1, "arm"))
+    terms = (
+        Term("fs", "N", low=0.0, high=100.0, size=1.0, would_tell="turn the motor both ways at speed, many times"),
+        Term("cm", "s/rad", low=0.02, high=20.0, size=0.1, of="arm", would_tell="reverse the motors often and slowly"),
+    )
 
     def rub(self, p: Values, at: Turning) -> Array:
         return p["fs"] * dry(at.theta_d, p["cm"])

@@ -5,12 +5,17 @@ import numpy as np
 from mechanism.arm import Array
 from mechanism.laws.law import Law, Stretching, Term, Values
 
+_WOULD_TELL = "vary the tension slowly up and down by different amounts"
+
 
 class Hysteresis(Law):
     """h z with z' = (x' - |x'| z) / xh: z turns from -1 to 1 over a few xh of elongation."""
 
     name = "cable_hysteresis"
-    terms = (Term("h", "N", 0.0, 50.0, 1.0), Term("xh", "m", 2e-5, 1e-2, 2e-4, "arm"))
+    terms = (
+        Term("h", "N", low=0.0, high=50.0, size=1.0, would_tell=_WOULD_TELL),
+        Term("xh", "m", low=2e-5, high=1e-2, size=2e-4, of="arm", would_tell=_WOULD_TELL),
+    )
     states = 1
 
     def pull(self, p: Values, at: Stretching, z: Array) -> Array:

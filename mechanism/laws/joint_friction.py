@@ -5,6 +5,8 @@ import numpy as np
 from mechanism.arm import Array
 from mechanism.laws.law import Law, Term, Values
 
+_WOULD_TELL = "swing the joints fast, with cables of little friction"
+
 
 class JointFriction(Law):
     """cj s / (1 + |s|^nj)^(1/nj) + dj alpha', N m, with s = alpha'/vj; vj, where the dry part changes sign, is one for all joints.
@@ -14,10 +16,10 @@ class JointFriction(Law):
 
     name = "joint_friction"
     terms = (
-        Term("cj", "N m", 0.0, 1.0, 5e-3, "joint"),
-        Term("dj", "N m s/rad", 0.0, 1.0, 5e-3, "joint"),
-        Term("vj", "rad/s", 5e-3, 2.0, 0.05, "arm"),
-        Term("nj", "1", 0.8, 8.0, 1.0, "arm"),
+        Term("cj", "N m", low=0.0, high=1.0, size=5e-3, of="joint", would_tell=_WOULD_TELL),
+        Term("dj", "N m s/rad", low=0.0, high=1.0, size=5e-3, of="joint", would_tell=_WOULD_TELL),
+        Term("vj", "rad/s", low=5e-3, high=2.0, size=0.05, of="arm", would_tell=_WOULD_TELL),
+        Term("nj", "1", low=0.8, high=8.0, size=1.0, of="arm", would_tell=_WOULD_TELL),
     )
 
     def resist(self, p: Values, alpha_d: Array) -> Array:

@@ -5,7 +5,7 @@ are zero does nothing, so that each model is nested in the next.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -19,17 +19,21 @@ Part = Literal["cable", "joint", "arm"]
 
 @dataclass(frozen=True)
 class Term:
-    """A number of a law."""
+    """A number of a law or of another cause: its name, unit, range and size, and what tells it."""
 
     name: str
     unit: str
+    _: KW_ONLY
     low: float
     high: float
     size: float
     """what a person would call a change: scales differences and priors"""
     of: Part = "cable"
+    """what has a number of its own: every cable (with its motor), every joint, or the arm as a whole"""
     linear: bool = True
     """whether a law is in proportion to it where it may be zero: an estimate may then come out below, by chance"""
+    would_tell: str = ""
+    """what to record or to measure where it is not identified"""
 
     def count(self, arm: Arm) -> int:
         """Of how many places an arm has one."""

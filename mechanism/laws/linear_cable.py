@@ -8,7 +8,17 @@ class LinearCable(Law):
     """(53): k x + ca x'."""
 
     name = "linear_cable"
-    terms = (Term("k", "N/m", 100.0, 1e6, 1000.0), Term("ca", "N s/m", 0.0, 2000.0, 20.0))
+    terms = (
+        Term("k", "N/m", low=100.0, high=1e6, size=1000.0, would_tell="vary the cable's tension by tens of newtons"),
+        Term(
+            "ca",
+            "N s/m",
+            low=0.0,
+            high=2000.0,
+            size=20.0,
+            would_tell="vary the tension at 2 Hz and faster, with a clock known to 0.1 ms (a light that the controller switches)",
+        ),
+    )
 
     def pull(self, p: Values, at: Stretching, z: Array) -> Array:
         return p["k"] * at.x + p["ca"] * at.x_d

@@ -11,7 +11,7 @@ class PulleyFriction(Law):
     """A motor that winds in pulls exp(mu wrap) times the cable's tension, one that gives way exp(-mu wrap) times."""
 
     name = "pulley_friction"
-    terms = (Term("mu", "1/rad", 0.0, 0.3, 0.005),)
+    terms = (Term("mu", "1/rad", low=0.0, high=0.3, size=0.005, would_tell="vary the tension while the motors turn"),)
 
     def rub(self, p: Values, at: Turning) -> Array:
         return np.expm1(p["mu"] * at.wrap * dry(at.theta_d, p["cm"])) * at.tension

@@ -13,7 +13,7 @@ class Slack(Law):
     """
 
     name = "cable_slack"
-    terms = (Term("slack", "1", 0.0, 1.5, 1.0),)
+    terms = (Term("slack", "1", low=0.0, high=1.5, size=1.0, would_tell="let the tension come near to nothing"),)
 
     def pull(self, p: Values, at: Stretching, z: Array) -> Array:
         return p["slack"] * np.maximum(-(p["k"] * at.x + p["ca"] * at.x_d), 0.0)

@@ -4,6 +4,8 @@ from mechanism.arm import Array
 from mechanism.friction import dry
 from mechanism.laws.law import Law, Term, Turning, Values
 
+_WOULD_TELL = "creep through rest as well as move fast"
+
 
 class Stribeck(Law):
     """fst (1 + (theta'/vs)^2 / ns)^-ns more than the dry friction, with its change of sign; vs in rad/s at the motor.
@@ -13,9 +15,9 @@ class Stribeck(Law):
 
     name = "stribeck_friction"
     terms = (
-        Term("fst", "N", 0.0, 50.0, 2.0),
-        Term("vs", "rad/s", 2.0, 200.0, 5.0, "arm"),
-        Term("ns", "1", 0.5, 50.0, 5.0, "arm"),
+        Term("fst", "N", low=0.0, high=50.0, size=2.0, would_tell=_WOULD_TELL),
+        Term("vs", "rad/s", low=2.0, high=200.0, size=5.0, of="arm", would_tell=_WOULD_TELL),
+        Term("ns", "1", low=0.5, high=50.0, size=5.0, of="arm", would_tell=_WOULD_TELL),
     )
 
     def rub(self, p: Values, at: Turning) -> Array:

@@ -10,7 +10,9 @@ class Toe(Law):
     """k (x - xt (1 - exp(-x/xt))): the linear cable's k, reached beyond xt; zero xt is no toe."""
 
     name = "cable_toe"
-    terms = (Term("xt", "m", 0.0, 0.02, 1e-3, linear=False),)
+    terms = (
+        Term("xt", "m", low=0.0, high=0.02, size=1e-3, linear=False, would_tell="let the tension come near to nothing"),
+    )
 
     def pull(self, p: Values, at: Stretching, z: Array) -> Array:
         xt = np.maximum(p["xt"], 1e-9)

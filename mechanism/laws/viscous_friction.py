@@ -8,7 +8,16 @@ class ViscousFriction(Law):
     """(49): fv theta'."""
 
     name = "viscous_friction"
-    terms = (Term("fv", "N s/rad", 0.0, 1.0, 0.01),)
+    terms = (
+        Term(
+            "fv",
+            "N s/rad",
+            low=0.0,
+            high=1.0,
+            size=0.01,
+            would_tell="turn the motor at speeds that differ several times over",
+        ),
+    )
 
     def rub(self, p: Values, at: Turning) -> Array:
         return p["fv"] * at.theta_d

@@ -8,7 +8,20 @@ class YoungsModulus(Law):
     """(57) with the cable's whole length: (E x + c x') S / l_total."""
 
     name = "youngs_modulus"
-    terms = (Term("E", "Pa", 1e8, 1e12, 1e9, "arm"), Term("c", "Pa s", 0.0, 1e10, 1e7, "arm"))
+    terms = (
+        Term(
+            "E", "Pa", low=1e8, high=1e12, size=1e9, of="arm", would_tell="vary the cables' tension by tens of newtons"
+        ),
+        Term(
+            "c",
+            "Pa s",
+            low=0.0,
+            high=1e10,
+            size=1e7,
+            of="arm",
+            would_tell="vary the tension at 2 Hz and faster, with a clock known to 0.1 ms (a light that the controller switches)",
+        ),
+    )
 
     def pull(self, p: Values, at: Stretching, z: Array) -> Array:
         return at.arm.section / at.arm.cable_length * (p["E"] * at.x + p["c"] * at.x_d)

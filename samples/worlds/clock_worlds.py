@@ -1,6 +1,7 @@
-"""Recordings of arms drawn at random, for the benchmarks of clocks: what cables, motors and joints do differs from seed to seed.
+"""Recordings of arms drawn at random, as arrays, for tests and benchmarks of clocks, check and state.
 
-The distributions were fixed before anything was measured on these seeds.
+What cables, motors and joints do differs from seed to seed. The distributions were fixed before anything was measured on these
+seeds.
 """
 
 import copy
@@ -13,7 +14,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from identification.dataset.series import Series, numbered
+from identification.dataset.series import Series, interpolated, numbered_columns
 from mechanism.arm import Arm, arm_of
 from mechanism.description import read_neck
 from samples.generator.clocks import Clocks
@@ -24,21 +25,23 @@ from synchronisation.angles import Angles
 Array = NDArray[np.float64]
 
 NECK_FILE = Path(__file__).parents[1] / "recording/neck.yaml"
-NOISE = np.radians(0.1)
+NOISE_RAD = np.radians(0.1)
 KINDS = ("linear elastic", "damped cables", "everything")
 _K = np.array([10e3, 9e3, 8e3, 5.5e3])
 
 
 @dataclass(frozen=True)
-class Recorded:
-    """A recording with its truth; fv (M,), N s/rad."""
+class ClockRecording:
+    """A recording with its truth."""
 
     angles: Angles
     log: Series
     clocks: Clocks
+    """the true clocks"""
     fv: Array
+    """(M,), N s/rad: the true viscosity of the motors"""
     offset_bound: float
-    """Cramér-Rao bound of the offset, s, were angles off by NOISE and all else known but the skew"""
+    """s: Cramér-Rao bound of the offset, were angles off by NOISE_RAD and all else known but the skew"""
 
 
 @cache
@@ -47,28 +50,29 @@ def arm() -> Arm:
     return arm_of(read_neck(NECK_FILE))
 
 
-def recorded(kind: str, seed: int, duration: float = 60.0, motion: int | None = None) -> Recorded:
-    """A recording of one of KINDS: stiffness and dry friction always differ; `everything` adds to damping motor viscosity,
-    stiffening, creep, friction in the joints, and masses and springs that are 1 % off.
-    The arm goes with the seed, and so does what it is made to do unless `motion` is another seed for that."""
+def clock_recording(kind: str, seed: int, duration: float = 60.0, motion: int | None = None) -> ClockRecording:
+    """A recording of one of KINDS, of `duration` s, of the arm of a seed; its motion is of the same seed, or of `motion`.
+
+    Stiffness and dry friction differ in all kinds; `everything` has damping, motor viscosity, stiffening, creep, friction in the
+    joints, and masses and springs that are 1 % off."""
     rng = np.random.default_rng([seed, 1])
     world, fv = _world(kind, rng)
     hertz = (rng.uniform(0.08, 0.15), rng.uniform(0.9, 1.4))
-    moved = seed if motion is None else motion
-    made = prescribe(world, duration, moved, hertz)
-    alpha = made.frame_alpha + np.random.default_rng([moved, 9]).normal(0, NOISE, made.frame_alpha.shape)
-    angles = Angles(made.frame_times, alpha, np.full(alpha.shape, NOISE))
-    log = Series(made.log_time, numbered("theta", made.counted) | numbered("f", made.f))
+    motion_seed = seed if motion is None else motion
+    made = prescribe(world, duration, motion_seed, hertz)
+    alpha = made.frame_alpha + np.random.default_rng([motion_seed, 9]).normal(0, NOISE_RAD, made.frame_alpha.shape)
+    angles = Angles(made.frame_times, alpha, np.full(alpha.shape, NOISE_RAD))
+    log = Series(made.log_time, numbered_columns("theta", made.counted) | numbered_columns("f", made.f))
     at = made.clocks.log_time(made.frame_times)
-    speed = np.stack([np.interp(at, made.log_time, v) for v in made.alpha_d.T], axis=-1)
-    return Recorded(angles, log, made.clocks, fv, offset_bound(made.frame_times, speed))
+    speed = interpolated(at, made.log_time, made.alpha_d)
+    return ClockRecording(angles, log, made.clocks, fv, offset_bound(made.frame_times, speed))
 
 
 def offset_bound(time: Array, speed: Array) -> float:
-    """Of frames at `time` (F,), s, with joint speeds (F, N), rad/s; the skew, free as well, turns about their middle."""
-    about = time - (time[0] + time[-1]) / 2
+    """Cramér-Rao bound of the offset, s, with an unknown skew: frames at `time` (F,), s, with joint speeds (F, N), rad/s."""
+    age = time - (time[0] + time[-1]) / 2
     square = np.sum(speed**2, axis=1)
-    information = np.array([[np.sum(square * about ** (i + j)) for i in (0, 1)] for j in (0, 1)]) / NOISE**2
+    information = np.array([[np.sum(square * age ** (i + j)) for i in (0, 1)] for j in (0, 1)]) / NOISE_RAD**2
     return float(np.sqrt(np.linalg.inv(information)[0, 0]))
 
 
@@ -95,23 +99,26 @@ def _world(kind: str, rng: np.random.Generator) -> tuple[World, Array]:
 
 
 @dataclass(frozen=True)
-class Light:
-    """A light that changes at random rows of a log: rows, its state in them, brightness per frame."""
+class SwitchedLight:
+    """A light that changes at random rows of a log."""
 
     time: Array
+    """(T,), s: the log's rows"""
     led: Array
+    """(T,): 0 or 1 in each row"""
     brightness: Array
+    """(F,): in each frame"""
 
 
-def light(
+def switched_light(
     clocks: Clocks,
     frame_times: Array,
     seed: int,
     changes: int = 100,
     exposure: float = 0.004,
     rows: Array | None = None,
-) -> Light:
-    """Brightness with 2 % of noise, integrated over every exposure in 400 steps; the log's rows are given, or drawn."""
+) -> SwitchedLight:
+    """A light seen with 2 % of noise, summed over each exposure (s) in 400 steps; the log's rows are given (T,), s, or drawn."""
     rng = np.random.default_rng([seed, 3])
     first, last = clocks.log_time(frame_times[[0, -1]])
     drawn = np.floor(1e3 * (first - 0.5)) / 1e3 + 0.002 * np.arange(round((last - first + 1.0) * 500))
@@ -122,11 +129,11 @@ def light(
     within = exposure * ((np.arange(400) + 0.5) / 400 - 0.5)
     row = np.searchsorted(time, clocks.log_time(frame_times[:, None] + within), side="right") - 1
     share = led[np.clip(row, 0, len(time) - 1)].mean(axis=1)
-    return Light(time, led, 80 + 120 * share + 2.4 * rng.normal(size=len(frame_times)))
+    return SwitchedLight(time, led, 80 + 120 * share + 2.4 * rng.normal(size=len(frame_times)))
 
 
-def without_trace(recording: Recorded, share: float, seed: int) -> tuple[Angles, Array, NDArray[np.intp]]:
-    """The angles with a share of frames lost and stamps that go on evenly; the frames' true times; which frames were lost."""
+def with_lost_frames(recording: ClockRecording, share: float, seed: int) -> tuple[Angles, Array, NDArray[np.intp]]:
+    """Angles with a share of the frames lost and stamps that go on evenly, the frames' true times, and which frames were lost."""
     rng = np.random.default_rng([seed, 77])
     time = recording.angles.time
     lost = np.flatnonzero(rng.random(len(time)) < share)

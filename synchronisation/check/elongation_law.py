@@ -10,9 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.filters import first_order_lag, low_pass
 from mechanism.arm import Arm
 from mechanism.friction import CM, dry
-from state_estimation.elongation_law import CREEP_S, PASSES, low_pass, slow
+from state_estimation.elongation_law import PASSES
+from state_estimation.elongation_regressors import CREEP_S, CUTOFF_HZ
 from state_estimation.motors import Motors
 
 Array = NDArray[np.float64]
@@ -41,7 +43,7 @@ def regressors(arm: Arm, motors: Motors, time: Array, x: Array, friction: Array 
     rate = 1 / float(np.mean(np.diff(motors.time)))
     turn = CM * motors.theta_d
     raw = [motors.f - arm.motor_inertia / arm.drum * motors.theta_dd, dry(motors.theta_d), turn / (1 + turn**2)]
-    n, rubbing, transition = (low_pass(part, rate) for part in raw)
+    n, rubbing, transition = (low_pass(part, rate, CUTOFF_HZ) for part in raw)
     n = n / NEWTON
     late = np.gradient(n, 1 / rate, axis=0)
     rubs = (rubbing, transition, motors.theta_d)
@@ -72,7 +74,7 @@ def _stretched(time: Array, even: Array, n: Array, late: Array, rubs: tuple[Arra
         yield t**3
         yield np.gradient(t, 1 / rate, axis=0)
         for tau in CREEP_S:
-            yield slow(t, rate, tau)
+            yield first_order_lag(t, rate, tau)
         yield late
         yield from rubs
 

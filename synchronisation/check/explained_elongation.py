@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from identification.dataset.series import Series
 from mechanism.arm import Arm
 from mechanism.friction import dry
-from xneck_foundation.least_squares import Estimate, linear
+from xneck_foundation.least_squares import Estimate, linear_least_squares
 
 Array = NDArray[np.float64]
 
@@ -41,6 +41,6 @@ def explain(arm: Arm, series: Series) -> Explained:
     n = series.matrix("f") - arm.motor_inertia / arm.drum * series.matrix("theta", "_dd")
     rubbing = dry(series.matrix("theta", "_d"))
     fits = tuple(
-        linear(np.column_stack([np.ones(len(x)), n[:, j], n[:, j] ** 2, rubbing[:, j]]), x[:, j]) for j in range(arm.M)
+        linear_least_squares(np.column_stack([np.ones(len(x)), n[:, j], n[:, j] ** 2, rubbing[:, j]]), x[:, j]) for j in range(arm.M)
     )
     return Explained(n, x, x - np.stack([fit.residuals for fit in fits], axis=-1), fits)

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from identification.dataset.dataset import DataSet
-from identification.dataset.frames import seen_in
+from identification.dataset.frames import frame_angles
 from synchronisation.check.check import Baseline, Check, baseline_of, check_elongations, motors_in, not_healthy
 from synchronisation.check.residual_clock import clock_left, mended
-from synchronisation.check.wording import EXCHANGES
+from synchronisation.check.faults import EXCHANGES
 from xneck_foundation.errors import Refused
 
 
@@ -31,12 +31,12 @@ def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "
     fv = np.array([np.nan if motor.fv is None else motor.fv for motor in data.neck.motors])
     known: Baseline | None = None
     if baseline is not None:
-        before = seen_in(baseline)
+        before = frame_angles(baseline)
         known = baseline_of(arm, baseline.state, before, _clock_sigma(baseline), where)
         late = clock_left(arm, before, motors_in(baseline.state), fv)
         if late is not None:
             raise not_healthy(where, late)
-    seen = seen_in(data)
+    seen = frame_angles(data)
     found = check_elongations(arm, data.state, seen, _clock_sigma(data), known)
     if found.faults and found.faults[0]["fault"] in EXCHANGES:
         return found

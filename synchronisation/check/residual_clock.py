@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.frames import FrameAngles
-from identification.dataset.series import Series, numbered
+from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import Arm
 from state_estimation.motors import Motors
 from synchronisation.check.wording import fault_of_clock
-from synchronisation.clocks.cables import frames_of, wound
-from synchronisation.clocks.clock import EDGE, LEAST_FRAMES, PERIODIC
-from synchronisation.clocks.coarse import MIN_OVERLAP, match, speeds
-from synchronisation.clocks.fine import fit_fine
-from synchronisation.clocks.labels import ALIKE
-from synchronisation.clocks.rope_steps import steady_signals
-from synchronisation.clocks.undetermined import NoClue
+from synchronisation.clocks.coarse_alignment import MAX_SECOND_PEAK, MIN_OVERLAP_S, align_coarsely, cable_speeds
+from synchronisation.clocks.exchanged_labels import MIN_CORRELATION
+from synchronisation.clocks.fine_alignment import align_finely
+from synchronisation.clocks.frame_geometry import cable_winding, frame_geometry
+from synchronisation.clocks.undetermined import ClockUndetermined
+from synchronisation.clocks.usable_frames import EDGE_S, MIN_FRAMES
+from synchronisation.clocks.winch_slips import signals_without_slips
 
 Array = NDArray[np.float64]
 
@@ -38,26 +38,26 @@ def clock_left(arm: Arm, seen: FrameAngles, motors: Motors, fv: Array) -> dict[s
     """
     whole = np.isfinite(seen.alpha).all(axis=1)
     time, alpha, sigma = seen.time[whole], seen.alpha[whole], seen.sigma[whole]
-    if len(time) < LEAST_FRAMES or min(np.ptp(time), np.ptp(motors.time)) < 2 * MIN_OVERLAP:
+    if len(time) < MIN_FRAMES or min(np.ptp(time), np.ptp(motors.time)) < 2 * MIN_OVERLAP_S:
         return None
-    winding = wound(arm, alpha)
-    found = match(speeds(time, winding), speeds(motors.time, arm.drum * motors.theta))
-    if found.likeness < ALIKE or found.second > PERIODIC:
+    winding = cable_winding(arm, alpha)
+    found = align_coarsely(cable_speeds(time, winding), cable_speeds(motors.time, arm.drum * motors.theta))
+    if found.correlation < MIN_CORRELATION or found.second_peak > MAX_SECOND_PEAK:
         return None
     at = time + found.shift
-    inside = (at > motors.time[0] + EDGE) & (at < motors.time[-1] - EDGE)
-    inside &= (time > time[0] + EDGE) & (time < time[-1] - EDGE)
-    if inside.sum() < LEAST_FRAMES or np.ptp(time[inside]) < MIN_OVERLAP:
+    inside = (at > motors.time[0] + EDGE_S) & (at < motors.time[-1] - EDGE_S)
+    inside &= (time > time[0] + EDGE_S) & (time < time[-1] - EDGE_S)
+    if inside.sum() < MIN_FRAMES or np.ptp(time[inside]) < MIN_OVERLAP_S:
         return None
-    log = Series(motors.time, numbered("theta", motors.theta) | numbered("f", motors.f))
-    signals, _ = steady_signals(arm, log, at, winding)
+    log = Series(motors.time, numbered_columns("theta", motors.theta) | numbered_columns("f", motors.f))
+    signals, _ = signals_without_slips(arm, log, at, winding)
     middle = float(time[inside][0] + time[inside][-1]) / 2
-    frames = frames_of(arm, time[inside], alpha[inside], sigma[inside], middle)
+    frames = frame_geometry(arm, time[inside], alpha[inside], sigma[inside], middle)
     try:
-        fine = fit_fine(arm, signals, frames, found.shift, fv)
-    except NoClue:
+        fine = align_finely(arm, signals, frames, found.shift, fv)
+    except ClockUndetermined:
         return None
-    offset = fine.fit.state.offset
+    offset = fine.fit.unknowns.offset
     if abs(offset) < max(LEAST_S, BEYOND * fine.offset_sigma):
         return None
     return fault_of_clock(-offset, fine.offset_sigma)

@@ -14,8 +14,9 @@ from scipy.stats import t as student
 
 from mechanism.cable_lengths import Z
 from synchronisation.check.elongation_law import SPREAD
+from synchronisation.check.faults import FAULTS
 from synchronisation.check.observation import Observed
-from synchronisation.check.signatures import TOLERANCE, FaultCandidate
+from synchronisation.check.signatures import FaultCandidate
 
 Array = NDArray[np.float64]
 
@@ -150,6 +151,7 @@ def score(fit: Fitted, candidate: FaultCandidate) -> Score:
     believed = float(q @ fit.prior @ q)
     variance = max(float(parts @ parts) + believed, information)
     spread = np.sqrt(variance)
+    fault = FAULTS[candidate.fault]
     return Score(
         candidate,
         size,
@@ -157,7 +159,7 @@ def score(fit: Fitted, candidate: FaultCandidate) -> Score:
         size**2 * information,
         parts / spread,
         float(np.sqrt(believed / variance)),
-        TOLERANCE[candidate.fault][fit.with_baseline],
+        fault.tolerance_with_baseline if fit.with_baseline else fault.tolerance,
     )
 
 

@@ -17,23 +17,6 @@ Array = NDArray[np.float64]
 STEP_M, STEP_RAD = 1e-5, 1e-4
 
 
-TOLERANCE = {
-    "marker_offset": (np.radians(0.3), np.radians(0.03)),
-    "drum_radius": (3e-3, 5e-4),
-    "pulley_radius": (8e-5, 2e-5),
-    "diagonal_length": (2e-3, 2e-4),
-    "bar_length": (2e-4, 5e-5),
-    "angle_scale": (3e-3, 5e-4),
-    "plane_tilt": (3e-3, 5e-4),
-    "clock_offset": (5e-4, 5e-4),
-    "missed_counts": (1e-4, 5e-5),
-    "winch_slip": (1e-4, 5e-5),
-    "cable_slack": (1e-4, 5e-5),
-}
-"""up to which size an arm counts as healthy, in each fault's unit: without a baseline, what a law that does not quite fit a
-healthy cable can pass for; with one, what no arm is built or kept better than"""
-
-
 @dataclass(frozen=True)
 class FaultCandidate:
     """A fault at a place with the unit of its size; `when` is log time, s, of faults that happen at one moment."""

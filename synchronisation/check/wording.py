@@ -4,27 +4,7 @@ from typing import Any
 
 from synchronisation.check.exchanges import Exchange
 from synchronisation.check.fault_search import NamedFault
-
-FIX = {
-    "marker_offset": "set right the angle of the marker in neck.yaml (markers.on_bars), or extract with --placement",
-    "drum_radius": "measure the drum, rope included, and correct rd (or the gear R, or counts) in neck.yaml",
-    "pulley_radius": "measure the pulley, half the rope included, and correct r in neck.yaml",
-    "diagonal_length": "measure the diagonal bars between their pins and correct L in neck.yaml",
-    "bar_length": "measure the bars between their pins and correct b in neck.yaml",
-    "angle_scale": "check the camera's calibration and that camera.yaml belongs to this video",
-    "plane_tilt": "turn the camera square to the plane of motion, or check the camera's calibration",
-    "clock_offset": "synchronise again, if need be with a light that the controller switches",
-    "missed_counts": "check the encoder's cable and its counting rate; the zero of theta is lost",
-    "winch_slip": "fasten the rope on its drum; use the data before it, or cut there and treat the rest as another recording",
-    "cable_slack": "raise the least tension; leave the time around it out",
-    "theta_sign": "correct theta_sign of the motor in neck.yaml",
-    "swapped_cables": "correct the order of the log's columns, or the routes in neck.yaml",
-    "swapped_markers": "correct markers.on_bars in neck.yaml, or the order of the angles' columns",
-    "unexplained_elongation": "look at the report's elongations over time: none of the known faults explains them",
-}
-EXCHANGES = ("theta_sign", "swapped_cables", "swapped_markers")
-IN_PART = ("winch_slip", "cable_slack")
-"""faults of one moment: the rest of the recording is good"""
+from synchronisation.check.faults import FAULTS
 
 
 def fault_of(named: NamedFault) -> dict[str, Any]:
@@ -61,7 +41,7 @@ def usable(faults: tuple[dict[str, Any], ...]) -> bool | str:
     """Whether a data set can be identified as it is: True, False, or `in part`."""
     if not faults:
         return True
-    return "in part" if all(fault["fault"] in IN_PART for fault in faults) else False
+    return "in part" if all(FAULTS[fault["fault"]].of_one_moment for fault in faults) else False
 
 
 def sentence(fault: dict[str, Any]) -> str:
@@ -88,5 +68,5 @@ def _record(name: str, where: str, size: float, unit: str, sigma: float) -> dict
         "unit": unit,
         "sigma": sigma,
         "indistinguishable_from": [],
-        "fix": FIX[name],
+        "fix": FAULTS[name].fix,
     }

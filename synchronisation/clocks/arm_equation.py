@@ -1,9 +1,9 @@
-"""Motor viscosity from the arm's equation, which hardly asks the clock: Z t = M alpha'' + c + g + joint friction.
+"""The arm's equation of the clock, Z t = M alpha'' + c + g + joint friction: it tells motor viscosity from the offset.
 
-With t = n - fs dry(theta') - fv theta', n late by a delay. Through the cables alone fv looks like an offset (5 ms for 0.02
-N s/rad); here it turns the joints by Z fv theta', which no friction of the joints does. Masses, springs, a load at the tip,
-the base's tilt, motors' inertia, how soon their friction turns over and joint friction are nuisances, and so are the
-dimensions, which the cables tell too. Both sides pass the same filters.
+In t = n - fs dry(theta') - fv theta' the force n comes late by a delay. Through the cables alone fv looks like an offset (5 ms
+for 0.02 N s/rad); here it turns the joints by Z fv theta', which no friction of the joints does. Masses, springs, a load at the
+tip, the base's tilt, the motors' inertia, how soon their friction turns over, and joint friction are nuisances. So are the arm's
+dimensions, which the cables' equation holds too. Both sides pass the same filters.
 """
 
 from dataclasses import dataclass, replace
@@ -12,181 +12,228 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
+from identification.filters import low_pass
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.dynamics import terms
-from synchronisation.clocks.cables import LARGER, larger
-from synchronisation.clocks.signals import LogSignals, cubic, low_pass
+from synchronisation.clocks.frame_geometry import DIMENSION_STEP, enlarged_arms
+from synchronisation.clocks.signals import LogSignals, cubic
 from synchronisation.clocks.unknowns import ClockUnknowns
 
 Array = NDArray[np.float64]
 
-FINE = 100.0
-"""Hz, at which signals are filtered"""
-RATE = 25.0
-"""Hz, of the products"""
-SMOOTH = 8.0
-"""Hz, of every signal before products are formed"""
-CUTOFF = 4.0
-"""Hz, of both sides; vision's noise in alpha'' grows with the square of the frequency"""
-EVERY = 2
-"""products that make a row"""
-GAP = 0.2
-"""s without frames that are not bridged"""
-SETTLING = 0.4
-"""s left out beside gaps and ends"""
-CAD_ERROR = 0.01
-"""relative, of masses and spring stiffness in neck.yaml"""
-PAYLOAD = 3.0
-"""times its own mass may the last top bar carry"""
-TILT = 0.05
-"""rad, of the base against gravity"""
-_LATER = 2e-3
-"""s, of the difference that gives the slope by the offset"""
+FILTER_RATE_HZ = 100.0
+"""Hz: rate at which signals are filtered"""
+PRODUCT_RATE_HZ = 25.0
+"""Hz: rate at which products of signals are formed"""
+FACTOR_CUTOFF_HZ = 8.0
+"""Hz: low-pass of every signal before products are formed"""
+EQUATION_CUTOFF_HZ = 4.0
+"""Hz: low-pass of both sides; vision's noise in alpha'' grows with the square of the frequency"""
+PRODUCTS_PER_ROW = 2
+"""every so many products there is a row"""
+MAX_BRIDGED_S = 0.2
+"""s without frames that a spline may bridge"""
+SETTLING_S = 0.4
+"""s left out beside wider gaps and at both ends, where filters settle"""
+DRAWING_SIGMA = 0.01
+"""relative standard deviation of masses, inertias, spring stiffness and dimensions in neck.yaml"""
+PAYLOAD_SIGMA = 3.0
+"""relative standard deviation of the last top bar's mass and inertia: what hangs there is not in neck.yaml"""
+TILT_SIGMA_RAD = 0.05
+"""rad: standard deviation of the base's tilt against gravity"""
+_OFFSET_STEP_S = 2e-3
+"""s: change of the offset whose effect gives its slope"""
+_MASS_FIELDS = (("top_mass", "top_inertia"), ("diagonal_mass", "diagonal_inertia"), ("spring_stiffness",))
 
 
 @dataclass(frozen=True)
 class ArmRows:
-    """Rows K of the N joints: residual (K, N), N m; slopes by offset and delay (K, N), dimensions (K, N, P), fs and fv
-    (K, N, M), nuisances (K, N, Q)."""
+    """Rows of the arm's equation: K instants, N joints; residual in N m, its slopes by the unknowns."""
 
     residual: Array
+    """(K, N), N m, at fv = fs = 0, the described dimensions, no delay and no nuisance"""
     by_offset: Array
+    """(K, N)"""
     by_delay: Array
+    """(K, N)"""
     by_dimension: Array
+    """(K, N, P)"""
     by_fs: Array
+    """(K, N, M)"""
     by_fv: Array
+    """(K, N, M)"""
     by_nuisance: Array
-    prior: Array
-    """(P,), sigma of each nuisance; infinite where nothing is known"""
+    """(K, N, Q): parts of the arm, tilt, motors' inertia, their friction's turning over, joints' dry, viscous, constant friction"""
+    nuisance_sigma: Array
+    """(Q,): standard deviation of each nuisance around zero; infinite where nothing is known"""
     time: Array
     """(K,), s, log clock"""
     offset: float
-    """of the clock that the rows were made with, s"""
-    slow: Array
-    """joint speeds at the rows, before any product, (T, N), and what makes rows of such"""
+    """s: offset of the clock that the rows were made with"""
+    joint_speed: Array
+    """(T, N), rad/s: joint speeds where the products are formed"""
     kept: NDArray[np.bool_]
+    """(T,): products that are clear of gaps and ends"""
 
-    def at(self, state: ClockUnknowns) -> Array:
-        """Residuals (K, N), N m, of a state near that of the rows, with its joints known."""
-        m = len(state.fv)
-        out = self.residual + self.by_offset * (state.offset - self.offset) + self.by_delay * state.delay
-        out = out + self.by_dimension @ state.dimensions
-        return out + self.by_fv @ state.fv + self.by_fs @ state.joints[:m] + self.by_nuisance @ state.joints[m:]
+    def residual_at(self, unknowns: ClockUnknowns) -> Array:
+        """Residuals (K, N), N m, at an estimate near the one that the rows were made with."""
+        m = len(unknowns.fv)
+        fs, nuisances = unknowns.arm_parameters[:m], unknowns.arm_parameters[m:]
+        out = self.residual + self.by_offset * (unknowns.offset - self.offset) + self.by_delay * unknowns.delay
+        out = out + self.by_dimension @ unknowns.dimensions
+        return out + self.by_fv @ unknowns.fv + self.by_fs @ fs + self.by_nuisance @ nuisances
 
-    def with_width(self, joint_width: float) -> "ArmRows":
-        """The same rows where a joint's dry friction turns over another width, rad/s."""
+    def with_joint_width(self, width: float) -> "ArmRows":
+        """The same rows where a joint's dry friction turns over at another speed, rad/s."""
         n = self.residual.shape[1]
         nuisance = self.by_nuisance.copy()
-        nuisance[..., -3 * n : -2 * n] = _rows_of(_dry(self.slow, joint_width), self.kept)
+        nuisance[..., -3 * n : -2 * n] = _rows_of(_joint_dry_friction(self.joint_speed, width), self.kept)
         return replace(self, by_nuisance=nuisance)
 
 
+@dataclass(frozen=True)
+class _Motion:
+    """Frames and log signals after the first filter, at the T instants where products are formed."""
+
+    time: Array
+    """(T,), s, log clock"""
+    alpha: BSpline
+    """(..., N), rad, over log time"""
+    force: Array
+    """(T, M), N, and so all below: n"""
+    dry_friction: Array
+    turnover: Array
+    speed: Array
+    command_rate: Array
+    inertial: Array
+
+    def angles(self, later: float = 0.0) -> tuple[Array, Array, Array]:
+        """alpha, alpha', alpha'' (T, N) as a clock has them whose offset is larger by `later`, s."""
+        at = self.time - later
+        return self.alpha(at), self.alpha(at, 1), self.alpha(at, 2)
+
+
 def arm_rows(
-    arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, joint_width: float, offset: float, rubs: Array
+    arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, joint_width: float, offset: float, fs: Array
 ) -> ArmRows:
-    """The equation at fv = fs = 0, for frames at `frame_time` (F,), s, on the log's clock, with angles alpha (F, N), rad.
+    """The equation for frames at `frame_time` (F,), s, on the log's clock, with angles alpha (F, N), rad.
 
-    rubs: (M,), N, what motors' dry friction roughly is, for the slopes by dimensions."""
-    first, last = max(frame_time[0], signals.time[0]), min(frame_time[-1], signals.time[-1])
-    fine = np.arange(first, last, 1 / FINE)
-    time = fine[:: round(FINE / RATE)]
-    bridged = cubic(frame_time, alpha)
-    smooth = cubic(fine, low_pass(bridged(fine), FINE, SMOOTH))
-
-    def moving(at: Array) -> tuple[Array, Array, Array]:
-        return smooth(at), smooth(at, 1), smooth(at, 2)
-
-    def pull(curve: BSpline) -> Array:
-        return low_pass(curve(fine), FINE, SMOOTH)[:: round(FINE / RATE)]
-
-    a, a_d, a_dd = moving(time)
-    n, d, v = pull(signals.force), pull(signals.rubbing), pull(signals.speed)
-    e, r = pull(signals.turning), pull(signals.command.derivative())
-    parts = _parts(arm)
-    by_part = np.stack([_torque(part, a, a_d, a_dd) for part in parts], axis=-1)
+    joint_width: rad/s, speed over which a joint's dry friction turns over; offset: s, of the clock that gave frame_time;
+    fs: (M,), N, roughly the motors' dry friction, for the slopes by dimensions."""
+    motion = _filtered(signals, frame_time, alpha)
+    kept = _clear_of_gaps(motion.time, frame_time)
+    a, a_d, a_dd = motion.angles()
     jacobian = Z(arm, a)
-    residual = by_part.sum(axis=-1) - np.einsum("tnm,tm->tn", jacobian, n)
-    b, b_d, b_dd = moving(time - _LATER)
-    later = _torque(arm, b, b_d, b_dd) - np.einsum("tnm,tm->tn", Z(arm, b), n)
-    taut = n - rubs * d
-
-    def unbalanced(one: Arm) -> Array:
-        return _torque(one, a, a_d, a_dd) - np.einsum("tnm,tm->tn", Z(one, a), taut)
-
-    now = unbalanced(arm)
-    by_dimension = np.stack([unbalanced(other) - now for other in larger(arm)], axis=-1) / LARGER
-    joints = np.eye(arm.N)
-    across = np.stack([-arm.gravity[..., 1], arm.gravity[..., 0]], axis=-1)
-    nothing = {"spring_stiffness": np.zeros_like(arm.spring_stiffness)}
-    tilt = terms(replace(arm, gravity=across, **nothing), a, np.zeros_like(a)).g
-    slow = low_pass(a_d, RATE, CUTOFF)
-    nuisance = np.concatenate(
-        [
-            by_part,
-            tilt[..., None],
-            jacobian * pull(signals.inertial)[:, None, :],
-            jacobian * e[:, None, :],
-            _dry(slow, joint_width),
-            a_d[..., None] * joints,
-            np.ones_like(a_d)[..., None] * joints,
-        ],
-        axis=-1,
-    )
-    wrong = np.full(len(parts), CAD_ERROR)
-    wrong[arm.N - 1] = PAYLOAD  # of the last top bar: what hangs there is not in neck.yaml
-    known = np.concatenate([wrong, [TILT], np.full(arm.M, CAD_ERROR), np.full(arm.M + 3 * arm.N, np.inf)])
-    keep = _away_from_gaps(time, frame_time)
-
-    return ArmRows(
-        _rows_of(residual, keep),
-        _rows_of((later - residual) / _LATER, keep),
-        _rows_of(np.einsum("tnm,tm->tn", jacobian, r), keep),
-        _rows_of(by_dimension, keep),
-        _rows_of(jacobian * d[:, None, :], keep),
-        _rows_of(jacobian * v[:, None, :], keep),
-        _rows_of(nuisance, keep),
-        known,
-        time[::EVERY][keep[::EVERY]],
-        offset,
-        slow,
-        keep,
-    )
-
-
-def _rows_of(values: Array, keep: NDArray[np.bool_]) -> Array:
-    """What the last filter leaves of products (T, ...), at the rows."""
-    return low_pass(values, RATE, CUTOFF)[::EVERY][keep[::EVERY]]
-
-
-def _dry(speed: Array, width: float) -> Array:
-    """Dry friction of each joint for itself, (T, N, N)."""
-    return (2 / np.pi * np.arctan(speed / width))[..., None] * np.eye(speed.shape[1])
-
-
-def _parts(arm: Arm) -> list[Arm]:
-    """The arm as a sum of arms that have one mechanism's top bar, diagonals or springs each."""
-    nothing = {
-        name: np.zeros_like(getattr(arm, name))
-        for name in ("top_mass", "top_inertia", "diagonal_mass", "diagonal_inertia", "spring_stiffness")
-    }
-    groups = (("top_mass", "top_inertia"), ("diagonal_mass", "diagonal_inertia"), ("spring_stiffness",))
-    return [
-        replace(arm, **nothing | {name: np.where(np.arange(arm.N) == i, getattr(arm, name), 0.0) for name in names})
-        for names in groups
-        for i in range(arm.N)
+    by_part = np.stack([_torque(part, a, a_d, a_dd) for part in _parts(arm)], axis=-1)
+    residual = by_part.sum(axis=-1) - np.einsum("tnm,tm->tn", jacobian, motion.force)
+    b, b_d, b_dd = motion.angles(_OFFSET_STEP_S)
+    later = _torque(arm, b, b_d, b_dd) - np.einsum("tnm,tm->tn", Z(arm, b), motion.force)
+    joint_speed = low_pass(a_d, PRODUCT_RATE_HZ, EQUATION_CUTOFF_HZ)
+    per_joint = np.eye(arm.N)
+    nuisances = [
+        by_part,
+        _tilt_torque(arm, a)[..., None],
+        jacobian * motion.inertial[:, None, :],
+        jacobian * motion.turnover[:, None, :],
+        _joint_dry_friction(joint_speed, joint_width),
+        a_d[..., None] * per_joint,
+        np.ones_like(a_d)[..., None] * per_joint,
     ]
+    return ArmRows(
+        residual=_rows_of(residual, kept),
+        by_offset=_rows_of((later - residual) / _OFFSET_STEP_S, kept),
+        by_delay=_rows_of(np.einsum("tnm,tm->tn", jacobian, motion.command_rate), kept),
+        by_dimension=_rows_of(_torque_by_dimension(arm, motion, fs), kept),
+        by_fs=_rows_of(jacobian * motion.dry_friction[:, None, :], kept),
+        by_fv=_rows_of(jacobian * motion.speed[:, None, :], kept),
+        by_nuisance=_rows_of(np.concatenate(nuisances, axis=-1), kept),
+        nuisance_sigma=_nuisance_sigma(arm),
+        time=motion.time[::PRODUCTS_PER_ROW][kept[::PRODUCTS_PER_ROW]],
+        offset=offset,
+        joint_speed=joint_speed,
+        kept=kept,
+    )
+
+
+def _filtered(signals: LogSignals, frame_time: Array, alpha: Array) -> _Motion:
+    """Angles and log signals over their common time, through the first filter."""
+    first, last = max(frame_time[0], signals.time[0]), min(frame_time[-1], signals.time[-1])
+    grid = np.arange(first, last, 1 / FILTER_RATE_HZ)
+    every = round(FILTER_RATE_HZ / PRODUCT_RATE_HZ)
+
+    def sampled(curve: BSpline) -> Array:
+        return low_pass(curve(grid), FILTER_RATE_HZ, FACTOR_CUTOFF_HZ)[::every]
+
+    return _Motion(
+        time=grid[::every],
+        alpha=cubic(grid, low_pass(cubic(frame_time, alpha)(grid), FILTER_RATE_HZ, FACTOR_CUTOFF_HZ)),
+        force=sampled(signals.force),
+        dry_friction=sampled(signals.dry_friction),
+        turnover=sampled(signals.friction_turnover),
+        speed=sampled(signals.speed),
+        command_rate=sampled(signals.command.derivative()),
+        inertial=sampled(signals.inertial),
+    )
 
 
 def _torque(arm: Arm, a: Array, a_d: Array, a_dd: Array) -> Array:
     """M alpha'' + c + g, (T, N), N m."""
-    found = terms(arm, a, a_d)
-    return np.einsum("tij,tj->ti", found.M, a_dd) + found.c + found.g
+    dynamics = terms(arm, a, a_d)
+    return np.einsum("tij,tj->ti", dynamics.M, a_dd) + dynamics.c + dynamics.g
 
 
-def _away_from_gaps(time: Array, frame_time: Array) -> NDArray[np.bool_]:
-    wide = np.flatnonzero(np.diff(frame_time) > GAP)
-    keep = (time > time[0] + SETTLING) & (time < time[-1] - SETTLING)
-    for k in wide:
-        keep &= (time < frame_time[k] - SETTLING) | (time > frame_time[k + 1] + SETTLING)
-    return keep
+def _parts(arm: Arm) -> list[Arm]:
+    """The arm as a sum of 3 N arms that have one mechanism's top bar, diagonals or springs each."""
+    nothing = {name: np.zeros_like(getattr(arm, name)) for fields in _MASS_FIELDS for name in fields}
+    return [
+        replace(arm, **nothing | {name: np.where(np.arange(arm.N) == i, getattr(arm, name), 0.0) for name in fields})
+        for fields in _MASS_FIELDS
+        for i in range(arm.N)
+    ]
+
+
+def _tilt_torque(arm: Arm, a: Array) -> Array:
+    """Torque of gravity by the tilt of the base, (T, N), N m/rad."""
+    across = np.stack([-arm.gravity[..., 1], arm.gravity[..., 0]], axis=-1)
+    without_springs = replace(arm, gravity=across, spring_stiffness=np.zeros_like(arm.spring_stiffness))
+    return terms(without_springs, a, np.zeros_like(a)).g
+
+
+def _torque_by_dimension(arm: Arm, motion: _Motion, fs: Array) -> Array:
+    """Slope of the equation by the relative error of each dimension, (T, N, P), N m."""
+    tension = motion.force - fs * motion.dry_friction
+    a, a_d, a_dd = motion.angles()
+
+    def unbalanced(other: Arm) -> Array:
+        return _torque(other, a, a_d, a_dd) - np.einsum("tnm,tm->tn", Z(other, a), tension)
+
+    described = unbalanced(arm)
+    return np.stack([unbalanced(other) - described for other in enlarged_arms(arm)], axis=-1) / DIMENSION_STEP
+
+
+def _joint_dry_friction(speed: Array, width: float) -> Array:
+    """Dry friction of 1 N m of each joint, (T, N, N), for joint speeds (T, N), rad/s."""
+    return (2 / np.pi * np.arctan(speed / width))[..., None] * np.eye(speed.shape[1])
+
+
+def _nuisance_sigma(arm: Arm) -> Array:
+    """Standard deviations of the nuisances, (Q,), in the order of `ArmRows.by_nuisance`."""
+    parts = np.full(len(_MASS_FIELDS) * arm.N, DRAWING_SIGMA)
+    parts[arm.N - 1] = PAYLOAD_SIGMA
+    friction = np.full(arm.M + 3 * arm.N, np.inf)
+    return np.concatenate([parts, [TILT_SIGMA_RAD], np.full(arm.M, DRAWING_SIGMA), friction])
+
+
+def _rows_of(values: Array, kept: NDArray[np.bool_]) -> Array:
+    """Products (T, ...) through the last filter, at the rows (K, ...)."""
+    filtered = low_pass(values, PRODUCT_RATE_HZ, EQUATION_CUTOFF_HZ)
+    return filtered[::PRODUCTS_PER_ROW][kept[::PRODUCTS_PER_ROW]]
+
+
+def _clear_of_gaps(time: Array, frame_time: Array) -> NDArray[np.bool_]:
+    """Which times (T,), s, are clear of both ends and of gaps between frames at frame_time (F,), s."""
+    clear = (time > time[0] + SETTLING_S) & (time < time[-1] - SETTLING_S)
+    for k in np.flatnonzero(np.diff(frame_time) > MAX_BRIDGED_S):
+        clear &= (time < frame_time[k] - SETTLING_S) | (time > frame_time[k + 1] + SETTLING_S)
+    return clear

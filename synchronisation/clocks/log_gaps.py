@@ -1,4 +1,4 @@
-"""Rows of the log that are missing, or repeat one sample while the motors moved on."""
+"""Rows of the log that are missing, or that repeat one sample while the motors moved on."""
 
 from dataclasses import dataclass
 
@@ -9,49 +9,51 @@ from identification.dataset.series import Series
 
 Array = NDArray[np.float64]
 
-HELD_ROWS = 3
-"""equal rows in turn that may be a burst of repeats"""
-JUMP = 2.5
-"""counts that some motor must leap after a burst: at rest rows repeat truly"""
-WIDE = 0.01
-"""s without a true row that are reported as a gap; shorter ones are bridged"""
+MIN_REPEATED_ROWS = 3
+"""equal rows in turn that may be one sample repeated"""
+MIN_JUMP_COUNTS = 2.5
+"""encoder counts that some motor must jump after equal rows; an arm at rest repeats its rows truly"""
+MIN_GAP_S = 0.01
+"""s without a true row that make a gap; shorter ones are bridged"""
 
 
 @dataclass(frozen=True)
-class Mended:
-    """The log without its repeats, and the stretches in which nothing true is known."""
+class RepairedLog:
+    """The log without repeated samples, and the spans in which it holds nothing true."""
 
     log: Series
-    held: int
-    """rows that repeated a sample"""
-    missing: int
+    repeated_rows: int
+    missing_rows: int
     """rows that are missing between two stamps"""
     gaps: tuple[tuple[float, float], ...]
-    """from, to of stretches wider than WIDE, s"""
+    """begin and end of spans wider than MIN_GAP_S, s, log clock"""
 
-    def outside(self, time: Array, margin: float) -> NDArray[np.bool_]:
-        """Which log times stay `margin` s clear of every gap, (T,)."""
+    def clear_of_gaps(self, time: Array, margin: float) -> NDArray[np.bool_]:
+        """Which log times (T,), s, are at least `margin` s away from every gap."""
         clear = np.ones(len(time), dtype=bool)
         for begin, end in self.gaps:
             clear &= (time < begin - margin) | (time > end + margin)
         return clear
 
 
-def mend(log: Series) -> Mended:
-    """Drops repeats (the first of each burst is true) and finds the gaps."""
+def repair_log(log: Series) -> RepairedLog:
+    """Drops repeated samples (the first of each is true) and finds the gaps."""
     values = np.stack(list(log.columns.values()), axis=1)
-    theta = log.matrix("theta")
-    same = np.all(np.diff(values, axis=0) == 0, axis=1)
-    keep = np.ones(len(log), dtype=bool)
-    moved = np.abs(np.diff(theta, axis=0))
+    equal = np.all(np.diff(values, axis=0) == 0, axis=1)
+    true = np.ones(len(log), dtype=bool)
+    moved = np.abs(np.diff(log.matrix("theta"), axis=0))
     count = np.min(moved, axis=0, where=moved > 0, initial=np.inf)
-    edges = np.flatnonzero(np.diff(np.r_[False, same, False].astype(int)))
+    edges = np.flatnonzero(np.diff(np.r_[False, equal, False].astype(int)))
     for begin, end in zip(edges[::2], edges[1::2], strict=True):  # rows begin..end are equal
-        if end - begin + 1 >= HELD_ROWS and end < len(moved) and np.any(moved[end] > JUMP * count):
-            keep[begin + 1 : end + 1] = False
-    true = log.part(keep)
+        long = end - begin + 1 >= MIN_REPEATED_ROWS
+        if long and end < len(moved) and np.any(moved[end] > MIN_JUMP_COUNTS * count):
+            true[begin + 1 : end + 1] = False
+    repaired = log.part(true)
     steps = np.diff(log.time)
-    missing = int(np.maximum(np.rint(steps / np.median(steps)) - 1, 0).sum())
-    wide = np.flatnonzero(np.diff(true.time) > WIDE)
-    gaps = tuple((float(true.time[k]), float(true.time[k + 1])) for k in wide)
-    return Mended(true, int(np.sum(~keep)), missing, gaps)
+    gaps = np.flatnonzero(np.diff(repaired.time) > MIN_GAP_S)
+    return RepairedLog(
+        log=repaired,
+        repeated_rows=int(np.sum(~true)),
+        missing_rows=int(np.maximum(np.rint(steps / np.median(steps)) - 1, 0).sum()),
+        gaps=tuple((float(repaired.time[k]), float(repaired.time[k + 1])) for k in gaps),
+    )

@@ -1,113 +1,150 @@
-"""Frames lost without a trace: the stamps go on evenly, and every later frame is one period later than its stamp says.
+"""Frames lost without a trace: stamps go on evenly, and every later frame is one period later than its stamp says.
 
-The number of lost frames so far is decoded along the recording (Viterbi): a frame costs how badly its cables fit the log at
-that lateness, and each further loss costs as much as it is unlikely. The skew is locked meanwhile, for a free one would take
-slow sequences of losses for itself.
+The number of frames lost so far is decoded along the recording (Viterbi): a frame costs how badly its winding fits the log if it
+was taken so late, and each loss costs as much as it is unlikely. The skew is fixed meanwhile, for a free one would explain slow
+sequences of losses.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from identification.dataset.clock_record import Slip, Slips
-from synchronisation.clocks.cables import Frames
-from synchronisation.clocks.newton_step import LIKELY_SKEW
+from identification.dataset.clock_record import FrameLoss, LostFrames
+from synchronisation.clocks.frame_geometry import FrameGeometry
+from synchronisation.clocks.gauss_newton_step import SKEW_SIGMA
 
 Array = NDArray[np.float64]
-Whole = NDArray[np.int64]
+Counts = NDArray[np.int64]
 
-LOSS = 30.0
-"""-2 log of how likely a frame is to be missing, generously: noise alone must not feign a loss"""
-FURTHER = 6.0
-"""the same for each further frame of one loss"""
-REACH = 4
-"""losses in turn that are thought of"""
-BAND = 10
-"""counts on each side of the present one that are followed"""
-WORST = 200.0
-"""a frame's cost is capped here, so that a wrong angle does not force a loss"""
-WINDOW = 5.0
-"""s over which an offset is taken to find the skew"""
+LOSS_COST = 30.0
+"""-2 log of the probability that a frame is missing; set high, so that noise alone feigns no loss"""
+NEXT_LOSS_COST = 6.0
+"""-2 log of the probability of each further frame of one loss"""
+MAX_FRAMES_PER_LOSS = 4
+"""frames that one loss may take at most"""
+MAX_AHEAD = 10
+"""counts above the cheapest one that are followed at a time"""
+MAX_FRAME_COST = 200.0
+"""limit of one frame's cost, so that a wrong angle does not force a loss"""
+SKEW_WINDOW_S = 5.0
+"""s: windows whose offsets give the skew in spite of losses between them"""
+MIN_WINDOW_FRAMES = 30
+"""frames that such a window needs"""
+_MAX_WINDOW_STEP_S = 0.02
+_BEHIND = 2  # counts below the cheapest one that are followed, as that may be mistaken
+_CHUNK_FRAMES = 30
+_IMPOSSIBLE = 1e9
 
 
-def decode(frames: Frames, curve: BSpline, offset: float, skew: float, whiten: Array, period: float, at: int) -> Whole:
-    """How many frames were lost before each frame, counted from frame `at`, (F,); non-decreasing.
+def decode_lost_frames(
+    frames: FrameGeometry,
+    expected_winding: BSpline,
+    clock: tuple[float, float],
+    whitening: Array,
+    period: float,
+    reference: int,
+) -> Counts:
+    """How many frames were lost before each frame, counted from frame `reference` on, (F,); it never decreases.
 
-    curve: travel less elongation over log time, (..., M), m. offset and skew: the clock around frame `at`.
-    """
+    expected_winding: (..., M), m, over log time. clock: offset, s, and skew around the reference. whitening: (F, M, M).
+    period: s, of the camera."""
+    offset, skew = clock
+    log_time = frames.time + offset + skew * (frames.time - frames.time[reference])
+    costs = _FrameCosts(frames.winding, expected_winding, log_time, whitening, period)
     count = np.zeros(len(frames.time), dtype=np.int64)
-    log_time = frames.time + offset + skew * (frames.time - frames.time[at])
-    count[at:] = _run(frames, curve, log_time, whiten, period, np.arange(at, len(frames.time)), 1)
-    count[: at + 1] = _run(frames, curve, log_time, whiten, period, np.arange(at, -1, -1), -1)[::-1]
+    count[reference:] = _viterbi(costs, np.arange(reference, len(frames.time)), 1)
+    count[: reference + 1] = _viterbi(costs, np.arange(reference, -1, -1), -1)[::-1]
     return count
 
 
-def _run(
-    frames: Frames, curve: BSpline, log_time: Array, whiten: Array, period: float, order: Whole, sign: int
-) -> Whole:
-    """Counts along `order` of frames, from 0 in steps of `sign`; the band of states moves with the best one."""
-    states = sign * np.arange(-2, BAND + 1)  # relative to the band's base; a few back, as the best may be mistaken
-    jump = np.array([0.0, *(LOSS + FURTHER * k for k in range(REACH))])
-    base, cost = 0, np.where(states == 0, 0.0, 1e9)
-    first, last = curve.t[0], curve.t[-1]
-    back: list[tuple[int, Whole]] = []
-    chunk = 30
-    for begin in range(0, len(order), chunk):
-        part = order[begin : begin + chunk]
-        best = int(np.argmin(cost)) - 2
-        if best > 0:  # carry the band along
-            cost = np.concatenate([cost[best:], np.full(best, 1e9)])
-            back.append((best, np.zeros(0, dtype=np.int64)))
-            base += sign * best
-        at = log_time[part][:, None] + period * (base + states)
-        left = curve(np.clip(at, first, last)) - frames.winding[part][:, None, :]
-        white = np.einsum("fij,fsj->fsi", whiten[part], left)
-        fits = np.minimum(np.sum(white**2, axis=-1), WORST)
-        for row in fits:
-            ways = np.full((len(jump), len(states)), 1e9)
-            for k, extra in enumerate(jump):
-                ways[k, k:] = cost[: len(cost) - k] + extra
-            taken = np.argmin(ways, axis=0)
-            cost = ways[taken, np.arange(len(states))] + row
-            back.append((0, taken))
-    out = np.zeros(len(order), dtype=np.int64)
+@dataclass(frozen=True)
+class _FrameCosts:
+    """What it costs to believe that frames were taken later than their stamps say."""
+
+    winding: Array
+    """(F, M), m"""
+    expected_winding: BSpline
+    log_time: Array
+    """(F,), s, by the stamps"""
+    whitening: Array
+    period: float
+
+    def of(self, part: Counts, counts: Counts) -> Array:
+        """Squared whitened residuals of frames `part` (K,) at each of the counts (S,), limited; (K, S)."""
+        at = self.log_time[part][:, None] + self.period * counts
+        first, last = self.expected_winding.t[0], self.expected_winding.t[-1]
+        residual = self.expected_winding(np.clip(at, first, last)) - self.winding[part][:, None, :]
+        white = np.einsum("fij,fsj->fsi", self.whitening[part], residual)
+        return np.minimum(np.sum(white**2, axis=-1), MAX_FRAME_COST)
+
+
+def _viterbi(costs: _FrameCosts, order: Counts, sign: int) -> Counts:
+    """The cheapest counts along `order` of frames, from 0 in steps of `sign`.
+
+    The band of counts that are followed starts at `base` and moves with the cheapest one."""
+    states = sign * np.arange(-_BEHIND, MAX_AHEAD + 1)
+    loss_cost = np.array([0.0, *(LOSS_COST + NEXT_LOSS_COST * k for k in range(MAX_FRAMES_PER_LOSS))])
+    base, cost = 0, np.where(states == 0, 0.0, _IMPOSSIBLE)
+    # by how much the band moved, and for each state how many were lost before it; the latter empty where the band moved
+    history: list[tuple[int, Counts]] = []
+    for begin in range(0, len(order), _CHUNK_FRAMES):
+        part = order[begin : begin + _CHUNK_FRAMES]
+        ahead = int(np.argmin(cost)) - _BEHIND
+        if ahead > 0:
+            cost = np.concatenate([cost[ahead:], np.full(ahead, _IMPOSSIBLE)])
+            history.append((ahead, np.zeros(0, dtype=np.int64)))
+            base += sign * ahead
+        for frame_cost in costs.of(part, base + states):
+            paths = np.full((len(loss_cost), len(states)), _IMPOSSIBLE)
+            for lost, extra in enumerate(loss_cost):
+                paths[lost, lost:] = cost[: len(cost) - lost] + extra
+            cheapest = np.argmin(paths, axis=0)
+            cost = paths[cheapest, np.arange(len(states))] + frame_cost
+            history.append((0, cheapest))
+    counts = np.zeros(len(order), dtype=np.int64)
     state, k = int(np.argmin(cost)), len(order) - 1
-    for shift, taken in reversed(back):
-        if not len(taken):
-            state += shift
-            base -= sign * shift
+    for ahead, cheapest in reversed(history):
+        if not len(cheapest):
+            state += ahead
+            base -= sign * ahead
             continue
-        out[k] = base + states[state]
-        state -= int(taken[state])
+        counts[k] = base + states[state]
+        state -= int(cheapest[state])
         k -= 1
-    return out - out[0]
+    return counts - counts[0]
 
 
-def locked_skew(frames: Frames, curve: BSpline, offset: float, whiten: Array, at: int) -> float:
-    """The skew that most windows agree on, whatever jumps lie between some of them; `offset` holds around frame `at`."""
-    edges = np.arange(frames.time[0], frames.time[-1], WINDOW)
-    middle = int(np.searchsorted(edges, frames.time[at])) - 1
+def skew_despite_losses(
+    frames: FrameGeometry, expected_winding: BSpline, offset: float, whitening: Array, reference: int
+) -> float:
+    """The skew that most windows agree on, whatever was lost between some of them; `offset`, s, holds around frame `reference`."""
+    edges = np.arange(frames.time[0], frames.time[-1], SKEW_WINDOW_S)
+    middle = int(np.searchsorted(edges, frames.time[reference])) - 1
+    first, last = expected_winding.t[0], expected_winding.t[-1]
     offsets = np.full(len(edges), np.nan)
-    for order in (range(middle, len(edges)), range(middle - 1, -1, -1)):
+    for windows in (range(middle, len(edges)), range(middle - 1, -1, -1)):
         shift = offset if np.isnan(offsets[middle]) else offsets[middle]
-        for w in order:
-            part = slice(*np.searchsorted(frames.time, [edges[w], edges[w] + WINDOW]))
-            if part.stop - part.start < 30:
+        for w in windows:
+            part = slice(*np.searchsorted(frames.time, [edges[w], edges[w] + SKEW_WINDOW_S]))
+            if part.stop - part.start < MIN_WINDOW_FRAMES:
                 continue
             for _ in range(4):
-                at_log = np.clip(frames.time[part] + shift, curve.t[0], curve.t[-1])
-                left = np.einsum("fij,fj->fi", whiten[part], curve(at_log) - frames.winding[part])
-                slope = np.einsum("fij,fj->fi", whiten[part], curve(at_log, 1))
-                shift -= float(np.clip(np.sum(left * slope) / max(np.sum(slope**2), 1e-30), -0.02, 0.02))
+                at = np.clip(frames.time[part] + shift, first, last)
+                residual = np.einsum("fij,fj->fi", whitening[part], expected_winding(at) - frames.winding[part])
+                slope = np.einsum("fij,fj->fi", whitening[part], expected_winding(at, 1))
+                step = np.sum(residual * slope) / max(np.sum(slope**2), 1e-30)
+                shift -= float(np.clip(step, -_MAX_WINDOW_STEP_S, _MAX_WINDOW_STEP_S))
             offsets[w] = shift
-    rate = np.diff(offsets) / WINDOW
+    rate = np.diff(offsets) / SKEW_WINDOW_S
     rate = rate[np.isfinite(rate)]
     skew = float(np.median(rate)) if len(rate) > 3 else 0.0
-    return skew if abs(skew) < LIKELY_SKEW else 0.0
+    return skew if abs(skew) < SKEW_SIGMA else 0.0
 
 
-def slips_of(time: Array, count: Whole, period: float) -> Slips:
-    """The losses in a sequence of counts (F,) for frames stamped `time` (F,), s."""
+def lost_frames_of(time: Array, count: Counts, period: float) -> LostFrames:
+    """The losses in counts (F,) of frames lost before frames stamped `time` (F,), s; period: s, of the camera."""
     steps = np.diff(count)
-    found = tuple(Slip(float(time[k + 1]), int(steps[k])) for k in np.flatnonzero(steps))
-    return Slips(found, period)
+    losses = tuple(FrameLoss(float(time[k + 1]), int(steps[k])) for k in np.flatnonzero(steps))
+    return LostFrames(losses, period)

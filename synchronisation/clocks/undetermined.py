@@ -1,7 +1,7 @@
-"""What is raised where a motion tells no clock."""
+"""The refusal of a motion that does not determine the clock."""
 
 from xneck_foundation.errors import Refused
 
 
-class NoClue(Refused):
-    """The motion does not tell the clock; a light may."""
+class ClockUndetermined(Refused):
+    """The motion does not determine the clock; a light that the controller switches still may."""

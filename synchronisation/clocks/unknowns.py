@@ -1,4 +1,4 @@
-"""Everything that a clock's equations leave open."""
+"""Everything that the clock's equations leave open."""
 
 from dataclasses import dataclass
 
@@ -10,23 +10,25 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ClockUnknowns:
-    """All unknowns at once."""
+    """One estimate of all unknowns: the clock, and the nuisances of the cables' equation and of the arm's."""
 
     offset: float
+    """s, at the frames' middle"""
     skew: float
+    """ratio by which the log's clock runs faster than the camera's"""
     delay: float
     """s, by which forces act later than the log says"""
     dimensions: Array
-    """(P,), by how much of each the arm's are larger than described"""
+    """(P,), relative: by how much each of the arm's dimensions is larger than described"""
     fv: Array
-    """(M,), N s/rad"""
-    own: Array
-    """each cable's, by its law, (M, K)"""
-    joints: Array
-    """fs of the motors and the arm equation's nuisances, (M + Q,)"""
-    model_error: float
-    """m, of the cables' law"""
-    scale: float
-    """true over stated noise of the angles"""
+    """(M,), N s/rad: viscosity of the motors"""
+    cable_parameters: Array
+    """(M, K): parameters of each cable, in the order of its law's names"""
+    arm_parameters: Array
+    """(M + Q,): fs of the motors, N, then the nuisances of the arm's equation; empty as long as that is not used"""
+    cable_error: float
+    """m: standard deviation of what the cables' law does not explain"""
+    noise_scale: float
+    """true over stated standard deviation of the angles"""
     torque_error: Array
-    """(N,), N m, of the arm's equation"""
+    """(N,), N m: standard deviation of what the arm's equation does not explain"""

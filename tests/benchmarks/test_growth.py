@@ -8,26 +8,26 @@ import pytest
 from benchmarks.growth import FLAT, Spent, _spent, words
 from benchmarks.long_recordings import chain, repeat_video
 from samples.generator.prescribed import World, prescribe
-from samples.worlds.clock_worlds import NECK_FILE, NOISE
+from samples.worlds.clock_worlds import NECK_FILE, NOISE_RAD
 from tests.paths import SAMPLES
-from vision.video import describe
+from vision.video import describe_video
 from xneck_foundation.errors import Refused
-from xneck_foundation.strict_yaml import parse
+from xneck_foundation.strict_yaml import parse_yaml
 
 VIDEO = SAMPLES / "recording/video.mp4"
 
 
 def test_motions_one_after_another_are_one_recording() -> None:
     """The log has no hole, motors do not jump, and by the clocks of the first motion frames show where the arm was in the last."""
-    world = World(parse(NECK_FILE.read_text(), "neck.yaml"))
-    angles, log = chain(world, 5.0, 3, 4, NOISE)
+    world = World(parse_yaml(NECK_FILE.read_text(), "neck.yaml"))
+    angles, log = chain(world, 5.0, 3, 4, NOISE_RAD)
     first, *_, last = made = [prescribe(world, 5.0, [4, turn]) for turn in range(3)]
     assert len(log.time) == sum(len(p.log_time) for p in made)
     assert np.diff(log.time) == pytest.approx(0.002, abs=1e-9)
     shift = log.time[-1] - last.log_time[-1]
     at = first.clocks.log_time(angles.time[-len(last.frame_times) :]) - shift
     assert at == pytest.approx(last.clocks.log_time(last.frame_times), abs=1e-6)
-    assert np.std(angles.alpha - np.concatenate([p.frame_alpha for p in made])) == pytest.approx(NOISE, rel=0.1)
+    assert np.std(angles.alpha - np.concatenate([p.frame_alpha for p in made])) == pytest.approx(NOISE_RAD, rel=0.1)
     steps = np.abs(np.diff(log.matrix("theta"), axis=0)).max(axis=1)
     assert steps[len(first.log_time) - 1] < 0.1 * steps.max()
 
@@ -36,7 +36,7 @@ def test_a_repeated_video_has_all_its_frames(tmp_path: Path) -> None:
     """Counted in its index, and in the pieces that are followed one by one; the second turn comes after the first."""
     twice = tmp_path / "twice.mp4"
     repeat_video(VIDEO, twice, 2)
-    once, both = describe(VIDEO), describe(twice)
+    once, both = describe_video(VIDEO), describe_video(twice)
     assert both.frames == 2 * once.frames
     assert sum(piece.count for piece in both.segments) == both.frames
     assert both.segments[-1].first > 2 * once.segments[-1].first

@@ -15,7 +15,7 @@ import benchmarks.__main__ as command
 from benchmarks.__main__ import TOPICS, main
 from benchmarks.table import Claim, Table, from_json
 from tests.html_page import Elements, check_alone, look
-from xneck_foundation.json_text import as_json
+from xneck_foundation.json_text import json_text
 
 NASTY = "<b>bold</b> & more"
 QUICK = f'''"""Nothing, quickly: {NASTY}
@@ -90,9 +90,9 @@ def summary_of(out: Path) -> Mapping[str, Mapping[str, object]]:
 def test_a_table_comes_back_from_json() -> None:
     claims = (Claim("a", "b", 1.5, ("peer", 3.0)), Claim("c", "d", None), Claim("e", "f", 2.0, limit=("least", 1.0)))
     table = Table("Title", ("x", "y"), (("row", (1.0, None)), ("row", (2.5, -3e-9))), claims, ("Words.",))
-    assert from_json(json.loads(as_json(table.as_json()))) == table
+    assert from_json(json.loads(json_text(table.as_json()))) == table
     empty = Table("Skipped", ("x",), ())
-    assert from_json(json.loads(as_json(empty.as_json()))) == empty
+    assert from_json(json.loads(json_text(empty.as_json()))) == empty
     assert [claim.ratio for claim in claims] == [0.5, None, 2.0]
 
 

@@ -5,9 +5,9 @@ import pytest
 
 from benchmarks.apriltag import apriltags
 from benchmarks.opencv import searching
-from samples.worlds.clock_worlds import NOISE, offset_bound
+from samples.worlds.clock_worlds import NOISE_RAD, offset_bound
 from tests.paths import SAMPLES
-from vision.video import frames
+from vision.video import read_frames
 
 VIDEO = SAMPLES / "recording/video.mp4"
 
@@ -15,7 +15,7 @@ VIDEO = SAMPLES / "recording/video.mp4"
 @pytest.mark.parametrize("decimate", [1.0, 2.0])
 def test_apriltags_corners_come_in_opencvs_order_and_pixels(decimate: float) -> None:
     """Within what either is off by. A corner that was taken for another would be 60 px away, other pixels 0.7 px on the mean."""
-    grey = np.ascontiguousarray(next(frames(VIDEO)).grey)
+    grey = np.ascontiguousarray(next(read_frames(VIDEO)).grey)
     theirs = dict(apriltags("apriltag_36h11", decimate)(grey))
     opencv = searching("apriltag_36h11", "SUBPIX")(grey)
     assert theirs.keys() == opencv.keys() == {0, 1, 2, 3}
@@ -30,8 +30,8 @@ def test_the_bound_of_an_offset_is_reached_where_all_else_is_known() -> None:
     speed = np.stack([np.cos(time), 0.3 * (time - 3.0)], axis=-1)
     about = (time - 8.0)[:, None]
     J = np.stack([speed.ravel(), (speed * about).ravel()], axis=-1)
-    noise = np.random.default_rng(1).normal(0, NOISE, (J.shape[0], 4000))
+    noise = np.random.default_rng(1).normal(0, NOISE_RAD, (J.shape[0], 4000))
     offset = np.linalg.lstsq(J, noise, rcond=None)[0][0]
     # the spread of 4000 draws is itself known to 1.1 %
     assert np.std(offset) == pytest.approx(offset_bound(time, speed), rel=0.05)
-    assert np.std(offset) > 1.1 * NOISE / np.linalg.norm(speed), "the skew costs something here"
+    assert np.std(offset) > 1.1 * NOISE_RAD / np.linalg.norm(speed), "the skew costs something here"

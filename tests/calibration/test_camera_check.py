@@ -9,9 +9,9 @@ import pytest
 from calibration.board import Chessboard
 from calibration.camera import Camera, camera_from
 from calibration.camera_check import check_camera
-from calibration.corners import BoardView
+from calibration.corner_detection import BoardView
 from calibration.estimation import calibrate
-from calibration.views import LeftOut, Observations
+from calibration.observations import LeftOut, Observations
 from tests.calibration.truth import CAMERA, SIZE, project, synthetic_views
 from xneck_foundation.errors import Refused
 

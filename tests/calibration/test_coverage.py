@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 
 from calibration.board import Chessboard
-from calibration.bundle import fit
+from calibration.board_poses import BoardPoses
+from calibration.bundle_adjustment import fit_bundle
 from calibration.camera import camera_from
-from calibration.corners import BoardView
-from calibration.coverage import cover, next_pictures
+from calibration.corner_detection import BoardView
+from calibration.coverage import coverage_of, next_pictures
 from calibration.estimation import Calibration, calibrate
-from calibration.poses import Poses
-from calibration.projection import projection_sigma
-from calibration.sightings import sightings
-from calibration.views import Observations
+from calibration.observations import Observations
+from calibration.projection_uncertainty import projection_sigma
+from calibration.stacked_views import stack_views
 from tests.calibration.truth import CAMERA, SIZE, poses, project, synthetic_views
 
 CORNERS = Chessboard(kind="chessboard", columns=8, rows=6, square=0.025).corners
@@ -43,7 +43,7 @@ def off(parameters: np.ndarray) -> float:
 
 def test_a_missing_corner_is_told_and_asked_for():
     found = calibrated(without_upper_left(0))
-    covered = cover(found.camera, found.views, found.poses)
+    covered = coverage_of(found.camera, found.views, found.poses)
     assert covered.missing == ("upper left",)
     assert covered.wants[0].startswith("upper left missing")
     first = next_pictures(found)[0]
@@ -63,9 +63,9 @@ def test_the_advised_picture_helps_as_promised_and_more_than_a_repeat():
         for R, t in ((advised.R, advised.t), (found.poses.R[0], found.poses.t[0])):
             pixels = project(CORNERS, R, t) + NOISE * rng.normal(size=(len(CORNERS), 2))
             more = [*found.views, BoardView("new", pixels, CORNERS, np.arange(len(CORNERS)))]
-            together = Poses(np.concatenate([found.poses.R, R[None]]), np.concatenate([found.poses.t, t[None]]))
-            result.append(fit(sightings(more), found.camera.parameters, together, found.free))
-        plain = fit(sightings(found.views), found.camera.parameters, found.poses, found.free)
+            together = BoardPoses(np.concatenate([found.poses.R, R[None]]), np.concatenate([found.poses.t, t[None]]))
+            result.append(fit_bundle(stack_views(more), found.camera.parameters, together, found.free))
+        plain = fit_bundle(stack_views(found.views), found.camera.parameters, found.poses, found.free)
         rms = [
             float(
                 np.sqrt(
@@ -97,21 +97,21 @@ def test_flat_boards_are_told_to_tilt_and_far_ones_to_come_nearer():
     rng = np.random.default_rng(2)
     everywhere = poses(rng, 30, (0.2, 0.15), tilt_deg=6.0)
     views = [BoardView("", project(CORNERS, R, t), CORNERS, np.arange(48)) for R, t in everywhere]
-    stack = Poses(np.stack([R for R, _ in everywhere]), np.stack([t for _, t in everywhere]))
-    wants = cover(camera, views, stack).wants
+    stack = BoardPoses(np.stack([R for R, _ in everywhere]), np.stack([t for _, t in everywhere]))
+    wants = coverage_of(camera, views, stack).wants
     assert any(want.startswith("tilt more: three of four boards are within 6 degrees") for want in wants)
     assert not any("nearer:" in want for want in wants)
     few = [
         replace(v, image_points=v.image_points[:19], object_points=CORNERS[:19], corner_ids=np.arange(19))
         for v in views
     ]
-    assert any(want.startswith("nearer:") for want in cover(camera, few, stack).wants)
+    assert any(want.startswith("nearer:") for want in coverage_of(camera, few, stack).wants)
 
 
 def test_good_views_want_nothing_and_distances_are_those_of_the_boards():
     views = synthetic_views(np.random.default_rng(3), CORNERS, count=40)
     found = calibrated(views)
-    covered = cover(found.camera, found.views, found.poses)
+    covered = coverage_of(found.camera, found.views, found.poses)
     assert covered.wants == ()
     assert covered.share > 0.7
     np.testing.assert_allclose(np.degrees(covered.tilts), 35.0, atol=1.0)

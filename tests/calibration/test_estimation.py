@@ -10,14 +10,14 @@ from scipy.spatial.transform import Rotation
 
 from calibration import lens
 from calibration.board import Chessboard
-from calibration.board_shape import MODELS
-from calibration.bundle import fit, start
-from calibration.corners import BoardView
+from calibration.board_shape import SHAPE_MODELS
+from calibration.bundle_adjustment import fit_bundle, initial_estimate
+from calibration.corner_detection import BoardView
 from calibration.cross_check import cross_check
 from calibration.estimation import Calibration, calibrate
-from calibration.sightings import sightings
-from calibration.summary import as_json
-from calibration.views import LeftOut, Observations
+from calibration.observations import LeftOut, Observations
+from calibration.stacked_views import stack_views
+from calibration.summary import calibration_json
 from tests.calibration.truth import CAMERA, SIZE, bowed, synthetic_views
 from xneck_foundation.errors import Refused
 
@@ -91,17 +91,17 @@ class TestBowedBoard:
         assert 0.4 < np.sqrt(np.mean(np.square(z))) < 1.8
 
     def test_believed_flat_the_focal_length_is_off_by_many_sigmas(self):
-        at = sightings(views(0, count=20, noise_px=0.05, shape=self.BENT))
-        rigid = fit(at, *start(at, SIZE))
+        at = stack_views(views(0, count=20, noise_px=0.05, shape=self.BENT))
+        rigid = fit_bundle(at, *initial_estimate(at, SIZE))
         away = (rigid.parameters - CAMERA)[:2]
         assert np.all(np.abs(away) > 3.0)
         assert np.all(np.abs(away) > 5 * np.sqrt(np.diag(rigid.covariance))[:2])
         assert rigid.rms < 0.2, "and nothing in the error tells"
 
     def test_free_corners_take_in_a_bow_too(self):
-        at = sightings(views(1, count=20, noise_px=0.05, shape=self.BENT))
-        first = fit(at, *start(at, SIZE))
-        free = fit(at, first.parameters, first.poses, shape_model=MODELS["free"], noise=0.05)
+        at = stack_views(views(1, count=20, noise_px=0.05, shape=self.BENT))
+        first = fit_bundle(at, *initial_estimate(at, SIZE))
+        free = fit_bundle(at, first.parameters, first.poses, shape_model=SHAPE_MODELS["free"], noise=0.05)
         np.testing.assert_allclose(free.parameters[:2], CAMERA[:2], atol=1.5)
         np.testing.assert_allclose(free.shape.bow, [0.0005, 0.0], atol=5e-5)
 
@@ -115,9 +115,9 @@ class TestBowedBoard:
 
 
 def test_free_offsets_hold_nothing_that_poses_or_a_principal_point_do():
-    at = sightings(views(2, count=12, shape=CORNERS + np.random.default_rng(0).normal(scale=1e-4, size=(48, 3))))
-    first = fit(at, *start(at, SIZE))
-    offsets = fit(at, first.parameters, first.poses, shape_model=MODELS["free"], noise=0.1).shape.offsets
+    at = stack_views(views(2, count=12, shape=CORNERS + np.random.default_rng(0).normal(scale=1e-4, size=(48, 3))))
+    first = fit_bundle(at, *initial_estimate(at, SIZE))
+    offsets = fit_bundle(at, first.parameters, first.poses, shape_model=SHAPE_MODELS["free"], noise=0.1).shape.offsets
     x, y = (CORNERS[:, :2] - CORNERS[:, :2].mean(axis=0)).T
     size = float(np.abs(offsets).sum())
     assert size > 1e-3
@@ -147,7 +147,7 @@ def test_the_table_of_candidates_is_kept():
     assert all(c.excess > c.excess_error for c in result.candidates[: result.candidates.index(chosen)])
     nested = {(c.lens, c.board): c.rms_px for c in result.candidates}
     assert nested["k1 k2", "rigid"] >= nested["k1 k2 p1 p2", "rigid"] >= nested["k1 k2 p1 p2 k3", "rigid"] - 1e-6
-    document = as_json(result)
+    document = calibration_json(result)
     assert document["board"]["model"] == "rigid"
     assert document["board"]["bow_x"] == {"value": 0.0, "unit": "m", "sigma": None}
     assert [c["chosen"] for c in document["candidates"]].count(True) == 1
@@ -158,7 +158,7 @@ def test_opencv_agrees_and_a_disagreement_is_said():
     result = calibrate(seen(views(1)))
     assert result.cross_check is not None
     assert np.abs(result.cross_check.differences).max() < 0.5
-    assert as_json(result)["cross_check"]["differences_sigma"]["k3"] == 0.0
+    assert calibration_json(result)["cross_check"]["differences_sigma"]["k3"] == 0.0
     assert result.cross_check.note(flat=True) is None
     far = cross_check(result.views, SIZE, result.free, result.camera.parameters + 2.0, np.ones(9))
     assert far is not None
@@ -184,7 +184,7 @@ def test_where_views_disagree_more_than_their_corners_the_note_says_by_how_much(
     (note,) = [note for note in result.notes if "leaving out views is larger" in note]
     ratio = result.sigma_jackknife / np.where(result.sigma_least_squares > 0, result.sigma_least_squares, np.inf)
     worst = int(np.argmax(ratio))
-    assert f"{lens.NAMES[worst]} {ratio[worst]:.1f}" in note
+    assert f"{lens.PARAMETER_NAMES[worst]} {ratio[worst]:.1f}" in note
 
 
 def test_error_bars_hold_where_errors_are_common_to_a_view():
@@ -201,7 +201,7 @@ def test_result_is_complete():
     assert result.free[-1] == "p2", "k3 stays zero unless the views want it"
     assert result.corners == 15 * 48
     assert np.degrees(result.tilt) > 40
-    document = as_json(result)
+    document = calibration_json(result)
     json.dumps(document, allow_nan=False)
     assert [p["name"] for p in document["parameters"]] == ["fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"]
     assert document["parameters"][0]["unit"] == "px"

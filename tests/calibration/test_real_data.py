@@ -10,17 +10,17 @@ import cv2
 import numpy as np
 import pytest
 
-from calibration import corners as corner_finding
+from calibration import corner_detection as corner_finding
 from calibration import lens
 from calibration.board import Charuco, Chessboard
-from calibration.bundle import fit, start, without
+from calibration.bundle_adjustment import fit_bundle, initial_estimate, leave_out_groups
 from calibration.camera_check import check_camera
-from calibration.corners import BoardView
+from calibration.corner_detection import BoardView
 from calibration.estimation import calibrate
+from calibration.observations import distinct_views, observe_board, without_hidden_corners
 from calibration.pictures import Picture, read_pictures
 from calibration.saddle import Saddles
-from calibration.sightings import sightings
-from calibration.views import distinct_views, observe, settled
+from calibration.stacked_views import stack_views
 from tests.calibration.truth import DATA
 
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"no real data in {DATA}")
@@ -33,7 +33,7 @@ def left_pictures() -> Iterator[Picture]:
 
 
 def test_opencv_left():
-    result = calibrate(observe(left_pictures(), LEFT))
+    result = calibrate(observe_board(left_pictures(), LEFT))
     assert len(result.views) == 13
     assert "left02.jpg" in [picture.name for picture in result.pictures if picture.used]
     assert result.camera.K[0, 0] == pytest.approx(533.0, abs=1.5)
@@ -50,11 +50,11 @@ def test_opencv_left():
 def test_half_of_the_pictures_holds_for_the_other_half_and_not_for_the_other_camera():
     """Left and right are two copies of one lens and camera, 22 px apart in their principal points."""
     files = sorted((DATA / "opencv_left_right").glob("left??.jpg"))
-    camera = calibrate(observe(read_pictures(files[:7]), LEFT)).camera
-    same = check_camera(camera, observe(read_pictures(files[7:]), LEFT))
+    camera = calibrate(observe_board(read_pictures(files[:7]), LEFT)).camera
+    same = check_camera(camera, observe_board(read_pictures(files[7:]), LEFT))
     assert same.verdict == "holds", same.why
     right = sorted((DATA / "opencv_left_right").glob("right??.jpg"))
-    other = check_camera(camera, observe(read_pictures(right[7:]), LEFT))
+    other = check_camera(camera, observe_board(read_pictures(right[7:]), LEFT))
     assert other.verdict == "does not hold"
     assert "principal point moved" in other.why
 
@@ -66,7 +66,7 @@ def test_opencv_left_with_the_window_that_damages_left02(monkeypatch: pytest.Mon
         return Saddles(at, np.full(len(at), 0.05), np.ones((len(at), 2)), np.zeros(len(at)))
 
     monkeypatch.setattr(corner_finding, "fit_saddles", eleven)
-    result = calibrate(observe(left_pictures(), LEFT))
+    result = calibrate(observe_board(left_pictures(), LEFT))
     # a column of its corners is pulled off by up to 5 px: these, not the picture, are left out
     assert any("left02.jpg: corners 8, 17, 26" in note and "counted for little" in note for note in result.notes)
     by_view = {picture.name: picture.rms_px or 0.0 for picture in result.pictures}
@@ -76,7 +76,7 @@ def test_opencv_left_with_the_window_that_damages_left02(monkeypatch: pytest.Mon
 
 def test_sony_chessboard():
     files = sorted((DATA / "boofcv_mono_Sony_DSC-HX5V_Chess").glob("frame*.jpg"))
-    observations = observe(read_pictures(files), Chessboard(kind="chessboard", columns=6, rows=4, square=0.03))
+    observations = observe_board(read_pictures(files), Chessboard(kind="chessboard", columns=6, rows=4, square=0.03))
     result = calibrate(observations)
     assert len(result.views) == 13
     # published without tangential distortion, from another corner finder; sigma of the focal length is 7.6 px
@@ -94,9 +94,9 @@ def test_zhang_1998():
         BoardView(f"data{i}", np.loadtxt(folder / f"data{i}.txt").reshape(-1, 2), board, np.arange(len(board)))
         for i in range(1, 6)
     ]
-    seen = sightings(views)
+    seen = stack_views(views)
     # published with k1, k2 and a skew of 0.2, which has no place in camera_info
-    fitted = fit(seen, *start(seen, (640, 480)), lens.MODELS["k1 k2"])
+    fitted = fit_bundle(seen, *initial_estimate(seen, (640, 480)), lens.LENS_MODELS["k1 k2"])
     np.testing.assert_allclose(fitted.parameters[:4], [832.50, 832.53, 303.96, 206.59], atol=0.3)
     np.testing.assert_allclose(fitted.parameters[4:6], [-0.2286, 0.1904], atol=0.001)
 
@@ -115,11 +115,11 @@ def test_caliscope_video_of_an_inverted_board():
             for index, frame in enumerate(container.decode(video=0)):
                 yield Picture(f"frame {index:03d}", frame.to_ndarray(format="gray"))
 
-    observations = observe(frames(), board)
+    observations = observe_board(frames(), board)
     assert observations.variant.inverted
     assert "black for white" in observations.notes[0]
     assert sum(len(view.corner_ids) for view in observations.views) >= 430  # of 433; one frame with three has no pose
-    clear = settled(observations)
+    clear = without_hidden_corners(observations)
     assert "4 corners are hidden" in clear.notes[-1]  # under the reflection of a lamp that crosses the board
     away = [
         np.linalg.norm(point - published[view.name][int(corner)])
@@ -134,8 +134,8 @@ def test_caliscope_video_of_an_inverted_board():
         if len(view.corner_ids) >= 8
     ]
     ours = [view for view in clear.views if len(view.corner_ids) >= 8]
-    both = [sightings(views) for views in (ours, of_others)]
-    rms = [fit(seen, *start(seen, observations.image_size)).rms for seen in both]
+    both = [stack_views(views) for views in (ours, of_others)]
+    rms = [fit_bundle(seen, *initial_estimate(seen, observations.image_size)).rms for seen in both]
     assert rms[0] < 0.08
     assert rms[1] > 3 * rms[0]
     result = calibrate(distinct_views(clear))
@@ -146,23 +146,23 @@ def test_caliscope_video_of_an_inverted_board():
 @pytest.mark.parametrize("name", ["left", "sony"])
 def test_halves_of_a_set_differ_by_what_their_sigmas_say(name: str):
     if name == "left":
-        observations = observe(left_pictures(), LEFT)
+        observations = observe_board(left_pictures(), LEFT)
     else:
         files = sorted((DATA / "boofcv_mono_Sony_DSC-HX5V_Chess").glob("frame*.jpg"))
-        observations = observe(read_pictures(files), Chessboard(kind="chessboard", columns=6, rows=4, square=0.03))
+        observations = observe_board(read_pictures(files), Chessboard(kind="chessboard", columns=6, rows=4, square=0.03))
     whole = calibrate(observations)
-    seen = sightings(whole.views)
+    seen = stack_views(whole.views)
     rng = np.random.default_rng(0)
     jackknife, plain = [], []
     for _ in range(8):
         order = rng.permutation(len(whole.views))
         found = []
         for part in (order[: len(order) // 2], order[len(order) // 2 :]):
-            half = fit(
+            half = fit_bundle(
                 seen.of(part), whole.camera.parameters, whole.poses.of(part), whole.free, whole.board,
                 whole.board.model, whole.noise_px, iterations=10,
             )  # fmt: skip
-            without_one = np.array([p for p, _ in without(half, [np.array([i]) for i in range(len(part))])])
+            without_one = np.array([p for p, _ in leave_out_groups(half, [np.array([i]) for i in range(len(part))])])
             spread = np.sqrt((len(part) - 1) ** 2 / len(part)) * np.std(without_one, axis=0, ddof=1)
             found.append((half.parameters[:4], spread[:4], np.sqrt(np.diag(half.covariance))[:4]))
         apart = found[0][0] - found[1][0]

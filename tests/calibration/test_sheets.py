@@ -13,8 +13,8 @@ from hypothesis.extra.numpy import arrays
 from scipy.spatial import KDTree
 
 from calibration.board import AprilGrid, Charuco, Chessboard
-from calibration.dictionaries import dictionary, marker_cells
-from calibration.sheets import board_sheet, marker_sheet, outlines
+from calibration.dictionaries import marker_cells, opencv_dictionary
+from calibration.sheets import board_sheet, cell_outlines, marker_sheet
 from tests.calibration.truth import raster, svg_blacks
 from xneck_foundation.errors import Refused
 
@@ -118,7 +118,7 @@ def test_markers_have_their_size_and_ids(tmp_path: Path):
     for shape in shapes:
         low, high = bounds([shape])
         np.testing.assert_allclose(high - low, 30.0, atol=1e-3)
-    detector = cv2.aruco.ArucoDetector(dictionary("apriltag_36h11"))
+    detector = cv2.aruco.ArucoDetector(opencv_dictionary("apriltag_36h11"))
     _, ids, _ = detector.detectMarkers(raster(size, shapes, 6))
     assert ids is not None
     assert sorted(np.ravel(ids)) == [3, 7, 12, 586]
@@ -164,7 +164,7 @@ def test_refuses(tmp_path: Path, ids: list[int], size: float, dictionary_name: s
 
 @given(arrays(bool, st.tuples(st.integers(1, 7), st.integers(1, 7))))
 def test_outlines_enclose_exactly_the_black_cells(cells: np.ndarray):
-    loops = [loop.astype(float) for loop in outlines(cells)]
+    loops = [loop.astype(float) for loop in cell_outlines(cells)]
     filled = raster((cells.shape[1], cells.shape[0]), [loops], 1) == 0
     np.testing.assert_array_equal(filled, cells)
 
@@ -173,6 +173,6 @@ def test_an_outlined_marker_is_one_path_without_joints():
     cells = marker_cells("apriltag_36h11", 0)
     area = sum(
         0.5 * float(np.sum(loop[:, 0] * np.roll(loop[:, 1], -1) - loop[:, 1] * np.roll(loop[:, 0], -1)))
-        for loop in outlines(cells)
+        for loop in cell_outlines(cells)
     )
     assert abs(area) == cells.sum()  # holes run the other way round

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import cv2
 import numpy as np
 
-from calibration.corners import BoardView
+from calibration.corner_detection import BoardView
 from calibration.pictures import Picture
 from tests.paths import SHARED
 

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.cause_fit import Trial
-from diagnosis.comparison import DELAY_SIGMA
+from diagnosis.cause_fit import CauseFitter
 from diagnosis.hypothesis import as_described
-from diagnosis.noise_ensemble import read
-from diagnosis.nuisances import WALL
+from diagnosis.noise_ensemble import noise_ensemble
+from diagnosis.nuisances import NUISANCE_BOUND
 from identification.dataset.dataset import DataSet
-from identification.dataset.frames import seen_in
-from identification.dataset.series import Series, numbered
+from identification.dataset.frames import frame_angles
+from identification.dataset.series import Series, numbered_columns
+from identification.unknowns import DELAY_SIGMA_S_S
 from tests.identification.test_estimates import recording
 
 LATE_ROWS = 4
@@ -25,11 +25,11 @@ def stale() -> DataSet:
     data = recording(2000)
     f = data.state.matrix("f")
     held = np.concatenate([np.repeat(f[:1], LATE_ROWS, axis=0), f[:-LATE_ROWS]])
-    return replace(data, state=Series(data.state.time, {**data.state.columns, **numbered("f", held)}))
+    return replace(data, state=Series(data.state.time, {**data.state.columns, **numbered_columns("f", held)}))
 
 
 def test_a_delay_begins_within_what_is_known_of_it(stale: DataSet) -> None:
-    begun = Trial(as_described(stale.neck), [read(stale, seen_in(stale), 0)]).begin()
-    assert abs(begun.end.point.places[0].delay) <= WALL * DELAY_SIGMA * (1 + 1e-9)
-    # from within its walls a fit can only leave less
-    assert begun.fit.loss <= begun.end.merit * (1 + 1e-9)
+    stage = CauseFitter(as_described(stale.neck), [noise_ensemble(stale, frame_angles(stale), 0)]).base_model()
+    assert abs(stage.comparison.linearisation.recordings[0].delay) <= NUISANCE_BOUND * DELAY_SIGMA_S_S * (1 + 1e-9)
+    # from within its bounds a fit can only leave less
+    assert stage.fit.loss <= stage.comparison.profiled_loss * (1 + 1e-9)

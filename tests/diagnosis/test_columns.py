@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from diagnosis.cause import Cause, believed
+from diagnosis.cause import Cause, with_causes
 from diagnosis.comparison import FOLDS, Comparison, compare
 from diagnosis.effects import EFFECTS
 from diagnosis.hypothesis import Hypothesis, as_described
-from diagnosis.linearisation import Linearisation, point, read_all, sought
-from diagnosis.noise_ensemble import whitener
-from diagnosis.nuisances import WALL, adjusted, errors
+from diagnosis.linearisation import Linearisation, base_unknowns, corrected_signals, linearise
+from diagnosis.noise_ensemble import noise_whitener
+from diagnosis.nuisances import NUISANCE_BOUND, adjusted, nuisances_at
 from identification.dataset.dataset import DataSet
-from identification.fitting import stretch_starts
+from identification.fitting import segment_starts
 from identification.residuals import ResidualRows
 from identification.whitening import Whitener
 from mechanism.arm import arm_of
@@ -29,7 +29,7 @@ def data() -> DataSet:
 @pytest.fixture(scope="module")
 def at(data: DataSet) -> Linearisation:
     h = as_described(data.neck)
-    u = sought(h, 1)
+    u = base_unknowns(h, 1)
     p = u.start()
     for name, value in {"fs": FS, "k": K, "ca": CA}.items():
         p[u.slots[name, None]] = value
@@ -38,7 +38,7 @@ def at(data: DataSet) -> Linearisation:
 
 def read_at(h: Hypothesis, data: DataSet, p: np.ndarray) -> Linearisation:
     late = np.zeros(1)
-    return point(h, read_all(h, [data], late), p, late)
+    return linearise(h, corrected_signals(h, [data], late), p, late)
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -48,14 +48,14 @@ def test_columns_are_what_an_effect_does(name: str, at: Linearisation, data: Dat
     Laws act on elongations that the motors tell, and forces are filtered here but not where only geometry changes: so not exactly.
     """
     effect, arm, h = EFFECTS[name], at.hypothesis.arm, at.hypothesis
-    place, shape = at.places[0], effect.shapes[0]
-    columns = effect.columns(place, shape)
+    recording_at, shape = at.recordings[0], effect.start_shapes[0]
+    columns = effect.columns(recording_at, shape)
     sizes = effect.sizes(arm)
     assert columns.shape[2] == len(sizes)
-    where = effect.wheres(arm)[-1]
+    where = effect.placements(arm)[-1]
     k = where.columns[0]
     cause = Cause(effect, where, np.array([sizes[c] if c == k else 0.0 for c in where.columns]), dict(shape))
-    changed = read_at(believed(h, [cause]), data, at.p).places[0].rows.residual - place.rows.residual
+    changed = read_at(with_causes(h, [cause]), data, at.p).recordings[0].rows.residual - recording_at.rows.residual
     expected = columns[..., k] * sizes[k]
     if name == "cable_slack":  # never slack here
         assert not expected.any()
@@ -72,83 +72,85 @@ def test_columns_are_what_an_effect_does(name: str, at: Linearisation, data: Dat
 @pytest.mark.parametrize("name", EFFECTS)
 def test_an_effect_of_nothing_changes_nothing(name: str, at: Linearisation, data: DataSet) -> None:
     effect = EFFECTS[name]
-    where = effect.wheres(at.hypothesis.arm)[0]
-    cause = Cause(effect, where, np.zeros(len(where.columns)), dict(effect.shapes[0]))
-    there = read_at(believed(at.hypothesis, [cause]), data, at.p)
-    floor = 1e-6 * np.abs(at.places[0].rows.residual).max()
-    np.testing.assert_allclose(there.places[0].rows.residual, at.places[0].rows.residual, atol=max(floor, 2e-4))
+    where = effect.placements(at.hypothesis.arm)[0]
+    cause = Cause(effect, where, np.zeros(len(where.columns)), dict(effect.start_shapes[0]))
+    there = read_at(with_causes(at.hypothesis, [cause]), data, at.p)
+    floor = 1e-6 * np.abs(at.recordings[0].rows.residual).max()
+    np.testing.assert_allclose(there.recordings[0].rows.residual, at.recordings[0].rows.residual, atol=max(floor, 2e-4))
 
 
 @pytest.mark.parametrize("louder", [1.0, 30.0])
 def test_a_fit_is_bounded_least_squares_with_what_is_known(louder: float, at: Linearisation) -> None:
-    """Against stacked rows and scipy; with a residual many times as large some nuisances meet their walls."""
-    now = compared(louder_by(at, louder))
-    fit = now.fit(now.groups[0].columns[:4])
-    use, nuisance = fit.columns, slice(now.base, now.base + len(now.nuisances))
+    """Against stacked rows and scipy; with a residual many times as large some nuisances meet their bounds."""
+    comparison = compared(louder_by(at, louder))
+    fit = comparison.fit(comparison.groups[0].columns[:4])
+    use, nuisance = fit.columns, slice(comparison.base_count, comparison.base_count + len(comparison.nuisance_names))
     # of a whitener that leaves rows as they are
-    trusted = now.matrix[0] / np.sqrt(1 + at.places[0].unsure)[..., None]
-    known = np.isfinite(now.sigma[use])
-    stacked = np.vstack([trusted[..., use].reshape(-1, len(use)), np.diag(1 / now.sigma[use])[known]])
-    right = np.concatenate([-trusted[..., -1].ravel(), (now.mean / now.sigma)[use][known]])
+    weighted = comparison.matrices[0] / np.sqrt(1 + at.recordings[0].input_variance)[..., None]
+    known = np.isfinite(comparison.prior_sigma[use])
+    stacked = np.vstack([weighted[..., use].reshape(-1, len(use)), np.diag(1 / comparison.prior_sigma[use])[known]])
+    right = np.concatenate([-weighted[..., -1].ravel(), (comparison.prior_mean / comparison.prior_sigma)[use][known]])
     scale = np.linalg.norm(stacked, axis=0)
-    low, high = now.least[use].copy(), np.full(len(use), np.inf)
-    low[nuisance], high[nuisance] = -WALL, WALL
+    low, high = comparison.lower_bounds[use].copy(), np.full(len(use), np.inf)
+    low[nuisance], high[nuisance] = -NUISANCE_BOUND, NUISANCE_BOUND
     best = lsq_linear(stacked / scale, right, (low * scale, high * scale), tol=1e-14)
     assert fit.loss == pytest.approx(2 * best.cost, rel=1e-5)
-    assert np.abs(fit.numbers[nuisance]).max() <= WALL * (1 + 1e-9)
-    assert (np.abs(fit.numbers[nuisance]).max() > 0.999 * WALL) == (louder > 1)
+    assert np.abs(fit.numbers[nuisance]).max() <= NUISANCE_BOUND * (1 + 1e-9)
+    assert (np.abs(fit.numbers[nuisance]).max() > 0.999 * NUISANCE_BOUND) == (louder > 1)
 
 
 def test_a_block_is_judged_by_a_fit_to_the_other_folds(at: Linearisation) -> None:
-    now = compared(at)
-    columns = now.groups[0].columns
-    losses, fold = now.crossed(columns), now.dealt(columns)
-    others = replace(now, blocks=now.blocks * (fold != 2)[:, None, None])
+    comparison = compared(at)
+    columns = comparison.groups[0].columns
+    losses, fold = comparison.block_losses(columns), comparison.folds(columns)
+    others = replace(comparison, block_products=comparison.block_products * (fold != 2)[:, None, None])
     fit = others.fit(columns)
-    y, where = np.append(fit.numbers, 1.0), np.append(fit.columns, len(now.sigma))
-    expected = [y @ block[np.ix_(where, where)] @ y for block in now.blocks[fold == 2]]
+    y, where = np.append(fit.numbers, 1.0), np.append(fit.columns, len(comparison.prior_sigma))
+    expected = [y @ block[np.ix_(where, where)] @ y for block in comparison.block_products[fold == 2]]
     np.testing.assert_allclose(losses[fold == 2], expected, rtol=1e-6)
     # and that is more than what a fit to all of them leaves
-    assert losses.sum() > now.fit(columns).loss - float(
-        np.sum((now.fit(columns).numbers / now.sigma[fit.columns]) ** 2)
+    assert losses.sum() > comparison.fit(columns).loss - float(
+        np.sum((comparison.fit(columns).numbers / comparison.prior_sigma[fit.columns]) ** 2)
     )
 
 
 def test_what_few_blocks_tell_is_never_judged_without_them_all(at: Linearisation) -> None:
     """Two episodes that tell all of a cause, as many blocks apart as there are folds."""
-    now = compared(at)
-    blocks = np.repeat(now.blocks[:1], 4 * FOLDS, axis=0)
-    columns = now.groups[0].columns[:1]
+    comparison = compared(at)
+    blocks = np.repeat(comparison.block_products[:1], 4 * FOLDS, axis=0)
+    columns = comparison.groups[0].columns[:1]
     blocks[:, columns, columns] = 0.0
     seen = [3, 3 + FOLDS]
     blocks[seen, columns, columns] = [5.0, 4.0]
-    many = replace(now, blocks=blocks)
-    usual, dealt = many.dealt(), many.dealt(columns)
+    many = replace(comparison, block_products=blocks)
+    usual, spread = many.folds(), many.folds(columns)
     assert usual[seen[0]] == usual[seen[1]]
-    assert dealt[seen[0]] != dealt[seen[1]]
+    assert spread[seen[0]] != spread[seen[1]]
     others = np.setdiff1d(np.arange(len(blocks)), seen)
-    np.testing.assert_array_equal(dealt[others], usual[others])
+    np.testing.assert_array_equal(spread[others], usual[others])
 
 
 def test_what_chance_takes_is_as_rare_as_it_is_said_to_be(at: Linearisation) -> None:
     """Noise that was not among the draws: the most that any effect explains of it is beyond one in ten worlds of ten."""
-    place, rng = at.places[0], np.random.default_rng(5)
+    recording_at, rng = at.recordings[0], np.random.default_rng(5)
 
     def noise() -> np.ndarray:
-        drawn = place.signals.low_pass(rng.normal(size=(7, len(place.signals.time))))
+        drawn = recording_at.signals.low_pass(rng.normal(size=(7, len(recording_at.signals.time))))
         return np.array([0.3] * 4 + [1e-3] * 3)[:, None] * drawn / drawn.std()
 
     draws = [noise() for _ in range(4)]
-    whiten = whitener([draws], [stretch_starts(place.signals)], 4)
-    asked = [(EFFECTS[name], EFFECTS[name].shapes[0]) for name in ("viscous_friction", "actuator_gain", "base_tilt")]
-    known = errors(at)
+    whiten = noise_whitener([draws], [segment_starts(recording_at.signals)], 4)
+    asked = [
+        (EFFECTS[name], EFFECTS[name].start_shapes[0]) for name in ("viscous_friction", "actuator_gain", "base_tilt")
+    ]
+    known = nuisances_at(at)
     alarms, worlds = 0, 60
     for _ in range(worlds):
-        there = replace(at, places=(replace(place, rows=ResidualRows(noise(), place.rows.jacobian)),))
-        now = compare(there, (), asked, known, whiten, [draws])
-        choices = [group.columns for group in now.groups]
-        limit = np.quantile(now.by_chance(choices, np.random.default_rng(0), 400), 0.9)
-        most = max(now.fit().loss - now.fit(columns).loss for columns in choices)
+        there = replace(at, recordings=(replace(recording_at, rows=ResidualRows(noise(), recording_at.rows.jacobian)),))
+        comparison = compare(there, (), asked, known, whiten, [draws])
+        choices = [group.columns for group in comparison.groups]
+        limit = np.quantile(comparison.chance_gains(choices, np.random.default_rng(0), 400), 0.9)
+        most = max(comparison.fit().loss - comparison.fit(columns).loss for columns in choices)
         alarms += bool(most > limit)
     # binomial: 6 expected, 14 and more once in five hundred
     assert alarms < 14
@@ -156,17 +158,21 @@ def test_what_chance_takes_is_as_rare_as_it_is_said_to_be(at: Linearisation) -> 
 
 
 def louder_by(at: Linearisation, factor: float) -> Linearisation:
-    rows = at.places[0].rows
-    return replace(at, places=(replace(at.places[0], rows=ResidualRows(factor * rows.residual, rows.jacobian)),))
+    rows = at.recordings[0].rows
+    return replace(
+        at, recordings=(replace(at.recordings[0], rows=ResidualRows(factor * rows.residual, rows.jacobian)),)
+    )
 
 
 def test_numbers_taken_as_given_are_as_if_subtracted(at: Linearisation) -> None:
-    now = compared(at)
-    numbers = np.random.default_rng(0).normal(size=len(now.sigma)) * (np.arange(len(now.sigma)) >= now.base)
-    shifted = now.shifted(numbers)
-    left = now.matrix[0][..., -1] + now.matrix[0][..., :-1] @ numbers
-    flat = (left / np.sqrt(1 + at.places[0].unsure)).ravel()
-    assert shifted.table[-1, -1] == pytest.approx(float(flat @ flat), rel=1e-9)
+    comparison = compared(at)
+    numbers = np.random.default_rng(0).normal(size=len(comparison.prior_sigma)) * (
+        np.arange(len(comparison.prior_sigma)) >= comparison.base_count
+    )
+    shifted = comparison.with_fixed(numbers)
+    left = comparison.matrices[0][..., -1] + comparison.matrices[0][..., :-1] @ numbers
+    flat = (left / np.sqrt(1 + at.recordings[0].input_variance)).ravel()
+    assert shifted.products[-1, -1] == pytest.approx(float(flat @ flat), rel=1e-9)
 
 
 def test_a_description_is_adjusted_where_its_nuisances_say(data: DataSet) -> None:
@@ -179,4 +185,4 @@ def test_a_description_is_adjusted_where_its_nuisances_say(data: DataSet) -> Non
 
 def compared(at: Linearisation) -> Comparison:
     plain = Whitener(np.ones((7, 1)))
-    return compare(at, (), [(EFFECTS["viscous_friction"], {})], errors(at), plain)
+    return compare(at, (), [(EFFECTS["viscous_friction"], {})], nuisances_at(at), plain)

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.cause import Cause, believed
+from diagnosis.cause import Cause, with_causes
 from diagnosis.cause_fit import FitStage
 from diagnosis.comparison import compare
 from diagnosis.effects import EFFECTS
-from diagnosis.extended_model import description
+from diagnosis.extended_model import extended_description
 from diagnosis.hypothesis import as_described
-from diagnosis.linearisation import point, read_all, sought
-from diagnosis.nuisances import errors
+from diagnosis.linearisation import base_unknowns, corrected_signals, linearise
+from diagnosis.nuisances import nuisances_at
 from identification.whitening import Whitener
 from mechanism.description import read_neck
 from tests.identification.test_estimates import recording
@@ -27,16 +27,16 @@ def test_a_turned_marker_is_described_as_it_sits(bar: int) -> None:
     data, off = replace(recording(2000), neck=read_neck(SAMPLE)), 0.03
     h, late = as_described(data.neck), np.zeros(1)
     effect = EFFECTS["marker_offset"]
-    where = next(w for w in effect.wheres(h.arm) if w.label == f"bar {bar}")
-    found = believed(h, [Cause(effect, where, np.array([off]), {})])
+    where = next(w for w in effect.placements(h.arm) if w.label == f"bar {bar}")
+    found = with_causes(h, [Cause(effect, where, np.array([off]), {})])
     now = compare(
-        at := point(h, read_all(h, [data], late), sought(h, 1).start(), late),
+        at := linearise(h, corrected_signals(h, [data], late), base_unknowns(h, 1).start(), late),
         (),
         (),
-        errors(at),
+        nuisances_at(at),
         Whitener(np.ones((7, 1))),
     )
-    written = description(FitStage(now, (), (), 0.0, now.fit()), found)
+    written = extended_description(FitStage(now, (), (), 0.0, now.fit()), found)
     assert data.neck.markers is not None
     assert written.markers is not None
     stood = np.array([0.0, 0.1, -0.2, 0.4])  # of every bar

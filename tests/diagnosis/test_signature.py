@@ -10,15 +10,21 @@ import pytest
 
 from diagnosis.cause_fit import FitStage
 from diagnosis.comparison import compare
-from diagnosis.conditions import ALONG, conditions
-from diagnosis.explained_energy import Autocovariance, autocovariance, energy
+from diagnosis.explained_energy import Autocovariance, autocovariance, explained_energy
 from diagnosis.hypothesis import as_described
-from diagnosis.linearisation import Linearisation, RecordingLinearisation, point, read_all, sought
-from diagnosis.noise_ensemble import whitener
-from diagnosis.nuisances import Errors, errors
+from diagnosis.linearisation import (
+    Linearisation,
+    RecordingLinearisation,
+    base_unknowns,
+    corrected_signals,
+    linearise,
+)
+from diagnosis.noise_ensemble import noise_whitener
+from diagnosis.nuisances import Nuisances, nuisances_at
+from diagnosis.residual_conditions import ALONG, conditions
 from diagnosis.signature import Signature, signature
 from diagnosis.signature_record import words
-from identification.fitting import stretch_starts
+from identification.fitting import segment_starts
 from identification.residuals import ResidualRows
 from tests.identification.test_estimates import CA, FS, K, recording
 
@@ -29,16 +35,16 @@ FLOOR = np.array([0.3, 0.3, 0.3, 0.3, 1e-3, 1e-3, 1e-3])
 def at() -> Linearisation:
     data = recording(2000)
     h = as_described(data.neck)
-    u, late = sought(h, 1), np.zeros(1)
+    u, late = base_unknowns(h, 1), np.zeros(1)
     p = u.start()
     for name, value in {"fs": FS, "k": K, "ca": CA}.items():
         p[u.slots[name, None]] = value
-    return point(h, read_all(h, [data], late), p, late)
+    return linearise(h, corrected_signals(h, [data], late), p, late)
 
 
 @pytest.fixture(scope="module")
-def known(at: Linearisation) -> Errors:
-    return errors(at)
+def known(at: Linearisation) -> Nuisances:
+    return nuisances_at(at)
 
 
 def noise(place: RecordingLinearisation, rng: np.random.Generator) -> np.ndarray:
@@ -47,14 +53,16 @@ def noise(place: RecordingLinearisation, rng: np.random.Generator) -> np.ndarray
     return FLOOR[:, None] * drawn / drawn.std()
 
 
-def described(at: Linearisation, known: Errors, seed: int, more: np.ndarray | float, louder: float = 1.0) -> Signature:
+def described(
+    at: Linearisation, known: Nuisances, seed: int, more: np.ndarray | float, louder: float = 1.0
+) -> Signature:
     """Of noise, `louder` than it is known to be, with something more in it."""
     rng = np.random.default_rng(seed)
-    (place,) = at.places
+    (place,) = at.recordings
     drawn = [noise(place, rng) for _ in range(4)]
     rows = ResidualRows(louder * noise(place, rng) + more, place.rows.jacobian)
-    there = replace(at, places=(replace(place, rows=rows),))
-    whiten = whitener([drawn], [stretch_starts(place.signals)], place.signals.arm.M)
+    there = replace(at, recordings=(replace(place, rows=rows),))
+    whiten = noise_whitener([drawn], [segment_starts(place.signals)], place.signals.arm.M)
     now = compare(there, (), (), known, whiten)
     turn = FitStage(now, (), (drawn,), 0.0, now.fit())
     return signature(turn, turn)
@@ -62,22 +70,22 @@ def described(at: Linearisation, known: Errors, seed: int, more: np.ndarray | fl
 
 def test_chance_is_as_rare_as_it_is_said_to_be(at: Linearisation) -> None:
     """One in twenty of 400 draws of noise for each condition; taken for white, noise would look like a pattern far more often."""
-    (place,) = at.places
+    (place,) = at.recordings
     rng = np.random.default_rng(0)
     draws, level, alarms, white = 400, 0.05, 0, 0
     rows = [place.signals.low_pass.kept // place.signals.low_pass.factor]
     rows = [rows[0] - rows[0][0]]
-    every = [(c, condition.columns()) for c in (0, 5) for condition in conditions(at.places, c)]
+    every = [(c, condition.columns()) for c in (0, 5) for condition in conditions(at.recordings, c)]
     none = np.zeros((len(rows[0]), 0))
     # slow noise, of a second: what models leave is no faster
     slow = np.exp(-0.5 * (np.arange(-96, 97) / 16) ** 2)
     for _ in range(draws):
         r = [np.convolve(rng.normal(size=len(rows[0]) + len(slow) - 1), slow, mode="valid")]
         own = autocovariance(r, rows)
-        flat = Autocovariance(own.at, own.lags * (np.arange(len(own.lags)) == 0))
+        flat = Autocovariance(own.grid_rows, own.lags * (np.arange(len(own.lags)) == 0))
         for _, columns in every:
-            alarms += energy(r, columns, none, own).log_p < np.log(level)
-            white += energy(r, columns, none, flat).log_p < np.log(level)
+            alarms += explained_energy(r, columns, none, own).log_p < np.log(level)
+            white += explained_energy(r, columns, none, flat).log_p < np.log(level)
     count = draws * len(every)
     # draws are independent, conditions of one draw need not be: the sigma of their mean is that of one condition at most
     assert alarms / count < level + 3 * np.sqrt(level * (1 - level) / draws)
@@ -85,7 +93,7 @@ def test_chance_is_as_rare_as_it_is_said_to_be(at: Linearisation) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_noise_has_no_signature(seed: int, at: Linearisation, known: Errors) -> None:
+def test_noise_has_no_signature(seed: int, at: Linearisation, known: Nuisances) -> None:
     found = described(at, known, seed, 0.0)
     assert found.kind == "nothing"
     assert found.clear == ()
@@ -93,7 +101,7 @@ def test_noise_has_no_signature(seed: int, at: Linearisation, known: Errors) -> 
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_louder_noise_that_follows_nothing_is_unclear(seed: int, at: Linearisation, known: Errors) -> None:
+def test_louder_noise_that_follows_nothing_is_unclear(seed: int, at: Linearisation, known: Nuisances) -> None:
     """One in a hundred would be a pattern by chance."""
     found = described(at, known, 10 + seed, 0.0, louder=3.0)
     assert found.kind == "unclear"
@@ -101,9 +109,9 @@ def test_louder_noise_that_follows_nothing_is_unclear(seed: int, at: Linearisati
 
 
 @pytest.mark.parametrize("teeth", [3, 7, 25])
-def test_teeth_are_counted(teeth: int, at: Linearisation, known: Errors) -> None:
+def test_teeth_are_counted(teeth: int, at: Linearisation, known: Nuisances) -> None:
     """To a part of what the drum's way of half a turn could tell apart; few are what the base model's numbers make something of."""
-    (place,) = at.places
+    (place,) = at.recordings
     s, R = place.signals, place.hypothesis.neck.motors[1].R
     more = np.zeros_like(place.rows.residual)
     more[1] = s.low_pass(2.0 * np.sin(teeth * s.theta[:, 1] / R + 0.3))
@@ -111,14 +119,14 @@ def test_teeth_are_counted(teeth: int, at: Linearisation, known: Errors) -> None
     assert found.kind == "periodic"
     assert found.channels == (1,)
     (p,) = found.shown
-    assert p.periodic is not None
-    assert abs(p.periodic.order - teeth) < 4 * p.periodic.sigma < 0.5
-    assert abs(p.periodic.order / teeth - 1) < (0.01 if teeth > 5 else 0.03)
+    assert p.drum_wave is not None
+    assert abs(p.drum_wave.order - teeth) < 4 * p.drum_wave.sigma < 0.5
+    assert abs(p.drum_wave.order / teeth - 1) < (0.01 if teeth > 5 else 0.03)
     assert found.best is p
 
 
-def test_friction_that_rises_is_a_drift_along_the_motion(at: Linearisation, known: Errors) -> None:
-    (place,) = at.places
+def test_friction_that_rises_is_a_drift_along_the_motion(at: Linearisation, known: Nuisances) -> None:
+    (place,) = at.recordings
     s = place.signals
     more = np.zeros_like(place.rows.residual)
     age = (s.time - s.time[0]) / (s.time[-1] - s.time[0])
@@ -131,8 +139,8 @@ def test_friction_that_rises_is_a_drift_along_the_motion(at: Linearisation, know
     assert found.best.before[0] > 0 > found.best.before[-1]
 
 
-def test_pushes_are_episodes_where_they_were(at: Linearisation, known: Errors) -> None:
-    (place,) = at.places
+def test_pushes_are_episodes_where_they_were(at: Linearisation, known: Nuisances) -> None:
+    (place,) = at.recordings
     s = place.signals
     time = s.time - s.time[0]
     push = sum(np.exp(-0.5 * ((time - t) / 0.15) ** 2) for t in (6.0, 14.0, 22.0))

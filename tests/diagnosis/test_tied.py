@@ -5,33 +5,33 @@ from typing import Any
 
 import pytest
 
-from diagnosis.cause_search import MATERIAL, tied
+from diagnosis.cause_search import MIN_LOSS_SHARE, indistinguishable
 
-QUIET = 9000.0
+NOISE_LOSS = 9000.0
 
 
-def one(name: str, loss: float, numbers: int = 1, plain: bool = False) -> Any:
+def one(name: str, loss: float, numbers: int = 1, above_noise: bool = False) -> Any:
     """A cause by its name, and a fit with it."""
-    turn = SimpleNamespace(loss=loss, quiet=QUIET, beyond=SimpleNamespace(plain=plain))
-    return SimpleNamespace(effect=name, numbers=numbers), turn
+    stage = SimpleNamespace(loss=loss, noise_loss=NOISE_LOSS, excess=SimpleNamespace(above_noise=above_noise))
+    return SimpleNamespace(effect=name, number_count=numbers), stage
 
 
 def names(*tried: Any) -> list[str]:
-    return [str(c.effect) for c, _ in tied(tried)]
+    return [str(c.effect) for c, _ in indistinguishable(tried)]
 
 
 def test_what_leaves_as_little_is_tied_and_the_best_is_first() -> None:
-    assert names(one("near", 10_100.0), one("best", 10_000.0), one("far", 10_000 * (1 + 1.1 * MATERIAL))) == [
+    assert names(one("near", 10_100.0), one("best", 10_000.0), one("far", 10_000 * (1 + 1.1 * MIN_LOSS_SHARE))) == [
         "best",
         "near",
     ]
 
 
-@pytest.mark.parametrize("plain", [False, True])
-def test_what_leaves_something_above_noise_is_not_tied_with_what_leaves_none(plain: bool) -> None:
+@pytest.mark.parametrize("above_noise", [False, True])
+def test_what_leaves_something_above_noise_is_not_tied_with_what_leaves_none(above_noise: bool) -> None:
     """All its loss may stand in one channel, where it is little of the whole."""
-    told = names(one("best", 10_000.0, plain=plain), one("loud", 10_300.0, plain=True))
-    assert told == (["best", "loud"] if plain else ["best"])
+    told = names(one("best", 10_000.0, above_noise=above_noise), one("loud", 10_300.0, above_noise=True))
+    assert told == (["best", "loud"] if above_noise else ["best"])
 
 
 def test_more_numbers_must_leave_less() -> None:

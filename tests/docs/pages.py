@@ -5,8 +5,10 @@ import re
 from tests.paths import ROOT
 
 PAGES = {
-    page.name: page.read_text(encoding="utf-8") for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+    ("docs/README.md" if page == ROOT / "docs/README.md" else page.name): page.read_text(encoding="utf-8")
+    for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 }
+"""by file name; the contents page of docs/ by its path"""
 
 
 def fenced(page: str, kind: str) -> list[str]:
@@ -15,5 +17,7 @@ def fenced(page: str, kind: str) -> list[str]:
 
 
 def commands(page: str) -> list[str]:
-    """Lines that call xneck."""
-    return re.findall(r"^ +(xneck [a-z]+ .+)$", PAGES[page], flags=re.MULTILINE)
+    """Lines that call xneck, and calls in the cells of a table."""
+    lines = re.findall(r"^ +(xneck [a-z]+ .+)$", PAGES[page], flags=re.MULTILINE)
+    rows = re.findall(r"^\|.*$", PAGES[page], flags=re.MULTILINE)
+    return lines + [call for row in rows for call in re.findall(r"`(xneck [a-z]+ [^`]+)`", row)]

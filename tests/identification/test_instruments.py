@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.cable_memory import remembered
+from identification.cable_memory import memory_states
 from identification.dataset.dataset import DataSet
-from identification.instruments import driven
-from identification.residuals import forces, stretching
+from identification.instruments import instrument_signals
+from identification.residuals import law_forces, cable_motion
 from identification.signals import Signals, signals_of
 from identification.unknowns import Unknowns, unknowns
 from mechanism.machine import Machine
@@ -48,7 +48,7 @@ def test_vision_s_noise_has_no_part(name: str, data: DataSet) -> None:
     u, p = asked(s, name)
     noise = np.random.default_rng(0).normal(0, 1e-4, s.x.shape)
     other = replace(s, x=s.x + noise, x_d=s.x_d + np.gradient(noise, s.step, axis=0))
-    one, two = driven(s, u, p, 0), driven(other, u, p, 0)
+    one, two = instrument_signals(s, u, p, 0), instrument_signals(other, u, p, 0)
     assert np.all(rms(two.x - one.x) < 0.01 * rms(noise))
     assert np.all(rms(two.x_d - one.x_d) < 0.01 * rms(other.x_d - s.x_d))
 
@@ -58,9 +58,9 @@ def test_the_laws_pull_as_the_motors_do(name: str, data: DataSet) -> None:
     """But for what differences of rows say wrongly of damping where friction turns over, and what turns within a hair."""
     s = signals_of(data)
     u, p = asked(s, name)
-    told = driven(s, u, p, 0)
-    at = stretching(told, u.get(p, "x0", 0))
+    told = instrument_signals(s, u, p, 0)
+    at = cable_motion(told, u.get(p, "x0", 0))
     machine = Machine(s.arm, u.laws, u.values(p))
-    pull = machine.pull(at, remembered(machine, at, s.step))
-    drive = forces(s, u.laws, u.values(p), u.get(p, "x0", 0), 0.0).drive - s.inertial
+    pull = machine.pull(at, memory_states(machine, at, s.step))
+    drive = law_forces(s, u.laws, u.values(p), u.get(p, "x0", 0), 0.0).drive - s.inertial
     assert np.all(rms(pull - drive) < (0.05 if "hair" in name else 0.01) * rms(drive))

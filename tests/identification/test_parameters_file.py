@@ -10,7 +10,7 @@ from identification.parameters_file import write_mat, write_neck
 from mechanism.description import read_neck
 from tests.identification.test_estimates import NECK
 from xneck_foundation.errors import Refused
-from xneck_foundation.least_squares import Parameter
+from xneck_foundation.parameter import Parameter
 
 
 def parameters(x0: float = 0.0051) -> list[Parameter]:

@@ -25,7 +25,7 @@ from identification.files import joint_state, mcap_records
 from mechanism.description import read_neck
 from tests.paths import NECK_FILE
 from xneck_foundation.errors import Refused
-from xneck_foundation.recovery import Recovered, recoveries
+from xneck_foundation.recovery import Recovered, collected_recoveries
 
 NECK = NECK_FILE
 EVERYWHERE = settings(
@@ -72,7 +72,7 @@ class Written:
     def damaged(self, content: bytes) -> tuple[DataSet | None, str]:
         """What is read of other bytes, None where they are refused; and what was said of it."""
         self.path.write_bytes(content)
-        with recoveries() as said:
+        with collected_recoveries() as said:
             try:
                 found = read_dataset(self.path)
             except Refused as refusal:

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from identification.block_covariance import Blocks, influence, widened
-from identification.cable_memory import remembered
-from identification.low_pass import CUTOFF_HZ, low_pass
-from identification.residuals import rows
+from identification.block_covariance import BlockSums, jackknife_influence, student_inflated
+from identification.cable_memory import memory_states
+from identification.decimation import CUTOFF_HZ, decimating_filter
+from identification.residuals import residual_rows
 from identification.signals import Signals
 from identification.unknowns import unknowns
 from identification.whitening import fit_whitener
@@ -38,14 +38,14 @@ def signals(rng: np.random.Generator, count: int = 1000) -> Signals:
     known |= {"theta": some(4, 5.0), "theta_dd": some(4, 99.0)}
     known |= {"length": 1 + some(4, 0.1), "x": 5e-3 + some(4, 3e-3), "x_d": some(4, 2e-2)}
     Z = 0.03 + 0.01 * rng.normal(size=(3, 4)) + np.zeros((count, 1, 1))
-    return Signals(arm=a, time=time, Z=Z, low_pass=low_pass(STEP, np.ones(count, bool)), clock_sigma=(0.0, 0.0), clock_doubt=0.0,
+    return Signals(arm=a, time=time, Z=Z, low_pass=decimating_filter(STEP, np.ones(count, bool)), clock_sigma=(0.0, 0.0), clock_doubt=0.0,
                    angle_sigma=np.zeros(3), **known)  # fmt: skip
 
 
 def test_low_pass_keeps_the_motion_and_drops_what_would_fold_back() -> None:
     """Half a cutoff passes within 1 %, two cutoffs are down to 1 %, and rows are where `kept` says."""
     time = STEP * np.arange(5000)
-    keep = low_pass(STEP, np.ones(5000, bool))
+    keep = decimating_filter(STEP, np.ones(5000, bool))
     for hertz, gain in ((CUTOFF_HZ / 2, 1.0), (2 * CUTOFF_HZ, 0.0)):
         wave = np.sin(2 * np.pi * hertz * time)
         np.testing.assert_allclose(keep(wave), gain * wave[keep.kept], atol=0.01)
@@ -54,7 +54,7 @@ def test_low_pass_keeps_the_motion_and_drops_what_would_fold_back() -> None:
 @pytest.mark.parametrize(("step", "count"), [(0.002, 1000), (0.002, 1009), (0.00195, 999), (0.03, 200), (0.002, 190)])
 def test_low_pass_in_blocks_is_the_filter(step: float, count: int) -> None:
     """Whatever the rate and wherever the last block ends; real or complex; a recording shorter than the filter has no rows."""
-    keep, values = low_pass(step, np.ones(count, bool)), np.random.default_rng(0).normal(size=(count, 2))
+    keep, values = decimating_filter(step, np.ones(count, bool)), np.random.default_rng(0).normal(size=(count, 2))
     expected = [np.convolve(v, keep.taps)[len(keep.taps) // 2 :][keep.kept] for v in values.T]
     np.testing.assert_allclose(keep(values.T), expected, atol=1e-14)
     np.testing.assert_allclose(keep(np.exp(1j * values[:, 0])).imag, keep(np.sin(values[:, 0])), atol=1e-14)
@@ -64,9 +64,9 @@ def test_low_pass_looks_at_no_row_that_is_not_known() -> None:
     known = np.ones(5000, bool)
     known[2000:2100] = known[3000] = False
     values = np.where(known, 1.0, np.nan)
-    out = low_pass(STEP, known)(values)
+    out = decimating_filter(STEP, known)(values)
     np.testing.assert_allclose(out, 1.0)
-    assert len(out) < len(low_pass(STEP, np.ones(5000, bool)).kept)
+    assert len(out) < len(decimating_filter(STEP, np.ones(5000, bool)).kept)
 
 
 def test_what_laws_remember_is_affine_in_itself() -> None:
@@ -84,7 +84,7 @@ def test_what_laws_remember_is_affine_in_itself() -> None:
 def test_creep_is_remembered_as_its_exact_solution() -> None:
     """A steady rate v: z = km v tau (1 - exp(-t/tau))."""
     at = Stretching(np.zeros((3000, 4)), np.full((3000, 4), 1e-3), np.ones((3000, 4)), arm(), np.zeros((3000, 4)))
-    z = remembered(Machine(arm(), ("cable_creep",), {"km": np.full(4, 500.0), "tau": np.array([2.0])}), at, STEP)
+    z = memory_states(Machine(arm(), ("cable_creep",), {"km": np.full(4, 500.0), "tau": np.array([2.0])}), at, STEP)
     expected = 500 * 1e-3 * 2.0 * (1 - np.exp(-STEP * np.arange(3000) / 2.0))
     np.testing.assert_allclose(z[:, 1, 0], expected, rtol=1e-9)
 
@@ -97,10 +97,10 @@ def test_columns_are_the_derivatives_of_the_residuals(elastic: tuple[str, ...]) 
     laws = ("dry_friction", "viscous_friction", "stribeck_friction", "pulley_friction", "joint_friction", *elastic)
     s, u = signals(rng), unknowns(arm(), laws, 2)
     p = u.start() + u.size * rng.uniform(0.5, 1.0, len(u.entries))
-    J = rows(s, u, p, 1).jacobian
+    J = residual_rows(s, u, p, 1).jacobian
     for place, entry in enumerate(u.entries):
         h = 1e-3 * entry.term.size * np.eye(len(p))[place]
-        slope = (rows(s, u, p + h, 1).residual - rows(s, u, p - h, 1).residual) / (2 * h[place])
+        slope = (residual_rows(s, u, p + h, 1).residual - residual_rows(s, u, p - h, 1).residual) / (2 * h[place])
         # forward differences over a thousandth of a term's size: off by about a thousandth; delays sample straight pieces
         near = 2e-2 if entry.term.name == "delay" else 5e-3
         np.testing.assert_allclose(J[:, :, place], slope, atol=near * max(np.abs(slope).max(), 1e-12))
@@ -136,10 +136,10 @@ def test_a_sigma_that_few_blocks_tell_is_wider() -> None:
     blunt, wide = [], []
     for pull in np.sqrt(told) * rng.normal(size=(4000, 60)):
         value = pull.sum() / told.sum()
-        left = Blocks((pull - told * value)[:, None], told[:, None, None])
-        alone = influence(left, told.sum(keepdims=True)[:, None], np.ones(1, bool), np.ones(1))
+        left = BlockSums((pull - told * value)[:, None], told[:, None, None])
+        alone = jackknife_influence(left, told.sum(keepdims=True)[:, None], np.ones(1, bool), np.ones(1))
         blunt.append(value / np.sqrt(np.sum(alone**2)))
-        wide.append(value / np.sqrt(np.sum(widened(alone) ** 2)))
+        wide.append(value / np.sqrt(np.sum(student_inflated(alone) ** 2)))
     margin = 3 / np.sqrt(2 * 4000)
     assert abs(np.std(wide) - 1) < margin
     assert np.std(blunt) > 1 + margin

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from identification.whitening import ORDER, fit_whitener
+from identification.whitening import WHITENING_ORDER, fit_whitener
 
 POLES, SLOW = [1.0, -1.6, 0.8], [1.0, -1.9, 0.95]
 ROWS = 40_000
@@ -27,7 +27,7 @@ def test_rows_of_which_more_is_unsure_are_worth_as_much_as_the_others() -> None:
     seen = plain + np.sqrt(unsure) * rng.normal(size=plain.shape)
     found = whiten(seen, starts, unsure)
     # 100 places of each kind, two channels: the spread of one kind is known to 1 / sqrt(2 * 200)
-    reached = place < 10 + ORDER
+    reached = place < 10 + WHITENING_ORDER
     assert abs(found[:, reached].std() - 1) < 4 / np.sqrt(2 * 200 * 16 / 4)
     assert abs(found[:, ~reached].std() - 1) < 4 / np.sqrt(2 * 2 * (~reached).sum())
     # as if all rows were alike, those few would be nearly all that is seen

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mechanism.cable_lengths import Z, lengths, wraps
+from mechanism.cable_lengths import Z, lengths, wrap_angles
 from mechanism.dynamics import terms
 from mechanism.elasticity import elongation_rate
 from mechanism.laws import Stretching, Turning
@@ -29,7 +29,7 @@ def runge_kutta(machine: Machine, start: State, time: np.ndarray, f: np.ndarray,
         k = terms(arm, y.alpha, y.alpha_d)
         torque = jacobian @ t - k.c - k.g - machine.resistance(y.alpha_d)
         alpha_dd = np.asarray(np.linalg.solve(k.M, torque), dtype=float)
-        net = force - machine.friction(Turning(y.theta_d, t, wraps(arm, y.alpha))) - t
+        net = force - machine.friction(Turning(y.theta_d, t, wrap_angles(arm, y.alpha))) - t
         return State(y.alpha_d, alpha_dd, y.theta_d, arm.drum * net / arm.motor_inertia, machine.drift(at, y.memory))
 
     y = replace(start, memory=np.zeros((arm.M, machine.states)) if start.memory is None else start.memory)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from mechanism.arm import arm_of
-from mechanism.cable_lengths import wraps
+from mechanism.cable_lengths import wrap_angles
 from mechanism.description import read_neck
-from mechanism.law_slopes import slopes
+from mechanism.law_derivatives import law_derivatives
 from mechanism.laws import LAWS, Stretching, Turning
 from mechanism.machine import Machine
 from mechanism.simulation import State, simulate
@@ -51,18 +51,18 @@ def test_a_law_is_nested_in_the_base_at_zero_and_moves_the_arm_elsewhere(name: s
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_play_whose_flank_is_reached_yields_as_its_spring_and_no_more(side: float) -> None:
     """A motor that presses on: one step off the flank is no crossing, by which a damper would come into the slope of a spring."""
-    lanes = {name: value[:, None] for name, value in (some("backlash") | {"play": np.full(4, 1e-3)}).items()}
+    values = {name: value[:, None] for name, value in (some("backlash") | {"play": np.full(4, 1e-3)}).items()}
     travel_d, length = np.full((4, 1), 0.02 * side), np.ones((4, 1))
     at = Stretching(np.full((4, 1), 5e-3), np.zeros((4, 1)), length, ARM, travel_d)
     z = np.full((4, 1, 1), side)
-    found = slopes(Machine(ARM, (*NAMES, "backlash"), lanes), at, z, 0 * length, length, np.zeros((3, 1)))
+    found = law_derivatives(Machine(ARM, (*NAMES, "backlash"), values), at, z, 0 * length, length, np.zeros((3, 1)))
     np.testing.assert_allclose(found.pull_by_memory, -BASE["k"][0] * 1e-3 / 2, rtol=1e-3)
 
 
 @pytest.mark.parametrize("name", ["dry_friction", "viscous_friction", "stribeck_friction", "pulley_friction"])
 def test_friction_takes_power_and_never_gives(name: str) -> None:
     theta_d = np.linspace(-200, 200, 41)[:, None] * np.ones(4)
-    at = Turning(theta_d, np.full((41, 4), 60.0), wraps(ARM, np.zeros(3)) * np.ones((41, 4)))
+    at = Turning(theta_d, np.full((41, 4), 60.0), wrap_angles(ARM, np.zeros(3)) * np.ones((41, 4)))
     power = LAWS[name].rub(some(name), at) * theta_d
     assert power.min() >= 0 < power.max()
 
@@ -151,4 +151,4 @@ def test_wraps_are_those_of_taut_strings() -> None:
             string = piece(word, alpha[:, i], ARM.L[i], ARM.b[i], ARM.r[i]).string
             radii = np.array([w.radius > 0 for w in string.wheels])
             expected[:, j] += string.wound @ radii
-    np.testing.assert_allclose(wraps(ARM, alpha), expected, atol=1e-12)
+    np.testing.assert_allclose(wrap_angles(ARM, alpha), expected, atol=1e-12)

@@ -10,7 +10,7 @@ from mechanism.cable_lengths import Z
 from mechanism.description import read_neck
 from mechanism.dynamics import gravity_and_springs
 from mechanism.machine import Machine
-from mechanism.simulation import MAX_STEP, State, follow, simulate
+from mechanism.simulation import MAX_STEP_S, State, simulate_given_angles, simulate
 from tests.mechanism.runge_kutta import runge_kutta
 from tests.paths import NECK_FILE
 from xneck_foundation.errors import Refused
@@ -60,7 +60,7 @@ def test_steps_of_a_row_are_within_a_hundred_thousandth_of_a_radian(exact: np.nd
 def test_halving_the_step_divides_the_error_by_four_at_least(exact: np.ndarray) -> None:
     """The pose of a step's middle is of order two, what is solved in it of order three."""
     start, f = moving()
-    steps = MAX_STEP / np.array([1, 2, 4, 8])
+    steps = MAX_STEP_S / np.array([1, 2, 4, 8])
     errors = [np.max(np.abs(simulate(MACHINE, start, TIME[:60], f, h).alpha[-1] - exact[59, :3])) for h in steps]
     orders = np.diff(-np.log2(errors))
     assert np.all((orders > 1.8) & (orders < 3.5)), orders
@@ -113,7 +113,7 @@ def test_motors_that_are_led_move_the_arm_as_the_forces_that_led_them_there() ->
     start, f = moving()
     forced = simulate(MACHINE, start, TIME, f, 2.5e-4)
     turning = np.gradient(forced.theta_d, 0.002, axis=0)
-    led = follow(MACHINE, start, TIME, (forced.theta, forced.theta_d, turning))
+    led = simulate_given_angles(MACHINE, start, TIME, (forced.theta, forced.theta_d, turning))
     np.testing.assert_allclose(led.alpha, forced.alpha, atol=1e-5)
     around = (forced.f[:-1] + forced.f[1:])[2:-2] / 2  # held from row to row: at a row, half of either
     np.testing.assert_allclose(led.f[3:-2], around, atol=0.02 * np.ptp(f))

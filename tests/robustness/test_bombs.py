@@ -16,13 +16,13 @@ from mcap.records import Chunk
 from mcap.writer import CompressionType, Writer
 
 from identification.files import joint_state
-from identification.files.mcap_chunks import LARGEST
+from identification.files.mcap_chunks import MAX_CHUNK_BYTES
 from identification.files.mcap_records import MAGIC
 from tests.robustness.judge import TRIED, read
 from tests.robustness.sources import H
 from xneck.recording.recording_folder import read_recording
 from xneck_foundation.errors import Refused
-from xneck_foundation.strict_yaml import load
+from xneck_foundation.strict_yaml import load_yaml
 
 GIB = 1 << 30
 RECORD = struct.Struct("<BQ")
@@ -54,12 +54,12 @@ def claims_an_exbibyte(path: Path) -> None:
 
 
 def one_byte_too_many(path: Path) -> None:
-    unpacks_to(path, "zstd", zeros("zstd", LARGEST + 1), LARGEST + 1)
+    unpacks_to(path, "zstd", zeros("zstd", MAX_CHUNK_BYTES + 1), MAX_CHUNK_BYTES + 1)
 
 
 def records_of_nothing(path: Path) -> None:
     """30 million records of no bytes in 8 kB."""
-    unpacks_to(path, "zstd", zeros("zstd", LARGEST), LARGEST)
+    unpacks_to(path, "zstd", zeros("zstd", MAX_CHUNK_BYTES), MAX_CHUNK_BYTES)
 
 
 def many_chunks(path: Path) -> None:
@@ -176,7 +176,7 @@ def test_yaml_bombs_are_refused(name: str, tmp_path: Path) -> None:
     if name == "a surrogate":
         read("bombs", tmp_path / "bomb.yaml", read_recording)
     else:
-        assert read("bombs", tmp_path / "bomb.yaml", load) is None
+        assert read("bombs", tmp_path / "bomb.yaml", load_yaml) is None
 
 
 def recording(folder: Path) -> Path:

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from identification.dataset.dataset import DataSet
-from identification.dataset.dataset_file import read_dataset, series_of
+from identification.dataset.dataset_file import read_dataset, dataset_series
 from identification.dataset.series import Series
 from identification.files import joint_state
 from identification.model_file import read_model
@@ -113,7 +113,7 @@ def test_data_sets_from_elsewhere(
     dataset, model = here / "d.mcap", recorded / "m.yaml"
     made = change(read_dataset(recorded / "d.mcap"))
     records = {name: dict(getattr(made, name)) for name in ("clock", "check", "provenance")}
-    joint_state.write(dataset, series_of(made), records, {"neck.yaml": made.neck_yaml.encode()})
+    joint_state.write(dataset, dataset_series(made), records, {"neck.yaml": made.neck_yaml.encode()})
     out = here / "out" / ("m.yaml" if command == "identify" else "s.mcap")
     more = {"check": (), "identify": ("--out", out), "simulate": ("--model", model, "--out", out)}[command]
     ran = run(f"{command} data set", command, dataset, *more, "--json", here / "out/result.json", "--quiet")

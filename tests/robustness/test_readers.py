@@ -20,7 +20,7 @@ from synchronisation.encoder_log import read_log
 from tests.robustness.damage import Damage, of_bytes, of_rows, of_values
 from tests.robustness.judge import read, some
 from tests.robustness.sources import R
-from vision.video import frames
+from vision.video import read_frames
 from xneck.recording.recording_folder import read_recording
 
 NECK = read_neck(R / "neck.yaml")
@@ -44,7 +44,7 @@ MCAPS: dict[str, Callable[[Path], Any]] = {
     "dataset.mcap": read_dataset,
 }
 PICTURES: dict[str, Callable[[Path], Any]] = {
-    "video.mp4": lambda path: sum(1 for _ in frames(path)),
+    "video.mp4": lambda path: sum(1 for _ in read_frames(path)),
     "01.jpg": lambda path: list(read_pictures([path])),
 }
 

@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from state_estimation.elongation_error import EDGES_HZ, Wander, white
+from state_estimation.elongation_error_spectrum import EDGES_HZ, ErrorSpectrum, white_spectrum
 
 STEP = 0.024
 COUNT = 2500
 EDGES = np.append(EDGES_HZ, 0.5 / STEP)
-FALLING = Wander(1e-12 * np.array([30.0, 20.0, 10.0, 5.0, 3.0, 2.0]), STEP)
+FALLING = ErrorSpectrum(1e-12 * np.array([30.0, 20.0, 10.0, 5.0, 3.0, 2.0]), STEP)
 """an error that is denser where it is slow"""
 
 
-def drawn(wander: Wander, seed: int) -> np.ndarray:
+def drawn(wander: ErrorSpectrum, seed: int) -> np.ndarray:
     """Samples (COUNT,) of that density, made in the frequency domain."""
     rng = np.random.default_rng(seed)
     hertz = np.fft.rfftfreq(COUNT, STEP)
@@ -27,7 +27,7 @@ def lines() -> np.ndarray:
 def test_variance_is_the_integral_of_the_density() -> None:
     """A sum of about 1250 exponential lines of uneven size: a spread below 7 %, four of which are allowed."""
     assert abs(np.var(drawn(FALLING, 0)) / FALLING.variance - 1) < 0.28
-    assert np.isclose(white(3e-6, STEP).variance, 9e-12)
+    assert np.isclose(white_spectrum(3e-6, STEP).variance, 9e-12)
 
 
 def test_whitened_samples_are_white_and_of_variance_one() -> None:
@@ -51,7 +51,7 @@ def test_a_wrong_model_is_mended_by_what_is_left() -> None:
     angles = 2 * np.pi * np.outer(t, hertz)
     basis = np.linalg.qr(np.column_stack([np.ones(COUNT), np.cos(angles), np.sin(angles)]))[0]
     e = drawn(FALLING, 2)
-    wander, rng = white(1e-4, STEP), np.random.default_rng(3)
+    wander, rng = white_spectrum(1e-4, STEP), np.random.default_rng(3)
     for _ in range(4):
         taps, _ = wander.whitener()
 

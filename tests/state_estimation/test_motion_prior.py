@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from state_estimation.banded import factor
-from state_estimation.motion_prior import PARTS, Mixture, calmer, fit_mixture, side_by_side
-from state_estimation.smoother import WIDTH, normal_equations
-from state_estimation.spline import Knots, Prior, knots_over
+from state_estimation.banded import banded_cholesky
+from state_estimation.motion_prior import PARTS, TwoPartPrior, less_rough, fit_two_part_prior, joint_band
+from state_estimation.smoother import BANDWIDTH, normal_equations
+from state_estimation.spline import Knots, SplinePrior, knots_over
 
 STEP = 1 / 30
 SIGMA = np.radians(0.1)
@@ -39,12 +39,12 @@ def kicks(t: np.ndarray, seed: int) -> list[np.ndarray]:
     return out
 
 
-def nees(truth: list[np.ndarray], t: np.ndarray, y: np.ndarray, mixture: Mixture) -> float:
+def nees(truth: list[np.ndarray], t: np.ndarray, y: np.ndarray, mixture: TwoPartPrior) -> float:
     """Of the second derivative, at the samples but for a second at both ends."""
     variance = np.full(len(t), SIGMA**2)
     knots = knots_over(t[0], t[-1], STEP)
     design, right = normal_equations(knots, t, y, variance)
-    found = factor(side_by_side([design], [mixture.bands(knots)]))
+    found = banded_cholesky(joint_band([design], [mixture.bands(knots)]))
     c = found.solve(np.repeat(right, PARTS))
     rows = knots.design(t[30:-30], 2)
     e = rows @ c.reshape(-1, PARTS).sum(axis=1) - truth[2][30:-30]
@@ -63,7 +63,7 @@ def recorded(seed: int, kicked: bool) -> tuple[list[np.ndarray], np.ndarray, np.
 
 def fitted(seed: int, kicked: bool, doubt: float) -> float:
     truth, t, y = recorded(seed, kicked)
-    return nees(truth, t, y, fit_mixture(t, y, np.full(len(t), SIGMA**2), STEP, doubt))
+    return nees(truth, t, y, fit_two_part_prior(t, y, np.full(len(t), SIGMA**2), STEP, doubt))
 
 
 def test_kicks_below_the_noise_are_in_the_covariance_with_doubt_only() -> None:
@@ -86,15 +86,15 @@ def test_parts_side_by_side_are_the_sum_that_samples_see() -> None:
     """Against dense matrices: samples couple the sums of the parts, priors each part alone."""
     knots = Knots(0.0, STEP, 30)
     t = np.linspace(0, 0.8, 60)
-    mixture = Mixture(Prior(4, 8.0, 0.01, 1.0), Prior(3, 6.0, 0.02, 0.5))
+    mixture = TwoPartPrior(SplinePrior(4, 8.0, 0.01, 1.0), SplinePrior(3, 6.0, 0.02, 0.5))
     variance = np.full(60, 0.04)
     measured, _ = normal_equations(knots, t, np.zeros(60), variance)
     bands = mixture.bands(knots)
-    found = side_by_side([measured], [bands])
+    found = joint_band([measured], [bands])
     design = np.repeat(knots.design(t).toarray(), PARTS, axis=1)
     expected = design.T @ (design / variance[:, None])
     for part, band in enumerate(bands):
-        for lag in range(WIDTH + 1):
+        for lag in range(BANDWIDTH + 1):
             for k in range(30 - lag):
                 expected[PARTS * (k + lag) + part, PARTS * k + part] += band[lag, k]
     for i, j in zip(*np.tril_indices(PARTS * 30), strict=True):
@@ -103,14 +103,14 @@ def test_parts_side_by_side_are_the_sum_that_samples_see() -> None:
 
 
 def test_the_calmer_of_two_is_the_one_with_the_smaller_rough_part() -> None:
-    one, other = (Mixture(Prior(4, 8.0, 1.0, 1.0), Prior(3, 6.0, drive, 1.0)) for drive in (2.0, 3.0))
-    assert calmer(one, other).rough == calmer(other, one).rough == one.rough
-    assert calmer(other, one).smooth is other.smooth
+    one, other = (TwoPartPrior(SplinePrior(4, 8.0, 1.0, 1.0), SplinePrior(3, 6.0, drive, 1.0)) for drive in (2.0, 3.0))
+    assert less_rough(one, other).rough == less_rough(other, one).rough == one.rough
+    assert less_rough(other, one).smooth is other.smooth
 
 
 def test_knots_do_not_carry_what_is_beyond_them() -> None:
     """The second derivative of (step drive^2) / (w step)^(2 order), from pi / step to infinity, integrated as a sum."""
-    mixture = Mixture(Prior(4, 8.0, 0.01, 1.0), Prior(3, 6.0, 0.02, 0.5))
+    mixture = TwoPartPrior(SplinePrior(4, 8.0, 0.01, 1.0), SplinePrior(3, 6.0, 0.02, 0.5))
     w = np.geomspace(np.pi / STEP, 1e4 * np.pi / STEP, 200_001)
     density = sum(p.drive**2 * STEP * (w * STEP) ** (-2.0 * p.order) for p in (mixture.smooth, mixture.rough))
     assert mixture.beyond(STEP) == pytest.approx(np.trapezoid(density * w**4, w) / np.pi, rel=1e-3)

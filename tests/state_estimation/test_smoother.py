@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from state_estimation.smoother import smooth
+from state_estimation.smoother import smooth_signal
 from xneck_foundation.errors import Refused
 
 SIGMA = np.radians(0.1)
@@ -28,7 +28,7 @@ def test_error_is_within_its_covariance_and_below_raw_noise() -> None:
     for seed in range(10):
         t = frames(np.random.default_rng([seed, 1]))
         y = sines(t, np.random.default_rng(seed)) + np.random.default_rng([seed, 2]).normal(0, SIGMA, len(t))
-        found = smooth(t, y, np.full(len(t), SIGMA), at)
+        found = smooth_signal(t, y, np.full(len(t), SIGMA), at)
         truth = [sines(at, np.random.default_rng(seed), d) for d in range(3)]
         e = np.stack([found.value, found.d1, found.d2], axis=-1) - np.stack(truth, axis=-1)
         nees.append(np.mean(np.einsum("ti,tij,tj->t", e, np.linalg.inv(found.covariance), e)) / 3)
@@ -45,7 +45,7 @@ def test_a_gap_of_a_second_is_bridged_with_a_sigma_to_match() -> None:
         y = sines(t, np.random.default_rng(seed)) + np.random.default_rng([seed, 2]).normal(0, SIGMA, len(t))
         y[(t > 14) & (t < 15)] = np.nan
         at = np.array([10.5, 14.5])
-        found = smooth(t, y, np.full(len(t), SIGMA), at)
+        found = smooth_signal(t, y, np.full(len(t), SIGMA), at)
         sigma = np.sqrt(found.covariance[:, 0, 0])
         assert sigma[1] > 3 * sigma[0]
         z.append((found.value - sines(at, np.random.default_rng(seed)))[1] / sigma[1])
@@ -57,7 +57,7 @@ def test_given_states_at_samples_the_bridge_meets_them() -> None:
     t = frames(np.random.default_rng(3))
     y = sines(t, np.random.default_rng(3)) + np.random.default_rng(4).normal(0, SIGMA, len(t))
     s = np.full(len(t), SIGMA)
-    before, after = smooth(t, y, s, t[400:500] - 1e-9), smooth(t, y, s, t[400:500] + 1e-9)
+    before, after = smooth_signal(t, y, s, t[400:500] - 1e-9), smooth_signal(t, y, s, t[400:500] + 1e-9)
     np.testing.assert_allclose(before.value, after.value, atol=1e-7)
     np.testing.assert_allclose(before.covariance[:, 0, 0], after.covariance[:, 0, 0], rtol=1e-4)
 
@@ -65,4 +65,4 @@ def test_given_states_at_samples_the_bridge_meets_them() -> None:
 def test_nothing_is_extrapolated() -> None:
     t = frames(np.random.default_rng(0))
     with pytest.raises(Refused, match="outside"):
-        smooth(t, np.sin(t), np.full(len(t), SIGMA), np.array([1.0, 31.0]))
+        smooth_signal(t, np.sin(t), np.full(len(t), SIGMA), np.array([1.0, 31.0]))

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from state_estimation.banded import factor, inverse_windows
-from state_estimation.spline import DEGREE, Prior, knots_over
+from state_estimation.banded import banded_cholesky, inverse_windows
+from state_estimation.spline import DEGREE, SplinePrior, knots_over
 
 
 def dense(band: np.ndarray) -> np.ndarray:
@@ -32,7 +32,7 @@ def test_a_bump_is_scipys() -> None:
 
 
 def test_drawn_coefficients_have_the_priors_precision_and_determinant() -> None:
-    knots, prior = knots_over(0.0, 9.0, 0.1), Prior(3, 4.0, 0.2, 5.0)
+    knots, prior = knots_over(0.0, 9.0, 0.1), SplinePrior(3, 4.0, 0.2, 5.0)
     precision = dense(prior.band(knots))
     np.testing.assert_allclose(np.linalg.slogdet(precision)[1], prior.log_determinant(knots), rtol=1e-9)
     # far from the start the process forgets it: its variance stays
@@ -52,9 +52,9 @@ def test_windows_of_the_inverse_are_the_inverses() -> None:
     whole = np.linalg.inv(dense(band))
     first = np.concatenate([[0, 3, 3], np.sort(rng.integers(0, n - 5, 400)), [n - 5]])
     found = np.full((len(first), 5, 5), np.nan)
-    for rows, parts in inverse_windows(factor(band), 6, first, 5):
+    for rows, parts in inverse_windows(banded_cholesky(band), 6, first, 5):
         found[rows] = parts
     for f, part in zip(first, found, strict=True):
         np.testing.assert_allclose(part, whole[f : f + 5, f : f + 5], atol=1e-12)
     right = rng.normal(size=(n, 2))
-    np.testing.assert_allclose(factor(band).solve(right), whole @ right, atol=1e-12)
+    np.testing.assert_allclose(banded_cholesky(band).solve(right), whole @ right, atol=1e-12)

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from identification.dataset.frames import FrameAngles
-from identification.dataset.series import Series, numbered
+from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import arm_of
 from mechanism.description import read_neck
 from samples.generator.prescribed import Prescribed, World, prescribe
 from state_estimation.motors import Motors, motors_of
 from state_estimation.state import BRIDGE_S, StateEstimate, estimate_state
-from synchronisation.encoder_log import read_log, uniform
+from synchronisation.encoder_log import read_log, uniformly_sampled
 from tests.paths import SAMPLES
 from xneck_foundation.errors import Refused
-from xneck_foundation.strict_yaml import parse
+from xneck_foundation.strict_yaml import parse_yaml
 
 NECK = SAMPLES / "recording/neck.yaml"
 ARM = arm_of(read_neck(NECK))
@@ -29,10 +29,10 @@ def recorded(
     seed: int, seconds: float = 30.0, hertz: float = 2.0, peak_deg: tuple[float, float] = (25.0, 32.0)
 ) -> tuple[Prescribed, FrameAngles, Motors, np.ndarray]:
     """Damped cables and dry friction, motion from 0.1 Hz to `hertz`."""
-    made = prescribe(World(parse(NECK.read_text(), str(NECK))), seconds, seed, (0.1, hertz), peak_deg)
+    made = prescribe(World(parse_yaml(NECK.read_text(), str(NECK))), seconds, seed, (0.1, hertz), peak_deg)
     frames = made.clocks.log_time(made.frame_times)
     alpha = made.frame_alpha + np.random.default_rng([seed, 5]).normal(0, SIGMA, made.frame_alpha.shape)
-    log = uniform(Series(made.log_time, numbered("theta", made.counted) | numbered("f", made.f)))
+    log = uniformly_sampled(Series(made.log_time, numbered_columns("theta", made.counted) | numbered_columns("f", made.f)))
     at = log.time[(log.time > frames[0] + 1) & (log.time < frames[-1] - 1)]
     seen = FrameAngles(frames, alpha, np.full(alpha.shape, SIGMA), np.zeros(alpha.shape))
     return made, seen, motors_of(log, COUNTS), at
@@ -96,7 +96,7 @@ def test_kicks_of_friction_below_the_noise_are_in_the_covariance(noise_deg: floa
     """
     truth = np.load(SAMPLES / "truth.npz")
     clock = json.loads((SAMPLES / "truth.json").read_text())["recording"]
-    log = uniform(read_log(SAMPLES / "recording/log.mcap", read_neck(NECK)))
+    log = uniformly_sampled(read_log(SAMPLES / "recording/log.mcap", read_neck(NECK)))
     camera, exact = truth["recording_frame_times"], truth["recording_frame_alpha"]
     frames = camera + clock["offset_s"] + clock["skew"] * (camera - clock["middle_s"])
     sigma = np.full(exact.shape, np.radians(noise_deg))

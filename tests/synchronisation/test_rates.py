@@ -10,15 +10,15 @@ import pytest
 from mcap.writer import Writer
 
 from identification.dataset.dataset import DataSet
-from identification.dataset.series import Series, numbered
+from identification.dataset.series import Series, interpolated, numbered_columns
 from mechanism.description import Neck, read_neck
 from samples.generator.prescribed import Prescribed, World, prescribe
-from samples.worlds.clock_worlds import NECK_FILE, NOISE, light
+from samples.worlds.clock_worlds import NECK_FILE, NOISE_RAD, switched_light
 from synchronisation.angles import Angles
 from synchronisation.check.from_dataset import check_dataset
 from synchronisation.encoder_log import read_log
 from synchronisation.synchronise import synchronise
-from xneck_foundation.strict_yaml import parse
+from xneck_foundation.strict_yaml import parse_yaml
 
 NECK = read_neck(NECK_FILE)
 TEXT = NECK_FILE.read_text()
@@ -28,19 +28,19 @@ RATES = [(200.0, 25.0), (1000.0, 60.0)]
 @cache
 def made(log_hz: float, frame_hz: float) -> Prescribed:
     """Thirty seconds of dry friction and damped cables."""
-    return prescribe(World(parse(TEXT, "neck.yaml")), 30.0, 7, log_hz=log_hz, frame_hz=frame_hz)
+    return prescribe(World(parse_yaml(TEXT, "neck.yaml")), 30.0, 7, log_hz=log_hz, frame_hz=frame_hz)
 
 
-def seen(p: Prescribed) -> Angles:
-    alpha = p.frame_alpha + np.random.default_rng(1).normal(0, NOISE, p.frame_alpha.shape)
-    return Angles(p.frame_times, alpha, np.full(alpha.shape, NOISE))
+def noisy_angles(p: Prescribed) -> Angles:
+    alpha = p.frame_alpha + np.random.default_rng(1).normal(0, NOISE_RAD, p.frame_alpha.shape)
+    return Angles(p.frame_times, alpha, np.full(alpha.shape, NOISE_RAD))
 
 
 @cache
 def synchronised(log_hz: float, frame_hz: float) -> DataSet:
     p = made(log_hz, frame_hz)
-    log = Series(p.log_time, numbered("theta", p.counted) | numbered("f", p.f))
-    return synchronise(NECK, TEXT, seen(p), log, {})
+    log = Series(p.log_time, numbered_columns("theta", p.counted) | numbered_columns("f", p.f))
+    return synchronise(NECK, TEXT, noisy_angles(p), log, {})
 
 
 @pytest.mark.parametrize(("log_hz", "frame_hz"), RATES)
@@ -55,12 +55,12 @@ def test_clock_state_and_check_hold_at_other_rates(log_hz: float, frame_hz: floa
     expected = p.clocks.offset_s + p.clocks.skew * (data.clock["camera_middle_s"] - p.clocks.middle_s)
     assert abs(data.clock["offset_s"] - expected) < 4 * data.clock["offset_sigma_s"] < 0.6e-3
     inner = slice(round(log_hz), -round(log_hz))
-    true = np.stack([np.interp(data.state.time, p.log_time, a) for a in p.alpha.T], axis=-1)
+    true = interpolated(data.state.time, p.log_time, p.alpha)
     error = (data.state.matrix("alpha") - true)[inner]
     z = error / data.state.matrix("sigma_alpha")[inner]
     # a fused state of one recording errs along about five slow directions: 99 % of chi-square by its degrees of freedom
     assert 0.3 < np.sqrt(np.mean(z**2)) < 1.74
-    assert np.sqrt(np.mean(error**2)) < 0.5 * NOISE
+    assert np.sqrt(np.mean(error**2)) < 0.5 * NOISE_RAD
     assert data.check["verdict"] == "consistent"
 
 
@@ -99,15 +99,15 @@ def test_the_led_of_an_mcap_is_a_joint_and_ties_the_clock(tmp_path: Path) -> Non
     """As the motors' log, at 200 Hz, and angles that hold the light of a 25 Hz camera; 0.1 ms is what a light is worth."""
     p = made(*RATES[0])
     exposure = 0.004
-    lit = light(p.clocks, p.frame_times, 3, 60, exposure, p.log_time)
+    light = switched_light(p.clocks, p.frame_times, 3, 60, exposure, p.log_time)
     named = tuple(m.model_copy(update={"joint": f"motor{j + 1}"}) for j, m in enumerate(NECK.motors))
     neck = NECK.model_copy(update={"motors": named})
-    written_with_light(tmp_path / "log.mcap", p, lit.led, neck)
+    written_with_light(tmp_path / "log.mcap", p, light.led, neck)
     log = read_log(tmp_path / "log.mcap", neck)
-    np.testing.assert_array_equal(log.columns["led"], lit.led)
+    np.testing.assert_array_equal(log.columns["led"], light.led)
     np.testing.assert_allclose(log.matrix("theta"), p.counted)
     np.testing.assert_allclose(log.matrix("f"), p.f)
-    angles = replace(seen(p), light=lit.brightness, notes={"light": {"exposure_s": exposure, "later_s": 0.0}})
+    angles = replace(noisy_angles(p), light=light.brightness, notes={"light": {"exposure_s": exposure, "later_s": 0.0}})
     clock = synchronise(neck, TEXT, angles, log, {}).clock
     assert clock["source"] == "light"
     assert clock["light_edges"] > 40

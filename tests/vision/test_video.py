@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from samples.generator.video import tag_as_turned
-from vision.video import describe, frames, frames_of
+from vision.video import describe_video, read_frames, read_segment
 from xneck_foundation.errors import Refused
 
 TICK = Fraction(1, 90_000)
@@ -45,7 +45,7 @@ STAMPS = [3000 * k + (7 * k) % 50 for k in range(40) if k not in (11, 12, 30)]
 def test_stamps_come_back_as_written_to_the_containers_resolution(
     tmp_path: Path, form: str, name: str, step: float
 ) -> None:
-    seen = list(frames(film(tmp_path / name, STAMPS, form)))
+    seen = list(read_frames(film(tmp_path / name, STAMPS, form)))
     assert [f.index for f in seen] == list(range(len(STAMPS)))
     np.testing.assert_allclose([f.time for f in seen], np.array(STAMPS) / 90_000, atol=step)
 
@@ -54,25 +54,25 @@ def test_an_avi_counts_slots_of_dropped_frames_and_is_whole_all_the_same(tmp_pat
     path = film(tmp_path / "a.avi", STAMPS, "avi")
     with av.open(str(path)) as container:
         assert container.streams.video[0].frames > len(STAMPS)
-    assert len(list(frames(path))) == len(STAMPS)
+    assert len(list(read_frames(path))) == len(STAMPS)
 
 
 def test_grey_is_the_luma_in_order(tmp_path: Path) -> None:
-    levels = [float(np.median(f.grey[16:])) for f in frames(film(tmp_path / "a.mp4", STAMPS))]
+    levels = [float(np.median(f.grey[16:])) for f in read_frames(film(tmp_path / "a.mp4", STAMPS))]
     assert np.all(np.diff(levels) > 0)
-    assert {f.grey.shape for f in frames(tmp_path / "a.mp4")} == {(64, 96)}
+    assert {f.grey.shape for f in read_frames(tmp_path / "a.mp4")} == {(64, 96)}
 
 
 def test_ten_bits_give_the_same_grey_as_eight(tmp_path: Path) -> None:
-    eight = list(frames(film(tmp_path / "8.mp4", STAMPS[:5])))
-    ten = list(frames(film(tmp_path / "10.mp4", STAMPS[:5], pixels="yuv420p10le")))
+    eight = list(read_frames(film(tmp_path / "8.mp4", STAMPS[:5])))
+    ten = list(read_frames(film(tmp_path / "10.mp4", STAMPS[:5], pixels="yuv420p10le")))
     for a, b in zip(eight, ten, strict=True):
         scale = np.median(b.grey[16:].astype(float)) / np.median(a.grey[16:].astype(float))
         assert 0.7 < scale < 1.4
 
 
 def test_description_counts_the_frames(tmp_path: Path) -> None:
-    video = describe(film(tmp_path / "a.mp4", STAMPS))
+    video = describe_video(film(tmp_path / "a.mp4", STAMPS))
     assert (video.width, video.height, video.frames) == (96, 64, len(STAMPS))
 
 
@@ -82,7 +82,7 @@ def test_a_video_cut_anywhere_is_refused(tmp_path: Path) -> None:
     for share in (0.02, 0.3, 0.6, 0.9, 0.99):
         cut.write_bytes(whole[: int(share * len(whole))])
         with pytest.raises(Refused, match=r"truncated|damaged|not a video|no frame"):
-            list(frames(cut))
+            list(read_frames(cut))
 
 
 def test_what_is_no_video_is_refused_by_name(tmp_path: Path) -> None:
@@ -92,21 +92,21 @@ def test_what_is_no_video_is_refused_by_name(tmp_path: Path) -> None:
     empty.write_bytes(b"")
     for path in (text, empty, tmp_path / "absent.mp4", tmp_path):
         with pytest.raises(Refused, match=path.name):
-            list(frames(path))
+            list(read_frames(path))
 
 
 def test_a_bare_stream_has_no_stamps(tmp_path: Path) -> None:
     with pytest.raises(Refused, match="without time stamps"):
-        list(frames(film(tmp_path / "a.h264", STAMPS, "h264")))
+        list(read_frames(film(tmp_path / "a.h264", STAMPS, "h264")))
 
 
 def test_a_video_turned_by_its_tag_is_shown_upright(tmp_path: Path) -> None:
     """A portrait film of a phone: what was the top row (coded noise) stands at the right after a quarter turn clockwise."""
     film(tmp_path / "a.mp4", STAMPS[:4])
-    plain = list(frames(tmp_path / "a.mp4"))
+    plain = list(read_frames(tmp_path / "a.mp4"))
     tag_as_turned(tmp_path / "a.mp4")
-    video = describe(tmp_path / "a.mp4")
-    shown = list(frames(tmp_path / "a.mp4"))
+    video = describe_video(tmp_path / "a.mp4")
+    shown = list(read_frames(tmp_path / "a.mp4"))
     assert (video.width, video.height) == (64, 96)
     for a, b in zip(plain, shown, strict=True):
         np.testing.assert_array_equal(b.grey, np.rot90(a.grey, -1))
@@ -116,11 +116,11 @@ def test_segments_begin_at_key_frames_and_hold_every_frame_once(tmp_path: Path) 
     """Decoded alone and in any order they give the frames of the whole to the last bit, B-frames or none."""
     for name, options in (("p.mp4", {"bf": "0"}), ("b.mp4", {"bf": "3", "x264-params": "open-gop=1"})):
         path = film(tmp_path / name, [3000 * k for k in range(700)], options={"g": "50", **options})
-        video = describe(path)
+        video = describe_video(path)
         assert len(video.segments) == 3
         assert [s.before for s in video.segments] == np.cumsum([0, *(s.count for s in video.segments[:-1])]).tolist()
-        alone = [frame for s in reversed(video.segments) for frame in reversed(list(frames_of(video, s)))][::-1]
-        whole = list(frames(path))
+        alone = [frame for s in reversed(video.segments) for frame in reversed(list(read_segment(video, s)))][::-1]
+        whole = list(read_frames(path))
         assert [f.index for f in alone] == [f.index for f in whole] == list(range(700))
         with av.open(str(path)) as container:
             for a, picture in zip(alone, container.decode(video=0), strict=True):
@@ -137,4 +137,4 @@ def test_a_frame_lost_within_is_missed(tmp_path: Path) -> None:
     data[at : at + size] = bytes(size)
     (tmp_path / "a.mp4").write_bytes(data)
     with pytest.raises(Refused, match=r"damaged"):
-        list(frames(tmp_path / "a.mp4"))
+        list(read_frames(tmp_path / "a.mp4"))

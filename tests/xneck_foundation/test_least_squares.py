@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from xneck_foundation.least_squares import linear, nonlinear
+from xneck_foundation.least_squares import linear_least_squares, nonlinear
 
 
 def test_error_over_sigma_has_spread_one() -> None:
@@ -13,7 +13,7 @@ def test_error_over_sigma_has_spread_one() -> None:
     truth = np.array([3.0, -1.0])
     z = []
     for _ in range(300):
-        fit = linear(D, D @ truth + rng.normal(0, 0.2, len(t)))
+        fit = linear_least_squares(D, D @ truth + rng.normal(0, 0.2, len(t)))
         z.append((fit.value - truth) / fit.sigma)
     spread = np.std(z, axis=0)
     assert np.all(np.abs(spread - 1) < 4 / np.sqrt(2 * 300))
@@ -23,7 +23,7 @@ def test_linear_and_nonlinear_agree_on_a_linear_problem() -> None:
     rng = np.random.default_rng(1)
     D = rng.normal(size=(50, 3))
     y = D @ [1.0, 2.0, 3.0] + rng.normal(0, 0.1, 50)
-    a, b = linear(D, y), nonlinear(lambda v: D @ v - y, np.zeros(3))
+    a, b = linear_least_squares(D, y), nonlinear(lambda v: D @ v - y, np.zeros(3))
     np.testing.assert_allclose(a.value, b.value, atol=1e-6)
     np.testing.assert_allclose(a.covariance, b.covariance, rtol=1e-4)
 
@@ -33,7 +33,7 @@ def test_what_the_data_do_not_reach_has_infinite_sigma() -> None:
     rng = np.random.default_rng(2)
     a, b = rng.normal(size=(2, 60))
     D = np.column_stack([a, b, b, np.zeros(60)])
-    fit = linear(D, D @ [2.0, 1.0, 1.0, 0.0] + rng.normal(0, 0.01, 60))
+    fit = linear_least_squares(D, D @ [2.0, 1.0, 1.0, 0.0] + rng.normal(0, 0.01, 60))
     assert abs(fit.value[0] - 2.0) < 5 * fit.sigma[0] < 0.05
     assert np.all(np.isinf(fit.sigma[1:]))
 
@@ -42,15 +42,15 @@ def test_scale_of_the_columns_does_not_matter() -> None:
     rng = np.random.default_rng(3)
     D = rng.normal(size=(40, 2))
     y = D @ [1.0, 1.0] + rng.normal(0, 0.1, 40)
-    scaled = linear(D * [1e9, 1e-9], y)
-    np.testing.assert_allclose(scaled.value * [1e9, 1e-9], linear(D, y).value, rtol=1e-9)
+    scaled = linear_least_squares(D * [1e9, 1e-9], y)
+    np.testing.assert_allclose(scaled.value * [1e9, 1e-9], linear_least_squares(D, y).value, rtol=1e-9)
 
 
 def test_base_columns_are_those_that_the_others_do_not_make() -> None:
     """Of a, b, a + b and nothing, two are a base; the combination comes with two of the three, and a dead column never."""
     a, b = np.random.default_rng(4).normal(size=(2, 60))
     D = np.column_stack([a, b, a + b, np.zeros(60)])
-    base = linear(D, D @ [1.0, 2.0, 3.0, 0.0]).base
+    base = linear_least_squares(D, D @ [1.0, 2.0, 3.0, 0.0]).base
     assert len(base) == 2
     assert 3 not in base
     assert np.linalg.matrix_rank(D[:, base]) == 2

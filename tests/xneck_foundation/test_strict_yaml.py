@@ -7,7 +7,7 @@ import pytest
 from pydantic import Field
 
 from xneck_foundation.errors import Refused
-from xneck_foundation.strict_yaml import Strict, parse, read
+from xneck_foundation.strict_yaml import Strict, parse_yaml, read_yaml
 
 
 class Part(Strict):
@@ -25,12 +25,12 @@ class Whole(Strict):
     [("1e-3", 0.001), ("2.5E+6", 2.5e6), (".5", 0.5), ("12", 12), ("-0", 0), ("true", True), ("~", None)],
 )
 def test_numbers_and_booleans_are_yaml_1_2s(text: str, value: object) -> None:
-    assert parse(f"a: {text}", "x")["a"] == value
+    assert parse_yaml(f"a: {text}", "x")["a"] == value
 
 
 @pytest.mark.parametrize("text", ["012", "1:30", "on", "yes", "1_000", "0x1F"])
 def test_what_yaml_1_1_turned_into_surprises_stays_text(text: str) -> None:
-    assert parse(f"a: {text}", "x")["a"] == text
+    assert parse_yaml(f"a: {text}", "x")["a"] == text
 
 
 @pytest.mark.parametrize(
@@ -45,14 +45,14 @@ def test_what_yaml_1_1_turned_into_surprises_stays_text(text: str) -> None:
 )
 def test_ambiguous_or_dangerous_yaml_is_refused_with_its_line(text: str, word: str) -> None:
     with pytest.raises(Refused, match=word):
-        parse(text, "file.yaml")
+        parse_yaml(text, "file.yaml")
 
 
 def test_all_faults_of_a_file_are_named_with_their_paths(tmp_path: Path) -> None:
     file = tmp_path / "w.yaml"
     file.write_text("name: 3\nparts:\n  - {mass: -1}\n  - {mass: 1, colour: red}\n  - {mass: '1'}\n  - {mass: .nan}\n")
     with pytest.raises(Refused) as caught:
-        read(file, Whole)
+        read_yaml(file, Whole)
     text = str(caught.value)
     for place in ("name:", "parts[0].mass", "parts[1].colour: unknown key", "parts[2].mass", "parts[3].mass"):
         assert place in text
@@ -62,7 +62,7 @@ def test_all_faults_of_a_file_are_named_with_their_paths(tmp_path: Path) -> None
 def test_a_whole_file_reads_as_written(tmp_path: Path) -> None:
     file = tmp_path / "w.yaml"
     file.write_text("name: arm\nparts: [{mass: 1, at: [0, 1e-3]}]\n")
-    assert read(file, Whole) == Whole(name="arm", parts=(Part(mass=1.0, at=(0.0, 0.001)),))
+    assert read_yaml(file, Whole) == Whole(name="arm", parts=(Part(mass=1.0, at=(0.0, 0.001)),))
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"just words", b"- 1\n- 2"])
@@ -70,6 +70,6 @@ def test_other_files_are_refused_in_one_line(tmp_path: Path, content: bytes) -> 
     file = tmp_path / "w.yaml"
     file.write_bytes(content)
     with pytest.raises(Refused):
-        read(file, Whole)
+        read_yaml(file, Whole)
     with pytest.raises(Refused, match="does not exist"):
-        read(tmp_path / "absent.yaml", Whole)
+        read_yaml(tmp_path / "absent.yaml", Whole)

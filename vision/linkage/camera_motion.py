@@ -1,9 +1,9 @@
-"""Did the camera move against the arm? Steps (a tripod that was knocked) and slow drift, found, sized and followed.
+"""Did the camera move against the arm? Detection and estimation of steps (a tripod that was knocked) and of slow drift.
 
 Each candidate - a step after any frame, a ramp over the recording - is a change of the pose, six numbers, that some frames
-have and others have not. Its score test costs sums over what the fit has left (Rao): no refit for each candidate. The
-statistic is divided by how much the pose's score scatters from one stretch of the recording to the next beyond
-what white noise does, so that errors of the lens or of the arm's model, which come and go with the motion, are not taken for drift.
+have and others have not. Rao's score test needs only sums over the residuals, no refit for each candidate. The statistic is
+divided by how much more the pose's score scatters from one stretch of the recording to the next than white noise does, so
+that errors of the lens or of the arm's model, which come and go with the motion, are not taken for drift.
 """
 
 from dataclasses import dataclass, replace
@@ -11,21 +11,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.linkage.gauss_newton import LinkageSolution, Prior, extended, frame_angles, gauss_newton
-from vision.linkage.observed_corners import Observed
+from vision.linkage.gauss_newton import LinkageSolution, SharedPrior, extend_prior, fit_angles, fit_frames
+from vision.linkage.observed_corners import ObservedCorners
 from vision.linkage.scene import Scene
 
 Array = NDArray[np.float64]
 
-THRESHOLD = 32.0
-"""of the largest of many chi-squares with six degrees of freedom: 110 recordings without drift gave 25 at most"""
-LEAST_PX = 0.1
-"""a smaller one is within what detection and lens can feign, and costs no angle worth it"""
-MOST_TERMS = 6
+MIN_STATISTIC = 32.0
+"""least score statistic of a motion: the largest of many chi-squares with six degrees of freedom"""
+MIN_SIZE_PX = 0.1
+"""px: least RMS shift of the corners that counts as a motion; detection and lens can imitate smaller ones"""
+MAX_TERMS = 6
+"""motions that are estimated at most"""
 STRETCHES = 20
-LEAST_FRAMES = 40
-SIGMA = np.array([0.05, 0.05, 0.05, 0.05, 0.05, 0.05])
-"""rad and m, beforehand"""
+"""parts of the recording over which the scatter of the score is taken"""
+MIN_FRAMES = 40
+"""frames below which no motion is sought"""
+POSE_CHANGE_SIGMA = np.array([0.05, 0.05, 0.05, 0.05, 0.05, 0.05])
+"""rad and m: prior standard deviation of a change of the pose"""
 
 
 @dataclass(frozen=True)
@@ -41,12 +44,13 @@ class DriftTerm:
     size_px: float
     """by how much the markers' corners moved in the picture, RMS"""
     sigma_px: float
+    """standard deviation of `size_px`"""
     change: Array
-    """(6,): of rvec (rad) and tvec (m)"""
+    """(6,): change of rvec (rad) and tvec (m)"""
 
     @property
     def sentence(self) -> str:
-        """For a person to read."""
+        """What happened, in words."""
         when = f"at {self.time:.1f} s" if self.time is not None else f"at frame {self.frame}"
         size = f"{self.size_px:.2f} +- {self.sigma_px:.2f} px"
         if self.kind == "step":
@@ -56,107 +60,127 @@ class DriftTerm:
 
 @dataclass(frozen=True)
 class MotionCandidate:
-    """The likeliest change of pose that a fit does not know yet."""
+    """The likeliest change of pose that a fit does not contain yet."""
 
     kind: str
     index: int
-    """of the frame, among those of the fit, from which a step holds"""
+    """first frame of a step, counted among the frames of the fit"""
     course: Array
-    """(frames of the fit,): how much of it each frame has"""
+    """(frames of the fit,): share of the change that each frame has, 0..1"""
     change: Array
+    """(6,): change of rvec (rad) and tvec (m)"""
     statistic: float
+    """score statistic over the scatter of the score"""
     size_px: float
+    """by how much the change moves the markers' corners in the picture, RMS"""
 
 
-def candidate(fit: LinkageSolution, prior: Prior, position: Array, square_px: Array) -> MotionCandidate | None:
-    """The likeliest drift in what a fit left over; None where the recording is too short to tell.
+def likeliest_motion(
+    fit: LinkageSolution, prior: SharedPrior, position: Array, square_px: Array
+) -> MotionCandidate | None:
+    """The likeliest motion in the residuals of a fit; None where the recording is too short to tell.
 
-    position: of the fit's frames in the recording, 0..1, (F,); square_px: (6, 6), mean squared corner shift by pose.
+    position: where in the recording each frame of the fit lies, 0..1, (F,); square_px: as `squared_shift` gives it, (6, 6), px^2.
     """
-    k, frames = fit.at, len(position)
-    if frames < LEAST_FRAMES:
+    equations, frames = fit.equations, len(position)
+    if frames < MIN_FRAMES:
         return None
-    live = np.flatnonzero(prior.free)
-    total = (k.reduced.sum(axis=0) + np.diag(prior.information * k.variance))[np.ix_(live, live)]
+    free = np.flatnonzero(prior.free)
+    total = (equations.reduced.sum(axis=0) + np.diag(prior.information * equations.variance))[np.ix_(free, free)]
     inverted = np.linalg.pinv(total, hermitian=True)
-    margin = max(frames // STRETCHES, 5)  # a shorter end would be one pose of the arm, which any misfit explains
+    margin = max(
+        frames // STRETCHES, 5
+    )  # a shorter end would show one pose of the arm, where any misfit looks like a step
     kinds = [("step", i, (np.arange(frames) >= i).astype(float)) for i in range(margin, frames - margin)]
     kinds.append(("ramp", frames - 1, position))
     courses = np.stack([course for _, _, course in kinds])
-    score = courses @ k.g_reduced[:, :6]
-    own = np.tensordot(courses**2, k.reduced[:, :6, :6], axes=1) + k.variance * np.diag(1 / SIGMA**2)
-    across = np.tensordot(courses, k.reduced[:, :, :6], axes=1)[:, live]
-    change = np.linalg.solve(own - np.swapaxes(across, 1, 2) @ inverted @ across, score[..., None])[..., 0]
-    statistic = np.sum(score * change, axis=1) / k.variance
+    score = courses @ equations.g_reduced[:, :6]
+    information = np.tensordot(courses**2, equations.reduced[:, :6, :6], axes=1) + equations.variance * np.diag(
+        1 / POSE_CHANGE_SIGMA**2
+    )
+    cross = np.tensordot(courses, equations.reduced[:, :, :6], axes=1)[:, free]
+    change = np.linalg.solve(information - np.swapaxes(cross, 1, 2) @ inverted @ cross, score[..., None])[..., 0]
+    statistic = np.sum(score * change, axis=1) / equations.variance
     best = int(np.argmax(statistic))
     kind, index, course = kinds[best]
-    moved = np.zeros((frames, k.reduced.shape[1]))
-    moved[:, live] = -inverted @ (across[best] @ change[best])
-    moved[:, :6] += course[:, None] * change[best]
-    left = k.g_reduced[:, :6] - np.einsum("fij,fj->fi", k.reduced[:, :6], moved)
-    scatter = _scatter(left, k.reduced[:, :6, :6], k.variance)
+    step = np.zeros((frames, equations.reduced.shape[1]))
+    step[:, free] = -inverted @ (cross[best] @ change[best])
+    step[:, :6] += course[:, None] * change[best]
+    score_after = equations.g_reduced[:, :6] - np.einsum("fij,fj->fi", equations.reduced[:, :6], step)
+    scatter = _scatter(score_after, equations.reduced[:, :6, :6], equations.variance)
     size = float(np.sqrt(change[best] @ square_px @ change[best]))
-    return MotionCandidate(kind, index, course, change[best], float(statistic[best] / max(scatter, 1.0)), size)
+    return MotionCandidate(
+        kind=kind,
+        index=index,
+        course=course,
+        change=change[best],
+        statistic=float(statistic[best] / max(scatter, 1.0)),
+        size_px=size,
+    )
 
 
-def follow(
+def fit_camera_motion(
     scene: Scene,
-    observed: Observed,
+    observed: ObservedCorners,
     fit: LinkageSolution,
-    prior: Prior,
+    prior: SharedPrior,
     chosen: NDArray[np.intp],
     frames: int,
     focal: float,
-) -> tuple[LinkageSolution, Prior, list[MotionCandidate], Array]:
-    """The fit with every significant drift as further unknowns; the candidates taken, the strongest first, and (F, terms).
+) -> tuple[LinkageSolution, SharedPrior, list[MotionCandidate], Array]:
+    """The fit with every significant motion as further unknowns, its prior, the motions (strongest first) and their courses.
 
-    chosen: which of the recording's `frames` frames the fit has.
+    chosen: which of the recording's `frames` frames the fit has, (F,); the courses are of shape (F, motions).
     """
-    taken: list[MotionCandidate] = []
+    motions: list[MotionCandidate] = []
     course = np.zeros((len(chosen), 0))
-    while len(taken) < MOST_TERMS:
-        square = square_px(scene, observed, fit, course, focal)
-        found = candidate(fit, prior, chosen / max(frames - 1, 1), square)
-        if found is None or found.statistic < THRESHOLD or found.size_px < LEAST_PX:
+    while len(motions) < MAX_TERMS:
+        square_px = squared_shift(scene, observed, fit, course, focal)
+        motion = likeliest_motion(fit, prior, chosen / max(frames - 1, 1), square_px)
+        if motion is None or motion.statistic < MIN_STATISTIC or motion.size_px < MIN_SIZE_PX:
             break
-        taken.append(found)
-        course = np.column_stack([course, found.course])
-        prior = extended(prior, 1 / SIGMA**2)
+        motions.append(motion)
+        course = np.column_stack([course, motion.course])
+        prior = extend_prior(prior, 1 / POSE_CHANGE_SIGMA**2)
         grown = replace(fit.shared, drift=np.vstack([fit.shared.drift, np.zeros(6)]))
-        fit = gauss_newton(scene, observed, grown, fit.alpha, course, prior)
-    return fit, prior, taken, course
+        fit = fit_frames(scene, observed, grown, fit.alpha, course, prior)
+    return fit, prior, motions, course
 
 
-def square_px(scene: Scene, observed: Observed, fit: LinkageSolution, course: Array, focal: float) -> Array:
-    """Mean squared shift of a corner in the picture, px^2, as a quadratic form (6, 6) of the pose's change."""
-    some = np.unique(np.linspace(0, len(course) - 1, 50).astype(int))
-    by = focal * scene.by_shared(fit.shared, fit.alpha[some], course[some])[..., :6][observed.seen[some]].reshape(-1, 6)
-    return (by.conj().T @ by).real / max(len(by), 1)
+def squared_shift(scene: Scene, observed: ObservedCorners, fit: LinkageSolution, course: Array, focal: float) -> Array:
+    """Quadratic form (6, 6) that gives the mean squared shift of the corners, px^2, for a change of the pose."""
+    sample = np.unique(np.linspace(0, len(course) - 1, 50).astype(int))
+    by_pose = focal * scene.by_shared(fit.shared, fit.alpha[sample], course[sample])[..., :6][
+        observed.visible[sample]
+    ].reshape(-1, 6)
+    return (by_pose.conj().T @ by_pose).real / max(len(by_pose), 1)
 
 
-def size_of(change: Array, covariance: Array, square: Array) -> tuple[float, float]:
-    """RMS shift of the corners, px, that a change of pose (6,) with its covariance means, and its standard deviation."""
+def shift_size(change: Array, covariance: Array, square: Array) -> tuple[float, float]:
+    """RMS shift of the corners by a change of the pose (6,) with covariance (6, 6), and its standard deviation, px."""
     size = float(np.sqrt(change @ square @ change))
-    by = square @ change / max(size, 1e-12)
-    return size, float(np.sqrt(by @ covariance @ by))
+    slope = square @ change / max(size, 1e-12)
+    return size, float(np.sqrt(slope @ covariance @ slope))
 
 
-def step_frame(scene: Scene, between: Observed, fit: LinkageSolution, alpha: Array, before: Array, after: Array) -> int:
-    """How many of the frames between two of the fit lie before a step, by the cut that leaves least.
+def locate_step(
+    scene: Scene, between: ObservedCorners, fit: LinkageSolution, alpha: Array, before: Array, after: Array
+) -> int:
+    """How many of the frames between two frames of the fit lie before a step: the cut with the least squared residuals.
 
-    before, after: the rows of `course`, (terms,), on either side; alpha: first angles, (F, N).
+    before, after: rows of the courses, (motions,), on either side of the step; alpha: initial angles, (F, N), rad.
     """
-    scale = float(np.sqrt(fit.at.variance))
+    scale = float(np.sqrt(fit.equations.variance))
     costs = []
     for row in (before, after):
         course = np.repeat(row[None], len(alpha), axis=0)
-        costs.append(frame_angles(scene, between, fit.shared, alpha, course, scale)[1].squares)
+        costs.append(fit_angles(scene, between, fit.shared, alpha, course, scale)[1].squares)
     gain = np.concatenate([[0.0], np.cumsum(costs[0] - costs[1])])
     return int(np.argmin(gain))
 
 
 def _scatter(score: Array, information: Array, variance: float) -> float:
-    """Mean square of the pose's score, (F, 6), over stretches of the recording against what white noise would give."""
+    """Mean square of the pose's score, (F, 6), summed over stretches of the recording, over that of white noise."""
     squares = []
     for part in np.array_split(np.arange(len(score)), STRETCHES):
         s, a = score[part].sum(axis=0), information[part].sum(axis=0)

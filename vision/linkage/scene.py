@@ -1,7 +1,7 @@
-"""The arm with its markers before a camera: where every corner falls, and how that depends on every unknown.
+"""The arm with its markers before a camera: where every corner falls in the image, and its derivatives by all unknowns.
 
-Unknown of a frame are its alpha_1..N. Shared by all frames are the camera's pose, where each marker sits on its bar, the
-lengths L and b, and how the camera's pose changed in the course of the recording. Points of the plane are complex numbers;
+A frame's own unknowns are alpha_1..N. Shared by all frames are the camera's pose, where each marker sits on its bar, the
+lengths L and b, and the changes of the camera's pose in the course of the recording. Points of the plane are complex numbers;
 image points are normalised coordinates x + jy of the camera frame (on its plane z = 1).
 """
 
@@ -18,13 +18,13 @@ from mechanism.geometry import poses
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-STEP = 1e-6
+DIFFERENCE_STEP = 1e-6
 """rad and m, of central differences"""
 
 
 @dataclass(frozen=True)
-class Shared:
-    """What all frames have in common; every field may be moved by a fit."""
+class SharedParameters:
+    """The parameters that all frames have in common; a fit may estimate any of them."""
 
     pose: Array
     """(6,): rvec (rad) and tvec (m) of T_camera_base"""
@@ -37,23 +37,26 @@ class Shared:
 
     @property
     def vector(self) -> Array:
-        """All of it in one, (p,)."""
+        """All parameters, shape (p,): pose, placement, lengths, drift."""
         return np.concatenate([self.pose, self.placement.ravel(), self.lengths.ravel(), self.drift.ravel()])
 
-    def moved(self, change: Array) -> "Shared":
-        """With `change`, (p,), added."""
+    def plus(self, change: Array) -> "SharedParameters":
+        """These parameters with `change`, shape (p,), added."""
         v = self.vector + change
-        a = 6 + self.placement.size
-        c = a + self.lengths.size
-        return Shared(
-            v[:6], v[6:a].reshape(self.placement.shape), v[a:c].reshape(self.lengths.shape), v[c:].reshape(-1, 6)
+        lengths = 6 + self.placement.size
+        drift = lengths + self.lengths.size
+        return SharedParameters(
+            pose=v[:6],
+            placement=v[6:lengths].reshape(self.placement.shape),
+            lengths=v[lengths:drift].reshape(self.lengths.shape),
+            drift=v[drift:].reshape(-1, 6),
         )
 
 
-def nominal(arm: Arm, markers: Markers, pose: Array) -> Shared:
-    """As neck.yaml has it, seen from `pose`, (6,)."""
+def nominal_parameters(arm: Arm, markers: Markers, pose: Array) -> SharedParameters:
+    """The parameters of neck.yaml and a camera at `pose`, (6,), that does not drift."""
     placement = np.array([[*m.at, m.angle] for m in markers.on_bars], dtype=float)
-    return Shared(pose, placement, np.stack([arm.L, arm.b]), np.zeros((0, 6)))
+    return SharedParameters(pose, placement, np.stack([arm.L, arm.b]), np.zeros((0, 6)))
 
 
 @dataclass(frozen=True)
@@ -63,11 +66,11 @@ class Scene:
     arm: Arm
     markers: Markers
     free_lengths: bool = False
-    """whether L and b may move; otherwise derivatives by them are not computed but zero"""
+    """whether L and b are estimated; otherwise the derivatives by them are not computed but zero"""
 
     @property
     def bodies(self) -> list[int]:
-        """Of each marker, which body carries it: bars 0..N, then diagonals A1, B1, A2, ..."""
+        """The body that carries each marker: bars 0..N, then diagonals A1, B1, A2, ..."""
         n = self.arm.N
         return [
             n + 1 + 2 * (int(m.diagonal[1:]) - 1) + "AB".index(m.diagonal[0]) if m.diagonal else int(m.bar or 0)
@@ -76,12 +79,12 @@ class Scene:
 
     @property
     def square(self) -> Complex:
-        """Corners of a marker about its middle, (4,), m, in OpenCV's order."""
+        """Corners of a marker relative to its middle, (4,), m, in OpenCV's order."""
         s = self.markers.size / 2
         return np.array([-s + 1j * s, s + 1j * s, s - 1j * s, -s - 1j * s])
 
     def carriers(self, lengths: Array, alpha: Array) -> tuple[Complex, Array]:
-        """Middle (m) and angle (rad) of each marker's bar, (F, markers), at alpha (F, N)."""
+        """Middle (m) and angle (rad) of the bar that carries each marker, both (F, markers), at alpha (F, N)."""
         p = poses(replace(self.arm, L=lengths[0], b=lengths[1]), alpha)
         flat = (len(alpha), -1)
         middle = np.concatenate([p.bar_middle, p.diagonal_middle.reshape(flat)], axis=1)
@@ -94,65 +97,69 @@ class Scene:
         local = (placement[:, 0] + 1j * placement[:, 1])[:, None] + np.exp(1j * placement[:, 2:]) * self.square
         return middle[..., None] + np.exp(1j * angle)[..., None] * local
 
-    def image(self, shared: Shared, alpha: Array, course: Array) -> Complex:
-        """Corners in the image, (F, markers, 4); `course`, (F, terms): how much of each drift term a frame has."""
-        return onto_image(self.plane(shared.placement, shared.lengths, alpha), frame_poses(shared, course))
+    def image(self, shared: SharedParameters, alpha: Array, course: Array) -> Complex:
+        """Corners in the image, (F, markers, 4); course: share of each drift term that a frame has, (F, terms)."""
+        return project_to_image(self.plane(shared.placement, shared.lengths, alpha), poses_by_frame(shared, course))
 
-    def by_angles(self, shared: Shared, alpha: Array, course: Array) -> Complex:
-        """Derivatives of `image` by the frame's angles, (F, markers, 4, N)."""
-        pose = frame_poses(shared, course)
-        steps = STEP * np.eye(alpha.shape[1])
+    def by_angles(self, shared: SharedParameters, alpha: Array, course: Array) -> Complex:
+        """Derivatives of the corners in the image by the frame's angles, (F, markers, 4, N)."""
+        pose = poses_by_frame(shared, course)
+        steps = DIFFERENCE_STEP * np.eye(alpha.shape[1])
 
-        def moved(step: Array) -> Complex:
-            return onto_image(self.plane(shared.placement, shared.lengths, alpha + step), pose)
+        def image_at(step: Array) -> Complex:
+            return project_to_image(self.plane(shared.placement, shared.lengths, alpha + step), pose)
 
-        return np.stack([moved(s) - moved(-s) for s in steps], axis=-1) / (2 * STEP)
+        return np.stack([image_at(s) - image_at(-s) for s in steps], axis=-1) / (2 * DIFFERENCE_STEP)
 
-    def by_shared(self, shared: Shared, alpha: Array, course: Array) -> Complex:
-        """Derivatives of `image` by `shared.vector`, (F, markers, 4, p)."""
-        pose = frame_poses(shared, course)
+    def by_shared(self, shared: SharedParameters, alpha: Array, course: Array) -> Complex:
+        """Derivatives of the corners in the image by `shared.vector`, (F, markers, 4, p)."""
+        pose = poses_by_frame(shared, course)
         plane = self.plane(shared.placement, shared.lengths, alpha)
-        by_pose = _difference(lambda step: onto_image(plane, pose + step), 6)
-        by_place = _difference(lambda s: onto_image(self.plane(shared.placement + s, shared.lengths, alpha), pose), 3)
+        by_pose = _difference(lambda step: project_to_image(plane, pose + step), 6)
+        by_each = _difference(
+            lambda s: project_to_image(self.plane(shared.placement + s, shared.lengths, alpha), pose), 3
+        )
         by_length = np.zeros((*plane.shape, shared.lengths.size), dtype=complex)
         if self.free_lengths:
             by_length = _difference(
-                lambda s: onto_image(self.plane(shared.placement, shared.lengths + s.reshape(2, -1), alpha), pose),
+                lambda s: project_to_image(
+                    self.plane(shared.placement, shared.lengths + s.reshape(2, -1), alpha), pose
+                ),
                 shared.lengths.size,
             )
-        # a marker's place moves that marker alone
-        own = np.zeros((*plane.shape, *shared.placement.shape), dtype=complex)
+        # the placement of a marker moves that marker only
+        by_placement = np.zeros((*plane.shape, *shared.placement.shape), dtype=complex)
         for k in range(len(shared.placement)):
-            own[:, k, :, k] = by_place[:, k]
-        drift = by_pose[..., None, :] * course[:, None, None, :, None]
+            by_placement[:, k, :, k] = by_each[:, k]
+        by_drift = by_pose[..., None, :] * course[:, None, None, :, None]
         flat = (*plane.shape, -1)
-        return np.concatenate([by_pose, own.reshape(flat), by_length, drift.reshape(flat)], axis=-1)
+        return np.concatenate([by_pose, by_placement.reshape(flat), by_length, by_drift.reshape(flat)], axis=-1)
 
 
-def frame_poses(shared: Shared, course: Array) -> Array:
-    """The camera's pose at each frame, (F, 6)."""
+def poses_by_frame(shared: SharedParameters, course: Array) -> Array:
+    """The camera's pose at each frame, (F, 6): rvec (rad) and tvec (m) of T_camera_base."""
     return shared.pose + course @ shared.drift
 
 
-def onto_image(points: Complex, pose: Array) -> Complex:
-    """Plane points (F, ...), m, in normalised image coordinates, seen from poses of shape (6,) or (F, 6)."""
-    R, t = rotations(pose[..., :3]), pose[..., 3:]
+def project_to_image(points: Complex, pose: Array) -> Complex:
+    """Points of the arm's plane (F, ...), m, as normalised image coordinates, for poses of shape (6,) or (F, 6)."""
+    R, t = rotation_matrices(pose[..., :3]), pose[..., 3:]
     X, Y = points.real, points.imag
-    around = (slice(None), *[None] * (points.ndim - 1)) if pose.ndim == 2 else ()
-    x, y, z = (R[..., i, 0][around] * X + R[..., i, 1][around] * Y + t[..., i][around] for i in range(3))
+    per_frame = (slice(None), *[None] * (points.ndim - 1)) if pose.ndim == 2 else ()
+    x, y, z = (R[..., i, 0][per_frame] * X + R[..., i, 1][per_frame] * Y + t[..., i][per_frame] for i in range(3))
     return (x + 1j * y) / z
 
 
-def onto_plane(image: Complex, pose: Array) -> Complex:
-    """Normalised image coordinates back onto the arm's plane, complex, m; pose (6,)."""
-    R = rotations(pose[:3])
+def image_to_plane(image: Complex, pose: Array) -> Complex:
+    """Normalised image coordinates as points of the arm's plane, m, for one pose (6,)."""
+    R = rotation_matrices(pose[:3])
     H = np.linalg.inv(np.column_stack([R[:, 0], R[:, 1], pose[3:]]))
     x, y = image.real, image.imag
     X, Y, w = (H[i, 0] * x + H[i, 1] * y + H[i, 2] for i in range(3))
     return X / w + 1j * (Y / w)
 
 
-def rotations(vectors: Array) -> Array:
+def rotation_matrices(vectors: Array) -> Array:
     """Rotation vectors (..., 3), rad, as matrices (..., 3, 3), smooth also beyond half a turn."""
     angle = np.linalg.norm(vectors, axis=-1)[..., None, None]
     cross = np.zeros((*vectors.shape, 3))
@@ -164,5 +171,6 @@ def rotations(vectors: Array) -> Array:
 
 
 def _difference(value: Callable[[Array], Complex], size: int) -> Complex:
-    steps = STEP * np.eye(size)
-    return np.stack([value(s) - value(-s) for s in steps], axis=-1) / (2 * STEP)
+    """Central differences of `value` at zero by each of `size` numbers, on a new last axis."""
+    steps = DIFFERENCE_STEP * np.eye(size)
+    return np.stack([value(s) - value(-s) for s in steps], axis=-1) / (2 * DIFFERENCE_STEP)

@@ -1,5 +1,6 @@
-"""What all frames of a recording share - camera pose, its drift, placement of the markers - from corners."""
+"""The parameters that all frames of a recording share - camera pose, its drift, placement of the markers - from corners."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,20 +9,36 @@ from numpy.typing import NDArray
 from calibration.camera import Camera
 from mechanism.arm import arm_of
 from mechanism.description import Neck, markers_of
-from vision.linkage.block_covariance import blocks_of
-from vision.linkage.camera_motion import DriftTerm, follow, size_of, square_px, step_frame
-from vision.linkage.gauss_newton import LinkageSolution, Prior, by_blocks, frame_angles, gauss_newton, offsets, polished
-from vision.linkage.initial_guess import first_angles, first_poses, shared_frames
-from vision.linkage.observed_corners import Observed, normalise, observed
-from vision.linkage.scene import Scene, Shared, nominal, onto_plane
+from vision.linkage.block_covariance import frame_blocks
+from vision.linkage.camera_motion import (
+    DriftTerm,
+    MotionCandidate,
+    fit_camera_motion,
+    locate_step,
+    shift_size,
+    squared_shift,
+)
+from vision.linkage.gauss_newton import (
+    LinkageSolution,
+    SharedPrior,
+    fit_angles,
+    fit_frames,
+    offset_sensitivity,
+    refine_over_recording,
+    shared_covariance,
+)
+from vision.linkage.initial_guess import initial_angles, initial_poses, select_frames
+from vision.linkage.observed_corners import ObservedCorners, normalise_corners, whiten_corners
+from vision.linkage.scene import Scene, SharedParameters, image_to_plane, nominal_parameters
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Frames = NDArray[np.intp]
 
-FRAMES = 600
-"""at most so many, spread over the recording, are used for what all frames share"""
-START_FRAMES = 60
-"""so many decide between the two poses that one planar marker allows"""
+MAX_FRAMES = 600
+"""frames, spread over the recording, from which the shared parameters are estimated at most"""
+INITIAL_FRAMES = 60
+"""frames that decide between the two poses that one planar marker allows"""
 
 
 @dataclass(frozen=True)
@@ -37,33 +54,59 @@ class PlacementPrior:
 
 
 @dataclass(frozen=True)
+class LinkageOptions:
+    """Which shared parameters are estimated, and how far the corners can be trusted."""
+
+    placement: PlacementPrior | None = None
+    """prior of where each marker sits, which then is estimated; None believes neck.yaml"""
+    drift: bool = True
+    """whether motions of the camera are sought and corrected"""
+    systematic_px: float = 0.0
+    """px: standard deviation of corner offsets that stay the same over the recording, which more frames do not average out"""
+
+
+@dataclass(frozen=True)
 class SharedFit:
     """Camera pose, placement and drift of a recording, with the covariance of all of them."""
 
     scene: Scene
     image: Complex
-    """(F, markers, 4): normalised corners of the whole recording, NaN where not seen"""
-    shared: Shared
+    """(F, markers, 4): normalised corners of the whole recording, NaN where not found"""
+    shared: SharedParameters
     covariance: Array
     """(p, p) of `shared.vector`"""
     variance: float
-    """of a whitened number: by what the corners' stated covariance is to be multiplied (px^2 where none was stated)"""
+    """of a whitened coordinate: the factor on the corners' stated covariance (px^2 where none was stated)"""
     course: Array
-    """(F, terms): how much of each drift term a frame has"""
+    """(F, terms): share of each drift term that a frame has"""
     drift: tuple[DriftTerm, ...]
     offset_gain: Array | None
-    """(p, 8 markers): by how much one standard deviation of each lasting corner offset moves `shared`; None where they are
-    taken to be none"""
+    """(p, 8 markers): change of `shared.vector` by one standard deviation of each lasting corner offset; None without them"""
 
     @property
-    def whole_covariance(self) -> Array:
+    def total_covariance(self) -> Array:
         """(p, p) of `shared.vector`, lasting offsets included."""
         gain = self.offset_gain
         return self.covariance if gain is None else self.covariance + gain @ gain.T
 
-    def first_angles(self, frames: NDArray[np.intp]) -> Array:
-        """A start for the angles of some frames, (F, N), rad."""
-        return _first_angles(self.scene, self.shared, self.image[frames])
+    def first_angles(self, frames: Frames) -> Array:
+        """Initial angles of some frames, (F, N), rad."""
+        return _initial_angles(self.scene, self.shared, self.image[frames])
+
+
+@dataclass(frozen=True)
+class _Recording:
+    """The corners of a recording before the arm."""
+
+    scene: Scene
+    image: Complex
+    """(F, markers, 4): normalised corners, NaN where not found"""
+    corners_of: Callable[[Frames], ObservedCorners]
+    """the corners of some frames, whitened"""
+    time: Array | None
+    """(F,), s"""
+    focal: float
+    """px"""
 
 
 def fit_shared(
@@ -73,112 +116,160 @@ def fit_shared(
     where: str,
     covariance: Array | None = None,
     time: Array | None = None,
-    placement: PlacementPrior | None = None,
-    drift: bool = True,
-    systematic_px: float = 0.0,
+    options: LinkageOptions = LinkageOptions(),  # noqa: B008 (frozen)
 ) -> SharedFit:
     """corners (F, markers, 4, 2), px as detected, NaN where not found; covariance (F, markers, 8, 8), px^2, of them.
 
-    time: (F,), s, to name the moment of a drift. systematic_px: standard deviation of corner offsets that stay the same over the
-    recording, which more frames do not average out. Raises Refused where the frames do not show what the pose needs.
+    time: (F,), s, to name the moment of a drift. Raises Refused where the frames do not show what the pose needs.
     """
     markers = markers_of(neck, where)
-    free_lengths = placement is not None and placement.length_sigma is not None
-    scene = Scene(arm_of(neck), markers, free_lengths)
-    image = normalise(camera, corners)
-    focal = float(np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
-    chosen = shared_frames(markers, ~np.isnan(image[..., 0]), FRAMES, where)
+    placement = options.placement
+    scene = Scene(arm_of(neck), markers, placement is not None and placement.length_sigma is not None)
+    image = normalise_corners(camera, corners)
+    chosen = select_frames(markers, ~np.isnan(image[..., 0]), MAX_FRAMES, where)
 
-    def taken(frames: NDArray[np.intp]) -> Observed:
-        return observed(camera, image[frames], None if covariance is None else covariance[frames])
+    def corners_of(frames: Frames) -> ObservedCorners:
+        return whiten_corners(camera, image[frames], None if covariance is None else covariance[frames])
 
-    plain = nominal(scene.arm, markers, np.zeros(6))
-    placed = (plain.placement[:, 0] + 1j * plain.placement[:, 1])[:, None] + (
-        np.exp(1j * plain.placement[:, 2:]) * scene.square
-    )
-    prior = _prior(plain, placement)
-    few = chosen[np.unique(np.linspace(0, len(chosen) - 1, START_FRAMES).astype(int))]
-    fits: list[LinkageSolution] = []
-    for pose in first_poses(scene, placed, image[chosen], where):
-        start = nominal(scene.arm, markers, pose)
-        first = _first_angles(scene, start, image[few])
-        fits.append(gauss_newton(scene, taken(few), start, first, np.zeros((len(few), 0)), prior))
-    best = min(fits, key=lambda fit: fit.at.variance).shared
-    seen = taken(chosen)
-    fit = gauss_newton(scene, seen, best, _first_angles(scene, best, image[chosen]), np.zeros((len(chosen), 0)), prior)
+    recording = _Recording(scene, image, corners_of, time, float(np.sqrt(camera.K[0, 0] * camera.K[1, 1])))
+    prior = _prior(nominal_parameters(scene.arm, markers, np.zeros(6)), placement)
+    fit = _fit_chosen(recording, chosen, prior, where)
     course = np.zeros((len(image), 0))
-    terms: list[DriftTerm] = []
-    if drift:
-        fit, prior, found, known = follow(scene, seen, fit, prior, chosen, len(image), focal)
-        square = square_px(scene, seen, fit, known, focal)
-        for j, c in enumerate(found):
-            frame = len(image) - 1
-            if c.kind == "step":
-                between = np.arange(chosen[c.index - 1] + 1, chosen[c.index])
-                angles = _first_angles(scene, fit.shared, image[between])
-                before, after = known[c.index - 1].copy(), known[c.index].copy()
-                before[j], after[j] = 0.0, 1.0
-                frame = int(chosen[c.index - 1]) + 1
-                if len(between):
-                    frame += step_frame(scene, taken(between), fit, angles, before, after)
-                column = (np.arange(len(image)) >= frame).astype(float)
-            else:
-                column = np.arange(len(image)) / max(len(image) - 1, 1)
-            course = np.column_stack([course, column])
-            start = len(prior.mean) - 6 * (len(found) - j)
-            at = slice(start, start + 6)
-            size, sigma = size_of(fit.shared.drift[j], fit.covariance[at, at], square)
-            moment = None if time is None else float(time[frame])
-            terms.append(DriftTerm(c.kind, frame, moment, size, sigma, fit.shared.drift[j]))
-    block = blocks_of(len(image))
+    terms: tuple[DriftTerm, ...] = ()
+    if options.drift:
+        fit, prior, motions, known = fit_camera_motion(
+            scene, corners_of(chosen), fit, prior, chosen, len(image), recording.focal
+        )
+        course, terms = _drift_terms(recording, fit, prior, chosen, motions, known)
+    block = frame_blocks(len(image))
     if placement is None:
-        shared, variance = fit.shared, fit.at.variance
-        spread = _spread(fit, prior, block[chosen])
+        shared, variance = fit.shared, fit.equations.variance
+        spread = _covariance(fit, prior, block[chosen])
     else:
-        # the weakest directions of the placement want every frame
-        first = _first_angles(scene, fit.shared, image)
-        shared, spread, variance = polished(scene, taken, fit, first, course, prior, block)
+        # the least determined directions of the placement need every frame
+        first = _initial_angles(scene, fit.shared, image)
+        shared, spread, variance = refine_over_recording(scene, corners_of, fit, first, course, prior, block)
     gain = None
-    if systematic_px:
-        gain = systematic_px / focal * _offset_gain(scene, seen, shared, course[chosen], prior, variance)
-    return SharedFit(scene, image, shared, spread, variance, course, tuple(terms), gain)
+    if options.systematic_px:
+        slopes = _offset_slopes(scene, corners_of(chosen), shared, course[chosen], prior, variance)
+        gain = options.systematic_px / recording.focal * slopes
+    return SharedFit(
+        scene=scene,
+        image=image,
+        shared=shared,
+        covariance=spread,
+        variance=variance,
+        course=course,
+        drift=terms,
+        offset_gain=gain,
+    )
 
 
-def _spread(fit: LinkageSolution, prior: Prior, block: NDArray[np.intp]) -> Array:
-    """Covariance of the shared numbers of a fit, (p, p); block: of its frames, (F,)."""
+def _fit_chosen(recording: _Recording, chosen: Frames, prior: SharedPrior, where: str) -> LinkageSolution:
+    """The fit of the chosen frames without drift, from the better of the two poses that a planar marker allows."""
+    scene, image = recording.scene, recording.image
+    nominal = nominal_parameters(scene.arm, scene.markers, np.zeros(6)).placement
+    on_bar = (nominal[:, 0] + 1j * nominal[:, 1])[:, None] + np.exp(1j * nominal[:, 2:]) * scene.square
+    few = chosen[np.unique(np.linspace(0, len(chosen) - 1, INITIAL_FRAMES).astype(int))]
+    fits: list[LinkageSolution] = []
+    for pose in initial_poses(scene, on_bar, image[chosen], where):
+        start = nominal_parameters(scene.arm, scene.markers, pose)
+        first = _initial_angles(scene, start, image[few])
+        fits.append(fit_frames(scene, recording.corners_of(few), start, first, np.zeros((len(few), 0)), prior))
+    best = min(fits, key=lambda fit: fit.equations.variance).shared
+    first = _initial_angles(scene, best, image[chosen])
+    return fit_frames(scene, recording.corners_of(chosen), best, first, np.zeros((len(chosen), 0)), prior)
+
+
+def _drift_terms(
+    recording: _Recording,
+    fit: LinkageSolution,
+    prior: SharedPrior,
+    chosen: Frames,
+    motions: list[MotionCandidate],
+    course: Array,
+) -> tuple[Array, tuple[DriftTerm, ...]]:
+    """The courses over all frames, (F, terms), and the terms, of motions that a fit of the chosen frames contains.
+
+    course: of the chosen frames, (chosen, terms). A step is placed among the frames between two chosen ones.
+    """
+    scene, image = recording.scene, recording.image
+    square_px = squared_shift(scene, recording.corners_of(chosen), fit, course, recording.focal)
+    columns = np.zeros((len(image), 0))
+    terms = []
+    for j, motion in enumerate(motions):
+        frame = len(image) - 1
+        if motion.kind == "step":
+            between = np.arange(chosen[motion.index - 1] + 1, chosen[motion.index])
+            angles = _initial_angles(scene, fit.shared, image[between])
+            before, after = course[motion.index - 1].copy(), course[motion.index].copy()
+            before[j], after[j] = 0.0, 1.0
+            frame = int(chosen[motion.index - 1]) + 1
+            if len(between):
+                frame += locate_step(scene, recording.corners_of(between), fit, angles, before, after)
+            column = (np.arange(len(image)) >= frame).astype(float)
+        else:
+            column = np.arange(len(image)) / max(len(image) - 1, 1)
+        columns = np.column_stack([columns, column])
+        start = len(prior.mean) - 6 * (len(motions) - j)
+        rows = slice(start, start + 6)
+        size, sigma = shift_size(fit.shared.drift[j], fit.covariance[rows, rows], square_px)
+        terms.append(
+            DriftTerm(
+                kind=motion.kind,
+                frame=frame,
+                time=None if recording.time is None else float(recording.time[frame]),
+                size_px=size,
+                sigma_px=sigma,
+                change=fit.shared.drift[j],
+            )
+        )
+    return columns, tuple(terms)
+
+
+def _covariance(fit: LinkageSolution, prior: SharedPrior, block: Frames) -> Array:
+    """Covariance of the shared parameters of a fit, (p, p); block: the block to which each of its frames belongs, (F,)."""
     score = np.zeros((block.max() + 1, len(prior.mean)))
     information = np.zeros((*score.shape, score.shape[1]))
-    np.add.at(information, block, fit.at.reduced)
-    np.add.at(score, block, fit.at.g_reduced)
-    return by_blocks(information, score, prior, fit.at.variance)
+    np.add.at(information, block, fit.equations.reduced)
+    np.add.at(score, block, fit.equations.g_reduced)
+    return shared_covariance(information, score, prior, fit.equations.variance)
 
 
-def _offset_gain(scene: Scene, seen: Observed, shared: Shared, course: Array, prior: Prior, variance: float) -> Array:
-    """d shared / d corner offsets that stay the same over the recording, (p, 8 markers), by normalised coordinate."""
-    first = _first_angles(scene, shared, seen.image)
-    alpha, _ = frame_angles(scene, seen, shared, first, course, float(np.sqrt(variance)))
-    pulled = offsets(scene, seen, shared, alpha, course)
-    live = np.flatnonzero(prior.free)
-    information = pulled.reduced + np.diag(prior.information * variance)
-    out = np.zeros_like(pulled.on_shared)
-    out[live] = np.linalg.solve(information[np.ix_(live, live)], pulled.on_shared[live])
-    return out
+def _offset_slopes(
+    scene: Scene,
+    observed: ObservedCorners,
+    shared: SharedParameters,
+    course: Array,
+    prior: SharedPrior,
+    variance: float,
+) -> Array:
+    """Derivative of the shared parameters by lasting corner offsets in normalised coordinates, (p, 8 markers)."""
+    first = _initial_angles(scene, shared, observed.image)
+    alpha, _ = fit_angles(scene, observed, shared, first, course, float(np.sqrt(variance)))
+    sensitivity = offset_sensitivity(scene, observed, shared, alpha, course)
+    free = np.flatnonzero(prior.free)
+    information = sensitivity.reduced + np.diag(prior.information * variance)
+    slopes = np.zeros_like(sensitivity.on_shared)
+    slopes[free] = np.linalg.solve(information[np.ix_(free, free)], sensitivity.on_shared[free])
+    return slopes
 
 
-def _prior(plain: Shared, placement: PlacementPrior | None) -> Prior:
-    information = np.zeros(len(plain.vector))
+def _prior(nominal: SharedParameters, placement: PlacementPrior | None) -> SharedPrior:
+    """Pose free, placement and lengths about their nominal values where they are estimated, else held."""
+    information = np.zeros(len(nominal.vector))
     free = np.zeros(len(information), dtype=bool)
     free[:6] = True
     if placement is not None:
-        count = plain.placement.size
+        count = nominal.placement.size
         sigma = [placement.at_sigma, placement.at_sigma, placement.angle_sigma]
-        information[6 : 6 + count] = np.tile(1 / np.square(sigma), len(plain.placement))
+        information[6 : 6 + count] = np.tile(1 / np.square(sigma), len(nominal.placement))
         free[6 : 6 + count] = True
         if placement.length_sigma is not None:
             information[6 + count :] = 1 / placement.length_sigma**2
             free[6 + count :] = True
-    return Prior(plain.vector, information, free)
+    return SharedPrior(nominal.vector, information, free)
 
 
-def _first_angles(scene: Scene, shared: Shared, image: Complex) -> Array:
-    return first_angles(scene.arm, scene.markers, shared.placement[:, 2], onto_plane(image, shared.pose))
+def _initial_angles(scene: Scene, shared: SharedParameters, image: Complex) -> Array:
+    return initial_angles(scene.arm, scene.markers, shared.placement[:, 2], image_to_plane(image, shared.pose))

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from calibration.dictionaries import marker_cells
 from mechanism.description import Markers
-from vision.markers.detection import Finder
-from vision.markers.edges import refine
-from vision.markers.optics import pooled
-from vision.markers.photometric import MarkerFit, Start, fit_markers
+from vision.markers.detection import MarkerDetector
+from vision.markers.edge_refinement import refine_by_edges
+from vision.markers.optics_estimate import estimate_optics
+from vision.markers.photometric import MarkerFit, MarkerStart, fit_markers
 from vision.markers.planar_motion import homography
 from vision.markers.template import Optics
 from vision.video import Frame
@@ -27,25 +27,25 @@ from vision.video import Frame
 Array = NDArray[np.float64]
 Grey = NDArray[np.uint8]
 
-SEARCH_EVERY = 150
+SEARCH_PERIOD_FRAMES = 150
 """frames between full searches, which also see doubled and foreign markers"""
-RETRY_EVERY = 5
+RETRY_PERIOD_FRAMES = 5
 """frames between full searches once a marker has been missing for PATIENCE frames; until then every frame is searched"""
-PATIENCE = 60
-MARGIN = 1.0
+PATIENCE_FRAMES = 60
+SEARCH_MARGIN_SIDES = 1.0
 """of a marker's side: how far around its predicted place a lost marker is searched"""
-MIN_CELLS = 0.85
+MIN_CELL_SHARE = 0.85
 """share of a marker's cells that must read right for it to be the marker"""
 
-LEARNING = 12
+LEARNING_FRAMES = 12
 """frames of a segment from which the lens' blur and the ink's bleed are learnt"""
 
-SEEN, SEARCHED, HIDDEN, UNREADABLE, DOUBLED = range(5)
+TRACKED, SEARCHED, NOT_FOUND, LOST, DOUBLED = range(5)
 """how a marker was come by in a frame: tracked, found by search, not found, lost while tracked, left out as ambiguous"""
 
 
 @dataclass(frozen=True)
-class Manner:
+class TrackingOptions:
     """How markers are refined: by their edges, or by the template of all their grey levels, which knows the exposure time, s,
     for the blur of motion."""
 
@@ -53,11 +53,11 @@ class Manner:
     exposure_s: float = 0.0
 
 
-BY_EDGES = Manner()
+BY_EDGES = TrackingOptions()
 
 
 @dataclass(frozen=True)
-class Sighting:
+class TrackedFrame:
     """One frame; arrays by marker, (markers, ...)."""
 
     time: float
@@ -75,11 +75,11 @@ class Sighting:
     foreign: tuple[int, ...]
 
 
-class Tracker:
+class MarkerTracker:
     """Follows the arm's markers through one segment of a video."""
 
-    def __init__(self, markers: Markers, manner: Manner = BY_EDGES) -> None:
-        self._finder = Finder(markers)
+    def __init__(self, markers: Markers, manner: TrackingOptions = BY_EDGES) -> None:
+        self._finder = MarkerDetector(markers)
         self._ids = [marker.id for marker in markers.on_bars]
         self._cells = np.stack([marker_cells(markers.dictionary, i) for i in self._ids])
         self._black = self._cells.reshape(len(self._ids), -1)
@@ -95,32 +95,34 @@ class Tracker:
         self._learning = 0
         self._light = np.full((len(self._ids), 6), np.nan)
 
-    def see(self, frame: Frame) -> Sighting:
+    def see(self, frame: Frame) -> TrackedFrame:
         """The next frame of the segment."""
         count = len(self._ids)
-        corners, how = np.full((count, 4, 2), np.nan), np.full(count, HIDDEN, dtype=np.int8)
+        corners, how = np.full((count, 4, 2), np.nan), np.full(count, NOT_FOUND, dtype=np.int8)
         foreign: tuple[int, ...] = ()
         predicted = self._predicted(frame.time)
         known = np.flatnonzero(~np.isnan(predicted[:, 0, 0]))
         self._since_search += 1
         fits: dict[int, MarkerFit] = {}
-        if self._past and self._since_search < SEARCH_EVERY:
+        if self._past and self._since_search < SEARCH_PERIOD_FRAMES:
             fits = self._at_once(frame, predicted)
             for k, fit in fits.items():
-                corners[k], how[k] = fit.corners, SEEN
+                corners[k], how[k] = fit.corners, TRACKED
             known = np.array([k for k in known if k not in fits], dtype=np.intp)
-            refined = refine(frame.grey, predicted[known], self._cells.shape[1])
-            right = self._read(frame.grey, refined, known) >= MIN_CELLS
+            refined = refine_by_edges(frame.grey, predicted[known], self._cells.shape[1])
+            right = self._read(frame.grey, refined, known) >= MIN_CELL_SHARE
             corners[known[right]] = refined[right]
-            how[known[right]] = SEEN
-            how[known[~right]] = UNREADABLE
+            how[known[right]] = TRACKED
+            how[known[~right]] = LOST
             for k in known[~right]:
                 found = self._around(frame.grey, predicted[k], self._ids[k])
                 if found is not None:
                     corners[k], how[k] = found, SEARCHED
         lost = np.isnan(corners[:, 0, 0])
         self._lost_for = self._lost_for + 1 if lost.any() else 0
-        pause = SEARCH_EVERY if not lost.any() else RETRY_EVERY if self._lost_for > PATIENCE else 1
+        pause = (
+            SEARCH_PERIOD_FRAMES if not lost.any() else RETRY_PERIOD_FRAMES if self._lost_for > PATIENCE_FRAMES else 1
+        )
         if not self._past or self._since_search >= pause:
             everything = self._finder.find(frame.grey)
             foreign = everything.foreign
@@ -130,7 +132,7 @@ class Tracker:
                 elif i in everything.corners:
                     corners[k] = everything.corners[i]
                     how[k] = SEARCHED
-                fits = {m: fit for m, fit in fits.items() if how[m] == SEEN}
+                fits = {m: fit for m, fit in fits.items() if how[m] == TRACKED}
             self._since_search = 0
         if self._manner.template:
             rest = [k for k in np.flatnonzero(~np.isnan(corners[:, 0, 0])).tolist() if k not in fits]
@@ -145,7 +147,7 @@ class Tracker:
                 covariance[k] = fit.covariance
             hidden[k], clipped[k], fell_back[k] = fit.hidden, fit.clipped, fit.fell_back
         self._past = [*self._past[-2:], (frame.time, corners)]
-        return Sighting(frame.time, corners, covariance, how, hidden, clipped, fell_back, foreign)
+        return TrackedFrame(frame.time, corners, covariance, how, hidden, clipped, fell_back, foreign)
 
     def _at_once(self, frame: Frame, predicted: Array) -> dict[int, MarkerFit]:
         """Fits from the prediction, of markers that three frames predict, under light that is known, and that are there."""
@@ -155,7 +157,7 @@ class Tracker:
         which = np.flatnonzero(steady)
         if len(self._past) < 3 or not len(which):
             return {}
-        there = which[self._read(frame.grey, predicted[which], which) >= MIN_CELLS]
+        there = which[self._read(frame.grey, predicted[which], which) >= MIN_CELL_SHARE]
         fits = self._fitted(frame, predicted, there.tolist())
         return {k: fit for k, fit in fits.items() if not fit.fell_back}
 
@@ -163,7 +165,7 @@ class Tracker:
         """Photometric fits of the markers `which` in the list, that are near `corners` (markers, 4, 2)."""
         motion = np.nan_to_num(self._velocity(frame.time, corners)) * self._manner.exposure_s
         light = [None if np.isnan(self._light[k, 0]) else self._light[k] for k in which]
-        starts = [Start(corners[k], self._cells[k], motion[k], at) for k, at in zip(which, light, strict=True)]
+        starts = [MarkerStart(corners[k], self._cells[k], motion[k], at) for k, at in zip(which, light, strict=True)]
         return dict(zip(which, fit_markers(frame.grey, starts, self._optics), strict=True))
 
     def _learn(self, fits: dict[int, MarkerFit]) -> None:
@@ -174,8 +176,8 @@ class Tracker:
         if self._learnt is not None:
             self._learnt += fits.values()
             self._learning += 1
-            if self._learning == LEARNING:
-                self._optics, self._learnt = pooled(self._optics, self._learnt), None
+            if self._learning == LEARNING_FRAMES:
+                self._optics, self._learnt = estimate_optics(self._optics, self._learnt), None
 
     def _velocity(self, time: float, corners: Array) -> Array:
         """Slope at `time` of the parabola through the last two frames and this one, px/s; of the line where one is missing."""
@@ -221,8 +223,8 @@ class Tracker:
     def _around(self, grey: Grey, predicted: Array, marker_id: int) -> Array | None:
         """The marker searched near its predicted place; None where it is not."""
         side = float(np.max(np.ptp(predicted, axis=0)))
-        low = np.floor(predicted.min(axis=0) - MARGIN * side).astype(int)
-        high = np.ceil(predicted.max(axis=0) + MARGIN * side).astype(int)
+        low = np.floor(predicted.min(axis=0) - SEARCH_MARGIN_SIDES * side).astype(int)
+        high = np.ceil(predicted.max(axis=0) + SEARCH_MARGIN_SIDES * side).astype(int)
         x0, y0 = np.clip(low, 0, None)
         x1, y1 = np.clip(high, 0, np.array(grey.shape[::-1]))
         if x1 - x0 < 12 or y1 - y0 < 12:

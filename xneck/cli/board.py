@@ -4,22 +4,22 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import FILE, OUT, report_result, results
+from xneck.cli.output import INPUT_FILE, OUTPUT_FILE, report_result, result_options
 
 
 @click.command(epilog="Example: xneck board board.yaml --out board.pdf")
-@click.argument("source", metavar="BOARD.yaml|NECK.yaml", type=FILE)
-@click.option("--out", type=OUT, required=True, help="The sheet: .pdf or .svg.")
-@results
+@click.argument("source", metavar="BOARD.yaml|NECK.yaml", type=INPUT_FILE)
+@click.option("--out", type=OUTPUT_FILE, required=True, help="The sheet: .pdf or .svg.")
+@result_options
 def command(source: Path, out: Path, json_out: str | None, quiet: bool) -> None:
     """Print a calibration board, or the markers of an arm, at true scale with a ruler to check it."""
     from calibration.board import read_board
     from calibration.sheets import board_sheet, marker_sheet
     from mechanism.description import markers_of, read_neck
     from xneck_foundation.errors import Refused
-    from xneck_foundation.strict_yaml import load
+    from xneck_foundation.strict_yaml import load_yaml
 
-    document = load(source)
+    document = load_yaml(source)
     if isinstance(document, dict) and "kind" in document:
         width, height = board_sheet(read_board(source), out)
         what = "board"

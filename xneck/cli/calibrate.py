@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 import click
 
-from xneck.cli.output import FILE, OUT, progress, report_result, results
+from xneck.cli.output import INPUT_FILE, OUTPUT_FILE, progress_bar, report_result, result_options
 
 EXAMPLES = """\b
 Example: xneck calibrate board/*.jpg --board board.yaml --out camera.yaml
@@ -16,14 +16,14 @@ Example: xneck calibrate board/*.jpg --board board.yaml --out camera.yaml
 
 
 @click.command(epilog=EXAMPLES)
-@click.argument("sources", metavar="PICTURES... | VIDEO", nargs=-1, required=True, type=FILE)
-@click.option("--board", "board_file", type=FILE, required=True, help="board.yaml: what is printed on the board.")
-@click.option("--out", type=OUT, help="camera.yaml, as ROS and OpenCV read it.")
+@click.argument("sources", metavar="PICTURES... | VIDEO", nargs=-1, required=True, type=INPUT_FILE)
+@click.option("--board", "board_file", type=INPUT_FILE, required=True, help="board.yaml: what is printed on the board.")
+@click.option("--out", type=OUTPUT_FILE, help="camera.yaml, as ROS and OpenCV read it.")
 @click.option("--every", type=click.IntRange(1), default=5, show_default=True, help="Take every n-th frame of a video.")
 @click.option(
     "--check",
     "checked",
-    type=FILE,
+    type=INPUT_FILE,
     help="Instead of --out: does this camera still hold for the pictures? (also OpenCV's or Kalibr's file)",
 )
 @click.option(
@@ -32,13 +32,13 @@ Example: xneck calibrate board/*.jpg --board board.yaml --out camera.yaml
     type=click.Choice(["opencv", "kalibr"]),
     help="The camera for other tools too, beside --out: camera.opencv.yaml or camera.kalibr.yaml.",
 )
-@click.option("--report", type=OUT, help="An HTML page of the calibration: what it means, what to photograph next.")
-@click.option("--neck", "neck_file", type=FILE, help="neck.yaml: say what sigma does to this arm's joint angles.")
+@click.option("--report", type=OUTPUT_FILE, help="An HTML page of the calibration: what it means, what to photograph next.")
+@click.option("--neck", "neck_file", type=INPUT_FILE, help="neck.yaml: say what sigma does to this arm's joint angles.")
 @click.option("--link", type=click.FloatRange(0.001, 10), help="The same for two links of this length, m.")
 @click.option(
     "--distance", type=click.FloatRange(0.01, 100), help="Of the arm, m; without it the arm fills the picture."
 )
-@results
+@result_options
 def command(
     sources: tuple[Path, ...],
     board_file: Path,
@@ -88,22 +88,22 @@ def _calibrate(
     quiet: bool,
 ) -> None:
     from calibration.board import read_board
+    from calibration.calibration_quality import assess_quality
     from calibration.camera_file import export_camera, write_camera
-    from calibration.consequences import meaning
-    from calibration.summary import as_json
+    from calibration.summary import calibration_json
     from mechanism.description import read_neck
-    from vision.linkage.arm_sigma import arm_sigma, link_arm, neck_arm
-    from xneck.recording.board_pictures import calibrate_from, listed
+    from vision.linkage.arm_sigma import arm_sigma, marker_arm, two_link_arm
+    from xneck.recording.calibration_input import calibrate_from_files, list_board_files
     from xneck_foundation.provenance import provenance
 
-    files = listed(sources)
-    arm = neck_arm(read_neck(neck_file), neck_file.name) if neck_file else link_arm(link) if link else None
-    with progress(None if len(files) == 1 else len(files), "calibrate", quiet) as done:
-        found = calibrate_from(files, board_file, every, done)
+    files = list_board_files(sources)
+    arm = marker_arm(read_neck(neck_file), neck_file.name) if neck_file else two_link_arm(link) if link else None
+    with progress_bar(None if len(files) == 1 else len(files), "calibrate", quiet) as done:
+        found = calibrate_from_files(files, board_file, every, done)
     write_camera(found.camera, out)
-    meant = meaning(found)
+    meant = assess_quality(found)
     at_arm = arm_sigma(found.camera, arm, distance) if arm else None
-    result = as_json(found) | meant.as_json()
+    result = calibration_json(found) | meant.as_json()
     result["projection"]["arm"] = at_arm.as_json() if at_arm else None
     if report:
         from xneck.report.calibration_page import CalibrationResult, write_calibration_report
@@ -141,12 +141,12 @@ def _check(
 ) -> None:
     from calibration.camera_check import check_camera
     from calibration.camera_file import read_camera
-    from xneck.recording.board_pictures import listed, observed
+    from xneck.recording.calibration_input import list_board_files, observe_board_files
 
     camera = read_camera(checked)
-    files = listed(sources)
-    with progress(None if len(files) == 1 else len(files), "check", quiet) as done:
-        found = check_camera(camera, observed(files, board_file, every, done))
+    files = list_board_files(sources)
+    with progress_bar(None if len(files) == 1 else len(files), "check", quiet) as done:
+        found = check_camera(camera, observe_board_files(files, board_file, every, done))
     result: dict[str, Any] = found.as_json()
     lines = [f"{checked}: {found.verdict}: {found.why}"]
     lines += [f"  left out: {entry.name}: {entry.why}" for entry in found.left_out]

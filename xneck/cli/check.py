@@ -4,18 +4,18 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import FILE, report_result, results
+from xneck.cli.output import INPUT_FILE, report_result, result_options
 
 
 @click.command(epilog="Example: xneck check today.mcap --baseline healthy.mcap --json check.json")
-@click.argument("dataset", type=FILE)
+@click.argument("dataset", type=INPUT_FILE)
 @click.option(
     "--baseline",
-    type=FILE,
+    type=INPUT_FILE,
     help="A data set of the same arm, recorded when it was known to be healthy, theta counted from the same zero: "
     "shows constant errors of an angle ten times smaller.",
 )
-@results
+@result_options
 def command(dataset: Path, baseline: Path | None, json_out: str | None, quiet: bool) -> None:
     """Hold the elongation of every cable against the force on its motor, and name the fault where they do not agree.
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import FILE, OUT, progress, report_result, results
+from xneck.cli.output import INPUT_FILE, OUTPUT_FILE, progress_bar, report_result, result_options
 
 _POSITIVE = click.FloatRange(0, min_open=True)
 
@@ -12,9 +12,9 @@ _POSITIVE = click.FloatRange(0, min_open=True)
 @click.command(
     epilog="Example: xneck design neck.yaml --model model.yaml --for k --for cable_hardening --tension 20 112 --out motion.csv"
 )
-@click.argument("neck_file", metavar="NECK.yaml", type=FILE)
-@click.option("--model", "model_file", type=FILE, help="model.yaml of this arm; without it one like Fasquelle's.")
-@click.option("--out", type=OUT, required=True, help="motion.csv (also .npz, .mat).")
+@click.argument("neck_file", metavar="NECK.yaml", type=INPUT_FILE)
+@click.option("--model", "model_file", type=INPUT_FILE, help="model.yaml of this arm; without it one like Fasquelle's.")
+@click.option("--out", type=OUTPUT_FILE, required=True, help="motion.csv (also .npz, .mat).")
 @click.option("--seconds", type=click.FloatRange(5, 600), default=60.0, show_default=True, help="Rests included.")
 @click.option("--peak-deg", type=_POSITIVE, default=30.0, show_default=True, help="Largest angle of a joint, deg.")
 @click.option(
@@ -31,7 +31,7 @@ _POSITIVE = click.FloatRange(0, min_open=True)
 @click.option("--frame-hz", type=_POSITIVE, default=30.0, show_default=True, help="Of the camera.")
 @click.option("--tries", type=click.IntRange(3), default=120, show_default=True, help="Motions that are compared.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of what is drawn at random.")
-@results
+@result_options
 def command(
     neck_file: Path,
     model_file: Path | None,
@@ -56,36 +56,36 @@ def command(
     """
     from math import inf, radians
 
-    from identification.dataset.dataset_file import FORMATS, export
-    from identification.design.information import Noise
-    from identification.design.presumed import presumed
-    from identification.design.result import as_json, as_text, table
-    from identification.design.search import BASE, design, wanted
-    from identification.design.trajectory import Limits
+    from identification.dataset.dataset_file import EXPORT_FORMATS, export_series
+    from identification.design.information import AngleNoise
+    from identification.design.nominal_machine import nominal_machine
+    from identification.design.result import as_json, as_text, motion_series
+    from identification.design.search import DEFAULT_TARGETS, design_motion, design_target
+    from identification.design.trajectory import MotionLimits
     from identification.model_file import machine_of, read_model
     from mechanism.arm import arm_of
     from mechanism.description import read_neck
     from xneck_foundation.errors import Refused, one_of
 
-    one_of(out, out.suffix.removeprefix("."), FORMATS, "suffix")
+    one_of(out, out.suffix.removeprefix("."), EXPORT_FORMATS, "suffix")
     if not tension[0] < tension[1]:
         raise Refused("design", f"--tension {tension[0]:g} {tension[1]:g} leaves no range", "give the lower one first")
     neck = read_neck(neck_file)
-    machine = machine_of(read_model(model_file), arm_of(neck)) if model_file else presumed(neck)
-    limits = Limits(radians(peak_deg), max_speed, tension, max_force or inf)
-    noise = Noise(radians(noise_deg), frame_hz)
+    machine = machine_of(read_model(model_file), arm_of(neck)) if model_file else nominal_machine(neck)
+    limits = MotionLimits(radians(peak_deg), max_speed, tension, max_force or inf)
+    noise = AngleNoise(radians(noise_deg), frame_hz)
     draws = tries // 3
-    with progress(tries, "design", quiet) as done:
-        found = design(
+    with progress_bar(tries, "design", quiet) as done:
+        found = design_motion(
             machine,
-            wanted(machine, names or BASE),
+            design_target(machine, names or DEFAULT_TARGETS),
             limits,
             noise,
             seconds,
             draws=draws,
             changes=tries - draws,
             seed=seed,
-            progress=done,
+            progress_bar=done,
         )
-    export(table(found.motion), out)
+    export_series(motion_series(found.motion), out)
     report_result(as_json(found, limits, noise), f"{out}:\n{as_text(found)}", json_out, quiet)

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import FILE, FOLDER, report_result, results
+from xneck.cli.output import INPUT_FILE, FOLDER, report_result, result_options
 
 
 @click.command(epilog="Example: xneck diagnose monday.mcap --held-out tuesday.mcap --out diagnosis")
-@click.argument("datasets", metavar="DATASET...", nargs=-1, required=True, type=FILE)
+@click.argument("datasets", metavar="DATASET...", nargs=-1, required=True, type=INPUT_FILE)
 @click.option(
-    "--held-out", multiple=True, type=FILE, help="A data set of the same arm that is not fitted; may be repeated."
+    "--held-out", multiple=True, type=INPUT_FILE, help="A data set of the same arm that is not fitted; may be repeated."
 )
 @click.option(
     "--out",
@@ -18,7 +18,7 @@ from xneck.cli.output import FILE, FOLDER, report_result, results
     required=True,
     help="Folder for diagnosis.html, diagnosis.json, the extended neck.yaml and model.yaml.",
 )
-@results
+@result_options
 def command(
     datasets: tuple[Path, ...], held_out: tuple[Path, ...], out: Path, json_out: str | None, quiet: bool
 ) -> None:
@@ -29,13 +29,13 @@ def command(
     """
     from tqdm import tqdm
 
-    from xneck.diagnosis_folder import diagnose_into
+    from xneck.batch.diagnosis_task import run_diagnosis_task
 
     with tqdm(total=4, desc="diagnose", disable=True if quiet else None, leave=False) as bar:
 
-        def told(step: str) -> None:
+        def show_step(step: str) -> None:
             bar.set_postfix_str(step)
             bar.update()
 
-        result, text = diagnose_into(out, datasets, held_out, told)
+        result, text = run_diagnosis_task(out, datasets, held_out, show_step)
     report_result(result, f"{text}\n{out}", json_out, quiet)

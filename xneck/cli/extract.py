@@ -5,17 +5,25 @@ from typing import Any, Literal
 
 import click
 
-from xneck.cli.output import FILE, OUT, export_beside, exported, progress, report_result, results
+from xneck.cli.output import (
+    INPUT_FILE,
+    OUTPUT_FILE,
+    export_beside,
+    export_option,
+    progress_bar,
+    report_result,
+    result_options,
+)
 
 
 @click.command(epilog="Example: xneck extract video.mp4 --camera camera.yaml --neck neck.yaml --out angles.mcap")
-@click.argument("video", type=FILE)
+@click.argument("video", type=INPUT_FILE)
 @click.option(
-    "--camera", "camera_file", type=FILE, required=True, help="camera.yaml of the camera at the video's size."
+    "--camera", "camera_file", type=INPUT_FILE, required=True, help="camera.yaml of the camera at the video's size."
 )
-@click.option("--neck", "neck_file", type=FILE, required=True, help="neck.yaml with the arm's markers.")
-@click.option("--out", type=OUT, required=True, help="angles.mcap, or .csv, .npz, .mat.")
-@click.option("--overlay", type=OUT, help="A video with what was found drawn over it.")
+@click.option("--neck", "neck_file", type=INPUT_FILE, required=True, help="neck.yaml with the arm's markers.")
+@click.option("--out", type=OUTPUT_FILE, required=True, help="angles.mcap, or .csv, .npz, .mat.")
+@click.option("--overlay", type=OUTPUT_FILE, help="A video with what was found drawn over it.")
 @click.option("--exposure", type=click.FloatRange(0, 1), default=0.0, help="Exposure time, s, where it is known.")
 @click.option("--row-time", type=float, default=0.0, help="Rolling shutter: s from one row to the next below.")
 @click.option(
@@ -40,10 +48,10 @@ from xneck.cli.output import FILE, OUT, export_beside, exported, progress, repor
     help="Rectangle (px) with a light that the controller switches and logs as `led`.",
 )
 @click.option("--placement", is_flag=True, help="Estimate from the motion where each marker sits on its bar.")
-@click.option("--corrected-neck", type=OUT, help="Write neck.yaml with the markers where they were found.")
+@click.option("--corrected-neck", type=OUTPUT_FILE, help="Write neck.yaml with the markers where they were found.")
 @click.option("--workers", type=click.IntRange(1), default=1, show_default=True, help="Processes that share the video.")
-@exported
-@results
+@export_option
+@result_options
 def command(
     video: Path,
     camera_file: Path,
@@ -74,7 +82,7 @@ def command(
     from vision.linkage.shared_fit import PlacementPrior
     from vision.overlay import write_overlay
     from vision.shutter import Shutter
-    from vision.video import describe
+    from vision.video import describe_video
     from xneck_foundation.provenance import provenance
     from xneck_foundation.whole_file import write_text
 
@@ -82,14 +90,14 @@ def command(
     shutter = Shutter(exposure, row_time, stamp)
     prior = PlacementPrior() if placement or corrected_neck else None
     patch = LightPatch(*light) if light else None
-    described = describe(video)
-    with progress(described.frames, "extract", quiet) as done:
+    described = describe_video(video)
+    with progress_bar(described.frames, "extract", quiet) as done:
         found = extract(described, camera, neck, shutter, prior, corners == "template", workers, patch, done)
     found.angles.notes["provenance"] = provenance({"video": video, "camera": camera_file, "neck": neck_file})
     write_angles(found.angles, out, found.quality)
     export_beside(found.angles.series, out, export_as)
     if overlay:
-        with progress(len(found.angles.time), "overlay", quiet) as done:
+        with progress_bar(len(found.angles.time), "overlay", quiet) as done:
             write_overlay(video, overlay, neck, camera, found, done)
     if corrected_neck and found.fit.placement:
         comment = f"markers as found in {video.name}"

@@ -4,18 +4,18 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import FILE, OUT, report_result, results
+from xneck.cli.output import INPUT_FILE, OUTPUT_FILE, report_result, result_options
 
 
 @click.command(epilog="Example: xneck identify dataset.mcap --out model.yaml --json identified.json")
-@click.argument("datasets", metavar="DATASET...", nargs=-1, required=True, type=FILE)
-@click.option("--out", type=OUT, required=True, help="model.yaml, which `xneck simulate` takes.")
+@click.argument("datasets", metavar="DATASET...", nargs=-1, required=True, type=INPUT_FILE)
+@click.option("--out", type=OUTPUT_FILE, required=True, help="model.yaml, which `xneck simulate` takes.")
 @click.option(
     "--model", type=click.IntRange(1, 3), default=1, show_default=True, help="Elastic model of Fasquelle 2021."
 )
 @click.option("--export", "export_as", type=click.Choice(["mat"]), help="The parameters beside --out as arrays.")
-@click.option("--neck-out", type=OUT, help="neck.yaml with the pre-elongations x0 as identified, of one data set.")
-@results
+@click.option("--neck-out", type=OUTPUT_FILE, help="neck.yaml with the pre-elongations x0 as identified, of one data set.")
+@result_options
 def command(
     datasets: tuple[Path, ...],
     out: Path,
@@ -28,16 +28,16 @@ def command(
     """Identify friction of the motors and elasticity of the cables: Fasquelle's tables, and estimates that hold."""
     from identification import estimate_table
     from identification.dataset.dataset_file import read_dataset
-    from identification.estimates import LAWS_BESIDE, estimate
+    from identification.estimates import LAWS_BY_ELASTIC_MODEL, estimate
     from identification.fasquelle import tables
-    from identification.fasquelle.method import identify
+    from identification.fasquelle.method import fasquelle_identification
     from identification.model_file import model_of, write_model
     from identification.parameters_file import write_mat, write_neck
     from xneck_foundation.provenance import provenance
 
     recordings = [read_dataset(path) for path in datasets]
-    fasquelle = identify(recordings)
-    found = estimate(recordings, LAWS_BESIDE[model])
+    fasquelle = fasquelle_identification(recordings)
+    found = estimate(recordings, LAWS_BY_ELASTIC_MODEL[model])
     origin = provenance({f"dataset{i + 1}": path for i, path in enumerate(datasets)}, {"model": model})
     write_model(model_of(found.parameters, found.laws, origin, found.covariance), out)
     if export_as:

@@ -11,12 +11,12 @@ from typing import Any, TypeVar
 import click
 import numpy as np
 
-from identification.dataset.dataset_file import FORMATS, export
+from identification.dataset.dataset_file import EXPORT_FORMATS, export_series
 from identification.dataset.series import Series
 from xneck_foundation.errors import Refused
-from xneck_foundation.json_text import as_json
-from xneck_foundation.recovery import recoveries
-from xneck_foundation.whole_file import check_place, write_text
+from xneck_foundation.json_text import json_text
+from xneck_foundation.recovery import collected_recoveries
+from xneck_foundation.whole_file import check_output, write_text
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -27,7 +27,7 @@ class _OutFile(click.ParamType):
     name = "file"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        check_place(Path(value))
+        check_output(Path(value))
         return Path(value)
 
 
@@ -44,8 +44,8 @@ class _Place(click.Path):
         return path
 
 
-FILE = _Place(path_type=Path)
-OUT = _OutFile()
+INPUT_FILE = _Place(path_type=Path)
+OUTPUT_FILE = _OutFile()
 FOLDER = _Place(path_type=Path, file_okay=False)
 
 
@@ -53,12 +53,12 @@ _RECOVERED = "recovered"
 """key of the click context's notes, and of every result"""
 
 
-def results(function: F) -> F:
+def result_options(function: F) -> F:
     """Adds --json and --quiet, and hears of files that were read in part."""
 
     @functools.wraps(function)
     def heard(*values: Any, **options: Any) -> Any:
-        with recoveries() as said:
+        with collected_recoveries() as said:
             click.get_current_context().meta[_RECOVERED] = said
             try:
                 return function(*values, **options)
@@ -73,7 +73,7 @@ def results(function: F) -> F:
 
     command = click.option("--quiet", is_flag=True, help="Print nothing but errors and warnings.")(heard)
     command = click.option(
-        "--json", "json_out", metavar="FILE", help="Machine-readable result; - for standard output."
+        "--json", "json_out", metavar="INPUT_FILE", help="Machine-readable result; - for standard output."
     )(command)
     return command  # type: ignore[return-value]
 
@@ -83,7 +83,7 @@ def recovered() -> list[str]:
     return list(click.get_current_context().meta[_RECOVERED])
 
 
-def spreading(function: F) -> F:
+def worker_options(function: F) -> F:
     """Adds --jobs and --cluster, of which one may be given."""
 
     @functools.wraps(function)
@@ -101,10 +101,10 @@ def spreading(function: F) -> F:
     return command  # type: ignore[return-value]
 
 
-def exported(function: F) -> F:
+def export_option(function: F) -> F:
     """Adds --export."""
     return click.option(
-        "--export", "export_as", type=click.Choice(FORMATS), help="The same series beside --out for other tools."
+        "--export", "export_as", type=click.Choice(EXPORT_FORMATS), help="The same series beside --out for other tools."
     )(function)
 
 
@@ -118,10 +118,10 @@ def report_result(result: dict[str, Any], text: str, json_out: str | None, quiet
     for line in lost:
         click.echo(f"xneck: warning: {line}", err=True)
     if json_out == "-":
-        click.echo(as_json(result), nl=False)
+        click.echo(json_text(result), nl=False)
         return
     if json_out:
-        write_text(json_out, as_json(result))
+        write_text(json_out, json_text(result))
     if not quiet:
         click.echo(text)
 
@@ -129,11 +129,11 @@ def report_result(result: dict[str, Any], text: str, json_out: str | None, quiet
 def export_beside(series: Series, out: Path, kind: str | None) -> None:
     """`series` at `out` with the suffix of the chosen kind."""
     if kind:
-        export(series, out.with_suffix(f".{kind}"))
+        export_series(series, out.with_suffix(f".{kind}"))
 
 
 @contextmanager
-def progress(total: int | None, what: str, quiet: bool) -> Iterator[Callable[[int], object]]:
+def progress_bar(total: int | None, what: str, quiet: bool) -> Iterator[Callable[[int], object]]:
     """A progress bar on a terminal, silence elsewhere; yields the function to call with steps done."""
     from tqdm import tqdm
 

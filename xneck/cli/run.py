@@ -5,25 +5,26 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from xneck.cli.output import FILE, FOLDER, progress, report_result, results, spreading
-from xneck_foundation.recovery import say_recovered
+from xneck.cli.output import INPUT_FILE, FOLDER, progress_bar, report_result, result_options, worker_options
+from xneck_foundation.recovery import warn_recovered
 
 if TYPE_CHECKING:
-    from xneck.batch.batch import Asked
+    from xneck.batch.run_batch import BatchOptions
 
-_STAGES = 6
-"""at most, of one recording"""
+_MAX_STAGES = 6
+"""stages of one recording, for the progress bar"""
+_DIAGNOSIS_STEPS = 4
 
 
 @click.command(epilog="Example: xneck run recordings/*/ --out results --jobs 4")
-@click.argument("folders", metavar="RECORDING...", nargs=-1, required=True, type=FILE)
+@click.argument("folders", metavar="RECORDING...", nargs=-1, required=True, type=INPUT_FILE)
 @click.option(
     "--out", type=FOLDER, default=Path("results"), show_default=True, help="A folder for each recording here."
 )
-@spreading
+@worker_options
 @click.option("--rerun", is_flag=True, help="Also recording.rrd for the Rerun viewer. Needs the extra `rerun`.")
 @click.option("--redo", is_flag=True, help="Do all again, also what has not changed, and what was refused.")
-@results
+@result_options
 def command(
     folders: tuple[Path, ...],
     out: Path,
@@ -43,111 +44,121 @@ def command(
     Exit status 0: every recording has its result. 1: one or more were refused or failed (a line each on standard error); the
     others have their results all the same, and summary.json says which.
     """
-    from xneck.batch.batch import Asked
+    from xneck.batch.run_batch import BatchOptions
 
-    return run_all(folders, Asked(out, jobs, cluster, redo, rerun), json_out, quiet)
+    options = BatchOptions(out=out, jobs=jobs, cluster=cluster, redo=redo, rerun=rerun)
+    return run_recordings(folders, options, json_out, quiet)
 
 
-def run_all(
-    folders: tuple[Path, ...], asked: "Asked", json_out: str | None, quiet: bool, held_out: str | None = None
+def run_recordings(
+    folders: tuple[Path, ...], options: "BatchOptions", json_out: str | None, quiet: bool, held_out: str | None = None
 ) -> int:
-    """Runs recordings and reports them; the exit status. `held_out`: diagnose all but the one of this name, held against it."""
-    from xneck.batch.batch import named
+    """Runs recordings, reports them and returns the exit status.
+
+    `held_out`: name of a recording; the others are diagnosed and held against it.
+    """
+    from xneck.batch.run_batch import recordings_by_name
     from xneck.viewers.rerun_sdk import rerun_sdk
 
-    if asked.rerun:
+    if options.rerun:
         rerun_sdk("--rerun")
-    places = named(folders, asked.out)
-    if len(places) == 1 and asked.cluster is None:
-        ((name, place),) = places.items()
-        return _alone(name, place, asked, json_out, quiet)
-    return _batch(places, asked, json_out, quiet, held_out)
+    named_folders = recordings_by_name(folders, options.out)
+    if len(named_folders) == 1 and options.cluster is None:
+        ((name, folder),) = named_folders.items()
+        return _run_single(name, folder, options, json_out, quiet)
+    return _run_many(named_folders, options, json_out, quiet, held_out)
 
 
-def _alone(name: str, place: Path, asked: "Asked", json_out: str | None, quiet: bool) -> int:
-    """In this process: no cluster to wait for, and a fault shows where it is."""
+def _run_single(name: str, source: Path, options: "BatchOptions", json_out: str | None, quiet: bool) -> int:
+    """Runs one recording in this process: no cluster to wait for, and an error is raised where it happens."""
     from tqdm import tqdm
 
     from xneck.recording.recording_folder import read_recording
-    from xneck.recording.result_folder import result_of
+    from xneck.recording.result_folder import stored_result
 
-    recording, folder = read_recording(place), asked.out / name
-    record = None if asked.redo else result_of(recording, folder, asked.rerun)
-    known = record is not None
+    recording, folder = read_recording(source), options.out / name
+    record = None if options.redo else stored_result(recording, folder, options.rerun)
+    done_before = record is not None
     if record is None:
-        from xneck.recording.task import run_one
+        from xneck.batch.recording_task import run_recording_task
 
-        with tqdm(total=_STAGES, disable=True if quiet else None, leave=False) as bar:
+        with tqdm(total=_MAX_STAGES, disable=True if quiet else None, leave=False) as bar:
 
-            def stage(what: str) -> None:
-                bar.set_description(f"{name}: {what}")
+            def show_stage(stage: str) -> None:
+                bar.set_description(f"{name}: {stage}")
                 bar.update()
 
-            record = run_one(recording, folder, asked.rerun, stage)
+            record = run_recording_task(recording, folder, options.rerun, show_stage)
     sync, report = record["sync"], str(folder / record["report"])
     line = (
         f"{name}: {sync['frames_used']} of {sync['frames']} frames, offset {sync['offset_s']:.4f} s "
         f"+- {1e3 * sync['offset_sigma_s']:.2f} ms, {record['check']['verdict']}; {report}"
     )
-    _say_lost(name, record)
-    told = {"recordings": {name: record | {"report": report}}, "failed": {}}
-    report_result(told, line + (" (done before)" if known else ""), json_out, quiet)
+    _warn_recovered(name, record)
+    result = {"recordings": {name: record | {"report": report}}, "failed": {}}
+    report_result(result, line + (" (done before)" if done_before else ""), json_out, quiet)
     return 0
 
 
-def _batch(places: dict[str, Path], asked: "Asked", json_out: str | None, quiet: bool, held_out: str | None) -> int:
-    """Over processes or a cluster; the table, summary.json and summary.html of all."""
-    from xneck.batch.batch import run_batch
-    from xneck.report import batch_rows
+def _run_many(
+    named_folders: dict[str, Path], options: "BatchOptions", json_out: str | None, quiet: bool, held_out: str | None
+) -> int:
+    """Runs recordings on processes or a cluster; writes summary.json and summary.html, and prints their table."""
+    from xneck.batch.run_batch import run_batch
+    from xneck.report import batch_table
     from xneck.report.batch_page import write_batch_report
-    from xneck_foundation.json_text import as_json
+    from xneck_foundation.json_text import json_text
     from xneck_foundation.provenance import versions
-    from xneck_foundation.whole_file import check_place, write_text
+    from xneck_foundation.whole_file import check_output, write_text
 
-    out = asked.out
+    out = options.out
     out.mkdir(parents=True, exist_ok=True)
     page, numbers = out / "summary.html", out / "summary.json"
-    check_place(page)
-    check_place(numbers)
-    with progress(len(places), "recordings", quiet) as step:
-        ended = run_batch(places, asked, step)
-    rows = {name: batch_rows.as_json(one) for name, one in ended.items()}
-    failed = {name: one.failure for name, one in ended.items() if one.failure is not None}
-    done = {name: one.record for name, one in ended.items() if one.record is not None}
-    told = {"recordings": rows, "done": len(done), "failed": len(failed)}
-    found = (
-        None if held_out is None or failed else _diagnosed(out, [n for n in places if n != held_out], held_out, quiet)
-    )
-    if found is not None:
-        told["diagnosis"] = batch_rows.diagnosis(found)
-    write_text(numbers, as_json({**told, **versions()}))
-    write_batch_report(rows, versions(), page, told.get("diagnosis"))
-    for name, record in done.items():
-        _say_lost(name, record)
-    for name, why in failed.items():
-        click.echo(f"xneck: {name} failed: {why}", err=True)
-    records = {name: record | {"report": str(out / name / record["report"])} for name, record in done.items()}
-    text = batch_rows.as_text(rows) + (f"\n{found['verdict']}: {found['sentence']}" if found else "")
-    extra = {"diagnosis": found | {"report": str(out / told["diagnosis"]["report"])}} if found else {}
-    report_result({"recordings": records, "failed": failed, **extra}, f"{text}\n{page}", json_out, quiet)
-    return 1 if failed else 0
+    check_output(page)
+    check_output(numbers)
+    with progress_bar(len(named_folders), "recordings", quiet) as step:
+        outcomes = run_batch(named_folders, options, step)
+    rows = {name: outcome.summary_row() for name, outcome in outcomes.items()}
+    failures = {name: outcome.failure for name, outcome in outcomes.items() if outcome.failure is not None}
+    records = {name: outcome.record for name, outcome in outcomes.items() if outcome.record is not None}
+    summary: dict[str, Any] = {"recordings": rows, "done": len(records), "failed": len(failures)}
+    diagnosis = None
+    if held_out is not None and not failures:
+        diagnosis = _diagnose(out, [name for name in named_folders if name != held_out], held_out, quiet)
+        summary["diagnosis"] = batch_table.diagnosis_row(diagnosis)
+    write_text(numbers, json_text({**summary, **versions()}))
+    write_batch_report(rows, versions(), page, summary.get("diagnosis"))
+    for name, record in records.items():
+        _warn_recovered(name, record)
+    for name, failure in failures.items():
+        click.echo(f"xneck: {name} failed: {failure}", err=True)
+    text = batch_table.batch_text(rows)
+    result: dict[str, Any] = {
+        "recordings": {name: record | {"report": str(out / name / record["report"])} for name, record in records.items()},
+        "failed": failures,
+    }
+    if diagnosis is not None:
+        text += f"\n{diagnosis['verdict']}: {diagnosis['sentence']}"
+        result["diagnosis"] = diagnosis | {"report": str(out / summary["diagnosis"]["report"])}
+    report_result(result, f"{text}\n{page}", json_out, quiet)
+    return 1 if failures else 0
 
 
-def _diagnosed(out: Path, names: list[str], held_out: str, quiet: bool) -> dict[str, Any]:
-    """The record of a diagnosis in out/diagnosis, made anew where the data sets are others than before."""
-    from xneck.diagnosis_folder import diagnose_into, diagnosis_of
+def _diagnose(out: Path, names: list[str], held_out: str, quiet: bool) -> dict[str, Any]:
+    """The record of a diagnosis in out/diagnosis, made anew where the data sets have changed."""
+    from xneck.batch.diagnosis_task import run_diagnosis_task, stored_diagnosis
     from xneck.recording.result_folder import DATASET
-    from xneck.report.batch_rows import DIAGNOSIS
+    from xneck.report.batch_table import DIAGNOSIS_FOLDER
 
-    folder = out / DIAGNOSIS
-    datasets, others = [out / name / DATASET for name in names], [out / held_out / DATASET]
-    found = diagnosis_of(folder, datasets, others)
-    if found is None:
-        with progress(4, "diagnose", quiet) as step:
-            found, _ = diagnose_into(folder, datasets, others, lambda _: step(1))
-    return found
+    folder = out / DIAGNOSIS_FOLDER
+    fitted, unfitted = [out / name / DATASET for name in names], [out / held_out / DATASET]
+    record = stored_diagnosis(folder, fitted, unfitted)
+    if record is None:
+        with progress_bar(_DIAGNOSIS_STEPS, "diagnose", quiet) as step:
+            record, _ = run_diagnosis_task(folder, fitted, unfitted, lambda _: step(1))
+    return record
 
 
-def _say_lost(name: str, record: dict[str, Any]) -> None:
+def _warn_recovered(name: str, record: dict[str, Any]) -> None:
     for line in record["recovered"]:
-        say_recovered(name, line)
+        warn_recovered(name, line)

@@ -5,13 +5,13 @@ from typing import Literal
 
 import click
 
-from xneck.cli.output import FILE, OUT, export_beside, exported, progress, report_result, results
+from xneck.cli.output import INPUT_FILE, OUTPUT_FILE, export_beside, export_option, progress_bar, report_result, result_options
 
 
 @click.command(epilog="Example: xneck simulate dataset.mcap --model model.yaml --out simulated.mcap")
-@click.argument("dataset", type=FILE)
-@click.option("--model", "model_file", type=FILE, required=True, help="model.yaml from `xneck identify`.")
-@click.option("--out", type=OUT, required=True, help="simulated.mcap.")
+@click.argument("dataset", type=INPUT_FILE)
+@click.option("--model", "model_file", type=INPUT_FILE, required=True, help="model.yaml from `xneck identify`.")
+@click.option("--out", type=OUTPUT_FILE, required=True, help="simulated.mcap.")
 @click.option(
     "--from",
     "source",
@@ -28,8 +28,8 @@ from xneck.cli.output import FILE, OUT, export_beside, exported, progress, repor
     help="Restart from the measured state every so many seconds.",
 )
 @click.option("--free", is_flag=True, help="Never restart: free-running from the first sample.")
-@exported
-@results
+@export_option
+@result_options
 def command(
     dataset: Path,
     model_file: Path,
@@ -49,11 +49,11 @@ def command(
     from identification.files import joint_state
     from identification.model_file import read_model
     from identification.simulation.channels import as_text
-    from identification.simulation.simulated import simulate_recording
+    from identification.simulation.simulated_recording import simulate_recording
     from xneck_foundation.provenance import provenance
 
     data, model = read_dataset(dataset), read_model(model_file)
-    with progress(len(data.state) if free else None, "simulate", quiet) as done:
+    with progress_bar(len(data.state) if free else None, "simulate", quiet) as done:
         found = simulate_recording(data, model, None if free else window, source, done)
     origin = provenance({"dataset": dataset, "model": model_file}, {"window_s": found.window_s, "from": source})
     joint_state.write(out, {"simulated": found.series}, {"provenance": origin})

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.demo import SAMPLES
-from xneck.cli.output import FOLDER, progress, report_result, results, spreading
+from xneck.cli.demo import SAMPLES_FOLDER
+from xneck.cli.output import FOLDER, progress_bar, report_result, result_options, worker_options
 
 _MANNERS = ("rich", "slow", "constant tension")
 
@@ -43,12 +43,12 @@ _MANNERS = ("rich", "slow", "constant tension")
     "--seconds", nargs=2, type=click.FloatRange(5), default=(60.0, 60.0), show_default=True, metavar="FITTED HELD_OUT",
     help="Length of the two recordings of a case.",
 )  # fmt: skip
-@spreading
+@worker_options
 @click.option("--keep", is_flag=True, help="Keep each case's recordings and data sets.")
 @click.option(
-    "--samples", type=FOLDER, default=SAMPLES, help="The samples folder of a checkout.  [default: this one's]"
+    "--samples", type=FOLDER, default=SAMPLES_FOLDER, help="The samples folder of a checkout.  [default: this one's]"
 )
-@results
+@result_options
 def command(
     out: Path,
     effects: tuple[str, ...],
@@ -74,64 +74,42 @@ def command(
     """
     if size[0] > size[1]:
         raise click.UsageError("--size: LOW is more than HIGH")
-    from xneck.batch.spread import workers
-    from xneck.study.generator import generator
-    from xneck.study.plan import effects_of, plan
-    from xneck.study.running import result_of, run_cases, undone
-    from xneck.study.score import score
-    from xneck.study.summary import tables
+    from xneck.batch.worker_pool import worker_pool
+    from xneck.study.generator import load_generator
+    from xneck.study.plan import StudyOptions, effect_sets, planned_cases
+    from xneck.study.run_cases import cases_to_run, run_cases, stored_record
+    from xneck.study.study_result import StudyResult
     from xneck_foundation.errors import Refused
-    from xneck_foundation.json_text import as_json
-    from xneck_foundation.source_digest import digest
-    from xneck_foundation.whole_file import write_text
+    from xneck_foundation.source_digest import source_digest
 
-    experiment = generator(samples)
-    samples, cases_in = samples.resolve(), out.resolve() / "cases"
-    wanted = effects_of(effects, list(experiment.KINDS), list(experiment.CATALOGUE))
-    cases = plan(
-        wanted,
-        pairs,
-        list(experiment.CATALOGUE),
-        range(first_seed, first_seed + seeds),
-        manners,
-        size,
-        noise_deg,
-        seconds,
+    experiment = load_generator(samples)
+    options = StudyOptions(
+        effects=effect_sets(effects, list(experiment.KINDS), list(experiment.CATALOGUE)),
+        seeds=range(first_seed, first_seed + seeds),
+        pairs=pairs,
+        manners=manners,
+        size=size,
+        noise_deg=noise_deg,
+        seconds=seconds,
     )
+    cases = planned_cases(options, list(experiment.CATALOGUE))
     if not cases:
         raise Refused("study", "has no case", "give --seeds or --pairs")
-    cases_in.mkdir(parents=True, exist_ok=True)
-    code = digest(samples / "generator")
-    left = undone(cases, cases_in, code)
+    samples, cases_folder = samples.resolve(), out.resolve() / "cases"
+    cases_folder.mkdir(parents=True, exist_ok=True)
+    code = source_digest(samples / "generator")
+    pending = cases_to_run(cases, cases_folder, code)
     failed: dict[str, str] = {}
-    if left:
-        with workers(jobs, cluster, cases_in) as client, progress(len(left), "study", quiet) as step:
-            failed = run_cases(client, left, samples, cases_in, code, keep, step)
-    done = [r for case in cases if (r := result_of(case, cases_in)) is not None and r["code"] == code]
-    lost = [f"{name} failed: {why}" for name, why in failed.items()]
-    if not done:
-        raise Refused("study", f"no case came to an end; {lost[0]}")
-    for line in lost:
+    if pending:
+        with worker_pool(jobs, cluster, cases_folder) as client, progress_bar(len(pending), "study", quiet) as step:
+            failed = run_cases(client, pending, samples, cases_folder, code, keep, step)
+    records = [r for case in cases if (r := stored_record(case, cases_folder)) is not None and r["code"] == code]
+    failures = [f"{name} failed: {reason}" for name, reason in failed.items()]
+    if not records:
+        raise Refused("study", f"no case came to an end; {failures[0]}")
+    for line in failures:
         click.echo(f"xneck: warning: {line}", err=True)
-    scores = [score(r) for r in done]
-    found = tables(scores, list(experiment.KINDS))
-    summary = f"{len(done)} cases, {len(done) - len(left) + len(failed)} of them done before; {len(failed)} failed"
-    settings = {
-        "effects": ["+".join(kinds) or "none" for kinds in wanted],
-        "seeds": seeds, "first_seed": first_seed, "pairs": pairs, "manners": list(manners), "size": list(size),
-        "noise_deg": noise_deg, "seconds": list(seconds), "code": code,
-    }  # fmt: skip
-    result = {
-        "settings": settings,
-        "cases": len(done),
-        "failed": failed,
-        "tables": [table.as_json() for table in found],
-        "scores": [s.as_json() for s in scores],
-    }
-    told = ", ".join(f"{key} {value}" for key, value in settings.items())
-    failures = ["## Failed\n\n" + "\n".join(f"- {line}" for line in lost)] if lost else []
-    parts = [f"# {summary}", told, *(table.markdown() for table in found), *failures]
-    write_text(out / "study.md", "\n\n".join(parts) + "\n")
-    write_text(out / "study.json", as_json(result))
-    text = "\n\n".join([*(table.text() for table in found), f"{summary}; {out}"])
-    report_result(result, text, json_out, quiet)
+    done_before = len(records) - len(pending) + len(failed)
+    result = StudyResult.of(records, list(experiment.KINDS), options.as_json() | {"code": code}, failed, done_before)
+    result.write_files(out)
+    report_result(result.as_json(), f"{result.text()}; {out}", json_out, quiet)

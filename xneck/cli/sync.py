@@ -4,19 +4,19 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import FILE, OUT, export_beside, exported, recovered, report_result, results
+from xneck.cli.output import INPUT_FILE, OUTPUT_FILE, export_beside, export_option, recovered, report_result, result_options
 
 
 @click.command(epilog="Example: xneck sync angles.mcap log.mcap --neck neck.yaml --out dataset.mcap")
-@click.argument("angles_file", metavar="ANGLES", type=FILE)
-@click.argument("log_file", metavar="LOG", type=FILE)
-@click.option("--neck", "neck_file", type=FILE, required=True, help="neck.yaml of the arm.")
-@click.option("--out", type=OUT, required=True, help="dataset.mcap.")
+@click.argument("angles_file", metavar="ANGLES", type=INPUT_FILE)
+@click.argument("log_file", metavar="LOG", type=INPUT_FILE)
+@click.option("--neck", "neck_file", type=INPUT_FILE, required=True, help="neck.yaml of the arm.")
+@click.option("--out", type=OUTPUT_FILE, required=True, help="dataset.mcap.")
 @click.option(
     "--cutoff", type=click.FloatRange(0.5, 15), default=5.0, show_default=True, help="Hz, of Fasquelle's filter."
 )
-@exported
-@results
+@export_option
+@result_options
 def command(
     angles_file: Path,
     log_file: Path,

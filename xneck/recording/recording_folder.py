@@ -7,14 +7,14 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from calibration.pictures import picture_files
 from vision.light_patch import LightPatch
-from vision.linkage.shared_fit import PlacementPrior
 from vision.shutter import Shutter, Stamp
 from xneck_foundation.errors import Refused
-from xneck_foundation.strict_yaml import Strict, read
+from xneck_foundation.strict_yaml import Strict, read_yaml
 
-NAME = "recording.yaml"
+RECORDING_FILE = "recording.yaml"
+_PATH_KEYS = ("log", "neck", "video", "camera", "board", "pictures", "angles")
+"""in the order in which recording.yaml's files are looked for"""
 
 
 class _Rectangle(Strict):
@@ -55,27 +55,27 @@ class Recording:
     pictures: tuple[Path, ...]
     angles: Path | None
     shutter: Shutter
-    placement: PlacementPrior | None
-    """to estimate where the markers sit; None believes neck.yaml"""
+    estimate_placement: bool
+    """whether the markers' places on their bars are estimated from the motion, rather than taken from neck.yaml"""
     template: bool
     """whether corners are fitted to all grey levels of a marker, rather than to its edges"""
     light: LightPatch | None
-    """where in the video a light is seen that the controller switches and logs as `led`"""
+    """the rectangle of the video with a light that the controller switches and logs as `led`"""
 
     @property
     def files(self) -> dict[str, Path]:
-        """What is read of it, by role; recording.yaml apart."""
-        out = {"neck": self.neck, "log": self.log}
+        """The files that are read beside recording.yaml, by role."""
+        files = {"neck": self.neck, "log": self.log}
         if self.angles is not None:
-            return out | {"angles": self.angles}
+            return files | {"angles": self.angles}
         assert self.video is not None
         if self.camera is not None:
-            out["camera"] = self.camera
+            files["camera"] = self.camera
         else:
             assert self.board is not None
-            out["board"] = self.board
-            out |= {f"picture {path.name}": path for path in self.pictures}
-        return out | {"video": self.video}
+            files["board"] = self.board
+            files |= {f"picture {path.name}": path for path in self.pictures}
+        return files | {"video": self.video}
 
 
 def read_recording(folder: str | Path) -> Recording:
@@ -84,11 +84,34 @@ def read_recording(folder: str | Path) -> Recording:
     Raises Refused where keys do not fit together, a file is missing, or a path leaves the folder.
     """
     folder = Path(folder)
-    config = folder if folder.is_file() else folder / NAME
+    config = folder if folder.is_file() else folder / RECORDING_FILE
     if not config.is_file():
-        raise Refused(folder, f"has no {NAME}", "write one with the keys video, log, camera, neck")
-    folder = config.parent
-    file = read(config, _File)
+        raise Refused(folder, f"has no {RECORDING_FILE}", "write one with the keys video, log, camera, neck")
+    file = read_yaml(config, _File)
+    _check_keys(config, file)
+    paths = {key: _path_inside(config, key, getattr(file, key)) for key in _PATH_KEYS}
+    log, neck, pictures = paths["log"], paths["neck"], paths["pictures"]
+    assert log is not None
+    assert neck is not None
+    return Recording(
+        folder=config.parent,
+        config=config,
+        log=log,
+        neck=neck,
+        video=paths["video"],
+        camera=paths["camera"],
+        board=paths["board"],
+        pictures=() if pictures is None else _picture_files(pictures),
+        angles=paths["angles"],
+        shutter=Shutter(file.exposure, file.row_time, file.stamp),
+        estimate_placement=file.placement == "estimated",
+        template=file.corners == "template",
+        light=LightPatch(**file.anchor.model_dump()) if file.anchor else None,
+    )
+
+
+def _check_keys(config: Path, file: _File) -> None:
+    """Refused where the keys name no angles and no complete video, or both."""
     if file.angles is None:
         if file.video is None:
             raise Refused(config, "names neither a video nor angles", "give `video` and `camera`, or `angles`")
@@ -97,42 +120,25 @@ def read_recording(folder: str | Path) -> Recording:
     elif file.video or file.camera:
         raise Refused(config, "names both angles and a video", "leave one of them out")
 
-    def inside(key: str, value: str | None) -> Path | None:
-        if value is None:
-            return None
-        path = folder / value
-        try:
-            real, there = Path(os.path.realpath(path)), path.exists()
-        except (OSError, ValueError) as error:
-            raise Refused(config, f"{key}: {value!r} is no file's name", "check the name") from error
-        if not real.is_relative_to(os.path.realpath(folder)):
-            raise Refused(config, f"{key}: {value} leaves the recording's folder", "keep its files inside")
-        if not there:
-            raise Refused(config, f"{key}: {value} does not exist", "check the name")
-        return path
 
-    paths = {
-        key: inside(key, value)
-        for key, value in file.model_dump(
-            exclude={"exposure", "row_time", "stamp", "placement", "corners", "anchor"}
-        ).items()
-    }
-    pictures = paths.pop("pictures")
-    listed = () if pictures is None else tuple(picture_files(pictures))
-    log, neck = paths.pop("log"), paths.pop("neck")
-    assert log is not None
-    assert neck is not None
-    shutter = Shutter(file.exposure, file.row_time, file.stamp)
-    prior = PlacementPrior() if file.placement == "estimated" else None
-    return Recording(
-        folder,
-        config,
-        log,
-        neck,
-        pictures=listed,
-        shutter=shutter,
-        placement=prior,
-        template=file.corners == "template",
-        light=LightPatch(**file.anchor.model_dump()) if file.anchor else None,
-        **paths,
-    )
+def _path_inside(config: Path, key: str, name: str | None) -> Path | None:
+    """The file that `key` names, in the folder of recording.yaml. Raises Refused where it is not there."""
+    if name is None:
+        return None
+    path = config.parent / name
+    try:
+        real, exists = Path(os.path.realpath(path)), path.exists()
+    except (OSError, ValueError) as error:
+        raise Refused(config, f"{key}: {name!r} is no file's name", "check the name") from error
+    if not real.is_relative_to(os.path.realpath(config.parent)):
+        raise Refused(config, f"{key}: {name} leaves the recording's folder", "keep its files inside")
+    if not exists:
+        raise Refused(config, f"{key}: {name} does not exist", "check the name")
+    return path
+
+
+def _picture_files(folder: Path) -> tuple[Path, ...]:
+    """The pictures of a board in a folder."""
+    from calibration.pictures import picture_files  # needs OpenCV, which a recording with angles goes without
+
+    return tuple(picture_files(folder))

@@ -1,13 +1,13 @@
-"""The folder of one recording's results: what is in it, whether it still holds, and what a killed run left there."""
+"""The folder of one recording's results: its files, whether they still hold, and the removal of what a killed run left."""
 
 import json
 from pathlib import Path
 from typing import Any
 
-from xneck.recording.made_from import unchanged
+from xneck.recording.fingerprint import refreshed_if_unchanged
 from xneck.recording.recording_folder import Recording
 from xneck_foundation import whole_file
-from xneck_foundation.json_text import as_json
+from xneck_foundation.json_text import json_text
 from xneck_foundation.whole_file import write_text
 
 RESULT = "result.json"
@@ -17,18 +17,18 @@ REFUSED = "refused.json"
 RERUN = "recording.rrd"
 FOXGLOVE = "foxglove.json"
 PLOTJUGGLER = "plotjuggler.xml"
-VIEWED = (FOXGLOVE, PLOTJUGGLER, RERUN)
-"""files for other people's viewers; the last on request only"""
+VIEWER_FILES = (FOXGLOVE, PLOTJUGGLER, RERUN)
+"""files for Foxglove, PlotJuggler and Rerun; the last on request only"""
 DATASET = "dataset.mcap"
-STAGES = ("camera.yaml", "angles.mcap", DATASET, "model.yaml", "simulated.mcap")
-"""files that the stages may write"""
-_ALL = (*STAGES, *VIEWED, REPORT, FIGURES, RESULT, REFUSED)
+STAGE_FILES = ("camera.yaml", "angles.mcap", DATASET, "model.yaml", "simulated.mcap")
+"""files that the stages write, not all of them for every recording"""
+_ALL = (*STAGE_FILES, *VIEWER_FILES, REPORT, FIGURES, RESULT, REFUSED)
 
 
-def result_of(recording: Recording, folder: Path, rerun: bool = False) -> dict[str, Any] | None:
-    """The record in `folder`, or None where there is none, a file of it is missing, or it was made from something else.
+def stored_result(recording: Recording, folder: Path, rerun: bool = False) -> dict[str, Any] | None:
+    """The record in `folder`, or None where there is none, a file of it is missing, or its recording or the software changed.
 
-    `rerun`: it is to have a recording.rrd.
+    `rerun`: whether a recording.rrd must be among the files.
     """
     record = _read(folder / RESULT, recording)
     if record is None or any(
@@ -38,50 +38,50 @@ def result_of(recording: Recording, folder: Path, rerun: bool = False) -> dict[s
     return None if rerun and RERUN not in record["files"] else record
 
 
-def refusal_of(recording: Recording, folder: Path) -> str | None:
-    """The line by which an earlier run refused the same recording."""
+def stored_refusal(recording: Recording, folder: Path) -> str | None:
+    """The line by which an earlier run refused this recording, or None where none did or the recording has changed."""
     record = _read(folder / REFUSED, recording)
     return None if record is None else record["refused"]
 
 
-def files_in(folder: Path) -> dict[str, int]:
-    """Sizes of the files that a result consists of, result.json apart."""
+def file_sizes(folder: Path) -> dict[str, int]:
+    """Sizes, in bytes, of the files that a result consists of, without result.json."""
     return {
         name: (folder / name).stat().st_size
-        for name in (*STAGES, *VIEWED, REPORT, FIGURES)
+        for name in (*STAGE_FILES, *VIEWER_FILES, REPORT, FIGURES)
         if (folder / name).is_file()
     }
 
 
-def clear(folder: Path) -> None:
-    """Removes results, the record first; what else is in the folder stays."""
+def remove_results(folder: Path) -> None:
+    """Removes the results, the record first. Other files in the folder stay."""
     for name in reversed(_ALL):
         (folder / name).unlink(missing_ok=True)
-    sweep(folder)
+    remove_partial_files(folder)
 
 
-def sweep(folder: Path) -> None:
-    """Removes the parts of files that a killed process left."""
+def remove_partial_files(folder: Path) -> None:
+    """Removes partly written files that a killed process left."""
     for name in _ALL:
-        whole_file.sweep(folder / name)
+        whole_file.remove_abandoned(folder / name)
 
 
-def within(recording: Path, line: str) -> str:
-    """A line about the files of a recording as it reads inside its folder, the same on any machine."""
+def without_folder(recording: Path, line: str) -> str:
+    """A line about files of a recording with paths relative to its folder, so that it is the same on any machine."""
     return line.removeprefix(f"{recording}: ").replace(f"{recording}/", "")
 
 
 def _read(file: Path, recording: Recording) -> dict[str, Any] | None:
-    """A record made from this recording as it is; its times of change are brought up to date."""
+    """The record in a file if it was made from this recording as it is now; its times of change are brought up to date."""
     try:
         record = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
     before = record.get("made_from")
-    now = None if before is None else unchanged(before, recording)
-    if now is None:
+    present = None if before is None else refreshed_if_unchanged(before, recording)
+    if present is None:
         return None
-    if now != before:
-        record["made_from"] = now
-        write_text(file, as_json(record))
+    if present != before:
+        record["made_from"] = present
+        write_text(file, json_text(record))
     return record

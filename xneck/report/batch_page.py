@@ -7,9 +7,9 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
-from xneck.report.batch_rows import HEAD, MAIN, cells, sentence
+from xneck.report.batch_table import COLUMNS, MAIN_PARAMETERS, row_cells, batch_sentence
 from xneck.report.template import render
-from xneck.report.wording import with_sigma
+from xneck.report.number_text import with_sigma
 from xneck_foundation.whole_file import write_text
 
 Rows = Mapping[str, Mapping[str, Any]]
@@ -18,20 +18,20 @@ Rows = Mapping[str, Mapping[str, Any]]
 def write_batch_report(
     rows: Rows, versions: Mapping[str, Any], path: Path, diagnosis: Mapping[str, Any] | None = None
 ) -> None:
-    """The page, whole or not at all, for `rows` of batch_rows by recording, and the `diagnosis` of them where there is one."""
-    write_text(path, page(rows, versions, diagnosis))
+    """The page, whole or not at all, for the summary's `rows` by recording, and the summary's `diagnosis` where there is one."""
+    write_text(path, batch_html(rows, versions, diagnosis))
 
 
-def page(rows: Rows, versions: Mapping[str, Any], diagnosis: Mapping[str, Any] | None) -> str:
-    """The HTML of a batch."""
+def batch_html(rows: Rows, versions: Mapping[str, Any], diagnosis: Mapping[str, Any] | None) -> str:
+    """The HTML of a batch's page."""
     return render(
         "batch.html.jinja",
-        sentence=sentence(rows.values()),
+        sentence=batch_sentence(rows.values()),
         failed={name: row["failure"] for name, row in rows.items() if row["failure"] is not None},
         lossy={name: row["recovered"] for name, row in rows.items() if row.get("recovered")},
         diagnosis=diagnosis,
-        head=HEAD,
-        rows=[(_link(name, row), *cells(name, row)[1:]) for name, row in rows.items()],
+        head=COLUMNS,
+        rows=[(_link(name, row), *row_cells(name, row)[1:]) for name, row in rows.items()],
         parameters=parameter_tables(rows),
         versions=f"xneck {versions['xneck']}, Python {versions['python']}",
     )
@@ -45,21 +45,21 @@ def _link(name: str, row: Mapping[str, Any]) -> str | Markup:
 
 
 def parameter_tables(rows: Rows) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
-    """Of each main parameter its title, its columns and a row for each recording that was fitted."""
-    out = []
-    for symbol, words in MAIN.items():
-        found = {
+    """For each main parameter: title, columns, and a row for each recording with estimates."""
+    tables = []
+    for symbol, words in MAIN_PARAMETERS.items():
+        by_recording = {
             name: {p["index"]: p for p in row["parameters"] if p["name"] == symbol}
             for name, row in rows.items()
             if row["failure"] is None
         }
-        indices = sorted({index for own in found.values() for index in own})
+        indices = sorted({index for by_index in by_recording.values() for index in by_index})
         if not indices:
             continue
-        unit = next(p["unit"] for own in found.values() for p in own.values())
-        body = [(name, *(_value(own.get(index)) for index in indices)) for name, own in found.items()]
-        out.append((f"{words.capitalize()} {symbol}, {unit}", ("recording", *(f"cable {i}" for i in indices)), body))
-    return out
+        unit = next(p["unit"] for by_index in by_recording.values() for p in by_index.values())
+        body = [(name, *(_value(by_index.get(index)) for index in indices)) for name, by_index in by_recording.items()]
+        tables.append((f"{words.capitalize()} {symbol}, {unit}", ("recording", *(f"cable {i}" for i in indices)), body))
+    return tables
 
 
 def _value(p: Mapping[str, Any] | None) -> str:

@@ -4,31 +4,31 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
-from calibration.consequences import corner_errors
+from calibration.calibration_quality import corner_errors
 from calibration.estimation import Calibration
 from xneck.report import style
-from xneck.report.block import Block
-from xneck.report.svg import inline
+from xneck.report.figure_block import FigureBlock
+from xneck.report.svg import svg_panel
 
 
-def coverage_and_errors(calibration: Calibration) -> Block:
+def coverage_and_errors(calibration: Calibration) -> FigureBlock:
     """Corners over the picture, and their errors."""
     camera = calibration.camera
     pixels, errors = corner_errors(calibration)
 
-    figure, axes = style.panel(2.9)
+    figure, axes = style.one_row_panel(2.9)
     for k, view in enumerate(calibration.views):
         x, y = view.image_points.T
         style.dots(axes, view.name, x, y, style.cable_colour(k), 2.4, 0.8)
-    axes.add_patch(Rectangle((0, 0), camera.width, camera.height, fill=False, edgecolor=style.QUIET))
+    axes.add_patch(Rectangle((0, 0), camera.width, camera.height, fill=False, edgecolor=style.MUTED))
     equal_scales(axes, camera.width / 2, camera.height / 2, 0.52 * camera.width, 0.52 * camera.height)
     axes.invert_yaxis()
     axes.set_title(f"{len(pixels)} corners in the picture")
     axes.set_xlabel("px to the right")
     axes.set_ylabel("px down")
-    coverage = inline(figure, "coverage", "corners of all pictures over the camera's picture")
+    coverage = svg_panel(figure, "coverage", "corners of all pictures over the camera's picture")
 
-    figure, axes = style.panel(2.9)
+    figure, axes = style.one_row_panel(2.9)
     reach = 1.05 * float(np.quantile(np.abs(errors), 0.998))
     style.dots(axes, "corners", errors[:, 0], errors[:, 1], style.CABLES[0], 2.0, 0.5)
     turn = np.linspace(0, 2 * np.pi, 90)
@@ -38,8 +38,8 @@ def coverage_and_errors(calibration: Calibration) -> Block:
     axes.set_title("what the camera model leaves")
     axes.set_xlabel("error to the right, px")
     axes.set_ylabel("error down, px")
-    left = inline(figure, "corner-errors", "errors of the corners, px")
-    return Block(
+    left = svg_panel(figure, "corner-errors", "errors of the corners, px")
+    return FigureBlock(
         "Coverage and errors",
         "The corners should reach into all parts of the picture (a colour a picture), and their errors should be a round "
         f"cloud without a tail, of the size of the circle (RMS {calibration.rms_px:.3f} px).",

@@ -6,14 +6,15 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from diagnosis.conditions import ALONG
+from diagnosis.residual_conditions import ALONG
 from diagnosis.detectability import Detectability
 from diagnosis.signature import CONSTANT, Pattern, Signature
 from xneck.report import style
-from xneck.report.block import Block, Entry
-from xneck.report.drawn import DrawnAxes
-from xneck.report.svg import Panel, inline
-from xneck.report.wording import listed, number
+from xneck.report.figure_block import FigureBlock, LegendEntry
+from xneck.report.recorded_axes import RecordedAxes
+from xneck.report.svg import SvgPanel, svg_panel
+from xneck.report.number_text import number_text
+from xneck.report.words import join_words
 
 Array = NDArray[np.float64]
 
@@ -25,23 +26,23 @@ _SEEN = 1e-6
 """of the loss: what does less does nothing that could be feigned"""
 
 
-def channel_words(channel: int, motors: int) -> str:
+def equation_name(channel: int, motors: int) -> str:
     """`motor 2` or `joint 1`."""
     return f"motor {channel + 1}" if channel < motors else f"joint {channel - motors + 1}"
 
 
-def proof(s: Signature, motors: int, changed: bool) -> Block:
+def proof_figure(s: Signature, motors: int, changed: bool) -> FigureBlock:
     """The picture that proves a verdict; changed: whether the extended model differs from the base."""
     if s.kind == "episodes":
         worst = sorted(s.channels, key=lambda k: -max(float(np.max(c.before[k] / c.noise[k])) for c in s.courses))[:2]
-        return Block(
+        return FigureBlock(
             "When it errs",
-            f"What the base model leaves in {listed([channel_words(k, motors) for k in sorted(worst)])}, RMS of every "
-            f"{number(s.courses[0].length, 2)} s: at noise for most of the time, and far above it now and then.",
+            f"What the base model leaves in {join_words([equation_name(k, motors) for k in sorted(worst)])}, RMS of every "
+            f"{number_text(s.courses[0].window_s, 2)} s: at noise for most of the time, and far above it now and then.",
             tuple(_course(s, k, motors, changed, "proof") for k in sorted(worst)),
             _legend(changed),
         )
-    p = shown(s)
+    p = proof_pattern(s)
     if s.kind == "nothing":
         says = "Where it stands highest: the bins' means stay within the band of noise alone, and the RMS is about noise's."
     else:
@@ -50,17 +51,17 @@ def proof(s: Signature, motors: int, changed: bool) -> Block:
             " The extended model takes it away where the blue line lies in the band." if changed else ""
         )
     says += " The band is what noise alone leaves (1 σ of a row)."
-    if p.periodic is not None:
-        says += f" The drum's angle is folded into one of {number(p.periodic.order, 3)} waves a turn."
-    return Block(
-        f"What is left at {channel_words(p.channel, motors)}, against {p.against}",
+    if p.drum_wave is not None:
+        says += f" The drum's angle is folded into one of {number_text(p.drum_wave.order, 3)} waves a turn."
+    return FigureBlock(
+        f"What is left at {equation_name(p.channel, motors)}, against {p.against}",
         says,
         (_means(p, motors, changed, "proof"), _spread(p, motors, changed, "proof")),
         _legend(changed),
     )
 
 
-def shown(s: Signature) -> Pattern:
+def proof_pattern(s: Signature) -> Pattern:
     """The best pattern; one that is constant as it lies along the angle of its joint, or the tension of its cable."""
     if s.best.against != CONSTANT:
         return s.best
@@ -68,12 +69,12 @@ def shown(s: Signature) -> Pattern:
     return next((p for p in own if p.against == "joint's angle"), own[0])
 
 
-def over_time(s: Signature, motors: int, changed: bool) -> Block:
+def residuals_over_time(s: Signature, motors: int, changed: bool) -> FigureBlock:
     """RMS of every channel, window by window."""
     count = len(s.courses[0].noise)
-    return Block(
+    return FigureBlock(
         "Over time",
-        f"RMS of every {number(s.courses[0].length, 2)} s"
+        f"RMS of every {number_text(s.courses[0].window_s, 2)} s"
         + (", one recording after the other." if len(s.courses) > 1 else ".")
         + " The band ends at what noise alone leaves.",
         tuple(_course(s, k, motors, changed, "time") for k in range(count)),
@@ -81,14 +82,14 @@ def over_time(s: Signature, motors: int, changed: bool) -> Block:
     )
 
 
-def by_condition(s: Signature, motors: int, changed: bool) -> Block | None:
+def residuals_by_condition(s: Signature, motors: int, changed: bool) -> FigureBlock | None:
     """Of every channel above noise the condition that explains most of it, where one is clear."""
     own = {p.channel: [q for q in s.clear if q.channel == p.channel and q.against != CONSTANT] for p in s.patterns}
     best = [max(found, key=lambda p: p.explains) for found in own.values() if found]
     panels = tuple(_means(p, motors, changed, f"by{p.channel}") for p in best)
     if not panels:
         return None
-    return Block(
+    return FigureBlock(
         "Against what each depends on most",
         "Of every equation the condition whose bins explain most of what is above noise, where chance does not and the base model "
         "could not.",
@@ -97,22 +98,22 @@ def by_condition(s: Signature, motors: int, changed: bool) -> Block | None:
     )
 
 
-def alike(sight: Detectability) -> Block:
+def confusion_matrix(detectability: Detectability) -> FigureBlock:
     """Which effects could be taken for which in these recordings."""
-    count = len(sight.effects)
+    count = len(detectability.effects)
     figure = Figure(figsize=(style.WIDTH, style.WIDTH))
-    axes = DrawnAxes(figure, (0.37, 0.02, 0.61, 0.9))
-    level = np.clip(np.digitize(sight.alike, _LEVELS[1:-1]), 0, len(_SHADES) - 1)
+    axes = RecordedAxes(figure, (0.37, 0.02, 0.61, 0.9))
+    level = np.clip(np.digitize(detectability.imitated, _LEVELS[1:-1]), 0, len(_SHADES) - 1)
     for shade, colour in enumerate(_SHADES[1:], start=1):
         rows, columns = np.nonzero((level == shade) & ~np.eye(count, dtype=bool))
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
-            if sight.share[row] < _SEEN:
+            if detectability.loss_share[row] < _SEEN:
                 continue
             axes.fill([column, column + 1, column + 1, column], [row, row, row + 1, row + 1], color=colour, linewidth=0)
     for k in range(count):
-        axes.fill([k, k + 1, k + 1, k], [k, k, k + 1, k + 1], color=style.QUIET, alpha=0.35, linewidth=0)
-    names = [f"{n.replace('_', ' ')}{'*' if n in sight.blind else ''}  {k + 1}" for k, n in enumerate(sight.effects)]
-    axes.note("feigned by the effect of the column", "shades", x=sight.effects, y=sight.effects, share=sight.alike)
+        axes.fill([k, k + 1, k + 1, k], [k, k, k + 1, k + 1], color=style.MUTED, alpha=0.35, linewidth=0)
+    names = [f"{n.replace('_', ' ')}{'*' if n in detectability.invisible else ''}  {k + 1}" for k, n in enumerate(detectability.effects)]
+    axes.record("feigned by the effect of the column", "shades", x=detectability.effects, y=detectability.effects, share=detectability.imitated)
     axes.set_xlim(0, count)
     axes.set_ylim(count, 0)
     axes.set_yticks(np.arange(count) + 0.5, names)
@@ -121,14 +122,14 @@ def alike(sight: Detectability) -> Block:
     axes.xaxis.tick_top()
     axes.grid(visible=False)
     legend = [
-        Entry(f"{100 * low:.0f} to {100 * high:.0f} %", colour, "broad")
+        LegendEntry(f"{100 * low:.0f} to {100 * high:.0f} %", colour, "broad")
         for low, high, colour in zip(_LEVELS[1:-1], _LEVELS[2:], _SHADES[1:], strict=True)
     ]
-    return Block(
+    return FigureBlock(
         "Which causes these recordings could tell apart",
         "A row an effect, of the size that should show; a column another one, by its number. Shaded is the share of what the first "
         "does that the second could feign: dark pairs cannot be told apart here. Effects with a star would not show at all.",
-        (inline(figure, "alike", "share of what each effect does that each other one could feign"),),
+        (svg_panel(figure, "alike", "share of what each effect does that each other one could feign"),),
         tuple(legend),
     )
 
@@ -138,69 +139,69 @@ def axis_words(p: Pattern) -> str:
     return p.against if p.unit in ("turn", "wave", "") else f"{p.against.removesuffix(ALONG)} ({p.unit})"
 
 
-def _legend(changed: bool) -> tuple[Entry, ...]:
-    base = (Entry("base model", BEFORE, "dashed" if changed else "solid"),)
-    extended = (Entry("extended model", AFTER),) if changed else ()
-    return (*base, *extended, Entry("noise alone", style.BROAD, "band"))
+def _legend(changed: bool) -> tuple[LegendEntry, ...]:
+    base = (LegendEntry("base model", BEFORE, "dashed" if changed else "solid"),)
+    extended = (LegendEntry("extended model", AFTER),) if changed else ()
+    return (*base, *extended, LegendEntry("noise alone", style.UNDERLAY, "band"))
 
 
-def _means(p: Pattern, motors: int, changed: bool, key: str) -> Panel:
-    figure, axes = style.panel()
+def _means(p: Pattern, motors: int, changed: bool, key: str) -> SvgPanel:
+    figure, axes = style.one_row_panel()
     size = _size(p.channel, motors)
-    style.band(axes, "noise alone", p.at, -size * p.noise, size * p.noise, style.BROAD)
-    axes.axhline(0, color=style.QUIET, linewidth=0.7)
-    _lines(axes, p.at, size * p.before, size * p.after, changed)
+    style.band(axes, "noise alone", p.bin_middles, -size * p.noise, size * p.noise, style.UNDERLAY)
+    axes.axhline(0, color=style.MUTED, linewidth=0.7)
+    _lines(axes, p.bin_middles, size * p.before, size * p.after, changed)
     axes.set_ylabel(f"mean left{ALONG if p.against.endswith(ALONG) else ''}, {_unit(p.channel, motors)}")
     return _finished(figure, axes, p, motors, f"{key}-mean")
 
 
-def _spread(p: Pattern, motors: int, changed: bool, key: str) -> Panel:
-    figure, axes = style.panel()
+def _spread(p: Pattern, motors: int, changed: bool, key: str) -> SvgPanel:
+    figure, axes = style.one_row_panel()
     size = _size(p.channel, motors)
-    style.band(axes, "noise alone", p.at, 0 * p.noise, size * p.noise, style.BROAD)
-    _lines(axes, p.at, size * p.before_rms, size * p.after_rms, changed)
+    style.band(axes, "noise alone", p.bin_middles, 0 * p.noise, size * p.noise, style.UNDERLAY)
+    _lines(axes, p.bin_middles, size * p.before_rms, size * p.after_rms, changed)
     axes.set_ylim(bottom=0)
     axes.set_ylabel(f"RMS left, {_unit(p.channel, motors)}")
     return _finished(figure, axes, p, motors, f"{key}-rms")
 
 
-def _finished(figure: Figure, axes: DrawnAxes, p: Pattern, motors: int, key: str) -> Panel:
-    name = channel_words(p.channel, motors)
+def _finished(figure: Figure, axes: RecordedAxes, p: Pattern, motors: int, key: str) -> SvgPanel:
+    name = equation_name(p.channel, motors)
     axes.set_title(f"{name}, against {p.against}", color=_colour(p.channel, motors))
     if p.unit in ("turn", "wave"):
         axes.set_xlim(0, 1)
         axes.set_xlabel(f"part of a {p.unit}")
     else:
         axes.set_xlabel(axis_words(p))
-    return inline(figure, key, f"what is left at {name} against {p.against}")
+    return svg_panel(figure, key, f"what is left at {name} against {p.against}")
 
 
-def _course(s: Signature, channel: int, motors: int, changed: bool, key: str) -> Panel:
-    figure, axes = style.panel(2.0)
+def _course(s: Signature, channel: int, motors: int, changed: bool, key: str) -> SvgPanel:
+    figure, axes = style.one_row_panel(2.0)
     at, before, after, noise = [], [], [], []
     for c, start in zip(s.courses, _starts(s), strict=True):
-        at.append(np.append(start + c.begin + c.length / 2, np.nan))
+        at.append(np.append(start + c.window_starts + c.window_s / 2, np.nan))
         before.append(np.append(c.before[channel], np.nan))
         after.append(np.append(c.after[channel], np.nan))
-        noise.append(np.append(np.full(len(c.begin), c.noise[channel]), np.nan))
+        noise.append(np.append(np.full(len(c.window_starts), c.noise[channel]), np.nan))
     time, size = np.concatenate(at), _size(channel, motors)
     floor = size * np.concatenate(noise)
-    style.band(axes, "noise alone", time, 0 * floor, floor, style.BROAD)
+    style.band(axes, "noise alone", time, 0 * floor, floor, style.UNDERLAY)
     _lines(axes, time, size * np.concatenate(before), size * np.concatenate(after), changed, dots=False)
     axes.set_ylim(bottom=0)
-    name = channel_words(channel, motors)
+    name = equation_name(channel, motors)
     axes.set_title(name, color=_colour(channel, motors))
     axes.set_ylabel(f"RMS, {_unit(channel, motors)}")
     axes.set_xlabel("time, s")
-    return inline(figure, f"{key}{channel}", f"what is left at {name} over time")
+    return svg_panel(figure, f"{key}{channel}", f"what is left at {name} over time")
 
 
 def _starts(s: Signature) -> Sequence[float]:
-    lengths = [float(c.begin[-1] + c.length) for c in s.courses]
+    lengths = [float(c.window_starts[-1] + c.window_s) for c in s.courses]
     return [0.0, *np.cumsum(lengths)[:-1].tolist()]
 
 
-def _lines(axes: DrawnAxes, x: Array, before: Array, after: Array, changed: bool, dots: bool = True) -> None:
+def _lines(axes: RecordedAxes, x: Array, before: Array, after: Array, changed: bool, dots: bool = True) -> None:
     style.line(axes, "base model", x, before, BEFORE, "dashed" if changed else "solid", 1.3)
     if changed:
         style.line(axes, "extended model", x, after, AFTER, width=1.3)

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from xneck.report.block import Block
-from xneck.report.drawn import Mark
+from xneck.report.figure_block import FigureBlock
+from xneck.report.recorded_axes import PlottedMark
 from xneck_foundation.whole_file import write_text
 
 SUFFIX = ".figures.json"
@@ -16,23 +16,23 @@ _DIGITS = 7
 
 
 def figures_beside(page: Path) -> Path:
-    """Where the figures of `page` are: report.figures.json beside report.html."""
+    """The file with the figures of `page`, such as report.figures.json beside report.html."""
     return page.with_suffix(SUFFIX)
 
 
-def write_figures(blocks: Iterable[Block | None], page: Path) -> None:
-    """All figures of `page`, whole or not at all; those that a page goes without are None."""
-    figures = [_figure(block) for block in blocks if block is not None]
+def write_figures(blocks: Iterable[FigureBlock | None], page: Path) -> None:
+    """Writes all figures of `page`, whole or not at all; a figure that the page goes without is None."""
+    figures = [_figure_json(block) for block in blocks if block is not None]
     write_text(figures_beside(page), json.dumps({"figures": figures}, ensure_ascii=False, separators=(",", ":")) + "\n")
 
 
-def _figure(block: Block) -> dict[str, Any]:
+def _figure_json(block: FigureBlock) -> dict[str, Any]:
     panels = [
         {
-            "panel": panel.says,
+            "panel": panel.description,
             "axes": [
-                {"title": s.title, "x": s.x, "y": s.y, "marks": [_mark(mark) for mark in s.marks]}
-                for s in panel.storeys
+                {"title": axes.title, "x": axes.x, "y": axes.y, "marks": [_mark_json(mark) for mark in axes.marks]}
+                for axes in panel.axes
             ],
         }
         for panel in block.panels
@@ -40,14 +40,14 @@ def _figure(block: Block) -> dict[str, Any]:
     return {"title": block.title, "caption": block.caption, "panels": panels}
 
 
-def _mark(mark: Mark) -> dict[str, Any]:
-    return {"name": mark.name, "kind": mark.kind} | {key: _plain(column) for key, column in mark.columns.items()}
+def _mark_json(mark: PlottedMark) -> dict[str, Any]:
+    return {"name": mark.name, "kind": mark.kind} | {key: _column_json(column) for key, column in mark.columns.items()}
 
 
-def _plain(values: Any) -> Any:
-    """Seven digits; what is not known is null."""
+def _column_json(values: Any) -> Any:
+    """A column ready for JSON: numbers to seven digits, null for NaN."""
     if isinstance(values, tuple):
         return list(values)
     if np.ndim(values):
-        return [_plain(value) for value in values]
+        return [_column_json(value) for value in values]
     return float(f"{values:.{_DIGITS}g}") if np.isfinite(values) else None

@@ -3,48 +3,48 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.simulation.simulated import Simulated
+from identification.simulation.simulated_recording import SimulatedRecording
 from xneck.report import style
-from xneck.report.block import Block, Entry
-from xneck.report.svg import inline
+from xneck.report.figure_block import FigureBlock, LegendEntry
+from xneck.report.svg import svg_panel
 
 Array = NDArray[np.float64]
 
 
-def simulated_beside_measured(simulated: Simulated) -> Block:
+def simulated_beside_measured(simulated: SimulatedRecording) -> FigureBlock:
     """One panel a joint: both angles, and below their difference."""
     s = simulated.series
     found, truth = np.degrees(s.matrix("alpha")), np.degrees(s.matrix("alpha", "_measured"))
     panels = []
     for i in range(found.shape[1]):
         colour = style.joint_colour(i)
-        figure, above, below = style.two_storeys()
-        style.line(above, "measured", s.time, truth[:, i], style.BROAD, width=style.BROAD_WIDTH)
+        figure, above, below = style.two_row_panel()
+        style.line(above, "measured", s.time, truth[:, i], style.UNDERLAY, width=style.UNDERLAY_WIDTH)
         time, shown = _by_window(simulated, found[:, i])
         style.line(above, "simulated", time, shown, colour, thin=False)
         time, error = _by_window(simulated, found[:, i] - truth[:, i])
-        below.axhline(0, color=style.QUIET, linewidth=0.7)
+        below.axhline(0, color=style.MUTED, linewidth=0.7)
         style.line(below, "simulated less measured", time, error, colour, thin=False)
         above.set_title(f"joint {i + 1}", color=colour)
         above.set_ylabel("alpha, deg")
         below.set_ylabel("error, deg")
         below.set_xlabel("time on the log's clock, s")
-        panels.append(inline(figure, f"simulated{i}", f"alpha of joint {i + 1}, simulated and measured"))
-    return Block(
+        panels.append(svg_panel(figure, f"simulated{i}", f"alpha of joint {i + 1}, simulated and measured"))
+    return FigureBlock(
         "Simulated beside measured",
         f"Restarted from the measured state every {simulated.window_s:g} s, the model with elastic model 1 drifts away "
         "from the arm by the error below: what it does not know of this arm.",
         tuple(panels),
-        (Entry("measured", style.BROAD, "broad"), Entry("simulated, a stretch a window", style.JOINTS[0])),
+        (LegendEntry("measured", style.UNDERLAY, "broad"), LegendEntry("simulated, a stretch a window", style.JOINTS[0])),
     )
 
 
-def _by_window(simulated: Simulated, values: Array) -> tuple[Array, Array]:
+def _by_window(simulated: SimulatedRecording, values: Array) -> tuple[Array, Array]:
     """A curve broken where the simulation was restarted, thinned to POINTS."""
     time = simulated.series.time
     samples = max(2, round(simulated.window_s / float(np.mean(np.diff(time)))))
     windows = max(1, len(time) // samples)
-    stride = max(1, -(-windows * samples // style.POINTS))
+    stride = max(1, -(-windows * samples // style.MAX_POINTS))
     pick = np.unique(np.r_[np.arange(0, samples, stride), samples - 1])
     index = (np.arange(windows)[:, None] * samples + pick).ravel()
     index = index[index < len(time)]

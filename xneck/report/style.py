@@ -13,18 +13,18 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from xneck.report.drawn import DrawnAxes
+from xneck.report.recorded_axes import RecordedAxes
 
 Array = NDArray[np.float64]
 
 CABLES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#8C6D1F", "#5D5D5D")
 JOINTS = ("#332288", "#117733", "#882255", "#AA4499", "#44AA99", "#999933", "#CC6677", "#6699CC")
 MEASURED = "#222222"
-BROAD = "#B8B8B8"
+UNDERLAY = "#B8B8B8"
 """of what was measured where a model is drawn on top of it: a broad pale line that stays visible under a thin one"""
-BROAD_WIDTH = 3.0
+UNDERLAY_WIDTH = 3.0
 GAP = "#E8B4B8"
-QUIET = "#8A8A8A"
+MUTED = "#8A8A8A"
 MODELS = {1: "#004488", 2: "#B8860B", 3: "#BB5566"}
 FRICTION = {"none": "#BB5566", "dry": "#004488", "viscous": "#E0A91B"}
 DASHES = {"solid": "", "dashed": "6 3", "dotted": "1.5 2.5"}
@@ -34,9 +34,9 @@ WIDTH = 4.6
 """in: narrow enough that a phone shows a panel's 8.5 pt labels at about their size"""
 _LEFT, _RIGHT, _BOTTOM, _TOP = 0.68, 0.12, 0.46, 0.30
 """in: margins"""
-POINTS = 1200
+MAX_POINTS = 1200
 """of a line: more than the pixels it is drawn on"""
-DOTS = 1000
+MAX_DOTS = 1000
 
 _RC = {
     "svg.fonttype": "none",
@@ -85,13 +85,13 @@ def joint_colour(i: int) -> str:
     return JOINTS[i % len(JOINTS)]
 
 
-def panel(height: float = 2.5) -> tuple[Figure, DrawnAxes]:
+def one_row_panel(height: float = 2.5) -> tuple[Figure, RecordedAxes]:
     """One panel; margins in inches are the same for all, so that axes stand under each other."""
     figure = Figure(figsize=(WIDTH, height))
     return figure, _axes(figure, _BOTTOM, height - _TOP)
 
 
-def two_storeys(height: float = 3.4, lower: float = 1.0) -> tuple[Figure, DrawnAxes, DrawnAxes]:
+def two_row_panel(height: float = 3.4, lower: float = 1.0) -> tuple[Figure, RecordedAxes, RecordedAxes]:
     """A panel with a second, lower one (`lower` in inches) on the same horizontal axis."""
     figure = Figure(figsize=(WIDTH, height))
     below = _axes(figure, _BOTTOM, _BOTTOM + lower)
@@ -101,18 +101,18 @@ def two_storeys(height: float = 3.4, lower: float = 1.0) -> tuple[Figure, DrawnA
     return figure, above, below
 
 
-def _axes(figure: Figure, low: float, high: float) -> DrawnAxes:
+def _axes(figure: Figure, low: float, high: float) -> RecordedAxes:
     """Axes from `low` to `high`, in; the vertical label at a fixed place, where no tick's number pushes it out."""
     height = float(figure.get_figheight())
     inner = WIDTH - _LEFT - _RIGHT
-    axes = DrawnAxes(figure, (_LEFT / WIDTH, low / height, inner / WIDTH, (high - low) / height))
+    axes = RecordedAxes(figure, (_LEFT / WIDTH, low / height, inner / WIDTH, (high - low) / height))
     axes.yaxis.set_label_coords((0.16 - _LEFT) / inner, 0.5)
     axes.locator_params(axis="y", nbins=7 if high - low > 1.2 else 5)
     return axes
 
 
 def line(
-    axes: DrawnAxes,
+    axes: RecordedAxes,
     name: str,
     x: Array,
     y: Array,
@@ -128,11 +128,11 @@ def line(
     (drawn,) = axes.plot(x, y, color=colour, linewidth=width)
     if dashes:
         drawn.set_dashes(dashes)
-    axes.note(name, "line", x=x, y=y)
+    axes.record(name, "line", x=x, y=y)
 
 
 def dots(
-    axes: DrawnAxes,
+    axes: RecordedAxes,
     name: str,
     x: Array,
     y: Array,
@@ -145,28 +145,28 @@ def dots(
 
     Those beyond +-reach are drawn there.
     """
-    step = -(-len(x) // DOTS) or 1
+    step = -(-len(x) // MAX_DOTS) or 1
     x, y = x[::step], y[::step]
     kept = np.isfinite(x) & np.isfinite(y)
     gap = np.full(int(kept.sum()), np.nan)
     xs, ys = (np.column_stack([v[kept], v[kept], gap]).ravel() for v in (x, np.clip(y, -reach, reach)))
     axes.plot(xs, ys, color=colour, linewidth=size, solid_capstyle="round", alpha=opacity)
-    axes.note(name, "dots", x=x[kept], y=y[kept])
+    axes.record(name, "dots", x=x[kept], y=y[kept])
 
 
-def band(axes: DrawnAxes, name: str, x: Array, low: Array, high: Array, colour: str, opacity: float = 0.35) -> None:
+def band(axes: RecordedAxes, name: str, x: Array, low: Array, high: Array, colour: str, opacity: float = 0.35) -> None:
     """What lies between two curves."""
     axes.fill_between(x, low, high, color=colour, alpha=opacity, linewidth=0)
-    axes.note(name, "band", x=x, low=low, high=high)
+    axes.record(name, "band", x=x, low=low, high=high)
 
 
-def span(axes: DrawnAxes, name: str, low: float, high: float, colour: str, opacity: float, flat: bool = False) -> None:
+def span(axes: RecordedAxes, name: str, low: float, high: float, colour: str, opacity: float, flat: bool = False) -> None:
     """What lies between two values of x, or of y where it is flat."""
     (axes.axhspan if flat else axes.axvspan)(low, high, color=colour, alpha=opacity, linewidth=0)
-    axes.note(name, "span", low=low, high=high)
+    axes.record(name, "span", low=low, high=high)
 
 
-def decimated(x: Array, y: Array, points: int = POINTS) -> tuple[Array, Array]:
+def decimated(x: Array, y: Array, points: int = MAX_POINTS) -> tuple[Array, Array]:
     """At most `points` of a curve: the lowest and the highest of every stretch, in their order."""
     if len(x) <= points:
         return x, y

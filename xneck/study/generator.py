@@ -10,7 +10,7 @@ from xneck_foundation.errors import Refused
 _MODULE = "samples.generator.hidden.experiment"
 
 
-def generator(samples: Path) -> ModuleType:
+def load_generator(samples: Path) -> ModuleType:
     """samples/generator/hidden/experiment.py, imported from there.
 
     Raises Refused where it is not there, or another one of that name has been imported.

@@ -1,4 +1,4 @@
-"""Which columns of a data set are shown together, the same in every viewer."""
+"""Which columns of a data set are plotted together, the same in every viewer."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,23 +6,23 @@ from dataclasses import dataclass
 from identification.dataset.series import Series
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#8C6D1F", "#7D7D7D")
-"""of joints and of cables, by number: Okabe and Ito's, which are told apart on dark ground and on light"""
+"""of joints and of cables, by number: Okabe and Ito's, which can be told apart on dark and on light ground"""
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A column of a series, which is the topic of the data set's file that it is in."""
+    """A column of a series to plot; the topic is the series' name in the data set's file."""
 
     topic: str
     column: str
-    colour: str
+    curve_colour: str
     dots: bool = False
-    """single values rather than a course"""
+    """drawn as single values rather than as a line"""
 
 
 @dataclass(frozen=True)
-class Panel:
-    """Curves over one time axis and one axis of values."""
+class PlotPanel:
+    """Curves in one plot over time."""
 
     title: str
     curves: tuple[Curve, ...]
@@ -35,23 +35,23 @@ _PANELS = (
     ("elongations x, m", ("state", "x")),
     ("motor forces f, N", ("state", "f")),
 )
-_DOTTED = "angles"
+_DOTTED_TOPIC = "angles"
 
 
-def colour(number: int) -> str:
-    """Of joint or cable `number`, from 0."""
+def curve_colour(number: int) -> str:
+    """Colour of the joint or cable `number`, from 0."""
     return COLOURS[number % len(COLOURS)]
 
 
-def panels(series: Mapping[str, Series]) -> tuple[Panel, ...]:
-    """Panels of what is there: series by topic; a panel without a column is left out."""
-    found = []
+def plot_panels(series: Mapping[str, Series]) -> tuple[PlotPanel, ...]:
+    """The panels for these series, by topic; a panel without a curve is left out."""
+    out = []
     for title, *parts in _PANELS:
-        curves = [curve for topic, stem in parts if topic in series for curve in _numbered(series[topic], topic, stem)]
+        curves = [curve for topic, stem in parts if topic in series for curve in _numbered_curves(series[topic], topic, stem)]
         if curves:
-            found.append(Panel(title, tuple(curves)))
-    return tuple(found)
+            out.append(PlotPanel(title, tuple(curves)))
+    return tuple(out)
 
 
-def _numbered(series: Series, topic: str, stem: str) -> list[Curve]:
-    return [Curve(topic, f"{stem}{k + 1}", colour(k), topic == _DOTTED) for k in range(series.matrix(stem).shape[1])]
+def _numbered_curves(series: Series, topic: str, stem: str) -> list[Curve]:
+    return [Curve(topic, f"{stem}{k + 1}", curve_colour(k), topic == _DOTTED_TOPIC) for k in range(series.matrix(stem).shape[1])]

@@ -4,10 +4,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from identification.dataset.series import Series
-from xneck.viewers.rerun_picture import VIDEO
 
 TIMELINE = "time"
 """s on the log's clock"""
+VIDEO_ENTITY = "video"
+"""the video, with the lines drawn over it below"""
 _VIEWS = (
     ("joint angles alpha, rad: state with its band of 2 sigma, frames", ("state", "alpha"), ("state_band", "alpha", "_low"),
      ("state_band", "alpha", "_high"), ("angles", "alpha")),
@@ -20,29 +21,29 @@ _VIEWS = (
     ("motor angles theta, simulated beside measured, rad", ("simulated", "theta"), ("state", "theta")),
     ("simulated tensions of the cables, N", ("simulated", "tension")),
 )  # fmt: skip
-_ABOVE = 4
-"""views that are seen at once; the others are tabs below"""
-_TALL = 1.2
-"""of the first two against the others"""
+_STACKED_VIEWS = 4
+"""views under each other; the others are tabs below"""
+_TALL_SHARE = 1.2
+"""height of each of the first two views; that of another is 1"""
 
 
-def blueprint(rr: Any, shown: Mapping[str, Series], picture: bool) -> Any:
-    """The layout for what is shown, by topic."""
+def blueprint(rr: Any, curves: Mapping[str, Series], video: bool) -> Any:
+    """The layout for these curves, by topic, with a view of the video if there is one."""
     rrb = rr.blueprint
     views = []
     for title, *parts in _VIEWS:
         contents = [
             f"/{topic}/{stem}{k + 1}{''.join(suffix)}"
             for topic, stem, *suffix in parts
-            if topic in shown
-            for k in range(shown[topic].matrix(stem, *suffix).shape[1])
+            if topic in curves
+            for k in range(curves[topic].matrix(stem, *suffix).shape[1])
         ]
         if contents:
             legend = rrb.PlotLegend(visible=parts[0][0] != "away")  # its joints have the colours of the view above
             views.append(rrb.TimeSeriesView(origin="/", contents=contents, name=title, plot_legend=legend))
-    rows = [*views[:_ABOVE], *([rrb.Tabs(*views[_ABOVE:])] if views[_ABOVE:] else [])]
-    curves = rrb.Vertical(*rows, row_shares=[_TALL if k < 2 else 1.0 for k in range(len(rows))])
-    whole = curves
-    if picture:
-        whole = rrb.Horizontal(rrb.Spatial2DView(origin=f"/{VIDEO}", name="video"), curves, column_shares=[1, 1])
-    return rrb.Blueprint(whole, rrb.TimePanel(timeline=TIMELINE, state="collapsed"), collapse_panels=True)
+    rows = [*views[:_STACKED_VIEWS], *([rrb.Tabs(*views[_STACKED_VIEWS:])] if views[_STACKED_VIEWS:] else [])]
+    column = rrb.Vertical(*rows, row_shares=[_TALL_SHARE if k < 2 else 1.0 for k in range(len(rows))])
+    layout = column
+    if video:
+        layout = rrb.Horizontal(rrb.Spatial2DView(origin=f"/{VIDEO_ENTITY}", name="video"), column, column_shares=[1, 1])
+    return rrb.Blueprint(layout, rrb.TimePanel(timeline=TIMELINE, state="collapsed"), collapse_panels=True)

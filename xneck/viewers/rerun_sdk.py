@@ -1,4 +1,4 @@
-"""Rerun's library, which only `--rerun` needs: it is larger than all others together."""
+"""Rerun's library, an extra that only `--rerun` needs: it is larger than all others together."""
 
 import importlib
 from pathlib import Path

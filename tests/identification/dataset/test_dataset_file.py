@@ -8,8 +8,8 @@ import pytest
 from scipy.io import loadmat
 
 from identification.dataset.dataset import DataSet, state_series
-from identification.dataset.dataset_file import export, read_dataset, write_dataset
-from identification.dataset.series import Series, numbered
+from identification.dataset.dataset_file import export_series, read_dataset, write_dataset
+from identification.dataset.series import Series, numbered_columns
 from identification.files import joint_state
 from mechanism.arm import arm_of
 from mechanism.description import read_neck
@@ -31,8 +31,8 @@ def data() -> DataSet:
     alpha = 0.2 * np.sin(np.outer(t, [1.0, 2.0, 3.0]))
     theta = np.sin(np.outer(t, [1.0, 2.0, 3.0, 4.0]))
     state = state_series(arm_of(neck), t, thrice(alpha), thrice(theta), 40 + theta, thrice(alpha**2))
-    angles = Series(t[::16], numbered("alpha", alpha[::16]))
-    log = Series(t, numbered("theta", theta) | numbered("f", 40 + theta))
+    angles = Series(t[::16], numbered_columns("alpha", alpha[::16]))
+    log = Series(t, numbered_columns("theta", theta) | numbered_columns("f", 40 + theta))
     return DataSet(neck, NECK.read_text(), state, state, angles, log, {"offset_s": 1.5}, {"verdict": "consistent"}, {})
 
 
@@ -61,7 +61,7 @@ def test_columns_are_those_of_the_contract(data: DataSet) -> None:
 def test_exports_hold_the_same_numbers(tmp_path: Path, data: DataSet, suffix: str) -> None:
     data.state.columns["alpha1"][5] = np.nan  # type: ignore[index]
     file = tmp_path / f"d.{suffix}"
-    export(data.state, file)
+    export_series(data.state, file)
     if suffix == "csv":
         table = np.genfromtxt(file, delimiter=",", names=True)
         found = {name: table[name] for name in table.dtype.names or ()}
@@ -82,7 +82,7 @@ def test_another_mcap_is_not_a_data_set(tmp_path: Path, data: DataSet) -> None:
 
 def test_unknown_formats_are_refused_with_the_valid_ones(tmp_path: Path, data: DataSet) -> None:
     with pytest.raises(Refused, match="csv, npz, mat"):
-        export(data.state, tmp_path / "d.xlsx")
+        export_series(data.state, tmp_path / "d.xlsx")
     assert list(tmp_path.iterdir()) == []
 
 

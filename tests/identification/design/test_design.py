@@ -6,13 +6,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from identification.dataset.series import Series, numbered
-from identification.design.fourier import drawn, tones
-from identification.design.information import Noise, information, predicted, signals_for
-from identification.design.presumed import presumed
-from identification.design.search import Designed, design, wanted
-from identification.design.trajectory import Limits, Trajectory, levels, trajectory
-from identification.estimates import LAWS, estimate
+from identification.dataset.series import Series, numbered_columns
+from identification.design.fourier import random_shape, tone_frequencies
+from identification.design.information import AngleNoise, fisher_information, predicted_sigma, noise_free_signals
+from identification.design.nominal_machine import nominal_machine
+from identification.design.search import DesignedMotion, design_motion, design_target
+from identification.design.trajectory import MotionLimits, Trajectory, tension_levels, trajectory
+from identification.estimates import DEFAULT_LAWS, estimate
 from mechanism.arm import arm_of
 from mechanism.cable_lengths import Z, lengths
 from mechanism.description import read_neck
@@ -27,20 +27,20 @@ from synchronisation.angles import Angles
 from synchronisation.synchronise import synchronise
 from tests.identification.test_estimates import CA, FILE, FS, NECK, K
 from xneck_foundation.errors import Refused
-from xneck_foundation.strict_yaml import parse
+from xneck_foundation.strict_yaml import parse_yaml
 
-LIMITS = Limits(np.radians(30), 200.0, (20.0, 112.0), 115.0)
-NOISE = Noise(np.radians(0.1), 30.0)
+LIMITS = MotionLimits(np.radians(30), 200.0, (20.0, 112.0), 115.0)
+NOISE = AngleNoise(np.radians(0.1), 30.0)
 SECONDS = 20.0
 
 
 @cache
-def designed() -> Designed:
-    machine = presumed(NECK)
-    return design(machine, wanted(machine), LIMITS, NOISE, SECONDS, draws=15, changes=25)
+def designed() -> DesignedMotion:
+    machine = nominal_machine(NECK)
+    return design_motion(machine, design_target(machine), LIMITS, NOISE, SECONDS, draws=15, changes=25)
 
 
-def check_limits(motion: Trajectory, limits: Limits) -> None:
+def check_limits(motion: Trajectory, limits: MotionLimits) -> None:
     """Speeds from motor angles in their table, forces as the drive gets them."""
     step = motion.time[1] - motion.time[0]
     assert np.abs(motion.alpha).max() <= limits.peak
@@ -61,9 +61,9 @@ def test_every_limit_holds_and_one_of_them_is_reached() -> None:
 @pytest.mark.parametrize(
     "limits", [replace(LIMITS, speed=40.0), replace(LIMITS, force=85.0), replace(LIMITS, peak=0.05)]
 )
-def test_narrow_limits_hold_too(limits: Limits) -> None:
-    shape = drawn(tones(4, SECONDS, (0.1, 2.0)), np.random.default_rng(3))
-    check_limits(trajectory(presumed(NECK), shape, limits, SECONDS, 500.0), limits)
+def test_narrow_limits_hold_too(limits: MotionLimits) -> None:
+    shape = random_shape(tone_frequencies(4, SECONDS, (0.1, 2.0)), np.random.default_rng(3))
+    check_limits(trajectory(nominal_machine(NECK), shape, limits, SECONDS, 500.0), limits)
 
 
 def test_it_begins_and_ends_at_rest_and_straight() -> None:
@@ -85,8 +85,8 @@ def test_it_is_what_arm_cables_and_motors_do(laws: dict[str, dict[str, float]]) 
     values |= {
         name: np.array([v] if name == "tau" else [v] * 4) for terms in laws.values() for name, v in terms.items()
     }
-    shape = drawn(tones(4, SECONDS, (0.1, 2.0)), np.random.default_rng(4))
-    motion = trajectory(Machine(arm, (*LAWS, *laws), values), shape, LIMITS, SECONDS, 500.0)
+    shape = random_shape(tone_frequencies(4, SECONDS, (0.1, 2.0)), np.random.default_rng(4))
+    motion = trajectory(Machine(arm, (*DEFAULT_LAWS, *laws), values), shape, LIMITS, SECONDS, 500.0)
     step = 0.002
 
     def slope(values: np.ndarray) -> np.ndarray:
@@ -120,7 +120,7 @@ def test_it_is_what_arm_cables_and_motors_do(laws: dict[str, dict[str, float]]) 
 def test_the_level_of_tension_does_not_follow_the_motion() -> None:
     """What makes no torque shares no frequency with the joints: correlation over whole periods is chance, fades aside."""
     motion = designed().motion
-    null = levels(arm_of(NECK))[:, 0]
+    null = tension_levels(arm_of(NECK))[:, 0]
     level = motion.tension @ null / (null @ null)
     assert np.std(level) > 5
     for joint in motion.alpha.T:
@@ -130,24 +130,24 @@ def test_the_level_of_tension_does_not_follow_the_motion() -> None:
 def test_it_tells_more_than_motions_at_random() -> None:
     """Of what was asked for, against the mean sigma of the shapes that the search began from, and against all of them."""
     found = designed()
-    w, machine, rng = found.wanted, presumed(NECK), np.random.default_rng(11)
+    w, machine, rng = found.wanted, nominal_machine(NECK), np.random.default_rng(11)
     assert found.logdet < min(found.drawn_logdet)
     random = []
     for _ in range(8):
-        motion = trajectory(machine, drawn(tones(4, SECONDS, (0.1, 2.0)), rng), LIMITS, SECONDS, 50.0)
-        random.append(predicted(information(signals_for(motion), w.unknowns, w.p, NOISE)))
+        motion = trajectory(machine, random_shape(tone_frequencies(4, SECONDS, (0.1, 2.0)), rng), LIMITS, SECONDS, 50.0)
+        random.append(predicted_sigma(fisher_information(noise_free_signals(motion), w.unknowns, w.p, NOISE)))
     ratio = found.sigma[w.chosen] / np.mean(random, axis=0)[w.chosen]
     assert np.exp(np.mean(np.log(ratio))) < 0.85
 
 
 def test_what_it_is_for_decides() -> None:
     """For hardening the tension varies more than for friction alone, and hardening is told better."""
-    machine, sigma = presumed(NECK), []
+    machine, sigma = nominal_machine(NECK), []
     for names in (("cable_hardening",), ("fs",)):
-        w = wanted(machine, names)
-        found = design(machine, w, LIMITS, NOISE, SECONDS, draws=15, changes=0)
-        both = wanted(machine, ("cable_hardening",))
-        told = predicted(information(signals_for(found.motion), both.unknowns, both.p, NOISE))
+        w = design_target(machine, names)
+        found = design_motion(machine, w, LIMITS, NOISE, SECONDS, draws=15, changes=0)
+        both = design_target(machine, ("cable_hardening",))
+        told = predicted_sigma(fisher_information(noise_free_signals(found.motion), both.unknowns, both.p, NOISE))
         sigma.append(told[both.chosen])
     assert np.mean(np.log(sigma[0])) < np.mean(np.log(sigma[1]))
 
@@ -160,12 +160,12 @@ def test_predicted_sigmas_are_those_of_an_identification_of_the_motion(monkeypat
     reversals do for friction: of eight other recordings they lie between half and 1.7 times what is predicted.
     """
     values = {"fs": FS, "cm": np.array([0.5]), "fv": np.zeros(4), "k": K, "ca": CA}
-    machine = Machine(arm_of(NECK), LAWS, values)
-    found = design(machine, wanted(machine), replace(LIMITS, speed=300.0), NOISE, 30.0, draws=8, changes=8)
+    machine = Machine(arm_of(NECK), DEFAULT_LAWS, values)
+    found = design_motion(machine, design_target(machine), replace(LIMITS, speed=300.0), NOISE, 30.0, draws=8, changes=8)
     motion, u = found.motion, found.wanted.unknowns
     as_planned = Motion(motion.time, motion.alpha, motion.tension)
     monkeypatch.setattr(prescribed, "exciting", lambda *_: as_planned)
-    world = World(parse(FILE.read_text(), str(FILE)), linear(K, CA), dry_and_viscous(FS, np.zeros(4)))
+    world = World(parse_yaml(FILE.read_text(), str(FILE)), linear(K, CA), dry_and_viscous(FS, np.zeros(4)))
     made = prescribed.prescribe(world, 29.5, 4002)
     begin = int(np.argmax(np.abs(made.alpha).max(axis=1) > 1e-9) - np.argmax(np.abs(motion.alpha).max(axis=1) > 1e-9))
     during = slice(begin, begin + len(motion.time))
@@ -174,7 +174,7 @@ def test_predicted_sigmas_are_those_of_an_identification_of_the_motion(monkeypat
     assert np.std(made.f[during][:-1] - held) < 0.05
 
     alpha = made.frame_alpha + np.random.default_rng([4002, 5]).normal(0, NOISE.sigma, made.frame_alpha.shape)
-    log = Series(made.log_time, numbered("theta", made.counted) | numbered("f", made.f))
+    log = Series(made.log_time, numbered_columns("theta", made.counted) | numbered_columns("f", made.f))
     seen = Angles(made.frame_times, alpha, np.full(alpha.shape, NOISE.sigma))
     claimed = estimate([synchronise(NECK, "", seen, log, {})])
     for name in ("fs", "k"):
@@ -191,10 +191,10 @@ def test_more_cables_than_one_over_are_tensioned_in_every_way() -> None:
     for cable, route in zip(part["cables"], routes, strict=True):
         cable["route"] = route
     neck = type(NECK).model_validate(part)
-    shape = drawn(tones(4, SECONDS, (0.1, 2.0)), np.random.default_rng(5))
-    motion = trajectory(presumed(neck), shape, LIMITS, SECONDS, 500.0)
+    shape = random_shape(tone_frequencies(4, SECONDS, (0.1, 2.0)), np.random.default_rng(5))
+    motion = trajectory(nominal_machine(neck), shape, LIMITS, SECONDS, 500.0)
     check_limits(motion, LIMITS)
-    directions = levels(arm_of(neck))
+    directions = tension_levels(arm_of(neck))
     assert directions.shape == (4, 2)
     assert directions[:, 0].min() > 0
     assert (
@@ -203,19 +203,19 @@ def test_more_cables_than_one_over_are_tensioned_in_every_way() -> None:
 
 
 def test_what_cannot_be_designed_is_refused_by_name() -> None:
-    machine = presumed(NECK)
+    machine = nominal_machine(NECK)
     with pytest.raises(Refused, match=r"unknown parameter 'kk'; valid: fs, cm"):
-        wanted(machine, ["kk"])
+        design_target(machine, ["kk"])
     with pytest.raises(Refused, match=r"no motion keeps tensions of 20 to 21 N.*widen"):
         trajectory(
-            machine, drawn(tones(4, 20, (0.1, 2)), np.random.default_rng(0)), replace(LIMITS, tension=(20, 21)), 20, 50
+            machine, random_shape(tone_frequencies(4, 20, (0.1, 2)), np.random.default_rng(0)), replace(LIMITS, tension=(20, 21)), 20, 50
         )
     with pytest.raises(Refused, match=r"past the singular pose"):
-        trajectory(machine, drawn(tones(4, 20, (0.1, 2)), np.random.default_rng(0)), replace(LIMITS, peak=3.2), 20, 50)
+        trajectory(machine, random_shape(tone_frequencies(4, 20, (0.1, 2)), np.random.default_rng(0)), replace(LIMITS, peak=3.2), 20, 50)
     with pytest.raises(Refused, match="2 s hold no 4 different tones"):
-        tones(4, 2.0, (0.1, 2.0))
+        tone_frequencies(4, 2.0, (0.1, 2.0))
     slack = read_neck(FILE).model_dump(exclude={"markers"})
     slack["cables"][3]["route"] = ("right",)
     one_sided = type(NECK).model_validate(slack)
     with pytest.raises(Refused, match="no tensions of all cables balance"):
-        levels(arm_of(one_sided))
+        tension_levels(arm_of(one_sided))

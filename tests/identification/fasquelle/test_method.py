@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from identification.dataset.dataset import DataSet, state_series
-from identification.dataset.series import Series, numbered
-from identification.fasquelle.method import elastic_system, friction_alone, identify, regressors
+from identification.dataset.series import Series, numbered_columns
+from identification.fasquelle.method import elastic_system, friction_alone, fasquelle_identification, fasquelle_regressors
 from identification.fasquelle.series import fasquelle_series
 from identification.fasquelle.tables import as_json, as_text
 from mechanism.arm import Arm, arm_of
@@ -36,14 +36,14 @@ def with_payload(arm: Arm, kg: float) -> Arm:
 @pytest.fixture(scope="module")
 def data() -> DataSet:
     """The recording as if the clocks were known: true angles at the frames with 0.05 deg of noise, the log as written."""
-    from synchronisation.encoder_log import read_log, uniform
+    from synchronisation.encoder_log import read_log, uniformly_sampled
 
     t = stored()
-    log = uniform(read_log(SAMPLES / "recording/log.mcap", NECK))
+    log = uniformly_sampled(read_log(SAMPLES / "recording/log.mcap", NECK))
     frames = t["frame_times"] + TRUTH["offset_s"] + TRUTH["skew"] * (t["frame_times"] - TRUTH["middle_s"])
     alpha = t["frame_alpha"] + np.random.default_rng(0).normal(0, np.radians(0.05), t["frame_alpha"].shape)
     seed = fasquelle_series(arm_of(NECK), log, frames, alpha)
-    angles = Series(frames, numbered("alpha", alpha))
+    angles = Series(frames, numbered_columns("alpha", alpha))
     return DataSet(NECK, "", seed, seed, angles, log)
 
 
@@ -58,7 +58,7 @@ def test_arm_equation_holds_on_a_motion_that_another_engine_made_once_the_hidden
         alpha = (t["alpha"], t["alpha_d"], t["alpha_dd"])
         theta = np.zeros((len(t["alpha"]), 4))
         series = state_series(arm, t["log_time"], alpha, (theta, theta, theta), t["tension"], x_d=theta)
-        r = regressors(with_payload(arm, kg), series)
+        r = fasquelle_regressors(with_payload(arm, kg), series)
         torque = np.einsum("sij,sj->si", r.Z, t["tension"])
         rest[kg] = float(np.sqrt(np.mean((torque - r.arm_load)[50:-50] ** 2)))
     assert rest[0.1] < 5e-3
@@ -67,7 +67,7 @@ def test_arm_equation_holds_on_a_motion_that_another_engine_made_once_the_hidden
 
 def test_dry_friction_and_stiffness_are_within_the_seeds_known_bias(data: DataSet) -> None:
     """15 %: Fasquelle's method is biased by forming sign(theta') of filtered signals; damping is not identified by it."""
-    found = identify([data])
+    found = fasquelle_identification([data])
     fit = found.elastic[1]
     assert np.max(np.abs(fit.values("fs") / HIDDEN["fs"] - 1)) < 0.15
     assert np.max(np.abs(fit.values("k") / HIDDEN["k"] - 1)) < 0.15
@@ -83,21 +83,21 @@ def test_a_pretension_that_the_description_neglects_spoils_the_stiffness(data: D
     cables = tuple(c.model_copy(update={"x0": 0.0}) for c in NECK.cables)
     arm = arm_of(NECK.model_copy(update={"cables": cables}))
     seed = data.fasquelle
-    series = Series(seed.time, {**seed.columns, **numbered("x", seed.matrix("x") - arm_of(NECK).x0)})
-    k = elastic_system(regressors(arm, series), 1)
+    series = Series(seed.time, {**seed.columns, **numbered_columns("x", seed.matrix("x") - arm_of(NECK).x0)})
+    k = elastic_system(fasquelle_regressors(arm, series), 1)
     assert np.max(np.abs(k.values("k") / HIDDEN["k"] - 1)) > 0.15
     assert np.max([p.relative_sigma_percent for p in k.parameters if p.name == "k"]) < 10
 
 
 def test_two_recordings_together_are_their_rows_together(data: DataSet) -> None:
     """Twice the same recording: same values, sigmas smaller by sqrt 2 (but for the parameters' share of the freedom)."""
-    one, two = identify([data]), identify([data, data])
+    one, two = fasquelle_identification([data]), fasquelle_identification([data, data])
     np.testing.assert_allclose(two.elastic[1].estimate.value, one.elastic[1].estimate.value, rtol=1e-9)
     np.testing.assert_allclose(two.elastic[1].estimate.sigma * np.sqrt(2), one.elastic[1].estimate.sigma, rtol=5e-3)
 
 
 def test_models_two_and_three_share_one_modulus_and_model_three_follows_the_length(data: DataSet) -> None:
-    r = regressors(data.arm, data.fasquelle)
+    r = fasquelle_regressors(data.arm, data.fasquelle)
     names = [(p.name, p.index) for p in elastic_system(r, 2).parameters]
     assert names == [("E", None), ("c", None), ("fs", 1), ("fs", 2), ("fs", 3), ("fs", 4)]
     assert np.ptp(r.strain[2], axis=0).max() == 0
@@ -107,8 +107,8 @@ def test_models_two_and_three_share_one_modulus_and_model_three_follows_the_leng
 def test_viscous_friction_is_found_where_it_is(data: DataSet) -> None:
     """Adding 0.05 N s/rad theta' to the logged force adds 0.05 to every fv and nothing to fs: least squares is linear."""
     seed = data.fasquelle
-    more = Series(seed.time, {**seed.columns, **numbered("f", seed.matrix("f") + 0.05 * seed.matrix("theta", "_d"))})
-    a, b = (friction_alone(regressors(data.arm, s), viscous=True) for s in (seed, more))
+    more = Series(seed.time, {**seed.columns, **numbered_columns("f", seed.matrix("f") + 0.05 * seed.matrix("theta", "_d"))})
+    a, b = (friction_alone(fasquelle_regressors(data.arm, s), viscous=True) for s in (seed, more))
     np.testing.assert_allclose(b.values("fv") - a.values("fv"), 0.05, rtol=1e-6)
     np.testing.assert_allclose(b.values("fs"), a.values("fs"), rtol=1e-6)
 
@@ -118,14 +118,14 @@ def test_motors_at_rest_and_different_arms_are_refused(data: DataSet) -> None:
         name: values * 0 if name.startswith("theta3") else values for name, values in data.fasquelle.columns.items()
     }
     with pytest.raises(Refused, match="motor 3"):
-        identify([replace(data, seed=Series(data.fasquelle.time, still))])
+        fasquelle_identification([replace(data, seed=Series(data.fasquelle.time, still))])
     other = NECK.model_copy(update={"gravity": (0.0, -1.62)})
     with pytest.raises(Refused, match="different arms"):
-        identify([data, replace(data, neck=other)])
+        fasquelle_identification([data, replace(data, neck=other)])
 
 
 def test_tables_hold_every_parameter_once(data: DataSet) -> None:
-    found = identify([data])
+    found = fasquelle_identification([data])
     text, record = as_text(found), as_json(found)
     for label in ("fs(4)", "fv(1)", "k(2)", "ca(3)", "E ", "c "):
         assert f"\n{label}" in text

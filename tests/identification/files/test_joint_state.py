@@ -10,7 +10,7 @@ from mcap_ros2.writer import Writer as RosWriter
 
 from identification.dataset.series import Series
 from identification.files import joint_state
-from identification.files.mcap_records import HELD
+from identification.files.mcap_records import MAX_HELD_MESSAGES
 from xneck_foundation.errors import Refused
 
 NAMES = ("a", "alpha1", "sigma_alpha12", "x")
@@ -23,7 +23,7 @@ def made(samples: int = 200) -> Series:
     return Series(1_700_000_000 + 0.002 * np.arange(samples, dtype=float), columns)
 
 
-@pytest.mark.parametrize("samples", [200, 2 * HELD + 5])
+@pytest.mark.parametrize("samples", [200, 2 * MAX_HELD_MESSAGES + 5])
 def test_round_trip_keeps_every_bit_of_values_and_nanoseconds_of_time(samples: int, tmp_path: Path) -> None:
     file, series = tmp_path / "s.mcap", made(samples)
     joint_state.write(file, {"state": series}, {"why": {"n": 1}}, {"neck.yaml": b"x: 1"})

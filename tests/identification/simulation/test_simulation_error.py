@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from identification.dataset.dataset import DataSet
-from identification.dataset.series import Series, numbered
+from identification.dataset.series import Series, numbered_columns
 from identification.estimates import estimate
 from identification.model_file import Model, model_of, read_model, write_model
-from identification.simulation.channels import Channel, Compared, Tally
-from identification.simulation.simulated import Simulated, simulate_recording
+from identification.simulation.channels import Channel, ChannelSamples, ChannelSums
+from identification.simulation.simulated_recording import SimulatedRecording, simulate_recording
 from mechanism.description import read_neck
 from samples.generator.laws import dry_and_viscous, linear
 from samples.generator.mujoco_arm import Load
@@ -23,7 +23,7 @@ from samples.generator.prescribed import World, prescribe
 from synchronisation.angles import Angles
 from synchronisation.synchronise import synchronise
 from tests.paths import NECK_FILE
-from xneck_foundation.strict_yaml import parse
+from xneck_foundation.strict_yaml import parse_yaml
 
 FILE = NECK_FILE
 K, FS, CA = np.array([9000.0, 7000.0, 8500.0, 6000.0]), np.array([12.0, 19.0, 15.0, 17.0]), np.full(4, 80.0)
@@ -33,11 +33,11 @@ SEED = 3000
 
 def recording(motion: int, payload: float = 0.0) -> DataSet:
     """30 s at 0.1 deg of one arm in one of its motions; payload in kg."""
-    real = parse(FILE.read_text(), str(FILE))
+    real = parse_yaml(FILE.read_text(), str(FILE))
     load = Load(payload_kg=payload)
     p = prescribe(World(real, linear(K, CA), dry_and_viscous(FS, np.zeros(4)), load=load), 30.0, [SEED, motion])
     alpha = p.frame_alpha + np.random.default_rng([SEED, motion, 5]).normal(0, SIGMA, p.frame_alpha.shape)
-    log = Series(p.log_time, numbered("theta", p.counted) | numbered("f", p.f))
+    log = Series(p.log_time, numbered_columns("theta", p.counted) | numbered_columns("f", p.f))
     return synchronise(read_neck(FILE), "", Angles(p.frame_times, alpha, np.full(alpha.shape, SIGMA)), log, {})
 
 
@@ -53,7 +53,7 @@ def held_out() -> DataSet:
 
 
 @pytest.fixture(scope="module")
-def simulated(held_out: DataSet, model: Model) -> Simulated:
+def simulated(held_out: DataSet, model: Model) -> SimulatedRecording:
     return simulate_recording(held_out, model)
 
 
@@ -67,11 +67,11 @@ def moved(data: DataSet, **series: np.ndarray) -> DataSet:
     return replace(data, state=of(data.state), log=of(data.log))
 
 
-def kind(found: Simulated, stem: str) -> list[Channel]:
+def kind(found: SimulatedRecording, stem: str) -> list[Channel]:
     return [c for c in found.channels if c.name.startswith(stem)]
 
 
-def test_a_true_model_errs_as_much_as_its_noise_floor(held_out: DataSet, model: Model, simulated: Simulated) -> None:
+def test_a_true_model_errs_as_much_as_its_noise_floor(held_out: DataSet, model: Model, simulated: SimulatedRecording) -> None:
     """Within 1.3 of it in every channel, from forces and from motor angles; and no channel is far below its floor.
 
     Angles have 900 frames. What all windows share (numbers of the laws, x0) is one draw: of ten other arms 137 of 140 channels are
@@ -103,7 +103,7 @@ def test_a_hidden_payload_shows_in_every_channel(model: Model) -> None:
 
 
 def test_where_motors_started_and_how_late_they_act_is_the_recordings_own(
-    held_out: DataSet, model: Model, simulated: Simulated
+    held_out: DataSet, model: Model, simulated: SimulatedRecording
 ) -> None:
     """Motors zeroed 1 mm of cable further on and forces logged two rows early change no error by more than a tenth of its floor."""
     state = held_out.state
@@ -138,7 +138,7 @@ def test_memory_does_not_grow_with_the_windows(held_out: DataSet, model: Model) 
 
 
 def test_a_model_file_keeps_its_covariance(
-    model: Model, held_out: DataSet, simulated: Simulated, tmp_path: Path
+    model: Model, held_out: DataSet, simulated: SimulatedRecording, tmp_path: Path
 ) -> None:
     write_model(model, tmp_path / "model.yaml")
     again = simulate_recording(held_out, read_model(tmp_path / "model.yaml"))
@@ -172,7 +172,7 @@ def test_motors_that_lag_begin_each_window_with_what_was_written_before_it(held_
     lag = model.parameters[0].model_copy(update={"name": "taul", "index": None, "value": tau, "sigma": None})
     alone = model.model_copy(update={"covariance": None})
     lagging = alone.model_copy(update={"laws": (*model.laws, "actuator_lag"), "parameters": (*model.parameters, lag)})
-    columns = {**held_out.state.columns, **numbered("f", written)}
+    columns = {**held_out.state.columns, **numbered_columns("f", written)}
     found = simulate_recording(replace(held_out, state=Series(held_out.state.time, columns)), lagging)
     straight = simulate_recording(held_out, alone)
     for a, b in zip(kind(found, "theta"), kind(straight, "theta"), strict=True):
@@ -184,8 +184,8 @@ def test_a_channels_floor_is_the_sum_of_what_is_unknown() -> None:
     cases = np.array([0.0, 3.0, -4.0])[:, None, None] * np.ones((3, 50, 1))
     measured = np.full((50, 1), 26.0)
     measured[7] = np.nan
-    tally = Tally("alpha", "rad", 3)
-    tally.add(Compared(cases, measured, np.full((1, 1), 144.0), np.zeros(50, dtype=int)))
+    tally = ChannelSums("alpha", "rad", 3)
+    tally.add(ChannelSamples(cases, measured, np.full((1, 1), 144.0), np.zeros(50, dtype=int)))
     (found,) = tally.channels()
     assert (found.name, found.rms, found.noise_floor, found.ratio) == ("alpha1", 26.0, 13.0, 2.0)
 
@@ -201,7 +201,7 @@ def test_a_ratio_that_chance_gives_a_true_model_is_exceeded_once_in_twenty(first
     drawn = rng.normal(size=(3, 10, 4000))[:, window if first > 1 else 0 * window]
     cases = np.concatenate([np.zeros((1, 200)), waves])[:, :, None] * np.ones(4000)
     measured = np.einsum("ks,ksc->sc", waves, drawn) + rng.normal(size=(200, 4000))
-    tally = Tally("theta", "rad", first)
+    tally = ChannelSums("theta", "rad", first)
     for part in (slice(0, 60), slice(60, 200)):  # three windows, and seven
-        tally.add(Compared(cases[:, part], measured[part], np.ones(()), window[part]))
+        tally.add(ChannelSamples(cases[:, part], measured[part], np.ones(()), window[part]))
     assert abs(sum(c.ratio > c.ratio_95 for c in tally.channels()) - 200) < 4 * 20

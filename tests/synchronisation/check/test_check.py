@@ -10,14 +10,14 @@ import yaml
 
 from benchmarks.check import COUNT, Hidden, hidden, inputs, judged
 from identification.dataset.dataset import DataSet
-from identification.dataset.series import Series, numbered
+from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import arm_of
 from mechanism.description import Neck, read_neck
 from samples.generator.hidden.experiment import hide
 from samples.generator.laws import dry_and_viscous, linear, way
 from samples.generator.motors import SHARPNESS
 from samples.generator.prescribed import World, prescribe
-from samples.worlds.clock_worlds import NECK_FILE, NOISE, Recorded, arm, recorded
+from samples.worlds.clock_worlds import NECK_FILE, NOISE_RAD, ClockRecording, arm, clock_recording
 from synchronisation.angles import Angles, read_angles
 from synchronisation.check.check import Baseline, baseline_of, check_elongations
 from synchronisation.check.from_dataset import check_dataset
@@ -31,25 +31,25 @@ CASES = ("joint angle", "by 0.15 deg", "drum", "pulley", "slip", "0.1 %")
 
 
 @pytest.fixture(scope="module")
-def made() -> Recorded:
-    return recorded("everything", SEED)
+def made() -> ClockRecording:
+    return clock_recording("everything", SEED)
 
 
 @pytest.fixture(scope="module")
-def cases(made: Recorded) -> list[Hidden]:
+def cases(made: ClockRecording) -> list[Hidden]:
     return hidden(made, SEED)
 
 
 @pytest.fixture(scope="module")
 def baseline(cases: list[Hidden]) -> Baseline:
     """Another motion of the same arm."""
-    before = recorded("everything", SEED, motion=SEED + 1)
+    before = clock_recording("everything", SEED, motion=SEED + 1)
     healthy = Hidden("", None, before.angles, before.log, cases[0].arm)
     return baseline_of(healthy.arm, *inputs(before, healthy, SEED + 1))
 
 
 @pytest.mark.parametrize("label", CASES)
-def test_a_hidden_fault_is_named(label: str, made: Recorded, cases: list[Hidden], baseline: Baseline) -> None:
+def test_a_hidden_fault_is_named(label: str, made: ClockRecording, cases: list[Hidden], baseline: Baseline) -> None:
     """The sizes are several times what the sigmas of this motion allow, so each is found in nearly every recording."""
     case = next(c for c in cases if c.label.startswith(label))
     found = check_elongations(case.arm, *inputs(made, case, SEED), baseline if case.baseline else None)
@@ -59,7 +59,7 @@ def test_a_hidden_fault_is_named(label: str, made: Recorded, cases: list[Hidden]
     assert usable(found.faults) == ("in part" if label == "slip" else False)
 
 
-def test_sizes_are_those_that_were_hidden(made: Recorded, cases: list[Hidden]) -> None:
+def test_sizes_are_those_that_were_hidden(made: ClockRecording, cases: list[Hidden]) -> None:
     """With their sign: a drum described 2 % too large is truly smaller, an angle seen too small has a negative offset.
 
     SEED is even, so signs are negative: rd is described 2 % and r 0.3 mm too small. Half of each fault: linear signatures and
@@ -76,24 +76,24 @@ def test_sizes_are_those_that_were_hidden(made: Recorded, cases: list[Hidden]) -
 @pytest.mark.parametrize("kind", ["linear elastic", "damped cables", "everything"])
 def test_a_healthy_arm_is_not_blamed(kind: str) -> None:
     """Even with pre-elongations in neck.yaml that are wrong by a millimetre."""
-    made = recorded(kind, SEED + 1)
+    made = clock_recording(kind, SEED + 1)
     case = hidden(made, SEED + 1)[0]
     found = check_elongations(case.arm, *inputs(made, case, SEED + 1))
     assert (found.verdict, found.faults, usable(found.faults)) == ("consistent", (), True)
 
 
-def test_without_a_baseline_a_small_offset_is_not_claimed(made: Recorded, cases: list[Hidden]) -> None:
+def test_without_a_baseline_a_small_offset_is_not_claimed(made: ClockRecording, cases: list[Hidden]) -> None:
     case = next(c for c in cases if c.label.startswith("by 0.15 deg"))
     assert not check_elongations(case.arm, *inputs(made, case, SEED)).faults
 
 
-def test_an_unhealthy_baseline_is_refused(made: Recorded, cases: list[Hidden]) -> None:
+def test_an_unhealthy_baseline_is_refused(made: ClockRecording, cases: list[Hidden]) -> None:
     case = next(c for c in cases if c.label.startswith("slip"))
     with pytest.raises(Refused, match="not healthy itself: winch_slip of cable 3"):
         baseline_of(case.arm, *inputs(made, case, SEED))
 
 
-def test_the_scale_of_angles_comes_as_a_class(made: Recorded, cases: list[Hidden]) -> None:
+def test_the_scale_of_angles_comes_as_a_class(made: ClockRecording, cases: list[Hidden]) -> None:
     """Angles 3 % too large: what a tilted camera and a wrong focal length make; a tilted plane looks nearly the same."""
     angles = Angles(made.angles.time, 1.03 * made.angles.alpha, made.angles.sigma)
     found = check_elongations(cases[0].arm, *inputs(made, replace(cases[0], angles=angles), SEED)).faults[0]
@@ -110,7 +110,7 @@ def test_the_scale_of_angles_comes_as_a_class(made: Recorded, cases: list[Hidden
         ("swapped_markers", "bars 1 and 2"),
     ],
 )
-def test_exchanges_are_named(fault: str, where: str, made: Recorded, cases: list[Hidden]) -> None:
+def test_exchanges_are_named(fault: str, where: str, made: ClockRecording, cases: list[Hidden]) -> None:
     """As a data set made by hand has them, which `sync` never saw."""
     alpha, theta = made.angles.alpha.copy(), made.log.matrix("theta").copy()
     if fault == "theta_sign":
@@ -125,7 +125,7 @@ def test_exchanges_are_named(fault: str, where: str, made: Recorded, cases: list
     case = replace(
         cases[0],
         angles=Angles(made.angles.time, alpha, made.angles.sigma),
-        log=Series(made.log.time, {**made.log.columns, **numbered("theta", theta)}),
+        log=Series(made.log.time, {**made.log.columns, **numbered_columns("theta", theta)}),
     )
     found = check_elongations(case.arm, *inputs(made, case, SEED))
     assert [(f["fault"], f["where"]) for f in found.faults] == [(fault, where)]
@@ -147,11 +147,11 @@ def test_a_cable_that_went_slack_is_named_with_its_time() -> None:
     before, after = (np.gradient(t, p.log_time, axis=0) for t in (p.theta, theta))
     inertia = neck["motors"][j]["Ia"] / drum * np.gradient((after - before)[:, j], p.log_time)
     f[:, j] += (fs * (way(after, SHARPNESS) - way(before, SHARPNESS)))[:, j] - tension + inertia
-    alpha = p.frame_alpha + np.random.default_rng(5).normal(0, NOISE, p.frame_alpha.shape)
-    log = Series(p.log_time, numbered("theta", np.round(theta / COUNT) * COUNT) | numbered("f", f))
-    angles = Angles(p.frame_times, alpha, np.full(alpha.shape, NOISE))
+    alpha = p.frame_alpha + np.random.default_rng(5).normal(0, NOISE_RAD, p.frame_alpha.shape)
+    log = Series(p.log_time, numbered_columns("theta", np.round(theta / COUNT) * COUNT) | numbered_columns("f", f))
+    angles = Angles(p.frame_times, alpha, np.full(alpha.shape, NOISE_RAD))
     case = Hidden("slack", None, angles, log, arm())
-    found = check_elongations(arm(), *inputs(Recorded(angles, log, p.clocks, np.zeros(4), np.nan), case, 75))
+    found = check_elongations(arm(), *inputs(ClockRecording(angles, log, p.clocks, np.zeros(4), np.nan), case, 75))
     first = found.faults[0]
     assert (first["fault"], first["where"]) == ("cable_slack", "cable 3")
     assert abs(first["when_s"] - middle) < 0.3
@@ -162,10 +162,10 @@ def with_slip(log: Series, cable: int, after: float, size: float) -> Series:
     """The log where a rope moved on its drum by `size`, m, `after` s from the first row on."""
     theta = log.matrix("theta").copy()
     theta[:, cable] += np.where(log.time - log.time[0] > after, size / arm().drum[cable], 0.0)
-    return Series(log.time, {**log.columns, **numbered("theta", np.round(theta / COUNT) * COUNT)})
+    return Series(log.time, {**log.columns, **numbered_columns("theta", np.round(theta / COUNT) * COUNT)})
 
 
-def test_two_faults_are_both_named_with_their_sizes(made: Recorded, cases: list[Hidden]) -> None:
+def test_two_faults_are_both_named_with_their_sizes(made: ClockRecording, cases: list[Hidden]) -> None:
     """A drum described 2 % too large and a slip of 1 mm of another cable; sizes within a tenth, as each alone."""
     healthy = cases[0]
     drum = replace(healthy.arm, drum=healthy.arm.drum * np.array([1, 1.02, 1, 1]))
@@ -178,7 +178,7 @@ def test_two_faults_are_both_named_with_their_sizes(made: Recorded, cases: list[
 
 @pytest.mark.parametrize(("slips", "back", "size"), [(15, 40, 1e-3), (10, 30, 1e-3), (10, 30, 5e-4)])
 def test_faults_of_one_cable_do_not_hide_each_other(
-    slips: float, back: float, size: float, made: Recorded, cases: list[Hidden]
+    slips: float, back: float, size: float, made: ClockRecording, cases: list[Hidden]
 ) -> None:
     """A rope that slips and slips back: either alone is not sure for what the other leaves, and a third too small."""
     log = with_slip(with_slip(cases[0].log, 0, slips, size), 0, back, -size)
@@ -203,7 +203,7 @@ def test_a_rope_that_moves_far_does_not_take_the_clock_along(seed: int, size: fl
     neck, angles, log = read(tmp_path / "fitted")
     theta = log.matrix("theta").copy()
     theta[:, 2] += np.where(log.time - log.time[0] > 8, size / arm_of(neck).drum[2], 0.0)
-    found = synchronise(neck, "", angles, Series(log.time, {**log.columns, **numbered("theta", theta)}), {})
+    found = synchronise(neck, "", angles, Series(log.time, {**log.columns, **numbered_columns("theta", theta)}), {})
     true = json.loads((tmp_path / "truth.json").read_text())["clocks"]["fitted"]
     at = true["offset_s"] + true["skew"] * (found.clock["camera_middle_s"] - true["middle_s"])
     assert abs(found.clock["offset_s"] - at) < 3 * found.clock["offset_sigma_s"] < 6e-4
@@ -213,11 +213,11 @@ def test_a_rope_that_moves_far_does_not_take_the_clock_along(seed: int, size: fl
     np.testing.assert_array_equal(found.log.matrix("theta"), theta)  # the data stay as they were recorded
 
 
-def test_what_no_fault_explains_is_said(made: Recorded, cases: list[Hidden]) -> None:
+def test_what_no_fault_explains_is_said(made: ClockRecording, cases: list[Hidden]) -> None:
     """A rope that breathes by 0.7 mm at 3 Hz, on its own."""
     log, time = cases[0].log, cases[0].log.time
     theta = log.matrix("theta") + np.outer(7e-4 * np.sin(6 * np.pi * time) / arm().drum[1], np.eye(4)[1])
-    breathing = replace(cases[0], log=Series(time, {**log.columns, **numbered("theta", theta)}))
+    breathing = replace(cases[0], log=Series(time, {**log.columns, **numbered_columns("theta", theta)}))
     (found,) = check_elongations(breathing.arm, *inputs(made, breathing, SEED)).faults
     assert (found["fault"], found["where"]) == ("unexplained_elongation", "cable 2")
     # some of it looks like friction, and the law takes it
@@ -233,7 +233,7 @@ def test_a_short_recording_blames_no_one(seed: int, tmp_path: Path) -> None:
         assert synchronise(neck, "", angles, log, {}).check["faults"] == []
 
 
-def as_data_set(made: Recorded, case: Hidden, late: float, frames: bool) -> DataSet:
+def as_data_set(made: ClockRecording, case: Hidden, late: float, frames: bool) -> DataSet:
     """What a person makes by hand: frames stamped `late` s too late, beside the log or instead of it in the state."""
     state, seen, _ = inputs(made, case, SEED)
     neck = read_neck(NECK_FILE)
@@ -242,17 +242,17 @@ def as_data_set(made: Recorded, case: Hidden, late: float, frames: bool) -> Data
     neck = neck.model_copy(update={"motors": tuple(motors), "cables": tuple(cables)})
     time = seen.time + late
     if frames:
-        angles = Series(time, numbered("alpha", seen.alpha) | numbered("sigma", seen.sigma))
+        angles = Series(time, numbered_columns("alpha", seen.alpha) | numbered_columns("sigma", seen.sigma))
         clock = {"offset_s": 0.0, "skew_ppm": 0.0, "camera_middle_s": 0.0}
         return DataSet(neck, "", state, state, angles, Series(np.empty(0), {}), clock)
     alpha = np.stack([np.interp(state.time, time, column) for column in seen.alpha.T], axis=-1)
-    moved = Series(state.time, {**state.columns, **numbered("alpha", alpha)})
+    moved = Series(state.time, {**state.columns, **numbered_columns("alpha", alpha)})
     none = Series(np.empty(0), {})
     return DataSet(neck, "", moved, moved, none, none)
 
 
 @pytest.mark.parametrize(("late", "frames"), [(5e-3, True), (-10e-3, False)])
-def test_a_clock_that_is_wrong_is_named(late: float, frames: bool, made: Recorded, cases: list[Hidden]) -> None:
+def test_a_clock_that_is_wrong_is_named(late: float, frames: bool, made: ClockRecording, cases: list[Hidden]) -> None:
     """Elongations alone take it for friction of the motors. The clock of `inputs` is off by 0.3 ms rms already."""
     found = check_dataset(as_data_set(made, cases[0], late, frames)).faults
     assert [(f["fault"], f["where"]) for f in found] == [("clock_offset", "all")]
@@ -261,7 +261,7 @@ def test_a_clock_that_is_wrong_is_named(late: float, frames: bool, made: Recorde
     assert usable(found) is False
 
 
-def test_a_wrong_clock_hides_no_other_fault(made: Recorded, cases: list[Hidden]) -> None:
+def test_a_wrong_clock_hides_no_other_fault(made: ClockRecording, cases: list[Hidden]) -> None:
     drum = next(c for c in cases if c.label.startswith("drum"))
     found = check_dataset(as_data_set(made, drum, 5e-3, True)).faults
     assert [(f["fault"], f["where"]) for f in found] == [("clock_offset", "all"), drum.fault]
@@ -269,7 +269,7 @@ def test_a_wrong_clock_hides_no_other_fault(made: Recorded, cases: list[Hidden])
 
 
 def test_no_clock_is_blamed_where_it_is_right_and_none_believed_where_it_is_wrong(
-    made: Recorded, cases: list[Hidden]
+    made: ClockRecording, cases: list[Hidden]
 ) -> None:
     right, wrong = (as_data_set(made, cases[0], late, True) for late in (0.0, 8e-3))
     assert check_dataset(right).faults == ()
@@ -277,7 +277,7 @@ def test_no_clock_is_blamed_where_it_is_right_and_none_believed_where_it_is_wron
         check_dataset(right, wrong, "before.mcap")
 
 
-def test_a_data_set_made_by_hand_is_checked_from_its_state(made: Recorded, cases: list[Hidden]) -> None:
+def test_a_data_set_made_by_hand_is_checked_from_its_state(made: ClockRecording, cases: list[Hidden]) -> None:
     """Without a record of a clock the frames' stamps mean nothing, and the state stands in for them."""
     case = next(c for c in cases if c.label.startswith("drum"))
     state, _, _ = inputs(made, case, SEED)

@@ -15,28 +15,30 @@ from mechanism.arm import Arm, arm_of
 from mechanism.cable_lengths import lengths
 from mechanism.description import read_neck
 from samples.generator.hidden.experiment import hide
-from samples.worlds.clock_worlds import Recorded, arm, recorded, without_trace
+from samples.worlds.clock_worlds import ClockRecording, arm, clock_recording, with_lost_frames
 from synchronisation.angles import Angles, read_angles
-from synchronisation.clocks.cables import CableTerms, frames_of
-from synchronisation.clocks.clock import Clock, fit_clock
-from synchronisation.clocks.fine import fit_cables
+from synchronisation.clocks.cable_equation import CableTerms
+from synchronisation.clocks.clock import fit_clock
+from synchronisation.clocks.clock_estimate import ClockEstimate
+from synchronisation.clocks.frame_geometry import frame_geometry
+from synchronisation.clocks.gauss_newton_fit import ClockProblem, fit_cables
 from synchronisation.clocks.signals import log_signals_of
-from synchronisation.encoder_log import read_log, uniform
+from synchronisation.encoder_log import read_log, uniformly_sampled
 from tests.paths import SAMPLES
 from xneck_foundation.errors import Refused
 
 NECK = read_neck(SAMPLES / "recording/neck.yaml")
 ARM = arm_of(NECK)
-NOISE = np.radians(0.1)
+NOISE_RAD = np.radians(0.1)
 
-recording = cache(recorded)
+recording = cache(clock_recording)
 
 
 def truth() -> dict[str, float]:
     return json.loads((SAMPLES / "truth.json").read_text())["recording"]
 
 
-def seen(seed: int, noise: float = NOISE) -> Angles:
+def noisy_angles(seed: int, noise: float = NOISE_RAD) -> Angles:
     stored = np.load(SAMPLES / "truth.npz")
     alpha = stored["recording_frame_alpha"]
     noisy = alpha + np.random.default_rng(seed).normal(0, noise, alpha.shape)
@@ -48,19 +50,19 @@ def log() -> Series:
     return read_log(SAMPLES / "recording/log.mcap", NECK)
 
 
-def offset_error(clock: Clock) -> float:
+def offset_error(clock: ClockEstimate) -> float:
     t = truth()
     return clock.offset - (t["offset_s"] + t["skew"] * (clock.middle - t["middle_s"]))
 
 
-def error_of(clock: Clock, made: Recorded) -> float:
+def error_of(clock: ClockEstimate, made: ClockRecording) -> float:
     return clock.offset - (made.clocks.offset_s + made.clocks.skew * (clock.middle - made.clocks.middle_s))
 
 
 def test_offset_and_skew_are_found_with_an_honest_sigma(log: Series) -> None:
     """8 seeds of camera noise on the sample: every offset within 0.5 ms (a quarter of what is asked), z of both below 3.5
     (all 16 of a normal are, with 99 % probability)."""
-    clocks = [fit_clock(ARM, seen(seed), log) for seed in range(8)]
+    clocks = [fit_clock(ARM, noisy_angles(seed), log) for seed in range(8)]
     errors = np.array([offset_error(c) for c in clocks])
     assert np.max(np.abs(errors)) < 0.5e-3
     assert np.max(np.abs(errors / [c.offset_sigma for c in clocks])) < 3.5
@@ -74,11 +76,11 @@ def test_neither_late_commands_nor_how_friction_turns_over_pull_the_clock(seed: 
     erred by 0.2 to 0.6 ms, up to three of their sigmas."""
     hide([], seed, tmp_path)
     true = json.loads((tmp_path / "truth.json").read_text())
-    for name, told in true["clocks"].items():
+    for name, true_clock in true["clocks"].items():
         neck = read_neck(tmp_path / name / "neck.yaml")
         angles, log = read_angles(tmp_path / name / "angles.csv", 3), read_log(tmp_path / name / "log.csv", neck)
         clock = fit_clock(arm_of(neck), angles, log)
-        error = clock.offset - (told["offset_s"] + told["skew"] * (clock.middle - told["middle_s"]))
+        error = clock.offset - (true_clock["offset_s"] + true_clock["skew"] * (clock.middle - true_clock["middle_s"]))
         assert abs(error) < 3.5 * clock.offset_sigma < 0.5e-3
         assert clock.delay is not None
         assert abs(clock.delay[0] - true["delay_s"]) < 3.5 * clock.delay[1] < 0.15e-3
@@ -95,22 +97,21 @@ def test_neither_cables_nor_motors_nor_joints_pull_the_clock(kind: str) -> None:
         assert abs(error_of(clock, made)) < 4 * clock.offset_sigma
         assert abs(clock.skew - made.clocks.skew) < 4 * clock.skew_sigma < 30e-6
         assert clock.source == "cables and arm"
-        assert not clock.slips.slips
+        assert not clock.lost.losses
         assert not clock.warnings
 
 
 def test_viscosity_needs_the_arm_or_a_person_to_tell_it_from_the_offset() -> None:
     """0.005 to 0.03 N s/rad are worth 1 to 7 ms through the cables alone; the arm's equation, or the number, removes that."""
     made = recording("everything", 100)
-    alone, _ = fit_cables(
-        arm(),
-        log_signals_of(arm(), uniform(made.log)),
-        frames_of(arm(), made.angles.time, made.angles.alpha, made.angles.sigma, made.clocks.middle_s),
-        made.clocks.offset_s,
-        np.full(4, np.nan),
-        CableTerms(),
+    a = made.angles
+    problem = ClockProblem(
+        signals=log_signals_of(arm(), uniformly_sampled(made.log)),
+        frames=frame_geometry(arm(), a.time, a.alpha, a.sigma, made.clocks.middle_s),
+        fv=np.full(4, np.nan),
     )
-    assert abs(alone.state.offset - made.clocks.offset_s) > 1e-3
+    alone = fit_cables(problem, made.clocks.offset_s, CableTerms())
+    assert abs(alone.unknowns.offset - made.clocks.offset_s) > 1e-3
     given = fit_clock(arm(), made.angles, made.log, made.fv)
     assert abs(error_of(given, made)) < 4 * given.offset_sigma < 0.4e-3
 
@@ -125,7 +126,7 @@ def test_without_forces_the_clock_says_that_it_is_good_to_milliseconds_only() ->
 
 
 def test_frames_and_angles_that_are_missing_do_not_move_the_clock(log: Series) -> None:
-    angles = seen(1)
+    angles = noisy_angles(1)
     alpha = angles.alpha.copy()
     alpha[100:130] = np.nan
     alpha[::7, 1] = np.nan
@@ -138,7 +139,7 @@ def test_stamps_that_jitter_only_blur() -> None:
     late = np.random.default_rng(5).normal(0, 3e-3, len(made.angles.time))
     clock = fit_clock(arm(), replace(made.angles, time=made.angles.time + late), made.log)
     still = fit_clock(arm(), made.angles, made.log)
-    assert not clock.slips.slips
+    assert not clock.lost.losses
     assert still.offset_sigma < clock.offset_sigma < 0.25e-3
     assert abs(error_of(clock, made)) < 4 * np.hypot(clock.offset_sigma, 3e-3 / np.sqrt(1800))
 
@@ -149,13 +150,13 @@ def test_frames_lost_without_a_trace_are_found_and_put_right() -> None:
     lost, found = 0, 0
     for seed in (100, 101):
         made = recording("everything", seed)
-        angles, true, gone = without_trace(made, 0.005, seed)
+        angles, true, gone = with_lost_frames(made, 0.005, seed)
         clock = fit_clock(arm(), angles, made.log)
         error = clock.log_time(angles.time) - made.clocks.log_time(true)
         assert np.mean(np.abs(error) < 1 / 60) > 0.99
         assert abs(np.median(error)) < 4 * clock.offset_sigma < 0.4e-3
-        lost, found = lost + len(gone), found + sum(s.frames for s in clock.slips.slips)
-        believed = replace(clock, slips=replace(clock.slips, slips=()))
+        lost, found = lost + len(gone), found + sum(loss.frames for loss in clock.lost.losses)
+        believed = replace(clock, lost=replace(clock.lost, losses=()))
         assert np.ptp(believed.log_time(angles.time) - made.clocks.log_time(true)) > 0.9 * len(gone) / 30
     assert lost >= 8
     assert 0.95 * lost <= found <= lost + 1
@@ -166,7 +167,7 @@ def test_dropped_frames_with_right_stamps_are_no_losses() -> None:
     kept = np.random.default_rng(1).random(len(made.angles.time)) > 0.05
     a = made.angles
     clock = fit_clock(arm(), Angles(a.time[kept], a.alpha[kept], a.sigma[kept]), made.log)
-    assert not clock.slips.slips
+    assert not clock.lost.losses
     assert abs(error_of(clock, made)) < 4 * clock.offset_sigma < 0.4e-3
 
 
@@ -188,11 +189,11 @@ def test_repeated_and_missing_rows_are_counted_and_passed_over() -> None:
         kept[begin : begin + int(rng.integers(5, 40))] = False
     log = Series(made.log.time[kept], {name: column[kept] for name, column in columns.items()})
     clock = fit_clock(arm(), made.angles, log)
-    assert clock.log.missing == np.sum(~kept)
-    assert 0.8 * held < clock.log.held <= held  # an arm that pauses repeats its rows truly
-    assert len(clock.log.gaps) >= 30
+    assert clock.repaired.missing_rows == np.sum(~kept)
+    assert 0.8 * held < clock.repaired.repeated_rows <= held  # an arm that pauses repeats its rows truly
+    assert len(clock.repaired.gaps) >= 30
     assert abs(error_of(clock, made)) < 4 * clock.offset_sigma < 0.4e-3
-    assert fit_clock(arm(), made.angles, made.log).log.held == 0
+    assert fit_clock(arm(), made.angles, made.log).repaired.repeated_rows == 0
 
 
 def only(log: Series, stem: str) -> Series:
@@ -227,11 +228,11 @@ def test_a_log_with_columns_or_signs_exchanged_is_refused_by_name(
     log: Series, change: Callable[[Series], Series], word: str
 ) -> None:
     with pytest.raises(Refused, match=word):
-        fit_clock(ARM, seen(0), change(log))
+        fit_clock(ARM, noisy_angles(0), change(log))
 
 
 def test_angles_exchanged_or_turned_are_refused_by_name(log: Series) -> None:
-    angles = seen(0)
+    angles = noisy_angles(0)
     with pytest.raises(Refused, match="alpha2 has the wrong sign"):
         fit_clock(ARM, replace(angles, alpha=angles.alpha * [1, -1, 1]), log)
     with pytest.raises(Refused, match="angles are in the order 2, 1, 3"):
@@ -241,7 +242,7 @@ def test_angles_exchanged_or_turned_are_refused_by_name(log: Series) -> None:
 def test_a_cable_that_is_late_is_named(log: Series) -> None:
     late = Series(log.time, {**log.columns, "theta2": np.roll(log.columns["theta2"], 500)})
     with pytest.raises(Refused, match=r"cable 2 contradicts all others.*\+(0.9|1.0)"):
-        fit_clock(ARM, seen(0), late)
+        fit_clock(ARM, noisy_angles(0), late)
 
 
 def test_an_arm_that_is_mirrored_or_renumbered_as_a_whole_is_refused_not_corrected() -> None:
@@ -263,15 +264,15 @@ def test_a_drum_that_is_not_as_described_is_no_exchange(tmp_path: Path) -> None:
     folder = tmp_path / "fitted"
     neck = read_neck(folder / "neck.yaml")
     clock = fit_clock(arm_of(neck), read_angles(folder / "angles.csv", neck.N), read_log(folder / "log.csv", neck))
-    told = json.loads((tmp_path / "truth.json").read_text())["clocks"]["fitted"]
-    assert abs(clock.offset - told["offset_s"]) < 5e-3
+    true_clock = json.loads((tmp_path / "truth.json").read_text())["clocks"]["fitted"]
+    assert abs(clock.offset - true_clock["offset_s"]) < 5e-3
 
 
 def test_a_log_of_another_time_is_refused(log: Series) -> None:
     """The sample's log before the video begins is at rest, and another recording's log shows another motion."""
     other = read_log(SAMPLES / "held_out/log.mcap", NECK)
     with pytest.raises(Refused, match=r"same motion|overlap"):
-        fit_clock(ARM, seen(0), other)
+        fit_clock(ARM, noisy_angles(0), other)
 
 
 def test_too_short_an_overlap_is_refused_and_six_seconds_are_enough() -> None:
@@ -288,7 +289,7 @@ def test_too_short_an_overlap_is_refused_and_six_seconds_are_enough() -> None:
 
 
 def test_an_arm_at_rest_and_a_periodic_motion_are_refused(log: Series) -> None:
-    angles = seen(0)
+    angles = noisy_angles(0)
     with pytest.raises(Refused, match="move by"):
         fit_clock(ARM, replace(angles, alpha=angles.alpha * 0 + 0.1), log)
     with pytest.raises(Refused, match="repeats itself"):
@@ -298,7 +299,7 @@ def test_an_arm_at_rest_and_a_periodic_motion_are_refused(log: Series) -> None:
 def test_a_motion_that_nearly_repeats_is_flagged() -> None:
     """A sinusoid with nine small tones beside it: another period fits a little worse."""
     clock = fit_clock(ARM, *periodic(ARM, beside=0.05))
-    assert 0.85 < clock.second < 0.9
+    assert 0.85 < clock.second_peak < 0.9
     assert any("nearly repeats" in word for word in clock.warnings)
 
 
@@ -315,4 +316,4 @@ def periodic(arm: Arm, beside: float = 0.0) -> tuple[Angles, Series]:
 
     theta = -(lengths(arm, alpha(T)) - lengths(arm, np.zeros(3))) / arm.drum
     columns = {f"theta{j + 1}": theta[:, j] for j in range(4)} | {f"f{j + 1}": np.full(len(T), 40.0) for j in range(4)}
-    return Angles(t, alpha(t), np.full((len(t), 3), NOISE)), Series(T, columns)
+    return Angles(t, alpha(t), np.full((len(t), 3), NOISE_RAD)), Series(T, columns)

@@ -9,10 +9,10 @@ import pytest
 from identification.dataset.series import Series
 from mechanism.description import read_neck
 from samples.generator.clocks import clocks, frame_times
-from samples.worlds.clock_worlds import NECK_FILE, arm, light, recorded
+from samples.worlds.clock_worlds import NECK_FILE, arm, clock_recording, switched_light
 from synchronisation.angles import Angles, read_angles, write_angles
 from synchronisation.clocks.clock import fit_clock
-from synchronisation.clocks.light import edges_of, fit_anchor
+from synchronisation.clocks.light import edges_of, fit_light
 from synchronisation.encoder_log import read_log
 from vision.light_patch import LightPatch
 from vision.shutter import Shutter
@@ -22,21 +22,21 @@ from xneck_foundation.errors import Refused
 EXPOSURE = 0.004
 
 
-def one(seed: int) -> tuple[float, float, float, float]:
+def errors_of_light(seed: int) -> tuple[float, float, float, float]:
     """Errors of offset and skew, and their sigmas."""
     rng = np.random.default_rng([seed, 5])
     times = frame_times(60.0, rng)
-    two = clocks(times, rng)
-    seen = light(two, times, seed)
-    found = fit_anchor(*edges_of(seen.time, seen.led), times, seen.brightness, EXPOSURE)
-    offset = two.offset_s + two.skew * (found.middle - two.middle_s)
-    return found.offset - offset, found.skew - two.skew, found.offset_sigma, found.skew_sigma
+    true = clocks(times, rng)
+    light = switched_light(true, times, seed)
+    clock = fit_light(*edges_of(light.time, light.led), times, light.brightness, EXPOSURE)
+    offset = true.offset_s + true.skew * (clock.middle - true.middle_s)
+    return clock.offset - offset, clock.skew - true.skew, clock.offset_sigma, clock.skew_sigma
 
 
 def test_a_light_tells_offset_and_skew_to_a_tenth_of_a_millisecond() -> None:
     """About 12 of 100 changes fall into an exposure of 4 ms; with 2 % of noise each is worth 0.08 ms, all together 0.03 ms.
     40 seeds: the rms of z of a normal lies within 0.7 to 1.3 with 99 % probability."""
-    found = np.array([one(seed) for seed in range(40)])
+    found = np.array([errors_of_light(seed) for seed in range(40)])
     assert np.max(np.abs(found[:, 0])) < 0.1e-3
     assert np.max(np.abs(found[:, 1])) < 10e-6
     for error, sigma in ((0, 2), (1, 3)):
@@ -45,25 +45,25 @@ def test_a_light_tells_offset_and_skew_to_a_tenth_of_a_millisecond() -> None:
 
 def test_light_that_contradicts_the_log_or_cannot_be_seen_is_refused() -> None:
     times = frame_times(60.0, np.random.default_rng(1))
-    two = clocks(times, np.random.default_rng(2))
-    seen, other = light(two, times, 1), light(two, times, 2)
-    edges = edges_of(seen.time, seen.led)
+    true = clocks(times, np.random.default_rng(2))
+    light, other = switched_light(true, times, 1), switched_light(true, times, 2)
+    edges = edges_of(light.time, light.led)
     with pytest.raises(Refused, match="not the one in the log"):
-        fit_anchor(*edges, times, other.brightness, EXPOSURE)
+        fit_light(*edges, times, other.brightness, EXPOSURE)
     with pytest.raises(Refused, match="does not stand out"):
-        fit_anchor(*edges, times, 100 + np.random.default_rng(3).normal(0, 2, len(times)), EXPOSURE)
+        fit_light(*edges, times, 100 + np.random.default_rng(3).normal(0, 2, len(times)), EXPOSURE)
     with pytest.raises(Refused, match="changes 3 times"):
-        fit_anchor(edges[0][:3], edges[1], times, seen.brightness, EXPOSURE)
+        fit_light(edges[0][:3], edges[1], times, light.brightness, EXPOSURE)
 
 
 def lit_recording(delay: float = 0.0) -> tuple[Angles, Series, float]:
     """A recording whose log holds `led` and whose angles hold the light, its patch exposed `delay` s after the middle row."""
-    made = recorded("damped cables", 102, 20.0)
+    made = clock_recording("damped cables", 102, 20.0)
     angles = made.angles
-    seen = light(made.clocks, angles.time + delay, 102, 40, EXPOSURE, made.log.time)
+    light = switched_light(made.clocks, angles.time + delay, 102, 40, EXPOSURE, made.log.time)
     notes = {"light": {"exposure_s": EXPOSURE, "later_s": delay}}
-    log = Series(made.log.time, {**made.log.columns, "led": seen.led})
-    return replace(angles, light=seen.brightness, notes=notes), log, made.clocks.offset_s
+    log = Series(made.log.time, {**made.log.columns, "led": light.led})
+    return replace(angles, light=light.brightness, notes=notes), log, made.clocks.offset_s
 
 
 def test_the_clock_rests_on_the_light_where_there_is_one() -> None:
@@ -73,8 +73,8 @@ def test_the_clock_rests_on_the_light_where_there_is_one() -> None:
         clock = fit_clock(arm(), angles, log)
         assert clock.source == "light"
         assert abs(clock.offset - offset) < 4 * clock.offset_sigma < 0.8e-3
-        assert clock.mechanics is not None
-        assert abs(clock.mechanics[0] - clock.offset) < 4 * np.hypot(clock.mechanics[1], clock.offset_sigma)
+        assert clock.motion_offset is not None
+        assert abs(clock.motion_offset[0] - clock.offset) < 4 * np.hypot(clock.motion_offset[1], clock.offset_sigma)
         assert not clock.warnings
 
 
@@ -83,7 +83,7 @@ def test_a_light_serves_an_arm_at_rest_too() -> None:
     still = replace(angles, alpha=angles.alpha * 0 + 0.1)
     clock = fit_clock(arm(), still, log)
     assert clock.source == "light"
-    assert clock.mechanics is None
+    assert clock.motion_offset is None
     assert abs(clock.offset - offset) < 4 * clock.offset_sigma
 
 
@@ -101,9 +101,9 @@ def test_a_patch_is_read_where_it_is_and_when_its_rows_are_exposed() -> None:
     assert patch.brightness(grey) == 80
     assert LightPatch(210, 100, 20, 10).brightness(grey) == 40
     # rows 100..109 lie 135 rows above the middle between rows 239 and 240
-    assert patch.later(480, Shutter(row_s=1e-5)) == pytest.approx(-135e-5)
+    assert patch.delay_s(480, Shutter(row_s=1e-5)) == pytest.approx(-135e-5)
     with pytest.raises(Refused, match="reaches"):
-        patch.inside(210, 480, "video")
+        patch.refuse_outside(210, 480, "video")
 
 
 def test_the_light_of_a_log_and_its_place_in_a_recording_are_read(tmp_path: Path) -> None:

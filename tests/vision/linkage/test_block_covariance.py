@@ -6,9 +6,9 @@ import pytest
 from tests.vision.linkage.test_linkage_fit import NECK, camera
 from tests.vision.scene import corners
 from vision.linkage import shared_fit as recording_fit
-from vision.linkage.block_covariance import blocks_of, clustered
+from vision.linkage.block_covariance import clustered_covariance, frame_blocks
 from vision.linkage.linkage_fit import fit_linkage
-from vision.linkage.shared_fit import PlacementPrior
+from vision.linkage.shared_fit import LinkageOptions, PlacementPrior
 
 FRAMES = 400
 LAST = 0.93
@@ -38,12 +38,14 @@ def test_errors_that_last_are_in_the_covariance_of_pose_and_placement(monkeypatc
     seen = [exact + lasting(seed, exact.shape) for seed in range(4)]
 
     def spread() -> float:
-        fits = [fit_linkage(NECK, camera(), c, "test", placement=PlacementPrior(), drift=False) for c in seen]
+        fits = [
+            fit_linkage(NECK, camera(), c, "test", options=LinkageOptions(PlacementPrior(), drift=False)) for c in seen
+        ]
         found = [fit.placement.numbers for fit in fits if fit.placement is not None]
         return float(np.sqrt(np.mean([((n.value - n.nominal) / n.sigma) ** 2 for numbers in found for n in numbers])))
 
     assert 0.6 < spread() < 1.5
-    monkeypatch.setattr(recording_fit, "blocks_of", lambda frames: np.zeros(frames, dtype=int))
+    monkeypatch.setattr(recording_fit, "frame_blocks", lambda frames: np.zeros(frames, dtype=int))
     assert spread() > 2
 
 
@@ -58,14 +60,14 @@ def test_white_noise_keeps_its_covariance() -> None:
     for _ in range(400):
         e = 0.3 * rng.normal(size=(20, 30))
         left = e - J @ (true @ np.einsum("bij,bi->j", J, e))
-        found = clustered(A, np.einsum("bij,bi->bj", J, left), np.zeros(12), 0.09)
+        found = clustered_covariance(A, np.einsum("bij,bi->bj", J, left), np.zeros(12), 0.09)
         ratio.append(np.diag(found) / np.diag(0.09 * true))
     np.testing.assert_allclose(np.mean(ratio, axis=0), 1 + 3 / 23, atol=0.05)
 
 
 def test_blocks_have_consecutive_frames_and_are_neither_short_nor_many() -> None:
     for frames in (1, 50, 700, 30_000):
-        block = blocks_of(frames)
+        block = frame_blocks(frames)
         assert np.all(np.diff(block) >= 0)
         assert set(block) == set(range(block[-1] + 1))
         assert block[-1] < 40

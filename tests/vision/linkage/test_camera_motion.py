@@ -8,10 +8,10 @@ import pytest
 from mechanism.description import Neck
 from samples.generator.camera import SAMPLE_CAMERA
 from tests.vision.linkage.test_linkage_fit import NECK, camera
-from tests.vision.linkage.test_placement import motion, wrong
+from tests.vision.linkage.test_marker_placement import motion, wrong
 from tests.vision.scene import NOISE_PX, corners
 from vision.linkage.linkage_fit import fit_linkage
-from vision.linkage.shared_fit import PlacementPrior
+from vision.linkage.shared_fit import LinkageOptions, PlacementPrior
 
 KNOCK = np.array([0.008, 0.005, 0.002])  # rad
 
@@ -34,7 +34,7 @@ def test_a_knock_is_found_at_its_frame_with_its_size_and_does_not_reach_the_angl
     alpha = motion(900, 30.0, 1)
     time = 5 + np.arange(900) / 30
     seen, size = moved(NECK, alpha, (np.arange(900) >= 372).astype(float), 1, KNOCK)
-    fit = fit_linkage(NECK, camera(), seen, "test", time=time, placement=placement)
+    fit = fit_linkage(NECK, camera(), seen, "test", time=time, options=LinkageOptions(placement))
     (knock,) = fit.drift
     assert (knock.kind, knock.frame, knock.time) == ("step", 372, time[372])
     assert size > 1
@@ -46,7 +46,7 @@ def test_a_knock_is_found_at_its_frame_with_its_size_and_does_not_reach_the_angl
     error = fit.alpha - alpha - np.mean(fit.alpha - alpha, axis=0)
     z = np.einsum("fi,fij,fj->f", error, np.linalg.inv(fit.noise), error) / 3
     assert 0.9 < np.mean(z) < 1.1
-    ignored = fit_linkage(NECK, camera(), seen, "test", drift=False)
+    ignored = fit_linkage(NECK, camera(), seen, "test", options=LinkageOptions(drift=False))
     assert np.max(np.abs(np.mean((ignored.alpha - alpha)[:372], axis=0))) > np.radians(0.2)
 
 

@@ -9,9 +9,9 @@ from samples.generator.frame import render_frame
 from samples.generator.sensor import vignette
 from tests.vision.linkage.test_linkage_fit import NECK, camera
 from tests.vision.scene import corners
-from vision.linkage.lens_bow import straightened
-from vision.markers.edges import refine
-from vision.markers.photometric import Start, fit_markers
+from vision.linkage.lens_bow import correct_lens_bow
+from vision.markers.edge_refinement import refine_by_edges
+from vision.markers.photometric import MarkerStart, fit_markers
 from vision.markers.template import Optics
 
 ALPHA = np.array([[0.2, 0.15, -0.35], [0.35, -0.3, 0.4], [-0.4, 0.3, 0.2]])
@@ -36,12 +36,12 @@ def test_corners_are_where_they_are_with_a_lens_that_bows(by_cells: bool, limit:
     found = []
     for picture, at in zip(pictures(), true, strict=True):
         if by_cells:
-            starts = [Start(c, k, np.zeros((4, 2))) for c, k in zip(at, cells, strict=True)]
+            starts = [MarkerStart(c, k, np.zeros((4, 2))) for c, k in zip(at, cells, strict=True)]
             found.append([fit.corners for fit in fit_markers(picture, starts, Optics(0.8, 0.0, 0.05, 0.02))])
         else:
-            found.append(refine(picture, at, cells.shape[1]))
+            found.append(refine_by_edges(picture, at, cells.shape[1]))
     as_found = np.array(found)
-    off = (straightened(camera(), as_found, cells if by_cells else None) - true).mean(axis=2)
+    off = (correct_lens_bow(camera(), as_found, cells if by_cells else None) - true).mean(axis=2)
     before = (as_found - true).mean(axis=2)
     assert np.linalg.norm(before[:, 3], axis=1).max() > 0.010
     assert np.linalg.norm(off, axis=2).max() < limit
@@ -52,5 +52,5 @@ def test_a_pinhole_bows_nothing_and_lost_markers_stay_lost() -> None:
     pinhole.distortion[:] = 0.0
     seen = corners(NECK, ALPHA)
     seen[1, 2] = np.nan
-    np.testing.assert_allclose(straightened(pinhole, seen, None), seen, atol=1e-9)
-    assert np.isnan(straightened(camera(), seen, None)[1, 2]).all()
+    np.testing.assert_allclose(correct_lens_bow(pinhole, seen, None), seen, atol=1e-9)
+    assert np.isnan(correct_lens_bow(camera(), seen, None)[1, 2]).all()

@@ -14,7 +14,8 @@ from samples.generator.camera import SAMPLE_CAMERA
 from tests.paths import NECK_FILE
 from tests.vision.scene import NOISE_PX, corners
 from vision.linkage.linkage_fit import fit_linkage
-from vision.linkage.scene import Scene, Shared, rotations
+from vision.linkage.scene import Scene, SharedParameters, rotation_matrices
+from vision.linkage.shared_fit import LinkageOptions
 from xneck_foundation.errors import Refused
 
 NECK = read_neck(NECK_FILE)
@@ -179,15 +180,15 @@ def test_derivatives_by_all_that_frames_share() -> None:
     scene = Scene(arm_of(neck), neck.markers, free_lengths=True)
     pose = np.array([*SAMPLE_CAMERA.rotation, *SAMPLE_CAMERA.translation])
     drift = rng.normal(0, 0.01, (2, 6))
-    shared = Shared(pose, rng.normal(0, 0.003, (3, 3)), np.stack([scene.arm.L, scene.arm.b]), drift)
+    shared = SharedParameters(pose, rng.normal(0, 0.003, (3, 3)), np.stack([scene.arm.L, scene.arm.b]), drift)
     alpha, course, way = rng.normal(0, 0.3, (5, 3)), rng.uniform(0, 1, (5, 2)), rng.normal(0, 1, len(shared.vector))
     h = 1e-6
-    ahead, behind = (scene.image(shared.moved(s * h * way), alpha, course) for s in (1, -1))
+    ahead, behind = (scene.image(shared.plus(s * h * way), alpha, course) for s in (1, -1))
     np.testing.assert_allclose(
         scene.by_shared(shared, alpha, course) @ way, (ahead - behind) / (2 * h), rtol=1e-6, atol=1e-8
     )
     for vector in (np.zeros(3), pose[:3], np.array([2.9, 1.9, -0.4])):
-        np.testing.assert_allclose(rotations(vector), cv2.Rodrigues(vector)[0], atol=1e-12)
+        np.testing.assert_allclose(rotation_matrices(vector), cv2.Rodrigues(vector)[0], atol=1e-12)
 
 
 def test_offsets_that_last_for_the_whole_recording_are_in_the_common_error() -> None:
@@ -200,7 +201,7 @@ def test_offsets_that_last_for_the_whole_recording_are_in_the_common_error() -> 
         rng = np.random.default_rng(seed)
         seen = exact + rng.normal(0, 0.02, exact.shape) + rng.normal(0, 0.015, exact.shape[1:])
         for expected in z:
-            fit = fit_linkage(NECK, camera(), seen, "test", drift=False, systematic_px=expected)
+            fit = fit_linkage(NECK, camera(), seen, "test", options=LinkageOptions(drift=False, systematic_px=expected))
             assert fit.noise is not None
             common = np.diagonal((fit.covariance - fit.noise).mean(axis=0))
             z[expected].append((fit.alpha - alpha).mean(axis=0) / np.sqrt(common))

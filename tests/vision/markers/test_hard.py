@@ -16,8 +16,8 @@ from samples.generator.hard import COMES_AT, FRAME_HZ, Hard, cases
 from synchronisation.angles import read_angles
 from tests.command import run
 from tests.paths import NECK_FILE
-from vision.markers.detection import Finder
-from vision.markers.tracking import Tracker
+from vision.markers.detection import MarkerDetector
+from vision.markers.tracking import MarkerTracker
 
 PLAIN = NECK_FILE
 CASES = cases(yaml.safe_load(PLAIN.read_text()))
@@ -55,7 +55,7 @@ def test_no_angle_is_lost_where_a_detector_loses_nearly_all(
         assert np.sqrt(np.mean(z**2)) < 1 + 3 / np.sqrt(6), corners
         assert np.degrees(np.median(ours.sigma)) < 0.1
     monkeypatch.setattr(vision.markers.detection, "THIN", ())
-    monkeypatch.setattr(Tracker, "_predicted", lambda self, time: np.full((len(self._ids), 4, 2), np.nan))
+    monkeypatch.setattr(MarkerTracker, "_predicted", lambda self, time: np.full((len(self._ids), 4, 2), np.nan))
     blind = by_ours("edges", video, neck, camera, case.camera.exposure_s, FRAMES)
     assert np.isnan(blind.alpha[BEFORE:]).mean() > 0.9
 
@@ -79,7 +79,7 @@ def test_markers_under_a_cable_are_found_without_a_history() -> None:
     not half as many in all."""
     case = CASES["cable from the start"]
     markers = markers_of(read_neck(PLAIN), PLAIN)
-    finder = Finder(markers)
+    finder = MarkerDetector(markers)
     plain, filled = [], []
     for t in case.times[:30:5]:
         picture = render_frame(case.alpha_at(t), case.neck, case.camera, None, suffers=case.trouble_at(t))

@@ -9,9 +9,10 @@ import vision.markers.photometric
 from benchmarks.markers import FAMILY, START_PX, bound
 from calibration.dictionaries import marker_cells
 from samples.generator.closeup import Flaws, picture, square
-from vision.markers.cramer_rao import angle_bound, corner_bound
-from vision.markers.photometric import MarkerFit, Start, fit_markers
-from vision.markers.planar_motion import CORNERS, angle_slopes, corner_slopes, homography, in_plane_angle, moved
+from tests.vision.markers.cramer_rao import angle_bound, corner_bound
+from vision.markers.photometric import MarkerFit, MarkerStart, fit_markers
+from benchmarks.marker_angle import angle_slopes, in_plane_angle
+from vision.markers.planar_motion import CORNERS, corner_slopes, homography, move_corners
 from vision.markers.template import Optics
 
 COUNT = 20
@@ -20,7 +21,7 @@ CLEAN = Flaws()
 REST = np.zeros((4, 2))
 
 
-def views(side: int, flaws: Flaws, seed: int, count: int = COUNT) -> list[tuple[np.ndarray, np.ndarray, Start]]:
+def views(side: int, flaws: Flaws, seed: int, count: int = COUNT) -> list[tuple[np.ndarray, np.ndarray, MarkerStart]]:
     """Pictures, true corners, and starts half a pixel off."""
     made = []
     for k in range(count):
@@ -29,7 +30,7 @@ def views(side: int, flaws: Flaws, seed: int, count: int = COUNT) -> list[tuple[
         size = int(1.9 * side + 24)
         tilt = tuple(rng.uniform(-0.02, 0.02, 2))
         corners = square(side, rng.uniform(-np.pi, np.pi), (size - 1) / 2 + rng.uniform(-0.5, 0.5, 2), tilt)
-        start = Start(corners + rng.normal(0, START_PX, (4, 2)), cells, np.tile(flaws.motion, (4, 1)))
+        start = MarkerStart(corners + rng.normal(0, START_PX, (4, 2)), cells, np.tile(flaws.motion, (4, 1)))
         made.append((picture(cells, corners, size, flaws, rng), corners, start))
     return made
 
@@ -161,7 +162,7 @@ def test_slopes_of_the_motion_are_those_of_differences() -> None:
     H = homography(square(60, 0.4, np.array([50.0, 40.0]), (0.05, -0.03))[None])
     h = 1e-6
     for j, one in enumerate(h * np.eye(8)):
-        by_hand = (moved(H, one[None]) - moved(H, -one[None]))[0].ravel() / (2 * h)
+        by_hand = (move_corners(H, one[None]) - move_corners(H, -one[None]))[0].ravel() / (2 * h)
         np.testing.assert_allclose(corner_slopes(H)[0][:, j], by_hand, atol=1e-6)
 
 

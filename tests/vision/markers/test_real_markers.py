@@ -8,17 +8,17 @@ import pytest
 
 from mechanism.description import BarMarker, Markers
 from tests.paths import SHARED
-from vision.markers.detection import Finder
-from vision.video import frames
+from vision.markers.detection import MarkerDetector
+from vision.video import read_frames
 
 DATA = SHARED / "markers"
 
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"no real data at {DATA}")
 
 
-def finder(dictionary: str, ids: range) -> Finder:
+def finder(dictionary: str, ids: range) -> MarkerDetector:
     on_bars = tuple(BarMarker(id=i, bar=0) for i in ids)
-    return Finder(Markers(dictionary=dictionary, size=0.02, on_bars=on_bars))
+    return MarkerDetector(Markers(dictionary=dictionary, size=0.02, on_bars=on_bars))
 
 
 def published(picture: Path) -> list[np.ndarray]:
@@ -54,7 +54,7 @@ def test_markers_on_two_wooden_bars() -> None:
     """All 16 markers of the first frame, and the video read to its end though its header counts one frame more."""
     seen = [
         len(finder("aruco_original", range(1024)).detections(f.grey))
-        for f in frames(DATA / "scikit_surgery/multipattern.avi")
+        for f in read_frames(DATA / "scikit_surgery/multipattern.avi")
     ]
     assert len(seen) == 10
     assert seen[0] == 16

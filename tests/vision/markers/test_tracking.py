@@ -10,9 +10,9 @@ from mechanism.description import Markers, read_neck
 from tests.paths import SAMPLES
 from tests.vision.scene import corners
 from vision.light_patch import LightPatch
-from vision.markers.tracking import DOUBLED, HIDDEN, SEARCHED, SEEN, Tracker
-from vision.markers.whole_video import follow
-from vision.video import Frame, describe, frames
+from vision.markers.tracking import DOUBLED, NOT_FOUND, SEARCHED, TRACKED, MarkerTracker
+from vision.markers.video_tracking import track_video
+from vision.video import Frame, describe_video, read_frames
 
 VIDEO = SAMPLES / "recording/video.mp4"
 NECK = read_neck(SAMPLES / "recording/neck.yaml")
@@ -26,7 +26,7 @@ def markers() -> Markers:
 @cache
 def film() -> tuple[Frame, ...]:
     """The second to fifth second of the sample, the arm in full motion."""
-    return tuple(islice(frames(VIDEO), 30, 150))
+    return tuple(islice(read_frames(VIDEO), 30, 150))
 
 
 @cache
@@ -35,7 +35,7 @@ def truth() -> np.ndarray:
 
 
 def track(shown: list[Frame]) -> tuple[np.ndarray, np.ndarray]:
-    tracker = Tracker(markers())
+    tracker = MarkerTracker(markers())
     seen = [tracker.see(frame) for frame in shown]
     return np.stack([s.corners for s in seen]), np.stack([s.how for s in seen])
 
@@ -51,7 +51,7 @@ def painted(frame: Frame, where: np.ndarray, colour: int, grow: float = 10.0) ->
 def test_after_two_frames_nothing_is_searched() -> None:
     found, how = track(list(film()))
     assert np.all(how[0] == SEARCHED)
-    assert np.all(how[2:] == SEEN)
+    assert np.all(how[2:] == TRACKED)
     assert np.sqrt(np.mean((found - truth()) ** 2)) < 0.06
 
 
@@ -63,7 +63,7 @@ def test_a_marker_hidden_for_a_second_is_lost_meanwhile_and_found_again_at_once(
     back = int(np.argmax(np.isfinite(found[70:, 2, 0, 0])))
     assert back < 5
     assert np.sqrt(np.mean((found[70 + back :, 2] - truth()[70 + back :, 2]) ** 2)) < 0.06
-    assert set(how[40:70, 2]) <= {HIDDEN, 3}
+    assert set(how[40:70, 2]) <= {NOT_FOUND, 3}
 
 
 def test_a_jump_of_the_camera_is_survived() -> None:
@@ -109,15 +109,15 @@ def test_a_doubled_marker_is_left_out_and_said_so() -> None:
 
 @pytest.mark.parametrize("workers", [2, 3])
 def test_the_number_of_processes_changes_nothing(workers: int) -> None:
-    video = describe(VIDEO)
+    video = describe_video(VIDEO)
     assert len(video.segments) == 3
     light = LightPatch(600, 300, 40, 30)
-    one, more = follow(video, markers(), light=light), follow(video, markers(), workers=workers, light=light)
+    one, more = track_video(video, markers(), light=light), track_video(video, markers(), workers=workers, light=light)
     np.testing.assert_array_equal(one.time, more.time)
     np.testing.assert_array_equal(one.corners, more.corners)
     np.testing.assert_array_equal(one.how, more.how)
     assert one.light is not None
     assert more.light is not None
     np.testing.assert_array_equal(one.light, more.light)
-    eighth = next(frame for frame in frames(VIDEO) if frame.index == 7)
+    eighth = next(frame for frame in read_frames(VIDEO) if frame.index == 7)
     assert one.light[7] == eighth.grey[300:330, 600:640].mean()

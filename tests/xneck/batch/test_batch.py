@@ -19,20 +19,20 @@ import psutil
 import pytest
 from playwright.sync_api import Page
 
-import xneck.batch.batch
-import xneck.recording.made_from
-import xneck.recording.task
+import xneck.batch.run_batch
+import xneck.recording.fingerprint
+import xneck.batch.recording_task
 from samples.generator.hidden.experiment import hide
 from tests.command import Ran, run
 from tests.html_page import Elements, check_print, look, watch
 from tests.paths import SAMPLES
-from xneck.recording.made_from import made_from, unchanged
+from xneck.recording.fingerprint import fingerprint, refreshed_if_unchanged
 from xneck.recording.recording_folder import read_recording
-from xneck.recording.result_folder import clear, result_of, sweep
-from xneck.recording.task import run_one
-from xneck.report.wording import number, with_sigma
+from xneck.recording.result_folder import remove_results, stored_result, remove_partial_files
+from xneck.batch.recording_task import run_recording_task
+from xneck.report.number_text import number_text, with_sigma
 from xneck_foundation.errors import Refused
-from xneck_foundation.recovery import say_recovered
+from xneck_foundation.recovery import warn_recovered
 from xneck_foundation.whole_file import whole_file
 
 HELD_OUT = SAMPLES / "held_out"
@@ -136,11 +136,11 @@ def test_what_a_killed_writer_left_goes_with_the_results(tmp_path: Path) -> None
         with whole_file(tmp_path / name) as part:
             left = part.with_name(part.name[: -len(part.suffix) - 8] + "0a1b2c3d" + part.suffix)
             shutil.copy(part, left)
-            sweep(tmp_path)
+            remove_partial_files(tmp_path)
             assert part.exists()
             assert not left.exists()
     (tmp_path / ".report-of-mine.html").touch()
-    clear(tmp_path)
+    remove_results(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == [".report-of-mine.html"]
 
 
@@ -151,10 +151,10 @@ def idle(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
 
     def instead(left: dict[str, Any], *_: Any) -> Iterator[Any]:
         asked.extend(left)
-        yield from (xneck.batch.batch.Ended(name, None, "not run", before=False) for name in left)
+        yield from (xneck.batch.run_batch.Ended(name, None, "not run", before=False) for name in left)
 
     with monkeypatch.context() as patch:
-        patch.setattr(xneck.batch.batch, "_spread", instead)
+        patch.setattr(xneck.batch.run_batch, "_spread", instead)
         yield asked
 
 
@@ -206,7 +206,7 @@ def test_what_changed_is_done_again_and_nothing_else(
     assert redone() == ["broken"]
     (out / NASTY / "report.html").unlink()
     assert redone() == [NASTY, "broken"]
-    monkeypatch.setattr(xneck.recording.made_from, "digest", lambda *_: "other sources")
+    monkeypatch.setattr(xneck.recording.fingerprint, "digest", lambda *_: "other sources")
     assert redone() == [NASTY, "broken", "cut"]
     monkeypatch.undo()
     assert redone("--redo") == [NASTY, "broken", "cut"]
@@ -214,14 +214,14 @@ def test_what_changed_is_done_again_and_nothing_else(
 
 def test_a_hash_is_taken_only_where_a_time_differs(recordings: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
     recording = read_recording(next(path for path in recordings if path.name == "cut"))
-    origin = made_from(recording)
+    origin = fingerprint(recording)
     read: list[Path] = []
-    monkeypatch.setattr(xneck.recording.made_from, "sha256", lambda path: read.append(path) or "another")
-    assert unchanged(origin, recording) == origin
+    monkeypatch.setattr(xneck.recording.fingerprint, "sha256", lambda path: read.append(path) or "another")
+    assert refreshed_if_unchanged(origin, recording) == origin
     assert read == []
     later = json.loads(json.dumps(origin))
     later["inputs"]["log"]["mtime_ns"] -= 1
-    assert unchanged(later, recording) is None
+    assert refreshed_if_unchanged(later, recording) is None
     assert read == [recording.log]
 
 
@@ -285,7 +285,7 @@ def test_the_page_says_what_summary_json_says(batch: tuple[Path, Ran]) -> None:
             assert f"{name}: {row['failure']}" in elements.text
             continue
         assert f"{row['frames_used']} of {row['frames']}" in elements.text
-        assert f"{number(row['offset_s'], 5)} s ± " in elements.text
+        assert f"{number_text(row['offset_s'], 5)} s ± " in elements.text
         for p in row["parameters"]:
             assert not p["identified"] or with_sigma(p["value"], p["sigma"]) in elements.text
 
@@ -328,8 +328,8 @@ def test_one_alone_is_known_from_before(
     recordings: list[Path], batch: tuple[Path, Ran], capfd: pytest.CaptureFixture[str]
 ) -> None:
     place = next(path for path in recordings if path.name == "cut")
-    assert result_of(read_recording(place), batch[0] / "cut") is not None
-    assert result_of(read_recording(place), batch[0] / "cut", rerun=True) is None, "it has no recording.rrd yet"
+    assert stored_result(read_recording(place), batch[0] / "cut") is not None
+    assert stored_result(read_recording(place), batch[0] / "cut", rerun=True) is None, "it has no recording.rrd yet"
     ran = run(capfd, "run", place, "--out", batch[0])
     assert ran.status == 0
     assert re.fullmatch(r"cut: 270 of 270 frames, offset .*report\.html \(done before\)\n", ran.out)
@@ -358,8 +358,8 @@ def test_an_interruption_leaves_what_is_done_and_no_parts(
         raise KeyboardInterrupt
         yield
 
-    monkeypatch.setattr(xneck.batch.batch, "workers", no_workers)
-    monkeypatch.setattr(xneck.batch.batch, "spread", interrupted)
+    monkeypatch.setattr(xneck.batch.run_batch, "workers", no_workers)
+    monkeypatch.setattr(xneck.batch.run_batch, "spread", interrupted)
     ran = run(capfd, "run", *recordings, "--out", out, "--redo")
     assert (ran.status, ran.out) == (130, "")
     assert {path.name: path.read_bytes() for path in (out / "cut").iterdir()} == whole
@@ -375,13 +375,13 @@ def test_recordings_in_one_process_hear_their_own_warnings(
 
     def stages(_: Any, folder: Path, __: Any) -> None:
         time.sleep(0.1)
-        say_recovered(folder.name, "is cut off")
+        warn_recovered(folder.name, "is cut off")
         time.sleep(0.1)
         raise Refused("here", "stop")
 
-    monkeypatch.setattr(xneck.recording.task, "run_recording", stages)
+    monkeypatch.setattr(xneck.batch.recording_task, "run_recording", stages)
     with ThreadPoolExecutor(2) as threads:
-        ended = {name: threads.submit(run_one, recording, tmp_path / name) for name in ("a", "b")}
+        ended = {name: threads.submit(run_recording_task, recording, tmp_path / name) for name in ("a", "b")}
     assert {name: str(one.exception()) for name, one in ended.items()} == {
         name: f"here: stop ({name}: is cut off)" for name in ("a", "b")
     }

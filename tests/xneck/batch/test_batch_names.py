@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.command import run
-from xneck.batch.batch import named
+from xneck.batch.run_batch import recordings_by_name
 from xneck_foundation.errors import Refused
 
 
@@ -14,11 +14,11 @@ def test_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (tmp_path / name).mkdir(parents=True)
     monkeypatch.chdir(tmp_path)
     one, two, out = Path("tuesday/1"), Path("tuesday/2"), Path("results")
-    assert named([one, two, tmp_path / "tuesday/2", out], out) == {"1": one, "2": two}
+    assert recordings_by_name([one, two, tmp_path / "tuesday/2", out], out) == {"1": one, "2": two}
     with pytest.raises(Refused, match="two recordings are called 1: monday/1 and tuesday/1"):
-        named([Path("monday/1"), one], out)
+        recordings_by_name([Path("monday/1"), one], out)
     with pytest.raises(Refused, match="no recording is given"):
-        named([out], out)
+        recordings_by_name([out], out)
 
 
 def test_wrong_usage(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from distributed import LocalCluster
 
-from xneck.batch import spread as module
-from xneck.batch.spread import Outcome, spread, workers
+from xneck.batch import worker_pool as module
+from xneck.batch.worker_pool import TaskOutcome, run_tasks, worker_pool
 from xneck_foundation.errors import Refused
-from xneck_foundation.source_digest import digest
+from xneck_foundation.source_digest import source_digest
 
 
 def square(x: int) -> int:
@@ -41,25 +41,25 @@ def environment(*names: str) -> tuple[str | None, ...]:
 
 
 def sees_nothing(files: Sequence[tuple[str, int]]) -> tuple[str, dict[str, str], list[str]]:
-    return digest(), {}, [path for path, _ in files]
+    return source_digest(), {}, [path for path, _ in files]
 
 
 def sees_only_tokens(files: Sequence[tuple[str, int]]) -> tuple[str, dict[str, str], list[str]]:
-    return digest(), {}, [path for path, _ in files if ".seen-by-" not in path]
+    return source_digest(), {}, [path for path, _ in files if ".seen-by-" not in path]
 
 
 def other_numpy(_: Sequence[tuple[str, int]]) -> tuple[str, dict[str, str], list[str]]:
-    return digest(), {"numpy": "1.0"}, []
+    return source_digest(), {"numpy": "1.0"}, []
 
 
 def test_what_refuses_raises_or_kills_its_worker_is_told_and_the_others_go_on(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    with workers(2, None, tmp_path) as client:
+    with worker_pool(2, None, tmp_path) as client:
         tasks = {f"task {i}": (i, tmp_path) for i in range(10)}
-        outcomes = {o.name: o for o in spread(client, troubled, tasks)}
+        outcomes = {o.name: o for o in run_tasks(client, troubled, tasks)}
         again = [
-            *spread(client, environment, {"a": ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MALLOC_TRIM_THRESHOLD_")})
+            *run_tasks(client, environment, {"a": ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MALLOC_TRIM_THRESHOLD_")})
         ]
     assert set(outcomes) == set(tasks)
     assert {name: o.failure for name, o in outcomes.items() if o.failure} == {
@@ -69,7 +69,7 @@ def test_what_refuses_raises_or_kills_its_worker_is_told_and_the_others_go_on(
     }
     assert [outcomes[f"task {i}"].result for i in range(3, 10)] == [*range(3, 10)]
     assert (tmp_path / "once").exists()
-    assert again == [Outcome("a", ("1", "1", None), None)]
+    assert again == [TaskOutcome("a", ("1", "1", None), None)]
     assert capfd.readouterr().err == ""
 
 
@@ -83,15 +83,15 @@ def address() -> Iterator[str]:
 
 
 def test_a_cluster_that_is_there_is_used(address: str, tmp_path: Path) -> None:
-    with workers(None, address, tmp_path) as client:
-        outcomes = [*spread(client, square, {str(i): (i,) for i in range(5)})]
+    with worker_pool(None, address, tmp_path) as client:
+        outcomes = [*run_tasks(client, square, {str(i): (i,) for i in range(5)})]
     assert {o.name: o.result for o in outcomes} == {str(i): i * i for i in range(5)}
     assert not list(tmp_path.iterdir())
 
 
 def test_a_cluster_that_would_fail_is_refused(address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refusal(*files: Path) -> str:
-        with pytest.raises(Refused) as caught, workers(None, address, tmp_path, files):
+        with pytest.raises(Refused) as caught, worker_pool(None, address, tmp_path, files):
             raise AssertionError("not refused")
         return str(caught.value)
 
@@ -109,7 +109,7 @@ def test_a_cluster_that_would_fail_is_refused(address: str, tmp_path: Path, monk
         assert "has numpy 1.0; install" in refusal()
     input_file = tmp_path / "video.mp4"
     input_file.write_bytes(b"1234")
-    with workers(None, address, tmp_path, [input_file]) as client:
+    with worker_pool(None, address, tmp_path, [input_file]) as client:
         assert client.submit(square, 3).result() == 9
     with monkeypatch.context() as patch:
         patch.setattr(module, "_at_home", sees_only_tokens)
@@ -133,8 +133,8 @@ def test_a_scheduler_that_is_lost_ends_it_in_one_line(tmp_path: Path, monkeypatc
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as elsewhere:
         assert elsewhere.stdout is not None
         scheduler = elsewhere.stdout.readline().strip()
-        with workers(None, scheduler, tmp_path) as client:
-            outcomes = spread(client, square, {str(i): (i,) for i in range(9)})
+        with worker_pool(None, scheduler, tmp_path) as client:
+            outcomes = run_tasks(client, square, {str(i): (i,) for i in range(9)})
             assert next(outcomes).failure is None
             elsewhere.kill()
             with pytest.raises(Refused, match="its scheduler is gone"):
@@ -147,12 +147,12 @@ def test_no_cluster_and_one_without_workers_are_refused(tmp_path: Path, monkeypa
     with (
         LocalCluster(n_workers=0, **options) as idle,
         pytest.raises(Refused, match="has no workers"),
-        workers(None, idle.scheduler_address, tmp_path),
+        worker_pool(None, idle.scheduler_address, tmp_path),
     ):
         pass
     monkeypatch.setattr(module, "_CONNECT_S", 0.5)
     with (
         pytest.raises(Refused, match="no dask scheduler answers there"),
-        workers(None, "tcp://127.0.0.1:1", tmp_path),
+        worker_pool(None, "tcp://127.0.0.1:1", tmp_path),
     ):
         pass

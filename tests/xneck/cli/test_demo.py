@@ -10,7 +10,7 @@ from playwright.sync_api import Page
 from samples.generator.hidden.experiment import hide
 from tests.command import Ran, run
 from tests.html_page import Elements, check_print, look, watch
-from xneck.diagnosis_folder import diagnosis_of
+from xneck.batch.diagnosis_task import stored_diagnosis
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def test_once_more_it_does_nothing_and_other_data_are_diagnosed_anew(
     older = json.loads(before)
     older["made_from"]["source"] = "another"
     record.write_text(json.dumps(older))
-    assert diagnosis_of(record.parent, [out / "recording/dataset.mcap"], [out / "held_out/dataset.mcap"]) is None
+    assert stored_diagnosis(record.parent, [out / "recording/dataset.mcap"], [out / "held_out/dataset.mcap"]) is None
     other = tmp_path / "samples"
     shutil.copytree(samples, other)
     log = other / "held_out/log.csv"

@@ -12,7 +12,7 @@ from synchronisation.csv_table import read_table
 from synchronisation.encoder_log import read_log
 from tests.command import run
 from tests.paths import NECK_FILE
-from xneck_foundation.least_squares import Parameter
+from xneck_foundation.parameter import Parameter
 
 FILE = NECK_FILE
 SHORT = ("--seconds", "8", "--tries", "6")

@@ -8,13 +8,13 @@ import pytest
 from playwright.sync_api import Page
 
 from calibration.board import Chessboard
-from calibration.consequences import corner_errors, meaning
+from calibration.calibration_quality import assess_quality, corner_errors
 from calibration.estimation import calibrate
-from calibration.views import LeftOut, Observations
+from calibration.observations import LeftOut, Observations
 from tests.calibration.truth import CAMERA, SIZE, project, synthetic_views
 from tests.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
-from vision.linkage.arm_sigma import arm_sigma, link_arm
-from xneck.report.calibration_page import CalibrationResult, sentence, write_calibration_report
+from vision.linkage.arm_sigma import arm_sigma, two_link_arm
+from xneck.report.calibration_page import CalibrationResult, calibration_sentence, write_calibration_report
 from xneck_foundation.provenance import provenance
 
 NASTY = "<script>alert(1)</script>"
@@ -30,8 +30,8 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> CalibrationResult:
     away = [v for v in views if not np.any((v.image_points[:, 0] < 214) & (v.image_points[:, 1] < 161))][:10]
     left_out = (LeftOut(f"{NASTY}.png", "the board was not found"),)
     found = calibrate(Observations(tuple(away), left_out, SIZE))
-    arm = arm_sigma(found.camera, link_arm(0.18), 0.5)
-    return CalibrationResult(NASTY, BOARD.title, found, meaning(found), arm, provenance({"board": board}))
+    arm = arm_sigma(found.camera, two_link_arm(0.18), 0.5)
+    return CalibrationResult(NASTY, BOARD.title, found, assess_quality(found), arm, provenance({"board": board}))
 
 
 @pytest.fixture(scope="module")
@@ -81,18 +81,18 @@ def test_the_same_calibration_gives_the_same_bytes(result: CalibrationResult, re
 def test_what_is_missing_reaches_the_first_sentence_and_the_advice(
     result: CalibrationResult, elements: Elements
 ) -> None:
-    assert "To mend: upper left missing" in sentence(result)
+    assert "To mend: upper left missing" in calibration_sentence(result)
     assert ("p", {"class": "verdict inconsistent"}) in elements.tags
     assert "Hold the board in the upper left of the picture" in elements.text
     good = replace(result.meaning, coverage=replace(result.meaning.coverage, wants=()))
-    assert "To mend" not in sentence(replace(result, meaning=good))
+    assert "To mend" not in calibration_sentence(replace(result, meaning=good))
 
 
 def test_without_an_arm_it_says_how_to_name_one(result: CalibrationResult, tmp_path: Path) -> None:
     write_calibration_report(replace(result, arm=None), tmp_path / "less.html")
     page = Elements((tmp_path / "less.html").read_text(encoding="utf-8"))
     assert "--neck neck.yaml, or --link and --distance" in page.text
-    assert "joint angle" not in sentence(replace(result, arm=None))
+    assert "joint angle" not in calibration_sentence(replace(result, arm=None))
 
 
 def test_errors_are_seen_less_predicted(result: CalibrationResult) -> None:

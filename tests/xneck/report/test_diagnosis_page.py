@@ -21,7 +21,7 @@ from synchronisation.synchronise import synchronise
 from tests.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
 from xneck.cli.output import as_json
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
-from xneck.report.diagnosis_words import sentence
+from xneck.report.diagnosis_text import diagnosis_sentence
 from xneck_foundation.provenance import provenance
 
 NASTY = "<script>alert(1)</script>"
@@ -108,20 +108,20 @@ def test_the_sentence_says_what_where_how_much_and_what_it_gains(found: Diagnosi
     assert re.match(
         r"The arm carries something at its tip \(m = [\d.]+ ± [\d.]+ kg\)\. On recordings that were not fitted, "
         r"the simulated motor angles are off by [\d.]+ rad in place of [\d.]+ \(gain [\d.]+ ± [\d.]+; noise alone: [\d.]+\)\.$",
-        sentence(found),
+        diagnosis_sentence(found),
     )
-    assert "none were given" in sentence(replace(found, gains=()))
+    assert "none were given" in diagnosis_sentence(replace(found, gains=()))
 
 
 def test_every_verdict_has_its_sentence_its_advice_and_its_page(
     found: Diagnosis, result: DiagnosisResult, tmp_path: Path
 ) -> None:
     unknown = unnamed(found, "unknown", "no cause that is known explains it")
-    assert sentence(unknown).startswith("Something is wrong that no known cause explains: ")
-    assert sentence(unnamed(found, "consistent", "")).startswith("The simulation agrees with these recordings")
-    assert "cannot tell: too short" in sentence(unnamed(found, "insufficient", "too short"))
+    assert diagnosis_sentence(unknown).startswith("Something is wrong that no known cause explains: ")
+    assert diagnosis_sentence(unnamed(found, "consistent", "")).startswith("The simulation agrees with these recordings")
+    assert "cannot tell: too short" in diagnosis_sentence(unnamed(found, "insufficient", "too short"))
     alike = two_alike(found)
-    assert "cannot tell which" in sentence(alike)
+    assert "cannot tell which" in diagnosis_sentence(alike)
     commands = [step.command for step in advice(alike)]
     assert (
         "xneck design neck.yaml --model model.yaml --for actuator_gain --for actuator_offset --out motion.csv"

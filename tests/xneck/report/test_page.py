@@ -13,15 +13,15 @@ import pytest
 from playwright.sync_api import Page
 
 from calibration.estimation import Calibration, calibrate
-from calibration.views import LeftOut, Observations
+from calibration.observations import LeftOut, Observations
 from identification.dataset.dataset import DataSet
-from identification.dataset.series import Series, numbered
-from identification.estimates import LAWS_BESIDE, estimate
-from identification.fasquelle.method import identify
+from identification.dataset.series import Series, numbered_columns
+from identification.estimates import LAWS_BY_ELASTIC_MODEL, estimate
+from identification.fasquelle.method import fasquelle_identification
 from identification.fasquelle.reconstruction import reconstruct
 from identification.model_file import model_of
 from identification.simulation.channels import Channel
-from identification.simulation.simulated import Simulated
+from identification.simulation.simulated_recording import SimulatedRecording
 from mechanism.description import read_neck
 from synchronisation.angles import Angles, read_angles
 from synchronisation.check.explained_elongation import explain
@@ -33,15 +33,16 @@ from tests.paths import SAMPLES
 from vision.extract import Extraction
 from vision.linkage.linkage_fit import LinkageFit
 from vision.shutter import Shutter
-from xneck.recording.pipeline import Result
+from xneck.recording.pipeline import RecordingResult
 from xneck.recording.recording_folder import Recording
-from xneck.report import published
-from xneck.report.alignment import align
-from xneck.report.page import write_report
-from xneck.report.shots import shots
+from xneck.report import fasquelle_published
+from xneck.report.clock_alignment import clock_alignment
+from xneck.report.recording_page import write_recording_report
+from xneck.report.annotated_frames import frame_cuts
 from xneck.report.style import decimated
-from xneck.report.tables import camera_rows, fasquelle_table
-from xneck.report.wording import listed, number, size_of, with_sigma
+from xneck.report.recording_tables import camera_rows, fasquelle_table
+from xneck.report.number_text import number_text, file_size, with_sigma
+from xneck.report.words import join_words
 from xneck_foundation.provenance import provenance
 
 SAMPLE = SAMPLES / "held_out"
@@ -77,7 +78,7 @@ def some_calibration() -> Calibration:
     return calibrate(Observations(tuple(views), (LeftOut(f"{NASTY}.png", "the board was not found"),), (1280, 720)))
 
 
-def some_simulation(data: DataSet) -> Simulated:
+def some_simulation(data: DataSet) -> SimulatedRecording:
     """As simulation gives it: windows of a second, that drift away from what was measured."""
     state, samples = data.state, 500
     kept = len(state) // samples * samples
@@ -85,16 +86,16 @@ def some_simulation(data: DataSet) -> Simulated:
     columns: dict[str, np.ndarray] = {}
     for stem in ("alpha", "theta"):
         measured = state.matrix(stem)[:kept]
-        columns |= numbered(stem, measured + drift) | numbered(stem, measured, "_measured")
+        columns |= numbered_columns(stem, measured + drift) | numbered_columns(stem, measured, "_measured")
     channels = tuple(Channel(name, 0.01, 0.005, "rad", 1.4) for name in columns if not name.endswith("_measured"))
-    return Simulated(Series(state.time[:kept], columns), channels, 1.0, "f")
+    return SimulatedRecording(Series(state.time[:kept], columns), channels, 1.0, "f")
 
 
 @pytest.fixture(scope="module")
-def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
+def result(tmp_path_factory: pytest.TempPathFactory) -> RecordingResult:
     folder = tmp_path_factory.mktemp("recording")
     data, angles = sample_start(folder)
-    found = identify([data])
+    found = fasquelle_identification([data])
     calibration = some_calibration()
     frames, joints = angles.alpha.shape
     fit = LinkageFit(
@@ -103,7 +104,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
     extraction = Extraction(angles, fit, np.zeros((frames, 4, 4, 2)), Series(angles.time, {}))
     rng = np.random.default_rng(1)
     picture = rng.integers(0, 255, (72, 128, 3), dtype=np.uint8).repeat(10, axis=0).repeat(10, axis=1)
-    return Result(
+    return RecordingResult(
         name=NASTY,
         recording=Recording(
             folder,
@@ -128,16 +129,16 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
         data=data,
         identification=found,
         estimates=estimate([data]),
-        model=model_of(found.elastic[1].parameters, LAWS_BESIDE[1], {}),
+        model=model_of(found.elastic[1].parameters, LAWS_BY_ELASTIC_MODEL[1], {}),
         simulated=some_simulation(data),
         simulation_refused=None,
     )
 
 
 @pytest.fixture(scope="module")
-def report(result: Result, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def report(result: RecordingResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("report") / "a report ü.html"
-    write_report(result, path)
+    write_recording_report(result, path)
     return path
 
 
@@ -167,7 +168,7 @@ def test_nothing_refers_to_the_outside_and_ids_are_unique(report: Path, elements
     assert not re.search(r"https?://|@import|url\((?!#)", text)
 
 
-def test_every_figure_is_there_as_numbers(result: Result, report: Path, elements: Elements) -> None:
+def test_every_figure_is_there_as_numbers(result: RecordingResult, report: Path, elements: Elements) -> None:
     """Drawn is what was computed: the state's angles to seven digits, the frames, the couples, the simulation with its breaks."""
     panels = check_figures(report, elements)
     above, below = panels["alpha of joint 2 over time"]
@@ -197,27 +198,27 @@ def test_the_page_is_small(report: Path) -> None:
     assert report.stat().st_size < LIMIT_BYTES
 
 
-def test_the_same_result_gives_the_same_bytes(result: Result, report: Path, tmp_path: Path) -> None:
-    write_report(result, tmp_path / "again.html")
+def test_the_same_result_gives_the_same_bytes(result: RecordingResult, report: Path, tmp_path: Path) -> None:
+    write_recording_report(result, tmp_path / "again.html")
     assert (tmp_path / "again.html").read_bytes() == report.read_bytes()
 
 
-def test_what_does_not_apply_is_said(result: Result, tmp_path: Path) -> None:
+def test_what_does_not_apply_is_said(result: RecordingResult, tmp_path: Path) -> None:
     less = replace(
         result, camera=None, calibration=None, extraction=None, pictures=(), simulated=None, simulation_refused="no <b>"
     )
-    write_report(less, tmp_path / "less.html")
+    write_recording_report(less, tmp_path / "less.html")
     page = Elements((tmp_path / "less.html").read_text(encoding="utf-8"))
     assert "No camera" in page.text
     assert "No video" in page.text
     assert "Not simulated: no <b>." in page.text
 
 
-def test_frames_are_cut_to_where_the_markers_were(result: Result) -> None:
+def test_frames_are_cut_to_where_the_markers_were(result: RecordingResult) -> None:
     assert result.extraction is not None
     corners = np.full(result.extraction.corners.shape, np.nan)
     corners[0, 0], corners[5, 1] = (300.0, 200.0), (500.0, 600.0)
-    first, last = shots(replace(result, extraction=replace(result.extraction, corners=corners)))
+    first, last = frame_cuts(replace(result, extraction=replace(result.extraction, corners=corners)))
     packed = np.frombuffer(base64.b64decode(first.uri.split(",")[1]), np.uint8)
     picture = cv2.imdecode(packed, cv2.IMREAD_COLOR)
     assert picture is not None
@@ -226,9 +227,9 @@ def test_frames_are_cut_to_where_the_markers_were(result: Result) -> None:
     assert last.angles[0].endswith(" deg")
 
 
-def test_a_camera_that_was_read_is_told_from_one_that_was_calibrated(result: Result, tmp_path: Path) -> None:
+def test_a_camera_that_was_read_is_told_from_one_that_was_calibrated(result: RecordingResult, tmp_path: Path) -> None:
     given = replace(result.recording, camera=tmp_path / "lab.yaml")
-    write_report(replace(result, calibration=None, recording=given), tmp_path / "read.html")
+    write_recording_report(replace(result, calibration=None, recording=given), tmp_path / "read.html")
     text = Elements((tmp_path / "read.html").read_text(encoding="utf-8")).text
     assert result.calibration is not None
     held_out = f"{result.calibration.held_out_rms_px:.3f}"
@@ -236,26 +237,26 @@ def test_a_camera_that_was_read_is_told_from_one_that_was_calibrated(result: Res
     assert "Calibrated from" not in text
 
 
-def test_the_seed_is_not_compared_with_another_arm(result: Result) -> None:
+def test_the_seed_is_not_compared_with_another_arm(result: RecordingResult) -> None:
     fits = [result.identification.dry_and_viscous, result.identification.dry_only]
-    assert len(fasquelle_table("", fits, published.TABLE_1, cables=4).rows[0][3]) == 2
-    assert all(row[3] == () for row in fasquelle_table("", fits, published.TABLE_1, cables=3).rows)
+    assert len(fasquelle_table("", fits, fasquelle_published.TABLE_1, cables=4).rows[0][3]) == 2
+    assert all(row[3] == () for row in fasquelle_table("", fits, fasquelle_published.TABLE_1, cables=3).rows)
 
 
-def test_a_fault_reaches_the_first_sentence(result: Result, tmp_path: Path) -> None:
+def test_a_fault_reaches_the_first_sentence(result: RecordingResult, tmp_path: Path) -> None:
     fault = {"fault": "theta_sign", "where": "cable 2", "size": -1e-4, "unit": "m/N", "sigma": 1e-6}
     check: dict[str, Any] = {
         **result.data.check,
         "verdict": "inconsistent",
         "faults": [{**fault, "indistinguishable_from": ["swapped_cables"]}],
     }
-    write_report(replace(result, data=replace(result.data, check=check)), tmp_path / "fault.html")
+    write_recording_report(replace(result, data=replace(result.data, check=check)), tmp_path / "fault.html")
     text = Elements((tmp_path / "fault.html").read_text(encoding="utf-8")).text
     assert "are inconsistent (theta sign at cable 2) over" in text
     assert "could as well be swapped_cables" in text
 
 
-def test_couples_and_tensions_are_those_that_were_fitted(result: Result) -> None:
+def test_couples_and_tensions_are_those_that_were_fitted(result: RecordingResult) -> None:
     """What the figures show leaves the residuals of the fits behind the tables, and the tensions of the identification."""
     found, identified = reconstruct(result.data, result.identification), result.identification
     for couple, fit in (
@@ -268,14 +269,14 @@ def test_couples_and_tensions_are_those_that_were_fitted(result: Result) -> None
         np.testing.assert_allclose(found.tension_error(model), error, atol=1e-9)
 
 
-def test_the_clock_of_the_record_fits_best(result: Result) -> None:
-    found = align(result.data)
+def test_the_clock_of_the_record_fits_best(result: RecordingResult) -> None:
+    found = clock_alignment(result.data)
     best = found.shifts[np.argmin(np.sqrt(np.mean(found.rms**2, axis=1)))]
     assert abs(best) <= 0.003
     assert np.sqrt(np.mean(found.left**2)) < 1e-4
 
 
-def test_elongations_are_explained_as_the_check_does(result: Result) -> None:
+def test_elongations_are_explained_as_the_check_does(result: RecordingResult) -> None:
     found = explain(result.data.arm, result.data.state)
     rms = np.sqrt(np.mean((found.x - found.explained) ** 2, axis=0))
     np.testing.assert_allclose(rms, [cable["unexplained_rms"] for cable in result.data.check["cables"]], rtol=1e-6)
@@ -295,22 +296,22 @@ def test_decimation_keeps_every_peak() -> None:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        (number(10454.2), "10\u2009454"),
-        (number(-0.0468, 3), "−0.0468"),
-        (number(1.5e-9, 2), "1.5 × 10⁻⁹"),
-        (number(float("nan")), "not known"),
+        (number_text(10454.2), "10\u2009454"),
+        (number_text(-0.0468, 3), "−0.0468"),
+        (number_text(1.5e-9, 2), "1.5 × 10⁻⁹"),
+        (number_text(float("nan")), "not known"),
         (with_sigma(5.99954, 0.000177), "5.99954 ± 0.00018"),
         (with_sigma(812.3, 14.0), "812 ± 14"),
         (with_sigma(3.0, float("inf")), "3.000 ± not known"),
-        (size_of(679310), "679 kB"),
-        (listed(["a", "b", "c"]), "a, b and c"),
+        (file_size(679310), "679 kB"),
+        (join_words(["a", "b", "c"]), "a, b and c"),
     ],
 )
 def test_numbers_as_people_read_them(text: str, expected: str) -> None:
     assert text == expected
 
 
-def test_a_lens_parameter_that_was_held_says_so(result: Result) -> None:
+def test_a_lens_parameter_that_was_held_says_so(result: RecordingResult) -> None:
     assert result.calibration is not None
     rows = {name: value for name, value, _ in camera_rows(result.calibration.camera, result.calibration)}
     assert ("held fixed" in rows["k3"]) == ("k3" not in result.calibration.free)

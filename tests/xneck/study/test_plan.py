@@ -6,14 +6,14 @@ import pytest
 
 from samples.generator.hidden.experiment import CATALOGUE, KINDS, MANNERS
 from xneck.cli.study import command
-from xneck.study.plan import Case, effects_of, plan
+from xneck.study.plan import Case, effects_of, planned_cases
 from xneck_foundation.errors import Refused
 
 
 def planned(
     seeds: int = 3, pairs: int = 0, effects: Any = ((), ("base_tilt",)), manners: Any = ("rich",)
 ) -> tuple[Case, ...]:
-    return plan(effects, pairs, [*CATALOGUE], range(50, 50 + seeds), manners, (0.2, 1.0), 0.1, (60.0, 60.0))
+    return planned_cases(effects, pairs, [*CATALOGUE], range(50, 50 + seeds), manners, (0.2, 1.0), 0.1, (60.0, 60.0))
 
 
 def test_a_longer_study_holds_a_shorter_one() -> None:

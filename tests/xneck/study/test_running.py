@@ -6,13 +6,13 @@ from typing import Any
 
 import pytest
 
-import xneck.batch.spread
+import xneck.batch.worker_pool
 from tests.command import run
-from xneck.batch.spread import workers
-from xneck.cli.demo import SAMPLES
+from xneck.batch.worker_pool import worker_pool
+from xneck.cli.demo import SAMPLES_FOLDER
 from xneck.study.plan import Case
-from xneck.study.running import result_of, run_cases, undone
-from xneck_foundation.source_digest import digest
+from xneck.study.run_cases import stored_record, run_cases, cases_to_run
+from xneck_foundation.source_digest import source_digest
 
 WORDS = ("--effects", "tip_payload", "--seeds", "1", "--first-seed", "7200", "--seconds", "16", "10")
 GOOD = Case(("tip_payload",), 7200, "rich", 1.0, 0.1, (16.0, 10.0))
@@ -28,13 +28,13 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, str
     # what a worker that was killed leaves
     (out / "cases" / GOOD.name / "fitted").mkdir(parents=True)
     steps: list[int] = []
-    with workers(1, None, out) as client:
+    with worker_pool(1, None, out) as client:
         failed = run_cases(
             client,
             [IMPOSSIBLE, GOOD, SHORT],
-            SAMPLES,
+            SAMPLES_FOLDER,
             out / "cases",
-            digest(SAMPLES / "generator"),
+            source_digest(SAMPLES_FOLDER / "generator"),
             False,
             steps.append,
         )
@@ -50,7 +50,7 @@ def test_a_case_that_fails_is_told_and_the_others_go_on(study: tuple[Path, dict[
 
 
 def test_what_is_refused_is_a_result(study: tuple[Path, dict[str, str]]) -> None:
-    refused = result_of(SHORT, study[0] / "cases")
+    refused = stored_record(SHORT, study[0] / "cases")
     assert refused is not None
     assert "diagnosis" not in refused
     assert str(study[0]) not in refused["refused"]
@@ -60,14 +60,14 @@ def test_done_cases_are_not_run_again_unless_something_changed(
     study: tuple[Path, dict[str, str]], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     out, _ = study
-    code = digest(SAMPLES / "generator")
-    assert undone([GOOD, IMPOSSIBLE], out / "cases", code) == (IMPOSSIBLE,)
-    assert undone([GOOD], out / "cases", "other code") == (GOOD,)
+    code = source_digest(SAMPLES_FOLDER / "generator")
+    assert cases_to_run([GOOD, IMPOSSIBLE], out / "cases", code) == (IMPOSSIBLE,)
+    assert cases_to_run([GOOD], out / "cases", "other code") == (GOOD,)
 
     def started(*_: Any) -> None:
         raise AssertionError("workers were started")
 
-    monkeypatch.setattr(xneck.batch.spread, "workers", started)
+    monkeypatch.setattr(xneck.batch.worker_pool, "workers", started)
     done = run(capfd, "study", "--out", out, *WORDS)
     assert done.status == 0, done.err
     assert "1 cases, 1 of them done before; 0 failed" in done.out

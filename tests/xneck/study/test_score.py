@@ -7,8 +7,8 @@ import pytest
 
 from samples.generator.hidden.experiment import CATALOGUE
 from xneck.study.expected import expected
-from xneck.study.score import Score, score
-from xneck.study.summary import tables
+from xneck.study.score import Score, score_case
+from xneck.study.summary import summary_tables
 
 TRUTH: dict[str, Any] = {"k": [10e3, 9e3, 8e3, 5e3]}
 DRUM = {"effect": "drum_radius", "where": "motor 3", "parameters": {"factor": 1.04}}
@@ -31,7 +31,7 @@ def scored(
         {"unit": "N m", "before": 6.0, "after": 2.4, "noise_floor": 2.0},
         {"unit": "rad", "before": 9.0, "after": 9.0, "noise_floor": 1.0},  # simulated angles are no equation
     ]
-    return score(
+    return score_case(
         {
             "name": name,
             "case": {"manner": "rich", "size": size},
@@ -132,7 +132,7 @@ def test_what_is_refused_is_neither_right_nor_detected() -> None:
         "truth": TRUTH | {"hidden": []},
         "refused": "no motion",
     }
-    s = score(refused)
+    s = score_case(refused)
     assert (s.said, s.right, s.detected, s.ratio) == ("refused", False, False, None)
 
 
@@ -162,7 +162,7 @@ def test_tables_count() -> None:
         scored([COGGING], "unknown"),
         scored([TILT, DRUM], "cause", FOUND),
     ]
-    made = {table.title: table for table in tables(scores, [*CATALOGUE, "cogging"])}
+    made = {table.title: table for table in summary_tables(scores, [*CATALOGUE, "cogging"])}
     confusion, found, alarms, pairs = made.values()
     assert [row[0].split()[-1] for row in confusion.rows] == ["none", "drum_radius", "cogging"]
     records = confusion.as_json()["rows"]
@@ -185,7 +185,7 @@ def test_detection_is_counted_by_size_where_sizes_differ() -> None:
     said = {0.1: "consistent", 0.2: "consistent", 0.3: "unknown", 0.4: "consistent", 0.5: "unknown", 0.6: "unknown"}
     scores = [replace(scored([DRUM], verdict), size=size) for size, verdict in said.items()]
     scores += [replace(scored([DRUM], "cause", FOUND), size=size) for size in (0.7, 0.8)]
-    made = {table.title: table for table in tables(scores, [*CATALOGUE])}
+    made = {table.title: table for table in summary_tables(scores, [*CATALOGUE])}
     (row,) = made["Detection against size"].rows
     assert row == ("drum_radius", "0 0 2", "0 1 2", "0 2 2", "2 2 2")
-    assert "Detection against size" not in {table.title for table in tables(scores[-1:], [*CATALOGUE])}
+    assert "Detection against size" not in {table.title for table in summary_tables(scores[-1:], [*CATALOGUE])}

@@ -8,8 +8,8 @@ import numpy as np
 from calibration.camera import camera_from
 from identification.dataset.clock_record import log_time
 from identification.dataset.dataset import DataSet, state_series
-from identification.dataset.series import Series, numbered
-from identification.simulation.simulated import Simulated
+from identification.dataset.series import Series, numbered_columns
+from identification.simulation.simulated_recording import SimulatedRecording
 from mechanism.arm import arm_of
 from mechanism.description import read_neck
 from samples.generator.camera import SAMPLE_CAMERA
@@ -20,7 +20,7 @@ from tests.vision.test_video import film
 from vision.extract import Extraction
 from vision.linkage.linkage_fit import fit_linkage
 from vision.shutter import Shutter
-from xneck.recording.pipeline import Result
+from xneck.recording.pipeline import RecordingResult
 from xneck.recording.recording_folder import Recording
 
 NECK = NECK_FILE
@@ -50,12 +50,12 @@ def dataset(start: float, forces: bool = True) -> DataSet:
     clock = {"offset_s": start + OFFSET, "skew_ppm": SKEW_PPM, "camera_middle_s": 1.0}
     seen = motion(log_time(clock, frames) - start) + rng.normal(0, 1e-3, (len(frames), 3))
     seen[HIDDEN] = np.nan
-    angles = Series(frames, numbered("alpha", seen) | numbered("sigma", np.full_like(seen, 1e-3)))
-    log = Series(start + t, numbered("theta", theta) | numbered("f", f))
+    angles = Series(frames, numbered_columns("alpha", seen) | numbered_columns("sigma", np.full_like(seen, 1e-3)))
+    log = Series(start + t, numbered_columns("theta", theta) | numbered_columns("f", f))
     return DataSet(neck, NECK.read_text(), state, state, angles, log, clock)
 
 
-def result(folder: Path, start: float = 3.0) -> Result:
+def result(folder: Path, start: float = 3.0) -> RecordingResult:
     """With a film, markers and a pose as they would have been found, and a simulation that is the measurement."""
     data = dataset(start)
     time = data.angles.time
@@ -68,9 +68,9 @@ def result(folder: Path, start: float = 3.0) -> Result:
     angles = Angles(time, fit.alpha, data.angles.matrix("sigma"))
     extraction = Extraction(angles, fit, found, Series(time, {}))
     recording = Recording(folder, folder, folder, NECK, video, None, None, (), None, Shutter(), None, False, None)
-    columns = numbered("alpha", data.state.matrix("alpha")) | numbered("tension", data.state.matrix("f"))
-    simulated = Simulated(Series(data.state.time, columns), (), 0.5, "f")
+    columns = numbered_columns("alpha", data.state.matrix("alpha")) | numbered_columns("tension", data.state.matrix("f"))
+    simulated = SimulatedRecording(Series(data.state.time, columns), (), 0.5, "f")
     not_shown = cast(Any, None)
-    return Result(
+    return RecordingResult(
         "made", recording, camera, None, extraction, (), angles, data, not_shown, not_shown, not_shown, simulated, None
     )  # fmt: skip

@@ -15,7 +15,7 @@ from mcap_ros2.reader import read_ros2_messages
 
 from identification.dataset.clock_record import log_time
 from identification.dataset.dataset import DataSet
-from identification.dataset.dataset_file import series_of, write_dataset
+from identification.dataset.dataset_file import dataset_series, write_dataset
 from tests.xneck.viewers.made import dataset
 from xneck.viewers.foxglove import foxglove_layout
 from xneck.viewers.plotjuggler import plotjuggler_layout
@@ -69,7 +69,7 @@ def test_foxglove_paths_lead_to_the_columns_that_they_are_labelled_with(
     data: DataSet, messages: dict[str, list[Any]]
 ) -> None:
     shown = set()
-    for path in paths_of(foxglove_layout(series_of(data))):
+    for path in paths_of(foxglove_layout(dataset_series(data))):
         match = re.fullmatch(r"(/\w+)\.position\[(\d+)\]", path["value"])
         assert match is not None
         topic, place = match[1], int(match[2])
@@ -84,7 +84,7 @@ def test_foxgloves_tree_holds_every_plot_once(data: DataSet) -> None:
     def leaves(tree: Any) -> list[str]:
         return [tree] if isinstance(tree, str) else leaves(tree["first"]) + leaves(tree["second"])
 
-    layout = json.loads(foxglove_layout(series_of(data)))
+    layout = json.loads(foxglove_layout(dataset_series(data)))
     assert sorted(leaves(layout["layout"])) == sorted(layout["configById"])
 
 
@@ -92,7 +92,7 @@ def test_plotjuggler_curves_are_those_it_makes_of_the_file(
     data: DataSet, file: Path, messages: dict[str, list[Any]]
 ) -> None:
     """It calls a joint's position `/topic/joint/position`."""
-    root = ET.fromstring(plotjuggler_layout(series_of(data), file.name))
+    root = ET.fromstring(plotjuggler_layout(dataset_series(data), file.name))
     made = {f"{topic}/{name}/position" for topic, found in messages.items() for name in found[0].ros_msg.name}
     curves = [curve.attrib["name"] for curve in root.iter("curve")]
     assert set(curves) <= made
@@ -104,7 +104,7 @@ def test_plotjuggler_curves_are_those_it_makes_of_the_file(
 
 
 def test_without_forces_nothing_is_shown_of_them() -> None:
-    series = series_of(dataset(3.0, forces=False))
+    series = dataset_series(dataset(3.0, forces=False))
     assert not any(" f1" in path["label"] for path in paths_of(foxglove_layout(series)))
     assert "/state/f1/" not in plotjuggler_layout(series, "dataset.mcap")
 
@@ -115,10 +115,10 @@ def test_foxgloves_own_decoders_give_the_same_curves(data: DataSet, file: Path, 
     if node is None or "NODE_PATH" not in os.environ:
         pytest.skip("needs node, and Foxglove's packages from npm under NODE_PATH")
     layout = tmp_path / "foxglove.json"
-    layout.write_text(foxglove_layout(series_of(data)))
+    layout.write_text(foxglove_layout(dataset_series(data)))
     done = subprocess.run([node, DECODERS, file, layout], capture_output=True, text=True, check=True)
     curves = json.loads(done.stdout)
-    series = series_of(data)
+    series = dataset_series(data)
     assert set(curves) == {path["label"] for path in paths_of(layout.read_text())}
     for label, (times, values) in curves.items():
         topic, column = label.split()

@@ -18,10 +18,10 @@ from samples.generator.video import tag_as_turned
 from tests.command import run
 from tests.vision.test_video import film
 from tests.xneck.viewers.made import HIDDEN, motion, result
-from vision.video import frames
-from xneck.recording.pipeline import Result
-from xneck.viewers.playable import playable
+from vision.video import read_frames
+from xneck.recording.pipeline import RecordingResult
 from xneck.viewers.rerun_file import time_column, write_rerun
+from xneck.viewers.viewer_video import viewer_video
 
 CODED = 1.0
 """grey levels by which coding may move a flat picture's mean: less than half of what frames differ by"""
@@ -30,12 +30,12 @@ SHOWN_PX = 1e-3
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Result:
+def made(tmp_path_factory: pytest.TempPathFactory) -> RecordingResult:
     return result(tmp_path_factory.mktemp("made"))
 
 
 @pytest.fixture(scope="module")
-def read(made: Result, tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
+def read(made: RecordingResult, tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
     """Of each entity its components as lists, and `time`, s."""
     pytest.importorskip("rerun", reason="the extra `rerun` is not installed")
     from rerun.chunk import RrdReader  # type: ignore[import-not-found]
@@ -68,7 +68,7 @@ def scalars(part: dict[str, Any]) -> np.ndarray:
     return np.array([row[0] for row in part["Scalars:scalars"]])
 
 
-def test_curves_are_the_data_sets_columns_to_the_last_bit(made: Result, read: dict[str, dict[str, Any]]) -> None:
+def test_curves_are_the_data_sets_columns_to_the_last_bit(made: RecordingResult, read: dict[str, dict[str, Any]]) -> None:
     state = made.data.state
     for stem, count in (("alpha", 3), ("theta", 4), ("x", 4), ("f", 4)):
         for k in range(1, count + 1):
@@ -84,7 +84,7 @@ def test_curves_are_the_data_sets_columns_to_the_last_bit(made: Result, read: di
     np.testing.assert_array_equal(scalars(read["/simulated/tension2"]), state.columns["f2"])
 
 
-def test_frames_lie_on_the_state_at_their_time(made: Result, read: dict[str, dict[str, Any]]) -> None:
+def test_frames_lie_on_the_state_at_their_time(made: RecordingResult, read: dict[str, dict[str, Any]]) -> None:
     """Noise of 1 mrad, of which 4 sigma are allowed; a clock that is off by a frame would leave 30 times as much."""
     for k in range(1, 4):
         part = read[f"/angles/alpha{k}"]
@@ -94,7 +94,7 @@ def test_frames_lie_on_the_state_at_their_time(made: Result, read: dict[str, dic
         np.testing.assert_allclose(scalars(read[f"/away/alpha{k}"]), error, atol=1e-5)
 
 
-def test_every_frame_of_the_video_is_shown_at_its_time(made: Result, read: dict[str, dict[str, Any]]) -> None:
+def test_every_frame_of_the_video_is_shown_at_its_time(made: RecordingResult, read: dict[str, dict[str, Any]]) -> None:
     """Frames follow each other by more than twice what coding changes: each reference leads to the picture of its own frame."""
     video = read["/video"]
     np.testing.assert_allclose(video["time"], log_time(made.data.clock, made.data.angles.time), atol=1e-9)
@@ -103,13 +103,13 @@ def test_every_frame_of_the_video_is_shown_at_its_time(made: Result, read: dict[
         shown = {round(1e9 * p.time): flat(p.to_ndarray()) for p in container.decode(video=0) if p.time is not None}
     levels = [shown[row[0]] for row in video["VideoFrameReference:timestamp"]]
     assert made.recording.video is not None
-    expected = [flat(frame.grey) for frame in frames(made.recording.video)]
+    expected = [flat(frame.grey) for frame in read_frames(made.recording.video)]
     assert np.min(np.abs(np.diff(expected))) > 2 * CODED
     np.testing.assert_allclose(levels, expected, atol=CODED)
 
 
 def test_lines_over_the_video_are_where_another_linkage_and_camera_put_them(
-    made: Result, read: dict[str, dict[str, Any]]
+    made: RecordingResult, read: dict[str, dict[str, Any]]
 ) -> None:
     neck: Neck = made.data.neck
     assert made.extraction is not None
@@ -129,7 +129,7 @@ def test_lines_over_the_video_are_where_another_linkage_and_camera_put_them(
 
 
 def test_the_layout_shows_every_curve_of_the_file(
-    made: Result, tmp_path: Path, read: dict[str, dict[str, Any]]
+    made: RecordingResult, tmp_path: Path, read: dict[str, dict[str, Any]]
 ) -> None:
     from rerun.chunk import RrdReader  # type: ignore[import-not-found]
 
@@ -155,8 +155,8 @@ def test_a_turned_video_is_played_upright(tmp_path: Path) -> None:
     """What was the top row, coded noise, stands at the right."""
     turned = film(tmp_path / "turned.mp4", [3000 * k for k in range(5)])
     tag_as_turned(turned)
-    (tmp_path / "playable.mp4").write_bytes(playable(turned))
-    before, after = (next(frames(path)).grey.astype(float) for path in (turned, tmp_path / "playable.mp4"))
+    (tmp_path / "playable.mp4").write_bytes(viewer_video(turned))
+    before, after = (next(read_frames(path)).grey.astype(float) for path in (turned, tmp_path / "playable.mp4"))
     assert after.shape == before.shape == (96, 64)
     assert np.abs(after[:, :48] - before[:, :48]).mean() < CODED
     assert after[:, 56:].std() > 10 * after[:, :48].std()

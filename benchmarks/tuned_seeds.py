@@ -1,0 +1,55 @@
+"""Seeds on which something was set or mended: they are counted in no rate that is reported.
+
+A seed that was counted first and used for setting something afterwards stands here too: another run of it proves nothing.
+Two generators take seeds, and the same seed is another world in each.
+"""
+
+from collections.abc import Mapping
+from itertools import chain
+
+_RULES = "the rules and thresholds of the diagnosis were set on it"
+_FIRST_TABLE = "run for the first table of the study, after which the gates of the diagnosis were set anew"
+_MENDED = "looked into after it was counted; the columns of cables with memory and the set of causes that explain alike were mended"
+_SLOW = "the clock of slow motion, and what counts as a lost frame there, were mended on it"
+
+_ARMS: tuple[tuple[range, str], ...] = (
+    (range(2), _RULES),
+    (range(110, 112), _FIRST_TABLE),
+    (range(120, 123), "hysteresis, pulley friction and creep of the diagnosis were mended after it was counted"),
+    (range(131, 137), _MENDED),
+    (range(137, 138), "fits of friction near rest begin anew where they end in friction that drives"),
+    (
+        range(138, 139),
+        "run again while the clock's late commands and the columns of cables with memory were mended",
+    ),
+    (range(139, 140), "whether a cause holds on other recordings is judged channel by channel"),
+    (range(200, 206), "when a further cause is named beside the first was set on its pairs"),
+    (range(210, 218), "pairs: what a motor that lags leaves was looked into and mended"),
+    (range(500, 501), "short recordings: a cause that does not hold on other recordings is insufficient"),
+    (range(510, 511), "slow motion and constant tension were looked into on it"),
+    (range(521, 530), _SLOW),
+    (range(910, 912), "the clock's late commands and friction's transition were found on it"),
+)
+
+TUNED_SEEDS: Mapping[int, str] = dict(chain.from_iterable(((seed, why) for seed in seeds) for seeds, why in _ARMS))
+"""Arms of `xneck study` (samples/generator/hidden): seed, and what was set on it."""
+
+_WORLDS: tuple[tuple[range, str], ...] = (
+    (
+        range(6),
+        "tolerances of `check` were raised after a false alarm; fused state: the test whether cables are believed",
+    ),
+    (
+        range(6, 16),
+        "fused state: the test whether cables are believed; z of `check` in recordings of 8 to 12 s",
+    ),
+    (range(16, 21), "z of `check` in recordings of 8 to 12 s"),
+    (range(41, 42), "when a rope counts as having moved on its drum"),
+    (range(43, 48), "when a rope counts as having moved on its drum"),
+    (range(70, 72), "the tests of `check` stand on it"),
+    (range(100, 103), "the tests of the clock, of labels and of lost frames stand on it"),
+    (range(1000, 1050), "the systematic part of the clock's sigma"),
+)
+
+TUNED_WORLDS: Mapping[int, str] = dict(chain.from_iterable(((seed, why) for seed in seeds) for seeds, why in _WORLDS))
+"""Worlds of the clock's, the check's and the state's benchmarks: seed, and what was set on it."""

@@ -1,0 +1,146 @@
+"""What an extended model gains where it was not fitted: the same equations on other recordings, before, after, and noise alone."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.comparison import ColumnFit, Comparison, compare
+from diagnosis.hypothesis import Hypothesis
+from diagnosis.linearisation import Linearisation, corrected_signals, linearise
+from diagnosis.noise_ensemble import NoiseEnsemble, noise_residuals
+from diagnosis.noise_excess import NoiseExcess, row_weights
+from diagnosis.nuisances import nuisances_at
+from identification.unknowns import unknowns
+from identification.whitening import Whitener
+
+Array = NDArray[np.float64]
+
+EQUATIONS = ("motor equations", "arm equations")
+
+_MAX_STEPS = 6
+_MIN_STEP, _MIN_CLOCK_STEP_S = 0.02, 2e-5
+"""in sizes of the numbers, and of a clock, s: steps that are smaller need not be taken"""
+_BLOCKS = 30
+"""of rows, each left out in turn for the gain's sigma"""
+
+
+@dataclass(frozen=True)
+class HeldOutResiduals:
+    """Of recordings that were not fitted; rows weighted as `row_weights` says."""
+
+    residuals: tuple[Array, ...]
+    """of each recording, (C, S)"""
+    noise: tuple[list[Array], ...]
+    """draws of noise alone, of each recording"""
+    frame_lags: tuple[float, ...]
+    """s, as in Linearisation"""
+
+
+@dataclass(frozen=True)
+class Gain:
+    """RMS over the channels of one kind."""
+
+    measure: str
+    unit: str
+    before: float
+    after: float
+    noise_floor: float
+    sigma: float
+    """of before less after, by blocks"""
+
+    def as_json(self) -> dict[str, Any]:
+        """The contract's record."""
+        return {
+            "measure": self.measure,
+            "unit": self.unit,
+            "before": self.before,
+            "after": self.after,
+            "noise_floor": self.noise_floor,
+            "gain_sigma": self.sigma,
+            "held_out": True,
+        }
+
+
+def held_out_residuals(
+    fitted: Comparison,
+    fit: ColumnFit,
+    h: Hypothesis,
+    ensembles: Sequence[NoiseEnsemble],
+    whiten: Whitener,
+    clock_relaxed: bool,
+) -> HeldOutResiduals:
+    """Of recordings read with a hypothesis and the numbers of its fit; pre-elongation, delay and clock are each recording's own.
+
+    clock_relaxed: whether clocks are in doubt because the base model's laws are wrong."""
+    residuals, noise, frame_lags = [], [], []
+    for ensemble in ensembles:
+        at = _transferred(fitted.linearisation, fit, h, ensemble)
+        comparison, own_fit = _with_fitted_arm(at, fitted, fit, whiten, clock_relaxed)
+        for _ in range(_MAX_STEPS):
+            step, of_base = np.zeros(comparison.base_count), own_fit.columns < comparison.base_count
+            step[own_fit.columns[of_base]] = own_fit.numbers[of_base]
+            shifts = comparison.clock_shifts(own_fit)
+            if np.all(np.abs(step) < _MIN_STEP) and np.all(np.abs(shifts) < _MIN_CLOCK_STEP_S):
+                break
+            lags = at.frame_lags + shifts
+            signals = corrected_signals(h, [ensemble.data], lags)
+            at = linearise(h, signals, at.p + at.unknowns.size * step, lags)
+            comparison, own_fit = _with_fitted_arm(at, fitted, fit, whiten, clock_relaxed)
+        (residual,) = comparison.residuals_after(own_fit)
+        (draws,) = noise_residuals(at, [ensemble])
+        (weights,) = row_weights([draws], [at.recordings[0].input_variance])
+        residuals.append(weights * residual)
+        noise.append([weights * d for d in draws])
+        frame_lags.append(float(at.frame_lags[0]))
+    return HeldOutResiduals(tuple(residuals), tuple(noise), tuple(frame_lags))
+
+
+def _with_fitted_arm(
+    at: Linearisation, fitted: Comparison, fit: ColumnFit, whiten: Whitener, clock_relaxed: bool
+) -> tuple[Comparison, ColumnFit]:
+    """A recording with the arm's nuisances as they were fitted, and the fit of what it has for itself only."""
+    count = len(fitted.nuisances.names)
+    comparison = compare(at, (), (), nuisances_at(at), whiten, clock_relaxed=clock_relaxed)
+    numbers = np.zeros(len(comparison.prior_sigma))
+    first = comparison.base_count
+    numbers[first : first + count] = fit.numbers[fitted.base_count : fitted.base_count + count]
+    comparison = comparison.with_fixed(numbers)
+    return comparison, comparison.fit_of_recordings()
+
+
+def gains(before: HeldOutResiduals, after: HeldOutResiduals, motors: int) -> tuple[Gain, ...]:
+    """Of the motors' and of the arm's equations."""
+    out = []
+    for measure, unit, part in zip(EQUATIONS, ("N", "N m"), (slice(0, motors), slice(motors, None)), strict=True):
+        old, new = (np.concatenate([r[part] for r in side.residuals], axis=1) for side in (before, after))
+        noise = np.concatenate([d[part] for draws in after.noise for d in draws], axis=1)
+        rms = [float(np.sqrt(np.mean(values**2))) for values in (old, new, noise)]
+        blocks = np.array_split(np.arange(old.shape[1]), _BLOCKS)
+        jackknife = [
+            np.sqrt(np.mean(np.delete(old, b, axis=1) ** 2)) - np.sqrt(np.mean(np.delete(new, b, axis=1) ** 2))
+            for b in blocks
+        ]
+        sigma = float(np.sqrt((_BLOCKS - 1) * np.var(jackknife)))
+        out.append(Gain(measure=measure, unit=unit, before=rms[0], after=rms[1], noise_floor=rms[2], sigma=sigma))
+    return tuple(out)
+
+
+def held_out_excess(side: HeldOutResiduals, noise: HeldOutResiduals) -> NoiseExcess:
+    """How far recordings that were not fitted stand above noise, channel by channel."""
+    residuals = np.concatenate(side.residuals, axis=1)
+    drawn = np.concatenate([d for draws in noise.noise for d in draws], axis=1)
+    return NoiseExcess(np.sqrt(np.mean(residuals**2, axis=1)), np.sqrt(np.mean(drawn**2, axis=1)))
+
+
+def _transferred(fitted: Linearisation, fit: ColumnFit, h: Hypothesis, ensemble: NoiseEnsemble) -> Linearisation:
+    """The fitted numbers at another recording, which starts with the first one's pre-elongation and delay."""
+    fitted_p = fitted.p + fitted.unknowns.size * fit.numbers[: len(fitted.p)]
+    u = unknowns(h.arm, fitted.unknowns.laws, 1, dict(fitted.unknowns.held))
+    p = u.start()
+    for (name, recording), slot in u.slots.items():
+        p[slot] = fitted_p[fitted.unknowns.slots[name, recording]]
+    frame_lags = np.zeros(1)
+    return linearise(h, corrected_signals(h, [ensemble.data], frame_lags), p, frame_lags)

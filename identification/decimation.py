@@ -1,0 +1,63 @@
+"""Low-pass and decimation of a recording's equations, the same for all their signals.
+
+Another thing than `filters.low_pass`: this filter has a finite impulse response, so that a row which is not known spoils only the
+outputs whose window holds it, and it computes only the rows that are kept.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import firwin
+
+Array = NDArray[np.float64]
+
+CUTOFF_HZ = 8.0
+"""carries what vision at 30 Hz can tell"""
+RATE_HZ = 32.0
+LENGTH_S = 0.5
+"""of the filter: down to nothing some 3 Hz beyond the cutoff, so that 16 Hz do not fold back"""
+
+
+@dataclass(frozen=True)
+class DecimatingFilter:
+    """A symmetric filter on rows of even steps, kept at every `factor`-th row."""
+
+    taps: Array
+    factor: int
+    kept: NDArray[np.intp]
+    """(S,): rows in the middle of each window that is known throughout"""
+    _windows: NDArray[np.intp]
+    """(S,): place of a window's end, counted in `factor` rows"""
+    _unknown: NDArray[np.intp]
+    """rows that tell nothing"""
+
+    def __call__(self, values: Array) -> Array:
+        """(..., T) to (..., S): time is the last axis."""
+        q, count = self.factor, -(-values.shape[-1] // self.factor)
+        # in blocks of `factor` rows that each end where a window may, the filter is a product of two matrices
+        lags = -(-len(self.taps) // q)
+        taps = np.zeros(lags * q)
+        taps[: len(self.taps)] = self.taps
+        rows = np.zeros((*values.shape[:-1], count * q), dtype=np.result_type(values, np.float64))
+        rows[..., q - 1 :] = values[..., : (count - 1) * q + 1]
+        # beside a window too, where its taps are zero: zero times what is no number is none
+        rows[..., self._unknown + q - 1] = 0.0
+        parts = taps.reshape(lags, q)[:, ::-1] @ rows.reshape(*values.shape[:-1], count, q).swapaxes(-1, -2)
+        first = lags - 1
+        whole = (parts[..., j, first - j : max(count, first) - j] for j in range(lags))
+        return sum(whole, start=np.zeros(()))[..., self._windows - first]
+
+
+def decimating_filter(step: float, known: NDArray[np.bool_]) -> DecimatingFilter:
+    """For rows `step` s apart; known (T,): False where a row tells nothing."""
+    half = round(LENGTH_S / 2 / step)
+    taps = np.asarray(firwin(2 * half + 1, CUTOFF_HZ, fs=1 / step), dtype=float)
+    factor = max(1, round(1 / (RATE_HZ * step)))
+    ends = np.arange(0, len(known), factor)
+    missing = np.concatenate([[0], np.cumsum(~known)])
+    first = np.maximum(ends - 2 * half, 0)
+    whole = (ends >= 2 * half) & (missing[ends + 1] == missing[first])
+    windows = np.flatnonzero(whole)
+    unknown = np.flatnonzero(~known[: ends[-1] + 1])
+    return DecimatingFilter(taps, factor, ends[windows] - half, windows, unknown)

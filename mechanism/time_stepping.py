@@ -1,0 +1,102 @@
+"""A simulation step by step: the pose in the middle of each step, and what the motors are given there; all in batch layout."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mechanism.arm import Array
+from mechanism.cable_lengths import cable_geometry
+from mechanism.dynamics import terms_batch_last
+from mechanism.laws import Stretching, Turning
+from mechanism.machine import Machine
+from mechanism.rosenbrock import BatchState, HeldPose, MotorInput, rosenbrock_step
+
+
+@dataclass(frozen=True)
+class GivenForces:
+    """Motor forces, (T, M, B or 1), N, each held from its row to the next."""
+
+    f: Array
+
+    def at(self, row: int, state: BatchState) -> BatchState:
+        """The state at a row, with what is given of the motors."""
+        return state
+
+    def motor_input(self, row: int, interval: float) -> MotorInput:
+        """What the motors are given from a row to the next, `interval` s later."""
+        return MotorInput(self.f[row], is_acceleration=False)
+
+    def force(self, row: int, machine: Machine, state: BatchState, t: Array, wrap: Array) -> Array:
+        """Force of the motors at a row, (M, B), N; t: tensions, N; wrap: angles of wrap, rad."""
+        return np.broadcast_to(self.f[row], t.shape)
+
+
+@dataclass(frozen=True)
+class GivenAngles:
+    """Motor angles with two derivatives, (T, M, B or 1): motors turn as given, evenly accelerated between rows."""
+
+    theta: Array
+    theta_d: Array
+    theta_dd: Array
+
+    def at(self, row: int, state: BatchState) -> BatchState:
+        shape = state.theta.shape
+        return replace(
+            state, theta=np.broadcast_to(self.theta[row], shape), theta_d=np.broadcast_to(self.theta_d[row], shape)
+        )
+
+    def motor_input(self, row: int, interval: float) -> MotorInput:
+        return MotorInput((self.theta_d[row + 1] - self.theta_d[row]) / interval, is_acceleration=True)
+
+    def force(self, row: int, machine: Machine, state: BatchState, t: Array, wrap: Array) -> Array:
+        inertial = machine.arm.motor_inertia / machine.arm.drum * self.theta_dd[row]
+        return t + machine.friction(Turning(state.theta_d, t, wrap)) + inertial
+
+
+def integrate(
+    machine: Machine, state: BatchState, time: Array, motors: GivenForces | GivenAngles, max_step: float
+) -> Iterator[Array]:
+    """alpha, alpha', theta, theta', tension and f, one below the other, (2 N + 4 M, B), at every time.
+
+    Where the arm has left the range of its mechanisms the angles are not finite or beyond pi.
+    """
+    rest_length = cable_geometry(machine.arm, np.zeros((machine.arm.N, 1))).length
+    state = motors.at(0, state)
+    alpha_dd = np.zeros_like(state.alpha)
+    yield _output(machine, state, rest_length, motors, 0)
+    for row, interval in enumerate(np.diff(time)):
+        substeps = max(1, int(np.ceil(interval / max_step - 1e-9)))
+        h = float(interval) / substeps
+        motor_input = motors.motor_input(row, float(interval))
+        for substep in range(substeps):
+            if row == substep == 0:  # no step before it gives the acceleration: a trial step does
+                trial = _step(machine, state, rest_length, alpha_dd, motor_input, h)
+                alpha_dd = (trial.alpha_d - state.alpha_d) / h
+            after = _step(machine, state, rest_length, alpha_dd, motor_input, h)
+            alpha_dd, state = (after.alpha_d - state.alpha_d) / h, after
+        state = motors.at(row + 1, state)
+        yield _output(machine, state, rest_length, motors, row + 1)
+
+
+def _step(
+    machine: Machine, state: BatchState, rest_length: Array, alpha_dd: Array, motor_input: MotorInput, h: float
+) -> BatchState:
+    """The state h seconds later, by the pose in the step's middle; alpha_dd: of the step before, (N, B), rad/s^2."""
+    arm = machine.arm
+    alpha = state.alpha + h / 2 * state.alpha_d + h**2 / 8 * alpha_dd
+    terms = terms_batch_last(arm, alpha, state.alpha_d + h / 2 * alpha_dd)
+    return rosenbrock_step(
+        machine, HeldPose(alpha, cable_geometry(arm, alpha), terms), rest_length, state, motor_input, h
+    )
+
+
+def _output(
+    machine: Machine, state: BatchState, rest_length: Array, motors: GivenForces | GivenAngles, row: int
+) -> Array:
+    arm, cables = machine.arm, cable_geometry(machine.arm, state.alpha)
+    x = cables.length - rest_length + arm.drum * state.theta + arm.x0
+    x_d = cables.stretch(arm.drum, state.alpha_d, state.theta_d)
+    t = machine.tension(Stretching(x, x_d, cables.length, arm, arm.drum * state.theta_d), state.memory)
+    f = motors.force(row, machine, state, t, cables.wrap)
+    return np.concatenate([state.alpha, state.alpha_d, state.theta, state.theta_d, t, f])

@@ -1,0 +1,100 @@
+"""Vision and cables together: which cables are used, with which error, and whether they agree with vision."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset.frames import FrameAngles
+from identification.dataset.series import interpolated
+from mechanism.arm import Arm
+from mechanism.cable_lengths import Z
+from mechanism.elasticity import elongation
+from state_estimation.cable_equations import CableEquations, CableMeasurements, cable_rows
+from state_estimation.elongation_error_spectrum import ErrorSpectrum, fit_error_spectrum, white_spectrum
+from state_estimation.elongation_law import ElongationLaw, law_of
+from state_estimation.elongation_regressors import CUTOFF_HZ
+from state_estimation.fusion import SplineSolution, solve_splines, vision_misfit
+from state_estimation.motors import Motors
+from state_estimation.variance_components import estimate_variance_components
+
+Array = NDArray[np.float64]
+
+CABLE_HZ = 2 * CUTOFF_HZ
+"""Hz: rate of the cables' equations; the regressors hold nothing faster than CUTOFF_HZ"""
+MAX_ERROR_RATIO = 3.0
+"""a cable is left out if its elongation error is more than this many times what vision's noise leaves uncertain of its length"""
+MAX_EXCESS_MISFIT = 0.1
+"""relative increase of vision's mean square residual above which the cables are taken to disagree with vision"""
+ERROR_FACTOR, MAX_TRIES = 1.6, 3
+"""factor on the errors of cables that disagree with vision, and how often it is applied before no cable is used"""
+_UNUSED_ERROR_M = 1.0
+"""m: error that takes all weight from a cable that is left out"""
+
+
+def fuse_cables(
+    arm: Arm, frames: FrameAngles, motors: Motors, vision: SplineSolution
+) -> tuple[SplineSolution | None, dict[str, Any]]:
+    """The splines by vision and cables, or None where cables cannot be used, and notes that say why.
+
+    vision: the splines by vision alone.
+    """
+    law, spectra, notes, poor = _error_spectra(arm, frames, motors)
+    if poor.all():
+        return None, notes
+    inside = np.flatnonzero((motors.time >= frames.time[0]) & (motors.time <= frames.time[-1]))
+    rows = inside[:: _stride(motors)]
+    time = motors.time[rows]
+    cables = CableMeasurements(arm, time, arm.drum * motors.theta[rows] + arm.x0, law.at(time))
+    spectra, priors = estimate_variance_components(vision, frames, cables, spectra, ~poor)
+
+    def equations(near: SplineSolution) -> Iterator[CableEquations]:
+        return cable_rows(cables, vision.knots, near.alpha(time), vision.mean, spectra)
+
+    fused = solve_splines(vision.knots, vision.mean, frames, priors, equations(vision))
+    fused = solve_splines(vision.knots, vision.mean, frames, priors, equations(fused))
+    misfit_alone = vision_misfit(vision, frames)
+    excess = vision_misfit(fused, frames) / misfit_alone - 1
+    for _ in range(MAX_TRIES):
+        if excess < MAX_EXCESS_MISFIT:
+            break
+        # the law has an error that the residuals did not show: the cables count for less
+        spectra = [s if unused else s.scaled(ERROR_FACTOR) for s, unused in zip(spectra, poor, strict=True)]
+        fused = solve_splines(vision.knots, vision.mean, frames, priors, equations(fused))
+        excess = vision_misfit(fused, frames) / misfit_alone - 1
+    notes["cable_error_m"] = [
+        None if unused else float(np.sqrt(s.variance)) for s, unused in zip(spectra, poor, strict=True)
+    ]
+    if excess > MAX_EXCESS_MISFIT:
+        notes["why"] = f"cables pull the angles from what vision saw (its variance grows by {100 * excess:.0f} %)"
+        return None, notes
+    return fused, notes
+
+
+def _error_spectra(
+    arm: Arm, frames: FrameAngles, motors: Motors
+) -> tuple[ElongationLaw, list[ErrorSpectrum], dict[str, Any], NDArray[np.bool_]]:
+    """The law of the elongations by vision, the spectra of its errors, and the cables left out, as notes and as a mask (M,)."""
+    complete = np.isfinite(frames.alpha).all(axis=1)
+    complete &= (frames.time >= motors.time[0]) & (frames.time <= motors.time[-1])
+    time, alpha, sigma = frames.time[complete], frames.alpha[complete], frames.sigma[complete]
+    variance = np.einsum("tij,ti->tj", Z(arm, alpha) ** 2, sigma**2)
+    x = elongation(arm, alpha, interpolated(time, motors.time, motors.theta))
+    law = law_of(arm, motors, time, x)
+    X = law.at(time)
+    step = _stride(motors) * float(np.mean(np.diff(motors.time)))
+    spectra = [fit_error_spectrum(time, x[:, j], variance[:, j], X[:, j], step) for j in range(arm.M)]
+    errors = np.sqrt([s.variance for s in spectra])
+    poor = errors > MAX_ERROR_RATIO * np.sqrt(np.median(variance, axis=0))
+    left_out = [
+        {"cable": int(j) + 1, "why": f"the force leaves {1e6 * errors[j]:.0f} um of its elongation unexplained"}
+        for j in np.flatnonzero(poor)
+    ]
+    used = [white_spectrum(_UNUSED_ERROR_M, step) if bad else s for s, bad in zip(spectra, poor, strict=True)]
+    return law, used, {"cables_left_out": left_out}, poor
+
+
+def _stride(motors: Motors) -> int:
+    """Rows of the log from one of the cables' equations to the next."""
+    return max(1, int(1 / (CABLE_HZ * float(np.mean(np.diff(motors.time))))))

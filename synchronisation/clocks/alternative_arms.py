@@ -1,0 +1,108 @@
+"""Arms that are mirrored, or whose joints and cables are numbered otherwise as a whole: do the cables fit one of them better?
+
+Speeds of such an arm correlate nearly as well with the log; only lengths tell, by the little that pulleys and the sides' common
+length add. What angles cannot explain of the cables' lengths is compared.
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from itertools import permutations, product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from mechanism.arm import Arm
+from synchronisation.clocks.cable_equation import CableTerms
+from synchronisation.clocks.exchanged_labels import MAX_PERMUTED_JOINTS, MIN_CORRELATION
+from synchronisation.clocks.frame_geometry import FrameGeometry, frame_geometry
+from synchronisation.clocks.gauss_newton_fit import ClockProblem, ClockSolution, fit_cables
+from synchronisation.clocks.signals import relabelled
+from synchronisation.clocks.undetermined import ClockUndetermined
+from xneck_foundation.errors import Refused
+
+Array = NDArray[np.float64]
+
+SUSPICIOUS_M = 1.2e-5
+"""m: other arms are tried only where the described one's cables leave more than this"""
+HEALTHY_M = 3e-5
+"""m: another arm's cables may leave at most this for it to be taken for the true one"""
+MAX_ERROR_RATIO = 0.35
+"""another arm may leave at most this share of what the described one leaves"""
+MAX_FRAMES = 600
+"""frames that suffice to tell arms apart"""
+
+
+def check_alternative_arms(arm: Arm, problem: ClockProblem, starts: Sequence[float], law: CableTerms) -> None:
+    """Refused where an arm that is mirrored or renumbered as a whole leaves much less of the cables' lengths unexplained.
+
+    starts: offsets to fit from, s; law: of the cables."""
+    step = max(1, len(problem.frames.time) // MAX_FRAMES)
+    problem = replace(problem, frames=problem.frames.part(slice(None, None, step)))
+    # drums are free for the described arm alone: one that is off must not look like another arm
+    error = _smallest_error(problem, starts, replace(law, drum=True))
+    if error < SUSPICIOUS_M:
+        return
+    at = np.clip(problem.frames.time + starts[0], problem.signals.time[0], problem.signals.time[-1])
+    travel = problem.signals.travel(at)
+    described = (*range(arm.N),)
+    orders = permutations(range(arm.N)) if arm.N <= MAX_PERMUTED_JOINTS else [described]
+    for order, sign in product(orders, (1, -1)):
+        if sign > 0 and order == described:
+            continue
+        frames = _renumbered(arm, problem.frames, order, sign)
+        correlation, cables = _paired_cables(frames.winding, sign * travel)
+        if correlation < MIN_CORRELATION:
+            continue
+        other = replace(problem, signals=relabelled(problem.signals, cables, sign), frames=frames)
+        other_error = _smallest_error(other, starts, law)
+        if other_error < min(MAX_ERROR_RATIO * error, HEALTHY_M):
+            raise Refused(
+                "sync",
+                f"log and video fit better {_words(order, sign, cables)}: {1e3 * other_error:.3f} mm are left unexplained "
+                f"instead of {1e3 * error:.3f}",
+                "check markers.on_bars, theta_sign and the order of the log's columns; this is not corrected by itself",
+            )
+
+
+def _smallest_error(problem: ClockProblem, starts: Sequence[float], law: CableTerms) -> float:
+    """The least that the cables leave unexplained from any of the starts, m; infinite where no fit succeeds."""
+    errors = [np.inf]
+    for start in starts:
+        with suppress(ClockUndetermined):
+            errors.append(_error(fit_cables(problem, start, law)))
+    return min(errors)
+
+
+def _error(fit: ClockSolution) -> float:
+    """RMS of what no angles can explain of the cables' travels, m; with no more cables than joints, of all that is left."""
+    cables, joints = fit.residual.shape[1], len(fit.unknowns.torque_error)
+    return fit.unknowns.cable_error if cables > joints else float(np.sqrt(np.mean(fit.residual**2)))
+
+
+def _renumbered(arm: Arm, frames: FrameGeometry, order: tuple[int, ...], sign: int) -> FrameGeometry:
+    """The frames with the angles in another order and all of one sign."""
+    return frame_geometry(arm, frames.time, sign * frames.alpha[:, list(order)], frames.sigma, frames.middle)
+
+
+def _paired_cables(winding: Array, travel: Array) -> tuple[float, list[int]]:
+    """The pairing of windings with travels (F, M), m, that correlates best: its mean correlation, and each winding's travel."""
+    predicted, measured = winding - winding.mean(axis=0), travel - travel.mean(axis=0)
+    size = np.sqrt(np.sum(predicted**2, axis=0))[:, None] * np.sqrt(np.sum(measured**2, axis=0))
+    correlation = (predicted.T @ measured) / np.maximum(size, 1e-12)
+    rows, columns = linear_sum_assignment(-correlation)
+    return float(np.mean(correlation[rows, columns])), columns.tolist()
+
+
+def _words(order: tuple[int, ...], sign: int, cables: list[int]) -> str:
+    """How the arm would have to be numbered or mirrored."""
+    words = []
+    if sign < 0:
+        words.append("with all signs turned (a mirrored picture, and the other theta_sign for every motor)")
+    if order != (*range(len(order)),):
+        words.append(
+            f"with the angles in the order {', '.join(str(i + 1) for i in order)} and at once the log's columns in "
+            f"the order {', '.join(str(j + 1) for j in cables)}"
+        )
+    return " and ".join(words)

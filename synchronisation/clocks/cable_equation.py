@@ -1,0 +1,187 @@
+"""The cables' equation of the clock: (rd/R) theta = w(alpha) + x, the elongation x explained by the force.
+
+x = c + g(t) + creep, with the tension t = n - h dry(theta') - w turning(theta') - fv theta' - ca x'. Each cable has a polynomial g
+of its own; w says by how much sooner than usual friction turns over. The force n may come late by a delay and be off by an error
+of the motors' inertia; the winding w(alpha) may be off by errors of the arm's dimensions. Offset and skew move the log's signals
+against the camera's alpha. There is one row for every cable and frame.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+from identification.filters import first_order_lag
+from synchronisation.clocks.frame_geometry import FrameGeometry
+from synchronisation.clocks.signals import LogSignals, cubic
+from synchronisation.clocks.unknowns import ClockUnknowns
+
+Array = NDArray[np.float64]
+
+FORCE_SCALE_N = 50.0
+"""N: tensions are divided by this, so that powers of them stay near one"""
+MAX_LAG_S = 0.05
+"""s: the most that a damped cable may lag behind its force"""
+PRIOR_SIGMA = {"c": 0.1, "g": 0.05, "h": 2.0, "w": 1.0, "i": 0.01, "ca": 10.0, "creep": 0.01, "drum": 0.1}
+"""weak prior of each kind of parameter, in m and FORCE_SCALE_N; a ratio for a drum and for a motor's inertia"""
+_TENSION_PARTS = 6
+"""signals that a tension consists of: force, dry friction, its turning over, speed, the command's rate, the inertial force"""
+
+
+@dataclass(frozen=True)
+class CableTerms:
+    """The terms of a cable's elongation."""
+
+    powers: int = 3
+    """highest power of the tension"""
+    creep: tuple[float, ...] = (3.0,)
+    """time constants, s"""
+    damping: bool = True
+    """elongation follows the force late, by ca"""
+    width: bool = True
+    """dry friction turns over at another speed than usual"""
+    inertia: bool = True
+    """motors' inertia is off"""
+    drum: bool = False
+    """drums' radii are off"""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of a cable's parameters (K,), in their order."""
+        powers = tuple(f"g{p + 1}" for p in range(self.powers))
+        creep = tuple(f"creep{k}" for k in range(len(self.creep)))
+        optional = (("w", self.width), ("i", self.inertia), ("ca", self.damping), ("drum", self.drum))
+        return ("c", *powers, "h", *(name for name, included in optional if included), *creep)
+
+    @property
+    def prior_sigma(self) -> Array:
+        """Standard deviation of each parameter around zero, (K,): it keeps terms that nothing excites at zero."""
+        return np.array([PRIOR_SIGMA.get(name.rstrip("0123456789"), 1.0) for name in self.names])
+
+
+@dataclass(frozen=True)
+class CableRows:
+    """Rows of the cables' equation: F frames, M cables; residual in m, its slopes by the unknowns."""
+
+    residual: Array
+    """(F, M), m: travel less winding less elongation"""
+    by_offset: Array
+    """(F, M), m/s"""
+    by_delay: Array
+    """(F, M), m/s"""
+    by_fv: Array
+    """(F, M), of each motor's own fv"""
+    by_dimension: Array
+    """(F, M, P), m"""
+    by_parameter: Array
+    """(F, M, K), of each cable's own parameters"""
+
+
+class CableEquation:
+    """The curves of a log that a law of the cables needs, and the rows that they give for any estimate of the unknowns."""
+
+    def __init__(self, signals: LogSignals, law: CableTerms, tau: Array | float = 0.0) -> None:
+        """tau: (M,), s, time constants by which damped cables lag behind their forces."""
+        s, step = signals, float(signals.time[1] - signals.time[0])
+        parts = [
+            s.force(s.time),
+            s.dry_friction(s.time),
+            s.friction_turnover(s.time),
+            s.speed(s.time),
+            s.command(s.time, 1),
+            s.inertial(s.time),
+        ]
+        m = parts[0].shape[1]
+        self.law = law
+        self.tau = np.broadcast_to(np.asarray(tau, dtype=float), (m,))
+        self._mean_force = parts[0].mean(axis=0)
+        parts = [first_order_lag(values, 1 / step, self.tau) for values in parts]
+        creeping = [first_order_lag(values, 1 / step, creep_s) for creep_s in law.creep for values in parts]
+        self._curves = cubic(s.time, np.stack([s.travel(s.time), *parts, *creeping], axis=-1))
+        self._time = s.time
+        self._span = (s.time[0], s.time[-1])
+
+    def lag(self, parameters: Array) -> Array:
+        """Time constants ca g' of the cables at their mean force, (M,), s, for parameters (M, K)."""
+        p = dict(zip(self.law.names, parameters.T, strict=True))
+        if not self.law.damping:
+            return np.zeros(len(parameters))
+        powers = [p[f"g{k + 1}"] for k in range(self.law.powers)]
+        return np.clip(p["ca"] * FORCE_SCALE_N * _compliance(powers, self._mean_force), 0.0, MAX_LAG_S)
+
+    def initial_parameters(self, frames: FrameGeometry, offset: float) -> Array:
+        """Parameters (M, K) from a linear fit of constant, force and dry friction at an offset, s."""
+        at = np.clip(frames.time + offset, *self._span)
+        travel, n, d, *_ = np.moveaxis(self._curves(at), -1, 0)
+        names = self.law.names
+        out = np.zeros((travel.shape[1], len(names)))
+        for j in range(len(out)):
+            D = np.column_stack([np.ones(len(n)), n[:, j] / FORCE_SCALE_N, d[:, j]])
+            c, g, h = np.linalg.lstsq(D, travel[:, j] - frames.winding[:, j], rcond=None)[0]
+            out[j, names.index("c")], out[j, names.index("g1")] = c, g
+            out[j, names.index("h")] = np.clip(-h / g, -1.0, 1.0) if abs(g) > 1e-6 else 0.0
+        return out
+
+    def rows(self, frames: FrameGeometry, unknowns: ClockUnknowns) -> CableRows:
+        """Residuals and slopes at every frame."""
+        at = frames.time + unknowns.offset + unknowns.skew * (frames.time - frames.middle)
+        rows = self._rows_before_winding(np.clip(at, *self._span), unknowns)
+        winding = frames.with_dimensions(unknowns.dimensions).winding
+        return replace(rows, residual=rows.residual - winding, by_dimension=-frames.winding_by_dimension)
+
+    def expected_winding(self, unknowns: ClockUnknowns) -> BSpline:
+        """Travel less elongation over the log's time, (..., M), m: what the winding of true frames would be."""
+        return cubic(self._time, self._rows_before_winding(self._time, unknowns).residual)
+
+    def _rows_before_winding(self, at: Array, unknowns: ClockUnknowns) -> CableRows:
+        """Travel less elongation at log times (F,), s, as residual, with its slopes."""
+        travel, *parts = np.moveaxis(self._curves(at), -1, 0)
+        travel_d, *rates = np.moveaxis(self._curves(at, 1), -1, 0)
+        p = dict(zip(self.law.names, unknowns.cable_parameters.T, strict=True))
+        zero = np.zeros(len(unknowns.cable_parameters))
+        h, w, ca = p["h"] * FORCE_SCALE_N, p.get("w", zero) * FORCE_SCALE_N, p.get("ca", zero) * FORCE_SCALE_N
+        inertia = p.get("i", zero)
+        powers = [p[f"g{k + 1}"] for k in range(self.law.powers)]
+
+        def undamped(n: Array, d: Array, e: Array, v: Array, r: Array, i: Array) -> Array:
+            return n - h * d - w * e - unknowns.fv * v - unknowns.delay * r - inertia * i
+
+        # the curves lag by tau already; the damping beyond it is small and taken to first order
+        tension, tension_d = undamped(*parts[:_TENSION_PARTS]), undamped(*rates[:_TENSION_PARTS])
+        x_d = _compliance(powers, tension) * tension_d
+        t = tension - ca * x_d + self.tau * tension_d
+        u, compliance = t / FORCE_SCALE_N, _compliance(powers, t)
+        _, d, e, v, r, i = parts[:_TENSION_PARTS]
+        columns = {"c": np.ones_like(t)} | {f"g{k}": u**k for k in range(1, self.law.powers + 1)}
+        x = p["c"] + sum(g * columns[f"g{k}"] for k, g in enumerate(powers, 1))
+        columns["h"], columns["w"] = -compliance * d * FORCE_SCALE_N, -compliance * e * FORCE_SCALE_N
+        columns["i"], columns["ca"] = -compliance * i, -compliance * x_d * FORCE_SCALE_N
+        by_fv, by_delay = -compliance * v, -compliance * r
+        for k in range(len(self.law.creep)):
+            creeping = parts[_TENSION_PARTS * (k + 1) : _TENSION_PARTS * (k + 2)]
+            share = p[f"creep{k}"] / FORCE_SCALE_N
+            columns[f"creep{k}"] = undamped(*creeping) / FORCE_SCALE_N
+            x = x + p[f"creep{k}"] * columns[f"creep{k}"]
+            _, d_c, e_c, v_c, r_c, i_c = creeping
+            columns["h"] = columns["h"] - share * d_c * FORCE_SCALE_N
+            columns["w"] = columns["w"] - share * e_c * FORCE_SCALE_N
+            columns["i"] = columns["i"] - share * i_c
+            by_fv, by_delay = by_fv - share * v_c, by_delay - share * r_c
+        if self.law.drum:
+            columns["drum"] = travel
+            x = x + p["drum"] * travel
+        return CableRows(
+            residual=travel - x,
+            by_offset=travel_d - x_d,
+            by_delay=-by_delay,
+            by_fv=-by_fv,
+            by_dimension=np.zeros((*travel.shape, 0)),
+            by_parameter=-np.stack([columns[name] for name in self.law.names], axis=-1),
+        )
+
+
+def _compliance(powers: list[Array], tension: Array) -> Array:
+    """Slope dx/dt of the polynomial at a tension, m/N."""
+    u = tension / FORCE_SCALE_N
+    return np.asarray(sum(k * g * u ** (k - 1) for k, g in enumerate(powers, 1)) / FORCE_SCALE_N)

@@ -1,0 +1,148 @@
+"""Coarse alignment: the shift at which log and video show the same motion, from the cross-correlation of cable speeds.
+
+It also says how well the motions correlate there, whether another shift does nearly as well, and how each cable does by itself.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import correlate
+
+from identification.dataset.series import interpolated
+from identification.filters import low_pass
+
+Array = NDArray[np.float64]
+
+SPEED_RATE_HZ = 50.0
+"""Hz: rate at which speeds are compared"""
+SPEED_CUTOFF_HZ = 6.0
+"""Hz: low-pass of the speeds"""
+MIN_OVERLAP_S = 5.0
+"""s of common motion that a shift must leave"""
+MIN_PEAK_SEPARATION_S = 0.25
+"""s: peaks of the correlation that are nearer than this are one"""
+WINDOW_S = 12.0
+"""s of video that are aligned alone where the whole does not correlate, as after lost frames"""
+WHOLE_CORRELATION = 0.9
+"""correlation below which windows of the video are tried beside the whole"""
+MAX_SECOND_PEAK = 0.9
+"""ratio of the second peak of the correlation to the first, above which the motion repeats itself and the clock is refused"""
+SECOND_PEAK_WARNING = 0.85
+"""the same ratio from which on a warning says that the motion nearly repeats itself"""
+
+
+@dataclass(frozen=True)
+class CableSpeeds:
+    """Cable speeds at SPEED_RATE_HZ."""
+
+    first: float
+    """s: time of the first row"""
+    values: Array
+    """(T, M), m/s"""
+
+    @property
+    def last(self) -> float:
+        """Time of the last row, s."""
+        return self.first + (len(self.values) - 1) / SPEED_RATE_HZ
+
+    def rows(self, span: tuple[float, float]) -> slice:
+        """The rows from one time to another, s."""
+        return slice(*(max(0, int((t - self.first) * SPEED_RATE_HZ)) for t in span))
+
+
+@dataclass(frozen=True)
+class CoarseAlignment:
+    """The best shift between camera and log, and what speaks against it."""
+
+    shift: float
+    """log time less camera time, s"""
+    correlation: float
+    """normalised correlation of all cables' speeds at the shift"""
+    second_peak: float
+    """the next best peak's correlation over the best one's"""
+    cable_correlation: Array
+    """(M,): each cable's correlation around the shift"""
+    cable_peak: Array
+    """(M,): each cable's best correlation over all shifts"""
+    cable_peak_shift: Array
+    """(M,), s: where each cable's best correlation is, less the shift"""
+    span: tuple[float, float]
+    """camera times that were compared, s"""
+
+
+def cable_speeds(time: Array, travel: Array) -> CableSpeeds:
+    """Speeds of travels (F, M), m, at increasing times (F,), s: interpolated linearly, filtered, differentiated."""
+    grid = np.arange(time[0], time[-1], 1 / SPEED_RATE_HZ)
+    smooth = low_pass(interpolated(grid, time, travel), SPEED_RATE_HZ, SPEED_CUTOFF_HZ)
+    return CableSpeeds(float(grid[0]), np.gradient(smooth, 1 / SPEED_RATE_HZ, axis=0))
+
+
+def align_coarsely(video: CableSpeeds, log: CableSpeeds) -> CoarseAlignment:
+    """The best shift of the whole video, or of its best lively window where the whole does not correlate."""
+    whole = _align(video, log)
+    if whole.correlation > WHOLE_CORRELATION or len(video.values) < 2 * WINDOW_S * SPEED_RATE_HZ:
+        return whole
+    length = int(WINDOW_S * SPEED_RATE_HZ)
+    starts = range(0, len(video.values) - length + 1, length // 2)
+    min_energy = 0.5 * length / len(video.values) * np.sum(video.values**2)
+    windows = [
+        _align(CableSpeeds(video.first + start / SPEED_RATE_HZ, video.values[start : start + length]), log)
+        for start in starts
+        if np.sum(video.values[start : start + length] ** 2) > min_energy
+    ]
+    best = max(windows, key=lambda window: window.correlation, default=whole)
+    return best if best.correlation > max(WHOLE_CORRELATION, whole.correlation) else whole
+
+
+def shift_near(
+    video: CableSpeeds, log: CableSpeeds, shift: float, span: tuple[float, float], max_change: float
+) -> float:
+    """The best shift of a span of camera time, at most max_change s away from `shift`, s."""
+    part = video.rows(span)
+    a, b = video.values[part], log.values
+    first = video.first + part.start / SPEED_RATE_HZ
+    product = np.asarray(sum(correlate(b[:, j], a[:, j]) for j in range(a.shape[1])))
+    lags = log.first - first + (np.arange(len(product)) - (len(a) - 1)) / SPEED_RATE_HZ
+    near = np.abs(lags - shift) <= max_change
+    return float(lags[near][int(np.argmax(product[near]))]) if near.any() else shift
+
+
+def _align(video: CableSpeeds, log: CableSpeeds) -> CoarseAlignment:
+    """The shift of the correlation's peak, by a parabola through its top."""
+    a, b = video.values, log.values
+    correlation = _normalised_cross_correlation(a, b)
+    lags = np.arange(len(correlation)) - (len(a) - 1)
+    best = int(np.argmax(correlation))
+    away = np.abs(lags - lags[best]) > MIN_PEAK_SEPARATION_S * SPEED_RATE_HZ
+    inner = correlation[1:-1]
+    peaks = np.r_[False, (inner > correlation[:-2]) & (inner >= correlation[2:]), False]
+    second = float(np.max(correlation, where=away & peaks, initial=0.0) / max(correlation[best], 1e-12))
+    left, middle, right = correlation[best - 1 : best + 2] if 0 < best < len(correlation) - 1 else (0.0, 1.0, 0.0)
+    curvature = left - 2 * middle + right
+    fraction = 0.5 * (left - right) / curvature if curvature else 0.0
+    of_cables = [_normalised_cross_correlation(a[:, [j]], b[:, [j]]) for j in range(a.shape[1])]
+    return CoarseAlignment(
+        shift=log.first - video.first + float(lags[best] + fraction) / SPEED_RATE_HZ,
+        correlation=float(correlation[best]),
+        second_peak=second,
+        cable_correlation=np.array([curve[~away].max() for curve in of_cables]),
+        cable_peak=np.array([curve.max() for curve in of_cables]),
+        cable_peak_shift=np.array([(lags[int(np.argmax(curve))] - lags[best]) / SPEED_RATE_HZ for curve in of_cables]),
+        span=(video.first, video.last),
+    )
+
+
+def _normalised_cross_correlation(a: Array, b: Array) -> Array:
+    """Correlation of speeds a (T, M) and b (S, M) over all lags of b against a, (T + S - 1,).
+
+    Zero where too little of either overlaps, or moves in the overlap."""
+    min_rows = min(MIN_OVERLAP_S * SPEED_RATE_HZ, 0.5 * len(a))
+    product = sum(correlate(b[:, j], a[:, j]) for j in range(a.shape[1]))
+    ones_a, ones_b = np.ones(len(a)), np.ones(len(b))
+    energy_a = correlate(ones_b, np.sum(a**2, axis=1))
+    energy_b = correlate(np.sum(b**2, axis=1), ones_a)
+    overlap = np.rint(correlate(ones_b, ones_a))
+    out = np.asarray(product) / np.sqrt(np.maximum(energy_a * energy_b, 1e-300))
+    out[(overlap < min_rows) | (energy_a < 0.2 * np.sum(a**2)) | (energy_b <= 1e-6 * np.sum(b**2))] = 0.0
+    return out

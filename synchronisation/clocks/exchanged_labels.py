@@ -1,0 +1,138 @@
+"""Signs and labels: which exchange of angles, cables or signs would make log and video show the same motion.
+
+Nothing is corrected in silence: the exchange is named, so that the file that states it can be set right.
+"""
+
+from collections.abc import Iterator
+from itertools import permutations, product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.signal import correlate
+
+from mechanism.arm import Arm
+from synchronisation.clocks.coarse_alignment import CableSpeeds, CoarseAlignment, cable_speeds
+from synchronisation.clocks.frame_geometry import cable_winding
+from xneck_foundation.errors import Refused
+
+Array = NDArray[np.float64]
+
+MIN_CORRELATION = 0.8
+"""correlation below which log and video are not of one motion"""
+MIN_CABLE_CORRELATION = 0.6
+"""correlation of one cable below which it contradicts others that correlate by MIN_CORRELATION"""
+EXCHANGE_CORRELATION = 0.9
+"""correlation that an exchange must bring before it is named"""
+MIN_LEAD = 0.03
+"""difference of correlation by which an exchange must lead over another to exclude it"""
+MAX_PERMUTED_JOINTS = 4
+"""number of joints up to which all orders and signs of the angles are tried"""
+MOVING_SHARE = 0.1
+"""a cable moves if its speed's standard deviation is more than this share of the fastest one's"""
+
+
+def check_labels(
+    arm: Arm, time: Array, alpha: Array, video: CableSpeeds, log: CableSpeeds, alignment: CoarseAlignment
+) -> None:
+    """Refused, naming what to set right, where angles, cables or signs are exchanged, or a cable contradicts the others.
+
+    time (F,), s, and alpha (F, N), rad, are the angles that the speeds of the video were computed from.
+    """
+    speed = np.std(video.values, axis=0)
+    moving = speed > MOVING_SHARE * speed.max()
+    contradicting = np.any(moving & (alignment.cable_correlation < MIN_CABLE_CORRELATION))
+    if alignment.correlation >= MIN_CORRELATION and not contradicting:
+        return
+    words, correlation, rivals = _best_exchange(arm, time, alpha, log)
+    if correlation > EXCHANGE_CORRELATION and words:
+        if rivals:
+            raise Refused(
+                "sync",
+                f"log and video fit only with an exchange, but more than one would do: {words}, or {rivals[0]}",
+                "check markers.on_bars, theta_sign and the order of the log's columns",
+            )
+        raise Refused("sync", f"log and video do not fit: {words}", "correct that, and synchronise again")
+    _check_cables(alignment, moving)
+    raise Refused(
+        "sync",
+        f"log and video do not show the same motion (best correlation of cable speeds {alignment.correlation:.2f})",
+        "are they of the same recording, and do they overlap?",
+    )
+
+
+def _check_cables(alignment: CoarseAlignment, moving: NDArray[np.bool_]) -> None:
+    """Refused where one cable contradicts what the others agree on."""
+    correlation = alignment.cable_correlation
+    for j in np.flatnonzero(moving):
+        others = moving & (np.arange(len(moving)) != j)
+        agreed = others.sum() >= 2 and not np.any(correlation[others] < MIN_CORRELATION)
+        if not agreed or correlation[j] > MIN_CABLE_CORRELATION:
+            continue
+        later = ""
+        if alignment.cable_peak[j] > EXCHANGE_CORRELATION:
+            later = f", but it does {alignment.cable_peak_shift[j]:+.2f} s away from them"
+        raise Refused(
+            "sync",
+            f"cable {j + 1} contradicts all others: it does not follow its motor at the time that they agree on "
+            f"(correlation {correlation[j]:.2f}, theirs {np.median(correlation[others]):.2f}{later})",
+            f"check theta{j + 1} in the log (is it f{j + 1}?), its theta_sign and its route in neck.yaml",
+        )
+
+
+def _best_exchange(arm: Arm, time: Array, alpha: Array, log: CableSpeeds) -> tuple[str, float, list[str]]:
+    """The exchange that correlates best in words ('' for none), its correlation, and others that do as well.
+
+    Of exchanges within MIN_LEAD of the best correlation those with the fewest changes count."""
+    tried: list[tuple[float, int, str]] = []
+    for order, signs in _angle_exchanges(arm.N):
+        video = cable_speeds(time, cable_winding(arm, alpha[:, list(order)] * signs))
+        correlation, pairs = _paired(video.values, log.values)
+        words = _words(order, signs, pairs)
+        tried.append((correlation, len(words), "; ".join(words)))
+    best = max(correlation for correlation, _, _ in tried)
+    good = sorted(
+        (changes, -correlation, words) for correlation, changes, words in tried if correlation > best - MIN_LEAD
+    )
+    fewest = [words for changes, _, words in good if changes == good[0][0]]
+    return fewest[0], best, fewest[1:]
+
+
+def _angle_exchanges(n: int) -> Iterator[tuple[tuple[int, ...], Array]]:
+    """Orders and signs (n,) of the angles that are tried; with many joints the given ones only."""
+    few = n <= MAX_PERMUTED_JOINTS
+    for order in permutations(range(n)) if few else [tuple(range(n))]:
+        for signs in product((1, -1), repeat=n) if few else [(1,) * n]:
+            yield order, np.array(signs)
+
+
+def _paired(a: Array, b: Array) -> tuple[float, list[tuple[int, int]]]:
+    """The best pairing of columns at one common lag: its mean correlation, and for each column of a (column of b, sign)."""
+    size = np.sqrt(np.sum(a**2, axis=0))[:, None] * np.sqrt(np.sum(b**2, axis=0))
+    every = np.stack([[correlate(q, p, method="fft") for q in b.T] for p in a.T]) / np.maximum(size, 1e-12)[..., None]
+    # the lag at which most columns have a partner
+    lag = int(np.argmax(np.abs(every).max(axis=1).sum(axis=0)))
+    table = every[:, :, lag]
+    rows, columns = linear_sum_assignment(-np.abs(table))
+    pairs = [(int(k), 1 if table[j, k] > 0 else -1) for j, k in zip(rows, columns, strict=True)]
+    return float(np.mean(np.abs(table[rows, columns]))), pairs
+
+
+def _words(order: tuple[int, ...], signs: Array, pairs: list[tuple[int, int]]) -> list[str]:
+    """What an exchange of angles and a pairing of cables changes, a clause each."""
+    n, columns = len(order), [k for k, _ in pairs]
+    words = [f"angles are in the order {', '.join(str(i + 1) for i in order)}"] if order != (*range(n),) else []
+    if np.all(signs < 0):
+        words.append("all theta run against the camera (theta_sign of every motor, or a mirrored picture)")
+    else:
+        words += [f"alpha{i + 1} has the wrong sign" for i in range(n) if signs[i] < 0]
+    moved = [j for j, k in enumerate(columns) if k != j]
+    if len(moved) == 2:
+        words.append(f"theta{moved[0] + 1} and theta{moved[1] + 1} are swapped")
+    elif moved:
+        words.append(f"theta columns are in the order {', '.join(str(k + 1) for k in columns)}")
+    return words + [
+        f"theta{j + 1} runs against the camera (theta_sign of motors[{j}])"
+        for j, (_, sign) in enumerate(pairs)
+        if sign < 0
+    ]

@@ -1,0 +1,122 @@
+"""Fine alignment: offset and skew from the cables' equation and the arm's, solved together with all their nuisances.
+
+Motor viscosity couples the two equations. Several sets of assumptions about what is not known are fitted: the first is reported,
+and the spread of those that explain the recording as well enters its standard deviations.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechanism.arm import Arm
+from synchronisation.clocks.arm_equation import ArmRows, arm_rows
+from synchronisation.clocks.cable_equation import FORCE_SCALE_N, CableEquation, CableTerms
+from synchronisation.clocks.frame_geometry import FrameGeometry
+from synchronisation.clocks.gauss_newton_fit import ClockProblem, ClockSolution, initial_unknowns, solve
+from synchronisation.clocks.gauss_newton_step import SKEW_SCALE, ModelAssumptions
+from synchronisation.clocks.signals import LogSignals
+from synchronisation.clocks.unknowns import ClockUnknowns
+
+Array = NDArray[np.float64]
+
+REPORTED = ModelAssumptions()
+"""assumptions whose estimate is reported"""
+ALTERNATIVES = (
+    ModelAssumptions(CableTerms(creep=(1.0, 6.0))),
+    ModelAssumptions(CableTerms(powers=4)),
+    ModelAssumptions(CableTerms(powers=2, creep=())),
+    ModelAssumptions(joint_width=0.15),
+    ModelAssumptions(drawing_scale=5.0),
+)
+"""assumptions whose spread enters the reported standard deviations"""
+ALTERNATIVE_STEPS = 2
+"""Gauss-Newton steps of each alternative, from the reported estimate on"""
+MAX_MISFIT_RATIO = 1.15
+"""an alternative counts if its misfit is at most so many times the reported one's"""
+OFFSET_BIAS_SIGMA_S = 3e-5
+"""s: standard deviation of the offset's bias by filters and by what no nuisance describes"""
+DELAY_BIAS_SIGMA_S = 1e-5
+"""s: standard deviation of the delay's bias"""
+
+
+@dataclass(frozen=True)
+class FineAlignment:
+    """The reported fit with its standard deviations, which hold the spread of equally good alternatives and the bias."""
+
+    fit: ClockSolution
+    offset_sigma: float
+    """s"""
+    skew_sigma: float
+    """ratio"""
+    delay_sigma: float
+    """s"""
+    frames: FrameGeometry
+    """the frames that were fitted"""
+
+
+def align_finely(arm: Arm, signals: LogSignals, frames: FrameGeometry, offset: float, fv: Array) -> FineAlignment:
+    """Offset (at the frames' middle) and skew, from a start within some 20 ms. fv: (M,), N s/rad, NaN where not known.
+
+    Raises ClockUndetermined where the fit leaves the neighbourhood of the start."""
+    problem = ClockProblem(signals, frames, fv)
+    cables = CableEquation(signals, REPORTED.law)
+    from_cables = solve(problem, initial_unknowns(problem, offset, cables), REPORTED, cables)
+    rows = _arm_rows_at(arm, problem, from_cables.unknowns)
+    reported = solve(problem, from_cables.unknowns, REPORTED, from_cables.cables, rows)
+    fits = [reported, *_alternatives(problem, reported, rows)]
+    spread = [
+        float(np.std([getattr(fit.unknowns, name) for fit in fits], ddof=1)) if len(fits) > 1 else 0.0
+        for name in ("offset", "skew", "delay")
+    ]
+    statistical = np.sqrt(np.diag(reported.equations.covariance(3))) * [1.0, SKEW_SCALE, 1.0]
+    # the offset's bias may differ between the two ends of a recording, which biases the skew
+    half_duration = float(np.ptp(frames.time)) / 2
+    bias = [OFFSET_BIAS_SIGMA_S, OFFSET_BIAS_SIGMA_S / half_duration, DELAY_BIAS_SIGMA_S]
+    offset_sigma, skew_sigma, delay_sigma = np.hypot(np.hypot(statistical, spread), bias)
+    return FineAlignment(reported, float(offset_sigma), float(skew_sigma), float(delay_sigma), frames)
+
+
+def clock_misfit(unknowns: ClockUnknowns) -> float:
+    """What cables and arm leave unexplained, m times N m: the measure by which fits of one recording are compared."""
+    return float(unknowns.cable_error * np.exp(np.mean(np.log(unknowns.torque_error))))
+
+
+def _alternatives(problem: ClockProblem, reported: ClockSolution, rows: ArmRows) -> list[ClockSolution]:
+    """Fits of the ALTERNATIVES that explain the recording about as well as the reported one."""
+    fits, max_misfit = [], MAX_MISFIT_RATIO * clock_misfit(reported.unknowns)
+    for assumptions in ALTERNATIVES:
+        law = assumptions.law
+        parameters = _translated(reported.unknowns.cable_parameters, REPORTED.law, law)
+        cables = reported.cables
+        if law != REPORTED.law:
+            cables = CableEquation(problem.signals, law, cables.tau)
+        same_width = assumptions.joint_width == REPORTED.joint_width
+        fit = solve(
+            problem,
+            replace(reported.unknowns, cable_parameters=parameters),
+            assumptions,
+            cables,
+            rows if same_width else rows.with_joint_width(assumptions.joint_width),
+            max_steps=ALTERNATIVE_STEPS,
+        )
+        if clock_misfit(fit.unknowns) < max_misfit:
+            fits.append(fit)
+    return fits
+
+
+def _translated(parameters: Array, old: CableTerms, new: CableTerms) -> Array:
+    """Cables' parameters (M, K) of one law as a start for another: of the same name, else zero."""
+    out = np.zeros((len(parameters), len(new.names)))
+    for k, name in enumerate(new.names):
+        if name in old.names:
+            out[:, k] = parameters[:, old.names.index(name)]
+    return out
+
+
+def _arm_rows_at(arm: Arm, problem: ClockProblem, unknowns: ClockUnknowns) -> ArmRows:
+    """Rows of the arm's equation at an estimate from the cables alone."""
+    frames = problem.frames
+    at = frames.time + unknowns.offset + unknowns.skew * (frames.time - frames.middle)
+    fs = FORCE_SCALE_N * unknowns.cable_parameters[:, REPORTED.law.names.index("h")]
+    return arm_rows(arm, problem.signals, at, frames.alpha, REPORTED.joint_width, unknowns.offset, fs)

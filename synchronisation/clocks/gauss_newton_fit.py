@@ -1,0 +1,129 @@
+"""Gauss-Newton fit of a clock: steps on the cables' equation, with or without the arm's, until the offset settles."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synchronisation.clocks.arm_equation import ArmRows
+from synchronisation.clocks.cable_equation import CableEquation, CableTerms
+from synchronisation.clocks.frame_geometry import FrameGeometry
+from synchronisation.clocks.gauss_newton_step import ModelAssumptions, NormalEquations, StepRows, gauss_newton_step
+from synchronisation.clocks.signals import LogSignals
+from synchronisation.clocks.undetermined import ClockUndetermined
+from synchronisation.clocks.unknowns import ClockUnknowns
+
+Array = NDArray[np.float64]
+
+OFFSET_TOLERANCE_S = 1e-6
+"""s: a fit ends with a step that moves the offset by less"""
+MAX_STEPS = 12
+OUTLIER_SIGMA = 4.0
+"""size of a whole frame's residual, over the median one, beyond which its weight falls"""
+MAX_OFFSET_CHANGE_S = 2.0
+"""s: a fit that moves the offset further from the coarse alignment has not found the clock"""
+INITIAL_CABLE_ERROR_M = 3e-5
+"""m: error of the cables' law before anything is fitted"""
+LAG_TOLERANCE_S = 3e-4
+"""s: a larger change of a cable's lag makes its curves anew"""
+MAX_LAG_UPDATES = 2
+LINEAR = CableTerms(powers=1, creep=(), damping=False, width=False, inertia=False)
+"""law of the cables for a first fit to few frames"""
+
+
+@dataclass(frozen=True)
+class ClockProblem:
+    """What a clock is fitted to: N joints, M cables, F frames."""
+
+    signals: LogSignals
+    frames: FrameGeometry
+    fv: Array
+    """(M,), N s/rad: motor viscosity, NaN where not known"""
+
+
+@dataclass(frozen=True)
+class ClockSolution:
+    """The estimate of one set of assumptions."""
+
+    unknowns: ClockUnknowns
+    equations: NormalEquations
+    """of the last step"""
+    residual: Array
+    """(F, M), m: of the cables' equation"""
+    cables: CableEquation
+    """with the lag that was found"""
+
+
+def fit_cables(problem: ClockProblem, offset: float, law: CableTerms = LINEAR) -> ClockSolution:
+    """The offset around the frames' middle from the cables alone, the skew at zero; from a start, s.
+
+    Raises ClockUndetermined where the fit leaves the neighbourhood of the start."""
+    cables = CableEquation(problem.signals, law)
+    return solve(problem, initial_unknowns(problem, offset, cables), ModelAssumptions(law), cables, skew_fixed=True)
+
+
+def initial_unknowns(problem: ClockProblem, offset: float, cables: CableEquation) -> ClockUnknowns:
+    """Where a fit begins: an offset, s, the arm as described, and the cables' parameters of a linear fit."""
+    frames = problem.frames
+    return ClockUnknowns(
+        offset=offset,
+        skew=0.0,
+        delay=0.0,
+        dimensions=np.zeros(frames.winding_by_dimension.shape[2]),
+        fv=np.nan_to_num(problem.fv),
+        cable_parameters=cables.initial_parameters(frames, offset),
+        arm_parameters=np.zeros(0),
+        cable_error=INITIAL_CABLE_ERROR_M,
+        noise_scale=1.0,
+        torque_error=np.full(frames.alpha.shape[1], np.inf),
+    )
+
+
+def solve(
+    problem: ClockProblem,
+    unknowns: ClockUnknowns,
+    assumptions: ModelAssumptions,
+    cables: CableEquation,
+    arm: ArmRows | None = None,
+    max_steps: int = MAX_STEPS,
+    skew_fixed: bool = False,
+) -> ClockSolution:
+    """Gauss-Newton steps from an estimate on; the rows' weights and the cables' lag follow the estimate.
+
+    arm: rows of the arm's equation, None for the cables alone. Raises ClockUndetermined where the offset moves away from
+    the estimate by more than MAX_OFFSET_CHANGE_S."""
+    frames, first_offset = problem.frames, unknowns.offset
+    frame_weight = np.ones(len(frames.time))
+    rows, lag_updates, equations = cables.rows(frames, unknowns), 0, None
+    for step in range(max_steps):
+        whitening = frames.whitening(unknowns.cable_error, unknowns.noise_scale) * frame_weight[:, None, None]
+        offset_before = unknowns.offset
+        step_rows = StepRows(frames, rows, whitening, arm)
+        unknowns, equations = gauss_newton_step(step_rows, unknowns, assumptions, problem.fv, skew_fixed)
+        rows = cables.rows(frames, unknowns)
+        if step:
+            white = np.einsum("fij,fj->fi", whitening, rows.residual)
+            frame_weight = _frame_weight(np.sqrt(np.mean(white**2, axis=1)) / frame_weight)
+        cable_error, noise_scale = frames.error_sizes(rows.residual)
+        unknowns = replace(unknowns, cable_error=cable_error, noise_scale=noise_scale)
+        tau = cables.lag(unknowns.cable_parameters)
+        if lag_updates < MAX_LAG_UPDATES and step and np.max(np.abs(tau - cables.tau)) > LAG_TOLERANCE_S:
+            cables, lag_updates = CableEquation(problem.signals, assumptions.law, tau), lag_updates + 1
+            rows = cables.rows(frames, unknowns)
+        elif step > 1 and abs(unknowns.offset - offset_before) < OFFSET_TOLERANCE_S:
+            break
+    change = unknowns.offset - first_offset
+    if not abs(change) < MAX_OFFSET_CHANGE_S:
+        raise ClockUndetermined(
+            "sync",
+            f"cables and arm would have the clock {change:+.1f} s from where both show the same motion",
+            "look at the elongations and forces of this recording, or give both a light",
+        )
+    assert equations is not None
+    return ClockSolution(unknowns, equations, rows.residual, cables)
+
+
+def _frame_weight(size: Array) -> Array:
+    """Weight of each frame by the size (F,) of its whitened residual: 1 but for outliers."""
+    relative = size / max(np.median(size), 1e-9)
+    return np.minimum(1.0, OUTLIER_SIGMA / np.maximum(relative, 1e-9))

@@ -1,0 +1,237 @@
+"""One Gauss-Newton step on the cables' equation and the arm's together, as one weighted least squares."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.unknowns import DELAY_SIGMA_S
+from synchronisation.clocks.arm_equation import DRAWING_SIGMA, ArmRows
+from synchronisation.clocks.cable_equation import CableRows, CableTerms
+from synchronisation.clocks.frame_geometry import FrameGeometry
+from synchronisation.clocks.unknowns import ClockUnknowns
+
+Array = NDArray[np.float64]
+
+BLOCK_S = 1.0
+"""s: residuals may be correlated within blocks of this length and are independent from block to block"""
+FV_SIGMA = 0.1
+"""N s/rad: standard deviation of a motor's viscosity that is not given; no gear motor has more"""
+GIVEN_FV_SIGMA = 0.05
+"""relative standard deviation of a viscosity that is given"""
+SKEW_SIGMA = 3e-4
+"""ratio: standard deviation of the skew before any fit; quartz clocks keep to some 100 ppm"""
+SKEW_SCALE = 1e-4
+"""ratio: unit of the skew in a step's vector"""
+CHUNK_FRAMES = 1 << 11
+"""frames whose products are formed at a time, so that memory does not grow with the recording"""
+_FIXED = 1e-9
+"""standard deviation of an unknown that a step must not move"""
+_FIRST_TORQUE_ERROR = 0.01
+"""N m: error of the arm's equation before friction is estimated, when the residual is mostly friction"""
+_DATA_RIDGE = 1e-12
+"""of columns scaled to one: keeps unknowns that nothing excites in their place"""
+
+
+@dataclass(frozen=True)
+class ModelAssumptions:
+    """One set of assumptions about what is not known."""
+
+    law: CableTerms = field(default_factory=CableTerms)
+    """of the cables"""
+    joint_width: float = 0.05
+    """rad/s: speed over which a joint's dry friction turns over"""
+    drawing_scale: float = 1.0
+    """by how much larger than usual errors of masses and springs in neck.yaml may be"""
+
+
+@dataclass(frozen=True)
+class StepRows:
+    """The rows of both equations at one estimate."""
+
+    frames: FrameGeometry
+    cables: CableRows
+    whitening: Array
+    """(F, M, M): weights of the cables' rows"""
+    arm: ArmRows | None
+    """None: the cables alone, which cannot tell viscosity and delay from the offset"""
+
+
+@dataclass(frozen=True)
+class NormalEquations:
+    """The solved equations of a step, with columns (P,) scaled by `size`."""
+
+    scores: Array
+    """(B, P): J^T residual of each of B blocks"""
+    inverse: Array
+    """(P, P): (J^T J + prior)^-1"""
+    prior_weight: Array
+    """(P,)"""
+    size: Array
+    """(P,)"""
+
+    def covariance(self, count: int) -> Array:
+        """Covariance (count, count) of the first `count` unknowns, whose residuals may be correlated within blocks of BLOCK_S."""
+        head = self.inverse[:count] / self.size[:count, None]
+        return head @ (self.scores.T @ self.scores + np.diag(self.prior_weight)) @ head.T
+
+
+def gauss_newton_step(
+    rows: StepRows, unknowns: ClockUnknowns, assumptions: ModelAssumptions, fv: Array, skew_fixed: bool
+) -> tuple[ClockUnknowns, NormalEquations]:
+    """The unknowns after one step, but for cable_error and noise_scale, and the equations that it solved.
+
+    fv: (M,), N s/rad, NaN where not given."""
+    arm, residual = rows.arm, None
+    if arm is not None:
+        unknowns, residual = _with_torque_error(unknowns, arm)
+    columns = _Columns.of(unknowns, arm)
+    sums = _Sums(columns.count, rows.frames.time)
+    _add_cables(sums, columns, rows)
+    if arm is not None and residual is not None:
+        J = columns.of_arm(arm) / unknowns.torque_error[:, None]
+        sums.add(J, residual / unknowns.torque_error, arm.time - unknowns.offset)
+    centre, sigma = _prior(columns, unknowns, assumptions, fv, arm, skew_fixed)
+    vector = columns.vector(unknowns)
+    size = np.sqrt(np.diag(sums.products))
+    size = np.where(size > 0, size, 1.0)
+    weight = 1 / (sigma * size) ** 2
+    information = sums.products / np.outer(size, size) + np.diag(weight + _DATA_RIDGE)
+    inverse = np.asarray(np.linalg.inv(information), dtype=float)
+    scores = sums.scores / size
+    step = -inverse @ (scores.sum(axis=0) + weight * size * (vector - centre)) / size
+    return columns.moved(unknowns, vector + step), NormalEquations(scores, inverse, weight, size)
+
+
+class _Sums:
+    """Sums of products of weighted rows, which need not be there all at once."""
+
+    def __init__(self, columns: int, time: Array) -> None:
+        """time: (F,), s, of the frames; their span is cut into blocks."""
+        self._first = time[0]
+        self.products = np.zeros((columns, columns))
+        self.scores = np.zeros((int((time[-1] - time[0]) // BLOCK_S) + 1, columns))
+
+    def add(self, J: Array, residual: Array, time: Array) -> None:
+        """Adds instants of several rows each: J (T, rows, P) of the first P columns, residual (T, rows), time (T,), s."""
+        width = J.shape[-1]
+        flat = J.reshape(-1, width)
+        self.products[:width, :width] += flat.T @ flat
+        block = ((time - self._first) // BLOCK_S).astype(int)
+        scores = np.einsum("trp,tr->tp", J, residual)
+        np.add.at(self.scores[:, :width], np.clip(block, 0, len(self.scores) - 1), scores)
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """Order of a step's vector: offset, skew in SKEW_SCALE, delay, dimensions, fv, parameters of each cable, of the arm."""
+
+    dimensions: slice
+    fv: slice
+    cables: slice
+    arm: slice
+
+    @classmethod
+    def of(cls, unknowns: ClockUnknowns, arm: ArmRows | None) -> "_Columns":
+        """The columns of these unknowns; without rows of the arm there are none of its own."""
+        m = len(unknowns.fv)
+        fv = 3 + len(unknowns.dimensions)
+        cables = fv + m
+        last = cables + unknowns.cable_parameters.size
+        count = 0 if arm is None else m + arm.by_nuisance.shape[-1]
+        return cls(slice(3, fv), slice(fv, cables), slice(cables, last), slice(last, last + count))
+
+    @property
+    def count(self) -> int:
+        """How many columns there are."""
+        return self.arm.stop
+
+    def vector(self, unknowns: ClockUnknowns) -> Array:
+        """The unknowns as a vector (P,)."""
+        return np.concatenate(
+            [
+                [unknowns.offset, unknowns.skew / SKEW_SCALE, unknowns.delay],
+                unknowns.dimensions,
+                unknowns.fv,
+                unknowns.cable_parameters.ravel(),
+                unknowns.arm_parameters[: self.arm.stop - self.arm.start],
+            ]
+        )
+
+    def moved(self, unknowns: ClockUnknowns, vector: Array) -> ClockUnknowns:
+        """The unknowns with the numbers of a vector (P,)."""
+        return replace(
+            unknowns,
+            offset=float(vector[0]),
+            skew=float(SKEW_SCALE * vector[1]),
+            delay=float(vector[2]),
+            dimensions=vector[self.dimensions],
+            fv=vector[self.fv],
+            cable_parameters=vector[self.cables].reshape(unknowns.cable_parameters.shape),
+            arm_parameters=vector[self.arm] if self.arm.stop > self.arm.start else unknowns.arm_parameters,
+        )
+
+    def of_arm(self, rows: ArmRows) -> Array:
+        """Columns of the arm's equation, (K, N, P); it holds neither the skew nor the parameters of the cables."""
+        skew = np.zeros(rows.by_offset.shape)
+        cables = np.zeros((*rows.by_offset.shape, self.cables.stop - self.cables.start))
+        common = np.stack([rows.by_offset, skew, rows.by_delay], axis=-1)
+        return np.concatenate([common, rows.by_dimension, rows.by_fv, cables, rows.by_fs, rows.by_nuisance], axis=-1)
+
+
+def _with_torque_error(unknowns: ClockUnknowns, arm: ArmRows) -> tuple[ClockUnknowns, Array]:
+    """The unknowns with the parameters and the error of the arm's equation, and its residuals (K, N), N m."""
+    if not len(unknowns.arm_parameters):
+        count = arm.by_fs.shape[-1] + arm.by_nuisance.shape[-1]
+        unknowns = replace(unknowns, arm_parameters=np.zeros(count))
+    residual = arm.residual_at(unknowns)
+    estimated = np.any(unknowns.arm_parameters)
+    error = np.std(residual, axis=0) if estimated else np.full(residual.shape[1], _FIRST_TORQUE_ERROR)
+    return replace(unknowns, torque_error=error), residual
+
+
+def _prior(
+    columns: _Columns,
+    unknowns: ClockUnknowns,
+    assumptions: ModelAssumptions,
+    fv: Array,
+    arm: ArmRows | None,
+    skew_fixed: bool,
+) -> tuple[Array, Array]:
+    """What is known before: means and standard deviations of the vector, (P,) each."""
+    given = ~np.isnan(fv)
+    mean, sigma = np.zeros(columns.count), np.full(columns.count, np.inf)
+    mean[columns.fv] = np.where(given, np.nan_to_num(fv), 0.0)
+    if skew_fixed:
+        mean[1], sigma[1] = unknowns.skew / SKEW_SCALE, _FIXED / SKEW_SCALE
+    else:
+        sigma[1] = SKEW_SIGMA / SKEW_SCALE
+    if arm is None:
+        sigma[2], sigma[columns.dimensions] = _FIXED, _FIXED
+        fv_sigma = np.where(given, GIVEN_FV_SIGMA * np.abs(fv), _FIXED)
+    else:
+        sigma[2], sigma[columns.dimensions] = DELAY_SIGMA_S, DRAWING_SIGMA
+        fv_sigma = np.where(given, np.maximum(GIVEN_FV_SIGMA * np.abs(fv), 1e-6), FV_SIGMA)
+        sigma[columns.arm.start + len(fv) :] = assumptions.drawing_scale * arm.nuisance_sigma
+    sigma[columns.fv] = np.maximum(fv_sigma, _FIXED)
+    sigma[columns.cables] = np.tile(assumptions.law.prior_sigma, len(fv))
+    return mean, sigma
+
+
+def _add_cables(sums: _Sums, columns: _Columns, rows: StepRows) -> None:
+    """Adds the whitened rows of the cables' equation."""
+    time, cables = rows.frames.time, rows.cables
+    m, k = cables.by_parameter.shape[1:]
+    for begin in range(0, len(time), CHUNK_FRAMES):
+        chunk = slice(begin, begin + CHUNK_FRAMES)
+        by_offset, whitening = cables.by_offset[chunk], rows.whitening[chunk]
+        J = np.zeros((*by_offset.shape, columns.cables.stop))
+        J[..., 0] = by_offset
+        J[..., 1] = by_offset * (SKEW_SCALE * (time[chunk] - rows.frames.middle))[:, None]
+        J[..., 2] = cables.by_delay[chunk]
+        J[..., columns.dimensions] = cables.by_dimension[chunk]
+        for j in range(m):
+            first = columns.cables.start + j * k
+            J[:, j, columns.fv.start + j] = cables.by_fv[chunk, j]
+            J[:, j, first : first + k] = cables.by_parameter[chunk, j]
+        sums.add(whitening @ J, np.einsum("fij,fj->fi", whitening, cables.residual[chunk]), time[chunk])

@@ -1,0 +1,148 @@
+"""The clock from the motion that log and video both show.
+
+Coarse alignment by cross-correlation, a check of signs and labels, then a fit to what cables and arm do, with frames that were
+lost; without forces in the log, a rougher fit to the cables alone.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset.clock_record import LostFrames
+from mechanism.arm import Arm
+from synchronisation.angles import Angles
+from synchronisation.clocks.clock_estimate import ClockEstimate
+from synchronisation.clocks.coarse_alignment import (
+    MAX_SECOND_PEAK,
+    MIN_OVERLAP_S,
+    SECOND_PEAK_WARNING,
+    CoarseAlignment,
+    align_coarsely,
+    cable_speeds,
+)
+from synchronisation.clocks.exchanged_labels import check_labels
+from synchronisation.clocks.frame_geometry import cable_winding, frame_geometry
+from synchronisation.clocks.log_gaps import RepairedLog
+from synchronisation.clocks.lost_frame_alignment import Motion, align_with_lost_frames
+from synchronisation.clocks.undetermined import ClockUndetermined
+from synchronisation.clocks.usable_frames import MIN_FRAMES, usable_frames
+from synchronisation.clocks.winch_slips import signals_without_slips
+from synchronisation.clocks.without_force import fit_rigid_cables
+from synchronisation.encoder_log import uniformly_sampled
+from xneck_foundation.errors import Refused
+
+Array = NDArray[np.float64]
+
+MIN_TRAVEL_M = 1e-3
+"""m: some cable must move by this in the video, and some motor in the log"""
+
+
+def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array | None) -> ClockEstimate:
+    """The clock from angles and log; fv: (M,), N s/rad, NaN where not known.
+
+    Raises ClockUndetermined where the motion does not determine it, Refused where what was recorded contradicts itself."""
+    known = angles.complete
+    time, alpha, sigma = angles.time[known], angles.alpha[known], angles.sigma[known]
+    if len(time) < MIN_FRAMES:
+        raise Refused(
+            "sync", f"only {len(time)} frames have all angles", "check the overlay for what hides the markers"
+        )
+    log = uniformly_sampled(repaired.log)
+    winding, travel = cable_winding(arm, alpha), arm.drum * log.matrix("theta")
+    _check_motion(time, winding, log.time, travel)
+    video_speeds, log_speeds = cable_speeds(time, winding), cable_speeds(log.time, travel)
+    coarse = align_coarsely(video_speeds, log_speeds)
+    check_labels(arm, time, alpha, video_speeds, log_speeds, coarse)
+    repetition = _check_repetition(coarse)
+    signals, slips = signals_without_slips(arm, log, time + coarse.shift, winding)
+    motion = Motion(
+        arm=arm,
+        signals=signals,
+        repaired=replace(repaired, gaps=(*repaired.gaps, *(slip.trace for slip in slips))),
+        frames=frame_geometry(arm, time, alpha, sigma, (time[0] + time[-1]) / 2),
+        period=stamped_period(angles),
+        fv=np.full(arm.M, np.nan) if fv is None else fv,
+        video_speeds=video_speeds,
+        log_speeds=log_speeds,
+        coarse=coarse,
+    )
+    clock = _from_cables_and_arm(motion) if signals.has_force else _from_rigid_cables(motion)
+    warnings = (*repetition, *(slip.warning() for slip in slips), *clock.warnings)
+    return replace(clock, repaired=repaired, warnings=warnings)
+
+
+def stamped_period(angles: Angles) -> float:
+    """The camera's period by the stamps, s."""
+    return float(np.median(np.diff(angles.time)))
+
+
+def _check_motion(time: Array, winding: Array, log_time: Array, travel: Array) -> None:
+    """Refused where video or log is too short, or shows no motion."""
+    if min(time[-1] - time[0], log_time[-1] - log_time[0]) < MIN_OVERLAP_S:
+        raise ClockUndetermined("sync", f"video or log is shorter than {MIN_OVERLAP_S:.0f} s", "record longer")
+    moved = np.ptp(winding, axis=0).max()
+    if moved < MIN_TRAVEL_M:
+        raise ClockUndetermined(
+            "sync", f"the cables move by {1e3 * moved:.2f} mm only", "record a motion of at least 10 deg"
+        )
+    if np.ptp(travel, axis=0).max() < MIN_TRAVEL_M:
+        raise Refused("sync", "the motors of the log stand still", "is it the log of this recording?")
+
+
+def _check_repetition(coarse: CoarseAlignment) -> tuple[str, ...]:
+    """Refused where the motion repeats itself, a warning where it nearly does."""
+    percent = 100 * coarse.second_peak
+    if coarse.second_peak > MAX_SECOND_PEAK:
+        raise ClockUndetermined(
+            "sync",
+            f"the motion repeats itself: another shift fits {percent:.0f} % as well",
+            "record a motion that is not periodic",
+        )
+    if coarse.second_peak > SECOND_PEAK_WARNING:
+        return (f"another shift fits {percent:.0f} % as well: the motion nearly repeats itself",)
+    return ()
+
+
+def _from_cables_and_arm(motion: Motion) -> ClockEstimate:
+    """The clock where the log holds forces."""
+    lost, fine, warnings = align_with_lost_frames(motion)
+    unknowns = fine.fit.unknowns
+    return ClockEstimate(
+        offset=unknowns.offset,
+        offset_sigma=fine.offset_sigma,
+        skew=unknowns.skew,
+        skew_sigma=fine.skew_sigma,
+        middle=fine.frames.middle,
+        correlation=motion.coarse.correlation,
+        second_peak=motion.coarse.second_peak,
+        residual_rms=np.sqrt(np.mean(fine.fit.residual**2, axis=0)),
+        source="cables and arm",
+        lost=lost,
+        repaired=motion.repaired,
+        warnings=tuple(warnings),
+        delay=(unknowns.delay, fine.delay_sigma),
+    )
+
+
+def _from_rigid_cables(motion: Motion) -> ClockEstimate:
+    """The clock where the log holds no forces; lost frames are not sought."""
+    lost = LostFrames(period=motion.period)
+    frames = usable_frames(motion.frames, motion.signals, motion.repaired, lost, motion.coarse.shift)
+    fit = fit_rigid_cables(motion.signals, frames, motion.coarse.shift)
+    return ClockEstimate(
+        offset=fit.offset,
+        offset_sigma=fit.offset_sigma,
+        skew=fit.skew,
+        skew_sigma=fit.skew_sigma,
+        middle=frames.middle,
+        correlation=motion.coarse.correlation,
+        second_peak=motion.coarse.second_peak,
+        residual_rms=np.sqrt(np.mean(fit.residual**2, axis=0)),
+        source="cables without forces",
+        lost=lost,
+        repaired=motion.repaired,
+        warnings=(
+            "the log holds no forces, so how far cables stretch is unknown: the clock is good to milliseconds only",
+        ),
+    )

@@ -1,0 +1,45 @@
+"""Frames that a clock may be fitted to: within the log, clear of its gaps, and enough of them."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset.clock_record import LostFrames
+from synchronisation.clocks.coarse_alignment import MIN_OVERLAP_S
+from synchronisation.clocks.frame_geometry import FrameGeometry
+from synchronisation.clocks.log_gaps import RepairedLog
+from synchronisation.clocks.signals import LogSignals
+from synchronisation.clocks.undetermined import ClockUndetermined
+
+Array = NDArray[np.float64]
+
+EDGE_S = 0.75
+"""s left out at both ends of log and video, where filters settle"""
+GAP_MARGIN_S = 0.1
+"""s left out beside gaps of the log"""
+MIN_FRAMES = 30
+"""frames with all angles that a clock needs"""
+
+
+def usable_frames(
+    frames: FrameGeometry, signals: LogSignals, repaired: RepairedLog, lost: LostFrames, offset: float
+) -> FrameGeometry:
+    """The usable ones of frames given at their stamps, now at their true times, with the middle of those that are kept.
+
+    offset: s, a rough one. Raises ClockUndetermined where log and video overlap too little."""
+    true_time = lost.corrected(frames.time)
+    usable = _inner(true_time + offset, signals.time) & _inner(true_time, true_time)
+    usable &= repaired.clear_of_gaps(true_time + offset, GAP_MARGIN_S)
+    overlap = float(np.ptp(true_time[usable])) if usable.any() else 0.0
+    if usable.sum() < MIN_FRAMES or overlap < MIN_OVERLAP_S - 2 * EDGE_S:
+        raise ClockUndetermined(
+            "sync", f"log and video overlap by {overlap:.1f} s", f"record at least {MIN_OVERLAP_S:.0f} s of both"
+        )
+    middle = float(true_time[usable][0] + true_time[usable][-1]) / 2
+    return replace(frames, time=true_time, middle=middle).part(usable)
+
+
+def _inner(time: Array, span: Array) -> NDArray[np.bool_]:
+    """Which times are more than EDGE_S after the first and before the last of increasing times `span`, s."""
+    return (time > span[0] + EDGE_S) & (time < span[-1] - EDGE_S)

@@ -1,0 +1,71 @@
+"""One diagnosis as a task: its page, its record, and the arm's description and model with the cause in them, in one folder."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from diagnosis import extended_model, record
+from diagnosis.diagnose import diagnose
+from identification.dataset.dataset_file import read_dataset
+from identification.model_file import write_model
+from xneck.recording.fingerprint import software_versions
+from xneck.recording.result_folder import DATASET
+from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
+from xneck.report.diagnosis_text import diagnosis_sentence
+from xneck_foundation.json_text import json_text
+from xneck_foundation.provenance import provenance
+from xneck_foundation.whole_file import write_text
+
+PAGE = "diagnosis.html"
+RECORD = "diagnosis.json"
+
+
+def run_diagnosis_task(
+    folder: Path,
+    datasets: Sequence[Path],
+    held_out: Sequence[Path],
+    progress: Callable[[str], object] = lambda step: None,
+) -> tuple[dict[str, Any], str]:
+    """Writes all files of a diagnosis into `folder`, the record last; returns the record, and its text for a terminal."""
+    fitted, unfitted = [read_dataset(p) for p in datasets], [read_dataset(p) for p in held_out]
+    diagnosis = diagnose(fitted, unfitted, progress=progress)
+    origin = provenance(_inputs(datasets, held_out))
+    result = record.as_json(diagnosis) | {
+        "sentence": diagnosis_sentence(diagnosis),
+        "provenance": origin,
+        "made_from": _made_from(origin),
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    write_text(
+        folder / "neck.yaml", extended_model.neck_yaml(extended_model.extended_description(diagnosis.search.last, diagnosis.extended))
+    )
+    write_model(extended_model.extended_model(diagnosis.search.last, diagnosis.extended, origin), folder / "model.yaml")
+    name = f"{' and '.join(map(_dataset_name, datasets))}, diagnosed"
+    write_diagnosis_report(DiagnosisResult(name, diagnosis, origin), folder / PAGE)
+    write_text(folder / RECORD, json_text(result))
+    return result, record.as_text(diagnosis)
+
+
+def stored_diagnosis(folder: Path, datasets: Sequence[Path], held_out: Sequence[Path]) -> dict[str, Any] | None:
+    """The record in `folder`, or None where there is none, or it was made from other data or by other sources."""
+    try:
+        stored = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    made_from = _made_from(provenance(_inputs(datasets, held_out)))
+    return stored if (folder / PAGE).is_file() and stored.get("made_from") == made_from else None
+
+
+def _made_from(origin: Mapping[str, Any]) -> dict[str, Any]:
+    return software_versions() | {"inputs": origin["inputs"]}
+
+
+def _inputs(datasets: Sequence[Path], held_out: Sequence[Path]) -> Mapping[str, Path]:
+    fitted = {f"dataset{i + 1}": path for i, path in enumerate(datasets)}
+    return fitted | {f"held_out{i + 1}": path for i, path in enumerate(held_out)}
+
+
+def _dataset_name(dataset: Path) -> str:
+    """The recording's name where the file lies in its folder of results, as all are called dataset.mcap there."""
+    return dataset.resolve().parent.name if dataset.name == DATASET else dataset.stem

@@ -1,0 +1,186 @@
+"""Many tasks on many cores or machines by dask.distributed: each worker runs one at a time, and one that fails stops no other."""
+
+import logging
+import sys
+import tempfile
+import uuid
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from xneck_foundation.errors import Refused
+from xneck_foundation.provenance import versions
+from xneck_foundation.source_digest import source_digest
+from xneck_foundation.version import VERSION
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+Result = TypeVar("Result")
+
+_MAX_WORKER_DEATHS = 2
+"""workers that may die under a task before it is given up: the third death is the task's fault, no accident"""
+_CONNECT_TIMEOUT_S = 10
+_DASK_SETTINGS: dict[str, Any] = {
+    "distributed.scheduler.allowed-failures": _MAX_WORKER_DEATHS,
+    # replaces dask's own settings, by which malloc returns freed pages at once: numpy then spent 2 of 5 s on new ones
+    "distributed.nanny.pre-spawn-environ": dict.fromkeys(
+        ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), 1
+    ),
+}
+_LOCAL_CLUSTER: dict[str, Any] = {
+    "threads_per_worker": 1,
+    "silence_logs": logging.CRITICAL,
+    # without an address the scheduler would take port 8787, which another cluster of this machine may hold
+    "dashboard_address": "127.0.0.1:0",
+    "scheduler_kwargs": {"dashboard": False},
+}
+
+
+@dataclass(frozen=True)
+class TaskOutcome(Generic[Result]):
+    """What became of a task: its result, or why there is none."""
+
+    name: str
+    result: Result | None
+    failure: str | None
+    """one line, or None where it did not fail"""
+
+
+@contextmanager
+def worker_pool(jobs: int | None, cluster: str | None, folder: Path, files: Sequence[Path] = ()) -> "Iterator[Client]":
+    """A client of `jobs` local processes of one thread each (None: one a core), or of the scheduler at the address `cluster`.
+
+    Raises Refused where a cluster cannot be reached, has no workers, has another Python, xneck or libraries, or does not
+    see `folder` and `files`.
+    """
+    import dask.config
+    from distributed import Client, LocalCluster
+
+    # what ends without a result is said by `spread`, once
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    if cluster is None:
+        with (
+            dask.config.set(_DASK_SETTINGS),
+            LocalCluster(n_workers=jobs or available_cores(), **_LOCAL_CLUSTER) as local_cluster,
+            Client(local_cluster) as client,
+        ):
+            yield client
+        return
+    try:
+        client = Client(cluster, timeout=_CONNECT_TIMEOUT_S)
+    except (OSError, ValueError) as error:
+        raise Refused(cluster, "no dask scheduler answers there", "give its address, as tcp://host:8786") from error
+    with client:
+        _preflight(client, cluster, folder, files)
+        yield client
+
+
+def run_tasks(
+    client: "Client", function: Callable[..., Result], tasks: Mapping[str, tuple[Any, ...]]
+) -> "Iterator[TaskOutcome[Result]]":
+    """Calls function(*arguments) for each task, by name, on the workers, which import `function`; yields each as it ends.
+
+    A task whose worker dies is started again on another; one that raises is not, as it would raise again.
+    Raises Refused where the scheduler is lost.
+    """
+    from distributed import as_completed
+
+    pending = iter(tasks.items())
+    running: dict[Any, str] = {}
+    completed = as_completed()
+
+    def submit_tasks() -> None:
+        # no more than can run: a task that waits on a worker that dies would be blamed with the one that killed it
+        threads = _thread_count(client)
+        while len(running) < threads:
+            name, arguments = next(pending, (None, ()))
+            if name is None:
+                return
+            future = client.submit(_result_or_refusal, function, arguments, key=f"{name}-{uuid.uuid4().hex}")
+            running[future] = name
+            completed.add(future)
+
+    submit_tasks()
+    for future in completed:
+        name = running.pop(future)
+        if future.status == "finished":
+            result, refusal = future.result()
+            yield TaskOutcome(name, result, refusal)
+        else:
+            yield TaskOutcome(name, None, _failure(future))
+        submit_tasks()
+
+
+def _thread_count(client: Any) -> int:
+    """Threads of all workers that are connected, at least one."""
+    try:
+        return max(1, sum(client.nthreads().values()))
+    except OSError as error:
+        raise Refused("the cluster", "its scheduler is gone", "start it, then the same command again") from error
+
+
+def _result_or_refusal(function: Callable[..., Result], arguments: tuple[Any, ...]) -> tuple[Result | None, str | None]:
+    """Runs on the worker: the result, or the line of a refusal."""
+    try:
+        return function(*arguments), None
+    except Refused as refusal:
+        return None, str(refusal)
+
+
+def _failure(future: Any) -> str:
+    """One line that says why a task ended without a result."""
+    from distributed import KilledWorker
+
+    if future.cancelled():
+        return "the cluster was lost"
+    error = future.exception()
+    if isinstance(error, KilledWorker):
+        return f"its worker died, {error.allowed_failures + 1} times"
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+
+
+def available_cores() -> int:
+    """Number of cores that this process may use."""
+    from dask.system import CPU_COUNT
+
+    return CPU_COUNT
+
+
+def _preflight(client: Any, cluster: str, folder: Path, files: Sequence[Path]) -> None:
+    """Raises Refused where the workers lack this xneck, this Python, these libraries or the files."""
+    from distributed import TimeoutError as ClusterTimeout
+
+    try:
+        reported = client.get_versions(packages=["xneck"])
+    except (OSError, ClusterTimeout) as error:
+        raise Refused(cluster, "does not answer") from error
+    if not reported["workers"]:
+        raise Refused(cluster, "has no workers", f"start some: dask worker {cluster}")
+    python = ".".join(map(str, sys.version_info[:2]))
+    for process, software in {"its scheduler": reported["scheduler"], **reported["workers"]}.items():
+        version = software["packages"].get("xneck")
+        if version != VERSION:
+            what = f"{process} has {f'xneck {version}' if version else 'no xneck'}"
+            raise Refused(cluster, what, f"install {VERSION} there")
+        if not software["host"]["python"].startswith(f"{python}."):
+            raise Refused(cluster, f"{process} runs Python {software['host']['python']}", f"run it with {python}")
+    with tempfile.NamedTemporaryFile(dir=folder, prefix=".seen-by-") as token:
+        sizes = [(str(path), path.stat().st_size) for path in files]
+        for worker, (source, libraries, missing) in client.run(_worker_state, [(token.name, 0), *sizes]).items():
+            if source != source_digest():
+                raise Refused(cluster, f"{worker} has other sources of xneck", "install the same there")
+            for name, version in libraries.items():
+                if (ours := versions()["libraries"][name]) != version:
+                    raise Refused(cluster, f"{worker} has {name} {version}", f"install {ours} there, as here")
+            if missing:
+                what = f"{worker} does not see {folder if token.name in missing else missing[0]}"
+                raise Refused(cluster, what, "put it where all machines see it by the same path")
+
+
+def _worker_state(files: Sequence[tuple[str, int]]) -> tuple[str, dict[str, str], list[str]]:
+    """Runs on a worker: its digest of the sources, its libraries, and those of `files` (name, bytes) that it does not see so."""
+    missing = [path for path, size in files if not Path(path).is_file() or Path(path).stat().st_size != size]
+    return source_digest(), versions()["libraries"], missing

@@ -1,0 +1,34 @@
+"""Everything of one recording that its report and its viewers' files show."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from identification.dataset.dataset import DataSet
+from identification.estimates import Estimates
+from identification.fasquelle.method import FasquelleIdentification
+from identification.model_file import Model
+from identification.simulation.simulated_recording import SimulatedRecording
+from synchronisation.angles import Angles
+from xneck.recording.recording_folder import Recording
+
+if TYPE_CHECKING:
+    from xneck.recording.camera_stages import VideoResult
+
+
+@dataclass(frozen=True)
+class RecordingResult:
+    """What the stages made of a recording; what does not apply to it is None."""
+
+    name: str
+    recording: Recording
+    video: "VideoResult | None"
+    """None where the angles came as a file"""
+    angles: Angles
+    data: DataSet
+    identification: FasquelleIdentification
+    """parameters by the method of Fasquelle 2021"""
+    estimates: Estimates
+    model: Model
+    simulated: SimulatedRecording | None
+    simulation_refused: str | None
+    """why there is no simulation"""

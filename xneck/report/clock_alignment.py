@@ -1,0 +1,90 @@
+"""How well the two clocks agree, computed anew from the data set: what a figure of the clocks shows."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset.clock_record import log_time
+from identification.dataset.dataset import DataSet
+from mechanism.cable_lengths import lengths
+from mechanism.friction import dry
+
+Array = NDArray[np.float64]
+
+EDGE_S = 0.1
+"""s left out at both ends, so that a shifted clock stays within the data"""
+MAX_SHIFT_S = 0.04
+"""s: how far the clock is shifted to see what a wrong one would cost"""
+_SPREAD = 41
+
+
+@dataclass(frozen=True)
+class ClockAlignment:
+    """Frames with all angles, on the log's clock, and what the cables did in them."""
+
+    time: Array
+    """(F,), s, log clock"""
+    predicted: Array
+    """cable wound in as vision and the elongation that the motor force explains predict it, (F, M), m"""
+    logged: Array
+    """(rd/R) theta at the same instants, (F, M), m"""
+    shifts: Array
+    """(K,), s: added to the clock that was found"""
+    rms: Array
+    """RMS of logged less predicted at each shift, everything but the clock fitted anew, (K, M), m"""
+
+    @property
+    def left(self) -> Array:
+        """What the prediction leaves, (F, M), m."""
+        return self.logged - self.predicted
+
+
+def clock_alignment(data: DataSet) -> ClockAlignment:
+    """The record's clock against the data: at it, and shifted by up to REACH to both sides."""
+    arm, state = data.arm, data.state
+    alpha = data.angles.matrix("alpha")
+    time = log_time(data.clock, data.angles.time)
+    margin = MAX_SHIFT_S + EDGE_S
+    inside = (time > state.time[0] + margin) & (time < state.time[-1] - margin) & ~np.isnan(alpha).any(axis=1)
+    time, alpha = time[inside], alpha[inside]
+    winding = lengths(arm, np.zeros(arm.N)) - lengths(arm, alpha)
+    theta, theta_d = state.matrix("theta"), state.matrix("theta", "_d")
+    pull = state.matrix("f") - arm.motor_inertia / arm.drum * state.matrix("theta", "_dd")
+
+    def at(values: Array, shift: float) -> Array:
+        return np.stack([np.interp(time + shift, state.time, column) for column in values.T], axis=-1)
+
+    def fitted(shift: float) -> tuple[Array, Array]:
+        """Logged travel and its prediction, each (F, M), m."""
+        logged, n, rubbing = arm.drum * at(theta, shift), at(pull, shift), dry(at(theta_d, shift))
+        explained = np.empty_like(logged)
+        for j in range(arm.M):
+            D = np.column_stack([np.ones(len(time)), n[:, j], n[:, j] ** 2, rubbing[:, j]])
+            explained[:, j] = D @ np.linalg.lstsq(D, logged[:, j] - winding[:, j], rcond=None)[0]
+        return logged, winding + explained
+
+    shifts = np.linspace(-MAX_SHIFT_S, MAX_SHIFT_S, _SPREAD)
+    rms = []
+    for shift in shifts.tolist():
+        logged, predicted = fitted(shift)
+        rms.append(np.sqrt(np.mean((logged - predicted) ** 2, axis=0)))
+    logged, predicted = fitted(0.0)
+    return ClockAlignment(time, predicted, logged, shifts, np.array(rms))
+
+
+def frame_gaps(known: Array, nominal: float) -> list[tuple[float, float]]:
+    """Stretches of more than a `nominal` interval between frames with all angles, at times `known`; (from, to) in s."""
+    wide = np.flatnonzero(np.diff(known) > 1.5 * nominal)
+    return [(float(known[k]), float(known[k + 1])) for k in wide]
+
+
+def stretch_of_most_motion(time: Array, values: Array, length: float) -> tuple[float, float]:
+    """The stretch of `length` seconds in which the columns of `values` (T, M) move most."""
+    if time[-1] - time[0] <= length:
+        return float(time[0]), float(time[-1])
+    way = np.r_[0.0, np.cumsum(np.abs(np.diff(values, axis=0)).sum(axis=1))]
+    starts = time[time <= time[-1] - length]
+    moved = np.interp(starts + length, time, way) - way[: len(starts)]
+    best = float(starts[int(np.argmax(moved))])
+    return best, best + length

@@ -1,0 +1,165 @@
+"""The words of a diagnosis's page: its sentence, its key numbers and the rows of its tables."""
+
+from collections.abc import Sequence
+
+from diagnosis import signature_record
+from diagnosis.cause import Cause
+from diagnosis.cause_parameters import parameters_of
+from diagnosis.cause_search import CauseCandidate
+from diagnosis.diagnose import Diagnosis
+from diagnosis.held_out_gain import Gain
+from diagnosis.record import probability
+from xneck.report.key_number import KeyNumber
+from xneck.report.number_text import number_text, percent, with_sigma
+from xneck.report.words import join_words, with_spaces
+from xneck_foundation.parameter import Parameter
+
+_MAX_CONSIDERED = 10
+"""causes in the table of what else it could be"""
+
+
+def diagnosis_sentence(d: Diagnosis) -> str:
+    """The verdict in words: the cause, where it is, its size, and the gain on recordings that were not fitted."""
+    if d.verdict == "unknown":
+        signed = signature_record.words(d.signature, d.extended.arm.M).replace("+-", "±")
+        return f"Something is wrong that no known cause explains: {signed}.{_misfit_sentence(d)}"
+    if d.verdict == "consistent":
+        worst = int(d.before.ratio.argmax())
+        name = signature_record.channel_names(d.extended.arm.M, d.extended.arm.N)[worst]
+        return (
+            f"The simulation agrees with these recordings: what it leaves is noise in all {len(d.before.rms)} equations, "
+            f"at most {d.before.ratio[worst]:.2f} times that ({name})."
+        )
+    if d.verdict == "insufficient":
+        return f"These recordings cannot tell: {d.why}."
+    parts = []
+    for named, cause, parameters in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
+        others = [c.effect.words for c in named.tied if c.effect is not cause.effect]
+        what = f"{cause.effect.words} ({_place(cause)}{_sizes(cause, parameters)})"
+        parts.append(f"{what}, or {', or '.join(others)}" if others else what)
+    causes = "; and ".join(parts)
+    if d.verdict == "ambiguous":
+        causes = f"One of these, and the data cannot tell which: {causes}"
+    return f"{causes[0].upper()}{causes[1:]}.{_gain_sentence(d)}"
+
+
+def _place(cause: Cause) -> str:
+    return "" if cause.where.label == "all" else f"{cause.where.label}; "
+
+
+def _sizes(cause: Cause, parameters: Sequence[Parameter]) -> str:
+    """Such as `tilt = 0.0841 ± 0.0008 rad`; with all values where the cause acts in several places."""
+    first = [p for p in parameters if p.name == cause.effect.terms[0].name]
+    unit = "" if first[0].unit == "1" else f" {first[0].unit}"
+    values = [with_sigma(p.value, p.sigma) for p in first]
+    places = f" at {cause.effect.place}s {join_words([str(p.index) for p in first])}" if len(first) > 1 else ""
+    return f"{first[0].name} = {', '.join(values)}{unit}{places}"
+
+
+def worst_equations(gains: Sequence[Gain]) -> Gain | None:
+    """The kind of equations with the largest misfit, over noise, before the cause was added; None where there is none."""
+    return max(gains, key=lambda g: g.before / g.noise_floor, default=None)
+
+
+def _gain_sentence(d: Diagnosis) -> str:
+    g = worst_equations(d.gains)
+    if g is None:
+        return " Not tried on recordings that were not fitted: none were given."
+    return (
+        f" On recordings that were not fitted, the {g.measure} are off by {number_text(g.after, 3)} {g.unit} in place of "
+        f"{number_text(g.before, 3)} (gain {with_sigma(g.before - g.after, g.sigma)}; noise alone: {number_text(g.noise_floor, 3)})."
+    )
+
+
+def _misfit_sentence(d: Diagnosis) -> str:
+    g = worst_equations(d.gains)
+    if g is None:
+        return ""
+    return (
+        f" On recordings that were not fitted, the {g.measure} are off by {number_text(g.before, 3)} {g.unit}, "
+        f"{number_text(g.before / g.noise_floor, 3)} times noise."
+    )
+
+
+def diagnosis_key_numbers(d: Diagnosis) -> list[KeyNumber]:
+    """The numbers below the sentence."""
+    worst = int(d.before.ratio.argmax())
+    name = signature_record.channel_names(d.extended.arm.M, d.extended.arm.N)[worst]
+    numbers = [KeyNumber("verdict", d.verdict, d.why or "one set of causes explains it")]
+    if d.search.named:
+        numbers += [
+            KeyNumber("explained", f"{100 * d.explained:.0f} %", "of what stood above noise"),
+            KeyNumber("worst equation", name, f"{d.before.ratio[worst]:.2f} times noise, now {d.after.ratio[worst]:.2f}"),
+        ]
+    else:
+        numbers.append(KeyNumber("worst equation", name, f"{d.before.ratio[worst]:.2f} times noise"))
+    for g in d.gains:
+        gain = f"{number_text(g.before, 3)} → {number_text(g.after, 3)}" if d.search.named else number_text(g.before, 3)
+        gain = f"{gain} {g.unit}".replace("N m", "N\u00a0m")
+        numbers.append(KeyNumber(f"{g.measure}, not fitted", gain, f"noise alone {number_text(g.noise_floor, 3)} {g.unit}"))
+    return numbers
+
+
+def cause_rows(d: Diagnosis) -> list[tuple[str, ...]]:
+    """Rows of the table of causes: cause, where, parameter, value with sigma, unit, identified or not, probability among its like."""
+    rows = []
+    for named, cause, parameters in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
+        for p in parameters:
+            label = p.name if p.index is None else f"{p.name}({p.index})"
+            certainty = percent(100 * probability(named))
+            value = with_sigma(p.value, p.sigma)
+            identified = "identified" if p.identified else "not to 10 %"
+            rows.append((with_spaces(cause.effect.name), cause.where.label, label, value, p.unit, identified, certainty))
+    return rows
+
+
+def channel_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
+    """Columns and rows of the table of equations: RMS of noise, of the base model, and of the extended model if there is one."""
+    names = signature_record.channel_names(d.extended.arm.M, d.extended.arm.N)
+    titles, rows = ["equation", "unit", "noise alone", "base model", "over noise"], []
+    for k, name in enumerate(names):
+        row = [name, "N" if k < d.extended.arm.M else "N m", number_text(float(d.before.floor[k]), 3)]
+        row += [number_text(float(d.before.rms[k]), 3), f"{d.before.ratio[k]:.2f}"]
+        if d.search.named:
+            row += [number_text(float(d.after.rms[k]), 3), f"{d.after.ratio[k]:.2f}"]
+        rows.append(tuple(row))
+    return [*titles, *(["extended model", "over noise"] if d.search.named else [])], rows
+
+
+def gain_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
+    """Columns and rows of the table of equations on recordings that were not fitted, with the gain and its sigma."""
+    titles, rows = ["equations", "unit", "noise alone", "base model"], []
+    for g in d.gains:
+        row = [g.measure, g.unit, number_text(g.noise_floor, 3), number_text(g.before, 3)]
+        if d.search.named:
+            row += [number_text(g.after, 3), with_sigma(g.before - g.after, g.sigma)]
+        rows.append(tuple(row))
+    return [*titles, *(["extended model", "gain ± σ"] if d.search.named else [])], rows
+
+
+def considered_rows(d: Diagnosis) -> list[tuple[str, ...]]:
+    """Rows of the table of causes that were considered: cause, where, meaning, and the share of the loss that it explains alone."""
+    whole = d.search.first.loss
+    tied = {c.effect.name for named in d.search.named for c in named.tied}
+    names = {cause.effect.name for cause in d.causes}
+
+    def verdict(c: CauseCandidate) -> str:
+        return "named" if c.effect.name in names else "as good" if c.effect.name in tied else ""
+
+    return [
+        (with_spaces(c.effect.name), c.where.label, c.effect.words, f"{100 * max(c.gain, 0.0) / whole:.1f} %", verdict(c))
+        for c in d.search.rankings[0][:_MAX_CONSIDERED]
+    ]
+
+
+def pattern_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
+    """Columns and rows of the table of conditions: the share of what stands above noise that each explains in each equation."""
+    names = signature_record.channel_names(d.extended.arm.M, d.extended.arm.N)
+    # a condition of the joints shares its row with the motors' condition of the same name
+    conditions = list(dict.fromkeys(p.against for p in d.signature.patterns))
+    by_place = {(p.channel, p.against): p for p in d.signature.patterns}
+    rows = []
+    for condition in conditions:
+        patterns = [by_place.get((k, condition)) for k in range(len(names))]
+        rows.append((condition, *("" if p is None else f"{100 * p.explains:.0f} %" for p in patterns)))
+    return ["against", *names], rows
