@@ -1,5 +1,6 @@
 # make demo: sets everything up and runs the main job on samples/
-# make test: sets everything up and passes the tests
+# make check: sets everything up and runs the quick lane: lint, imports, types and the tests that are fast
+# make test: sets everything up and passes all tests
 # make wheel-check: builds the wheel, installs it alone into an environment of its own, and runs the demo there
 # PYTHON=python3.12 chooses another interpreter, VENV=folder another place
 
@@ -11,12 +12,26 @@ BIN = $(VENV)/bin
 demo: $(VENV)/.demo
 	$(BIN)/xneck demo --out out
 
+PYTEST = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest
+
+# types take one core for as long as the fast tests take the other
+check: $(VENV)/.test
+	$(MAKE) --no-print-directory --jobs 2 --output-sync=target VENV=$(VENV) lint types fast-tests
+
 test: $(VENV)/.test
+	$(MAKE) --no-print-directory VENV=$(VENV) lint types
+	$(PYTEST) -n auto --maxprocesses 4 --dist loadfile
+
+lint: $(VENV)/.test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
+
+types: $(VENV)/.test
 	$(BIN)/pyright --pythonpath $(BIN)/python
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n auto --maxprocesses 4 --dist loadfile
+
+fast-tests: $(VENV)/.test
+	$(PYTEST) -m "not slow" -q
 
 bench: $(VENV)/.test
 	$(BIN)/python -m benchmarks
@@ -43,4 +58,4 @@ $(VENV)/.test: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
 	@touch $@ $(VENV)/.demo
 
-.PHONY: demo test bench samples wheel-check
+.PHONY: demo check test lint types fast-tests bench samples wheel-check

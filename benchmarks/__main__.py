@@ -1,7 +1,8 @@
 """python -m benchmarks [NAME...] [--out FOLDER] [--again]: what xneck's parts do beside their peers, as one table.
 
 Writes benchmarks.json and benchmarks.html into the folder after every topic. A topic that was measured there before is not measured
-again while sources, sample and machine are the same.
+again while sources, sample and machine are the same. `python -m benchmarks.figures --benchmarks FOLDER` then takes the figures into
+the record, and writes them into README, docs and benchmarks/results.md.
 """
 
 import argparse

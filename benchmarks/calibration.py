@@ -105,7 +105,7 @@ def _project(points: Array, p: Array) -> Array:
 
 def _one_fit(views: list[BoardView]) -> Estimate:
     seen = stack_views(views)
-    found = fit_bundle(seen, *initial_estimate(seen, SIZE))
+    found = fit_bundle(seen, initial_estimate(seen, SIZE))
     return found.parameters, found.shape.points
 
 

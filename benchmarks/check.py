@@ -29,15 +29,16 @@ Array = NDArray[np.float64]
 SEEDS = 20
 HEALTHY = "healthy"
 CLOCK_S = 3e-4
-"""error of a clock that is drawn instead of fitted"""
+"""s: standard deviation of the clock's error, where it is drawn instead of fitted"""
 COUNT = 2 * np.pi / 2048
+"""rad of the motor per encoder count"""
 X0_M = 1e-3
 """m by which neck.yaml is wrong of every cable's pre-elongation"""
 
 
 @dataclass(frozen=True)
-class Hidden:
-    """What is hidden in a recording, and what the check is given: angles, log and arm."""
+class FaultCase:
+    """One fault at its place, or none, in what the check is given: angles, log and arm."""
 
     label: str
     fault: tuple[str, str] | None
@@ -47,8 +48,8 @@ class Hidden:
     baseline: bool = False
 
 
-def hidden(made: ClockRecording, seed: int) -> list[Hidden]:
-    """Every case once, the place and the sign going with the seed."""
+def fault_cases(made: ClockRecording, seed: int) -> list[FaultCase]:
+    """Every case once; the seed gives its place and its sign."""
     i, j, sign = seed % 3, seed % 4, 1 if seed % 2 else -1
     a, log = made.angles, made.log
     plain = arm()
@@ -69,36 +70,36 @@ def hidden(made: ClockRecording, seed: int) -> list[Hidden]:
     pulley = replace(plain, r=plain.r + 3e-4 * sign * np.eye(3)[i])
     mechanism, cable = f"mechanism {i + 1}", f"cable {j + 1}"
     return [
-        Hidden(HEALTHY, None, a, log, plain),
-        Hidden(f"{HEALTHY}, baseline", None, a, log, plain, baseline=True),
-        Hidden("joint angle off by 1.6 deg", ("marker_offset", mechanism), off(1.6), log, plain),
-        Hidden("by 0.15 deg, baseline", ("marker_offset", mechanism), off(0.15), log, plain, baseline=True),
-        Hidden("drum radius off by 2 %", ("drum_radius", cable), a, log, drum),
-        Hidden("pulley radius off by 0.3 mm", ("pulley_radius", mechanism), a, log, pulley),
-        Hidden("slip of 0.5 mm", ("winch_slip", cable), a, slipped, plain),
-        Hidden("0.1 % of counts missed", ("missed_counts", cable), a, lost, plain),
+        FaultCase(HEALTHY, None, a, log, plain),
+        FaultCase(f"{HEALTHY}, baseline", None, a, log, plain, baseline=True),
+        FaultCase("joint angle off by 1.6 deg", ("marker_offset", mechanism), off(1.6), log, plain),
+        FaultCase("by 0.15 deg, baseline", ("marker_offset", mechanism), off(0.15), log, plain, baseline=True),
+        FaultCase("drum radius off by 2 %", ("drum_radius", cable), a, log, drum),
+        FaultCase("pulley radius off by 0.3 mm", ("pulley_radius", mechanism), a, log, pulley),
+        FaultCase("slip of 0.5 mm", ("winch_slip", cable), a, slipped, plain),
+        FaultCase("0.1 % of counts missed", ("missed_counts", cable), a, lost, plain),
     ]
 
 
 def measure(seeds: int = SEEDS, first: int = 0, fitted: bool = False) -> Table:
     """Shares of recordings of 60 s at 0.1 deg. With `fitted` the clock is what `sync` makes of the faulty recording."""
-    found: dict[str, list[tuple[float, ...]]] = {}
+    outcomes: dict[str, list[tuple[float, ...]]] = {}
     for seed in range(first, first + seeds):
         kind = KINDS[seed % len(KINDS)]
         made = clock_recording(kind, seed)
         before = clock_recording(kind, seed, motion=seed + 50_000)
-        for case in hidden(made, seed):
-            known = _baseline(before, seed, case.arm) if case.baseline else None
+        for case in fault_cases(made, seed):
+            baseline = _baseline(before, seed, case.arm) if case.baseline else None
             try:
-                state, seen, sigma = inputs(made, case, seed, fitted)
+                state, frames, sigma = inputs(made, case, seed, fitted)
             except Refused:
-                found.setdefault(case.label, []).append((0.0, 0.0, 0.0, np.nan))
+                outcomes.setdefault(case.label, []).append((0.0, 0.0, 0.0, np.nan))
                 continue
             begin = time.process_time()
-            result = check_elongations(case.arm, state, seen, sigma, known)
-            found.setdefault(case.label, []).append((*judged(result, case.fault), time.process_time() - begin))
+            result = check_elongations(case.arm, state, frames, sigma, baseline)
+            outcomes.setdefault(case.label, []).append((*judge(result, case.fault), time.process_time() - begin))
     columns = ("right", "named best", "alone", "s each")
-    rows = tuple((label, tuple(float(v) for v in np.nanmean(values, axis=0))) for label, values in found.items())
+    rows = tuple((label, tuple(float(v) for v in np.nanmean(values, axis=0))) for label, values in outcomes.items())
     how = "fitted" if fitted else "drawn"
     right = {label: figures[0] for label, figures in rows}
     healthy = 1 - right.pop(HEALTHY)
@@ -111,31 +112,31 @@ def measure(seeds: int = SEEDS, first: int = 0, fitted: bool = False) -> Table:
     return Table(f"Check, {seeds} recordings of 60 s, 0.1 deg, clock {how}, shares", columns, rows, claims)
 
 
-def inputs(made: ClockRecording, case: Hidden, seed: int, fitted: bool = False) -> tuple[Series, FrameAngles, float]:
-    """The state's series, with angles as vision alone has them, the frames on the log's clock, and the clock's sigma."""
-    even = uniformly_sampled(case.log)
-    motors = motors_of(even, np.full(case.arm.M, COUNT))
+def inputs(made: ClockRecording, case: FaultCase, seed: int, fitted: bool = False) -> tuple[Series, FrameAngles, float]:
+    """What the check takes: the state's series with angles by vision alone, the frames on the log's clock, the clock's sigma, s."""
+    log = uniformly_sampled(case.log)
+    motors = motors_of(log, np.full(case.arm.M, COUNT))
     if fitted:
         clock = fit_clock(case.arm, case.angles, case.log)
         at, sigma = clock.log_time(case.angles.time), clock.offset_sigma
     else:
-        drawn = CLOCK_S * np.random.default_rng([seed, 5]).normal()
-        at, sigma = made.clocks.log_time(case.angles.time) + drawn, CLOCK_S
-    inside = (even.time >= at[0]) & (even.time <= at[-1])
-    alpha = np.stack([np.interp(even.time[inside], at, c) for c in case.angles.alpha.T], axis=-1)
-    still = np.zeros_like(alpha)
+        clock_error = CLOCK_S * np.random.default_rng([seed, 5]).normal()
+        at, sigma = made.clocks.log_time(case.angles.time) + clock_error, CLOCK_S
+    inside = (log.time >= at[0]) & (log.time <= at[-1])
+    alpha = np.stack([np.interp(log.time[inside], at, c) for c in case.angles.alpha.T], axis=-1)
+    zero = np.zeros_like(alpha)
     state = state_series(
         case.arm,
-        even.time[inside],
-        (alpha, still, still),
+        log.time[inside],
+        (alpha, zero, zero),
         (motors.theta[inside], motors.theta_d[inside], motors.theta_dd[inside]),
         motors.f[inside],
-        (still + case.angles.sigma[0], still, still),
+        (zero + case.angles.sigma[0], zero, zero),
     )
     return state, FrameAngles(at, case.angles.alpha, case.angles.white_sigma, case.angles.shared), sigma
 
 
-def judged(result: Check, fault: tuple[str, str] | None) -> tuple[float, float, float]:
+def judge(result: Check, fault: tuple[str, str] | None) -> tuple[float, float, float]:
     """Whether the verdict is right (the fault at its place is named or within the class), named best, and alone."""
     if fault is None:
         healthy = float(not result.faults)
@@ -150,7 +151,7 @@ def judged(result: Check, fault: tuple[str, str] | None) -> tuple[float, float, 
 
 
 def _baseline(before: ClockRecording, seed: int, described: Arm) -> Baseline | None:
-    case = Hidden("", None, before.angles, before.log, described)
+    case = FaultCase("", None, before.angles, before.log, described)
     try:
         return baseline_of(described, *inputs(before, case, seed + 50_000))
     except Refused:

@@ -18,7 +18,7 @@ from calibration.camera import Camera, camera_from
 from mechanism.description import Neck, markers_of, read_neck
 from samples.generator import camera as seen_by
 from samples.generator.hard import cases
-from vision.extract import extract
+from vision.extract import ExtractionOptions, extract
 from vision.linkage.linkage_fit import fit_linkage
 from vision.shutter import Shutter
 from vision.video import describe_video, read_frames
@@ -130,6 +130,6 @@ def by_opencv(refinement: str, video: Path, neck: Neck, camera: Camera, count: i
 
 def by_ours(corners: str, video: Path, neck: Neck, camera: Camera, exposure_s: float, count: int) -> Measured:
     """As `xneck extract --corners ... --exposure ...` does it."""
-    found = extract(describe_video(video), camera, neck, Shutter(exposure_s), template=corners == "template")
+    found = extract(describe_video(video), camera, neck, ExtractionOptions(Shutter(exposure_s), template=corners == "template"))
     lost = int(np.isnan(found.corners[:count, :, 0, 0]).sum())
     return Measured(found.angles.alpha[:count], found.angles.sigma[:count], lost)

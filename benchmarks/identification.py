@@ -1,4 +1,4 @@
-"""What friction and elasticity come out as: Fasquelle's chain, least squares at the log's rate, and ours with instruments.
+"""Errors of identified friction and elasticity: by Fasquelle's chain, by least squares at the log's rate, and by instruments.
 
 Recordings of 60 s at 0.1 deg and 30 Hz, encoder counts, clocks fitted by `synchronise` as in use, cables and friction drawn
 anew for each seed. In the second half the description has no pre-elongation while there are 2 to 26 N of it.
@@ -34,14 +34,14 @@ _K = np.array([10e3, 9e3, 8e3, 5.5e3])
 
 
 @dataclass(frozen=True)
-class Made:
-    """A recording with what was true, by term, (M,)."""
+class GeneratedRecording:
+    """A generated data set with the true values, by term, (M,)."""
 
     data: DataSet
     truth: dict[str, Array]
 
 
-def made(seed: int, neglected: bool = False, seconds: float = SECONDS) -> Made:
+def generated(seed: int, neglected: bool = False, seconds: float = SECONDS) -> GeneratedRecording:
     """Cables of 0.7 to 1.3 times the usual stiffness with 20 to 120 N s/m, and 10 to 20 N of dry friction.
 
     neglected: 2 to 26 N of pretension in the straight pose, described as none.
@@ -59,7 +59,7 @@ def made(seed: int, neglected: bool = False, seconds: float = SECONDS) -> Made:
     noise = np.random.default_rng([seed, 9]).normal(0, NOISE_RAD, p.frame_alpha.shape)
     angles = Angles(p.frame_times, p.frame_alpha + noise, np.full(p.frame_alpha.shape, NOISE_RAD))
     log = Series(p.log_time, numbered_columns("theta", p.counted) | numbered_columns("f", p.f))
-    return Made(synchronise(described, "", angles, log, {}), truth)
+    return GeneratedRecording(synchronise(described, "", angles, log, {}), truth)
 
 
 def without_x0(neck: Neck) -> Neck:
@@ -71,16 +71,16 @@ def measure(first: int = 0, seeds: int = SEEDS) -> Table:
     """Of each method and term: mean and rms error in %, what 95 % intervals cover, and how many are called identified."""
     rows: list[tuple[str, tuple[float | None, ...]]] = []
     for neglected in (False, True):
-        said, spent = "x0 neglected, " if neglected else "", []
+        prefix, spent = "x0 neglected, " if neglected else "", []
         found: dict[tuple[str, str], list[tuple[Array, Array, Array]]] = {}
         for seed in range(first, first + seeds):
-            one = made(seed, neglected)
-            fit = fasquelle_identification([one.data]).elastic[1]
+            recording = generated(seed, neglected)
+            fit = fasquelle_identification([recording.data]).elastic[1]
             begin = perf_counter()
-            ours = estimate([one.data])
+            ours = estimate([recording.data])
             spent.append(perf_counter() - begin)
             for term in TERMS:
-                true = one.truth[term]
+                true = recording.truth[term]
                 theirs = [p for p in fit.parameters if p.name == term]
                 found.setdefault(("Fasquelle's", term), []).append(
                     _compared(true, np.array([(p.value, p.sigma, p.identified) for p in theirs]))
@@ -97,7 +97,7 @@ def measure(first: int = 0, seeds: int = SEEDS) -> Table:
                 100 * float(called.mean()),
                 float(np.median(spent)) if method == "instruments" else None,
             )
-            rows.append((f"{said}{method}, {term}", figures))
+            rows.append((f"{prefix}{method}, {term}", figures))
     columns = ("bias %", "rms %", "covered %", "over sigma", "identified %", "s each")
     table = Table(f"Identification, {seeds} recordings of 60 s, 0.1 deg, fitted clocks", columns, tuple(rows))
     claims = [
@@ -112,9 +112,9 @@ def measure(first: int = 0, seeds: int = SEEDS) -> Table:
     return replace(table, claims=tuple(claims))
 
 
-def _compared(true: Array, found: Array) -> tuple[Array, Array, Array]:
-    """Relative error, error over sigma, and what is called identified, each (M,); found (M, 3)."""
-    value, sigma, called = found.T
+def _compared(true: Array, estimates: Array) -> tuple[Array, Array, Array]:
+    """Relative error, error over sigma, and what is called identified, each (M,); estimates (M, 3)."""
+    value, sigma, called = estimates.T
     return value / true - 1, (value - true) / sigma, called
 
 
@@ -125,5 +125,5 @@ def _ours(found: Estimates, term: str, method: str) -> Array:
     plain = method == "least squares"
     value = (s.least_squares if plain else s.p)[slot]
     sigma = np.sqrt(np.diag(s.least_squares_covariance if plain else s.covariance))[slot]
-    called = sigma <= 0.1 * np.abs(value) if plain else [v.identified for v in found.verdicts[slot]]
+    called = sigma <= 0.1 * np.abs(value) if plain else [v.identified for v in found.identifiability[slot]]
     return np.stack([value, sigma, called], axis=-1)

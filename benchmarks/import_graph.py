@@ -1,4 +1,6 @@
-"""The import graph of the product: lines per room, circles among modules, and imports that go up (`python -m benchmarks.import_graph`).
+"""The import graph of the product: lines per room, circles among modules, imports that go up.
+
+    python -m benchmarks.import_graph
 
 Rooms and their order are those of the layers in pyproject.toml. Imports for type checkers only (`if TYPE_CHECKING`) run nothing
 and are left out; imports inside functions count.

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.apriltag import apriltags
+from benchmarks.marker_angle import angle_slopes, in_plane_angle
 from benchmarks.table import Claim, Table
 from calibration.dictionaries import marker_cells, opencv_dictionary
 from samples.generator.closeup import Flaws, developed, light, picture, square
 from vision.markers.edge_refinement import refine_by_edges
 from vision.markers.optics_estimate import estimate_optics
 from vision.markers.photometric import MarkerFit, MarkerStart, fit_markers
-from benchmarks.marker_angle import angle_slopes, in_plane_angle
 from vision.markers.template import Optics
 
 Array = NDArray[np.float64]

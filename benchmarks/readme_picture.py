@@ -1,7 +1,7 @@
 """python -m benchmarks.readme_picture [--out FILE]: the README's picture, from the sample by the real pipeline.
 
-Left, a frame of samples/recording with the fitted linkage drawn on it. Right, what the equations of motion leave before and after the
-diagnosed cause is in the model.
+Left: a frame of samples/recording with the fitted linkage drawn on it. Right: what the equations of motion leave before and after
+the diagnosed cause is in the model.
 """
 
 import argparse
@@ -21,10 +21,8 @@ import xneck
 from mechanism.description import read_neck
 from synchronisation.encoder_log import read_log
 from synchronisation.synchronise import synchronise
-from vision.overlay import draw_overlay
-from vision.video import read_segment
 from xneck.recording.recording_folder import read_recording
-from xneck.recording.stages import camera_of, extraction_of
+from xneck.recording.stages import recording_angles
 from xneck.report import style
 from xneck_foundation.provenance import provenance
 from xneck_foundation.strict_yaml import read_text
@@ -64,17 +62,15 @@ def measured(samples: Path) -> tuple[Picture, dict[str, Any]]:
     """The frame in which the arm is bent most, annotated (BGR), and the record of the diagnosis."""
     recording = read_recording(samples / "recording")
     neck = read_neck(recording.neck)
-    camera, _ = camera_of(recording)
-    video, extraction = extraction_of(recording, neck, camera)
-    most_bent = int(np.nanargmax(np.nan_to_num(np.abs(extraction.angles.alpha)).sum(axis=1)))
-    (segment,) = (s for s in video.segments if s.before <= most_bent < s.before + s.count)
-    (grey,) = (f.grey for f in read_segment(video, segment) if f.index == most_bent)
+    angles, video = recording_angles(recording, neck)
+    assert video is not None
+    bend = np.abs(angles.alpha).sum(axis=1)
+    frame = max(video.annotated_frames, key=lambda frame: bend[frame.index])
     log = read_log(recording.log, neck)
-    fitted = synchronise(neck, read_text(recording.neck), extraction.angles, log, provenance(recording.files))
+    fitted = synchronise(neck, read_text(recording.neck), angles, log, provenance(recording.files))
     held_out = xneck.synchronise(samples / "held_out")
     record = xneck.as_record(xneck.diagnose([fitted], [held_out]))
-    frame = draw_overlay(grey, most_bent, neck, camera, extraction).astype(np.uint8)
-    return _cut_to_markers(frame, extraction.corners[most_bent]), record
+    return _cut_to_markers(frame.picture, video.extraction.corners[frame.index]), record
 
 
 def _cut_to_markers(frame: Picture, corners: NDArray[np.float64]) -> Picture:

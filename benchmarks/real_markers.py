@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.apriltag import FAMILIES, apriltags
+from benchmarks.marker_angle import in_plane_angle
 from benchmarks.opencv import REFINEMENTS, searching
 from benchmarks.table import Claim, Table
 from calibration.dictionaries import marker_cells, opencv_dictionary
 from mechanism.description import BarMarker, Markers
 from vision.markers.detection import MarkerDetector
 from vision.markers.photometric import MarkerStart, fit_markers
-from benchmarks.marker_angle import in_plane_angle
 from vision.markers.template import Optics
 from vision.markers.tracking import MarkerTracker, TrackingOptions
 from vision.video import Frame, read_frames

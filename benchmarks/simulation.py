@@ -1,4 +1,4 @@
-"""Simulation of the whole: how fast, how exact, and how MuJoCo does on the same arm.
+"""Speed and accuracy of the simulation of arm, cables and motors, and of MuJoCo on the same arm.
 
 The sample's arm with elastic damped cables and dry friction under smooth forces, from rest. Errors are against our own steps of
 a fortieth of a row, which tests hold against Runge and Kutta. MuJoCo knows no cables of this kind: it gets their torques from
@@ -40,7 +40,7 @@ COLUMNS = ("error, rad", "x real time")
 _K, _CA, _FS = np.array([10e3, 9e3, 8e3, 5.5e3]), np.full(4, 60.0), np.array([14.0, 17, 18, 16])
 
 
-class _Given:
+class _GivenForces:
     """A controller that gives forces (T, M) whatever the motors do."""
 
     def __init__(self, f: Array) -> None:
@@ -68,7 +68,7 @@ def measure() -> Table:
             arms = batch([replace(arm, top_mass=arm.top_mass * (1 + 0.001 * k / count)) for k in range(count)])
             sets = Machine(arms, machine.names, values | {"k": _K * (1 + 0.1 * np.arange(count)[:, None] / count)})
             short = ticks[:TIMED_ROWS]
-            spent = _least(lambda sets=sets, short=short, step=step: simulate(sets, rest, short, f, max_step=step))
+            spent = _shortest(lambda sets=sets, short=short, step=step: simulate(sets, rest, short, f, max_step=step))
             rows.append((_label(step, count), (error, short[-1] * count / spent)))
     error, speed = np.inf, 0.0
     for step in MUJOCO_STEPS_S:
@@ -105,12 +105,12 @@ def _mujoco(f: Array, step: float) -> tuple[Array, float]:
     neck = parse_yaml(NECK.read_text(), str(NECK))
     motors = motors_of(neck, dry_and_viscous(_FS, np.zeros(4)), linear_cable(_K, _CA))
     bodies = MujocoArm(neck, step)
-    alpha = generator.simulate(neck, bodies, motors, _Given(f), np.zeros(4), len(f), 0).alpha
+    alpha = generator.simulate(neck, bodies, motors, _GivenForces(f), np.zeros(4), len(f), 0).alpha
     bodies.place(np.zeros(3))
-    return alpha, MUJOCO_TIMED * step / _least(lambda: mujoco.mj_step(bodies.model, bodies.data, MUJOCO_TIMED))
+    return alpha, MUJOCO_TIMED * step / _shortest(lambda: mujoco.mj_step(bodies.model, bodies.data, MUJOCO_TIMED))
 
 
-def _least(work: Callable[[], object]) -> float:
+def _shortest(work: Callable[[], object]) -> float:
     """s of computing, the least of several runs."""
     spent = []
     for _ in range(REPEATS):

@@ -31,12 +31,12 @@ Array = NDArray[np.float64]
 NECK = Path(__file__).parents[1] / "samples/recording/neck.yaml"
 SEEDS = range(6)
 SECONDS = 60.0
-NOISE = np.radians(0.1)
-EDGE = 1.0
+NOISE_RAD = np.radians(0.1)
+EDGE_S = 1.0
 """s left out at both ends, where Fasquelle's filters settle"""
-GAPS = ((14.0, 15.0), (29.5, 30.5), (45.0, 46.0))
-"""s after the first frame: no joint seen, in the rows that say so"""
-CUTOFFS = (2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 14.0)
+GAPS_S = ((14.0, 15.0), (29.5, 30.5), (45.0, 46.0))
+"""s after the first frame, from and to, in which no joint is seen; for the rows of the table that say so"""
+CUTOFFS_HZ = (2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 14.0)
 CONTENTS = {"2 Hz": ((0.1, 2.0), (25.0, 32.0)), "5 Hz": ((0.1, 5.0), (8.0, 9.6))}
 """bands in Hz, peaks in deg"""
 _FS, _K = np.array([14.0, 17.0, 18.0, 16.0]), np.array([10e3, 9e3, 8e3, 5.5e3])
@@ -66,8 +66,8 @@ class _Run:
     """RMS errors over the peer's, (3,)"""
     nees: Array
     """of alpha, alpha', alpha'', and jointly, (4,), where vision sees"""
-    blind: Array
-    """the same within gaps, NaN without"""
+    nees_in_gaps: Array
+    """the four within gaps, NaN without"""
     seconds: float
     """of computing per minute of recording"""
 
@@ -83,17 +83,17 @@ def measure(seeds: Iterable[int] = SEEDS) -> Table:
             runs: dict[tuple[bool, bool], list[_Run]] = {kind: [] for kind in kinds}
             for seed in seeds:
                 made = prescribe(world, SECONDS, seed, hertz, peak)
-                for (fuse, gaps), found in runs.items():
-                    found.append(_one(arm, counts, made, seed, fuse, gaps))
-            for (fuse, gaps), found in runs.items():
+                for (fuse, gaps), done in runs.items():
+                    done.append(_run(arm, counts, made, seed, fuse, gaps))
+            for (fuse, gaps), done in runs.items():
                 label = f"{content}, fused, {name} cables" if fuse else f"{content}, vision alone"
-                seconds = float(np.mean([run.seconds for run in found]))
+                seconds = float(np.mean([run.seconds for run in done]))
                 if not gaps:
-                    ratio = np.mean([run.ratio for run in found], axis=0).tolist()
-                    rows.append((label, (*ratio, *_honesty([run.nees for run in found]), seconds)))
+                    ratio = np.mean([run.ratio for run in done], axis=0).tolist()
+                    rows.append((label, (*ratio, *_nees_summary([run.nees for run in done]), seconds)))
                     continue
-                for where, nees in (("in", [r.blind for r in found]), ("beside", [r.nees for r in found])):
-                    rows.append((f"{label}, {where} gaps", (None, None, None, *_honesty(nees), seconds)))
+                for where, nees in (("in", [r.nees_in_gaps for r in done]), ("beside", [r.nees for r in done])):
+                    rows.append((f"{label}, {where} gaps", (None, None, None, *_nees_summary(nees), seconds)))
     columns = ("alpha", "alpha'", "alpha''", "NEES", "NEES'", "NEES''", "joint", "least", "most", "s/min")
     table = Table(f"State over Fasquelle's chain, RMS, {len(seeds)} seeds of 0.1 deg", columns, tuple(rows))
     peer = ("Fasquelle's, at its best cutoff", 1.0)
@@ -111,27 +111,29 @@ def measure(seeds: Iterable[int] = SEEDS) -> Table:
     return replace(table, claims=tuple(claims))
 
 
-def _honesty(nees: list[Array]) -> tuple[float, ...]:
-    """Means of the four, least and most of the last."""
-    joint = [float(found[3]) for found in nees]
+def _nees_summary(nees: list[Array]) -> tuple[float, ...]:
+    """Means of the four NEES, and the least and the most of the joint one."""
+    joint = [float(each[3]) for each in nees]
     return (*np.mean(nees, axis=0).tolist(), min(joint), max(joint))
 
 
-def _one(arm: Arm, counts: Array, made: Prescribed, seed: int, fuse: bool, gaps: bool) -> _Run:
-    noise = np.random.default_rng([seed, 1]).normal(0, NOISE, made.frame_alpha.shape)
+def _run(arm: Arm, counts: Array, made: Prescribed, seed: int, fuse: bool, gaps: bool) -> _Run:
+    noise = np.random.default_rng([seed, 1]).normal(0, NOISE_RAD, made.frame_alpha.shape)
     frames, alpha = made.clocks.log_time(made.frame_times), made.frame_alpha + noise
-    log = uniformly_sampled(Series(made.log_time, numbered_columns("theta", made.counted) | numbered_columns("f", made.f)))
-    inside = (log.time > frames[0] + EDGE) & (log.time < frames[-1] - EDGE)
-    seen = FrameAngles(frames, alpha, np.full(alpha.shape, NOISE), np.zeros(alpha.shape))
+    log = uniformly_sampled(
+        Series(made.log_time, numbered_columns("theta", made.counted) | numbered_columns("f", made.f))
+    )
+    inside = (log.time > frames[0] + EDGE_S) & (log.time < frames[-1] - EDGE_S)
+    vision = FrameAngles(frames, alpha, np.full(alpha.shape, NOISE_RAD), np.zeros(alpha.shape))
     if gaps:
-        seen = replace(seen, alpha=np.where(_hidden(frames, frames[0])[:, None], np.nan, alpha))
+        vision = replace(vision, alpha=np.where(_in_gaps(frames, frames[0])[:, None], np.nan, alpha))
     begin = perf_counter()
-    state = estimate_state(arm, seen, motors_of(log, counts), log.time[inside], fuse=fuse)
-    took = perf_counter() - begin
-    truth = [_at(made, values) for values in (made.alpha, made.alpha_d, made.alpha_dd)]
+    state = estimate_state(arm, vision, motors_of(log, counts), log.time[inside], fuse=fuse)
+    elapsed = perf_counter() - begin
+    truth = [_truth_at(made, values) for values in (made.alpha, made.alpha_d, made.alpha_dd)]
     ours = [_rms(v - t(state.time)) for v, t in zip(_parts(state), truth, strict=True)]
     peer = np.full(3, np.nan if gaps else np.inf)
-    for cutoff in () if gaps else CUTOFFS:
+    for cutoff in () if gaps else CUTOFFS_HZ:
         series = fasquelle_series(arm, log, frames, alpha, cutoff)
         kept = (series.time > state.time[0]) & (series.time < state.time[-1])
         for d, suffix in enumerate(("", "_d", "_dd")):
@@ -139,17 +141,17 @@ def _one(arm: Arm, counts: Array, made: Prescribed, seed: int, fuse: bool, gaps:
     at = state.covariance_time
     rows = np.searchsorted(state.time, at - 1e-9)
     e = np.concatenate([v[rows] - t(at) for v, t in zip(_parts(state), truth, strict=True)], axis=1)
-    blind = _hidden(at, frames[0]) & gaps
-    nees = [_nees(e[part], state.covariance[part]) for part in (~blind, blind)]
-    return _Run(np.array(ours) / peer, nees[0], nees[1], took * 60 / SECONDS)
+    in_gaps = _in_gaps(at, frames[0]) & gaps
+    nees = [_nees(e[part], state.covariance[part]) for part in (~in_gaps, in_gaps)]
+    return _Run(ratio=np.array(ours) / peer, nees=nees[0], nees_in_gaps=nees[1], seconds=elapsed * 60 / SECONDS)
 
 
-def _hidden(time: Array, first: float) -> NDArray[np.bool_]:
-    return np.any([(time > first + begin) & (time < first + end) for begin, end in GAPS], axis=0)
+def _in_gaps(time: Array, first: float) -> NDArray[np.bool_]:
+    return np.any([(time > first + begin) & (time < first + end) for begin, end in GAPS_S], axis=0)
 
 
 def _nees(e: Array, covariance: Array) -> Array:
-    """Of errors (K, 3 N): of each derivative with its own block, and of all, (4,); NaN where K = 0."""
+    """NEES of errors (K, 3 N): of each derivative with its own block, and of all, (4,); NaN where K = 0."""
     if not len(e):
         return np.full(4, np.nan)
     n = e.shape[1] // 3
@@ -163,8 +165,8 @@ def _parts(state: StateEstimate) -> tuple[Array, Array, Array]:
     return state.alpha, state.alpha_d, state.alpha_dd
 
 
-def _at(made: Prescribed, values: Array) -> Callable[[Array], Array]:
-    """Truth at rows of the log, by their times."""
+def _truth_at(made: Prescribed, values: Array) -> Callable[[Array], Array]:
+    """The true values (T, ...) as a function of times of the log's rows."""
     return lambda time: values[np.searchsorted(made.log_time, time - 1e-6)]
 
 

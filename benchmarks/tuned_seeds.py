@@ -14,6 +14,7 @@ _SLOW = "the clock of slow motion, and what counts as a lost frame there, were m
 
 _ARMS: tuple[tuple[range, str], ...] = (
     (range(2), _RULES),
+    (range(71, 74), "mirrored arms in slow motion: when another arm than the described one is named"),
     (range(110, 112), _FIRST_TABLE),
     (range(120, 123), "hysteresis, pulley friction and creep of the diagnosis were mended after it was counted"),
     (range(131, 137), _MENDED),
@@ -23,7 +24,7 @@ _ARMS: tuple[tuple[range, str], ...] = (
         "run again while the clock's late commands and the columns of cables with memory were mended",
     ),
     (range(139, 140), "whether a cause holds on other recordings is judged channel by channel"),
-    (range(200, 206), "when a further cause is named beside the first was set on its pairs"),
+    (range(200, 206), "pairs: a rule for a further cause was set on the one that was missed"),
     (range(210, 218), "pairs: what a motor that lags leaves was looked into and mended"),
     (range(500, 501), "short recordings: a cause that does not hold on other recordings is insufficient"),
     (range(510, 511), "slow motion and constant tension were looked into on it"),

@@ -40,12 +40,12 @@ class Charuco(Strict):
 
     @field_validator("dictionary")
     @classmethod
-    def _known(cls, name: str, info: ValidationInfo) -> str:
+    def _known_dictionary(cls, name: str, info: ValidationInfo) -> str:
         return check_dictionary(name, info.data.get("columns", 0) * info.data.get("rows", 0) // 2)
 
     @property
     def window(self) -> tuple[float, float]:
-        """How far, in squares, nothing but its own four squares lies around a corner: at all, and off the edges."""
+        """Radius around a corner, in squares, with nothing but its four squares: along the edges, and off the edges."""
         return 0.45, 0.45 * (1 - self.marker / self.square)
 
     @cached_property
@@ -68,7 +68,9 @@ class Charuco(Strict):
 
     def opencv(self, legacy: bool = False) -> cv2.aruco.CharucoBoard:
         """OpenCV's description; `legacy` is the pattern of OpenCV before 4.6 (differs where rows are even)."""
-        board = cv2.aruco.CharucoBoard((self.columns, self.rows), self.square, self.marker, opencv_dictionary(self.dictionary))
+        board = cv2.aruco.CharucoBoard(
+            (self.columns, self.rows), self.square, self.marker, opencv_dictionary(self.dictionary)
+        )
         board.setLegacyPattern(legacy)
         return board
 
@@ -83,7 +85,7 @@ class Chessboard(Strict):
 
     @property
     def window(self) -> tuple[float, float]:
-        """How far, in squares, nothing but its own four squares lies around a corner: at all, and off the edges."""
+        """Radius around a corner, in squares, with nothing but its four squares: along the edges, and off the edges."""
         return 0.45, 0.45
 
     @cached_property
@@ -119,7 +121,7 @@ class AprilGrid(Strict):
 
     @field_validator("dictionary")
     @classmethod
-    def _known(cls, name: str, info: ValidationInfo) -> str:
+    def _known_dictionary(cls, name: str, info: ValidationInfo) -> str:
         needed = info.data.get("columns", 0) * info.data.get("rows", 0) + info.data.get("first_id", 0)
         return check_dictionary(name, needed)
 
@@ -130,7 +132,7 @@ class AprilGrid(Strict):
 
     @property
     def window(self) -> tuple[float, float]:
-        """How far, in small squares, nothing but them, the tag's border and white lie around a corner."""
+        """Radius around a corner, in small squares, with nothing but them, the tag's border and white: along and off the edges."""
         border = 2 / (opencv_dictionary(self.dictionary).markerSize + 4) / self.spacing
         return min(0.6, 0.9 * border), min(0.6, 0.9 * border)
 
@@ -176,7 +178,7 @@ def read_board(path: str | Path) -> Board:
 
 
 def _grid(columns: int, rows: int, square: float) -> np.ndarray:
-    """Corner positions row by row, shape (columns * rows, 3), in units of `square`'s."""
+    """Corner positions row by row, shape (columns * rows, 3), in the unit of `square`."""
     grid = np.zeros((rows * columns, 3))
     grid[:, :2] = np.mgrid[0:columns, 0:rows].T.reshape(-1, 2) * square
     return grid

@@ -1,4 +1,4 @@
-"""What pictures show where they do not show the board as described: another dictionary, other columns or rows."""
+"""Description of what pictures show that do not show the board of the file: another dictionary, other columns or rows."""
 
 from collections.abc import Sequence
 
@@ -10,11 +10,12 @@ from calibration.dictionaries import dictionary_names, dictionary_size, opencv_d
 from calibration.pictures import Picture
 
 _MIN_MARKERS = 4
-_MOST_COLUMNS = 30
+"""markers of a dictionary in one picture, from which on it is named"""
+_MAX_COLUMNS = 30
 
 
 def describe_mismatch(board: Board, pictures: Sequence[Picture]) -> str | None:
-    """In words what `pictures`, which do not show `board`, show instead; None where that cannot be told."""
+    """What `pictures`, which do not show `board`, show instead, in words; None where that is not clear."""
     if isinstance(board, Chessboard):
         name, ids, _ = _most_markers(pictures, 1)
         return f"markers of {name}: is it a ChArUco board?" if len(set(ids)) >= 2 * _MIN_MARKERS else None
@@ -38,7 +39,7 @@ def _most_markers(
 ) -> tuple[str, np.ndarray, np.ndarray]:
     """The dictionary with most markers in one picture, their ids and their middles, shape (n, 2), px.
 
-    Of dictionaries that contain one another the smallest wins. Black for white is tried where nothing else is seen.
+    Of dictionaries that contain one another the smallest is taken. Black for white is tried where nothing else is detected.
     """
     parameters = cv2.aruco.DetectorParameters()
     parameters.markerBorderBits = border
@@ -47,7 +48,9 @@ def _most_markers(
     names = sorted(dictionary_names() if only is None else [only], key=dictionary_size)
 
     def quads(picture: Picture) -> int:
-        corners, _, rejected = cv2.aruco.ArucoDetector(opencv_dictionary(names[0]), parameters).detectMarkers(picture.grey)
+        corners, _, rejected = cv2.aruco.ArucoDetector(opencv_dictionary(names[0]), parameters).detectMarkers(
+            picture.grey
+        )
         return len(corners) + len(rejected)
 
     # large dictionaries take their time: one picture will do
@@ -65,24 +68,24 @@ def _most_markers(
 
 
 def _columns(board: Charuco | AprilGrid, ids: np.ndarray, centres: np.ndarray) -> int | None:
-    """The number of columns with which the markers' ids put them where they are seen."""
-    for columns in range(2, _MOST_COLUMNS):
+    """The number of columns for which the markers' ids agree with their places in the picture."""
+    for columns in range(2, _MAX_COLUMNS):
         cells = _cell(board, columns, ids).astype(float)
         if np.linalg.matrix_rank(cells - cells.mean(axis=0)) < 2:
             continue
         homography, _ = cv2.findHomography(cells, centres, 0)
         if homography is None:
             continue
-        away = np.linalg.norm(cv2.perspectiveTransform(cells[None], homography)[0] - centres, axis=1)
-        near = np.linalg.norm(centres[:, None] - centres[None], axis=2)
-        pitch = float(np.median(np.sort(near, axis=1)[:, 1]))
-        if len(ids) > _MIN_MARKERS and away.max() < 0.2 * pitch:
+        distance = np.linalg.norm(cv2.perspectiveTransform(cells[None], homography)[0] - centres, axis=1)
+        between = np.linalg.norm(centres[:, None] - centres[None], axis=2)
+        pitch = float(np.median(np.sort(between, axis=1)[:, 1]))
+        if len(ids) > _MIN_MARKERS and distance.max() < 0.2 * pitch:
             return columns
     return None
 
 
 def _cell(board: Charuco | AprilGrid, columns: int, ids: np.ndarray) -> np.ndarray:
-    """Column and row of the cells in which these markers stand on a board of so many columns, shape (n, 2)."""
+    """Column and row of the cells of markers with these ids on a board of so many columns, shape (n, 2)."""
     if isinstance(board, AprilGrid):
         index = ids - board.first_id
         return np.column_stack([index % columns, index // columns])

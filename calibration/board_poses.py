@@ -1,4 +1,4 @@
-"""Where the board was, view by view."""
+"""The pose of the board in each view."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 @dataclass(frozen=True)
 class BoardPoses:
-    """T_camera_board of each view: p_camera = R p_board + t."""
+    """T_camera_board of n views: p_camera = R p_board + t."""
 
     R: np.ndarray  # shape (n, 3, 3)
     t: np.ndarray  # shape (n, 3), m
@@ -19,5 +19,5 @@ class BoardPoses:
         return BoardPoses(self.R[index], self.t[index])
 
     def moved(self, steps: np.ndarray) -> "BoardPoses":
-        """Turned from the left by steps[:, :3], rad, and shifted by steps[:, 3:], m; shape (n, 6)."""
+        """The poses after steps (n, 6): rotated from the left by the first three numbers, rad, and shifted by the others, m."""
         return BoardPoses(Rotation.from_rotvec(steps[:, :3]).as_matrix() @ self.R, self.t + steps[:, 3:])

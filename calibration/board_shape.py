@@ -1,8 +1,8 @@
-"""The shape of a printed board as an estimate: a sheet that was glued on bows, and printers stretch one way more than the other.
+"""The shape of a printed board as an estimate: a sheet that was glued on bows, and printers stretch one axis more than the other.
 
-Every model is linear in its numbers: corner = nominal + sum of modes (+ an offset of its own, in the model `free`).
-Modes and offsets move no board as a whole: that the poses do. What stretches both ways alike is left out too, since no
-picture tells the size of a board; the columns' pitch is believed.
+Every model is linear in its parameters: corner = nominal + sum of modes (+ an offset for each corner, in the model `free`).
+Modes and offsets contain no motion of the whole board, which is its pose, and no change of scale, since no picture shows the
+size of a board: the columns' pitch is taken as stated.
 """
 
 from dataclasses import dataclass
@@ -11,20 +11,19 @@ import numpy as np
 
 SHAPE_NAMES = ("bow_x", "bow_y", "aspect")
 SHAPE_SIGMA = (np.inf, np.inf, 0.003)
-"""what is believed of NAMES beforehand: printers stretch by a few parts in a thousand, and where boards are seldom turned
-about the line of sight the aspect looks like that of the focal lengths"""
+"""prior standard deviations of the numbers SHAPE_NAMES at 1: bows, m, without a prior; aspect: printers stretch by a few parts
+in a thousand, and where boards are seldom turned about the line of sight the aspect looks like that of the focal lengths"""
 OFFSET_SIGMA = (0.002, 0.002, 0.005)
-"""what is believed of a free corner's offset before the pictures speak, in squares (0.05 and 0.13 mm for squares of 25 mm):
-held-out errors on real sets hardly change from half to twice as much"""
+"""prior standard deviation of a free corner's offset along x, y, z, in squares (0.05 and 0.13 mm for squares of 25 mm)"""
 
 
 @dataclass(frozen=True)
 class ShapeModel:
-    """Which numbers of the board's shape are estimated."""
+    """Which parameters of the board's shape are estimated."""
 
     name: str
-    free: tuple[str, ...] = ()  # of NAMES
-    offsets: bool = False  # a free offset for each corner
+    free: tuple[str, ...] = ()  # of SHAPE_NAMES
+    offsets: bool = False  # whether each corner has a free offset
 
 
 SHAPE_MODELS = {
@@ -37,23 +36,23 @@ SHAPE_MODELS = {
         ShapeModel("free", (), True),
     )
 }
-"""From the simplest on; each is a part of a later one (`free` holds all up to its prior)."""
+"""Models to choose from, the simplest first; each is part of a later one (`free` contains all, up to its prior)."""
 
 
 @dataclass(frozen=True)
 class BoardShape:
-    """Where a board's corners really are, in the frame of the nominal ones."""
+    """The estimated shape of a board, in the frame of the nominal corners."""
 
     model: ShapeModel
     ids: np.ndarray  # corner ids, ascending, shape (c,)
     nominal: np.ndarray  # as board.yaml has them, shape (c, 3), m
-    modes: np.ndarray  # what each of NAMES at 1 moves, shape (3, c, 3)
+    modes: np.ndarray  # displacements of the corners by each of SHAPE_NAMES at 1, shape (3, c, 3)
     values: np.ndarray  # bow over x and over y (how far the rim lies behind the middle, m), aspect - 1, shape (3,)
     offsets: np.ndarray  # shape (c, 3), m
 
     @property
     def points(self) -> np.ndarray:
-        """The corners as estimated, shape (c, 3), m."""
+        """The estimated corners, shape (c, 3), m."""
         return self.nominal + np.tensordot(self.values, self.modes, 1) + self.offsets
 
     def of(self, ids: np.ndarray) -> np.ndarray:
@@ -62,34 +61,41 @@ class BoardShape:
 
     @property
     def bow(self) -> np.ndarray:
-        """Sagitta along x and y, whatever the model: the least-squares bow of the estimated corners, shape (2,), m."""
+        """Sagitta along x and y by the least-squares bow of the estimated corners, for every model, shape (2,), m."""
         shapes = self.modes[:2, :, 2].T
         return np.linalg.lstsq(shapes, (self.points - self.nominal)[:, 2], rcond=None)[0]
 
 
 def flat_board(ids: np.ndarray, nominal: np.ndarray) -> BoardShape:
-    """A board as it was meant."""
-    return BoardShape(SHAPE_MODELS["rigid"], ids, nominal, shape_modes(nominal), np.zeros(3), np.zeros_like(nominal))
+    """A board whose corners are the nominal ones."""
+    return BoardShape(
+        model=SHAPE_MODELS["rigid"],
+        ids=ids,
+        nominal=nominal,
+        modes=shape_modes(nominal),
+        values=np.zeros(3),
+        offsets=np.zeros_like(nominal),
+    )
 
 
 def shape_modes(nominal: np.ndarray) -> np.ndarray:
-    """What each of NAMES at 1 moves, shape (3, c, 3); the bows without what a pose could do."""
+    """Displacements of the corners by each of SHAPE_NAMES at 1, shape (3, c, 3); the bows contain no motion of the board."""
     low, high = nominal[:, :2].min(axis=0), nominal[:, :2].max(axis=0)
     unit = (2 * nominal[:, :2] - low - high) / np.maximum(high - low, 1e-12)
     plane = np.column_stack([np.ones(len(unit)), unit])
     squares = unit**2
     bows = squares - plane @ np.linalg.lstsq(plane, squares, rcond=None)[0]
-    out = np.zeros((3, len(nominal), 3))
-    out[:2, :, 2] = bows.T
-    out[2, :, 1] = nominal[:, 1] - nominal[:, 1].mean()
-    return out
+    displacements = np.zeros((3, len(nominal), 3))
+    displacements[:2, :, 2] = bows.T
+    displacements[2, :, 1] = nominal[:, 1] - nominal[:, 1].mean()
+    return displacements
 
 
 def offset_basis(nominal: np.ndarray) -> np.ndarray:
     """An orthonormal basis of the free offsets, shape (3 c, 3 c - 11).
 
-    What a pose could do is not in it, nor what a printer or a sheet of paper cannot do and a principal point can: in the
-    plane no shear and no keystone. Scale is not seen in pictures at all, and the aspect is a model of its own.
+    It contains no motion of the board, and in the plane no shear and no keystone, which no printer makes but a principal point
+    imitates. Scale is invisible in pictures, and the aspect is a mode of its own.
     """
     x, y = (nominal[:, :2] - nominal[:, :2].mean(axis=0)).T / max(float(np.ptp(nominal[:, :2])), 1e-12)
     one, zero = np.ones_like(x), np.zeros_like(x)

@@ -1,4 +1,4 @@
-"""A calibration as people need it: what it covers, how far it can be trusted where, and what to photograph next."""
+"""The quality of a calibration: what it covers, how exact it is over the picture, and what to photograph next."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,14 +12,14 @@ from calibration.projection_uncertainty import ProjectionSigma, projection_sigma
 
 @dataclass(frozen=True)
 class CalibrationQuality:
-    """What a calibration means."""
+    """What a calibration covers, how exact it is, and how to improve it."""
 
     coverage: Coverage
     projection: ProjectionSigma
     next_pictures: tuple[NextPicture, ...]
 
     def as_json(self) -> dict[str, Any]:
-        """Keys beside those of calibration/summary.py."""
+        """The keys of --json that stand beside those of calibration/summary.py."""
         covered = self.coverage
         return {
             "coverage": {
@@ -42,7 +42,7 @@ class CalibrationQuality:
 
 
 def assess_quality(calibration: Calibration) -> CalibrationQuality:
-    """What `calibration` means, from its covariance and views alone."""
+    """The quality of `calibration` from its covariance and views."""
     return CalibrationQuality(
         coverage_of(calibration.camera, calibration.views, calibration.poses),
         projection_sigma(calibration.camera),
@@ -51,7 +51,7 @@ def assess_quality(calibration: Calibration) -> CalibrationQuality:
 
 
 def corner_errors(calibration: Calibration) -> tuple[np.ndarray, np.ndarray]:
-    """Every corner used: where it was seen, and seen less predicted, both shape (n, 2), px."""
+    """All corners used: where they were observed, and observed less predicted, both shape (n, 2), px."""
     pixels, errors = [], []
     for view, R, t in zip(calibration.views, calibration.poses.R, calibration.poses.t, strict=True):
         predicted = calibration.camera.project(

@@ -1,4 +1,4 @@
-"""A camera: a pinhole with the lens model plumb_bob, and how well it is known. Its files: calibration/camera_file.py.
+"""A camera: a pinhole with the lens model plumb_bob and the covariance of its parameters. Its files: calibration/camera_file.py.
 
 Pixels: integer coordinates are pixel centres, (0, 0) the centre of the upper left one, x right, y down (OpenCV's and
 ROS's convention). Camera frame: x right, y down, z forward. `T_camera_board` is (rvec, tvec): p_camera = R p_board + t.
@@ -17,19 +17,19 @@ from xneck_foundation.errors import Refused
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole with the lens model plumb_bob, and how well it is known."""
+    """A pinhole with the lens model plumb_bob and the covariance of its parameters."""
 
     width: int  # px
     height: int  # px
     K: np.ndarray  # shape (3, 3), px
     distortion: np.ndarray  # k1, k2, p1, p2, k3, shape (5,)
-    covariance: np.ndarray | None = None  # of lens.NAMES, shape (9, 9); rows of fixed parameters are zero
+    covariance: np.ndarray | None = None  # of lens.PARAMETER_NAMES, shape (9, 9); rows of fixed parameters are zero
     name: str = "camera"
-    info: dict[str, Any] = field(default_factory=dict)  # what else stands under `xneck` in the file
+    info: dict[str, Any] = field(default_factory=dict)  # further entries under the key `xneck` of the file
 
     @property
     def parameters(self) -> np.ndarray:
-        """[fx, fy, cx, cy, k1, k2, p1, p2, k3], the order of lens.NAMES, shape (9,)."""
+        """[fx, fy, cx, cy, k1, k2, p1, p2, k3], the order of lens.PARAMETER_NAMES, shape (9,)."""
         return np.array([self.K[0, 0], self.K[1, 1], self.K[0, 2], self.K[1, 2], *self.distortion])
 
     @property
@@ -49,24 +49,24 @@ class Camera:
         return self.rays(pixels) * self.parameters[:2] + self.parameters[2:4]
 
     def project(self, points: np.ndarray, rvec: np.ndarray, tvec: np.ndarray) -> np.ndarray:
-        """Points of a board's (any body's) frame, shape (n, 3), m, to pixels, shape (n, 2).
+        """Points of a body's frame (a board's, for example), shape (n, 3), m, to pixels, shape (n, 2).
 
         rvec (rotation vector, rad) and tvec (m): p_camera = R p + t. NaN for points not in front of the camera.
         """
-        seen = Rotation.from_rotvec(np.ravel(rvec)).apply(np.reshape(points, (-1, 3))) + np.ravel(tvec)
-        depth = np.where(seen[:, 2] > 0, seen[:, 2], np.nan)
-        return lens.rays_to_pixels(seen[:, :2] / depth[:, None], self.parameters)
+        p = Rotation.from_rotvec(np.ravel(rvec)).apply(np.reshape(points, (-1, 3))) + np.ravel(tvec)
+        depth = np.where(p[:, 2] > 0, p[:, 2], np.nan)
+        return lens.rays_to_pixels(p[:, :2] / depth[:, None], self.parameters)
 
 
-def camera_from(parameters: np.ndarray, size: tuple[int, int], **more: Any) -> Camera:
-    """A camera from its nine parameters (order of lens.NAMES) and its picture size, px."""
+def camera_from(parameters: np.ndarray, size: tuple[int, int], **fields: Any) -> Camera:
+    """A camera from its nine parameters (order of lens.PARAMETER_NAMES) and its picture size, px."""
     fx, fy, cx, cy = parameters[:4]
     K = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
-    return Camera(size[0], size[1], K, np.array(parameters[4:9], float), **more)
+    return Camera(width=size[0], height=size[1], K=K, distortion=np.array(parameters[4:9], float), **fields)
 
 
 def refuse_implausible(camera: Camera, where: str | Path, places: tuple[str, str, str, str]) -> None:
-    """Refused with the place (of fx, fy, cx, cy in the file `where`) of a value that no camera has."""
+    """Raises Refused for a value that no camera has; `places`: where fx, fy, cx and cy stand in the file `where`."""
     fx, fy, cx, cy = camera.parameters[:4]
     for place, focal in zip(places[:2], (fx, fy), strict=True):
         if not 0.05 * camera.width <= focal <= 100 * camera.width:

@@ -1,4 +1,4 @@
-"""The corners of a board in one picture, to a few hundredths of a pixel."""
+"""Detection of a board's corners in one picture, to a few hundredths of a pixel."""
 
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -11,46 +11,49 @@ from calibration.dictionaries import is_upside_down, opencv_dictionary
 from calibration.pictures import Picture
 from calibration.saddle import fit_saddles
 
-MIN_CORNERS = 6  # four would do for a pose, but then nothing tells whether it is right
+MIN_CORNERS = 6
+"""corners of a view at least: four determine a pose, but then nothing shows whether it is right"""
 _MIN_TAGS = 4
-_MOST_REST = (
-    0.35  # of half the contrast: a corner under a reflection or a finger leaves 0.4 and more, a good one 0.05 to 0.2
-)
+"""tags of an AprilGrid that must be detected"""
+_MAX_SADDLE_RESIDUAL = 0.35
+"""residual of a saddle over half the contrast, above which the detector's corner is kept instead"""
+_MAX_SADDLE_SIGMA_PX = 0.5
+"""px: standard deviation of a saddle's point, above which the detector's corner is kept instead"""
 
 
 @dataclass(frozen=True)
 class BoardVariant:
-    """How a board departs from what its file says."""
+    """How a printed board differs from its file."""
 
     legacy: bool = False
     inverted: bool = False
     mirrored: bool = False
 
     def notes(self) -> tuple[str, ...]:
-        """What a person should know of it, in sentences."""
-        words: list[str] = []
+        """The differences, in sentences."""
+        notes: list[str] = []
         if self.legacy:
-            words.append("the board has the legacy pattern of OpenCV before 4.6")
+            notes.append("the board has the legacy pattern of OpenCV before 4.6")
         if self.inverted:
-            words.append("the board is printed black for white")
+            notes.append("the board is printed black for white")
         if self.mirrored:
-            words.append("the pictures (or the print) are mirrored: angles seen by this camera may have the wrong sign")
-        return tuple(words)
+            notes.append("the pictures (or the print) are mirrored: angles seen by this camera may have the wrong sign")
+        return tuple(notes)
 
 
 @dataclass(frozen=True)
 class BoardView:
-    """A board as one picture shows it; self-contained, so that an estimator needs nothing of the board's kind."""
+    """The corners of a board in one picture, with all that an estimator needs of the board."""
 
     name: str
     image_points: np.ndarray  # shape (k, 2), px, integer = pixel centre
     object_points: np.ndarray  # shape (k, 3), m, board frame
     corner_ids: np.ndarray  # shape (k,)
     sharpness: float = 1.0  # one over the blur's standard deviation across the more blurred edges, 1/px
-    sigma: np.ndarray | None = None  # of one coordinate, shape (k,), px; infinite: no saddle there, the detector's word
+    sigma: np.ndarray | None = None  # of one coordinate, shape (k,), px; infinite where the detector's corner was kept
 
     def of(self, index: np.ndarray) -> "BoardView":
-        """The view with some of its corners, `index` as numpy takes it."""
+        """The view with the corners of `index` only, an index array or mask."""
         return replace(
             self,
             image_points=self.image_points[index],
@@ -61,39 +64,43 @@ class BoardView:
 
 
 class CornerDetector:
-    """Finds one board in picture after picture; how the board departs from its file is settled by the first success."""
+    """Detects one board in picture after picture; the first success decides how the board differs from its file."""
 
     def __init__(self, board: Board) -> None:
         self.board = board
         self.variant: BoardVariant | None = None
         self.markers_without_board = 0  # pictures with markers of the dictionary but no board
-        self.seen_sizes: Counter[tuple[int, int]] = Counter()  # chessboards as pictures show them, larger count first
-        self.kept: list[Picture] = []  # a few of the pictures without the board, to say what they show instead
+        self.detected_sizes: Counter[tuple[int, int]] = (
+            Counter()
+        )  # sizes of chessboards in the pictures, larger count first
+        self.rejected: list[Picture] = []  # a few pictures without the board, to describe what they show instead
         self._detectors: dict[bool, cv2.aruco.CharucoDetector] = {}
 
-    def find(self, picture: Picture) -> BoardView | None:
-        """The board's corners in `picture`, or None where fewer than 6 of them, or only one line, are seen."""
-        found = self._start(picture.grey)
-        view = self._view(picture, *found) if found else None
-        if view is None and len(self.kept) < 3:
-            self.kept.append(Picture(picture.name, picture.grey.copy()))
+    def detect(self, picture: Picture) -> BoardView | None:
+        """The board's corners in `picture`, or None where fewer than 6 of them, or only one line, are found."""
+        rough = self._detect_rough(picture.grey)
+        view = self._refined_view(picture, *rough) if rough else None
+        if view is None and len(self.rejected) < 3:
+            self.rejected.append(Picture(picture.name, picture.grey.copy()))
         return view
 
-    def _start(self, grey: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Corners (k, 2) in px to a few pixels and their ids (k,); settles the variant."""
+    def _detect_rough(self, grey: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Corners (k, 2), px, right to a few pixels, and their ids (k,); decides the variant."""
         if isinstance(self.board, Chessboard):
-            found = self._chessboard(self.board, grey)
-            self.variant = self.variant or (BoardVariant() if found else None)
-            return found
+            corners = self._chessboard(self.board, grey)
+            self.variant = self.variant or (BoardVariant() if corners else None)
+            return corners
         if self.variant is not None:
             return self._marked(grey, self.variant)
         # an odd number of rows has one pattern only
         legacies = (False, True) if isinstance(self.board, Charuco) and self.board.rows % 2 == 0 else (False,)
         best: tuple[np.ndarray, np.ndarray] | None = None
-        for variant in (BoardVariant(lg, inv, mir) for mir in (False, True) for inv in (False, True) for lg in legacies):
-            found = self._marked(grey, variant)
-            if found and (best is None or len(found[1]) > len(best[1])):
-                best, self.variant = found, variant
+        for variant in (
+            BoardVariant(lg, inv, mir) for mir in (False, True) for inv in (False, True) for lg in legacies
+        ):
+            corners = self._marked(grey, variant)
+            if corners and (best is None or len(corners[1]) > len(best[1])):
+                best, self.variant = corners, variant
                 if len(best[1]) > len(self.board.corners) // 2:
                     break
         return best
@@ -103,14 +110,14 @@ class CornerDetector:
         shown = 255 - grey if variant.inverted else grey
         shown = np.ascontiguousarray(shown[:, ::-1]) if variant.mirrored else shown
         if isinstance(self.board, AprilGrid):
-            found, markers = self._aprilgrid(self.board, shown)
+            corners, markers = self._aprilgrid(self.board, shown)
         else:
             assert isinstance(self.board, Charuco)
-            found, markers = self._charuco(self.board, shown, variant.legacy)
-        if found is None:
+            corners, markers = self._charuco(self.board, shown, variant.legacy)
+        if corners is None:
             self.markers_without_board += markers > 1 and variant == BoardVariant()
             return None
-        points, ids = found
+        points, ids = corners
         if variant.mirrored:
             points[:, 0] = grey.shape[1] - 1 - points[:, 0]
         return points, ids
@@ -118,7 +125,7 @@ class CornerDetector:
     def _charuco(
         self, board: Charuco, grey: np.ndarray, legacy: bool
     ) -> tuple[tuple[np.ndarray, np.ndarray] | None, int]:
-        """Corners and ids, or None; and the number of markers seen."""
+        """Corners and ids, or None; and the number of markers detected."""
         if legacy not in self._detectors:
             self._detectors[legacy] = cv2.aruco.CharucoDetector(board.opencv(legacy))
         corners, ids, _, markers = self._detectors[legacy].detectBoard(grey)
@@ -128,37 +135,38 @@ class CornerDetector:
         return (np.array(corners, np.float64).reshape(-1, 2), np.array(ids).ravel()), count
 
     def _aprilgrid(self, board: AprilGrid, grey: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray] | None, int]:
-        """Where the tags that are seen put all corners of the board, and their number.
+        """All corners of the board by a homography from the detected tags, with their ids; and the number of tags detected.
 
-        A tag's outline runs over into the small squares that touch it and bulges by some pixels at each of its corners,
-        so that no single tag tells where its corners are.
+        A tag's outline merges with the small squares that touch it and bulges by some pixels at each of its corners, so that a
+        single tag does not show where its corners are.
         """
         parameters = cv2.aruco.DetectorParameters()
         parameters.markerBorderBits = 2
         corners, ids, _ = cv2.aruco.ArucoDetector(opencv_dictionary(board.dictionary), parameters).detectMarkers(grey)
         tags = np.array([] if ids is None else ids, int).ravel() - board.first_id
-        own = (tags >= 0) & (tags < board.columns * board.rows)
-        if own.sum() < _MIN_TAGS:
+        on_board = (tags >= 0) & (tags < board.columns * board.rows)
+        if on_board.sum() < _MIN_TAGS:
             return None, len(tags)
-        seen = np.array(corners, np.float64).reshape(-1, 4, 2)[own]
+        outlines = np.array(corners, np.float64).reshape(-1, 4, 2)[on_board]
         if is_upside_down(board.dictionary):
-            seen = np.roll(seen, 2, axis=1)
-        side = float(np.median(np.linalg.norm(seen - np.roll(seen, 1, axis=1), axis=2)))
-        flat = board.corners.reshape(-1, 4, 3)[tags[own], :, :2].reshape(-1, 2)
-        homography, agree = cv2.findHomography(flat, seen.reshape(-1, 2), cv2.RANSAC, 0.2 * side)
+            outlines = np.roll(outlines, 2, axis=1)
+        side = float(np.median(np.linalg.norm(outlines - np.roll(outlines, 1, axis=1), axis=2)))
+        flat = board.corners.reshape(-1, 4, 3)[tags[on_board], :, :2].reshape(-1, 2)
+        homography, agree = cv2.findHomography(flat, outlines.reshape(-1, 2), cv2.RANSAC, 0.2 * side)
         if homography is None or np.mean(agree) < 0.75:
             return None, len(tags)
-        every = cv2.perspectiveTransform(board.corners[None, :, :2], homography)[0]
-        inside = np.all((every > 2) & (every < np.array(grey.shape[::-1]) - 3), axis=1)
-        return (every[inside], np.flatnonzero(inside)), len(tags)
+        predicted = cv2.perspectiveTransform(board.corners[None, :, :2], homography)[0]
+        inside = np.all((predicted > 2) & (predicted < np.array(grey.shape[::-1]) - 3), axis=1)
+        return (predicted[inside], np.flatnonzero(inside)), len(tags)
 
     def _chessboard(self, board: Chessboard, grey: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Corners and ids of a chessboard, or None; counts the sizes of boards in the first pictures."""
         size = (board.columns, board.rows)
-        if sum(self.seen_sizes.values()) < 5:
-            # a wrong size can succeed on a part of the board: let some pictures say what they show
+        if sum(self.detected_sizes.values()) < 5:
+            # a wrong size can succeed on a part of the board: count the sizes that some pictures show
             ok, _, meta = cv2.findChessboardCornersSBWithMeta(grey, (3, 3), cv2.CALIB_CB_LARGER)
             if ok and meta is not None:
-                self.seen_sizes[max(meta.shape), min(meta.shape)] += 1
+                self.detected_sizes[max(meta.shape), min(meta.shape)] += 1
         # the sector-based detector finds more boards, the older one some that it does not
         ok, corners = cv2.findChessboardCornersSB(grey, size)
         if not ok:
@@ -168,7 +176,8 @@ class CornerDetector:
             return None
         return np.array(corners, np.float64).reshape(-1, 2), np.arange(board.columns * board.rows)
 
-    def _view(self, picture: Picture, points: np.ndarray, ids: np.ndarray) -> BoardView | None:
+    def _refined_view(self, picture: Picture, points: np.ndarray, ids: np.ndarray) -> BoardView | None:
+        """The view with corners refined by saddles; None where they are too few or on one line."""
         # a mirrored picture needs no other object points: it shows the board as seen from behind through the paper
         objects = self.board.corners[ids]
         spread = np.linalg.svd(objects[:, :2] - objects[:, :2].mean(axis=0), compute_uv=False)
@@ -178,31 +187,42 @@ class CornerDetector:
         squares = _squares_in_pixels(homography, objects, self.board.square)
         fitted = fit_saddles(picture.grey, points, squares, *self.board.window)
         narrow = np.linalg.svd(squares, compute_uv=False)[:, 1]
-        moved = np.linalg.norm(fitted.points - points, axis=1)
-        settled = (fitted.rest < _MOST_REST) & (moved < np.maximum(2.0, 0.3 * narrow)) & (fitted.sigma < 0.5)
-        refined = np.where(settled[:, None], fitted.points, points)
-        blur = float(np.median(fitted.blur[settled].max(axis=1))) if settled.any() else np.inf
-        sigma = np.where(settled, fitted.sigma, np.inf)
-        view = BoardView(picture.name, refined, objects, ids, 1 / blur, sigma)
+        shift = np.linalg.norm(fitted.points - points, axis=1)
+        clear = (
+            (fitted.residual < _MAX_SADDLE_RESIDUAL)
+            & (shift < np.maximum(2.0, 0.3 * narrow))
+            & (fitted.sigma < _MAX_SADDLE_SIGMA_PX)
+        )
+        refined = np.where(clear[:, None], fitted.points, points)
+        blur = float(np.median(fitted.blur[clear].max(axis=1))) if clear.any() else np.inf
+        sigma = np.where(clear, fitted.sigma, np.inf)
+        view = BoardView(
+            name=picture.name,
+            image_points=refined,
+            object_points=objects,
+            corner_ids=ids,
+            sharpness=1 / blur,
+            sigma=sigma,
+        )
         if isinstance(self.board, AprilGrid):
-            view = view.of(settled)  # the others were predicted, not seen
+            view = view.of(clear)  # the others were predicted, not detected
         return view if len(view.corner_ids) >= MIN_CORNERS else None
 
 
-def prevailing_size(board: Chessboard, seen: Counter[tuple[int, int]]) -> tuple[int, int] | None:
+def prevailing_size(board: Chessboard, detected: Counter[tuple[int, int]]) -> tuple[int, int] | None:
     """The size of chessboard that most pictures show (larger count first) where it is not the board's, else None."""
-    if not seen:
+    if not detected:
         return None
-    size, votes = seen.most_common(1)[0]
+    size, votes = detected.most_common(1)[0]
     wrong = size != (max(board.columns, board.rows), min(board.columns, board.rows))
-    return size if wrong and votes > sum(seen.values()) / 2 else None
+    return size if wrong and votes > sum(detected.values()) / 2 else None
 
 
 def _squares_in_pixels(homography: np.ndarray, objects: np.ndarray, square: float) -> np.ndarray:
-    """The sides of a square in the picture at each corner, as columns: shape (k, 2, 2), px."""
+    """The two sides of a square in the picture at each corner, as columns: shape (k, 2, 2), px."""
     plane = np.column_stack([objects[:, :2], np.ones(len(objects))])
     u, v, w = homography @ plane.T
-    # d(u/w)/dx and so on: the local linear map
+    # derivatives of u/w and v/w: the local linear map
     jacobian = np.stack(
         [
             (homography[0, :2] - np.outer(u / w, homography[2, :2])),

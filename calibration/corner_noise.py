@@ -1,8 +1,7 @@
-"""How well the corners of these pictures were found, without asking any camera.
+"""The noise of corner detection, estimated without a camera model.
 
-Within a view pixels are a smooth function of the place on the board, whatever the lens and however the board is bent:
-a homography and a polynomial of low degree. What that leaves is the noise of corner finding (and of print, corner by
-corner).
+Within a view pixels are a smooth function of the place on the board, whatever the lens and however the board is bent: a
+homography and a polynomial of low degree. The residuals are the noise of corner detection (and of the print, corner by corner).
 """
 
 import cv2
@@ -10,22 +9,25 @@ import numpy as np
 
 from calibration.stacked_views import StackedViews
 
-_LEAST = 4
-"""coordinates left over for each degree of the polynomial that make a view's noise worth anything"""
+_MIN_REDUNDANCY = 4
+"""least surplus of coordinates over coefficients, for each degree of the polynomial, with which a view's noise is estimated"""
 
 
-def corner_noise(sightings: StackedViews) -> float | None:
-    """Standard deviation of one coordinate, px: the median over views; None where no view has corners enough."""
-    found = [
+def corner_noise(views: StackedViews) -> float | None:
+    """Standard deviation of one coordinate, px: the median over views; None where no view has enough corners."""
+    noises = [
         noise
-        for at, seen in zip(sightings.pixels, sightings.seen, strict=True)
-        if (noise := _of_view(sightings.nominal[seen][:, :2], at[seen])) is not None
+        for at, visible in zip(views.pixels, views.visible, strict=True)
+        if (noise := _view_noise(views.nominal[visible][:, :2], at[visible])) is not None
     ]
-    return float(np.median(found)) if found else None
+    return float(np.median(noises)) if noises else None
 
 
-def _of_view(board: np.ndarray, pixels: np.ndarray) -> float | None:
-    degree = max((d for d in (2, 3, 4) if 2 * (len(board) - (d + 1) * (d + 2) // 2) >= _LEAST * d), default=None)
+def _view_noise(board: np.ndarray, pixels: np.ndarray) -> float | None:
+    """Noise of the corners at `board` (k, 2), m, and `pixels` (k, 2) of one view, px; None where they are too few."""
+    degree = max(
+        (d for d in (2, 3, 4) if 2 * (len(board) - (d + 1) * (d + 2) // 2) >= _MIN_REDUNDANCY * d), default=None
+    )
     if degree is None:
         return None
     homography, _ = cv2.findHomography(board, pixels)
@@ -37,7 +39,7 @@ def _of_view(board: np.ndarray, pixels: np.ndarray) -> float | None:
         [unit[:, 0] ** i * unit[:, 1] ** j for i in range(degree + 1) for j in range(degree + 1 - i)], axis=1
     )
     fitted, *_ = np.linalg.lstsq(terms, pixels - mapped, rcond=None)
-    left = pixels - mapped - terms @ fitted
-    # the median distance: one bad corner is no noise
-    spread = np.median(np.linalg.norm(left, axis=1)) / np.sqrt(2 * np.log(2))
+    residuals = pixels - mapped - terms @ fitted
+    # the median distance, which a bad corner does not change
+    spread = np.median(np.linalg.norm(residuals, axis=1)) / np.sqrt(2 * np.log(2))
     return float(spread * np.sqrt(len(board) / (len(board) - terms.shape[1])))

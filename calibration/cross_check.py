@@ -9,22 +9,22 @@ import numpy as np
 from calibration import lens
 from calibration.corner_detection import BoardView
 
-_FAR = 1.0
-"""sigmas of ours: both saw the same corners, so that noise is common and only the treatment of bad ones differs"""
+_MAX_DIFFERENCE_SIGMA = 1.0
+"""difference in standard deviations of our estimate above which it is noted: both use the same corners, so noise is common"""
 
 
 @dataclass(frozen=True)
 class CrossCheck:
-    """What OpenCV makes of the same views with the same free parameters."""
+    """OpenCV's estimate from the same views with the same free parameters."""
 
-    parameters: np.ndarray  # order of lens.NAMES, shape (9,)
+    parameters: np.ndarray  # order of lens.PARAMETER_NAMES, shape (9,)
     rms_px: float
     differences: np.ndarray  # ours less OpenCV's over sigma of ours; zero where fixed, shape (9,)
 
     def note(self, flat: bool) -> str | None:
-        """A sentence where both disagree though both believe in a flat board."""
+        """A sentence where the two disagree; `flat` is whether our estimate has a flat board too, else None."""
         worst = int(np.argmax(np.abs(self.differences)))
-        if not flat or abs(self.differences[worst]) <= _FAR:
+        if not flat or abs(self.differences[worst]) <= _MAX_DIFFERENCE_SIGMA:
             return None
         return (
             f"OpenCV's own calibration disagrees: {lens.PARAMETER_NAMES[worst]} {self.parameters[worst]:.5g}, "
@@ -39,7 +39,7 @@ def cross_check(
     parameters: np.ndarray,
     sigma: np.ndarray,
 ) -> CrossCheck | None:
-    """OpenCV beside `parameters` with `sigma`, shape (9,); None where OpenCV finds nothing."""
+    """OpenCV's estimate against our `parameters` with standard deviations `sigma`, shape (9,); None where OpenCV fails."""
     flags = 0 if "k3" in free else cv2.CALIB_FIX_K3
     flags |= 0 if "p1" in free else cv2.CALIB_ZERO_TANGENT_DIST
     try:
@@ -53,9 +53,9 @@ def cross_check(
         )
     except cv2.error:
         return None
-    theirs = np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2], *np.ravel(distortion)[:5]])
-    if not np.all(np.isfinite(theirs)):
+    opencv = np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2], *np.ravel(distortion)[:5]])
+    if not np.all(np.isfinite(opencv)):
         return None
     estimated = np.array([name in free for name in lens.PARAMETER_NAMES]) & (sigma > 0)
-    differences = np.where(estimated, (parameters - theirs) / np.where(estimated, sigma, 1.0), 0.0)
-    return CrossCheck(theirs, float(rms), differences)
+    differences = np.where(estimated, (parameters - opencv) / np.where(estimated, sigma, 1.0), 0.0)
+    return CrossCheck(opencv, float(rms), differences)

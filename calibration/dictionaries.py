@@ -1,19 +1,22 @@
-"""Marker dictionaries by name: OpenCV's predefined ones in lower case.
+"""Marker dictionaries by name: OpenCV's predefined ones in lower case, and those of the folder `marker_dictionaries`.
 
 OpenCV's AprilTag patterns are turned by 180 degrees against AprilTag's own drawings. What counts here is OpenCV's
 orientation: the x axis of a marker points right in its drawing by `marker_cells`.
 """
 
 from functools import cache
+from pathlib import Path
 
 import cv2
 import numpy as np
 
+from calibration.dictionary_file import dictionary_files, read_dictionary
 from xneck_foundation.errors import Refused, one_of
 
 
 @cache
-def _constants() -> dict[str, int]:
+def _predefined() -> dict[str, int]:
+    """OpenCV's constants by the names of their dictionaries."""
     names: dict[str, int] = {}
     for constant in dir(cv2.aruco):
         if constant.startswith("DICT_"):
@@ -25,12 +28,26 @@ def _constants() -> dict[str, int]:
 
 def dictionary_names() -> list[str]:
     """All valid names, such as aruco_5x5_100 and apriltag_36h11."""
-    return sorted(_constants())
+    return sorted({*_predefined(), *dictionary_files()})
 
 
 def opencv_dictionary(name: str, where: str = "dictionary") -> cv2.aruco.Dictionary:
-    """OpenCV's dictionary of that name; raises Refused with the valid names for an unknown one."""
-    return cv2.aruco.getPredefinedDictionary(_constants()[one_of(where, name, dictionary_names(), "dictionary")])
+    """The dictionary of that name in OpenCV's form; raises Refused with the valid names for an unknown one."""
+    one_of(where, name, dictionary_names(), "dictionary")
+    file = dictionary_files().get(name)
+    if file is None:
+        return cv2.aruco.getPredefinedDictionary(_predefined()[name])
+    if name in _predefined():
+        raise Refused(file, "OpenCV has a dictionary of this name", "rename the file")
+    return _from_file(file)
+
+
+@cache
+def _from_file(path: Path) -> cv2.aruco.Dictionary:
+    """OpenCV's form of a dictionary file."""
+    white, corrected_cells = read_dictionary(path)
+    markers = [cv2.aruco.Dictionary.getByteListFromBits(marker.astype(np.uint8)) for marker in white]
+    return cv2.aruco.Dictionary(np.concatenate(markers), white.shape[1], corrected_cells)
 
 
 def dictionary_size(name: str) -> int:
@@ -48,8 +65,8 @@ def check_dictionary(name: str, needed: int) -> str:
 
 
 def is_upside_down(name: str) -> bool:
-    """Is OpenCV's drawing of these markers turned by 180 degrees against that of those who made them?"""
-    return name.startswith("apriltag")
+    """Is OpenCV's drawing of these markers turned by 180 degrees against that of their makers?"""
+    return name in _predefined() and name.startswith("apriltag")
 
 
 def marker_cells(name: str, marker_id: int, border: int = 1) -> np.ndarray:

@@ -14,8 +14,8 @@ LENS_MODELS = {
     "k1 k2 p1 p2": PARAMETER_NAMES[:8],
     "k1 k2 p1 p2 k3": PARAMETER_NAMES,
 }
-"""The lens models to choose from, each a part of the next, and what is free in them. The rational model is none of them:
-its coefficients explode, for a gain that held-out views do not show."""
+"""The lens models to choose from and their free parameters; each model is part of the next. The rational model is not among
+them: its coefficients diverge, and held-out views gain nothing."""
 
 
 def rays_to_pixels(rays: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -78,19 +78,19 @@ def pixels_to_rays(pixels: np.ndarray, p: np.ndarray) -> np.ndarray:
             break
         jacobian = ray_jacobian(rays, p)
         determinant = np.linalg.det(jacobian)
-        turning = ~(np.abs(determinant) > 1e-3 * p[0] * p[1])
-        jacobian[turning] = np.diag(p[:2])
+        singular = ~(np.abs(determinant) > 1e-3 * p[0] * p[1])
+        jacobian[singular] = np.diag(p[:2])
         step = np.linalg.solve(jacobian, error[..., None])[..., 0]
-        # far out the polynomial is wild: no step longer than half a radian's tangent
+        # far out the polynomial oscillates: no step is longer than half a radian's tangent
         step *= np.minimum(1.0, 0.5 / np.maximum(np.linalg.norm(step, axis=1), 1e-12))[:, None]
         rays = rays - step
-    lost = (np.abs(rays_to_pixels(rays, p) - pixels).max(axis=1, initial=0.0) > 1e-6) | ~is_invertible(rays, p)
-    rays[lost] = np.nan
+    failed = (np.abs(rays_to_pixels(rays, p) - pixels).max(axis=1, initial=0.0) > 1e-6) | ~is_invertible(rays, p)
+    rays[failed] = np.nan
     return rays
 
 
 def is_invertible(rays: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """True where the radial part still grows all the way from the middle to the ray, shape (n,)."""
+    """Whether the radial part grows all the way from the middle to the ray, so that the model has an inverse there, shape (n,)."""
     r2 = np.sum(rays**2, axis=1)
     steps = np.linspace(0.0, 1.0, 33)[1:, None] * r2
     return np.all(1 + steps * (3 * p[4] + steps * (5 * p[5] + steps * 7 * p[8])) > 0, axis=0)

@@ -1,4 +1,4 @@
-"""From many pictures to the views that a calibration can stand on, and why the others were left out."""
+"""Views of a board from many pictures, and why the other pictures were left out."""
 
 import hashlib
 from collections.abc import Iterable, Sequence
@@ -13,6 +13,9 @@ from calibration.pictures import Picture
 from calibration.view_information import view_information
 from xneck_foundation.errors import Refused
 
+MIN_SHARPNESS = 0.7
+"""sharpness of a view over the upper quartile of all, below which a video's frame counts as blurred"""
+
 
 @dataclass(frozen=True)
 class LeftOut:
@@ -24,7 +27,7 @@ class LeftOut:
 
 @dataclass(frozen=True)
 class Observations:
-    """What was seen of a board in a set of pictures."""
+    """The views of a board in a set of pictures."""
 
     views: tuple[BoardView, ...]
     left_out: tuple[LeftOut, ...]
@@ -39,7 +42,7 @@ def observe_board(pictures: Iterable[Picture], board: Board) -> Observations:
     Raises Refused for pictures of different sizes, for none with the board, and where the pictures show a chessboard
     of another size. Pictures of identical content count once.
     """
-    finder = CornerDetector(board)
+    detector = CornerDetector(board)
     views: list[BoardView] = []
     left_out: list[LeftOut] = []
     contents: dict[bytes, str] = {}
@@ -59,20 +62,20 @@ def observe_board(pictures: Iterable[Picture], board: Board) -> Observations:
             left_out.append(LeftOut(picture.name, f"the same picture as {contents[digest]}"))
             continue
         contents[digest] = picture.name
-        view = finder.find(picture)
+        view = detector.detect(picture)
         if view is None:
             left_out.append(LeftOut(picture.name, "the board was not found"))
         else:
             views.append(view)
     if not contents:
         raise Refused("pictures", "none given", "name picture files, a folder or a video")
-    _refuse_wrong_board(finder, views, len(contents))
-    variant = finder.variant or BoardVariant()
+    _refuse_wrong_board(detector, views, len(contents))
+    variant = detector.variant or BoardVariant()
     return Observations(tuple(views), tuple(left_out), image_size, variant.notes(), variant)
 
 
 def without_hidden_corners(observations: Observations) -> Observations:
-    """The views without the corners of which no saddle was seen (under a reflection, a finger, at the picture's edge)."""
+    """The views without corners that no saddle fits (under a reflection, a finger, at the picture's edge)."""
     views = [view if view.sigma is None else view.of(np.isfinite(view.sigma)) for view in observations.views]
     hidden = sum(len(view.corner_ids) for view in observations.views) - sum(len(view.corner_ids) for view in views)
     few = [LeftOut(view.name, "too few clear corners") for view in views if len(view.corner_ids) < MIN_CORNERS]
@@ -86,12 +89,12 @@ def without_hidden_corners(observations: Observations) -> Observations:
 
 
 def distinct_views(observations: Observations, limit: int = 30, apart: float = 0.01) -> Observations:
-    """At most `limit` sharp views that differ, out of many (the frames of a video).
+    """At most `limit` sharp and distinct views out of many (the frames of a video).
 
-    Each next view is the one that adds most to what is known of the camera (the determinant of the information); where
-    no rough camera can be had, the one whose outline lies farthest from those chosen. `apart` is the least difference
-    between the outlines of two views, as a part of the picture's diagonal. Views less than 0.7
-    times as sharp as the better quarter are not considered. Frames without the board are counted in a note, not named.
+    Each next view is the one that adds most to the information on the camera (to its determinant); where no rough camera can be
+    estimated, the one whose outline lies farthest from those chosen. `apart` is the least difference between the outlines of two
+    views, as a share of the picture's diagonal. Views less than 0.7 times as sharp as the upper quartile are not considered.
+    Frames without the board are counted in a note, not named.
     """
     views = observations.views
     if not views:
@@ -99,20 +102,20 @@ def distinct_views(observations: Observations, limit: int = 30, apart: float = 0
     sharpness = np.array([view.sharpness for view in views])
     diagonal = float(np.hypot(*observations.image_size))
     outlines = _outlines(views) / diagonal
-    candidates = sharpness >= 0.7 * np.quantile(sharpness, 0.75)
-    # partial views have an uncertain outline and say less: they come after the whole ones
+    candidates = sharpness >= MIN_SHARPNESS * np.quantile(sharpness, 0.75)
+    # partial views have an uncertain outline and less information: they come after whole ones
     counts = np.array([len(view.corner_ids) for view in views])
     weight = np.where(candidates, np.sqrt(counts / counts.max()), 0.0)
-    told = view_information(views, observations.image_size)
+    information = view_information(views, observations.image_size)
     known = 1e-4 * np.eye(8)
     chosen = [int(np.argmax(weight * sharpness))]
     distance = np.full(len(views), np.inf)
     while len(chosen) < limit:
         distance = np.minimum(distance, np.sqrt(np.mean((outlines - outlines[chosen[-1]]) ** 2, axis=(1, 2))))
         score = np.where(distance >= apart, distance, 0.0) * weight
-        if told is not None:
-            known = known + told[chosen[-1]]
-            gain = np.linalg.slogdet(known + told)[1] - np.linalg.slogdet(known)[1]
+        if information is not None:
+            known = known + information[chosen[-1]]
+            gain = np.linalg.slogdet(known + information)[1] - np.linalg.slogdet(known)[1]
             score = np.where(score > 0, gain, 0.0)
         best = int(np.argmax(score))
         if score[best] <= 0.0:
@@ -129,29 +132,30 @@ def distinct_views(observations: Observations, limit: int = 30, apart: float = 0
 
 def _outlines(views: Sequence[BoardView]) -> np.ndarray:
     """Where four corners of a common rectangle of the board fall in each view, shape (n, 4, 2), px."""
-    every = np.concatenate([view.object_points[:, :2] for view in views])
-    low, high = every.min(axis=0), every.max(axis=0)
+    points = np.concatenate([view.object_points[:, :2] for view in views])
+    low, high = points.min(axis=0), points.max(axis=0)
     rectangle = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
     outlines = np.empty((len(views), 4, 2))
     for index, view in enumerate(views):
-        # an affine map stays sane where a homography of a few corners would run off to infinity
+        # an affine map stays finite where a homography of a few corners does not
         plane = np.column_stack([view.object_points[:, :2], np.ones(len(view.image_points))])
         affine, *_ = np.linalg.lstsq(plane, view.image_points, rcond=None)
         perspective = np.column_stack([rectangle, np.ones(4)]) @ affine
         nearest = np.linalg.norm(view.object_points[None, :, :2] - rectangle[:, None], axis=2).argmin(axis=1)
-        # seen corners of the rectangle replace the affine ones, so that perspective counts too
+        # detected corners of the rectangle replace the affine ones, so that perspective counts too
         exact = np.linalg.norm(view.object_points[nearest, :2] - rectangle, axis=1) < 1e-9
         outlines[index] = np.where(exact[:, None], view.image_points[nearest], perspective)
     return outlines
 
 
-def _refuse_wrong_board(finder: CornerDetector, views: list[BoardView], pictures: int) -> None:
-    board = finder.board
-    instead = None if views else describe_mismatch(board, finder.kept)
-    if instead is not None:
-        raise Refused("board", f"the pictures show {instead}", "describe the board as it is printed")
+def _refuse_wrong_board(detector: CornerDetector, views: list[BoardView], pictures: int) -> None:
+    """Raises Refused where the pictures show another board, or none."""
+    board = detector.board
+    mismatch = None if views else describe_mismatch(board, detector.rejected)
+    if mismatch is not None:
+        raise Refused("board", f"the pictures show {mismatch}", "describe the board as it is printed")
     if isinstance(board, Chessboard):
-        size = prevailing_size(board, finder.seen_sizes)
+        size = prevailing_size(board, detector.detected_sizes)
         if size is not None:
             raise Refused(
                 "board",
@@ -161,10 +165,10 @@ def _refuse_wrong_board(finder: CornerDetector, views: list[BoardView], pictures
             )
     if views:
         return
-    if finder.markers_without_board:
+    if detector.markers_without_board:
         raise Refused(
             "board",
-            f"{finder.markers_without_board} of {pictures} pictures show markers of its dictionary but not the board "
+            f"{detector.markers_without_board} of {pictures} pictures show markers of its dictionary but not the board "
             "as described",
             "check columns, rows, square and marker",
         )

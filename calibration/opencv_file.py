@@ -67,7 +67,13 @@ def from_opencv(text: str, path: str | Path) -> Camera:
         covariance = _matrix(path, nodes, (_COVARIANCE,))
         if covariance.shape != (9, 9) or not np.allclose(covariance, covariance.T, rtol=1e-6):
             raise Refused(path, "covariance: expected a symmetric 9 x 9 of fx, fy, cx, cy, k1, k2, p1, p2, k3")
-    camera = Camera(width, height, K, np.array([*coefficients, 0.0][:5], float), covariance)
+    camera = Camera(
+        width=width,
+        height=height,
+        K=K,
+        distortion=np.array([*coefficients, 0.0][:5], float),
+        covariance=covariance,
+    )
     refuse_implausible(camera, path, ("camera_matrix[0]", "camera_matrix[4]", "camera_matrix[2]", "camera_matrix[5]"))
     return camera
 

@@ -1,4 +1,4 @@
-"""When views cannot tell a camera, or no camera of this kind took them."""
+"""Refusals of a calibration: views that do not determine the camera, or that no camera of this kind took."""
 
 from collections.abc import Sequence
 
@@ -11,23 +11,27 @@ from calibration.stacked_views import StackedViews
 from xneck_foundation.errors import Refused
 
 MIN_VIEWS = 6
-_MIN_TILT = np.radians(10.0)  # largest angle between two boards
-_MAX_FOCAL_SIGMA = 0.02  # of the focal length
-_ABOVE_NOISE = 4.0
-"""error over the noise of corner finding: real sets have 1.3 to 1.7, boards bent anew by 0.5 mm for each picture 2"""
+"""distinct views that a calibration needs"""
+_MIN_TILT_RAD = np.radians(10.0)
+"""least value of the largest angle between two boards, rad"""
+_MAX_FOCAL_SIGMA = 0.02
+"""largest standard deviation of the focal length, as a share of it"""
+_MAX_ERROR_OVER_NOISE = 4.0
+"""largest error of a fit over the noise of corner detection"""
+_MAX_ERROR_SHARE = 4e-4
+"""largest error of a fit as a share of the picture's diagonal (1 px at least); no corner detection leaves more"""
 _RADIAL_TERMS = 9
-_RADIAL_F = 5.0
-"""variance ratio from which on errors depend on the distance from the middle: real sets have up to 2.2, an equidistant lens
-of 120 degrees 8 to 16, of 135 degrees 150 and more"""
-
-_RADIAL_NOISE = 0.5
-"""such errors over the noise of a corner: 130 degrees leave 0.5, 135 degrees 0.66"""
+"""terms of the polynomial in the distance from the middle"""
+_MAX_RADIAL_F = 5.0
+"""variance ratio above which errors depend on the distance from the middle"""
+_MAX_RADIAL_OVER_NOISE = 0.5
+"""rms of errors that depend on the distance from the middle, over the noise of a corner, above which the lens is a fisheye"""
 
 
 def largest_tilt(poses: BoardPoses) -> float:
     """The largest angle between the planes of two boards, rad."""
     normals = poses.R[:, :, 2]
-    # arcsin of the cross product: arccos has no digits for small angles
+    # with the cross product, since arccos loses the digits of small angles
     cross = np.linalg.norm(np.cross(normals[:, None], normals[None]), axis=2)
     return float(np.max(np.arctan2(cross, normals @ normals.T)))
 
@@ -48,12 +52,12 @@ def refuse_few(count: int, left_out: Sequence[LeftOut]) -> None:
 def refuse_unexplained(
     fitted: BundleFit, noise: float | None, image_size: tuple[int, int], disagreeing: Sequence[LeftOut] = ()
 ) -> None:
-    """Raises Refused where the corners are further from any camera than corner finding can be.
+    """Raises Refused where the corners are further from their prediction than the noise of corner detection explains.
 
-    `noise`: of corner finding, one coordinate, px; where unknown, only what no corner finding leaves is refused.
+    `noise`: of corner detection, one coordinate, px; where unknown, only errors are refused that no corner detection leaves.
     """
-    most = max(1.0, 4e-4 * float(np.hypot(*image_size)))  # px; corner finding leaves 0.05 to 0.5 px
-    limit = most if noise is None else float(np.clip(_ABOVE_NOISE * np.sqrt(2) * noise, 0.25 * most, most))
+    upper = max(1.0, _MAX_ERROR_SHARE * float(np.hypot(*image_size)))  # px; corner detection leaves 0.05 to 0.5 px
+    limit = upper if noise is None else float(np.clip(_MAX_ERROR_OVER_NOISE * np.sqrt(2) * noise, 0.25 * upper, upper))
     error = float(np.sqrt(np.mean(fitted.robust_rms_views**2)))
     if error <= limit:
         return
@@ -68,9 +72,9 @@ def refuse_unexplained(
 
 
 def refuse_undetermined(fitted: BundleFit) -> None:
-    """Raises Refused where boards are tilted alike or the focal length is poorly known."""
+    """Raises Refused where boards are tilted alike or the focal length is poorly determined."""
     tilt = largest_tilt(fitted.poses)
-    if tilt < _MIN_TILT:
+    if tilt < _MIN_TILT_RAD:
         raise Refused(
             "pictures",
             f"all boards are tilted alike (within {np.degrees(tilt):.1f} degrees), which cannot tell the focal length",
@@ -87,7 +91,7 @@ def refuse_undetermined(fitted: BundleFit) -> None:
 
 
 def refuse_unconverged(fitted: BundleFit) -> None:
-    """Raises Refused where the least squares went on and on: some of what is estimated is not determined."""
+    """Raises Refused where the least squares did not converge, as some of the parameters are not determined."""
     if not fitted.converged:
         raise Refused(
             "pictures",
@@ -96,17 +100,17 @@ def refuse_unconverged(fitted: BundleFit) -> None:
         )
 
 
-def refuse_fisheye(full: BundleFit, sightings: StackedViews, residuals: np.ndarray, noise: float) -> str | None:
-    """A note where what the fullest lens model leaves still depends on the distance from the middle.
+def refuse_fisheye(full: BundleFit, views: StackedViews, residuals: np.ndarray, noise: float) -> str | None:
+    """A note where residuals of the fullest lens model depend on the distance from the middle; None where they do not.
 
-    Raises Refused where it does so by more than half the noise of one corner: a fisheye in a pinhole's clothes.
-    residuals: shape (n, c, 2), px; `noise` of one coordinate, px.
+    Raises Refused where they do so by more than half the noise of one corner: then the lens is a fisheye.
+    residuals: of the fit `full` to `views`, shape (n, c, 2), px; noise: of one coordinate, px.
     """
-    amplitude, ratio, common = _radial(full, sightings, residuals)
+    amplitude, ratio, common = _radial(full, views, residuals)
     # a view at the very edge can spoil the prediction; lenses that moved between views give ratios up to 7
-    if ratio <= _RADIAL_F or not (common or ratio > 4 * _RADIAL_F):
+    if ratio <= _MAX_RADIAL_F or not (common or ratio > 4 * _MAX_RADIAL_F):
         return None
-    if amplitude > _RADIAL_NOISE * noise:
+    if amplitude > _MAX_RADIAL_OVER_NOISE * noise:
         raise Refused(
             "pictures",
             f"the corners' errors depend on their distance from the middle ({amplitude:.2f} px rms, {ratio:.0f} times chance)"
@@ -119,21 +123,28 @@ def refuse_fisheye(full: BundleFit, sightings: StackedViews, residuals: np.ndarr
     )
 
 
-def _radial(full: BundleFit, sightings: StackedViews, residuals: np.ndarray) -> tuple[float, float, bool]:
-    """What a smooth function of the distance explains of the errors along it: px rms, variance over chance's, and whether
-    views predict it for one another (the lens did it) or each has its own (something moved between them)."""
-    seen = sightings.seen
-    away = sightings.pixels[seen] - full.parameters[2:4]
-    radius = np.linalg.norm(away, axis=1)
-    outward = np.clip(np.sum(residuals[seen] * away, axis=1) / np.maximum(radius, 1.0), -full.knee, full.knee)
+def _radial(full: BundleFit, views: StackedViews, residuals: np.ndarray) -> tuple[float, float, bool]:
+    """Radial errors that a smooth function of the distance from the middle explains: px rms, variance ratio, whether common.
+
+    The variance ratio is against chance. Errors are common where views predict them for one another, which a lens causes; else
+    each view has its own, since something moved between them.
+    """
+    visible = views.visible
+    from_middle = views.pixels[visible] - full.parameters[2:4]
+    radius = np.linalg.norm(from_middle, axis=1)
+    outward = np.clip(np.sum(residuals[visible] * from_middle, axis=1) / np.maximum(radius, 1.0), -full.knee, full.knee)
     terms = np.polynomial.chebyshev.chebvander(2 * radius / max(float(radius.max()), 1.0) - 1, _RADIAL_TERMS - 1)
     fitted = terms @ np.linalg.lstsq(terms, outward, rcond=None)[0]
-    left = np.sum((outward - fitted) ** 2) / max(len(outward) - _RADIAL_TERMS, 1)
-    view_of = np.nonzero(seen)[0]
-    gains = np.empty(len(seen))
-    for view in range(len(seen)):
-        own = view_of == view
-        others = np.linalg.lstsq(terms[~own], outward[~own], rcond=None)[0]
-        gains[view] = np.mean(outward[own] ** 2 - (outward[own] - terms[own] @ others) ** 2)
+    residual_variance = np.sum((outward - fitted) ** 2) / max(len(outward) - _RADIAL_TERMS, 1)
+    view_of = np.nonzero(visible)[0]
+    gains = np.empty(len(visible))
+    for view in range(len(visible)):
+        in_view = view_of == view
+        coefficients = np.linalg.lstsq(terms[~in_view], outward[~in_view], rcond=None)[0]
+        gains[view] = np.mean(outward[in_view] ** 2 - (outward[in_view] - terms[in_view] @ coefficients) ** 2)
     common = bool(np.mean(gains) > 2 * np.std(gains, ddof=1) / np.sqrt(len(gains)))
-    return float(np.sqrt(np.mean(fitted**2))), float(np.sum(fitted**2) / _RADIAL_TERMS / max(left, 1e-18)), common
+    return (
+        float(np.sqrt(np.mean(fitted**2))),
+        float(np.sum(fitted**2) / _RADIAL_TERMS / max(residual_variance, 1e-18)),
+        common,
+    )

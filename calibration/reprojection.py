@@ -1,4 +1,4 @@
-"""Corners as a camera would see them: residuals, their slopes by point and pose, and Huber's loss on their distances."""
+"""Reprojection of board corners: residuals, their derivatives by point and pose, and Huber's loss of their distances."""
 
 import numpy as np
 
@@ -8,37 +8,38 @@ from calibration.stacked_views import StackedViews
 
 
 def huber_loss(distances: np.ndarray, knee: float) -> np.ndarray:
-    """Huber's loss, the square up to the knee and then a line: px^2."""
+    """Huber's loss, px^2: the square of the distance up to the knee, a line beyond it."""
     if np.isinf(knee):
         return distances**2
     return np.where(distances <= knee, distances**2, knee * (2 * distances - knee))
 
 
-def corner_rays(sightings: StackedViews, points: np.ndarray, poses: BoardPoses) -> np.ndarray:
-    """Corners on the plane z = 1 of the camera frame, shape (n, c, 2); those not seen need no depth."""
+def corner_rays(views: StackedViews, points: np.ndarray, poses: BoardPoses) -> np.ndarray:
+    """Corners on the plane z = 1 of the camera frame, shape (n, c, 2); corners that are not visible need no depth."""
     at = points @ poses.R.transpose(0, 2, 1) + poses.t[:, None]
-    return at[..., :2] / np.where(sightings.seen, at[..., 2], 1.0)[..., None]
+    return at[..., :2] / np.where(views.visible, at[..., 2], 1.0)[..., None]
 
 
-def reprojection_residuals(sightings: StackedViews, p: np.ndarray, points: np.ndarray, poses: BoardPoses) -> np.ndarray:
-    """Predicted less seen, shape (n, c, 2), px; infinite in views with a corner behind the camera, zero where not seen."""
+def reprojection_residuals(views: StackedViews, p: np.ndarray, points: np.ndarray, poses: BoardPoses) -> np.ndarray:
+    """Predicted less observed corners, shape (n, c, 2), px; infinite in views with a corner behind the camera, zero where not
+    visible."""
     at = points @ poses.R.transpose(0, 2, 1) + poses.t[:, None]
-    depth = np.where(sightings.seen, at[..., 2], 1.0)
+    depth = np.where(views.visible, at[..., 2], 1.0)
     behind = np.any(depth <= 0, axis=1)
     depth = np.where(behind[:, None], 1.0, depth)
-    missed = lens.rays_to_pixels(at[..., :2] / depth[..., None], p) - sightings.pixels
-    missed[behind] = np.inf
-    missed[~sightings.seen] = 0.0
-    return missed
+    residuals = lens.rays_to_pixels(at[..., :2] / depth[..., None], p) - views.pixels
+    residuals[behind] = np.inf
+    residuals[~views.visible] = 0.0
+    return residuals
 
 
 def pixel_jacobians(
-    sightings: StackedViews, p: np.ndarray, points: np.ndarray, poses: BoardPoses
+    views: StackedViews, p: np.ndarray, points: np.ndarray, poses: BoardPoses
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Of the pixels, by the point in the camera frame, (n, c, 2, 3), and by the pose (rotation, then t), (n, c, 2, 6)."""
+    """Derivatives of the pixels by the point in the camera frame, (n, c, 2, 3), and by the pose (rotation, t), (n, c, 2, 6)."""
     turned = points @ poses.R.transpose(0, 2, 1)
     at = turned + poses.t[:, None]
-    depth = np.where(sightings.seen, at[..., 2], 1.0)
+    depth = np.where(views.visible, at[..., 2], 1.0)
     ray = at[..., :2] / depth[..., None]
     by_ray = lens.ray_jacobian(ray, p) / depth[..., None, None]
     by_pose = np.empty((*depth.shape, 2, 6))

@@ -66,7 +66,15 @@ def from_ros(document: Any, path: str | Path) -> Camera:
         covariance = np.array(added.covariance)
         if not np.allclose(covariance, covariance.T, rtol=1e-6) or np.any(np.diag(covariance) < 0):
             raise Refused(path, "xneck.covariance: expected a symmetric matrix with a positive diagonal")
-    camera = Camera(width, height, K, distortion, covariance, file.camera_name, dict(added.info) if added else {})
+    camera = Camera(
+        width=width,
+        height=height,
+        K=K,
+        distortion=distortion,
+        covariance=covariance,
+        name=file.camera_name,
+        info=dict(added.info) if added else {},
+    )
     data = "camera_matrix.data[{}]"
     refuse_implausible(camera, path, (data.format(0), data.format(4), data.format(2), data.format(5)))
     return camera

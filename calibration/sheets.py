@@ -1,4 +1,4 @@
-"""Boards and markers on paper at true scale, as PDF or SVG, each sheet with a ruler that tells whether the print is.
+"""Boards and markers on paper at true scale, as PDF or SVG, each sheet with a ruler that shows whether the print is.
 
 Everything is drawn in millimetres from the sheet's lower left corner, as outlines without joints between cells, so that
 neither a viewer's anti-aliasing nor a printer's resolution leaves hairlines.
@@ -20,9 +20,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0)}  # mm
-_MARGIN = 10.0  # mm, what printers cannot reach
-_FOOT = 27.0  # mm, ruler and its words
+_PAPERS_MM = {"A4": (210.0, 297.0), "A3": (297.0, 420.0)}
+_MARGIN_MM = 10.0
+"""what printers cannot reach"""
+_FOOT_MM = 27.0
+"""height of the ruler and its text"""
 
 
 @dataclass(frozen=True)
@@ -42,11 +44,11 @@ def board_sheet(board: Board, out: str | Path) -> tuple[float, float]:
     """
     _suffix(out)
     width, height = 1e3 * board.size[0], 1e3 * board.size[1]
-    quiet = min(1e3 * board.square, _MARGIN)  # the board needs white around it to be found
-    page = _paper(width + 2 * (_MARGIN + quiet), height + 2 * quiet + _MARGIN + _FOOT)
+    quiet = min(1e3 * board.square, _MARGIN_MM)  # the board needs white around it to be found
+    page = _paper(width + 2 * (_MARGIN_MM + quiet), height + 2 * quiet + _MARGIN_MM + _FOOT_MM)
     figure, axes = _blank(page)
     x0 = (page[0] - width) / 2
-    y0 = _FOOT + quiet + (page[1] - _FOOT - _MARGIN - 2 * quiet - height) / 2
+    y0 = _FOOT_MM + quiet + (page[1] - _FOOT_MM - _MARGIN_MM - 2 * quiet - height) / 2
     for cells, x, y, side in _drawing(board):
         _cells(axes, cells, x0 + 1e3 * x, y0 + height - 1e3 * (y + side), 1e3 * side)
     _foot(axes, page, board.title)
@@ -59,7 +61,7 @@ def marker_sheet(
 ) -> tuple[int, tuple[float, float]]:
     """Draw markers with a black square of side `size_m`, m, in rows on as many sheets as it takes.
 
-    Each stands in white of one cell's width or more, with cutting marks, its id and an arrow along its x axis.
+    Each is surrounded by white of one cell's width or more, with cutting marks, its id and an arrow along its x axis.
     Returns the number of sheets and their size, mm. Raises Refused for an unknown dictionary or id, a size that no
     printer makes, a list without markers or with one twice, and an SVG (one sheet) on which they do not fit.
     """
@@ -72,10 +74,10 @@ def marker_sheet(
         raise Refused(out, f"a marker of {size_m:g} m", "from 0.002 to 0.5 m")
     side = 1e3 * size_m
     quiet = max(side / (marker_cells(dictionary, ids[0]).shape[0]), 2.0)
-    box_width, box_height = side + 2 * quiet, side + 2 * quiet + 6.0  # mm, the words' height below
-    page = _paper(box_width + 2 * _MARGIN, box_height + _FOOT + _MARGIN)
-    columns = int((page[0] - 2 * _MARGIN + 4.0) // (box_width + 4.0))
-    rows = int((page[1] - _MARGIN - _FOOT + 2.0) // (box_height + 2.0))
+    box_width, box_height = side + 2 * quiet, side + 2 * quiet + 6.0  # mm, with the text below
+    page = _paper(box_width + 2 * _MARGIN_MM, box_height + _FOOT_MM + _MARGIN_MM)
+    columns = int((page[0] - 2 * _MARGIN_MM + 4.0) // (box_width + 4.0))
+    rows = int((page[1] - _MARGIN_MM - _FOOT_MM + 2.0) // (box_height + 2.0))
     per_page = columns * rows
     sheets = [ids[i : i + per_page] for i in range(0, len(ids), per_page)]
     if suffix == ".svg" and len(sheets) > 1:
@@ -84,8 +86,8 @@ def marker_sheet(
     for number, sheet in enumerate(sheets, start=1):
         figure, axes = _blank(page)
         for place, marker_id in enumerate(sheet):
-            x = _MARGIN + (place % columns) * (box_width + 4.0)
-            y = page[1] - _MARGIN - (place // columns) * (box_height + 2.0) - box_width
+            x = _MARGIN_MM + (place % columns) * (box_width + 4.0)
+            y = page[1] - _MARGIN_MM - (place // columns) * (box_height + 2.0) - box_width
             _cutting_marks(axes, x, y, box_width)
             _labelled(axes, dictionary, _Marker(marker_id, x + quiet, y + quiet, side), y)
         of = f", sheet {number} of {len(sheets)}" if len(sheets) > 1 else ""
@@ -130,7 +132,7 @@ def cell_outlines(cells: np.ndarray) -> list[np.ndarray]:
 
 
 def _drawing(board: Board) -> Iterator[tuple[np.ndarray, float, float, float]]:
-    """Black cells with their place: x and y of the upper left corner from the drawing's own, y down, and side, m."""
+    """Black cells, and x, y (down) and side of their square, m, from the drawing's upper left corner."""
     black = np.ones((1, 1), bool)
     if isinstance(board, AprilGrid):
         for index in range(board.columns * board.rows):
@@ -182,29 +184,30 @@ def _labelled(axes: "Axes", dictionary: str, marker: _Marker, floor: float) -> N
 
 
 def _cutting_marks(axes: "Axes", x: float, y: float, side: float) -> None:
+    """Crosses at the corners of a square with its lower left corner at (x, y), mm."""
     for cx, cy in ((x, y), (x + side, y), (x, y + side), (x + side, y + side)):
         axes.plot([cx - 1, cx + 1], [cy, cy], color="0.6", linewidth=0.3)
         axes.plot([cx, cx], [cy - 1, cy + 1], color="0.6", linewidth=0.3)
 
 
 def _foot(axes: "Axes", page: tuple[float, float], title: str) -> None:
-    """A ruler as long as the sheet allows, in whole centimetres, and what the sheet is."""
-    length = 10 * int(min(200.0, page[0] - 2 * _MARGIN - 5.0) // 10)
-    x0, y0 = _MARGIN, _MARGIN + 4.0
+    """A ruler as long as the sheet allows, in whole centimetres, and the sheet's title."""
+    length = 10 * int(min(200.0, page[0] - 2 * _MARGIN_MM - 5.0) // 10)
+    x0, y0 = _MARGIN_MM, _MARGIN_MM + 4.0
     axes.plot([x0, x0 + length], [y0, y0], color="black", linewidth=0.4, solid_capstyle="butt", gid="ruler")
     for mm in range(length + 1):
         tick = 4.0 if mm % 10 == 0 else (2.5 if mm % 5 == 0 else 1.5)
         axes.plot([x0 + mm, x0 + mm], [y0, y0 + tick], color="black", linewidth=0.3, solid_capstyle="butt")
         if mm % 10 == 0:
             axes.text(x0 + mm, y0 + 4.5, str(mm), fontsize=5, ha="center", va="bottom")
-    words = f"Print at 100 % (actual size). This ruler must measure {length} mm, otherwise scale the sizes in the file."
-    axes.text(x0, y0 - 1.5, words, fontsize=min(6.5, 0.033 * page[0]), va="top", ha="left")
+    text = f"Print at 100 % (actual size). This ruler must measure {length} mm, otherwise scale the sizes in the file."
+    axes.text(x0, y0 - 1.5, text, fontsize=min(6.5, 0.033 * page[0]), va="top", ha="left")
     axes.text(x0, y0 + 8.5, title, fontsize=min(7.0, 0.033 * page[0]), va="bottom", ha="left")
 
 
 def _paper(width: float, height: float) -> tuple[float, float]:
-    """The smallest paper, either way round, that takes width x height, mm; a sheet of that size where none does."""
-    for paper in _PAPERS.values():
+    """The smallest paper, upright or not, that holds width x height, mm; a sheet of that size where none does."""
+    for paper in _PAPERS_MM.values():
         for page in (paper, paper[::-1]):
             if width <= page[0] and height <= page[1]:
                 return page[0], page[1]

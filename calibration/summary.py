@@ -1,4 +1,4 @@
-"""A calibration as the machine-readable result that other programs hold on to."""
+"""A calibration as the machine-readable result that other programs read."""
 
 from dataclasses import asdict
 from typing import Any
@@ -8,7 +8,8 @@ import numpy as np
 from calibration import board_shape, lens
 from calibration.estimation import Calibration
 
-_POOR = 30.0  # %, relative sigma from which on a parameter counts as not identified
+_MAX_RELATIVE_SIGMA_PERCENT = 30.0
+"""%: relative standard deviation from which on a parameter counts as not identified"""
 
 
 def calibration_json(calibration: Calibration) -> dict[str, Any]:
@@ -28,7 +29,7 @@ def calibration_json(calibration: Calibration) -> dict[str, Any]:
                 "unit": "px" if name in ("fx", "fy", "cx", "cy") else "1",
                 "sigma": float(sigma) if free else None,
                 "relative_sigma_percent": relative,
-                "identified": relative is not None and relative < _POOR,
+                "identified": relative is not None and relative < _MAX_RELATIVE_SIGMA_PERCENT,
             }
         )
     return {
@@ -49,7 +50,9 @@ def calibration_json(calibration: Calibration) -> dict[str, Any]:
         "image_height": camera.height,
         "corners": calibration.corners,
         "largest_tilt_rad": calibration.tilt,
-        "sigma_least_squares": dict(zip(lens.PARAMETER_NAMES, map(float, calibration.sigma_least_squares), strict=True)),
+        "sigma_least_squares": dict(
+            zip(lens.PARAMETER_NAMES, map(float, calibration.sigma_least_squares), strict=True)
+        ),
         "sigma_jackknife": dict(zip(lens.PARAMETER_NAMES, map(float, calibration.sigma_jackknife), strict=True)),
         "noise_px": calibration.noise_px,
         "corner_noise_px": calibration.corner_noise_px,
@@ -62,7 +65,7 @@ def calibration_json(calibration: Calibration) -> dict[str, Any]:
 
 
 def _board(calibration: Calibration) -> dict[str, Any]:
-    """The board's shape; sigma is null where the chosen model holds a number fixed."""
+    """The board's shape; sigma is null where the selected model holds a parameter fixed."""
     shape, free = calibration.board, calibration.board.model.free
     numbers = {
         name: {"value": float(value), "unit": unit, "sigma": float(sigma) if name in free else None}
@@ -70,22 +73,22 @@ def _board(calibration: Calibration) -> dict[str, Any]:
             board_shape.SHAPE_NAMES, shape.values, calibration.board_sigma, ("m", "m", "1"), strict=True
         )
     }
-    away = np.sqrt(np.mean(shape.offsets**2, axis=0))
+    offsets_rms = np.sqrt(np.mean(shape.offsets**2, axis=0))
     return {
         "model": shape.model.name,
         **numbers,
         "sagitta_m": [float(bow) for bow in shape.bow],
-        "offsets_rms_m": [float(value) for value in away],
+        "offsets_rms_m": [float(value) for value in offsets_rms],
     }
 
 
 def _cross_check(calibration: Calibration) -> dict[str, Any] | None:
-    """OpenCV's values, and how many of our sigmas ours are above them."""
-    beside = calibration.cross_check
-    if beside is None:
+    """OpenCV's values, and by how many of our standard deviations ours are above them."""
+    opencv = calibration.cross_check
+    if opencv is None:
         return None
     return {
-        "rms_px": beside.rms_px,
-        "parameters": dict(zip(lens.PARAMETER_NAMES, map(float, beside.parameters), strict=True)),
-        "differences_sigma": dict(zip(lens.PARAMETER_NAMES, map(float, beside.differences), strict=True)),
+        "rms_px": opencv.rms_px,
+        "parameters": dict(zip(lens.PARAMETER_NAMES, map(float, opencv.parameters), strict=True)),
+        "differences_sigma": dict(zip(lens.PARAMETER_NAMES, map(float, opencv.differences), strict=True)),
     }

@@ -1,4 +1,4 @@
-"""How much each view tells of a camera, its own pose being unknown."""
+"""The information of each view of a board on the camera, the board's pose being unknown."""
 
 from collections.abc import Sequence
 
@@ -9,10 +9,10 @@ from calibration.corner_detection import BoardView
 
 
 def view_information(views: Sequence[BoardView], image_size: tuple[int, int]) -> np.ndarray | None:
-    """Information of each view on fx, fy, cx, cy, k1, k2, p1, p2, for equal corner errors: shape (n, 8, 8).
+    """Fisher information of each view on fx, fy, cx, cy, k1, k2, p1, p2, for equal corner errors: shape (n, 8, 8).
 
-    In units that make the diagonal of their sum one; None where a rough camera cannot be had from the views. Blocks of
-    the normal matrix with the pose eliminated: A'A - A'B (B'B)^-1 B'A.
+    These are blocks of the normal matrix with the pose eliminated, A'A - A'B (B'B)^-1 B'A, in units that make the diagonal of
+    their sum one. None where no rough camera can be estimated from the views.
     """
     objects = [view.object_points.astype(np.float32) for view in views]
     images = [view.image_points.astype(np.float32).reshape(-1, 1, 2) for view in views]
@@ -27,13 +27,13 @@ def view_information(views: Sequence[BoardView], image_size: tuple[int, int]) ->
             flags=cv2.CALIB_FIX_K3 | cv2.CALIB_FIX_K2 | cv2.CALIB_ZERO_TANGENT_DIST,
         )
         blocks: list[np.ndarray] = []
-        for seen, pixels in zip(objects, images, strict=True):
-            _, turn, shift = cv2.solvePnP(seen, pixels, K, distortion)
-            J = cv2.projectPoints(seen, turn, shift, K, distortion)[1]
+        for points, pixels in zip(objects, images, strict=True):
+            _, turn, shift = cv2.solvePnP(points, pixels, K, distortion)
+            J = cv2.projectPoints(points, turn, shift, K, distortion)[1]
             A, B = J[:, 6:14], J[:, :6]
             blocks.append(A.T @ A - A.T @ B @ np.linalg.pinv(B.T @ B, hermitian=True) @ (B.T @ A))
     except cv2.error:
         return None
-    told = np.array(blocks)
-    scale = np.sqrt(np.einsum("nii->i", told))
-    return told / np.outer(scale, scale) if np.all(np.isfinite(told)) and np.all(scale > 0) else None
+    information = np.array(blocks)
+    scale = np.sqrt(np.einsum("nii->i", information))
+    return information / np.outer(scale, scale) if np.all(np.isfinite(information)) and np.all(scale > 0) else None

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.cause import Cause, with_causes
-from diagnosis.comparison import DELAY_SIGMA_S, ColumnFit, Comparison, compare
+from diagnosis.comparison import ColumnFit, Comparison, compare
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import Linearisation, base_unknowns, corrected_signals, linearise, with_laws_of
 from diagnosis.noise_ensemble import (
@@ -23,6 +23,7 @@ from diagnosis.nuisances import NUISANCE_BOUND, nuisances_at
 from identification.dataset.dataset import DataSet
 from identification.estimates import check_motion
 from identification.fitting import fit_laws, segment_starts
+from identification.unknowns import DELAY_SIGMA_S
 from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
@@ -126,7 +127,7 @@ class CauseFitter:
         residuals = zip(at.recordings, stage.comparison.residuals_after(stage.fit), strict=True)
         white = [self.whiten(r, segment_starts(rec.signals), rec.input_variance) for rec, r in residuals]
         level = np.sqrt(np.mean(np.concatenate(white, axis=1) ** 2, axis=1))
-        whiten = self.whiten.quieter(np.maximum(level, 1.0))
+        whiten = self.whiten.rescaled(np.maximum(level, 1.0))
         return self._stage(at, stage.causes, whiten), whiten
 
     def _stage(self, start: Linearisation, causes: tuple[Cause, ...], whiten: Whitener) -> FitStage:
@@ -174,7 +175,7 @@ def _refined(
         # the base model's numbers are all but linear: they follow what the causes' are, in the next step
         gain = 1 - min(
             candidate.profiled_loss / current.profiled_loss,
-            candidate.loss_with_causes_as_they_are / current.loss_with_causes_as_they_are,
+            candidate.loss_with_fixed_causes / current.loss_with_fixed_causes,
         )
         if gain > 0:
             current, causes = candidate, stepped
@@ -197,14 +198,14 @@ def _compared(at: Linearisation, causes: tuple[Cause, ...], whiten: Whitener) ->
 
 
 def _linearised(
-    near: Linearisation, h: Hypothesis, data: Sequence[DataSet], p: Array, frame_lags: Array
+    nearby: Linearisation, h: Hypothesis, data: Sequence[DataSet], p: Array, frame_lags: Array
 ) -> Linearisation:
     """A linearisation; where only laws differ from one nearby, its recordings as they were read."""
-    old = near.hypothesis
+    old = nearby.hypothesis
     reading = (h.neck, h.frame_lag, h.motor_angle_lag, *h.angle_error, *frame_lags)
-    if reading != (old.neck, old.frame_lag, old.motor_angle_lag, *old.angle_error, *near.frame_lags):
+    if reading != (old.neck, old.frame_lag, old.motor_angle_lag, *old.angle_error, *nearby.frame_lags):
         return linearise(h, corrected_signals(h, data, frame_lags), p, frame_lags)
-    return with_laws_of(near, h, p)
+    return with_laws_of(nearby, h, p)
 
 
 def _stepped(at: Linearisation, causes: tuple[Cause, ...], step: Array) -> tuple[Array, tuple[Cause, ...]]:

@@ -95,7 +95,7 @@ class Search:
     """of every stage, the best first"""
 
 
-def search(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int = 0) -> Search:
+def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int = 0) -> Search:
     """Causes beyond a hypothesis in recordings of one arm. Raises Refused where a motor stands still."""
     fitter = CauseFitter(h, ensembles)
     stages, every_effect = [fitter.base_model()], None
@@ -164,7 +164,7 @@ def _next_cause(
     if not after.possible:
         return None
     # few rows of one channel may hold all that is wrong: little of the loss, but what stands above noise
-    is_small = stage.fit.loss - after.comparison.loss_with_causes_as_they_are < min_gain
+    is_small = stage.fit.loss - after.comparison.loss_with_fixed_causes < min_gain
     if is_small and not (above_noise and after.excess.energy <= (1 - MIN_EXPLAINED) * stage.excess.energy):
         return None
     if is_further and after.excess.energy > (1 - MIN_EXPLAINED_NEXT) * stage.excess.energy:
@@ -221,20 +221,20 @@ def indistinguishable(fitted: Sequence[tuple[CauseCandidate, FitStage]]) -> list
     if best.excess.above_noise:
         limit += max(0.0, best.loss - best.noise_loss)
     kept: list[tuple[CauseCandidate, FitStage]] = []
-    near = [
+    candidates = [
         (c, stage) for c, stage in fitted if stage.loss <= limit and stage.excess.above_noise <= best.excess.above_noise
     ]
-    for c, stage in sorted(near, key=lambda each: each[0].number_count):
+    for c, stage in sorted(candidates, key=lambda fitted: fitted[0].number_count):
         simpler = [s.loss for k, s in kept if k.number_count < c.number_count]
         if not simpler or stage.loss < (1 - MIN_LOSS_SHARE) * min(simpler):
             kept.append((c, stage))
-    return sorted(kept, key=lambda each: each[1].loss)
+    return sorted(kept, key=lambda fitted: fitted[1].loss)
 
 
 def _rivals(ranked: Sequence[CauseCandidate], shortfall: float) -> list[CauseCandidate]:
     """Those that explain as much as the best but for this share, at most _MAX_RIVALS, what does with fewer numbers first."""
-    near = [c for c in ranked if c.gain >= (1 - shortfall) * ranked[0].gain][:_MAX_RIVALS]
-    return sorted(near, key=lambda c: (c.gain < (1 - _SIMPLER_SHARE) * ranked[0].gain, c.number_count, -c.gain))
+    close = [c for c in ranked if c.gain >= (1 - shortfall) * ranked[0].gain][:_MAX_RIVALS]
+    return sorted(close, key=lambda c: (c.gain < (1 - _SIMPLER_SHARE) * ranked[0].gain, c.number_count, -c.gain))
 
 
 def _with_effects(stage: FitStage, whiten: Whitener) -> Comparison:

@@ -20,13 +20,12 @@ from diagnosis.effect import Effect, Shape
 from diagnosis.linearisation import Linearisation
 from diagnosis.nuisances import NUISANCE_BOUND, Nuisances
 from identification.fitting import segment_starts
+from identification.unknowns import DELAY_SIGMA_S
 from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-DELAY_SIGMA_S = 1e-3
-"""s: forces act about when the log says, no more than a row or two later"""
 FOLD_BLOCK_S = 2.0
 """s: blocks that are dealt to folds, longer than what residuals remember"""
 FOLDS = 5
@@ -133,7 +132,7 @@ class Comparison:
         return self._solve(self.products, use, self._sigma(None), 0.0)[1] + float(prior)
 
     @cached_property
-    def loss_with_causes_as_they_are(self) -> float:
+    def loss_with_fixed_causes(self) -> float:
         """Loss with the base model's numbers at their best, and the causes' at the linearisation point's."""
         use = np.arange(self.base_count + len(self.nuisance_names))
         return self._solve(self.products, use, self._sigma(None), 0.0)[1]
@@ -341,7 +340,7 @@ def _priors(at: Linearisation, nuisances: Nuisances, first: int, count: int) -> 
     recordings = len(at.recordings)
     for r in range(recordings):
         clock = first - 2 * recordings + 2 * r
-        relaxed[clock] = nuisances.relaxed_clock_sigma[r]
+        relaxed[clock] = nuisances.clock_relaxation[r]
         mean[clock] = -at.frame_lags[r] / nuisances.clock_sigma[r]
     return sigma, relaxed, mean
 

@@ -45,7 +45,11 @@ def detectability(search: Search) -> Detectability:
         placements = group.effect.placements(arm)
         options = [(_effect_alone(comparison, group, w.columns), w.label) for w in (placements[1:] or placements)]
         losses = [alone.fit().loss for alone, _ in options]
-        hidden = [label for (_, label), own in zip(options, losses, strict=True) if own < MIN_LOSS_SHARE * (loss + own)]
+        hidden = [
+            label
+            for (_, label), alone_loss in zip(options, losses, strict=True)
+            if alone_loss < MIN_LOSS_SHARE * (loss + alone_loss)
+        ]
         if len(hidden) < len(options):
             invisible_places += [(name, label) for label in hidden]
         most_visible.append(options[int(np.argmax(losses))][0])

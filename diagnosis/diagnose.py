@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.cause import Cause, with_causes
-from diagnosis.cause_search import MIN_EXPLAINED, Search, search
+from diagnosis.cause_search import MIN_EXPLAINED, Search, search_causes
 from diagnosis.detectability import Detectability, detectability
 from diagnosis.held_out_gain import EQUATIONS, Gain, gains, held_out_excess, held_out_residuals
 from diagnosis.hypothesis import Hypothesis, as_described
@@ -92,23 +92,23 @@ def diagnose(
     fitted = [noise_ensemble(data, frame_angles(data), seed + i) for i, data in enumerate(recordings)]
     others = [noise_ensemble(data, frame_angles(data), seed + _HELD_OUT_SEED + i) for i, data in enumerate(held_out)]
     progress("causes")
-    found = search(h, fitted, seed)
-    visible = detectability(found)
+    search = search_causes(h, fitted, seed)
+    visible = detectability(search)
     progress("gain")
-    extended = with_causes(h, found.last.causes)
-    measured, holds, not_simulated = _held_out(found, h, extended, others, progress)
-    verdict, why = _verdict(found, visible, measured, holds)
+    extended = with_causes(h, search.last.causes)
+    measured, holds, not_simulated = _held_out(search, h, extended, others, progress)
+    verdict, why = _verdict(search, visible, measured, holds)
     worse = [g.measure for g in measured if g.after - g.before > _WORSE_SIGMAS * g.sigma]
-    if found.last.causes and worse and verdict != "insufficient":
+    if search.last.causes and worse and verdict != "insufficient":
         why = "; ".join(
             filter(None, [why, f"where it was not fitted the extended model does worse in {', '.join(worse)}"])
         )
     return Diagnosis(
         verdict=verdict,
         why=why,
-        search=found,
+        search=search,
         detectability=visible,
-        signature=signature(found.first, found.last),
+        signature=signature(search.first, search.last),
         gains=measured,
         extended=extended,
         not_simulated=not_simulated,
@@ -129,7 +129,7 @@ def _same(a: DataSet, b: DataSet) -> bool:
 
 
 def _held_out(
-    found: Search,
+    search: Search,
     h: Hypothesis,
     extended: Hypothesis,
     ensembles: Sequence[NoiseEnsemble],
@@ -138,10 +138,10 @@ def _held_out(
     """Gains on recordings that were not fitted, whether causes explain these too, and why they could not be simulated."""
     if not ensembles:
         return (), True, ""
-    first, last = found.first, found.last
+    first, last = search.first, search.last
     relaxed = bool(last.causes)
-    old = held_out_residuals(first.comparison, first.fit, h, ensembles, found.whiten, relaxed)
-    new = held_out_residuals(last.comparison, last.fit, extended, ensembles, found.whiten, relaxed)
+    old = held_out_residuals(first.comparison, first.fit, h, ensembles, search.whiten, relaxed)
+    new = held_out_residuals(last.comparison, last.fit, extended, ensembles, search.whiten, relaxed)
     measured = gains(old, new, h.arm.M)
     # causes must take from other recordings as much of what stands plainly above noise as where they were fitted
     limit = (1 - MIN_EXPLAINED) * held_out_excess(old, new).energy_above_limit
@@ -156,10 +156,10 @@ def _held_out(
     return measured, holds, not_simulated
 
 
-def _verdict(found: Search, visible: Detectability, measured: Sequence[Gain], holds: bool) -> tuple[str, str]:
+def _verdict(search: Search, visible: Detectability, measured: Sequence[Gain], holds: bool) -> tuple[str, str]:
     """The verdict and why; holds: whether causes explain the recordings that were not fitted too, if there are any."""
-    if not found.named:
-        if found.first.excess.above_noise:
+    if not search.named:
+        if search.first.excess.above_noise:
             return "unknown", "the data differ from the model, and no cause that is known explains it"
         if len(visible.invisible) > MAX_INVISIBLE_SHARE * len(visible.effects):
             return "insufficient", f"these recordings could not show {', '.join(visible.invisible)}"
@@ -168,8 +168,8 @@ def _verdict(found: Search, visible: Detectability, measured: Sequence[Gain], ho
         worst = max(g.after / g.noise_floor for g in measured if g.measure in EQUATIONS)
         why = f"what explains the fitted recordings leaves {worst:.1f} times noise on those that were not fitted"
         return "insufficient", why
-    if max(len(named.tied) for named in found.named) >= TOO_MANY_TIED:
+    if max(len(named.tied) for named in search.named) >= TOO_MANY_TIED:
         return "insufficient", "too many causes explain the data alike"
-    if any(len(named.tied) > 1 for named in found.named):
+    if any(len(named.tied) > 1 for named in search.named):
         return "ambiguous", "several causes explain the data alike"
     return "cause", ""

@@ -205,7 +205,7 @@ class DescriptionEffect(Effect):
     def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
         h, size = recording.hypothesis, self.terms[0].size
         arms = [arm_of(self.rewritten(h.neck, i, size)) for i in range(self.place_count(h.arm))]
-        return np.stack([recording.sensitivity.change(arm=arm) for arm in arms], axis=-1) / size
+        return np.stack([recording.sensitivity.residual_change(arm=arm) for arm in arms], axis=-1) / size
 
     def added_to(self, h: Hypothesis, amounts: Array, shape: Shape) -> Hypothesis:
         neck = h.neck

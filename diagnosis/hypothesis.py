@@ -1,4 +1,4 @@
-"""What is believed of an arm and of how it was recorded, while causes are sought."""
+"""A hypothesis of an arm, its laws, and how it was recorded: the one that causes are added to."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

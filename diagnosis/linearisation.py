@@ -87,9 +87,7 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
         tension=tension,
         input_variance=input_variance(h.neck, s, values["fs"], values["cm"]),
         sensitivity=ResidualSensitivity(s, u, p, recording),
-        rows=ResidualRows(
-            residuals_of(s, vision_forces), residual_rows(motor_signals, u, p, recording).jacobian
-        ),
+        rows=ResidualRows(residuals_of(s, vision_forces), residual_rows(motor_signals, u, p, recording).jacobian),
         laws=u.laws,
         values=values,
         x0=u.get(p, "x0", recording),

@@ -49,13 +49,13 @@ def noise_ensemble(data: DataSet, frames: FrameAngles, seed: int, draws: int = D
     noise_free = frames.alpha.copy()
     noise_free[inside] = np.where(np.isnan(frames.alpha[inside]), np.nan, truth(frames.time[inside]))
     rng = np.random.default_rng(seed)
-    drawn = []
+    noisy_data = []
     for _ in range(draws):
         noisy = replace(frames, alpha=noise_free + frames.sigma * rng.normal(size=noise_free.shape))
-        drawn.append(_with_state(data, noisy, estimate_by_vision(noisy, state.time, estimate.priors)))
+        noisy_data.append(_with_state(data, noisy, estimate_by_vision(noisy, state.time, estimate.priors)))
     columns = {**state.columns, **numbered_columns("vision", state.matrix("alpha"))}
     columns |= numbered_columns("vision", state.matrix("alpha", "_d"), "_d")
-    return NoiseEnsemble(vision_alone, tuple(drawn), replace(vision_alone, state=Series(state.time, columns)))
+    return NoiseEnsemble(vision_alone, tuple(noisy_data), replace(vision_alone, state=Series(state.time, columns)))
 
 
 def _with_state(data: DataSet, frames: FrameAngles, estimate: VisionState) -> DataSet:
@@ -86,24 +86,24 @@ def vision_noise_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]
         data = (ensemble.noise_free, *ensemble.draws)
         signals = corrected_signals(at.hypothesis, data, np.full(len(data), at.frame_lags[r]))
         tension = at.recordings[r].tension
-        noise_free, *drawn = (residuals_of(s, law_forces_at(s, at.unknowns, at.p, r, tension)) for s in signals)
-        out.append([d - noise_free for d in drawn])
+        noise_free, *noisy = (residuals_of(s, law_forces_at(s, at.unknowns, at.p, r, tension)) for s in signals)
+        out.append([d - noise_free for d in noisy])
     return out
 
 
-def noise_loss(drawn: list[list[Array]], at: Linearisation, whiten: Whitener) -> float:
+def noise_loss(noise: list[list[Array]], at: Linearisation, whiten: Whitener) -> float:
     """Loss that noise alone makes: the mean over the draws of each recording, summed over recordings."""
     return sum(
         float(np.mean([np.sum(whiten(d, segment_starts(r.signals), r.input_variance) ** 2) for d in draws]))
-        for draws, r in zip(drawn, at.recordings, strict=True)
+        for draws, r in zip(noise, at.recordings, strict=True)
     )
 
 
-def noise_whitener(drawn: list[list[Array]], starts: list[NDArray[np.bool_]], motors: int) -> Whitener:
+def noise_whitener(noise: list[list[Array]], starts: list[NDArray[np.bool_]], motors: int) -> Whitener:
     """Each channel's noise told from what came before, from all draws; starts (S,): first rows of each recording's stretches."""
     rng = np.random.default_rng(0)
     residuals, draw_starts = [], []
-    for draws, recording_starts in zip(drawn, starts, strict=True):
+    for draws, recording_starts in zip(noise, starts, strict=True):
         for residual in draws:
             share = np.where(np.arange(len(residual)) < motors, *_WHITE_SHARE)[:, None]
             residuals.append(residual + share * residual.std(axis=1, keepdims=True) * rng.normal(size=residual.shape))

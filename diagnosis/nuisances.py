@@ -47,8 +47,8 @@ class Nuisances:
     """of each recording: what one sigma of its clock's offset and skew does, (C, S, 2)"""
     clock_sigma: tuple[float, ...]
     """s: of each recording's offset"""
-    relaxed_clock_sigma: tuple[float, ...]
-    """the same in units of `clock_sigma`, where the laws that the clock rests on are wrong"""
+    clock_relaxation: tuple[float, ...]
+    """factor on each `clock_sigma` where the laws that the clock rests on are wrong"""
 
 
 def nuisances_at(at: Linearisation) -> Nuisances:
@@ -60,8 +60,8 @@ def nuisances_at(at: Linearisation) -> Nuisances:
         arm_columns=tuple(columns for _, columns in arm),
         clock_columns=tuple(_clock_columns(r, sigma) for r, sigma in zip(at.recordings, clock_sigma, strict=True)),
         clock_sigma=clock_sigma,
-        relaxed_clock_sigma=tuple(
-            max(1.0, r.signals.clock_doubt / sigma) for r, sigma in zip(at.recordings, clock_sigma, strict=True)
+        clock_relaxation=tuple(
+            max(1.0, r.signals.relaxed_clock_sigma / sigma) for r, sigma in zip(at.recordings, clock_sigma, strict=True)
         ),
     )
 
@@ -74,7 +74,7 @@ def _arm_columns(recording: RecordingLinearisation) -> tuple[tuple[str, ...], Ar
         value = getattr(arm, field)
         for i in range(count):
             factor = np.where(np.arange(count) == i, 1 + sigma, 1.0)
-            columns.append(recording.sensitivity.change(arm=replace(arm, **{field: value * factor})))
+            columns.append(recording.sensitivity.residual_change(arm=replace(arm, **{field: value * factor})))
             names.append(f"{field} {i + 1}")
     return tuple(names), np.stack(columns, axis=-1)
 
@@ -83,8 +83,8 @@ def _clock_columns(recording: RecordingLinearisation, offset_sigma: float) -> Ar
     """What one sigma of the recording's clock does: its offset's (s) and its skew's, (C, S, 2)."""
     s, sensitivity = recording.signals, recording.sensitivity
     age = s.time[s.low_pass.kept] - s.time.mean()
-    shifts = (sensitivity.late(offset_sigma), sensitivity.late(s.clock_sigma[1] * age))
-    return np.stack([sensitivity.change(turned=shift) for shift in shifts], axis=-1)
+    shifts = (sensitivity.error_of_lag(offset_sigma), sensitivity.error_of_lag(s.clock_sigma[1] * age))
+    return np.stack([sensitivity.residual_change(angle_error=shift) for shift in shifts], axis=-1)
 
 
 def adjusted(neck: Neck, names: Sequence[str], numbers: Array) -> Neck:

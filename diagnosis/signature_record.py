@@ -37,8 +37,8 @@ def words(s: Signature, motors: int) -> str:
         return f"in short episodes, in {where}: from {', '.join(times[:_MAX_EPISODES])} on{rest}"
     if s.kind == "drift":
         along = any("along" in p.against for p in s.shown)
-        manner = "along the motion, as friction that changes" if along else "whatever the motion"
-        return f"drifts in the course of a recording, {manner}: in {where}"
+        direction = "along the motion, as friction that changes" if along else "whatever the motion"
+        return f"drifts in the course of a recording, {direction}: in {where}"
     if s.kind == "periodic":
         waves = [f"{w.order:.2f} +- {w.sigma:.2f} at drum {motor + 1}" for motor, w in sorted(_drum_waves(s).items())]
         return f"goes round with the drum, so many times a turn: {', '.join(waves)}; in {where}"

@@ -1,61 +1,62 @@
-"""How far a fit may be off: residuals that stay alike for a while, and errors that a whole recording shares."""
+"""Covariance of a fit whose residuals are correlated for a while (block jackknife), and errors that a whole recording shares."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.residual_sensitivity import ResidualSensitivity, AngleError
+from identification.residual_sensitivity import AngleError, ResidualSensitivity
 from identification.signals import Signals
 from identification.unknowns import Unknowns
 
 Array = NDArray[np.float64]
 
 BLOCK_S = 1.0
+"""s: length of a block, beyond which residuals are taken as independent"""
 MIN_BLOCKS = 40
-"""shorter recordings have shorter blocks"""
+"""blocks of a fit; of shorter recordings the blocks are shorter"""
 MIN_EFFECTIVE_BLOCKS = 3.0
-"""fewer blocks than that tell no sigma: it is taken as that of three"""
+"""effective number of blocks below which a sigma is taken as that of three: fewer do not determine one"""
 
 
 @dataclass(frozen=True)
 class BlockSums:
-    """Each block's share of the estimating equations: instruments times residuals (B, P), and times columns (B, P, P)."""
+    """Sums of the estimating equations over each block: instruments times residuals (B, P), and times the Jacobian (B, P, P)."""
 
-    pull: Array
+    gradient: Array
     slope: Array
 
 
 def block_sums(instruments: Array, residual: Array, jacobian: Array, length: int) -> BlockSums:
-    """Blocks of `length` rows from instruments and columns (C, S, P) and residuals (C, S) of one recording, all whitened."""
-    begins = range(0, residual.shape[1], length)
-    parts = [slice(begin, begin + length) for begin in begins]
-    flat = [(instruments[:, b].reshape(-1, instruments.shape[2]), b) for b in parts]
-    pull = [z.T @ residual[:, b].ravel() for z, b in flat]
+    """Sums over blocks of `length` rows of one recording; instruments and Jacobian (C, S, P), residuals (C, S), all whitened."""
+    blocks = [slice(begin, begin + length) for begin in range(0, residual.shape[1], length)]
+    flat = [(instruments[:, b].reshape(-1, instruments.shape[2]), b) for b in blocks]
+    gradient = [z.T @ residual[:, b].ravel() for z, b in flat]
     slope = [z.T @ jacobian[:, b].reshape(-1, jacobian.shape[2]) for z, b in flat]
-    return BlockSums(np.array(pull), np.array(slope))
+    return BlockSums(np.array(gradient), np.array(slope))
 
 
 def jackknife_influence(blocks: BlockSums, total: Array, free: NDArray[np.bool_], size: Array) -> Array:
     """By how much the parameters would change without each block, (B, P); their sum of squares is the jackknife's covariance.
 
-    total: the whole slope, (P, P). Parameters that are not `free` stay; a direction that one block alone tells is left at that.
+    total: slope of all blocks and priors, (P, P). Parameters that are not `free` stay. size: scales of the parameters, (P,); a
+    direction that one block alone determines is left out.
     """
-    out = np.zeros_like(blocks.pull)
+    out = np.zeros_like(blocks.gradient)
     chosen = np.ix_(free, free)
     scale = np.outer(size[free], size[free])
-    left = (total - blocks.slope)[:, *chosen] * scale
-    inverse = np.linalg.pinv(left, rcond=1e-13)
-    out[:, free] = np.einsum("bpq,bq->bp", inverse, blocks.pull[:, free] * size[free]) * size[free]
+    without_block = (total - blocks.slope)[:, *chosen] * scale
+    inverse = np.linalg.pinv(without_block, rcond=1e-13)
+    out[:, free] = np.einsum("bpq,bq->bp", inverse, blocks.gradient[:, free] * size[free]) * size[free]
     count = len(out)
     return out * np.sqrt((count - 1) / count)
 
 
 def student_inflated(influences: Array) -> Array:
-    """Influences (B, P), the larger the fewer blocks count: what these leave unknown of a sigma is the estimate's to bear, (B, P).
+    """Influences (B, P), larger where few blocks carry the information: a sigma that few blocks determine is itself uncertain.
 
-    Squares v of n alike and normal influences have (sum v)^2 / sum v^2 = (n + 2) / 3. An error over a sigma that n of them tell is
-    Student's, of variance n / (n - 2).
+    With normal influences of one variance, n of them effective, the squares v have (sum v)^2 / sum v^2 = (n + 2) / 3. An error
+    over a sigma that n of them determine follows Student's t, of variance n / (n - 2).
     """
     v = influences**2
     n = 3 * v.sum(axis=0) ** 2 / np.maximum(np.sum(v**2, axis=0), np.finfo(float).tiny) - 2
@@ -64,9 +65,9 @@ def student_inflated(influences: Array) -> Array:
 
 
 def shared_error_residuals(s: Signals, u: Unknowns, p: Array, recording: int) -> Array:
-    """What one sigma of each error that all rows share does to the residuals, (C, S, E): clock, skew, each joint's angle."""
-    slow = ResidualSensitivity(s, u, p, recording)
-    age = s.time[s.low_pass.kept] - s.time.mean()
-    moves = [slow.late(s.clock_sigma[0]), slow.late(s.clock_sigma[1] * age)]
-    moves += [AngleError(sigma * np.eye(s.arm.N)[i]) for i, sigma in enumerate(s.angle_sigma)]
-    return np.stack([slow.change(turned=move) for move in moves], axis=-1)
+    """Change of the residuals, (C, S, E), by one sigma of each error that all rows share: clock, skew, each joint's angle."""
+    sensitivity = ResidualSensitivity(s, u, p, recording)
+    from_middle = s.time[s.low_pass.kept] - s.time.mean()
+    errors = [sensitivity.error_of_lag(s.clock_sigma[0]), sensitivity.error_of_lag(s.clock_sigma[1] * from_middle)]
+    errors += [AngleError(sigma * np.eye(s.arm.N)[i]) for i, sigma in enumerate(s.angle_sigma)]
+    return np.stack([sensitivity.residual_change(angle_error=error) for error in errors], axis=-1)

@@ -1,25 +1,25 @@
-"""Estimates that hold, as text."""
+"""Identified parameters as text."""
 
 import numpy as np
 
-from identification.estimates import Estimates
+from identification.estimates import MIN_UNBIASED_PROBABILITY, Estimates
 from identification.identifiability import durbin_wu_hausman
 
 
-def as_text(found: Estimates) -> str:
-    """A parameter a row, with its sigma, or why it is not identified and what would tell it."""
-    lines = [f"Estimates that hold: {', '.join(name.replace('_', ' ') for name in found.laws)}"]
-    for p, verdict in found.judged:
+def as_text(estimates: Estimates) -> str:
+    """A parameter a row, with its sigma, or why it is not identified and what motion would identify it."""
+    lines = [f"Estimates that hold: {', '.join(name.replace('_', ' ') for name in estimates.laws)}"]
+    for p, verdict in estimates.with_identifiability:
         label = p.name if p.index is None else f"{p.name}({p.index})"
         sigma = f"{p.sigma:.2g}" if np.isfinite(p.sigma) else "unknown"
         words = "" if verdict.identified else f"  not identified: {verdict.why}; {verdict.record}"
         lines.append(f"{label:7}{p.unit:9}{p.value:>12.5g} +- {sigma:8}{words}".rstrip())
-    motor, arm = found.rms()
+    motor, arm = estimates.rms()
     lines.append(f"left of the motor equations {_listed(motor)} N, of the arm's {_listed(arm)} N m (rms)")
-    _, chance = durbin_wu_hausman(found.solution)
+    _, probability = durbin_wu_hausman(estimates.solution)
     lines.append(
-        f"Durbin-Wu-Hausman: p = {chance:.2g}, least squares "
-        + ("would be biased by vision's noise" if chance < 0.05 else "would do as well")
+        f"Durbin-Wu-Hausman: p = {probability:.2g}, least squares "
+        + ("would be biased by vision's noise" if probability < MIN_UNBIASED_PROBABILITY else "would do as well")
     )
     return "\n".join(lines)
 

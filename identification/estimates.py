@@ -1,4 +1,4 @@
-"""Estimates that hold: the laws of an arm from recordings of it, each number with its uncertainty and whether to believe it."""
+"""The laws of an arm estimated from recordings of it: each parameter with its uncertainty, and whether it is identified."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from identification.signals import Signals, signals_of
 from identification.unknowns import Unknowns, unknowns
 from mechanism.arm import Arm
 from mechanism.elasticity import ElasticModel
-from mechanism.laws import Turning
+from mechanism.laws import MotorMotion
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
 from xneck_foundation.parameter import Parameter
@@ -26,80 +26,88 @@ LAWS_BY_ELASTIC_MODEL: dict[ElasticModel, tuple[str, ...]] = {
     2: ("dry_friction", "viscous_friction", "youngs_modulus"),
     3: ("dry_friction", "viscous_friction", "youngs_modulus_in_pose"),
 }
-"""what is fitted beside each of Fasquelle's elastic models"""
+"""laws that are fitted with each of Fasquelle's elastic models"""
 DEFAULT_LAWS = LAWS_BY_ELASTIC_MODEL[1]
-_MOVES = 1.0
-"""rad/s: a motor slower than this all the time is at rest"""
-_OPPOSED = 5.0
-"""sigmas by which a negative friction says that signs are wrong"""
-_PUSHES_N, _NEARLY_ALL = 1.0, 0.95
-"""a slack cable shows a force around zero for part of the time: one that pushes by more, in this share of rows, is none"""
-_CHANCE = 0.05
-"""below this probability least squares is said to be biased"""
+_MIN_MOTOR_SPEED_RAD_S = 1.0
+"""rad/s: a motor that is slower all the time is at rest, and the recordings are refused"""
+_OPPOSED_SIGMAS = 5.0
+"""sigmas by which friction is below zero where signs are said to be opposed"""
+_PUSH_N, _PUSH_SHARE = 1.0, 0.95
+"""N, and share of rows: a motor that pushes on its cable by more, in more of the rows, is turned; a slack cable shows about zero"""
+MIN_UNBIASED_PROBABILITY = 0.05
+"""of the Durbin-Wu-Hausman test: below it least squares is said to be biased"""
 
 
 @dataclass(frozen=True)
 class Estimates:
-    """What was fitted to which recordings."""
+    """Laws fitted to recordings of one arm."""
 
     laws: tuple[str, ...]
     unknowns: Unknowns
     solution: FitSolution
-    verdicts: tuple[Identifiability, ...]
+    identifiability: tuple[Identifiability, ...]
+    """of each entry of the parameter vector"""
     x0: Array
     """pre-elongations of the description, (M,), m"""
     seconds: tuple[float, ...]
-    """used of each recording"""
+    """s of each recording that are used"""
 
     @property
     def sigma(self) -> Array:
-        """(P,)"""
+        """Standard deviations of the parameter vector, (P,)."""
         return np.sqrt(np.diag(self.solution.covariance))
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Of the laws; and x0 of the cables, whole, where all comes from one recording."""
-        return tuple(p for p, _ in self.judged)
+        """Parameters of the laws; and the whole x0 of the cables where there is one recording."""
+        return tuple(p for p, _ in self.with_identifiability)
 
     @property
-    def judged(self) -> tuple[tuple[Parameter, Identifiability], ...]:
-        """`parameters` with what is to be said of each."""
-        return tuple((self._parameter(place), self.verdicts[place]) for place in self._told)
+    def with_identifiability(self) -> tuple[tuple[Parameter, Identifiability], ...]:
+        """`parameters`, each with whether it is identified."""
+        return tuple((self._parameter(place), self.identifiability[place]) for place in self._reported)
 
     @property
     def covariance(self) -> Array:
-        """Of `parameters`, (P', P')."""
-        place = self._told
+        """Covariance of `parameters`, (P', P')."""
+        place = self._reported
         return self.solution.covariance[np.ix_(place, place)]
 
     @property
-    def _told(self) -> list[int]:
-        """Places of the parameters that are spoken of."""
-        one = len(self.seconds) == 1
+    def _reported(self) -> list[int]:
+        """Places in the parameter vector of the parameters that are reported."""
+        one_recording = len(self.seconds) == 1
         entries = enumerate(self.unknowns.entries)
-        return [i for i, e in entries if e.recording is None or (one and e.term.name == "x0")]
+        return [i for i, e in entries if e.recording is None or (one_recording and e.term.name == "x0")]
 
     def _parameter(self, place: int) -> Parameter:
         e, value = self.unknowns.entries[place], float(self.solution.p[place])
         if e.term.name == "x0" and e.index is not None:
             value += float(self.x0[e.index - 1])
         sigma = float(self.sigma[place]) or float("inf")
-        return Parameter(e.term.name, e.index, value, e.term.unit, sigma, self.verdicts[place].identified)
+        return Parameter(
+            name=e.term.name,
+            index=e.index,
+            value=value,
+            unit=e.term.unit,
+            sigma=sigma,
+            identified=self.identifiability[place].identified,
+        )
 
     def values(self, name: str) -> Array:
-        """Of a term, in the order of cables or joints, fitted or held."""
+        """Values of a term, in the order of cables or joints, fitted or held."""
         return self.unknowns.get(self.solution.p, name)
 
     def rms(self) -> tuple[Array, Array]:
-        """What is left of the motor equations (M,), N, and of the arm's (N,), N m."""
-        every = np.concatenate(self.solution.residuals, axis=1)
-        out = np.sqrt(np.mean(every**2, axis=1))
+        """RMS residual of the motor equations (M,), N, and of the arm's (N,), N m."""
+        residuals = np.concatenate(self.solution.residuals, axis=1)
+        out = np.sqrt(np.mean(residuals**2, axis=1))
         return out[: len(self.x0)], out[len(self.x0) :]
 
     def as_json(self) -> dict[str, Any]:
         """The contract's parameters, and the fit behind them."""
         u, p, sigma = self.unknowns, self.solution.p, self.sigma
-        statistic, chance = durbin_wu_hausman(self.solution)
+        statistic, probability = durbin_wu_hausman(self.solution)
         motor, arm = self.rms()
         recordings = [
             {"seconds": seconds}
@@ -111,7 +119,7 @@ class Estimates:
             for r, seconds in enumerate(self.seconds)
         ]
         return {
-            "parameters": [found.as_json() | _words(verdict) for found, verdict in self.judged],
+            "parameters": [p.as_json() | _reasons(verdict) for p, verdict in self.with_identifiability],
             "fit": {
                 "laws": list(self.laws),
                 "method": "instrumental variables at the log's rate",
@@ -130,8 +138,8 @@ class Estimates:
                 ],
                 "durbin_wu_hausman": {
                     "statistic": statistic,
-                    "probability": chance,
-                    "least_squares_biased": chance < _CHANCE,
+                    "probability": probability,
+                    "least_squares_biased": probability < MIN_UNBIASED_PROBABILITY,
                 },
                 "recordings": recordings,
                 "recordings_unit": "value and sigma, m and s; x0 beyond the description's",
@@ -139,7 +147,7 @@ class Estimates:
         }
 
 
-def _words(v: Identifiability) -> dict[str, str]:
+def _reasons(v: Identifiability) -> dict[str, str]:
     return {} if v.identified else {"why": v.why, "would_tell": v.record}
 
 
@@ -149,10 +157,10 @@ def estimate(
     held: Mapping[str, float | Array] | None = None,
     priors: Mapping[tuple[str, int | None], tuple[float, float]] | None = None,
 ) -> Estimates:
-    """Laws (names of mechanism.laws) fitted to recordings of one arm together; x0 and delay are each recording's own.
+    """Laws (names of mechanism.laws) fitted to all recordings of one arm together; x0 and delay to each recording alone.
 
     held: terms, x0 or delay that keep a value. priors: mean and sigma by term and index. Raises Refused where recordings are
-    of different arms, a motor stands still, forces and motor angles are counted in opposite senses, or nothing can be told.
+    of different arms, a motor stands still, forces and motor angles are counted in opposite senses, or nothing is identified.
 
     >>> import xneck
     >>> found = xneck.identify([xneck.read_dataset("monday.mcap")])
@@ -166,56 +174,63 @@ def estimate(
     check_motion(signals)
     u = unknowns(arm, laws, len(signals), held)
     places = {(e.term.name, e.index): i for i, e in enumerate(u.entries) if e.recording is None}
-    known: dict[int, tuple[float, float]] = {}
+    prior_at: dict[int, tuple[float, float]] = {}
     for key, prior in (priors or {}).items():
         if key not in places:
             raise Refused(
                 "identify", f"no parameter {key[0]}({key[1]}) for a prior", "give one of a law that is fitted"
             )
-        known[places[key]] = prior
-    found = fit_laws(signals, u, known)
-    _check_signs(u, found)
-    _check_pull(signals, u, found)
-    verdicts = judge_identifiability(u, found)
-    if not any(v.identified for v, e in zip(verdicts, u.entries, strict=True) if e.recording is None):
+        prior_at[places[key]] = prior
+    solution = fit_laws(signals, u, prior_at)
+    _check_signs(u, solution)
+    _check_tension(signals, u, solution)
+    identifiability = judge_identifiability(u, solution)
+    if not any(v.identified for v, e in zip(identifiability, u.entries, strict=True) if e.recording is None):
         raise Refused("identify", "insufficient: this motion tells none of the parameters", "move more, for longer")
     seconds = tuple(s.step * s.low_pass.factor * len(s.low_pass.kept) for s in signals)
-    return Estimates(tuple(laws), u, found, verdicts, arm.x0, seconds)
+    return Estimates(
+        laws=tuple(laws),
+        unknowns=u,
+        solution=solution,
+        identifiability=identifiability,
+        x0=arm.x0,
+        seconds=seconds,
+    )
 
 
 def common_arm(recordings: Sequence[DataSet]) -> Arm:
     """The arm of all recordings. Raises Refused where they differ in more than markers and where the motors started."""
 
-    def of(data: DataSet) -> dict[str, Any]:
+    def description(data: DataSet) -> dict[str, Any]:
         described = data.neck.model_dump(exclude={"markers"})
         for cable in described["cables"]:
             cable.pop("x0")
         return described
 
-    if any(of(other) != of(recordings[0]) for other in recordings[1:]):
+    if any(description(other) != description(recordings[0]) for other in recordings[1:]):
         raise Refused("identify", "the recordings are of different arms", "give recordings made with one neck.yaml")
     return recordings[0].arm
 
 
 def check_motion(signals: Sequence[Signals]) -> None:
-    """Refused where a motor stands still in all recordings."""
-    still = np.max([np.abs(s.theta_d).max(axis=0) for s in signals], axis=0) < _MOVES
+    """Raises Refused where a motor stands still in all recordings."""
+    still = np.max([np.abs(s.theta_d).max(axis=0) for s in signals], axis=0) < _MIN_MOTOR_SPEED_RAD_S
     if still.any():
         names = ", ".join(str(j + 1) for j in np.flatnonzero(still))
         raise Refused(
             "identify",
-            f"insufficient: motor {names} hardly moves (under {_MOVES:g} rad/s)",
+            f"insufficient: motor {names} hardly moves (under {_MIN_MOTOR_SPEED_RAD_S:g} rad/s)",
             "record a motion of every motor",
         )
 
 
-def _check_signs(u: Unknowns, found: FitSolution) -> None:
-    """Refused where friction drives: the force is counted against the motor's turning."""
+def _check_signs(u: Unknowns, solution: FitSolution) -> None:
+    """Raises Refused where friction would drive a motor: its force is counted against its angle."""
     slot = u.slots.get(("fs", None))
     if slot is None:
         return
-    value, sigma = found.p[slot], np.sqrt(np.diag(found.covariance))[slot]
-    wrong = value < -_OPPOSED * np.maximum(sigma, 1e-3)
+    value, sigma = solution.p[slot], np.sqrt(np.diag(solution.covariance))[slot]
+    wrong = value < -_OPPOSED_SIGMAS * np.maximum(sigma, 1e-3)
     if wrong.any():
         names = ", ".join(str(j + 1) for j in np.flatnonzero(wrong))
         raise Refused(
@@ -225,15 +240,15 @@ def _check_signs(u: Unknowns, found: FitSolution) -> None:
         )
 
 
-def _check_pull(signals: Sequence[Signals], u: Unknowns, found: FitSolution) -> None:
-    """Refused where a motor pushes on its cable nearly all the time: turned in both f and theta, friction looks right."""
-    values = u.values(found.p)
-    at_rows = []
+def _check_tension(signals: Sequence[Signals], u: Unknowns, solution: FitSolution) -> None:
+    """Raises Refused where a motor pushes on its cable nearly all the time: with both f and theta turned, friction looks right."""
+    values = u.values(solution.p)
+    tensions = []
     for s in signals:
-        rub = Machine(s.arm, u.laws, values).friction(Turning(s.theta_d, np.zeros_like(s.theta_d), s.wrap))
-        at_rows.append((s.f - s.inertial - rub)[s.low_pass.kept])
-    tension = np.concatenate(at_rows)
-    wrong = np.mean(tension < -_PUSHES_N, axis=0) > _NEARLY_ALL
+        friction = Machine(s.arm, u.laws, values).friction(MotorMotion(s.theta_d, np.zeros_like(s.theta_d), s.wrap))
+        tensions.append((s.f - s.inertial - friction)[s.low_pass.kept])
+    tension = np.concatenate(tensions)
+    wrong = np.mean(tension < -_PUSH_N, axis=0) > _PUSH_SHARE
     if wrong.any():
         names = ", ".join(str(j + 1) for j in np.flatnonzero(wrong))
         raise Refused(

@@ -1,8 +1,8 @@
-"""Laws fitted to recordings: least squares first, then instruments, with an uncertainty that holds.
+"""Laws fitted to recordings: least squares first, then instrumental variables, with a covariance that holds for correlated errors.
 
-least squares   sum over channels and rows of (whitened residual)^2, Gauss and Newton within the terms' bounds
-instruments     Zi^T residual = 0, Zi the columns that the motors alone tell (instruments.py)
-covariance      by leaving out blocks of a second in turn, and what errors that a recording shares do
+least squares   sum over channels and rows of (whitened residual)^2, by Gauss-Newton within the bounds of the terms
+instruments     Zi^T residual = 0, Zi the columns that follow from the motors alone (instruments.py)
+covariance      by a jackknife over blocks of a second, with what errors that a whole recording shares add to it
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from identification.block_covariance import BLOCK_S, MIN_BLOCKS, BlockSums, block_sums, jackknife_influence, shared_error_residuals, student_inflated
+from identification.block_covariance import (
+    BLOCK_S,
+    MIN_BLOCKS,
+    BlockSums,
+    block_sums,
+    jackknife_influence,
+    shared_error_residuals,
+    student_inflated,
+)
 from identification.instruments import instrument_signals
 from identification.residuals import ResidualRows, residual_rows
 from identification.signals import Signals
@@ -21,181 +29,216 @@ from identification.whitening import WHITENING_ORDER, Whitener, fit_whitener
 
 Array = NDArray[np.float64]
 
-_ROUNDS, _DRIVEN_ROUNDS = 5, 2
-_SETTLED = 0.02
-"""of a term's size: a step that is smaller ends a round, and the next one starts from it"""
-_REACH = 50.0
-"""sizes of a term: one step goes no further, and where nothing is told not at all"""
-_BLIND = 1e-9
-"""of one, in columns scaled to one: what rows tell of a combination at least"""
+_MAX_ITERATIONS, _INSTRUMENT_ITERATIONS = 5, 2
+_TOLERANCE = 0.02
+"""sizes of a term: a smaller step ends the iteration; the next one, with another whitening, starts from there"""
+_MAX_STEP = 50.0
+"""sizes of a term: bound of one step; also a prior of that width, so that what nothing determines stays"""
+_MIN_EIGENVALUE = 1e-9
+"""of the information with its diagonal scaled to one: below it a combination of parameters is unobserved"""
 MAX_UNOBSERVED_SHARE = 0.01
-"""share of a parameter from which it is not told at all"""
-_NEAR_BOUND = 1e-6
-"""of a term's range"""
+"""share of a parameter that lies in unobserved combinations, above which it is not determined at all"""
+_BOUND_MARGIN = 1e-6
+"""share of a term's range within which a value counts as at its bound"""
 
 
 @dataclass(frozen=True)
 class FitSolution:
-    """Parameters (P,) with covariance (P, P), both ways, and what tells how far to trust them."""
+    """Parameters (P,) with covariance (P, P) by instrumental variables and by least squares, and how far to trust them."""
 
     p: Array
     covariance: Array
     least_squares: Array
     least_squares_covariance: Array
     difference_covariance: Array
-    """of instruments' less least squares' parameters, were neither biased"""
+    """covariance of the instruments' parameters less those of least squares, if neither were biased, (P, P)"""
     blocks: int
+    """number of blocks of the jackknife"""
     information: Array
-    """J^T J of whitened rows at p, (P, P)"""
+    """J^T J of whitened rows at p, with the priors', (P, P)"""
     residuals: tuple[Array, ...]
-    """(C, S) of each recording, not whitened"""
+    """residuals (C, S) of each recording, not whitened"""
     at_bound: NDArray[np.bool_]
-    touched: NDArray[np.bool_]
-    """terms whose column the instruments replace"""
+    """parameters at a bound of their term, (P,)"""
+    instrumented: NDArray[np.bool_]
+    """parameters whose column the instruments replace, (P,)"""
+
+
+class _Prior:
+    """Gaussian priors of some parameters, as further rows of the fit."""
+
+    def __init__(self, u: Unknowns, priors: Mapping[int, tuple[float, float]]) -> None:
+        self.mean = np.zeros(len(u.entries))
+        self.weight = np.zeros(len(u.entries))
+        for place, (mean, sigma) in priors.items():
+            self.mean[place], self.weight[place] = mean, 1 / sigma
+        self.information = np.diag(self.weight**2)
+        self.roots = np.diag(self.weight)[self.weight > 0]
+
+    def gradient(self, p: Array) -> Array:
+        """Gradient at p, (P,)."""
+        return self.weight**2 * (p - self.mean)
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """What is fitted to what."""
+
+    recordings: Sequence[Signals]
+    unknowns: Unknowns
+    prior: _Prior
+    starts: Sequence[NDArray[np.bool_]]
+    """first rows of the segments of each recording, (S,)"""
+
+    def rows(self, p: Array) -> list[ResidualRows]:
+        """Residuals and derivatives of every recording at p."""
+        return [residual_rows(s, self.unknowns, p, r) for r, s in enumerate(self.recordings)]
+
+    def whitened(self, whiten: Whitener, values: Sequence[Array]) -> list[Array]:
+        """Values (C, S, ...) of every recording, whitened."""
+        return [whiten(v, starts) for v, starts in zip(values, self.starts, strict=True)]
 
 
 def fit_laws(
     recordings: Sequence[Signals], u: Unknowns, priors: Mapping[int, tuple[float, float]] | None = None
 ) -> FitSolution:
-    """Both stages. priors: mean and sigma by place in the vector."""
-    prior = _Prior(u, priors or {})
-    starts = [segment_starts(s) for s in recordings]
-    p = u.start()
-
-    def linearised(p: Array) -> list[ResidualRows]:
-        return [residual_rows(s, u, p, r) for r, s in enumerate(recordings)]
-
-    # first every channel by its size alone, until the numbers settle; then by what its rows tell beyond those before them
-    whiten = Whitener(np.ones((0, 1)))
-    for order in (0, WHITENING_ORDER):
-        for _ in range(_ROUNDS):
-            found = linearised(p)
-            whiten = fit_whitener([r.residual for r in found], starts, order)
-            before, p = p, _stepped(found, whiten, starts, u, prior, p)
-            if np.max(np.abs(p - before) / u.size) < _SETTLED:
-                break
-    first, found = p, linearised(p)
-    instruments = [residual_rows(instrument_signals(s, u, first, r), u, first, r).jacobian for r, s in enumerate(recordings)]
-    touched = np.any(
-        [np.abs(i - f.jacobian).max(axis=(0, 1)) > 0 for i, f in zip(instruments, found, strict=True)], axis=0
+    """Both stages of the fit. priors: mean and sigma by place in the parameter vector."""
+    problem = _Problem(recordings, u, _Prior(u, priors or {}), [segment_starts(s) for s in recordings])
+    first, whiten = _least_squares(problem)
+    rows = problem.rows(first)
+    instruments = [
+        residual_rows(instrument_signals(s, u, first, r), u, first, r).jacobian for r, s in enumerate(recordings)
+    ]
+    instrumented = np.any(
+        [np.abs(i - f.jacobian).max(axis=(0, 1)) > 0 for i, f in zip(instruments, rows, strict=True)], axis=0
     )
-    Zi = [whiten(i, b) for i, b in zip(instruments, starts, strict=True)]
-    free = ~_at_bound(u, p)
-    for _ in range(_DRIVEN_ROUNDS):
-        A = sum(np.einsum("csp,csq->pq", z, whiten(f.jacobian, b)) for z, f, b in zip(Zi, found, starts, strict=True))
-        g = sum(np.einsum("csp,cs->p", z, whiten(f.residual, b)) for z, f, b in zip(Zi, found, starts, strict=True))
-        A, g = A + prior.information, g + prior.pull(p)
-        p = np.clip(p - _solved(A, g, free, u.size), u.low, u.high)
-        found = linearised(p)
-    J = [whiten(f.jacobian, b) for f, b in zip(found, starts, strict=True)]
-    e = [whiten(f.residual, b) for f, b in zip(found, starts, strict=True)]
-    total = sum(s.step * s.low_pass.factor * len(s.low_pass.kept) for s in recordings)
-    block_s = min(BLOCK_S, total / MIN_BLOCKS)
-    rate = 1 / (recordings[0].step * recordings[0].low_pass.factor)
-
-    length = max(1, round(block_s * rate))
-
-    common = [whiten(shared_error_residuals(s, u, p, r), b) for r, (s, b) in enumerate(zip(recordings, starts, strict=True))]
-
-    def spread(Z: list[Array]) -> tuple[Array, Array, Array]:
-        """What each block, each prior and each shared error does to the parameters: (B, P), (K, P), (E, P)."""
-        parts = [block_sums(z, r, j, length) for z, r, j in zip(Z, e, J, strict=True)]
-        blocks = BlockSums(np.concatenate([b.pull for b in parts]), np.concatenate([b.slope for b in parts]))
-        A = blocks.slope.sum(axis=0) + prior.information
-        inverse = _inverse(A, free, u.size)
-        shared = [np.einsum("csp,cse->ep", z, c) for z, c in zip(Z, common, strict=True)]
-        return jackknife_influence(blocks, A, free, u.size), prior.roots @ inverse.T, np.concatenate(shared) @ inverse.T
-
-    ours, plain = spread(Zi), spread(J)
-    apart = np.concatenate(ours[:2]) - np.concatenate(plain[:2])
-    information = np.asarray(sum(np.einsum("csp,csq->pq", j, j) for j in J)) + prior.information
-    unseen = np.diag(unobserved_projection(information, free)) > MAX_UNOBSERVED_SHARE
-    covariance = _summed(*ours)
-    covariance[unseen, unseen] = np.inf
+    Zi = problem.whitened(whiten, instruments)
+    free = ~_at_bound(u, first)
+    p = _instrument_estimate(problem, whiten, Zi, first, free)
+    rows = problem.rows(p)
+    J = problem.whitened(whiten, [f.jacobian for f in rows])
+    e = problem.whitened(whiten, [f.residual for f in rows])
+    shared = problem.whitened(whiten, [shared_error_residuals(s, u, p, r) for r, s in enumerate(recordings)])
+    by_instruments, by_least_squares = (_influences(problem, columns, J, e, shared, free) for columns in (Zi, J))
+    difference = np.concatenate(by_instruments[:2]) - np.concatenate(by_least_squares[:2])
+    information = np.asarray(sum(np.einsum("csp,csq->pq", j, j) for j in J)) + problem.prior.information
+    unobserved = np.diag(unobserved_projection(information, free)) > MAX_UNOBSERVED_SHARE
+    covariance = _covariance(*by_instruments)
+    covariance[unobserved, unobserved] = np.inf
     return FitSolution(
         p=p,
         covariance=covariance,
         least_squares=first,
-        least_squares_covariance=_summed(*plain),
-        difference_covariance=apart.T @ apart,
-        blocks=len(ours[0]),
+        least_squares_covariance=_covariance(*by_least_squares),
+        difference_covariance=difference.T @ difference,
+        blocks=len(by_instruments[0]),
         information=information,
-        residuals=tuple(f.residual for f in found),
+        residuals=tuple(f.residual for f in rows),
         at_bound=_at_bound(u, p),
-        touched=touched,
+        instrumented=instrumented,
     )
 
 
-def _summed(blocks: Array, priors: Array, shared: Array) -> Array:
-    """Covariance, (P, P)."""
-    every = np.concatenate([student_inflated(blocks), priors, shared])
-    return every.T @ every
+def _least_squares(problem: _Problem) -> tuple[Array, Whitener]:
+    """Parameters, and the whitener of their residuals; first with channels weighted by size alone, then with rows whitened."""
+    p, whiten = problem.unknowns.start(), Whitener(np.ones((0, 1)))
+    for order in (0, WHITENING_ORDER):
+        for _ in range(_MAX_ITERATIONS):
+            rows = problem.rows(p)
+            whiten = fit_whitener([r.residual for r in rows], list(problem.starts), order)
+            before, p = p, _gauss_newton_step(problem, whiten, rows, p)
+            if np.max(np.abs(p - before) / problem.unknowns.size) < _TOLERANCE:
+                break
+    return p, whiten
 
 
-def unobserved_projection(information: Array, free: NDArray[np.bool_]) -> Array:
-    """Projection onto the combinations of parameters, scaled to columns of one, that the rows do not tell, (P, P).
-
-    Its diagonal is what of each parameter is not told.
-    """
-    scale = np.sqrt(np.diag(information))
-    place = np.flatnonzero(free & (scale > 0))
-    values, vectors = np.linalg.eigh(information[np.ix_(place, place)] / np.outer(scale[place], scale[place]))
-    nothing = vectors[:, values < _BLIND]
-    out = np.zeros_like(information)
-    out[np.ix_(place, place)] = nothing @ nothing.T
-    return out
-
-
-class _Prior:
-    """Gaussian knowledge of some parameters, as further rows."""
-
-    def __init__(self, u: Unknowns, known: Mapping[int, tuple[float, float]]) -> None:
-        self.mean = np.zeros(len(u.entries))
-        self.weight = np.zeros(len(u.entries))
-        for place, (mean, sigma) in known.items():
-            self.mean[place], self.weight[place] = mean, 1 / sigma
-        self.information = np.diag(self.weight**2)
-        self.roots = np.diag(self.weight)[self.weight > 0]
-
-    def pull(self, p: Array) -> Array:
-        """Gradient at p, (P,)."""
-        return self.weight**2 * (p - self.mean)
-
-
-def _stepped(
-    found: list[ResidualRows], whiten: Whitener, starts: list[NDArray[np.bool_]], u: Unknowns, prior: _Prior, p: Array
-) -> Array:
-    """One step of Gauss and Newton within the bounds."""
+def _gauss_newton_step(problem: _Problem, whiten: Whitener, rows: list[ResidualRows], p: Array) -> Array:
+    """The parameters after one step within the bounds."""
+    u, prior = problem.unknowns, problem.prior
     pieces = []
-    for f, begin in zip(found, starts, strict=True):
-        J = whiten(f.jacobian, begin).reshape(-1, len(p)) * u.size
-        e = whiten(f.residual, begin).reshape(-1, 1)
+    for f, starts in zip(rows, problem.starts, strict=True):
+        J = whiten(f.jacobian, starts).reshape(-1, len(p)) * u.size
+        e = whiten(f.residual, starts).reshape(-1, 1)
         pieces.append(np.linalg.qr(np.concatenate([J, e], axis=1), mode="r"))
-    knowledge = np.concatenate([np.diag(prior.weight * u.size), (prior.weight * (p - prior.mean))[:, None]], axis=1)
-    damping = np.eye(len(p), len(p) + 1) / _REACH
-    R = np.asarray(np.linalg.qr(np.concatenate([*pieces, knowledge, damping]), mode="r"))
-    low, high = np.maximum((u.low - p) / u.size, -_REACH), np.minimum((u.high - p) / u.size, _REACH)
+    prior_rows = np.concatenate([np.diag(prior.weight * u.size), (prior.weight * (p - prior.mean))[:, None]], axis=1)
+    damping = np.eye(len(p), len(p) + 1) / _MAX_STEP
+    R = np.asarray(np.linalg.qr(np.concatenate([*pieces, prior_rows, damping]), mode="r"))
+    low, high = np.maximum((u.low - p) / u.size, -_MAX_STEP), np.minimum((u.high - p) / u.size, _MAX_STEP)
     step = lsq_linear(R[:, :-1], -R[:, -1], (low - 1e-12, high + 1e-12))
     return np.clip(p + u.size * step.x, u.low, u.high)
 
 
+def _instrument_estimate(
+    problem: _Problem, whiten: Whitener, Zi: list[Array], p: Array, free: NDArray[np.bool_]
+) -> Array:
+    """Parameters at which the whitened instruments Zi (C, S, P) are orthogonal to the residuals, from p on."""
+    u, prior = problem.unknowns, problem.prior
+    for _ in range(_INSTRUMENT_ITERATIONS):
+        rows = problem.rows(p)
+        parts = list(zip(Zi, rows, problem.starts, strict=True))
+        A = sum(np.einsum("csp,csq->pq", z, whiten(f.jacobian, starts)) for z, f, starts in parts)
+        g = sum(np.einsum("csp,cs->p", z, whiten(f.residual, starts)) for z, f, starts in parts)
+        A, g = A + prior.information, g + prior.gradient(p)
+        p = np.clip(p - _inverse(A, free, u.size) @ g, u.low, u.high)
+    return p
+
+
+def _influences(
+    problem: _Problem, Z: list[Array], J: list[Array], e: list[Array], shared: list[Array], free: NDArray[np.bool_]
+) -> tuple[Array, Array, Array]:
+    """What each block, each prior and each shared error adds to the parameters: (B, P), (K, P), (E, P).
+
+    Of each recording, all whitened: instruments Z and Jacobian J (C, S, P), residuals e (C, S), shared errors (C, S, E).
+    """
+    first, size = problem.recordings[0], problem.unknowns.size
+    seconds = sum(s.step * s.low_pass.factor * len(s.low_pass.kept) for s in problem.recordings)
+    rate = 1 / (first.step * first.low_pass.factor)
+    length = max(1, round(min(BLOCK_S, seconds / MIN_BLOCKS) * rate))
+    sums = [block_sums(z, r, j, length) for z, r, j in zip(Z, e, J, strict=True)]
+    blocks = BlockSums(np.concatenate([b.gradient for b in sums]), np.concatenate([b.slope for b in sums]))
+    A = blocks.slope.sum(axis=0) + problem.prior.information
+    inverse = _inverse(A, free, size)
+    of_shared = [np.einsum("csp,cse->ep", z, c) for z, c in zip(Z, shared, strict=True)]
+    return (
+        jackknife_influence(blocks, A, free, size),
+        problem.prior.roots @ inverse.T,
+        np.concatenate(of_shared) @ inverse.T,
+    )
+
+
+def _covariance(blocks: Array, priors: Array, shared: Array) -> Array:
+    """Covariance by all influences, (P, P)."""
+    influences = np.concatenate([student_inflated(blocks), priors, shared])
+    return influences.T @ influences
+
+
+def unobserved_projection(information: Array, free: NDArray[np.bool_]) -> Array:
+    """Projection onto the combinations of parameters, scaled to unit columns, that the rows do not determine, (P, P).
+
+    Its diagonal is the share of each parameter that lies in them.
+    """
+    scale = np.sqrt(np.diag(information))
+    place = np.flatnonzero(free & (scale > 0))
+    values, vectors = np.linalg.eigh(information[np.ix_(place, place)] / np.outer(scale[place], scale[place]))
+    unobserved = vectors[:, values < _MIN_EIGENVALUE]
+    out = np.zeros_like(information)
+    out[np.ix_(place, place)] = unobserved @ unobserved.T
+    return out
+
+
 def segment_starts(s: Signals) -> NDArray[np.bool_]:
-    """Filtered rows that have none right before them."""
+    """Filtered rows that have none right before them, (S,)."""
     kept = s.low_pass.kept
     return np.concatenate([[True], np.diff(kept) > s.low_pass.factor])
 
 
 def _at_bound(u: Unknowns, p: Array) -> NDArray[np.bool_]:
-    margin = _NEAR_BOUND * (u.high - u.low)
+    margin = _BOUND_MARGIN * (u.high - u.low)
     return (p <= u.low + margin) | (p >= u.high - margin)
 
 
-def _solved(A: Array, g: Array, free: NDArray[np.bool_], size: Array) -> Array:
-    return _inverse(A, free, size) @ g
-
-
 def _inverse(A: Array, free: NDArray[np.bool_], size: Array) -> Array:
-    """Of the free part, zero elsewhere; directions that nothing tells stay put."""
+    """Pseudo-inverse of the free part of A (P, P), zero elsewhere: directions that nothing determines stay."""
     out = np.zeros_like(A)
     chosen = np.ix_(free, free)
     scale = size[free]

@@ -1,4 +1,4 @@
-"""model.yaml: what was identified, as simulation takes it up."""
+"""model.yaml: identified laws and parameters, as a simulation takes them."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -38,7 +38,7 @@ class Model(Strict):
     laws: tuple[str, ...]
     parameters: tuple[ModelParameter, ...]
     covariance: tuple[tuple[float | None, ...], ...] | None = None
-    """of the parameters in their order, in their units; null of what is not known"""
+    """covariance of the parameters, in their order and units; null where it is unknown"""
     provenance: dict[str, Any] = Field(default_factory=dict)
 
     @field_validator("laws")
@@ -67,26 +67,26 @@ def model_of(
 
     covariance: (P, P) of the parameters in their order.
     """
-    listed = [ModelParameter(**p.as_json()) for p in parameters]
-    if not any(p.name == "cm" for p in listed):
-        listed.append(
+    entries = [ModelParameter(**p.as_json()) for p in parameters]
+    if not any(p.name == "cm" for p in entries):
+        entries.append(
             ModelParameter(
                 name="cm", index=None, value=CM, unit="s/rad", sigma=None, relative_sigma_percent=None, identified=False
             )
         )
-    known = None
+    covariance_rows = None
     if covariance is not None:
-        whole = np.full((len(listed), len(listed)), 0.0)
+        whole = np.full((len(entries), len(entries)), 0.0)
         whole[: len(parameters), : len(parameters)] = covariance
-        known = tuple(tuple(float(v) if np.isfinite(v) else None for v in row) for row in whole)
-    return Model(laws=tuple(laws), parameters=tuple(listed), covariance=known, provenance=provenance)
+        covariance_rows = tuple(tuple(float(v) if np.isfinite(v) else None for v in row) for row in whole)
+    return Model(laws=tuple(laws), parameters=tuple(entries), covariance=covariance_rows, provenance=provenance)
 
 
 def machine_of(model: Model, arm: Arm) -> Machine:
     """The arm with the model's laws, for the simulation, and its x0 where it has them. Terms that the model leaves out are zero.
 
-    What was not identified may have come out below what its law allows, a negative damping that would feed energy in:
-    then it is taken at the law's limit. Raises Refused where a term is not given for each of its cables or joints.
+    A parameter that was not identified may be estimated below its law's range, such as a negative damping that would feed energy
+    in: then it is taken at the limit of that range. Raises Refused where a term is not given for each of its cables or joints.
     """
     values: dict[str, np.ndarray] = {}
     for name in model.laws:
@@ -98,19 +98,19 @@ def machine_of(model: Model, arm: Arm) -> Machine:
 
 
 def covariance_of(model: Model) -> np.ndarray:
-    """Of the parameters, (P, P), infinite where nothing is known; of a model without one from the sigmas."""
+    """Covariance of the parameters, (P, P), infinite where unknown; diagonal by their sigmas where the model has none."""
     if model.covariance is not None:
         return np.array([[np.inf if v is None else v for v in row] for row in model.covariance])
     return np.diag([np.inf if p.sigma is None else p.sigma**2 for p in model.parameters])
 
 
 def _values(model: Model, name: str, count: int) -> np.ndarray:
-    found = [p for p in model.parameters if p.name == name]
-    if not found:
+    entries = [p for p in model.parameters if p.name == name]
+    if not entries:
         return np.zeros(count)
-    if len(found) == 1 and found[0].index is None:
-        return np.full(count, found[0].value)
-    by_index = {p.index: p.value for p in found}
+    if len(entries) == 1 and entries[0].index is None:
+        return np.full(count, entries[0].value)
+    by_index = {p.index: p.value for p in entries}
     if set(by_index) != set(range(1, count + 1)):
         raise Refused("model", f"{name} is given for {sorted(map(str, by_index))}, the arm has {count} of it")
     return np.array([by_index[j + 1] for j in range(count)])

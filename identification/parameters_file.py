@@ -1,4 +1,4 @@
-"""What was identified, for other tools: a .mat of arrays, and the arm's description with its pre-elongations."""
+"""Identified parameters for other tools: as arrays in a .mat file, and as the pre-elongations of a neck.yaml."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,12 +20,12 @@ def write_mat(parameters: Sequence[Parameter], laws: Sequence[str], path: str | 
     names = dict.fromkeys(p.name for p in parameters)
     struct: dict[str, Any] = {}
     for name in names:
-        found = [p for p in parameters if p.name == name]
+        of_name = [p for p in parameters if p.name == name]
         struct[name] = {
-            "value": np.array([p.value for p in found]),
-            "sigma": np.array([p.sigma for p in found]),
-            "identified": np.array([p.identified for p in found]),
-            "unit": found[0].unit,
+            "value": np.array([p.value for p in of_name]),
+            "sigma": np.array([p.sigma for p in of_name]),
+            "identified": np.array([p.identified for p in of_name]),
+            "unit": of_name[0].unit,
         }
     content = {"parameters": struct, "laws": np.array(laws, dtype=object)}
     with whole_file(path) as part, part.open("wb") as stream:
@@ -33,9 +33,9 @@ def write_mat(parameters: Sequence[Parameter], laws: Sequence[str], path: str | 
 
 
 def write_neck(neck: Neck, parameters: Sequence[Parameter], source: str, path: str | Path) -> None:
-    """neck.yaml with the pre-elongations that were identified, the others as they were.
+    """neck.yaml with the pre-elongations that were identified, and all else as it was.
 
-    Raises Refused where there are none, or one is beyond what a neck.yaml may say.
+    Raises Refused where there are none, or one is beyond the range of a neck.yaml.
     """
     x0 = {p.index: p for p in parameters if p.name == "x0" and p.identified}
     if not x0:
@@ -44,7 +44,7 @@ def write_neck(neck: Neck, parameters: Sequence[Parameter], source: str, path: s
         cable.model_copy(update={"x0": x0[j].value}) if j in x0 else cable
         for j, cable in enumerate(neck.cables, start=1)
     )
-    found = ", ".join(f"{j} +- {1e3 * p.sigma:.2g} mm" for j, p in x0.items())
-    text = neck_text(neck.model_copy(update={"cables": cables}), f"x0 as identified from {source}: cable {found}")
+    identified = ", ".join(f"{j} +- {1e3 * p.sigma:.2g} mm" for j, p in x0.items())
+    text = neck_text(neck.model_copy(update={"cables": cables}), f"x0 as identified from {source}: cable {identified}")
     strict_yaml.validate_document(strict_yaml.parse_yaml(text, path), Neck, path)
     write_text(path, text)

@@ -1,9 +1,8 @@
-"""What both equations need of a recording at every row of its log.
+"""The signals that the equations of motors and arm need of a recording, at every row of its log.
 
-Elongations come from the frames themselves: a smoothed angle lacks some of its fast motion, which is large beside an
-elongation, and one that cables have pulled towards what the force says of them would agree with the force whatever the
-stiffness. Noise does no harm to instruments. The arm's own terms take the state: they need alpha'', and no equation of the
-arm went into it.
+Elongations come from the frames themselves. A smoothed angle lacks some of its fast motion, which is large beside an elongation;
+and a state that was fused with the forces would agree with them whatever the stiffness. The frames' noise does no harm to
+instrumental variables. The arm's own terms take the smoothed state: they need alpha'', and no equation of the arm went into it.
 """
 
 from dataclasses import dataclass
@@ -23,9 +22,9 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 TRAVEL_CLOCK_SIGMA_S = 3e-3
-"""s, that clocks differ by from recording to recording where only the cables' travel tells them"""
+"""s: by how much clocks differ from recording to recording where only the cables' travel aligns them"""
 MIN_DURATION_S = 2.0
-"""s that must remain when unknown rows and the filter's ends are left out"""
+"""s: shortest recording that is identified, once unknown rows and the filter's ends are left out"""
 
 
 @dataclass(frozen=True)
@@ -39,9 +38,10 @@ class Signals:
     """(T, N), rad, with its derivatives"""
     alpha_d: Array
     alpha_dd: Array
-    seen: Array
-    """by splines through every frame, (T, N), rad, and its rate"""
-    seen_d: Array
+    vision_alpha: Array
+    """angles by splines through every frame, not smoothed, (T, N), rad"""
+    vision_alpha_d: Array
+    """their rate, (T, N), rad/s"""
     theta: Array
     """(T, M), rad, with its derivatives"""
     theta_d: Array
@@ -64,11 +64,11 @@ class Signals:
     """(T, M), m/s"""
     low_pass: DecimatingFilter
     clock_sigma: tuple[float, float]
-    """of the offset, s, and of the skew about the recording's middle"""
-    clock_doubt: float
-    """s, of the offset were the laws wrong that told it: a light needs none, travel alone tells a few milliseconds"""
+    """standard deviations of the clock's offset, s, and of its skew about the recording's middle"""
+    relaxed_clock_sigma: float
+    """s: sigma of the offset if the laws that aligned the clocks were wrong; the same as clock_sigma where a light aligned them"""
     angle_sigma: Array
-    """what all frames share, (N,), rad"""
+    """standard deviation of the error that all frames share, (N,), rad"""
 
     @cached_property
     def levers(self) -> Array:
@@ -77,20 +77,20 @@ class Signals:
 
     @property
     def step(self) -> float:
-        """s between rows."""
+        """Time between rows, s."""
         return float(self.time[1] - self.time[0])
 
 
 def signals_of(data: DataSet) -> Signals:
-    """From a data set; raises Refused where what is known all at once is shorter than two seconds."""
+    """The signals of a data set. Raises Refused where less than two seconds of it are known in all signals."""
     arm, state = data.arm, data.state
     time = state.time
     alpha, alpha_d, alpha_dd = (state.matrix("alpha", suffix) for suffix in ("", "_d", "_dd"))
     theta, theta_d, theta_dd = (state.matrix("theta", suffix) for suffix in ("", "_d", "_dd"))
-    written = state.matrix("f")
-    # a row's force holds from the row on
-    f = np.concatenate([written[:1], (written[:-1] + written[1:]) / 2])
-    # a mean over two periods is a little smoother than what it stands beside: undone to the second order
+    logged_f = state.matrix("f")
+    # a logged force holds from its row on
+    f = np.concatenate([logged_f[:1], (logged_f[:-1] + logged_f[1:]) / 2])
+    # the mean over two periods smooths, the other signals are not smoothed: undone to second order
     f[1:-1] -= (f[2:] - 2 * f[1:-1] + f[:-2]) / 6
     step = float(np.mean(np.diff(time)))
     missed = np.asarray(np.any(state.matrix("bridged") > 0, axis=1))
@@ -102,9 +102,9 @@ def signals_of(data: DataSet) -> Signals:
             "identify", f"insufficient: {time[-1] - time[0]:.1f} s, with gaps, are too short", "record longer"
         )
     k = terms(arm, alpha, alpha_d)
-    seen, seen_d = (state.matrix("vision", suffix) for suffix in ("", "_d"))
-    if seen.shape[1] != arm.N:
-        seen, seen_d = alpha, alpha_d
+    vision_alpha, vision_alpha_d = (state.matrix("vision", suffix) for suffix in ("", "_d"))
+    if vision_alpha.shape[1] != arm.N:
+        vision_alpha, vision_alpha_d = alpha, alpha_d
     clock = data.clock
     offset_sigma = float(clock.get("offset_sigma_s") or 0.0)
     common = data.angles.matrix("common")
@@ -114,8 +114,8 @@ def signals_of(data: DataSet) -> Signals:
         alpha=alpha,
         alpha_d=alpha_d,
         alpha_dd=alpha_dd,
-        seen=seen,
-        seen_d=seen_d,
+        vision_alpha=vision_alpha,
+        vision_alpha_d=vision_alpha_d,
         theta=theta,
         theta_d=theta_d,
         theta_dd=theta_dd,
@@ -125,10 +125,10 @@ def signals_of(data: DataSet) -> Signals:
         load=np.einsum("tij,tj->ti", k.M, alpha_dd) + k.c + k.g,
         wrap=wrap_angles(arm, alpha),
         length=lengths(arm, alpha),
-        x=elongation(arm, seen, theta),
-        x_d=elongation_rate(arm, Z(arm, seen), seen_d, theta_d),
+        x=elongation(arm, vision_alpha, theta),
+        x_d=elongation_rate(arm, Z(arm, vision_alpha), vision_alpha_d, theta_d),
         low_pass=filtered,
         clock_sigma=(offset_sigma, 1e-6 * float(clock.get("skew_sigma_ppm") or 0.0)),
-        clock_doubt=offset_sigma if clock.get("source") == "light" else max(offset_sigma, TRAVEL_CLOCK_SIGMA_S),
+        relaxed_clock_sigma=offset_sigma if clock.get("source") == "light" else max(offset_sigma, TRAVEL_CLOCK_SIGMA_S),
         angle_sigma=np.sqrt(np.nanmean(common**2, axis=0)) if common.shape[1] else np.zeros(arm.N),
     )

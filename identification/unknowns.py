@@ -1,4 +1,4 @@
-"""What a fit does not know: terms of the laws, and of every recording where its motors started and how late they act."""
+"""The unknowns of a fit: terms of the laws, and the pre-elongations and the delay of every recording."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,16 +14,16 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 X0 = Term("x0", "m", low=-0.05, high=0.05, size=1e-3, would_tell="vary the cable's tension by tens of newtons")
-"""pre-elongation beyond the description's, of each recording"""
+"""pre-elongation of each cable beyond the description's, one for each recording"""
 DELAY = Term("delay", "s", low=-0.01, high=0.05, size=1e-3, of="arm", would_tell="reverse the motors often")
-"""by which forces act later than the log says, of each recording; below zero only by error"""
+"""time by which forces act later than the log says, one for each recording; below zero only by error"""
 DELAY_SIGMA_S = 1e-3
 """s: standard deviation of that delay before any fit; forces act no more than a row or two of the log later"""
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """One number: of a law (recording None) or of a recording, counted from 0; index from 1, None where there is one."""
+    """One unknown number, of a law (recording None) or of a recording; recordings count from 0, cables or joints from 1."""
 
     term: Term
     index: int | None
@@ -32,27 +32,27 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Unknowns:
-    """All numbers that are fitted, in the order of the parameter vector (P,), and those that are held."""
+    """The numbers that are fitted, in the order of the parameter vector (P,), and those that are held."""
 
     entries: tuple[Unknown, ...]
     slots: Mapping[tuple[str, int | None], slice]
-    """of each fitted term (by name and recording) in the vector"""
+    """places of each fitted term in the vector, by name and recording"""
     held: Mapping[str, Array]
     laws: tuple[str, ...]
 
     @property
     def low(self) -> Array:
-        """(P,); what is nothing at zero may come out below by chance: cut off there it would be biased."""
+        """Lower bounds (P,). A term without effect at zero may come out below zero by chance: a bound there would bias it."""
         return np.array([-e.term.high if e.term.linear and e.term.low == 0 else e.term.low for e in self.entries])
 
     @property
     def high(self) -> Array:
-        """(P,)"""
+        """Upper bounds (P,)."""
         return np.array([e.term.high for e in self.entries])
 
     @property
     def size(self) -> Array:
-        """What a person would call a change of each, (P,)."""
+        """Sizes of the terms, (P,): what a person would call a change."""
         return np.array([e.term.size for e in self.entries])
 
     def get(self, p: Array, name: str, recording: int | None = None) -> Array:
@@ -61,17 +61,17 @@ class Unknowns:
         return self.held[name] if slot is None else p[slot]
 
     def values(self, p: Array) -> dict[str, Array]:
-        """Of all terms of the laws, as laws take them."""
+        """Values of all terms of the laws, as laws take them."""
         return {term.name: self.get(p, term.name) for term in terms_of(self.laws)}
 
     def start(self) -> Array:
-        """Where a fit begins: nothing beyond springs of middling stiffness; shapes (transitions, time constants) at their size."""
-        begin = {"k": 5e3, "cm": CM, "delay": 0.0, "x0": 0.0, "E": 3e9}
-        amount = [
-            begin.get(e.term.name, e.term.size if e.term.of == "arm" and e.term.low > 0 else max(e.term.low, 0.0))
+        """Start of the fit, (P,): cables of medium stiffness and nothing else; transitions and time constants at their size."""
+        initial = {"k": 5e3, "cm": CM, "delay": 0.0, "x0": 0.0, "E": 3e9}
+        values = [
+            initial.get(e.term.name, e.term.size if e.term.of == "arm" and e.term.low > 0 else max(e.term.low, 0.0))
             for e in self.entries
         ]
-        return np.array(amount)
+        return np.array(values)
 
 
 def terms_of(laws: Sequence[str]) -> tuple[Term, ...]:
@@ -82,21 +82,21 @@ def terms_of(laws: Sequence[str]) -> tuple[Term, ...]:
 def unknowns(
     arm: Arm, laws: Sequence[str], recordings: int, held: Mapping[str, float | Array] | None = None
 ) -> Unknowns:
-    """For laws by name; `held`: terms (also x0, delay) that keep the value given. Raises Refused where one is unknown."""
+    """The unknowns of laws by name; `held`: terms (also x0, delay) that keep the value given. Raises Refused for unknown names."""
     for name in laws:
         if name not in LAWS:
             raise Refused("identify", f"unknown law {name!r}", f"valid: {', '.join(LAWS)}")
-    wanted = [(term, None) for term in terms_of(laws)] + [(term, r) for r in range(recordings) for term in (X0, DELAY)]
+    terms = [(term, None) for term in terms_of(laws)] + [(term, r) for r in range(recordings) for term in (X0, DELAY)]
     fixed: dict[str, Array] = {}
-    names = {term.name for term, _ in wanted}
+    names = {term.name for term, _ in terms}
     for name, value in (held or {}).items():
         if name not in names:
             raise Refused("identify", f"no term {name!r} to hold", f"valid: {', '.join(sorted(names))}")
-        count = next(term for term, _ in wanted if term.name == name).count(arm)
+        count = next(term for term, _ in terms if term.name == name).count(arm)
         fixed[name] = np.broadcast_to(np.asarray(value, dtype=float), (count,)).copy()
     entries: list[Unknown] = []
     slots: dict[tuple[str, int | None], slice] = {}
-    for term, recording in wanted:
+    for term, recording in terms:
         if term.name in fixed:
             continue
         count = term.count(arm)

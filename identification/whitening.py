@@ -1,4 +1,4 @@
-"""Residuals that follow each other: autoregressive whitening of every channel, so that each row counts for what it is worth."""
+"""Autoregressive whitening of every residual channel: rows of correlated residuals count for no more than they are worth."""
 
 from dataclasses import dataclass
 
@@ -9,22 +9,23 @@ from scipy.linalg import solve_toeplitz
 Array = NDArray[np.float64]
 
 WHITENING_ORDER = 6
-"""at 32 Hz: the filter's own shape and what smoothing leaves of vision's noise"""
-_FLOOR = 1e-6
-"""of a channel's variance, added as white noise: what the filter has taken away is not blown up again"""
+"""order of the autoregression at 32 Hz: it covers the low-pass filter's shape and what smoothing leaves of vision's noise"""
+_WHITE_SHARE = 1e-6
+"""share of a channel's variance that is added as white noise, so that whitening does not amplify what the filter removed"""
 
 
 @dataclass(frozen=True)
 class Whitener:
-    """Taps (C, ORDER + 1) from the present backwards, divided by the innovation's standard deviation."""
+    """Taps of the whitening filter, (C, order + 1), from the present backwards, over the innovation's standard deviation."""
 
     taps: Array
 
-    def __call__(self, values: Array, starts: NDArray[np.bool_], unsure: Array | None = None) -> Array:
-        """(C, S, ...) to the same shape; rows that lack a past within their stretch become zero. starts (S,): first rows.
+    def __call__(self, values: Array, starts: NDArray[np.bool_], input_variance: Array | None = None) -> Array:
+        """Values (C, S, ...) whitened, of the same shape; rows without `order` rows before them in their segment become zero.
 
-        unsure (C, S): variance of rows beyond the noise that the taps were told from; a row counts for less by what of it they
-        bring there. Weights before the taps would turn slow noise into fast, which counts more.
+        starts (S,): True in the first row of each segment. input_variance (C, S): variance of rows beyond the noise that the taps
+        were fitted to, in units of the innovation's; what the taps bring of it into a row reduces that row's weight. Weights before
+        the taps would turn slow noise into fast noise, which counts more.
         """
         out = np.zeros_like(values)
         order = self.taps.shape[1] - 1
@@ -32,25 +33,26 @@ class Whitener:
             tap = self.taps[:, lag].reshape(-1, *([1] * (values.ndim - 1)))
             out[:, order:] += tap * values[:, order - lag : values.shape[1] - lag]
         out[:, ~has_full_history(starts, order)] = 0.0
-        if unsure is not None:
-            variance = 1 + np.stack([np.convolve(u, t**2)[: len(u)] for u, t in zip(unsure, self.taps, strict=True)])
-            out /= np.sqrt(variance).reshape(*unsure.shape, *([1] * (values.ndim - 2)))
+        if input_variance is not None:
+            pairs = zip(input_variance, self.taps, strict=True)
+            variance = 1 + np.stack([np.convolve(v, taps**2)[: len(v)] for v, taps in pairs])
+            out /= np.sqrt(variance).reshape(*input_variance.shape, *([1] * (values.ndim - 2)))
         return out
 
-    def quieter(self, by: Array) -> "Whitener":
-        """Of channels that are so many times as loud, (C,)."""
-        return Whitener(self.taps / by[:, None])
+    def rescaled(self, factors: Array) -> "Whitener":
+        """The whitener of channels whose noise is `factors` (C,) times as large."""
+        return Whitener(self.taps / factors[:, None])
 
 
 def has_full_history(starts: NDArray[np.bool_], order: int = WHITENING_ORDER) -> NDArray[np.bool_]:
-    """Rows with `order` rows before them in their stretch, (S,)."""
+    """Which rows have `order` rows before them in their segment, (S,)."""
     place = np.arange(len(starts))
     first = np.maximum.accumulate(np.where(starts, place, 0))
     return place - first >= order
 
 
 def fit_whitener(residuals: list[Array], starts: list[NDArray[np.bool_]], order: int = WHITENING_ORDER) -> Whitener:
-    """From residuals (C, S) of recordings, by Yule and Walker."""
+    """The whitener of residuals (C, S) of recordings, by the Yule-Walker equations; starts (S,): first rows of segments."""
     channels = residuals[0].shape[0]
     taps = np.zeros((channels, order + 1))
     for c in range(channels):
@@ -58,10 +60,10 @@ def fit_whitener(residuals: list[Array], starts: list[NDArray[np.bool_]], order:
         count = sum(r.shape[1] for r in residuals)
         for r, begin in zip(residuals, starts, strict=True):
             for lag in range(order + 1):
-                whole = has_full_history(begin, lag) if lag else np.ones(len(begin), dtype=bool)
-                covariance[lag] += np.sum((r[c, lag:] * r[c, : r.shape[1] - lag])[whole[lag:]]) / count
-        covariance[0] = covariance[0] * (1 + _FLOOR) + 1e-300
+                complete = has_full_history(begin, lag) if lag else np.ones(len(begin), dtype=bool)
+                covariance[lag] += np.sum((r[c, lag:] * r[c, : r.shape[1] - lag])[complete[lag:]]) / count
+        covariance[0] = covariance[0] * (1 + _WHITE_SHARE) + 1e-300
         a = solve_toeplitz(covariance[:-1], covariance[1:]) if order else np.zeros(0)
         innovation = covariance[0] - float(a @ covariance[1:])
-        taps[c] = np.concatenate([[1.0], -a]) / np.sqrt(max(innovation, _FLOOR * covariance[0]))
+        taps[c] = np.concatenate([[1.0], -a]) / np.sqrt(max(innovation, _WHITE_SHARE * covariance[0]))
     return Whitener(taps)

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from mechanism.arm import Arm, Array
-from mechanism.laws import LAWS, Law, Stretching, Turning
+from mechanism.laws import LAWS, CableMotion, Law, MotorMotion
 
 
 @dataclass(frozen=True)
@@ -31,35 +31,35 @@ class Machine:
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the memory variables, (states,) each."""
-        most = np.array([law.most for law in self.laws for _ in range(law.states)])
-        return -most, most
+        bound = np.array([law.memory_bound for law in self.laws for _ in range(law.states)])
+        return -bound, bound
 
     @property
-    def given_forces(self) -> "Machine":
+    def without_actuator_laws(self) -> "Machine":
         """This machine without the laws of its actuators: for forces as they act, not as they are logged."""
-        return replace(self, names=tuple(law.name for law in self.laws if type(law).command is Law.command))
+        return replace(self, names=tuple(law.name for law in self.laws if type(law).acting_force is Law.acting_force))
 
-    def command(self, f: Array, step: float) -> Array:
+    def acting_force(self, f: Array, step: float) -> Array:
         """Forces that act where the log says f (..., T, M), N, on rows `step` s apart."""
         for law in self.laws:
-            f = law.command(self.values, f, step)
+            f = law.acting_force(self.values, f, step)
         return f
 
-    def written(self, force: Array, step: float) -> Array:
-        """Forces that the log says where `force` (..., T, M), N, acts, on rows `step` s apart: the inverse of `command`."""
+    def commanded_force(self, force: Array, step: float) -> Array:
+        """Forces that the log says where `force` (..., T, M), N, acts, on rows `step` s apart: the inverse of `acting_force`."""
         for law in reversed(self.laws):
-            force = law.written(self.values, force, step)
+            force = law.commanded_force(self.values, force, step)
         return force
 
-    def friction(self, at: Turning) -> Array:
+    def friction(self, at: MotorMotion) -> Array:
         """Force that friction takes from each motor's command, (..., M), N."""
-        return sum((law.rub(self.values, at) for law in self.laws), start=np.zeros(()))
+        return sum((law.friction(self.values, at) for law in self.laws), start=np.zeros(()))
 
-    def tension(self, at: Stretching, z: Array) -> Array:
+    def tension(self, at: CableMotion, z: Array) -> Array:
         """Tension of each cable, (..., M), N, never below zero: a cable cannot push; z (..., M, states)."""
         return np.maximum(self.pull(at, z), 0.0)
 
-    def pull(self, at: Stretching, z: Array) -> Array:
+    def pull(self, at: CableMotion, z: Array) -> Array:
         """Tension of each cable as if it could push, (..., M), N; z (..., M, states)."""
         total, first = np.zeros(()), 0
         for law in self.laws:
@@ -67,16 +67,16 @@ class Machine:
             first += law.states
         return total
 
-    def drift(self, at: Stretching, z: Array) -> Array:
+    def memory_rate(self, at: CableMotion, z: Array) -> Array:
         """Rate of the cables' memory variables, (..., M, states)."""
         out, first = np.empty(np.broadcast_shapes(z.shape, (*at.x.shape, self.states))), 0
         for law in self.laws:
             if law.states:
                 part = slice(first, first + law.states)
-                out[..., part] = law.drift(self.values, at, z[..., part])
+                out[..., part] = law.memory_rate(self.values, at, z[..., part])
                 first += law.states
         return out
 
     def resistance(self, alpha_d: Array) -> Array:
         """Torque against the joints' motion, (..., N), N m."""
-        return sum((law.resist(self.values, alpha_d) for law in self.laws), start=np.zeros(()))
+        return sum((law.resistance(self.values, alpha_d) for law in self.laws), start=np.zeros(()))

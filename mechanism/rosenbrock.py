@@ -16,7 +16,7 @@ from mechanism.batched_ldl import ldl_factor, ldl_solve
 from mechanism.cable_lengths import CableGeometry
 from mechanism.dynamics import Terms
 from mechanism.law_derivatives import LawDerivatives, law_derivatives
-from mechanism.laws import Stretching, Turning
+from mechanism.laws import CableMotion, MotorMotion
 from mechanism.machine import Machine
 
 GAMMA = 0.43586652150845899941601945119356
@@ -110,10 +110,10 @@ class _HeldSystem:
         place = np.concatenate([state.alpha, state.theta, x])
         return _Coordinates(place, np.concatenate([state.alpha_d, state.theta_d, x_d]), state.memory)
 
-    def cable_motion(self, c: _Coordinates) -> Stretching:
+    def cable_motion(self, c: _Coordinates) -> CableMotion:
         """Elongations and their rates."""
         x, x_d, theta_d = c.place[self.cable_rows], c.speed[self.cable_rows], c.speed[self.motor_rows]
-        return Stretching(x, x_d, self.pose.cables.length, self.machine.arm, self.drum * theta_d)
+        return CableMotion(x, x_d, self.pose.cables.length, self.machine.arm, self.drum * theta_d)
 
     def rates(self, c: _Coordinates) -> _Rates:
         """By the laws."""
@@ -123,21 +123,21 @@ class _HeldSystem:
         torque = cables.torque(t) - terms.c - terms.g - machine.resistance(c.speed[self.joint_rows])
         theta_dd = self.motors.value
         if not self.motors.is_acceleration:
-            friction = machine.friction(Turning(theta_d, t, cables.wrap))
+            friction = machine.friction(MotorMotion(theta_d, t, cables.wrap))
             theta_dd = self.motor_lightness * (self.motors.value - friction - t)
-        return _Rates(torque, theta_dd, machine.drift(at, c.memory) if machine.states else c.memory)
+        return _Rates(torque, theta_dd, machine.memory_rate(at, c.memory) if machine.states else c.memory)
 
     def eliminated(self, k: LawDerivatives, w: float) -> _Elimination:
         """w: 1/(gamma h), 1/s."""
         cables, lightness = self.pose.cables, self.motor_lightness
-        memory_by_x_d = (k.drift_by_x / w + k.drift_by_x_d) / (w - k.drift_by_memory)
+        memory_by_x_d = (k.memory_rate_by_x / w + k.memory_rate_by_x_d) / (w - k.memory_rate_by_memory)
         tension_by_x_d = k.pull_by_x / w + k.pull_by_x_d + _tension_of_memory(k, memory_by_x_d)
-        motor_inertia = w + lightness * k.rub_by_speed
-        motor_by_tension = lightness * (1 + k.rub_by_tension) / motor_inertia
+        motor_inertia = w + lightness * k.friction_by_speed
+        motor_by_tension = lightness * (1 + k.friction_by_tension) / motor_inertia
         share = 1 / (1 + self.drum * motor_by_tension * tension_by_x_d)
         A = w * self.pose.terms.M + np.einsum("ikb,jkb->ijb", cables.Z * (tension_by_x_d * share), cables.Z)
         diagonal = np.arange(self.machine.arm.N)
-        A[diagonal, diagonal] += k.resist_by_speed
+        A[diagonal, diagonal] += k.resistance_by_speed
         return _Elimination(
             memory_by_x_d=memory_by_x_d,
             tension_by_x_d=tension_by_x_d,
@@ -158,7 +158,7 @@ class _HeldSystem:
             torque = torque + np.einsum("ijb,jb->ib", self.pose.terms.M, before.speed[self.joint_rows])
             theta_dd = theta_dd + before.speed[self.motor_rows]
         x_change = place_d[self.cable_rows] / w
-        memory = (memory_d + k.drift_by_x * x_change[..., None]) / (w - k.drift_by_memory)
+        memory = (memory_d + k.memory_rate_by_x * x_change[..., None]) / (w - k.memory_rate_by_memory)
         tension = k.pull_by_x * x_change + _tension_of_memory(k, memory)
         free_motors = theta_dd / e.motor_inertia - e.motor_by_tension * tension
         held_torque = cables.torque(tension + e.tension_by_x_d * e.share * self.drum * free_motors)

@@ -71,7 +71,7 @@ def simulate(
     machine's arm and values, of start and f broadcast. Steps are not longer than `max_step`. `progress` is called
     with the number of samples done since the last call. Raises Refused where the motion leaves the mechanism's range.
     """
-    given = (_with_time_axis(machine).command(f, _step(time)),)
+    given = (_with_time_axis(machine).acting_force(f, _step(time)),)
     return _simulated(machine, start, time, given, max_step, progress)
 
 
@@ -88,7 +88,7 @@ def simulate_given_angles(
     theta: angles with two derivatives, each (..., T, M); what `start` says of the motors is not used. Else as `simulate`.
     """
     motion = _simulated(machine, start, time, theta, max_step, progress)
-    return replace(motion, f=_with_time_axis(machine).written(motion.f, _step(time)))
+    return replace(motion, f=_with_time_axis(machine).commanded_force(motion.f, _step(time)))
 
 
 def _with_time_axis(machine: Machine) -> Machine:

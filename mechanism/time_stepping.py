@@ -8,7 +8,7 @@ import numpy as np
 from mechanism.arm import Array
 from mechanism.cable_lengths import cable_geometry
 from mechanism.dynamics import terms_batch_last
-from mechanism.laws import Stretching, Turning
+from mechanism.laws import CableMotion, MotorMotion
 from mechanism.machine import Machine
 from mechanism.rosenbrock import BatchState, HeldPose, MotorInput, rosenbrock_step
 
@@ -51,7 +51,7 @@ class GivenAngles:
 
     def force(self, row: int, machine: Machine, state: BatchState, t: Array, wrap: Array) -> Array:
         inertial = machine.arm.motor_inertia / machine.arm.drum * self.theta_dd[row]
-        return t + machine.friction(Turning(state.theta_d, t, wrap)) + inertial
+        return t + machine.friction(MotorMotion(state.theta_d, t, wrap)) + inertial
 
 
 def integrate(
@@ -97,6 +97,6 @@ def _output(
     arm, cables = machine.arm, cable_geometry(machine.arm, state.alpha)
     x = cables.length - rest_length + arm.drum * state.theta + arm.x0
     x_d = cables.stretch(arm.drum, state.alpha_d, state.theta_d)
-    t = machine.tension(Stretching(x, x_d, cables.length, arm, arm.drum * state.theta_d), state.memory)
+    t = machine.tension(CableMotion(x, x_d, cables.length, arm, arm.drum * state.theta_d), state.memory)
     f = motors.force(row, machine, state, t, cables.wrap)
     return np.concatenate([state.alpha, state.alpha_d, state.theta, state.theta_d, t, f])

@@ -56,8 +56,8 @@ def inverse_windows(
     slice back; with `parts`, that many neighbours in rows and columns are summed, (T, width / parts, width / parts). `block` must
     be at least the bandwidth and at least width - 1.
 
-    This is Takahashi's recursion in blocks of the Cholesky factor. It adds squares only, so rounding cannot make a variance negative.
-    Time is linear in the matrix's size and memory does not grow with it.
+    This is Takahashi's recursion in blocks of the Cholesky factor. It adds squares only, so rounding cannot make a variance
+    negative. Time is linear in the matrix's size and memory does not grow with it.
     """
     count = -(-cholesky.lower.shape[1] // block)
     next_diagonal = np.zeros((block, block))

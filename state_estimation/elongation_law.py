@@ -1,8 +1,8 @@
-"""What the motor force explains of a cable's elongation.
+"""What the motor force explains of a cable's elongation: x = X beta + e.
 
-x = X beta + e, with the regressors X of elongation_regressors. X is not linear in friction and in the lag of damped cables: they are
-found in passes, each from the factors that a linear fit gives to friction and to the rate of the tension. The error e is coloured
-(see elongation_error_spectrum).
+The regressors X (see elongation_regressors) are not linear in friction and in the lag of damped cables. Both are estimated in
+passes, each from the factors that a linear fit gives to friction and to the rate of the tension. The error e is coloured (see
+elongation_error_spectrum).
 """
 
 from dataclasses import dataclass, replace

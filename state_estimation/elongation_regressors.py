@@ -1,9 +1,13 @@
 """Regressors of a cable's elongation from its motor's force and speed: x = X beta + e.
 
-The columns of X, in their order: a constant; the tension t, its square and its cube (a cable that stiffens); the rate of t (damping, or
-a wrong lag); the rate of the command f (a command that comes late); t behind by long time constants (creep); dry friction, its
-transition and viscous friction (an error of the friction that was taken off). The tension is t = n - friction with
-n = f - Ia (R/rd) theta''. Forces and friction may be behind by a lag, that of a spring beside a damper.
+The columns of X, in their order:
+1, t, t^2, t^3: a constant, the tension t, and a cable that stiffens;
+t', f': damping, or a lag that is wrong; and a command f that comes late;
+t behind by each of CREEP_S: creep;
+dry friction, its transition, viscous friction: an error of the friction that was taken off.
+
+The tension is t = n - friction with n = f - Ia (R/rd) theta''. Forces and friction may be behind by the lag of a spring
+beside a damper.
 """
 
 from collections.abc import Iterator
@@ -27,8 +31,8 @@ FRICTION_TERMS = 3
 """dry friction, its transition, viscous friction"""
 TENSION, TENSION_RATE = 1, 4
 """columns of X that hold t and its rate"""
-CREEP, FRICTION = slice(6, 6 + len(CREEP_S)), slice(-FRICTION_TERMS, None)
-"""columns of X that hold creep and friction"""
+CREEP, FRICTION, VISCOUS = slice(6, 6 + len(CREEP_S)), slice(-FRICTION_TERMS, None), -1
+"""columns of X that hold creep and friction, and the one that holds the speed theta'"""
 MIN_TURN = 1e-4
 """change of CM theta' over a step below which the value at the step's middle stands for the mean"""
 
@@ -52,15 +56,15 @@ class ForceSignals:
         return 1 / float(np.mean(np.diff(self.time)))
 
     def in_unit(self, newton: float) -> "ForceSignals":
-        """The same with forces counted in `newton` N."""
+        """These signals with forces counted in `newton` N."""
         return replace(self, force=self.force / newton, command=self.command / newton)
 
     def lagged(self, lag: Array) -> "ForceSignals":
-        """The same behind by the lag of each cable, (M,), s."""
-        force, command, *friction = (
+        """These signals behind by the lag of each cable, (M,), s."""
+        force, command, dry, transition, speed = (
             first_order_lag(s, self.rate, lag) for s in (self.force, self.command, *self.friction)
         )
-        return replace(self, force=force, command=command, friction=tuple(friction))
+        return replace(self, force=force, command=command, friction=(dry, transition, speed))
 
     def tension(self, friction: Array) -> Array:
         """t (T, M) where friction's terms have the sizes (M, FRICTION_TERMS)."""
@@ -87,8 +91,8 @@ def force_signals(arm: Arm, motors: Motors) -> ForceSignals:
     rate = 1 / float(np.mean(np.diff(motors.time)))
     force = motors.f[:-1] - arm.motor_inertia / arm.drum * np.diff(motors.theta_d, axis=0) * rate
     means = (force, motors.f[:-1], *friction_over_steps(motors.theta_d))
-    force, command, *friction = (at_step_ends(low_pass(mean, rate, CUTOFF_HZ)) for mean in means)
-    return ForceSignals(motors.time, force, command, tuple(friction))
+    force, command, dry, transition, speed = (at_step_ends(low_pass(mean, rate, CUTOFF_HZ)) for mean in means)
+    return ForceSignals(time=motors.time, force=force, command=command, friction=(dry, transition, speed))
 
 
 def friction_over_steps(theta_d: Array) -> tuple[Array, Array, Array]:

@@ -46,3 +46,9 @@ def motors_of(log: Series, count: Array) -> Motors:
         f=log.matrix("f"),
         sigma=(sigma, sigma_d, sigma_dd),
     )
+
+
+def motors_in(state: Series) -> Motors:
+    """Motors of a data set's state, which holds theta with its derivatives and f."""
+    theta, theta_d, theta_dd = (state.matrix("theta", suffix) for suffix in ("", "_d", "_dd"))
+    return Motors(time=state.time, theta=theta, theta_d=theta_d, theta_dd=theta_dd, f=state.matrix("f"))

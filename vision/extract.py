@@ -77,7 +77,7 @@ def extract(
     video: Video,
     camera: Camera,
     neck: Neck,
-    options: ExtractionOptions = ExtractionOptions(),  # noqa: B008 (frozen)
+    options: ExtractionOptions = ExtractionOptions(),
     workers: int = 1,
     progress: Callable[[int], object] = lambda frames: None,
 ) -> Extraction:

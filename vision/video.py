@@ -86,7 +86,14 @@ def describe_video(path: str | Path) -> Video:
     quarter_turns = _quarter_turns(path)
     if quarter_turns % 2:
         width, height = height, width
-    return Video(path, width, height, len(packets), quarter_turns, _segments(sorted(stamps), keys, tick))
+    return Video(
+        path=path,
+        width=width,
+        height=height,
+        frames=len(packets),
+        quarter_turns=quarter_turns,
+        segments=_segments(sorted(stamps), keys, tick),
+    )
 
 
 def read_frames(path: str | Path) -> Iterator[Frame]:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 
 class Refused(Exception):
-    """Input that cannot be used, or a result that cannot be given: what, where, and what to do about it.
+    """Input that cannot be used, or a result that cannot be given: where, what, and what to do about it.
 
     The command line prints it as one line and exits with 1; from Python it is the only error to catch.
     """

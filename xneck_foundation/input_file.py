@@ -1,4 +1,4 @@
-"""Files that are read: of a kind that can be read twice."""
+"""Check that an input is a regular file, which can be read twice."""
 
 import stat
 from pathlib import Path
@@ -7,7 +7,7 @@ from xneck_foundation.errors import Refused
 
 
 def check_input(path: Path) -> None:
-    """Refused where there is no file, or a folder, a pipe or a device: they are waited for, or are empty when read again."""
+    """Raises Refused unless `path` is a regular file: a pipe or a device may block, or be empty when read again."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError as error:

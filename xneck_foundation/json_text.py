@@ -1,4 +1,4 @@
-"""JSON that any reader takes: numbers that it has no words for become null."""
+"""JSON text that every reader takes: numbers that JSON cannot express become null."""
 
 import json
 import math
@@ -6,7 +6,7 @@ from typing import Any
 
 
 def json_text(value: Any) -> str:
-    """JSON text; infinities and what is not a number become null."""
+    """A value as JSON text; infinities and NaN become null."""
     return json.dumps(_plain(value), indent=2, ensure_ascii=False) + "\n"
 
 

@@ -25,7 +25,7 @@ def provenance(inputs: Mapping[str, str | Path], settings: Mapping[str, Any] | N
 
 
 def versions() -> dict[str, Any]:
-    """Of xneck, Python and the libraries that compute."""
+    """Versions of xneck, Python and the libraries that compute."""
     return {
         "xneck": VERSION,
         "python": platform.python_version(),
@@ -40,7 +40,7 @@ def sha256(path: str | Path) -> str:
 
 
 def _installed(library: str) -> str | None:
-    """Its version, or None: the core runs without the libraries that read pictures."""
+    """Version of a library, or None where it is absent: below `vision` all runs without those that read pictures."""
     try:
         return version(library)
     except PackageNotFoundError:

@@ -1,4 +1,4 @@
-"""What a damaged file no longer holds: said as a warning, so that a library's user and the command line both hear it."""
+"""Losses of damaged files, as warnings, so that both users of the library and the command line are told of them."""
 
 import warnings
 from collections.abc import Iterator
@@ -8,20 +8,20 @@ from typing import TextIO
 
 
 class Recovered(UserWarning):
-    """A file was read as far as it is whole; the text says which, what happened to it, and what is lost."""
+    """A damaged file was read in part; the text says which, what happened to it, and what is lost."""
 
 
 def warn_recovered(where: str | Path, what: str) -> None:
-    """Warns of what is lost in the file `where`."""
+    """Warns that the file `where` is damaged; what: the damage and the loss, in words."""
     warnings.warn(Recovered(f"{where}: {what}"), stacklevel=2)
 
 
 @contextmanager
 def collected_recoveries() -> Iterator[list[str]]:
-    """The texts of all files recovered within the block, in the order in which they were read; nobody else hears of them."""
-    said: list[str] = []
+    """Texts of all `Recovered` warnings within the block, in order; they are not shown."""
+    texts: list[str] = []
     with warnings.catch_warnings():
-        others = warnings.showwarning
+        show_others = warnings.showwarning
 
         def show(
             message: Warning | str,
@@ -32,10 +32,10 @@ def collected_recoveries() -> Iterator[list[str]]:
             line: str | None = None,
         ) -> None:
             if issubclass(category, Recovered):
-                said.append(str(message))
+                texts.append(str(message))
             else:
-                others(message, category, filename, lineno, file, line)
+                show_others(message, category, filename, lineno, file, line)
 
         warnings.showwarning = show
         warnings.simplefilter("always", Recovered)
-        yield said
+        yield texts

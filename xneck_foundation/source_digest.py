@@ -1,4 +1,4 @@
-"""What computes: a digest of the source of the packages as installed, which a version alone does not tell in a checkout."""
+"""Digest of the sources of the packages as installed: in a checkout the version alone does not identify the code."""
 
 import functools
 import hashlib
@@ -18,29 +18,29 @@ _COMPUTING = (
 )
 _SHOWING = ("cli", "report", "study", "viewers")
 """folders that change no number"""
-_SOURCES = (".py", ".jinja", ".css")
+_SOURCES = (".py", ".jinja", ".css", ".yaml")
 
 
-def source_digest(*more: Path) -> str:
-    """Of the packages' sources but those that only show, and of those in the folders `more`."""
-    return _digest(more)
+def source_digest(*folders: Path) -> str:
+    """Digest of the sources of all packages, but those that only show results, and of those in `folders`."""
+    return _digest(folders)
 
 
 @functools.cache
-def _digest(more: tuple[Path, ...]) -> str:
+def _digest(folders: tuple[Path, ...]) -> str:
     sha = hashlib.sha256()
     for name in _COMPUTING:
         spec = importlib.util.find_spec(name)
         assert spec is not None
         assert spec.submodule_search_locations
         _add(sha, Path(spec.submodule_search_locations[0]), _SHOWING)
-    for folder in more:
+    for folder in folders:
         _add(sha, folder, ())
     return sha.hexdigest()[:16]
 
 
-def _add(sha: "hashlib._Hash", folder: Path, but: tuple[str, ...]) -> None:
+def _add(sha: "hashlib._Hash", folder: Path, excluded: tuple[str, ...]) -> None:
     for file in sorted(folder.rglob("*")):
         within = file.relative_to(folder)
-        if file.suffix in _SOURCES and within.parts[0] not in but:
+        if file.suffix in _SOURCES and within.parts[0] not in excluded:
             sha.update(f"{folder.name}/{within.as_posix()}\0".encode() + file.read_bytes())

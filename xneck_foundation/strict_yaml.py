@@ -1,4 +1,4 @@
-"""YAML as people mean it, and every fault of a file at once."""
+"""Strict YAML: scalars by YAML 1.2, no duplicate or unknown keys, and all faults of a file in one refusal."""
 
 import json
 import re
@@ -12,9 +12,9 @@ from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 
 _MAX_BYTES = 1_000_000
-"""ours are some kB; as many are parsed in seconds"""
+"""largest file: ours are some kB, and as many bytes are parsed in seconds"""
 _MAX_DEPTH = 20
-"""ours are four deep"""
+"""deepest nesting: ours are four deep"""
 
 
 class Strict(BaseModel):
@@ -43,18 +43,18 @@ class _Loader(yaml.SafeLoader):
         return node
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
-        seen: set[Any] = set()
+        keys: set[Any] = set()
         for key_node, _ in node.value:
             key = self.construct_object(key_node, deep=True)
             if not isinstance(key, str):
                 raise yaml.MarkedYAMLError(problem=f"key {key!r} is not text", problem_mark=key_node.start_mark)
-            if key in seen:
+            if key in keys:
                 raise yaml.MarkedYAMLError(problem=f"key {key!r} stands twice", problem_mark=key_node.start_mark)
-            seen.add(key)
+            keys.add(key)
         return super().construct_mapping(node, deep)
 
 
-# what no key of ours is: bytes, dates, sets, pairs
+# left out, as no key of ours needs them: bytes, dates, sets, pairs
 _Loader.yaml_constructors = {
     tag: construct
     for tag, construct in yaml.SafeLoader.yaml_constructors.items()

@@ -1,4 +1,4 @@
-"""Outputs that appear whole or not at all."""
+"""Output files that appear whole or not at all."""
 
 import contextlib
 import glob
@@ -16,11 +16,11 @@ except ImportError:  # Windows
     fcntl = None
 
 _STEM = 40
-"""characters of a name that its temporary file takes over, so that it is not too long for the disk"""
+"""characters of a file's name that its temporary file takes over, so that its name is not too long"""
 
 
 def check_output(path: Path) -> None:
-    """Refused where a file cannot be put at `path`, so that long work does not end in nothing."""
+    """Raises Refused where no file can be written at `path`; called before long work."""
     if path.is_dir():
         raise Refused(path, "is a folder", "name a file")
     if path.exists() and not path.is_file():
@@ -35,7 +35,7 @@ def check_output(path: Path) -> None:
 def whole_file(path: str | Path) -> Iterator[Path]:
     """A temporary path beside `path`, of the same suffix, moved over it when the block ends without an error.
 
-    What a program that was killed left of an earlier attempt at `path` is removed. Raises Refused where the folder does not
+    Temporary files of earlier attempts at `path` that were killed are removed. Raises Refused where the folder does not
     exist or cannot be written, or the disk is full.
     """
     path = Path(path)
@@ -64,15 +64,15 @@ def _prefix(path: Path) -> str:
 
 
 def remove_abandoned(path: Path) -> None:
-    """Removes temporary files of the output `path` that nobody writes any more: whoever does holds a lock."""
-    for left in path.parent.glob(f"{glob.escape(_prefix(path))}????????{glob.escape(path.suffix)}"):
-        with contextlib.suppress(OSError), left.open("rb") as stream:
+    """Removes temporary files of the output `path` whose writer has ended: a running one holds a lock."""
+    for temporary in path.parent.glob(f"{glob.escape(_prefix(path))}????????{glob.escape(path.suffix)}"):
+        with contextlib.suppress(OSError), temporary.open("rb") as stream:
             if _lock(stream.fileno()):
-                left.unlink()
+                temporary.unlink()
 
 
 def _lock(handle: int) -> bool:
-    """Whether this process alone holds the file now; False where another one does, or nobody can tell."""
+    """Whether this process has locked the file; False where another one holds it, or the system has no locks."""
     if fcntl is None:
         return False
     try:

@@ -1,11 +1,11 @@
-"""Values as YAML text that every reader takes for the same thing."""
+"""Values as YAML text that all readers of YAML 1.1 and 1.2 read alike."""
 
 import math
 from typing import Any
 
 
 def flow(value: Any) -> str:
-    """A value on one line that every YAML reader takes for the same thing."""
+    """A value on one line, in flow style, that all YAML readers read alike."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key}: {flow(entry)}" for key, entry in value.items()) + "}"
     if isinstance(value, list | tuple):

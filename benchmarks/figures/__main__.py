@@ -13,6 +13,8 @@ from benchmarks.figures.benchmark_figures import benchmark_figures
 from benchmarks.figures.catalogue import catalogue_figures
 from benchmarks.figures.pages import ROOT, filled, pages
 from benchmarks.figures.study_figures import study_figures
+from benchmarks.figures.threshold_figures import threshold_figures
+from benchmarks.thresholds import record as threshold_record
 from benchmarks.tuned_seeds import TUNED_SEEDS
 from xneck_foundation.whole_file import write_text
 
@@ -23,6 +25,7 @@ def all_figures() -> dict[str, str]:
         catalogue_figures()
         | study_figures(study_record.read_record(), TUNED_SEEDS)
         | benchmark_figures(benchmark_record.read_record())
+        | threshold_figures(threshold_record.read_record())
     )
 
 

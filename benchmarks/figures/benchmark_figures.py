@@ -43,9 +43,9 @@ def _angles(claims: Claims) -> dict[str, str]:
     tags, worst = (claims.one("real_markers", words, peer="pyapriltags") for words in ("tags missed", "worst corner"))
     hard = claims.one("hard")
     return {
-        "extraction.angle_deg": _digits(grey.ours),
-        "extraction.angle_edges_deg": _digits(edges.ours),
-        "extraction.angle_opencv_deg": _digits(_peer(claims.one("extraction", "error of an angle", peer="OpenCV"))),
+        "extraction.angle_deg": _digits(grey.ours, 2),
+        "extraction.angle_edges_deg": _digits(edges.ours, 2),
+        "extraction.angle_opencv_deg": _digits(_peer(claims.one("extraction", "error of an angle", peer="OpenCV")), 2),
         "extraction.decodings": _digits(claims.one("extraction", "time of a frame, corners from all grey").ours),
         "extraction.decodings_edges": _digits(claims.one("extraction", "time of a frame, corners from edges").ours),
         "markers.ideal_bounds": _span(c.ours for c in claims.all("markers", on="ideal")),

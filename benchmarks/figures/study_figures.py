@@ -87,13 +87,13 @@ def _made_from(cases: Sequence[ScoredCase]) -> str:
     by_code: dict[str, set[int]] = {}
     for case in cases:
         by_code.setdefault(case.code, set()).add(case.seed)
-    lines = [f"- Arms {_ranges(sorted(seeds))} with sources {code}." for code, seeds in by_code.items()]
+    lines = [f"- Seeds {_ranges(sorted(seeds))}: sources {code}." for code, seeds in by_code.items()]
     return "\n".join(["", *(lines or ["- None yet."]), ""])
 
 
 def _tables(cases: Sequence[ScoredCase]) -> str:
     scores = [case.scored for case in cases]
-    outside = dict.fromkeys(x.effect for s in scores for x in s.sightings if not x.known)
+    outside = dict.fromkeys(x.effect for s in scores for x in s.sightings if x.effect not in EFFECTS)
     found = summary_tables(scores, [*outside, *EFFECTS]) if scores else ()
     return "\n\n".join(["", *(table.markdown().replace("## ", "### ", 1) for table in found), ""])
 

@@ -48,7 +48,10 @@ class ClockOffset(Effect):
 
     def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
         late, stale = (term.size for term in self.terms)
-        frames = recording.sensitivity.change(turned=recording.sensitivity.late(late))[..., None] / late
+        frames = (
+            recording.sensitivity.residual_change(angle_error=recording.sensitivity.error_of_lag(late))[..., None]
+            / late
+        )
         acting = law_forces(
             recording.motor_signals, recording.laws, recording.values, recording.x0, recording.delay + stale
         )

@@ -51,7 +51,9 @@ class MarkerOffset(Effect):
         size = self.terms[0].size
         errors = size * _angles_by_bar(recording.signals.arm.N)
         sensitivity = recording.sensitivity
-        return np.stack([sensitivity.change(turned=AngleError(-error)) for error in errors], axis=-1) / size
+        return (
+            np.stack([sensitivity.residual_change(angle_error=AngleError(-error)) for error in errors], axis=-1) / size
+        )
 
     def added_to(self, h: Hypothesis, amounts: Array, shape: Shape) -> Hypothesis:
         return replace(h, angle_error=h.angle_error + amounts @ _angles_by_bar(len(h.angle_error)))

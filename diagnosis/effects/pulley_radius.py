@@ -33,6 +33,6 @@ class PulleyRadius(DescriptionEffect):
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
         mechanisms = list(neck.mechanisms)
-        one = mechanisms[place]
-        mechanisms[place] = one.model_copy(update={"r": one.r + amount})
+        mechanism = mechanisms[place]
+        mechanisms[place] = mechanism.model_copy(update={"r": mechanism.r + amount})
         return neck.model_copy(update={"mechanisms": tuple(mechanisms)})

@@ -29,9 +29,13 @@ class SpringStiffness(DescriptionEffect):
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
         mechanisms = list(neck.mechanisms)
-        one = mechanisms[place]
-        mechanisms[place] = one.model_copy(
-            update={"springs": one.springs.model_copy(update={"stiffness": one.springs.stiffness * (1 + amount)})}
+        mechanism = mechanisms[place]
+        mechanisms[place] = mechanism.model_copy(
+            update={
+                "springs": mechanism.springs.model_copy(
+                    update={"stiffness": mechanism.springs.stiffness * (1 + amount)}
+                )
+            }
         )
         return neck.model_copy(update={"mechanisms": tuple(mechanisms)})
 

@@ -1,4 +1,4 @@
-"""The camera's clock against the log's, as a data set's record states it, and the frames that were lost without a trace."""
+"""The record of the camera's clock against the log's in a data set, and frames that were lost without a trace."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -46,13 +46,13 @@ Seconds = Annotated[float, Field(ge=-MAX_TIME_S, le=MAX_TIME_S)]
 Sigma = Annotated[float, Field(ge=0, allow_inf_nan=True)] | None
 
 
-class _Slip(Strict):
+class _LossRecord(Strict):
     time_s: Seconds
     frames: int
 
 
 class _Record(Strict):
-    """What is computed with; a record may say more."""
+    """The keys of the record that are computed with; it may have others."""
 
     model_config = ConfigDict(frozen=True, extra="allow", strict=True)
 
@@ -62,17 +62,17 @@ class _Record(Strict):
     skew_sigma_ppm: Sigma = None
     camera_middle_s: Seconds = 0.0
     frame_period_s: Annotated[float, Field(ge=0, le=MAX_TIME_S)] = 0.0
-    slips: tuple[_Slip, ...] = ()
+    slips: tuple[_LossRecord, ...] = ()
     log_gaps: tuple[tuple[Seconds, Seconds], ...] = ()
 
 
 def validate_clock_record(clock: Mapping[str, Any], where: str | Path) -> None:
-    """Refused where a record that somebody else wrote does not hold the numbers that are computed with."""
+    """Raises Refused where a record that somebody else wrote does not hold the numbers that are computed with."""
     validate_document(dict(clock), _Record, where)
 
 
 def log_time(clock: Mapping[str, Any], camera_time: Array) -> Array:
-    """Stamps of frames on the log's clock, s, by the record of a synchronisation."""
+    """Times of frames on the log's clock, s, from their stamps on the camera's, by a synchronisation's record."""
     losses = tuple(FrameLoss(s["time_s"], s["frames"]) for s in clock.get("slips", ()))
     camera_time = LostFrames(losses, clock.get("frame_period_s", 0.0)).corrected(camera_time)
     skew = 1e-6 * clock.get("skew_ppm", 0.0)

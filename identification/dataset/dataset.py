@@ -1,6 +1,6 @@
 """The data set: what the arm did, on the log's clock, with everything that is needed to identify it.
 
-It is made by the `vision` package from a recording, or by hand from arrays; the identification core reads nothing else.
+`synchronisation` makes it from angles and a log, or anyone from arrays; identification and diagnosis read nothing else.
 """
 
 from collections.abc import Mapping
@@ -24,10 +24,10 @@ class DataSet:
     """Series of one recording; columns are those of the contract, SI units and radians.
 
     state: log clock at the log's rate: alphaI, alphaI_d, alphaI_dd, thetaJ, thetaJ_d, thetaJ_dd, fJ, xJ, sigma_alphaI,
-    sigma_alphaI_d, sigma_alphaI_dd, the same of thetaJ (of its rounding), bridgedI (1 where vision missed the joint for longer
+    sigma_alphaI_d, sigma_alphaI_dd, the same of thetaJ (from its rounding), bridgedI (1 where vision missed the joint for longer
     than 0.2 s), visionI and visionI_d (by splines through every frame, not smoothed; without them alpha is taken).
     fasquelle: the same without sigmas, at 31.25 Hz by Fasquelle's chain, with xJ_d.
-    angles: as the camera saw them, on its own clock. log: as the controller wrote it, in our signs.
+    angles: as measured in the frames, on the camera's own clock. log: as the controller wrote it, in our signs.
     """
 
     neck: Neck

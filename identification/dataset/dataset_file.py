@@ -25,9 +25,9 @@ EXPORT_FORMATS = ("csv", "npz", "mat")
 
 
 def write_dataset(data: DataSet, path: str | Path) -> None:
-    """`data` as MCAP: channels as its series, metadata clock, check and provenance, neck.yaml attached.
+    """`data` as MCAP: a channel for each series, clock, check and provenance as metadata, neck.yaml attached.
 
-    Frames keep the camera's stamps; as messages they are logged at their time on the log's clock, as all else is.
+    Frames keep the camera's stamps; their messages are logged at their time on the log's clock, as those of the other channels.
 
     >>> import xneck
     >>> xneck.write_dataset(xneck.read_dataset("monday.mcap"), "copy.mcap")
@@ -49,10 +49,10 @@ def dataset_series(data: DataSet) -> dict[str, Series]:
 
 
 def read_dataset(path: str | Path) -> DataSet:
-    """A data set from its MCAP; of a damaged one what is whole, with a warning `Recovered`.
+    """A data set from its MCAP; of a damaged file what can be read, with a warning `Recovered`.
 
-    Rows after a hole are on no even clock with those before it, so of state and fasquelle the longest whole stretch is taken.
-    Raises Refused where it is something else, or lacks what no result can do without: state, fasquelle, clock and neck.yaml.
+    Of state and fasquelle the longest stretch without a gap is taken, as they need even time steps. Raises Refused where the file
+    is something else, or lacks state, fasquelle, clock or neck.yaml.
 
     >>> import xneck
     >>> state = xneck.read_dataset("monday.mcap").state  # on the log's clock, at its rate
@@ -61,26 +61,26 @@ def read_dataset(path: str | Path) -> DataSet:
     >>> [name for name in state.columns if name.startswith("theta1")]  # rad, rad/s, rad/s^2
     ['theta1', 'theta1_d', 'theta1_dd']
     """
-    found = joint_state.read(path)
-    needed = _NEEDED if found.lost else _TOPICS
-    missing = [topic for topic in needed if topic not in found.logs]
-    missing += [name for name, there in (("clock", found.metadata), ("neck.yaml", found.attached)) if name not in there]
-    if missing and found.lost:
+    file = joint_state.read(path)
+    needed = _NEEDED if file.lost else _TOPICS
+    missing = [topic for topic in needed if topic not in file.logs]
+    missing += [name for name, part in (("clock", file.metadata), ("neck.yaml", file.attached)) if name not in part]
+    if missing and file.lost:
         lacks = ", ".join(missing)
-        raise Refused(path, f"lacks {lacks} ({found.lost})", "copy it again, or make it anew with `xneck sync`")
+        raise Refused(path, f"lacks {lacks} ({file.lost})", "copy it again, or make it anew with `xneck sync`")
     if missing:
         raise Refused(path, f"is not a data set: lacks {', '.join(missing)}", "make one with `xneck sync`")
     try:
-        text = found.attached["neck.yaml"].decode()
+        text = file.attached["neck.yaml"].decode()
     except UnicodeDecodeError as error:
         raise Refused(f"{path}:neck.yaml", "is not UTF-8 text") from error
     neck = strict_yaml.validate_document(strict_yaml.parse_yaml(text, f"{path}:neck.yaml"), Neck, f"{path}:neck.yaml")
-    series = {topic: joint_state.as_series(log) for topic, log in found.logs.items()}
+    series = {topic: joint_state.as_series(log) for topic, log in file.logs.items()}
     for topic in _NEEDED:
         check_time(series[topic].time, f"{path}:/{topic}")
-        series[topic] = _longest(series[topic]) if found.lost else series[topic]
+        series[topic] = _longest_without_gap(series[topic]) if file.lost else series[topic]
     parts = {topic: series.get(topic, Series(np.empty(0), {})) for topic in _TOPICS}
-    records: dict[str, Any] = {name: found.metadata.get(name, {}) for name in ("clock", "check", "provenance")}
+    records: dict[str, Any] = {name: file.metadata.get(name, {}) for name in ("clock", "check", "provenance")}
     for name, record in records.items():
         if not isinstance(record, dict):
             raise Refused(path, f"its {name} is no record", "make the data set anew with `xneck sync`")
@@ -89,9 +89,11 @@ def read_dataset(path: str | Path) -> DataSet:
     return data
 
 
-def _longest(series: Series) -> Series:
-    """The most rows between two holes."""
-    begin, end = max(pairwise((0, *rows_after_gaps(series.time), len(series))), key=lambda stretch: stretch[1] - stretch[0])
+def _longest_without_gap(series: Series) -> Series:
+    """The longest stretch of rows between two gaps."""
+    begin, end = max(
+        pairwise((0, *rows_after_gaps(series.time), len(series))), key=lambda stretch: stretch[1] - stretch[0]
+    )
     return series.part(slice(begin, end))
 
 

@@ -1,4 +1,4 @@
-"""Whether a data set that a file holds is one that can be computed with: its columns, their sizes, its clocks."""
+"""Validation of a data set that was read from a file: its columns, their sizes, its clocks."""
 
 from itertools import combinations_with_replacement
 from pathlib import Path
@@ -14,16 +14,17 @@ from mechanism.geometry import check_angles
 from xneck_foundation.errors import Refused
 
 MAX_MAGNITUDE_SI = 1e9
-"""of any number in SI units: a motor at 1e5 rad/s that turns about within 0.1 ms"""
+"""largest magnitude of any number in SI units: a motor at 1e5 rad/s that reverses within 0.1 ms has 1e9 rad/s^2"""
 _JOINTS = ("alpha", "alpha_d", "alpha_dd")
 _CABLES = ("theta", "theta_d", "theta_dd")
 _SIGMAS = tuple(f"sigma_{stem}" for stem in (*_JOINTS, *_CABLES))
 
 
 def validate_dataset(data: DataSet, where: str | Path) -> None:
-    """Refused where the data set cannot be computed with.
+    """Raises Refused where the data set cannot be computed with.
 
-    State and fasquelle lack columns, hold what is no number or stand on no even clock; or angles, log and clock contradict them.
+    That is where `state` or `fasquelle` lack columns, hold values that are not finite or have uneven time steps, or where angles,
+    log or clock do not fit them.
     """
     n, m = data.neck.N, data.neck.M
     validate_clock_record(data.clock, f"{where}: clock")
@@ -33,14 +34,13 @@ def validate_dataset(data: DataSet, where: str | Path) -> None:
         forces = ("f",) if "f1" in series.columns else ()
         for stems, count in ((_JOINTS, n), ((*_CABLES, "x", *forces), m)):
             for stem in stems:
-                _needs(series, stem, count, place)
-        optional = [(s, n if "alpha" in s else m) for s in _SIGMAS]
-        for stem, count in (*optional, ("bridged", n), ("vision", n), ("vision_d", n)):
+                _require_columns(series, stem, count, place)
+        sigma_stems = [(s, n if "alpha" in s else m) for s in _SIGMAS]
+        for stem, count in (*sigma_stems, ("bridged", n), ("vision", n), ("vision_d", n)):
             if f"{_column(stem, 1)}" in series.columns:
-                _needs(series, stem, count, place)
-        if rows_after_gaps(series.time):
-            at = series.time[rows_after_gaps(series.time)[0]]
-            raise Refused(place, f"rows are missing before {at:.3f} s", "give rows of even steps")
+                _require_columns(series, stem, count, place)
+        if gaps := rows_after_gaps(series.time):
+            raise Refused(place, f"rows are missing before {series.time[gaps[0]]:.3f} s", "give rows of even steps")
         check_size(series.columns, MAX_MAGNITUDE_SI, place)
         check_angles(data.arm, series.matrix("alpha"), place)
         if not np.ptp(series.matrix("theta"), axis=0).any():
@@ -79,7 +79,7 @@ def _check_covariance(series: Series, n: int, place: str) -> None:
 
 
 def _column(stem: str, number: int) -> str:
-    """alpha_d's column of joint 1 is alpha1_d."""
+    """Name of a column by its stem and number: alpha_d of joint 1 is alpha1_d."""
     for suffix in ("_dd", "_d"):
         if stem.endswith(suffix):
             return f"{stem.removesuffix(suffix)}{number}{suffix}"
@@ -91,8 +91,8 @@ def _matrix(series: Series, stem: str) -> np.ndarray:
     return series.matrix(stem.removesuffix(suffix), suffix)
 
 
-def _needs(series: Series, stem: str, count: int, place: str) -> None:
-    """Refused unless columns 1..count of `stem`, and no more, are there and finite."""
+def _require_columns(series: Series, stem: str, count: int, place: str) -> None:
+    """Raises Refused unless columns 1..count of `stem`, and no more, are there and finite."""
     columns = [_column(stem, k + 1) for k in range(count)]
     for column in columns:
         if column not in series.columns:
@@ -100,5 +100,5 @@ def _needs(series: Series, stem: str, count: int, place: str) -> None:
         if not np.all(np.isfinite(series.columns[column])):
             row = int(np.argmin(np.isfinite(series.columns[column]))) + 1
             raise Refused(place, f"{column} is not a number in row {row}", "make the data set anew with `xneck sync`")
-    if (more := _column(stem, count + 1)) in series.columns:
-        raise Refused(place, f"has the column {more}, the arm has no such part", "is it this arm's neck.yaml?")
+    if (extra := _column(stem, count + 1)) in series.columns:
+        raise Refused(place, f"has the column {extra}, the arm has no such part", "is it this arm's neck.yaml?")

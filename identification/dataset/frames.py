@@ -1,4 +1,4 @@
-"""Angles in the camera's frames, on the log's clock, as a data set holds them."""
+"""Angles in the camera's frames, on the log's clock, of a data set."""
 
 from dataclasses import dataclass
 
@@ -12,25 +12,25 @@ from identification.dataset.dataset import DataSet
 Array = NDArray[np.float64]
 
 DEFAULT_SIGMA_RAD = np.radians(0.1)
-"""rad: assumed for angles that come without their sigma, and said so"""
+"""rad: sigma assumed for angles that come without one; the data set says so"""
 MAX_SIGMA_RAD = 2 * np.pi
-"""rad: of an angle of which nothing is known"""
+"""rad: largest sigma that an angle may have; at it nothing is known"""
 STATE_AS_FRAMES_HZ = 25.0
-"""at which the state stands in for frames"""
-_LEAST_WHITE = 0.05
-"""of sigma: no angle is free of noise"""
+"""Hz: rate at which the state replaces the frames of a data set that has none"""
+_MIN_WHITE_SHARE = 0.05
+"""share of sigma that differs from frame to frame at least: no angle is free of noise"""
 
 
 @dataclass(frozen=True)
 class FrameAngles:
-    """What vision saw: times (F,) on the log's clock, s; angles and sigmas (F, N), rad, NaN where not seen."""
+    """Angles in F frames: times (F,) on the log's clock, s; angles and sigmas (F, N), rad, NaN where a joint was not measured."""
 
     time: Array
     alpha: Array
     sigma: Array
-    """of what differs from frame to frame"""
+    """standard deviation of the error that differs from frame to frame"""
     common: Array
-    """of what all frames share"""
+    """standard deviation of the error that all frames share"""
 
     def within(self, first: float, last: float) -> "FrameAngles":
         """Frames from `first` to `last`, s."""
@@ -39,7 +39,7 @@ class FrameAngles:
 
 
 def frame_angles(data: DataSet) -> FrameAngles:
-    """Frames on the log's clock; the state, thinned, where the data set has no frames or no clock for them."""
+    """Frames of a data set on the log's clock; the state, thinned, where it has no frames or no clock for them."""
     n, alpha = data.arm.N, data.angles.matrix("alpha")
     if "offset_s" in data.clock and alpha.shape[1] == n:
         sigma, common = data.angles.matrix("sigma"), data.angles.matrix("common")
@@ -54,12 +54,15 @@ def frame_angles(data: DataSet) -> FrameAngles:
 
 
 def spline_through_frames(frames: Array, alpha: Array, time: Array) -> tuple[Array, Array]:
-    """Angles and rates (T, N) by splines through every frame: noise and all, but nothing smoothed away and no cable asked."""
-    known = np.isfinite(alpha)
-    through = [make_interp_spline(frames[k], a[k], k=5) for k, a in zip(known.T, alpha.T, strict=True)]
-    return np.stack([s(time) for s in through], axis=-1), np.stack([s(time, 1) for s in through], axis=-1)
+    """Angles and rates (T, N) at `time` (T,) by quintic splines through every frame: neither smoothed nor fused with the cables.
+
+    frames: (F,), s; alpha: (F, N), rad, NaN where not measured.
+    """
+    measured = np.isfinite(alpha)
+    splines = [make_interp_spline(frames[k], a[k], k=5) for k, a in zip(measured.T, alpha.T, strict=True)]
+    return np.stack([s(time) for s in splines], axis=-1), np.stack([s(time, 1) for s in splines], axis=-1)
 
 
 def white_sigma(sigma: Array, common: Array) -> Array:
     """The part of sigma that differs from frame to frame, (F, N), rad."""
-    return np.sqrt(np.maximum(sigma**2 - common**2, (_LEAST_WHITE * sigma) ** 2))
+    return np.sqrt(np.maximum(sigma**2 - common**2, (_MIN_WHITE_SHARE * sigma) ** 2))

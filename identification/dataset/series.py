@@ -1,4 +1,4 @@
-"""Named columns over time: what every file of ours holds, whichever its format."""
+"""Series of named columns over time, which every exchange file holds, whichever its format."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Series:
-    """Columns of equal length over `time`, shape (T,), s; a value that is not known is NaN."""
+    """Columns of equal length over `time`, shape (T,), s; an unknown value is NaN."""
 
     time: Array
     columns: Mapping[str, Array]
@@ -31,20 +31,20 @@ class Series:
 
     def matrix(self, stem: str, suffix: str = "") -> Array:
         """Columns `stem1suffix`, `stem2suffix`, ... side by side, shape (T, count)."""
-        found = []
-        while (name := f"{stem}{len(found) + 1}{suffix}") in self.columns:
-            found.append(self.columns[name])
-        return np.stack(found, axis=-1) if found else np.empty((len(self.time), 0))
+        columns = []
+        while (name := f"{stem}{len(columns) + 1}{suffix}") in self.columns:
+            columns.append(self.columns[name])
+        return np.stack(columns, axis=-1) if columns else np.empty((len(self.time), 0))
 
 
 def concatenated(parts: Sequence[Series]) -> Series:
-    """One after another, all with the same columns."""
+    """Series with the same columns, one after another."""
     columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
     return Series(np.concatenate([part.time for part in parts]), columns)
 
 
 def interpolated(time: Array, series_time: Array, columns: Array) -> Array:
-    """Columns (S, K), known at series_time (S,), s, at times (T,), s: straight lines between them, held before and after; (T, K)."""
+    """Columns (S, K), known at series_time (S,), s, at times (T,), s: linear, held before and after; (T, K)."""
     return np.stack([np.interp(time, series_time, column) for column in columns.T], axis=-1)
 
 
@@ -54,13 +54,13 @@ def numbered_columns(stem: str, values: Array, suffix: str = "") -> dict[str, Ar
 
 
 MAX_TIME_S = 2.0**31
-"""s: what a ROS stamp holds, up to the year 2038; nanoseconds taken for seconds are later"""
+"""s: largest time of a ROS stamp, in the year 2038; nanoseconds taken for seconds exceed it"""
 PAUSE_S, MAX_PAUSE_RATIO = 10.0, 9.0
-"""s without a row that are a pause, and times all else that pauses may last together: more is a clock that jumped"""
+"""s without a row that count as a pause, and largest ratio of all pauses to the rest of the time: beyond it a clock jumped"""
 
 
 def check_time(time: Array, where: str) -> None:
-    """Refused where times are fewer than two, not finite, or do not increase."""
+    """Raises Refused where times are fewer than two, not finite, or do not increase."""
     if len(time) < 2:
         raise Refused(where, f"has {len(time)} rows", "record longer")
     if not np.all(np.isfinite(time)):
@@ -79,7 +79,7 @@ def check_time(time: Array, where: str) -> None:
 
 
 def check_size(columns: Mapping[str, Array], limit: float, where: str) -> None:
-    """Refused where a value is larger than anything it can mean; NaN, not known, is none."""
+    """Raises Refused where a magnitude exceeds `limit`; NaN, for unknown, does not."""
     for name, values in columns.items():
         largest = np.nanmax(np.abs(values), initial=0.0)
         if largest > limit:

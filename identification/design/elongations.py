@@ -1,47 +1,47 @@
-"""Elongations under which cables pull with given tensions, whatever their law: the other way round of `Machine.pull`."""
+"""Elongations under which cables have given tensions, whatever their laws: the inverse of `Machine.pull`."""
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
 from identification.cable_memory import memory_states
-from mechanism.laws import Stretching
+from mechanism.laws import CableMotion
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
-_EXACT_N = 1e-8
-_ROUNDS = 100
-_SMALL_M, _SMALL_M_S = 1e-7, 1e-5
-"""steps for the slopes of the law"""
+_TOLERANCE_N = 1e-8
+_MAX_ITERATIONS = 100
+_STEP_M, _STEP_M_S = 1e-7, 1e-5
+"""steps of the differences for the slopes of the laws"""
 
 
 def elongations_for(machine: Machine, tension: Array, length: Array, step: float) -> tuple[Array, Array]:
     """x, m, and x', m/s, of cables with these tensions (T, M), N, and lengths (T, M), m, on rows `step` s apart.
 
-    At rest before the first row. x' is the backward difference of second order of x (BDF 2), which damps what rings; Newton's
-    method on all rows at once. Raises Refused where the laws give no elongation for the tensions.
+    The cables are at rest before the first row. x' is the backward difference of second order of x (BDF 2), which damps
+    oscillations; Newton's method runs on all rows at once. Raises Refused where the laws give no elongation for the tensions.
     """
-    x, longer = np.zeros_like(tension), backward_difference(length, step)
+    x, length_d = np.zeros_like(tension), backward_difference(length, step)
 
     def pull(x: Array, x_d: Array, z: Array | None = None) -> tuple[Array, Array]:
-        at = Stretching(x, x_d, length, machine.arm, x_d - longer)
+        at = CableMotion(x, x_d, length, machine.arm, x_d - length_d)
         z = memory_states(machine, at, step) if z is None else z
         return np.broadcast_to(machine.pull(at, z), x.shape), z
 
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ITERATIONS):
         x_d = backward_difference(x, step)
-        now, z = pull(x, x_d)
-        left = tension - now
-        if np.abs(left).max() < _EXACT_N:
+        pull_now, z = pull(x, x_d)
+        error = tension - pull_now
+        if np.abs(error).max() < _TOLERANCE_N:
             return x, x_d
-        stiffness = (pull(x + _SMALL_M, x_d, z)[0] - now) / _SMALL_M
-        damping = np.maximum((pull(x, x_d + _SMALL_M_S, z)[0] - now) / _SMALL_M_S, 0.0)
+        stiffness = (pull(x + _STEP_M, x_d, z)[0] - pull_now) / _STEP_M
+        damping = np.maximum((pull(x, x_d + _STEP_M_S, z)[0] - pull_now) / _STEP_M_S, 0.0)
         if np.any(stiffness <= 0):
             break
         x = x + np.stack(
-            [_solved(k, c, d, step) for k, c, d in zip(stiffness.T, damping.T, left.T, strict=True)], axis=-1
+            [_solved(k, c, d, step) for k, c, d in zip(stiffness.T, damping.T, error.T, strict=True)], axis=-1
         )
         if not np.all(np.abs(x) < 1.0):
             break

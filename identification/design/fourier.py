@@ -1,4 +1,4 @@
-"""What joints and tension levels are asked to do: Fourier series that fade in from rest and fade out to it."""
+"""Fourier series that joints and tension levels follow, faded in from rest and out to rest."""
 
 from dataclasses import dataclass
 
@@ -10,11 +10,11 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 REST_S = 0.5
-"""at both ends, all still"""
+"""s of rest at both ends"""
 RAMP_S = 1.5
-"""of fading in and out"""
-TONES = 6
-"""of each signal"""
+"""s of fading in, and of fading out"""
+MAX_TONES = 6
+"""tones of each signal"""
 
 
 @dataclass(frozen=True)
@@ -22,18 +22,18 @@ class FourierShape:
     """S signals of H tones each, the joints' first, then the tension levels'; amplitudes are relative."""
 
     hertz: Array
-    """(S, H); no two signals share a frequency"""
+    """frequencies (S, H), Hz; no two signals share one"""
     amplitude: Array
     """(S, H)"""
     phase: Array
     """(S, H), rad"""
     reach: Array
-    """(S,), 0..1: share of what the limits allow"""
+    """amplitude of each signal as a share of what the limits allow, (S,), 0..1"""
 
 
 @dataclass(frozen=True)
 class Signal:
-    """Values with two derivatives by time, each (T, S); the largest value is 1 in size."""
+    """Values with two derivatives by time, each (T, S); each signal's largest magnitude is 1."""
 
     value: Array
     d1: Array
@@ -41,30 +41,30 @@ class Signal:
 
 
 def tone_frequencies(signals: int, seconds: float, band: tuple[float, float]) -> Array:
-    """Frequencies (S, H), Hz: multiples of one over the time in motion, spread evenly in their logarithm and dealt out in turn.
+    """Frequencies (S, H), Hz: multiples of one over the time in motion, evenly spread on a logarithmic scale and dealt out in turn.
 
     Raises Refused where the time or the band holds fewer than one for each signal.
     """
     period = seconds - 2 * REST_S
     low, high = (max(1, int(np.ceil(band[0] * period))), int(np.floor(band[1] * period))) if period > 0 else (1, 0)
-    each = min(TONES, (high - low + 1) // signals)
-    if each < 1:
+    per_signal = min(MAX_TONES, (high - low + 1) // signals)
+    if per_signal < 1:
         raise Refused(
             "design",
             f"{seconds:g} s hold no {signals} different tones of {band[0]:g} to {band[1]:g} Hz",
             "take more --seconds",
         )
-    wanted = np.geomspace(low, high, each * signals)
-    number = np.zeros(len(wanted), dtype=int)
-    for i, w in enumerate(wanted):
+    ideal = np.geomspace(low, high, per_signal * signals)
+    number = np.zeros(len(ideal), dtype=int)
+    for i, w in enumerate(ideal):
         # each above the one before it, and with room for those that follow
-        least = low if i == 0 else number[i - 1] + 1
-        number[i] = min(max(round(w), least), high - (len(wanted) - 1 - i))
-    return number.reshape(each, signals).T / period
+        lowest = low if i == 0 else number[i - 1] + 1
+        number[i] = min(max(round(w), lowest), high - (len(ideal) - 1 - i))
+    return number.reshape(per_signal, signals).T / period
 
 
 def random_shape(hertz: Array, rng: np.random.Generator) -> FourierShape:
-    """A shape at random: spectra that fall more or less steeply, any phase, joints that reach more or less far."""
+    """A random shape: spectra of random steepness, random phases and random reach."""
     signals = len(hertz)
     fall = rng.uniform(0.0, 1.5, (signals, 1))
     return FourierShape(
@@ -76,7 +76,7 @@ def random_shape(hertz: Array, rng: np.random.Generator) -> FourierShape:
 
 
 def fourier_signal(shape: FourierShape, time: Array) -> Signal:
-    """The shape's signals at times (T,), s, from 0."""
+    """The signals of a shape at times (T,), s, from 0."""
     r, r1, r2 = _ramp(time)
     w = 2 * np.pi * shape.hertz
     at = time[:, None, None] * w + shape.phase
@@ -93,7 +93,8 @@ def fourier_signal(shape: FourierShape, time: Array) -> Signal:
 def _ramp(time: Array) -> tuple[Array, Array, Array]:
     """0 at both ends, 1 between, with two derivatives, each (T, 1).
 
-    Four are continuous: tensions follow alpha'', elongations tensions, and forces the second derivative of elongations.
+    Four derivatives are continuous: tensions follow alpha'', elongations follow tensions, and forces follow the second derivative
+    of the elongations.
     """
     end = time[-1]
     first = time < end / 2

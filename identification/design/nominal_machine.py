@@ -1,4 +1,4 @@
-"""An arm of which nothing has been identified yet."""
+"""Laws and parameters assumed for an arm of which nothing has been identified yet."""
 
 import numpy as np
 
@@ -9,11 +9,11 @@ from mechanism.friction import CM
 from mechanism.machine import Machine
 
 FS_N, K_N_M, CA_N_S_M = 16.8, 8300.0, 0.0
-"""means of Fasquelle's tables 1 and 2 for dry friction and stiffness; damping was not identified there"""
+"""dry friction, stiffness, damping: means of Fasquelle's tables 1 and 2; damping was not identified there and is taken as zero"""
 
 
 def nominal_machine(neck: Neck) -> Machine:
-    """Motors and cables like those of Fasquelle's arm, with the viscous friction that neck.yaml knows of."""
+    """The arm with motors and cables like those of Fasquelle's, and the viscous friction that neck.yaml states."""
     arm = arm_of(neck)
     return Machine(
         arm,

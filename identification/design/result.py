@@ -1,4 +1,4 @@
-"""A designed motion as the controller's table, and what is said of it."""
+"""A designed motion as the controller's table, as JSON and as text."""
 
 import math
 from typing import Any
@@ -11,15 +11,18 @@ from identification.identifiability import term_label
 
 
 def motion_series(motion: Trajectory) -> Series:
-    """time, alphaI, thetaJ, fJ."""
+    """Columns time, alphaI, thetaJ, fJ, as a controller plays them."""
     return Series(
-        motion.time, numbered_columns("alpha", motion.alpha) | numbered_columns("theta", motion.theta) | numbered_columns("f", motion.f)
+        motion.time,
+        numbered_columns("alpha", motion.alpha)
+        | numbered_columns("theta", motion.theta)
+        | numbered_columns("f", motion.f),
     )
 
 
-def as_json(found: DesignedMotion, limits: MotionLimits, noise: AngleNoise) -> dict[str, Any]:
-    """Predicted sigmas, limits and how far they are reached."""
-    u, p = found.wanted.unknowns, found.wanted.p
+def as_json(design: DesignedMotion, limits: MotionLimits, noise: AngleNoise) -> dict[str, Any]:
+    """Predicted sigmas, limits, and how far they are reached."""
+    u, p = design.target.unknowns, design.target.p
     return {
         "parameters": [
             {
@@ -27,9 +30,9 @@ def as_json(found: DesignedMotion, limits: MotionLimits, noise: AngleNoise) -> d
                 "index": e.index,
                 "value": float(p[i]),
                 "unit": e.term.unit,
-                "sigma": float(found.sigma[i]),
-                "relative_sigma_percent": float(100 * found.sigma[i] / abs(p[i])) if p[i] else None,
-                "for": bool(i in found.wanted.chosen),
+                "sigma": float(design.sigma[i]),
+                "relative_sigma_percent": float(100 * design.sigma[i] / abs(p[i])) if p[i] else None,
+                "for": bool(i in design.target.chosen),
             }
             for i, e in enumerate(u.entries)
             if e.recording is None
@@ -41,25 +44,25 @@ def as_json(found: DesignedMotion, limits: MotionLimits, noise: AngleNoise) -> d
             "tension_N": list(limits.tension),
             "force_N": limits.force if math.isfinite(limits.force) else None,
         },
-        "reached": found.motion.reached(),
-        "start": {"theta_rad": found.motion.theta[0].tolist(), "tension_N": found.motion.tension[0].tolist()},
-        "seconds": float(found.motion.time[-1]),
+        "reached": design.motion.reached(),
+        "start": {"theta_rad": design.motion.theta[0].tolist(), "tension_N": design.motion.tension[0].tolist()},
+        "seconds": float(design.motion.time[-1]),
     }
 
 
-def as_text(found: DesignedMotion) -> str:
-    """The sigmas of what was asked for, and the limits reached."""
-    u, p, reached = found.wanted.unknowns, found.wanted.p, found.motion.reached()
+def as_text(design: DesignedMotion) -> str:
+    """Predicted sigmas of the target parameters, and how far limits are reached."""
+    u, p, reached = design.target.unknowns, design.target.p, design.motion.reached()
     lines = []
-    for i in found.wanted.chosen:
+    for i in design.target.chosen:
         e = u.entries[i]
-        share = f" ({100 * found.sigma[i] / abs(p[i]):.2g} %)" if p[i] else ""
-        lines.append(f"  {term_label(e):8} {p[i]:10.6g} +- {found.sigma[i]:.2g} {e.term.unit}{share}")
+        share = f" ({100 * design.sigma[i] / abs(p[i]):.2g} %)" if p[i] else ""
+        lines.append(f"  {term_label(e):8} {p[i]:10.6g} +- {design.sigma[i]:.2g} {e.term.unit}{share}")
     angles = ", ".join(f"{math.degrees(a):.1f}" for a in reached["alpha_rad"])  # type: ignore[union-attr]
     lines.append(
         f"  angles up to {angles} deg, motors {reached['motor_speed_rad_s']:.0f} rad/s, "
         f"tensions {reached['tension_min_N']:.0f} to {reached['tension_max_N']:.0f} N, forces {reached['force_max_N']:.0f} N"
     )
-    start = ", ".join(f"{t:.2f}" for t in found.motion.theta[0])
+    start = ", ".join(f"{t:.2f}" for t in design.motion.theta[0])
     lines.append(f"  begins and ends straight and still, with theta at {start} rad")
     return "\n".join(lines)

@@ -1,6 +1,6 @@
-"""The motion of which an identification will learn most: D-optimal for the parameters named, within limits.
+"""The motion that determines given parameters best: D-optimal within limits.
 
-Shapes at random first; then the best one is changed, one tone or one joint's reach after the other, and what is better is kept.
+Random shapes at first; then the best one is changed, one tone or one signal's reach at a time, and improvements are kept.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.design.fourier import FourierShape, random_shape, tone_frequencies
-from identification.design.information import AngleNoise, covariance_from, fisher_information, predicted_sigma, noise_free_signals
+from identification.design.information import (
+    AngleNoise,
+    covariance_from,
+    fisher_information,
+    noise_free_signals,
+    predicted_sigma,
+)
 from identification.design.trajectory import MotionLimits, Trajectory, tension_levels, trajectory
 from identification.unknowns import Unknowns, terms_of, unknowns
 from mechanism.laws import LAWS
@@ -20,119 +26,125 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 CONTROLLER_HZ = 500.0
-"""of the controller"""
-_COARSE_HZ = 50.0
-"""while searching: the fastest tones have 25 rows"""
+"""Hz: rate of the table that a controller plays"""
+_SEARCH_HZ = 50.0
+"""Hz: rate during the search, 25 rows a period of the fastest tones"""
 DEFAULT_TARGETS = ("fs", "k", "ca")
 
 
 @dataclass(frozen=True)
 class DesignTarget:
-    """What is to be told."""
+    """The parameters that a motion is designed for."""
 
     unknowns: Unknowns
     p: Array
-    """(P,), where it is judged"""
+    """parameter vector (P,) at which the motion is judged"""
     chosen: NDArray[np.intp]
-    """places of what was named"""
+    """places of the target parameters in the vector"""
+
+
+@dataclass(frozen=True)
+class SearchOptions:
+    """How long the motion is, and how it is searched for."""
+
+    seconds: float
+    draws: int = 40
+    """random shapes at first"""
+    changes: int = 80
+    """trials to improve the best of them"""
+    seed: int = 0
+    """of the random numbers"""
+    band_hz: tuple[float, float] = (0.1, 2.0)
+    """lowest and highest tone, Hz"""
 
 
 @dataclass(frozen=True)
 class DesignedMotion:
-    """The motion, the standard deviations that an identification of it will have (P,), and how the search went."""
+    """The motion, and the standard deviations that an identification from it is expected to report."""
 
     motion: Trajectory
-    design_target: DesignTarget
+    target: DesignTarget
     sigma: Array
+    """of the parameter vector, (P,)"""
     drawn_logdet: tuple[float, ...]
-    """log det of the covariance of what was named, of each random shape"""
+    """log det of the target's covariance for each random shape"""
     logdet: float
+    """log det of the target's covariance for the motion"""
 
 
 def design_target(machine: Machine, names: Sequence[str] = DEFAULT_TARGETS) -> DesignTarget:
-    """Parameters by name (`k`), or all of a law by its name (`cable_hardening`), beside what is fitted in any case.
+    """Parameters by name (`k`), or all of a law by its name (`cable_hardening`), beside those that are fitted in any case.
 
-    A law that the machine does not follow is judged where its terms have their size. Raises Refused for unknown names.
+    A law that the machine does not follow is judged with its terms at their size. Raises Refused for unknown names.
     """
-    own = {term.name for term in terms_of(machine.names)}
-    holder = {term.name: law for law in LAWS.values() for term in law.terms}
-    laws, terms = list(machine.names), []
+    machine_terms = {term.name for term in terms_of(machine.names)}
+    law_of = {term.name: law for law in LAWS.values() for term in law.terms}
+    laws, targets = list(machine.names), []
     for name in names:
-        if name not in LAWS and name not in holder:
-            raise Refused("design --for", f"unknown parameter {name!r}", f"valid: {', '.join([*holder, *LAWS])}")
-        law = LAWS.get(name) or holder[name]
-        if name in LAWS or name not in own:
+        if name not in LAWS and name not in law_of:
+            raise Refused("design --for", f"unknown parameter {name!r}", f"valid: {', '.join([*law_of, *LAWS])}")
+        law = LAWS.get(name) or law_of[name]
+        if name in LAWS or name not in machine_terms:
             laws += [law.name] * (law.name not in laws)
-        terms += [term.name for term in law.terms] if name in LAWS else [name]
+        targets += [term.name for term in law.terms] if name in LAWS else [name]
     u = unknowns(machine.arm, laws, 1)
-    p = u.start()
+    p = np.zeros(len(u.entries))
     for i, e in enumerate(u.entries):
         if e.recording is None:
-            given = machine.values.get(e.term.name)
-            p[i] = (
-                e.term.size
-                if given is None
-                else np.broadcast_to(given, (_count(machine, e.term.of),))[(e.index or 1) - 1]
-            )
-        else:
-            p[i] = 0.0
-    chosen = [i for i, e in enumerate(u.entries) if e.recording is None and e.term.name in terms]
+            values = machine.values.get(e.term.name)
+            count = e.term.count(machine.arm)
+            p[i] = e.term.size if values is None else np.broadcast_to(values, (count,))[(e.index or 1) - 1]
+    chosen = [i for i, e in enumerate(u.entries) if e.recording is None and e.term.name in targets]
     return DesignTarget(u, p, np.array(chosen))
 
 
-def _count(machine: Machine, of: str) -> int:
-    return {"cable": machine.arm.M, "joint": machine.arm.N, "arm": 1}[of]
-
-
-def logdet(motion: Trajectory, w: DesignTarget, noise: AngleNoise) -> float:
-    """Of the covariance of what was named, in sizes of the terms: the lower, the more is told."""
-    found = covariance_from(fisher_information(noise_free_signals(motion), w.unknowns, w.p, noise))
-    size = w.unknowns.size[w.chosen]
-    return float(np.linalg.slogdet(found[np.ix_(w.chosen, w.chosen)] / np.outer(size, size))[1])
+def logdet(motion: Trajectory, target: DesignTarget, noise: AngleNoise) -> float:
+    """log det of the target's covariance, in sizes of the terms: the lower, the better the motion determines it."""
+    u = target.unknowns
+    covariance = covariance_from(fisher_information(noise_free_signals(motion), u, target.p, noise))
+    size = u.size[target.chosen]
+    return float(np.linalg.slogdet(covariance[np.ix_(target.chosen, target.chosen)] / np.outer(size, size))[1])
 
 
 def design_motion(
     machine: Machine,
-    w: DesignTarget,
+    target: DesignTarget,
     limits: MotionLimits,
     noise: AngleNoise,
-    seconds: float,
-    band: tuple[float, float] = (0.1, 2.0),
-    draws: int = 40,
-    changes: int = 80,
-    seed: int = 0,
+    options: SearchOptions,
     progress: Callable[[int], object] = lambda tried: None,
 ) -> DesignedMotion:
-    """The best of `draws` random shapes, made better by up to `changes` trials; `progress` is told of each.
+    """The best of random shapes, improved by changing one coordinate after the other; `progress` is called with 1 for each trial.
 
     Raises Refused where nothing moves within the limits.
     """
-    rng = np.random.default_rng(seed)
-    hertz = tone_frequencies(machine.arm.N + tension_levels(machine.arm).shape[1], seconds, band)
+    rng = np.random.default_rng(options.seed)
+    signals = machine.arm.N + tension_levels(machine.arm).shape[1]
+    hertz = tone_frequencies(signals, options.seconds, options.band_hz)
 
     def judged(shape: FourierShape) -> float:
-        value = logdet(trajectory(machine, shape, limits, seconds, _COARSE_HZ), w, noise)
+        value = logdet(trajectory(machine, shape, limits, options.seconds, _SEARCH_HZ), target, noise)
         progress(1)
         return value
 
-    shapes = [random_shape(hertz, rng) for _ in range(draws)]
+    shapes = [random_shape(hertz, rng) for _ in range(options.draws)]
     values = [judged(shape) for shape in shapes]
-    best, least = shapes[int(np.argmin(values))], min(values)
-    for trial in range(changes):
-        other = _changed(best, trial, rng)
-        value = judged(other)
-        if value < least:
-            best, least = other, value
-    motion = trajectory(machine, best, limits, seconds, CONTROLLER_HZ)
-    found = fisher_information(noise_free_signals(motion), w.unknowns, w.p, noise)
-    return DesignedMotion(motion, w, predicted_sigma(found), tuple(values), logdet(motion, w, noise))
+    best, lowest = shapes[int(np.argmin(values))], min(values)
+    for trial in range(options.changes):
+        changed = _changed(best, trial, rng)
+        value = judged(changed)
+        if value < lowest:
+            best, lowest = changed, value
+    motion = trajectory(machine, best, limits, options.seconds, CONTROLLER_HZ)
+    information = fisher_information(noise_free_signals(motion), target.unknowns, target.p, noise)
+    return DesignedMotion(motion, target, predicted_sigma(information), tuple(values), logdet(motion, target, noise))
 
 
 def _changed(shape: FourierShape, trial: int, rng: np.random.Generator) -> FourierShape:
-    """One coordinate in its turn: a tone's amplitude, its phase, or a signal's reach."""
-    signals, each = shape.hertz.shape
-    place = divmod(trial // 2 % (signals * each), each)
-    if trial % (2 * each) == 0:
+    """The shape with one coordinate changed at random, each in its turn: a tone's amplitude or phase, or a signal's reach."""
+    signals, tones = shape.hertz.shape
+    place = divmod(trial // 2 % (signals * tones), tones)
+    if trial % (2 * tones) == 0:
         reach = shape.reach.copy()
         reach[place[0]] = rng.uniform(0.4, 1.0)
         return replace(shape, reach=reach)

@@ -28,14 +28,14 @@ from xneck_foundation.parameter import Parameter
 Array = NDArray[np.float64]
 
 ARM_EQUATION_WEIGHT = 100.0
-"""W of (60), (61): brings the arm equations (N m) to the size of the motor equations (N)"""
+"""1/m, W of (60), (61): scales the arm equations (N m) to the motor equations (N)"""
 MAX_RELATIVE_SIGMA_PERCENT = 10.0
-"""%: a relative sigma above it counts as not identified, as Fasquelle judges its tables"""
+"""%: a parameter with a larger relative sigma counts as not identified, as in Fasquelle's tables"""
 
 
 @dataclass(frozen=True)
 class FasquelleRegressors:
-    """What both equations need at every sample; S samples of all recordings together."""
+    """Terms of both equations at S samples, of all recordings together."""
 
     Z: Array
     """(S, N, M), m"""
@@ -95,14 +95,14 @@ def fasquelle_identification(recordings: Sequence[DataSet]) -> FasquelleIdentifi
     if not all("f1" in data.fasquelle.columns for data in recordings):
         raise Refused("identify", "the log holds no forces f", "log the force command of every motor")
     parts = [fasquelle_regressors(arm, data.fasquelle) for data in recordings]
+    names = ("Z", "dry", "theta_d", "x", "x_d", "pull", "arm_load")
     r = FasquelleRegressors(
-        *(np.concatenate([getattr(p, name) for p in parts]) for name in
-          ("Z", "dry", "theta_d", "x", "x_d", "pull", "arm_load")),
+        **{name: np.concatenate([getattr(p, name) for p in parts]) for name in names},
         strain={m: np.concatenate([p.strain[m] for p in parts]) for m in ELASTIC_MODELS},
-    )  # fmt: skip
-    still = np.max(np.abs(r.theta_d), axis=0) < 1.0
-    if np.any(still):
-        names = ", ".join(str(j + 1) for j in np.flatnonzero(still))
+    )
+    at_rest = np.max(np.abs(r.theta_d), axis=0) < 1.0
+    if np.any(at_rest):
+        names = ", ".join(str(j + 1) for j in np.flatnonzero(at_rest))
         raise Refused("identify", f"motor {names} hardly moves (under 1 rad/s)", "record a motion of every motor")
     dry_only, viscous = friction_alone(r, viscous=False), friction_alone(r, viscous=True)
     from_force = r.pull - r.dry * dry_only.values("fs")
@@ -121,7 +121,14 @@ def fasquelle_regressors(arm: Arm, series: Series) -> FasquelleRegressors:
     shape = theta_d.shape
     strain = {m: np.broadcast_to(strain_scale(arm, alpha, m), shape) for m in ELASTIC_MODELS}
     return FasquelleRegressors(
-        jacobian, dry(theta_d), theta_d, series.matrix("x"), series.matrix("x", "_d"), pull, load, strain
+        Z=jacobian,
+        dry=dry(theta_d),
+        theta_d=theta_d,
+        x=series.matrix("x"),
+        x_d=series.matrix("x", "_d"),
+        pull=pull,
+        arm_load=load,
+        strain=strain,
     )
 
 
@@ -172,7 +179,7 @@ def _arm_side(r: FasquelleRegressors) -> Array:
 
 
 def _per_cable_on_arm(r: FasquelleRegressors, values: Array) -> Array:
-    """Columns Z(:, j) values_j of the arm equations, shape (S N, M)."""
+    """Columns Z(:, j) values_j of the arm equations, shape (S N, M); values (S, M)."""
     return (r.Z * values[:, None, :]).reshape(-1, values.shape[1])
 
 
@@ -183,8 +190,10 @@ def elastic_tension(r: FasquelleRegressors, model: ElasticModel, fit: FasquelleF
 
 
 def _parameters(labels: Sequence[tuple[str, int | None, str]], e: Estimate) -> tuple[Parameter, ...]:
-    out = []
+    parameters = []
     for (name, index, unit), value, sigma in zip(labels, e.value, e.sigma, strict=True):
-        good = bool(100 * sigma <= MAX_RELATIVE_SIGMA_PERCENT * abs(value) and value != 0)
-        out.append(Parameter(name, index, float(value), unit, float(sigma), good))
-    return tuple(out)
+        identified = bool(100 * sigma <= MAX_RELATIVE_SIGMA_PERCENT * abs(value) and value != 0)
+        parameters.append(
+            Parameter(name=name, index=index, value=float(value), unit=unit, sigma=float(sigma), identified=identified)
+        )
+    return tuple(parameters)

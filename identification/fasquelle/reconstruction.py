@@ -1,4 +1,4 @@
-"""What the identified models say of a recording beside what was measured: couples of the arm, tensions of the cables."""
+"""Couples of the arm and tensions of the cables by Fasquelle's identified models, beside those measured (figures 6, 7, 8)."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.dataset import DataSet
-from identification.fasquelle.method import FasquelleIdentification, fasquelle_regressors, elastic_tension
+from identification.fasquelle.method import FasquelleIdentification, elastic_tension, fasquelle_regressors
 from mechanism.elasticity import ElasticModel
 
 Array = NDArray[np.float64]
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Reconstruction:
-    """Samples of Fasquelle's series (S); couples Z f of each joint (S, N), N m; tensions of each cable (S, M), N."""
+    """Couples of each joint (S, N), N m, and tensions of each cable (S, M), N, at the S samples of Fasquelle's series."""
 
     time: Array
     """(S,), s"""
@@ -33,7 +33,7 @@ class Reconstruction:
         return self.tension_elastic[model] - self.tension_from_force
 
 
-def reconstruct(data: DataSet, found: FasquelleIdentification) -> Reconstruction:
+def reconstruct(data: DataSet, identification: FasquelleIdentification) -> Reconstruction:
     """Fasquelle's figures 6, 7 and 8 as numbers, for one recording and an identification of the same arm."""
     r = fasquelle_regressors(data.arm, data.fasquelle)
     f = data.fasquelle.matrix("f")
@@ -42,8 +42,8 @@ def reconstruct(data: DataSet, found: FasquelleIdentification) -> Reconstruction
         return np.einsum("sij,sj->si", r.Z, forces)
 
     frictionless = r.arm_load + couple(f - r.pull)
-    fs = found.dry_only.values("fs")
-    both = r.dry * found.dry_and_viscous.values("fs") + r.theta_d * found.dry_and_viscous.values("fv")
+    fs = identification.dry_only.values("fs")
+    both = r.dry * identification.dry_and_viscous.values("fs") + r.theta_d * identification.dry_and_viscous.values("fv")
     return Reconstruction(
         time=data.fasquelle.time,
         couple_measured=couple(f),
@@ -51,5 +51,5 @@ def reconstruct(data: DataSet, found: FasquelleIdentification) -> Reconstruction
         couple_dry=frictionless + couple(r.dry * fs),
         couple_dry_and_viscous=frictionless + couple(both),
         tension_from_force=r.pull - r.dry * fs,
-        tension_elastic={model: elastic_tension(r, model, fit) for model, fit in found.elastic.items()},
+        tension_elastic={model: elastic_tension(r, model, fit) for model, fit in identification.elastic.items()},
     )

@@ -1,11 +1,11 @@
-"""Fasquelle's own chain from recorded signals to its regressors: decimate, interpolate, filter, differentiate (its 6.5)."""
+"""Fasquelle's chain from recorded signals to regressors: decimate, interpolate, filter, differentiate (section 6.5)."""
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import decimate
 
 from identification.dataset.dataset import state_series
-from identification.dataset.series import Series
+from identification.dataset.series import Series, interpolated
 from identification.filters import low_pass
 from mechanism.arm import Arm
 from xneck_foundation.errors import Refused
@@ -13,13 +13,15 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 FASQUELLE_RATE_HZ = 31.25
-"""Hz: what 500 Hz gives when divided by 16, the value closest to the video's 30 Hz"""
+"""Hz: 500 Hz divided by 16, the closest to the video's 30 Hz"""
 FASQUELLE_CUTOFF_HZ = 5.0
 """Hz: of the zero-phase Butterworth low-pass"""
 
 
-def fasquelle_series(arm: Arm, log: Series, angle_time: Array, alpha: Array, cutoff: float = FASQUELLE_CUTOFF_HZ) -> Series:
-    """The data set's series as Fasquelle makes it.
+def fasquelle_series(
+    arm: Arm, log: Series, angle_time: Array, alpha: Array, cutoff: float = FASQUELLE_CUTOFF_HZ
+) -> Series:
+    """The series of a data set by Fasquelle's chain.
 
     log: thetaJ, fJ on a uniform clock. angle_time: (F,), s, frame times on the log's clock; alpha: (F, N), rad, no NaN.
     Derivatives are central differences after filtering. Raises Refused where less than two seconds overlap.
@@ -35,13 +37,15 @@ def fasquelle_series(arm: Arm, log: Series, angle_time: Array, alpha: Array, cut
     inside = (time >= angle_time[0]) & (time <= angle_time[-1])
     time, theta, f = time[inside], theta[inside], f[inside]
     if len(time) < 2 * FASQUELLE_RATE_HZ:
-        raise Refused("data set", f"only {len(time) / FASQUELLE_RATE_HZ:.1f} s of the log overlap the video", "record both longer")
-    seen = np.stack([np.interp(time, angle_time, column) for column in alpha.T], axis=-1)
+        raise Refused(
+            "data set", f"only {len(time) / FASQUELLE_RATE_HZ:.1f} s of the log overlap the video", "record both longer"
+        )
+    alpha_of_rows = interpolated(time, angle_time, alpha)
     step = float(np.mean(np.diff(time)))
-    alpha0, theta0, f0 = (low_pass(part, 1 / step, cutoff) for part in (seen, theta, f))
+    alpha0, theta0, f0 = (low_pass(part, 1 / step, cutoff) for part in (alpha_of_rows, theta, f))
     alpha_parts, theta_parts = _differentiated(alpha0, step), _differentiated(theta0, step)
-    made = state_series(arm, time, alpha_parts, theta_parts, f0)
-    x_d = np.gradient(made.matrix("x"), step, axis=0)
+    without_rate = state_series(arm, time, alpha_parts, theta_parts, f0)
+    x_d = np.gradient(without_rate.matrix("x"), step, axis=0)
     return state_series(arm, time, alpha_parts, theta_parts, f0, x_d=x_d)
 
 

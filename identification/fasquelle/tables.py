@@ -1,4 +1,4 @@
-"""Fasquelle's tables 1 and 2 of an identification, as text and as a record."""
+"""Fasquelle's tables 1 and 2 of an identification, as text and as JSON."""
 
 from typing import Any
 
@@ -7,16 +7,16 @@ from mechanism.elasticity import ELASTIC_MODELS, ElasticModel
 from xneck_foundation.parameter import Parameter
 
 
-def as_json(found: FasquelleIdentification, model: ElasticModel = 1) -> dict[str, Any]:
+def as_json(identification: FasquelleIdentification, model: ElasticModel = 1) -> dict[str, Any]:
     """Fasquelle's record: parameters of the chosen elastic model, and all the tables."""
-    fits = {"dry": found.dry_only, "dry_and_viscous": found.dry_and_viscous}
-    fits |= {f"model_{m}": found.elastic[m] for m in ELASTIC_MODELS}
+    fits = {"dry": identification.dry_only, "dry_and_viscous": identification.dry_and_viscous}
+    fits |= {f"model_{m}": identification.elastic[m] for m in ELASTIC_MODELS}
     return {
-        "parameters": [p.as_json() for p in found.elastic[model].parameters],
+        "parameters": [p.as_json() for p in identification.elastic[model].parameters],
         "fit": {
             "elastic_model": model,
-            "samples": len(found.tension_from_force),
-            "mean_tension_error_N": {f"model_{m}": found.mean_error(m) for m in ELASTIC_MODELS},
+            "samples": len(identification.tension_from_force),
+            "mean_tension_error_N": {f"model_{m}": identification.mean_error(m) for m in ELASTIC_MODELS},
             "tables": {
                 name: {
                     "title": fit.title,
@@ -31,16 +31,16 @@ def as_json(found: FasquelleIdentification, model: ElasticModel = 1) -> dict[str
     }
 
 
-def as_text(found: FasquelleIdentification) -> str:
+def as_text(identification: FasquelleIdentification) -> str:
     """Both tables, a parameter a row and a model a column."""
-    one = _table("Table 1: friction, from the arm equations", [found.dry_and_viscous, found.dry_only])
-    two = _table("Table 2: friction and elasticity", [found.elastic[m] for m in ELASTIC_MODELS])
-    errors = ", ".join(f"model {m} {found.mean_error(m):.2f} N" for m in ELASTIC_MODELS)
+    one = _table("Table 1: friction, from the arm equations", [identification.dry_and_viscous, identification.dry_only])
+    two = _table("Table 2: friction and elasticity", [identification.elastic[m] for m in ELASTIC_MODELS])
+    errors = ", ".join(f"model {m} {identification.mean_error(m):.2f} N" for m in ELASTIC_MODELS)
     return f"{one}\n\n{two}\nmean tension reconstruction error: {errors}"
 
 
 def table_rows(fits: list[FasquelleFit]) -> list[tuple[str, str, list[Parameter | None]]]:
-    """Label, unit and the parameter of each fit (None where it has none), in the order they first appear."""
+    """Rows of a table of several fits: label, unit, and the parameter of each fit (None where it has none)."""
     keys: dict[tuple[str, int | None], str] = {}
     for fit in fits:
         for p in fit.parameters:
@@ -48,8 +48,8 @@ def table_rows(fits: list[FasquelleFit]) -> list[tuple[str, str, list[Parameter 
     out = []
     for (name, index), unit in keys.items():
         label = _named(name, index)
-        found = [next((p for p in fit.parameters if (p.name, p.index) == (name, index)), None) for fit in fits]
-        out.append((label, unit, found))
+        parameters = [next((p for p in fit.parameters if (p.name, p.index) == (name, index)), None) for fit in fits]
+        out.append((label, unit, parameters))
     return sorted(out, key=lambda row: (["fs", "fv", "k", "E", "ca", "c"].index(row[0].split("(")[0]), row[0]))
 
 
@@ -63,11 +63,11 @@ def _named(name: str, index: int | None) -> str:
 
 def _table(title: str, fits: list[FasquelleFit]) -> str:
     lines = [title, f"{'':16}" + "".join(f"{fit.title:>26}" for fit in fits)]
-    for label, unit, found in table_rows(fits):
-        cells = "".join(f"{_cell(p):>26}" for p in found)
+    for label, unit, parameters in table_rows(fits):
+        cells = "".join(f"{_cell(p):>26}" for p in parameters)
         lines.append(f"{label:7}{unit:9}{cells}")
-    told = [f"{len(fit.estimate.base)} of {len(fit.parameters)}, {fit.estimate.condition:.3g}" for fit in fits]
-    lines.append(f"{'base, condition':16}" + "".join(f"{cell:>26}" for cell in told))
+    bases = [f"{len(fit.estimate.base)} of {len(fit.parameters)}, {fit.estimate.condition:.3g}" for fit in fits]
+    lines.append(f"{'base, condition':16}" + "".join(f"{cell:>26}" for cell in bases))
     lines.append("* not identified: relative sigma above 10 %")
     return "\n".join(lines)
 

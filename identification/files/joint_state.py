@@ -1,7 +1,7 @@
 """sensor_msgs/JointState in ROS 2 CDR, as MCAP: the one format that ROS tools and plotting tools read as named curves.
 
-A channel's messages are all of one size, so they are written as rows of one byte table and read back as one. What tells a file's
-meaning comes first in it and the channels go side by side, so that a file that is cut off is a shorter one.
+Messages of a channel all have one size, so they are written as rows of one byte table and read back as one. Metadata and
+attachments come first in the file and the channels' messages interleave, so that a file that is cut off is a shorter recording.
 """
 
 import json
@@ -18,7 +18,14 @@ from numpy.typing import NDArray
 
 from identification.dataset.series import Series
 from identification.files.mcap_losses import loss_description
-from identification.files.mcap_records import DAMAGE_ERRORS, MAX_HELD_MESSAGES, ROW_COUNTS_NAME, Topic, read_records, checksummed
+from identification.files.mcap_records import (
+    DAMAGE_ERRORS,
+    MAX_HELD_MESSAGES,
+    ROW_COUNTS_NAME,
+    Topic,
+    checksummed,
+    read_records,
+)
 from xneck_foundation.errors import Refused
 from xneck_foundation.recovery import warn_recovered
 from xneck_foundation.version import VERSION
@@ -43,7 +50,7 @@ uint32 nanosec
 """
 
 CHUNK_BYTES = 1 << 18
-"""bytes of rows that share a checksum and are lost together: a seventh of a second of a data set"""
+"""bytes of rows that share a checksum and are lost together, a seventh of a second of a data set"""
 
 
 @dataclass(frozen=True)
@@ -58,13 +65,13 @@ class JointStateChannel:
 
 @dataclass(frozen=True)
 class JointStateFile:
-    """Of a file: channels by topic (without its slash), JSON metadata, attachments; of a damaged one what is whole."""
+    """Contents of a file: channels by topic (without slash), JSON metadata, attachments; of a damaged file what can be read."""
 
     logs: dict[str, JointStateChannel]
     metadata: dict[str, Any]
     attached: dict[str, bytes]
     lost: str
-    """what is lost, in words; empty of a whole file"""
+    """what is lost, in words; empty where the file is complete"""
 
 
 def write(
@@ -76,8 +83,8 @@ def write(
 ) -> None:
     """Series as JointState channels `/name` whose positions are the columns, with JSON metadata and attached files.
 
-    log_times: where a series is stamped by another clock, when its rows were by the file's, (T,), s. Viewers lay the channels
-    over each other by it; readers here go by the stamps.
+    log_times: times on the file's clock, (T,), s, of the rows of series that are stamped by another clock. Viewers align
+    channels by them; `read` takes the stamps.
     """
     with whole_file(path) as part, part.open("wb") as stream:
         writer = Writer(stream, chunk_size=CHUNK_BYTES)
@@ -92,17 +99,17 @@ def write(
         stamps = [nanoseconds(one.time) for one in series.values()]
         logged = [nanoseconds((log_times or {}).get(topic, one.time)) for topic, one in series.items()]
         rows = [_encoded(one, at) for one, at in zip(series.values(), stamps, strict=True)]
-        for c, k in _side_by_side([len(at) for at in stamps]):
-            # before zero only the message's own stamp reaches
+        for c, k in _interleaved([len(at) for at in stamps]):
+            # MCAP times cannot be negative, the message's stamp can
             at, published = max(int(logged[c][k]), 0), max(int(stamps[c][k]), 0)
             writer.add_message(channels[c], at, next(rows[c]), published, k)
         writer.finish()
 
 
 def read(path: str | Path) -> JointStateFile:
-    """An MCAP file with JointState; where it is damaged or cut off, what is whole, with a warning `Recovered`.
+    """An MCAP file with JointState; where it is damaged or cut off, what can be read, with a warning `Recovered`.
 
-    Raises Refused where the file is missing, is something else, holds no JointState, or nothing of it is whole.
+    Raises Refused where the file is missing, is something else, holds no JointState, or nothing of it can be read.
     """
     path = Path(path)
     parts: dict[str, list[JointStateChannel]] = {}
@@ -112,26 +119,26 @@ def read(path: str | Path) -> JointStateFile:
         with _joint_state(path, name):
             parts.setdefault(name, []).append(decode(topic.messages))
 
-    found = read_records(path, "JointState", take)
+    records = read_records(path, "JointState", take)
     logs = {}
     for name in list(parts):
         with _joint_state(path, name):
             logs[name] = _joined(parts.pop(name))
-    times = {name: logs[name].time if name in logs else np.empty(0) for name in found.topics}
-    lost = loss_description(found, times)
+    times = {name: logs[name].time if name in logs else np.empty(0) for name in records.topics}
+    lost = loss_description(records, times)
     if not logs:
         if lost:
             raise Refused(path, f"not one row of it can be read: {lost}", "copy it again, or record it again")
-        only = f"topics {', '.join(found.others)}" if found.others else "no messages"
+        only = f"topics {', '.join(records.others)}" if records.others else "no messages"
         raise Refused(path, f"holds no sensor_msgs/JointState, only {only}")
     if lost:
         warn_recovered(path, lost)
-    return JointStateFile(logs, found.metadata, found.attached, lost)
+    return JointStateFile(logs, records.metadata, records.attached, lost)
 
 
 @contextmanager
 def _joint_state(path: Path, name: str) -> Iterator[None]:
-    """Refuses a topic whose messages are something else."""
+    """Raises Refused where a topic's messages are something else."""
     try:
         yield
     except (*DAMAGE_ERRORS, LookupError, TypeError) as error:
@@ -148,8 +155,8 @@ def nanoseconds(time: Array) -> NDArray[np.int64]:
     return np.rint(np.asarray(time) * 1e9).astype(np.int64)
 
 
-def _side_by_side(counts: list[int]) -> Iterator[tuple[int, int]]:
-    """Channel and row of all rows of channels with so many each, every channel as far along as the others."""
+def _interleaved(counts: list[int]) -> Iterator[tuple[int, int]]:
+    """Channel and row of all messages, channels with `counts` rows interleaved so that all are equally far along."""
     share = np.concatenate([(np.arange(n) + 0.5) / max(n, 1) for n in counts])
     channel = np.repeat(np.arange(len(counts)), counts)
     row = np.concatenate([np.arange(n) for n in counts])
@@ -158,7 +165,7 @@ def _side_by_side(counts: list[int]) -> Iterator[tuple[int, int]]:
 
 
 def _encoded(series: Series, stamps: NDArray[np.int64]) -> Iterator[bytes]:
-    """One CDR message after the other, some at a time."""
+    """One CDR message after the other, encoded in blocks of rows."""
     for begin in range(0, len(stamps), MAX_HELD_MESSAGES):
         part = slice(begin, begin + MAX_HELD_MESSAGES)
         values = np.stack([column[part] for column in series.columns.values()], axis=1)
@@ -166,7 +173,7 @@ def _encoded(series: Series, stamps: NDArray[np.int64]) -> Iterator[bytes]:
 
 
 def _encode(names: list[str], stamps: NDArray[np.int64], positions: Array) -> NDArray[np.uint8]:
-    """One CDR message a row, (T, bytes): a template of bytes with the stamps and the positions laid over it."""
+    """One CDR message a row, (T, bytes): a template of bytes into which stamps and positions are written."""
     body = bytearray(b"\x00\x01\x00\x00" + bytes(8) + struct.pack("<I", 1) + b"\x00")  # header: stamp, empty frame_id
 
     def pad(to: int) -> None:
@@ -213,7 +220,7 @@ def _decode_cdr(messages: list[bytes]) -> JointStateChannel:
 
 
 def _joined(parts: list[JointStateChannel]) -> JointStateChannel:
-    """Stretches of one channel that follow each other."""
+    """Parts of one channel that follow each other, as one."""
     if len({part.names for part in parts}) != 1:
         raise ValueError("the joints' names change on the way")
     time, position = (np.concatenate([getattr(part, of) for part in parts]) for of in ("time", "position"))
@@ -231,7 +238,7 @@ class _Layout:
 
 
 def _layout(data: bytes) -> _Layout:
-    """Where the numbers of a message stand."""
+    """Places of the numbers in a message."""
     if data[:2] != b"\x00\x01":
         raise ValueError("not little-endian CDR")
     at = 12

@@ -1,4 +1,4 @@
-"""The records in a chunk of an MCAP file, of no more bytes than can be meant."""
+"""The records in a chunk of an MCAP file, with bounds on its unpacked size."""
 
 import struct
 import zlib
@@ -12,18 +12,21 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Message, Schema
 
 MAX_CHUNK_BYTES = 1 << 28
-"""bytes that a chunk may hold; its writers close one at some MB, or after the one message that is larger"""
+"""bytes that a chunk may unpack to; writers close one at some MB, or after one message that is larger"""
 MAX_UNPACKING_RATIO = 200
-"""how often larger than itself a file may be unpacked: what a robot at rest logs is packed to a fortieth"""
+"""largest ratio of a file's unpacked to its packed size: the log of a robot at rest is packed to a fortieth"""
 PREFIX = struct.Struct("<BQ")
-"""of every record: opcode and length"""
+"""opcode and length, before every record"""
 
 _MESSAGE = struct.Struct("<HIQQ")
 
 
 def unpacked_chunk(chunk: Chunk) -> bytes:
-    """A chunk's records. Raises one of the errors that libraries raise on damaged bytes, or ValueError with words about the chunk,
-    where it is damaged, is not of the size that it says, or is larger than LARGEST."""
+    """Bytes of a chunk's records.
+
+    Raises one of the errors that libraries raise on damaged bytes, or ValueError with words about the chunk, where it is damaged,
+    is not of the size that it states, or is larger than MAX_CHUNK_BYTES.
+    """
     size = chunk.uncompressed_size
     if size > MAX_CHUNK_BYTES:
         raise ValueError(f"says that it unpacks to {size / (1 << 30):.1f} GiB")
@@ -45,7 +48,7 @@ def unpacked_chunk(chunk: Chunk) -> bytes:
 
 
 def records_in(data: bytes) -> Iterator[Schema | Channel | Message]:
-    """Schemas, channels and messages: a chunk holds nothing else. Raises as `unpacked` does."""
+    """Schemas, channels and messages: a chunk holds nothing else. Raises the same errors as `unpacked_chunk`."""
     at = 0
     while at < len(data):
         opcode, length = PREFIX.unpack_from(data, at)

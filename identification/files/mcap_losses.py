@@ -1,4 +1,4 @@
-"""What a damaged MCAP file lost, in words, and where its series have holes."""
+"""What a damaged MCAP file lost, in words, and the gaps of its series."""
 
 from collections.abc import Mapping
 
@@ -10,30 +10,36 @@ from identification.files.mcap_records import Records, Topic
 Array = NDArray[np.float64]
 
 GAP_STEP_RATIO = 1.5
-"""times the usual step: where rows are missing there are two steps or more"""
+"""steps larger than this many median steps are gaps: where a row is missing there are two"""
 MAX_NAMED_LOSSES = 3
-"""places of damage, and widest holes of a channel, that are told"""
+"""places of damage, and widest gaps of a channel, that are listed"""
 
 
 def rows_after_gaps(time: Array) -> list[int]:
-    """Rows before which rows are missing, for times (T,), s."""
+    """Rows before which rows are missing; times (T,), s."""
     step = np.diff(time)
     return (np.flatnonzero(step > GAP_STEP_RATIO * np.median(step)) + 1).tolist() if len(step) > 1 else []
 
 
-def loss_description(found: Records, times: Mapping[str, Array]) -> str:
-    """Everything that is lost, in one line; nothing where nothing is. `times` (T,), s, are those of the rows that were read."""
-    short = [n for n, topic in found.topics.items() if topic.written is not None and len(times[n]) < topic.written]
-    unknown = [n for n, topic in found.topics.items() if topic.written is None]
-    if not found.damage and not short and not (found.cut and (unknown or not found.topics)):
+def loss_description(records: Records, times: Mapping[str, Array]) -> str:
+    """All losses in one line, empty where there are none; times (T,), s, of the rows that were read, by topic."""
+    short = [n for n, topic in records.topics.items() if topic.written is not None and len(times[n]) < topic.written]
+    unknown = [n for n, topic in records.topics.items() if topic.written is None]
+    if not records.damage and not short and not (records.cut and (unknown or not records.topics)):
         return ""
-    parts = ["is cut off"] if found.cut else []
-    parts += found.damage[:MAX_NAMED_LOSSES]
-    parts += [f"{len(found.damage) - MAX_NAMED_LOSSES} more places are damaged"] if len(found.damage) > MAX_NAMED_LOSSES else []
+    parts = ["is cut off"] if records.cut else []
+    parts += records.damage[:MAX_NAMED_LOSSES]
+    parts += (
+        [f"{len(records.damage) - MAX_NAMED_LOSSES} more places are damaged"]
+        if len(records.damage) > MAX_NAMED_LOSSES
+        else []
+    )
     parts += [
-        _rows(n, found.topics[n], times[n], bool(found.damage)) for n in found.topics if n in short or n in unknown
+        _rows(n, records.topics[n], times[n], bool(records.damage))
+        for n in records.topics
+        if n in short or n in unknown
     ]
-    return "; ".join(parts if short or unknown or not found.topics else [*parts, "no row is lost"])
+    return "; ".join(parts if short or unknown or not records.topics else [*parts, "no row is lost"])
 
 
 def _rows(name: str, topic: Topic, time: Array, damaged: bool) -> str:

@@ -1,7 +1,7 @@
-"""The records of an MCAP file, as far as they are whole.
+"""The records of an MCAP file, as far as they are not damaged.
 
-Every chunk and attachment has a checksum of its own, and our metadata too. What fails it is left out and named. Records follow each
-other by their lengths alone: where one is wrong, the index at the file's end leads to the next; without it the file ends there.
+Every chunk and attachment has a checksum of its own, and our metadata too. What fails it is left out and named. Records are
+found by their lengths alone: where one is wrong, the index at the file's end leads to the next; without it reading ends there.
 """
 
 import json
@@ -23,15 +23,24 @@ from mcap.reader import make_reader
 from mcap.records import Attachment, Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.summary import Summary
 
-from identification.files.mcap_chunks import MAX_CHUNK_BYTES, PREFIX, MAX_UNPACKING_RATIO, records_in, unpacked_chunk
+from identification.files.mcap_chunks import MAX_CHUNK_BYTES, MAX_UNPACKING_RATIO, PREFIX, records_in, unpacked_chunk
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 
 MAGIC = b"\x89MCAP0\r\n"
 ROW_COUNTS_NAME = "rows"
-"""name of the metadata that says how many rows each channel was written with"""
-DAMAGE_ERRORS = (McapError, zstandard.ZstdError, ValueError, struct.error, RuntimeError, EOFError, OverflowError, MemoryError)
-"""what the libraries raise on damaged bytes; their checksum errors are ValueErrors"""
+"""name of the metadata with the number of rows that each channel was written with"""
+DAMAGE_ERRORS = (
+    McapError,
+    zstandard.ZstdError,
+    ValueError,
+    struct.error,
+    RuntimeError,
+    EOFError,
+    OverflowError,
+    MemoryError,
+)
+"""errors that the libraries raise on damaged bytes; their checksum errors are ValueErrors"""
 
 _FOOTER = struct.Struct("<BQQQI8s")
 _ENDS = {int(Opcode.DATA_END): 4, int(Opcode.FOOTER): 20}
@@ -44,27 +53,27 @@ _KINDS = {
 
 
 MAX_HELD_MESSAGES = 4096
-"""messages of a topic that are held before they are handed on: a file is never all in memory"""
+"""messages of a topic that are held before they are handed on, so that a file is never all in memory"""
 
 
 @dataclass
 class Topic:
-    """Messages of one topic in the file's order, those that were not handed on yet."""
+    """A topic, with its messages that were not handed on yet, in the file's order."""
 
     schema: str
     encoding: str
     messages: list[bytes] = field(default_factory=list)
     written: int | None = None
-    """how many messages the file should hold, where it says so"""
+    """number of messages that were written, where the file states it"""
 
 
 @dataclass(frozen=True)
 class Records:
-    """What a file holds: topics by name (without slash), JSON metadata and attachments by name; what it lost, in words."""
+    """Contents of a file: topics by name (without slash), JSON metadata and attachments by name; its damage, in words."""
 
     topics: dict[str, Topic]
     others: tuple[str, ...]
-    """topics of other kinds than asked for"""
+    """topics of other message types"""
     metadata: dict[str, Any]
     attached: dict[str, bytes]
     damage: tuple[str, ...]
@@ -73,15 +82,16 @@ class Records:
 
 
 def checksummed(name: str, value: Any) -> dict[str, str]:
-    """Metadata of this name as a file holds it: JSON, and a checksum, for MCAP gives metadata none."""
+    """Metadata as a file holds it: JSON, with a checksum, as MCAP gives metadata none."""
     text = json.dumps(value)
-    return {"json": text, "crc32": _seal(name, text)}
+    return {"json": text, "crc32": _checksum(name, text)}
 
 
 def read_records(path: Path, kind: str, take: Callable[[str, Topic], object]) -> Records:
     """Messages whose schema's name ends in `kind`, and all metadata and attachments.
 
-    take: is given a topic with its name whenever it holds messages enough, and at the file's end; they are dropped after.
+    take: is called with a topic's name and the topic whenever it holds MAX_HELD_MESSAGES, and at the file's end; the messages are
+    dropped after it.
     Raises Refused where the file is missing, not an MCAP, or where numbers without a checksum of their own are damaged.
     """
     check_input(path)
@@ -112,15 +122,15 @@ class _Reading:
         self.cut = False
         self.unpacked = 0
         """bytes of the chunks so far"""
-        self.unsealed = False
+        self.has_unchecked = False
         """whether there are messages that only the checksum over all data covers"""
 
     def records(self, take: Callable[[str, Topic], object]) -> Records:
-        """Everything that is whole."""
+        """All records that are not damaged."""
 
-        def hand_on(least: int) -> None:
+        def hand_on(min_messages: int) -> None:
             for name, topic in self.topics.items():
-                if len(topic.messages) >= least:
+                if len(topic.messages) >= min_messages:
                     take(name, topic)
                     topic.messages.clear()
 
@@ -164,7 +174,9 @@ class _Reading:
                 at = following
                 continue
             if length > MAX_CHUNK_BYTES:
-                self.damage.append(f"{_KINDS.get(opcode, 'a record')} at byte {at} is larger than {MAX_CHUNK_BYTES >> 20} MiB")
+                self.damage.append(
+                    f"{_KINDS.get(opcode, 'a record')} at byte {at} is larger than {MAX_CHUNK_BYTES >> 20} MiB"
+                )
                 at, crc = after, None
                 continue
             content = self.stream.read(length)
@@ -186,7 +198,9 @@ class _Reading:
             self.unpacked += len(data)
             if self.unpacked > max(MAX_CHUNK_BYTES, MAX_UNPACKING_RATIO * self.size):
                 raise Refused(
-                    self.path, f"unpacks to more than {MAX_UNPACKING_RATIO} times its size", "is it what the controller wrote?"
+                    self.path,
+                    f"unpacks to more than {MAX_UNPACKING_RATIO} times its size",
+                    "is it what the controller wrote?",
                 )
             for record in records_in(data):
                 self._enter(record, chunk.uncompressed_crc != 0)
@@ -206,12 +220,12 @@ class _Reading:
             metadata = Metadata.read(stream)
             text = metadata.metadata.get("json")
             if text is not None:
-                if metadata.metadata.get("crc32", _seal(metadata.name, text)) != _seal(metadata.name, text):
+                if metadata.metadata.get("crc32", _checksum(metadata.name, text)) != _checksum(metadata.name, text):
                     raise ValueError(f"({metadata.name}) fails its checksum")
                 self.metadata[metadata.name] = json.loads(text)
 
     def _enter(self, record: McapRecord, checksummed: bool) -> None:
-        """A schema, channel or message; `sealed` where a checksum of its own covers it."""
+        """A schema, channel or message; `checksummed` where a checksum of its own covers it."""
         if isinstance(record, Schema):
             self.schemas[record.id] = record
         elif isinstance(record, Channel):
@@ -225,15 +239,15 @@ class _Reading:
             if topic is None:
                 topic = self.topics[_name(channel)] = self._topic(channel)
             if topic.schema.endswith(self.kind):
-                self.unsealed |= not checksummed
+                self.has_unchecked |= not checksummed
                 topic.messages.append(record.data)
 
     def _topic(self, channel: Channel) -> Topic:
         schema = self.schemas.get(channel.schema_id)
         return Topic(schema.name if schema else "", channel.message_encoding)
 
-    def _check_data(self, expected: int, found: int | None) -> None:
-        if expected and found is not None and expected != found and self.unsealed:
+    def _check_data(self, expected: int, computed: int | None) -> None:
+        if expected and computed is not None and expected != computed and self.has_unchecked:
             raise Refused(
                 self.path,
                 "the checksum over all data fails, and messages in it have none of their own",
@@ -241,15 +255,15 @@ class _Reading:
             )
 
     def _written(self) -> dict[str, int]:
-        """Messages by topic, as our metadata or the file's statistics say."""
+        """Number of messages written by topic, from our metadata or the file's statistics."""
         known = {_name(channel) for channel in self.channels.values()}
         statistics = self.summary.statistics if self.summary else None
         counts = statistics.channel_message_counts if statistics else {}
         written: Counter[str] = Counter()
         for i in set(counts) & set(self.channels):
             written[_name(self.channels[i])] += counts[i]
-        said = self.metadata.get(ROW_COUNTS_NAME)
-        rows = said if isinstance(said, dict) and all(isinstance(n, int) for n in said.values()) else written
+        stated = self.metadata.get(ROW_COUNTS_NAME)
+        rows = stated if isinstance(stated, dict) and all(isinstance(n, int) for n in stated.values()) else written
         return {name: n for name, n in rows.items() if name in known}
 
 
@@ -257,7 +271,7 @@ def _name(channel: Channel) -> str:
     return channel.topic.lstrip("/")
 
 
-def _seal(name: str, text: str) -> str:
+def _checksum(name: str, text: str) -> str:
     return f"{zlib.crc32(f'{name}={text}'.encode()):08x}"
 
 
@@ -288,5 +302,5 @@ def _index(summary: Summary) -> dict[int, int]:
 
 
 def _why(error: BaseException) -> str:
-    """The library's own words are about code, ours are about the file."""
+    """Words about the file; a library's own are about its code."""
     return str(error) if isinstance(error, ValueError) and type(error) is ValueError else "cannot be unpacked"

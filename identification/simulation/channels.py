@@ -1,4 +1,4 @@
-"""How far a simulation is from the measurement, channel by channel, and how far it would be were the model true."""
+"""Error of a simulation against the measurement, channel by channel, and the error expected if the model were true."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,23 +14,23 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 COVERAGE = 0.95
-"""of recordings, in which a true model stays below `ratio_95`"""
+"""share of recordings in which a true model stays below `ratio_95`"""
 
 
 @dataclass(frozen=True)
 class Channel:
-    """RMS over all windows of simulated less measured, and of what state, parameters and sensors leave unknown."""
+    """RMS over all windows of simulated less measured, and the noise floor: the RMS expected from state, parameters and sensors."""
 
     name: str
     rms: float
     noise_floor: float
     unit: str
     ratio_95: float
-    """below which the ratio stays in 95 of 100 recordings where the model is true: its numbers, x0 and delay are one draw"""
+    """ratio that a true model exceeds in 5 of 100 recordings: its parameters, x0 and delay are one draw for all windows"""
 
     @property
     def ratio(self) -> float:
-        """About one where the model is true, and more where it is not."""
+        """RMS over noise floor: about one where the model is true, more where it is not."""
         return self.rms / self.noise_floor if self.noise_floor else float("inf")
 
     def as_json(self) -> dict[str, Any]:
@@ -47,38 +47,38 @@ class Channel:
 
 @dataclass(frozen=True)
 class ChannelSamples:
-    """What was measured of some quantities beside what was simulated of them, in a part of a recording."""
+    """Simulated and measured values of a quantity at S samples of a part of a recording."""
 
-    cases: Array
-    """(1 + doubts, S, columns): simulated as measured and modelled, then with each doubt by one sigma"""
+    simulated: Array
+    """(1 + K, S, columns): simulated as measured and modelled, then with each of K perturbations by one sigma"""
     measured: Array
     """(S, columns), NaN where it is not known"""
     variance: Array
-    """of its own noise, (S, columns) or fewer"""
+    """variance of the measurement's noise, broadcastable to (S, columns)"""
     window: NDArray[np.intp]
-    """of each sample, rising, below zero where it does not count, (S,)"""
+    """number of each sample's window, ascending, negative where the sample does not count, (S,)"""
 
 
 class ChannelSums:
-    """Sums over a recording's parts, of which each holds whole windows: what a quantity's channels come from."""
+    """Sums over the parts of a recording, each of whole windows, from which the channels of a quantity are computed."""
 
     def __init__(self, stem: str, unit: str, shared: int) -> None:
-        """shared: of the cases the first with a doubt that is the same in all windows."""
+        """shared: place of the first perturbation that all windows share among the simulations."""
         self._stem, self._unit, self._shared = stem, unit, shared
         self._columns: list[_Sums] = []
 
     def add(self, part: ChannelSamples) -> None:
-        """A part."""
+        """Adds a part of the recording."""
         self._columns = self._columns or [_Sums() for _ in part.measured.T]
         noise = np.broadcast_to(part.variance, part.measured.shape)
         for i, sums in enumerate(self._columns):
             known = np.isfinite(part.measured[:, i]) & (part.window >= 0)
-            error = part.cases[0, known, i] - part.measured[known, i]
-            doubts = part.cases[1:, known, i] - part.cases[0, known, i]
-            sums.add(error, doubts, self._shared - 1, noise[known, i], part.window[known])
+            error = part.simulated[0, known, i] - part.measured[known, i]
+            perturbations = part.simulated[1:, known, i] - part.simulated[0, known, i]
+            sums.add(error, perturbations, self._shared - 1, noise[known, i], part.window[known])
 
     def channels(self) -> list[Channel]:
-        """One a column. Raises Refused where nothing was measured of one."""
+        """One channel for each column. Raises Refused where a column has no measurement."""
         out = []
         for i, sums in enumerate(self._columns, 1):
             if not sums.count:
@@ -89,41 +89,41 @@ class ChannelSums:
 
 
 class _Sums:
-    """Of one column's samples."""
+    """Sums over the samples of one column."""
 
     def __init__(self) -> None:
         self.count = 0
         self._error = self._floor = self._spread = 0.0
         self._shared: Array | float = 0.0
-        """products of the doubts that all windows share"""
+        """products of the perturbations that all windows share, (K, K)"""
 
-    def add(self, error: Array, doubts: Array, own: int, noise: Array, window: NDArray[np.intp]) -> None:
-        """error, noise's variance, window (S,); doubts (K, S), of which the first `own` are drawn anew in each window."""
+    def add(self, error: Array, perturbations: Array, independent: int, noise: Array, window: NDArray[np.intp]) -> None:
+        """error, noise's variance, window (S,); perturbations (K, S), the first `independent` differ between windows."""
         if not len(error):
             return
         self.count += len(error)
         self._error += float(np.sum(error**2))
-        self._floor += float(np.sum(doubts**2) + np.sum(noise))
+        self._floor += float(np.sum(perturbations**2) + np.sum(noise))
         begins = np.flatnonzero(np.diff(window)) + 1
-        anew = np.split(doubts[:own], begins, axis=1)
-        self._spread += float(np.sum(noise**2)) + sum(float(np.sum((d @ d.T) ** 2)) for d in anew)
-        self._shared = self._shared + doubts[own:] @ doubts[own:].T
+        by_window = np.split(perturbations[:independent], begins, axis=1)
+        self._spread += float(np.sum(noise**2)) + sum(float(np.sum((d @ d.T) ** 2)) for d in by_window)
+        self._shared = self._shared + perturbations[independent:] @ perturbations[independent:].T
 
     def channel(self, name: str, unit: str) -> Channel:
-        """Errors and floor as RMS.
+        """The channel, with RMS error and noise floor.
 
-        A mean square is a sum of squares of normal numbers, weighted by the eigenvalues of the doubts' products; as chi-square
-        of the same mean and variance (Satterthwaite).
+        The mean square is a sum of squares of normal numbers, weighted by the eigenvalues of the perturbations' products; it is
+        approximated by a chi-square of the same mean and variance (Satterthwaite).
         """
         rms, floor = float(np.sqrt(self._error / self.count)), float(np.sqrt(self._floor / self.count))
         spread = self._spread + float(np.sum(np.square(self._shared)))
         freedom = self._floor**2 / spread if spread else np.inf
-        usual = float(np.sqrt(chi2.ppf(COVERAGE, freedom) / freedom)) if spread else 1.0
-        return Channel(name, rms, floor, unit, usual)
+        ratio_95 = float(np.sqrt(chi2.ppf(COVERAGE, freedom) / freedom)) if spread else 1.0
+        return Channel(name, rms, floor, unit, ratio_95)
 
 
 def as_text(channels: Sequence[Channel]) -> str:
-    """A channel a row; angles in degrees."""
+    """A table with one row for each channel; angles in degrees."""
     lines = [f"{'channel':9}{'rms':>10}{'noise floor':>13}{'ratio':>8}{'95 %':>8}"]
     for c in channels:
         rms, floor, unit = (

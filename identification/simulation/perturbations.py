@@ -1,7 +1,7 @@
-"""What a simulation from a measured state starts from, and what of it may be off: each doubt by one sigma, one after another.
+"""Simulations from the measured state, and from it with each independent error added by one sigma.
 
-Doubts are independent: axes of the covariance of the arm's state at a window's beginning, rounding of each motor's angle and what
-it does to its derivatives, axes of the covariance of the laws' numbers, and of the recording's own x0 and delay.
+The errors: principal axes of the covariance of the arm's state at a window's beginning, rounding of each motor's angle and of its
+derivatives, principal axes of the covariance of the laws' parameters, and of that of the recording's x0 and delay.
 """
 
 from collections.abc import Mapping
@@ -21,78 +21,87 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PerturbedRuns:
-    """Simulations to be run, axis 0: as measured and modelled first, then with each doubt; W windows."""
+    """Simulations to be run along axis 0, as measured and modelled first, then with each of K perturbations; W windows."""
 
     machine: Machine
     alpha: Array
-    """(cases, W, N)"""
+    """at the windows' beginnings, (1 + K, W, N), rad, with its derivative"""
     alpha_d: Array
     theta: tuple[Array, Array, Array]
-    """offsets of the motors' angles and derivatives for whole windows, each (cases, 1 or W, M)"""
+    """offsets of the motors' angles and two derivatives over whole windows, each (1 + K, 1 or W, M)"""
     delay: Array
-    """(cases,), s"""
+    """of the forces, (1 + K,), s"""
     shared: int
-    """first case with a doubt that is the same in all windows"""
+    """place on axis 0 of the first perturbation that all windows share"""
 
 
-def perturbed_runs(windows: Windows, model: Model, machine: Machine, own: RecordingParameters) -> PerturbedRuns:
-    """machine: the model's laws on the arm as described, whose x0 `own` says how far to be off."""
+def perturbed_runs(windows: Windows, model: Model, machine: Machine, recording: RecordingParameters) -> PerturbedRuns:
+    """The simulations of these windows. machine: the model's laws on the arm as described; the recording's x0 is added."""
     n, m = machine.arm.N, machine.arm.M
-    starts = _axes(windows.covariance())  # (W, 2 N, 2 N), columns
+    state_axes = _principal_axes(windows.covariance())  # (W, 2 N, 2 N), axes in columns
     rounding = _rounding(windows)
-    laws = _law_axes(model, machine)
-    mine = _axes(own.covariance).T
-    count = 1 + 2 * n + len(rounding) + len(laws) + len(mine)
+    law_axes = _law_axes(model, machine)
+    recording_axes = _principal_axes(recording.covariance).T
+    count = 1 + 2 * n + len(rounding) + len(law_axes) + len(recording_axes)
     start = np.repeat(
         np.concatenate([windows.matrix("alpha")[:, 0], windows.matrix("alpha", "_d")[:, 0]], axis=1)[None],
         count,
         axis=0,
     )
-    start[1 : 1 + 2 * n] += np.moveaxis(starts, -1, 0)
+    start[1 : 1 + 2 * n] += np.moveaxis(state_axes, -1, 0)
     motors = np.zeros((3, count, windows.count, m))
     for place, (order, motor, sigma) in enumerate(rounding, 1 + 2 * n):
         motors[order, place, :, motor] = sigma
     values = {name: np.repeat(np.broadcast_to(v, (1, len(v))), count, axis=0) for name, v in machine.values.items()}
-    x0, delay = np.repeat(own.x0[None], count, axis=0), np.full(count, own.delay)
-    first = 1 + 2 * n + len(rounding)
-    for place, change in enumerate(laws, first):
+    x0, delay = np.repeat(recording.x0[None], count, axis=0), np.full(count, recording.delay)
+    shared = 1 + 2 * n + len(rounding)
+    for place, change in enumerate(law_axes, shared):
         for (name, index), amount in change.items():
             values[name][place, 0 if index is None else index - 1] += amount
-            moved = own.by_law[name, index] * amount
-            x0[place] += moved[:m]
-            delay[place] += moved[m]
-    for place, axis in enumerate(mine, first + len(laws)):
+            change_of_recording = recording.by_law[name, index] * amount
+            x0[place] += change_of_recording[:m]
+            delay[place] += change_of_recording[m]
+    for place, axis in enumerate(recording_axes, shared + len(law_axes)):
         x0[place] += axis[:m]
         delay[place] += axis[m]
     arm = replace(machine.arm, x0=machine.arm.x0 + x0[:, None])
-    of_cases = replace(machine, arm=arm, values={name: v[:, None] for name, v in values.items()})
-    return PerturbedRuns(of_cases, start[..., :n], start[..., n:], (motors[0], motors[1], motors[2]), delay, first)
+    perturbed = replace(machine, arm=arm, values={name: v[:, None] for name, v in values.items()})
+    return PerturbedRuns(
+        machine=perturbed,
+        alpha=start[..., :n],
+        alpha_d=start[..., n:],
+        theta=(motors[0], motors[1], motors[2]),
+        delay=delay,
+        shared=shared,
+    )
 
 
 def _rounding(windows: Windows) -> list[tuple[int, int, Array]]:
-    """Order of the derivative, motor, and sigma at the windows' beginnings (W,); none where the data set does not say."""
-    found = []
+    """Order of the derivative, motor, and its sigma at the windows' beginnings (W,); empty where the data set has no sigmas."""
+    errors = []
     for order, suffix in enumerate(("", "_d", "_dd")):
         sigma = windows.matrix("sigma_theta", suffix)[:, 0]
-        found += [(order, j, sigma[:, j]) for j in range(sigma.shape[1])]
-    return found
+        errors += [(order, j, sigma[:, j]) for j in range(sigma.shape[1])]
+    return errors
 
 
 def _law_axes(model: Model, machine: Machine) -> list[Mapping[tuple[str, int | None], float]]:
-    """Axes of the laws' covariance as changes of their numbers; of what has none nothing is changed."""
+    """Principal axes of the laws' covariance, each as changes by name and index; infinite variances are left out."""
     terms = {term.name for name in machine.names for term in LAWS[name].terms}
     place = [i for i, p in enumerate(model.parameters) if p.name in terms]
     names = [(model.parameters[i].name, model.parameters[i].index) for i in place]
-    whole = covariance_of(model)[np.ix_(place, place)]
-    unknown = ~np.isfinite(np.diag(whole))
-    whole[unknown] = whole[:, unknown] = 0.0
+    covariance = covariance_of(model)[np.ix_(place, place)]
+    unknown = ~np.isfinite(np.diag(covariance))
+    covariance[unknown] = covariance[:, unknown] = 0.0
     return [
-        {name: float(v) for name, v in zip(names, axis, strict=True) if v != 0} for axis in _axes(whole).T if axis.any()
+        {name: float(v) for name, v in zip(names, axis, strict=True) if v != 0}
+        for axis in _principal_axes(covariance).T
+        if axis.any()
     ]
 
 
-def _axes(covariance: Array) -> Array:
-    """Columns (..., P, P) whose squares make up a covariance, by its correlations: its numbers have different units."""
+def _principal_axes(covariance: Array) -> Array:
+    """Columns A (..., P, P) with A A^T the covariance, by the eigenvectors of its correlations: its numbers differ in unit."""
     sigma = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
     scale = np.where(sigma > 0, sigma, 1.0)
     size, vectors = np.linalg.eigh(covariance / scale[..., None] / scale[..., None, :])

@@ -1,4 +1,4 @@
-"""The recorded forces, or the recorded motor angles, through the model, beside what was measured."""
+"""A recording simulated by a model, from its forces or its motor angles, and compared with what was measured."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,15 +12,21 @@ from identification.dataset.dataset import DataSet
 from identification.dataset.series import Series, concatenated, numbered_columns
 from identification.model_file import Model, machine_of
 from identification.simulation.channels import Channel, ChannelSums
-from identification.simulation.recording_parameters import RecordingParameters, fit_recording_parameters
-from identification.simulation.measured import MeasuredQuantity, measured_angles, measured_motor_angles, measured_forces, as_rows
+from identification.simulation.measured import (
+    MeasuredQuantity,
+    as_rows,
+    measured_angles,
+    measured_forces,
+    measured_motor_angles,
+)
 from identification.simulation.perturbations import PerturbedRuns, perturbed_runs
+from identification.simulation.recording_parameters import RecordingParameters, fit_recording_parameters
 from identification.simulation.windows import Windows, windows_of
 from mechanism.cable_lengths import Z, lengths
 from mechanism.elasticity import elongation, elongation_rate
-from mechanism.laws import Stretching
+from mechanism.laws import CableMotion
 from mechanism.machine import Machine
-from mechanism.simulation import Motion, State, simulate_given_angles, simulate
+from mechanism.simulation import Motion, State, simulate, simulate_given_angles
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
@@ -28,11 +34,11 @@ Source = Literal["f", "theta"]
 Progress = Callable[[int], object]
 
 WINDOW_S = 0.5
-"""s: until then what a payload does grows faster than what state and parameters leave unknown, by the square of the time"""
+"""s: within it a payload's effect grows faster, with the square of time, than the uncertainty of state and parameters"""
 MAX_WINDOWS_AT_ONCE = 8
-"""windows, that memory does not grow with the recording"""
+"""windows that are simulated at once, so that memory does not grow with the recording"""
 COMMAND_HISTORY_S = 4.0
-"""s of what was written before a window, of which motors that lag by .2 s have forgotten all"""
+"""s of commands before a window that its forces depend on: the longest lag of a motor is 0.2 s"""
 
 
 @dataclass(frozen=True)
@@ -59,12 +65,12 @@ def simulate_recording(
     source: Source = "f",
     progress: Progress = lambda samples: None,
 ) -> SimulatedRecording:
-    """Restarted from the measured state every `window_s` seconds, or with None free-running from the first sample.
+    """Simulation of a recording, restarted from the measured state every `window_s` seconds; with None it runs on to the end.
 
-    source: what is given to the motors, the recorded forces or the recorded motor angles. Where the motors started and how
-    late they act is fitted to the recording anew, with the laws held. Windows run in batches, each once more for everything that
-    may be off; `progress` is told of every row of them. Raises Refused where the recording is shorter than a window or holds no
-    forces.
+    source: what is given of the motors, their recorded forces or their recorded angles. Pre-elongation and delay are fitted to the
+    recording, with the laws held. Windows run in batches, each once more for every error that adds to the noise floor; `progress`
+    is called with the number of rows done since the last call. Raises Refused where the recording is shorter than a window or
+    holds no forces.
 
     >>> import xneck
     >>> found = xneck.simulate(xneck.read_dataset("monday.mcap"), xneck.read_model("model.yaml"))
@@ -76,80 +82,84 @@ def simulate_recording(
         raise Refused("simulate", "the data set holds no forces f", "log the force command of every motor")
     windows = windows_of(data, window_s)
     machine = replace(machine_of(model, data.arm), arm=data.arm)
-    own = fit_recording_parameters(data, machine.names, machine.values)
+    recording = fit_recording_parameters(data, machine.names, machine.values)
     measured: dict[str, MeasuredQuantity] = {"alpha": measured_angles(data)}
-    measured |= {"theta": measured_motor_angles(data)} if source == "f" else {"f": measured_forces(own)}
-    memory = _memory(windows, machine, own)
-    tallies: dict[str, ChannelSums] = {}
+    measured |= {"theta": measured_motor_angles(data)} if source == "f" else {"f": measured_forces(recording)}
+    memory = _memory(windows, machine, recording)
+    sums: dict[str, ChannelSums] = {}
     series: list[Series] = []
     for part in windows.parts(MAX_WINDOWS_AT_ONCE):
-        cases = perturbed_runs(part, model, machine, own)
-        begun = None if memory is None else memory[part.first : part.first + part.count]
-        motion = _run(part, cases, begun, source, lambda samples, count=part.count: progress(samples * count))
-        for stem, of in measured.items():
-            tally = tallies.setdefault(stem, ChannelSums(stem, of.unit, cases.shared))
-            tally.add(of.beside(part, getattr(motion, stem)))
+        runs = perturbed_runs(part, model, machine, recording)
+        start_memory = None if memory is None else memory[part.first : part.first + part.count]
+        motion = _run(part, runs, start_memory, source, lambda samples, count=part.count: progress(samples * count))
+        for stem, quantity in measured.items():
+            channel_sums = sums.setdefault(stem, ChannelSums(stem, quantity.unit, runs.shared))
+            channel_sums.add(quantity.compared(part, getattr(motion, stem)))
         series.append(_series(part, motion, source))
-    channels = [channel for tally in tallies.values() for channel in tally.channels()]
+    channels = [channel for channel_sums in sums.values() for channel in channel_sums.channels()]
     return SimulatedRecording(concatenated(series), tuple(channels), windows.seconds, source)
 
 
-def _run(windows: Windows, cases: PerturbedRuns, memory: Array | None, source: Source, progress: Progress) -> Motion:
-    place, speed, gain = (
+def _run(windows: Windows, runs: PerturbedRuns, memory: Array | None, source: Source, progress: Progress) -> Motion:
+    theta, theta_d, theta_dd = (
         windows.matrix("theta", suffix) + offset[..., None, :]
-        for suffix, offset in zip(("", "_d", "_dd"), cases.theta, strict=True)
+        for suffix, offset in zip(("", "_d", "_dd"), runs.theta, strict=True)
     )
-    start = State(cases.alpha, cases.alpha_d, place[..., 0, :], speed[..., 0, :], memory)
+    start = State(runs.alpha, runs.alpha_d, theta[..., 0, :], theta_d[..., 0, :], memory)
     if source == "theta":
-        return simulate_given_angles(cases.machine, start, windows.time, (place, speed, gain), progress=progress)
-    return simulate(cases.machine.given_forces, start, windows.time, _forces(windows, cases), progress=progress)
+        return simulate_given_angles(runs.machine, start, windows.time, (theta, theta_d, theta_dd), progress=progress)
+    return simulate(runs.machine.without_actuator_laws, start, windows.time, _forces(windows, runs), progress=progress)
 
 
-def _forces(windows: Windows, cases: PerturbedRuns) -> Array:
-    """Forces that act, (cases, W, samples, M): of each row the mean of what is held while it lasts, later by the case's delay.
+def _forces(windows: Windows, runs: PerturbedRuns) -> Array:
+    """Forces that act, (1 + K, W, samples, M), N: means over each row's interval of the held forces, shifted by each run's delay.
 
-    Motors that lag remember what was written before a window. Before the first row of the recording and after its last the force
-    is taken to be theirs.
+    Motors that lag need the commands before a window. Before the first row of the recording and after its last one the force of
+    that row is taken.
     """
     step, rows = windows.step, windows.rows
-    beyond = 1 + int(np.ceil(np.max(np.abs(cases.delay)) / step))
+    beyond = 1 + int(np.ceil(np.max(np.abs(runs.delay)) / step))
     before = max(beyond, round(COMMAND_HISTORY_S / step))
     near = windows.data.state.part(slice(max(0, rows.start - before), rows.stop + beyond))
-    machine = replace(cases.machine, values={name: value[:, :1] for name, value in cases.machine.values.items()})
+    machine = replace(runs.machine, values={name: value[:, :1] for name, value in runs.machine.values.items()})
     f = near.matrix("f")
-    acting = np.broadcast_to(machine.command(f, step), (len(cases.delay), *f.shape))
+    acting = np.broadcast_to(machine.acting_force(f, step), (len(runs.delay), *f.shape))
     edges = np.append(near.time, near.time[-1] + step)
     far = step * np.arange(1, beyond + 1)
     held = np.concatenate([edges[0] - far[::-1], edges, edges[-1] + far])
-    asked = edges[min(before, rows.start) :][: rows.stop - rows.start + 1]
+    row_edges = edges[min(before, rows.start) :][: rows.stop - rows.start + 1]
     out = []
-    for one, late in zip(acting, cases.delay, strict=True):
-        padded = np.pad(one, ((beyond, beyond), (0, 0)), mode="edge")
-        summed = np.vstack([np.zeros(one.shape[1]), np.cumsum(padded * np.diff(held)[:, None], axis=0)])
-        through = np.stack([np.interp(asked - late, held, column) for column in summed.T], axis=-1)
-        out.append(windows.cut(np.diff(through, axis=0) / np.diff(asked)[:, None]))
+    for f, delay in zip(acting, runs.delay, strict=True):
+        padded = np.pad(f, ((beyond, beyond), (0, 0)), mode="edge")
+        impulse = np.vstack([np.zeros(f.shape[1]), np.cumsum(padded * np.diff(held)[:, None], axis=0)])
+        at_edges = np.stack([np.interp(row_edges - delay, held, column) for column in impulse.T], axis=-1)
+        out.append(windows.cut(np.diff(at_edges, axis=0) / np.diff(row_edges)[:, None]))
     return np.stack(out)
 
 
-def _memory(windows: Windows, machine: Machine, own: RecordingParameters) -> Array | None:
-    """What cables remember at the windows' beginnings, along the measured motion, (W, M, states)."""
+def _memory(windows: Windows, machine: Machine, recording: RecordingParameters) -> Array | None:
+    """Memory variables of the cables at the windows' beginnings, along the measured motion, (W, M, states)."""
     if not machine.states:
         return None
     arm, s = windows.data.arm, windows.data.state
-    mine = replace(machine, arm=replace(machine.arm, x0=machine.arm.x0 + own.x0))
+    of_recording = replace(machine, arm=replace(machine.arm, x0=machine.arm.x0 + recording.x0))
     alpha, theta = s.matrix("alpha"), s.matrix("theta")
     x_d = elongation_rate(arm, Z(arm, alpha), s.matrix("alpha", "_d"), s.matrix("theta", "_d"))
-    at = Stretching(
-        elongation(mine.arm, alpha, theta), x_d, lengths(arm, alpha), mine.arm, arm.drum * s.matrix("theta", "_d")
+    at = CableMotion(
+        elongation(of_recording.arm, alpha, theta),
+        x_d,
+        lengths(arm, alpha),
+        of_recording.arm,
+        arm.drum * s.matrix("theta", "_d"),
     )
-    return memory_states(mine, at, windows.step)[windows.rows][:: windows.samples]
+    return memory_states(of_recording, at, windows.step)[windows.rows][:: windows.samples]
 
 
 def _series(windows: Windows, motion: Motion, source: Source) -> Series:
     columns: dict[str, Array] = {}
     stems = ("alpha", "theta", "f") if source == "theta" else ("alpha", "theta")
     for stem in stems:
-        # a copy, that all other cases need not stay
+        # a copy, so that the other runs are freed
         columns |= numbered_columns(stem, as_rows(getattr(motion, stem)[0]).copy())
         columns |= numbered_columns(stem, windows.state.matrix(stem), "_measured")
     columns |= numbered_columns("tension", as_rows(motion.tension[0]).copy())

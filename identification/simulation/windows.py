@@ -1,4 +1,4 @@
-"""A recording cut into windows of equal length, each simulated from the state that was measured at its beginning."""
+"""A recording cut into windows of equal length; each is simulated from the state that was measured at its beginning."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -16,52 +16,52 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Windows:
-    """Rows of the state in windows that follow each other; what is left at the end belongs to none."""
+    """Successive windows of the state's rows; rows at the end that do not fill a window belong to none."""
 
     data: DataSet
     step: float
-    """s between rows"""
+    """time between rows, s"""
     samples: int
     """rows of a window"""
     count: int
     first: int = 0
-    """of the recording's windows, where these are some of them"""
+    """number of the first window in the recording, where these are only some of its windows"""
 
     @property
     def rows(self) -> slice:
-        """Of the state, in these windows."""
+        """Rows of the state in these windows."""
         return slice(self.first * self.samples, (self.first + self.count) * self.samples)
 
-    def parts(self, most: int) -> Iterator["Windows"]:
-        """The same, at most so many at once."""
-        for first in range(0, self.count, most):
-            yield replace(self, first=self.first + first, count=min(most, self.count - first))
+    def parts(self, max_count: int) -> Iterator["Windows"]:
+        """These windows, at most `max_count` at once."""
+        for first in range(0, self.count, max_count):
+            yield replace(self, first=self.first + first, count=min(max_count, self.count - first))
 
     @property
     def seconds(self) -> float:
-        """Of a window."""
+        """Length of a window, s."""
         return self.samples * self.step
 
     @property
     def time(self) -> Array:
-        """Of a window's rows, (samples,), s from its beginning."""
+        """Times of a window's rows from its beginning, (samples,), s."""
         return self.step * np.arange(self.samples, dtype=float)
 
     @cached_property
     def state(self) -> Series:
-        """Rows of these windows."""
+        """The state in these windows."""
         return self.data.state.part(self.rows)
 
     def cut(self, values: Array) -> Array:
-        """A value for each row, (rows, columns) -> (windows, samples, columns)."""
+        """Values of the rows, (rows, columns) -> (windows, samples, columns)."""
         return values.reshape(self.count, self.samples, values.shape[1])
 
     def matrix(self, stem: str, suffix: str = "") -> Array:
         """Columns of the state, (windows, samples, columns)."""
         return self.cut(self.state.matrix(stem, suffix))
 
-    def whole(self) -> NDArray[np.bool_]:
-        """Windows in which the log has no gap and vision missed no joint for long, (windows,)."""
+    def complete(self) -> NDArray[np.bool_]:
+        """Which windows have no gap of the log and no joint that vision missed for long, (windows,)."""
         time = self.state.time
         missed = np.any(self.matrix("bridged") > 0, axis=(1, 2))
         for begin, end in self.data.clock.get("log_gaps", ()):
@@ -69,31 +69,33 @@ class Windows:
             missed |= np.any(within.reshape(self.count, -1), axis=1)
         return ~missed
 
-    def of_rows(self) -> NDArray[np.intp]:
-        """Of the recording's windows that of each row, -1 where it has a gap, (rows,)."""
+    def number_of_rows(self) -> NDArray[np.intp]:
+        """Number of each row's window in the recording, -1 where the window is not complete, (rows,)."""
         number = self.first + np.arange(self.count)
-        return np.repeat(np.where(self.whole(), number, -1), self.samples)
+        return np.repeat(np.where(self.complete(), number, -1), self.samples)
 
     def covariance(self) -> Array:
-        """Of alpha and alpha' of all joints at the windows' beginnings, (windows, 2 N, 2 N); zero where nothing is said."""
+        """Covariance of alpha, alpha' at the windows' beginnings, (windows, 2 N, 2 N); zero where the data set has none."""
         data, n = self.data, self.data.arm.N
-        at = self.state.time[:: self.samples]
+        begin_time = self.state.time[:: self.samples]
         names = [f"alpha{i + 1}{suffix}" for suffix in ("", "_d") for i in range(n)]
         out = np.zeros((self.count, 2 * n, 2 * n))
-        known = data.covariance
-        if known is None:
+        series = data.covariance
+        if series is None:
             for i, name in enumerate(names):
                 sigma = self.state.columns.get(f"sigma_{name}")
                 out[:, i, i] = 0.0 if sigma is None else sigma[:: self.samples] ** 2
             return out
-        for i, one in enumerate(names):
+        for i, name in enumerate(names):
             for j in range(i, 2 * n):
-                out[:, i, j] = out[:, j, i] = np.interp(at, known.time, known.columns[f"cov_{one}_{names[j]}"])
+                out[:, i, j] = out[:, j, i] = np.interp(
+                    begin_time, series.time, series.columns[f"cov_{name}_{names[j]}"]
+                )
         return out
 
 
 def windows_of(data: DataSet, window_s: float | None) -> Windows:
-    """Of `window_s` seconds, or the whole recording as one. Raises Refused where it is shorter than a window."""
+    """Windows of `window_s` seconds, or with None the whole recording as one. Raises Refused where it is shorter than a window."""
     rows = len(data.state)
     step = float(np.mean(np.diff(data.state.time)))
     samples = rows if window_s is None else round(window_s / step)

@@ -4,9 +4,9 @@ One definition serves simulation, identification and diagnosis. `LAWS` holds eve
 name; which of them act, and in which order, is for each machine to say.
 """
 
-from mechanism.laws.law import Law, Stretching, Term, Turning, Values
+from mechanism.laws.law import CableMotion, Law, MotorMotion, Term, Values
 from xneck_foundation.class_discovery import classes_in
 
-__all__ = ["LAWS", "Law", "Stretching", "Term", "Turning", "Values"]
+__all__ = ["LAWS", "CableMotion", "Law", "MotorMotion", "Term", "Values"]
 
 LAWS: dict[str, Law] = {law.name: law() for law in classes_in(__name__, __path__, Law)}

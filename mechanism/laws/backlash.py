@@ -3,12 +3,12 @@
 import numpy as np
 
 from mechanism.arm import Array
-from mechanism.laws.law import Law, Stretching, Term, Values
+from mechanism.laws.law import CableMotion, Law, Term, Values
 
-_LEAST_M = 1e-5
-"""of travel by which it is crossed, where there is none"""
+_MIN_TRAVEL_M = 1e-5
+"""travel that crosses the play, where there is none"""
 _FLANK = 1e-3
-"""of half the play: nearer to a flank it is reached; a simulation asks for slopes there, and one step to the side is no crossing"""
+"""share of half the play within which a flank counts as reached: slopes by differences there must not count as a crossing"""
 
 
 class Backlash(Law):
@@ -26,12 +26,12 @@ class Backlash(Law):
         Term("pb", "1", low=0.1, high=3.0, size=0.5, of="arm", linear=False),
     )
     states = 1
-    most = 1.0
+    memory_bound = 1.0
 
-    def pull(self, p: Values, at: Stretching, z: Array) -> Array:
+    def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         side = z[..., 0]
-        crossing = np.where(np.sign(at.travel_d) * side < 1 - _FLANK, self.drift(p, at, z)[..., 0], 0.0)
+        crossing = np.where(np.sign(at.travel_d) * side < 1 - _FLANK, self.memory_rate(p, at, z)[..., 0], 0.0)
         return -p["play"] / 2 * (p["k"] * side + p["ca"] * crossing)
 
-    def drift(self, p: Values, at: Stretching, z: Array) -> Array:
-        return (at.travel_d / np.maximum(p["pb"] * p["play"], _LEAST_M))[..., None]
+    def memory_rate(self, p: Values, at: CableMotion, z: Array) -> Array:
+        return (at.travel_d / np.maximum(p["pb"] * p["play"], _MIN_TRAVEL_M))[..., None]

@@ -1,7 +1,7 @@
 """Cables that go on stretching under load: a spring and a dashpot in line, beside the cable's own spring (Zener)."""
 
 from mechanism.arm import Array
-from mechanism.laws.law import Law, Stretching, Term, Values
+from mechanism.laws.law import CableMotion, Law, Term, Values
 
 _WOULD_TELL = "step the tension and hold it for a while"
 
@@ -16,8 +16,8 @@ class Creep(Law):
     )
     states = 1
 
-    def pull(self, p: Values, at: Stretching, z: Array) -> Array:
+    def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         return z[..., 0]
 
-    def drift(self, p: Values, at: Stretching, z: Array) -> Array:
+    def memory_rate(self, p: Values, at: CableMotion, z: Array) -> Array:
         return (p["km"] * at.x_d - z[..., 0] / p["tau"])[..., None]

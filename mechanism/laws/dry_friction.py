@@ -2,7 +2,7 @@
 
 from mechanism.arm import Array
 from mechanism.friction import dry
-from mechanism.laws.law import Law, Term, Turning, Values
+from mechanism.laws.law import Law, MotorMotion, Term, Values
 
 
 class DryFriction(Law):
@@ -14,5 +14,5 @@ class DryFriction(Law):
         Term("cm", "s/rad", low=0.02, high=20.0, size=0.1, of="arm", would_tell="reverse the motors often and slowly"),
     )
 
-    def rub(self, p: Values, at: Turning) -> Array:
+    def friction(self, p: Values, at: MotorMotion) -> Array:
         return p["fs"] * dry(at.theta_d, p["cm"])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mechanism.arm import Array
-from mechanism.laws.law import Law, Stretching, Term, Values
+from mechanism.laws.law import CableMotion, Law, Term, Values
 
 AT_M = 5e-3
 """elongation at which all powers agree"""
@@ -20,5 +20,5 @@ class Hardening(Law):
         Term("nh", "1", low=1.2, high=6.0, size=2.0, of="arm", would_tell=_WOULD_TELL),
     )
 
-    def pull(self, p: Values, at: Stretching, z: Array) -> Array:
+    def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         return p["k2"] * AT_M**2 * (np.maximum(at.x, 0.0) / AT_M) ** p["nh"]

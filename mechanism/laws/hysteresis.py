@@ -3,7 +3,7 @@
 import numpy as np
 
 from mechanism.arm import Array
-from mechanism.laws.law import Law, Stretching, Term, Values
+from mechanism.laws.law import CableMotion, Law, Term, Values
 
 _WOULD_TELL = "vary the tension slowly up and down by different amounts"
 
@@ -18,8 +18,8 @@ class Hysteresis(Law):
     )
     states = 1
 
-    def pull(self, p: Values, at: Stretching, z: Array) -> Array:
+    def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         return p["h"] * z[..., 0]
 
-    def drift(self, p: Values, at: Stretching, z: Array) -> Array:
+    def memory_rate(self, p: Values, at: CableMotion, z: Array) -> Array:
         return ((at.x_d - np.abs(at.x_d) * z[..., 0]) / p["xh"])[..., None]

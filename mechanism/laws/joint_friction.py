@@ -22,6 +22,6 @@ class JointFriction(Law):
         Term("nj", "1", low=0.8, high=8.0, size=1.0, of="arm", would_tell=_WOULD_TELL),
     )
 
-    def resist(self, p: Values, alpha_d: Array) -> Array:
+    def resistance(self, p: Values, alpha_d: Array) -> Array:
         s, n = alpha_d / p["vj"], p["nj"]
         return p["cj"] * s / (1 + np.abs(s) ** n) ** (1 / n) + p["dj"] * alpha_d

@@ -41,20 +41,20 @@ class Term:
 
 
 @dataclass(frozen=True)
-class Turning:
-    """What friction may depend on, all (..., M)."""
+class MotorMotion:
+    """Motion of the motors and state of their cables, on which friction may depend, all (..., M)."""
 
     theta_d: Array
     """motor speed, rad/s"""
     tension: Array
     """N"""
     wrap: Array
-    """rad, by which the cable is wound around the pulleys of its route"""
+    """angle by which the cable is wound around the pulleys of its route, rad"""
 
 
 @dataclass(frozen=True)
-class Stretching:
-    """What a cable's pull may depend on, all (..., M)."""
+class CableMotion:
+    """Motion of the cables, on which their tension may depend, all (..., M)."""
 
     x: Array
     """elongation (41), m"""
@@ -64,39 +64,39 @@ class Stretching:
     """l(alpha), m"""
     arm: Arm
     travel_d: Array
-    """what the drum winds in, (rd/R) theta', m/s"""
+    """speed at which the drum winds the cable in, (rd/R) theta', m/s"""
 
 
 class Law:
-    """A law takes part where it overrides; elsewhere it does nothing."""
+    """A law of the machine: it acts through the methods that it overrides; the others do nothing."""
 
     name: ClassVar[str]
     terms: ClassVar[tuple[Term, ...]]
     states: ClassVar[int] = 0
-    """numbers that a cable remembers on account of this law"""
-    most: ClassVar[float] = np.inf
-    """beyond which none of these goes, to either side"""
+    """number of memory variables of each cable by this law"""
+    memory_bound: ClassVar[float] = np.inf
+    """bound of their magnitude"""
 
-    def command(self, p: Values, f: Array, step: float) -> Array:
-        """Force that acts where f (..., T, M), N, is written, on rows `step` s apart."""
+    def acting_force(self, p: Values, f: Array, step: float) -> Array:
+        """Forces that act where the log says f (..., T, M), N, on rows `step` s apart."""
         return f
 
-    def written(self, p: Values, force: Array, step: float) -> Array:
-        """What is written where that force acts: `command` the other way."""
+    def commanded_force(self, p: Values, force: Array, step: float) -> Array:
+        """Forces that the log says where `force` (..., T, M), N, acts: the inverse of `acting_force`."""
         return force
 
-    def rub(self, p: Values, at: Turning) -> Array:
+    def friction(self, p: Values, at: MotorMotion) -> Array:
         """Force that friction takes from the motor's command, (..., M), N."""
         return np.zeros(())
 
-    def pull(self, p: Values, at: Stretching, z: Array) -> Array:
-        """Part of a cable's tension, (..., M), N; z (..., M, states)."""
+    def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
+        """Part of a cable's tension by this law, (..., M), N; z: memory variables (..., M, states)."""
         return np.zeros(())
 
-    def drift(self, p: Values, at: Stretching, z: Array) -> Array:
-        """Rate of the states, (..., M, states)."""
+    def memory_rate(self, p: Values, at: CableMotion, z: Array) -> Array:
+        """Rate of the memory variables, (..., M, states)."""
         return np.zeros_like(z)
 
-    def resist(self, p: Values, alpha_d: Array) -> Array:
+    def resistance(self, p: Values, alpha_d: Array) -> Array:
         """Torque against the joints' motion, (..., N), N m."""
         return np.zeros(())

@@ -1,7 +1,7 @@
 """A spring and a damper side by side: Fasquelle's model 1."""
 
 from mechanism.arm import Array
-from mechanism.laws.law import Law, Stretching, Term, Values
+from mechanism.laws.law import CableMotion, Law, Term, Values
 
 
 class LinearCable(Law):
@@ -20,5 +20,5 @@ class LinearCable(Law):
         ),
     )
 
-    def pull(self, p: Values, at: Stretching, z: Array) -> Array:
+    def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         return p["k"] * at.x + p["ca"] * at.x_d

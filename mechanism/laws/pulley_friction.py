@@ -4,7 +4,7 @@ import numpy as np
 
 from mechanism.arm import Array
 from mechanism.friction import dry
-from mechanism.laws.law import Law, Term, Turning, Values
+from mechanism.laws.law import Law, MotorMotion, Term, Values
 
 
 class PulleyFriction(Law):
@@ -13,5 +13,5 @@ class PulleyFriction(Law):
     name = "pulley_friction"
     terms = (Term("mu", "1/rad", low=0.0, high=0.3, size=0.005, would_tell="vary the tension while the motors turn"),)
 
-    def rub(self, p: Values, at: Turning) -> Array:
+    def friction(self, p: Values, at: MotorMotion) -> Array:
         return np.expm1(p["mu"] * at.wrap * dry(at.theta_d, p["cm"])) * at.tension

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mechanism.arm import Array
-from mechanism.laws.law import Law, Stretching, Term, Values
+from mechanism.laws.law import CableMotion, Law, Term, Values
 
 
 class Slack(Law):
@@ -15,5 +15,5 @@ class Slack(Law):
     name = "cable_slack"
     terms = (Term("slack", "1", low=0.0, high=1.5, size=1.0, would_tell="let the tension come near to nothing"),)
 
-    def pull(self, p: Values, at: Stretching, z: Array) -> Array:
+    def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         return p["slack"] * np.maximum(-(p["k"] * at.x + p["ca"] * at.x_d), 0.0)

@@ -2,7 +2,7 @@
 
 from mechanism.arm import Array
 from mechanism.friction import dry
-from mechanism.laws.law import Law, Term, Turning, Values
+from mechanism.laws.law import Law, MotorMotion, Term, Values
 
 _WOULD_TELL = "creep through rest as well as move fast"
 
@@ -20,6 +20,6 @@ class Stribeck(Law):
         Term("ns", "1", low=0.5, high=50.0, size=5.0, of="arm", would_tell=_WOULD_TELL),
     )
 
-    def rub(self, p: Values, at: Turning) -> Array:
+    def friction(self, p: Values, at: MotorMotion) -> Array:
         faded = (1 + (at.theta_d / p["vs"]) ** 2 / p["ns"]) ** -p["ns"]
         return p["fst"] * faded * dry(at.theta_d, p["cm"])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mechanism.arm import Array
-from mechanism.laws.law import Law, Stretching, Term, Values
+from mechanism.laws.law import CableMotion, Law, Term, Values
 
 
 class Toe(Law):
@@ -14,6 +14,6 @@ class Toe(Law):
         Term("xt", "m", low=0.0, high=0.02, size=1e-3, linear=False, would_tell="let the tension come near to nothing"),
     )
 
-    def pull(self, p: Values, at: Stretching, z: Array) -> Array:
+    def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         xt = np.maximum(p["xt"], 1e-9)
         return p["k"] * xt * np.expm1(-np.maximum(at.x, 0.0) / xt)

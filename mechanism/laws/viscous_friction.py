@@ -1,7 +1,7 @@
 """Viscous friction of motors and gears."""
 
 from mechanism.arm import Array
-from mechanism.laws.law import Law, Term, Turning, Values
+from mechanism.laws.law import Law, MotorMotion, Term, Values
 
 
 class ViscousFriction(Law):
@@ -19,5 +19,5 @@ class ViscousFriction(Law):
         ),
     )
 
-    def rub(self, p: Values, at: Turning) -> Array:
+    def friction(self, p: Values, at: MotorMotion) -> Array:
         return p["fv"] * at.theta_d

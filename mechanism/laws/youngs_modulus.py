@@ -1,7 +1,7 @@
 """One material for all cables: Fasquelle's models 2 and 3."""
 
 from mechanism.arm import Array
-from mechanism.laws.law import Law, Stretching, Term, Values
+from mechanism.laws.law import CableMotion, Law, Term, Values
 
 
 class YoungsModulus(Law):
@@ -23,7 +23,7 @@ class YoungsModulus(Law):
         ),
     )
 
-    def pull(self, p: Values, at: Stretching, z: Array) -> Array:
+    def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         return at.arm.section / at.arm.cable_length * (p["E"] * at.x + p["c"] * at.x_d)
 
 
@@ -33,5 +33,5 @@ class YoungsModulusInPose(Law):
     name = "youngs_modulus_in_pose"
     terms = YoungsModulus.terms
 
-    def pull(self, p: Values, at: Stretching, z: Array) -> Array:
+    def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         return at.arm.section / at.length * (p["E"] * at.x + p["c"] * at.x_d)

@@ -1,7 +1,7 @@
 """Is vision consistent with the cable lengths that the pulley model predicts, and if not, what is to blame.
 
-The elongation x (41) of a healthy cable follows the motor force; what is left must be of the size of vision's own uncertainty
-and of the cables' own, and look like no known fault.
+The elongation x (41) of a healthy cable follows the motor force. What the force does not explain must be of the size of vision's
+uncertainty and of the cables' own errors, and resemble no known fault.
 """
 
 from dataclasses import dataclass
@@ -14,19 +14,21 @@ from identification.dataset.frames import FrameAngles
 from identification.dataset.series import Series
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
-from state_estimation.motors import Motors
+from state_estimation.motors import motors_in
 from synchronisation.check.exchanges import find_exchange
 from synchronisation.check.explained_elongation import explain
-from synchronisation.check.fault_search import known_of, name_faults
+from synchronisation.check.fault_search import law_prior_of, name_faults
 from synchronisation.check.observation import observe
-from synchronisation.check.scoring import Known
-from synchronisation.check.wording import fault_of, fault_of_exchange, sentence, unexplained, usable
+from synchronisation.check.scoring import LawPrior
+from synchronisation.check.wording import exchange_record, fault_record, sentence, unexplained_record, usable
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
-TOLERANCE_M = 2e-4
-"""m: a cable's own error, beyond vision's noise, that is no fault; of healthy arms it is 5 to 50 um"""
+MAX_UNEXPLAINED_M = 2e-4
+"""m: a cable's error beyond vision's noise, RMS, above which its elongation counts as unexplained; healthy arms have 5 to 50 um"""
+INDEPENDENT_S = 0.25
+"""s between samples of an elongation's residual that count as independent"""
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,7 @@ class CableCheck:
 
     cable: int
     elongation_mean: float
+    """m"""
     elongation_rms: float
     """about the mean, m"""
     unexplained_rms: float
@@ -44,21 +47,24 @@ class CableCheck:
     compliance: float
     """c1 at the mean force, m/N"""
     compliance_sigma: float
+    """m/N"""
     offset: float
     """elongation at zero force against x = 0, m: pre-elongation in neck.yaml that is wrong, or an angle's constant error"""
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """What a healthy recording of the same arm has shown: its cables' law, and friction (M, 3), N."""
+    """What a healthy recording of the same arm has shown."""
 
-    known: Known
+    law: LawPrior
+    """its cables' law of elongation"""
     friction: Array
+    """of its motors, (M, FRICTION_TERMS), N"""
 
 
 @dataclass(frozen=True)
 class Check:
-    """All cables, and the verdict."""
+    """All cables, and the faults that were named."""
 
     cables: tuple[CableCheck, ...]
     faults: tuple[dict[str, Any], ...]
@@ -81,62 +87,60 @@ class Check:
 
 
 def check_elongations(
-    arm: Arm, state: Series, seen: FrameAngles, clock_sigma: float = 0.0, baseline: Baseline | None = None
+    arm: Arm, state: Series, frames: FrameAngles, clock_sigma: float = 0.0, baseline: Baseline | None = None
 ) -> Check:
-    """Frames as `seen` on the log's clock against the motors of `state` (theta with derivatives, f), as a data set holds them.
+    """Checks frames on the log's clock against the motors of a data set's `state` (theta with derivatives, f).
 
     clock_sigma: of the offset between both, s.
     """
-    observed = observe(arm, seen, motors_in(state), clock_sigma, baseline and baseline.friction)
-    cables = _cables(arm, state)
-    exchange = find_exchange(observed)
+    observation = observe(arm, frames, motors_in(state), clock_sigma, baseline and baseline.friction)
+    cables = _cable_checks(arm, state)
+    exchange = find_exchange(observation)
     if exchange is not None:
-        return Check(cables, (fault_of_exchange(exchange),), baseline is not None)
-    named, fit = name_faults(observed, baseline and baseline.known)
-    faults = tuple(fault_of(n) for n in named)
+        return Check(cables, (exchange_record(exchange),), baseline is not None)
+    named, fit = name_faults(observation, baseline and baseline.law)
+    faults = tuple(fault_record(n) for n in named)
     if not faults:
-        noise = np.mean(np.diagonal(observed.vision, axis1=1, axis2=2), axis=0)
-        own = np.sqrt(np.maximum(np.mean(fit.residual**2, axis=0) - noise, 0.0)).tolist()
-        faults = tuple(unexplained(j, left, TOLERANCE_M / 3) for j, left in enumerate(own, 1) if left > TOLERANCE_M)
+        noise = np.mean(np.diagonal(observation.vision, axis1=1, axis2=2), axis=0)
+        unexplained = np.sqrt(np.maximum(np.mean(fit.residuals**2, axis=0) - noise, 0.0)).tolist()
+        faults = tuple(
+            unexplained_record(j, rms, MAX_UNEXPLAINED_M / 3)
+            for j, rms in enumerate(unexplained, 1)
+            if rms > MAX_UNEXPLAINED_M
+        )
     return Check(cables, faults, baseline is not None)
 
 
 def baseline_of(
-    arm: Arm, state: Series, seen: FrameAngles, clock_sigma: float = 0.0, where: str = "baseline"
+    arm: Arm, state: Series, frames: FrameAngles, clock_sigma: float = 0.0, where: str = "baseline"
 ) -> Baseline:
-    """From a healthy recording. Raises Refused where it is not: it would hide the fault that is looked for."""
-    observed = observe(arm, seen, motors_in(state), clock_sigma)
-    exchange = find_exchange(observed)
-    named, fit = name_faults(observed)
+    """The baseline that a healthy recording gives. Raises Refused where it is not healthy: it would hide the fault sought."""
+    observation = observe(arm, frames, motors_in(state), clock_sigma)
+    exchange = find_exchange(observation)
+    named, fit = name_faults(observation)
     if exchange or named:
-        raise not_healthy(where, fault_of_exchange(exchange) if exchange else fault_of(named[0]))
-    return Baseline(known_of(observed, fit), observed.law.friction)
+        raise not_healthy(where, exchange_record(exchange) if exchange else fault_record(named[0]))
+    return Baseline(law_prior_of(observation, fit), observation.law.friction)
 
 
 def not_healthy(where: str, fault: dict[str, Any]) -> Refused:
-    """What to raise of a baseline with a fault."""
+    """The refusal of a baseline that has a fault."""
     return Refused(where, f"is not healthy itself: {sentence(fault)}", "give a recording that passes the check alone")
 
 
-def motors_in(state: Series) -> Motors:
-    """The motors' part of a data set's state."""
-    theta, theta_d, theta_dd = (state.matrix("theta", suffix) for suffix in ("", "_d", "_dd"))
-    return Motors(state.time, theta, theta_d, theta_dd, state.matrix("f"))
-
-
-def _cables(arm: Arm, state: Series) -> tuple[CableCheck, ...]:
+def _cable_checks(arm: Arm, state: Series) -> tuple[CableCheck, ...]:
     explained = explain(arm, state)
     x, n = explained.x, explained.force
     sigma = state.matrix("sigma_alpha")
     noise = np.sqrt(np.mean(np.einsum("tij,ti->tj", Z(arm, state.matrix("alpha")) ** 2, sigma**2), axis=0))
-    # neighbouring samples are not independent: count one a quarter of a second
-    wider = np.sqrt(max(1.0, 0.25 / float(np.mean(np.diff(state.time)))))
-    out = []
+    # neighbouring samples are not independent: one in each INDEPENDENT_S counts
+    correlation_factor = np.sqrt(max(1.0, INDEPENDENT_S / float(np.mean(np.diff(state.time)))))
+    checks = []
     for j, fit in enumerate(explained.fits):
         slope = np.array([1.0, 2 * float(np.mean(n[:, j]))])
-        told = fit.covariance[1:3, 1:3]
-        variance = float(slope @ told @ slope) if np.all(np.isfinite(told)) else np.inf
-        out.append(
+        covariance = fit.covariance[1:3, 1:3]
+        variance = float(slope @ covariance @ slope) if np.all(np.isfinite(covariance)) else np.inf
+        checks.append(
             CableCheck(
                 cable=j + 1,
                 elongation_mean=float(np.mean(x[:, j])),
@@ -144,8 +148,8 @@ def _cables(arm: Arm, state: Series) -> tuple[CableCheck, ...]:
                 unexplained_rms=float(np.sqrt(np.mean(fit.residuals**2))),
                 expected_rms=float(noise[j]),
                 compliance=float(slope @ fit.value[1:3]),
-                compliance_sigma=float(np.sqrt(variance) * wider),
+                compliance_sigma=float(np.sqrt(variance) * correlation_factor),
                 offset=float(fit.value[0]),
             )
         )
-    return tuple(out)
+    return tuple(checks)

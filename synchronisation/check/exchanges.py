@@ -1,4 +1,4 @@
-"""Signs and labels: the exchange of cables, markers or a motor's sign without which the elongations make no sense.
+"""Exchanged signs and labels: the exchange of cables, of markers or of a motor's sign without which the elongations make no sense.
 
 `sync` refuses such recordings by name; a data set made by hand reaches the check with them.
 """
@@ -11,40 +11,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanism.cable_lengths import lengths
-from synchronisation.check.observation import Observed
+from synchronisation.check.observation import ElongationObservation
 
 Array = NDArray[np.float64]
 
-SUSPICIOUS_M = 3e-4
-"""what the law may leave of an elongation, RMS, before exchanges are tried"""
-EXPLAINS = 0.25
-"""an exchange leaves at most this share of what is left without it"""
+MIN_RESIDUAL_M = 3e-4
+"""m, RMS of what the law leaves of the elongations, from which on exchanges are tried"""
+MAX_REMAINING_SHARE = 0.25
+"""an exchange is named if undoing it leaves at most this share of that residual"""
 
 
 @dataclass(frozen=True)
 class Exchange:
-    """What is exchanged, where, and what the law leaves of all elongations with and without undoing it, RMS, m."""
+    """An exchange, where it is, and the RMS residual of all elongations, m, with and without undoing it."""
 
     fault: str
     where: str
-    undone: float
-    described: float
+    rms_undone: float
+    rms_described: float
 
 
-def find_exchange(seen: Observed) -> Exchange | None:
-    """The exchange that leaves least, None where there is no need for one or none helps."""
-    described = _left(seen, seen.alpha, seen.theta, seen.law.X)
-    if described < SUSPICIOUS_M:
+def find_exchange(observation: ElongationObservation) -> Exchange | None:
+    """The exchange that leaves least when undone; None where none is needed or none helps."""
+    described = _residual_rms(observation, observation.alpha, observation.theta, observation.law.X)
+    if described < MIN_RESIDUAL_M:
         return None
-    tried = [Exchange(*place, _left(seen, *series), described) for place, *series in _hypotheses(seen)]
-    best = min(tried, key=lambda e: e.undone)
-    return best if best.undone < EXPLAINS * described else None
+    exchanges = [
+        Exchange(*place, _residual_rms(observation, *series), described) for place, *series in _hypotheses(observation)
+    ]
+    best = min(exchanges, key=lambda e: e.rms_undone)
+    return best if best.rms_undone < MAX_REMAINING_SHARE * described else None
 
 
-def _hypotheses(seen: Observed) -> Iterator[tuple[tuple[str, str], Array, Array, Array]]:
-    """The place in words, and alpha, theta and regressors as they would be."""
-    alpha, theta, X = seen.alpha, seen.theta, seen.law.X
-    n, m = seen.arm.N, seen.arm.M
+def _hypotheses(observation: ElongationObservation) -> Iterator[tuple[tuple[str, str], Array, Array, Array]]:
+    """Fault and place of each exchange, and alpha, theta and regressors with it undone."""
+    alpha, theta, X = observation.alpha, observation.theta, observation.law.X
+    n, m = observation.arm.N, observation.arm.M
     for j in range(m):
         yield ("theta_sign", f"cable {j + 1}"), alpha, theta * np.where(np.arange(m) == j, -1.0, 1.0), X
     yield ("theta_sign", "all"), alpha, -theta, X
@@ -70,12 +72,12 @@ def _swapped(count: int, a: int, b: int) -> list[int]:
     return order
 
 
-def _left(seen: Observed, alpha: Array, theta: Array, X: Array) -> float:
-    """RMS of all elongations that the regressors leave, m."""
-    arm = seen.arm
+def _residual_rms(observation: ElongationObservation, alpha: Array, theta: Array, X: Array) -> float:
+    """RMS, m, of what the regressors X (F, M, P) leave of all elongations."""
+    arm = observation.arm
     with np.errstate(invalid="ignore"):
         x = lengths(arm, alpha) + arm.drum * theta
     if not np.isfinite(x).all():
         return np.inf
-    left = [x[:, j] - X[:, j] @ np.linalg.lstsq(X[:, j], x[:, j], rcond=None)[0] for j in range(arm.M)]
-    return float(np.sqrt(np.mean(np.square(left))))
+    residuals = [x[:, j] - X[:, j] @ np.linalg.lstsq(X[:, j], x[:, j], rcond=None)[0] for j in range(arm.M)]
+    return float(np.sqrt(np.mean(np.square(residuals))))

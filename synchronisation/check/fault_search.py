@@ -1,4 +1,4 @@
-"""Which faults there are: the best one, those that noise cannot tell from it, and then the next one with these fitted along."""
+"""Which faults there are: the best one, those that noise cannot tell from it, then the next one with the first fitted along."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,125 +6,137 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from synchronisation.check.events import missed_counts, nearby, slacks, slips
-from synchronisation.check.observation import Observed
-from synchronisation.check.scoring import Fitted, Known, Score, fit_law, score, threshold
+from synchronisation.check.momentary_faults import missed_counts, slacks, slips, slips_near
+from synchronisation.check.observation import ElongationObservation
+from synchronisation.check.scoring import CandidateScore, LawFit, LawPrior, fit_law, score_candidate, threshold
 from synchronisation.check.signatures import FaultCandidate, candidates
 
 Array = NDArray[np.float64]
 
-MOST_FAULTS = 4
+MAX_FAULTS = 4
 REFINEMENTS = 2
-"""times that the cables' own errors are found anew with the best fault fitted along"""
-WITHIN_SIGMA = 3.0
-"""a rival is this much worse, at least, before it is ruled out"""
-WITHIN_SHARE = 0.05
-"""of the gain: and by this much, since laws and signatures are not exact"""
-NEXT = 0.1
-"""a further fault gains at least this share of what the first did: less is what its signature, for small sizes, leaves"""
-APART_S = 3.0
-"""between two events of one cable: a step leaves a trace around it, since motor angles are smoothed"""
-
-CORRELATED = 4.0
-"""times the variance that a fit of a law would have if what it leaves were white"""
-ANEW_M = 5e-6
-"""m that cables rest differently from one recording to the next"""
+"""times that the cables' own errors are estimated again with the best fault fitted along"""
+RIVAL_SIGMA = 3.0
+"""sigma by which a rival must explain less before it is ruled out"""
+RIVAL_GAIN_SHARE = 0.05
+"""share of the gain by which a rival must explain less as well, since laws and signatures are not exact"""
+MIN_GAIN_SHARE = 0.1
+"""share of the first fault's gain that a further one must reach: the first one's signature, exact for small sizes, leaves less"""
+MIN_SEPARATION_S = 3.0
+"""s between two events of one cable: a step leaves a trace around it, since motor angles are smoothed"""
+CORRELATION_FACTOR = 4.0
+"""variance of a law's factors over the variance that white residuals would give them"""
+REST_SIGMA_M = 5e-6
+"""m: standard deviation of a cable's rest length from one recording to the next"""
 
 
 @dataclass(frozen=True)
 class NamedFault:
     """The best explanation, and others that explain as much, the best first."""
 
-    best: Score
-    rivals: tuple[Score, ...]
+    best: CandidateScore
+    rivals: tuple[CandidateScore, ...]
 
 
-def name_faults(seen: Observed, known: Known | None = None) -> tuple[tuple[NamedFault, ...], Fitted]:
+def name_faults(
+    observation: ElongationObservation, prior: LawPrior | None = None
+) -> tuple[tuple[NamedFault, ...], LawFit]:
     """Faults in the order in which they stand out, none on a healthy arm, and the law's fit with them."""
-    every = [*candidates(seen), *missed_counts(seen)]
-    for j in range(seen.arm.M):
-        every += [*slips(seen, j), *slacks(seen, j)]
+    remaining = [*candidates(observation), *missed_counts(observation)]
+    for j in range(observation.arm.M):
+        remaining += [*slips(observation, j), *slacks(observation, j)]
     named: list[NamedFault] = []
-    fit = fit_law(seen, known)
-    while len(named) < MOST_FAULTS:
-        scores = [score(fit, c) for c in every]
-        best, found = _best(scores), [n.best.candidate.signature for n in named]
+    fit = fit_law(observation, prior)
+    while len(named) < MAX_FAULTS:
+        scores = [score_candidate(fit, c) for c in remaining]
+        best, signatures = _best(scores), [n.best.candidate.signature for n in named]
         if best.z < threshold(scores):
-            other = _beside(seen, known, found, best.candidate, every)
+            other = _unmasking_fault(observation, prior, signatures, best.candidate, remaining)
             if other is None:
                 break
-            # the masked one is found next, once this one is
-            best, along = other, [*found, best.candidate.signature]
+            # the masked fault is found next, once the other is fitted along
+            best, fitted_along = other, [*signatures, best.candidate.signature]
         else:
-            along = found
+            fitted_along = signatures
         for _ in range(REFINEMENTS):
-            error = fit_law(seen, known, [*along, best.candidate.signature]).error
-            fit = fit_law(seen, known, along, error)
-            scores = [score(fit, c) for c in (*every, *nearby(seen, best.candidate))]
+            error = fit_law(observation, prior, [*fitted_along, best.candidate.signature]).error
+            fit = fit_law(observation, prior, fitted_along, error)
+            scores = [score_candidate(fit, c) for c in (*remaining, *slips_near(observation, best.candidate))]
             best = _best(scores)
-        if named and best.gain < NEXT * named[0].best.gain:
+        if named and best.gain < MIN_GAIN_SHARE * named[0].best.gain:
             break
         named.append(NamedFault(best, _rivals(best, scores)))
-        every = [c for c in every if _apart(c, best.candidate)]
-        fit = fit_law(seen, known, [*found, best.candidate.signature])
-    return _together(seen, named, known, fit), fit
+        remaining = [c for c in remaining if _is_separate(c, best.candidate)]
+        fit = fit_law(observation, prior, [*signatures, best.candidate.signature])
+    return _jointly_estimated(observation, named, prior, fit), fit
 
 
-def _beside(
-    seen: Observed, known: Known | None, found: list[Array], masked: FaultCandidate, every: Sequence[FaultCandidate]
-) -> Score | None:
-    """The fault beside which a masked one stands out, and that stands out beside it: what either leaves hid the other."""
-    others = [c for c in every if _apart(c, masked)]
-    fit = fit_law(seen, known, [*found, masked.signature])
-    scores = [score(fit, c) for c in others]
+def _unmasking_fault(
+    observation: ElongationObservation,
+    prior: LawPrior | None,
+    signatures: list[Array],
+    masked: FaultCandidate,
+    remaining: Sequence[FaultCandidate],
+) -> CandidateScore | None:
+    """The fault beside which `masked` stands out, and which stands out beside it: the residual of either hid the other.
+
+    signatures: (F, M) each, of the faults that are named already.
+    """
+    others = [c for c in remaining if _is_separate(c, masked)]
+    fit = fit_law(observation, prior, [*signatures, masked.signature])
+    scores = [score_candidate(fit, c) for c in others]
     other = _best(scores)
     if other.z < threshold(scores):
         return None
-    fit = fit_law(seen, known, [*found, other.candidate.signature])
-    scores = [score(fit, c) for c in (masked, *others)]
+    fit = fit_law(observation, prior, [*signatures, other.candidate.signature])
+    scores = [score_candidate(fit, c) for c in (masked, *others)]
     return other if scores[0].z >= threshold(scores) else None
 
 
-def _together(seen: Observed, named: Sequence[NamedFault], known: Known | None, fit: Fitted) -> tuple[NamedFault, ...]:
-    """Each fault with the size, sigma and moment that it has beside all the others: found alone, it took some of theirs."""
+def _jointly_estimated(
+    observation: ElongationObservation, named: Sequence[NamedFault], prior: LawPrior | None, fit: LawFit
+) -> tuple[NamedFault, ...]:
+    """Each fault with the size, sigma and time that it has when all others are fitted along: alone, it took some of theirs."""
     if len(named) < 2:
         return tuple(named)
-    out: list[NamedFault] = []
-    for k, one in enumerate(named):
-        others = [n.best.candidate.signature for n in (*out, *named[k + 1 :])]
-        without = fit_law(seen, known, others, fit.error)
-        candidate = one.best.candidate
-        scores = [score(without, c) for c in (candidate, *nearby(seen, candidate))]
-        out.append(NamedFault(max(scores, key=lambda s: s.gain), one.rivals))
-    return tuple(out)
+    estimated: list[NamedFault] = []
+    for k, fault in enumerate(named):
+        others = [n.best.candidate.signature for n in (*estimated, *named[k + 1 :])]
+        without = fit_law(observation, prior, others, fit.error)
+        candidate = fault.best.candidate
+        scores = [score_candidate(without, c) for c in (candidate, *slips_near(observation, candidate))]
+        estimated.append(NamedFault(max(scores, key=lambda s: s.gain), fault.rivals))
+    return tuple(estimated)
 
 
-def _apart(other: FaultCandidate, found: FaultCandidate) -> bool:
-    if other.when is None or found.when is None or other.where != found.where:
-        return other is not found
-    return abs(other.when - found.when) > APART_S
+def _is_separate(other: FaultCandidate, candidate: FaultCandidate) -> bool:
+    """Whether both can be named beside each other."""
+    if other.when is None or candidate.when is None or other.where != candidate.where:
+        return other is not candidate
+    return abs(other.when - candidate.when) > MIN_SEPARATION_S
 
 
-def _best(scores: Sequence[Score]) -> Score:
-    beyond = [s for s in scores if s.z > 0]
-    return max(beyond or scores, key=lambda s: s.gain)
+def _best(scores: Sequence[CandidateScore]) -> CandidateScore:
+    beyond_tolerance = [s for s in scores if s.z > 0]
+    return max(beyond_tolerance or scores, key=lambda s: s.gain)
 
 
-def _rivals(best: Score, scores: Sequence[Score]) -> tuple[Score, ...]:
-    """One for each fault and place, where it gains as much within noise."""
-    noise = WITHIN_SIGMA**2 * best.gain * (best.sigma / best.size) ** 2
-    least = best.gain - noise - WITHIN_SHARE * best.gain
-    out: dict[tuple[str, str], Score] = {}
+def _rivals(best: CandidateScore, scores: Sequence[CandidateScore]) -> tuple[CandidateScore, ...]:
+    """The candidates that gain as much within noise, the best one of each fault and place."""
+    noise = RIVAL_SIGMA**2 * best.gain * (best.sigma / best.size) ** 2
+    min_gain = best.gain - noise - RIVAL_GAIN_SHARE * best.gain
+    rivals: dict[tuple[str, str], CandidateScore] = {}
     for s in sorted(scores, key=lambda s: -s.gain):
         place = (s.candidate.fault, s.candidate.where)
-        if s.gain >= least and place != (best.candidate.fault, best.candidate.where):
-            out.setdefault(place, s)
-    return tuple(out.values())
+        if s.gain >= min_gain and place != (best.candidate.fault, best.candidate.where):
+            rivals.setdefault(place, s)
+    return tuple(rivals.values())
 
 
-def known_of(seen: Observed, fit: Fitted) -> Known:
-    """A healthy recording's law as belief about the next one's."""
-    size = seen.arm.M * seen.law.X.shape[2]
-    covariance = CORRELATED * fit.inverse[:size, :size]
-    covariance[range(size), range(size)] += np.where(np.arange(size) % seen.law.X.shape[2] == 0, ANEW_M**2, 0.0)
-    return Known(fit.beta[:size], covariance)
+def law_prior_of(observation: ElongationObservation, fit: LawFit) -> LawPrior:
+    """A healthy recording's law as prior for the next one's."""
+    regressors = observation.law.X.shape[2]
+    size = observation.arm.M * regressors
+    covariance = CORRELATION_FACTOR * fit.inverse[:size, :size]
+    covariance[range(size), range(size)] += np.where(np.arange(size) % regressors == 0, REST_SIGMA_M**2, 0.0)
+    return LawPrior(fit.beta[:size], covariance)

@@ -6,45 +6,47 @@ import numpy as np
 
 from identification.dataset.dataset import DataSet
 from identification.dataset.frames import frame_angles
-from synchronisation.check.check import Baseline, Check, baseline_of, check_elongations, motors_in, not_healthy
-from synchronisation.check.residual_clock import clock_left, mended
+from state_estimation.motors import motors_in
+from synchronisation.check.check import Baseline, Check, baseline_of, check_elongations, not_healthy
 from synchronisation.check.faults import EXCHANGES
+from synchronisation.check.residual_clock import find_clock_fault, shifted_frames
 from xneck_foundation.errors import Refused
 
 
 def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "baseline") -> Check:
-    """With `baseline`, a data set of the same arm that is known to be healthy; raises Refused where that one is not.
+    """Checks a data set, by itself or against a `baseline`: a data set of the same arm that is known to be healthy.
 
-    Raises Refused where a data set holds no forces: then nothing says how far the cables stretch. Both are computed with
-    the checked data set's neck.yaml. Where frames and log are found apart, that is the first fault, and others are those that are
-    there once it is put right.
+    Both are computed with the checked data set's neck.yaml. Where the clocks of frames and log differ, that is the first fault, and
+    the others are those that remain once it is put right. Raises Refused where a data set holds no forces, without which nothing
+    says how far the cables stretch, and where the baseline is not healthy; `where` names it then.
 
     >>> import xneck
-    >>> found = xneck.check(xneck.read_dataset("monday.mcap"))
-    >>> found.verdict, found.faults
+    >>> result = xneck.check(xneck.read_dataset("monday.mcap"))
+    >>> result.verdict, result.faults
     ('consistent', ())
     """
-    for one, name in ((data, "check"), (baseline, where)):
-        if one is not None and "f1" not in one.state.columns:
+    for given, name in ((data, "check"), (baseline, where)):
+        if given is not None and "f1" not in given.state.columns:
             raise Refused(name, "the data set holds no forces f", "log the force command of every motor")
     arm = data.arm
     fv = np.array([np.nan if motor.fv is None else motor.fv for motor in data.neck.motors])
-    known: Baseline | None = None
+    healthy: Baseline | None = None
     if baseline is not None:
-        before = frame_angles(baseline)
-        known = baseline_of(arm, baseline.state, before, _clock_sigma(baseline), where)
-        late = clock_left(arm, before, motors_in(baseline.state), fv)
-        if late is not None:
-            raise not_healthy(where, late)
-    seen = frame_angles(data)
-    found = check_elongations(arm, data.state, seen, _clock_sigma(data), known)
-    if found.faults and found.faults[0]["fault"] in EXCHANGES:
-        return found
-    late = clock_left(arm, seen, motors_in(data.state), fv)
-    if late is None:
-        return found
-    rest = check_elongations(arm, data.state, mended(seen, late), late["sigma"], known)
-    return replace(rest, faults=(late, *rest.faults))
+        frames = frame_angles(baseline)
+        healthy = baseline_of(arm, baseline.state, frames, _clock_sigma(baseline), where)
+        clock_fault = find_clock_fault(arm, frames, motors_in(baseline.state), fv)
+        if clock_fault is not None:
+            raise not_healthy(where, clock_fault)
+    frames = frame_angles(data)
+    check = check_elongations(arm, data.state, frames, _clock_sigma(data), healthy)
+    if check.faults and check.faults[0]["fault"] in EXCHANGES:
+        return check
+    clock_fault = find_clock_fault(arm, frames, motors_in(data.state), fv)
+    if clock_fault is None:
+        return check
+    shifted = shifted_frames(frames, clock_fault)
+    remaining = check_elongations(arm, data.state, shifted, clock_fault["sigma"], healthy)
+    return replace(remaining, faults=(clock_fault, *remaining.faults))
 
 
 def _clock_sigma(data: DataSet) -> float:

@@ -1,4 +1,4 @@
-"""Faults in words: what to set right, and whether the data can be used as they are."""
+"""Faults in words: records for the result, what to set right, and whether the data can be used as they are."""
 
 from typing import Any
 
@@ -6,35 +6,38 @@ from synchronisation.check.exchanges import Exchange
 from synchronisation.check.fault_search import NamedFault
 from synchronisation.check.faults import FAULTS
 
+_SHOWN = {"rad": (57.29578, "deg"), "1": (100.0, "%"), "m": (1e3, "mm"), "s": (1e3, "ms")}
+"""factor and unit in which a size is shown to people, by the unit of the record"""
 
-def fault_of(named: NamedFault) -> dict[str, Any]:
-    """The contract's record; `or` lists what explains as much, with places and sizes."""
+
+def fault_record(named: NamedFault) -> dict[str, Any]:
+    """The contract's record of a fault; `or` lists what explains as much, with places and sizes."""
     best = named.best
-    out = _record(best.candidate.fault, best.candidate.where, best.size, best.candidate.unit, best.sigma)
+    record = _record(best.candidate.fault, best.candidate.where, best.size, best.candidate.unit, best.sigma)
     names = dict.fromkeys(r.candidate.fault for r in named.rivals)
-    out["indistinguishable_from"] = [name for name in names if name != best.candidate.fault]
-    out["or"] = [
+    record["indistinguishable_from"] = [name for name in names if name != best.candidate.fault]
+    record["or"] = [
         {"fault": r.candidate.fault, "where": r.candidate.where, "size": r.size, "unit": r.candidate.unit}
         for r in named.rivals
     ]
     if best.candidate.when is not None:
-        out["when_s"] = best.candidate.when
-    return out
+        record["when_s"] = best.candidate.when
+    return record
 
 
-def fault_of_exchange(found: Exchange) -> dict[str, Any]:
-    """Its size is what no law explains of the elongations, its sigma what it would leave."""
-    return _record(found.fault, found.where, found.described, "m", found.undone)
+def exchange_record(exchange: Exchange) -> dict[str, Any]:
+    """The record of an exchange: its size is the RMS residual of the elongations, its sigma the residual with it undone."""
+    return _record(exchange.fault, exchange.where, exchange.rms_described, "m", exchange.rms_undone)
 
 
-def fault_of_clock(late: float, sigma: float) -> dict[str, Any]:
-    """Frames whose times are `late` s later than true."""
-    return _record("clock_offset", "all", late, "s", sigma)
+def clock_record(delay: float, sigma: float) -> dict[str, Any]:
+    """The record of frames whose times are `delay` s later than true."""
+    return _record("clock_offset", "all", delay, "s", sigma)
 
 
-def unexplained(cable: int, left: float, sigma: float) -> dict[str, Any]:
-    """RMS of an elongation that nothing explains, m."""
-    return _record("unexplained_elongation", f"cable {cable}", left, "m", sigma)
+def unexplained_record(cable: int, rms: float, sigma: float) -> dict[str, Any]:
+    """The record of an elongation of which nothing explains `rms`, m."""
+    return _record("unexplained_elongation", f"cable {cable}", rms, "m", sigma)
 
 
 def usable(faults: tuple[dict[str, Any], ...]) -> bool | str:
@@ -46,15 +49,8 @@ def usable(faults: tuple[dict[str, Any], ...]) -> bool | str:
 
 def sentence(fault: dict[str, Any]) -> str:
     """One fault, its size, what else it could be, and what to do."""
-    size = f"{fault['size']:.3g} {fault['unit']} +- {fault['sigma']:.2g}"
-    if fault["unit"] == "rad":
-        size = f"{57.29578 * fault['size']:.3g} deg +- {57.29578 * fault['sigma']:.2g}"
-    elif fault["unit"] == "1":
-        size = f"{100 * fault['size']:.3g} % +- {100 * fault['sigma']:.2g}"
-    elif fault["unit"] == "m":
-        size = f"{1e3 * fault['size']:.3g} mm +- {1e3 * fault['sigma']:.2g}"
-    elif fault["unit"] == "s":
-        size = f"{1e3 * fault['size']:.3g} ms +- {1e3 * fault['sigma']:.2g}"
+    factor, unit = _SHOWN.get(fault["unit"], (1.0, fault["unit"]))
+    size = f"{factor * fault['size']:.3g} {unit} +- {factor * fault['sigma']:.2g}"
     when = f" at {fault['when_s']:.2f} s" if "when_s" in fault else ""
     others = "".join(f", or {o['fault']} of {o['where']}" for o in fault.get("or", []))
     return f"{fault['fault']} of {fault['where']}{when}: {size}{others}; {fault['fix']}"

@@ -17,7 +17,7 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.dynamics import terms
 from synchronisation.clocks.frame_geometry import DIMENSION_STEP, enlarged_arms
-from synchronisation.clocks.signals import LogSignals, cubic
+from synchronisation.clocks.signals import LogSignals, cubic_spline
 from synchronisation.clocks.unknowns import ClockUnknowns
 
 Array = NDArray[np.float64]
@@ -114,7 +114,7 @@ class _Motion:
         return self.alpha(at), self.alpha(at, 1), self.alpha(at, 2)
 
 
-def arm_rows(
+def arm_equation_rows(
     arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, joint_width: float, offset: float, fs: Array
 ) -> ArmRows:
     """The equation for frames at `frame_time` (F,), s, on the log's clock, with angles alpha (F, N), rad.
@@ -167,7 +167,7 @@ def _filtered(signals: LogSignals, frame_time: Array, alpha: Array) -> _Motion:
 
     return _Motion(
         time=grid[::every],
-        alpha=cubic(grid, low_pass(cubic(frame_time, alpha)(grid), FILTER_RATE_HZ, FACTOR_CUTOFF_HZ)),
+        alpha=cubic_spline(grid, low_pass(cubic_spline(frame_time, alpha)(grid), FILTER_RATE_HZ, FACTOR_CUTOFF_HZ)),
         force=sampled(signals.force),
         dry_friction=sampled(signals.dry_friction),
         turnover=sampled(signals.friction_turnover),

@@ -14,7 +14,7 @@ from scipy.interpolate import BSpline
 
 from identification.filters import first_order_lag
 from synchronisation.clocks.frame_geometry import FrameGeometry
-from synchronisation.clocks.signals import LogSignals, cubic
+from synchronisation.clocks.signals import LogSignals, cubic_spline
 from synchronisation.clocks.unknowns import ClockUnknowns
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ class CableEquation:
         self._mean_force = parts[0].mean(axis=0)
         parts = [first_order_lag(values, 1 / step, self.tau) for values in parts]
         creeping = [first_order_lag(values, 1 / step, creep_s) for creep_s in law.creep for values in parts]
-        self._curves = cubic(s.time, np.stack([s.travel(s.time), *parts, *creeping], axis=-1))
+        self._curves = cubic_spline(s.time, np.stack([s.travel(s.time), *parts, *creeping], axis=-1))
         self._time = s.time
         self._span = (s.time[0], s.time[-1])
 
@@ -132,7 +132,7 @@ class CableEquation:
 
     def expected_winding(self, unknowns: ClockUnknowns) -> BSpline:
         """Travel less elongation over the log's time, (..., M), m: what the winding of true frames would be."""
-        return cubic(self._time, self._rows_before_winding(self._time, unknowns).residual)
+        return cubic_spline(self._time, self._rows_before_winding(self._time, unknowns).residual)
 
     def _rows_before_winding(self, at: Array, unknowns: ClockUnknowns) -> CableRows:
         """Travel less elongation at log times (F,), s, as residual, with its slopes."""

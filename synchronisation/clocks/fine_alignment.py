@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanism.arm import Arm
-from synchronisation.clocks.arm_equation import ArmRows, arm_rows
+from synchronisation.clocks.arm_equation import ArmRows, arm_equation_rows
 from synchronisation.clocks.cable_equation import FORCE_SCALE_N, CableEquation, CableTerms
 from synchronisation.clocks.frame_geometry import FrameGeometry
-from synchronisation.clocks.gauss_newton_fit import ClockProblem, ClockSolution, initial_unknowns, solve
+from synchronisation.clocks.gauss_newton_fit import ClockProblem, ClockSolution, initial_unknowns, solve_clock
 from synchronisation.clocks.gauss_newton_step import SKEW_SCALE, ModelAssumptions
 from synchronisation.clocks.signals import LogSignals
 from synchronisation.clocks.unknowns import ClockUnknowns
@@ -61,9 +61,9 @@ def align_finely(arm: Arm, signals: LogSignals, frames: FrameGeometry, offset: f
     Raises ClockUndetermined where the fit leaves the neighbourhood of the start."""
     problem = ClockProblem(signals, frames, fv)
     cables = CableEquation(signals, REPORTED.law)
-    from_cables = solve(problem, initial_unknowns(problem, offset, cables), REPORTED, cables)
+    from_cables = solve_clock(problem, initial_unknowns(problem, offset, cables), REPORTED, cables)
     rows = _arm_rows_at(arm, problem, from_cables.unknowns)
-    reported = solve(problem, from_cables.unknowns, REPORTED, from_cables.cables, rows)
+    reported = solve_clock(problem, from_cables.unknowns, REPORTED, from_cables.cables, rows)
     fits = [reported, *_alternatives(problem, reported, rows)]
     spread = [
         float(np.std([getattr(fit.unknowns, name) for fit in fits], ddof=1)) if len(fits) > 1 else 0.0
@@ -92,7 +92,7 @@ def _alternatives(problem: ClockProblem, reported: ClockSolution, rows: ArmRows)
         if law != REPORTED.law:
             cables = CableEquation(problem.signals, law, cables.tau)
         same_width = assumptions.joint_width == REPORTED.joint_width
-        fit = solve(
+        fit = solve_clock(
             problem,
             replace(reported.unknowns, cable_parameters=parameters),
             assumptions,
@@ -119,4 +119,4 @@ def _arm_rows_at(arm: Arm, problem: ClockProblem, unknowns: ClockUnknowns) -> Ar
     frames = problem.frames
     at = frames.time + unknowns.offset + unknowns.skew * (frames.time - frames.middle)
     fs = FORCE_SCALE_N * unknowns.cable_parameters[:, REPORTED.law.names.index("h")]
-    return arm_rows(arm, problem.signals, at, frames.alpha, REPORTED.joint_width, unknowns.offset, fs)
+    return arm_equation_rows(arm, problem.signals, at, frames.alpha, REPORTED.joint_width, unknowns.offset, fs)

@@ -59,7 +59,9 @@ def fit_cables(problem: ClockProblem, offset: float, law: CableTerms = LINEAR) -
 
     Raises ClockUndetermined where the fit leaves the neighbourhood of the start."""
     cables = CableEquation(problem.signals, law)
-    return solve(problem, initial_unknowns(problem, offset, cables), ModelAssumptions(law), cables, skew_fixed=True)
+    return solve_clock(
+        problem, initial_unknowns(problem, offset, cables), ModelAssumptions(law), cables, skew_fixed=True
+    )
 
 
 def initial_unknowns(problem: ClockProblem, offset: float, cables: CableEquation) -> ClockUnknowns:
@@ -79,7 +81,7 @@ def initial_unknowns(problem: ClockProblem, offset: float, cables: CableEquation
     )
 
 
-def solve(
+def solve_clock(
     problem: ClockProblem,
     unknowns: ClockUnknowns,
     assumptions: ModelAssumptions,

@@ -86,7 +86,7 @@ def gauss_newton_step(
     if arm is not None:
         unknowns, residual = _with_torque_error(unknowns, arm)
     columns = _Columns.of(unknowns, arm)
-    sums = _Sums(columns.count, rows.frames.time)
+    sums = _NormalSums(columns.count, rows.frames.time)
     _add_cables(sums, columns, rows)
     if arm is not None and residual is not None:
         J = columns.of_arm(arm) / unknowns.torque_error[:, None]
@@ -103,7 +103,7 @@ def gauss_newton_step(
     return columns.moved(unknowns, vector + step), NormalEquations(scores, inverse, weight, size)
 
 
-class _Sums:
+class _NormalSums:
     """Sums of products of weighted rows, which need not be there all at once."""
 
     def __init__(self, columns: int, time: Array) -> None:
@@ -218,7 +218,7 @@ def _prior(
     return mean, sigma
 
 
-def _add_cables(sums: _Sums, columns: _Columns, rows: StepRows) -> None:
+def _add_cables(sums: _NormalSums, columns: _Columns, rows: StepRows) -> None:
     """Adds the whitened rows of the cables' equation."""
     time, cables = rows.frames.time, rows.cables
     m, k = cables.by_parameter.shape[1:]

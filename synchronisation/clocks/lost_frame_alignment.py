@@ -50,7 +50,7 @@ TOO_SLOW = "the motion is too slow to tell whether frames were lost"
 
 
 @dataclass(frozen=True)
-class Motion:
+class AlignedMotion:
     """Frames and log of one motion, coarsely aligned."""
 
     arm: Arm
@@ -92,7 +92,7 @@ class Motion:
         check_alternative_arms(self.arm, problem, offsets, REPORTED.law)
 
 
-def align_with_lost_frames(motion: Motion) -> tuple[LostFrames, FineAlignment, list[str]]:
+def align_with_lost_frames(motion: AlignedMotion) -> tuple[LostFrames, FineAlignment, list[str]]:
     """Frames lost without a trace, the clock with them, and warnings.
 
     Raises ClockUndetermined where no fit succeeds or its result is impossible, Refused where another arm fits better."""
@@ -116,7 +116,7 @@ def align_with_lost_frames(motion: Motion) -> tuple[LostFrames, FineAlignment, l
     return lost, fine, [TOO_SLOW] if too_slow else []
 
 
-def _losses_by_window(motion: Motion) -> tuple[LostFrames, float]:
+def _losses_by_window(motion: AlignedMotion) -> tuple[LostFrames, float]:
     """Losses, and a start of the offset, s, from cables fitted to the window that they fit best."""
     frames, period = motion.frames, motion.period
     best: tuple[float, ClockSolution, int] | None = None
@@ -144,7 +144,7 @@ def _losses_by_window(motion: Motion) -> tuple[LostFrames, float]:
     return lost_frames_of(frames.time, count, period), offset + float(count[0]) * period
 
 
-def _lively_windows(motion: Motion) -> list[tuple[float, float]]:
+def _lively_windows(motion: AlignedMotion) -> list[tuple[float, float]]:
     """Windows of WINDOW_S within video, log and what was coarsely aligned, camera time, s, the liveliest first."""
     speeds, compared = motion.video_speeds, motion.coarse.span
     log_first, log_last = motion.signals.time[[0, -1]] - motion.coarse.shift
@@ -174,7 +174,7 @@ def _losses_by_whole(frames: FrameGeometry, fine: FineAlignment, lost: LostFrame
     return lost_frames_of(frames.time, count, period)
 
 
-def _aligned_without_losses(motion: Motion) -> FineAlignment:
+def _aligned_without_losses(motion: AlignedMotion) -> FineAlignment:
     """The clock where no frame is lost. Raises Refused where this is another arm, ClockUndetermined where the fit fails."""
     try:
         return motion.aligned(motion.no_loss, motion.coarse.shift)

@@ -24,7 +24,7 @@ from synchronisation.clocks.coarse_alignment import (
 from synchronisation.clocks.exchanged_labels import check_labels
 from synchronisation.clocks.frame_geometry import cable_winding, frame_geometry
 from synchronisation.clocks.log_gaps import RepairedLog
-from synchronisation.clocks.lost_frame_alignment import Motion, align_with_lost_frames
+from synchronisation.clocks.lost_frame_alignment import AlignedMotion, align_with_lost_frames
 from synchronisation.clocks.undetermined import ClockUndetermined
 from synchronisation.clocks.usable_frames import MIN_FRAMES, usable_frames
 from synchronisation.clocks.winch_slips import signals_without_slips
@@ -56,7 +56,7 @@ def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array
     check_labels(arm, time, alpha, video_speeds, log_speeds, coarse)
     repetition = _check_repetition(coarse)
     signals, slips = signals_without_slips(arm, log, time + coarse.shift, winding)
-    motion = Motion(
+    motion = AlignedMotion(
         arm=arm,
         signals=signals,
         repaired=replace(repaired, gaps=(*repaired.gaps, *(slip.trace for slip in slips))),
@@ -104,7 +104,7 @@ def _check_repetition(coarse: CoarseAlignment) -> tuple[str, ...]:
     return ()
 
 
-def _from_cables_and_arm(motion: Motion) -> ClockEstimate:
+def _from_cables_and_arm(motion: AlignedMotion) -> ClockEstimate:
     """The clock where the log holds forces."""
     lost, fine, warnings = align_with_lost_frames(motion)
     unknowns = fine.fit.unknowns
@@ -125,7 +125,7 @@ def _from_cables_and_arm(motion: Motion) -> ClockEstimate:
     )
 
 
-def _from_rigid_cables(motion: Motion) -> ClockEstimate:
+def _from_rigid_cables(motion: AlignedMotion) -> ClockEstimate:
     """The clock where the log holds no forces; lost frames are not sought."""
     lost = LostFrames(period=motion.period)
     frames = usable_frames(motion.frames, motion.signals, motion.repaired, lost, motion.coarse.shift)

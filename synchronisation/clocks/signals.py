@@ -65,7 +65,7 @@ def log_signals_of(arm: Arm, log: Series) -> LogSignals:
     time = log.time[::every]
 
     def curve(values: Array) -> BSpline:
-        return cubic(time, values[::every])
+        return cubic_spline(time, values[::every])
 
     return LogSignals(
         time=time,
@@ -87,7 +87,7 @@ def relabelled(signals: LogSignals, order: Sequence[int], sign: int) -> LogSigna
     inertial = sign * s.inertial(s.time)
 
     def curve(values: Array) -> BSpline:
-        return cubic(s.time, values[:, columns])
+        return cubic_spline(s.time, values[:, columns])
 
     return LogSignals(
         time=s.time,
@@ -102,6 +102,6 @@ def relabelled(signals: LogSignals, order: Sequence[int], sign: int) -> LogSigna
     )
 
 
-def cubic(time: Array, values: Array) -> BSpline:
+def cubic_spline(time: Array, values: Array) -> BSpline:
     """Cubic spline through samples (T, ...) at times (T,)."""
     return make_interp_spline(time, values, k=3)

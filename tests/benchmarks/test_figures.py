@@ -90,7 +90,7 @@ def test_of_a_case_that_was_run_twice_the_last_counts(cases: Path, tmp_path: Pat
     again = written(tmp_path / "again", result(EFFECT, 4, "cause", code="newer"))
     both = study_record.imported([cases, again])
     assert study_figures(both, {})["study.named"] == "4 of 4"
-    assert "- Arms 4 with sources newer." in study_figures(both, {})["study.made_from"]
+    assert "- Seeds 4: sources newer." in study_figures(both, {})["study.made_from"]
 
 
 def test_a_folder_without_cases_is_named(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from calibration.board import Chessboard
 from calibration.board_poses import BoardPoses
 from calibration.bundle_adjustment import (
     DEFAULT_FREE_PARAMETERS,
+    BundleStart,
     fit_bundle,
     fit_noise,
     initial_estimate,
@@ -85,7 +86,7 @@ def test_normal_equations_are_those_of_finite_differences(model: str):
 def test_poses_are_eliminated_exactly():
     # the step of the Schur complement is that of all unknowns at once
     seen = stack_views(synthetic_views(np.random.default_rng(7), CORNERS, 3))
-    poses = initial_estimate(seen, SIZE)[1]
+    poses = initial_estimate(seen, SIZE).poses
     model = board_shape.SHAPE_MODELS["bowed"]
     problem = BundleProblem(seen, DEFAULT_FREE_PARAMETERS, model, None)
     shape = replace(board_shape.flat_board(seen.ids, seen.nominal), model=model)
@@ -105,9 +106,10 @@ def test_poses_are_eliminated_exactly():
 
 def test_perfect_data_give_the_truth_from_a_wrong_start():
     views = synthetic_views(np.random.default_rng(4), CORNERS, 8, noise_px=0.0)
-    parameters, poses = initial_estimate(stack_views(views), SIZE)
+    start = initial_estimate(stack_views(views), SIZE)
+    parameters, poses = start.parameters, start.poses
     wrong = parameters * np.array([1.2, 1.2, 1.05, 0.95, 0.0, 0.0, 0.0, 0.0, 0.0])
-    fitted = fit_bundle(stack_views(views), wrong, poses)
+    fitted = fit_bundle(stack_views(views), BundleStart(wrong, poses))
     assert fitted.converged
     assert fitted.rms < 1e-6
     np.testing.assert_allclose(fitted.parameters, CAMERA, rtol=1e-5, atol=1e-6)
@@ -115,7 +117,7 @@ def test_perfect_data_give_the_truth_from_a_wrong_start():
 
 def test_agrees_with_opencv_in_value_and_sigma():
     views = synthetic_views(np.random.default_rng(5), CORNERS, 12, noise_px=0.2)
-    fitted = fit_bundle(stack_views(views), *initial_estimate(stack_views(views), SIZE))
+    fitted = fit_bundle(stack_views(views), initial_estimate(stack_views(views), SIZE))
     rms, K, d, _, _, sigma, _, each = cv2.calibrateCameraExtended(
         [view.object_points.astype(np.float32) for view in views],
         [view.image_points.astype(np.float32).reshape(-1, 1, 2) for view in views],
@@ -135,9 +137,9 @@ def test_agrees_with_opencv_in_value_and_sigma():
 
 def test_with_nothing_free_only_poses_move():
     seen = stack_views(synthetic_views(np.random.default_rng(6), CORNERS, 2, noise_px=0.0))
-    _, poses = initial_estimate(seen, SIZE)
+    poses = initial_estimate(seen, SIZE).poses
     moved = BoardPoses(poses.R, poses.t + 0.01)
-    fitted = fit_bundle(seen, CAMERA, moved, ())
+    fitted = fit_bundle(seen, BundleStart(CAMERA, moved), ())
     np.testing.assert_array_equal(fitted.parameters, CAMERA)
     assert fitted.rms < 1e-6
     distances = prediction_distances(seen, np.tile(CAMERA, (2, 1)), np.tile(CORNERS, (2, 1, 1)), moved, steps=8)
@@ -147,14 +149,20 @@ def test_with_nothing_free_only_poses_move():
 @pytest.mark.parametrize("model", ["rigid", "bowed", "free"])
 def test_leaving_out_a_view_by_one_step_is_as_good_as_fitting_anew(model: str):
     seen = stack_views(synthetic_views(np.random.default_rng(8), CORNERS, 10, shape=bowed(CORNERS, 0.0005)))
-    whole = fit_bundle(seen, *initial_estimate(seen, SIZE))
-    whole = fit_bundle(seen, whole.parameters, whole.poses, shape_model=board_shape.SHAPE_MODELS[model], noise=0.1)
+    whole = fit_bundle(seen, initial_estimate(seen, SIZE))
+    whole = fit_bundle(
+        seen, BundleStart(whole.parameters, whole.poses), shape_model=board_shape.SHAPE_MODELS[model], noise=0.1
+    )
     quick = leave_out_groups(whole, [np.array([i]) for i in range(10)])
     moved, missed = [], []
     for i, (p, _) in enumerate(quick):
         rest = np.delete(np.arange(10), i)
         anew = fit_bundle(
-            seen.of(rest), whole.parameters, whole.poses.of(rest), whole.free, whole.shape, whole.shape.model, noise=0.1
+            seen.of(rest),
+            BundleStart(whole.parameters, whole.poses.of(rest), whole.shape),
+            whole.free,
+            whole.shape.model,
+            noise=0.1,
         )
         moved.append((anew.parameters - whole.parameters)[:8])
         missed.append((anew.parameters - p)[:8])
@@ -166,12 +174,12 @@ def test_a_bad_corner_does_not_bend_the_camera():
     shifts = {"plain": [], "robust": [], "sigma": []}
     for seed in range(6):
         views = synthetic_views(np.random.default_rng(seed), CORNERS, 10)
-        clean = fit_bundle(stack_views(views), *initial_estimate(stack_views(views), SIZE))
+        clean = fit_bundle(stack_views(views), initial_estimate(stack_views(views), SIZE))
         points = views[2].image_points.copy()
         points[0] += [6.0, -6.0]
         seen = stack_views([*views[:2], replace(views[2], image_points=points), *views[3:]])
-        plain = fit_bundle(seen, clean.parameters, clean.poses)
-        robust = fit_bundle(seen, clean.parameters, clean.poses, noise=fit_noise(plain))
+        plain = fit_bundle(seen, BundleStart(clean.parameters, clean.poses))
+        robust = fit_bundle(seen, BundleStart(clean.parameters, clean.poses), noise=fit_noise(plain))
         sigma = np.sqrt(np.diag(clean.covariance))[:8]
         shifts["plain"].append((plain.parameters - clean.parameters)[:8] / sigma)
         shifts["robust"].append((robust.parameters - clean.parameters)[:8] / sigma)

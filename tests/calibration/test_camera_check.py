@@ -85,7 +85,7 @@ def test_how_much_it_matters_is_how_much_directions_are_off():
     u, v = np.meshgrid(np.arange(640) - CAMERA[2], np.arange(480) - CAMERA[3])
     assert found.change_px == pytest.approx(0.02 * float(np.sqrt(np.mean(u**2 + v**2))), rel=0.1)
     assert found.change_px is not None
-    assert found.change_ray == pytest.approx(found.change_px / 620, rel=0.02)
+    assert found.change_rad == pytest.approx(found.change_px / 620, rel=0.02)
 
 
 def test_another_resolution_is_caught_without_a_fit():

@@ -6,7 +6,7 @@ import numpy as np
 
 from calibration.board import Chessboard
 from calibration.board_poses import BoardPoses
-from calibration.bundle_adjustment import fit_bundle
+from calibration.bundle_adjustment import BundleStart, fit_bundle
 from calibration.camera import camera_from
 from calibration.corner_detection import BoardView
 from calibration.coverage import coverage_of, next_pictures
@@ -64,8 +64,8 @@ def test_the_advised_picture_helps_as_promised_and_more_than_a_repeat():
             pixels = project(CORNERS, R, t) + NOISE * rng.normal(size=(len(CORNERS), 2))
             more = [*found.views, BoardView("new", pixels, CORNERS, np.arange(len(CORNERS)))]
             together = BoardPoses(np.concatenate([found.poses.R, R[None]]), np.concatenate([found.poses.t, t[None]]))
-            result.append(fit_bundle(stack_views(more), found.camera.parameters, together, found.free))
-        plain = fit_bundle(stack_views(found.views), found.camera.parameters, found.poses, found.free)
+            result.append(fit_bundle(stack_views(more), BundleStart(found.camera.parameters, together), found.free))
+        plain = fit_bundle(stack_views(found.views), BundleStart(found.camera.parameters, found.poses), found.free)
         rms = [
             float(
                 np.sqrt(

@@ -1,7 +1,10 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from calibration.dictionaries import dictionary_names, dictionary_size, marker_cells
+from calibration.dictionary_file import read_dictionary
 from xneck_foundation.errors import Refused
 
 
@@ -31,3 +34,51 @@ def test_apriltags_are_turned_by_180_degrees_against_the_official_codewords():
     assert cells[:, -1].all()
     bits = np.rot90(~cells[1:-1, 1:-1], 2).ravel()
     assert int("".join("01"[int(bit)] for bit in bits), 2) == 0xD5D628584  # tag36h11's first codeword
+
+
+FILE = """
+xneck: 1
+cells: 3
+corrected_cells: 0
+markers:
+  - ["#..", "##.", "..#"]
+  - ["###", "#.#", "..#"]
+"""
+
+
+def read(folder: Path, text: str) -> tuple[np.ndarray, int]:
+    path = folder / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    return read_dictionary(path)
+
+
+def test_a_file_gives_the_cells_as_they_are_drawn(tmp_path: Path):
+    white, corrected = read(tmp_path, FILE)
+    assert corrected == 0
+    np.testing.assert_array_equal(white[0], [[False, True, True], [False, False, True], [True, True, False]])
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ('"##."', '"##"', r"markers\[0\]: expected 3 rows of 3 cells"),
+        ('"##."', '"##x"', r"markers\[0\]: expected 3 rows of 3 cells"),
+        (
+            '"#..", "##.", "..#"',
+            '"###", "#.#", "###"',
+            "marker 0 turned differs in 0 cells where corrected_cells: 0 needs 1",
+        ),
+        ("corrected_cells: 0", "corrected_cells: 3", "corrected_cells: 3 needs 7"),
+        ("cells: 3\n", "cells: 2\n", "cells"),
+    ],
+)
+def test_a_file_that_would_not_be_read_reliably_is_refused(before: str, after: str, words: str, tmp_path: Path):
+    with pytest.raises(Refused, match=words):
+        read(tmp_path, FILE.replace(before, after, 1))
+
+
+def test_a_turned_copy_of_another_marker_is_refused(tmp_path: Path):
+    rows = np.rot90([list(row) for row in ("#..", "##.", "..#")])
+    turned = ", ".join('"' + "".join(row) + '"' for row in rows)
+    with pytest.raises(Refused, match="markers 0 and 1 differ in 0 cells"):
+        read(tmp_path, FILE.replace('"###", "#.#", "..#"', turned))

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from calibration import lens
 from calibration.board import Chessboard
 from calibration.board_shape import SHAPE_MODELS
-from calibration.bundle_adjustment import fit_bundle, initial_estimate
+from calibration.bundle_adjustment import BundleStart, fit_bundle, initial_estimate
 from calibration.corner_detection import BoardView
 from calibration.cross_check import cross_check
 from calibration.estimation import Calibration, calibrate
@@ -92,7 +92,7 @@ class TestBowedBoard:
 
     def test_believed_flat_the_focal_length_is_off_by_many_sigmas(self):
         at = stack_views(views(0, count=20, noise_px=0.05, shape=self.BENT))
-        rigid = fit_bundle(at, *initial_estimate(at, SIZE))
+        rigid = fit_bundle(at, initial_estimate(at, SIZE))
         away = (rigid.parameters - CAMERA)[:2]
         assert np.all(np.abs(away) > 3.0)
         assert np.all(np.abs(away) > 5 * np.sqrt(np.diag(rigid.covariance))[:2])
@@ -100,8 +100,8 @@ class TestBowedBoard:
 
     def test_free_corners_take_in_a_bow_too(self):
         at = stack_views(views(1, count=20, noise_px=0.05, shape=self.BENT))
-        first = fit_bundle(at, *initial_estimate(at, SIZE))
-        free = fit_bundle(at, first.parameters, first.poses, shape_model=SHAPE_MODELS["free"], noise=0.05)
+        first = fit_bundle(at, initial_estimate(at, SIZE))
+        free = fit_bundle(at, BundleStart(first.parameters, first.poses), shape_model=SHAPE_MODELS["free"], noise=0.05)
         np.testing.assert_allclose(free.parameters[:2], CAMERA[:2], atol=1.5)
         np.testing.assert_allclose(free.shape.bow, [0.0005, 0.0], atol=5e-5)
 
@@ -116,8 +116,10 @@ class TestBowedBoard:
 
 def test_free_offsets_hold_nothing_that_poses_or_a_principal_point_do():
     at = stack_views(views(2, count=12, shape=CORNERS + np.random.default_rng(0).normal(scale=1e-4, size=(48, 3))))
-    first = fit_bundle(at, *initial_estimate(at, SIZE))
-    offsets = fit_bundle(at, first.parameters, first.poses, shape_model=SHAPE_MODELS["free"], noise=0.1).shape.offsets
+    first = fit_bundle(at, initial_estimate(at, SIZE))
+    offsets = fit_bundle(
+        at, BundleStart(first.parameters, first.poses), shape_model=SHAPE_MODELS["free"], noise=0.1
+    ).shape.offsets
     x, y = (CORNERS[:, :2] - CORNERS[:, :2].mean(axis=0)).T
     size = float(np.abs(offsets).sum())
     assert size > 1e-3

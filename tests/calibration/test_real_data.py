@@ -13,7 +13,7 @@ import pytest
 from calibration import corner_detection as corner_finding
 from calibration import lens
 from calibration.board import Charuco, Chessboard
-from calibration.bundle_adjustment import fit_bundle, initial_estimate, leave_out_groups
+from calibration.bundle_adjustment import BundleStart, fit_bundle, initial_estimate, leave_out_groups
 from calibration.camera_check import check_camera
 from calibration.corner_detection import BoardView
 from calibration.estimation import calibrate
@@ -96,7 +96,7 @@ def test_zhang_1998():
     ]
     seen = stack_views(views)
     # published with k1, k2 and a skew of 0.2, which has no place in camera_info
-    fitted = fit_bundle(seen, *initial_estimate(seen, (640, 480)), lens.LENS_MODELS["k1 k2"])
+    fitted = fit_bundle(seen, initial_estimate(seen, (640, 480)), lens.LENS_MODELS["k1 k2"])
     np.testing.assert_allclose(fitted.parameters[:4], [832.50, 832.53, 303.96, 206.59], atol=0.3)
     np.testing.assert_allclose(fitted.parameters[4:6], [-0.2286, 0.1904], atol=0.001)
 
@@ -135,7 +135,7 @@ def test_caliscope_video_of_an_inverted_board():
     ]
     ours = [view for view in clear.views if len(view.corner_ids) >= 8]
     both = [stack_views(views) for views in (ours, of_others)]
-    rms = [fit_bundle(seen, *initial_estimate(seen, observations.image_size)).rms for seen in both]
+    rms = [fit_bundle(seen, initial_estimate(seen, observations.image_size)).rms for seen in both]
     assert rms[0] < 0.08
     assert rms[1] > 3 * rms[0]
     result = calibrate(distinct_views(clear))
@@ -149,7 +149,9 @@ def test_halves_of_a_set_differ_by_what_their_sigmas_say(name: str):
         observations = observe_board(left_pictures(), LEFT)
     else:
         files = sorted((DATA / "boofcv_mono_Sony_DSC-HX5V_Chess").glob("frame*.jpg"))
-        observations = observe_board(read_pictures(files), Chessboard(kind="chessboard", columns=6, rows=4, square=0.03))
+        observations = observe_board(
+            read_pictures(files), Chessboard(kind="chessboard", columns=6, rows=4, square=0.03)
+        )
     whole = calibrate(observations)
     seen = stack_views(whole.views)
     rng = np.random.default_rng(0)
@@ -159,9 +161,13 @@ def test_halves_of_a_set_differ_by_what_their_sigmas_say(name: str):
         found = []
         for part in (order[: len(order) // 2], order[len(order) // 2 :]):
             half = fit_bundle(
-                seen.of(part), whole.camera.parameters, whole.poses.of(part), whole.free, whole.board,
-                whole.board.model, whole.noise_px, iterations=10,
-            )  # fmt: skip
+                seen.of(part),
+                BundleStart(whole.camera.parameters, whole.poses.of(part), whole.board),
+                whole.free,
+                whole.board.model,
+                whole.noise_px,
+                iterations=10,
+            )
             without_one = np.array([p for p, _ in leave_out_groups(half, [np.array([i]) for i in range(len(part))])])
             spread = np.sqrt((len(part) - 1) ** 2 / len(part)) * np.std(without_one, axis=0, ddof=1)
             found.append((half.parameters[:4], spread[:4], np.sqrt(np.diag(half.covariance))[:4]))

@@ -33,5 +33,5 @@ def test_bow_and_focal_length_are_recovered_from_pictures(tmp_path: Path):
     np.testing.assert_allclose(result.camera.parameters[:2], CAMERA[:2], atol=1.0)
     np.testing.assert_allclose(result.board.bow, [0.0005, 0.0], atol=5e-5)
     at = stack_views(observations.views)
-    flat = fit_bundle(at, *initial_estimate(at, SIZE))
+    flat = fit_bundle(at, initial_estimate(at, SIZE))
     assert np.all(np.abs(flat.parameters - CAMERA)[:2] > 5 * np.sqrt(np.diag(flat.covariance))[:2])

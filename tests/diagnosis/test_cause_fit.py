@@ -12,7 +12,7 @@ from diagnosis.nuisances import NUISANCE_BOUND
 from identification.dataset.dataset import DataSet
 from identification.dataset.frames import frame_angles
 from identification.dataset.series import Series, numbered_columns
-from identification.unknowns import DELAY_SIGMA_S_S
+from identification.unknowns import DELAY_SIGMA_S
 from tests.identification.test_estimates import recording
 
 LATE_ROWS = 4
@@ -30,6 +30,6 @@ def stale() -> DataSet:
 
 def test_a_delay_begins_within_what_is_known_of_it(stale: DataSet) -> None:
     stage = CauseFitter(as_described(stale.neck), [noise_ensemble(stale, frame_angles(stale), 0)]).base_model()
-    assert abs(stage.comparison.linearisation.recordings[0].delay) <= NUISANCE_BOUND * DELAY_SIGMA_S_S * (1 + 1e-9)
+    assert abs(stage.comparison.linearisation.recordings[0].delay) <= NUISANCE_BOUND * DELAY_SIGMA_S * (1 + 1e-9)
     # from within its bounds a fit can only leave less
     assert stage.fit.loss <= stage.comparison.profiled_loss * (1 + 1e-9)

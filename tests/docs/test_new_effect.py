@@ -13,7 +13,11 @@ import pytest
 from tests.docs.pages import PAGES, ROOT, fenced
 
 PAGE = "new-effect.md"
-SOURCES = ("xneck", "mechanism", "calibration", "identification", "vision", "samples", "tests")
+FOLDERS = (
+    "xneck", "vision", "synchronisation", "diagnosis", "state_estimation", "identification", "calibration", "mechanism",
+    "xneck_foundation", "samples", "tests", "docs", "benchmarks",
+)  # fmt: skip
+FILES = ("pyproject.toml", "README.md", "CHANGELOG.md", "Makefile")
 
 
 def lines_in(folder: Path, block: str) -> None:
@@ -36,9 +40,10 @@ def lines_in(folder: Path, block: str) -> None:
 def followed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The sources with the page's effect in them."""
     folder = tmp_path_factory.mktemp("copy")
-    for name in SOURCES:
+    for name in FOLDERS:
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "*.mp4", "*.jpg"))
-    shutil.copy(ROOT / "pyproject.toml", folder)
+    for name in FILES:
+        shutil.copy(ROOT / name, folder)
     for block in fenced(PAGE, "python"):
         path, text = block.split("\n", 1)
         (folder / path.removeprefix("# ")).write_text(text, encoding="utf-8")
@@ -56,14 +61,35 @@ def called(folder: Path, *words: object) -> str:
     return done.stdout
 
 
+def indented(pattern: str) -> str:
+    """The page's one command of that pattern."""
+    (line,) = re.findall(rf"^    ({pattern})$", PAGES[PAGE], flags=re.MULTILINE)
+    return line
+
+
+def test_three_files_are_enough() -> None:
+    """A law, an effect and a kind of the generator; no list of laws or effects has to be extended."""
+    files = [block.splitlines()[0].removeprefix("# ") for block in fenced(PAGE, "python")]
+    changed = [block.splitlines()[0].removeprefix("--- ") for block in fenced(PAGE, "diff")]
+    assert files == ["mechanism/laws/windage.py", "diagnosis/effects/windage.py"]
+    assert changed == ["samples/generator/hidden/effects.py"]
+
+
 def test_what_is_tested_without_another_line_passes(followed: Path) -> None:
     """And is there: a law, an effect's columns, what it does at nothing, a hidden world."""
-    (line,) = re.findall(r"^    (pytest .+)$", PAGES[PAGE], flags=re.MULTILINE)
-    out = called(followed, "-m", *line.split(), "-q", "-p", "no:cacheprovider")
+    out = called(followed, "-m", *indented("pytest .+").split(), "-q", "-p", "no:cacheprovider")
     assert int(out.split(" passed")[0].split()[-1]) >= 4
 
 
-def test_the_effect_is_named_where_it_was_hidden(followed: Path) -> None:
+def test_the_pages_list_it_once_they_are_written_anew(followed: Path) -> None:
+    """And the documents' own tests pass with it."""
+    called(followed, *indented("python .+").split()[1:])
+    row = "| `windage` | something on the motors' shafts stirs the air | fw (N s^2/rad^2) | turn the motor at speeds"
+    assert row in (followed / "docs/verdicts.md").read_text(encoding="utf-8")
+    called(followed, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/docs/test_figures.py")
+
+
+def test_the_effect_is_named_where_it_was_hidden_and_its_numbers_are_judged(followed: Path) -> None:
     """A recording of an arm that stirs the air, by the commands; its seed was chosen before it was run."""
     hide = (
         "from samples.generator.hidden.experiment import hide; hide(['windage'], 7100, Path('w'), seconds=(40.0, 8.0))"
@@ -79,6 +105,15 @@ def test_the_effect_is_named_where_it_was_hidden(followed: Path) -> None:
     assert found["verdict"] == "cause", found["why"]
     (cause,) = found["causes"]
     assert cause["effect"] == "windage"
-    true = json.loads((followed / "w/truth.json").read_text())["hidden"][0]["parameters"]
-    for p in cause["parameters"]:
-        assert abs(p["value"] - true[f"fw{p['index']}"]) < 3 * p["sigma"]
+    truth = json.loads((followed / "w/truth.json").read_text())
+    case = {"name": "w", "case": {"manner": "rich", "size": 1.0}, "truth": truth, "diagnosis": found}
+    (followed / "case.json").write_text(json.dumps(case))
+    score = "from xneck.study.score import score; print(json.dumps(score(json.load(open('case.json'))).as_json()))"
+    scored = json.loads(called(followed, "-c", f"import json; {score}"))
+    assert scored["right"]
+    (sighting,) = scored["sightings"]
+    numbers = {number["index"]: number for number in sighting["numbers"]}
+    true = truth["hidden"][0]["parameters"]
+    assert {index: number["true"] for index, number in numbers.items()} == {j: true[f"fw{j}"] for j in (1, 2, 3, 4)}
+    for number in numbers.values():
+        assert abs(number["found"] - number["true"]) < 3 * number["sigma"]

@@ -129,7 +129,10 @@ def test_rows_that_vision_missed_do_not_matter(data: DataSet, found: Estimates) 
 
 def test_what_a_motion_does_not_tell_is_named_with_what_it_is_taken_for(data: DataSet) -> None:
     """Cables that are always taut do not tell a toe from pre-elongation; a term that has no share in the motion is no parameter."""
-    told = {(p.name, p.index): v for p, v in estimate([data], ["dry_friction", "linear_cable", "cable_toe"]).judged}
+    told = {
+        (p.name, p.index): v
+        for p, v in estimate([data], ["dry_friction", "linear_cable", "cable_toe"]).with_identifiability
+    }
     for j in (1, 2, 3, 4):
         assert not told["xt", j].identified
         assert "x0" in told["xt", j].why or told["xt", j].kind == "bound"
@@ -202,7 +205,7 @@ def test_a_recording_that_is_too_quiet_is_insufficient() -> None:
     with pytest.raises(Refused, match="insufficient: motor 1, 2, 3, 4 hardly moves"):
         estimate([by_hand(0.05, 0.05)])
     found = estimate([by_hand(1.0, 1.0)])
-    told = {(p.name, p.index): v for p, v in found.judged}
+    told = {(p.name, p.index): v for p, v in found.with_identifiability}
     for j in (1, 2, 3, 4):
         assert told["fs", j].identified
         assert not told["k", j].identified

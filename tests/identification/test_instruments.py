@@ -8,7 +8,7 @@ import pytest
 from identification.cable_memory import memory_states
 from identification.dataset.dataset import DataSet
 from identification.instruments import instrument_signals
-from identification.residuals import law_forces, cable_motion
+from identification.residuals import cable_motion, law_forces
 from identification.signals import Signals, signals_of
 from identification.unknowns import Unknowns, unknowns
 from mechanism.machine import Machine

@@ -14,7 +14,7 @@ from identification.unknowns import unknowns
 from identification.whitening import fit_whitener
 from mechanism.arm import Arm, arm_of
 from mechanism.description import read_neck
-from mechanism.laws import LAWS, Stretching
+from mechanism.laws import LAWS, CableMotion
 from mechanism.machine import Machine
 from tests.identification.test_estimates import FILE
 
@@ -33,13 +33,23 @@ def signals(rng: np.random.Generator, count: int = 1000) -> Signals:
         return size * np.sin(np.outer(time, rng.uniform(2, 9, width)) + rng.uniform(0, 6, width))
 
     a = arm()
-    known: dict[str, Any] = {name: some(3, 1.0) for name in ("alpha", "alpha_d", "alpha_dd", "load", "seen", "seen_d")}
+    known: dict[str, Any] = {
+        name: some(3, 1.0) for name in ("alpha", "alpha_d", "alpha_dd", "load", "vision_alpha", "vision_alpha_d")
+    }
     known |= {"theta_d": some(4, 20.0), "f": 50 + some(4, 20.0), "inertial": some(4, 1.0), "wrap": 6 + some(4, 1.0)}
     known |= {"theta": some(4, 5.0), "theta_dd": some(4, 99.0)}
     known |= {"length": 1 + some(4, 0.1), "x": 5e-3 + some(4, 3e-3), "x_d": some(4, 2e-2)}
     Z = 0.03 + 0.01 * rng.normal(size=(3, 4)) + np.zeros((count, 1, 1))
-    return Signals(arm=a, time=time, Z=Z, low_pass=decimating_filter(STEP, np.ones(count, bool)), clock_sigma=(0.0, 0.0), clock_doubt=0.0,
-                   angle_sigma=np.zeros(3), **known)  # fmt: skip
+    return Signals(
+        arm=a,
+        time=time,
+        Z=Z,
+        low_pass=decimating_filter(STEP, np.ones(count, bool)),
+        clock_sigma=(0.0, 0.0),
+        relaxed_clock_sigma=0.0,
+        angle_sigma=np.zeros(3),
+        **known,
+    )
 
 
 def test_low_pass_keeps_the_motion_and_drops_what_would_fold_back() -> None:
@@ -72,18 +82,18 @@ def test_low_pass_looks_at_no_row_that_is_not_known() -> None:
 def test_what_laws_remember_is_affine_in_itself() -> None:
     """`remembered` rests on it: the drift at 2 z is as far from that at z as that is from the one at 0."""
     rng = np.random.default_rng(0)
-    at = Stretching(rng.normal(size=(9, 4)), rng.normal(size=(9, 4)), np.ones((9, 4)), arm(), np.zeros((9, 4)))
+    at = CableMotion(rng.normal(size=(9, 4)), rng.normal(size=(9, 4)), np.ones((9, 4)), arm(), np.zeros((9, 4)))
     for law in LAWS.values():
         if law.states:
             p = {term.name: np.full(4, term.size) for term in law.terms}
             z = rng.normal(size=(9, 4, law.states))
-            a, b, c = (law.drift(p, at, k * z) for k in (0, 1, 2))
+            a, b, c = (law.memory_rate(p, at, k * z) for k in (0, 1, 2))
             np.testing.assert_allclose(c - b, b - a, atol=1e-9 * np.abs(b).max())
 
 
 def test_creep_is_remembered_as_its_exact_solution() -> None:
     """A steady rate v: z = km v tau (1 - exp(-t/tau))."""
-    at = Stretching(np.zeros((3000, 4)), np.full((3000, 4), 1e-3), np.ones((3000, 4)), arm(), np.zeros((3000, 4)))
+    at = CableMotion(np.zeros((3000, 4)), np.full((3000, 4), 1e-3), np.ones((3000, 4)), arm(), np.zeros((3000, 4)))
     z = memory_states(Machine(arm(), ("cable_creep",), {"km": np.full(4, 500.0), "tau": np.array([2.0])}), at, STEP)
     expected = 500 * 1e-3 * 2.0 * (1 - np.exp(-STEP * np.arange(3000) / 2.0))
     np.testing.assert_allclose(z[:, 1, 0], expected, rtol=1e-9)

@@ -10,7 +10,7 @@ import numpy as np
 from mechanism.cable_lengths import Z, lengths, wrap_angles
 from mechanism.dynamics import terms
 from mechanism.elasticity import elongation_rate
-from mechanism.laws import Stretching, Turning
+from mechanism.laws import CableMotion, MotorMotion
 from mechanism.machine import Machine
 from mechanism.simulation import State
 
@@ -24,13 +24,15 @@ def runge_kutta(machine: Machine, start: State, time: np.ndarray, f: np.ndarray,
         assert y.memory is not None
         jacobian, length = Z(arm, y.alpha), lengths(arm, y.alpha)
         x = length - l0 + arm.drum * y.theta + arm.x0
-        at = Stretching(x, elongation_rate(arm, jacobian, y.alpha_d, y.theta_d), length, arm, arm.drum * y.theta_d)
+        at = CableMotion(x, elongation_rate(arm, jacobian, y.alpha_d, y.theta_d), length, arm, arm.drum * y.theta_d)
         t = machine.tension(at, y.memory)
         k = terms(arm, y.alpha, y.alpha_d)
         torque = jacobian @ t - k.c - k.g - machine.resistance(y.alpha_d)
         alpha_dd = np.asarray(np.linalg.solve(k.M, torque), dtype=float)
-        net = force - machine.friction(Turning(y.theta_d, t, wrap_angles(arm, y.alpha))) - t
-        return State(y.alpha_d, alpha_dd, y.theta_d, arm.drum * net / arm.motor_inertia, machine.drift(at, y.memory))
+        net = force - machine.friction(MotorMotion(y.theta_d, t, wrap_angles(arm, y.alpha))) - t
+        return State(
+            y.alpha_d, alpha_dd, y.theta_d, arm.drum * net / arm.motor_inertia, machine.memory_rate(at, y.memory)
+        )
 
     y = replace(start, memory=np.zeros((arm.M, machine.states)) if start.memory is None else start.memory)
     out = [y]

@@ -11,7 +11,7 @@ from mechanism.cable_lengths import Z
 from mechanism.description import read_neck
 from mechanism.dynamics import coriolis, gravity_and_springs, mass_matrix, potential_energy
 from mechanism.elasticity import elongation, elongation_rate
-from mechanism.laws import LAWS, Turning
+from mechanism.laws import LAWS, MotorMotion
 from mechanism.machine import Machine
 from mechanism.simulation import Motion, State, simulate
 
@@ -81,8 +81,8 @@ def test_losses_are_those_of_friction_and_damping(arm: Arm) -> None:
     motion, f = moved(arm, ca, fs, fv, step=2.5e-4, sample=2.5e-4)
     missing = work_of_motors(arm, motion, f) - (stored(arm, motion) - stored(arm, motion)[0])
     x_d = elongation_rate(arm, Z(arm, motion.alpha), motion.alpha_d, motion.theta_d)
-    turning = Turning(motion.theta_d, motion.tension, np.zeros(()))
-    rubbing = sum(LAWS[name].rub(values(ca, fs, fv), turning) for name in FRICTION) * arm.drum * motion.theta_d
+    turning = MotorMotion(motion.theta_d, motion.tension, np.zeros(()))
+    rubbing = sum(LAWS[name].friction(values(ca, fs, fv), turning) for name in FRICTION) * arm.drum * motion.theta_d
     damping = motion.tension - K * np.maximum(elongation(arm, motion.alpha, motion.theta), 0.0)
     power = np.sum(damping * x_d + rubbing, axis=-1)
     lost = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(motion.time))])

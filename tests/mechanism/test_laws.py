@@ -7,7 +7,7 @@ from mechanism.arm import arm_of
 from mechanism.cable_lengths import wrap_angles
 from mechanism.description import read_neck
 from mechanism.law_derivatives import law_derivatives
-from mechanism.laws import LAWS, Stretching, Turning
+from mechanism.laws import LAWS, CableMotion, MotorMotion
 from mechanism.machine import Machine
 from mechanism.simulation import State, simulate
 from samples.generator.routes import piece
@@ -53,7 +53,7 @@ def test_play_whose_flank_is_reached_yields_as_its_spring_and_no_more(side: floa
     """A motor that presses on: one step off the flank is no crossing, by which a damper would come into the slope of a spring."""
     values = {name: value[:, None] for name, value in (some("backlash") | {"play": np.full(4, 1e-3)}).items()}
     travel_d, length = np.full((4, 1), 0.02 * side), np.ones((4, 1))
-    at = Stretching(np.full((4, 1), 5e-3), np.zeros((4, 1)), length, ARM, travel_d)
+    at = CableMotion(np.full((4, 1), 5e-3), np.zeros((4, 1)), length, ARM, travel_d)
     z = np.full((4, 1, 1), side)
     found = law_derivatives(Machine(ARM, (*NAMES, "backlash"), values), at, z, 0 * length, length, np.zeros((3, 1)))
     np.testing.assert_allclose(found.pull_by_memory, -BASE["k"][0] * 1e-3 / 2, rtol=1e-3)
@@ -62,8 +62,8 @@ def test_play_whose_flank_is_reached_yields_as_its_spring_and_no_more(side: floa
 @pytest.mark.parametrize("name", ["dry_friction", "viscous_friction", "stribeck_friction", "pulley_friction"])
 def test_friction_takes_power_and_never_gives(name: str) -> None:
     theta_d = np.linspace(-200, 200, 41)[:, None] * np.ones(4)
-    at = Turning(theta_d, np.full((41, 4), 60.0), wrap_angles(ARM, np.zeros(3)) * np.ones((41, 4)))
-    power = LAWS[name].rub(some(name), at) * theta_d
+    at = MotorMotion(theta_d, np.full((41, 4), 60.0), wrap_angles(ARM, np.zeros(3)) * np.ones((41, 4)))
+    power = LAWS[name].friction(some(name), at) * theta_d
     assert power.min() >= 0 < power.max()
 
 
@@ -75,23 +75,23 @@ def test_a_cable_that_remembers_loses_energy_in_a_cycle(name: str) -> None:
     x, x_d = 0.006 + 0.003 * np.sin(2 * np.pi * t), 0.006 * np.pi * np.cos(2 * np.pi * t)
     z, work = np.zeros((4, 1)), 0.0
     for k in range(len(t)):
-        at = Stretching(np.full(4, x[k]), np.full(4, x_d[k]), np.ones(4), ARM, np.zeros(4))
+        at = CableMotion(np.full(4, x[k]), np.full(4, x_d[k]), np.ones(4), ARM, np.zeros(4))
         if t[k] >= 10:
             work += float(law.pull(values, at, z)[0] * x_d[k] * h)
-        z = z + h * law.drift(values, at, z)
+        z = z + h * law.memory_rate(values, at, z)
     assert work > 1e-4
 
 
 @pytest.mark.parametrize("name", ["actuator_gain", "actuator_offset", "actuator_lag"])
 def test_what_is_written_for_a_force_makes_that_force(name: str) -> None:
     values, law = some(name, 3.0), LAWS[name]
-    np.testing.assert_allclose(law.command(values, law.written(values, F, 0.002), 0.002), F, atol=1e-9)
-    assert np.abs(law.command(values, F, 0.002) - F).max() > 0.1
+    np.testing.assert_allclose(law.acting_force(values, law.commanded_force(values, F, 0.002), 0.002), F, atol=1e-9)
+    assert np.abs(law.acting_force(values, F, 0.002) - F).max() > 0.1
 
 
 def test_a_force_that_follows_late_comes_nearer_by_e_in_its_time() -> None:
     f = np.concatenate([np.zeros((1, 4)), np.ones((20, 4))])
-    acts = LAWS["actuator_lag"].command({"taul": np.array([0.02])}, f, 0.002)
+    acts = LAWS["actuator_lag"].acting_force({"taul": np.array([0.02])}, f, 0.002)
     np.testing.assert_allclose(1 - acts[10], np.exp(-1), rtol=1e-9)
 
 
@@ -100,9 +100,9 @@ def test_backlash_is_half_the_play_behind_on_either_side() -> None:
     values = {"k": np.full(4, 8e3), "ca": np.full(4, 50.0), "play": np.full(4, 1e-3), "pb": np.array([0.5])}
     law, z = LAWS["backlash"], np.zeros((4, 1))
     for way in (1.0, -1.0):
-        at = Stretching(np.full(4, 0.01), np.zeros(4), np.ones(4), ARM, np.full(4, way * 0.02))
+        at = CableMotion(np.full(4, 0.01), np.zeros(4), np.ones(4), ARM, np.full(4, way * 0.02))
         for _ in range(2000):
-            z = np.clip(z + 1e-3 * law.drift(values, at, z), -1, 1)
+            z = np.clip(z + 1e-3 * law.memory_rate(values, at, z), -1, 1)
         np.testing.assert_allclose(law.pull(values, at, z), -way * 4.0, rtol=1e-6)
 
 
@@ -110,9 +110,9 @@ def test_creep_relaxes_with_its_time_constant() -> None:
     """After a step of the elongation the pull falls from km x to nothing, by 1/e in tau."""
     values = {"km": np.full(4, 500.0), "tau": np.array([2.0])}
     z = np.full((4, 1), 5.0)
-    at = Stretching(np.full(4, 0.01), np.zeros(4), np.ones(4), ARM, np.zeros(4))
+    at = CableMotion(np.full(4, 0.01), np.zeros(4), np.ones(4), ARM, np.zeros(4))
     for _ in range(2000):
-        z = z + 1e-3 * LAWS["cable_creep"].drift(values, at, z)
+        z = z + 1e-3 * LAWS["cable_creep"].memory_rate(values, at, z)
     np.testing.assert_allclose(z, 5.0 * np.exp(-1), rtol=1e-3)
 
 
@@ -120,13 +120,13 @@ def test_creep_relaxes_with_its_time_constant() -> None:
 def test_dry_friction_of_joints_is_the_same_both_ways_and_never_more_than_whole(sooner: float) -> None:
     speed = np.linspace(-4, 4, 801)[:, None] * np.ones(3)
     values = {"cj": np.full(3, 0.02), "dj": np.zeros(3), "vj": np.array([0.1]), "nj": np.array([sooner])}
-    found = LAWS["joint_friction"].resist(values, speed)
+    found = LAWS["joint_friction"].resistance(values, speed)
     np.testing.assert_allclose(found, -found[::-1], atol=1e-15)
     assert np.all(np.diff(found, axis=0) >= 0)
     assert np.all(np.abs(found) <= 0.02)
     # with n a forty-first of it is wanting at most at forty widths; at rest it rises by one in a width
     assert np.all(found[-1] > 0.02 * 40 / 41 * (1 - 1e-12))
-    near = LAWS["joint_friction"].resist(values, np.full(3, 1e-7))
+    near = LAWS["joint_friction"].resistance(values, np.full(3, 1e-7))
     np.testing.assert_allclose(near, 0.02 * 1e-7 / 0.1, rtol=1e-5)
     if sooner == 2.7:
         np.testing.assert_allclose(found, 0.02 * np.tanh(speed / 0.1), atol=0.02 * 0.02)
@@ -136,7 +136,7 @@ def test_toe_ends_at_the_cables_own_stiffness() -> None:
     values = {"k": np.full(4, 8e3), "ca": np.zeros(4), "xt": np.full(4, 1e-3)}
 
     def pull(x: float) -> float:
-        at = Stretching(np.full(4, x), np.zeros(4), np.ones(4), ARM, np.zeros(4))
+        at = CableMotion(np.full(4, x), np.zeros(4), np.ones(4), ARM, np.zeros(4))
         return float(Machine(ARM, ("linear_cable", "cable_toe"), values).tension(at, np.zeros((4, 0)))[0])
 
     assert (pull(1e-5) - pull(0.0)) / 1e-5 < 100 < 7900 < (pull(0.0101) - pull(0.01)) / 1e-4

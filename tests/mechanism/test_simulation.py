@@ -10,7 +10,7 @@ from mechanism.cable_lengths import Z
 from mechanism.description import read_neck
 from mechanism.dynamics import gravity_and_springs
 from mechanism.machine import Machine
-from mechanism.simulation import MAX_STEP_S, State, simulate_given_angles, simulate
+from mechanism.simulation import MAX_STEP_S, State, simulate, simulate_given_angles
 from tests.mechanism.runge_kutta import runge_kutta
 from tests.paths import NECK_FILE
 from xneck_foundation.errors import Refused

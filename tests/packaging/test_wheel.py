@@ -68,11 +68,11 @@ def test_it_holds_every_file_of_the_packages_and_the_recordings_of_the_demo(whee
 def test_alone_it_finds_its_templates_and_its_samples(installed: Path) -> None:
     words = """
 import xneck.cli.demo, xneck.report.template, xneck.report.batch_page as pages, xneck
-from vision.recording import read_recording
-from xneck.provenance import versions
+from xneck.recording.recording_folder import read_recording
+from xneck_foundation.provenance import versions
 for name in ("recording", "held_out"):
-    print(read_recording(xneck.cli.demo.SAMPLES / name).log)
-print(len(pages.page({}, versions(), None)) > 1000, xneck.__file__)
+    print(read_recording(xneck.cli.demo.SAMPLES_FOLDER / name).log)
+print(len(pages.batch_html({}, versions(), None)) > 1000, xneck.__file__)
 """
     *logs, page = python(installed, words).splitlines()
     assert [Path(log).is_relative_to(installed) for log in logs] == [True, True]

@@ -149,7 +149,7 @@ def test_killed_at_any_time(name: str, recorded: Path, small: Path, tmp_path: Pa
 
 WRITES = """
 import os, sys, time
-from xneck.whole_file import whole_file
+from xneck_foundation.whole_file import whole_file
 with whole_file(sys.argv[1]) as part:
     part.write_text("half")
     print(part, flush=True)

@@ -1,4 +1,4 @@
-"""The law of the elongation: its means over steps against fine integration, and what it leaves of cables that it should explain."""
+"""Regressors of the elongation: means over steps against fine integration, and what the law leaves of cables it should explain."""
 
 from dataclasses import replace
 
@@ -28,8 +28,8 @@ def test_friction_over_a_step_is_its_integral() -> None:
     speed = np.array([-3.0, 5.0, 5.0, 0.1, -0.1, 0.0, 0.0, -40.0])[:, None]
     dried, transition, viscous = friction_over_steps(speed)
     fine = np.linspace(speed[:-1, 0], speed[1:, 0], 10_001)
-    for found, exact in ((dried, dry(fine)), (transition, CM * fine / (1 + (CM * fine) ** 2)), (viscous, fine)):
-        np.testing.assert_allclose(found[:, 0], np.trapezoid(exact, dx=1e-4, axis=0), atol=1e-6)
+    for mean, exact in ((dried, dry(fine)), (transition, CM * fine / (1 + (CM * fine) ** 2)), (viscous, fine)):
+        np.testing.assert_allclose(mean[:, 0], np.trapezoid(exact, dx=1e-4, axis=0), atol=1e-6)
 
 
 def test_means_over_steps_tell_a_cubic_at_their_ends() -> None:
@@ -48,7 +48,9 @@ def test_damped_cables_and_dry_friction_are_explained_to_the_encoders_noise(damp
     k = np.array([10e3, 9e3, 8e3, 5.5e3])
     world = World(parse_yaml(NECK.read_text(), str(NECK)), stretch=linear(k, np.full(4, damping)))
     made = prescribe(world, 20.0, 0, (0.1, 5.0), (8.0, 9.6))
-    log = uniformly_sampled(Series(made.log_time, numbered_columns("theta", made.counted) | numbered_columns("f", made.f)))
+    log = uniformly_sampled(
+        Series(made.log_time, numbered_columns("theta", made.counted) | numbered_columns("f", made.f))
+    )
     motors = motors_of(log, COUNTS)
     f = np.stack([np.interp(motors.time + late_s, motors.time, column) for column in motors.f.T], axis=-1)
     frames = made.clocks.log_time(made.frame_times)
@@ -58,6 +60,6 @@ def test_damped_cables_and_dry_friction_are_explained_to_the_encoders_noise(damp
     seen += np.random.default_rng(1).normal(0, 5e-5, seen.shape)
     X = law_of(ARM, replace(motors, f=f), frames, seen).at(motors.time[rows])
     for j in range(4):
-        left = x[rows, j] - X[:, j] @ np.linalg.lstsq(X[:, j], x[rows, j], rcond=None)[0]
-        assert np.std(left) < 4e-6, np.std(left)
+        residuals = x[rows, j] - X[:, j] @ np.linalg.lstsq(X[:, j], x[rows, j], rcond=None)[0]
+        assert np.std(residuals) < 4e-6, np.std(residuals)
         assert np.std(x[rows, j]) > 5e-4

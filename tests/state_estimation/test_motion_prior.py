@@ -1,10 +1,10 @@
-"""The prior of two parts on signals that are not of its own model: a sum of sines, with kicks of the acceleration or without."""
+"""The two-part prior on signals that are not of its own model: a sum of sines, with kicks of the acceleration or without."""
 
 import numpy as np
 import pytest
 
 from state_estimation.banded import banded_cholesky
-from state_estimation.motion_prior import PARTS, TwoPartPrior, less_rough, fit_two_part_prior, joint_band
+from state_estimation.motion_prior import PARTS, TwoPartPrior, fit_two_part_prior, joint_band, less_rough
 from state_estimation.smoother import BANDWIDTH, normal_equations
 from state_estimation.spline import Knots, SplinePrior, knots_over
 
@@ -39,18 +39,18 @@ def kicks(t: np.ndarray, seed: int) -> list[np.ndarray]:
     return out
 
 
-def nees(truth: list[np.ndarray], t: np.ndarray, y: np.ndarray, mixture: TwoPartPrior) -> float:
+def nees(truth: list[np.ndarray], t: np.ndarray, y: np.ndarray, prior: TwoPartPrior) -> float:
     """Of the second derivative, at the samples but for a second at both ends."""
     variance = np.full(len(t), SIGMA**2)
     knots = knots_over(t[0], t[-1], STEP)
     design, right = normal_equations(knots, t, y, variance)
-    found = banded_cholesky(joint_band([design], [mixture.bands(knots)]))
-    c = found.solve(np.repeat(right, PARTS))
+    cholesky = banded_cholesky(joint_band([design], [prior.bands(knots)]))
+    c = cholesky.solve(np.repeat(right, PARTS))
     rows = knots.design(t[30:-30], 2)
     e = rows @ c.reshape(-1, PARTS).sum(axis=1) - truth[2][30:-30]
     each = np.repeat(rows.toarray(), PARTS, axis=1)
-    own = np.einsum("tn,nt->t", each, found.solve(each.T)) + mixture.beyond(STEP)
-    return float(np.mean(e**2 / own))
+    variance = np.einsum("tn,nt->t", each, cholesky.solve(each.T)) + prior.unresolved_variance(STEP)
+    return float(np.mean(e**2 / variance))
 
 
 def recorded(seed: int, kicked: bool) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
@@ -61,13 +61,13 @@ def recorded(seed: int, kicked: bool) -> tuple[list[np.ndarray], np.ndarray, np.
     return truth, t, truth[0] + np.random.default_rng([seed, 1]).normal(0, SIGMA, len(t))
 
 
-def fitted(seed: int, kicked: bool, doubt: float) -> float:
+def fitted(seed: int, kicked: bool, allowance: float) -> float:
     truth, t, y = recorded(seed, kicked)
-    return nees(truth, t, y, fit_two_part_prior(t, y, np.full(len(t), SIGMA**2), STEP, doubt))
+    return nees(truth, t, y, fit_two_part_prior(t, y, np.full(len(t), SIGMA**2), STEP, allowance))
 
 
-def test_kicks_below_the_noise_are_in_the_covariance_with_doubt_only() -> None:
-    """The likeliest prior may deny kicks of a third of the noise, and errs by 2 sigma RMS; what doubt allows does not.
+def test_kicks_below_the_noise_are_in_the_covariance_with_an_allowance_only() -> None:
+    """The likeliest prior may deny kicks of a third of the noise, and errs by 2 sigma RMS; a prior with the allowance does not.
 
     An acceleration has about six independent values a second: 38 s give NEES a spread of sqrt(2 / 228) = 0.1, four of which
     are allowed above one.
@@ -76,7 +76,7 @@ def test_kicks_below_the_noise_are_in_the_covariance_with_doubt_only() -> None:
     assert max(fitted(seed, True, 0.0) for seed in range(3)) > 2.0
 
 
-def test_doubt_costs_smooth_motion_less_than_twice_its_sigma() -> None:
+def test_allowance_costs_smooth_motion_less_than_twice_its_sigma() -> None:
     """A rough part that is not there is claimed: NEES of accelerations falls, but not below 1/4."""
     for seed in range(3):
         assert 0.25 < fitted(seed, False, 8.0) < 1.4
@@ -86,11 +86,11 @@ def test_parts_side_by_side_are_the_sum_that_samples_see() -> None:
     """Against dense matrices: samples couple the sums of the parts, priors each part alone."""
     knots = Knots(0.0, STEP, 30)
     t = np.linspace(0, 0.8, 60)
-    mixture = TwoPartPrior(SplinePrior(4, 8.0, 0.01, 1.0), SplinePrior(3, 6.0, 0.02, 0.5))
+    prior = TwoPartPrior(SplinePrior(4, 8.0, 0.01, 1.0), SplinePrior(3, 6.0, 0.02, 0.5))
     variance = np.full(60, 0.04)
     measured, _ = normal_equations(knots, t, np.zeros(60), variance)
-    bands = mixture.bands(knots)
-    found = joint_band([measured], [bands])
+    bands = prior.bands(knots)
+    band = joint_band([measured], [bands])
     design = np.repeat(knots.design(t).toarray(), PARTS, axis=1)
     expected = design.T @ (design / variance[:, None])
     for part, band in enumerate(bands):
@@ -98,19 +98,22 @@ def test_parts_side_by_side_are_the_sum_that_samples_see() -> None:
             for k in range(30 - lag):
                 expected[PARTS * (k + lag) + part, PARTS * k + part] += band[lag, k]
     for i, j in zip(*np.tril_indices(PARTS * 30), strict=True):
-        own = found[i - j, j] if i - j < len(found) else 0.0
-        assert own == pytest.approx(expected[i, j], abs=1e-6)
+        entry = band[i - j, j] if i - j < len(band) else 0.0
+        assert entry == pytest.approx(expected[i, j], abs=1e-6)
 
 
 def test_the_calmer_of_two_is_the_one_with_the_smaller_rough_part() -> None:
-    one, other = (TwoPartPrior(SplinePrior(4, 8.0, 1.0, 1.0), SplinePrior(3, 6.0, drive, 1.0)) for drive in (2.0, 3.0))
-    assert less_rough(one, other).rough == less_rough(other, one).rough == one.rough
-    assert less_rough(other, one).smooth is other.smooth
+    calm, rough = (
+        TwoPartPrior(SplinePrior(4, 8.0, 1.0, 1.0), SplinePrior(3, 6.0, innovation_sigma, 1.0))
+        for innovation_sigma in (2.0, 3.0)
+    )
+    assert less_rough(calm, rough).rough == less_rough(rough, calm).rough == calm.rough
+    assert less_rough(rough, calm).smooth is rough.smooth
 
 
 def test_knots_do_not_carry_what_is_beyond_them() -> None:
     """The second derivative of (step drive^2) / (w step)^(2 order), from pi / step to infinity, integrated as a sum."""
-    mixture = TwoPartPrior(SplinePrior(4, 8.0, 0.01, 1.0), SplinePrior(3, 6.0, 0.02, 0.5))
+    prior = TwoPartPrior(SplinePrior(4, 8.0, 0.01, 1.0), SplinePrior(3, 6.0, 0.02, 0.5))
     w = np.geomspace(np.pi / STEP, 1e4 * np.pi / STEP, 200_001)
-    density = sum(p.drive**2 * STEP * (w * STEP) ** (-2.0 * p.order) for p in (mixture.smooth, mixture.rough))
-    assert mixture.beyond(STEP) == pytest.approx(np.trapezoid(density * w**4, w) / np.pi, rel=1e-3)
+    density = sum(p.innovation_sigma**2 * STEP * (w * STEP) ** (-2.0 * p.order) for p in (prior.smooth, prior.rough))
+    assert prior.unresolved_variance(STEP) == pytest.approx(np.trapezoid(density * w**4, w) / np.pi, rel=1e-3)

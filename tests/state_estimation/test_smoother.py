@@ -28,10 +28,10 @@ def test_error_is_within_its_covariance_and_below_raw_noise() -> None:
     for seed in range(10):
         t = frames(np.random.default_rng([seed, 1]))
         y = sines(t, np.random.default_rng(seed)) + np.random.default_rng([seed, 2]).normal(0, SIGMA, len(t))
-        found = smooth_signal(t, y, np.full(len(t), SIGMA), at)
+        smoothed = smooth_signal(t, y, np.full(len(t), SIGMA), at)
         truth = [sines(at, np.random.default_rng(seed), d) for d in range(3)]
-        e = np.stack([found.value, found.d1, found.d2], axis=-1) - np.stack(truth, axis=-1)
-        nees.append(np.mean(np.einsum("ti,tij,tj->t", e, np.linalg.inv(found.covariance), e)) / 3)
+        e = np.stack([smoothed.value, smoothed.d1, smoothed.d2], axis=-1) - np.stack(truth, axis=-1)
+        nees.append(np.mean(np.einsum("ti,tij,tj->t", e, np.linalg.inv(smoothed.covariance), e)) / 3)
         errors.append(np.std(e[:, 0]))
     assert 0.6 < np.mean(nees) < 1.3
     assert np.mean(errors) < np.sqrt(2 * 5 / 30) * SIGMA
@@ -45,10 +45,10 @@ def test_a_gap_of_a_second_is_bridged_with_a_sigma_to_match() -> None:
         y = sines(t, np.random.default_rng(seed)) + np.random.default_rng([seed, 2]).normal(0, SIGMA, len(t))
         y[(t > 14) & (t < 15)] = np.nan
         at = np.array([10.5, 14.5])
-        found = smooth_signal(t, y, np.full(len(t), SIGMA), at)
-        sigma = np.sqrt(found.covariance[:, 0, 0])
+        smoothed = smooth_signal(t, y, np.full(len(t), SIGMA), at)
+        sigma = np.sqrt(smoothed.covariance[:, 0, 0])
         assert sigma[1] > 3 * sigma[0]
-        z.append((found.value - sines(at, np.random.default_rng(seed)))[1] / sigma[1])
+        z.append((smoothed.value - sines(at, np.random.default_rng(seed)))[1] / sigma[1])
     assert np.sqrt(np.mean(np.square(z))) < 2
 
 

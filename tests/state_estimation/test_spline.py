@@ -51,10 +51,10 @@ def test_windows_of_the_inverse_are_the_inverses() -> None:
         band[k, n - k :] = 0.0
     whole = np.linalg.inv(dense(band))
     first = np.concatenate([[0, 3, 3], np.sort(rng.integers(0, n - 5, 400)), [n - 5]])
-    found = np.full((len(first), 5, 5), np.nan)
+    windows = np.full((len(first), 5, 5), np.nan)
     for rows, parts in inverse_windows(banded_cholesky(band), 6, first, 5):
-        found[rows] = parts
-    for f, part in zip(first, found, strict=True):
+        windows[rows] = parts
+    for f, part in zip(first, windows, strict=True):
         np.testing.assert_allclose(part, whole[f : f + 5, f : f + 5], atol=1e-12)
     right = rng.normal(size=(n, 2))
     np.testing.assert_allclose(banded_cholesky(band).solve(right), whole @ right, atol=1e-12)

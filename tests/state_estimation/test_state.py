@@ -32,7 +32,9 @@ def recorded(
     made = prescribe(World(parse_yaml(NECK.read_text(), str(NECK))), seconds, seed, (0.1, hertz), peak_deg)
     frames = made.clocks.log_time(made.frame_times)
     alpha = made.frame_alpha + np.random.default_rng([seed, 5]).normal(0, SIGMA, made.frame_alpha.shape)
-    log = uniformly_sampled(Series(made.log_time, numbered_columns("theta", made.counted) | numbered_columns("f", made.f)))
+    log = uniformly_sampled(
+        Series(made.log_time, numbered_columns("theta", made.counted) | numbered_columns("f", made.f))
+    )
     at = log.time[(log.time > frames[0] + 1) & (log.time < frames[-1] - 1)]
     seen = FrameAngles(frames, alpha, np.full(alpha.shape, SIGMA), np.zeros(alpha.shape))
     return made, seen, motors_of(log, COUNTS), at
@@ -46,9 +48,9 @@ def recordings() -> list[tuple[Prescribed, FrameAngles, Motors, np.ndarray]]:
 def errors(made: Prescribed, state: StateEstimate) -> np.ndarray:
     """(K, 3, N) at the covariance's times."""
     rows = np.searchsorted(made.log_time, state.covariance_time - 1e-6)
-    own = np.searchsorted(state.time, state.covariance_time - 1e-9)
+    at_rows = np.searchsorted(state.time, state.covariance_time - 1e-9)
     parts = zip((state.alpha, state.alpha_d, state.alpha_dd), (made.alpha, made.alpha_d, made.alpha_dd), strict=True)
-    return np.stack([found[own] - true[rows] for found, true in parts], axis=1)
+    return np.stack([estimate[at_rows] - true[rows] for estimate, true in parts], axis=1)
 
 
 def nees(made: Prescribed, state: StateEstimate) -> float:
@@ -104,9 +106,9 @@ def test_kicks_of_friction_below_the_noise_are_in_the_covariance(noise_deg: floa
     at = log.time[(log.time > frames[0] + 0.5) & (log.time < frames[-1] - 0.5)]
     state = estimate_state(ARM, seen, motors_of(log, COUNTS), at, fuse=fuse)
     e = []
-    for found, suffix in ((state.alpha, ""), (state.alpha_d, "_d"), (state.alpha_dd, "_dd")):
+    for estimate, suffix in ((state.alpha, ""), (state.alpha_d, "_d"), (state.alpha_dd, "_dd")):
         true = [np.interp(at, truth["recording_log_time"], column) for column in truth[f"recording_alpha{suffix}"].T]
-        e.append((found - np.stack(true, axis=-1))[np.searchsorted(at, state.covariance_time - 1e-9)])
+        e.append((estimate - np.stack(true, axis=-1))[np.searchsorted(at, state.covariance_time - 1e-9)])
     assert 0.3 < per_dimension(np.concatenate(e, axis=1), state) < 1.6
 
 
@@ -114,12 +116,12 @@ def test_an_error_of_the_clock_is_in_the_covariance(recordings: list) -> None:
     """A camera 3 ms late moves every angle by 3 ms of its motion: honest if the clock's sigma is given, and not without it."""
     made, seen, motors, at = recordings[0]
     late = replace(seen, time=seen.time + 3e-3)
-    told = estimate_state(ARM, late, motors, at, (3e-3, 0.0), fuse=False)
-    untold = estimate_state(ARM, late, motors, at, fuse=False)
+    with_sigma = estimate_state(ARM, late, motors, at, (3e-3, 0.0), fuse=False)
+    without_sigma = estimate_state(ARM, late, motors, at, fuse=False)
     # one sigma of one common error in nine dimensions adds about a ninth
-    assert nees(made, told) < 1.6
+    assert nees(made, with_sigma) < 1.6
     # twice what is called honest
-    assert nees(made, untold) > 3.2
+    assert nees(made, without_sigma) > 3.2
 
 
 def test_what_all_frames_share_does_not_average_out(recordings: list) -> None:
@@ -166,7 +168,7 @@ def test_cables_whose_force_explains_nothing_are_left_out_and_named(recordings: 
     f = motors.f.copy()
     f[:, 1] = np.random.default_rng(1).normal(50, 10, len(f))
     state = estimate_state(ARM, seen, replace(motors, f=f), at)
-    assert [left["cable"] for left in state.notes["cables_left_out"]] == [2]
+    assert [cable["cable"] for cable in state.notes["cables_left_out"]] == [2]
     assert 0.2 < nees(made, state) < 1.6
 
 
@@ -188,5 +190,5 @@ def test_motor_acceleration_beats_central_differences_at_reversals(recordings: l
     made, _, motors, at = recordings[0]
     rows = np.searchsorted(made.log_time, at - 1e-6)
     truth = np.gradient(np.gradient(made.theta, made.log_time, axis=0), made.log_time, axis=0)[rows]
-    own = motors.theta_dd[np.searchsorted(motors.time, at - 1e-9)]
-    assert np.sqrt(np.mean((own - truth) ** 2)) < COUNTS[0] / 0.002**2 * np.sqrt(0.5) / 20
+    estimate = motors.theta_dd[np.searchsorted(motors.time, at - 1e-9)]
+    assert np.sqrt(np.mean((estimate - truth) ** 2)) < COUNTS[0] / 0.002**2 * np.sqrt(0.5) / 20

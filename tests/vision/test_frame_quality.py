@@ -14,15 +14,15 @@ def test_each_gap_names_its_frames_angles_and_marker() -> None:
     alpha = np.zeros((30, 2))
     alpha[5:8, 1] = np.nan
     alpha[20:] = np.nan
-    how = np.full((30, 3), TRACKED, dtype=np.int8)
-    how[5:8, 2] = NOT_FOUND
-    how[20:, 0] = DOUBLED
-    first, second = angle_gaps(TIME, alpha, IDS, how)
+    status = np.full((30, 3), TRACKED, dtype=np.int8)
+    status[5:8, 2] = NOT_FOUND
+    status[20:, 0] = DOUBLED
+    first, second = angle_gaps(TIME, alpha, IDS, status)
     assert (first["first_frame"], first["last_frame"], first["angles"]) == (5, 7, ["alpha2"])
     assert first["cause"].startswith("marker 9 not found")
     assert (second["first_frame"], second["last_frame"], second["angles"]) == (20, 29, ["alpha1", "alpha2"])
     assert second["cause"] == "marker 7 in view twice"
-    assert angle_gaps(TIME, np.zeros((30, 2)), IDS, how) == []
+    assert angle_gaps(TIME, np.zeros((30, 2)), IDS, status) == []
 
 
 def test_blur_is_the_way_during_the_exposure() -> None:
@@ -31,8 +31,17 @@ def test_blur_is_the_way_during_the_exposure() -> None:
     corners[:, 1, :, 0] = 300 * TIME[:, None]
     corners[:, 2] = np.nan
     nothing = np.zeros((30, 3), dtype=np.float32)
-    how = np.zeros((30, 3), dtype=np.int8)
-    seen = MarkerTracks(TIME, corners, None, how, nothing, nothing, nothing.astype(bool), ())
+    status = np.zeros((30, 3), dtype=np.int8)
+    seen = MarkerTracks(
+        time=TIME,
+        corners=corners,
+        covariance=None,
+        status=status,
+        hidden=nothing,
+        clipped=nothing,
+        fell_back=nothing.astype(bool),
+        foreign_ids=(),
+    )
     found = frame_quality(seen, IDS, np.zeros(30), 0.004)
     np.testing.assert_allclose(found.columns["blur_px"], 1.2, rtol=1e-9)
     assert set(found.columns) == {"residual_px", "blur_px", "how_id7", "how_id8", "how_id9"}

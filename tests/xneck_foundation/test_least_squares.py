@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from xneck_foundation.least_squares import linear_least_squares, nonlinear
+from xneck_foundation.least_squares import linear_least_squares
 
 
 def test_error_over_sigma_has_spread_one() -> None:
@@ -17,15 +17,6 @@ def test_error_over_sigma_has_spread_one() -> None:
         z.append((fit.value - truth) / fit.sigma)
     spread = np.std(z, axis=0)
     assert np.all(np.abs(spread - 1) < 4 / np.sqrt(2 * 300))
-
-
-def test_linear_and_nonlinear_agree_on_a_linear_problem() -> None:
-    rng = np.random.default_rng(1)
-    D = rng.normal(size=(50, 3))
-    y = D @ [1.0, 2.0, 3.0] + rng.normal(0, 0.1, 50)
-    a, b = linear_least_squares(D, y), nonlinear(lambda v: D @ v - y, np.zeros(3))
-    np.testing.assert_allclose(a.value, b.value, atol=1e-6)
-    np.testing.assert_allclose(a.covariance, b.covariance, rtol=1e-4)
 
 
 def test_what_the_data_do_not_reach_has_infinite_sigma() -> None:

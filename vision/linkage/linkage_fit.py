@@ -15,9 +15,11 @@ from scipy.stats import chi2
 from calibration.camera import Camera
 from mechanism.description import Neck
 from vision.linkage.camera_motion import DriftTerm
-from vision.linkage.gauss_newton import degrees_of_freedom, fit_angles, inverse_normals, offset_sensitivity
+from vision.linkage.gauss_newton import fit_angles
+from vision.linkage.linkage_equations import degrees_of_freedom, inverse_normals
 from vision.linkage.marker_placement import MarkerPlacement, describe_placement
 from vision.linkage.observed_corners import CHUNK_FRAMES, whiten_corners
+from vision.linkage.offset_sensitivity import offset_sensitivity
 from vision.linkage.scene import poses_by_frame
 from vision.linkage.shared_fit import LinkageOptions, SharedFit, fit_shared
 

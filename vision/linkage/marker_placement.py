@@ -107,7 +107,7 @@ def describe_placement(neck: Neck, fit: SharedFit, prior: PlacementPrior) -> Mar
                         unit="m",
                     )
                 )
-        covariance = fit.total_covariance[np.ix_(rows, rows)]
+    covariance = fit.total_covariance[np.ix_(rows, rows)]
     return MarkerPlacement(tuple(numbers), covariance, _corrected(neck, fit, prior))
 
 

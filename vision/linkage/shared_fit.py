@@ -23,12 +23,12 @@ from vision.linkage.gauss_newton import (
     SharedPrior,
     fit_angles,
     fit_frames,
-    offset_sensitivity,
     refine_over_recording,
     shared_covariance,
 )
 from vision.linkage.initial_guess import initial_angles, initial_poses, select_frames
 from vision.linkage.observed_corners import ObservedCorners, normalise_corners, whiten_corners
+from vision.linkage.offset_sensitivity import offset_sensitivity
 from vision.linkage.scene import Scene, SharedParameters, image_to_plane, nominal_parameters
 
 Array = NDArray[np.float64]
@@ -116,7 +116,7 @@ def fit_shared(
     where: str,
     covariance: Array | None = None,
     time: Array | None = None,
-    options: LinkageOptions = LinkageOptions(),  # noqa: B008 (frozen)
+    options: LinkageOptions = LinkageOptions(),
 ) -> SharedFit:
     """corners (F, markers, 4, 2), px as detected, NaN where not found; covariance (F, markers, 8, 8), px^2, of them.
 

@@ -10,16 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.markers.edge_refinement import refine_by_edges
-from vision.markers.photometric_solver import (
-    BLUR_VARIANCE,
-    INK_BLEED,
-    LIGHT,
-    MIN_CONTRAST,
-    UNKNOWN_LIGHT,
-    WHITE,
-    PhotometricFit,
-    fit_templates,
-)
+from vision.markers.photometric_model import BLUR_VARIANCE, INK_BLEED, LIGHT, UNKNOWN_LIGHT, WHITE
+from vision.markers.photometric_solver import MIN_CONTRAST, PhotometricFit, fit_templates
 from vision.markers.template import Optics
 
 Array = NDArray[np.float64]

@@ -12,6 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.markers.edge_pixels import EdgePixels, select_pixels
+from vision.markers.photometric_model import (
+    BLUR_VARIANCE,
+    COLUMNS,
+    INK_BLEED,
+    LIGHT,
+    LIGHT_SLOPES,
+    MarkerTemplates,
+    initial_light,
+    model_derivatives,
+)
 from vision.markers.planar_motion import DOF, corner_slopes, homography, move_corners
 from vision.markers.robust_weights import (
     MEAN_NORMAL_WEIGHT,
@@ -21,7 +31,7 @@ from vision.markers.robust_weights import (
     residual_scale,
     tukey_weights,
 )
-from vision.markers.template import Optics, sample_texture
+from vision.markers.template import Optics
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -43,8 +53,6 @@ RESELECTION_ITERATIONS = 3
 """iterations after which pixels are no longer selected anew"""
 PERSPECTIVE_SD = 0.05
 """prior of the perspective terms about those of the start; it holds small markers, larger ones determine them better"""
-MIN_LEVEL_PIXELS = 20
-"""pixels of black or of white, below which their level is not taken"""
 MIN_CONTRAST = 12.0
 """grey levels between black and white, below which there is nothing to fit"""
 SLOPE_SD = 0.2
@@ -55,14 +63,6 @@ FIRST_SCALE = 0.09
 """residual scale of the first iteration as a share of the contrast: from the error of the start, not from a thing across"""
 MAX_MOTION = 0.2
 """of any number of the marker's motion in one iteration, marker coordinates"""
-
-BLUR_VARIANCE, INK_BLEED, LIGHT = DOF, DOF + 1, slice(DOF + 2, DOF + 8)
-"""columns after the motion: the blur's variance, the ink bleed, and the light: 1, u, v times black and white, then white alone"""
-COLUMNS = DOF + 8
-WHITE = DOF + 5
-"""column of white's level over black"""
-LIGHT_SLOPES = [DOF + 3, DOF + 4, DOF + 6, DOF + 7]
-UNKNOWN_LIGHT = np.full(6, np.nan)
 
 
 @dataclass(frozen=True)
@@ -86,32 +86,6 @@ class PhotometricFit:
     """(M,): mean weight of the pixels, 1 where there is nothing but noise"""
     converged: NDArray[np.bool_]
     """(M,)"""
-
-
-@dataclass(frozen=True)
-class _Templates:
-    """The markers' textures at the pixels of M markers."""
-
-    u: Single
-    """(M, N), marker coordinates"""
-    v: Single
-    """(M, N), marker coordinates"""
-    channels: Single
-    """(M, 5, N): as `Texture` has them"""
-
-    @classmethod
-    def of(cls, pixels: EdgePixels, H: Array) -> "_Templates":
-        """The templates seen through the homographies H (M, 3, 3)."""
-        u, v = pixels.marker_coordinates(np.linalg.inv(H).astype(float))
-        channels = np.empty((len(H), 5, u.shape[1]), dtype=np.float32)
-        for k, texture in enumerate(pixels.textures):
-            channels[k] = sample_texture(texture, u[k], v[k])
-        return cls(u, v, channels)
-
-    def under(self, light: Array) -> Single:
-        """Grey levels under light (M, 6), (M, N)."""
-        b0, bu, bv, w0, wu, wv = light.astype(np.float32).T[..., None]
-        return b0 + bu * self.u + bv * self.v + (w0 + wu * self.u + wv * self.v) * self.channels[:, 0]
 
 
 @dataclass
@@ -229,12 +203,12 @@ def _iterate(
         rough = fresh and not np.isnan(light).any()
         pixels = selected.thinned(ROUGH_PIXELS) if rough else selected
         H = homography(corners)
-        templates = _Templates.of(pixels, H)
-        light = _initial_light(templates, pixels, light)
+        templates = MarkerTemplates.of(pixels, H)
+        light = initial_light(templates, pixels, light)
         residual = pixels.grey - templates.under(light)
         scale = FIRST_SCALE * light[:, 3] if fresh else residual_scale(residual, pixels.used)
         weight = _weights(residual, scale, pixels)
-        D = _derivatives(templates, pixels.grey, light)
+        D = model_derivatives(templates, pixels.grey, light)
         prior.mean[:, LIGHT_SLOPES] = light[:, [1, 2, 4, 5]] if fresh else 0.0
         prior.hold_slopes(light, FIRST_SLOPE_SD if fresh else SLOPE_SD)
         inverse, solution, residual = _solve(D, weight, prior, scale)
@@ -270,44 +244,6 @@ def _weights(residual: Single, scale: Array, pixels: EdgePixels) -> Single:
 def _moved(H: Array, solution: Array) -> Array:
     """Corners (M, 4, 2), px, after the motion of a solution."""
     return move_corners(H, np.clip(np.nan_to_num(solution[:, :DOF]), -MAX_MOTION, MAX_MOTION))
-
-
-def _initial_light(templates: _Templates, pixels: EdgePixels, light: Array) -> Array:
-    """Light (M, 6); where it is not known, from the median levels of the pixels that should be black and white."""
-    light = light.copy()
-    for k in np.flatnonzero(np.isnan(light[:, 0])):
-        value, grey, used = templates.channels[k, 0], pixels.grey[k], pixels.used[k]
-        black, white = grey[used & (value < 0.15)], grey[used & (value > 0.85)]
-        enough = min(len(black), len(white)) >= MIN_LEVEL_PIXELS
-        low, high = (float(np.median(black)), float(np.median(white))) if enough else (0.0, 0.0)
-        light[k] = [low, 0.0, 0.0, max(high - low, 1.0), 0.0, 0.0]
-    return light
-
-
-def _derivatives(templates: _Templates, grey: Single, light: Array) -> Single:
-    """The model's derivatives by all columns under light (M, 6), and last the grey levels, (M, COLUMNS + 1, N)."""
-    u, v = templates.u, templates.v
-    value, by_u, by_v, by_variance, by_bleed = templates.channels.transpose(1, 0, 2)
-    D = np.empty((len(u), COLUMNS + 1, u.shape[1]), dtype=np.float32)
-    w0, wu, wv = light[:, 3:].astype(np.float32).T[..., None]
-    white = w0 + wu * u + wv * v
-    np.multiply(by_variance, white, out=D[:, BLUR_VARIANCE])
-    np.multiply(by_bleed, white, out=D[:, INK_BLEED])
-    np.negative(white, out=white)
-    a, b = np.multiply(by_u, white, out=D[:, 0]), np.multiply(by_v, white, out=D[:, 1])
-    # the unit displacements of `planar_motion`, times the template's slopes
-    np.multiply(a, u, out=D[:, 2])
-    np.multiply(a, v, out=D[:, 3])
-    np.multiply(b, u, out=D[:, 4])
-    np.multiply(b, v, out=D[:, 5])
-    radial = D[:, 2] + D[:, 5]
-    np.multiply(radial, u, out=D[:, 6])
-    np.multiply(radial, v, out=D[:, 7])
-    D[:, LIGHT.start], D[:, LIGHT.start + 1], D[:, LIGHT.start + 2], D[:, WHITE] = 1.0, u, v, value
-    np.multiply(value, u, out=D[:, WHITE + 1])
-    np.multiply(value, v, out=D[:, WHITE + 2])
-    D[:, COLUMNS] = grey
-    return D
 
 
 def _solve(D: Single, weight: Single, prior: _Prior, scale: Array) -> tuple[Array, Array, Single]:

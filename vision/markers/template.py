@@ -113,9 +113,8 @@ def _rounded_texture(bits: bytes, n: int, log_u: float, log_v: float, bleed_step
     by_bleed = (above - below) / (2 * BLEED_STEP_PX)
     channels = np.stack([value, by_u * n / 2, by_v * n / 2, by_variance, by_bleed], axis=-1).astype(np.float32)
     slope = np.hypot(by_u / cell_px[0], by_v / cell_px[1])  # per px
-    return Texture(
-        channels, n, per_cell, sigma**2, _near_edges(slope * sigma * np.sqrt(2 * np.pi) > MIN_STEEPNESS, n, per_cell)
-    )
+    near_edges = _near_edges(slope * sigma * np.sqrt(2 * np.pi) > MIN_STEEPNESS, n, per_cell)
+    return Texture(channels=channels, cells=n, per_cell=per_cell, variance=sigma**2, near_edges=near_edges)
 
 
 def with_motion(still: Texture, shift: Array, smear: float) -> Texture:

@@ -1,4 +1,4 @@
-"""A whole video followed marker by marker, its segments one after the other or shared among processes."""
+"""The markers of a whole video, its segments worked on one after the other or shared among processes."""
 
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MarkerTracks:
-    """All frames of a video, arrays (F, markers, ...) of what `Sighting` has for each.
+    """All frames of a video: arrays (F, markers, ...) of the fields of `TrackedFrame`.
 
     Memory grows by 0.1 kB a frame and marker, with covariances by 0.4 kB.
     """
@@ -28,62 +28,70 @@ class MarkerTracks:
     """(F,), s, camera clock"""
     corners: Array
     covariance: NDArray[np.float32] | None
-    how: NDArray[np.int8]
+    status: NDArray[np.int8]
     hidden: NDArray[np.float32]
     clipped: NDArray[np.float32]
     fell_back: NDArray[np.bool_]
-    foreign: tuple[int, ...]
+    foreign_ids: tuple[int, ...]
     """ids of the dictionary in view that are not on the arm"""
     light: Array | None = None
-    """(F,): mean grey level where a switched light is to be seen; None without one"""
+    """(F,): mean grey level of the rectangle in which a switched light is seen; None without a light"""
+
+
+@dataclass(frozen=True)
+class _SegmentTask:
+    """What a process needs to track a segment."""
+
+    video: Video
+    segment: Segment
+    markers: Markers
+    options: TrackingOptions
+    light: LightPatch | None
+
+
+_FRAME_FIELDS = ("time", "corners", "covariance", "status", "hidden", "clipped", "fell_back")
+_FIELDS = (*_FRAME_FIELDS, "light")
 
 
 def track_video(
     video: Video,
     markers: Markers,
-    manner: TrackingOptions = BY_EDGES,
+    options: TrackingOptions = BY_EDGES,
     workers: int = 1,
     progress: Callable[[int], object] = lambda frames: None,
     light: LightPatch | None = None,
 ) -> MarkerTracks:
-    """Every frame of `video`, with the brightness of a `light`; the result does not depend on `workers`.
+    """The markers in every frame of `video`, and the brightness of a `light`; the result does not depend on `workers`.
 
-    Raises Refused for damage.
+    `progress` is called with each number of frames done. Raises Refused for a damaged video.
     """
-    work = [(video, segment, markers, manner, light) for segment in video.segments]
-    if workers == 1 or len(work) == 1:
-        parts = [_segment(one, progress) for one in work]
+    tasks = [_SegmentTask(video, segment, markers, options, light) for segment in video.segments]
+    if workers == 1 or len(tasks) == 1:
+        parts = [_track_segment(task, progress) for task in tasks]
     else:
         parts = []
         # fresh processes: a fork of one that has threads (OpenCV's, FFmpeg's) may hang
-        with ProcessPoolExecutor(min(workers, len(work)), mp_context=get_context("spawn")) as pool:
-            for part in pool.map(_segment, work):
+        with ProcessPoolExecutor(min(workers, len(tasks)), mp_context=get_context("spawn")) as pool:
+            for part in pool.map(_track_segment, tasks):
                 parts.append(part)
                 progress(len(part.time))
-    arrays = {name: _joined(np.concatenate, [getattr(part, name) for part in parts]) for name in _ARRAYS}
-    return MarkerTracks(**arrays, foreign=tuple(sorted({i for part in parts for i in part.foreign})))
+    arrays = {name: _joined(np.concatenate, [getattr(part, name) for part in parts]) for name in _FIELDS}
+    return MarkerTracks(**arrays, foreign_ids=tuple(sorted({i for part in parts for i in part.foreign_ids})))
 
 
-def _joined(how: Callable[[list[Any]], Any], values: list[Any]) -> Any:
-    return None if values[0] is None else how(values)
-
-
-_SEEN = ("time", "corners", "covariance", "how", "hidden", "clipped", "fell_back")
-_ARRAYS = (*_SEEN, "light")
-
-
-def _segment(
-    work: tuple[Video, Segment, Markers, TrackingOptions, LightPatch | None],
-    progress: Callable[[int], object] = lambda frames: None,
-) -> MarkerTracks:
-    video, segment, markers, manner, light = work
-    tracker = MarkerTracker(markers, manner)
-    seen, brightness = [], []
-    for frame in read_segment(video, segment):
-        seen.append(tracker.see(frame))
-        if light:
-            brightness.append(light.brightness(frame.grey))
+def _track_segment(task: _SegmentTask, progress: Callable[[int], object] = lambda frames: None) -> MarkerTracks:
+    tracker = MarkerTracker(task.markers, task.options)
+    tracked, brightness = [], []
+    for frame in read_segment(task.video, task.segment):
+        tracked.append(tracker.track(frame))
+        if task.light:
+            brightness.append(task.light.brightness(frame.grey))
         progress(1)
-    arrays = {name: _joined(np.stack, [getattr(s, name) for s in seen]) for name in _SEEN}
-    arrays["light"] = np.array(brightness) if light else None
-    return MarkerTracks(**arrays, foreign=tuple(sorted({i for s in seen for i in s.foreign})))
+    arrays = {name: _joined(np.stack, [getattr(t, name) for t in tracked]) for name in _FRAME_FIELDS}
+    arrays["light"] = np.array(brightness) if task.light else None
+    return MarkerTracks(**arrays, foreign_ids=tuple(sorted({i for t in tracked for i in t.foreign_ids})))
+
+
+def _joined(join: Callable[[list[Any]], Any], values: list[Any]) -> Any:
+    """The values joined to one array; None where they are None."""
+    return None if values[0] is None else join(values)

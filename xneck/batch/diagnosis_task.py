@@ -9,8 +9,8 @@ from diagnosis import extended_model, record
 from diagnosis.diagnose import diagnose
 from identification.dataset.dataset_file import read_dataset
 from identification.model_file import write_model
-from xneck.recording.fingerprint import software_versions
-from xneck.recording.result_folder import DATASET
+from xneck.recording.result_files import DATASET
+from xneck.recording.software_versions import software_versions
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 from xneck.report.diagnosis_text import diagnosis_sentence
 from xneck_foundation.json_text import json_text
@@ -38,7 +38,8 @@ def run_diagnosis_task(
     }
     folder.mkdir(parents=True, exist_ok=True)
     write_text(
-        folder / "neck.yaml", extended_model.neck_yaml(extended_model.extended_description(diagnosis.search.last, diagnosis.extended))
+        folder / "neck.yaml",
+        extended_model.neck_yaml(extended_model.extended_description(diagnosis.search.last, diagnosis.extended)),
     )
     write_model(extended_model.extended_model(diagnosis.search.last, diagnosis.extended, origin), folder / "model.yaml")
     name = f"{' and '.join(map(_dataset_name, datasets))}, diagnosed"

@@ -13,18 +13,8 @@ from xneck.recording.pipeline import run_stages
 from xneck.recording.progress import StageProgress, no_progress
 from xneck.recording.recording_folder import Recording
 from xneck.recording.recording_result import RecordingResult
-from xneck.recording.result_folder import (
-    DATASET,
-    FOXGLOVE,
-    PLOTJUGGLER,
-    REFUSED,
-    REPORT,
-    RERUN,
-    RESULT,
-    remove_results,
-    file_sizes,
-    without_folder,
-)
+from xneck.recording.result_files import DATASET, FOXGLOVE, PLOTJUGGLER, REFUSED, REPORT, RERUN, RESULT
+from xneck.recording.result_folder import file_sizes, remove_results, without_folder
 from xneck.report.recording_page import write_recording_report
 from xneck.viewers.foxglove import foxglove_layout
 from xneck.viewers.plotjuggler import plotjuggler_layout
@@ -90,7 +80,7 @@ def _record(result: RecordingResult) -> dict[str, Any]:
         "report": REPORT,
         "sync": dict(result.data.clock),
         "check": dict(result.data.check),
-        "identify": result.estimates.as_json() | {"fasquelle": fasquelle_json(result.identification)},
+        "identify": result.estimates.as_json() | {"fasquelle": fasquelle_json(result.fasquelle)},
         "simulate": result.simulated.rms if result.simulated else None,
     }
     if result.video is not None:

@@ -1,11 +1,17 @@
 """xneck calibrate."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
 from xneck.cli.output import INPUT_FILE, OUTPUT_FILE, progress_bar, report_result, result_options
+
+if TYPE_CHECKING:
+    from calibration.calibration_quality import CalibrationQuality
+    from calibration.camera import Camera
+    from vision.linkage.arm_sigma import ArmSigma
 
 EXAMPLES = """\b
 Example: xneck calibrate board/*.jpg --board board.yaml --out camera.yaml
@@ -32,7 +38,9 @@ Example: xneck calibrate board/*.jpg --board board.yaml --out camera.yaml
     type=click.Choice(["opencv", "kalibr"]),
     help="The camera for other tools too, beside --out: camera.opencv.yaml or camera.kalibr.yaml.",
 )
-@click.option("--report", type=OUTPUT_FILE, help="An HTML page of the calibration: what it means, what to photograph next.")
+@click.option(
+    "--report", type=OUTPUT_FILE, help="An HTML page of the calibration: what it means, what to photograph next."
+)
 @click.option("--neck", "neck_file", type=INPUT_FILE, help="neck.yaml: say what sigma does to this arm's joint angles.")
 @click.option("--link", type=click.FloatRange(0.001, 10), help="The same for two links of this length, m.")
 @click.option(
@@ -59,10 +67,10 @@ def command(
     calibrated: the verdict is `holds`, `does not hold` or `cannot tell` (exit status 0, the verdict is in --json).
     """
     if checked is not None:
-        given = {"--out": out, "--export": export_as, "--report": report, "--neck": neck_file, "--link": link}
-        also = [name for name, value in {**given, "--distance": distance}.items() if value is not None]
-        if also:
-            raise click.UsageError(f"--check writes no camera and goes without {', '.join(also)}")
+        options = {"--out": out, "--export": export_as, "--report": report, "--neck": neck_file, "--link": link}
+        conflicting = [name for name, value in {**options, "--distance": distance}.items() if value is not None]
+        if conflicting:
+            raise click.UsageError(f"--check writes no camera and goes without {', '.join(conflicting)}")
         _check(sources, board_file, every, checked, json_out, quiet)
         return
     if out is None:
@@ -71,74 +79,117 @@ def command(
         raise click.UsageError("--neck and --link are two arms: give one")
     if distance is not None and neck_file is None and link is None:
         raise click.UsageError("--distance is that of an arm: give --neck or --link too")
-    _calibrate(sources, board_file, out, every, export_as, report, neck_file, link, distance, json_out, quiet)
+    files = _Inputs(sources, board_file, every)
+    arm = _Arm(neck_file, link, distance)
+    _calibrate(files, arm, out, report, export_as, json_out, quiet)
+
+
+@dataclass(frozen=True)
+class _Inputs:
+    """What a camera is calibrated from."""
+
+    sources: tuple[Path, ...]
+    """pictures, folders of them, or one video"""
+    board: Path
+    every: int
+    """frames of a video from one that is taken to the next"""
+
+
+@dataclass(frozen=True)
+class _Arm:
+    """The arm for which the camera's sigma is wanted, by its neck.yaml or by two links of one length; none of both: no arm."""
+
+    neck: Path | None
+    link_m: float | None
+    distance_m: float | None
+    """of the arm from the camera; None: the arm fills the picture"""
 
 
 def _calibrate(
-    sources: tuple[Path, ...],
-    board_file: Path,
+    inputs: _Inputs,
+    arm: _Arm,
     out: Path,
-    every: int,
-    export_as: Literal["opencv", "kalibr"] | None,
     report: Path | None,
-    neck_file: Path | None,
-    link: float | None,
-    distance: float | None,
+    export_as: Literal["opencv", "kalibr"] | None,
     json_out: str | None,
     quiet: bool,
 ) -> None:
+    """Calibrates, and writes camera.yaml, the report and the camera for other tools."""
     from calibration.board import read_board
     from calibration.calibration_quality import assess_quality
     from calibration.camera_file import export_camera, write_camera
     from calibration.summary import calibration_json
-    from mechanism.description import read_neck
-    from vision.linkage.arm_sigma import arm_sigma, marker_arm, two_link_arm
     from xneck.recording.calibration_input import calibrate_from_files, list_board_files
     from xneck_foundation.provenance import provenance
 
-    files = list_board_files(sources)
-    arm = marker_arm(read_neck(neck_file), neck_file.name) if neck_file else two_link_arm(link) if link else None
+    files = list_board_files(inputs.sources)
     with progress_bar(None if len(files) == 1 else len(files), "calibrate", quiet) as done:
-        found = calibrate_from_files(files, board_file, every, done)
-    write_camera(found.camera, out)
-    meant = assess_quality(found)
-    at_arm = arm_sigma(found.camera, arm, distance) if arm else None
-    result = calibration_json(found) | meant.as_json()
-    result["projection"]["arm"] = at_arm.as_json() if at_arm else None
+        calibration = calibrate_from_files(files, inputs.board, inputs.every, done)
+    write_camera(calibration.camera, out)
+    quality = assess_quality(calibration)
+    sigma_at_arm = _sigma_at_arm(calibration.camera, arm)
+    result = calibration_json(calibration) | quality.as_json()
+    result["projection"]["arm"] = sigma_at_arm.as_json() if sigma_at_arm else None
+    lines = _summary_lines(out, result, quality, sigma_at_arm)
     if report:
         from xneck.report.calibration_page import CalibrationResult, write_calibration_report
 
-        inputs = {"board": board_file} | ({"neck": neck_file} if neck_file else {})
-        inputs |= {f"picture {file.name}": file for file in files}
-        whole = CalibrationResult(out.name, read_board(board_file).title, found, meant, at_arm, provenance(inputs))
-        write_calibration_report(whole, report)
-    lines = [f"{out}: reprojection {found.rms_px:.3f} px, held out {found.held_out_rms_px:.3f} px"]
+        used_files = {"board": inputs.board} | ({"neck": arm.neck} if arm.neck else {})
+        used_files |= {f"picture {file.name}": file for file in files}
+        page = CalibrationResult(
+            name=out.name,
+            board=read_board(inputs.board).title,
+            calibration=calibration,
+            quality=quality,
+            arm=sigma_at_arm,
+            provenance=provenance(used_files),
+        )
+        write_calibration_report(page, report)
+        lines.append(f"  {report}")
+    if export_as:
+        path, lost = export_camera(calibration.camera, out, export_as)
+        lines.append(f"  {path}" + (f": {lost}" if lost else ""))
+    report_result(result, "\n".join(lines), json_out, quiet)
+
+
+def _sigma_at_arm(camera: "Camera", arm: _Arm) -> "ArmSigma | None":
+    """What the camera's uncertainty does to the arm's joint angles, or None where no arm is given."""
+    from mechanism.description import read_neck
+    from vision.linkage.arm_sigma import arm_sigma, marker_arm, two_link_arm
+
+    if arm.neck is not None:
+        return arm_sigma(camera, marker_arm(read_neck(arm.neck), arm.neck.name), arm.distance_m)
+    return arm_sigma(camera, two_link_arm(arm.link_m), arm.distance_m) if arm.link_m else None
+
+
+def _summary_lines(
+    out: Path, result: dict[str, Any], quality: "CalibrationQuality", arm: "ArmSigma | None"
+) -> list[str]:
+    """The calibration in lines for a terminal, from its machine-readable `result` and what it was made from."""
+    lines = [f"{out}: reprojection {result['rms_px']:.3f} px, held out {result['held_out_rms_px']:.3f} px"]
     lines += [
         f"  {p['name']:3} {p['value']:12.5g} {'+-' if p['sigma'] is not None else 'fixed'} {p['sigma'] or 0:.2g} {p['unit']}"
         for p in result["parameters"]
     ]
-    projection = meant.projection
+    projection = quality.projection
     lines.append(
         f"  known to {projection.median:.2g} px over the picture, {projection.worst:.2g} px in the {projection.worst_place}"
     )
-    if at_arm:
+    if arm:
         lines.append(
-            f"  at the arm ({at_arm.name}, {at_arm.distance:.2f} m): {at_arm.px:.2g} px, {at_arm.mm:.2g} mm, "
-            f"{57.29578 * at_arm.worst_alpha:.2g} deg of a joint angle"
+            f"  at the arm ({arm.name}, {arm.distance:.2f} m): {arm.px:.2g} px, {arm.mm:.2g} mm, "
+            f"{57.29578 * arm.worst_alpha:.2g} deg of a joint angle"
         )
     lines += [f"  left out: {p['file']}: {p['why']}" for p in result["pictures"] if not p["used"]]
     lines += [f"  note: {note}" for note in result["notes"]]
-    lines += [f"  next: {p.words} (sigma -{100 * p.reduction:.0f} %)" for p in meant.next_pictures[:1]]
-    lines += [f"  {report}" for _ in range(report is not None)]
-    if export_as:
-        path, lost = export_camera(found.camera, out, export_as)
-        lines.append(f"  {path}" + (f": {lost}" if lost else ""))
-    report_result(result, "\n".join(lines), json_out, quiet)
+    lines += [f"  next: {p.words} (sigma -{100 * p.reduction:.0f} %)" for p in quality.next_pictures[:1]]
+    return lines
 
 
 def _check(
     sources: tuple[Path, ...], board_file: Path, every: int, checked: Path, json_out: str | None, quiet: bool
 ) -> None:
+    """Checks whether the camera in the file `checked` still holds for these pictures."""
     from calibration.camera_check import check_camera
     from calibration.camera_file import read_camera
     from xneck.recording.calibration_input import list_board_files, observe_board_files
@@ -146,9 +197,9 @@ def _check(
     camera = read_camera(checked)
     files = list_board_files(sources)
     with progress_bar(None if len(files) == 1 else len(files), "check", quiet) as done:
-        found = check_camera(camera, observe_board_files(files, board_file, every, done))
-    result: dict[str, Any] = found.as_json()
-    lines = [f"{checked}: {found.verdict}: {found.why}"]
-    lines += [f"  left out: {entry.name}: {entry.why}" for entry in found.left_out]
-    lines += [f"  note: {note}" for note in found.notes]
+        check = check_camera(camera, observe_board_files(files, board_file, every, done))
+    result: dict[str, Any] = check.as_json()
+    lines = [f"{checked}: {check.verdict}: {check.why}"]
+    lines += [f"  left out: {entry.name}: {entry.why}" for entry in check.left_out]
+    lines += [f"  note: {note}" for note in check.notes]
     report_result(result, "\n".join(lines), json_out, quiet)

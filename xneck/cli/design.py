@@ -60,7 +60,7 @@ def command(
     from identification.design.information import AngleNoise
     from identification.design.nominal_machine import nominal_machine
     from identification.design.result import as_json, as_text, motion_series
-    from identification.design.search import DEFAULT_TARGETS, design_motion, design_target
+    from identification.design.search import DEFAULT_TARGETS, SearchOptions, design_motion, design_target
     from identification.design.trajectory import MotionLimits
     from identification.model_file import machine_of, read_model
     from mechanism.arm import arm_of
@@ -76,16 +76,13 @@ def command(
     noise = AngleNoise(radians(noise_deg), frame_hz)
     draws = tries // 3
     with progress_bar(tries, "design", quiet) as done:
-        found = design_motion(
+        designed = design_motion(
             machine,
             design_target(machine, names or DEFAULT_TARGETS),
             limits,
             noise,
-            seconds,
-            draws=draws,
-            changes=tries - draws,
-            seed=seed,
-            progress_bar=done,
+            SearchOptions(seconds, draws=draws, changes=tries - draws, seed=seed),
+            progress=done,
         )
-    export_series(motion_series(found.motion), out)
-    report_result(as_json(found, limits, noise), f"{out}:\n{as_text(found)}", json_out, quiet)
+    export_series(motion_series(designed.motion), out)
+    report_result(as_json(designed, limits, noise), f"{out}:\n{as_text(designed)}", json_out, quiet)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import INPUT_FILE, FOLDER, report_result, result_options
+from xneck.cli.output import FOLDER, INPUT_FILE, report_result, result_options
 
 
 @click.command(epilog="Example: xneck diagnose monday.mcap --held-out tuesday.mcap --out diagnosis")

@@ -1,5 +1,6 @@
 """xneck extract."""
 
+from math import degrees, nan
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,6 +15,9 @@ from xneck.cli.output import (
     report_result,
     result_options,
 )
+
+_MAX_GAPS = 10
+"""gaps that are listed on the terminal; --json has all"""
 
 
 @click.command(epilog="Example: xneck extract video.mp4 --camera camera.yaml --neck neck.yaml --out angles.mcap")
@@ -71,13 +75,11 @@ def command(
     quiet: bool,
 ) -> None:
     """Joint angles alpha_1..N of every frame of a recorded video, with their standard deviations."""
-    import numpy as np
-
     from calibration.camera_file import read_camera
     from mechanism.description import read_neck
     from mechanism.neck_text import neck_text
     from synchronisation.angles import write_angles
-    from vision.extract import extract
+    from vision.extract import ExtractionOptions, extract
     from vision.light_patch import LightPatch
     from vision.linkage.shared_fit import PlacementPrior
     from vision.overlay import write_overlay
@@ -87,41 +89,52 @@ def command(
     from xneck_foundation.whole_file import write_text
 
     camera, neck = read_camera(camera_file), read_neck(neck_file)
-    shutter = Shutter(exposure, row_time, stamp)
-    prior = PlacementPrior() if placement or corrected_neck else None
-    patch = LightPatch(*light) if light else None
+    options = ExtractionOptions(
+        shutter=Shutter(exposure, row_time, stamp),
+        placement=PlacementPrior() if placement or corrected_neck else None,
+        template=corners == "template",
+        light=LightPatch(*light) if light else None,
+    )
     described = describe_video(video)
     with progress_bar(described.frames, "extract", quiet) as done:
-        found = extract(described, camera, neck, shutter, prior, corners == "template", workers, patch, done)
-    found.angles.notes["provenance"] = provenance({"video": video, "camera": camera_file, "neck": neck_file})
-    write_angles(found.angles, out, found.quality)
-    export_beside(found.angles.series, out, export_as)
+        extraction = extract(described, camera, neck, options, workers, done)
+    angles = extraction.angles
+    angles.notes["provenance"] = provenance({"video": video, "camera": camera_file, "neck": neck_file})
+    write_angles(angles, out, extraction.quality)
+    export_beside(angles.series, out, export_as)
     if overlay:
-        with progress_bar(len(found.angles.time), "overlay", quiet) as done:
-            write_overlay(video, overlay, neck, camera, found, done)
-    if corrected_neck and found.fit.placement:
-        comment = f"markers as found in {video.name}"
-        write_text(corrected_neck, neck_text(found.fit.placement.neck, comment))
-    result = found.as_json()
+        with progress_bar(len(angles.time), "overlay", quiet) as done:
+            write_overlay(video, overlay, neck, camera, extraction, done)
+    if corrected_neck and extraction.fit.placement:
+        write_text(corrected_neck, neck_text(extraction.fit.placement.neck, f"markers as found in {video.name}"))
+    result = extraction.as_json()
+    report_result(result, _summary(out, result), json_out, quiet)
+
+
+def _summary(out: Path, result: dict[str, Any]) -> str:
+    """The extraction in lines for a terminal."""
     median = result["sigma_alpha_median_rad"]
-    shares = ", ".join(f"id {m['id']} {100 * m['seen_share']:.1f} %" for m in found.angles.notes["markers"])
-    more = [
-        f"\n  {', '.join(gap['angles'])} missing {gap['from_s']:.2f} to {gap['to_s']:.2f} s: {gap['cause']}"
-        for gap in result["gaps"][:10]
-    ]
-    more += [f"\n  {drift['sentence']}" for drift in result["drift"]]
-    more += [f"\n  {result['askew']}"] if result["askew"] else []
-    more += [f"\n  {_placed(number)}" for number in result["placement"] or []]
-    text = (
+    sigma_deg = degrees(median) if median else nan
+    shares = ", ".join(f"id {m['id']} {100 * m['seen_share']:.1f} %" for m in result["markers"])
+    lines = [
         f"{out}: {result['frames_with_all_angles']} of {result['frames']} frames with all angles, "
-        f"sigma {np.degrees(median) if median else float('nan'):.3f} deg, corners {result['corner_sigma_px']:.3f} px\n"
-        f"  markers seen: {shares}"
-    )
-    report_result(result, text + "".join(more), json_out, quiet)
+        f"sigma {sigma_deg:.3f} deg, corners {result['corner_sigma_px']:.3f} px",
+        f"  markers seen: {shares}",
+    ]
+    lines += [
+        f"  {', '.join(gap['angles'])} missing {gap['from_s']:.2f} to {gap['to_s']:.2f} s: {gap['cause']}"
+        for gap in result["gaps"][:_MAX_GAPS]
+    ]
+    lines += [f"  {drift['sentence']}" for drift in result["drift"]]
+    lines += [f"  {result['askew']}"] if result["askew"] else []
+    lines += [f"  {_placement_line(number)}" for number in result["placement"] or []]
+    return "\n".join(lines)
 
 
-def _placed(number: dict[str, Any]) -> str:
-    """One number of the placement, in mm or degrees."""
+def _placement_line(number: dict[str, Any]) -> str:
+    """One number of the placement against neck.yaml, in mm or degrees."""
     scale, unit = (1e3, "mm") if number["unit"] == "m" else (57.29578, "deg")
-    off = scale * (number["value"] - number["nominal"])
-    return f"{number['where']}: {number['name']} {off:+.3f} +- {scale * number['sigma']:.3f} {unit}, {number['word']}"
+    offset = scale * (number["value"] - number["nominal"])
+    return (
+        f"{number['where']}: {number['name']} {offset:+.3f} +- {scale * number['sigma']:.3f} {unit}, {number['word']}"
+    )

@@ -14,7 +14,9 @@ from xneck.cli.output import INPUT_FILE, OUTPUT_FILE, report_result, result_opti
     "--model", type=click.IntRange(1, 3), default=1, show_default=True, help="Elastic model of Fasquelle 2021."
 )
 @click.option("--export", "export_as", type=click.Choice(["mat"]), help="The parameters beside --out as arrays.")
-@click.option("--neck-out", type=OUTPUT_FILE, help="neck.yaml with the pre-elongations x0 as identified, of one data set.")
+@click.option(
+    "--neck-out", type=OUTPUT_FILE, help="neck.yaml with the pre-elongations x0 as identified, of one data set."
+)
 @result_options
 def command(
     datasets: tuple[Path, ...],
@@ -37,13 +39,13 @@ def command(
 
     recordings = [read_dataset(path) for path in datasets]
     fasquelle = fasquelle_identification(recordings)
-    found = estimate(recordings, LAWS_BY_ELASTIC_MODEL[model])
+    estimates = estimate(recordings, LAWS_BY_ELASTIC_MODEL[model])
     origin = provenance({f"dataset{i + 1}": path for i, path in enumerate(datasets)}, {"model": model})
-    write_model(model_of(found.parameters, found.laws, origin, found.covariance), out)
+    write_model(model_of(estimates.parameters, estimates.laws, origin, estimates.covariance), out)
     if export_as:
-        write_mat(found.parameters, found.laws, out.with_suffix(f".{export_as}"))
+        write_mat(estimates.parameters, estimates.laws, out.with_suffix(f".{export_as}"))
     if neck_out:
-        write_neck(recordings[0].neck, found.parameters, ", ".join(path.name for path in datasets), neck_out)
-    record = found.as_json() | {"fasquelle": tables.as_json(fasquelle, model)}
-    text = f"{tables.as_text(fasquelle)}\n\n{estimate_table.as_text(found)}\n{out}"
+        write_neck(recordings[0].neck, estimates.parameters, ", ".join(path.name for path in datasets), neck_out)
+    record = estimates.as_json() | {"fasquelle": tables.as_json(fasquelle, model)}
+    text = f"{tables.as_text(fasquelle)}\n\n{estimate_table.as_text(estimates)}\n{out}"
     report_result(record, text, json_out, quiet)

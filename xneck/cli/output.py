@@ -18,11 +18,11 @@ from xneck_foundation.json_text import json_text
 from xneck_foundation.recovery import collected_recoveries
 from xneck_foundation.whole_file import check_output, write_text
 
-F = TypeVar("F", bound=Callable[..., Any])
+Command = TypeVar("Command", bound=Callable[..., Any])
 
 
-class _OutFile(click.ParamType):
-    """A file to be written; its place is checked before any work begins."""
+class _OutputFile(click.ParamType):
+    """A file to be written; whether it can be is checked before any work begins."""
 
     name = "file"
 
@@ -31,8 +31,8 @@ class _OutFile(click.ParamType):
         return Path(value)
 
 
-class _Place(click.Path):
-    """A path that leads somewhere: links in a circle are refused before anything follows them."""
+class _InputPath(click.Path):
+    """A path that can be followed: links in a circle are refused before anything reads them."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
@@ -44,34 +44,34 @@ class _Place(click.Path):
         return path
 
 
-INPUT_FILE = _Place(path_type=Path)
-OUTPUT_FILE = _OutFile()
-FOLDER = _Place(path_type=Path, file_okay=False)
+INPUT_FILE = _InputPath(path_type=Path)
+OUTPUT_FILE = _OutputFile()
+FOLDER = _InputPath(path_type=Path, file_okay=False)
 
 
 _RECOVERED = "recovered"
 """key of the click context's notes, and of every result"""
 
 
-def result_options(function: F) -> F:
-    """Adds --json and --quiet, and hears of files that were read in part."""
+def result_options(function: Command) -> Command:
+    """Adds --json and --quiet to a command, and collects what it could not read of damaged files."""
 
     @functools.wraps(function)
-    def heard(*values: Any, **options: Any) -> Any:
-        with collected_recoveries() as said:
-            click.get_current_context().meta[_RECOVERED] = said
+    def collecting(*values: Any, **options: Any) -> Any:
+        with collected_recoveries() as warnings:
+            click.get_current_context().meta[_RECOVERED] = warnings
             try:
                 return function(*values, **options)
             except Refused as refusal:
-                if said:
-                    raise Refused(refusal.where, f"{refusal.what} ({'; '.join(said)})", refusal.do) from refusal
+                if warnings:
+                    raise Refused(refusal.where, f"{refusal.what} ({'; '.join(warnings)})", refusal.do) from refusal
                 raise
             except np.linalg.LinAlgError as error:
                 name = str(click.get_current_context().info_name)
-                word = f"the equations of these data cannot be solved ({error})"
-                raise Refused(name, word, "is a column in another unit, or a clock off?") from error
+                what = f"the equations of these data cannot be solved ({error})"
+                raise Refused(name, what, "is a column in another unit, or a clock off?") from error
 
-    command = click.option("--quiet", is_flag=True, help="Print nothing but errors and warnings.")(heard)
+    command = click.option("--quiet", is_flag=True, help="Print nothing but errors and warnings.")(collecting)
     command = click.option(
         "--json", "json_out", metavar="INPUT_FILE", help="Machine-readable result; - for standard output."
     )(command)
@@ -79,12 +79,12 @@ def result_options(function: F) -> F:
 
 
 def recovered() -> list[str]:
-    """What files lost that this command has read so far."""
+    """What could not be read of the files that this command has read so far, a line each."""
     return list(click.get_current_context().meta[_RECOVERED])
 
 
-def worker_options(function: F) -> F:
-    """Adds --jobs and --cluster, of which one may be given."""
+def worker_options(function: Command) -> Command:
+    """Adds --jobs and --cluster to a command, of which one may be given."""
 
     @functools.wraps(function)
     def checked(*values: Any, jobs: int | None, cluster: str | None, **options: Any) -> Any:
@@ -101,17 +101,17 @@ def worker_options(function: F) -> F:
     return command  # type: ignore[return-value]
 
 
-def export_option(function: F) -> F:
-    """Adds --export."""
+def export_option(function: Command) -> Command:
+    """Adds --export to a command."""
     return click.option(
         "--export", "export_as", type=click.Choice(EXPORT_FORMATS), help="The same series beside --out for other tools."
     )(function)
 
 
 def report_result(result: dict[str, Any], text: str, json_out: str | None, quiet: bool) -> None:
-    """The result as JSON where asked for, and as text to standard output unless that is taken or quiet.
+    """Writes the result as JSON where --json asks for it, and prints its text unless --quiet or --json has standard output.
 
-    What files lost goes into both: the result's `recovered`, and a line each on standard error.
+    What could not be read of damaged files goes into the result's `recovered`, and as warnings to standard error.
     """
     lost = recovered()
     result = {**result, _RECOVERED: lost}
@@ -127,14 +127,14 @@ def report_result(result: dict[str, Any], text: str, json_out: str | None, quiet
 
 
 def export_beside(series: Series, out: Path, kind: str | None) -> None:
-    """`series` at `out` with the suffix of the chosen kind."""
+    """Writes `series` beside `out`, with the suffix of the format `kind`; nothing where that is None."""
     if kind:
         export_series(series, out.with_suffix(f".{kind}"))
 
 
 @contextmanager
 def progress_bar(total: int | None, what: str, quiet: bool) -> Iterator[Callable[[int], object]]:
-    """A progress bar on a terminal, silence elsewhere; yields the function to call with steps done."""
+    """A progress bar on a terminal, nothing elsewhere; yields the function to call with the number of steps done."""
     from tqdm import tqdm
 
     with tqdm(total=total, desc=what, disable=True if quiet else None, leave=False) as bar:

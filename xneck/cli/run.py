@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from xneck.cli.output import INPUT_FILE, FOLDER, progress_bar, report_result, result_options, worker_options
+from xneck.cli.output import FOLDER, INPUT_FILE, progress_bar, report_result, result_options, worker_options
 from xneck_foundation.recovery import warn_recovered
 
 if TYPE_CHECKING:
@@ -134,7 +134,9 @@ def _run_many(
         click.echo(f"xneck: {name} failed: {failure}", err=True)
     text = batch_table.batch_text(rows)
     result: dict[str, Any] = {
-        "recordings": {name: record | {"report": str(out / name / record["report"])} for name, record in records.items()},
+        "recordings": {
+            name: record | {"report": str(out / name / record["report"])} for name, record in records.items()
+        },
         "failed": failures,
     }
     if diagnosis is not None:
@@ -147,7 +149,7 @@ def _run_many(
 def _diagnose(out: Path, names: list[str], held_out: str, quiet: bool) -> dict[str, Any]:
     """The record of a diagnosis in out/diagnosis, made anew where the data sets have changed."""
     from xneck.batch.diagnosis_task import run_diagnosis_task, stored_diagnosis
-    from xneck.recording.result_folder import DATASET
+    from xneck.recording.result_files import DATASET
     from xneck.report.batch_table import DIAGNOSIS_FOLDER
 
     folder = out / DIAGNOSIS_FOLDER

@@ -5,7 +5,15 @@ from typing import Literal
 
 import click
 
-from xneck.cli.output import INPUT_FILE, OUTPUT_FILE, export_beside, export_option, progress_bar, report_result, result_options
+from xneck.cli.output import (
+    INPUT_FILE,
+    OUTPUT_FILE,
+    export_beside,
+    export_option,
+    progress_bar,
+    report_result,
+    result_options,
+)
 
 
 @click.command(epilog="Example: xneck simulate dataset.mcap --model model.yaml --out simulated.mcap")
@@ -54,15 +62,15 @@ def command(
 
     data, model = read_dataset(dataset), read_model(model_file)
     with progress_bar(len(data.state) if free else None, "simulate", quiet) as done:
-        found = simulate_recording(data, model, None if free else window, source, done)
-    origin = provenance({"dataset": dataset, "model": model_file}, {"window_s": found.window_s, "from": source})
-    joint_state.write(out, {"simulated": found.series}, {"provenance": origin})
-    export_beside(found.series, out, export_as)
+        simulated = simulate_recording(data, model, None if free else window, source, done)
+    origin = provenance({"dataset": dataset, "model": model_file}, {"window_s": simulated.window_s, "from": source})
+    joint_state.write(out, {"simulated": simulated.series}, {"provenance": origin})
+    export_beside(simulated.series, out, export_as)
     result = {
-        "window_s": found.window_s,
+        "window_s": simulated.window_s,
         "from": source,
-        "channels": [channel.as_json() for channel in found.channels],
-        "rms": found.rms,
+        "channels": [channel.as_json() for channel in simulated.channels],
+        "rms": simulated.rms,
     }
-    text = f"{out}: simulated less measured over windows of {found.window_s:.2f} s\n{as_text(found.channels)}"
+    text = f"{out}: simulated less measured over windows of {simulated.window_s:.2f} s\n{as_text(simulated.channels)}"
     report_result(result, text, json_out, quiet)

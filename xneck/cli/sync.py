@@ -4,7 +4,15 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import INPUT_FILE, OUTPUT_FILE, export_beside, export_option, recovered, report_result, result_options
+from xneck.cli.output import (
+    INPUT_FILE,
+    OUTPUT_FILE,
+    export_beside,
+    export_option,
+    recovered,
+    report_result,
+    result_options,
+)
 
 
 @click.command(epilog="Example: xneck sync angles.mcap log.mcap --neck neck.yaml --out dataset.mcap")
@@ -47,18 +55,16 @@ def command(
     data = synchronise(neck, read_text(neck_file), angles, log, origin, cutoff)
     write_dataset(data, out)
     export_beside(data.state, out, export_as)
-    c = data.clock
+    clock = data.clock
     text = (
-        f"{out}: log = camera + {c['offset_s']:.5f} s +- {1e3 * c['offset_sigma_s']:.2f} ms, "
-        f"skew {c['skew_ppm']:.0f} +- {c['skew_sigma_ppm']:.0f} ppm; {len(data.state)} samples, "
-        f"{c['frames_dropped']} frames dropped, {c['log_rows_missing']} log rows missing; {data.check['verdict']}\n"
-        f"  from {c['source']}"
+        f"{out}: log = camera + {clock['offset_s']:.5f} s +- {1e3 * clock['offset_sigma_s']:.2f} ms, "
+        f"skew {clock['skew_ppm']:.0f} +- {clock['skew_sigma_ppm']:.0f} ppm; {len(data.state)} samples, "
+        f"{clock['frames_dropped']} frames dropped, {clock['log_rows_missing']} log rows missing; {data.check['verdict']}\n"
+        f"  from {clock['source']}"
     )
-    if c["force_delay_s"] is not None:
-        text += (
-            f"; forces act {1e3 * c['force_delay_s']:.2f} +- {1e3 * c['force_delay_sigma_s']:.2f} ms after their row"
-        )
-    text += f"; {c['frames_lost']} frames lost without a trace" if c["frames_lost"] else ""
-    text += f"; {c['log_rows_held']} log rows repeated" if c["log_rows_held"] else ""
-    text += "".join(f"\n  {warning}" for warning in c["warnings"])
-    report_result(dict(c), text, json_out, quiet)
+    if clock["force_delay_s"] is not None:
+        text += f"; forces act {1e3 * clock['force_delay_s']:.2f} +- {1e3 * clock['force_delay_sigma_s']:.2f} ms after their row"
+    text += f"; {clock['frames_lost']} frames lost without a trace" if clock["frames_lost"] else ""
+    text += f"; {clock['log_rows_held']} log rows repeated" if clock["log_rows_held"] else ""
+    text += "".join(f"\n  {warning}" for warning in clock["warnings"])
+    report_result(dict(clock), text, json_out, quiet)

@@ -14,7 +14,7 @@ from calibration.camera_file import read_camera, write_camera
 from calibration.estimation import Calibration
 from mechanism.description import Neck
 from synchronisation.angles import write_angles
-from vision.extract import Extraction, extract
+from vision.extract import Extraction, ExtractionOptions, extract
 from vision.linkage.shared_fit import PlacementPrior
 from vision.overlay import draw_overlay
 from vision.video import Video, describe_video, read_segment
@@ -58,15 +58,13 @@ def process_video(recording: Recording, neck: Neck, progress: StageProgress) -> 
     camera, calibration = _camera_of(recording, progress)
     progress("extract")
     video = describe_video(recording.video)
-    extraction = extract(
-        video,
-        camera,
-        neck,
+    options = ExtractionOptions(
         shutter=recording.shutter,
         placement=PlacementPrior() if recording.estimate_placement else None,
         template=recording.template,
         light=recording.light,
     )
+    extraction = extract(video, camera, neck, options)
     return VideoResult(camera, calibration, extraction, _annotated_frames(video, neck, camera, extraction))
 
 
@@ -88,7 +86,7 @@ def _annotated_frames(video: Video, neck: Neck, camera: Camera, extraction: Extr
     return tuple(
         AnnotatedFrame(frame.index, draw_overlay(frame.grey, frame.index, neck, camera, extraction))
         for segment in video.segments
-        if any(segment.before <= index < segment.before + segment.count for index in wanted)
+        if any(segment.first_index <= index < segment.first_index + segment.count for index in wanted)
         for frame in read_segment(video, segment)
         if frame.index in wanted
     )

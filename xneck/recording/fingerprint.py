@@ -1,17 +1,13 @@
 """What a result was made from: the recording's files, and the software. Where both are unchanged, the result still holds."""
 
-import platform
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from xneck.recording.recording_folder import Recording
+from xneck.recording.software_versions import software_versions
 from xneck_foundation.errors import Refused
-from xneck_foundation.provenance import sha256, versions
-from xneck_foundation.source_digest import source_digest
-
-_REPORT_FOLDERS = tuple(Path(__file__).parents[1] / name for name in ("report", "viewers"))
-"""sources that change no number, but a result's files"""
+from xneck_foundation.provenance import sha256
 
 
 def fingerprint(recording: Recording) -> dict[str, Any]:
@@ -32,13 +28,6 @@ def refreshed_if_unchanged(before: Mapping[str, Any], recording: Recording) -> d
         return None
     refreshed = {role: _refreshed_entry(entries[role], path, recording.folder) for role, path in files.items()}
     return None if None in refreshed.values() else software | {"inputs": refreshed}
-
-
-def software_versions() -> dict[str, Any]:
-    """Versions of xneck, Python and the libraries, and the digest of the sources that compute and report."""
-    # a patch of Python changes no number, and machines of a cluster may differ in it
-    python = ".".join(platform.python_version_tuple()[:2])
-    return {**versions(), "python": python, "source": source_digest(*_REPORT_FOLDERS)}
 
 
 def _input_files(recording: Recording) -> dict[str, Path]:

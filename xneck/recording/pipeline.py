@@ -32,7 +32,7 @@ def run_stages(recording: Recording, out: Path, progress: StageProgress = no_pro
     data = synchronise(neck, read_text(recording.neck), angles, log, origin)
     write_dataset(data, out / "dataset.mcap")
     progress("identify")
-    identification = fasquelle_identification([data])
+    fasquelle = fasquelle_identification([data])
     estimates = estimate([data])
     model = model_of(estimates.parameters, estimates.laws, origin, estimates.covariance)
     write_model(model, out / "model.yaml")
@@ -49,7 +49,7 @@ def run_stages(recording: Recording, out: Path, progress: StageProgress = no_pro
         video=video,
         angles=angles,
         data=data,
-        identification=identification,
+        fasquelle=fasquelle,
         estimates=estimates,
         model=model,
         simulated=simulated,

@@ -25,8 +25,8 @@ class RecordingResult:
     """None where the angles came as a file"""
     angles: Angles
     data: DataSet
-    identification: FasquelleIdentification
-    """parameters by the method of Fasquelle 2021"""
+    fasquelle: FasquelleIdentification
+    """parameters and fits by the method of Fasquelle 2021"""
     estimates: Estimates
     model: Model
     simulated: SimulatedRecording | None

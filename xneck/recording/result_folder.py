@@ -6,23 +6,10 @@ from typing import Any
 
 from xneck.recording.fingerprint import refreshed_if_unchanged
 from xneck.recording.recording_folder import Recording
+from xneck.recording.result_files import ALL_FILES, FIGURES, REFUSED, REPORT, RERUN, RESULT, STAGE_FILES, VIEWER_FILES
 from xneck_foundation import whole_file
 from xneck_foundation.json_text import json_text
 from xneck_foundation.whole_file import write_text
-
-RESULT = "result.json"
-REPORT = "report.html"
-FIGURES = "report.figures.json"
-REFUSED = "refused.json"
-RERUN = "recording.rrd"
-FOXGLOVE = "foxglove.json"
-PLOTJUGGLER = "plotjuggler.xml"
-VIEWER_FILES = (FOXGLOVE, PLOTJUGGLER, RERUN)
-"""files for Foxglove, PlotJuggler and Rerun; the last on request only"""
-DATASET = "dataset.mcap"
-STAGE_FILES = ("camera.yaml", "angles.mcap", DATASET, "model.yaml", "simulated.mcap")
-"""files that the stages write, not all of them for every recording"""
-_ALL = (*STAGE_FILES, *VIEWER_FILES, REPORT, FIGURES, RESULT, REFUSED)
 
 
 def stored_result(recording: Recording, folder: Path, rerun: bool = False) -> dict[str, Any] | None:
@@ -55,14 +42,14 @@ def file_sizes(folder: Path) -> dict[str, int]:
 
 def remove_results(folder: Path) -> None:
     """Removes the results, the record first. Other files in the folder stay."""
-    for name in reversed(_ALL):
+    for name in reversed(ALL_FILES):
         (folder / name).unlink(missing_ok=True)
     remove_partial_files(folder)
 
 
 def remove_partial_files(folder: Path) -> None:
     """Removes partly written files that a killed process left."""
-    for name in _ALL:
+    for name in ALL_FILES:
         whole_file.remove_abandoned(folder / name)
 
 

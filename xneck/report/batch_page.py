@@ -7,9 +7,9 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
-from xneck.report.batch_table import COLUMNS, MAIN_PARAMETERS, row_cells, batch_sentence
-from xneck.report.template import render
+from xneck.report.batch_table import COLUMNS, MAIN_PARAMETERS, batch_sentence, row_cells
 from xneck.report.number_text import with_sigma
+from xneck.report.template import render
 from xneck_foundation.whole_file import write_text
 
 Rows = Mapping[str, Mapping[str, Any]]

@@ -4,25 +4,25 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from identification.dataset.dataset import DataSet
-from synchronisation.check.explained_elongation import Explained
+from synchronisation.check.explained_elongation import ExplainedElongation
 from xneck.report import style
 from xneck.report.figure_block import FigureBlock, LegendEntry
 from xneck.report.svg import svg_panel
 
 MEDIAN_S = 0.5
-"""s of the running median over what the force does not explain"""
+"""s, width of the running median over the unexplained elongation"""
 
 
-def elongation_over_time(data: DataSet, found: Explained) -> FigureBlock:
-    """All cables in one panel, and what the force leaves of them in another."""
+def elongation_over_time(data: DataSet, elongation: ExplainedElongation) -> FigureBlock:
+    """Elongations of all cables in one panel, and what the motor force does not explain of them in another."""
     panels = []
     time = data.state.time
     stride = max(1, len(time) // (2 * style.MAX_POINTS))
     width = max(1, round(MEDIAN_S / (stride * float(np.mean(np.diff(time))))))
-    left = median_filter((found.x - found.explained)[::stride], size=(width, 1), mode="nearest")
+    unexplained = median_filter((elongation.x - elongation.explained)[::stride], size=(width, 1), mode="nearest")
     for key, title, at, values in (
-        ("elongation", "all cables", time, found.x),
-        ("unexplained", "not explained by the force", time[::stride], left),
+        ("elongation", "all cables", time, elongation.x),
+        ("unexplained", "not explained by the force", time[::stride], unexplained),
     ):
         figure, axes = style.one_row_panel(2.7)
         for j in range(data.arm.M):
@@ -41,20 +41,20 @@ def elongation_over_time(data: DataSet, found: Explained) -> FigureBlock:
     )
 
 
-def elongation_against_force(data: DataSet, found: Explained) -> FigureBlock:
-    """One panel a cable, winding in and paying out apart, with the check's law as lines."""
+def elongation_against_force(data: DataSet, elongation: ExplainedElongation) -> FigureBlock:
+    """One panel a cable: winding in and paying out as dots of two colours, and the check's law as lines."""
     speed = data.state.matrix("theta", "_d")
     panels = []
     for j in range(data.arm.M):
         figure, axes = style.one_row_panel()
-        colour, n, x = style.cable_colour(j), found.force[:, j], 1e3 * found.x[:, j]
-        for turning, name, own in ((1, "winding in", colour), (-1, "paying out", style.MUTED)):
+        colour, n, x = style.cable_colour(j), elongation.force[:, j], 1e3 * elongation.x[:, j]
+        for turning, name, dot_colour in ((1, "winding in", colour), (-1, "paying out", style.MUTED)):
             moving = turning * speed[:, j] > 0
-            style.dots(axes, name, n[moving], x[moving], own, size=2.0, opacity=0.6)
+            style.dots(axes, name, n[moving], x[moving], dot_colour, size=2.0, opacity=0.6)
             if np.any(moving):
                 low, high = np.quantile(n[moving], [0.005, 0.995]).tolist()
                 force = np.linspace(low, high, 30)
-                law = 1e3 * found.curve(j, force, turning)
+                law = 1e3 * elongation.curve(j, force, turning)
                 style.line(axes, f"the check's law, {name}", force, law, style.MEASURED, "dashed")
         axes.set_title(f"cable {j + 1}", color=colour)
         axes.set_xlabel("motor force less its inertia, N")

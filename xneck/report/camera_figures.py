@@ -12,7 +12,7 @@ from xneck.report.svg import svg_panel
 
 
 def coverage_and_errors(calibration: Calibration) -> FigureBlock:
-    """Corners over the picture, and their errors."""
+    """The figure of a calibration in a recording's page: corners over the picture, and their errors."""
     camera = calibration.camera
     pixels, errors = corner_errors(calibration)
 
@@ -38,17 +38,17 @@ def coverage_and_errors(calibration: Calibration) -> FigureBlock:
     axes.set_title("what the camera model leaves")
     axes.set_xlabel("error to the right, px")
     axes.set_ylabel("error down, px")
-    left = svg_panel(figure, "corner-errors", "errors of the corners, px")
+    error_panel = svg_panel(figure, "corner-errors", "errors of the corners, px")
     return FigureBlock(
         "Coverage and errors",
         "The corners should reach into all parts of the picture (a colour a picture), and their errors should be a round "
         f"cloud without a tail, of the size of the circle (RMS {calibration.rms_px:.3f} px).",
-        (coverage, left),
+        (coverage, error_panel),
     )
 
 
 def equal_scales(axes: Axes, x: float, y: float, half_width: float, half_height: float) -> None:
-    """Limits about (x, y) that hold the rectangle with the same scale both ways, in axes that keep their size."""
+    """Sets limits around (x, y) that hold the rectangle with one scale in both directions; the axes keep their size."""
     box = axes.get_window_extent()
     scale = max(half_width / box.width, half_height / box.height)
     axes.set_xlim(x - scale * box.width, x + scale * box.width)

@@ -15,7 +15,9 @@ def camera_rows(camera: Camera, calibration: Calibration | None) -> list[tuple[s
     rows = []
     for name, value, s in zip(PARAMETER_NAMES, camera.parameters.tolist(), sigma.tolist(), strict=True):
         fixed = calibration is not None and name not in calibration.free
-        text = f"{number_text(value)} (held fixed)" if fixed else with_sigma(value, s) if s > 0 else number_text(value, 6)
+        text = (
+            f"{number_text(value)} (held fixed)" if fixed else with_sigma(value, s) if s > 0 else number_text(value, 6)
+        )
         rows.append((name, text, "px" if name in ("fx", "fy", "cx", "cy") else ""))
     return rows
 

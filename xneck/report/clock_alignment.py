@@ -1,4 +1,4 @@
-"""How well the two clocks agree, computed anew from the data set: what a figure of the clocks shows."""
+"""How well the two clocks agree, computed anew from the data set for the figures of the clocks."""
 
 from dataclasses import dataclass
 
@@ -15,33 +15,36 @@ Array = NDArray[np.float64]
 EDGE_S = 0.1
 """s left out at both ends, so that a shifted clock stays within the data"""
 MAX_SHIFT_S = 0.04
-"""s: how far the clock is shifted to see what a wrong one would cost"""
-_SPREAD = 41
+"""s, to both sides: how far the clock is shifted to see how much worse a wrong one fits"""
+MIN_GAP_INTERVALS = 1.5
+"""a longer time between two frames, in nominal intervals, is a gap"""
+_SHIFTS = 41
+"""shifts that are tried"""
 
 
 @dataclass(frozen=True)
 class ClockAlignment:
-    """Frames with all angles, on the log's clock, and what the cables did in them."""
+    """Frames with all angles on the log's clock, and the travel of the cables at them."""
 
     time: Array
     """(F,), s, log clock"""
     predicted: Array
-    """cable wound in as vision and the elongation that the motor force explains predict it, (F, M), m"""
+    """cable wound in, (F, M), m, as predicted from the angles and the elongation that the motor force explains"""
     logged: Array
-    """(rd/R) theta at the same instants, (F, M), m"""
+    """cable wound in by the motors, (rd/R) theta, at the same instants, (F, M), m"""
     shifts: Array
-    """(K,), s: added to the clock that was found"""
+    """(K,), s, added to the estimated clock"""
     rms: Array
-    """RMS of logged less predicted at each shift, everything but the clock fitted anew, (K, M), m"""
+    """(K, M), m: RMS of logged less predicted at each shift, with all but the clock fitted anew"""
 
     @property
-    def left(self) -> Array:
-        """What the prediction leaves, (F, M), m."""
+    def residual(self) -> Array:
+        """Logged less predicted travel, (F, M), m."""
         return self.logged - self.predicted
 
 
 def clock_alignment(data: DataSet) -> ClockAlignment:
-    """The record's clock against the data: at it, and shifted by up to REACH to both sides."""
+    """The alignment by the data set's clock, and by that clock shifted by up to MAX_SHIFT_S to both sides."""
     arm, state = data.arm, data.state
     alpha = data.angles.matrix("alpha")
     time = log_time(data.clock, data.angles.time)
@@ -55,7 +58,7 @@ def clock_alignment(data: DataSet) -> ClockAlignment:
     def at(values: Array, shift: float) -> Array:
         return np.stack([np.interp(time + shift, state.time, column) for column in values.T], axis=-1)
 
-    def fitted(shift: float) -> tuple[Array, Array]:
+    def travel(shift: float) -> tuple[Array, Array]:
         """Logged travel and its prediction, each (F, M), m."""
         logged, n, rubbing = arm.drum * at(theta, shift), at(pull, shift), dry(at(theta_d, shift))
         explained = np.empty_like(logged)
@@ -64,27 +67,27 @@ def clock_alignment(data: DataSet) -> ClockAlignment:
             explained[:, j] = D @ np.linalg.lstsq(D, logged[:, j] - winding[:, j], rcond=None)[0]
         return logged, winding + explained
 
-    shifts = np.linspace(-MAX_SHIFT_S, MAX_SHIFT_S, _SPREAD)
+    shifts = np.linspace(-MAX_SHIFT_S, MAX_SHIFT_S, _SHIFTS)
     rms = []
     for shift in shifts.tolist():
-        logged, predicted = fitted(shift)
+        logged, predicted = travel(shift)
         rms.append(np.sqrt(np.mean((logged - predicted) ** 2, axis=0)))
-    logged, predicted = fitted(0.0)
+    logged, predicted = travel(0.0)
     return ClockAlignment(time, predicted, logged, shifts, np.array(rms))
 
 
 def frame_gaps(known: Array, nominal: float) -> list[tuple[float, float]]:
-    """Stretches of more than a `nominal` interval between frames with all angles, at times `known`; (from, to) in s."""
-    wide = np.flatnonzero(np.diff(known) > 1.5 * nominal)
-    return [(float(known[k]), float(known[k + 1])) for k in wide]
+    """Stretches without angles, (from, to) in s: between the times `known`, longer than MIN_GAP_INTERVALS `nominal` intervals."""
+    long = np.flatnonzero(np.diff(known) > MIN_GAP_INTERVALS * nominal)
+    return [(float(known[k]), float(known[k + 1])) for k in long]
 
 
 def stretch_of_most_motion(time: Array, values: Array, length: float) -> tuple[float, float]:
     """The stretch of `length` seconds in which the columns of `values` (T, M) move most."""
     if time[-1] - time[0] <= length:
         return float(time[0]), float(time[-1])
-    way = np.r_[0.0, np.cumsum(np.abs(np.diff(values, axis=0)).sum(axis=1))]
+    path = np.r_[0.0, np.cumsum(np.abs(np.diff(values, axis=0)).sum(axis=1))]
     starts = time[time <= time[-1] - length]
-    moved = np.interp(starts + length, time, way) - way[: len(starts)]
-    best = float(starts[int(np.argmax(moved))])
-    return best, best + length
+    moved = np.interp(starts + length, time, path) - path[: len(starts)]
+    start = float(starts[int(np.argmax(moved))])
+    return start, start + length

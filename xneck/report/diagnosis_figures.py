@@ -1,4 +1,4 @@
-"""Figures of a diagnosis: what the base model leaves against what it depends on, over time, and which causes look alike."""
+"""Figures of a diagnosis: residuals against what they depend on, residuals over time, and which causes look alike."""
 
 from collections.abc import Sequence
 
@@ -6,14 +6,14 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from diagnosis.residual_conditions import ALONG
 from diagnosis.detectability import Detectability
+from diagnosis.residual_conditions import ALONG
 from diagnosis.signature import CONSTANT, Pattern, Signature
 from xneck.report import style
 from xneck.report.figure_block import FigureBlock, LegendEntry
+from xneck.report.number_text import number_text
 from xneck.report.recorded_axes import RecordedAxes
 from xneck.report.svg import SvgPanel, svg_panel
-from xneck.report.number_text import number_text
 from xneck.report.words import join_words
 
 Array = NDArray[np.float64]
@@ -21,18 +21,18 @@ Array = NDArray[np.float64]
 BEFORE, AFTER = style.MODELS[3], style.MODELS[1]
 _SHADES = ("#FFFFFF", "#E3E3E3", "#B5B5B5", "#6FA3CD", "#174E80")
 _LEVELS = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
-"""of what an effect does, that another could feign; the causes that are named alike explain within 5 % of each other"""
-_SEEN = 1e-6
-"""of the loss: what does less does nothing that could be feigned"""
+"""bounds of the shades: the share of an effect's loss that another effect could imitate"""
+_MIN_LOSS_SHARE = 1e-6
+"""share of the whole loss below which an effect does nothing that another could imitate"""
 
 
 def equation_name(channel: int, motors: int) -> str:
-    """`motor 2` or `joint 1`."""
+    """Name of the equation of a channel, such as `motor 2` or `joint 1`; the motors come first."""
     return f"motor {channel + 1}" if channel < motors else f"joint {channel - motors + 1}"
 
 
 def proof_figure(s: Signature, motors: int, changed: bool) -> FigureBlock:
-    """The picture that proves a verdict; changed: whether the extended model differs from the base."""
+    """The figure that proves a verdict. `changed`: whether the extended model differs from the base model."""
     if s.kind == "episodes":
         worst = sorted(s.channels, key=lambda k: -max(float(np.max(c.before[k] / c.noise[k])) for c in s.courses))[:2]
         return FigureBlock(
@@ -44,33 +44,33 @@ def proof_figure(s: Signature, motors: int, changed: bool) -> FigureBlock:
         )
     p = proof_pattern(s)
     if s.kind == "nothing":
-        says = "Where it stands highest: the bins' means stay within the band of noise alone, and the RMS is about noise's."
+        caption = "Where it stands highest: the bins' means stay within the band of noise alone, and the RMS is about noise's."
     else:
         share = f", {100 * s.best.explains:.0f} % of what stands above noise there"
-        says = f"Every bin's mean{share if s.best.explains else ''}, and its RMS." + (
+        caption = f"Every bin's mean{share if s.best.explains else ''}, and its RMS." + (
             " The extended model takes it away where the blue line lies in the band." if changed else ""
         )
-    says += " The band is what noise alone leaves (1 σ of a row)."
+    caption += " The band is what noise alone leaves (1 σ of a row)."
     if p.drum_wave is not None:
-        says += f" The drum's angle is folded into one of {number_text(p.drum_wave.order, 3)} waves a turn."
+        caption += f" The drum's angle is folded into one of {number_text(p.drum_wave.order, 3)} waves a turn."
     return FigureBlock(
         f"What is left at {equation_name(p.channel, motors)}, against {p.against}",
-        says,
+        caption,
         (_means(p, motors, changed, "proof"), _spread(p, motors, changed, "proof")),
         _legend(changed),
     )
 
 
 def proof_pattern(s: Signature) -> Pattern:
-    """The best pattern; one that is constant as it lies along the angle of its joint, or the tension of its cable."""
+    """The best pattern; for a constant residual, its pattern against the joint's angle or the cable's tension."""
     if s.best.against != CONSTANT:
         return s.best
-    own = [p for p in s.patterns if p.channel == s.best.channel]
-    return next((p for p in own if p.against == "joint's angle"), own[0])
+    of_channel = [p for p in s.patterns if p.channel == s.best.channel]
+    return next((p for p in of_channel if p.against == "joint's angle"), of_channel[0])
 
 
 def residuals_over_time(s: Signature, motors: int, changed: bool) -> FigureBlock:
-    """RMS of every channel, window by window."""
+    """RMS of the residuals of every channel, window by window."""
     count = len(s.courses[0].noise)
     return FigureBlock(
         "Over time",
@@ -83,9 +83,9 @@ def residuals_over_time(s: Signature, motors: int, changed: bool) -> FigureBlock
 
 
 def residuals_by_condition(s: Signature, motors: int, changed: bool) -> FigureBlock | None:
-    """Of every channel above noise the condition that explains most of it, where one is clear."""
-    own = {p.channel: [q for q in s.clear if q.channel == p.channel and q.against != CONSTANT] for p in s.patterns}
-    best = [max(found, key=lambda p: p.explains) for found in own.values() if found]
+    """For every channel above noise, the residuals against the condition that explains most of them, where one is clear."""
+    clear = {p.channel: [q for q in s.clear if q.channel == p.channel and q.against != CONSTANT] for p in s.patterns}
+    best = [max(patterns, key=lambda p: p.explains) for patterns in clear.values() if patterns]
     panels = tuple(_means(p, motors, changed, f"by{p.channel}") for p in best)
     if not panels:
         return None
@@ -99,7 +99,7 @@ def residuals_by_condition(s: Signature, motors: int, changed: bool) -> FigureBl
 
 
 def confusion_matrix(detectability: Detectability) -> FigureBlock:
-    """Which effects could be taken for which in these recordings."""
+    """The share of each effect that each other one could imitate in these recordings."""
     count = len(detectability.effects)
     figure = Figure(figsize=(style.WIDTH, style.WIDTH))
     axes = RecordedAxes(figure, (0.37, 0.02, 0.61, 0.9))
@@ -107,13 +107,22 @@ def confusion_matrix(detectability: Detectability) -> FigureBlock:
     for shade, colour in enumerate(_SHADES[1:], start=1):
         rows, columns = np.nonzero((level == shade) & ~np.eye(count, dtype=bool))
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
-            if detectability.loss_share[row] < _SEEN:
+            if detectability.loss_share[row] < _MIN_LOSS_SHARE:
                 continue
             axes.fill([column, column + 1, column + 1, column], [row, row, row + 1, row + 1], color=colour, linewidth=0)
     for k in range(count):
         axes.fill([k, k + 1, k + 1, k], [k, k, k + 1, k + 1], color=style.MUTED, alpha=0.35, linewidth=0)
-    names = [f"{n.replace('_', ' ')}{'*' if n in detectability.invisible else ''}  {k + 1}" for k, n in enumerate(detectability.effects)]
-    axes.record("feigned by the effect of the column", "shades", x=detectability.effects, y=detectability.effects, share=detectability.imitated)
+    names = [
+        f"{n.replace('_', ' ')}{'*' if n in detectability.invisible else ''}  {k + 1}"
+        for k, n in enumerate(detectability.effects)
+    ]
+    axes.record(
+        "feigned by the effect of the column",
+        "shades",
+        x=detectability.effects,
+        y=detectability.effects,
+        share=detectability.imitated,
+    )
     axes.set_xlim(0, count)
     axes.set_ylim(count, 0)
     axes.set_yticks(np.arange(count) + 0.5, names)
@@ -135,7 +144,7 @@ def confusion_matrix(detectability: Detectability) -> FigureBlock:
 
 
 def axis_words(p: Pattern) -> str:
-    """The horizontal axis, with its unit."""
+    """The label of the horizontal axis, with its unit."""
     return p.against if p.unit in ("turn", "wave", "") else f"{p.against.removesuffix(ALONG)} ({p.unit})"
 
 
@@ -147,19 +156,19 @@ def _legend(changed: bool) -> tuple[LegendEntry, ...]:
 
 def _means(p: Pattern, motors: int, changed: bool, key: str) -> SvgPanel:
     figure, axes = style.one_row_panel()
-    size = _size(p.channel, motors)
-    style.band(axes, "noise alone", p.bin_middles, -size * p.noise, size * p.noise, style.UNDERLAY)
+    factor = _unit_factor(p.channel, motors)
+    style.band(axes, "noise alone", p.bin_middles, -factor * p.noise, factor * p.noise, style.UNDERLAY)
     axes.axhline(0, color=style.MUTED, linewidth=0.7)
-    _lines(axes, p.bin_middles, size * p.before, size * p.after, changed)
+    _lines(axes, p.bin_middles, factor * p.before, factor * p.after, changed)
     axes.set_ylabel(f"mean left{ALONG if p.against.endswith(ALONG) else ''}, {_unit(p.channel, motors)}")
     return _finished(figure, axes, p, motors, f"{key}-mean")
 
 
 def _spread(p: Pattern, motors: int, changed: bool, key: str) -> SvgPanel:
     figure, axes = style.one_row_panel()
-    size = _size(p.channel, motors)
-    style.band(axes, "noise alone", p.bin_middles, 0 * p.noise, size * p.noise, style.UNDERLAY)
-    _lines(axes, p.bin_middles, size * p.before_rms, size * p.after_rms, changed)
+    factor = _unit_factor(p.channel, motors)
+    style.band(axes, "noise alone", p.bin_middles, 0 * p.noise, factor * p.noise, style.UNDERLAY)
+    _lines(axes, p.bin_middles, factor * p.before_rms, factor * p.after_rms, changed)
     axes.set_ylim(bottom=0)
     axes.set_ylabel(f"RMS left, {_unit(p.channel, motors)}")
     return _finished(figure, axes, p, motors, f"{key}-rms")
@@ -184,10 +193,10 @@ def _course(s: Signature, channel: int, motors: int, changed: bool, key: str) ->
         before.append(np.append(c.before[channel], np.nan))
         after.append(np.append(c.after[channel], np.nan))
         noise.append(np.append(np.full(len(c.window_starts), c.noise[channel]), np.nan))
-    time, size = np.concatenate(at), _size(channel, motors)
-    floor = size * np.concatenate(noise)
+    time, factor = np.concatenate(at), _unit_factor(channel, motors)
+    floor = factor * np.concatenate(noise)
     style.band(axes, "noise alone", time, 0 * floor, floor, style.UNDERLAY)
-    _lines(axes, time, size * np.concatenate(before), size * np.concatenate(after), changed, dots=False)
+    _lines(axes, time, factor * np.concatenate(before), factor * np.concatenate(after), changed, dots=False)
     axes.set_ylim(bottom=0)
     name = equation_name(channel, motors)
     axes.set_title(name, color=_colour(channel, motors))
@@ -215,8 +224,8 @@ def _unit(channel: int, motors: int) -> str:
     return "N" if channel < motors else "mN m"
 
 
-def _size(channel: int, motors: int) -> float:
-    """From SI to the unit that is shown."""
+def _unit_factor(channel: int, motors: int) -> float:
+    """Factor from SI to the unit that is shown."""
     return 1.0 if channel < motors else 1e3
 
 

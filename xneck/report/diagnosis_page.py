@@ -11,9 +11,9 @@ from xneck.report import diagnosis_figures as figures
 from xneck.report import diagnosis_text
 from xneck.report.figure_block import FigureBlock
 from xneck.report.figures_file import write_figures
+from xneck.report.provenance_table import input_file_rows, version_text
 from xneck.report.style import drawing
 from xneck.report.template import render
-from xneck.report.provenance_table import input_file_rows, version_text
 from xneck.report.words import join_words, with_spaces
 from xneck_foundation.whole_file import write_text
 
@@ -34,7 +34,7 @@ def write_diagnosis_report(result: DiagnosisResult, path: Path) -> None:
     with drawing():
         drawn = {
             "proof_figure": figures.proof_figure(d.signature, motors, changed),
-            "alike_figure": figures.confusion_matrix(d.detectability),
+            "confusion_figure": figures.confusion_matrix(d.detectability),
             "time_figure": figures.residuals_over_time(d.signature, motors, changed),
             "condition_figure": figures.residuals_by_condition(d.signature, motors, changed),
         }

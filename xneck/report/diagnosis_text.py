@@ -62,16 +62,19 @@ def worst_equations(gains: Sequence[Gain]) -> Gain | None:
 
 
 def _gain_sentence(d: Diagnosis) -> str:
+    """What the extended model gains on recordings that were not fitted."""
     g = worst_equations(d.gains)
     if g is None:
         return " Not tried on recordings that were not fitted: none were given."
+    before, after, noise = (number_text(rms, 3) for rms in (g.before, g.after, g.noise_floor))
     return (
-        f" On recordings that were not fitted, the {g.measure} are off by {number_text(g.after, 3)} {g.unit} in place of "
-        f"{number_text(g.before, 3)} (gain {with_sigma(g.before - g.after, g.sigma)}; noise alone: {number_text(g.noise_floor, 3)})."
+        f" On recordings that were not fitted, the {g.measure} are off by {after} {g.unit} in place of {before} "
+        f"(gain {with_sigma(g.before - g.after, g.sigma)}; noise alone: {noise})."
     )
 
 
 def _misfit_sentence(d: Diagnosis) -> str:
+    """How far the base model is off on recordings that were not fitted."""
     g = worst_equations(d.gains)
     if g is None:
         return ""
@@ -89,19 +92,23 @@ def diagnosis_key_numbers(d: Diagnosis) -> list[KeyNumber]:
     if d.search.named:
         numbers += [
             KeyNumber("explained", f"{100 * d.explained:.0f} %", "of what stood above noise"),
-            KeyNumber("worst equation", name, f"{d.before.ratio[worst]:.2f} times noise, now {d.after.ratio[worst]:.2f}"),
+            KeyNumber(
+                "worst equation", name, f"{d.before.ratio[worst]:.2f} times noise, now {d.after.ratio[worst]:.2f}"
+            ),
         ]
     else:
         numbers.append(KeyNumber("worst equation", name, f"{d.before.ratio[worst]:.2f} times noise"))
     for g in d.gains:
         gain = f"{number_text(g.before, 3)} → {number_text(g.after, 3)}" if d.search.named else number_text(g.before, 3)
         gain = f"{gain} {g.unit}".replace("N m", "N\u00a0m")
-        numbers.append(KeyNumber(f"{g.measure}, not fitted", gain, f"noise alone {number_text(g.noise_floor, 3)} {g.unit}"))
+        numbers.append(
+            KeyNumber(f"{g.measure}, not fitted", gain, f"noise alone {number_text(g.noise_floor, 3)} {g.unit}")
+        )
     return numbers
 
 
 def cause_rows(d: Diagnosis) -> list[tuple[str, ...]]:
-    """Rows of the table of causes: cause, where, parameter, value with sigma, unit, identified or not, probability among its like."""
+    """Rows of the table of causes: cause, where, parameter, value with sigma, unit, identified, probability."""
     rows = []
     for named, cause, parameters in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
         for p in parameters:
@@ -109,7 +116,9 @@ def cause_rows(d: Diagnosis) -> list[tuple[str, ...]]:
             certainty = percent(100 * probability(named))
             value = with_sigma(p.value, p.sigma)
             identified = "identified" if p.identified else "not to 10 %"
-            rows.append((with_spaces(cause.effect.name), cause.where.label, label, value, p.unit, identified, certainty))
+            rows.append(
+                (with_spaces(cause.effect.name), cause.where.label, label, value, p.unit, identified, certainty)
+            )
     return rows
 
 
@@ -147,7 +156,13 @@ def considered_rows(d: Diagnosis) -> list[tuple[str, ...]]:
         return "named" if c.effect.name in names else "as good" if c.effect.name in tied else ""
 
     return [
-        (with_spaces(c.effect.name), c.where.label, c.effect.words, f"{100 * max(c.gain, 0.0) / whole:.1f} %", verdict(c))
+        (
+            with_spaces(c.effect.name),
+            c.where.label,
+            c.effect.words,
+            f"{100 * max(c.gain, 0.0) / whole:.1f} %",
+            verdict(c),
+        )
         for c in d.search.rankings[0][:_MAX_CONSIDERED]
     ]
 

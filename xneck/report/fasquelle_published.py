@@ -1,4 +1,4 @@
-"""What Fasquelle 2021 printed for its own prototype: a reference beside our tables, nothing that we compute with.
+"""What Fasquelle 2021 printed for its own prototype: a reference beside our tables that enters no computation.
 
 Values and relative sigma in %, as printed and in the printed units, by the labels of `identification.fasquelle.tables`.
 """
@@ -6,13 +6,13 @@ Values and relative sigma in %, as printed and in the printed units, by the labe
 from collections.abc import Mapping
 
 CABLES = 4
-"""of Fasquelle's arm; beside another arm its numbers would say nothing"""
+"""number of cables of Fasquelle's arm; beside an arm with another number its values would mean nothing"""
 
 Column = Mapping[str, tuple[str, str]]
 
 
 def _column(**by_name: str) -> Column:
-    """Labels `name(1)`, `name(2)`, ... from `value sigma, value sigma, ...` in the order of cables."""
+    """A column of a table: labels `name(1)`, `name(2)`, ... from text `value sigma, value sigma, ...` in the order of cables."""
     out: dict[str, tuple[str, str]] = {}
     for name, printed in by_name.items():
         pairs = [pair.split() for pair in printed.split(",")]
@@ -43,4 +43,4 @@ MODEL_3 = {
 TABLE_1 = (DRY_AND_VISCOUS, DRY_ONLY)
 TABLE_2 = (MODEL_1, MODEL_2, MODEL_3)
 MEAN_TENSION_ERROR = ("6.88", "9.84", "9.64")
-"""N, of models 1, 2, 3"""
+"""N, of elastic models 1, 2, 3"""

@@ -26,7 +26,7 @@ EMPTY_CELL = Cell("–")
 
 @dataclass(frozen=True)
 class FasquelleTable:
-    """A table of Fasquelle: columns of this recording, then the published ones (none where the arm has another number of cables)."""
+    """A table of Fasquelle: columns of this recording, then the published ones (none for an arm with other cables)."""
 
     title: str
     columns: tuple[str, ...]

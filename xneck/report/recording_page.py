@@ -28,13 +28,15 @@ from xneck.report.style import drawing
 from xneck.report.template import render
 from xneck_foundation.whole_file import write_text
 
+SIGNIFICANCE = 0.05
+"""p below which the Durbin-Wu-Hausman test says that least squares would be biased"""
 _NO_CAMERA: dict[str, object] = {"camera": None, "calibration": None, "extraction": None, "frame_cuts": []}
 """the template's values where the angles came as a file"""
 
 
 def write_recording_report(result: RecordingResult, path: Path) -> None:
     """The page with its figures' numbers beside it, whole or not at all; the same result gives the same bytes."""
-    reconstruction = reconstruct(result.data, result.identification)
+    reconstruction = reconstruct(result.data, result.fasquelle)
     figures = _figures(result, reconstruction)
     write_figures(figures.values(), path)
     write_text(path, recording_html(result, reconstruction, figures))
@@ -44,7 +46,8 @@ def recording_html(
     result: RecordingResult, reconstruction: Reconstruction, figures: Mapping[str, FigureBlock | None]
 ) -> str:
     """The HTML of a recording's page, with everything that it shows inside."""
-    identification, cables = result.identification, result.data.neck.M
+    fasquelle, cables = result.fasquelle, result.data.neck.M
+    hausman = durbin_wu_hausman(result.estimates.solution)[1]
     return render(
         "report.html.jinja",
         result=result,
@@ -56,18 +59,19 @@ def recording_html(
         versions=version_text(result.data.provenance),
         table_1=fasquelle_table(
             "Table 1: friction, from the arm equations",
-            [identification.dry_and_viscous, identification.dry_only],
+            [fasquelle.dry_and_viscous, fasquelle.dry_only],
             fasquelle_published.TABLE_1,
             cables,
         ),
         table_2=fasquelle_table(
             "Table 2: friction and elasticity",
-            [identification.elastic[m] for m in ELASTIC_MODELS],
+            [fasquelle.elastic[m] for m in ELASTIC_MODELS],
             fasquelle_published.TABLE_2,
             cables,
         ),
-        mean_errors=[(m, identification.mean_error(m)) for m in ELASTIC_MODELS],
-        hausman=durbin_wu_hausman(result.estimates.solution)[1],
+        mean_errors=[(m, fasquelle.mean_error(m)) for m in ELASTIC_MODELS],
+        hausman=hausman,
+        least_squares_biased=hausman < SIGNIFICANCE,
         published=fasquelle_published,
         number=number_text,
         well_identified=MAX_RELATIVE_SIGMA_PERCENT,

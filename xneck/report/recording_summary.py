@@ -49,12 +49,14 @@ def identified_in_words(parameters: tuple[Parameter, ...]) -> str:
 
 def key_numbers(result: RecordingResult) -> list[KeyNumber]:
     """The numbers below the sentence."""
-    clock, fasquelle = result.data.clock, result.identification
+    clock, fasquelle = result.data.clock, result.fasquelle
     sigma = np.degrees(np.sqrt(np.mean(result.data.state.matrix("sigma_alpha") ** 2)))
     dropped = clock["frames_dropped"]
     numbers = [
         KeyNumber("check", result.data.check["verdict"], "vision against cable lengths"),
-        KeyNumber("frames used", f"{clock['frames_used']} of {clock['frames']}", f"{dropped} more dropped by the camera"),
+        KeyNumber(
+            "frames used", f"{clock['frames_used']} of {clock['frames']}", f"{dropped} more dropped by the camera"
+        ),
         KeyNumber(
             "clock offset",
             f"{number_text(clock['offset_s'], 5)} s",

@@ -11,13 +11,17 @@ from xneck.report.number_text import number_text, with_sigma
 
 
 def estimate_rows(estimates: Estimates) -> list[tuple[str, str, str, str]]:
-    """Rows of the table of estimates: parameter, value with sigma, unit, and whether it is identified: if not, why and what would help."""
+    """Rows of the table of estimates: parameter, value with sigma, unit, identified or why not and what would help."""
     rows = []
-    for p, verdict in estimates.judged:
+    for p, verdict in estimates.with_identifiability:
         label = p.name if p.index is None else f"{p.name}({p.index})"
         unit, factor = PRINTED_UNITS.get(p.unit, (p.unit, 1.0))
-        value = with_sigma(factor * p.value, factor * p.sigma) if np.isfinite(p.sigma) else number_text(factor * p.value)
-        rows.append((label, value, unit, "identified" if verdict.identified else f"no: {verdict.why}; {verdict.record}"))
+        value = (
+            with_sigma(factor * p.value, factor * p.sigma) if np.isfinite(p.sigma) else number_text(factor * p.value)
+        )
+        rows.append(
+            (label, value, unit, "identified" if verdict.identified else f"no: {verdict.why}; {verdict.record}")
+        )
     return rows
 
 

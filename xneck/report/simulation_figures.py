@@ -14,15 +14,15 @@ Array = NDArray[np.float64]
 def simulated_beside_measured(simulated: SimulatedRecording) -> FigureBlock:
     """One panel a joint: both angles, and below their difference."""
     s = simulated.series
-    found, truth = np.degrees(s.matrix("alpha")), np.degrees(s.matrix("alpha", "_measured"))
+    alpha, measured = np.degrees(s.matrix("alpha")), np.degrees(s.matrix("alpha", "_measured"))
     panels = []
-    for i in range(found.shape[1]):
+    for i in range(alpha.shape[1]):
         colour = style.joint_colour(i)
         figure, above, below = style.two_row_panel()
-        style.line(above, "measured", s.time, truth[:, i], style.UNDERLAY, width=style.UNDERLAY_WIDTH)
-        time, shown = _by_window(simulated, found[:, i])
-        style.line(above, "simulated", time, shown, colour, thin=False)
-        time, error = _by_window(simulated, found[:, i] - truth[:, i])
+        style.line(above, "measured", s.time, measured[:, i], style.UNDERLAY, width=style.UNDERLAY_WIDTH)
+        time, curve = _by_window(simulated, alpha[:, i])
+        style.line(above, "simulated", time, curve, colour, thin=False)
+        time, error = _by_window(simulated, alpha[:, i] - measured[:, i])
         below.axhline(0, color=style.MUTED, linewidth=0.7)
         style.line(below, "simulated less measured", time, error, colour, thin=False)
         above.set_title(f"joint {i + 1}", color=colour)
@@ -35,12 +35,15 @@ def simulated_beside_measured(simulated: SimulatedRecording) -> FigureBlock:
         f"Restarted from the measured state every {simulated.window_s:g} s, the model with elastic model 1 drifts away "
         "from the arm by the error below: what it does not know of this arm.",
         tuple(panels),
-        (LegendEntry("measured", style.UNDERLAY, "broad"), LegendEntry("simulated, a stretch a window", style.JOINTS[0])),
+        (
+            LegendEntry("measured", style.UNDERLAY, "broad"),
+            LegendEntry("simulated, a stretch a window", style.JOINTS[0]),
+        ),
     )
 
 
 def _by_window(simulated: SimulatedRecording, values: Array) -> tuple[Array, Array]:
-    """A curve broken where the simulation was restarted, thinned to POINTS."""
+    """Time and values with a gap where the simulation was restarted, thinned to MAX_POINTS."""
     time = simulated.series.time
     samples = max(2, round(simulated.window_s / float(np.mean(np.diff(time)))))
     windows = max(1, len(time) // samples)

@@ -21,7 +21,7 @@ CABLES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#8C
 JOINTS = ("#332288", "#117733", "#882255", "#AA4499", "#44AA99", "#999933", "#CC6677", "#6699CC")
 MEASURED = "#222222"
 UNDERLAY = "#B8B8B8"
-"""of what was measured where a model is drawn on top of it: a broad pale line that stays visible under a thin one"""
+"""colour of measured values under a model: a broad pale line that stays visible under a thin one"""
 UNDERLAY_WIDTH = 3.0
 GAP = "#E8B4B8"
 MUTED = "#8A8A8A"
@@ -35,8 +35,9 @@ WIDTH = 4.6
 _LEFT, _RIGHT, _BOTTOM, _TOP = 0.68, 0.12, 0.46, 0.30
 """in: margins"""
 MAX_POINTS = 1200
-"""of a line: more than the pixels it is drawn on"""
+"""in a line: more than the pixels that it is drawn on"""
 MAX_DOTS = 1000
+"""in one set of dots"""
 
 _RC = {
     "svg.fonttype": "none",
@@ -70,7 +71,7 @@ _RC = {
 
 @contextmanager
 def drawing() -> Iterator[None]:
-    """Figures are made and written inside this block; outside it matplotlib is as it was."""
+    """Within this block matplotlib has the settings of our figures; they are made and written inside it."""
     with matplotlib.rc_context(_RC):  # type: ignore[arg-type]
         yield
 
@@ -155,13 +156,15 @@ def dots(
 
 
 def band(axes: RecordedAxes, name: str, x: Array, low: Array, high: Array, colour: str, opacity: float = 0.35) -> None:
-    """What lies between two curves."""
+    """Fills the area between two curves."""
     axes.fill_between(x, low, high, color=colour, alpha=opacity, linewidth=0)
     axes.record(name, "band", x=x, low=low, high=high)
 
 
-def span(axes: RecordedAxes, name: str, low: float, high: float, colour: str, opacity: float, flat: bool = False) -> None:
-    """What lies between two values of x, or of y where it is flat."""
+def span(
+    axes: RecordedAxes, name: str, low: float, high: float, colour: str, opacity: float, flat: bool = False
+) -> None:
+    """Fills the stretch between two values of x, or of y where it is `flat`."""
     (axes.axhspan if flat else axes.axvspan)(low, high, color=colour, alpha=opacity, linewidth=0)
     axes.record(name, "span", low=low, high=high)
 

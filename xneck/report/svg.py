@@ -21,7 +21,7 @@ class SvgPanel:
     svg: Markup
     description: str
     """read to those who do not see it"""
-    axes_records: tuple[AxesRecord, ...]
+    axes: tuple[AxesRecord, ...]
 
 
 def svg_panel(figure: Figure, key: str, description: str) -> SvgPanel:

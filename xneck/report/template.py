@@ -1,4 +1,4 @@
-"""The templates beside this file, and the one style sheet."""
+"""The page templates beside this file, filled with values and the one style sheet."""
 
 from importlib.resources import files
 from pathlib import Path
@@ -8,7 +8,10 @@ from markupsafe import Markup
 
 
 def render(name: str | Path, **values: object) -> str:
-    """The template `name`, or one in a file elsewhere, with `values`; undefined names are errors, text is never markup."""
+    """The template `name` (or a file elsewhere, by its path) filled with `values`.
+
+    Names without a value are errors, and values are shown as text, never as markup, unless they are Markup.
+    """
     home = files("xneck.report")
 
     def load(template: str) -> str:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from xneck.batch.worker_pool import run_tasks
-from xneck.study.run_case import run_case
 from xneck.study.plan import Case
+from xneck.study.run_case import run_case
 
 if TYPE_CHECKING:
     from distributed import Client

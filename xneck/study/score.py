@@ -15,6 +15,8 @@ NO_CAUSE_VERDICTS = ("consistent", "insufficient")
 """verdicts by which nothing known or unknown is wrong"""
 NAMELESS_VERDICTS = (*NO_CAUSE_VERDICTS, "unknown", REFUSED_VERDICT)
 """what stands in the tables where no cause is named"""
+MAX_Z = 3.0
+"""error of a parameter, in sigma, up to which it counts as right"""
 
 
 @dataclass(frozen=True)
@@ -34,8 +36,8 @@ class ParameterScore:
 
     @property
     def within(self) -> bool:
-        """Whether the error is within 3 sigma."""
-        return self.z is not None and abs(self.z) <= 3
+        """Whether the error is within MAX_Z sigma."""
+        return self.z is not None and abs(self.z) <= MAX_Z
 
 
 @dataclass(frozen=True)
@@ -156,7 +158,9 @@ def _effect_score(
     )
 
 
-def _parameter_scores(cause: Mapping[str, Any], hidden: Mapping[str, Any], truth: Mapping[str, Any]) -> tuple[ParameterScore, ...]:
+def _parameter_scores(
+    cause: Mapping[str, Any], hidden: Mapping[str, Any], truth: Mapping[str, Any]
+) -> tuple[ParameterScore, ...]:
     estimates = {(p["name"], p["index"]): p for p in cause["parameters"]}
     return tuple(
         ParameterScore(*key, true, estimates[key]["value"], estimates[key]["sigma"])

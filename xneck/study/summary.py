@@ -7,9 +7,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from xneck.study.plan import NO_EFFECT
-from xneck.study.score import NO_CAUSE_VERDICTS, NAMELESS_VERDICTS, Score, EffectScore
 from xneck.study.count_table import CountTable
+from xneck.study.plan import NO_EFFECT
+from xneck.study.score import NAMELESS_VERDICTS, NO_CAUSE_VERDICTS, EffectScore, Score
 
 Item = TypeVar("Item")
 
@@ -166,7 +166,12 @@ def _manner_table(scores: Sequence[Score]) -> CountTable | None:
         effects = [s.sightings[0] for s in group if len(s.sightings) == 1 and s.sightings[0].known]
         quiet = [bool(s.false) for s in group if s.nothing]
         outside = [s.verdict == "unknown" for s in group if s.sightings and not all(x.known for x in s.sightings)]
-        cells = (_fraction(x.first for x in effects), _fraction(x.listed for x in effects), _fraction(quiet), _fraction(outside))
+        cells = (
+            _fraction(x.first for x in effects),
+            _fraction(x.listed for x in effects),
+            _fraction(quiet),
+            _fraction(outside),
+        )
         rows.append((manner, str(len(group)), *cells))
     return CountTable(
         "By manner of motion",
@@ -195,8 +200,8 @@ def _pair_table(scores: Sequence[Score]) -> CountTable | None:
         "Several at once",
         ("hidden", "named first", "the first", "the second", "false causes"),
         tuple(rows),
-        f"All named: {_fraction(all_named)}; all in the sets: {_fraction(listed)}; one or more named: {_fraction(n > 0 for n in named)}; "
-        f"none false: {_fraction(not s.false for s in scores)}.",
+        f"All named: {_fraction(all_named)}; all in the sets: {_fraction(listed)}; "
+        f"one or more named: {_fraction(n > 0 for n in named)}; none false: {_fraction(not s.false for s in scores)}.",
     )
 
 

@@ -15,7 +15,7 @@ class Curve:
 
     topic: str
     column: str
-    curve_colour: str
+    colour: str
     dots: bool = False
     """drawn as single values rather than as a line"""
 
@@ -47,11 +47,16 @@ def plot_panels(series: Mapping[str, Series]) -> tuple[PlotPanel, ...]:
     """The panels for these series, by topic; a panel without a curve is left out."""
     out = []
     for title, *parts in _PANELS:
-        curves = [curve for topic, stem in parts if topic in series for curve in _numbered_curves(series[topic], topic, stem)]
+        curves = [
+            curve for topic, stem in parts if topic in series for curve in _numbered_curves(series[topic], topic, stem)
+        ]
         if curves:
             out.append(PlotPanel(title, tuple(curves)))
     return tuple(out)
 
 
 def _numbered_curves(series: Series, topic: str, stem: str) -> list[Curve]:
-    return [Curve(topic, f"{stem}{k + 1}", curve_colour(k), topic == _DOTTED_TOPIC) for k in range(series.matrix(stem).shape[1])]
+    return [
+        Curve(topic, f"{stem}{k + 1}", curve_colour(k), topic == _DOTTED_TOPIC)
+        for k in range(series.matrix(stem).shape[1])
+    ]

@@ -96,7 +96,10 @@ def _frame_angles(data: DataSet) -> Series:
 
 def _state_band(state: Series) -> Series:
     alpha, half_width = state.matrix("alpha"), BAND_SIGMAS * state.matrix("sigma_alpha")
-    return Series(state.time, numbered_columns("alpha", alpha - half_width, "_low") | numbered_columns("alpha", alpha + half_width, "_high"))
+    return Series(
+        state.time,
+        numbered_columns("alpha", alpha - half_width, "_low") | numbered_columns("alpha", alpha + half_width, "_high"),
+    )
 
 
 def _frame_residuals(data: DataSet) -> Series:

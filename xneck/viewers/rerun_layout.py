@@ -45,5 +45,7 @@ def blueprint(rr: Any, curves: Mapping[str, Series], video: bool) -> Any:
     column = rrb.Vertical(*rows, row_shares=[_TALL_SHARE if k < 2 else 1.0 for k in range(len(rows))])
     layout = column
     if video:
-        layout = rrb.Horizontal(rrb.Spatial2DView(origin=f"/{VIDEO_ENTITY}", name="video"), column, column_shares=[1, 1])
+        layout = rrb.Horizontal(
+            rrb.Spatial2DView(origin=f"/{VIDEO_ENTITY}", name="video"), column, column_shares=[1, 1]
+        )
     return rrb.Blueprint(layout, rrb.TimePanel(timeline=TIMELINE, state="collapsed"), collapse_panels=True)

@@ -8,9 +8,9 @@ import pytest
 
 from identification.dataset.series import Series, numbered_columns
 from identification.design.fourier import random_shape, tone_frequencies
-from identification.design.information import AngleNoise, fisher_information, predicted_sigma, noise_free_signals
+from identification.design.information import AngleNoise, fisher_information, noise_free_signals, predicted_sigma
 from identification.design.nominal_machine import nominal_machine
-from identification.design.search import DesignedMotion, design_motion, design_target
+from identification.design.search import DesignedMotion, SearchOptions, design_motion, design_target
 from identification.design.trajectory import MotionLimits, Trajectory, tension_levels, trajectory
 from identification.estimates import DEFAULT_LAWS, estimate
 from mechanism.arm import arm_of
@@ -37,7 +37,7 @@ SECONDS = 20.0
 @cache
 def designed() -> DesignedMotion:
     machine = nominal_machine(NECK)
-    return design_motion(machine, design_target(machine), LIMITS, NOISE, SECONDS, draws=15, changes=25)
+    return design_motion(machine, design_target(machine), LIMITS, NOISE, SearchOptions(SECONDS, draws=15, changes=25))
 
 
 def check_limits(motion: Trajectory, limits: MotionLimits) -> None:
@@ -130,7 +130,7 @@ def test_the_level_of_tension_does_not_follow_the_motion() -> None:
 def test_it_tells_more_than_motions_at_random() -> None:
     """Of what was asked for, against the mean sigma of the shapes that the search began from, and against all of them."""
     found = designed()
-    w, machine, rng = found.wanted, nominal_machine(NECK), np.random.default_rng(11)
+    w, machine, rng = found.target, nominal_machine(NECK), np.random.default_rng(11)
     assert found.logdet < min(found.drawn_logdet)
     random = []
     for _ in range(8):
@@ -145,7 +145,7 @@ def test_what_it_is_for_decides() -> None:
     machine, sigma = nominal_machine(NECK), []
     for names in (("cable_hardening",), ("fs",)):
         w = design_target(machine, names)
-        found = design_motion(machine, w, LIMITS, NOISE, SECONDS, draws=15, changes=0)
+        found = design_motion(machine, w, LIMITS, NOISE, SearchOptions(SECONDS, draws=15, changes=0))
         both = design_target(machine, ("cable_hardening",))
         told = predicted_sigma(fisher_information(noise_free_signals(found.motion), both.unknowns, both.p, NOISE))
         sigma.append(told[both.chosen])
@@ -161,8 +161,10 @@ def test_predicted_sigmas_are_those_of_an_identification_of_the_motion(monkeypat
     """
     values = {"fs": FS, "cm": np.array([0.5]), "fv": np.zeros(4), "k": K, "ca": CA}
     machine = Machine(arm_of(NECK), DEFAULT_LAWS, values)
-    found = design_motion(machine, design_target(machine), replace(LIMITS, speed=300.0), NOISE, 30.0, draws=8, changes=8)
-    motion, u = found.motion, found.wanted.unknowns
+    found = design_motion(
+        machine, design_target(machine), replace(LIMITS, speed=300.0), NOISE, SearchOptions(30.0, draws=8, changes=8)
+    )
+    motion, u = found.motion, found.target.unknowns
     as_planned = Motion(motion.time, motion.alpha, motion.tension)
     monkeypatch.setattr(prescribed, "exciting", lambda *_: as_planned)
     world = World(parse_yaml(FILE.read_text(), str(FILE)), linear(K, CA), dry_and_viscous(FS, np.zeros(4)))
@@ -208,10 +210,20 @@ def test_what_cannot_be_designed_is_refused_by_name() -> None:
         design_target(machine, ["kk"])
     with pytest.raises(Refused, match=r"no motion keeps tensions of 20 to 21 N.*widen"):
         trajectory(
-            machine, random_shape(tone_frequencies(4, 20, (0.1, 2)), np.random.default_rng(0)), replace(LIMITS, tension=(20, 21)), 20, 50
+            machine,
+            random_shape(tone_frequencies(4, 20, (0.1, 2)), np.random.default_rng(0)),
+            replace(LIMITS, tension=(20, 21)),
+            20,
+            50,
         )
     with pytest.raises(Refused, match=r"past the singular pose"):
-        trajectory(machine, random_shape(tone_frequencies(4, 20, (0.1, 2)), np.random.default_rng(0)), replace(LIMITS, peak=3.2), 20, 50)
+        trajectory(
+            machine,
+            random_shape(tone_frequencies(4, 20, (0.1, 2)), np.random.default_rng(0)),
+            replace(LIMITS, peak=3.2),
+            20,
+            50,
+        )
     with pytest.raises(Refused, match="2 s hold no 4 different tones"):
         tone_frequencies(4, 2.0, (0.1, 2.0))
     slack = read_neck(FILE).model_dump(exclude={"markers"})

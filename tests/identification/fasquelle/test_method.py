@@ -8,7 +8,12 @@ import pytest
 
 from identification.dataset.dataset import DataSet, state_series
 from identification.dataset.series import Series, numbered_columns
-from identification.fasquelle.method import elastic_system, friction_alone, fasquelle_identification, fasquelle_regressors
+from identification.fasquelle.method import (
+    elastic_system,
+    fasquelle_identification,
+    fasquelle_regressors,
+    friction_alone,
+)
 from identification.fasquelle.series import fasquelle_series
 from identification.fasquelle.tables import as_json, as_text
 from mechanism.arm import Arm, arm_of
@@ -107,7 +112,9 @@ def test_models_two_and_three_share_one_modulus_and_model_three_follows_the_leng
 def test_viscous_friction_is_found_where_it_is(data: DataSet) -> None:
     """Adding 0.05 N s/rad theta' to the logged force adds 0.05 to every fv and nothing to fs: least squares is linear."""
     seed = data.fasquelle
-    more = Series(seed.time, {**seed.columns, **numbered_columns("f", seed.matrix("f") + 0.05 * seed.matrix("theta", "_d"))})
+    more = Series(
+        seed.time, {**seed.columns, **numbered_columns("f", seed.matrix("f") + 0.05 * seed.matrix("theta", "_d"))}
+    )
     a, b = (friction_alone(fasquelle_regressors(data.arm, s), viscous=True) for s in (seed, more))
     np.testing.assert_allclose(b.values("fv") - a.values("fv"), 0.05, rtol=1e-6)
     np.testing.assert_allclose(b.values("fs"), a.values("fs"), rtol=1e-6)

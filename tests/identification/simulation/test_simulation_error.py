@@ -71,7 +71,9 @@ def kind(found: SimulatedRecording, stem: str) -> list[Channel]:
     return [c for c in found.channels if c.name.startswith(stem)]
 
 
-def test_a_true_model_errs_as_much_as_its_noise_floor(held_out: DataSet, model: Model, simulated: SimulatedRecording) -> None:
+def test_a_true_model_errs_as_much_as_its_noise_floor(
+    held_out: DataSet, model: Model, simulated: SimulatedRecording
+) -> None:
     """Within 1.3 of it in every channel, from forces and from motor angles; and no channel is far below its floor.
 
     Angles have 900 frames. What all windows share (numbers of the laws, x0) is one draw: of ten other arms 137 of 140 channels are

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
-from benchmarks.check import COUNT, Hidden, hidden, inputs, judged
+from benchmarks.check import COUNT, FaultCase, fault_cases, inputs, judge
 from identification.dataset.dataset import DataSet
 from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import arm_of
@@ -36,30 +36,30 @@ def made() -> ClockRecording:
 
 
 @pytest.fixture(scope="module")
-def cases(made: ClockRecording) -> list[Hidden]:
-    return hidden(made, SEED)
+def cases(made: ClockRecording) -> list[FaultCase]:
+    return fault_cases(made, SEED)
 
 
 @pytest.fixture(scope="module")
-def baseline(cases: list[Hidden]) -> Baseline:
+def baseline(cases: list[FaultCase]) -> Baseline:
     """Another motion of the same arm."""
     before = clock_recording("everything", SEED, motion=SEED + 1)
-    healthy = Hidden("", None, before.angles, before.log, cases[0].arm)
+    healthy = FaultCase("", None, before.angles, before.log, cases[0].arm)
     return baseline_of(healthy.arm, *inputs(before, healthy, SEED + 1))
 
 
 @pytest.mark.parametrize("label", CASES)
-def test_a_hidden_fault_is_named(label: str, made: ClockRecording, cases: list[Hidden], baseline: Baseline) -> None:
+def test_a_hidden_fault_is_named(label: str, made: ClockRecording, cases: list[FaultCase], baseline: Baseline) -> None:
     """The sizes are several times what the sigmas of this motion allow, so each is found in nearly every recording."""
     case = next(c for c in cases if c.label.startswith(label))
-    found = check_elongations(case.arm, *inputs(made, case, SEED), baseline if case.baseline else None)
-    assert found.verdict == "inconsistent"
-    assert judged(found, case.fault)[0] == 1
-    assert found.faults[0]["fix"] in sentence(found.faults[0])
-    assert usable(found.faults) == ("in part" if label == "slip" else False)
+    result = check_elongations(case.arm, *inputs(made, case, SEED), baseline if case.baseline else None)
+    assert result.verdict == "inconsistent"
+    assert judge(result, case.fault)[0] == 1
+    assert result.faults[0]["fix"] in sentence(result.faults[0])
+    assert usable(result.faults) == ("in part" if label == "slip" else False)
 
 
-def test_sizes_are_those_that_were_hidden(made: ClockRecording, cases: list[Hidden]) -> None:
+def test_sizes_are_those_that_were_hidden(made: ClockRecording, cases: list[FaultCase]) -> None:
     """With their sign: a drum described 2 % too large is truly smaller, an angle seen too small has a negative offset.
 
     SEED is even, so signs are negative: rd is described 2 % and r 0.3 mm too small. Half of each fault: linear signatures and
@@ -68,36 +68,41 @@ def test_sizes_are_those_that_were_hidden(made: ClockRecording, cases: list[Hidd
     expected = {"joint": -np.radians(1.6), "drum": 0.02, "pulley": 3e-4, "slip": -5e-4, "0.1": 1e-3}
     for label, size in expected.items():
         case = next(c for c in cases if c.label.startswith(label))
-        found = check_elongations(case.arm, *inputs(made, case, SEED)).faults[0]
-        assert (found["fault"], found["where"]) == case.fault
-        assert abs(found["size"] - size) < 0.25 * abs(size)
+        result = check_elongations(case.arm, *inputs(made, case, SEED)).faults[0]
+        assert (result["fault"], result["where"]) == case.fault
+        assert abs(result["size"] - size) < 0.25 * abs(size)
 
 
-@pytest.mark.parametrize("kind", ["linear elastic", "damped cables", "everything"])
-def test_a_healthy_arm_is_not_blamed(kind: str) -> None:
-    """Even with pre-elongations in neck.yaml that are wrong by a millimetre."""
-    made = clock_recording(kind, SEED + 1)
-    case = hidden(made, SEED + 1)[0]
-    found = check_elongations(case.arm, *inputs(made, case, SEED + 1))
-    assert (found.verdict, found.faults, usable(found.faults)) == ("consistent", (), True)
+@pytest.mark.parametrize(
+    ("kind", "seed"), [("linear elastic", 71), ("damped cables", 71), ("everything", 71), ("everything", 11)]
+)
+def test_a_healthy_arm_is_not_blamed(kind: str, seed: int) -> None:
+    """Even with pre-elongations in neck.yaml that are wrong by a millimetre.
+
+    Seed 11: the clock was blamed where the law held the motors' speed filtered otherwise than the clock's signature.
+    """
+    made = clock_recording(kind, seed)
+    case = fault_cases(made, seed)[0]
+    result = check_elongations(case.arm, *inputs(made, case, seed))
+    assert (result.verdict, result.faults, usable(result.faults)) == ("consistent", (), True)
 
 
-def test_without_a_baseline_a_small_offset_is_not_claimed(made: ClockRecording, cases: list[Hidden]) -> None:
+def test_without_a_baseline_a_small_offset_is_not_claimed(made: ClockRecording, cases: list[FaultCase]) -> None:
     case = next(c for c in cases if c.label.startswith("by 0.15 deg"))
     assert not check_elongations(case.arm, *inputs(made, case, SEED)).faults
 
 
-def test_an_unhealthy_baseline_is_refused(made: ClockRecording, cases: list[Hidden]) -> None:
+def test_an_unhealthy_baseline_is_refused(made: ClockRecording, cases: list[FaultCase]) -> None:
     case = next(c for c in cases if c.label.startswith("slip"))
     with pytest.raises(Refused, match="not healthy itself: winch_slip of cable 3"):
         baseline_of(case.arm, *inputs(made, case, SEED))
 
 
-def test_the_scale_of_angles_comes_as_a_class(made: ClockRecording, cases: list[Hidden]) -> None:
+def test_the_scale_of_angles_comes_as_a_class(made: ClockRecording, cases: list[FaultCase]) -> None:
     """Angles 3 % too large: what a tilted camera and a wrong focal length make; a tilted plane looks nearly the same."""
     angles = Angles(made.angles.time, 1.03 * made.angles.alpha, made.angles.sigma)
-    found = check_elongations(cases[0].arm, *inputs(made, replace(cases[0], angles=angles), SEED)).faults[0]
-    assert {"angle_scale", "plane_tilt"} <= {found["fault"], *found["indistinguishable_from"]}
+    result = check_elongations(cases[0].arm, *inputs(made, replace(cases[0], angles=angles), SEED)).faults[0]
+    assert {"angle_scale", "plane_tilt"} <= {result["fault"], *result["indistinguishable_from"]}
 
 
 @pytest.mark.parametrize(
@@ -110,7 +115,7 @@ def test_the_scale_of_angles_comes_as_a_class(made: ClockRecording, cases: list[
         ("swapped_markers", "bars 1 and 2"),
     ],
 )
-def test_exchanges_are_named(fault: str, where: str, made: ClockRecording, cases: list[Hidden]) -> None:
+def test_exchanges_are_named(fault: str, where: str, made: ClockRecording, cases: list[FaultCase]) -> None:
     """As a data set made by hand has them, which `sync` never saw."""
     alpha, theta = made.angles.alpha.copy(), made.log.matrix("theta").copy()
     if fault == "theta_sign":
@@ -127,9 +132,9 @@ def test_exchanges_are_named(fault: str, where: str, made: ClockRecording, cases
         angles=Angles(made.angles.time, alpha, made.angles.sigma),
         log=Series(made.log.time, {**made.log.columns, **numbered_columns("theta", theta)}),
     )
-    found = check_elongations(case.arm, *inputs(made, case, SEED))
-    assert [(f["fault"], f["where"]) for f in found.faults] == [(fault, where)]
-    assert usable(found.faults) is False
+    result = check_elongations(case.arm, *inputs(made, case, SEED))
+    assert [(f["fault"], f["where"]) for f in result.faults] == [(fault, where)]
+    assert usable(result.faults) is False
 
 
 def test_a_cable_that_went_slack_is_named_with_its_time() -> None:
@@ -150,12 +155,12 @@ def test_a_cable_that_went_slack_is_named_with_its_time() -> None:
     alpha = p.frame_alpha + np.random.default_rng(5).normal(0, NOISE_RAD, p.frame_alpha.shape)
     log = Series(p.log_time, numbered_columns("theta", np.round(theta / COUNT) * COUNT) | numbered_columns("f", f))
     angles = Angles(p.frame_times, alpha, np.full(alpha.shape, NOISE_RAD))
-    case = Hidden("slack", None, angles, log, arm())
-    found = check_elongations(arm(), *inputs(ClockRecording(angles, log, p.clocks, np.zeros(4), np.nan), case, 75))
-    first = found.faults[0]
+    case = FaultCase("slack", None, angles, log, arm())
+    result = check_elongations(arm(), *inputs(ClockRecording(angles, log, p.clocks, np.zeros(4), np.nan), case, 75))
+    first = result.faults[0]
     assert (first["fault"], first["where"]) == ("cable_slack", "cable 3")
     assert abs(first["when_s"] - middle) < 0.3
-    assert usable(found.faults) == "in part"
+    assert usable(result.faults) == "in part"
 
 
 def with_slip(log: Series, cable: int, after: float, size: float) -> Series:
@@ -165,29 +170,29 @@ def with_slip(log: Series, cable: int, after: float, size: float) -> Series:
     return Series(log.time, {**log.columns, **numbered_columns("theta", np.round(theta / COUNT) * COUNT)})
 
 
-def test_two_faults_are_both_named_with_their_sizes(made: ClockRecording, cases: list[Hidden]) -> None:
+def test_two_faults_are_both_named_with_their_sizes(made: ClockRecording, cases: list[FaultCase]) -> None:
     """A drum described 2 % too large and a slip of 1 mm of another cable; sizes within a tenth, as each alone."""
     healthy = cases[0]
     drum = replace(healthy.arm, drum=healthy.arm.drum * np.array([1, 1.02, 1, 1]))
     both = replace(healthy, arm=drum, log=with_slip(healthy.log, 3, 20, 1e-3))
-    found = check_elongations(drum, *inputs(made, both, SEED)).faults
-    sizes = {(f["fault"], f["where"]): f["size"] for f in found}
+    result = check_elongations(drum, *inputs(made, both, SEED)).faults
+    sizes = {(f["fault"], f["where"]): f["size"] for f in result}
     assert sizes == pytest.approx({("drum_radius", "cable 2"): -0.02, ("winch_slip", "cable 4"): 1e-3}, rel=0.1)
-    assert usable(found) is False
+    assert usable(result) is False
 
 
 @pytest.mark.parametrize(("slips", "back", "size"), [(15, 40, 1e-3), (10, 30, 1e-3), (10, 30, 5e-4)])
 def test_faults_of_one_cable_do_not_hide_each_other(
-    slips: float, back: float, size: float, made: ClockRecording, cases: list[Hidden]
+    slips: float, back: float, size: float, made: ClockRecording, cases: list[FaultCase]
 ) -> None:
     """A rope that slips and slips back: either alone is not sure for what the other leaves, and a third too small."""
     log = with_slip(with_slip(cases[0].log, 0, slips, size), 0, back, -size)
-    found = check_elongations(cases[0].arm, *inputs(made, replace(cases[0], log=log), SEED)).faults
-    assert [(f["fault"], f["where"]) for f in found] == [("winch_slip", "cable 1")] * 2
-    early, late = sorted(found, key=lambda f: f["when_s"])
+    result = check_elongations(cases[0].arm, *inputs(made, replace(cases[0], log=log), SEED)).faults
+    assert [(f["fault"], f["where"]) for f in result] == [("winch_slip", "cable 1")] * 2
+    early, late = sorted(result, key=lambda f: f["when_s"])
     assert (early["size"], late["size"]) == pytest.approx((size, -size), rel=0.1)
     assert late["when_s"] - early["when_s"] == pytest.approx(back - slips, abs=0.2)
-    assert usable(found) == "in part"
+    assert usable(result) == "in part"
 
 
 def read(folder: Path) -> tuple[Neck, Angles, Series]:
@@ -203,25 +208,25 @@ def test_a_rope_that_moves_far_does_not_take_the_clock_along(seed: int, size: fl
     neck, angles, log = read(tmp_path / "fitted")
     theta = log.matrix("theta").copy()
     theta[:, 2] += np.where(log.time - log.time[0] > 8, size / arm_of(neck).drum[2], 0.0)
-    found = synchronise(neck, "", angles, Series(log.time, {**log.columns, **numbered_columns("theta", theta)}), {})
+    result = synchronise(neck, "", angles, Series(log.time, {**log.columns, **numbered_columns("theta", theta)}), {})
     true = json.loads((tmp_path / "truth.json").read_text())["clocks"]["fitted"]
-    at = true["offset_s"] + true["skew"] * (found.clock["camera_middle_s"] - true["middle_s"])
-    assert abs(found.clock["offset_s"] - at) < 3 * found.clock["offset_sigma_s"] < 6e-4
-    (warning,) = (w for w in found.clock["warnings"] if "drum" in w)
+    at = true["offset_s"] + true["skew"] * (result.clock["camera_middle_s"] - true["middle_s"])
+    assert abs(result.clock["offset_s"] - at) < 3 * result.clock["offset_sigma_s"] < 6e-4
+    (warning,) = (w for w in result.clock["warnings"] if "drum" in w)
     assert warning.startswith(f"cable 3 seems to have moved on its drum by {1e3 * size:+.1f} mm at ")
-    assert {(f["fault"], f["where"]) for f in found.check["faults"]} == {("winch_slip", "cable 3")}
-    np.testing.assert_array_equal(found.log.matrix("theta"), theta)  # the data stay as they were recorded
+    assert {(f["fault"], f["where"]) for f in result.check["faults"]} == {("winch_slip", "cable 3")}
+    np.testing.assert_array_equal(result.log.matrix("theta"), theta)  # the data stay as they were recorded
 
 
-def test_what_no_fault_explains_is_said(made: ClockRecording, cases: list[Hidden]) -> None:
+def test_what_no_fault_explains_is_said(made: ClockRecording, cases: list[FaultCase]) -> None:
     """A rope that breathes by 0.7 mm at 3 Hz, on its own."""
     log, time = cases[0].log, cases[0].log.time
     theta = log.matrix("theta") + np.outer(7e-4 * np.sin(6 * np.pi * time) / arm().drum[1], np.eye(4)[1])
     breathing = replace(cases[0], log=Series(time, {**log.columns, **numbered_columns("theta", theta)}))
-    (found,) = check_elongations(breathing.arm, *inputs(made, breathing, SEED)).faults
-    assert (found["fault"], found["where"]) == ("unexplained_elongation", "cable 2")
+    (result,) = check_elongations(breathing.arm, *inputs(made, breathing, SEED)).faults
+    assert (result["fault"], result["where"]) == ("unexplained_elongation", "cable 2")
     # some of it looks like friction, and the law takes it
-    assert 0.5 < found["size"] / (7e-4 / np.sqrt(2)) < 1.05
+    assert 0.5 < result["size"] / (7e-4 / np.sqrt(2)) < 1.05
 
 
 @pytest.mark.parametrize("seed", [1, 2, 9])
@@ -233,7 +238,7 @@ def test_a_short_recording_blames_no_one(seed: int, tmp_path: Path) -> None:
         assert synchronise(neck, "", angles, log, {}).check["faults"] == []
 
 
-def as_data_set(made: ClockRecording, case: Hidden, late: float, frames: bool) -> DataSet:
+def as_data_set(made: ClockRecording, case: FaultCase, late: float, frames: bool) -> DataSet:
     """What a person makes by hand: frames stamped `late` s too late, beside the log or instead of it in the state."""
     state, seen, _ = inputs(made, case, SEED)
     neck = read_neck(NECK_FILE)
@@ -252,24 +257,26 @@ def as_data_set(made: ClockRecording, case: Hidden, late: float, frames: bool) -
 
 
 @pytest.mark.parametrize(("late", "frames"), [(5e-3, True), (-10e-3, False)])
-def test_a_clock_that_is_wrong_is_named(late: float, frames: bool, made: ClockRecording, cases: list[Hidden]) -> None:
+def test_a_clock_that_is_wrong_is_named(
+    late: float, frames: bool, made: ClockRecording, cases: list[FaultCase]
+) -> None:
     """Elongations alone take it for friction of the motors. The clock of `inputs` is off by 0.3 ms rms already."""
-    found = check_dataset(as_data_set(made, cases[0], late, frames)).faults
-    assert [(f["fault"], f["where"]) for f in found] == [("clock_offset", "all")]
-    assert found[0]["size"] == pytest.approx(late, abs=1e-3)
-    assert "ms +-" in sentence(found[0])
-    assert usable(found) is False
+    result = check_dataset(as_data_set(made, cases[0], late, frames)).faults
+    assert [(f["fault"], f["where"]) for f in result] == [("clock_offset", "all")]
+    assert result[0]["size"] == pytest.approx(late, abs=1e-3)
+    assert "ms +-" in sentence(result[0])
+    assert usable(result) is False
 
 
-def test_a_wrong_clock_hides_no_other_fault(made: ClockRecording, cases: list[Hidden]) -> None:
+def test_a_wrong_clock_hides_no_other_fault(made: ClockRecording, cases: list[FaultCase]) -> None:
     drum = next(c for c in cases if c.label.startswith("drum"))
-    found = check_dataset(as_data_set(made, drum, 5e-3, True)).faults
-    assert [(f["fault"], f["where"]) for f in found] == [("clock_offset", "all"), drum.fault]
-    assert found[1]["size"] == pytest.approx(0.02, rel=0.25)
+    result = check_dataset(as_data_set(made, drum, 5e-3, True)).faults
+    assert [(f["fault"], f["where"]) for f in result] == [("clock_offset", "all"), drum.fault]
+    assert result[1]["size"] == pytest.approx(0.02, rel=0.25)
 
 
 def test_no_clock_is_blamed_where_it_is_right_and_none_believed_where_it_is_wrong(
-    made: ClockRecording, cases: list[Hidden]
+    made: ClockRecording, cases: list[FaultCase]
 ) -> None:
     right, wrong = (as_data_set(made, cases[0], late, True) for late in (0.0, 8e-3))
     assert check_dataset(right).faults == ()
@@ -277,7 +284,7 @@ def test_no_clock_is_blamed_where_it_is_right_and_none_believed_where_it_is_wron
         check_dataset(right, wrong, "before.mcap")
 
 
-def test_a_data_set_made_by_hand_is_checked_from_its_state(made: ClockRecording, cases: list[Hidden]) -> None:
+def test_a_data_set_made_by_hand_is_checked_from_its_state(made: ClockRecording, cases: list[FaultCase]) -> None:
     """Without a record of a clock the frames' stamps mean nothing, and the state stands in for them."""
     case = next(c for c in cases if c.label.startswith("drum"))
     state, _, _ = inputs(made, case, SEED)
@@ -285,5 +292,5 @@ def test_a_data_set_made_by_hand_is_checked_from_its_state(made: ClockRecording,
     motors = [m.model_copy(update={"rd": float(d * m.R)}) for m, d in zip(neck.motors, case.arm.drum, strict=True)]
     neck = neck.model_copy(update={"motors": tuple(motors)})
     none = Series(np.empty(0), {})
-    found = check_dataset(DataSet(neck, "", state, state, none, none)).faults[0]
-    assert (found["fault"], found["where"]) == case.fault
+    result = check_dataset(DataSet(neck, "", state, state, none, none)).faults[0]
+    assert (result["fault"], result["where"]) == case.fault

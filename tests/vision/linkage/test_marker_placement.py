@@ -63,7 +63,11 @@ def test_with_one_marker_a_bar_the_zero_of_alpha_is_known_as_well_as_sigma_says(
     neck = with_markers(BARS)
     alpha = motion(1800, 30.0, 5)
     fit = fit_linkage(
-        wrong(neck, 5), camera(), corners(neck, alpha, 5, noise=0.0114), "test", options=LinkageOptions(PlacementPrior())
+        wrong(neck, 5),
+        camera(),
+        corners(neck, alpha, 5, noise=0.0114),
+        "test",
+        options=LinkageOptions(PlacementPrior()),
     )
     assert fit.noise is not None
     sigma = np.sqrt(np.diagonal(fit.covariance - fit.noise, axis1=1, axis2=2).mean(axis=0))

@@ -26,7 +26,7 @@ def grey(alpha: np.ndarray, seed: int | None) -> np.ndarray:
 
 def found(picture: np.ndarray) -> np.ndarray:
     assert NECK.markers is not None
-    seen = MarkerDetector(NECK.markers).find(picture).corners
+    seen = MarkerDetector(NECK.markers).detect(picture).corners
     assert set(seen) == {0, 1, 2, 3}
     return np.stack([seen[i] for i in range(4)])
 

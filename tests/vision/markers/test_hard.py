@@ -54,7 +54,7 @@ def test_no_angle_is_lost_where_a_detector_loses_nearly_all(
         z = (ours.alpha - truth) / ours.sigma
         assert np.sqrt(np.mean(z**2)) < 1 + 3 / np.sqrt(6), corners
         assert np.degrees(np.median(ours.sigma)) < 0.1
-    monkeypatch.setattr(vision.markers.detection, "THIN", ())
+    monkeypatch.setattr(vision.markers.detection, "OCCLUSION_WIDTHS_PX", ())
     monkeypatch.setattr(MarkerTracker, "_predicted", lambda self, time: np.full((len(self._ids), 4, 2), np.nan))
     blind = by_ours("edges", video, neck, camera, case.camera.exposure_s, FRAMES)
     assert np.isnan(blind.alpha[BEFORE:]).mean() > 0.9
@@ -79,12 +79,12 @@ def test_markers_under_a_cable_are_found_without_a_history() -> None:
     not half as many in all."""
     case = CASES["cable from the start"]
     markers = markers_of(read_neck(PLAIN), PLAIN)
-    finder = MarkerDetector(markers)
+    detector = MarkerDetector(markers)
     plain, filled = [], []
     for t in case.times[:30:5]:
         picture = render_frame(case.alpha_at(t), case.neck, case.camera, None, suffers=case.trouble_at(t))
         grey = np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
-        plain.append(len(finder.detections(grey)) - 1)
-        filled.append(len(finder.find(grey).corners) - 1)
+        plain.append(len(detector.detect_all(grey)) - 1)
+        filled.append(len(detector.detect(grey).corners) - 1)
     assert min(filled) >= 2
     assert 2 * sum(plain) < sum(filled)

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import vision.markers.photometric
+import vision.markers.photometric_solver
+from benchmarks.marker_angle import angle_slopes, in_plane_angle
 from benchmarks.markers import FAMILY, START_PX, bound
 from calibration.dictionaries import marker_cells
 from samples.generator.closeup import Flaws, picture, square
 from tests.vision.markers.cramer_rao import angle_bound, corner_bound
 from vision.markers.photometric import MarkerFit, MarkerStart, fit_markers
-from benchmarks.marker_angle import angle_slopes, in_plane_angle
 from vision.markers.planar_motion import CORNERS, corner_slopes, homography, move_corners
 from vision.markers.template import Optics
 
@@ -94,7 +94,7 @@ def test_flawed_pictures_stay_within_their_sigma(flaws: Flaws) -> None:
 def test_without_planes_of_light_a_slope_costs_accuracy(monkeypatch: pytest.MonkeyPatch) -> None:
     flaws = replace(CLEAN, slope=(0.8, -0.5), noise=2.0)
     with_planes = corner_errors(fits(60, flaws))
-    monkeypatch.setattr(vision.markers.photometric, "SLOPE_SD", 1e-6)
+    monkeypatch.setattr(vision.markers.photometric_solver, "SLOPE_SD", 1e-6)
     assert corner_errors(fits(60, flaws)) > 1.5 * with_planes
 
 

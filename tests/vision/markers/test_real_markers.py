@@ -34,7 +34,7 @@ def test_photographs() -> None:
     found, turns, off, expected = 0, set(), [], 0
     for picture in sorted((DATA / "apriltag").glob("*.jpg")):
         grey = np.asarray(cv2.imread(str(picture), cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
-        seen = [c for _, c in finder("apriltag_36h11", range(587)).detections(grey)]
+        seen = [c for _, c in finder("apriltag_36h11", range(587)).detect_all(grey)]
         for corners in published(picture):
             expected += 1
             upright = corners[[3, 2, 1, 0]]  # lt, rt, rb, lb: OpenCV's order
@@ -53,7 +53,7 @@ def test_photographs() -> None:
 def test_markers_on_two_wooden_bars() -> None:
     """All 16 markers of the first frame, and the video read to its end though its header counts one frame more."""
     seen = [
-        len(finder("aruco_original", range(1024)).detections(f.grey))
+        len(finder("aruco_original", range(1024)).detect_all(f.grey))
         for f in read_frames(DATA / "scikit_surgery/multipattern.avi")
     ]
     assert len(seen) == 10

@@ -36,8 +36,8 @@ def truth() -> np.ndarray:
 
 def track(shown: list[Frame]) -> tuple[np.ndarray, np.ndarray]:
     tracker = MarkerTracker(markers())
-    seen = [tracker.see(frame) for frame in shown]
-    return np.stack([s.corners for s in seen]), np.stack([s.how for s in seen])
+    seen = [tracker.track(frame) for frame in shown]
+    return np.stack([s.corners for s in seen]), np.stack([s.status for s in seen])
 
 
 def painted(frame: Frame, where: np.ndarray, colour: int, grow: float = 10.0) -> Frame:
@@ -115,7 +115,7 @@ def test_the_number_of_processes_changes_nothing(workers: int) -> None:
     one, more = track_video(video, markers(), light=light), track_video(video, markers(), workers=workers, light=light)
     np.testing.assert_array_equal(one.time, more.time)
     np.testing.assert_array_equal(one.corners, more.corners)
-    np.testing.assert_array_equal(one.how, more.how)
+    np.testing.assert_array_equal(one.status, more.status)
     assert one.light is not None
     assert more.light is not None
     np.testing.assert_array_equal(one.light, more.light)

@@ -224,10 +224,10 @@ def test_corners_by_edges_and_placement_by_command(made: Path, capfd: pytest.Cap
 
 
 def test_overlay_has_every_frame(made: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    from tests.vision.test_video import frames  # the reader that those tests hold to account
+    from vision.video import read_frames
 
     out = made / "overlay.mp4"
     words = ["--camera", made / "camera.yaml", "--neck", R / "neck.yaml", "--out", made / "a.csv", "--overlay", out]
     assert run(capfd, "extract", R / "video.mp4", *words, "--quiet").status == 0
-    times = [f.time for f in frames(out)]
+    times = [f.time for f in read_frames(out)]
     np.testing.assert_allclose(times, STORED["recording_frame_times"], atol=2e-3)

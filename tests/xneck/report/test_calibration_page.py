@@ -31,7 +31,14 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> CalibrationResult:
     left_out = (LeftOut(f"{NASTY}.png", "the board was not found"),)
     found = calibrate(Observations(tuple(away), left_out, SIZE))
     arm = arm_sigma(found.camera, two_link_arm(0.18), 0.5)
-    return CalibrationResult(NASTY, BOARD.title, found, assess_quality(found), arm, provenance({"board": board}))
+    return CalibrationResult(
+        name=NASTY,
+        board=BOARD.title,
+        calibration=found,
+        quality=assess_quality(found),
+        arm=arm,
+        provenance=provenance({"board": board}),
+    )
 
 
 @pytest.fixture(scope="module")
@@ -84,8 +91,8 @@ def test_what_is_missing_reaches_the_first_sentence_and_the_advice(
     assert "To mend: upper left missing" in calibration_sentence(result)
     assert ("p", {"class": "verdict inconsistent"}) in elements.tags
     assert "Hold the board in the upper left of the picture" in elements.text
-    good = replace(result.meaning, coverage=replace(result.meaning.coverage, wants=()))
-    assert "To mend" not in calibration_sentence(replace(result, meaning=good))
+    good = replace(result.quality, coverage=replace(result.quality.coverage, wants=()))
+    assert "To mend" not in calibration_sentence(replace(result, quality=good))
 
 
 def test_without_an_arm_it_says_how_to_name_one(result: CalibrationResult, tmp_path: Path) -> None:

@@ -19,9 +19,9 @@ from synchronisation.angles import read_angles
 from synchronisation.encoder_log import read_log
 from synchronisation.synchronise import synchronise
 from tests.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
-from xneck.cli.output import as_json
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 from xneck.report.diagnosis_text import diagnosis_sentence
+from xneck_foundation.json_text import json_text
 from xneck_foundation.provenance import provenance
 
 NASTY = "<script>alert(1)</script>"
@@ -118,7 +118,9 @@ def test_every_verdict_has_its_sentence_its_advice_and_its_page(
 ) -> None:
     unknown = unnamed(found, "unknown", "no cause that is known explains it")
     assert diagnosis_sentence(unknown).startswith("Something is wrong that no known cause explains: ")
-    assert diagnosis_sentence(unnamed(found, "consistent", "")).startswith("The simulation agrees with these recordings")
+    assert diagnosis_sentence(unnamed(found, "consistent", "")).startswith(
+        "The simulation agrees with these recordings"
+    )
     assert "cannot tell: too short" in diagnosis_sentence(unnamed(found, "insufficient", "too short"))
     alike = two_alike(found)
     assert "cannot tell which" in diagnosis_sentence(alike)
@@ -128,14 +130,14 @@ def test_every_verdict_has_its_sentence_its_advice_and_its_page(
         in commands
     )
     for d in (unknown, unnamed(found, "consistent", ""), unnamed(found, "insufficient", "too short"), alike):
-        write_diagnosis_report(replace(result, found=d), tmp_path / "page.html")
+        write_diagnosis_report(replace(result, diagnosis=d), tmp_path / "page.html")
         page = Elements((tmp_path / "page.html").read_text(encoding="utf-8"))
         assert ("extended model" in page.text) == bool(d.search.named)
         assert advice(d)
 
 
 def test_what_figures_show_is_in_the_record(found: Diagnosis) -> None:
-    said = json.loads(as_json(record.as_json(found)))
+    said = json.loads(json_text(record.as_json(found)))
     signed, (course,) = said["signature"], found.signature.courses
     channels = {c["channel"]: c for c in said["channels"]}
     shown = [p for p in signed["patterns"] if p["channel"] == signed["picture"]["channel"]]
@@ -147,9 +149,9 @@ def test_what_figures_show_is_in_the_record(found: Diagnosis) -> None:
         assert rms.min() <= 1.2 * channels[p["channel"]]["before"]
         assert channels[p["channel"]]["before"] <= 1.001 * rms.max()
     (over,) = signed["over_time"]
-    assert len(over["from_s"]) == len(course.begin)
+    assert len(over["from_s"]) == len(course.window_starts)
     assert np.array(said["isolability"]["feigned"]).shape == (len(said["isolability"]["effects"]),) * 2
-    assert len(as_json(said)) < 400_000
+    assert len(json_text(said)) < 400_000
 
 
 @pytest.mark.parametrize("width", [360, 1280])

@@ -6,14 +6,23 @@ import pytest
 
 from samples.generator.hidden.experiment import CATALOGUE, KINDS, MANNERS
 from xneck.cli.study import command
-from xneck.study.plan import Case, effects_of, planned_cases
+from xneck.study.plan import Case, StudyOptions, effect_sets, planned_cases
 from xneck_foundation.errors import Refused
 
 
 def planned(
     seeds: int = 3, pairs: int = 0, effects: Any = ((), ("base_tilt",)), manners: Any = ("rich",)
 ) -> tuple[Case, ...]:
-    return planned_cases(effects, pairs, [*CATALOGUE], range(50, 50 + seeds), manners, (0.2, 1.0), 0.1, (60.0, 60.0))
+    options = StudyOptions(
+        effects=effects,
+        seeds=range(50, 50 + seeds),
+        pairs=pairs,
+        manners=manners,
+        size=(0.2, 1.0),
+        noise_deg=0.1,
+        seconds=(60.0, 60.0),
+    )
+    return planned_cases(options, [*CATALOGUE])
 
 
 def test_a_longer_study_holds_a_shorter_one() -> None:
@@ -40,14 +49,14 @@ def test_pairs_are_two_of_the_catalogue_that_differ_from_seed_to_seed() -> None:
 
 def test_words_for_effects() -> None:
     kinds, catalogue = [*KINDS], [*CATALOGUE]
-    every = effects_of(["all"], kinds, catalogue)
+    every = effect_sets(["all"], kinds, catalogue)
     assert every == ((), *((kind,) for kind in kinds))
-    assert effects_of(["none", "base_tilt,cable_slack"], kinds, catalogue) == ((), ("base_tilt",), ("cable_slack",))
-    both = effects_of(["cable_slack+cogging"], kinds, catalogue)
-    assert both == effects_of(["cogging+cable_slack", "cable_slack+cogging"], kinds, catalogue)
-    assert len(effects_of(["catalogue", "outside"], kinds, catalogue)) == len(kinds)
+    assert effect_sets(["none", "base_tilt,cable_slack"], kinds, catalogue) == ((), ("base_tilt",), ("cable_slack",))
+    both = effect_sets(["cable_slack+cogging"], kinds, catalogue)
+    assert both == effect_sets(["cogging+cable_slack", "cable_slack+cogging"], kinds, catalogue)
+    assert len(effect_sets(["catalogue", "outside"], kinds, catalogue)) == len(kinds)
     with pytest.raises(Refused, match="unknown effect 'gremlins'; valid: all, catalogue"):
-        effects_of(["gremlins"], kinds, catalogue)
+        effect_sets(["gremlins"], kinds, catalogue)
 
 
 def test_the_command_offers_the_generators_manners() -> None:

@@ -16,7 +16,7 @@ from mcap_ros2.reader import read_ros2_messages
 from identification.dataset.clock_record import log_time
 from identification.dataset.dataset import DataSet
 from identification.dataset.dataset_file import dataset_series, write_dataset
-from tests.xneck.viewers.made import dataset
+from tests.xneck.viewers.recording_result import dataset
 from xneck.viewers.foxglove import foxglove_layout
 from xneck.viewers.plotjuggler import plotjuggler_layout
 

@@ -1,4 +1,4 @@
-"""The error of the cables: whitened, and told again from what a solution leaves of it."""
+"""The spectrum of the cables' errors: whitened samples, and its re-estimation from what a solution leaves of the error."""
 
 import numpy as np
 
@@ -11,11 +11,11 @@ FALLING = ErrorSpectrum(1e-12 * np.array([30.0, 20.0, 10.0, 5.0, 3.0, 2.0]), STE
 """an error that is denser where it is slow"""
 
 
-def drawn(wander: ErrorSpectrum, seed: int) -> np.ndarray:
+def drawn(spectrum: ErrorSpectrum, seed: int) -> np.ndarray:
     """Samples (COUNT,) of that density, made in the frequency domain."""
     rng = np.random.default_rng(seed)
     hertz = np.fft.rfftfreq(COUNT, STEP)
-    density = wander.density[np.clip(np.searchsorted(EDGES, hertz, side="right") - 1, 0, len(EDGES_HZ) - 1)]
+    density = spectrum.density[np.clip(np.searchsorted(EDGES, hertz, side="right") - 1, 0, len(EDGES_HZ) - 1)]
     return np.fft.irfft(np.fft.rfft(rng.normal(size=COUNT)) * np.sqrt(density / (2 * STEP)), COUNT)
 
 
@@ -40,26 +40,26 @@ def test_whitened_samples_are_white_and_of_variance_one() -> None:
         assert abs(np.mean(out[lag:] * out[:-lag])) < 0.08
 
 
-def test_a_wrong_model_is_mended_by_what_is_left() -> None:
-    """From ten times too much and white: each band is told to 1 / sqrt(lines); three of them are allowed.
+def test_a_wrong_spectrum_is_corrected_by_residuals() -> None:
+    """From ten times too much and white: each band is estimated to 1 / sqrt(lines); three of them are allowed.
 
-    The solution takes a constant and 100 lines of 2 to 4 Hz: unless that is accounted for, the third band of 150 lines is told
-    too small by 100 / 150. What is left of it are 50.
+    The solution takes a constant and 100 lines of 2 to 4 Hz: unless that is accounted for, the third band of 150 lines comes out
+    too small by 100 / 150. It keeps 50 lines.
     """
     t = np.arange(COUNT) * STEP
     hertz = 2 + np.arange(100) / (COUNT * STEP)
     angles = 2 * np.pi * np.outer(t, hertz)
     basis = np.linalg.qr(np.column_stack([np.ones(COUNT), np.cos(angles), np.sin(angles)]))[0]
     e = drawn(FALLING, 2)
-    wander, rng = white_spectrum(1e-4, STEP), np.random.default_rng(3)
+    spectrum, rng = white_spectrum(1e-4, STEP), np.random.default_rng(3)
     for _ in range(4):
-        taps, _ = wander.whitener()
+        taps, _ = spectrum.whitener()
 
-        def left(v: np.ndarray) -> np.ndarray:
+        def residuals(v: np.ndarray) -> np.ndarray:
             return v - basis @ (basis.T @ v)
 
         whitened = np.convolve(e, taps)[:COUNT]
         probes = rng.normal(size=(COUNT, 8))
-        wander = wander.retold(left(whitened), probes, left(probes))
-    ratio = wander.density / FALLING.density
+        spectrum = spectrum.reestimated(residuals(whitened), probes, residuals(probes))
+    ratio = spectrum.density / FALLING.density
     assert np.all(np.abs(ratio - 1) < 3 / np.sqrt(lines() - np.array([0, 0, 100, 0, 0, 0])))

@@ -20,8 +20,9 @@ from tests.vision.test_video import film
 from vision.extract import Extraction
 from vision.linkage.linkage_fit import fit_linkage
 from vision.shutter import Shutter
-from xneck.recording.pipeline import RecordingResult
+from xneck.recording.camera_stages import VideoResult
 from xneck.recording.recording_folder import Recording
+from xneck.recording.recording_result import RecordingResult
 
 NECK = NECK_FILE
 SECONDS = 2.0
@@ -67,10 +68,35 @@ def result(folder: Path, start: float = 3.0) -> RecordingResult:
     fit = fit_linkage(data.neck, camera, found, "made")
     angles = Angles(time, fit.alpha, data.angles.matrix("sigma"))
     extraction = Extraction(angles, fit, found, Series(time, {}))
-    recording = Recording(folder, folder, folder, NECK, video, None, None, (), None, Shutter(), None, False, None)
-    columns = numbered_columns("alpha", data.state.matrix("alpha")) | numbered_columns("tension", data.state.matrix("f"))
+    recording = Recording(
+        folder=folder,
+        config=folder,
+        log=folder,
+        neck=NECK,
+        video=video,
+        camera=None,
+        board=None,
+        pictures=(),
+        angles=None,
+        shutter=Shutter(),
+        estimate_placement=False,
+        template=False,
+        light=None,
+    )
+    columns = numbered_columns("alpha", data.state.matrix("alpha")) | numbered_columns(
+        "tension", data.state.matrix("f")
+    )
     simulated = SimulatedRecording(Series(data.state.time, columns), (), 0.5, "f")
     not_shown = cast(Any, None)
     return RecordingResult(
-        "made", recording, camera, None, extraction, (), angles, data, not_shown, not_shown, not_shown, simulated, None
-    )  # fmt: skip
+        name="made",
+        recording=recording,
+        video=VideoResult(camera, None, extraction, ()),
+        angles=angles,
+        data=data,
+        fasquelle=not_shown,
+        estimates=not_shown,
+        model=not_shown,
+        simulated=simulated,
+        simulation_refused=None,
+    )

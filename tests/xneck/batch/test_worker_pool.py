@@ -59,7 +59,9 @@ def test_what_refuses_raises_or_kills_its_worker_is_told_and_the_others_go_on(
         tasks = {f"task {i}": (i, tmp_path) for i in range(10)}
         outcomes = {o.name: o for o in run_tasks(client, troubled, tasks)}
         again = [
-            *run_tasks(client, environment, {"a": ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MALLOC_TRIM_THRESHOLD_")})
+            *run_tasks(
+                client, environment, {"a": ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MALLOC_TRIM_THRESHOLD_")}
+            )
         ]
     assert set(outcomes) == set(tasks)
     assert {name: o.failure for name, o in outcomes.items() if o.failure} == {
@@ -96,31 +98,31 @@ def test_a_cluster_that_would_fail_is_refused(address: str, tmp_path: Path, monk
         return str(caught.value)
 
     with monkeypatch.context() as patch:
-        patch.setattr("xneck.__version__", "9.9")
+        patch.setattr(module, "VERSION", "9.9")
         assert "has xneck " in refusal()
     with monkeypatch.context() as patch:
-        patch.setattr(module, "digest", lambda: "others")
+        patch.setattr(module, "source_digest", lambda: "others")
         assert "has other sources of xneck" in refusal()
     with monkeypatch.context() as patch:
-        patch.setattr(module, "_at_home", sees_nothing)
+        patch.setattr(module, "_worker_state", sees_nothing)
         assert f"does not see {tmp_path};" in refusal()
     with monkeypatch.context() as patch:
-        patch.setattr(module, "_at_home", other_numpy)
+        patch.setattr(module, "_worker_state", other_numpy)
         assert "has numpy 1.0; install" in refusal()
     input_file = tmp_path / "video.mp4"
     input_file.write_bytes(b"1234")
     with worker_pool(None, address, tmp_path, [input_file]) as client:
         assert client.submit(square, 3).result() == 9
     with monkeypatch.context() as patch:
-        patch.setattr(module, "_at_home", sees_only_tokens)
+        patch.setattr(module, "_worker_state", sees_only_tokens)
         assert f"does not see {input_file}" in refusal(input_file)
 
 
 def test_files_of_another_size_are_not_seen(tmp_path: Path) -> None:
     (tmp_path / "log").write_bytes(b"1234")
     there, other, none = ((str(tmp_path / name), size) for name, size in (("log", 4), ("log", 5), ("none", 0)))
-    assert module._at_home([there])[2] == []
-    assert module._at_home([other, there, none])[2] == [other[0], none[0]]
+    assert module._worker_state([there])[2] == []
+    assert module._worker_state([other, there, none])[2] == [other[0], none[0]]
 
 
 def test_a_scheduler_that_is_lost_ends_it_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -129,7 +131,7 @@ def test_a_scheduler_that_is_lost_ends_it_in_one_line(tmp_path: Path, monkeypatc
         "with LocalCluster(n_workers=1, processes=False, dashboard_address='127.0.0.1:0', protocol='tcp') as c:\n"
         "    print(c.scheduler_address, flush=True); time.sleep(60)"
     )
-    monkeypatch.setattr(module, "_CONNECT_S", 1)
+    monkeypatch.setattr(module, "_CONNECT_TIMEOUT_S", 1)
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as elsewhere:
         assert elsewhere.stdout is not None
         scheduler = elsewhere.stdout.readline().strip()
@@ -150,7 +152,7 @@ def test_no_cluster_and_one_without_workers_are_refused(tmp_path: Path, monkeypa
         worker_pool(None, idle.scheduler_address, tmp_path),
     ):
         pass
-    monkeypatch.setattr(module, "_CONNECT_S", 0.5)
+    monkeypatch.setattr(module, "_CONNECT_TIMEOUT_S", 0.5)
     with (
         pytest.raises(Refused, match="no dask scheduler answers there"),
         worker_pool(None, "tcp://127.0.0.1:1", tmp_path),

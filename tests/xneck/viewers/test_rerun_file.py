@@ -17,9 +17,9 @@ from samples.generator.linkage import solve
 from samples.generator.video import tag_as_turned
 from tests.command import run
 from tests.vision.test_video import film
-from tests.xneck.viewers.made import HIDDEN, motion, result
+from tests.xneck.viewers.recording_result import HIDDEN, motion, result
 from vision.video import read_frames
-from xneck.recording.pipeline import RecordingResult
+from xneck.recording.recording_result import RecordingResult
 from xneck.viewers.rerun_file import time_column, write_rerun
 from xneck.viewers.viewer_video import viewer_video
 
@@ -68,7 +68,9 @@ def scalars(part: dict[str, Any]) -> np.ndarray:
     return np.array([row[0] for row in part["Scalars:scalars"]])
 
 
-def test_curves_are_the_data_sets_columns_to_the_last_bit(made: RecordingResult, read: dict[str, dict[str, Any]]) -> None:
+def test_curves_are_the_data_sets_columns_to_the_last_bit(
+    made: RecordingResult, read: dict[str, dict[str, Any]]
+) -> None:
     state = made.data.state
     for stem, count in (("alpha", 3), ("theta", 4), ("x", 4), ("f", 4)):
         for k in range(1, count + 1):
@@ -112,7 +114,7 @@ def test_lines_over_the_video_are_where_another_linkage_and_camera_put_them(
     made: RecordingResult, read: dict[str, dict[str, Any]]
 ) -> None:
     neck: Neck = made.data.neck
-    assert made.extraction is not None
+    assert made.video is not None
     markers, linkage = (read[f"/video/{name}"]["LineStrips2D:strips"] for name in ("markers", "linkage"))
     alpha = motion(read["/video/linkage"]["time"] - 3.0)
     bars = solve(alpha, np.array([m.L for m in neck.mechanisms]), np.array([m.b for m in neck.mechanisms]))
@@ -120,7 +122,7 @@ def test_lines_over_the_video_are_where_another_linkage_and_camera_put_them(
         if HIDDEN.start <= index < HIDDEN.stop:
             assert markers[index] == linkage[index] == []
             continue
-        np.testing.assert_allclose(np.array(markers[index])[:, :4], made.extraction.corners[index], atol=SHOWN_PX)
+        np.testing.assert_allclose(np.array(markers[index])[:, :4], made.video.extraction.corners[index], atol=SHOWN_PX)
         ends = np.stack([bars.left[index], bars.right[index]], axis=-1)
         expected = SAMPLE_CAMERA.project(np.stack([np.real(ends), np.imag(ends)], axis=-1))
         left, right = expected[:, 0], expected[:, 1]

@@ -11,13 +11,13 @@ from tests.command import run
 from xneck.batch.worker_pool import worker_pool
 from xneck.cli.demo import SAMPLES_FOLDER
 from xneck.study.plan import Case
-from xneck.study.run_cases import stored_record, run_cases, cases_to_run
+from xneck.study.run_cases import cases_to_run, run_cases, stored_record
 from xneck_foundation.source_digest import source_digest
 
 WORDS = ("--effects", "tip_payload", "--seeds", "1", "--first-seed", "7200", "--seconds", "16", "10")
-GOOD = Case(("tip_payload",), 7200, "rich", 1.0, 0.1, (16.0, 10.0))
-IMPOSSIBLE = Case(("gremlins",), 7200, "rich", 1.0, 0.1, (16.0, 10.0))
-SHORT = Case((), 7200, "rich", 1.0, 0.1, (5.0, 5.0))
+GOOD = Case(kinds=("tip_payload",), seed=7200, manner="rich", size=1.0, noise_deg=0.1, seconds=(16.0, 10.0))
+IMPOSSIBLE = Case(kinds=("gremlins",), seed=7200, manner="rich", size=1.0, noise_deg=0.1, seconds=(16.0, 10.0))
+SHORT = Case(kinds=(), seed=7200, manner="rich", size=1.0, noise_deg=0.1, seconds=(5.0, 5.0))
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def test_done_cases_are_not_run_again_unless_something_changed(
     def started(*_: Any) -> None:
         raise AssertionError("workers were started")
 
-    monkeypatch.setattr(xneck.batch.worker_pool, "workers", started)
+    monkeypatch.setattr(xneck.batch.worker_pool, "worker_pool", started)
     done = run(capfd, "study", "--out", out, *WORDS)
     assert done.status == 0, done.err
     assert "1 cases, 1 of them done before; 0 failed" in done.out

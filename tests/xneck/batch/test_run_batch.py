@@ -1,95 +1,27 @@
-"""A batch ends whatever its recordings and workers do, does nothing twice, and comes to the same on another machine."""
+"""A batch ends with all results, is known from before, and runs again what changed."""
 
 import json
 import os
 import re
 import shutil
-import signal
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 
-import psutil
 import pytest
-from playwright.sync_api import Page
 
+import xneck.batch.recording_task
 import xneck.batch.run_batch
 import xneck.recording.fingerprint
-import xneck.batch.recording_task
-from samples.generator.hidden.experiment import hide
 from tests.command import Ran, run
-from tests.html_page import Elements, check_print, look, watch
-from tests.paths import SAMPLES
-from xneck.recording.fingerprint import fingerprint, refreshed_if_unchanged
+from tests.xneck.batch.recordings import FRAMES, NASTY
+from xneck.batch.outcome import RecordingOutcome
 from xneck.recording.recording_folder import read_recording
-from xneck.recording.result_folder import remove_results, stored_result, remove_partial_files
-from xneck.batch.recording_task import run_recording_task
-from xneck.report.number_text import number_text, with_sigma
-from xneck_foundation.errors import Refused
-from xneck_foundation.recovery import warn_recovered
-from xneck_foundation.whole_file import whole_file
-
-HELD_OUT = SAMPLES / "held_out"
-NASTY = "<script>alert(1)<b> 100%20 & #1 'b' \"é雪"
-FRAMES = 270
-"""9 s of the sample"""
-XNECK = [sys.executable, "-c", "from xneck.cli import main; main()"]
-
-
-def cut_short(folder: Path) -> None:
-    """The start of the sample, its log cut off in the middle."""
-    shutil.copytree(HELD_OUT, folder)
-    rows = (HELD_OUT / "angles.csv").read_text().splitlines()
-    (folder / "angles.csv").write_text("\n".join(rows[: FRAMES + 1]) + "\n")
-    whole = (HELD_OUT / "log.mcap").read_bytes()
-    (folder / "log.mcap").write_bytes(whole[: len(whole) * 5 // 8])
-
-
-@pytest.fixture(scope="module")
-def recordings(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """One with a name that tries to be markup, one whose log lacks a column, one cut off, one without a recording.yaml."""
-    home = tmp_path_factory.mktemp("recordings")
-    hide((), 1, home, seconds=(9.0, 9.0))
-    (home / "truth.json").unlink()
-    (home / "fitted").rename(home / NASTY)
-    (home / "held_out").rename(home / "broken")
-    log = home / "broken/log.csv"
-    log.write_text(log.read_text().replace("f3", "g3", 1))
-    cut_short(home / "cut")
-    (home / "empty").mkdir()
-    return sorted(home.iterdir())
-
-
-def worker_of(command: int) -> int | None:
-    """The process in which a command's tasks run."""
-    for process in psutil.Process(command).children(recursive=True):
-        if "spawn_main" in " ".join(process.cmdline()):
-            return process.pid
-    return None
-
-
-@pytest.fixture(scope="module")
-def batch(recordings: list[Path], tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Ran]:
-    """All by one worker, which is killed once in the middle of the first."""
-    out = tmp_path_factory.mktemp("results")
-    (out / NASTY).mkdir()
-    (out / NASTY / ".report.xneck-0a1b2c3d.html").write_text("what an earlier kill left")
-    (out / NASTY / "notes.txt").write_text("a person's own")
-    words = [*XNECK, "run", *map(str, recordings), "--out", str(out), "--jobs", "1"]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as command:
-        while not (out / NASTY / "dataset.mcap").exists() and command.poll() is None:
-            time.sleep(0.02)
-        victim = worker_of(command.pid)
-        assert victim is not None
-        os.kill(victim, signal.SIGKILL)
-        printed, said = command.communicate()
-    return out, Ran(command.returncode, printed, said)
+from xneck.recording.result_folder import stored_result
 
 
 def test_it_ends_with_all_results_and_the_failures_by_name(batch: tuple[Path, Ran]) -> None:
@@ -130,31 +62,17 @@ def test_nothing_half_written_is_left(batch: tuple[Path, Ran]) -> None:
     }
 
 
-def test_what_a_killed_writer_left_goes_with_the_results(tmp_path: Path) -> None:
-    """A part as whole_file itself makes it, of every output; what the writer still holds stays, and a person's own files."""
-    for name in ("dataset.mcap", "report.html"):
-        with whole_file(tmp_path / name) as part:
-            left = part.with_name(part.name[: -len(part.suffix) - 8] + "0a1b2c3d" + part.suffix)
-            shutil.copy(part, left)
-            remove_partial_files(tmp_path)
-            assert part.exists()
-            assert not left.exists()
-    (tmp_path / ".report-of-mine.html").touch()
-    remove_results(tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == [".report-of-mine.html"]
-
-
 @contextmanager
 def idle(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     """Where nothing is run: the names of what would be."""
     asked: list[str] = []
 
-    def instead(left: dict[str, Any], *_: Any) -> Iterator[Any]:
-        asked.extend(left)
-        yield from (xneck.batch.run_batch.Ended(name, None, "not run", before=False) for name in left)
+    def instead(pending: dict[str, Any], *_: Any) -> Iterator[Any]:
+        asked.extend(pending)
+        yield from (RecordingOutcome(name, None, "not run", done_before=False) for name in pending)
 
     with monkeypatch.context() as patch:
-        patch.setattr(xneck.batch.run_batch, "_spread", instead)
+        patch.setattr(xneck.batch.run_batch, "_run_pending", instead)
         yield asked
 
 
@@ -206,23 +124,10 @@ def test_what_changed_is_done_again_and_nothing_else(
     assert redone() == ["broken"]
     (out / NASTY / "report.html").unlink()
     assert redone() == [NASTY, "broken"]
-    monkeypatch.setattr(xneck.recording.fingerprint, "digest", lambda *_: "other sources")
+    monkeypatch.setattr(xneck.recording.fingerprint, "source_digest", lambda *_: "other sources")
     assert redone() == [NASTY, "broken", "cut"]
     monkeypatch.undo()
     assert redone("--redo") == [NASTY, "broken", "cut"]
-
-
-def test_a_hash_is_taken_only_where_a_time_differs(recordings: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    recording = read_recording(next(path for path in recordings if path.name == "cut"))
-    origin = fingerprint(recording)
-    read: list[Path] = []
-    monkeypatch.setattr(xneck.recording.fingerprint, "sha256", lambda path: read.append(path) or "another")
-    assert refreshed_if_unchanged(origin, recording) == origin
-    assert read == []
-    later = json.loads(json.dumps(origin))
-    later["inputs"]["log"]["mtime_ns"] -= 1
-    assert refreshed_if_unchanged(later, recording) is None
-    assert read == [recording.log]
 
 
 @pytest.fixture(scope="module")
@@ -264,53 +169,6 @@ def test_another_machine_comes_to_the_same(
         assert here == there
     refused = [json.loads((folder / "broken/refused.json").read_text()) for folder in (out, tmp_path)]
     assert refused[0] == refused[1]
-
-
-def test_the_page_says_what_summary_json_says(batch: tuple[Path, Ran]) -> None:
-    out, _ = batch
-    text = (out / "summary.html").read_text(encoding="utf-8")
-    assert NASTY not in text
-    elements = Elements(text)
-    links = [str(attributes["href"]) for tag, attributes in elements.tags if tag == "a"]
-    ids = {attributes.get("id") for _, attributes in elements.tags}
-    assert {link[1:] for link in links if link.startswith("#")} == {"recordings", "failed", "lost", "parameters"} <= ids
-    reports = [link for link in links if not link.startswith("#")]
-    assert [(out / unquote(link)).resolve() for link in reports] == [
-        out / name / "report.html" for name in (NASTY, "cut")
-    ]
-    assert all((out / unquote(link)).is_file() for link in reports)
-    assert NASTY in elements.text
-    for name, row in json.loads((out / "summary.json").read_text())["recordings"].items():
-        if row["failure"]:
-            assert f"{name}: {row['failure']}" in elements.text
-            continue
-        assert f"{row['frames_used']} of {row['frames']}" in elements.text
-        assert f"{number_text(row['offset_s'], 5)} s ± " in elements.text
-        for p in row["parameters"]:
-            assert not p["identified"] or with_sigma(p["value"], p["sigma"]) in elements.text
-
-
-@pytest.mark.parametrize("width", [360, 1280])
-def test_a_browser_shows_it(browser_page: Page, batch: tuple[Path, Ran], width: int) -> None:
-    look(browser_page, batch[0] / "summary.html", width)
-
-
-def test_printed_nothing_is_cut_off(browser_page: Page, batch: tuple[Path, Ran]) -> None:
-    check_print(browser_page, batch[0] / "summary.html")
-
-
-def test_from_the_summary_to_each_report_and_back(browser_page: Page, batch: tuple[Path, Ran]) -> None:
-    summary, watched = batch[0] / "summary.html", watch(browser_page)
-    reports = {name: batch[0] / name / "report.html" for name in (NASTY, "cut")}
-    browser_page.goto(summary.as_uri())
-    for name, report in reports.items():
-        browser_page.get_by_role("link", name=name, exact=True).click()
-        browser_page.wait_for_url(report.as_uri())
-        assert browser_page.title() == f"{name}: xneck report"
-        assert browser_page.locator("h1").inner_text() == name
-        browser_page.go_back()
-        browser_page.wait_for_url(summary.as_uri())
-    watched.check([summary, *reports.values()])
 
 
 def test_one_alone_is_refused_in_one_line(
@@ -358,31 +216,10 @@ def test_an_interruption_leaves_what_is_done_and_no_parts(
         raise KeyboardInterrupt
         yield
 
-    monkeypatch.setattr(xneck.batch.run_batch, "workers", no_workers)
-    monkeypatch.setattr(xneck.batch.run_batch, "spread", interrupted)
+    monkeypatch.setattr(xneck.batch.run_batch, "worker_pool", no_workers)
+    monkeypatch.setattr(xneck.batch.run_batch, "run_tasks", interrupted)
     ran = run(capfd, "run", *recordings, "--out", out, "--redo")
     assert (ran.status, ran.out) == (130, "")
     assert {path.name: path.read_bytes() for path in (out / "cut").iterdir()} == whole
     assert {path.name for path in out.iterdir()} == {"cut", NASTY}
     assert list((out / NASTY).iterdir()) == []
-
-
-def test_recordings_in_one_process_hear_their_own_warnings(
-    recordings: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As on a worker with several threads: warnings go to whoever listens last."""
-    recording = read_recording(next(path for path in recordings if path.name == "cut"))
-
-    def stages(_: Any, folder: Path, __: Any) -> None:
-        time.sleep(0.1)
-        warn_recovered(folder.name, "is cut off")
-        time.sleep(0.1)
-        raise Refused("here", "stop")
-
-    monkeypatch.setattr(xneck.batch.recording_task, "run_recording", stages)
-    with ThreadPoolExecutor(2) as threads:
-        ended = {name: threads.submit(run_recording_task, recording, tmp_path / name) for name in ("a", "b")}
-    assert {name: str(one.exception()) for name, one in ended.items()} == {
-        name: f"here: stop ({name}: is cut off)" for name in ("a", "b")
-    }
-    assert {path.parent.name for path in tmp_path.glob("*/refused.json")} == {"a", "b"}

@@ -1,0 +1,76 @@
+"""What the motor force explains of the elongations, in absolute terms, so that laws of two recordings can be compared.
+
+x = X beta with the regressors of state_estimation.elongation_regressors, without a lag. Forces are counted in NEWTON and no column
+is scaled or centred, so that beta means the same in every recording and has a prior.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset.series import interpolated
+from mechanism.arm import Arm
+from state_estimation.elongation_law import PASSES
+from state_estimation.elongation_regressors import (
+    CREEP,
+    CREEP_S,
+    FRICTION,
+    FRICTION_TERMS,
+    TENSION,
+    ForceSignals,
+    force_signals,
+)
+from state_estimation.motors import Motors
+
+Array = NDArray[np.float64]
+
+NEWTON = 50.0
+"""N: brings forces to the size of one"""
+BETA_SIGMA = np.array([0.1, 0.03, 0.01, 0.003, 5e-4, 2e-4, *([3e-3] * len(CREEP_S)), 3e-3, 2e-3, 1e-5])
+"""prior standard deviation of beta, (P,): m for each NEWTON of force, m s for rates, m for friction, m s/rad for the viscous one"""
+ELONGATION_SIGMA_M = 5e-5
+"""m: of an elongation, while friction is estimated"""
+
+
+@dataclass(frozen=True)
+class AbsoluteLaw:
+    """The regressors at the frames, and what they were computed with."""
+
+    X: Array
+    """(F, M, P)"""
+    tension: Array
+    """force less friction, (F, M), N"""
+    friction: Array
+    """sizes of friction's terms, which were taken off the force, (M, FRICTION_TERMS), N"""
+
+
+def absolute_law(arm: Arm, motors: Motors, time: Array, x: Array, friction: Array | None = None) -> AbsoluteLaw:
+    """At frames (F,), s, with elongations x (F, M), m.
+
+    friction: sizes (M, FRICTION_TERMS), N, that a baseline gives; estimated from x where there is none.
+    """
+    signals = force_signals(arm, motors).in_unit(NEWTON)
+    sizes = np.zeros((arm.M, FRICTION_TERMS)) if friction is None else friction / NEWTON
+    for _ in range(PASSES if friction is None else 0):
+        X = _sampled(signals, sizes, time)
+        for j in range(arm.M):
+            beta = _ridge(X[:, j], x[:, j])
+            # dx/dt of the lasting elongation at the mean tension
+            t = float(X[:, j, TENSION].mean())
+            slope = beta[TENSION] + 2 * t * beta[TENSION + 1] + 3 * t**2 * beta[TENSION + 2] + beta[CREEP].sum()
+            if slope > 0:
+                sizes[j] = sizes[j] - beta[FRICTION] / slope
+    X = _sampled(signals, sizes, time)
+    return AbsoluteLaw(X, X[..., TENSION] * NEWTON, sizes * NEWTON)
+
+
+def _sampled(signals: ForceSignals, friction: Array, time: Array) -> Array:
+    """X (F, M, P) at times (F,), s."""
+    columns = signals.regressors(signals.tension(friction))
+    return np.stack([interpolated(time, signals.time, column) for column in columns], axis=-1)
+
+
+def _ridge(X: Array, x: Array) -> Array:
+    normal = X.T @ X / ELONGATION_SIGMA_M**2 + np.diag(BETA_SIGMA**-2.0)
+    return np.asarray(np.linalg.solve(normal, X.T @ x / ELONGATION_SIGMA_M**2), dtype=float)

@@ -1,0 +1,115 @@
+"""docs/thresholds.md names every number that decides a verdict, with the value that it has, and the code names the page."""
+
+import ast
+import importlib
+import re
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from benchmarks.thresholds.record import read_record
+from benchmarks.tuned_seeds import TUNED_SEEDS, TUNED_WORLDS
+from tests.docs.pages import PAGES
+
+ROOT = Path(__file__).parents[2]
+ROOMS = (
+    "calibration", "diagnosis", "identification", "mechanism", "state_estimation", "synchronisation", "vision", "xneck",
+    "xneck_foundation",
+)  # fmt: skip
+TAG = "(docs/thresholds.md)"
+"""ends the docstring of a constant that decides"""
+ROW = re.compile(r"^\| `([\w.]+)` \| ([^|]*) \|", re.MULTILINE)
+PAGE = PAGES["thresholds.md"]
+VALUES = dict(ROW.findall(PAGE))
+
+
+def tagged(text: str) -> set[str]:
+    """Constants of a module whose docstring ends in the tag."""
+    body = ast.parse(text).body
+    found: set[str] = set()
+    for node, after in pairwise(body):
+        if not isinstance(node, ast.Assign | ast.AnnAssign) or not isinstance(after, ast.Expr):
+            continue
+        if not (isinstance(after.value, ast.Constant) and str(after.value.value).endswith(TAG)):
+            continue
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+        for target in targets:
+            names = target.elts if isinstance(target, ast.Tuple) else [target]
+            found |= {name.id for name in names if isinstance(name, ast.Name)}
+    return found
+
+
+@cache
+def every_tagged() -> frozenset[str]:
+    files = [file for room in ROOMS for file in (ROOT / room).rglob("*.py")]
+    return frozenset(
+        f"{'.'.join(file.relative_to(ROOT).with_suffix('').parts)}.{name}"
+        for file in files
+        for name in tagged(file.read_text(encoding="utf-8"))
+    )
+
+
+def test_a_constant_stands_on_the_page_once() -> None:
+    labels = [label for label, _ in ROW.findall(PAGE)]
+    assert labels
+    assert [label for label in set(labels) if labels.count(label) > 2] == []
+
+
+@pytest.mark.parametrize("label", sorted(VALUES))
+def test_a_constant_of_the_page_has_the_value_that_it_says(label: str) -> None:
+    module, name = label.rsplit(".", 1)
+    value = getattr(importlib.import_module(module), name)
+    said = VALUES[label].strip()
+    if said == "several":
+        assert not isinstance(value, int | float)
+        return
+    numbers = value if isinstance(value, tuple) else (value,)
+    assert [float(each) for each in said.split(",")] == pytest.approx([float(n) for n in numbers], rel=1e-5)
+
+
+def test_the_page_and_the_code_name_each_other() -> None:
+    """A constant that decides ends its docstring in the page's name; the page has a row for it, and for no other."""
+    assert sorted(every_tagged() - set(VALUES)) == []
+    assert sorted(set(VALUES) - every_tagged()) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        (f'A = 1\n"""of something {TAG}"""\nB = 2\n"""of something"""\n', {"A"}),
+        (f'A, B = 1, 2\n"""{TAG}"""\n', {"A", "B"}),
+        (f'A: float = 1\n"""{TAG}"""\n', {"A"}),
+        (f'f(1)\n"""{TAG}"""\n', set()),
+    ],
+)
+def test_a_tag_is_noticed(text: str, names: set[str]) -> None:
+    assert tagged(text) == names
+
+
+def test_what_was_measured_stands_on_the_page() -> None:
+    named = set(re.findall(r"<!--figure thresholds\.([a-z0-9_.]+)-->", PAGE))
+    measured = {
+        f"{room}.{label.lower()}.{which}"
+        for room, found in read_record().items()
+        for label, tried in found["thresholds"].items()
+        for which in tried
+    }
+    assert sorted(measured - named) == []
+
+
+def test_nothing_was_set_on_the_worlds_of_the_page() -> None:
+    """Names of worlds begin with their seed, where they have one."""
+    record = read_record()
+    for rooms, seeds in (
+        (("diagnosis", "diagnosis_fits", "signature"), TUNED_SEEDS),
+        (("check", "clocks"), TUNED_WORLDS),
+    ):
+        for room in set(rooms) & set(record):
+            worlds = {
+                w for tried in record[room]["thresholds"].values() for each in tried.values() for w in each["changed"]
+            }
+            worlds |= set(record[room]["not_right"])
+            used = {int(found[0]) for world in worlds if (found := re.match(r"\d{2,}(?= )", world))}
+            assert not used & set(seeds)

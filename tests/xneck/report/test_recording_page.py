@@ -1,0 +1,140 @@
+"""The page of a recording: everything in one file, nothing from outside, seen in a real browser."""
+
+import re
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page
+
+from identification.fasquelle.reconstruction import reconstruct
+from tests.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
+from tests.xneck.report.sample_result import NASTY
+from xneck.recording.recording_result import RecordingResult
+from xneck.report.recording_page import write_recording_report
+
+SECTIONS = (
+    "inputs", "camera", "frames", "angles", "clocks", "elongations", "parameters", "couples", "tensions", "simulation",
+)  # fmt: skip
+LIMIT_BYTES = 4_000_000
+
+
+@pytest.fixture(scope="module")
+def report(result: RecordingResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("report") / "a report ü.html"
+    write_recording_report(result, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def elements(report: Path) -> Elements:
+    return Elements(report.read_text(encoding="utf-8"))
+
+
+def test_every_section_is_there_and_linked(elements: Elements) -> None:
+    ids = [attributes["id"] for tag, attributes in elements.tags if tag == "section"]
+    links = [attributes["href"] for tag, attributes in elements.tags if tag == "a"]
+    assert ids == list(SECTIONS)
+    assert links == [f"#{name}" for name in SECTIONS]
+
+
+def test_figures_are_inline_and_each_has_a_caption(elements: Elements) -> None:
+    counts = Counter(tag for tag, _ in elements.tags)
+    plots = sum(attributes.get("class") == "plot" for _, attributes in elements.tags)
+    assert plots == 2 + 3 + 4 + 2 + 2 + 4 + 3 + 4 + 4 + 3
+    assert counts["figcaption"] == counts["figure"] == 12
+    assert counts["img"] == 2
+
+
+def test_nothing_refers_to_the_outside_and_ids_are_unique(report: Path, elements: Elements) -> None:
+    check_alone(report, elements)
+    text = "".join(str(attributes.get("style", "")) for _, attributes in elements.tags) + elements.text
+    assert not re.search(r"https?://|@import|url\((?!#)", text)
+
+
+def test_every_figure_is_there_as_numbers(result: RecordingResult, report: Path, elements: Elements) -> None:
+    """Drawn is what was computed: the state's angles to seven digits, the frames, the couples, the simulation with its breaks."""
+    panels = check_figures(report, elements)
+    above, below = panels["alpha of joint 2 over time"]
+    marks = {mark["name"]: mark for mark in above["marks"]}
+    state = result.data.state
+    at = np.searchsorted(state.time, marks["state"]["x"])
+    np.testing.assert_allclose(marks["state"]["x"], state.time[np.minimum(at, len(state) - 1)], atol=3e-3)
+    alpha = np.degrees(np.interp(marks["state"]["x"], state.time, state.matrix("alpha")[:, 1]))
+    np.testing.assert_allclose(marks["state"]["y"], alpha, atol=1e-4)
+    assert (above["y"], below["y"], below["x"]) == ("alpha, deg", "frame − state", "time on the log's clock, s")
+    assert {mark["name"] for mark in below["marks"]} == {"frame − state", "±2 σ of the state", "no angles"}
+    found = reconstruct(result.data, result.fasquelle)
+    (couple,) = panels["couple on joint 1, measured and modelled"]
+    measured = next(mark for mark in couple["marks"] if mark["name"] == "measured")
+    np.testing.assert_allclose(measured["y"], found.couple_measured[:, 0], rtol=1e-6)
+    simulated = panels["alpha of joint 1, simulated and measured"][1]["marks"][0]
+    assert simulated["y"][0] == 0.0
+    assert None in simulated["y"]
+
+
+def test_names_stay_text(report: Path, elements: Elements) -> None:
+    assert NASTY not in report.read_text(encoding="utf-8")
+    assert elements.text.count(NASTY) == 5  # title, heading, file, neck.yaml, picture
+
+
+def test_the_page_is_small(report: Path) -> None:
+    assert report.stat().st_size < LIMIT_BYTES
+
+
+def test_the_same_result_gives_the_same_bytes(result: RecordingResult, report: Path, tmp_path: Path) -> None:
+    write_recording_report(result, tmp_path / "again.html")
+    assert (tmp_path / "again.html").read_bytes() == report.read_bytes()
+
+
+def test_what_does_not_apply_is_said(result: RecordingResult, tmp_path: Path) -> None:
+    less = replace(result, video=None, simulated=None, simulation_refused="no <b>")
+    write_recording_report(less, tmp_path / "less.html")
+    page = Elements((tmp_path / "less.html").read_text(encoding="utf-8"))
+    assert "No camera" in page.text
+    assert "No video" in page.text
+    assert "Not simulated: no <b>." in page.text
+
+
+def test_a_camera_that_was_read_is_told_from_one_that_was_calibrated(result: RecordingResult, tmp_path: Path) -> None:
+    assert result.video is not None
+    assert result.video.calibration is not None
+    recording = replace(result.recording, camera=tmp_path / "lab.yaml")
+    video = replace(result.video, calibration=None)
+    write_recording_report(replace(result, video=video, recording=recording), tmp_path / "read.html")
+    text = Elements((tmp_path / "read.html").read_text(encoding="utf-8")).text
+    held_out = f"{result.video.calibration.held_out_rms_px:.3f}"
+    assert f"Read from lab.yaml: 1280 × 720 px, {held_out} px RMS for pictures held out" in text
+    assert "Calibrated from" not in text
+
+
+def test_a_fault_reaches_the_first_sentence(result: RecordingResult, tmp_path: Path) -> None:
+    fault = {"fault": "theta_sign", "where": "cable 2", "size": -1e-4, "unit": "m/N", "sigma": 1e-6}
+    check: dict[str, Any] = {
+        **result.data.check,
+        "verdict": "inconsistent",
+        "faults": [{**fault, "indistinguishable_from": ["swapped_cables"]}],
+    }
+    write_recording_report(replace(result, data=replace(result.data, check=check)), tmp_path / "fault.html")
+    text = Elements((tmp_path / "fault.html").read_text(encoding="utf-8")).text
+    assert "are inconsistent (theta sign at cable 2) over" in text
+    assert "could as well be swapped_cables" in text
+
+
+@pytest.mark.parametrize("width", [360, 1280])
+def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
+    look(browser_page, report, width)
+    assert browser_page.title() == f"{NASTY}: xneck report"
+    assert browser_page.evaluate("[...document.images].map(i => i.complete && i.naturalWidth > 0)") == [True, True]
+
+
+def test_no_label_leaves_its_figure(report: Path, browser_page: Page) -> None:
+    faults = label_faults(browser_page, report)
+    assert not faults, "\n".join(faults)
+
+
+def test_printed_nothing_is_cut_off(report: Path, browser_page: Page) -> None:
+    check_print(browser_page, report)
