@@ -10,7 +10,7 @@ from calibration.dictionaries import dictionary_names, dictionary_size, opencv_d
 from calibration.pictures import Picture
 
 _MIN_MARKERS = 4
-"""markers of a dictionary in one picture, from which on it is named"""
+"""markers of a dictionary in one picture, from which on it is named (docs/thresholds.md)"""
 _MAX_COLUMNS = 30
 
 

@@ -11,10 +11,10 @@ import numpy as np
 
 SHAPE_NAMES = ("bow_x", "bow_y", "aspect")
 SHAPE_SIGMA = (np.inf, np.inf, 0.003)
-"""prior standard deviations of the numbers SHAPE_NAMES at 1: bows, m, without a prior; aspect: printers stretch by a few parts
-in a thousand, and where boards are seldom turned about the line of sight the aspect looks like that of the focal lengths"""
+"""prior standard deviations of the numbers SHAPE_NAMES: bows have none, the aspect that of a printer (docs/thresholds.md)"""
 OFFSET_SIGMA = (0.002, 0.002, 0.005)
-"""prior standard deviation of a free corner's offset along x, y, z, in squares (0.05 and 0.13 mm for squares of 25 mm)"""
+"""prior standard deviation of a free corner's offset along x, y, z, in squares (0.05 and 0.13 mm for squares of 25 mm)
+(docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

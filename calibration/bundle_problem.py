@@ -12,7 +12,7 @@ from calibration.normal_equations import BundleEquations
 from calibration.stacked_views import StackedViews
 
 HUBER_KNEE_SIGMA = 3.0
-"""knee of Huber's loss in standard deviations of one coordinate; 1.1 % of Gaussian corners are beyond"""
+"""knee of Huber's loss in standard deviations of one coordinate; 1.1 % of Gaussian corners are beyond (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

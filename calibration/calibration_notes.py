@@ -9,7 +9,7 @@ from calibration.board_shape import BoardShape
 from calibration.corner_detection import BoardView
 
 _MAX_SIGMA_RATIO = 1.5
-"""ratio of jackknife to least squares, either way, above which it is noted"""
+"""ratio of jackknife to least squares, either way, above which it is noted (docs/thresholds.md)"""
 
 
 def coverage_notes(image_size: tuple[int, int], views: Sequence[BoardView]) -> list[str]:

@@ -26,17 +26,18 @@ from calibration.stacked_views import stack_views
 from xneck_foundation.errors import Refused
 
 MIN_VIEWS = 3
-"""usable pictures that a check needs"""
+"""usable pictures that a check needs (docs/thresholds.md)"""
 _FALSE_ALARM_RATE = 0.001
-"""probability of "does not hold" where nothing changed"""
+"""probability of "does not hold" where nothing changed (docs/thresholds.md)"""
 _MAX_FOCAL_CHANGE = 0.02
-"""share of the focal length: where three standard deviations are more, the pictures cannot tell"""
+"""share of the focal length: where three standard deviations are more, the pictures cannot tell (docs/thresholds.md)"""
 _MAX_RMS_SHARE = 2e-3
-"""error of the refitted camera as a share of the picture's diagonal, above which the corners are those of another board"""
+"""error of the refitted camera as a share of the picture's diagonal, above which the corners are those of another board
+(docs/thresholds.md)"""
 _MAX_RMS_RATIO = 3.0
-"""a view's rms over the median of the others, above which it disagrees"""
+"""a view's rms over the median of the others, above which it disagrees (docs/thresholds.md)"""
 _MAX_RMS_GROWTH = 2.0
-"""rms of the refitted camera over that of the calibration, above which it is noted"""
+"""rms of the refitted camera over that of the calibration, above which it is noted (docs/thresholds.md)"""
 Verdict = Literal["holds", "does not hold", "cannot tell"]
 
 

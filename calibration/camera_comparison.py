@@ -16,9 +16,9 @@ from calibration.projection_uncertainty import board_information, rays_by_rotati
 CHANGE_KINDS = ("focal length", "principal point", "aspect", "distortion")
 """changes that happen to cameras"""
 _NAMED_SHARE = 0.1
-"""share of the change that the named kinds may leave unexplained"""
+"""share of the change that the named kinds may leave unexplained (docs/thresholds.md)"""
 _NAMED_PROBABILITY = 0.01
-"""probability of the unexplained change by chance, above which the kinds named are enough"""
+"""probability of the unexplained change by chance, above which the kinds named are enough (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

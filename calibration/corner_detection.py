@@ -12,13 +12,13 @@ from calibration.pictures import Picture
 from calibration.saddle import fit_saddles
 
 MIN_CORNERS = 6
-"""corners of a view at least: four determine a pose, but then nothing shows whether it is right"""
+"""corners of a view at least: four determine a pose, but then nothing shows whether it is right (docs/thresholds.md)"""
 _MIN_TAGS = 4
-"""tags of an AprilGrid that must be detected"""
+"""tags of an AprilGrid that must be detected (docs/thresholds.md)"""
 _MAX_SADDLE_RESIDUAL = 0.35
-"""residual of a saddle over half the contrast, above which the detector's corner is kept instead"""
+"""residual of a saddle over half the contrast, above which the detector's corner is kept instead (docs/thresholds.md)"""
 _MAX_SADDLE_SIGMA_PX = 0.5
-"""px: standard deviation of a saddle's point, above which the detector's corner is kept instead"""
+"""px: standard deviation of a saddle's point, above which the detector's corner is kept instead (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

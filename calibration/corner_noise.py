@@ -10,7 +10,8 @@ import numpy as np
 from calibration.stacked_views import StackedViews
 
 _MIN_REDUNDANCY = 4
-"""least surplus of coordinates over coefficients, for each degree of the polynomial, with which a view's noise is estimated"""
+"""least surplus of coordinates over coefficients, for each degree of the polynomial, with which a view's noise is estimated
+(docs/thresholds.md)"""
 
 
 def corner_noise(views: StackedViews) -> float | None:

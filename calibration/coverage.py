@@ -20,17 +20,17 @@ from calibration.projection_uncertainty import board_information, picture_ninths
 COVERAGE_CELLS = (12, 9)
 """columns and rows of the cells in which corners are counted"""
 _TILT_RAD = np.radians(35.0)
-"""tilt of advised boards: more foreshortening costs corners, less says little of the focal length"""
+"""tilt of advised boards: more foreshortening costs corners, less says little of the focal length (docs/thresholds.md)"""
 _FILLS = (0.35, 0.6, 0.85)
-"""shares of the picture's lesser side that the lesser side of advised boards spans"""
+"""shares of the picture's lesser side that the lesser side of advised boards spans (docs/thresholds.md)"""
 _MARGIN = 0.02
 """share of the picture's lesser side that stays free around an advised board"""
 _MIN_SHARE = 0.6
-"""share of the cells with corners, below which corners nearer the picture's edges are advised"""
+"""share of the cells with corners, below which corners nearer the picture's edges are advised (docs/thresholds.md)"""
 _MIN_TILT_DEG = 15
-"""deg: upper quartile of the tilts, below which more tilt is advised"""
+"""deg: upper quartile of the tilts, below which more tilt is advised (docs/thresholds.md)"""
 _MIN_FILL = 0.3
-"""median fill, below which nearer boards are advised"""
+"""median fill, below which nearer boards are advised (docs/thresholds.md)"""
 _SIDES = ("right", "lower right", "lower", "lower left", "left", "upper left", "upper", "upper right")
 
 

@@ -10,7 +10,8 @@ from calibration import lens
 from calibration.corner_detection import BoardView
 
 _MAX_DIFFERENCE_SIGMA = 1.0
-"""difference in standard deviations of our estimate above which it is noted: both use the same corners, so noise is common"""
+"""difference in standard deviations of our estimate above which it is noted: both use the same corners, so noise is common
+(docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from calibration.reprojection import huber_loss
 from calibration.stacked_views import StackedViews
 
 FOLDS = 10
-"""groups of views at most"""
+"""groups of views at most (docs/thresholds.md)"""
 _MAX_ITERATIONS = 20
 """of a candidate's fit: candidates start from one another and need three to six"""
 

@@ -14,7 +14,7 @@ from calibration.view_information import view_information
 from xneck_foundation.errors import Refused
 
 MIN_SHARPNESS = 0.7
-"""sharpness of a view over the upper quartile of all, below which a video's frame counts as blurred"""
+"""sharpness of a view over the upper quartile of all, below which a video's frame counts as blurred (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

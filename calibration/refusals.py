@@ -11,21 +11,23 @@ from calibration.stacked_views import StackedViews
 from xneck_foundation.errors import Refused
 
 MIN_VIEWS = 6
-"""distinct views that a calibration needs"""
+"""distinct views that a calibration needs (docs/thresholds.md)"""
 _MIN_TILT_RAD = np.radians(10.0)
-"""least value of the largest angle between two boards, rad"""
+"""least value of the largest angle between two boards, rad (docs/thresholds.md)"""
 _MAX_FOCAL_SIGMA = 0.02
-"""largest standard deviation of the focal length, as a share of it"""
+"""largest standard deviation of the focal length, as a share of it (docs/thresholds.md)"""
 _MAX_ERROR_OVER_NOISE = 4.0
-"""largest error of a fit over the noise of corner detection"""
+"""largest error of a fit over the noise of corner detection (docs/thresholds.md)"""
 _MAX_ERROR_SHARE = 4e-4
-"""largest error of a fit as a share of the picture's diagonal (1 px at least); no corner detection leaves more"""
+"""largest error of a fit as a share of the picture's diagonal (1 px at least); no corner detection leaves more
+(docs/thresholds.md)"""
 _RADIAL_TERMS = 9
 """terms of the polynomial in the distance from the middle"""
 _MAX_RADIAL_F = 5.0
-"""variance ratio above which errors depend on the distance from the middle"""
+"""variance ratio above which errors depend on the distance from the middle (docs/thresholds.md)"""
 _MAX_RADIAL_OVER_NOISE = 0.5
-"""rms of errors that depend on the distance from the middle, over the noise of a corner, above which the lens is a fisheye"""
+"""rms of errors that depend on the distance from the middle, over the noise of a corner, above which the lens is a fisheye
+(docs/thresholds.md)"""
 
 
 def largest_tilt(poses: BoardPoses) -> float:

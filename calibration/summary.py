@@ -9,7 +9,7 @@ from calibration import board_shape, lens
 from calibration.estimation import Calibration
 
 _MAX_RELATIVE_SIGMA_PERCENT = 30.0
-"""%: relative standard deviation from which on a parameter counts as not identified"""
+"""%: relative standard deviation from which on a parameter counts as not identified (docs/thresholds.md)"""
 
 
 def calibration_json(calibration: Calibration) -> dict[str, Any]:

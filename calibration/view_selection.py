@@ -10,11 +10,12 @@ from calibration.observations import LeftOut
 from calibration.stacked_views import StackedViews
 
 _MAX_RMS_RATIO = 3.0
-"""a view's rms over the median of the others, above which it disagrees"""
+"""a view's rms over the median of the others, above which it disagrees (docs/thresholds.md)"""
 _OUTLIER_SIGMA = 6.0
-"""standard deviations of a coordinate, above which a corner's distance is noted"""
+"""standard deviations of a coordinate, above which a corner's distance is noted (docs/thresholds.md)"""
 _SAME_POSE_SHARE = 0.002
-"""RMS motion of the corners as a share of the picture's width, below which two views have the same pose (1 px at least)"""
+"""RMS motion of the corners as a share of the picture's width, below which two views have the same pose (1 px at least)
+(docs/thresholds.md)"""
 
 
 def drop_repeated_views(

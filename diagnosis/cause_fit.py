@@ -30,17 +30,17 @@ Array = NDArray[np.float64]
 
 _MAX_STEPS = 24
 _MAX_START_X0_M = 5e-3
-"""m: pre-elongation beyond the description's that a fit may begin with"""
+"""m: pre-elongation beyond the description's that a fit may begin with (docs/thresholds.md)"""
 _MAX_START_DELAY_S = NUISANCE_BOUND * DELAY_SIGMA_S
 """s: delay of the forces that a fit may begin with"""
 _MIN_START_STIFFNESS = 0.3
-"""of the cables' median stiffness: the least that a fit may begin with"""
+"""of the cables' median stiffness: the least that a fit may begin with (docs/thresholds.md)"""
 _MIN_STEP_GAIN = 0.3
 """in units of a row's loss: a step that promises less is not taken"""
 _MIN_LOSS_GAIN = 1e-3
 """of the loss: a step that took less away was the last"""
 IMPOSSIBLE_SIGMAS = 3.0
-"""standard deviations below its least value from which an amount is impossible"""
+"""standard deviations below its least value from which an amount is impossible (docs/thresholds.md)"""
 _FIRST_DAMPING, _MAX_DAMPING = 1e-3, 10.0
 _DAMPING_DECREASE, _DAMPING_INCREASE = 3.0, 8.0
 

@@ -9,9 +9,9 @@ from mechanism.laws import Term
 from xneck_foundation.parameter import Parameter
 
 SCALE_SIGMA = 4e-3
-"""relative, of every number: the arm's size as a whole is hardly told by anything"""
+"""relative, of every number: the arm's size as a whole is hardly told by anything (docs/thresholds.md)"""
 MAX_RELATIVE_SIGMA = 0.1
-"""sigma over value up to which a number is identified"""
+"""sigma over value up to which a number is identified (docs/thresholds.md)"""
 
 
 def parameters_of(stage: FitStage) -> tuple[tuple[Parameter, ...], ...]:

@@ -23,25 +23,28 @@ from identification.whitening import Whitener
 Array = NDArray[np.float64]
 
 MIN_LOSS_SHARE = 0.08
-"""of the loss: what a cause must take away at least"""
+"""of the loss: what a cause must take away at least (docs/thresholds.md)"""
 SINGLE_PLACE_SHARE = 0.95
-"""of what an effect explains everywhere: a place that explains as much has it alone"""
+"""of what an effect explains everywhere: a place that explains as much has it alone (docs/thresholds.md)"""
 MIN_EXPLAINED = 0.6
-"""of what stands above noise: what all causes together take away at least, else none is named"""
+"""of what stands above noise: what all causes together take away at least, else none is named (docs/thresholds.md)"""
 MIN_EXPLAINED_NEXT = 0.5
-"""of what still stands above noise: what a further cause takes away at least"""
+"""of what still stands above noise: what a further cause takes away at least (docs/thresholds.md)"""
 MAX_CAUSES = 3
+"""causes that are named at most (docs/thresholds.md)"""
 CHANCE_LEVEL = 0.01
-"""share of worlds of noise and a drawing's errors alone in which the most telling of all causes may seem to explain as much"""
+"""share of worlds of noise and a drawing's errors alone in which the most telling of all causes may seem to explain as much
+(docs/thresholds.md)"""
 _CHANCE_WORLDS = 400
 _MAX_RIVALS = 4
-"""causes that are fitted in the place of the best one, itself among them"""
+"""causes that are fitted in the place of the best one, itself among them (docs/thresholds.md)"""
 _RIVAL_SHORTFALL, _RIVAL_SHORTFALL_FAR = 0.15, 0.7
-"""of the best one's gain: how much less a rival explains at most; and where the best leaves something above noise"""
+"""of the best one's gain: how much less a rival explains at most; and where the best leaves something above noise
+(docs/thresholds.md)"""
 _ALL_SHAPES = 2
-"""start shapes up to which a fit is begun from every one; of more, from the next where one went astray"""
+"""start shapes up to which a fit is begun from every one; of more, from the next where one went astray (docs/thresholds.md)"""
 _SIMPLER_SHARE = 0.1
-"""of the gain: by so much less, fewer numbers are worth as much"""
+"""of the gain: by so much less, fewer numbers are worth as much (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -27,11 +27,11 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 FOLD_BLOCK_S = 2.0
-"""s: blocks that are dealt to folds, longer than what residuals remember"""
+"""s: blocks that are dealt to folds, longer than what residuals remember (docs/thresholds.md)"""
 FOLDS = 5
-"""of the cross-validation"""
+"""of the cross-validation (docs/thresholds.md)"""
 _TELLING_SHARE = 0.1
-"""of what all blocks tell of a column: a block that tells more is dealt by how much it tells"""
+"""of what all blocks tell of a column: a block that tells more is dealt by how much it tells (docs/thresholds.md)"""
 _RIDGE = 1e-9
 """of columns scaled to one, for those that nothing tells apart"""
 

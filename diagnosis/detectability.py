@@ -11,7 +11,7 @@ from diagnosis.comparison import Comparison, EffectColumns
 Array = NDArray[np.float64]
 
 _VISIBLE_SIZE = 5.0
-"""times what a person calls a change: an effect of that size should show"""
+"""times what a person calls a change: an effect of that size should show (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

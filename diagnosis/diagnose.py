@@ -20,11 +20,11 @@ from identification.estimates import common_arm
 from xneck_foundation.errors import Refused
 
 TOO_MANY_TIED = 4
-"""causes that explain alike from which the data cannot decide"""
+"""causes that explain alike from which the data cannot decide (docs/thresholds.md)"""
 MAX_INVISIBLE_SHARE = 0.5
-"""of the effects: what recordings may not show at most, to say that there is none"""
+"""of the effects: what recordings may not show at most, to say that there is none (docs/thresholds.md)"""
 _WORSE_SIGMAS = 3.0
-"""standard deviations by which the extended model must be worse for the report to say so"""
+"""standard deviations by which the extended model must be worse for the report to say so (docs/thresholds.md)"""
 _HELD_OUT_SEED = 100
 """added to the random seed of recordings that are not fitted"""
 

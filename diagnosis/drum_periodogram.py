@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 _OVERSAMPLING = 4
 """orders tried for each that the drum's way can tell apart"""
 _MAX_PER_MOTOR_TURN = 1.5
-"""orders are tried up to so many a turn of the motor: once a turn is within"""
+"""orders are tried up to so many a turn of the motor: once a turn is within (docs/thresholds.md)"""
 _ZOOMS = 3
 
 

@@ -17,7 +17,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 _MAX_LAG_PART = 10
-"""the autocovariance reaches as far as this part of the longest recording, its 10th; what lasts longer is drift"""
+"""the autocovariance reaches as far as this part of the longest recording, its 10th; what lasts longer is drift
+(docs/thresholds.md)"""
 _MIN_LAGS = 8
 _COLUMN_TOLERANCE = 1e-6
 """of the largest singular value: columns below are copies of others"""

@@ -10,9 +10,10 @@ from mechanism.friction import dry
 Array = NDArray[np.float64]
 
 ACCELERATION_SMOOTHING_S = 4e-3
-"""s, over which motor counts are smoothed to an acceleration"""
+"""s, over which motor counts are smoothed to an acceleration (docs/thresholds.md)"""
 ROUNDING_SHARE = 0.2
-"""of the speed that rounding of counts may make between two of the filter's rows: counts turn over many times in between"""
+"""of the speed that rounding of counts may make between two of the filter's rows: counts turn over many times in between
+(docs/thresholds.md)"""
 
 
 def input_variance(neck: Neck, s: Signals, fs: Array, cm: Array) -> Array:

@@ -23,10 +23,9 @@ from state_estimation.state import VisionState, estimate_by_vision
 Array = NDArray[np.float64]
 
 DRAWS = 4
-"""of every recording's noise"""
+"""of every recording's noise (docs/thresholds.md)"""
 _WHITE_SHARE = (0.03, 0.10)
-"""part of a channel's noise, of the motors' and of the arm's equations, that is laid under it as white: rounding of forces and
-the shape of friction's reversal reach frequencies where cameras leave next to nothing"""
+"""part of a channel's noise, of the motors' and of the arm's equations, that is laid under it as white (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 ABOVE_NOISE_RATIO = 1.25
-"""times the noise floor's RMS: a channel up to there is as good as noise"""
+"""times the noise floor's RMS: a channel up to there is as good as noise (docs/thresholds.md)"""
 
 _WEIGHT_ROUNDS = 30
 """until noise is told to a per cent, also where most of a channel has much input variance"""

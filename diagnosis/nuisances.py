@@ -12,9 +12,9 @@ from mechanism.description import Neck
 Array = NDArray[np.float64]
 
 _DRAWING_SIGMA = 0.006
-"""standard deviation of a drawing's number, relative: even within 1 %"""
+"""standard deviation of a drawing's number, relative: even within 1 % (docs/thresholds.md)"""
 _LATHE_SIGMA = 0.0012
-"""standard deviation of what is turned on a lathe, relative"""
+"""standard deviation of what is turned on a lathe, relative (docs/thresholds.md)"""
 _FIELDS: dict[str, tuple[str, tuple[str, ...], float]] = {
     "L": ("mechanisms", ("L",), _DRAWING_SIGMA),
     "b": ("mechanisms", ("b",), _DRAWING_SIGMA),
@@ -28,11 +28,11 @@ _FIELDS: dict[str, tuple[str, tuple[str, ...], float]] = {
     "motor_inertia": ("motors", ("Ia",), _DRAWING_SIGMA),
     "drum": ("motors", ("rd",), _LATHE_SIGMA),
 }
-"""by field of Arm: where neck.yaml has it, and how well it is known"""
+"""by field of Arm: where neck.yaml has it, and how well it is known (docs/thresholds.md)"""
 _MIN_CLOCK_SIGMA_S = 1e-5
-"""s: sigma of clocks that came without one"""
+"""s: sigma of clocks that came without one (docs/thresholds.md)"""
 NUISANCE_BOUND = 3.4
-"""standard deviations beyond which a nuisance does not go: 2 % of a drawing's number"""
+"""standard deviations beyond which a nuisance does not go: 2 % of a drawing's number (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from diagnosis.diagnose import Diagnosis
 from xneck_foundation.parameter import Parameter
 
 _LOOK_ALIKE_SHARE = 0.9
-"""of what an effect does: another one that may feign as much is listed"""
+"""of what an effect does: another one that may feign as much is listed (docs/thresholds.md)"""
 
 
 def as_json(d: Diagnosis) -> dict[str, Any]:

@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 BINS = 12
+"""bins of each condition (docs/thresholds.md)"""
 ALONG = ", along the motion"
 """ends the names of conditions under which the residual is taken with the motion's sign"""
 

@@ -12,15 +12,15 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 WINDOW_S = 0.5
-"""s: a push of a hand lasts about so long; 8 Hz leave some 8 numbers in it"""
+"""s: length of the windows in which episodes are looked for (docs/thresholds.md)"""
 MAX_WINDOWS = 120
-"""of a recording: of a long one they are longer"""
+"""of a recording: of a long one they are longer (docs/thresholds.md)"""
 MIN_EPISODE_SHARE = 0.8
-"""of what a channel has above noise, that short episodes hold together"""
+"""of what a channel has above noise, that short episodes hold together (docs/thresholds.md)"""
 _LISTED_SHARE = 0.9
-"""of what the channels have above noise, that the episodes hold which are listed"""
+"""of what the channels have above noise, that the episodes hold which are listed (docs/thresholds.md)"""
 MAX_TIME_SHARE = 1 / 3
-"""of the time, that short episodes take at most: else it is no episode but the rule"""
+"""of the time, that short episodes take at most: else it is no episode but the rule (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -21,14 +21,14 @@ from diagnosis.residual_episodes import Episode, RmsCourse, episode_share, episo
 Array = NDArray[np.float64]
 
 FALSE_ALARM = 0.01
-"""probability that chance makes a pattern of a whole diagnosis: each of its patterns has its part"""
+"""probability that chance makes a pattern of a whole diagnosis: each of its patterns has its part (docs/thresholds.md)"""
 CONSTANT = "always"
 _CONSTANT_SHARE = 0.95
-"""of what the best pattern explains: a constant that explains as much stands for it"""
+"""of what the best pattern explains: a constant that explains as much stands for it (docs/thresholds.md)"""
 _MIN_EXPLAINED = 0.05
-"""of what stands above noise: what a pattern explains at least to be spoken of"""
+"""of what stands above noise: what a pattern explains at least to be spoken of (docs/thresholds.md)"""
 _MIN_EXPLAINED_BESIDE_EPISODES = 0.25
-"""of what stands above noise: what a pattern explains at least where all the rest comes in short episodes"""
+"""of what stands above noise: what a pattern explains at least where all the rest comes in short episodes (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,11 @@ from identification.unknowns import Unknowns
 Array = NDArray[np.float64]
 
 BLOCK_S = 1.0
-"""s: length of a block, beyond which residuals are taken as independent"""
+"""s: length of a block, beyond which residuals are taken as independent (docs/thresholds.md)"""
 MIN_BLOCKS = 40
-"""blocks of a fit; of shorter recordings the blocks are shorter"""
+"""blocks of a fit; of shorter recordings the blocks are shorter (docs/thresholds.md)"""
 MIN_EFFECTIVE_BLOCKS = 3.0
-"""effective number of blocks below which a sigma is taken as that of three: fewer do not determine one"""
+"""effective number of blocks below which a sigma is taken as that of three: fewer do not determine one (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

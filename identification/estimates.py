@@ -29,13 +29,14 @@ LAWS_BY_ELASTIC_MODEL: dict[ElasticModel, tuple[str, ...]] = {
 """laws that are fitted with each of Fasquelle's elastic models"""
 DEFAULT_LAWS = LAWS_BY_ELASTIC_MODEL[1]
 _MIN_MOTOR_SPEED_RAD_S = 1.0
-"""rad/s: a motor that is slower all the time is at rest, and the recordings are refused"""
+"""rad/s: a motor that is slower all the time is at rest, and the recordings are refused (docs/thresholds.md)"""
 _OPPOSED_SIGMAS = 5.0
-"""sigmas by which friction is below zero where signs are said to be opposed"""
+"""sigmas by which friction is below zero where signs are said to be opposed (docs/thresholds.md)"""
 _PUSH_N, _PUSH_SHARE = 1.0, 0.95
-"""N, and share of rows: a motor that pushes on its cable by more, in more of the rows, is turned; a slack cable shows about zero"""
+"""N, and share of rows: a motor that pushes on its cable by more, in more of the rows, is turned; a slack cable shows about zero
+(docs/thresholds.md)"""
 MIN_UNBIASED_PROBABILITY = 0.05
-"""of the Durbin-Wu-Hausman test: below it least squares is said to be biased"""
+"""of the Durbin-Wu-Hausman test: below it least squares is said to be biased (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

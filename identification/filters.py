@@ -9,9 +9,10 @@ Array = NDArray[np.float64]
 ORDER = 4
 """of the Butterworth low-pass; forwards and backwards it falls off like one of twice that order"""
 MAX_CUTOFF = 0.95
-"""of half the sampling rate: a higher cutoff is lowered to this, where the filter is still well conditioned"""
+"""of half the sampling rate: a higher cutoff is lowered to this, where the filter is still well conditioned (docs/thresholds.md)"""
 EXTENSION_S = 1.0
-"""s by which a signal is mirrored through each of its ends, so that the filter has settled where the signal begins"""
+"""s by which a signal is mirrored through each of its ends, so that the filter has settled where the signal begins
+(docs/thresholds.md)"""
 
 
 def low_pass(values: Array, rate: float, cutoff: float) -> Array:

@@ -35,11 +35,11 @@ _TOLERANCE = 0.02
 _MAX_STEP = 50.0
 """sizes of a term: bound of one step; also a prior of that width, so that what nothing determines stays"""
 _MIN_EIGENVALUE = 1e-9
-"""of the information with its diagonal scaled to one: below it a combination of parameters is unobserved"""
+"""of the information with its diagonal scaled to one: below it a combination of parameters is unobserved (docs/thresholds.md)"""
 MAX_UNOBSERVED_SHARE = 0.01
-"""share of a parameter that lies in unobserved combinations, above which it is not determined at all"""
+"""share of a parameter that lies in unobserved combinations, above which it is not determined at all (docs/thresholds.md)"""
 _BOUND_MARGIN = 1e-6
-"""share of a term's range within which a value counts as at its bound"""
+"""share of a term's range within which a value counts as at its bound (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

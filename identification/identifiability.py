@@ -16,9 +16,9 @@ Array = NDArray[np.float64]
 _NUISANCES = ("x0", "delay")
 """zero is a value like any other for them: they are identified where sigma is below the size of their term"""
 _TRADED_CORRELATION = 0.9
-"""correlation of two parameters above which one is said to be traded off against the other"""
+"""correlation of two parameters above which one is said to be traded off against the other (docs/thresholds.md)"""
 _MIN_SIGMAS_FROM_ZERO = 3.0
-"""sigmas by which a value must differ from zero to be told apart from it"""
+"""sigmas by which a value must differ from zero to be told apart from it (docs/thresholds.md)"""
 
 ELASTIC_TERMS = {term.name for law in LAWS.values() if type(law).pull is not Law.pull for term in law.terms}
 """terms of the laws that make the cables' tension"""

@@ -23,9 +23,10 @@ Array = NDArray[np.float64]
 
 _MAX_ITERATIONS = 12
 _TOLERANCE_N = 1e-3
-"""N, RMS of the tension's error: smaller ends the iteration"""
+"""N, RMS of the tension's error: smaller ends the iteration (docs/thresholds.md)"""
 _MAX_REDUCTION = 0.9
-"""factor of the error in an iteration: a larger one ends it, as rates by differences are not those of the filter"""
+"""factor of the error in an iteration: a larger one ends it, as rates by differences are not those of the filter
+(docs/thresholds.md)"""
 _MAX_ELONGATION_M = 0.1
 """m, beyond any cable's elongation: a law that is far off must not diverge"""
 _STEP_M, _STEP_M_S, _STEP_S = 1e-5, 1e-3, 1e-3

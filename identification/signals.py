@@ -22,9 +22,9 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 TRAVEL_CLOCK_SIGMA_S = 3e-3
-"""s: by how much clocks differ from recording to recording where only the cables' travel aligns them"""
+"""s: by how much clocks differ from recording to recording where only the cables' travel aligns them (docs/thresholds.md)"""
 MIN_DURATION_S = 2.0
-"""s: shortest recording that is identified, once unknown rows and the filter's ends are left out"""
+"""s: shortest recording that is identified, once unknown rows and the filter's ends are left out (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,7 @@ from mechanism.time_stepping import GivenAngles, GivenForces, integrate
 from xneck_foundation.errors import Refused
 
 MAX_STEP_S = 2e-3
-"""s, a row of a log at 500 Hz: on the sample's arm and forces alpha is then within 1.2e-5 rad of the exact motion for 0.5 s.
-Motors pushed back until all cables go slack and snap taut again cost 2e-3 rad, at a quarter of the step 1e-4"""
+"""s: longest step of a simulation, a row of a log at 500 Hz (docs/thresholds.md)"""
 MAX_BATCH_OF_RUNS = 512
 """simulations that run at once: what a step works on stays in a cache of 2 MB"""
 

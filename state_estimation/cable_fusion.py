@@ -24,11 +24,14 @@ Array = NDArray[np.float64]
 CABLE_HZ = 2 * CUTOFF_HZ
 """Hz: rate of the cables' equations; the regressors hold nothing faster than CUTOFF_HZ"""
 MAX_ERROR_RATIO = 3.0
-"""a cable is left out if its elongation error is more than this many times what vision's noise leaves uncertain of its length"""
+"""a cable is left out if its elongation error is more than this many times what vision's noise leaves uncertain of its length
+(docs/thresholds.md)"""
 MAX_EXCESS_MISFIT = 0.1
-"""relative increase of vision's mean square residual above which the cables are taken to disagree with vision"""
+"""relative increase of vision's mean square residual above which the cables are taken to disagree with vision
+(docs/thresholds.md)"""
 ERROR_FACTOR, MAX_TRIES = 1.6, 3
-"""factor on the errors of cables that disagree with vision, and how often it is applied before no cable is used"""
+"""factor on the errors of cables that disagree with vision, and how often it is applied before no cable is used
+(docs/thresholds.md)"""
 _UNUSED_ERROR_M = 1.0
 """m: error that takes all weight from a cable that is left out"""
 

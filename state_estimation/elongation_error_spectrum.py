@@ -16,17 +16,19 @@ from state_estimation.banded import banded_cholesky
 Array = NDArray[np.float64]
 
 MIN_ERROR_M = 3.5e-7
-"""m: the smallest error, which rounding leaves where a motor of 2048 counts a turn winds 0.4 mm a radian"""
+"""m: the smallest error, which rounding leaves where a motor of 2048 counts a turn winds 0.4 mm a radian (docs/thresholds.md)"""
 CORRELATION_S = (0.1, 3.0)
-"""s: correlation times of the two processes that are fitted to vision's residuals"""
+"""s: correlation times of the two processes that are fitted to vision's residuals (docs/thresholds.md)"""
 MIN_RESIDUAL_SHARE = 0.02
-"""share of a band's noise that a solution must leave for the band's density to be estimated from a few probes"""
+"""share of a band's noise that a solution must leave for the band's density to be estimated from a few probes
+(docs/thresholds.md)"""
 EDGES_HZ = (0.0, 0.5, 1.5, 4.0, 9.0, 15.0)
-"""Hz: lower edges of the bands of constant density; the last one reaches to half the rows' rate"""
+"""Hz: lower edges of the bands of constant density; the last one reaches to half the rows' rate (docs/thresholds.md)"""
 REGRESSOR_SIGMA_M = 5e-3
-"""m: prior standard deviation of what any one regressor moves a cable by"""
+"""m: prior standard deviation of what any one regressor moves a cable by (docs/thresholds.md)"""
 TAPS = 4
-"""of rows 25 ms apart or less: they reach over three knots, which the band of the normal equations has room for"""
+"""of rows 25 ms apart or less: they reach over three knots, which the band of the normal equations has room for
+(docs/thresholds.md)"""
 MAX_SAMPLES = 3000
 """samples from the middle of a recording that the spectrum is fitted to"""
 

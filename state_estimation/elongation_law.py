@@ -24,9 +24,9 @@ from state_estimation.motors import Motors
 Array = NDArray[np.float64]
 
 PASSES = 6
-"""that friction and lag are found in: three leave 8 um of a damped cable's millimetre, six no more than the encoder's noise"""
+"""passes in which friction and lag are estimated (docs/thresholds.md)"""
 MIN_LAG_S, MAX_LAG_S = 1e-6, 0.1
-"""s, of a cable behind its force: ca / k; Fasquelle's worst is 805 / 10454 = 0.08 s"""
+"""s, of a cable behind its force: ca / k; Fasquelle's worst is 805 / 10454 = 0.08 s (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,10 @@ from state_estimation.motors import Motors
 Array = NDArray[np.float64]
 
 CREEP_S = (1.5, 6.0)
-"""s: time constants of creep"""
+"""s: time constants of creep (docs/thresholds.md)"""
 CUTOFF_HZ = 20.0
-"""Hz: low-pass of all signals; above the motion, below the steps that friction's reversals make in each of them"""
+"""Hz: low-pass of all signals; above the motion, below the steps that friction's reversals make in each of them
+(docs/thresholds.md)"""
 FRICTION_TERMS = 3
 """dry friction, its transition, viscous friction"""
 TENSION, TENSION_RATE = 1, 4

@@ -21,23 +21,23 @@ Array = NDArray[np.float64]
 PARTS = 2
 """coefficients of a signal at each knot"""
 SMOOTH_ORDERS = (4, 8)
-"""orders that are tried for the smooth part"""
+"""orders that are tried for the smooth part (docs/thresholds.md)"""
 ROUGH_ORDER = 3
-"""an acceleration that is a random walk: torques that dry friction switches reach the arm through elastic cables"""
+"""an acceleration that is a random walk: torques that dry friction switches reach the arm through elastic cables
+(docs/thresholds.md)"""
 ROUGH_CORNER = 6.0
-"""rad/s; slower motion belongs to the smooth part"""
+"""rad/s; slower motion belongs to the smooth part (docs/thresholds.md)"""
 MIN_LOG_CORNER = np.log(3e-5)
 """order log(corner step): below it the prior's precision matrix is lost in rounding"""
 ROUGHNESS_ALLOWANCE = 8.0
-"""-2 log likelihood that a larger rough part may cost (z of 2.8): kicks are few and come in bursts, so that the likelihood of a
-stationary process is surer of their absence than it should be"""
+"""-2 log likelihood that a larger rough part may cost (docs/thresholds.md)"""
 MAX_SAMPLES = 3000
-"""samples from the middle of a signal that the prior is fitted to"""
+"""samples from the middle of a signal that the prior is fitted to (docs/thresholds.md)"""
 _MIN_LOG_SIZE, _MAX_LOG_SIZE = -12.5, 3.5
 """limits of the logarithm of the rough part's standard deviation over the signal's"""
 _BISECTIONS = 7
 MAX_EVALUATIONS = 150
-"""of the likelihood: more lower -2 log likelihood by less than 2 where the rough part is negligible and its size undetermined"""
+"""of the likelihood, at most (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,11 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 ORDERS = (2, 3, 4, 6, 8)
-"""orders that are tried for the prior"""
+"""orders that are tried for the prior (docs/thresholds.md)"""
 MAX_SAMPLES = 6000
-"""samples from the middle of a signal that the prior is fitted to"""
+"""samples from the middle of a signal that the prior is fitted to (docs/thresholds.md)"""
 MIN_SAMPLES = 8
-"""samples that a signal is smoothed from at least"""
+"""samples that a signal is smoothed from at least (docs/thresholds.md)"""
 BANDWIDTH = max(*ORDERS, SUPPORT - 1)
 """of the normal equations, in coefficients"""
 _MIN_LOG_CORNER = np.log(1e-5)

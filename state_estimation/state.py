@@ -25,11 +25,11 @@ from state_estimation.state_covariance import state_covariance
 Array = NDArray[np.float64]
 
 KNOT_S = 1 / 30
-"""s between knots: represents motion to about 8 Hz"""
+"""s between knots: represents motion to about 8 Hz (docs/thresholds.md)"""
 COVARIANCE_HZ = 50.0
 """Hz: rate at which the covariance is computed; it is interpolated between"""
 BRIDGE_S = 0.2
-"""s: rows of a joint that vision missed for longer are marked as bridged"""
+"""s: rows of a joint that vision missed for longer are marked as bridged (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

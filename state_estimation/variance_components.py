@@ -17,9 +17,9 @@ from state_estimation.spline import knots_over
 Array = NDArray[np.float64]
 
 ITERATIONS, PRIOR_ITERATION = 6, 3
-"""re-estimations of the cables' spectra, and after which of them, from zero, the priors are fitted again"""
+"""re-estimations of the cables' spectra, and after which of them, from zero, the priors are fitted again (docs/thresholds.md)"""
 MAX_SPAN_S = 60.0
-"""s from the middle of a recording that both are estimated from"""
+"""s from the middle of a recording that both are estimated from (docs/thresholds.md)"""
 PROBE_COUNT = 4
 """signals of white noise that show what a solution leaves of the cables' errors"""
 

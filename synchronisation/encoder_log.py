@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 LED = "led"
 """column of a log, or joint of an MCAP, that says whether the light was on"""
 MAX_LOGGED_MAGNITUDE = 1e9
-"""largest motor angle or force that a log may hold, in whatever unit it is logged"""
+"""largest motor angle or force that a log may hold, in whatever unit it is logged (docs/thresholds.md)"""
 
 
 def read_log(path: str | Path, neck: Neck) -> Series:

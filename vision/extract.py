@@ -26,9 +26,10 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 SYSTEMATIC_PX = 0.01
-"""px: standard deviation of corner offsets that stay the same over the whole recording"""
+"""px: standard deviation of corner offsets that stay the same over the whole recording (docs/thresholds.md)"""
 MAX_PLACEMENT_ERROR_RATIO = 1.5
-"""corner error with the placement of neck.yaml over that with a free placement, from which on the placement is called wrong"""
+"""corner error with the placement of neck.yaml over that with a free placement, from which on the placement is called wrong
+(docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 
 _MAX_BYTES = 1_000_000
-"""largest file: ours are some kB, and as many bytes are parsed in seconds"""
+"""largest file: ours are some kB, and as many bytes are parsed in seconds (docs/thresholds.md)"""
 _MAX_DEPTH = 20
-"""deepest nesting: ours are four deep"""
+"""deepest nesting: ours are four deep (docs/thresholds.md)"""
 
 
 class Strict(BaseModel):

@@ -178,7 +178,6 @@ def _thresholds() -> list[Threshold]:
         Threshold("synchronisation.check.faults", "FAULTS", *tolerances),
         *of("scoring", "FALSE_ALARM_RATE", "BLOCK_S", "DRIFT_SIGMA_M", "DRIFT_TERMS", "MIN_ERROR_M"),
         *of("fault_search", "RIVAL_GAIN_SHARE", "MIN_GAIN_SHARE", "RIVAL_SIGMA", "MAX_FAULTS", "MIN_SEPARATION_S"),
-        *of("fault_search", "CORRELATION_FACTOR", "REST_SIGMA_M"),
         *of("absolute_law", "BETA_SIGMA"),
         *of("exchanges", "MIN_RESIDUAL_M", "MAX_REMAINING_SHARE"),
         *of("check", "MAX_UNEXPLAINED_M"),

@@ -247,7 +247,7 @@ def _fit_thresholds() -> list[Threshold]:
     return [
         Threshold("diagnosis.nuisances", "_FIELDS", *drawing),
         *scaled("diagnosis.nuisances", "NUISANCE_BOUND"),
-        *scaled("diagnosis.noise_ensemble", "_WHITE_SHARE", "DRAWS"),
+        *scaled("diagnosis.noise_ensemble", "_WHITE_SHARE"),
         *scaled("diagnosis.comparison", "FOLD_BLOCK_S", "_TELLING_SHARE"),
         *scaled("identification.unknowns", "DELAY_SIGMA_S"),
         Threshold("diagnosis.comparison", "FOLDS", 3, 10),

@@ -28,7 +28,9 @@ class Threshold:
 
 
 def scaled(module: str, *names: str) -> list[Threshold]:
-    """Constants, numbers or mappings and tuples of them, at half and at twice their values; counts stay whole."""
+    """Constants, numbers or mappings and tuples of them, at half and at twice their values; counts stay whole.
+
+    A constant that is the default of an argument cannot be tried: its value was bound when the function was made."""
     values = vars(importlib.import_module(module))
     return [Threshold(module, name, _times(values[name], 0.5), _times(values[name], 2)) for name in names]
 

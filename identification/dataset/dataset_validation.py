@@ -14,7 +14,8 @@ from mechanism.geometry import check_angles
 from xneck_foundation.errors import Refused
 
 MAX_MAGNITUDE_SI = 1e9
-"""largest magnitude of any number in SI units: a motor at 1e5 rad/s that reverses within 0.1 ms has 1e9 rad/s^2"""
+"""largest magnitude of any number in SI units: a motor at 1e5 rad/s that reverses within 0.1 ms has 1e9 rad/s^2
+(docs/thresholds.md)"""
 _JOINTS = ("alpha", "alpha_d", "alpha_dd")
 _CABLES = ("theta", "theta_d", "theta_dd")
 _SIGMAS = tuple(f"sigma_{stem}" for stem in (*_JOINTS, *_CABLES))

@@ -12,13 +12,13 @@ from identification.dataset.dataset import DataSet
 Array = NDArray[np.float64]
 
 DEFAULT_SIGMA_RAD = np.radians(0.1)
-"""rad: sigma assumed for angles that come without one; the data set says so"""
+"""rad: sigma assumed for angles that come without one; the data set says so (docs/thresholds.md)"""
 MAX_SIGMA_RAD = 2 * np.pi
-"""rad: largest sigma that an angle may have; at it nothing is known"""
+"""rad: largest sigma that an angle may have; at it nothing is known (docs/thresholds.md)"""
 STATE_AS_FRAMES_HZ = 25.0
 """Hz: rate at which the state replaces the frames of a data set that has none"""
 _MIN_WHITE_SHARE = 0.05
-"""share of sigma that differs from frame to frame at least: no angle is free of noise"""
+"""share of sigma that differs from frame to frame at least: no angle is free of noise (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -54,9 +54,10 @@ def numbered_columns(stem: str, values: Array, suffix: str = "") -> dict[str, Ar
 
 
 MAX_TIME_S = 2.0**31
-"""s: largest time of a ROS stamp, in the year 2038; nanoseconds taken for seconds exceed it"""
+"""s: largest time of a ROS stamp, in the year 2038; nanoseconds taken for seconds exceed it (docs/thresholds.md)"""
 PAUSE_S, MAX_PAUSE_RATIO = 10.0, 9.0
-"""s without a row that count as a pause, and largest ratio of all pauses to the rest of the time: beyond it a clock jumped"""
+"""s without a row that count as a pause, and largest ratio of all pauses to the rest of the time: beyond it a clock jumped
+(docs/thresholds.md)"""
 
 
 def check_time(time: Array, where: str) -> None:

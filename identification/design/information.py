@@ -24,7 +24,7 @@ from mechanism.machine import Machine
 Array = NDArray[np.float64]
 
 STATE_NOISE_HZ = 0.5
-"""Hz: up to it the state, fused with the cables, follows the noise of its angles"""
+"""Hz: up to it the state, fused with the cables, follows the noise of its angles (docs/thresholds.md)"""
 _STEP_M, _STEP_RAD = 1e-5, 1e-4
 _ROW_STRIDE = 8
 """every so many of the filter's rows the noise of the arm's equation is evaluated"""

@@ -9,7 +9,8 @@ from mechanism.friction import CM
 from mechanism.machine import Machine
 
 FS_N, K_N_M, CA_N_S_M = 16.8, 8300.0, 0.0
-"""dry friction, stiffness, damping: means of Fasquelle's tables 1 and 2; damping was not identified there and is taken as zero"""
+"""dry friction, stiffness, damping: means of Fasquelle's tables 1 and 2; damping was not identified there and is taken as zero
+(docs/thresholds.md)"""
 
 
 def nominal_machine(neck: Neck) -> Machine:

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 ARM_EQUATION_WEIGHT = 100.0
 """1/m, W of (60), (61): scales the arm equations (N m) to the motor equations (N)"""
 MAX_RELATIVE_SIGMA_PERCENT = 10.0
-"""%: a parameter with a larger relative sigma counts as not identified, as in Fasquelle's tables"""
+"""%: a parameter with a larger relative sigma counts as not identified, as in Fasquelle's tables (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

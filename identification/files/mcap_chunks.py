@@ -12,9 +12,9 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Message, Schema
 
 MAX_CHUNK_BYTES = 1 << 28
-"""bytes that a chunk may unpack to; writers close one at some MB, or after one message that is larger"""
+"""bytes that a chunk may unpack to; writers close one at some MB, or after one message that is larger (docs/thresholds.md)"""
 MAX_UNPACKING_RATIO = 200
-"""largest ratio of a file's unpacked to its packed size: the log of a robot at rest is packed to a fortieth"""
+"""largest ratio of a file's unpacked to its packed size (docs/thresholds.md)"""
 PREFIX = struct.Struct("<BQ")
 """opcode and length, before every record"""
 

@@ -10,7 +10,7 @@ from identification.files.mcap_records import Records, Topic
 Array = NDArray[np.float64]
 
 GAP_STEP_RATIO = 1.5
-"""steps larger than this many median steps are gaps: where a row is missing there are two"""
+"""steps larger than this many median steps are gaps: where a row is missing there are two (docs/thresholds.md)"""
 MAX_NAMED_LOSSES = 3
 """places of damage, and widest gaps of a channel, that are listed"""
 

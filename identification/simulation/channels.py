@@ -14,7 +14,7 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 COVERAGE = 0.95
-"""share of recordings in which a true model stays below `ratio_95`"""
+"""share of recordings in which a true model stays below `ratio_95` (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

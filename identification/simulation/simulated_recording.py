@@ -34,7 +34,8 @@ Source = Literal["f", "theta"]
 Progress = Callable[[int], object]
 
 WINDOW_S = 0.5
-"""s: within it a payload's effect grows faster, with the square of time, than the uncertainty of state and parameters"""
+"""s: within it a payload's effect grows faster, with the square of time, than the uncertainty of state and parameters
+(docs/thresholds.md)"""
 MAX_WINDOWS_AT_ONCE = 8
 """windows that are simulated at once, so that memory does not grow with the recording"""
 COMMAND_HISTORY_S = 4.0

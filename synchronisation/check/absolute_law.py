@@ -28,9 +28,10 @@ Array = NDArray[np.float64]
 NEWTON = 50.0
 """N: brings forces to the size of one"""
 BETA_SIGMA = np.array([0.1, 0.03, 0.01, 0.003, 5e-4, 2e-4, *([3e-3] * len(CREEP_S)), 3e-3, 2e-3, 1e-5])
-"""prior standard deviation of beta, (P,): m for each NEWTON of force, m s for rates, m for friction, m s/rad for the viscous one"""
+"""prior standard deviation of beta, (P,): m for each NEWTON of force, m s for rates, m for friction, m s/rad for the viscous one
+(docs/thresholds.md)"""
 ELONGATION_SIGMA_M = 5e-5
-"""m: of an elongation, while friction is estimated"""
+"""m: of an elongation, while friction is estimated (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

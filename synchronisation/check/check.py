@@ -26,9 +26,9 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 MAX_UNEXPLAINED_M = 2e-4
-"""m: a cable's error beyond vision's noise, RMS, above which its elongation counts as unexplained; healthy arms have 5 to 50 um"""
+"""m: a cable's error beyond vision's noise, RMS, above which its elongation counts as unexplained (docs/thresholds.md)"""
 INDEPENDENT_S = 0.25
-"""s between samples of an elongation's residual that count as independent"""
+"""s between samples of an elongation's residual that count as independent (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

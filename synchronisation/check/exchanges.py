@@ -16,9 +16,9 @@ from synchronisation.check.observation import ElongationObservation
 Array = NDArray[np.float64]
 
 MIN_RESIDUAL_M = 3e-4
-"""m, RMS of what the law leaves of the elongations, from which on exchanges are tried"""
+"""m, RMS of what the law leaves of the elongations, from which on exchanges are tried (docs/thresholds.md)"""
 MAX_REMAINING_SHARE = 0.25
-"""an exchange is named if undoing it leaves at most this share of that residual"""
+"""an exchange is named if undoing it leaves at most this share of that residual (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -14,20 +14,21 @@ from synchronisation.check.signatures import FaultCandidate, candidates
 Array = NDArray[np.float64]
 
 MAX_FAULTS = 4
+"""faults that are named at most (docs/thresholds.md)"""
 REFINEMENTS = 2
 """times that the cables' own errors are estimated again with the best fault fitted along"""
 RIVAL_SIGMA = 3.0
-"""sigma by which a rival must explain less before it is ruled out"""
+"""sigma by which a rival must explain less before it is ruled out (docs/thresholds.md)"""
 RIVAL_GAIN_SHARE = 0.05
-"""share of the gain by which a rival must explain less as well, since laws and signatures are not exact"""
+"""share of the gain by which a rival must explain less as well, since laws and signatures are not exact (docs/thresholds.md)"""
 MIN_GAIN_SHARE = 0.1
-"""share of the first fault's gain that a further one must reach: the first one's signature, exact for small sizes, leaves less"""
+"""share of the first fault's gain that a further one must reach (docs/thresholds.md)"""
 MIN_SEPARATION_S = 3.0
-"""s between two events of one cable: a step leaves a trace around it, since motor angles are smoothed"""
+"""s between two events of one cable: a step leaves a trace around it, since motor angles are smoothed (docs/thresholds.md)"""
 CORRELATION_FACTOR = 4.0
-"""variance of a law's factors over the variance that white residuals would give them"""
+"""variance of a law's factors over the variance that white residuals would give them (docs/thresholds.md)"""
 REST_SIGMA_M = 5e-6
-"""m: standard deviation of a cable's rest length from one recording to the next"""
+"""m: standard deviation of a cable's rest length from one recording to the next (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -45,3 +45,4 @@ _OF_CHECK = {
     ),
 }
 FAULTS = {e.name: e.check_fault for e in EFFECTS.values() if e.check_fault is not None} | _OF_CHECK
+"""every fault by name, with the size up to which an arm counts as healthy (docs/thresholds.md)"""

@@ -12,17 +12,17 @@ from synchronisation.check.signatures import FaultCandidate
 Array = NDArray[np.float64]
 
 SLIP_INTERVAL_S = 1.0
-"""s between the times at which a slip is tried"""
+"""s between the times at which a slip is tried (docs/thresholds.md)"""
 MAX_TIMES = 60
-"""times that are tried at most, so that the cost grows no faster than the recording"""
+"""times that are tried at most, so that the cost grows no faster than the recording (docs/thresholds.md)"""
 REFINED_TIMES = 41
-"""times that are tried around a slip"""
+"""times that are tried around a slip (docs/thresholds.md)"""
 EDGE_S = 1.0
-"""s at both ends within which a step could not be told from the end"""
+"""s at both ends within which a step could not be told from the end (docs/thresholds.md)"""
 SLACK_S = 1.0
-"""s that a slack cable's bump lasts"""
+"""s that a slack cable's bump lasts (docs/thresholds.md)"""
 MAX_SLACK_TENSION_N = 5.0
-"""N: a cable can only have been slack where its tension fell below this"""
+"""N: a cable can only have been slack where its tension fell below this (docs/thresholds.md)"""
 
 
 def missed_counts(observation: ElongationObservation) -> Iterator[FaultCandidate]:

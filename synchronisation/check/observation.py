@@ -18,7 +18,7 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 MIN_FRAMES = 30
-"""frames with all angles, as for the clock: a second, and more than the law has unknowns"""
+"""frames with all angles, as for the clock: a second, and more than the law has unknowns (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -26,9 +26,9 @@ from synchronisation.clocks.winch_slips import signals_without_slips
 Array = NDArray[np.float64]
 
 MIN_OFFSET_S = 1e-3
-"""s from which an offset is named: other faults, of the sizes that the check finds, moved the clock by up to 0.4 ms"""
+"""s from which an offset is named (docs/thresholds.md)"""
 MIN_SIGNIFICANCE = 5.0
-"""sigma from which an offset is named"""
+"""sigma from which an offset is named (docs/thresholds.md)"""
 
 
 def find_clock_fault(arm: Arm, frames: FrameAngles, motors: Motors, fv: Array) -> dict[str, Any] | None:

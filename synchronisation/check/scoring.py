@@ -21,17 +21,19 @@ from synchronisation.check.signatures import FaultCandidate
 Array = NDArray[np.float64]
 
 INITIAL_ERROR_M, MIN_ERROR_M = 2e-5, 3e-6
-"""m: a cable's own error before it is estimated, and the smallest estimate"""
+"""m: a cable's own error before it is estimated, and the smallest estimate (docs/thresholds.md)"""
 LAW_FITS, ERROR_STEPS = 3, 15
 """fits of the law, and steps of each cable's own error after each"""
 DRIFT_TERMS, DRIFT_SIGMA_M = 8, 5e-6
-"""half waves over the recording by which a healthy cable may drift, and the standard deviation of each, m"""
+"""half waves over the recording by which a healthy cable may drift, and the standard deviation of each, m (docs/thresholds.md)"""
 BLOCK_S = 2.0
-"""s within which residuals may be correlated"""
+"""s within which residuals may be correlated (docs/thresholds.md)"""
 MIN_INFORMATION_SHARE = 1e-7
-"""share of a signature's information that the law, and faults fitted along, must leave for its size to be estimated"""
+"""share of a signature's information that the law, and faults fitted along, must leave for its size to be estimated
+(docs/thresholds.md)"""
 FALSE_ALARM_RATE, DRAWS = 0.005, 2000
-"""share of healthy recordings in which a fault may be named, and the draws that the threshold is computed from"""
+"""share of healthy recordings in which a fault may be named, and the draws that the threshold is computed from
+(docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

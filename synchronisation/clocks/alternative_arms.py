@@ -25,11 +25,11 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 SUSPICIOUS_M = 1.2e-5
-"""m: other arms are tried only where the described one's cables leave more than this"""
+"""m: other arms are tried only where the described one's cables leave more than this (docs/thresholds.md)"""
 HEALTHY_M = 3e-5
-"""m: another arm's cables may leave at most this for it to be taken for the true one"""
+"""m: another arm's cables may leave at most this for it to be taken for the true one (docs/thresholds.md)"""
 MAX_ERROR_RATIO = 0.35
-"""another arm may leave at most this share of what the described one leaves"""
+"""another arm may leave at most this share of what the described one leaves (docs/thresholds.md)"""
 MAX_FRAMES = 600
 """frames that suffice to tell arms apart"""
 

@@ -37,11 +37,11 @@ MAX_BRIDGED_S = 0.2
 SETTLING_S = 0.4
 """s left out beside wider gaps and at both ends, where filters settle"""
 DRAWING_SIGMA = 0.01
-"""relative standard deviation of masses, inertias, spring stiffness and dimensions in neck.yaml"""
+"""relative standard deviation of masses, inertias, spring stiffness and dimensions in neck.yaml (docs/thresholds.md)"""
 PAYLOAD_SIGMA = 3.0
-"""relative standard deviation of the last top bar's mass and inertia: what hangs there is not in neck.yaml"""
+"""relative standard deviation of the last top bar's mass and inertia: what hangs there is not in neck.yaml (docs/thresholds.md)"""
 TILT_SIGMA_RAD = 0.05
-"""rad: standard deviation of the base's tilt against gravity"""
+"""rad: standard deviation of the base's tilt against gravity (docs/thresholds.md)"""
 _OFFSET_STEP_S = 2e-3
 """s: change of the offset whose effect gives its slope"""
 _MASS_FIELDS = (("top_mass", "top_inertia"), ("diagonal_mass", "diagonal_inertia"), ("spring_stiffness",))

@@ -22,7 +22,8 @@ from synchronisation.clocks.undetermined import ClockUndetermined
 Array = NDArray[np.float64]
 
 DISAGREEMENT_SIGMA = 4.0
-"""a difference between the clocks of light and motion beyond so many of its standard deviations is a warning"""
+"""a difference between the clocks of light and motion beyond so many of its standard deviations is a warning
+(docs/thresholds.md)"""
 
 
 def fit_clock(arm: Arm, angles: Angles, log: Series, fv: Array | None = None) -> ClockEstimate:

@@ -19,17 +19,18 @@ SPEED_RATE_HZ = 50.0
 SPEED_CUTOFF_HZ = 6.0
 """Hz: low-pass of the speeds"""
 MIN_OVERLAP_S = 5.0
-"""s of common motion that a shift must leave"""
+"""s of common motion that a shift must leave (docs/thresholds.md)"""
 MIN_PEAK_SEPARATION_S = 0.25
-"""s: peaks of the correlation that are nearer than this are one"""
+"""s: peaks of the correlation that are nearer than this are one (docs/thresholds.md)"""
 WINDOW_S = 12.0
-"""s of video that are aligned alone where the whole does not correlate, as after lost frames"""
+"""s of video that are aligned alone where the whole does not correlate, as after lost frames (docs/thresholds.md)"""
 WHOLE_CORRELATION = 0.9
-"""correlation below which windows of the video are tried beside the whole"""
+"""correlation below which windows of the video are tried beside the whole (docs/thresholds.md)"""
 MAX_SECOND_PEAK = 0.9
-"""ratio of the second peak of the correlation to the first, above which the motion repeats itself and the clock is refused"""
+"""ratio of the second peak of the correlation to the first, above which the motion repeats itself and the clock is refused
+(docs/thresholds.md)"""
 SECOND_PEAK_WARNING = 0.85
-"""the same ratio from which on a warning says that the motion nearly repeats itself"""
+"""the same ratio from which on a warning says that the motion nearly repeats itself (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

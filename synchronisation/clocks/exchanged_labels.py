@@ -19,17 +19,17 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 MIN_CORRELATION = 0.8
-"""correlation below which log and video are not of one motion"""
+"""correlation below which log and video are not of one motion (docs/thresholds.md)"""
 MIN_CABLE_CORRELATION = 0.6
-"""correlation of one cable below which it contradicts others that correlate by MIN_CORRELATION"""
+"""correlation of one cable below which it contradicts others that correlate by MIN_CORRELATION (docs/thresholds.md)"""
 EXCHANGE_CORRELATION = 0.9
-"""correlation that an exchange must bring before it is named"""
+"""correlation that an exchange must bring before it is named (docs/thresholds.md)"""
 MIN_LEAD = 0.03
-"""difference of correlation by which an exchange must lead over another to exclude it"""
+"""difference of correlation by which an exchange must lead over another to exclude it (docs/thresholds.md)"""
 MAX_PERMUTED_JOINTS = 4
-"""number of joints up to which all orders and signs of the angles are tried"""
+"""number of joints up to which all orders and signs of the angles are tried (docs/thresholds.md)"""
 MOVING_SHARE = 0.1
-"""a cable moves if its speed's standard deviation is more than this share of the fastest one's"""
+"""a cable moves if its speed's standard deviation is more than this share of the fastest one's (docs/thresholds.md)"""
 
 
 def check_labels(

@@ -19,9 +19,9 @@ OFFSET_TOLERANCE_S = 1e-6
 """s: a fit ends with a step that moves the offset by less"""
 MAX_STEPS = 12
 OUTLIER_SIGMA = 4.0
-"""size of a whole frame's residual, over the median one, beyond which its weight falls"""
+"""size of a whole frame's residual, over the median one, beyond which its weight falls (docs/thresholds.md)"""
 MAX_OFFSET_CHANGE_S = 2.0
-"""s: a fit that moves the offset further from the coarse alignment has not found the clock"""
+"""s: a fit that moves the offset further from the coarse alignment has not found the clock (docs/thresholds.md)"""
 INITIAL_CABLE_ERROR_M = 3e-5
 """m: error of the cables' law before anything is fitted"""
 LAG_TOLERANCE_S = 3e-4

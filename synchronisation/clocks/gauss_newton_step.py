@@ -16,11 +16,11 @@ Array = NDArray[np.float64]
 BLOCK_S = 1.0
 """s: residuals may be correlated within blocks of this length and are independent from block to block"""
 FV_SIGMA = 0.1
-"""N s/rad: standard deviation of a motor's viscosity that is not given; no gear motor has more"""
+"""N s/rad: standard deviation of a motor's viscosity that is not given; no gear motor has more (docs/thresholds.md)"""
 GIVEN_FV_SIGMA = 0.05
-"""relative standard deviation of a viscosity that is given"""
+"""relative standard deviation of a viscosity that is given (docs/thresholds.md)"""
 SKEW_SIGMA = 3e-4
-"""ratio: standard deviation of the skew before any fit; quartz clocks keep to some 100 ppm"""
+"""ratio: standard deviation of the skew before any fit; quartz clocks keep to some 100 ppm (docs/thresholds.md)"""
 SKEW_SCALE = 1e-4
 """ratio: unit of the skew in a step's vector"""
 CHUNK_FRAMES = 1 << 11

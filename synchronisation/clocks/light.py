@@ -16,25 +16,25 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 MIN_SWITCHES = 6
-"""switches of the light that its clock needs, in the log and again within the video"""
+"""switches of the light that its clock needs, in the log and again within the video (docs/thresholds.md)"""
 MIN_LIGHT_FRAMES = 30
-"""frames with a known brightness that it needs"""
+"""frames with a known brightness that it needs (docs/thresholds.md)"""
 MIN_CONTRAST = 5.0
-"""brightness on less off, over its noise"""
+"""brightness on less off, over its noise (docs/thresholds.md)"""
 MIN_LIGHT_CORRELATION = 0.7
-"""correlation of the light in video and log"""
+"""correlation of the light in video and log (docs/thresholds.md)"""
 SEARCH_STEP_S = 1e-3
 """s: step of the first search of the offset"""
 SEARCH_RANGE_S = 0.025
-"""s around the first guess of the offset that are searched"""
+"""s around the first guess of the offset that are searched (docs/thresholds.md)"""
 MAX_SEARCHED_SKEW = 5e-4
-"""ratio: skews that are searched"""
+"""ratio: skews that are searched (docs/thresholds.md)"""
 MIN_BRIGHTNESS_NOISE = 0.01
-"""of the contrast: what a camera's response and the light's rise leave at best"""
+"""of the contrast: what a camera's response and the light's rise leave at best (docs/thresholds.md)"""
 MAX_DEVIATION_SIGMA = 5.0
-"""deviation from which a frame's brightness counts no further, as where something is in front of the light"""
+"""deviation from which a frame's brightness counts no further, as where something is in front of the light (docs/thresholds.md)"""
 MAX_MISFIT = 2.5
-"""mean square of z, over frames that switches fell into, above which the sigmas grow with it; noise of ten frames stays below"""
+"""mean square of z, over frames that switches fell into, above which the sigmas grow with it (docs/thresholds.md)"""
 _GRID = 61
 _MAX_ZOOMS = 8
 

@@ -10,11 +10,11 @@ from identification.dataset.series import Series
 Array = NDArray[np.float64]
 
 MIN_REPEATED_ROWS = 3
-"""equal rows in turn that may be one sample repeated"""
+"""equal rows in turn that may be one sample repeated (docs/thresholds.md)"""
 MIN_JUMP_COUNTS = 2.5
-"""encoder counts that some motor must jump after equal rows; an arm at rest repeats its rows truly"""
+"""encoder counts that some motor must jump after equal rows; an arm at rest repeats its rows truly (docs/thresholds.md)"""
 MIN_GAP_S = 0.01
-"""s without a true row that make a gap; shorter ones are bridged"""
+"""s without a true row that make a gap; shorter ones are bridged (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

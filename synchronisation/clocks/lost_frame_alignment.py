@@ -32,19 +32,19 @@ from synchronisation.clocks.usable_frames import EDGE_S, MIN_FRAMES, usable_fram
 Array = NDArray[np.float64]
 
 MAX_SKEW = 4 * SKEW_SIGMA
-"""ratio: a fit that comes to more has not found the motion"""
+"""ratio: a fit that comes to more has not found the motion (docs/thresholds.md)"""
 MAX_RESIDUAL_M = 2e-3
-"""m, RMS over all cables: more is left only where neck.yaml is of another arm"""
+"""m, RMS over all cables: more is left only where neck.yaml is of another arm (docs/thresholds.md)"""
 WINDOW_S = 4.0
-"""s of the windows in which cables are first fitted, short enough to be without losses"""
+"""s of the windows in which cables are first fitted, short enough to be without losses (docs/thresholds.md)"""
 MAX_WINDOWS = 10
-"""windows that are tried, the liveliest first"""
+"""windows that are tried, the liveliest first (docs/thresholds.md)"""
 MAX_WINDOW_SHIFT_S = 2.0
-"""s by which lost frames may have moved a window from the coarse alignment"""
+"""s by which lost frames may have moved a window from the coarse alignment (docs/thresholds.md)"""
 WINDOW_CABLE_ERROR_M = 3e-4
-"""m: how well cables are known from one window while losses are decoded"""
+"""m: how well cables are known from one window while losses are decoded (docs/thresholds.md)"""
 DECODING_CABLE_ERROR_M = 5e-5
-"""m: how well cables are known at best from the whole recording while losses are decoded"""
+"""m: how well cables are known at best from the whole recording while losses are decoded (docs/thresholds.md)"""
 
 TOO_SLOW = "the motion is too slow to tell whether frames were lost"
 

@@ -19,15 +19,15 @@ Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
 LOSS_COST = 30.0
-"""-2 log of the probability that a frame is missing; set high, so that noise alone feigns no loss"""
+"""-2 log of the probability that a frame is missing; set high, so that noise alone feigns no loss (docs/thresholds.md)"""
 NEXT_LOSS_COST = 6.0
-"""-2 log of the probability of each further frame of one loss"""
+"""-2 log of the probability of each further frame of one loss (docs/thresholds.md)"""
 MAX_FRAMES_PER_LOSS = 4
-"""frames that one loss may take at most"""
+"""frames that one loss may take at most (docs/thresholds.md)"""
 MAX_AHEAD = 10
-"""counts above the cheapest one that are followed at a time"""
+"""counts above the cheapest one that are followed at a time (docs/thresholds.md)"""
 MAX_FRAME_COST = 200.0
-"""limit of one frame's cost, so that a wrong angle does not force a loss"""
+"""limit of one frame's cost, so that a wrong angle does not force a loss (docs/thresholds.md)"""
 SKEW_WINDOW_S = 5.0
 """s: windows whose offsets give the skew in spite of losses between them"""
 MIN_WINDOW_FRAMES = 30

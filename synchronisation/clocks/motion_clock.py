@@ -35,7 +35,7 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 MIN_TRAVEL_M = 1e-3
-"""m: some cable must move by this in the video, and some motor in the log"""
+"""m: some cable must move by this in the video, and some motor in the log (docs/thresholds.md)"""
 
 
 def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array | None) -> ClockEstimate:

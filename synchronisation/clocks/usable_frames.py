@@ -15,11 +15,11 @@ from synchronisation.clocks.undetermined import ClockUndetermined
 Array = NDArray[np.float64]
 
 EDGE_S = 0.75
-"""s left out at both ends of log and video, where filters settle"""
+"""s left out at both ends of log and video, where filters settle (docs/thresholds.md)"""
 GAP_MARGIN_S = 0.1
-"""s left out beside gaps of the log"""
+"""s left out beside gaps of the log (docs/thresholds.md)"""
 MIN_FRAMES = 30
-"""frames with all angles that a clock needs"""
+"""frames with all angles that a clock needs (docs/thresholds.md)"""
 
 
 def usable_frames(

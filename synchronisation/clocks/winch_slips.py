@@ -18,23 +18,23 @@ from synchronisation.clocks.signals import LogSignals, log_signals_of
 Array = NDArray[np.float64]
 
 TRACE_S = 0.2
-"""s before and after a slip in which filtered signals are not of the motion"""
+"""s before and after a slip in which filtered signals are not of the motion (docs/thresholds.md)"""
 MIN_SLIP_M = 1e-3
-"""m: smaller slips do a clock no harm"""
+"""m: smaller slips do a clock no harm (docs/thresholds.md)"""
 MAX_SLIPS = 4
-"""slips that are sought in one cable; as many in all are not slips, but something else"""
+"""slips that are sought in one cable; as many in all are not slips, but something else (docs/thresholds.md)"""
 MIN_SLIP_RATIO = 5.0
-"""size of each slip over the RMS of what is left unexplained, at least: the travels of another arm have no steps as clear"""
+"""size of each slip over the RMS of what is left unexplained, at least (docs/thresholds.md)"""
 MIN_VARIANCE_RATIO = 1.25
-"""variance that is left without any one of the slips over the one with all, at least"""
+"""variance that is left without any one of the slips over the one with all, at least (docs/thresholds.md)"""
 HALF_WAVES = 4
-"""half waves over the recording that are fitted along, so that drift is no slip"""
+"""half waves over the recording that are fitted along, so that drift is no slip (docs/thresholds.md)"""
 MIN_SLIP_FRAMES = 60
-"""frames within the log that slips are sought in"""
+"""frames within the log that slips are sought in (docs/thresholds.md)"""
 FRAME_MARGIN_S = 0.02
-"""s about two frames in which the motor may have jumped"""
+"""s about two frames in which the motor may have jumped (docs/thresholds.md)"""
 MIN_SEPARATION_S = 0.5
-"""s between two slips and from either end: filtered signals hold a trace of each"""
+"""s between two slips and from either end: filtered signals hold a trace of each (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from synchronisation.clocks.signals import LogSignals
 Array = NDArray[np.float64]
 
 ELONGATION_SIGMA_S = 2e-3
-"""s: standard deviation of the offset by elongation, damping, friction and viscosity that are not known"""
+"""s: standard deviation of the offset by elongation, damping, friction and viscosity that are not known (docs/thresholds.md)"""
 _STEPS = 6
 
 

@@ -1,14 +1,16 @@
 """Thresholds are tried everywhere where they are imported, and a run that was stopped goes on."""
 
+import ast
 import json
 import sys
 import types
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 
 from benchmarks.figures.threshold_figures import threshold_figures
+from benchmarks.thresholds.__main__ import ROOMS
 from benchmarks.thresholds.outcome import Outcome
 from benchmarks.thresholds.patching import patched
 from benchmarks.thresholds.record import counted
@@ -94,3 +96,40 @@ def test_a_threshold_has_its_value_again() -> None:
     with pytest.raises(ZeroDivisionError), patched(limit.module, limit.name, limit.half):
         _ = LIMIT / 0
     assert LIMIT == 3.0
+
+
+def bound_early(module: str, text: str) -> Iterator[str]:
+    """Labels of constants that a module binds where it makes a function: as the default of an argument."""
+    tree = ast.parse(text)
+    imported = {
+        alias.asname or alias.name: f"{node.module}.{alias.name}"
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    for function in ast.walk(tree):
+        if isinstance(function, ast.FunctionDef | ast.Lambda):
+            for default in (*function.args.defaults, *filter(None, function.args.kw_defaults)):
+                for node in ast.walk(default):
+                    if isinstance(node, ast.Name):
+                        yield imported.get(node.id, f"{module}.{node.id}")
+
+
+def test_a_default_of_an_argument_is_noticed() -> None:
+    text = "from a.b import LIMIT\nOWN = 1\n\n\ndef f(x=LIMIT, *, y=OWN):\n    return x + LIMIT\n"
+    assert list(bound_early("c", text)) == ["a.b.LIMIT", "c.OWN"]
+
+
+def test_no_threshold_is_tried_whose_value_was_bound_before() -> None:
+    tried = {threshold.label for each in ROOMS.values() for threshold in each.thresholds()}
+    root = Path(__file__).parents[2]
+    files = [file for label in {label.split(".")[0] for label in tried} for file in (root / label).rglob("*.py")]
+    assert files
+    early = {
+        label
+        for file in files
+        for label in bound_early(
+            ".".join(file.relative_to(root).with_suffix("").parts), file.read_text(encoding="utf-8")
+        )
+    }
+    assert sorted(tried & early) == []

@@ -108,7 +108,7 @@ def test_the_effect_is_named_where_it_was_hidden_and_its_numbers_are_judged(foll
     truth = json.loads((followed / "w/truth.json").read_text())
     case = {"name": "w", "case": {"manner": "rich", "size": 1.0}, "truth": truth, "diagnosis": found}
     (followed / "case.json").write_text(json.dumps(case))
-    score = "from xneck.study.score import score; print(json.dumps(score(json.load(open('case.json'))).as_json()))"
+    score = "from xneck.study.score import score_case; print(json.dumps(score_case(json.load(open('case.json'))).as_json()))"
     scored = json.loads(called(followed, "-c", f"import json; {score}"))
     assert scored["right"]
     (sighting,) = scored["sightings"]

@@ -21,6 +21,8 @@ ROOMS = (
 TAG = "(docs/thresholds.md)"
 """ends the docstring of a constant that decides"""
 ROW = re.compile(r"^\| `([\w.]+)` \| ([^|]*) \|", re.MULTILINE)
+NUMBERS = re.compile(r"-?(?:[\d.]+(?:e[-+]?\d+)?|inf)(?:, -?(?:[\d.]+(?:e[-+]?\d+)?|inf))*")
+"""what a value begins with; its unit follows"""
 PAGE = PAGES["thresholds.md"]
 VALUES = dict(ROW.findall(PAGE))
 
@@ -66,7 +68,9 @@ def test_a_constant_of_the_page_has_the_value_that_it_says(label: str) -> None:
         assert not isinstance(value, int | float)
         return
     numbers = value if isinstance(value, tuple) else (value,)
-    assert [float(each) for each in said.split(",")] == pytest.approx([float(n) for n in numbers], rel=1e-5)
+    found = NUMBERS.match(said)
+    assert found is not None
+    assert [float(each) for each in found[0].split(",")] == pytest.approx([float(n) for n in numbers], rel=1e-5)
 
 
 def test_the_page_and_the_code_name_each_other() -> None:

@@ -60,7 +60,7 @@ def test_it_holds_every_file_of_the_packages_and_the_recordings_of_the_demo(whee
     with ZipFile(wheel) as archive:
         inside = {name: archive.read(name) for name in archive.namelist() if ".dist-info/" not in name}
     wanted = {name: name for name in tracked(*PACKAGES)}
-    wanted |= {f"vision/{name}": name for name in tracked("samples/recording", "samples/held_out")}
+    wanted |= {f"xneck/{name}": name for name in tracked("samples/recording", "samples/held_out")}
     assert set(inside) == set(wanted)
     assert [name for name, source in wanted.items() if inside[name] != (ROOT / source).read_bytes()] == []
 

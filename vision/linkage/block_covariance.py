@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 MIN_BLOCK_FRAMES = 45
-"""frames of a block at least: a codec's errors last for half a second to a second, at 30 frames/s"""
+"""frames of a block at least: a codec's errors last for half a second to a second, at 30 frames/s (docs/thresholds.md)"""
 MAX_BLOCKS = 40
-"""blocks that a recording is cut into at most"""
+"""blocks that a recording is cut into at most (docs/thresholds.md)"""
 WHITE_NOISE_BLOCKS = 3.0
-"""number of blocks with which white noise adds half of its variance to what the blocks' scatter gives"""
+"""number of blocks with which white noise adds half of its variance to what the blocks' scatter gives (docs/thresholds.md)"""
 MAX_LEVERAGE = 0.9
-"""greatest share of a direction's information that a block is credited with: the rest corrects its score"""
+"""greatest share of a direction's information that a block is credited with: the rest corrects its score (docs/thresholds.md)"""
 
 
 def frame_blocks(frames: int) -> NDArray[np.intp]:

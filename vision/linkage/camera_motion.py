@@ -18,17 +18,17 @@ from vision.linkage.scene import Scene
 Array = NDArray[np.float64]
 
 MIN_STATISTIC = 32.0
-"""least score statistic of a motion: the largest of many chi-squares with six degrees of freedom"""
+"""least score statistic of a motion: the largest of many chi-squares with six degrees of freedom (docs/thresholds.md)"""
 MIN_SIZE_PX = 0.1
-"""px: least RMS shift of the corners that counts as a motion; detection and lens can imitate smaller ones"""
+"""px: least RMS shift of the corners that counts as a motion; detection and lens can imitate smaller ones (docs/thresholds.md)"""
 MAX_TERMS = 6
-"""motions that are estimated at most"""
+"""motions that are estimated at most (docs/thresholds.md)"""
 STRETCHES = 20
-"""parts of the recording over which the scatter of the score is taken"""
+"""parts of the recording over which the scatter of the score is taken (docs/thresholds.md)"""
 MIN_FRAMES = 40
-"""frames below which no motion is sought"""
+"""frames below which no motion is sought (docs/thresholds.md)"""
 POSE_CHANGE_SIGMA = np.array([0.05, 0.05, 0.05, 0.05, 0.05, 0.05])
-"""rad and m: prior standard deviation of a change of the pose"""
+"""rad and m: prior standard deviation of a change of the pose (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

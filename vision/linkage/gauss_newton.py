@@ -28,7 +28,7 @@ MAX_ITERATIONS = 40
 MAX_STEP = 0.5
 """rad, of an angle in one iteration"""
 MAX_ALPHA = 2.8
-"""rad; short of the singular half turn"""
+"""rad; short of the singular half turn (docs/thresholds.md)"""
 MAX_REFINEMENTS = 4
 """passes over all frames at most"""
 

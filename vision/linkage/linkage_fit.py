@@ -26,9 +26,10 @@ from vision.linkage.shared_fit import LinkageOptions, SharedFit, fit_shared
 Array = NDArray[np.float64]
 
 MAX_SIGMA_RAD = np.radians(3.0)
-"""rad: an angle with a larger standard deviation from its own frame's corners counts as not determined"""
+"""rad: an angle with a larger standard deviation from its own frame's corners counts as not determined (docs/thresholds.md)"""
 RESIDUAL_QUANTILE = 0.99
-"""quantile of the noise's chi-square above which a frame's residuals widen the covariance of its angles, in proportion"""
+"""quantile of the noise's chi-square above which a frame's residuals widen the covariance of its angles, in proportion
+(docs/thresholds.md)"""
 UNDETERMINED_VARIANCE = 1e12
 """rad^2, of a direction that no corner determines"""
 

@@ -17,9 +17,9 @@ from vision.linkage.shared_fit import PlacementPrior, SharedFit
 Array = NDArray[np.float64]
 
 DETERMINED_SHARE = 0.25
-"""share of the prior's standard deviation below which a number counts as determined"""
+"""share of the prior's standard deviation below which a number counts as determined (docs/thresholds.md)"""
 PARTLY_DETERMINED_SHARE = 0.5
-"""share of the prior's standard deviation below which a number counts as partly determined"""
+"""share of the prior's standard deviation below which a number counts as partly determined (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from vision.markers.edge_refinement import refine_by_edges
 Array = NDArray[np.float64]
 
 OCCLUSION_WIDTHS_PX = (5, 9)
-"""px: dark lines up to these widths, a cable across a marker, are filled where a marker is missing"""
+"""px: dark lines up to these widths, a cable across a marker, are filled where a marker is missing (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ PROFILE_SAMPLES = np.linspace(-1.0, 1.0, 17)
 PROFILE_REACH_CELLS = 0.5
 """cells: half length of a profile, which stays inside the black border and the white margin"""
 MIN_CONTRAST_GREY = 10.0
-"""grey levels between both ends of a profile, below which it is not used"""
+"""grey levels between both ends of a profile, below which it is not used (docs/thresholds.md)"""
 ITERATIONS = 2
 
 

@@ -8,7 +8,7 @@ from vision.markers.photometric import MarkerFit
 from vision.markers.template import Optics
 
 MARKER_SCATTER_PX = 0.03
-"""px: standard deviation of blur and bleed from marker to marker, by focus and ink"""
+"""px: standard deviation of blur and bleed from marker to marker, by focus and ink (docs/thresholds.md)"""
 
 
 def estimate_optics(start: Optics, fits: Sequence[MarkerFit]) -> Optics:

@@ -17,17 +17,18 @@ from vision.markers.template import Optics
 Array = NDArray[np.float64]
 
 MIN_SIDE_PX = 8.0
-"""px: side of a marker below which it is not fitted"""
+"""px: side of a marker below which it is not fitted (docs/thresholds.md)"""
 MAX_ERROR_SHARE = 0.25
-"""residual scale over contrast, above which the picture does not show this marker"""
+"""residual scale over contrast, above which the picture does not show this marker (docs/thresholds.md)"""
 MIN_WEIGHT = 0.4
-"""mean weight of the pixels, below which the fit is not trusted"""
+"""mean weight of the pixels, below which the fit is not trusted (docs/thresholds.md)"""
 MIN_SHARE_INSIDE = 0.5
-"""share of the marker within the picture, below which the fit is not trusted"""
+"""share of the marker within the picture, below which the fit is not trusted (docs/thresholds.md)"""
 BLURRED_PX = 1.5
-"""px of motion during the exposure, from which on a marker counts as blurred"""
+"""px of motion during the exposure, from which on a marker counts as blurred (docs/thresholds.md)"""
 EDGE_SD_PX, LOST_SD_PX = 0.15, 1.0
-"""px: standard deviation of the fallback's corners, from the square's edges or, where these fail, as they were at the start"""
+"""px: standard deviation of the fallback's corners, from the square's edges or, where these fail, as they were at the start
+(docs/thresholds.md)"""
 NEXT_CORNER = [1, 2, 3, 0]
 
 

@@ -46,7 +46,7 @@ LINEAR_PX = 0.15
 ROUGH_PIXELS = 400
 """pixels of a marker that are enough for a first step"""
 CONVERGED_PX = 0.3
-"""px; a larger last step means that the fit did not converge"""
+"""px; a larger last step means that the fit did not converge (docs/thresholds.md)"""
 RESELECT_PX, RESELECT_LIT_PX = 0.4, 0.8
 """px from where the pixels were selected, beyond which they are selected anew; the second where the light was known at first"""
 RESELECTION_ITERATIONS = 3
@@ -54,7 +54,7 @@ RESELECTION_ITERATIONS = 3
 PERSPECTIVE_SD = 0.05
 """prior of the perspective terms about those of the start; it holds small markers, larger ones determine them better"""
 MIN_CONTRAST = 12.0
-"""grey levels between black and white, below which there is nothing to fit"""
+"""grey levels between black and white, below which there is nothing to fit (docs/thresholds.md)"""
 SLOPE_SD = 0.2
 """prior of the light's change from a marker's middle to its side, as a share of the contrast"""
 FIRST_SLOPE_SD = 0.002

@@ -13,14 +13,14 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
 TUKEY_SCALES = 5.0
-"""residual scales from which on a residual has no weight"""
+"""residual scales from which on a residual has no weight (docs/thresholds.md)"""
 MEAN_NORMAL_WEIGHT = 0.925
 """mean of Tukey's weights for normal noise"""
 PATCH_PX = 4
 """px: side of the patches in which pixels without weight are counted"""
 MAX_OUTLIER_SHARE, MIN_OUTLIER_SHARE = 0.3, 0.01
 """share of a patch's pixels without weight that takes weight from it and its neighbours; share of a marker's pixels without
-weight below which patches are not counted"""
+weight below which patches are not counted (docs/thresholds.md)"""
 SCALE_STRIDE = 3
 """the scale is taken from every so many-th residual"""
 

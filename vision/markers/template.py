@@ -26,7 +26,7 @@ RASTER_STEP = 1.25
 MARGIN_CELLS = 1
 """cells of white around the black square"""
 MIN_STEEPNESS = 0.2
-"""share of an edge's full steepness above which a pixel is used: 99 % of the information of a straight edge"""
+"""share of an edge's full steepness above which a pixel is used: 99 % of the information of a straight edge (docs/thresholds.md)"""
 RING_CELLS = 0.7
 """cells of the white ring that are used; further out the background may show"""
 INSTANT_PX = 2.0

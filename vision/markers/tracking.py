@@ -28,21 +28,21 @@ Array = NDArray[np.float64]
 Grey = NDArray[np.uint8]
 
 SEARCH_PERIOD_FRAMES = 150
-"""frames between full searches, which also detect doubled and foreign markers"""
+"""frames between full searches, which also detect doubled and foreign markers (docs/thresholds.md)"""
 RETRY_PERIOD_FRAMES = 5
-"""frames between full searches once a marker has been missing for PATIENCE_FRAMES"""
+"""frames between full searches once a marker has been missing for PATIENCE_FRAMES (docs/thresholds.md)"""
 PATIENCE_FRAMES = 60
-"""frames after the loss of a marker that are all searched in full"""
+"""frames after the loss of a marker that are all searched in full (docs/thresholds.md)"""
 SEARCH_MARGIN_SIDES = 1.0
 """in sides of a marker: how far around its predicted place a lost marker is searched"""
 MIN_CELL_SHARE = 0.85
-"""share of a marker's cells that must have the right colour for it to be the marker"""
+"""share of a marker's cells that must have the right colour for it to be the marker (docs/thresholds.md)"""
 MIN_CELL_CONTRAST = 10
-"""grey levels between a marker's black and white cells, below which they are not read"""
+"""grey levels between a marker's black and white cells, below which they are not read (docs/thresholds.md)"""
 MIN_SEARCH_PX = 12
 """px: side of a search window below which a lost marker is not searched"""
 LEARNING_FRAMES = 12
-"""first frames of a segment, from which the lens' blur and the ink's bleed are estimated"""
+"""first frames of a segment, from which the lens' blur and the ink's bleed are estimated (docs/thresholds.md)"""
 
 TRACKED, SEARCHED, NOT_FOUND, LOST, DOUBLED = range(5)
 """status of a marker in a frame: tracked, found by a search, not found, lost while tracked, in view twice and left out"""

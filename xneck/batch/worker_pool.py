@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 
 _MAX_WORKER_DEATHS = 2
-"""workers that may die under a task before it is given up: the third death is the task's fault, no accident"""
+"""workers that may die under a task before it is given up: the third death is the task's fault, no accident (docs/thresholds.md)"""
 _CONNECT_TIMEOUT_S = 10
+"""s: a scheduler that does not answer within it is refused (docs/thresholds.md)"""
 _DASK_SETTINGS: dict[str, Any] = {
     "distributed.scheduler.allowed-failures": _MAX_WORKER_DEATHS,
     # replaces dask's own settings, by which malloc returns freed pages at once: numpy then spent 2 of 5 s on new ones

@@ -29,7 +29,7 @@ from xneck.report.template import render
 from xneck_foundation.whole_file import write_text
 
 SIGNIFICANCE = 0.05
-"""p below which the Durbin-Wu-Hausman test says that least squares would be biased"""
+"""p below which the Durbin-Wu-Hausman test says that least squares would be biased (docs/thresholds.md)"""
 _NO_CAMERA: dict[str, object] = {"camera": None, "calibration": None, "extraction": None, "frame_cuts": []}
 """the template's values where the angles came as a file"""
 

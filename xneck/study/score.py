@@ -16,7 +16,7 @@ NO_CAUSE_VERDICTS = ("consistent", "insufficient")
 NAMELESS_VERDICTS = (*NO_CAUSE_VERDICTS, "unknown", REFUSED_VERDICT)
 """what stands in the tables where no cause is named"""
 MAX_Z = 3.0
-"""error of a parameter, in sigma, up to which it counts as right"""
+"""error of a parameter, in sigma, up to which it counts as right (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ import pytest
 
 import xneck.batch.recording_task
 import xneck.batch.run_batch
-import xneck.recording.fingerprint
+import xneck.recording.software_versions
 from tests.command import Ran, run
 from tests.xneck.batch.recordings import FRAMES, NASTY
 from xneck.batch.outcome import RecordingOutcome
@@ -124,7 +124,7 @@ def test_what_changed_is_done_again_and_nothing_else(
     assert redone() == ["broken"]
     (out / NASTY / "report.html").unlink()
     assert redone() == [NASTY, "broken"]
-    monkeypatch.setattr(xneck.recording.fingerprint, "source_digest", lambda *_: "other sources")
+    monkeypatch.setattr(xneck.recording.software_versions, "source_digest", lambda *_: "other sources")
     assert redone() == [NASTY, "broken", "cut"]
     monkeypatch.undo()
     assert redone("--redo") == [NASTY, "broken", "cut"]
