@@ -8,25 +8,22 @@ from numpy.typing import NDArray
 
 from diagnosis.linearisation import Linearisation, RecordingLinearisation
 from mechanism.description import Neck
+from mechanism.drawing_errors import DRAWING_SIGMA, LATHE_SIGMA
 
 Array = NDArray[np.float64]
 
-_DRAWING_SIGMA = 0.006
-"""standard deviation of a drawing's number, relative: even within 1 % (docs/thresholds.md)"""
-_LATHE_SIGMA = 0.0012
-"""standard deviation of what is turned on a lathe, relative (docs/thresholds.md)"""
 _FIELDS: dict[str, tuple[str, tuple[str, ...], float]] = {
-    "L": ("mechanisms", ("L",), _DRAWING_SIGMA),
-    "b": ("mechanisms", ("b",), _DRAWING_SIGMA),
-    "r": ("mechanisms", ("r",), _DRAWING_SIGMA),
-    "top_mass": ("mechanisms", ("top", "mass"), _DRAWING_SIGMA),
-    "diagonal_mass": ("mechanisms", ("diagonal", "mass"), _DRAWING_SIGMA),
-    "top_inertia": ("mechanisms", ("top", "inertia"), _DRAWING_SIGMA),
-    "diagonal_inertia": ("mechanisms", ("diagonal", "inertia"), _DRAWING_SIGMA),
-    "spring_stiffness": ("mechanisms", ("springs", "stiffness"), _DRAWING_SIGMA),
-    "spring_free_length": ("mechanisms", ("springs", "free_length"), _DRAWING_SIGMA),
-    "motor_inertia": ("motors", ("Ia",), _DRAWING_SIGMA),
-    "drum": ("motors", ("rd",), _LATHE_SIGMA),
+    "L": ("mechanisms", ("L",), DRAWING_SIGMA),
+    "b": ("mechanisms", ("b",), DRAWING_SIGMA),
+    "r": ("mechanisms", ("r",), DRAWING_SIGMA),
+    "top_mass": ("mechanisms", ("top", "mass"), DRAWING_SIGMA),
+    "diagonal_mass": ("mechanisms", ("diagonal", "mass"), DRAWING_SIGMA),
+    "top_inertia": ("mechanisms", ("top", "inertia"), DRAWING_SIGMA),
+    "diagonal_inertia": ("mechanisms", ("diagonal", "inertia"), DRAWING_SIGMA),
+    "spring_stiffness": ("mechanisms", ("springs", "stiffness"), DRAWING_SIGMA),
+    "spring_free_length": ("mechanisms", ("springs", "free_length"), DRAWING_SIGMA),
+    "motor_inertia": ("motors", ("Ia",), DRAWING_SIGMA),
+    "drum": ("motors", ("rd",), LATHE_SIGMA),
 }
 """by field of Arm: where neck.yaml has it, and how well it is known (docs/thresholds.md)"""
 _MIN_CLOCK_SIGMA_S = 1e-5

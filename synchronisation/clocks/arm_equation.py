@@ -15,6 +15,7 @@ from scipy.interpolate import BSpline
 from identification.filters import low_pass
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
+from mechanism.drawing_errors import DRAWING_SIGMA
 from mechanism.dynamics import terms
 from synchronisation.clocks.frame_geometry import DIMENSION_STEP, enlarged_arms
 from synchronisation.clocks.signals import LogSignals, cubic_spline
@@ -36,8 +37,6 @@ MAX_BRIDGED_S = 0.2
 """s without frames that a spline may bridge"""
 SETTLING_S = 0.4
 """s left out beside wider gaps and at both ends, where filters settle"""
-DRAWING_SIGMA = 0.01
-"""relative standard deviation of masses, inertias, spring stiffness and dimensions in neck.yaml (docs/thresholds.md)"""
 PAYLOAD_SIGMA = 3.0
 """relative standard deviation of the last top bar's mass and inertia: what hangs there is not in neck.yaml (docs/thresholds.md)"""
 TILT_SIGMA_RAD = 0.05

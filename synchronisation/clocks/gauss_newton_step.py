@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.unknowns import DELAY_SIGMA_S
-from synchronisation.clocks.arm_equation import DRAWING_SIGMA, ArmRows
+from mechanism.drawing_errors import DRAWING_SIGMA
+from synchronisation.clocks.arm_equation import ArmRows
 from synchronisation.clocks.cable_equation import CableRows, CableTerms
 from synchronisation.clocks.frame_geometry import FrameGeometry
 from synchronisation.clocks.unknowns import ClockUnknowns

@@ -47,9 +47,9 @@ def data() -> DataSet:
     log = uniformly_sampled(read_log(SAMPLES / "recording/log.mcap", NECK))
     frames = t["frame_times"] + TRUTH["offset_s"] + TRUTH["skew"] * (t["frame_times"] - TRUTH["middle_s"])
     alpha = t["frame_alpha"] + np.random.default_rng(0).normal(0, np.radians(0.05), t["frame_alpha"].shape)
-    seed = fasquelle_series(arm_of(NECK), log, frames, alpha)
+    series = fasquelle_series(arm_of(NECK), log, frames, alpha)
     angles = Series(frames, numbered_columns("alpha", alpha))
-    return DataSet(NECK, "", seed, seed, angles, log)
+    return DataSet(NECK, "", series, series, angles, log)
 
 
 def test_arm_equation_holds_on_a_motion_that_another_engine_made_once_the_hidden_mass_is_known() -> None:
@@ -70,7 +70,7 @@ def test_arm_equation_holds_on_a_motion_that_another_engine_made_once_the_hidden
     assert rest[0.0] > 10 * rest[0.1]
 
 
-def test_dry_friction_and_stiffness_are_within_the_seeds_known_bias(data: DataSet) -> None:
+def test_dry_friction_and_stiffness_are_within_the_known_bias_of_fasquelles_method(data: DataSet) -> None:
     """15 %: Fasquelle's method is biased by forming sign(theta') of filtered signals; damping is not identified by it."""
     found = fasquelle_identification([data])
     fit = found.elastic[1]
@@ -87,8 +87,8 @@ def test_a_pretension_that_the_description_neglects_spoils_the_stiffness(data: D
     """Negative control: x0 = 0 while it is 4 to 6 mm; Fasquelle's k is then off by more than 15 %, which it does not say."""
     cables = tuple(c.model_copy(update={"x0": 0.0}) for c in NECK.cables)
     arm = arm_of(NECK.model_copy(update={"cables": cables}))
-    seed = data.fasquelle
-    series = Series(seed.time, {**seed.columns, **numbered_columns("x", seed.matrix("x") - arm_of(NECK).x0)})
+    made = data.fasquelle
+    series = Series(made.time, {**made.columns, **numbered_columns("x", made.matrix("x") - arm_of(NECK).x0)})
     k = elastic_system(fasquelle_regressors(arm, series), 1)
     assert np.max(np.abs(k.values("k") / HIDDEN["k"] - 1)) > 0.15
     assert np.max([p.relative_sigma_percent for p in k.parameters if p.name == "k"]) < 10
@@ -111,11 +111,12 @@ def test_models_two_and_three_share_one_modulus_and_model_three_follows_the_leng
 
 def test_viscous_friction_is_found_where_it_is(data: DataSet) -> None:
     """Adding 0.05 N s/rad theta' to the logged force adds 0.05 to every fv and nothing to fs: least squares is linear."""
-    seed = data.fasquelle
+    series = data.fasquelle
     more = Series(
-        seed.time, {**seed.columns, **numbered_columns("f", seed.matrix("f") + 0.05 * seed.matrix("theta", "_d"))}
+        series.time,
+        {**series.columns, **numbered_columns("f", series.matrix("f") + 0.05 * series.matrix("theta", "_d"))},
     )
-    a, b = (friction_alone(fasquelle_regressors(data.arm, s), viscous=True) for s in (seed, more))
+    a, b = (friction_alone(fasquelle_regressors(data.arm, s), viscous=True) for s in (series, more))
     np.testing.assert_allclose(b.values("fv") - a.values("fv"), 0.05, rtol=1e-6)
     np.testing.assert_allclose(b.values("fs"), a.values("fs"), rtol=1e-6)
 
@@ -125,7 +126,7 @@ def test_motors_at_rest_and_different_arms_are_refused(data: DataSet) -> None:
         name: values * 0 if name.startswith("theta3") else values for name, values in data.fasquelle.columns.items()
     }
     with pytest.raises(Refused, match="motor 3"):
-        fasquelle_identification([replace(data, seed=Series(data.fasquelle.time, still))])
+        fasquelle_identification([replace(data, fasquelle=Series(data.fasquelle.time, still))])
     other = NECK.model_copy(update={"gravity": (0.0, -1.62)})
     with pytest.raises(Refused, match="different arms"):
         fasquelle_identification([data, replace(data, neck=other)])

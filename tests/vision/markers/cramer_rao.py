@@ -22,7 +22,7 @@ def fisher_information(
     width, height = (int(e) + 41 for e in near.max(axis=0))
     empty = np.full((height, width), 128, dtype=np.uint8)
     pixels = select_pixels(empty, [cells], near[None], motion[None], optics)
-    u, v = (at[0] for at in pixels.seen_from(np.linalg.inv(homography(near[None])).astype(float)))
+    u, v = (at[0] for at in pixels.marker_coordinates(np.linalg.inv(homography(near[None])).astype(float)))
     picture = sample_texture(pixels.textures[0], u, v)
     a, b = contrast * picture[1:3].astype(float) * pixels.used[0]
     J = np.stack([a, b, a * u, a * v, b * u, b * v, (a * u + b * v) * u, (a * u + b * v) * v])
