@@ -75,14 +75,16 @@ def _case(scored: Mapping[str, Any], code: str) -> ScoredCase:
 
 
 def _score(scored: Mapping[str, Any]) -> Score:
-    sightings = tuple(
-        EffectScore(
-            **_own(EffectScore, seen)
-            | {"numbers": tuple(ParameterScore(**_own(ParameterScore, n)) for n in seen["numbers"])}
-        )
-        for seen in scored["sightings"]
-    )
-    return Score(**_own(Score, scored) | {"sightings": sightings, "false": tuple(scored["false"])})
+    values = _own(Score, scored)
+    values["sightings"] = tuple(_effect_score(sighting) for sighting in scored["sightings"])
+    values["false"] = tuple(scored["false"])
+    return Score(**values)
+
+
+def _effect_score(sighting: Mapping[str, Any]) -> EffectScore:
+    values = _own(EffectScore, sighting)
+    values["numbers"] = tuple(ParameterScore(**_own(ParameterScore, number)) for number in sighting["numbers"])
+    return EffectScore(**values)
 
 
 def _own(record: type, values: Mapping[str, Any]) -> dict[str, Any]:

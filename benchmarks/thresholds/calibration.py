@@ -120,7 +120,7 @@ def judged(world: World) -> Outcome:
         found = calibrate(Observations(tuple(world.views), (), SIZE))
     except Refused as refusal:
         right = bool(world.refusal and re.search(world.refusal, str(refusal)))
-        return Outcome(right, not right, str(refusal)[:160])
+        return Outcome(right, not world.refusal, str(refusal)[:160])
     if world.refusal:
         return Outcome(False, True, f"accepted, f {found.camera.parameters[0]:.1f}")
     if world.later is not None:

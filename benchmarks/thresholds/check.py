@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.check import FaultCase, fault_cases, inputs, judge
+from benchmarks.check import CLOCK_S, FaultCase, fault_cases, inputs, judge
 from benchmarks.thresholds.outcome import Outcome
 from benchmarks.thresholds.room import Room
 from benchmarks.thresholds.threshold import Threshold, scaled
@@ -120,7 +120,8 @@ def judged_world(world: World) -> Outcome:
 def _judged_clock(world: World) -> Outcome:
     case, state, seen, *_ = world.given
     late = CLOCKS[world.label]
-    shifted = replace(seen, time=seen.time + late)
+    drawn = CLOCK_S * np.random.default_rng([world.seed, 5]).normal()  # the error that `inputs` gave the clock
+    shifted = replace(seen, time=seen.time + late - drawn)
     found = find_clock_fault(case.arm, shifted, motors_in(state), np.full(case.arm.M, np.nan))
     if found is None:
         return Outcome(not late, False, "none")

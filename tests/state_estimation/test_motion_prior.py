@@ -90,7 +90,7 @@ def test_parts_side_by_side_are_the_sum_that_samples_see() -> None:
     variance = np.full(60, 0.04)
     measured, _ = normal_equations(knots, t, np.zeros(60), variance)
     bands = prior.bands(knots)
-    band = joint_band([measured], [bands])
+    joint = joint_band([measured], [bands])
     design = np.repeat(knots.design(t).toarray(), PARTS, axis=1)
     expected = design.T @ (design / variance[:, None])
     for part, band in enumerate(bands):
@@ -98,7 +98,7 @@ def test_parts_side_by_side_are_the_sum_that_samples_see() -> None:
             for k in range(30 - lag):
                 expected[PARTS * (k + lag) + part, PARTS * k + part] += band[lag, k]
     for i, j in zip(*np.tril_indices(PARTS * 30), strict=True):
-        entry = band[i - j, j] if i - j < len(band) else 0.0
+        entry = joint[i - j, j] if i - j < len(joint) else 0.0
         assert entry == pytest.approx(expected[i, j], abs=1e-6)
 
 
