@@ -130,6 +130,8 @@ def by_opencv(refinement: str, video: Path, neck: Neck, camera: Camera, count: i
 
 def by_ours(corners: str, video: Path, neck: Neck, camera: Camera, exposure_s: float, count: int) -> Measured:
     """As `xneck extract --corners ... --exposure ...` does it."""
-    found = extract(describe_video(video), camera, neck, ExtractionOptions(Shutter(exposure_s), template=corners == "template"))
+    found = extract(
+        describe_video(video), camera, neck, ExtractionOptions(Shutter(exposure_s), template=corners == "template")
+    )
     lost = int(np.isnan(found.corners[:count, :, 0, 0]).sum())
     return Measured(found.angles.alpha[:count], found.angles.sigma[:count], lost)

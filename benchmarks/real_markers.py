@@ -126,7 +126,9 @@ def _video(name: str, family: str, ids: list[int], layouts: dict[str, Corners]) 
 
 def _all_in_picture(family: str, count: int) -> list[Callable[[Grey], list[Array]] | None]:
     """Corners of all markers of a picture, by each method; None where it does not know the dictionary."""
-    detector = MarkerDetector(Markers(dictionary=family, size=0.02, on_bars=tuple(BarMarker(id=i, bar=0) for i in range(count))))
+    detector = MarkerDetector(
+        Markers(dictionary=family, size=0.02, on_bars=tuple(BarMarker(id=i, bar=0) for i in range(count)))
+    )
 
     def template(grey: Grey) -> list[Array]:
         rest = np.zeros((4, 2))

@@ -118,7 +118,9 @@ def test_segments_begin_at_key_frames_and_hold_every_frame_once(tmp_path: Path) 
         path = film(tmp_path / name, [3000 * k for k in range(700)], options={"g": "50", **options})
         video = describe_video(path)
         assert len(video.segments) == 3
-        assert [s.first_index for s in video.segments] == np.cumsum([0, *(s.count for s in video.segments[:-1])]).tolist()
+        assert [s.first_index for s in video.segments] == np.cumsum(
+            [0, *(s.count for s in video.segments[:-1])]
+        ).tolist()
         alone = [frame for s in reversed(video.segments) for frame in reversed(list(read_segment(video, s)))][::-1]
         whole = list(read_frames(path))
         assert [f.index for f in alone] == [f.index for f in whole] == list(range(700))
