@@ -33,7 +33,10 @@ def _changes(record: Record) -> Iterator[str]:
 
 
 def _at(value: str) -> str:
-    return f" ({value})" if value else ""
+    try:
+        return f" ({float(value):.3g})"
+    except ValueError:  # a tuple, or a table that has no short form
+        return f" {value}" if value else ""
 
 
 def _list(lines: Iterable[str]) -> str:

@@ -49,7 +49,7 @@ class FrameGeometry:
         """The same frames of an arm whose dimensions are larger than described by `errors` (P,), relative."""
         return replace(self, winding=self.winding + self.winding_by_dimension @ errors)
 
-    def part(self, kept: Array | slice) -> "FrameGeometry":
+    def part(self, kept: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "FrameGeometry":
         """Some of the frames, with the same middle."""
         return FrameGeometry(
             time=self.time[kept],

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from identification.dataset.dataset import DataSet
-from identification.dataset.dataset_file import read_dataset, dataset_series
+from identification.dataset.dataset_file import dataset_series, read_dataset
 from identification.dataset.series import Series
 from identification.files import joint_state
 from identification.model_file import read_model
