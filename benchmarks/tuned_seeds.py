@@ -54,3 +54,6 @@ _WORLDS: tuple[tuple[range, str], ...] = (
 
 TUNED_WORLDS: Mapping[int, str] = dict(chain.from_iterable(((seed, why) for seed in seeds) for seeds, why in _WORLDS))
 """Worlds of the clock's, the check's and the state's benchmarks: seed, and what was set on it."""
+
+FIRST_COUNTED_WORLD = 2000
+"""The seed from which these benchmarks count: nothing was ever set on it or on a later one."""
