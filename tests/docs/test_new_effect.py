@@ -67,6 +67,12 @@ def indented(pattern: str) -> str:
     return line
 
 
+def test_the_files_are_clean(followed: Path) -> None:
+    """To the linter and the formatter of `make test`."""
+    called(followed, "-m", "ruff", "check", "mechanism", "diagnosis", "samples")
+    called(followed, "-m", "ruff", "format", "--check", "mechanism", "diagnosis", "samples")
+
+
 def test_three_files_are_enough() -> None:
     """A law, an effect and a kind of the generator; no list of laws or effects has to be extended."""
     files = [block.splitlines()[0].removeprefix("# ") for block in fenced(PAGE, "python")]
