@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.check import CLOCK_S, FaultCase, fault_cases, inputs, judge
+from benchmarks.check import judge
 from benchmarks.thresholds.outcome import Outcome
 from benchmarks.thresholds.room import Room
 from benchmarks.thresholds.threshold import Threshold, scaled
@@ -16,6 +16,7 @@ from identification.dataset.frames import FrameAngles
 from identification.dataset.series import Series
 from mechanism.arm import Arm
 from samples.worlds.clock_worlds import KINDS, ClockRecording, arm, clock_recording
+from samples.worlds.fault_worlds import CLOCK_S, FaultCase, fault_cases, inputs
 from state_estimation.motors import motors_in
 from synchronisation.check.check import Baseline, baseline_of, check_elongations
 from synchronisation.check.faults import FAULTS

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
-from benchmarks.check import COUNT, FaultCase, fault_cases, inputs, judge
+from benchmarks.check import judge
 from identification.dataset.dataset import DataSet
 from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import arm_of
@@ -18,6 +18,7 @@ from samples.generator.laws import dry_and_viscous, linear, way
 from samples.generator.motors import SHARPNESS
 from samples.generator.prescribed import World, prescribe
 from samples.worlds.clock_worlds import NECK_FILE, NOISE_RAD, ClockRecording, arm, clock_recording
+from samples.worlds.fault_worlds import COUNT, FaultCase, fault_cases, inputs
 from synchronisation.angles import Angles, read_angles
 from synchronisation.check.check import Baseline, baseline_of, check_elongations
 from synchronisation.check.from_dataset import check_dataset
