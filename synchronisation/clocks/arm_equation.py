@@ -15,7 +15,7 @@ from scipy.interpolate import BSpline
 from identification.filters import low_pass
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
-from mechanism.drawing_errors import DRAWING_SIGMA
+from mechanism.drawing_errors import MAX_DRAWING_ERROR
 from mechanism.dynamics import terms
 from synchronisation.clocks.frame_geometry import DIMENSION_STEP, enlarged_arms
 from synchronisation.clocks.signals import LogSignals, cubic_spline
@@ -218,10 +218,10 @@ def _joint_dry_friction(speed: Array, width: float) -> Array:
 
 def _nuisance_sigma(arm: Arm) -> Array:
     """Standard deviations of the nuisances, (Q,), in the order of `ArmRows.by_nuisance`."""
-    parts = np.full(len(_MASS_FIELDS) * arm.N, DRAWING_SIGMA)
+    parts = np.full(len(_MASS_FIELDS) * arm.N, MAX_DRAWING_ERROR)
     parts[arm.N - 1] = PAYLOAD_SIGMA
     friction = np.full(arm.M + 3 * arm.N, np.inf)
-    return np.concatenate([parts, [TILT_SIGMA_RAD], np.full(arm.M, DRAWING_SIGMA), friction])
+    return np.concatenate([parts, [TILT_SIGMA_RAD], np.full(arm.M, MAX_DRAWING_ERROR), friction])
 
 
 def _rows_of(values: Array, kept: NDArray[np.bool_]) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.unknowns import DELAY_SIGMA_S
-from mechanism.drawing_errors import DRAWING_SIGMA
+from mechanism.drawing_errors import MAX_DRAWING_ERROR
 from synchronisation.clocks.arm_equation import ArmRows
 from synchronisation.clocks.cable_equation import CableRows, CableTerms
 from synchronisation.clocks.frame_geometry import FrameGeometry
@@ -211,7 +211,7 @@ def _prior(
         sigma[2], sigma[columns.dimensions] = _FIXED, _FIXED
         fv_sigma = np.where(given, GIVEN_FV_SIGMA * np.abs(fv), _FIXED)
     else:
-        sigma[2], sigma[columns.dimensions] = DELAY_SIGMA_S, DRAWING_SIGMA
+        sigma[2], sigma[columns.dimensions] = DELAY_SIGMA_S, MAX_DRAWING_ERROR
         fv_sigma = np.where(given, np.maximum(GIVEN_FV_SIGMA * np.abs(fv), 1e-6), FV_SIGMA)
         sigma[columns.arm.start + len(fv) :] = assumptions.drawing_scale * arm.nuisance_sigma
     sigma[columns.fv] = np.maximum(fv_sigma, _FIXED)
