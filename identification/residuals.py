@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.cable_memory import memory_states
+from identification.dataset.series import interpolated
 from identification.signals import Signals
 from identification.unknowns import Unknowns
 from mechanism.laws import LAWS, CableMotion, MotorMotion, Term
@@ -73,7 +74,7 @@ def delayed_forces(s: Signals, delay: float) -> Array:
     """Logged forces shifted by `delay` s, as they act, (T, M), N."""
     if delay == 0:
         return s.f
-    return np.stack([np.interp(s.time - delay, s.time, column) for column in s.f.T], axis=-1)
+    return interpolated(s.time - delay, s.time, s.f)
 
 
 def residuals_of(s: Signals, forces: LawForces) -> Array:

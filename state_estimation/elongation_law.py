@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.dataset.series import interpolated
 from mechanism.arm import Arm
 from state_estimation.elongation_regressors import (
     FRICTION,
@@ -51,7 +52,7 @@ class ElongationLaw:
         for whole in signals.regressors(tension - tension.mean(axis=0)):
             size = np.sqrt(np.mean(whole**2, axis=0))
             sizes.append(np.where(size > 0, size, 1.0))
-            columns.append(np.stack([np.interp(time, signals.time, c) for c in whole.T], axis=-1) / sizes[-1])
+            columns.append(interpolated(time, signals.time, whole) / sizes[-1])
         return np.stack(columns, axis=-1), np.stack(sizes, axis=-1)
 
 

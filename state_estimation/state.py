@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.frames import FrameAngles
-from identification.dataset.series import Series
+from identification.dataset.series import Series, interpolated
 from mechanism.arm import Arm
 from state_estimation.cable_fusion import fuse_cables
 from state_estimation.fusion import SplineSolution, solve_splines
@@ -55,7 +55,7 @@ class StateEstimate:
     def sigma(self) -> tuple[Array, Array, Array]:
         """Standard deviations of alpha, alpha', alpha'', each (T, N)."""
         sigma = np.sqrt(np.diagonal(self.covariance, axis1=1, axis2=2))
-        at_time = np.stack([np.interp(self.time, self.covariance_time, column) for column in sigma.T], axis=-1)
+        at_time = interpolated(self.time, self.covariance_time, sigma)
         of_alpha, of_alpha_d, of_alpha_dd = np.split(at_time, 3, axis=1)
         return of_alpha, of_alpha_d, of_alpha_dd
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from identification.cable_memory import memory_states
 from identification.dataset.dataset import DataSet
-from identification.dataset.series import Series, concatenated, numbered_columns
+from identification.dataset.series import Series, concatenated, interpolated, numbered_columns
 from identification.model_file import Model, machine_of
 from identification.simulation.channels import Channel, ChannelSums
 from identification.simulation.measured import (
@@ -133,7 +133,7 @@ def _forces(windows: Windows, runs: PerturbedRuns) -> Array:
     for f, delay in zip(acting, runs.delay, strict=True):
         padded = np.pad(f, ((beyond, beyond), (0, 0)), mode="edge")
         impulse = np.vstack([np.zeros(f.shape[1]), np.cumsum(padded * np.diff(held)[:, None], axis=0)])
-        at_edges = np.stack([np.interp(row_edges - delay, held, column) for column in impulse.T], axis=-1)
+        at_edges = interpolated(row_edges - delay, held, impulse)
         out.append(windows.cut(np.diff(at_edges, axis=0) / np.diff(row_edges)[:, None]))
     return np.stack(out)
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from identification.dataset.dataset import state_series
 from identification.dataset.frames import FrameAngles
-from identification.dataset.series import Series, numbered_columns
+from identification.dataset.series import Series, interpolated, numbered_columns
 from mechanism.arm import Arm
 from samples.worlds.clock_worlds import ClockRecording, arm
 from state_estimation.motors import motors_of
@@ -87,7 +87,7 @@ def inputs(made: ClockRecording, case: FaultCase, seed: int, fitted: bool = Fals
         clock_error = CLOCK_S * np.random.default_rng([seed, 5]).normal()
         at, sigma = made.clocks.log_time(case.angles.time) + clock_error, CLOCK_S
     inside = (log.time >= at[0]) & (log.time <= at[-1])
-    alpha = np.stack([np.interp(log.time[inside], at, c) for c in case.angles.alpha.T], axis=-1)
+    alpha = interpolated(log.time[inside], at, case.angles.alpha)
     zero = np.zeros_like(alpha)
     state = state_series(
         case.arm,

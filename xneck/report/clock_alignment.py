@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from identification.dataset.clock_record import log_time
 from identification.dataset.dataset import DataSet
+from identification.dataset.series import interpolated
 from mechanism.cable_lengths import lengths
 from mechanism.friction import dry
 
@@ -56,7 +57,7 @@ def clock_alignment(data: DataSet) -> ClockAlignment:
     pull = state.matrix("f") - arm.motor_inertia / arm.drum * state.matrix("theta", "_dd")
 
     def at(values: Array, shift: float) -> Array:
-        return np.stack([np.interp(time + shift, state.time, column) for column in values.T], axis=-1)
+        return interpolated(time + shift, state.time, values)
 
     def travel(shift: float) -> tuple[Array, Array]:
         """Logged travel and its prediction, each (F, M), m."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from identification.dataset.clock_record import log_time
 from identification.dataset.dataset import DataSet
-from identification.dataset.series import Series, numbered_columns
+from identification.dataset.series import Series, interpolated, numbered_columns
 from identification.files.joint_state import nanoseconds
 from mechanism.cable_lengths import lengths
 from xneck.recording.recording_result import RecordingResult
@@ -107,7 +107,7 @@ def _frame_residuals(data: DataSet) -> Series:
     frames, state = _frame_angles(data), data.state
 
     def at_frames(stem: str) -> np.ndarray:
-        return np.stack([np.interp(frames.time, state.time, column) for column in state.matrix(stem).T], axis=-1)
+        return interpolated(frames.time, state.time, state.matrix(stem))
 
     half_width = BAND_SIGMAS * at_frames("sigma_alpha")
     residual = frames.matrix("alpha") - at_frames("alpha")
