@@ -16,6 +16,7 @@ from calibration.board_shape import BoardShape, ShapeModel, flat_board
 from calibration.bundle_problem import BundleProblem, apply_step
 from calibration.normal_equations import BundleEquations
 from calibration.stacked_views import StackedViews
+from xneck_foundation.errors import Refused
 
 DEFAULT_FREE_PARAMETERS = lens.LENS_MODELS["k1 k2 p1 p2"]
 
@@ -89,7 +90,7 @@ def fit_bundle(
     """Levenberg-Marquardt from a start. Parameters that are not `free` keep their value; with none free poses alone are fitted.
 
     `noise` is the standard deviation of a corner's coordinate, px: it sets the knee of Huber's loss and the weight of the
-    board shape's prior; without it plain least squares.
+    board shape's prior; without it plain least squares. Raises Refused where the start leaves infinite errors.
     """
     if shape_model.offsets and noise is None:
         raise ValueError("free offsets need the corners' noise")
@@ -98,6 +99,8 @@ def fit_bundle(
     shape = replace(start.shape or flat_board(views.ids, views.nominal), model=shape_model)
     residuals = problem.residuals(p, shape.points, poses)
     cost = problem.cost(residuals, shape)
+    if not np.isfinite(cost):
+        raise Refused("pictures", "no camera explains the corners", "check board.yaml and take tilted views")
     damping, converged = 1e-6, False
     for _ in range(iterations):
         normal = problem.normal(p, shape, poses, residuals)

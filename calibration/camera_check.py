@@ -22,8 +22,8 @@ from calibration.camera import Camera
 from calibration.camera_comparison import CameraComparison, compare_cameras, direction_difference
 from calibration.corner_detection import BoardView
 from calibration.observations import LeftOut, Observations
+from calibration.refusals import refuse_impossible_corners
 from calibration.stacked_views import stack_views
-from xneck_foundation.errors import Refused
 
 MIN_VIEWS = 3
 """usable pictures that a check needs (docs/thresholds.md)"""
@@ -250,9 +250,8 @@ def _posed(camera: Camera, observations: Observations) -> _PosedViews:
     """The views with initial poses from the rays of the camera as it was."""
     views, R, t = [], [], []
     left_out = list(observations.left_out)
+    refuse_impossible_corners(observations)
     for view in observations.views:
-        if not (np.all(np.isfinite(view.image_points)) and np.all(np.isfinite(view.object_points))):
-            raise Refused(view.name, "corner coordinates that are not finite", "leave the picture out")
         rays = camera.rays(view.image_points)
         if np.any(np.isnan(rays)):
             left_out.append(LeftOut(view.name, "reaches beyond where the lens model has an inverse"))

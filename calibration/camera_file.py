@@ -28,12 +28,17 @@ def read_camera(path: str | Path) -> Camera:
     return from_kalibr(document, path) if is_kalibr(document) else from_ros(document, path)
 
 
+def export_path(out: Path, kind: str) -> Path:
+    """Where the camera goes for other tools: `<stem>.opencv.yaml` or `<stem>.kalibr.yaml` beside `out`."""
+    return out.with_name(f"{out.stem}.{kind}.yaml")
+
+
 def export_camera(camera: Camera, out: Path, kind: Literal["opencv", "kalibr"]) -> tuple[Path, str]:
-    """`camera` beside `out` as `<stem>.opencv.yaml` or `<stem>.kalibr.yaml`; its path, and what the format lost, in words.
+    """Writes `camera` beside `out` for another tool; its path, and what the format lost, in words.
 
     Raises Refused where the format cannot carry the camera.
     """
-    path = out.with_name(f"{out.stem}.{kind}.yaml")
+    path = export_path(out, kind)
     text, lost = (opencv_text if kind == "opencv" else kalibr_text)(camera, path)
     write_text(path, text)
     return path, lost

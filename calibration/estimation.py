@@ -35,6 +35,7 @@ from calibration.refusals import (
     largest_tilt,
     refuse_few,
     refuse_fisheye,
+    refuse_impossible_corners,
     refuse_unconverged,
     refuse_undetermined,
     refuse_unexplained,
@@ -177,9 +178,7 @@ class _SelectedViews:
 
 def _select_views(observations: Observations) -> _SelectedViews:
     """Distinct views that agree with one another, with a fit of the default models. Raises Refused where they are too few."""
-    for view in observations.views:
-        if not (np.all(np.isfinite(view.image_points)) and np.all(np.isfinite(view.object_points))):
-            raise Refused(view.name, "corner coordinates that are not finite", "leave the picture out")
+    refuse_impossible_corners(observations)
     views, repeats = drop_repeated_views(observations.views, observations.image_size)
     left_out = [*observations.left_out, *repeats]
     refuse_few(len(views), left_out)

@@ -6,7 +6,7 @@ import numpy as np
 
 from calibration.board_poses import BoardPoses
 from calibration.bundle_adjustment import BundleFit
-from calibration.observations import LeftOut
+from calibration.observations import LeftOut, Observations
 from calibration.stacked_views import StackedViews
 from xneck_foundation.errors import Refused
 
@@ -28,6 +28,17 @@ _MAX_RADIAL_F = 5.0
 _MAX_RADIAL_OVER_NOISE = 0.5
 """rms of errors that depend on the distance from the middle, over the noise of a corner, above which the lens is a fisheye
 (docs/thresholds.md)"""
+
+
+def refuse_impossible_corners(observations: Observations) -> None:
+    """Refused for corners that are not finite, or that lie further outside of the picture than it is large."""
+    size = np.asarray(observations.image_size)
+    for view in observations.views:
+        if not (np.all(np.isfinite(view.image_points)) and np.all(np.isfinite(view.object_points))):
+            raise Refused(view.name, "corner coordinates that are not finite", "leave the picture out")
+        if np.any(np.abs(view.image_points - size / 2) > 1.5 * size):
+            what = f"has corners far outside of the picture of {size[0]} x {size[1]} px"
+            raise Refused(view.name, what, "leave the picture out")
 
 
 def largest_tilt(poses: BoardPoses) -> float:

@@ -16,6 +16,7 @@ from mechanism.description import Neck
 from mechanism.geometry import poses
 from vision.extract import Extraction
 from vision.video import read_frames
+from xneck_foundation.authorship import MARK
 from xneck_foundation.whole_file import whole_file
 
 Array = NDArray[np.float64]
@@ -24,6 +25,8 @@ Picture = NDArray[Any]
 
 MARKER_COLOUR, BAR_COLOUR = (40, 200, 60), (30, 30, 230)  # BGR
 DIAGONAL_COLOUR, TEXT_COLOUR = (230, 140, 30), (255, 255, 255)  # BGR
+_REPRODUCIBLE = {"fflags": "+bitexact"}
+"""options of the file's writer, without which Matroska draws a random number for each file"""
 
 
 def draw_overlay(grey: Picture, index: int, neck: Neck, camera: Camera, extraction: Extraction) -> Picture:
@@ -55,7 +58,8 @@ def write_overlay(
     progress: Callable[[int], object] = lambda frames: None,
 ) -> None:
     """Write the whole video with its overlay as H.264, every frame at the time stamp it has."""
-    with whole_file(out) as part, av.open(str(part), "w") as container:
+    with whole_file(out) as part, av.open(str(part), "w", options=_REPRODUCIBLE) as container:
+        container.metadata["comment"] = MARK
         stream = container.add_stream("libx264", rate=30, options={"crf": "23", "preset": "veryfast"})
         stream.width, stream.height = camera.width // 2 * 2, camera.height // 2 * 2
         stream.pix_fmt = "yuv420p"

@@ -1,13 +1,25 @@
-"""JSON text that every reader takes: numbers that JSON cannot express become null."""
+"""JSON text that every reader takes, where numbers that JSON cannot express are null, and records read back from it."""
 
 import json
 import math
+from pathlib import Path
 from typing import Any
+
+from xneck_foundation.authorship import JSON_KEY, written_by_xneck
 
 
 def json_text(value: Any) -> str:
     """A value as JSON text; infinities and NaN become null."""
     return json.dumps(_plain(value), indent=2, ensure_ascii=False) + "\n"
+
+
+def read_record(path: Path) -> dict[str, Any]:
+    """A record that xneck wrote, as it was before it was marked. Raises OSError, or ValueError where a file is not as written."""
+    if not written_by_xneck(path):
+        raise ValueError(f"{path} is not as xneck wrote it")
+    record = json.loads(path.read_text(encoding="utf-8"))
+    record.pop(JSON_KEY)
+    return record
 
 
 def _plain(value: Any) -> Any:

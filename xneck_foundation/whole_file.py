@@ -1,4 +1,4 @@
-"""Output files that appear whole or not at all."""
+"""Output files that appear whole or not at all, and never in the place of a file that somebody else wrote."""
 
 import contextlib
 import glob
@@ -6,8 +6,10 @@ import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
+from xneck_foundation.authorship import sign, written_by_xneck
 from xneck_foundation.errors import Refused
 
 try:
@@ -19,8 +21,21 @@ _STEM = 40
 """characters of a file's name that its temporary file takes over, so that its name is not too long"""
 
 
+_REPLACING_ANY: ContextVar[bool] = ContextVar("replacing any file", default=False)
+
+
+@contextmanager
+def replacing_any_file() -> Iterator[None]:
+    """Within the block, files that xneck did not write are replaced too, as `--force` does on the command line."""
+    token = _REPLACING_ANY.set(True)
+    try:
+        yield
+    finally:
+        _REPLACING_ANY.reset(token)
+
+
 def check_output(path: Path) -> None:
-    """Raises Refused where no file can be written at `path`; called before long work."""
+    """Raises Refused where no file can be written at `path`, or one is there that xneck did not write; called before long work."""
     if path.is_dir():
         raise Refused(path, "is a folder", "name a file")
     if path.exists() and not path.is_file():
@@ -29,14 +44,18 @@ def check_output(path: Path) -> None:
         raise Refused(path, f"the folder {path.parent} does not exist", "make it first")
     if not os.access(path.parent, os.W_OK):
         raise Refused(path, f"the folder {path.parent} cannot be written to")
+    if path.exists() and path.stat().st_size and not _REPLACING_ANY.get() and not written_by_xneck(path):
+        what = "exists, and is not as xneck wrote it: replacing it would lose what is in it"
+        raise Refused(path, what, "name another file, or give --force")
 
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[Path]:
     """A temporary path beside `path`, of the same suffix, moved over it when the block ends without an error.
 
-    Temporary files of earlier attempts at `path` that were killed are removed. Raises Refused where the folder does not
-    exist or cannot be written, or the disk is full.
+    The file is marked as xneck's (xneck_foundation/authorship.py). Temporary files of earlier attempts at `path` that were
+    killed are removed. Raises Refused where the folder does not exist or cannot be written, a file is there that xneck did
+    not write, or the disk is full.
     """
     path = Path(path)
     check_output(path)
@@ -48,8 +67,9 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     part = Path(name)
     try:
         with os.fdopen(handle, "rb") as held:
-            _lock(held.fileno())
+            lock_file(held.fileno())
             yield part
+            sign(part, path.suffix)
             os.fsync(held.fileno())
         part.chmod(0o644)
         part.replace(path)
@@ -67,19 +87,26 @@ def remove_abandoned(path: Path) -> None:
     """Removes temporary files of the output `path` whose writer has ended: a running one holds a lock."""
     for temporary in path.parent.glob(f"{glob.escape(_prefix(path))}????????{glob.escape(path.suffix)}"):
         with contextlib.suppress(OSError), temporary.open("rb") as stream:
-            if _lock(stream.fileno()):
+            if lock_file(stream.fileno()):
                 temporary.unlink()
 
 
-def _lock(handle: int) -> bool:
-    """Whether this process has locked the file; False where another one holds it, or the system has no locks."""
+def lock_file(handle: int) -> bool | None:
+    """Whether this process has locked the open file; False where another one holds it, None where the system has no such locks."""
     if fcntl is None:
-        return False
+        return None
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    except BlockingIOError:
         return False
+    except OSError:  # a file system without locks
+        return None
     return True
+
+
+def replaces_any_file() -> bool:
+    """Whether files that xneck did not write are replaced here."""
+    return _REPLACING_ANY.get()
 
 
 def write_text(path: str | Path, text: str) -> None:

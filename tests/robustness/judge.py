@@ -84,6 +84,19 @@ def read(kind: str, path: Path, reader: Callable[[Path], Any]) -> Any:
             return None
 
 
+def done_or_refused(kind: str, work: Callable[[], Any]) -> Any:
+    """What `work` gives, None where it refuses in one line that is not long; anything else that it raises fails the test."""
+    TRIED[kind] += 1
+    with in_time(), warnings.catch_warnings():
+        warnings.simplefilter("ignore", Recovered)
+        try:
+            return work()
+        except Refused as refusal:
+            line = str(refusal)
+    assert len(line) < 500, line
+    return None
+
+
 def run(kind: str, *words: str | Path) -> Ran:
     """`xneck` with these words, in this process."""
     TRIED[kind] += 1

@@ -20,13 +20,15 @@ from synchronisation.angles import read_angles
 from tests.paths import ROOT
 from tests.robustness.judge import MORE, TRIED
 from tests.robustness.sources import R
+from xneck_foundation.authorship import written_by_xneck
 from xneck_foundation.whole_file import whole_file
 
 Reads = Callable[[Path], Any]
 
 
 def page(path: Path) -> None:
-    assert path.read_text(encoding="utf-8").rstrip().endswith("</html>")
+    assert "</html>" in path.read_text(encoding="utf-8")
+    assert written_by_xneck(path)
 
 
 def text(path: Path) -> None:
@@ -147,8 +149,70 @@ def test_killed_at_any_time(name: str, recorded: Path, small: Path, tmp_path: Pa
     assert list(here.rglob(".*.xneck-*")) == []
 
 
+def halves(folder: Path) -> set[Path]:
+    """Outputs that are being made, or were when their writer was killed."""
+    return set(folder.rglob(".*.xneck-*"))
+
+
+def ended_within_an_output(words: list[str], folder: Path, at: int, delay_s: float) -> bool:
+    """Kills a command when the output number `at` that it makes has begun, and a moment more; whether one was half made then."""
+    process = started(words)
+    before, begun = halves(folder), 0
+    while process.poll() is None:
+        now = halves(folder)
+        begun += len(now - before)
+        before |= now
+        if begun > at:
+            time.sleep(delay_s)
+            os.killpg(process.pid, signal.SIGKILL)
+            break
+    process.communicate()
+    return bool(halves(folder))
+
+
+def outputs_begun(words: list[str], folder: Path) -> int:
+    """How many outputs a whole run is seen to begin."""
+    process = started(words)
+    seen: set[Path] = set()
+    while process.poll() is None:
+        seen |= halves(folder)
+    assert process.wait() == 0, process.communicate()[1]
+    process.communicate()
+    return len(seen)
+
+
+@pytest.mark.parametrize("name", ("run", "sync", "diagnose", "calibrate", "study") if MORE > 1 else IN_CI)
+def test_killed_while_an_output_is_made(name: str, recorded: Path, tmp_path: Path) -> None:
+    """At moments when an output is there in part: nothing half is left under its name, and the same command then completes."""
+    first, here = tmp_path / "first", tmp_path / "killed"
+    first.mkdir()
+    here.mkdir()
+    places = {"r": recorded, "R": R}
+    count = outputs_begun([word.format(**places, o=first) for word in COMMANDS[name]], first)
+    words = [word.format(**places, o=here) for word in COMMANDS[name]]
+    rng, inputs = random.Random(name), {path: path.read_bytes() for path in outputs(recorded)}
+    hits, wanted = 0, 1 if MORE == 1 else 10
+    for _ in range(20 * wanted):
+        hits += ended_within_an_output(words, here, rng.randrange(count), rng.random() * 2e-3)
+        whole(here)
+        if hits == wanted:
+            break
+        for left in outputs(here) if rng.random() < 0.5 else ():
+            left.unlink()  # so that outputs are made anew, not only taken over
+    TRIED[f"killed while an output was half made: {name}"] += hits
+    assert hits == wanted
+    process = started(words)
+    assert process.wait() == 0, process.communicate()[1]
+    process.communicate()
+    whole(here)
+    assert [p.relative_to(here) for p in outputs(here)] == [p.relative_to(first) for p in outputs(first)]
+    assert halves(here) == set()
+    assert {path: path.read_bytes() for path in outputs(recorded)} == inputs
+
+
 WRITES = """
 import os, sys, time
+from xneck_foundation.authorship import written_by_xneck
 from xneck_foundation.whole_file import whole_file
 with whole_file(sys.argv[1]) as part:
     part.write_text("half")
@@ -159,7 +223,7 @@ with whole_file(sys.argv[1]) as part:
 
 def test_what_a_killed_writer_left_is_swept_up_and_what_another_one_writes_is_not(tmp_path: Path) -> None:
     """Killed while it writes, which a command is only by chance; another process writes the same output all the time."""
-    out = tmp_path / "a [1]*.txt"
+    out = tmp_path / "a [1]*.md"
     left, other = (
         subprocess.Popen([sys.executable, "-c", WRITES, str(out)], stdout=subprocess.PIPE, text=True) for _ in range(2)
     )
@@ -173,7 +237,7 @@ def test_what_a_killed_writer_left_is_swept_up_and_what_another_one_writes_is_no
     assert all(part.read_text() == "half" for part in parts)
     with whole_file(out) as mine:
         mine.write_text("whole")
-    assert out.read_text() == "whole"
+    assert out.read_text().startswith("whole\n")
     assert sorted(tmp_path.iterdir()) == sorted([out, parts[1]])
     other.kill()
     other.communicate()

@@ -178,7 +178,8 @@ def test_a_full_disk(most: int, recorded: Path, tmp_path: Path) -> None:
     """As a limit on the size of files, which stops every write as a full disk does: no part is left, and what was there stays."""
     out = tmp_path / "out"
     out.mkdir()
-    (out / "d.mcap").write_bytes(b"before")
+    shutil.copy(recorded / "d.mcap", out / "d.mcap")
+    before = (out / "d.mcap").read_bytes()
     for words in (
         [*sync(recorded, out / "d.mcap")],
         ["simulate", recorded / "d.mcap", "--model", recorded / "m.yaml", "--out", out / "d.mcap", "--export", "npz"],
@@ -187,4 +188,4 @@ def test_a_full_disk(most: int, recorded: Path, tmp_path: Path) -> None:
         assert ran.status == 1, ran
         assert ran.err == f"xneck: {out / 'd.mcap'}: cannot be written (File too large)\n"
         assert ran.out == ""
-        assert [p.read_bytes() for p in out.iterdir()] == [b"before"]
+        assert [p.read_bytes() for p in out.iterdir()] == [before]

@@ -1,6 +1,5 @@
 """One diagnosis as a task: its page, its record, and the arm's description and model with the cause in them, in one folder."""
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,16 +8,21 @@ from diagnosis import extended_model, record
 from diagnosis.diagnose import diagnose
 from identification.dataset.dataset_file import read_dataset
 from identification.model_file import write_model
-from xneck.recording.result_files import DATASET
+from xneck.recording.result_files import (
+    DATASET,
+    DIAGNOSIS_FILES,
+    DIAGNOSIS_PAGE,
+    DIAGNOSIS_RECORD,
+    EXTENDED_MODEL,
+    EXTENDED_NECK,
+)
 from xneck.recording.software_versions import software_versions
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 from xneck.report.diagnosis_text import diagnosis_sentence
-from xneck_foundation.json_text import json_text
+from xneck_foundation.folder_lock import only_run_in
+from xneck_foundation.json_text import json_text, read_record
 from xneck_foundation.provenance import provenance
-from xneck_foundation.whole_file import write_text
-
-PAGE = "diagnosis.html"
-RECORD = "diagnosis.json"
+from xneck_foundation.whole_file import check_output, write_text
 
 
 def run_diagnosis_task(
@@ -27,7 +31,20 @@ def run_diagnosis_task(
     held_out: Sequence[Path],
     progress: Callable[[str], object] = lambda step: None,
 ) -> tuple[dict[str, Any], str]:
-    """Writes all files of a diagnosis into `folder`, the record last; returns the record, and its text for a terminal."""
+    """Writes all files of a diagnosis into `folder`, the record last; returns the record, and its text for a terminal.
+
+    Raises Refused as `diagnose` does, and before it begins where another run is at work in `folder`, or a file is there that
+    xneck did not write.
+    """
+    with only_run_in(folder):
+        for name in DIAGNOSIS_FILES:
+            check_output(folder / name)
+        return _diagnose_into(folder, datasets, held_out, progress)
+
+
+def _diagnose_into(
+    folder: Path, datasets: Sequence[Path], held_out: Sequence[Path], progress: Callable[[str], object]
+) -> tuple[dict[str, Any], str]:
     fitted, unfitted = [read_dataset(p) for p in datasets], [read_dataset(p) for p in held_out]
     diagnosis = diagnose(fitted, unfitted, progress=progress)
     origin = provenance(_inputs(datasets, held_out))
@@ -36,26 +53,27 @@ def run_diagnosis_task(
         "provenance": origin,
         "made_from": _made_from(origin),
     }
-    folder.mkdir(parents=True, exist_ok=True)
     write_text(
-        folder / "neck.yaml",
+        folder / EXTENDED_NECK,
         extended_model.neck_yaml(extended_model.extended_description(diagnosis.search.last, diagnosis.extended)),
     )
-    write_model(extended_model.extended_model(diagnosis.search.last, diagnosis.extended, origin), folder / "model.yaml")
+    write_model(
+        extended_model.extended_model(diagnosis.search.last, diagnosis.extended, origin), folder / EXTENDED_MODEL
+    )
     name = f"{' and '.join(map(_dataset_name, datasets))}, diagnosed"
-    write_diagnosis_report(DiagnosisResult(name, diagnosis, origin), folder / PAGE)
-    write_text(folder / RECORD, json_text(result))
+    write_diagnosis_report(DiagnosisResult(name, diagnosis, origin), folder / DIAGNOSIS_PAGE)
+    write_text(folder / DIAGNOSIS_RECORD, json_text(result))
     return result, record.as_text(diagnosis)
 
 
 def stored_diagnosis(folder: Path, datasets: Sequence[Path], held_out: Sequence[Path]) -> dict[str, Any] | None:
     """The record in `folder`, or None where there is none, or it was made from other data or by other sources."""
     try:
-        stored = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+        stored = read_record(folder / DIAGNOSIS_RECORD)
     except (OSError, ValueError):
         return None
     made_from = _made_from(provenance(_inputs(datasets, held_out)))
-    return stored if (folder / PAGE).is_file() and stored.get("made_from") == made_from else None
+    return stored if (folder / DIAGNOSIS_PAGE).is_file() and stored.get("made_from") == made_from else None
 
 
 def _made_from(origin: Mapping[str, Any]) -> dict[str, Any]:

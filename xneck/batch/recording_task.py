@@ -14,7 +14,7 @@ from xneck.recording.progress import StageProgress, no_progress
 from xneck.recording.recording_folder import Recording
 from xneck.recording.recording_result import RecordingResult
 from xneck.recording.result_files import DATASET, FOXGLOVE, PLOTJUGGLER, REFUSED, REPORT, RERUN, RESULT
-from xneck.recording.result_folder import file_sizes, remove_results, without_folder
+from xneck.recording.result_folder import check_apart, file_sizes, remove_results, without_folder
 from xneck.report.recording_page import write_recording_report
 from xneck.viewers.foxglove import foxglove_layout
 from xneck.viewers.plotjuggler import plotjuggler_layout
@@ -40,6 +40,7 @@ def run_recording_task(
     with _TASK_LOCK, collected_recoveries() as warnings:
         start_s = time.perf_counter()
         folder.mkdir(parents=True, exist_ok=True)
+        check_apart(recording, folder)
         remove_results(folder)
         if rerun:
             rerun_sdk(folder / RERUN)  # before the work: a worker of a cluster may lack it

@@ -5,7 +5,7 @@ import sys
 import tempfile
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -14,6 +14,7 @@ from xneck_foundation.errors import Refused
 from xneck_foundation.provenance import versions
 from xneck_foundation.source_digest import source_digest
 from xneck_foundation.version import VERSION
+from xneck_foundation.whole_file import replaces_any_file, replacing_any_file
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -100,7 +101,9 @@ def run_tasks(
             name, arguments = next(pending, (None, ()))
             if name is None:
                 return
-            future = client.submit(_result_or_refusal, function, arguments, key=f"{name}-{uuid.uuid4().hex}")
+            future = client.submit(
+                _result_or_refusal, function, arguments, replaces_any_file(), key=f"{name}-{uuid.uuid4().hex}"
+            )
             running[future] = name
             completed.add(future)
 
@@ -123,10 +126,13 @@ def _thread_count(client: Any) -> int:
         raise Refused("the cluster", "its scheduler is gone", "start it, then the same command again") from error
 
 
-def _result_or_refusal(function: Callable[..., Result], arguments: tuple[Any, ...]) -> tuple[Result | None, str | None]:
-    """Runs on the worker: the result, or the line of a refusal."""
+def _result_or_refusal(
+    function: Callable[..., Result], arguments: tuple[Any, ...], replace_any: bool
+) -> tuple[Result | None, str | None]:
+    """Runs on the worker: the result, or the line of a refusal; `replace_any`: whether it may replace files not of xneck's."""
     try:
-        return function(*arguments), None
+        with replacing_any_file() if replace_any else nullcontext():
+            return function(*arguments), None
     except Refused as refusal:
         return None, str(refusal)
 

@@ -4,14 +4,15 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import INPUT_FILE, OUTPUT_FILE, report_result, result_options
+from xneck.cli.output import report_result, result_options
+from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 
 
 @click.command(epilog="Example: xneck board board.yaml --out board.pdf")
 @click.argument("source", metavar="BOARD.yaml|NECK.yaml", type=INPUT_FILE)
 @click.option("--out", type=OUTPUT_FILE, required=True, help="The sheet: .pdf or .svg.")
 @result_options
-def command(source: Path, out: Path, json_out: str | None, quiet: bool) -> None:
+def command(source: Path, out: Path, json_out: Path | None, quiet: bool) -> None:
     """Print a calibration board, or the markers of an arm, at true scale with a ruler to check it."""
     from calibration.board import read_board
     from calibration.sheets import board_sheet, marker_sheet

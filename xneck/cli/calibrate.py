@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from xneck.cli.output import INPUT_FILE, OUTPUT_FILE, progress_bar, report_result, result_options
+from xneck.cli.files_apart import writes_also
+from xneck.cli.finite_range import FiniteRange
+from xneck.cli.output import progress_bar, report_result, result_options
+from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 
 if TYPE_CHECKING:
     from calibration.calibration_quality import CalibrationQuality
@@ -42,11 +45,10 @@ Example: xneck calibrate board/*.jpg --board board.yaml --out camera.yaml
     "--report", type=OUTPUT_FILE, help="An HTML page of the calibration: what it means, what to photograph next."
 )
 @click.option("--neck", "neck_file", type=INPUT_FILE, help="neck.yaml: say what sigma does to this arm's joint angles.")
-@click.option("--link", type=click.FloatRange(0.001, 10), help="The same for two links of this length, m.")
-@click.option(
-    "--distance", type=click.FloatRange(0.01, 100), help="Of the arm, m; without it the arm fills the picture."
-)
+@click.option("--link", type=FiniteRange(0.001, 10), help="The same for two links of this length, m.")
+@click.option("--distance", type=FiniteRange(0.01, 100), help="Of the arm, m; without it the arm fills the picture.")
 @result_options
+@writes_also(lambda options: _written_beside(options["out"], options["report"], options["export_as"]))
 def command(
     sources: tuple[Path, ...],
     board_file: Path,
@@ -58,7 +60,7 @@ def command(
     neck_file: Path | None,
     link: float | None,
     distance: float | None,
-    json_out: str | None,
+    json_out: Path | None,
     quiet: bool,
 ) -> None:
     """Calibrate the camera from pictures of a board (files or a folder), or from a video of it.
@@ -82,6 +84,17 @@ def command(
     files = _Inputs(sources, board_file, every)
     arm = _Arm(neck_file, link, distance)
     _calibrate(files, arm, out, report, export_as, json_out, quiet)
+
+
+def _written_beside(out: Path | None, report: Path | None, export_as: str | None) -> dict[str, Path | None]:
+    """The files that `calibrate` writes beside those that are named, by the option that asks for them."""
+    from calibration.camera_file import export_path
+    from xneck.report.figures_file import figures_beside
+
+    return {
+        "--export": export_path(out, export_as) if out and export_as else None,
+        "--report": figures_beside(report) if report else None,
+    }
 
 
 @dataclass(frozen=True)
@@ -111,7 +124,7 @@ def _calibrate(
     out: Path,
     report: Path | None,
     export_as: Literal["opencv", "kalibr"] | None,
-    json_out: str | None,
+    json_out: Path | None,
     quiet: bool,
 ) -> None:
     """Calibrates, and writes camera.yaml, the report and the camera for other tools."""
@@ -187,7 +200,7 @@ def _summary_lines(
 
 
 def _check(
-    sources: tuple[Path, ...], board_file: Path, every: int, checked: Path, json_out: str | None, quiet: bool
+    sources: tuple[Path, ...], board_file: Path, every: int, checked: Path, json_out: Path | None, quiet: bool
 ) -> None:
     """Checks whether the camera in the file `checked` still holds for these pictures."""
     from calibration.camera_check import check_camera

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import INPUT_FILE, report_result, result_options
+from xneck.cli.output import report_result, result_options
+from xneck.cli.path_types import INPUT_FILE
 
 
 @click.command(epilog="Example: xneck check today.mcap --baseline healthy.mcap --json check.json")
@@ -16,7 +17,7 @@ from xneck.cli.output import INPUT_FILE, report_result, result_options
     "shows constant errors of an angle ten times smaller.",
 )
 @result_options
-def command(dataset: Path, baseline: Path | None, json_out: str | None, quiet: bool) -> None:
+def command(dataset: Path, baseline: Path | None, json_out: Path | None, quiet: bool) -> None:
     """Hold the elongation of every cable against the force on its motor, and name the fault where they do not agree.
 
     A fault comes with its size, sigma and place, the others that would look the same, and what to do about it.

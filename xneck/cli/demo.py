@@ -4,7 +4,9 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import FOLDER, result_options
+from xneck.cli.output import result_options
+from xneck.cli.path_types import FOLDER, OutputFolder
+from xneck.recording.result_files import BATCH_FILES
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _PACKED = _PACKAGE / "samples"
@@ -13,7 +15,13 @@ SAMPLES_FOLDER = _PACKED if _PACKED.is_dir() else _PACKAGE.parent / "samples"
 
 
 @click.command(epilog="Example: xneck demo --out out")
-@click.option("--out", type=FOLDER, default=Path("out"), show_default=True, help="A folder for each recording here.")
+@click.option(
+    "--out",
+    type=OutputFolder(BATCH_FILES),
+    default=Path("out"),
+    show_default=True,
+    help="A folder for each recording here.",
+)
 @click.option(
     "--samples",
     type=FOLDER,
@@ -21,7 +29,7 @@ SAMPLES_FOLDER = _PACKED if _PACKED.is_dir() else _PACKAGE.parent / "samples"
     help="The samples folder of a checkout.  [default: those that came with it]",
 )
 @result_options
-def command(out: Path, samples: Path, json_out: str | None, quiet: bool) -> int:
+def command(out: Path, samples: Path, json_out: Path | None, quiet: bool) -> int:
     """The main job on the recordings shipped in samples/: a video with its log, and angles with theirs.
 
     Then what the simulation gets wrong of this arm, fitted to the first and held against the second: summary.html leads to it.

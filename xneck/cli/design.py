@@ -4,9 +4,12 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import INPUT_FILE, OUTPUT_FILE, progress_bar, report_result, result_options
+from xneck.cli.finite_range import FiniteRange
+from xneck.cli.output import progress_bar, report_result, result_options
+from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 
-_POSITIVE = click.FloatRange(0, min_open=True)
+_POSITIVE = FiniteRange(0, 1e6, min_open=True)
+_DEGREES = FiniteRange(0, 180, min_open=True)
 
 
 @click.command(
@@ -15,8 +18,8 @@ _POSITIVE = click.FloatRange(0, min_open=True)
 @click.argument("neck_file", metavar="NECK.yaml", type=INPUT_FILE)
 @click.option("--model", "model_file", type=INPUT_FILE, help="model.yaml of this arm; without it one like Fasquelle's.")
 @click.option("--out", type=OUTPUT_FILE, required=True, help="motion.csv (also .npz, .mat).")
-@click.option("--seconds", type=click.FloatRange(5, 600), default=60.0, show_default=True, help="Rests included.")
-@click.option("--peak-deg", type=_POSITIVE, default=30.0, show_default=True, help="Largest angle of a joint, deg.")
+@click.option("--seconds", type=FiniteRange(5, 600), default=60.0, show_default=True, help="Rests included.")
+@click.option("--peak-deg", type=_DEGREES, default=30.0, show_default=True, help="Largest angle of a joint, deg.")
 @click.option(
     "--max-speed", type=_POSITIVE, default=300.0, show_default=True, help="Of a motor, rad/s before its gear."
 )
@@ -27,9 +30,11 @@ _POSITIVE = click.FloatRange(0, min_open=True)
 @click.option(
     "--for", "names", multiple=True, metavar="NAME", help="A parameter or law to be told; repeatable. [fs, k, ca]"
 )
-@click.option("--noise-deg", type=_POSITIVE, default=0.1, show_default=True, help="Of an angle in a frame, deg.")
-@click.option("--frame-hz", type=_POSITIVE, default=30.0, show_default=True, help="Of the camera.")
-@click.option("--tries", type=click.IntRange(3), default=120, show_default=True, help="Motions that are compared.")
+@click.option("--noise-deg", type=_DEGREES, default=0.1, show_default=True, help="Of an angle in a frame, deg.")
+@click.option("--frame-hz", type=FiniteRange(1, 1e4), default=30.0, show_default=True, help="Of the camera.")
+@click.option(
+    "--tries", type=click.IntRange(3, 100_000), default=120, show_default=True, help="Motions that are compared."
+)
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of what is drawn at random.")
 @result_options
 def command(
@@ -46,7 +51,7 @@ def command(
     frame_hz: float,
     tries: int,
     seed: int,
-    json_out: str | None,
+    json_out: Path | None,
     quiet: bool,
 ) -> None:
     """Design an exciting motion: joint angles, motor angles and forces at 500 Hz for the controller.

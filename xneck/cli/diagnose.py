@@ -4,7 +4,9 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import FOLDER, INPUT_FILE, report_result, result_options
+from xneck.cli.output import report_result, result_options
+from xneck.cli.path_types import INPUT_FILE, OutputFolder
+from xneck.recording.result_files import DIAGNOSIS_FILES
 
 
 @click.command(epilog="Example: xneck diagnose monday.mcap --held-out tuesday.mcap --out diagnosis")
@@ -14,13 +16,13 @@ from xneck.cli.output import FOLDER, INPUT_FILE, report_result, result_options
 )
 @click.option(
     "--out",
-    type=FOLDER,
+    type=OutputFolder(DIAGNOSIS_FILES),
     required=True,
     help="Folder for diagnosis.html, diagnosis.json, the extended neck.yaml and model.yaml.",
 )
 @result_options
 def command(
-    datasets: tuple[Path, ...], held_out: tuple[Path, ...], out: Path, json_out: str | None, quiet: bool
+    datasets: tuple[Path, ...], held_out: tuple[Path, ...], out: Path, json_out: Path | None, quiet: bool
 ) -> None:
     """Show what the simulation gets wrong, name the cause, extend the model, and measure the gain on data it was not fitted to.
 

@@ -6,15 +6,9 @@ from typing import Any, Literal
 
 import click
 
-from xneck.cli.output import (
-    INPUT_FILE,
-    OUTPUT_FILE,
-    export_beside,
-    export_option,
-    progress_bar,
-    report_result,
-    result_options,
-)
+from xneck.cli.finite_range import FiniteRange
+from xneck.cli.output import export_beside, export_option, progress_bar, report_result, result_options
+from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 
 _MAX_GAPS = 10
 """gaps that are listed on the terminal; --json has all"""
@@ -28,8 +22,10 @@ _MAX_GAPS = 10
 @click.option("--neck", "neck_file", type=INPUT_FILE, required=True, help="neck.yaml with the arm's markers.")
 @click.option("--out", type=OUTPUT_FILE, required=True, help="angles.mcap, or .csv, .npz, .mat.")
 @click.option("--overlay", type=OUTPUT_FILE, help="A video with what was found drawn over it.")
-@click.option("--exposure", type=click.FloatRange(0, 1), default=0.0, help="Exposure time, s, where it is known.")
-@click.option("--row-time", type=float, default=0.0, help="Rolling shutter: s from one row to the next below.")
+@click.option("--exposure", type=FiniteRange(0, 1), default=0.0, help="Exposure time, s, where it is known.")
+@click.option(
+    "--row-time", type=FiniteRange(-1e-3, 1e-3), default=0.0, help="Rolling shutter: s from one row to the next below."
+)
 @click.option(
     "--stamp",
     type=click.Choice(["start", "middle", "end"]),
@@ -71,7 +67,7 @@ def command(
     corrected_neck: Path | None,
     workers: int,
     export_as: str | None,
-    json_out: str | None,
+    json_out: Path | None,
     quiet: bool,
 ) -> None:
     """Joint angles alpha_1..N of every frame of a recorded video, with their standard deviations."""

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import INPUT_FILE, OUTPUT_FILE, report_result, result_options
+from xneck.cli.output import report_result, result_options
+from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 
 
 @click.command(epilog="Example: xneck identify dataset.mcap --out model.yaml --json identified.json")
@@ -24,7 +25,7 @@ def command(
     model: int,
     export_as: str | None,
     neck_out: Path | None,
-    json_out: str | None,
+    json_out: Path | None,
     quiet: bool,
 ) -> None:
     """Identify friction of the motors and elasticity of the cables: Fasquelle's tables, and estimates that hold."""

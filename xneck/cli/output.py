@@ -1,8 +1,6 @@
 """Options and output that all commands share."""
 
-import errno
 import functools
-import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,40 +11,14 @@ import numpy as np
 
 from identification.dataset.dataset_file import EXPORT_FORMATS, export_series
 from identification.dataset.series import Series
+from xneck.cli.files_apart import outputs_written_also, refuse_shared_files
+from xneck.cli.path_types import STANDARD_OUTPUT, JsonOutput
 from xneck_foundation.errors import Refused
 from xneck_foundation.json_text import json_text
 from xneck_foundation.recovery import collected_recoveries
-from xneck_foundation.whole_file import check_output, write_text
+from xneck_foundation.whole_file import replacing_any_file, write_text
 
 Command = TypeVar("Command", bound=Callable[..., Any])
-
-
-class _OutputFile(click.ParamType):
-    """A file to be written; whether it can be is checked before any work begins."""
-
-    name = "file"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        check_output(Path(value))
-        return Path(value)
-
-
-class _InputPath(click.Path):
-    """A path that can be followed: links in a circle are refused before anything reads them."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        path = Path(os.fsdecode(super().convert(value, param, ctx)))
-        try:
-            path.stat()
-        except OSError as error:
-            if error.errno == errno.ELOOP:
-                raise Refused(path, f"cannot be read ({error.strerror})") from error
-        return path
-
-
-INPUT_FILE = _InputPath(path_type=Path)
-OUTPUT_FILE = _OutputFile()
-FOLDER = _InputPath(path_type=Path, file_okay=False)
 
 
 _RECOVERED = "recovered"
@@ -54,10 +26,11 @@ _RECOVERED = "recovered"
 
 
 def result_options(function: Command) -> Command:
-    """Adds --json and --quiet to a command, and collects what it could not read of damaged files."""
+    """Adds --json, --quiet and --force to a command, refuses outputs that are inputs, and collects what damaged files lost."""
 
     @functools.wraps(function)
     def collecting(*values: Any, **options: Any) -> Any:
+        refuse_shared_files(click.get_current_context(), outputs_written_also(function, options))
         with collected_recoveries() as warnings:
             click.get_current_context().meta[_RECOVERED] = warnings
             try:
@@ -73,9 +46,23 @@ def result_options(function: Command) -> Command:
 
     command = click.option("--quiet", is_flag=True, help="Print nothing but errors and warnings.")(collecting)
     command = click.option(
-        "--json", "json_out", metavar="INPUT_FILE", help="Machine-readable result; - for standard output."
+        "--json", "json_out", type=JsonOutput(), metavar="FILE", help="Machine-readable result; - for standard output."
+    )(command)
+    command = click.option(
+        "--force",
+        is_flag=True,
+        # before the files, which are checked as they are parsed
+        is_eager=True,
+        expose_value=False,
+        callback=_replace_any_file,
+        help="Replace files too that xneck did not write. Inputs never.",
     )(command)
     return command  # type: ignore[return-value]
+
+
+def _replace_any_file(ctx: click.Context, param: click.Parameter, given: bool) -> None:
+    if given:
+        ctx.with_resource(replacing_any_file())
 
 
 def recovered() -> list[str]:
@@ -108,7 +95,7 @@ def export_option(function: Command) -> Command:
     )(function)
 
 
-def report_result(result: dict[str, Any], text: str, json_out: str | None, quiet: bool) -> None:
+def report_result(result: dict[str, Any], text: str, json_out: Path | None, quiet: bool) -> None:
     """Writes the result as JSON where --json asks for it, and prints its text unless --quiet or --json has standard output.
 
     What could not be read of damaged files goes into the result's `recovered`, and as warnings to standard error.
@@ -117,7 +104,7 @@ def report_result(result: dict[str, Any], text: str, json_out: str | None, quiet
     result = {**result, _RECOVERED: lost}
     for line in lost:
         click.echo(f"xneck: warning: {line}", err=True)
-    if json_out == "-":
+    if json_out is not None and str(json_out) == STANDARD_OUTPUT:
         click.echo(json_text(result), nl=False)
         return
     if json_out:

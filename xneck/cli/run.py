@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from xneck.cli.output import FOLDER, INPUT_FILE, progress_bar, report_result, result_options, worker_options
+from xneck.cli.output import progress_bar, report_result, result_options, worker_options
+from xneck.cli.path_types import INPUT_FILE, OutputFolder
+from xneck.recording.result_files import BATCH_FILES, SUMMARY_PAGE, SUMMARY_RECORD
 from xneck_foundation.recovery import warn_recovered
 
 if TYPE_CHECKING:
@@ -19,7 +21,11 @@ _DIAGNOSIS_STEPS = 4
 @click.command(epilog="Example: xneck run recordings/*/ --out results --jobs 4")
 @click.argument("folders", metavar="RECORDING...", nargs=-1, required=True, type=INPUT_FILE)
 @click.option(
-    "--out", type=FOLDER, default=Path("results"), show_default=True, help="A folder for each recording here."
+    "--out",
+    type=OutputFolder(BATCH_FILES),
+    default=Path("results"),
+    show_default=True,
+    help="A folder for each recording here.",
 )
 @worker_options
 @click.option("--rerun", is_flag=True, help="Also recording.rrd for the Rerun viewer. Needs the extra `rerun`.")
@@ -32,7 +38,7 @@ def command(
     cluster: str | None,
     redo: bool,
     rerun: bool,
-    json_out: str | None,
+    json_out: Path | None,
     quiet: bool,
 ) -> int:
     """All of it for recording folders (each with a recording.yaml), one HTML report each and a summary of all.
@@ -51,7 +57,7 @@ def command(
 
 
 def run_recordings(
-    folders: tuple[Path, ...], options: "BatchOptions", json_out: str | None, quiet: bool, held_out: str | None = None
+    folders: tuple[Path, ...], options: "BatchOptions", json_out: Path | None, quiet: bool, held_out: str | None = None
 ) -> int:
     """Runs recordings, reports them and returns the exit status.
 
@@ -59,17 +65,19 @@ def run_recordings(
     """
     from xneck.batch.run_batch import recordings_by_name
     from xneck.viewers.rerun_sdk import rerun_sdk
+    from xneck_foundation.folder_lock import only_run_in
 
     if options.rerun:
         rerun_sdk("--rerun")
     named_folders = recordings_by_name(folders, options.out)
-    if len(named_folders) == 1 and options.cluster is None:
-        ((name, folder),) = named_folders.items()
-        return _run_single(name, folder, options, json_out, quiet)
-    return _run_many(named_folders, options, json_out, quiet, held_out)
+    with only_run_in(options.out):
+        if len(named_folders) == 1 and options.cluster is None:
+            ((name, folder),) = named_folders.items()
+            return _run_single(name, folder, options, json_out, quiet)
+        return _run_many(named_folders, options, json_out, quiet, held_out)
 
 
-def _run_single(name: str, source: Path, options: "BatchOptions", json_out: str | None, quiet: bool) -> int:
+def _run_single(name: str, source: Path, options: "BatchOptions", json_out: Path | None, quiet: bool) -> int:
     """Runs one recording in this process: no cluster to wait for, and an error is raised where it happens."""
     from tqdm import tqdm
 
@@ -101,7 +109,7 @@ def _run_single(name: str, source: Path, options: "BatchOptions", json_out: str 
 
 
 def _run_many(
-    named_folders: dict[str, Path], options: "BatchOptions", json_out: str | None, quiet: bool, held_out: str | None
+    named_folders: dict[str, Path], options: "BatchOptions", json_out: Path | None, quiet: bool, held_out: str | None
 ) -> int:
     """Runs recordings on processes or a cluster; writes summary.json and summary.html, and prints their table."""
     from xneck.batch.run_batch import run_batch
@@ -112,8 +120,7 @@ def _run_many(
     from xneck_foundation.whole_file import check_output, write_text
 
     out = options.out
-    out.mkdir(parents=True, exist_ok=True)
-    page, numbers = out / "summary.html", out / "summary.json"
+    page, numbers = out / SUMMARY_PAGE, out / SUMMARY_RECORD
     check_output(page)
     check_output(numbers)
     with progress_bar(len(named_folders), "recordings", quiet) as step:
@@ -149,8 +156,7 @@ def _run_many(
 def _diagnose(out: Path, names: list[str], held_out: str, quiet: bool) -> dict[str, Any]:
     """The record of a diagnosis in out/diagnosis, made anew where the data sets have changed."""
     from xneck.batch.diagnosis_task import run_diagnosis_task, stored_diagnosis
-    from xneck.recording.result_files import DATASET
-    from xneck.report.batch_table import DIAGNOSIS_FOLDER
+    from xneck.recording.result_files import DATASET, DIAGNOSIS_FOLDER
 
     folder = out / DIAGNOSIS_FOLDER
     fitted, unfitted = [out / name / DATASET for name in names], [out / held_out / DATASET]

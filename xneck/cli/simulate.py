@@ -5,15 +5,9 @@ from typing import Literal
 
 import click
 
-from xneck.cli.output import (
-    INPUT_FILE,
-    OUTPUT_FILE,
-    export_beside,
-    export_option,
-    progress_bar,
-    report_result,
-    result_options,
-)
+from xneck.cli.finite_range import FiniteRange
+from xneck.cli.output import export_beside, export_option, progress_bar, report_result, result_options
+from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 
 
 @click.command(epilog="Example: xneck simulate dataset.mcap --model model.yaml --out simulated.mcap")
@@ -30,7 +24,7 @@ from xneck.cli.output import (
 )
 @click.option(
     "--window",
-    type=click.FloatRange(0.05),
+    type=FiniteRange(0.05, 1e6),
     default=0.5,
     show_default=True,
     help="Restart from the measured state every so many seconds.",
@@ -46,7 +40,7 @@ def command(
     window: float,
     free: bool,
     export_as: str | None,
-    json_out: str | None,
+    json_out: Path | None,
     quiet: bool,
 ) -> None:
     """Send the recorded forces, or the motor angles, through the model and lay the motion beside what was measured.

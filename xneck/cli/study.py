@@ -5,7 +5,10 @@ from pathlib import Path
 import click
 
 from xneck.cli.demo import SAMPLES_FOLDER
-from xneck.cli.output import FOLDER, progress_bar, report_result, result_options, worker_options
+from xneck.cli.finite_range import FiniteRange
+from xneck.cli.output import progress_bar, report_result, result_options, worker_options
+from xneck.cli.path_types import FOLDER, OutputFolder
+from xneck.recording.result_files import CASES_FOLDER, STUDY_FILES, STUDY_RECORD, STUDY_TABLES
 
 _MANNERS = ("rich", "slow", "constant tension")
 
@@ -14,7 +17,11 @@ _MANNERS = ("rich", "slow", "constant tension")
     epilog="Example: xneck study --out study --effects none,tip_payload,cable_slack --seeds 5 --size 0.2 1 --pairs 10"
 )
 @click.option(
-    "--out", type=FOLDER, default=Path("study"), show_default=True, help="Folder for study.md, study.json and cases/."
+    "--out",
+    type=OutputFolder(STUDY_FILES),
+    default=Path("study"),
+    show_default=True,
+    help="Folder for study.md, study.json and cases/.",
 )
 @click.option(
     "--effects",
@@ -23,24 +30,30 @@ _MANNERS = ("rich", "slow", "constant tension")
     show_default=True,
     help="What to hide: all (none included), catalogue, outside, none, names, several at once with +; commas between.",
 )
-@click.option("--seeds", type=click.IntRange(0), default=10, show_default=True, help="Arms, each with all --effects.")
+@click.option(
+    "--seeds", type=click.IntRange(0, 1_000_000), default=10, show_default=True, help="Arms, each with all --effects."
+)
 @click.option("--first-seed", type=click.IntRange(0), default=100, show_default=True, help="Seed of the first arm.")
 @click.option(
-    "--pairs", type=click.IntRange(0), default=0, show_default=True, help="Cases more, of two effects at random."
+    "--pairs",
+    type=click.IntRange(0, 1_000_000),
+    default=0,
+    show_default=True,
+    help="Cases more, of two effects at random.",
 )
 @click.option(
     "--manner", "manners", multiple=True, type=click.Choice(_MANNERS), default=("rich",), show_default=True,
     help="How the arm moves; may be repeated.",
 )  # fmt: skip
 @click.option(
-    "--size", nargs=2, type=click.FloatRange(0), default=(1.0, 1.0), show_default=True, metavar="LOW HIGH",
+    "--size", nargs=2, type=FiniteRange(0, 100), default=(1.0, 1.0), show_default=True, metavar="LOW HIGH",
     help="Range that sizes are drawn from; 1 is normal, 0 is nothing.",
 )  # fmt: skip
 @click.option(
-    "--noise", "noise_deg", type=click.FloatRange(0), default=0.1, show_default=True, help="Of angles, degrees."
+    "--noise", "noise_deg", type=FiniteRange(0, 10), default=0.1, show_default=True, help="Of angles, degrees."
 )
 @click.option(
-    "--seconds", nargs=2, type=click.FloatRange(5), default=(60.0, 60.0), show_default=True, metavar="FITTED HELD_OUT",
+    "--seconds", nargs=2, type=FiniteRange(5, 3600), default=(60.0, 60.0), show_default=True, metavar="FITTED HELD_OUT",
     help="Length of the two recordings of a case.",
 )  # fmt: skip
 @worker_options
@@ -63,7 +76,7 @@ def command(
     cluster: str | None,
     keep: bool,
     samples: Path,
-    json_out: str | None,
+    json_out: Path | None,
     quiet: bool,
 ) -> None:
     """Hide effects in generated recordings, diagnose them, and count how often they are found.
@@ -80,7 +93,9 @@ def command(
     from xneck.study.run_cases import cases_to_run, run_cases, stored_record
     from xneck.study.study_result import StudyResult
     from xneck_foundation.errors import Refused
+    from xneck_foundation.folder_lock import only_run_in
     from xneck_foundation.source_digest import source_digest
+    from xneck_foundation.whole_file import check_output
 
     experiment = load_generator(samples)
     options = StudyOptions(
@@ -95,21 +110,25 @@ def command(
     cases = planned_cases(options, list(experiment.CATALOGUE))
     if not cases:
         raise Refused("study", "has no case", "give --seeds or --pairs")
-    samples, cases_folder = samples.resolve(), out.resolve() / "cases"
-    cases_folder.mkdir(parents=True, exist_ok=True)
+    samples, cases_folder = samples.resolve(), out.resolve() / CASES_FOLDER
     code = source_digest(samples / "generator")
-    pending = cases_to_run(cases, cases_folder, code)
-    failed: dict[str, str] = {}
-    if pending:
-        with worker_pool(jobs, cluster, cases_folder) as client, progress_bar(len(pending), "study", quiet) as step:
-            failed = run_cases(client, pending, samples, cases_folder, code, keep, step)
-    records = [r for case in cases if (r := stored_record(case, cases_folder)) is not None and r["code"] == code]
-    failures = [f"{name} failed: {reason}" for name, reason in failed.items()]
-    if not records:
-        raise Refused("study", f"no case came to an end; {failures[0]}")
-    for line in failures:
-        click.echo(f"xneck: warning: {line}", err=True)
-    done_before = len(records) - len(pending) + len(failed)
-    result = StudyResult.of(records, list(experiment.KINDS), options.as_json() | {"code": code}, failed, done_before)
-    result.write_files(out)
+    with only_run_in(out):
+        cases_folder.mkdir(exist_ok=True)
+        for file in (STUDY_TABLES, STUDY_RECORD):
+            check_output(out / file)
+        pending = cases_to_run(cases, cases_folder, code)
+        failed: dict[str, str] = {}
+        if pending:
+            with worker_pool(jobs, cluster, cases_folder) as client, progress_bar(len(pending), "study", quiet) as step:
+                failed = run_cases(client, pending, samples, cases_folder, code, keep, step)
+        records = [r for case in cases if (r := stored_record(case, cases_folder)) is not None and r["code"] == code]
+        failures = [f"{name} failed: {reason}" for name, reason in failed.items()]
+        if not records:
+            raise Refused("study", f"no case came to an end; {failures[0]}")
+        for line in failures:
+            click.echo(f"xneck: warning: {line}", err=True)
+        done_before = len(records) - len(pending) + len(failed)
+        settings = options.as_json() | {"code": code}
+        result = StudyResult.of(records, list(experiment.KINDS), settings, failed, done_before)
+        result.write_files(out)
     report_result(result.as_json(), f"{result.text()}; {out}", json_out, quiet)

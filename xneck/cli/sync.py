@@ -4,15 +4,9 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import (
-    INPUT_FILE,
-    OUTPUT_FILE,
-    export_beside,
-    export_option,
-    recovered,
-    report_result,
-    result_options,
-)
+from xneck.cli.finite_range import FiniteRange
+from xneck.cli.output import export_beside, export_option, recovered, report_result, result_options
+from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 
 
 @click.command(epilog="Example: xneck sync angles.mcap log.mcap --neck neck.yaml --out dataset.mcap")
@@ -20,9 +14,7 @@ from xneck.cli.output import (
 @click.argument("log_file", metavar="LOG", type=INPUT_FILE)
 @click.option("--neck", "neck_file", type=INPUT_FILE, required=True, help="neck.yaml of the arm.")
 @click.option("--out", type=OUTPUT_FILE, required=True, help="dataset.mcap.")
-@click.option(
-    "--cutoff", type=click.FloatRange(0.5, 15), default=5.0, show_default=True, help="Hz, of Fasquelle's filter."
-)
+@click.option("--cutoff", type=FiniteRange(0.5, 15), default=5.0, show_default=True, help="Hz, of Fasquelle's filter.")
 @export_option
 @result_options
 def command(
@@ -32,7 +24,7 @@ def command(
     out: Path,
     cutoff: float,
     export_as: str | None,
-    json_out: str | None,
+    json_out: Path | None,
     quiet: bool,
 ) -> None:
     """Align camera and log clocks, and write the data set: state at the log's rate and at Fasquelle's 31.25 Hz.

@@ -1,4 +1,4 @@
-"""Names of the files in a folder of one recording's results."""
+"""Names of the files in a folder of results: of one recording, of a diagnosis, of many recordings."""
 
 RESULT = "result.json"
 REPORT = "report.html"
@@ -13,3 +13,22 @@ DATASET = "dataset.mcap"
 STAGE_FILES = ("camera.yaml", "angles.mcap", DATASET, "model.yaml", "simulated.mcap")
 """files that the stages write, not all of them for every recording"""
 ALL_FILES = (*STAGE_FILES, *VIEWER_FILES, REPORT, FIGURES, RESULT, REFUSED)
+
+DIAGNOSIS_PAGE = "diagnosis.html"
+DIAGNOSIS_RECORD = "diagnosis.json"
+EXTENDED_NECK, EXTENDED_MODEL = "neck.yaml", "model.yaml"
+DIAGNOSIS_FILES = (DIAGNOSIS_PAGE, "diagnosis.figures.json", EXTENDED_NECK, EXTENDED_MODEL, DIAGNOSIS_RECORD)
+DIAGNOSIS_FOLDER = "diagnosis"
+"""folder, beside those of the recordings, with the diagnosis of all"""
+
+SUMMARY_PAGE, SUMMARY_RECORD = "summary.html", "summary.json"
+BATCH_FILES = (
+    SUMMARY_PAGE,
+    SUMMARY_RECORD,
+    *(f"*/{name}" for name in ALL_FILES),
+    *(f"{DIAGNOSIS_FOLDER}/{name}" for name in DIAGNOSIS_FILES),
+)
+"""files of many recordings, by patterns: a folder for each, and the summary of all"""
+
+STUDY_TABLES, STUDY_RECORD, CASES_FOLDER = "study.md", "study.json", "cases"
+STUDY_FILES = (STUDY_TABLES, STUDY_RECORD, f"{CASES_FOLDER}/*")

@@ -1,6 +1,5 @@
 """The folder of one recording's results: its files, whether they still hold, and the removal of what a killed run left."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +7,8 @@ from xneck.recording.fingerprint import refreshed_if_unchanged
 from xneck.recording.recording_folder import Recording
 from xneck.recording.result_files import ALL_FILES, FIGURES, REFUSED, REPORT, RERUN, RESULT, STAGE_FILES, VIEWER_FILES
 from xneck_foundation import whole_file
-from xneck_foundation.json_text import json_text
+from xneck_foundation.errors import Refused
+from xneck_foundation.json_text import json_text, read_record
 from xneck_foundation.whole_file import write_text
 
 
@@ -40,6 +40,19 @@ def file_sizes(folder: Path) -> dict[str, int]:
     }
 
 
+def check_apart(recording: Recording, folder: Path) -> None:
+    """Raises Refused where results in `folder` would replace a file of the recording, or one that xneck did not write."""
+    results = {(folder / name).resolve(): name for name in ALL_FILES}
+    for path in (recording.config, *recording.files.values()):
+        name = results.get(path.resolve())
+        links = [n for n in ALL_FILES if (folder / n).exists() and (folder / n).samefile(path)]
+        if name or links:
+            what = f"its {name or links[0]} would replace {path.name}, which the recording is made of"
+            raise Refused(folder, what, "give --out another folder: no input is ever changed")
+    for name in ALL_FILES:
+        whole_file.check_output(folder / name)
+
+
 def remove_results(folder: Path) -> None:
     """Removes the results, the record first. Other files in the folder stay."""
     for name in reversed(ALL_FILES):
@@ -61,7 +74,7 @@ def without_folder(recording: Path, line: str) -> str:
 def _read(file: Path, recording: Recording) -> dict[str, Any] | None:
     """The record in a file if it was made from this recording as it is now; its times of change are brought up to date."""
     try:
-        record = json.loads(file.read_text(encoding="utf-8"))
+        record = read_record(file)
     except (OSError, ValueError):
         return None
     before = record.get("made_from")

@@ -3,20 +3,19 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from xneck.recording.result_files import DIAGNOSIS_FOLDER, DIAGNOSIS_PAGE
 from xneck.report.number_text import number_text
 from xneck.report.words import join_words
 
 COLUMNS = ("recording", "frames", "clock offset", "check", "identified", "took", "")
 MAIN_PARAMETERS = {"k": "stiffness", "ca": "damping", "fs": "dry friction", "fv": "viscous friction"}
-DIAGNOSIS_FOLDER = "diagnosis"
-"""folder of the diagnosis, beside the recordings' folders"""
 _NONE = "–"
 
 
 def diagnosis_row(record: Mapping[str, Any]) -> dict[str, Any]:
     """What the summary repeats of diagnosis.json; the path `report` is relative to the summary."""
     repeated = {key: record[key] for key in ("verdict", "sentence", "causes")}
-    return repeated | {"report": f"{DIAGNOSIS_FOLDER}/{DIAGNOSIS_FOLDER}.html"}
+    return repeated | {"report": f"{DIAGNOSIS_FOLDER}/{DIAGNOSIS_PAGE}"}
 
 
 def row_cells(name: str, row: Mapping[str, Any]) -> tuple[str, ...]:

@@ -1,7 +1,9 @@
 """One case of a study: recordings from the generator, synchronised and diagnosed, and the record beside the truth."""
 
+import glob
 import json
 import shutil
+import tempfile
 import time
 from itertools import pairwise
 from pathlib import Path
@@ -14,24 +16,39 @@ from identification.dataset.dataset_file import read_dataset, write_dataset
 from xneck.recording.stages import synchronise_recording
 from xneck.study.generator import load_generator
 from xneck.study.plan import Case
+from xneck_foundation.authorship import written_by_xneck
 from xneck_foundation.errors import Refused
 from xneck_foundation.json_text import json_text
-from xneck_foundation.whole_file import write_text
+from xneck_foundation.whole_file import check_output, replaces_any_file, write_text
+
+_CASE = "case.json"
+"""what was asked for, in the folder of a case: such a folder is a study's"""
 
 
 def run_case(case: Case, samples: Path, folder: Path, code: str, keep: bool) -> None:
-    """Writes folder/NAME.json, whole. folder/NAME holds the recordings and data sets, which stay only with `keep`.
+    """Writes folder/NAME.json, whole, and with `keep` folder/NAME with the recordings and data sets, before it.
 
-    A case that `sync` or `diagnose` refuses has a record too. Raises ValueError where the generator finds no motion for the case.
+    A case that `sync` or `diagnose` refuses has a record too. Raises Refused where a file or folder is there that no study made,
+    ValueError where the generator finds no motion for the case.
     """
-    case_folder = folder / case.name
+    record_file, kept = folder / f"{case.name}.json", folder / case.name
+    check_output(record_file)
+    if keep and kept.exists() and not written_by_xneck(kept / _CASE) and not replaces_any_file():
+        raise Refused(kept, "exists, and no study made it", "remove it, or give --force")
+    for abandoned in folder.glob(f".{glob.escape(case.name)}.xneck-????????"):
+        shutil.rmtree(abandoned, ignore_errors=True)
+    work = Path(tempfile.mkdtemp(prefix=f".{case.name}.xneck-", dir=folder))
     try:
-        outcome = _outcome(case, load_generator(samples), case_folder)
+        write_text(work / _CASE, json_text(case.as_json()))
+        outcome = _outcome(case, load_generator(samples), work)
         result = {"name": case.name, "case": case.as_json(), "code": code, **outcome}
-        write_text(folder / f"{case.name}.json", json_text(result))
+        if keep:
+            if kept.exists():
+                shutil.rmtree(kept)
+            work.rename(kept)
+        write_text(record_file, json_text(result))
     finally:
-        if not keep and case_folder.exists():
-            shutil.rmtree(case_folder)
+        shutil.rmtree(work, ignore_errors=True)
 
 
 def _outcome(case: Case, experiment: ModuleType, folder: Path) -> dict[str, Any]:

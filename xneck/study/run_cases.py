@@ -1,6 +1,5 @@
 """The cases of a study on the workers, without those that are done."""
 
-import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from xneck.batch.worker_pool import run_tasks
 from xneck.study.plan import Case
 from xneck.study.run_case import run_case
+from xneck_foundation.json_text import read_record
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -19,9 +19,11 @@ def cases_to_run(cases: Sequence[Case], folder: Path, code: str) -> tuple[Case, 
 
 
 def stored_record(case: Case, folder: Path) -> dict[str, Any] | None:
-    """The record of a case in `folder`, or None where there is none."""
-    file = folder / f"{case.name}.json"
-    return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
+    """The record of a case in `folder`, or None where there is none as a study wrote it."""
+    try:
+        return read_record(folder / f"{case.name}.json")
+    except (OSError, ValueError):
+        return None
 
 
 def run_cases(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from xneck.recording.result_files import STUDY_RECORD, STUDY_TABLES
 from xneck.study.count_table import CountTable
 from xneck.study.score import Score, score_case
 from xneck.study.summary import summary_tables
@@ -57,8 +58,8 @@ class StudyResult:
         parts = [f"# {self._count()}", settings, *(table.markdown() for table in self.tables)]
         if self.failed:
             parts.append("## Failed\n\n" + "\n".join(f"- {name} failed: {why}" for name, why in self.failed.items()))
-        write_text(folder / "study.md", "\n\n".join(parts) + "\n")
-        write_text(folder / "study.json", json_text(self.as_json()))
+        write_text(folder / STUDY_TABLES, "\n\n".join(parts) + "\n")
+        write_text(folder / STUDY_RECORD, json_text(self.as_json()))
 
     def _count(self) -> str:
         return f"{len(self.scores)} cases, {self.done_before} of them done before; {len(self.failed)} failed"

@@ -166,6 +166,7 @@ def test_another_machine_comes_to_the_same(
         here, there = (json.loads((folder / name / "result.json").read_text()) for folder in (out, tmp_path))
         assert here.pop("seconds") > 0
         assert there.pop("seconds") > 0
+        assert here.pop("written_by") != there.pop("written_by")  # by the seconds
         assert here == there
     refused = [json.loads((folder / "broken/refused.json").read_text()) for folder in (out, tmp_path)]
     assert refused[0] == refused[1]

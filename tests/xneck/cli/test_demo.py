@@ -11,6 +11,8 @@ from samples.generator.hidden.experiment import hide
 from tests.command import Ran, run
 from tests.html_page import Elements, check_print, look, watch
 from xneck.batch.diagnosis_task import stored_diagnosis
+from xneck_foundation.json_text import json_text
+from xneck_foundation.whole_file import replacing_any_file, write_text
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +68,9 @@ def test_once_more_it_does_nothing_and_other_data_are_diagnosed_anew(
     assert record.stat().st_mtime_ns == when
     older = json.loads(before)
     older["made_from"]["source"] = "another"
-    record.write_text(json.dumps(older))
+    del older["written_by"]
+    with replacing_any_file():
+        write_text(record, json_text(older))
     assert stored_diagnosis(record.parent, [out / "recording/dataset.mcap"], [out / "held_out/dataset.mcap"]) is None
     other = tmp_path / "samples"
     shutil.copytree(samples, other)

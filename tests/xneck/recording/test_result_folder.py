@@ -1,10 +1,17 @@
 """Partly written files go with the results, and nothing else."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
+from tests.paths import SAMPLES
+from xneck.batch.recording_task import run_recording_task
+from xneck.recording.recording_folder import read_recording
 from xneck.recording.result_folder import remove_partial_files, remove_results
-from xneck_foundation.whole_file import whole_file
+from xneck_foundation.errors import Refused
+from xneck_foundation.whole_file import replacing_any_file, whole_file, write_text
 
 
 def test_what_a_killed_writer_left_goes_with_the_results(tmp_path: Path) -> None:
@@ -19,3 +26,33 @@ def test_what_a_killed_writer_left_goes_with_the_results(tmp_path: Path) -> None
     (tmp_path / ".report-of-mine.html").touch()
     remove_results(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == [".report-of-mine.html"]
+
+
+def test_results_never_replace_what_the_recording_is_made_of(tmp_path: Path) -> None:
+    """`xneck run monday --out .` would write its results into the recording, where camera.yaml is xneck's own."""
+    here, linked, other = tmp_path / "monday", tmp_path / "linked", tmp_path / "other"
+    shutil.copytree(SAMPLES / "held_out", here)
+    write_text(here / "camera.yaml", "a: 1\n")
+    (here / "video.mp4").touch()
+    files = {"angles": None, "camera": here / "camera.yaml", "video": here / "video.mp4"}
+    recording = replace(read_recording(here), **files)
+    linked.symlink_to(here)
+    other.mkdir()
+    (other / "model.yaml").hardlink_to(here / "neck.yaml")
+    before = contents(here)
+    for folder, result, file in ((here, "camera", "camera"), (linked, "camera", "camera"), (other, "model", "neck")):
+        sentence = rf"its {result}\.yaml would replace {file}\.yaml, which the recording is made of"
+        with pytest.raises(Refused, match=sentence), replacing_any_file():
+            run_recording_task(recording, folder)
+        assert contents(here) == before
+
+
+def test_a_persons_file_among_the_results_is_kept(tmp_path: Path) -> None:
+    (tmp_path / "report.html").write_text("<p>mine</p>")
+    with pytest.raises(Refused, match="give --force"):
+        run_recording_task(read_recording(SAMPLES / "held_out"), tmp_path)
+    assert contents(tmp_path) == {"report.html": b"<p>mine</p>"}
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}

@@ -26,7 +26,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, str
     out = tmp_path_factory.mktemp("study")
     (out / "cases").mkdir()
     # what a worker that was killed leaves
-    (out / "cases" / GOOD.name / "fitted").mkdir(parents=True)
+    (out / "cases" / f".{GOOD.name}.xneck-0a1b2c3d" / "fitted").mkdir(parents=True)
     steps: list[int] = []
     with worker_pool(1, None, out) as client:
         failed = run_cases(

@@ -1,0 +1,57 @@
+"""Types of the options and arguments that name files and folders."""
+
+import errno
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from xneck_foundation.errors import Refused
+from xneck_foundation.whole_file import check_output
+
+STANDARD_OUTPUT = "-"
+
+
+class OutputFile(click.ParamType):
+    """A file to be written; whether it can be is checked before any work begins."""
+
+    name = "file"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        check_output(Path(value))
+        return Path(value)
+
+
+class JsonOutput(OutputFile):
+    """A file for the result, or - for standard output."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        return Path(value) if str(value) == STANDARD_OUTPUT else super().convert(value, param, ctx)
+
+
+class _InputPath(click.Path):
+    """A path that can be followed: links in a circle are refused before anything reads them."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        try:
+            path.stat()
+        except OSError as error:
+            if error.errno == errno.ELOOP:
+                raise Refused(path, f"cannot be read ({error.strerror})") from error
+        return path
+
+
+class OutputFolder(_InputPath):
+    """A folder for results; `files` are the names that may appear in it, with * for those of recordings and cases."""
+
+    def __init__(self, files: Sequence[str]) -> None:
+        super().__init__(path_type=Path, file_okay=False)
+        self.files = tuple(files)
+
+
+INPUT_FILE = _InputPath(path_type=Path)
+OUTPUT_FILE = OutputFile()
+FOLDER = _InputPath(path_type=Path, file_okay=False)
