@@ -150,8 +150,9 @@ def test_killed_at_any_time(name: str, recorded: Path, small: Path, tmp_path: Pa
 
 
 def halves(folder: Path) -> set[Path]:
-    """Outputs that are being made, or were when their writer was killed."""
-    return set(folder.rglob(".*.xneck-*"))
+    """Outputs that are being made, or were when their writer was killed. Folders may vanish while they are looked through."""
+    found = (Path(here) / name for here, _, names in os.walk(folder) for name in names)
+    return {path for path in found if path.name.startswith(".") and ".xneck-" in path.name}
 
 
 def ended_within_an_output(words: list[str], folder: Path, at: int, delay_s: float) -> bool:
