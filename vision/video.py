@@ -118,7 +118,11 @@ def describe_video(path: str | Path) -> Video:
 
 def read_frames(path: str | Path) -> Iterator[Frame]:
     """All frames in order, in one pass; memory holds one at a time. Raises Refused as `describe_video` and `read_segment` do."""
-    video = describe_video(path)
+    yield from read_segments(describe_video(path))
+
+
+def read_segments(video: Video) -> Iterator[Frame]:
+    """All frames of a described video in order. Raises Refused as `read_segment` does."""
     for segment in video.segments:
         yield from read_segment(video, segment)
 

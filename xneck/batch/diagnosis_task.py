@@ -14,7 +14,7 @@ from xneck.recording.software_versions import software_versions
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 from xneck.report.diagnosis_text import diagnosis_sentence
 from xneck_foundation.json_text import json_text
-from xneck_foundation.provenance import provenance
+from xneck_foundation.provenance import note_inputs, provenance
 from xneck_foundation.whole_file import write_text
 
 PAGE = "diagnosis.html"
@@ -28,9 +28,10 @@ def run_diagnosis_task(
     progress: Callable[[str], object] = lambda step: None,
 ) -> tuple[dict[str, Any], str]:
     """Writes all files of a diagnosis into `folder`, the record last; returns the record, and its text for a terminal."""
+    inputs = note_inputs(_input_paths(datasets, held_out))
     fitted, unfitted = [read_dataset(p) for p in datasets], [read_dataset(p) for p in held_out]
     diagnosis = diagnose(fitted, unfitted, progress=progress)
-    origin = provenance(_inputs(datasets, held_out))
+    origin = provenance(inputs)
     result = record.as_json(diagnosis) | {
         "sentence": diagnosis_sentence(diagnosis),
         "provenance": origin,
@@ -54,7 +55,7 @@ def stored_diagnosis(folder: Path, datasets: Sequence[Path], held_out: Sequence[
         stored = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    made_from = _made_from(provenance(_inputs(datasets, held_out)))
+    made_from = _made_from(provenance(note_inputs(_input_paths(datasets, held_out))))
     return stored if (folder / PAGE).is_file() and stored.get("made_from") == made_from else None
 
 
@@ -62,7 +63,7 @@ def _made_from(origin: Mapping[str, Any]) -> dict[str, Any]:
     return software_versions() | {"inputs": origin["inputs"]}
 
 
-def _inputs(datasets: Sequence[Path], held_out: Sequence[Path]) -> Mapping[str, Path]:
+def _input_paths(datasets: Sequence[Path], held_out: Sequence[Path]) -> Mapping[str, Path]:
     fitted = {f"dataset{i + 1}": path for i, path in enumerate(datasets)}
     return fitted | {f"held_out{i + 1}": path for i, path in enumerate(held_out)}
 
