@@ -126,6 +126,7 @@ def _summary(out: Path, result: dict[str, Any]) -> str:
         f"  {', '.join(gap['angles'])} missing {gap['from_s']:.2f} to {gap['to_s']:.2f} s: {gap['cause']}"
         for gap in result["gaps"][:_MAX_GAPS]
     ]
+    lines += [f"  {warning}" for warning in result["warnings"]]
     lines += [f"  {drift['sentence']}" for drift in result["drift"]]
     lines += [f"  {result['askew']}"] if result["askew"] else []
     lines += [f"  {_placement_line(number)}" for number in result["placement"] or []]

@@ -39,7 +39,7 @@ def sample_start(folder: Path) -> tuple[DataSet, Angles]:
     kept = angles.time < SECONDS
     alpha, sigma = angles.alpha[kept].copy(), angles.sigma[kept].copy()
     alpha[100:110] = sigma[100:110] = np.nan
-    notes = {"markers": [{"id": 7, "seen_share": 0.9, "duplicates": 1}], "foreign_ids": [3]}
+    notes = {"markers": [{"id": 7, "seen_share": 0.9, "duplicates": 1}], "foreign_ids": [3], "warnings": [NASTY]}
     angles = Angles(angles.time[kept], alpha, sigma, notes)
     # a slash cannot be in a file name, but it can be in the provenance of a data set that somebody else made
     (folder / "log").write_bytes(b"log")
