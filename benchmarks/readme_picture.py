@@ -24,7 +24,7 @@ from synchronisation.synchronise import synchronise
 from xneck.recording.recording_folder import read_recording
 from xneck.recording.stages import recording_angles
 from xneck.report import style
-from xneck_foundation.provenance import provenance
+from xneck_foundation.provenance import note_inputs, provenance
 from xneck_foundation.strict_yaml import read_text
 from xneck_foundation.whole_file import whole_file
 
@@ -61,13 +61,14 @@ def main(words: Sequence[str]) -> int:
 def measured(samples: Path) -> tuple[Picture, dict[str, Any]]:
     """The frame in which the arm is bent most, annotated (BGR), and the record of the diagnosis."""
     recording = read_recording(samples / "recording")
+    inputs = note_inputs(recording.files)
     neck = read_neck(recording.neck)
     angles, video = recording_angles(recording, neck)
     assert video is not None
     bend = np.abs(angles.alpha).sum(axis=1)
     frame = max(video.annotated_frames, key=lambda frame: bend[frame.index])
     log = read_log(recording.log, neck)
-    fitted = synchronise(neck, read_text(recording.neck), angles, log, provenance(recording.files))
+    fitted = synchronise(neck, read_text(recording.neck), angles, log, provenance(inputs))
     held_out = xneck.synchronise(samples / "held_out")
     record = xneck.as_record(xneck.diagnose([fitted], [held_out]))
     return _cut_to_markers(frame.picture, video.extraction.corners[frame.index]), record

@@ -29,6 +29,7 @@ _ARMS: tuple[tuple[range, str], ...] = (
     (range(500, 501), "short recordings: a cause that does not hold on other recordings is insufficient"),
     (range(510, 511), "slow motion and constant tension were looked into on it"),
     (range(521, 530), _SLOW),
+    (range(7700, 7708), "when a frame repeats the picture before it"),
     (range(910, 912), "the clock's late commands and friction's transition were found on it"),
 )
 

@@ -7,10 +7,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from calibration.picture_header import read_header
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm")
+MAX_PIXELS = 250_000_000
+"""pixels of a picture: more than any camera has; a file of some kB may state any number (docs/thresholds.md)"""
+_FLAGS = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
 
 
 @dataclass(frozen=True)
@@ -53,12 +57,44 @@ def _read(files: list[Path]) -> Iterator[Picture]:
     # one name may stand in several folders
     short = len({file.name for file in files}) == len(files)
     for file in files:
+        check_input(file)
         try:
-            content = np.fromfile(file, np.uint8)  # cv2.imread prints to the terminal where it fails
+            content = file.read_bytes()  # cv2.imread prints to the terminal where it fails
         except OSError as error:
             raise Refused(file, f"cannot be read ({error.strerror})") from error
-        flags = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION
-        grey = cv2.imdecode(content, flags) if content.size else None
-        if grey is None:
-            raise Refused(file, "is not a picture that can be read", f"expected {', '.join(SUFFIXES)}")
-        yield Picture(file.name if short else str(file), np.asarray(grey, np.uint8))
+        yield Picture(file.name if short else str(file), _decoded(file, content))
+
+
+def _decoded(file: Path, content: bytes) -> np.ndarray:
+    """Grey values (height, width), uint8, of a file's content. Raises Refused unless it is one picture of a listed format."""
+    try:
+        header = read_header(content)
+    except ValueError as error:
+        raise Refused(file, "is damaged in its header", "copy it again") from error
+    if isinstance(header, str):
+        raise Refused(file, f"is {header}", f"expected {', '.join(SUFFIXES)}")
+    if header.width * header.height > MAX_PIXELS:
+        raise Refused(
+            file, f"is {header.width}x{header.height} pixels large", f"at most {MAX_PIXELS // 10**6} million are read"
+        )
+    if header.several:
+        raise Refused(file, "holds several pictures", "save each in a file of its own")
+    if header.turned:
+        raise Refused(
+            file, "is tagged as turned, and would not be read as the sensor delivered it", "save it without the tag"
+        )
+    try:
+        grey = cv2.imdecode(np.frombuffer(content, np.uint8), _FLAGS)
+    except cv2.error as error:
+        raise Refused(file, f"cannot be decoded ({error.err})", "save it as PNG") from error
+    if grey is None:
+        raise Refused(
+            file, "is damaged, or of a kind of its format that is not read", "copy it again, or save it as PNG"
+        )
+    if grey.dtype == np.uint8:
+        return np.asarray(grey)
+    if grey.dtype != np.uint16:
+        raise Refused(file, f"has brightness as {grey.dtype}", "save it with 8 or 16 bits")
+    # cameras of 10, 12 or 14 bits leave the upper bits of 16 empty
+    bits = max(int(grey.max()).bit_length(), 8)
+    return np.right_shift(grey, bits - 8).astype(np.uint8)

@@ -1,7 +1,7 @@
 """A recorded video to joint angles."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,9 @@ from vision.light_patch import LightPatch
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.linkage.linkage_fit import LinkageFit, fit_linkage
 from vision.linkage.shared_fit import LinkageOptions, PlacementPrior
-from vision.markers.tracking import DOUBLED, TrackingOptions
+from vision.markers.tracking import DOUBLED, REPEATED, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
+from vision.repeated_pictures import repeated_pictures
 from vision.shutter import UNKNOWN_SHUTTER, Shutter, at_middle_row
 from vision.video import Video
 from xneck_foundation.errors import Refused
@@ -30,6 +31,8 @@ SYSTEMATIC_PX = 0.01
 MAX_PLACEMENT_ERROR_RATIO = 1.5
 """corner error with the placement of neck.yaml over that with a free placement, from which on the placement is called wrong
 (docs/thresholds.md)"""
+_MAX_MOMENTS = 10
+"""repeated frames whose times are listed in the warning; the notes have all"""
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,8 @@ class Extraction:
             "corner_sigma_px": self.fit.corner_sigma_px,
             "markers": angles.notes["markers"],
             "gaps": angles.notes["gaps"],
+            "repeated_frames": angles.notes["repeated_frames"],
+            "warnings": angles.notes["warnings"],
             "drift": angles.notes["drift"],
             "placement": angles.notes.get("placement"),
             "askew": angles.notes["askew"],
@@ -84,21 +89,30 @@ def extract(
 ) -> Extraction:
     """Angles of every frame of a video; `workers` processes share it, `progress` is called with each number of frames done.
 
-    Where neck.yaml's placement of the markers is believed, it is compared with what the motion shows (`notes["askew"]`).
+    Frames that show the picture before them again have no angles (`notes["repeated_frames"]`). Where neck.yaml's placement of the
+    markers is believed, it is compared with what the motion shows (`notes["askew"]`).
 
-    Raises Refused for a damaged video, a picture size that is not the camera's, or where no marker of the arm is in view.
+    Raises Refused for a damaged video, one of a single frame, a picture size that is not the camera's, or where no marker of the
+    arm is in view.
     """
     markers = markers_of(neck, "neck.yaml")
     _refuse_other_size(video, camera)
+    if video.frames < 2:
+        raise Refused(
+            video.path, "has one frame only, which shows no motion", "is it a picture, or was the recording cut?"
+        )
     if options.light:
         options.light.refuse_outside(video.width, video.height, str(video.path))
     tracking = TrackingOptions(options.template, options.shutter.exposure_s)
     tracks = track_video(video, markers, tracking, workers, progress, options.light)
     _refuse_without_markers(video, markers, tracks)
+    repeated = repeated_pictures(tracks.time, tracks.corners)
+    tracks = _without(tracks, repeated)
     ids = [marker.id for marker in markers.on_bars]
     cells = np.stack([marker_cells(markers.dictionary, i) for i in ids]) if options.template else None
     corners = correct_lens_bow(camera, tracks.corners, cells)
-    corners = at_middle_row(tracks.time, corners, video.height, options.shutter)
+    kept = ~repeated  # the motion of the others is that from one of them to the next
+    corners[kept] = at_middle_row(tracks.time[kept], corners[kept], video.height, options.shutter)
     covariance = None if tracks.covariance is None else tracks.covariance.astype(float)
     time = options.shutter.middle(tracks.time, video.height)
     linkage = LinkageOptions(options.placement, systematic_px=SYSTEMATIC_PX)
@@ -106,6 +120,8 @@ def extract(
     notes = _notes(video, markers, tracks, corners, fit)
     warn = options.placement is None
     notes["askew"] = _placement_warning(neck, camera, corners, covariance, str(video.path), fit) if warn else None
+    notes["repeated_frames"] = [{"frame": int(k), "time_s": float(time[k])} for k in np.flatnonzero(repeated).tolist()]
+    notes["warnings"] = [*video.warnings, *_repetition_warning(time, repeated)]
     notes["gaps"] = angle_gaps(time, fit.alpha, ids, tracks.status)
     if options.light:
         delay = options.light.delay_s(video.height, options.shutter)
@@ -121,6 +137,36 @@ def _refuse_other_size(video: Video, camera: Camera) -> None:
             f"is {video.width}x{video.height}, the camera was calibrated at {camera.width}x{camera.height}",
             "calibrate with pictures of the video's size",
         )
+
+
+def _without(tracks: MarkerTracks, repeated: NDArray[np.bool_]) -> MarkerTracks:
+    """The tracks without what repeated frames show: it is true of an earlier moment than that of their stamps."""
+    if not repeated.any():
+        return tracks
+    frame = repeated[:, None, None]
+    return replace(
+        tracks,
+        corners=np.where(frame[..., None], np.nan, tracks.corners),
+        covariance=None
+        if tracks.covariance is None
+        else np.where(frame[..., None], np.float32(np.nan), tracks.covariance),
+        status=np.where(repeated[:, None], np.int8(REPEATED), tracks.status),
+        light=None if tracks.light is None else np.where(repeated, np.nan, tracks.light),
+    )
+
+
+def _repetition_warning(time: Array, repeated: NDArray[np.bool_]) -> list[str]:
+    """A sentence on repeated frames (F,) at times (F,), s; none where there are none."""
+    count = int(repeated.sum())
+    if not count:
+        return []
+    moments = ", ".join(f"{t:.2f}" for t in time[repeated][:_MAX_MOMENTS])
+    more = ", ..." if count > _MAX_MOMENTS else ""
+    shows = "frame shows" if count == 1 else "frames show"
+    return [
+        f"{count} of {len(time)} {shows} the picture before again while the arm moves (at {moments}{more} s): no angles there; "
+        "does the camera keep up with its frame rate?"
+    ]
 
 
 def _refuse_without_markers(video: Video, markers: Markers, tracks: MarkerTracks) -> None:

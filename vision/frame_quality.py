@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series
-from vision.markers.tracking import DOUBLED, LOST, NOT_FOUND
+from vision.markers.tracking import DOUBLED, LOST, NOT_FOUND, REPEATED
 from vision.markers.video_tracking import MarkerTracks
 
 Array = NDArray[np.float64]
@@ -15,6 +15,7 @@ CAUSES = {
     NOT_FOUND: "not found (hidden, blurred or out of the picture)",
     LOST: "lost while followed (covered, or glare)",
     DOUBLED: "in view twice",
+    REPEATED: "in the picture before, shown again",
 }
 
 
@@ -22,7 +23,7 @@ def frame_quality(tracks: MarkerTracks, ids: list[int], residual_px: Array, expo
     """Quality columns over the frames.
 
     `residual_px` of the linkage's fit; `blur_px`, the distance that the fastest corner moves during the exposure; for each
-    marker `how_id` (0 followed, 1 searched, 2 not found, 3 lost, 4 doubled). Where corners were fitted by the template also,
+    marker `how_id` (0 followed, 1 searched, 2 not found, 3 lost, 4 doubled, 5 repeated). Where corners were fitted by the template also,
     for each marker, the shares of it that are hidden and clipped, and whether the fit fell back to the edges; and the grey
     level of a switched light.
     """

@@ -15,7 +15,7 @@ from mechanism.arm import arm_of
 from mechanism.description import Neck
 from mechanism.geometry import poses
 from vision.extract import Extraction
-from vision.video import read_frames
+from vision.video import Video, read_segments
 from xneck_foundation.authorship import MARK
 from xneck_foundation.whole_file import whole_file
 
@@ -50,7 +50,7 @@ def draw_overlay(grey: Picture, index: int, neck: Neck, camera: Camera, extracti
 
 
 def write_overlay(
-    video: str | Path,
+    video: Video,
     out: str | Path,
     neck: Neck,
     camera: Camera,
@@ -64,7 +64,7 @@ def write_overlay(
         stream.width, stream.height = camera.width // 2 * 2, camera.height // 2 * 2
         stream.pix_fmt = "yuv420p"
         stream.codec_context.time_base = Fraction(1, 90_000)
-        for frame in read_frames(video):
+        for frame in read_segments(video):
             drawn = draw_overlay(frame.grey, frame.index, neck, camera, extraction)[: stream.height, : stream.width]
             picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(drawn), format="bgr24")
             picture.pts = round(frame.time * 90_000)

@@ -3,23 +3,27 @@
 PyAV gives exact stamps in every container. Pictures are the luma plane, (height, width) uint8.
 """
 
+import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import av
-import av.container
 import av.error
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.video_file import open_video, refuse_incomplete, videos_in
+from vision.video_packets import packet_stamps
 from xneck_foundation.errors import Refused
-from xneck_foundation.input_file import check_input
+from xneck_foundation.input_file import FileIdentity, file_identity, refuse_changed
 
 Grey = NDArray[np.uint8]
-CONTAINERS_WITHOUT_STAMPS = ("h264", "hevc", "m4v", "mjpeg")
 MIN_SEGMENT_S = 10.0
 """s: least length of a piece of video that one process works on, from a key frame to a later one"""
+LONG_GAP_S = 1.0
+"""s: a longer time from one frame to the next is named in a warning (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,8 @@ class Video:
     """A video as its packets describe it; width and height are those of the upright picture, px."""
 
     path: Path
+    identity: FileIdentity
+    """of the file that was described: the frames are read from the same one"""
     width: int
     height: int
     frames: int
@@ -48,6 +54,18 @@ class Video:
     quarter_turns: int
     """counter-clockwise, as the rotation tag asks for, 0..3"""
     segments: tuple[Segment, ...]
+    warnings: tuple[str, ...]
+    """sentences on what is unusual in the file, though it can be read"""
+
+
+@dataclass(frozen=True)
+class _FirstPicture:
+    """What the first picture that can be decoded says of all."""
+
+    stamp: int
+    """presentation stamp, in ticks"""
+    quarter_turns: int
+    interlaced: bool
 
 
 @dataclass(frozen=True)
@@ -62,43 +80,49 @@ class Frame:
 def describe_video(path: str | Path) -> Video:
     """A video's size, number of frames and segments, without decoding more than its first frame.
 
-    Raises Refused for a missing file, one that is no video, one without time stamps, and one that ends before its index does.
+    Raises Refused for a missing file, one that is no video, one without time stamps or with such that go back, and one that ends
+    before its container says.
     """
     path = Path(path)
-    with _open(path) as container:
-        stream = container.streams.video[0]
-        try:
-            # stamps only: the packets themselves are as large as the file
-            packets = [(p.pts, p.is_keyframe) for p in container.demux(stream) if p.size and not p.is_discard]
-        except av.error.FFmpegError as error:
-            raise Refused(path, f"is damaged ({error.strerror})", "copy the file again") from error
-        stamps = [pts for pts, _ in packets if pts is not None]
-        if not packets:
-            raise Refused(path, "has no frame")
-        if len(stamps) < len(packets):
-            raise Refused(path, "has frames without time stamps", "record into mp4 or mkv")
-        indexed, tick = _indexed_frames(container), float(stream.time_base or 0)
-        duration_s = (container.duration or 0) / av.time_base
-        if (indexed and len(packets) < indexed) or (not indexed and duration_s - max(stamps) * tick > 1.0):
-            raise Refused(path, f"is truncated: {len(packets)} frames are there", "copy the file again")
-        keys = sorted(pts for pts, is_key in packets if is_key and pts is not None)
-        width, height = stream.width, stream.height
-    quarter_turns = _quarter_turns(path)
-    if quarter_turns % 2:
+    identity = file_identity(path)
+    container, stream = open_video(path)
+    with container:
+        refuse_incomplete(path)
+        packets = packet_stamps(path, container, stream)
+        tick, width, height = float(stream.time_base or 0), stream.width, stream.height
+        number_of_videos = len(videos_in(container))
+        seekable = (
+            container.format.name != "mpegts"
+        )  # without an index FFmpeg finds a place near a key frame, or beyond it
+    # an edit list hides frames that are decoded for the sake of later ones: cuts without loss have some at their beginning
+    stamps = sorted(p.stamp for p in packets if not p.hidden)
+    first = _first_picture(path)
+    undecodable = int(np.searchsorted(stamps, first.stamp))
+    if undecodable and first.stamp > next(p.stamp for p in packets if p.is_key):
+        raise Refused(path, f"is damaged: its first {undecodable} frames cannot be decoded", "copy the file again")
+    stamps = stamps[undecodable:]
+    keys = [p.stamp for p in packets if p.is_key and not p.hidden and seekable]
+    if first.quarter_turns % 2:
         width, height = height, width
     return Video(
         path=path,
+        identity=identity,
         width=width,
         height=height,
-        frames=len(packets),
-        quarter_turns=quarter_turns,
-        segments=_segments(sorted(stamps), keys, tick),
+        frames=len(stamps),
+        quarter_turns=first.quarter_turns,
+        segments=_segments(stamps, keys, tick),
+        warnings=_warnings(number_of_videos, undecodable, first.interlaced, np.array(stamps) * tick),
     )
 
 
 def read_frames(path: str | Path) -> Iterator[Frame]:
     """All frames in order, in one pass; memory holds one at a time. Raises Refused as `describe_video` and `read_segment` do."""
-    video = describe_video(path)
+    yield from read_segments(describe_video(path))
+
+
+def read_segments(video: Video) -> Iterator[Frame]:
+    """All frames of a described video in order. Raises Refused as `read_segment` does."""
     for segment in video.segments:
         yield from read_segment(video, segment)
 
@@ -106,11 +130,22 @@ def read_frames(path: str | Path) -> Iterator[Frame]:
 def read_segment(video: Video, segment: Segment) -> Iterator[Frame]:
     """Frames of one segment; they do not depend on whether those before it were decoded.
 
-    Raises Refused where a frame is damaged or missing, or has a stamp that does not increase.
+    Raises Refused where a frame is damaged or missing, has another size, or a stamp that does not increase, and where the file
+    is not the one that was described, or is changed meanwhile.
     """
+    refuse_changed(video.path, video.identity)
+    try:
+        yield from _decoded_frames(video, segment)
+    except Refused:
+        refuse_changed(video.path, video.identity)  # a file that is being written to looks damaged
+        raise
+    refuse_changed(video.path, video.identity)
+
+
+def _decoded_frames(video: Video, segment: Segment) -> Iterator[Frame]:
     path, count, last = video.path, 0, -np.inf
-    with _open(path) as container:
-        stream = container.streams.video[0]
+    container, stream = open_video(path)
+    with container:
         stream.thread_type = "AUTO"
         try:
             if segment.first_index:
@@ -127,8 +162,12 @@ def read_segment(video: Video, segment: Segment) -> Iterator[Frame]:
                     raise Refused(path, f"frame {at} is damaged", "copy the file again, or record again")
                 time = float(picture.pts * picture.time_base)
                 if time <= last:
-                    raise Refused(path, f"frame {at} is not later than the one before ({time:.4f} s)")
-                yield Frame(at, time, np.rot90(_luma(picture), video.quarter_turns))
+                    raise _not_later(path, at, time, container.format.name)
+                grey = np.rot90(_luma(picture), video.quarter_turns)
+                if grey.shape != (video.height, video.width):
+                    size = f"{grey.shape[1]}x{grey.shape[0]}, those before it are {video.width}x{video.height}"
+                    raise Refused(path, f"frame {at} is {size}", "give each part by itself")
+                yield Frame(at, time, grey)
                 last = time
                 count += 1
         except av.error.FFmpegError as error:
@@ -139,6 +178,33 @@ def read_segment(video: Video, segment: Segment) -> Iterator[Frame]:
         raise Refused(
             path, f"is damaged: {segment.count - count} frames are missing before frame {at}", "copy it again"
         )
+
+
+def _not_later(path: Path, at: int, time: float, container: str) -> Refused:
+    """Why frames in the order of decoding are not in the order of time."""
+    what = f"frame {at} is not later than the one before ({time:.4f} s)"
+    if container == "avi":
+        return Refused(path, f"{what}: AVI cannot hold the stamps of B-frames", "record into mp4 or mkv")
+    return Refused(path, what)
+
+
+def _warnings(videos: int, undecodable: int, interlaced: bool, time: NDArray[np.float64]) -> tuple[str, ...]:
+    """Sentences on a file with so many video streams and frames before its first key frame, and with frames at times (F,), s."""
+    warnings = []
+    if videos > 1:
+        warnings.append(f"of the {videos} videos in the file the first one is read")
+    if undecodable:
+        warnings.append(f"the first {undecodable} frames need a key frame that is not in the file: they are left out")
+    if interlaced:
+        warnings.append(
+            "the video is marked as interlaced: if it is, even and odd rows show two moments, and angles are off"
+        )
+    warnings += [
+        f"no frame for {after - before:.1f} s after {before:.3f} s"
+        for before, after in pairwise(time.tolist())
+        if after - before > LONG_GAP_S
+    ]
+    return tuple(warnings)
 
 
 def _segments(stamps: list[int], keys: list[int], tick: float) -> tuple[Segment, ...]:
@@ -156,69 +222,38 @@ def _segments(stamps: list[int], keys: list[int], tick: float) -> tuple[Segment,
     return tuple(segments)
 
 
-def _quarter_turns(path: Path) -> int:
-    """Quarter turns counter-clockwise that the first frame's display matrix asks for."""
-    with _open(path) as container:
+def _first_picture(path: Path) -> _FirstPicture:
+    """What the first decoded picture says. Raises Refused where there is none, or it must be turned or mirrored oddly."""
+    container, stream = open_video(path)
+    with container:
         try:
-            picture = next(container.decode(container.streams.video[0]), None)
+            picture = next(container.decode(stream), None)
         except av.error.FFmpegError as error:
             raise Refused(path, f"is damaged at its first frame ({error.strerror})", "copy the file again") from error
-    if picture is None:
+    if picture is None or picture.pts is None:
         raise Refused(path, "has no frame that can be decoded", "is it whole?")
     if picture.rotation % 90:
         raise Refused(path, f"is tagged as turned by {picture.rotation} deg", "only quarter turns are read")
-    return picture.rotation // 90 % 4
-
-
-def _open(path: Path) -> av.container.InputContainer:
-    check_input(path)
-    try:
-        container = av.open(str(path))
-    except (av.error.FFmpegError, ValueError) as error:
-        if _ends_early(path):
-            raise Refused(path, "is truncated: its index is missing", "copy the file again, or record again") from error
-        reason = getattr(error, "strerror", None) or str(error)
-        raise Refused(path, f"is not a video that can be read ({reason})", "is it whole, and a video?") from error
-    if not container.streams.video:
-        container.close()
-        raise Refused(path, "has no video in it")
-    if container.format.name in CONTAINERS_WITHOUT_STAMPS:
-        container.close()
-        raise Refused(path, "is a bare stream without time stamps", "record into mp4 or mkv")
-    return container
-
-
-def _indexed_frames(container: av.container.InputContainer) -> int | None:
-    """Number of frames that the container's index lists; None where it lists key frames only.
-
-    The header's count is no substitute: AVI counts the slots of dropped frames too.
-    """
-    listing_all = {"mov", "mp4", "avi"} & set(container.format.name.split(","))
-    return len(container.streams.video[0].index_entries) or None if listing_all else None
-
-
-def _ends_early(path: Path) -> bool:
-    """Whether an mp4's last box runs past the end of the file (ISO 14496-12: size and type lead every box)."""
-    end, at = path.stat().st_size, 0
-    with path.open("rb") as stream:
-        while at < end:
-            stream.seek(at)
-            head = stream.read(16)
-            if len(head) < 8 or (at == 0 and head[4:8] != b"ftyp"):
-                return at > 0
-            size = int.from_bytes(head[:4], "big")
-            size = int.from_bytes(head[8:16], "big") if size == 1 else size or end - at
-            if size < 8:
-                return False
-            at += size
-    return at > end
+    matrix = picture.side_data.get("DISPLAYMATRIX")
+    if matrix is not None:
+        a, b, _, c, d, *_ = struct.unpack("=9i", bytes(matrix))
+        if a * d - b * c < 0:
+            raise Refused(path, "is tagged as mirrored", "record without it: a marker's mirror image is no marker")
+    return _FirstPicture(picture.pts, picture.rotation // 90 % 4, picture.interlaced_frame)
 
 
 def _luma(picture: av.VideoFrame) -> Grey:
-    """The luma plane where the format has one of 8 bits, else a conversion."""
-    name = picture.format.name
-    if name.startswith(("yuv4", "yuvj4", "nv12", "gray")) and picture.format.components[0].bits == 8:
+    """The luma plane where the format has one, of more than 8 bits the upper 8; else a conversion."""
+    form = picture.format
+    bits = form.components[0].bits
+    if (
+        form.name.startswith(("yuv4", "yuva4", "yuvj4", "nv12", "gray"))
+        and 8 <= bits <= 16
+        and not form.name.endswith("be")
+    ):
         plane = picture.planes[0]
-        rows = np.frombuffer(plane, dtype=np.uint8).reshape(-1, plane.line_size)  # type: ignore[arg-type]
-        return rows[: picture.height, : picture.width]
+        kind = np.uint8 if bits == 8 else np.uint16
+        rows = np.frombuffer(plane, dtype=kind).reshape(-1, plane.line_size // np.dtype(kind).itemsize)  # type: ignore[arg-type]
+        levels = rows[: picture.height, : picture.width]
+        return np.asarray(levels if bits == 8 else levels >> (bits - 8), dtype=np.uint8)
     return picture.to_ndarray(format="gray").astype(np.uint8, copy=False)

@@ -1,9 +1,36 @@
-"""Check that an input is a regular file, which can be read twice."""
+"""Inputs are regular files, which can be read twice and do not change meanwhile."""
 
 import stat
+from dataclasses import dataclass
 from pathlib import Path
 
 from xneck_foundation.errors import Refused
+
+
+@dataclass(frozen=True)
+class FileIdentity:
+    """Which file a name stands for, and which content of it, as far as the file system tells without reading it."""
+
+    device: int
+    inode: int
+    bytes: int
+    mtime_ns: int
+
+
+def file_identity(path: Path) -> FileIdentity:
+    """The identity of a file as it is now. Raises Refused unless it is a regular file."""
+    check_input(path)
+    status = path.stat()
+    return FileIdentity(status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
+
+
+def refuse_changed(path: Path, before: FileIdentity) -> None:
+    """Raises Refused where `path` is no longer the file that it was, or has been written to.
+
+    A change within the file system's clock tick (some ms) that keeps the size is not noticed.
+    """
+    if file_identity(path) != before:
+        raise Refused(path, "was changed or replaced while it was being read", "leave it as it is, and run this again")
 
 
 def check_input(path: Path) -> None:

@@ -3,25 +3,47 @@
 import hashlib
 import platform
 from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from xneck_foundation.input_file import FileIdentity, file_identity, refuse_changed
 from xneck_foundation.version import VERSION
 
 _LIBRARIES = ("numpy", "scipy", "opencv-contrib-python-headless", "av", "mcap", "matplotlib")
 
 
-def provenance(inputs: Mapping[str, str | Path], settings: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Names, sizes and SHA-256 of input files by role; versions; settings. Ready for JSON."""
+@dataclass(frozen=True)
+class InputFiles:
+    """Input files by role, each with what it was before anything of it was read."""
+
+    files: Mapping[str, tuple[Path, FileIdentity]]
+
+
+def note_inputs(paths: Mapping[str, str | Path]) -> InputFiles:
+    """Input files by role as they are now; to be called before they are read. Raises Refused where one is no regular file."""
+    return InputFiles({role: (Path(path), file_identity(Path(path))) for role, path in paths.items()})
+
+
+def provenance(inputs: InputFiles, settings: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Names, sizes and SHA-256 of input files by role; versions; settings. Ready for JSON.
+
+    To be called when the inputs were read. Raises Refused where one is not what it was before: a hash is that of the bytes read.
+    """
     return {
         **versions(),
-        "inputs": {
-            role: {"file": Path(path).name, "bytes": Path(path).stat().st_size, "sha256": sha256(path)}
-            for role, path in inputs.items()
-        },
+        "inputs": {role: _input_entry(path, before) for role, (path, before) in inputs.files.items()},
         "settings": dict(settings or {}),
     }
+
+
+def _input_entry(path: Path, before: FileIdentity) -> dict[str, Any]:
+    """Name, size and SHA-256 of a file that has been what it is from `before` it was read until it was hashed."""
+    refuse_changed(path, before)
+    digest = sha256(path)
+    refuse_changed(path, before)
+    return {"file": path.name, "bytes": before.bytes, "sha256": digest}
 
 
 def versions() -> dict[str, Any]:

@@ -44,8 +44,9 @@ MIN_SEARCH_PX = 12
 LEARNING_FRAMES = 12
 """first frames of a segment, from which the lens' blur and the ink's bleed are estimated (docs/thresholds.md)"""
 
-TRACKED, SEARCHED, NOT_FOUND, LOST, DOUBLED = range(5)
-"""status of a marker in a frame: tracked, found by a search, not found, lost while tracked, in view twice and left out"""
+TRACKED, SEARCHED, NOT_FOUND, LOST, DOUBLED, REPEATED = range(6)
+"""status of a marker in a frame: tracked, found by a search, not found, lost while tracked, in view twice and left out, and left
+out as the frame repeats the picture before it"""
 
 
 @dataclass(frozen=True)

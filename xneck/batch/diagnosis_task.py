@@ -21,7 +21,7 @@ from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 from xneck.report.diagnosis_text import diagnosis_sentence
 from xneck_foundation.folder_lock import only_run_in
 from xneck_foundation.json_text import json_text, read_record
-from xneck_foundation.provenance import provenance
+from xneck_foundation.provenance import note_inputs, provenance
 from xneck_foundation.whole_file import check_output, write_text
 
 
@@ -45,9 +45,10 @@ def run_diagnosis_task(
 def _diagnose_into(
     folder: Path, datasets: Sequence[Path], held_out: Sequence[Path], progress: Callable[[str], object]
 ) -> tuple[dict[str, Any], str]:
+    inputs = note_inputs(_input_paths(datasets, held_out))
     fitted, unfitted = [read_dataset(p) for p in datasets], [read_dataset(p) for p in held_out]
     diagnosis = diagnose(fitted, unfitted, progress=progress)
-    origin = provenance(_inputs(datasets, held_out))
+    origin = provenance(inputs)
     result = record.as_json(diagnosis) | {
         "sentence": diagnosis_sentence(diagnosis),
         "provenance": origin,
@@ -72,7 +73,7 @@ def stored_diagnosis(folder: Path, datasets: Sequence[Path], held_out: Sequence[
         stored = read_record(folder / DIAGNOSIS_RECORD)
     except (OSError, ValueError):
         return None
-    made_from = _made_from(provenance(_inputs(datasets, held_out)))
+    made_from = _made_from(provenance(note_inputs(_input_paths(datasets, held_out))))
     return stored if (folder / DIAGNOSIS_PAGE).is_file() and stored.get("made_from") == made_from else None
 
 
@@ -80,7 +81,7 @@ def _made_from(origin: Mapping[str, Any]) -> dict[str, Any]:
     return software_versions() | {"inputs": origin["inputs"]}
 
 
-def _inputs(datasets: Sequence[Path], held_out: Sequence[Path]) -> Mapping[str, Path]:
+def _input_paths(datasets: Sequence[Path], held_out: Sequence[Path]) -> Mapping[str, Path]:
     fitted = {f"dataset{i + 1}": path for i, path in enumerate(datasets)}
     return fitted | {f"held_out{i + 1}": path for i, path in enumerate(held_out)}
 

@@ -133,11 +133,18 @@ def _calibrate(
     from calibration.camera_file import export_camera, write_camera
     from calibration.summary import calibration_json
     from xneck.recording.calibration_input import calibrate_from_files, list_board_files
-    from xneck_foundation.provenance import provenance
+    from xneck_foundation.provenance import note_inputs, provenance
 
     files = list_board_files(inputs.sources)
+    one_folder = len({file.name for file in files}) == len(files)
+    noted = note_inputs(
+        {"board": inputs.board}
+        | ({"neck": arm.neck} if arm.neck else {})
+        | {f"picture {file.name if one_folder else file}": file for file in files}
+    )
     with progress_bar(None if len(files) == 1 else len(files), "calibrate", quiet) as done:
         calibration = calibrate_from_files(files, inputs.board, inputs.every, done)
+    origin = provenance(noted)
     write_camera(calibration.camera, out)
     quality = assess_quality(calibration)
     sigma_at_arm = _sigma_at_arm(calibration.camera, arm)
@@ -147,15 +154,13 @@ def _calibrate(
     if report:
         from xneck.report.calibration_page import CalibrationResult, write_calibration_report
 
-        used_files = {"board": inputs.board} | ({"neck": arm.neck} if arm.neck else {})
-        used_files |= {f"picture {file.name}": file for file in files}
         page = CalibrationResult(
             name=out.name,
             board=read_board(inputs.board).title,
             calibration=calibration,
             quality=quality,
             arm=sigma_at_arm,
-            provenance=provenance(used_files),
+            provenance=origin,
         )
         write_calibration_report(page, report)
         lines.append(f"  {report}")

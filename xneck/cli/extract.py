@@ -81,9 +81,10 @@ def command(
     from vision.overlay import write_overlay
     from vision.shutter import Shutter
     from vision.video import describe_video
-    from xneck_foundation.provenance import provenance
+    from xneck_foundation.provenance import note_inputs, provenance
     from xneck_foundation.whole_file import write_text
 
+    inputs = note_inputs({"video": video, "camera": camera_file, "neck": neck_file})
     camera, neck = read_camera(camera_file), read_neck(neck_file)
     options = ExtractionOptions(
         shutter=Shutter(exposure, row_time, stamp),
@@ -95,12 +96,12 @@ def command(
     with progress_bar(described.frames, "extract", quiet) as done:
         extraction = extract(described, camera, neck, options, workers, done)
     angles = extraction.angles
-    angles.notes["provenance"] = provenance({"video": video, "camera": camera_file, "neck": neck_file})
+    angles.notes["provenance"] = provenance(inputs)
     write_angles(angles, out, extraction.quality)
     export_beside(angles.series, out, export_as)
     if overlay:
         with progress_bar(len(angles.time), "overlay", quiet) as done:
-            write_overlay(video, overlay, neck, camera, extraction, done)
+            write_overlay(described, overlay, neck, camera, extraction, done)
     if corrected_neck and extraction.fit.placement:
         write_text(corrected_neck, neck_text(extraction.fit.placement.neck, f"markers as found in {video.name}"))
     result = extraction.as_json()
@@ -121,6 +122,7 @@ def _summary(out: Path, result: dict[str, Any]) -> str:
         f"  {', '.join(gap['angles'])} missing {gap['from_s']:.2f} to {gap['to_s']:.2f} s: {gap['cause']}"
         for gap in result["gaps"][:_MAX_GAPS]
     ]
+    lines += [f"  {warning}" for warning in result["warnings"]]
     lines += [f"  {drift['sentence']}" for drift in result["drift"]]
     lines += [f"  {result['askew']}"] if result["askew"] else []
     lines += [f"  {_placement_line(number)}" for number in result["placement"] or []]

@@ -36,12 +36,13 @@ def command(
     from identification.fasquelle.method import fasquelle_identification
     from identification.model_file import model_of, write_model
     from identification.parameters_file import write_mat, write_neck
-    from xneck_foundation.provenance import provenance
+    from xneck_foundation.provenance import note_inputs, provenance
 
+    inputs = note_inputs({f"dataset{i + 1}": path for i, path in enumerate(datasets)})
     recordings = [read_dataset(path) for path in datasets]
     fasquelle = fasquelle_identification(recordings)
     estimates = estimate(recordings, LAWS_BY_ELASTIC_MODEL[model])
-    origin = provenance({f"dataset{i + 1}": path for i, path in enumerate(datasets)}, {"model": model})
+    origin = provenance(inputs, {"model": model})
     write_model(model_of(estimates.parameters, estimates.laws, origin, estimates.covariance), out)
     if export_as:
         write_mat(estimates.parameters, estimates.laws, out.with_suffix(f".{export_as}"))

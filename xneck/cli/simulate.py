@@ -52,12 +52,13 @@ def command(
     from identification.model_file import read_model
     from identification.simulation.channels import as_text
     from identification.simulation.simulated_recording import simulate_recording
-    from xneck_foundation.provenance import provenance
+    from xneck_foundation.provenance import note_inputs, provenance
 
+    inputs = note_inputs({"dataset": dataset, "model": model_file})
     data, model = read_dataset(dataset), read_model(model_file)
     with progress_bar(len(data.state) if free else None, "simulate", quiet) as done:
         simulated = simulate_recording(data, model, None if free else window, source, done)
-    origin = provenance({"dataset": dataset, "model": model_file}, {"window_s": simulated.window_s, "from": source})
+    origin = provenance(inputs, {"window_s": simulated.window_s, "from": source})
     joint_state.write(out, {"simulated": simulated.series}, {"provenance": origin})
     export_beside(simulated.series, out, export_as)
     result = {

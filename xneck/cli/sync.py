@@ -37,12 +37,13 @@ def command(
     from synchronisation.angles import read_angles
     from synchronisation.encoder_log import read_log
     from synchronisation.synchronise import synchronise
-    from xneck_foundation.provenance import provenance
+    from xneck_foundation.provenance import note_inputs, provenance
     from xneck_foundation.strict_yaml import read_text
 
+    inputs = note_inputs({"angles": angles_file, "log": log_file, "neck": neck_file})
     neck = read_neck(neck_file)
     angles, log = read_angles(angles_file, neck.N), read_log(log_file, neck)
-    origin = provenance({"angles": angles_file, "log": log_file, "neck": neck_file}, {"cutoff_hz": cutoff})
+    origin = provenance(inputs, {"cutoff_hz": cutoff})
     origin["recovered"] = recovered()
     data = synchronise(neck, read_text(neck_file), angles, log, origin, cutoff)
     write_dataset(data, out)

@@ -16,19 +16,20 @@ from xneck.recording.recording_folder import Recording
 from xneck.recording.recording_result import RecordingResult
 from xneck.recording.stages import recording_angles
 from xneck_foundation.errors import Refused
-from xneck_foundation.provenance import provenance
+from xneck_foundation.provenance import note_inputs, provenance
 from xneck_foundation.strict_yaml import read_text
 
 
 def run_stages(recording: Recording, out: Path, progress: StageProgress = no_progress) -> RecordingResult:
     """All stages in order, their files into the folder `out`; `progress` is called with the name of each as it begins."""
+    inputs = note_inputs(recording.files)
     neck = read_neck(recording.neck)
     log = read_log(recording.log, neck)
     angles, video = recording_angles(recording, neck, progress)
     if video is not None:
         video.write_files(out)
     progress("sync")
-    origin = provenance(recording.files)
+    origin = provenance(inputs)
     data = synchronise(neck, read_text(recording.neck), angles, log, origin)
     write_dataset(data, out / "dataset.mcap")
     progress("identify")

@@ -10,7 +10,7 @@ from synchronisation.encoder_log import read_log
 from synchronisation.synchronise import synchronise
 from xneck.recording.progress import StageProgress, no_progress
 from xneck.recording.recording_folder import Recording, read_recording
-from xneck_foundation.provenance import provenance
+from xneck_foundation.provenance import note_inputs, provenance
 from xneck_foundation.strict_yaml import read_text
 
 if TYPE_CHECKING:
@@ -49,8 +49,9 @@ def synchronise_recording(folder: str | Path, stage: StageProgress = no_progress
     xneck_foundation.errors.Refused: samples/nowhere: has no recording.yaml; write one with the keys video, log, camera, neck
     """
     recording = read_recording(folder)
+    inputs = note_inputs(recording.files)
     neck = read_neck(recording.neck)
     log = read_log(recording.log, neck)
     angles, _ = recording_angles(recording, neck, stage)
     stage("sync")
-    return synchronise(neck, read_text(recording.neck), angles, log, provenance(recording.files))
+    return synchronise(neck, read_text(recording.neck), angles, log, provenance(inputs))

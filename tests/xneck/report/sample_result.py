@@ -25,7 +25,7 @@ from vision.shutter import Shutter
 from xneck.recording.camera_stages import AnnotatedFrame, VideoResult
 from xneck.recording.recording_folder import Recording
 from xneck.recording.recording_result import RecordingResult
-from xneck_foundation.provenance import provenance
+from xneck_foundation.provenance import note_inputs, provenance
 
 SAMPLE = SAMPLES / "held_out"
 SECONDS = 8.0
@@ -39,11 +39,11 @@ def sample_start(folder: Path) -> tuple[DataSet, Angles]:
     kept = angles.time < SECONDS
     alpha, sigma = angles.alpha[kept].copy(), angles.sigma[kept].copy()
     alpha[100:110] = sigma[100:110] = np.nan
-    notes = {"markers": [{"id": 7, "seen_share": 0.9, "duplicates": 1}], "foreign_ids": [3]}
+    notes = {"markers": [{"id": 7, "seen_share": 0.9, "duplicates": 1}], "foreign_ids": [3], "warnings": [NASTY]}
     angles = Angles(angles.time[kept], alpha, sigma, notes)
     # a slash cannot be in a file name, but it can be in the provenance of a data set that somebody else made
     (folder / "log").write_bytes(b"log")
-    origin = provenance({"log": folder / "log"})
+    origin = provenance(note_inputs({"log": folder / "log"}))
     origin["inputs"]["log"]["file"] = NASTY + ".mcap"
     yaml = (SAMPLE / "neck.yaml").read_text() + f"# {NASTY}\n"
     return synchronise(neck, yaml, angles, read_log(SAMPLE / "log.mcap", neck), origin), angles

@@ -15,7 +15,7 @@ from tests.calibration.truth import CAMERA, SIZE, project, synthetic_views
 from tests.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
 from vision.linkage.arm_sigma import arm_sigma, two_link_arm
 from xneck.report.calibration_page import CalibrationResult, calibration_sentence, write_calibration_report
-from xneck_foundation.provenance import provenance
+from xneck_foundation.provenance import note_inputs, provenance
 
 NASTY = "<script>alert(1)</script>"
 SECTIONS = ("sigma", "next", "coverage", "residuals", "parameters", "models", "pictures", "inputs")
@@ -37,7 +37,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> CalibrationResult:
         calibration=found,
         quality=assess_quality(found),
         arm=arm,
-        provenance=provenance({"board": board}),
+        provenance=provenance(note_inputs({"board": board})),
     )
 
 

@@ -22,7 +22,7 @@ from tests.html_page import Elements, check_alone, check_figures, check_print, l
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 from xneck.report.diagnosis_text import diagnosis_sentence
 from xneck_foundation.json_text import json_text
-from xneck_foundation.provenance import provenance
+from xneck_foundation.provenance import note_inputs, provenance
 
 NASTY = "<script>alert(1)</script>"
 SECTIONS = ("picture", "numbers", "else", "next", "details", "inputs")
@@ -46,7 +46,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
 def result(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> DiagnosisResult:
     file = tmp_path_factory.mktemp("inputs") / "monday.mcap"
     file.write_bytes(b"")
-    return DiagnosisResult(NASTY, found, provenance({"dataset1": file}, {}))
+    return DiagnosisResult(NASTY, found, provenance(note_inputs({"dataset1": file})))
 
 
 @pytest.fixture(scope="module")

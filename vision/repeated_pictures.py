@@ -1,0 +1,81 @@
+"""Frames that show the picture before them again, as a camera's driver or a converter of frame rates delivers when none is ready.
+
+Such a frame has a stamp of its own but the arm of an earlier moment, so its angles are wrong by what the arm moved since. A lossy
+codec changes the copy a little: equal grey levels tell nothing. What tells is that all markers stand still for a frame while they
+move on, the same way, before and after it. An arm at rest cannot be told from a repeated picture of it, and need not be.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+STILL_PX = 0.1
+"""px: markers that all moved by less stand still (docs/thresholds.md)"""
+MIN_MOTION_PX = 0.5
+"""px: a marker that moves by more, in the frame before and in the frame after, shows that a stop is none (docs/thresholds.md)"""
+MIN_ENTRY_RATIO = 0.5
+"""speed at which several still frames are entered over the speed before: with a constant deceleration a real stop has a third
+(docs/thresholds.md)"""
+MIN_CATCH_UP = 1.5
+"""apparent speed of the frame after several still ones over the speed later: an arm that moved unseen is at once where it would be,
+one that stood still speeds up (docs/thresholds.md)"""
+
+
+@dataclass(frozen=True)
+class _Stop:
+    """Successive frames in which no marker moves: the first shows where they are, the others may repeat it."""
+
+    first: int
+    last: int
+
+
+def repeated_pictures(time: Array, corners: Array) -> NDArray[np.bool_]:
+    """Frames that repeat the picture before them, (F,), of markers that move; frames of an arm at rest are none.
+
+    time: (F,), s; corners: (F, markers, 4, 2), px, NaN where a marker was not found.
+    """
+    places = corners.mean(axis=2)
+    stops = _stops(places)
+    repeated = np.zeros(len(time), dtype=bool)
+    for k in range(2, len(stops) - 2):
+        if stops[k].last > stops[k].first and _moves_on(time, places, stops[k - 2 : k + 3]):
+            repeated[stops[k].first + 1 : stops[k].last + 1] = True
+    return repeated
+
+
+def _stops(places: Array) -> list[_Stop]:
+    """All frames, those together in which no marker is further than STILL_PX from where it is in the first of them."""
+    firsts = [0]
+    for frame in range(1, len(places)):
+        moved = np.linalg.norm(places[frame] - places[firsts[-1]], axis=-1)
+        if np.isnan(moved).all() or np.nanmax(moved) > STILL_PX:
+            firsts.append(frame)
+    return [_Stop(first, after - 1) for first, after in pairwise([*firsts, len(places)])]
+
+
+def _moves_on(time: Array, places: Array, stops: list[_Stop]) -> bool:
+    """Whether the markers were at speed when they came to the third of five stops, and are at speed when they leave it."""
+    earlier, before, stop, after, later = stops
+    arrival, departure = places[stop.first] - places[before.last], places[after.first] - places[stop.last]
+    moved = np.minimum(np.linalg.norm(arrival, axis=-1), np.linalg.norm(departure, axis=-1))
+    several = stop.last - stop.first > 1
+    if not several:
+        # a motion that turns over may stand still for a frame; one that goes on does not
+        moved = np.where(np.sum(arrival * departure, axis=-1) > 0, moved, 0.0)
+    if np.isnan(moved).all() or np.nanmax(moved) < MIN_MOTION_PX:
+        return False
+    if not several:
+        return True
+    marker = int(np.nanargmax(moved))
+
+    def speed(start: _Stop, end: _Stop, since: int) -> float:
+        way = places[end.first, marker] - places[start.last, marker]
+        return float(np.linalg.norm(way) / (time[end.first] - time[since]))
+
+    entered = speed(before, stop, before.first) > MIN_ENTRY_RATIO * speed(earlier, before, earlier.first)
+    left = speed(stop, after, stop.last) > MIN_CATCH_UP * speed(after, later, after.first)
+    return entered and left
