@@ -1,13 +1,17 @@
-"""JSON text that every reader takes: numbers that JSON cannot express become null."""
+"""JSON text that every reader takes: numbers that JSON cannot express become null, what does not print becomes an escape."""
 
 import json
 import math
+import re
 from typing import Any
+
+_NOT_ASCII = re.compile(r"[^\n\x20-\x7e]")
 
 
 def json_text(value: Any) -> str:
-    """A value as JSON text; infinities and NaN become null."""
-    return json.dumps(_plain(value), indent=2, ensure_ascii=False) + "\n"
+    """A value as JSON text; infinities and NaN become null, and characters that do not print are escaped."""
+    text = json.dumps(_plain(value), indent=2, ensure_ascii=False) + "\n"
+    return _NOT_ASCII.sub(lambda found: found[0] if found[0].isprintable() else json.dumps(found[0])[1:-1], text)
 
 
 def _plain(value: Any) -> Any:

@@ -26,6 +26,7 @@ from identification.files.mcap_records import (
     read_records,
 )
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import listed
 from xneck_foundation.recovery import warn_recovered
 from xneck_foundation.version import VERSION
 from xneck_foundation.whole_file import whole_file
@@ -124,7 +125,7 @@ def read(path: str | Path) -> JointStateFile:
     if not logs:
         if lost:
             raise Refused(path, f"not one row of it can be read: {lost}", "copy it again, or record it again")
-        only = f"topics {', '.join(records.others)}" if records.others else "no messages"
+        only = f"topics {listed(records.others)}" if records.others else "no messages"
         raise Refused(path, f"holds no sensor_msgs/JointState, only {only}")
     if lost:
         warn_recovered(path, lost)

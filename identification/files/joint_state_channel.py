@@ -7,11 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from xneck_foundation.one_line import listed, shortened
+
 Array = NDArray[np.float64]
 
 STAMP_SECONDS = 2**31
 """a ROS stamp's seconds lie within +- so many: an int32"""
 NANOSECONDS = 1_000_000_000
+_SHOWN = 60
+"""characters of names that are shown"""
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,7 @@ def check_names(names: Sequence[str]) -> None:
         raise ValueError(f"name[{names.index('')}] is an empty text")
     name, count = Counter(names).most_common(1)[0]
     if count > 1:
-        raise ValueError(f"{count} joints are called {name}")
+        raise ValueError(f"{count} joints are called {shortened(name, _SHOWN)}")
 
 
 def check_lengths(joints: int, lengths: dict[str, int]) -> None:
@@ -59,4 +63,5 @@ def joined(parts: Sequence[JointStateChannel]) -> JointStateChannel:
 def check_same_names(before: Sequence[str], after: Sequence[str]) -> None:
     """Raises ValueError where a channel's joints are named or ordered otherwise than in the messages before."""
     if tuple(before) != tuple(after):
-        raise ValueError(f"the joints' names change on the way, from {', '.join(before)} to {', '.join(after)}")
+        was, now = listed(before, limit=_SHOWN), listed(after, limit=_SHOWN)
+        raise ValueError(f"the joints' names change on the way, from {was} to {now}")

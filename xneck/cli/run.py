@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from xneck.cli.output import FOLDER, INPUT_FILE, progress_bar, report_result, result_options, worker_options
+from xneck.cli.terminal import print_error
+from xneck_foundation.one_line import printable
 from xneck_foundation.recovery import warn_recovered
 
 if TYPE_CHECKING:
@@ -85,7 +87,7 @@ def _run_single(name: str, source: Path, options: "BatchOptions", json_out: str 
         with tqdm(total=_MAX_STAGES, disable=True if quiet else None, leave=False) as bar:
 
             def show_stage(stage: str) -> None:
-                bar.set_description(f"{name}: {stage}")
+                bar.set_description(printable(f"{name}: {stage}"))
                 bar.update()
 
             record = run_recording_task(recording, folder, options.rerun, show_stage)
@@ -131,7 +133,7 @@ def _run_many(
     for name, record in records.items():
         _warn_recovered(name, record)
     for name, failure in failures.items():
-        click.echo(f"xneck: {name} failed: {failure}", err=True)
+        print_error(f"{name} failed: {failure}")
     text = batch_table.batch_text(rows)
     result: dict[str, Any] = {
         "recordings": {

@@ -6,6 +6,7 @@ import click
 
 from xneck.cli.demo import SAMPLES_FOLDER
 from xneck.cli.output import FOLDER, progress_bar, report_result, result_options, worker_options
+from xneck.cli.terminal import print_error
 
 _MANNERS = ("rich", "slow", "constant tension")
 
@@ -108,7 +109,7 @@ def command(
     if not records:
         raise Refused("study", f"no case came to an end; {failures[0]}")
     for line in failures:
-        click.echo(f"xneck: warning: {line}", err=True)
+        print_error(f"warning: {line}")
     done_before = len(records) - len(pending) + len(failed)
     result = StudyResult.of(records, list(experiment.KINDS), options.as_json() | {"code": code}, failed, done_before)
     result.write_files(out)
