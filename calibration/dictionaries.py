@@ -12,6 +12,7 @@ import numpy as np
 
 from calibration.dictionary_file import dictionary_files, read_dictionary
 from xneck_foundation.errors import Refused, one_of
+from xneck_foundation.spelling import valid_words
 
 
 @cache
@@ -58,7 +59,7 @@ def dictionary_size(name: str) -> int:
 def check_dictionary(name: str, needed: int) -> str:
     """The name of a dictionary with `needed` markers or more; raises ValueError, for validators."""
     if name not in dictionary_names():
-        raise ValueError(f"unknown dictionary, valid: {', '.join(dictionary_names())}")
+        raise ValueError(f"unknown dictionary, {valid_words(name, dictionary_names())}")
     if needed > dictionary_size(name):
         raise ValueError(f"has {dictionary_size(name)} markers, the board needs {needed}")
     return name

@@ -8,6 +8,8 @@ from pydantic import Field
 
 from calibration.camera import Camera, camera_from, refuse_implausible
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import listed
+from xneck_foundation.spelling import quoted
 from xneck_foundation.strict_yaml import Strict, validate_document
 from xneck_foundation.yaml_text import flow
 
@@ -41,13 +43,15 @@ def from_kalibr(document: Any, path: str | Path) -> Camera:
     """
     others = sorted(set(document) - {"cam0"})
     if others:
-        raise Refused(path, f"holds cam0 and {', '.join(others)}", "leave one camera in it, as cam0")
+        raise Refused(path, f"holds cam0 and {listed(others)}", "leave one camera in it, as cam0")
     cam = validate_document(document["cam0"], _Cam, f"{path}: cam0")
     if cam.camera_model != "pinhole":
-        raise Refused(path, f"cam0.camera_model: {cam.camera_model} is not read", "calibrate with pinhole-radtan")
+        raise Refused(
+            path, f"cam0.camera_model: {quoted(cam.camera_model)} is not read", "calibrate with pinhole-radtan"
+        )
     if cam.distortion_model not in ("radtan", "none"):
         raise Refused(
-            path, f"cam0.distortion_model: {cam.distortion_model} is not read", "calibrate with pinhole-radtan"
+            path, f"cam0.distortion_model: {quoted(cam.distortion_model)} is not read", "calibrate with pinhole-radtan"
         )
     count = 4 if cam.distortion_model == "radtan" else 0
     if len(cam.distortion_coeffs) != count:

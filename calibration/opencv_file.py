@@ -1,5 +1,6 @@
 """A camera as cv2.FileStorage writes it: YAML, XML or JSON, under the names that OpenCV's own programs use."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,8 @@ import numpy as np
 
 from calibration.camera import Camera, refuse_implausible
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import listed
+from xneck_foundation.spelling import quoted
 
 _MATRIX = ("camera_matrix", "cameramatrix", "intrinsic_matrix", "mtx", "k")
 _DISTORTION = ("distortion_coefficients", "distcoeffs", "dist_coeffs", "distortion", "dist", "d")
@@ -15,6 +18,12 @@ _WIDTH = ("image_width", "imagewidth", "width")
 _HEIGHT = ("image_height", "imageheight", "height")
 _SIZE = ("image_size", "imagesize", "img_size", "size")
 _COVARIANCE = "covariance"
+_MAX_NESTED = 1000
+"""most brackets, tags and dashes that may open a level: OpenCV reads level by level and ends the process where it has no more
+memory for that, with 20,000 of them; a camera's file has some tens (docs/thresholds.md)"""
+_MAX_ENTRIES = 1000
+"""most names, and numbers of a matrix: OpenCV looks for each from the beginning; a covariance has 81 (docs/thresholds.md)"""
+_OPENING = re.compile(r"[\[{<]|-(?=\s)")
 
 
 def is_opencv(text: str) -> bool:
@@ -30,6 +39,8 @@ def from_opencv(text: str, path: str | Path) -> Camera:
     Names are taken whatever their capitals. Raises Refused where matrix, coefficients or picture size are missing, and
     for fisheye, rational, thin prism and tilted lens models.
     """
+    if sum(1 for _ in _OPENING.finditer(text)) > _MAX_NESTED:
+        raise Refused(path, f"opens more than {_MAX_NESTED} lists, tags or maps", "is this a camera's file?")
     try:
         storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
         opened = storage.isOpened()
@@ -37,7 +48,10 @@ def from_opencv(text: str, path: str | Path) -> Camera:
         raise Refused(path, "is not what cv2.FileStorage writes", "is this a camera's file?") from error
     if not opened or not storage.root().isMap():
         raise Refused(path, "is not what cv2.FileStorage writes", "is this a camera's file?")
-    nodes = {name.lower(): storage.getNode(name) for name in storage.root().keys()}  # noqa: SIM118 (a FileNode)
+    names = storage.root().keys()
+    if len(names) > _MAX_ENTRIES:
+        raise Refused(path, f"has {len(names)} entries", "is this a camera's file?")
+    nodes = {name.lower(): storage.getNode(name) for name in names}
     if {"m1", "d1", "m2", "d2"} <= set(nodes):
         raise Refused(path, "holds the two cameras of a stereo pair", "save the one that is meant as camera_matrix")
     fisheye = nodes.get("fisheye_model")
@@ -46,7 +60,7 @@ def from_opencv(text: str, path: str | Path) -> Camera:
     if (fisheye is not None and fisheye.real() != 0) or word in ("fisheye", "equidistant", "omnidir"):
         raise Refused(path, "a fisheye model is not read", "calibrate without it; more than about 100 degrees need one")
     if word not in ("plumb_bob", "rational_polynomial"):
-        raise Refused(path, f"distortion_model: unknown model {word!r}", "expected plumb_bob")
+        raise Refused(path, f"distortion_model: unknown model {quoted(word)}", "expected plumb_bob")
     K = _matrix(path, nodes, _MATRIX)
     if K.shape != (3, 3) or np.any(np.array([K[0, 1], K[1, 0], K[2, 0], K[2, 1], K[2, 2] - 1])):
         raise Refused(path, "camera_matrix: expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]", "a skewed camera is not read")
@@ -102,7 +116,7 @@ def _matrix(path: str | Path, nodes: dict[str, Any], names: tuple[str, ...]) -> 
         if value is None or not np.all(np.isfinite(value)):
             raise Refused(path, f"{name}: expected a matrix of finite numbers")
         return np.asarray(value, np.float64)
-    raise Refused(path, f"{names[0]}: missing", f"found: {', '.join(nodes) or 'nothing'}")
+    raise Refused(path, f"{names[0]}: missing", f"found: {listed(nodes) or 'nothing'}")
 
 
 def _numbers(node: Any) -> np.ndarray | None:
@@ -127,7 +141,7 @@ def _numbers(node: Any) -> np.ndarray | None:
 
 def _listed(node: Any) -> np.ndarray | None:
     """A list of numbers; None where the node is something else."""
-    entries = [node.at(i) for i in range(node.size())] if node.isSeq() else []
+    entries = [node.at(i) for i in range(node.size())] if node.isSeq() and node.size() <= _MAX_ENTRIES else []
     if not entries or not all(entry.isInt() or entry.isReal() for entry in entries):
         return None
     return np.array([entry.real() for entry in entries])

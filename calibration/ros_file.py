@@ -9,6 +9,7 @@ from pydantic import Field
 from calibration import lens
 from calibration.camera import Camera, refuse_implausible
 from xneck_foundation.errors import Refused
+from xneck_foundation.spelling import quoted
 from xneck_foundation.strict_yaml import Strict, validate_document
 from xneck_foundation.whole_file import write_text
 from xneck_foundation.yaml_text import flow
@@ -47,7 +48,7 @@ def from_ros(document: Any, path: str | Path) -> Camera:
     """
     file = validate_document(document, _File, path)
     if file.distortion_model not in ("plumb_bob", "rational_polynomial", "equidistant"):
-        raise Refused(path, f"distortion_model: unknown model {file.distortion_model!r}", "expected plumb_bob")
+        raise Refused(path, f"distortion_model: unknown model {quoted(file.distortion_model)}", "expected plumb_bob")
     if file.distortion_model != "plumb_bob":
         raise Refused(path, f"distortion_model: {file.distortion_model} is not read", "calibrate with plumb_bob")
     K = _array(path, "camera_matrix", file.camera_matrix, (3, 3))

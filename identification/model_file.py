@@ -15,6 +15,7 @@ from mechanism.laws import LAWS
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
 from xneck_foundation.parameter import Parameter
+from xneck_foundation.spelling import quoted, valid_words
 from xneck_foundation.strict_yaml import Strict, read_yaml
 from xneck_foundation.whole_file import write_text
 
@@ -46,7 +47,7 @@ class Model(Strict):
     def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         for name in names:
             if name not in LAWS:
-                raise ValueError(f"unknown law {name!r}, valid: {', '.join(LAWS)}")
+                raise ValueError(f"unknown law {quoted(name)}, {valid_words(name, LAWS)}")
         return names
 
     @model_validator(mode="after")

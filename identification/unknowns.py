@@ -10,6 +10,7 @@ from mechanism.arm import Arm
 from mechanism.friction import CM
 from mechanism.laws import LAWS, Term
 from xneck_foundation.errors import Refused
+from xneck_foundation.spelling import quoted, valid_words
 
 Array = NDArray[np.float64]
 
@@ -85,13 +86,13 @@ def unknowns(
     """The unknowns of laws by name; `held`: terms (also x0, delay) that keep the value given. Raises Refused for unknown names."""
     for name in laws:
         if name not in LAWS:
-            raise Refused("identify", f"unknown law {name!r}", f"valid: {', '.join(LAWS)}")
+            raise Refused("identify", f"unknown law {quoted(name)}", valid_words(name, LAWS))
     terms = [(term, None) for term in terms_of(laws)] + [(term, r) for r in range(recordings) for term in (X0, DELAY)]
     fixed: dict[str, Array] = {}
     names = {term.name for term, _ in terms}
     for name, value in (held or {}).items():
         if name not in names:
-            raise Refused("identify", f"no term {name!r} to hold", f"valid: {', '.join(sorted(names))}")
+            raise Refused("identify", f"no term {quoted(name)} to hold", valid_words(name, sorted(names)))
         count = next(term for term, _ in terms if term.name == name).count(arm)
         fixed[name] = np.broadcast_to(np.asarray(value, dtype=float), (count,)).copy()
     entries: list[Unknown] = []

@@ -4,6 +4,7 @@ Every length, mass, stiffness is checked against the magnitude it can have in SI
 metres are refused; all faults of a file are reported at once, each with its key's path.
 """
 
+from collections import Counter
 from itertools import pairwise
 from math import pi
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import listed
 from xneck_foundation.strict_yaml import Strict, read_yaml
 
 Length = Annotated[float, Field(ge=0.001, le=2.0)]
@@ -149,7 +151,7 @@ class Markers(Strict):
 
     dictionary: str
     size: Annotated[float, Field(ge=0.002, le=1.0)]
-    on_bars: Annotated[tuple[BarMarker, ...], Field(min_length=1)]
+    on_bars: Annotated[tuple[BarMarker, ...], Field(min_length=1, max_length=1000)]
 
 
 class Neck(Strict):
@@ -168,28 +170,36 @@ class Neck(Strict):
         n = len(self.mechanisms)
         if len(self.motors) != len(self.cables):
             faults.append(f"{len(self.motors)} motors for {len(self.cables)} cables: each cable needs one")
-        for j, cable in enumerate(self.cables):
-            if len(cable.route) > n:
-                faults.append(f"cables[{j}].route crosses {len(cable.route)} mechanisms of {n}")
+        beyond = self._beyond_the_last_mechanism()
+        if len(beyond) == 1:
+            faults += beyond
+        elif beyond:
+            faults.append(f"mechanisms: {n} are too few, in {len(beyond)} places: {beyond[0]}")
         named = [m.joint for m in self.motors if m.joint is not None]
         if named and (len(named) != len(self.motors) or len(set(named)) != len(named)):
             faults.append("motors[].joint: give every motor a name of its own, or none")
-        if self.markers:
-            ids = [m.id for m in self.markers.on_bars]
-            faults += [f"markers.on_bars: id {i} stands twice" for i in sorted({i for i in ids if ids.count(i) > 1})]
-            faults += [
-                f"markers.on_bars[{k}].bar is {m.bar}, but bars are 0..{n}"
-                for k, m in enumerate(self.markers.on_bars)
-                if m.bar is not None and m.bar > n
-            ]
-            faults += [
-                f"markers.on_bars[{k}].diagonal is {m.diagonal}, but mechanisms are 1..{n}"
-                for k, m in enumerate(self.markers.on_bars)
-                if m.mechanism is not None and m.mechanism > n
-            ]
+        ids = Counter(m.id for m in self.markers.on_bars) if self.markers else Counter[int]()
+        repeated = [str(i) for i in sorted(ids) if ids[i] > 1]
+        if repeated:
+            faults.append(f"markers.on_bars: id {listed(repeated)} stands twice")
         if faults:
             raise ValueError("; ".join(faults))
         return self
+
+    def _beyond_the_last_mechanism(self) -> list[str]:
+        """All that needs more mechanisms than there are, in words: one number too small is one fault."""
+        n = len(self.mechanisms)
+        beyond = [
+            f"cables[{j}].route crosses {len(cable.route)} mechanisms of {n}"
+            for j, cable in enumerate(self.cables)
+            if len(cable.route) > n
+        ]
+        for k, marker in enumerate(self.markers.on_bars if self.markers else ()):
+            if marker.bar is not None and marker.bar > n:
+                beyond.append(f"markers.on_bars[{k}].bar is {marker.bar}, but bars are 0..{n}")
+            if marker.mechanism is not None and marker.mechanism > n:
+                beyond.append(f"markers.on_bars[{k}].diagonal is {marker.diagonal}, but mechanisms are 1..{n}")
+        return beyond
 
     @property
     def N(self) -> int:

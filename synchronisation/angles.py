@@ -13,6 +13,7 @@ from identification.dataset.series import Series, check_time, numbered_columns
 from identification.files import joint_state
 from synchronisation.csv_table import read_table
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import listed
 
 Array = NDArray[np.float64]
 
@@ -96,7 +97,11 @@ def _from_mcap(path: Path) -> tuple[Series, dict[str, Any], Array | None]:
     """Columns, notes and the light's brightness of an angles.mcap."""
     recording = joint_state.read(path)
     if "angles" not in recording.logs:
-        raise Refused(path, f"has no /angles, only /{', /'.join(recording.logs)}", "make it with `xneck extract`")
+        raise Refused(
+            path,
+            f"has no /angles, only {listed(f'/{name}' for name in recording.logs)}",
+            "make it with `xneck extract`",
+        )
     series = joint_state.as_series(recording.logs["angles"])
     light = None
     if "quality" in recording.logs:

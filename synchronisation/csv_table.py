@@ -1,6 +1,7 @@
 """CSV files with a header, read by column name."""
 
 import csv
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import numpy as np
 from identification.dataset.series import Series
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
+from xneck_foundation.one_line import listed
+from xneck_foundation.spelling import likely_spelling, quoted
 
 
 def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str] = ()) -> Series:
@@ -24,18 +27,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
             header = [cell.strip() for cell in next(rows, [])]
             if not header:
                 raise Refused(path, "is empty", "expected a header and rows of numbers")
-            missing = [name for name in ("time", *required) if name not in header]
-            if missing:
-                raise Refused(
-                    path,
-                    f"lacks the column{'s' * (len(missing) > 1)} {', '.join(missing)}",
-                    f"its header is '{','.join(header)[:120]}', expected time,{','.join(required)}",
-                )
-            repeated = sorted({name for name in header if header.count(name) > 1})
-            if repeated:
-                raise Refused(path, f"has the column {repeated[0]} twice", "name each column once")
-            names = ["time", *required, *(name for name in optional if name in header)]
-            at = [header.index(name) for name in names]
+            at = _columns(path, header, ("time", *required), optional)
             table = []
             for number, row in enumerate(rows, start=2):
                 if not row:
@@ -45,16 +37,38 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
                         path, f"row {number} has {len(row)} cells, the header {len(header)}", "is it half-written?"
                     )
                 try:
-                    table.append([_number(row[k]) for k in at])
+                    table.append([_number(row[k]) for k in at.values()])
                 except ValueError:
-                    k = next(k for k in at if not _is_number(row[k]))
-                    raise Refused(path, f"row {number}, column {header[k]}: {row[k]!r} is not a number") from None
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+                    name = next(name for name, k in at.items() if not _is_number(row[k]))
+                    what = f"row {number}, column {name}: {quoted(row[at[name]])} is not a number"
+                    raise Refused(path, what) from None
+    except UnicodeDecodeError as error:
+        raise Refused(path, "cannot be read as CSV (not UTF-8 text)", "save it as UTF-8") from error
+    except (OSError, csv.Error) as error:
         raise Refused(path, f"cannot be read as CSV ({getattr(error, 'strerror', None) or error})") from error
     if not table:
         raise Refused(path, "has a header but no rows")
     values = np.array(table)
-    return Series(values[:, 0], {name: values[:, k] for k, name in enumerate(names) if k})
+    return Series(values[:, 0], {name: values[:, k] for k, name in enumerate(at) if k})
+
+
+def _columns(path: Path, header: list[str], required: Sequence[str], optional: Sequence[str]) -> dict[str, int]:
+    """Places of the columns that are read, by name. Raises Refused where one is missing, or any stands twice."""
+    places = {name: k for k, name in enumerate(header)}
+    missing = [name for name in required if name not in places]
+    if missing:
+        known = {*required, *optional}
+        meant = likely_spelling(missing[0], [name for name in places if name not in known])
+        hint = f"is {meant} meant by {missing[0]}? " if meant else ""
+        raise Refused(
+            path,
+            f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
+            f"{hint}its header is '{listed(header, ',', 60)}', expected {listed(required, ',', 60)}",
+        )
+    if len(places) < len(header):
+        name, count = Counter(header).most_common(1)[0]
+        raise Refused(path, f"has the column {quoted(name)} {count} times", "name each column once")
+    return {name: places[name] for name in (*required, *optional) if name in places}
 
 
 def _number(cell: str) -> float:

@@ -10,6 +10,7 @@ from identification.files import joint_state
 from mechanism.description import Neck
 from synchronisation.csv_table import read_table
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import listed
 
 Array = NDArray[np.float64]
 
@@ -17,6 +18,9 @@ LED = "led"
 """column of a log, or joint of an MCAP, that says whether the light was on"""
 MAX_LOGGED_MAGNITUDE = 1e9
 """largest motor angle or force that a log may hold, in whatever unit it is logged (docs/thresholds.md)"""
+
+_SHOWN = 60
+"""characters of joints' names that are shown"""
 
 
 def read_log(path: str | Path, neck: Neck) -> Series:
@@ -38,7 +42,7 @@ def read_log(path: str | Path, neck: Neck) -> Series:
         if 0 < len(missing) < m:
             raise Refused(
                 path,
-                f"lacks the column{'s' * (len(missing) > 1)} {', '.join(missing)}",
+                f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
                 "log the forces of all motors, or of none",
             )
     check_time(series.time, str(path))
@@ -66,12 +70,12 @@ def _from_joint_states(path: Path, neck: Neck) -> Series:
     joints = [motor.joint for motor in neck.motors]
     if all(joint is not None for joint in joints):
         fitting = {topic: log for topic, log in logs.items() if set(joints) <= set(log.names)}
-        expected = f"joints {', '.join(map(str, joints))}"
+        expected = f"joints {listed(map(str, joints), limit=_SHOWN)}"
     else:
         fitting = {topic: log for topic, log in logs.items() if len(set(log.names) - {LED}) == neck.M}
         expected = f"{neck.M} joints"
     if len(fitting) != 1:
-        topics = "; ".join(f"/{topic} has {', '.join(log.names[:8])}" for topic, log in logs.items())
+        topics = listed((f"/{topic} has {listed(log.names, limit=_SHOWN)}" for topic, log in logs.items()), "; ")
         count = "no channel" if not fitting else f"{len(fitting)} channels"
         raise Refused(path, f"{count} with {expected} ({topics})", "name the joints in neck.yaml, motors[].joint")
     log = next(iter(fitting.values()))

@@ -1,16 +1,23 @@
-"""JSON text that every reader takes, where numbers that JSON cannot express are null, and records read back from it."""
+"""JSON text that every reader takes, and records read back from it.
+
+Numbers that JSON cannot express become null, what does not print becomes an escape.
+"""
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
 from xneck_foundation.authorship import JSON_KEY, written_by_xneck
 
+_NOT_ASCII = re.compile(r"[^\n\x20-\x7e]")
+
 
 def json_text(value: Any) -> str:
-    """A value as JSON text; infinities and NaN become null."""
-    return json.dumps(_plain(value), indent=2, ensure_ascii=False) + "\n"
+    """A value as JSON text; infinities and NaN become null, and characters that do not print are escaped."""
+    text = json.dumps(_plain(value), indent=2, ensure_ascii=False) + "\n"
+    return _NOT_ASCII.sub(lambda found: found[0] if found[0].isprintable() else json.dumps(found[0])[1:-1], text)
 
 
 def read_record(path: Path) -> dict[str, Any]:

@@ -8,13 +8,19 @@ from typing import Any, TypeVar
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from xneck_foundation.document_faults import described_faults
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
+from xneck_foundation.spelling import quoted
 
 _MAX_BYTES = 1_000_000
 """largest file: ours are some kB, and as many bytes are parsed in seconds (docs/thresholds.md)"""
 _MAX_DEPTH = 20
 """deepest nesting: ours are four deep (docs/thresholds.md)"""
+_MAX_VALUES = 50_000
+"""most keys and values: a covariance of 200 parameters has 40,000; as many take 1 to 3 s (docs/thresholds.md)"""
+_MAX_DIGITS = 400
+"""longest whole number: more than the largest that a computer reckons with has (docs/thresholds.md)"""
 
 
 class Strict(BaseModel):
@@ -27,16 +33,22 @@ M = TypeVar("M", bound=BaseModel)
 
 
 class _Loader(yaml.SafeLoader):
-    """YAML 1.2's idea of scalars, duplicate keys and aliases refused."""
+    """YAML 1.2's idea of scalars; duplicate keys, aliases and tags refused."""
 
     depth = 0
+    values = 0
 
     def compose_node(self, parent: Any, index: Any) -> Any:
+        event = self.peek_event()
         if self.check_event(yaml.AliasEvent):
-            raise yaml.MarkedYAMLError(problem="aliases are not read", problem_mark=self.peek_event().start_mark)
+            raise _at(event, "aliases are not read")
+        if event.tag is not None:
+            raise _at(event, f"tags such as {quoted(event.tag)} are not read")
         if self.depth == _MAX_DEPTH:
-            where = self.peek_event().start_mark
-            raise yaml.MarkedYAMLError(problem=f"nested more than {_MAX_DEPTH} deep", problem_mark=where)
+            raise _at(event, f"nested more than {_MAX_DEPTH} deep")
+        self.values += 1
+        if self.values > _MAX_VALUES:
+            raise _at(event, f"more than {_MAX_VALUES} keys and values")
         self.depth += 1
         node = super().compose_node(parent, index)
         self.depth -= 1
@@ -47,19 +59,24 @@ class _Loader(yaml.SafeLoader):
         for key_node, _ in node.value:
             key = self.construct_object(key_node, deep=True)
             if not isinstance(key, str):
-                raise yaml.MarkedYAMLError(problem=f"key {key!r} is not text", problem_mark=key_node.start_mark)
+                raise _at(key_node, f"key {quoted(str(key))} is not text")
             if key in keys:
-                raise yaml.MarkedYAMLError(problem=f"key {key!r} stands twice", problem_mark=key_node.start_mark)
+                raise _at(key_node, f"key {quoted(key)} stands twice")
             keys.add(key)
         return super().construct_mapping(node, deep)
 
+    def construct_whole_number(self, node: Any) -> int:
+        if len(node.value) > _MAX_DIGITS:
+            raise _at(node, f"a number of {len(node.value)} digits")
+        return int(node.value)
 
-# left out, as no key of ours needs them: bytes, dates, sets, pairs
-_Loader.yaml_constructors = {
-    tag: construct
-    for tag, construct in yaml.SafeLoader.yaml_constructors.items()
-    if tag is None or tag.rpartition(":")[2] in ("str", "int", "float", "bool", "null", "seq", "map")
-}
+
+def _at(place: Any, problem: str) -> yaml.MarkedYAMLError:
+    """An error at an event or a node."""
+    return yaml.MarkedYAMLError(problem=problem, problem_mark=place.start_mark)
+
+
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_whole_number)
 # PyYAML's own resolvers read 1e-3 as text, 012 as 10, 1:30 as 90, on as True: replaced by YAML 1.2's core schema
 _Loader.yaml_implicit_resolvers = {}
 for _tag, _pattern, _first in (
@@ -78,25 +95,35 @@ def load_yaml(path: str | Path) -> Any:
 
 
 def parse_yaml(text: str, where: str | Path) -> Any:
-    """The document in `text`; `where` names it in a refusal."""
+    """The document in `text`; `where` names it in a refusal. Raises Refused as `load_yaml` does."""
+    _check_length(text, where)
     try:
         return yaml.load(text, Loader=_Loader)
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else "?"
-        raise Refused(where, f"line {line}: {error.problem}", "correct the YAML there") from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise Refused(where, f"not YAML ({str(error).splitlines()[0]})") from error
+        problem = ", ".join(filter(None, (error.context, error.problem)))
+        raise Refused(where, f"line {line}: {problem}", "correct the YAML there") from error
+    except yaml.reader.ReaderError as error:
+        line = text.count("\n", 0, error.position) + 1
+        what = f"line {line}: a character that is not text, U+{error.character:04X}"
+        raise Refused(where, what, "is this a text file?") from error
 
 
 def read_text(path: Path) -> str:
     """A text file's content, refused by name where it is missing, a folder, huge or not UTF-8."""
     check_input(path)
     try:
-        if path.stat().st_size > _MAX_BYTES:
-            raise Refused(path, f"larger than {_MAX_BYTES // 1_000_000} MB", "is this the right file?")
-        return path.read_text(encoding="utf-8")
+        with path.open(encoding="utf-8") as stream:
+            text = stream.read(_MAX_BYTES + 1)
     except (OSError, UnicodeDecodeError) as error:
         raise Refused(path, f"cannot be read ({getattr(error, 'strerror', None) or 'not UTF-8 text'})") from error
+    _check_length(text, path)
+    return text
+
+
+def _check_length(text: str, where: str | Path) -> None:
+    if len(text) > _MAX_BYTES:
+        raise Refused(where, f"larger than {_MAX_BYTES // 1_000_000} MB", "is this the right file?")
 
 
 def read_yaml(path: str | Path, kind: type[M], hint: str = "") -> M:
@@ -112,21 +139,4 @@ def validate_document(document: Any, kind: type[M], where: str | Path, hint: str
         # by JSON's rules a list may become a tuple and an integer a float, but text is never a number
         return kind.model_validate_json(json.dumps(document))
     except ValidationError as error:
-        raise Refused(where, "; ".join(_fault(e) for e in error.errors()), hint) from error
-
-
-def _fault(error: Any) -> str:
-    place = ""
-    for part in error["loc"]:
-        place += f"[{part}]" if isinstance(part, int) else (f".{part}" if place else str(part))
-    place = place or "the file as a whole"
-    if error["type"] == "missing":
-        return f"{place}: missing"
-    if error["type"] == "extra_forbidden":
-        return f"{place}: unknown key"
-    message = error["msg"].removeprefix("Value error, ")
-    message = message.replace("Input should be", "expected")
-    message = message[0].lower() + message[1:]
-    found = error["input"]
-    shown = "" if isinstance(found, dict | list | BaseModel) else f", found {found!r}"
-    return f"{place}: {message}{shown}"
+        raise Refused(where, described_faults(error.errors(), kind, document), hint) from error

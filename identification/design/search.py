@@ -22,6 +22,7 @@ from identification.unknowns import Unknowns, terms_of, unknowns
 from mechanism.laws import LAWS
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
+from xneck_foundation.spelling import quoted, valid_words
 
 Array = NDArray[np.float64]
 
@@ -82,7 +83,7 @@ def design_target(machine: Machine, names: Sequence[str] = DEFAULT_TARGETS) -> D
     laws, targets = list(machine.names), []
     for name in names:
         if name not in LAWS and name not in law_of:
-            raise Refused("design --for", f"unknown parameter {name!r}", f"valid: {', '.join([*law_of, *LAWS])}")
+            raise Refused("design --for", f"unknown parameter {quoted(name)}", valid_words(name, [*law_of, *LAWS]))
         law = LAWS.get(name) or law_of[name]
         if name in LAWS or name not in machine_terms:
             laws += [law.name] * (law.name not in laws)

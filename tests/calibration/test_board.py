@@ -55,7 +55,7 @@ def test_reads_aprilgrid_as_kalibr_means_it(tmp_path: Path):
         ({"columns": 9.5}, "columns: .*integer"),
         ({"marker": 0.025}, "marker: expected 0.2 to 0.95 of the square"),
         ({"marker": None}, "marker: missing"),
-        ({"dictionary": "DICT_5X5_100"}, "dictionary: unknown dictionary, valid: .*aruco_5x5_100"),
+        ({"dictionary": "DICT_5X5_100"}, "dictionary: unknown dictionary, did you mean aruco_5x5_100?"),
         ({"columns": 20, "rows": 20}, "dictionary: has 100 markers, the board needs 200"),
         ({"kind": "circles"}, "unknown kind of board 'circles'; valid: aprilgrid, charuco, chessboard"),
         ({"kind": "aprilgrid"}, "tag: missing"),

@@ -1,5 +1,7 @@
 """A camera survives the formats of others, told by content alone; what they cannot carry is refused or said."""
 
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +13,7 @@ import yaml
 from calibration.camera import Camera, camera_from
 from calibration.camera_file import export_camera, read_camera
 from tests.calibration.truth import CAMERA, DATA, SIZE
+from tests.paths import ROOT
 from xneck_foundation.errors import Refused
 
 KALIBR = """\
@@ -105,8 +108,8 @@ def test_k3_is_not_dropped_in_silence(tmp_path: Path):
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("radtan", "equidistant", "cam0.distortion_model: equidistant is not read; calibrate with pinhole-radtan"),
-        ("pinhole", "omni", "cam0.camera_model: omni is not read"),
+        ("radtan", "equidistant", "cam0.distortion_model: 'equidistant' is not read; calibrate with pinhole-radtan"),
+        ("pinhole", "omni", "cam0.camera_model: 'omni' is not read"),
         (", -1.2e-05]", "]", "cam0.distortion_coeffs: expected 4, found 3"),
         (", 246.049]", "]", "cam0.intrinsics: expected 4"),
         ("461.629", "4.6", r"cam0.intrinsics\[0\]: a focal length of 4.6 px"),
@@ -187,3 +190,46 @@ def test_opencvs_own_calibration_samples():
     assert camera.parameters[0] == 535.91573396163199
     with pytest.raises(Refused, match="two cameras of a stereo pair"):
         read_camera(folder / "intrinsics.yml")
+
+
+DEEP = {
+    "lists": "%YAML:1.0\\n---\\na: " + "[" * 200_000,
+    "dashes": "%YAML:1.0\\n---\\na:\\n  " + "- " * 200_000,
+    "maps": "%YAML:1.0\\n---\\na: " + "{a: " * 100_000,
+    "tags": "<?xml version='1.0'?><opencv_storage>" + "<a>" * 100_000,
+    "JSON": "{'opencv-matrix': " + "[" * 200_000,
+}
+
+
+@pytest.mark.parametrize("kind", DEEP)
+def test_a_file_in_which_opencv_would_run_out_of_stack_is_refused(kind: str, tmp_path: Path):
+    """In a process of its own, which ends by a signal where OpenCV reads it."""
+    file = tmp_path / "camera.yaml"
+    file.write_text(DEEP[kind].replace("\\n", "\n").replace("'", '"'))
+    code = (
+        "import sys\n"
+        "from calibration.camera_file import read_camera\n"
+        "from xneck_foundation.errors import Refused\n"
+        "try: read_camera(sys.argv[1])\n"
+        "except Refused as refusal: print(refusal)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code, file], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done
+    assert "camera.yaml: opens more than 1000 lists, tags or maps; is this a camera's file?" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        ([f"k{k}: 1" for k in range(60_000)], "has 60000 entries"),
+        (["camera_matrix: [" + "1, " * 300_000 + "1]"], "camera_matrix: expected a matrix of finite numbers"),
+        (["k" * 900_000 + ": 1"], "camera_matrix: missing; found: kkk"),
+    ],
+)
+def test_an_opencv_file_of_many_entries_is_refused_at_once(lines: list[str], says: str, tmp_path: Path):
+    file = tmp_path / "camera.yaml"
+    file.write_text("\n".join(["%YAML:1.0", "---", *lines, ""]))
+    with pytest.raises(Refused) as caught:
+        read_camera(file)
+    assert says in str(caught.value)
+    assert len(str(caught.value)) < 500

@@ -52,6 +52,11 @@ def test_the_sample_is_read() -> None:
         ({"cables__1__route": ["strut", "left"]}, ["cables[1]", "right side"]),
         ({"cables__1__route": ["strut"] * 4}, ["cables[1].route crosses 4 mechanisms of 3"]),
         ({"motors__3": None}, ["3 motors for 4 cables"]),
+        (
+            {"cables__0__rute": ["right"], "cables__0__route": None},
+            ["cables[0].rute: unknown key, did you mean route?"],
+        ),
+        ({"cables__0__route": ["rigth"]}, ["cables[0].route[0]", "found 'rigth', did you mean right?"]),
         ({"markers__on_bars__2__bar": 7}, ["on_bars[2].bar is 7", "0..3"]),
         ({"markers__on_bars__2__diagonal": "A1"}, ["on_bars[2]", "found bar: 2 and diagonal: A1"]),
         ({"markers__on_bars__2__bar": None}, ["on_bars[2]", "either `bar` or `diagonal`, found neither"]),
@@ -75,3 +80,11 @@ def test_faults_are_refused_with_their_places(tmp_path: Path, places: dict[str, 
 
 def test_markers_may_be_absent(tmp_path: Path) -> None:
     assert read_neck(changed(tmp_path, markers=None)).markers is None
+
+
+def test_one_mechanism_too_few_is_one_fault(tmp_path: Path) -> None:
+    """Though three cables and a marker need the third."""
+    with pytest.raises(Refused) as caught:
+        read_neck(changed(tmp_path, mechanisms__2=None))
+    text = str(caught.value)
+    assert "mechanisms: 2 are too few, in 3 places: cables[2].route crosses 3 mechanisms of 2; all in SI" in text

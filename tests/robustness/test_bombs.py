@@ -18,11 +18,12 @@ from mcap.writer import CompressionType, Writer
 from identification.files import joint_state
 from identification.files.mcap_chunks import MAX_CHUNK_BYTES
 from identification.files.mcap_records import MAGIC
+from synchronisation.csv_table import read_table
 from tests.robustness.judge import TRIED, read
 from tests.robustness.sources import H
 from xneck.recording.recording_folder import read_recording
 from xneck_foundation.errors import Refused
-from xneck_foundation.strict_yaml import load_yaml
+from xneck_foundation.strict_yaml import load_yaml, parse_yaml
 
 GIB = 1 << 30
 RECORD = struct.Struct("<BQ")
@@ -167,6 +168,12 @@ YAMLS = {
     "merged": "a: {b: 1}\nc: {<<: *a}",
     "nul": "a: \0",
     "a surrogate": 'a: "\\ud800"',
+    "many values": "a: [" + "1, " * 300_000 + "]",
+    "many keys": "\n".join(f"k{k}: 1" for k in range(80_000)),
+    "empty lists": "a: [" + "[], " * 240_000 + "]",
+    "a number of many digits": "a: [" + ("9" * 4000 + ", ") * 240 + "]",
+    "a long tag": "a: !" + "x" * 900_000 + " 1",
+    "an anchor twice": "a: [" + "&x 1, " * 160_000 + "]",
 }  # fmt: skip
 
 
@@ -177,6 +184,37 @@ def test_yaml_bombs_are_refused(name: str, tmp_path: Path) -> None:
         read("bombs", tmp_path / "bomb.yaml", read_recording)
     else:
         assert read("bombs", tmp_path / "bomb.yaml", load_yaml) is None
+
+
+UNREADABLE: dict[str, bytes] = {
+    "UTF-16": "xneck: 1".encode("utf-16"),
+    "UTF-16 without a mark": "xneck: 1".encode("utf-16-le"),
+    "Latin 1": "a: caf\xe9".encode("latin-1"),
+    "2 MB": b"# " + b"x" * 2_000_000,
+}
+
+
+@pytest.mark.parametrize("name", UNREADABLE)
+def test_what_is_no_text_is_refused(name: str, tmp_path: Path) -> None:
+    (tmp_path / "bomb.yaml").write_bytes(UNREADABLE[name])
+    assert read("bombs", tmp_path / "bomb.yaml", load_yaml) is None
+
+
+def test_yaml_in_a_data_set_is_measured_before_it_is_parsed() -> None:
+    """An attachment may be larger than any file that is read from a disk."""
+    with pytest.raises(Refused, match=r"data\.mcap:neck\.yaml: larger than 1 MB"):
+        parse_yaml("#\n" * 600_000, "data.mcap:neck.yaml")
+
+
+@pytest.mark.parametrize("columns", ["distinct", "one twice", "one missing"])
+def test_a_header_of_many_columns_is_read_in_time(columns: str, tmp_path: Path) -> None:
+    """300,000 of them in less than a second: an hour where each is looked for among all."""
+    header = ["time", "theta1", *(f"c{k}" for k in range(300_000))]
+    header[1 if columns == "one missing" else -1] = "c7" if columns == "one twice" else "other"
+    rows = "\n".join(",".join([str(k)] * len(header)) for k in range(2))
+    (tmp_path / "wide.csv").write_text(",".join(header) + "\n" + rows + "\n")
+    found = read("bombs", tmp_path / "wide.csv", lambda path: read_table(path, ["theta1"], ["f1"]))
+    assert (found is not None) == (columns == "distinct")
 
 
 def recording(folder: Path) -> Path:

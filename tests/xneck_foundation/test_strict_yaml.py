@@ -1,5 +1,6 @@
 """Configuration files mean what a person reads in them, and say all that is wrong at once."""
 
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -40,7 +41,9 @@ def test_what_yaml_1_1_turned_into_surprises_stays_text(text: str) -> None:
         ("a: &x [1]\nb: *x", "aliases"),
         ("a: [1", "line"),
         ("1: 2", "not text"),
-        ("a: !!python/object:os.system x", "constructor"),
+        ("a: !!python/object:os.system x", "tags such as"),
+        ("a: !!bool maybe", "tags such as"),
+        ("a: &x 1\nb: &x 2", "duplicate anchor"),
     ],
 )
 def test_ambiguous_or_dangerous_yaml_is_refused_with_its_line(text: str, word: str) -> None:
@@ -57,6 +60,42 @@ def test_all_faults_of_a_file_are_named_with_their_paths(tmp_path: Path) -> None
     for place in ("name:", "parts[0].mass", "parts[1].colour: unknown key", "parts[2].mass", "parts[3].mass"):
         assert place in text
     assert "\n" not in text
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("name: a\nprats: []\n", "prats: unknown key, did you mean parts?"),
+        ("name: a\nparts: [{mas: 1}]\n", "parts[0].mas: unknown key, did you mean mass?"),
+        ("name: a\nparts: [{mass: 1, colour: red}]\n", "parts[0].colour: unknown key, valid: mass, at"),
+        ("name: a\nparts: [{mass: 1, Mass: 2}]\n", "parts[0].Mass: unknown key, valid: mass, at"),
+    ],
+)
+def test_a_misspelt_key_is_one_fault(text: str, says: str, tmp_path: Path) -> None:
+    """What was likely meant is not said to be missing besides; what is there already was not meant."""
+    file = tmp_path / "w.yaml"
+    file.write_text(text)
+    with pytest.raises(Refused) as caught:
+        read_yaml(file, Whole)
+    assert str(caught.value) == f"{file}: {says}"
+
+
+def test_two_keys_are_not_taken_for_the_same_one(tmp_path: Path) -> None:
+    file = tmp_path / "w.yaml"
+    file.write_text("name: a\nparts: [{mas: 1, masss: 2}]\n")
+    with pytest.raises(Refused, match=r"mas: unknown key, did you mean mass\?; .*masss: unknown key, valid: mass, at$"):
+        read_yaml(file, Whole)
+
+
+def test_many_faults_are_counted(tmp_path: Path) -> None:
+    file = tmp_path / "w.yaml"
+    file.write_text("name: a\nparts: [" + "{mass: -1}, " * 40 + "]\n")
+    with pytest.raises(Refused) as caught:
+        read_yaml(file, Whole)
+    found = re.search(r"(parts.*); \.\.\. and (\d+) more$", str(caught.value))
+    assert found is not None
+    assert found[1].count("parts[") + int(found[2]) == 40
+    assert len(str(caught.value)) < 500
 
 
 def test_a_whole_file_reads_as_written(tmp_path: Path) -> None:

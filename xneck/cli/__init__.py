@@ -4,11 +4,15 @@ Commands are loaded when they are called, so that `xneck --help` does not wait f
 """
 
 import importlib
+import io
 import sys
 
 import click
 
-from xneck_foundation.errors import Refused
+from xneck.cli.terminal import print_error, print_text
+from xneck_foundation.errors import MAX_CHARACTERS, Refused
+from xneck_foundation.one_line import shortened
+from xneck_foundation.spelling import quoted, valid_words
 
 COMMANDS = {
     "board": "Print a calibration board, or the arm's markers, at true scale.",
@@ -35,6 +39,13 @@ class _Group(click.Group):
             return None
         return importlib.import_module(f"xneck.cli.{cmd_name}").command
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args[0] not in COMMANDS and not args[0].startswith("-"):
+            raise click.UsageError(f"no command {quoted(args[0])}; {valid_words(args[0], COMMANDS)}", ctx)
+        return super().resolve_command(ctx, args)
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
@@ -54,21 +65,22 @@ def main() -> None:
     try:
         status = group.main(standalone_mode=False)
     except Refused as refusal:
-        line = " ".join(str(refusal).split())
-        click.echo(f"xneck: {line}", err=True)
+        print_error(str(refusal))
         sys.exit(1)
     except click.ClickException as error:
-        error.show()
+        shown = io.StringIO()
+        error.show(shown)
+        print_text("\n".join(shortened(line, MAX_CHARACTERS) for line in shown.getvalue().splitlines()), error=True)
         sys.exit(error.exit_code)
     except (click.Abort, KeyboardInterrupt):
-        click.echo("xneck: interrupted; nothing half-written is left", err=True)
+        print_error("interrupted; nothing half-written is left")
         sys.exit(130)
     except BrokenPipeError:
         sys.exit(141)
     except OSError as error:  # what the disk refuses: a folder that cannot be made, a file that vanished
-        click.echo(f"xneck: {error.filename or 'output'}: {error.strerror or error}", err=True)
+        print_error(str(Refused(str(error.filename or "output"), error.strerror or str(error))))
         sys.exit(1)
     except MemoryError:
-        click.echo("xneck: the memory of this machine does not suffice; give shorter recordings", err=True)
+        print_error("the memory of this machine does not suffice; give shorter recordings")
         sys.exit(1)
     sys.exit(status if isinstance(status, int) else 0)

@@ -13,6 +13,7 @@ from identification.dataset.dataset_file import EXPORT_FORMATS, export_series
 from identification.dataset.series import Series
 from xneck.cli.files_apart import outputs_written_also, refuse_shared_files
 from xneck.cli.path_types import STANDARD_OUTPUT, JsonOutput
+from xneck.cli.terminal import print_error, print_text
 from xneck_foundation.errors import Refused
 from xneck_foundation.json_text import json_text
 from xneck_foundation.recovery import collected_recoveries
@@ -103,14 +104,14 @@ def report_result(result: dict[str, Any], text: str, json_out: Path | None, quie
     lost = recovered()
     result = {**result, _RECOVERED: lost}
     for line in lost:
-        click.echo(f"xneck: warning: {line}", err=True)
+        print_error(f"warning: {line}")
     if json_out is not None and str(json_out) == STANDARD_OUTPUT:
         click.echo(json_text(result), nl=False)
         return
     if json_out:
         write_text(json_out, json_text(result))
     if not quiet:
-        click.echo(text)
+        print_text(text)
 
 
 def export_beside(series: Series, out: Path, kind: str | None) -> None:

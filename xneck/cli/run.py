@@ -7,7 +7,9 @@ import click
 
 from xneck.cli.output import progress_bar, report_result, result_options, worker_options
 from xneck.cli.path_types import INPUT_FILE, OutputFolder
+from xneck.cli.terminal import print_error
 from xneck.recording.result_files import BATCH_FILES, SUMMARY_PAGE, SUMMARY_RECORD
+from xneck_foundation.one_line import printable
 from xneck_foundation.recovery import warn_recovered
 
 if TYPE_CHECKING:
@@ -93,7 +95,7 @@ def _run_single(name: str, source: Path, options: "BatchOptions", json_out: Path
         with tqdm(total=_MAX_STAGES, disable=True if quiet else None, leave=False) as bar:
 
             def show_stage(stage: str) -> None:
-                bar.set_description(f"{name}: {stage}")
+                bar.set_description(printable(f"{name}: {stage}"))
                 bar.update()
 
             record = run_recording_task(recording, folder, options.rerun, show_stage)
@@ -138,7 +140,7 @@ def _run_many(
     for name, record in records.items():
         _warn_recovered(name, record)
     for name, failure in failures.items():
-        click.echo(f"xneck: {name} failed: {failure}", err=True)
+        print_error(f"{name} failed: {failure}")
     text = batch_table.batch_text(rows)
     result: dict[str, Any] = {
         "recordings": {

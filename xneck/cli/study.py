@@ -8,6 +8,7 @@ from xneck.cli.demo import SAMPLES_FOLDER
 from xneck.cli.finite_range import FiniteRange
 from xneck.cli.output import progress_bar, report_result, result_options, worker_options
 from xneck.cli.path_types import FOLDER, OutputFolder
+from xneck.cli.terminal import print_error
 from xneck.recording.result_files import CASES_FOLDER, STUDY_FILES, STUDY_RECORD, STUDY_TABLES
 
 _MANNERS = ("rich", "slow", "constant tension")
@@ -126,7 +127,7 @@ def command(
         if not records:
             raise Refused("study", f"no case came to an end; {failures[0]}")
         for line in failures:
-            click.echo(f"xneck: warning: {line}", err=True)
+            print_error(f"warning: {line}")
         done_before = len(records) - len(pending) + len(failed)
         settings = options.as_json() | {"code": code}
         result = StudyResult.of(records, list(experiment.KINDS), settings, failed, done_before)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from xneck_foundation.errors import Refused
+from xneck_foundation.spelling import quoted, valid_words
 
 NO_EFFECT = "none"
 
@@ -124,9 +125,8 @@ def effect_sets(words: Sequence[str], kinds: Sequence[str], catalogue: Sequence[
         for effects in groups.get(word, [word]):
             names = () if effects == NO_EFFECT else tuple(effects.split("+"))
             if unknown := [name for name in names if name not in kinds]:
-                raise Refused(
-                    "study", f"unknown effect {unknown[0]!r}", f"valid: {', '.join([*groups, NO_EFFECT, *kinds])}"
-                )
+                valid = valid_words(unknown[0], [*groups, NO_EFFECT, *kinds])
+                raise Refused("study", f"unknown effect {quoted(unknown[0])}", valid)
             # in the generator's order, so that one set has one name
             sets.append(tuple(kind for kind in kinds if kind in names))
     return tuple(dict.fromkeys(sets))

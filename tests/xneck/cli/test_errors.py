@@ -188,6 +188,41 @@ def test_one_line_exit_one_and_nothing_left(
     assert [p for p in (place / "out").rglob("*") if p.is_file()] == []
 
 
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["idenify", "x"], "no command 'idenify'; did you mean identify?"),
+        (["nonsense"], "no command 'nonsense'; valid: board, calibrate"),
+        (["sync", "a", "b", "--nek", "c"], "--neck"),
+        (["x\x1b[31m" * 300], r"no command 'x\x1b[31m"),
+        (["sync", "--\x1b[31m" * 300], r"\x1b[31m"),
+    ],
+)
+def test_wrong_usage_says_what_was_meant(words: list[str], says: str, capfd: pytest.CaptureFixture[str]) -> None:
+    status, out, err = run(capfd, *words)
+    assert (status, out) == (2, "")
+    assert says in err
+    assert all(line.isprintable() and len(line) < 500 for line in err.splitlines()), err
+
+
+NASTY = "n\x1b[31m\nm\x9b\udcff.csv"
+"""a file's name that would turn a terminal red, and is no UTF-8"""
+
+
+def test_names_of_files_reach_no_terminal_raw(place: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Neither in a refusal, nor in a warning, nor in the lines of a result."""
+    (place / NASTY).write_text("time,alpha1\n0,0\n")
+    refused = run(capfd, *sync(place, place / NASTY, H / "log.mcap"))
+    assert refused.status == 1
+    assert r"n\x1b[31m\nm\x9b\udcff.csv: lacks the columns alpha2, alpha3; its header is" in refused.err
+    out = place / f"out/{NASTY}.svg"
+    done = run(capfd, "board", R / "board.yaml", "--out", out)
+    assert done.status == 0, done
+    assert r"m\x9b\udcff.csv.svg: board on" in done.out
+    for text in (refused.err, done.out):
+        assert all(line.isprintable() for line in text.splitlines())
+
+
 def test_wrong_usage_is_two_and_help_has_an_example(capfd: pytest.CaptureFixture[str]) -> None:
     assert run(capfd, "extract").status == 2
     assert run(capfd, "nonsense").status == 2

@@ -1,0 +1,67 @@
+"""A JointState channel as it is read, whatever its encoding, and what its joints' names must be."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from xneck_foundation.one_line import listed, shortened
+
+Array = NDArray[np.float64]
+
+STAMP_SECONDS = 2**31
+"""a ROS stamp's seconds lie within +- so many: an int32"""
+NANOSECONDS = 1_000_000_000
+_SHOWN = 60
+"""characters of names that are shown"""
+
+
+@dataclass(frozen=True)
+class JointStateChannel:
+    """A JointState channel: time (T,), s; position and effort of shape (T, joints), NaN where not given, None where never."""
+
+    names: tuple[str, ...]
+    time: Array
+    position: Array
+    effort: Array | None
+
+
+def check_names(names: Sequence[str]) -> None:
+    """Raises ValueError unless there are names, and every joint has one of its own."""
+    if not names:
+        raise ValueError("name is empty: no joint is named")
+    if "" in names:
+        raise ValueError(f"name[{names.index('')}] is an empty text")
+    name, count = Counter(names).most_common(1)[0]
+    if count > 1:
+        raise ValueError(f"{count} joints are called {shortened(name, _SHOWN)}")
+
+
+def check_lengths(joints: int, lengths: dict[str, int]) -> None:
+    """Raises ValueError where position, velocity or effort, by their names, have another length than `joints`, or 0."""
+    for word, length in lengths.items():
+        if length not in (0, joints):
+            raise ValueError(f"{length} values of {word} for {joints} names")
+    if not lengths["position"]:
+        raise ValueError("no positions")
+
+
+def joined(parts: Sequence[JointStateChannel]) -> JointStateChannel:
+    """Parts of one channel that follow each other, as one. Raises ValueError where their joints are not the same."""
+    names = parts[0].names
+    for part in parts:
+        check_same_names(names, part.names)
+    time, position = (np.concatenate([getattr(part, of) for part in parts]) for of in ("time", "position"))
+    effort = None
+    if any(part.effort is not None for part in parts):
+        effort = np.concatenate([np.full_like(p.position, np.nan) if p.effort is None else p.effort for p in parts])
+    return JointStateChannel(names, time, position, effort)
+
+
+def check_same_names(before: Sequence[str], after: Sequence[str]) -> None:
+    """Raises ValueError where a channel's joints are named or ordered otherwise than in the messages before."""
+    if tuple(before) != tuple(after):
+        was, now = listed(before, limit=_SHOWN), listed(after, limit=_SHOWN)
+        raise ValueError(f"the joints' names change on the way, from {was} to {now}")

@@ -1,0 +1,91 @@
+"""The faults of a document that is not of its kind, in words: each with its key's path, and none that only follows from another."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, get_args
+
+from pydantic import BaseModel
+
+from xneck_foundation.one_line import listed, shortened
+from xneck_foundation.spelling import likely_spelling, valid_words
+
+_FAULT_CHARACTERS = 280
+"""characters of all faults of a document before the rest is counted"""
+_SHOWN = 60
+"""characters of a value that is not what it should be"""
+
+_COMPARED = 50
+"""unknown keys that are compared with those that are missing: no more are shown"""
+
+Path = tuple[str | int, ...]
+
+
+def described_faults(errors: Sequence[Any], kind: type[BaseModel], document: Any) -> str:
+    """pydantic's errors of a `document` that is no `kind`, in words, those that lead to others alone."""
+    meant = _meant(errors, kind, document)
+    followed = {(*path[:-1], word) for path, word in meant.items()}
+    faults = [e for e in errors if not (e["type"] == "missing" and e["loc"] in followed)]
+    return listed((_fault(e, meant, kind) for e in faults), "; ", _FAULT_CHARACTERS)
+
+
+def _meant(errors: Sequence[Any], kind: type[BaseModel], document: Any) -> dict[Path, str]:
+    """For each unknown key, by its path, the key that was likely meant, of those that are not there."""
+    found: dict[Path, str] = {}
+    taken: set[Path] = set()
+    unknown = [e["loc"] for e in errors if e["type"] == "extra_forbidden"]
+    for *place, key in unknown[:_COMPARED]:
+        given = _at(document, place)
+        absent = [name for name in _keys(kind, place) if name not in given and (*place, name) not in taken]
+        likely = likely_spelling(str(key), absent)
+        if likely is not None:
+            found[*place, key] = likely
+            taken.add((*place, likely))
+    return found
+
+
+def _at(document: Any, place: Sequence[str | int]) -> Any:
+    """The part of a document at a path."""
+    for part in place:
+        document = document[part]
+    return document
+
+
+def _keys(kind: type[BaseModel], place: Sequence[str | int]) -> list[str]:
+    """Names of the keys that may stand at a path of a document."""
+    for part in place:
+        if isinstance(part, str):
+            kind = next(_models(kind.model_fields[part].annotation))
+    return list(kind.model_fields)
+
+
+def _models(annotation: Any) -> Iterator[type[BaseModel]]:
+    """The models in an annotation such as tuple[Cable, ...] | None."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _models(argument)
+
+
+def _fault(error: Any, meant: Mapping[Path, str], kind: type[BaseModel]) -> str:
+    place = ""
+    for part in error["loc"]:
+        shown = part if isinstance(part, int) else shortened(part, _SHOWN)
+        place += f"[{shown}]" if isinstance(part, int) else (f".{shown}" if place else str(shown))
+    place = place or "the file as a whole"
+    if error["type"] == "missing":
+        return f"{place}: missing"
+    if error["type"] == "extra_forbidden":
+        if error["loc"] in meant:
+            return f"{place}: unknown key, did you mean {meant[error['loc']]}?"
+        return f"{place}: unknown key, valid: {listed(_keys(kind, error['loc'][:-1]), limit=_SHOWN)}"
+    message = error["msg"].removeprefix("Value error, ")
+    message = message.replace("Input should be", "expected")
+    message = message[0].lower() + message[1:]
+    found = error["input"]
+    if isinstance(found, dict | list | BaseModel):
+        return f"{place}: {message}"
+    hint = ""
+    if error["type"] == "literal_error" and isinstance(found, str):
+        words = re.findall(r"'([^']*)'", error["ctx"]["expected"])
+        hint = f", {valid_words(found, words)}" if likely_spelling(found, words) else ""
+    return f"{place}: {message}, found {shortened(repr(found), _SHOWN)}{hint}"
