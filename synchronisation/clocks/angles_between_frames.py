@@ -1,8 +1,7 @@
-"""Joint angles between frames, where a camera's frames alone would not tell them.
+"""What joints do between frames, where a camera's frames alone would not tell it.
 
-A spline through frames follows a motion up to a third of their rate; a camera of 5 frames a second leaves nothing of what joints
-do within half a second. The log knows that: between frames the joints turn as the cables are wound, and the spline only carries
-what frames and cables differ by, which changes slowly.
+A spline through frames follows a motion up to a third of their rate; a camera of 5 frames a second leaves out much of what joints
+do within half a second. The log knows that: between frames the joints turn as the cables are wound.
 """
 
 import numpy as np
@@ -24,16 +23,17 @@ _RIDGE = 1e-9
 """relative: with more joints than cables some turn moves no cable; the ridge keeps it at zero"""
 
 
-def angles_between_frames(arm: Arm, time: Array, frame_time: Array, alpha: Array, winding: BSpline) -> Array:
-    """Angles (T, N), rad, at log times (T,), s, through those of frames: alpha (F, N), rad, at frame_time (F,), s, log clock.
+def missed_by_spline(arm: Arm, time: Array, frame_time: Array, alpha: Array, winding: BSpline) -> Array:
+    """What a spline through frames at frame_time (F,), s, log clock, misses of the angles at times (T,), s; (T, N), rad.
 
-    winding: (..., M), m, over log time: how far cables are wound in by the log, less their elongation."""
+    alpha: (F, N), rad, of the frames; their noise does not enter. winding: (..., M), m, over log time: how far cables are wound in
+    by the log, less their elongation."""
     both = np.concatenate([time, frame_time])
     by_cables = cubic_spline(frame_time, alpha)(both)
     for _ in range(_STEPS):
         by_cables = by_cables + _step(arm, by_cables, winding(both))
     of_times, of_frames = by_cables[: len(time)], by_cables[len(time) :]
-    return of_times + cubic_spline(frame_time, alpha - of_frames)(time)
+    return of_times - cubic_spline(frame_time, of_frames)(time)
 
 
 def _step(arm: Arm, alpha: Array, winding: Array) -> Array:

@@ -17,7 +17,7 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.drawing_errors import MAX_DRAWING_ERROR
 from mechanism.dynamics import terms
-from synchronisation.clocks.angles_between_frames import angles_between_frames
+from synchronisation.clocks.angles_between_frames import missed_by_spline
 from synchronisation.clocks.frame_geometry import DIMENSION_STEP, enlarged_arms
 from synchronisation.clocks.signals import LogSignals, cubic_spline
 from synchronisation.clocks.unknowns import ClockUnknowns
@@ -100,10 +100,10 @@ class _Motion:
 
     time: Array
     """(T,), s, log clock"""
-    alpha: BSpline
-    """(..., N), rad, over log time"""
-    later_alpha: BSpline
-    """the same by a clock whose offset is larger by _OFFSET_STEP_S"""
+    seen: BSpline
+    """(..., N), rad, over log time: the spline through the frames"""
+    missed: tuple[BSpline, BSpline]
+    """(..., N), rad: what that spline misses, by the clock as it is and by one whose offset is larger by _OFFSET_STEP_S"""
     force: Array
     """(T, M), N, and so all below: n"""
     dry_friction: Array
@@ -114,8 +114,10 @@ class _Motion:
 
     def angles(self, later: bool = False) -> tuple[Array, Array, Array]:
         """alpha, alpha', alpha'' (T, N), by the clock as it is or by the later one."""
-        alpha = self.later_alpha if later else self.alpha
-        return alpha(self.time), alpha(self.time, 1), alpha(self.time, 2)
+        # of two clocks the spline through the frames is one and the same: noise must not enter their difference
+        at = self.time - _OFFSET_STEP_S if later else self.time
+        a, a_d, a_dd = (self.seen(at, order) + self.missed[later](self.time, order) for order in range(3))
+        return a, a_d, a_dd
 
 
 def arm_equation_rows(
@@ -176,14 +178,16 @@ def _filtered(arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, wi
     def sampled(curve: BSpline) -> Array:
         return low_pass(curve(grid), FILTER_RATE_HZ, FACTOR_CUTOFF_HZ)[::every]
 
-    def angles(later: float) -> BSpline:
-        between = angles_between_frames(arm, grid, frame_time + later, alpha, winding)
-        return cubic_spline(grid, low_pass(between, FILTER_RATE_HZ, FACTOR_CUTOFF_HZ))
+    def smooth(values: Array) -> BSpline:
+        return cubic_spline(grid, low_pass(values, FILTER_RATE_HZ, FACTOR_CUTOFF_HZ))
+
+    def missed(later: float) -> BSpline:
+        return smooth(missed_by_spline(arm, grid, frame_time + later, alpha, winding))
 
     return _Motion(
         time=grid[::every],
-        alpha=angles(0.0),
-        later_alpha=angles(_OFFSET_STEP_S),
+        seen=smooth(cubic_spline(frame_time, alpha)(grid)),
+        missed=(missed(0.0), missed(_OFFSET_STEP_S)),
         force=sampled(signals.force),
         dry_friction=sampled(signals.dry_friction),
         turnover=sampled(signals.friction_turnover),

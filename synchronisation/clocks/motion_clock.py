@@ -75,8 +75,12 @@ def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array
 
 
 def stamped_period(angles: Angles) -> float:
-    """The camera's period by the stamps, s."""
-    return float(np.median(np.diff(angles.time)))
+    """The camera's period by the stamps, s: the mean of the steps that are of one period.
+
+    Every lost frame is taken for one period, so that an error of the period grows with their number; stamps jitter, and a median
+    of their steps errs by much more than the mean."""
+    steps = np.diff(angles.time)
+    return float(np.mean(steps[np.rint(steps / np.median(steps)) == 1]))
 
 
 def _check_motion(time: Array, winding: Array, log_time: Array, travel: Array) -> None:
