@@ -132,8 +132,9 @@ def arm_equation_rows(
 ) -> ArmRows:
     """The equation for frames at `frame_time` (F,), s, on the log's clock, with angles alpha (F, N), rad.
 
-    winding: (..., M), m, over log time: travel less elongation, which tells the angles between frames; joint_width: rad/s, speed over which a joint's dry friction turns over; offset: s, of the clock that gave frame_time;
-    fs: (M,), N, roughly the motors' dry friction, for the slopes by dimensions."""
+    winding: (..., M), m, over log time: travel less elongation, which tells the angles between frames; joint_width: rad/s, speed
+    over which a joint's dry friction turns over; offset: s, of the clock that gave frame_time; fs: (M,), N, roughly the motors' dry
+    friction, for the slopes by dimensions."""
     motion = _filtered(arm, signals, frame_time, alpha, winding)
     kept = _clear_of_gaps(motion.time, frame_time)
     a, a_d, a_dd = motion.angles()

@@ -22,8 +22,10 @@ MIN_OVERLAP_S = 5.0
 """s of common motion that a shift must leave (docs/thresholds.md)"""
 MIN_PEAK_SEPARATION_S = 0.25
 """s: peaks of the correlation that are nearer than this are one (docs/thresholds.md)"""
-WINDOWS_S = (12.0, 5.0)
-"""s of video that are aligned alone where more does not correlate, as where frames were lost (docs/thresholds.md)"""
+WINDOW_S = 12.0
+"""s of video that are aligned alone where the whole does not correlate, as after lost frames (docs/thresholds.md)"""
+SHORT_WINDOW_S = 5.0
+"""s of video that are aligned alone where longer windows do not correlate either (docs/thresholds.md)"""
 WHOLE_CORRELATION = 0.9
 """correlation below which windows of the video are tried beside the whole (docs/thresholds.md)"""
 MAX_SECOND_PEAK = 0.9
@@ -82,10 +84,10 @@ def cable_speeds(time: Array, travel: Array) -> CableSpeeds:
 def align_coarsely(video: CableSpeeds, log: CableSpeeds) -> CoarseAlignment:
     """The best shift of the whole video, or of its best lively window where the whole does not correlate."""
     whole = _align(video, log)
-    if whole.correlation > WHOLE_CORRELATION or len(video.values) < 2 * WINDOWS_S[0] * SPEED_RATE_HZ:
+    if whole.correlation > WHOLE_CORRELATION or len(video.values) < 2 * WINDOW_S * SPEED_RATE_HZ:
         return whole
     best = whole
-    for seconds in WINDOWS_S:
+    for seconds in (WINDOW_S, SHORT_WINDOW_S):
         windows = _lively_windows(video, int(seconds * SPEED_RATE_HZ))
         best = max((whole, *(_align(window, log) for window in windows)), key=lambda window: window.correlation)
         if best.correlation > WHOLE_CORRELATION:

@@ -129,7 +129,7 @@ class _NormalSums:
         self.scores = np.zeros((blocks, columns))
 
     def add(self, J: Array, residual: Array, time: Array) -> None:
-        """Adds instants of several rows each: J (T, rows, P) of the first P columns, residual (T, rows), time (T,), s, increasing."""
+        """Adds instants of several rows each: J (T, rows, P) of the first P columns, residual (T, rows), rising time (T,), s."""
         width, blocks = J.shape[-1], len(self.scores)
         block = np.clip((time - self._first) // self._length, 0, blocks - 1).astype(int)
         edges = np.searchsorted(block, np.arange(blocks + 1))

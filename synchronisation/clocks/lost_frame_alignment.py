@@ -214,5 +214,5 @@ def _check_plausible(fine: FineAlignment) -> None:
         raise ClockUndetermined(
             "sync",
             f"{1e3 * residual:.1f} mm of the cables' lengths are left unexplained at best",
-            "is neck.yaml of this arm, with its signs and routes?",
+            "is neck.yaml of this arm, with its signs and routes, and are the frames' stamps true?",
         )

@@ -57,7 +57,9 @@ class Explanation:
 
     def words(self) -> str:
         """What it supposes."""
-        moved = [f"cable {s.cable + 1} moved on its drum by {1e3 * s.size:+.1f} mm at {s.time:.1f} s" for s in self.slips]
+        moved = [
+            f"cable {s.cable + 1} moved on its drum by {1e3 * s.size:+.1f} mm at {s.time:.1f} s" for s in self.slips
+        ]
         count = sum(loss.frames for loss in self.lost.losses)
         lost = [f"{count} frame{'s were' if count > 1 else ' was'} lost"] if count else []
         return " and ".join([*moved, *lost]) or "no cable moved on its drum and no frame was lost"
