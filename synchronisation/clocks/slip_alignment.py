@@ -3,7 +3,7 @@
 Frames lost without a trace put all cables off at once, in proportion to their speeds; a slip puts one cable off, by a length that
 stays. To the search for slips the one may look like the other, and so it does to the decoding of losses. Therefore the recording
 is fitted without slips, with those that are seen at the coarse alignment, and with those that are seen once frames are put right.
-The explanation of the highest likelihood is taken; another that is about as likely is told of.
+The explanation of the highest likelihood is taken; another that is about as likely is told of, and the one with fewer slips taken.
 """
 
 from collections.abc import Sequence
@@ -84,9 +84,11 @@ def align_despite_slips(motion: AlignedMotion, log: Series) -> Explanation:
             frame_time = tried[-1].log_time(stamps)
     if not tried:
         raise _failure(failures, seen[1:])
-    best, *others = sorted(tried, key=lambda explanation: explanation.cost(len(stamps)))
-    rivals = [o for o in others if o.cost(len(stamps)) < best.cost(len(stamps)) + MIN_LIKELIHOOD_LEAD]
-    doubts = [f"this is as likely: {rival.words()}" for rival in rivals[:1] if rival.words() != best.words()]
+    costs = [explanation.cost(len(stamps)) for explanation in tried]
+    likely = [e for e, cost in zip(tried, costs, strict=True) if cost < min(costs) + MIN_LIKELIHOOD_LEAD]
+    # of explanations that are about as likely the one with the fewest slips, then the one that was tried first
+    best, *rivals = sorted(likely, key=lambda explanation: len(explanation.slips))
+    doubts = [f"this is as likely: {rival.words()}" for rival in rivals if rival.words() != best.words()]
     return replace(best, warnings=(*(slip.warning() for slip in best.slips), *doubts, *best.warnings))
 
 
