@@ -50,16 +50,23 @@ def arm() -> Arm:
     return arm_of(read_neck(NECK_FILE))
 
 
-def clock_recording(kind: str, seed: int, duration: float = 60.0, motion: int | None = None) -> ClockRecording:
+def clock_recording(
+    kind: str,
+    seed: int,
+    duration: float = 60.0,
+    motion: int | None = None,
+    log_hz: float = 500.0,
+    frame_hz: float = 30.0,
+) -> ClockRecording:
     """A recording of one of KINDS, of `duration` s, of the arm of a seed; its motion is of the same seed, or of `motion`.
 
-    Stiffness and dry friction differ in all kinds; `everything` has damping, motor viscosity, stiffening, creep, friction in the
-    joints, and masses and springs that are 1 % off."""
+    log_hz, frame_hz: rates of log and camera. Stiffness and dry friction differ in all kinds; `everything` has damping, motor
+    viscosity, stiffening, creep, friction in the joints, and masses and springs that are 1 % off."""
     rng = np.random.default_rng([seed, 1])
     world, fv = _world(kind, rng)
     hertz = (rng.uniform(0.08, 0.15), rng.uniform(0.9, 1.4))
     motion_seed = seed if motion is None else motion
-    made = prescribe(world, duration, motion_seed, hertz)
+    made = prescribe(world, duration, motion_seed, hertz, log_hz=log_hz, frame_hz=frame_hz)
     alpha = made.frame_alpha + np.random.default_rng([motion_seed, 9]).normal(0, NOISE_RAD, made.frame_alpha.shape)
     angles = Angles(made.frame_times, alpha, np.full(alpha.shape, NOISE_RAD))
     log = Series(made.log_time, numbered_columns("theta", made.counted) | numbered_columns("f", made.f))

@@ -17,6 +17,7 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.drawing_errors import MAX_DRAWING_ERROR
 from mechanism.dynamics import terms
+from synchronisation.clocks.angles_between_frames import missed_by_spline
 from synchronisation.clocks.frame_geometry import DIMENSION_STEP, enlarged_arms
 from synchronisation.clocks.signals import LogSignals, cubic_spline
 from synchronisation.clocks.unknowns import ClockUnknowns
@@ -34,7 +35,9 @@ EQUATION_CUTOFF_HZ = 4.0
 PRODUCTS_PER_ROW = 2
 """every so many products there is a row"""
 MAX_BRIDGED_S = 0.2
-"""s without frames that a spline may bridge"""
+"""s without frames that are bridged"""
+MAX_BRIDGED_PERIODS = 1.5
+"""periods of the camera without frames that are bridged however long they are: between any two frames the cables tell"""
 SETTLING_S = 0.4
 """s left out beside wider gaps and at both ends, where filters settle"""
 PAYLOAD_SIGMA = 3.0
@@ -97,8 +100,10 @@ class _Motion:
 
     time: Array
     """(T,), s, log clock"""
-    alpha: BSpline
-    """(..., N), rad, over log time"""
+    seen: BSpline
+    """(..., N), rad, over log time: the spline through the frames"""
+    missed: tuple[BSpline, BSpline]
+    """(..., N), rad: what that spline misses, by the clock as it is and by one whose offset is larger by _OFFSET_STEP_S"""
     force: Array
     """(T, M), N, and so all below: n"""
     dry_friction: Array
@@ -107,26 +112,36 @@ class _Motion:
     command_rate: Array
     inertial: Array
 
-    def angles(self, later: float = 0.0) -> tuple[Array, Array, Array]:
-        """alpha, alpha', alpha'' (T, N) as a clock has them whose offset is larger by `later`, s."""
-        at = self.time - later
-        return self.alpha(at), self.alpha(at, 1), self.alpha(at, 2)
+    def angles(self, later: bool = False) -> tuple[Array, Array, Array]:
+        """alpha, alpha', alpha'' (T, N), by the clock as it is or by the later one."""
+        # of two clocks the spline through the frames is one and the same: noise must not enter their difference
+        at = self.time - _OFFSET_STEP_S if later else self.time
+        a, a_d, a_dd = (self.seen(at, order) + self.missed[later](self.time, order) for order in range(3))
+        return a, a_d, a_dd
 
 
 def arm_equation_rows(
-    arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, joint_width: float, offset: float, fs: Array
+    arm: Arm,
+    signals: LogSignals,
+    frame_time: Array,
+    alpha: Array,
+    winding: BSpline,
+    joint_width: float,
+    offset: float,
+    fs: Array,
 ) -> ArmRows:
     """The equation for frames at `frame_time` (F,), s, on the log's clock, with angles alpha (F, N), rad.
 
-    joint_width: rad/s, speed over which a joint's dry friction turns over; offset: s, of the clock that gave frame_time;
-    fs: (M,), N, roughly the motors' dry friction, for the slopes by dimensions."""
-    motion = _filtered(signals, frame_time, alpha)
+    winding: (..., M), m, over log time: travel less elongation, which tells the angles between frames; joint_width: rad/s, speed
+    over which a joint's dry friction turns over; offset: s, of the clock that gave frame_time; fs: (M,), N, roughly the motors' dry
+    friction, for the slopes by dimensions."""
+    motion = _filtered(arm, signals, frame_time, alpha, winding)
     kept = _clear_of_gaps(motion.time, frame_time)
     a, a_d, a_dd = motion.angles()
     jacobian = Z(arm, a)
     by_part = np.stack([_torque(part, a, a_d, a_dd) for part in _parts(arm)], axis=-1)
     residual = by_part.sum(axis=-1) - np.einsum("tnm,tm->tn", jacobian, motion.force)
-    b, b_d, b_dd = motion.angles(_OFFSET_STEP_S)
+    b, b_d, b_dd = motion.angles(later=True)
     later = _torque(arm, b, b_d, b_dd) - np.einsum("tnm,tm->tn", Z(arm, b), motion.force)
     joint_speed = low_pass(a_d, PRODUCT_RATE_HZ, EQUATION_CUTOFF_HZ)
     per_joint = np.eye(arm.N)
@@ -155,7 +170,7 @@ def arm_equation_rows(
     )
 
 
-def _filtered(signals: LogSignals, frame_time: Array, alpha: Array) -> _Motion:
+def _filtered(arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, winding: BSpline) -> _Motion:
     """Angles and log signals over their common time, through the first filter."""
     first, last = max(frame_time[0], signals.time[0]), min(frame_time[-1], signals.time[-1])
     grid = np.arange(first, last, 1 / FILTER_RATE_HZ)
@@ -164,9 +179,16 @@ def _filtered(signals: LogSignals, frame_time: Array, alpha: Array) -> _Motion:
     def sampled(curve: BSpline) -> Array:
         return low_pass(curve(grid), FILTER_RATE_HZ, FACTOR_CUTOFF_HZ)[::every]
 
+    def smooth(values: Array) -> BSpline:
+        return cubic_spline(grid, low_pass(values, FILTER_RATE_HZ, FACTOR_CUTOFF_HZ))
+
+    def missed(later: float) -> BSpline:
+        return smooth(missed_by_spline(arm, grid, frame_time + later, alpha, winding))
+
     return _Motion(
         time=grid[::every],
-        alpha=cubic_spline(grid, low_pass(cubic_spline(frame_time, alpha)(grid), FILTER_RATE_HZ, FACTOR_CUTOFF_HZ)),
+        seen=smooth(cubic_spline(frame_time, alpha)(grid)),
+        missed=(missed(0.0), missed(_OFFSET_STEP_S)),
         force=sampled(signals.force),
         dry_friction=sampled(signals.dry_friction),
         turnover=sampled(signals.friction_turnover),
@@ -233,6 +255,7 @@ def _rows_of(values: Array, kept: NDArray[np.bool_]) -> Array:
 def _clear_of_gaps(time: Array, frame_time: Array) -> NDArray[np.bool_]:
     """Which times (T,), s, are clear of both ends and of gaps between frames at frame_time (F,), s."""
     clear = (time > time[0] + SETTLING_S) & (time < time[-1] - SETTLING_S)
-    for k in np.flatnonzero(np.diff(frame_time) > MAX_BRIDGED_S):
+    steps = np.diff(frame_time)
+    for k in np.flatnonzero(steps > max(MAX_BRIDGED_S, MAX_BRIDGED_PERIODS * float(np.median(steps)))):
         clear &= (time < frame_time[k] - SETTLING_S) | (time > frame_time[k + 1] + SETTLING_S)
     return clear

@@ -24,6 +24,8 @@ MIN_PEAK_SEPARATION_S = 0.25
 """s: peaks of the correlation that are nearer than this are one (docs/thresholds.md)"""
 WINDOW_S = 12.0
 """s of video that are aligned alone where the whole does not correlate, as after lost frames (docs/thresholds.md)"""
+SHORT_WINDOW_S = 5.0
+"""s of video that are aligned alone where longer windows do not correlate either (docs/thresholds.md)"""
 WHOLE_CORRELATION = 0.9
 """correlation below which windows of the video are tried beside the whole (docs/thresholds.md)"""
 MAX_SECOND_PEAK = 0.9
@@ -84,16 +86,23 @@ def align_coarsely(video: CableSpeeds, log: CableSpeeds) -> CoarseAlignment:
     whole = _align(video, log)
     if whole.correlation > WHOLE_CORRELATION or len(video.values) < 2 * WINDOW_S * SPEED_RATE_HZ:
         return whole
-    length = int(WINDOW_S * SPEED_RATE_HZ)
+    best = whole
+    for seconds in (WINDOW_S, SHORT_WINDOW_S):
+        windows = _lively_windows(video, int(seconds * SPEED_RATE_HZ))
+        best = max((whole, *(_align(window, log) for window in windows)), key=lambda window: window.correlation)
+        if best.correlation > WHOLE_CORRELATION:
+            break
+    return best if best.correlation > WHOLE_CORRELATION else whole
+
+
+def _lively_windows(video: CableSpeeds, length: int) -> list[CableSpeeds]:
+    """The windows of so many rows, half overlapping, that hold at least half of an average one's motion."""
     starts = range(0, len(video.values) - length + 1, length // 2)
     min_energy = 0.5 * length / len(video.values) * np.sum(video.values**2)
     windows = [
-        _align(CableSpeeds(video.first + start / SPEED_RATE_HZ, video.values[start : start + length]), log)
-        for start in starts
-        if np.sum(video.values[start : start + length] ** 2) > min_energy
+        CableSpeeds(video.first + start / SPEED_RATE_HZ, video.values[start : start + length]) for start in starts
     ]
-    best = max(windows, key=lambda window: window.correlation, default=whole)
-    return best if best.correlation > max(WHOLE_CORRELATION, whole.correlation) else whole
+    return [window for window in windows if np.sum(window.values**2) > min_energy]
 
 
 def shift_near(

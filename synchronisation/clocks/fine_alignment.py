@@ -62,7 +62,7 @@ def align_finely(arm: Arm, signals: LogSignals, frames: FrameGeometry, offset: f
     problem = ClockProblem(signals, frames, fv)
     cables = CableEquation(signals, REPORTED.law)
     from_cables = solve_clock(problem, initial_unknowns(problem, offset, cables), REPORTED, cables)
-    rows = _arm_rows_at(arm, problem, from_cables.unknowns)
+    rows = _arm_rows_at(arm, problem, from_cables)
     reported = solve_clock(problem, from_cables.unknowns, REPORTED, from_cables.cables, rows)
     fits = [reported, *_alternatives(problem, reported, rows)]
     spread = [
@@ -114,9 +114,18 @@ def _translated(parameters: Array, old: CableTerms, new: CableTerms) -> Array:
     return out
 
 
-def _arm_rows_at(arm: Arm, problem: ClockProblem, unknowns: ClockUnknowns) -> ArmRows:
+def _arm_rows_at(arm: Arm, problem: ClockProblem, from_cables: ClockSolution) -> ArmRows:
     """Rows of the arm's equation at an estimate from the cables alone."""
-    frames = problem.frames
+    frames, unknowns = problem.frames, from_cables.unknowns
     at = frames.time + unknowns.offset + unknowns.skew * (frames.time - frames.middle)
     fs = FORCE_SCALE_N * unknowns.cable_parameters[:, REPORTED.law.names.index("h")]
-    return arm_equation_rows(arm, problem.signals, at, frames.alpha, REPORTED.joint_width, unknowns.offset, fs)
+    return arm_equation_rows(
+        arm,
+        problem.signals,
+        at,
+        frames.alpha,
+        from_cables.cables.expected_winding(unknowns),
+        REPORTED.joint_width,
+        unknowns.offset,
+        fs,
+    )

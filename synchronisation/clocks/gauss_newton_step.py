@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 BLOCK_S = 1.0
 """s: residuals may be correlated within blocks of this length and are independent from block to block"""
+MAX_BLOCKS = 256
+"""blocks of long recordings are longer, so that memory does not grow with their number"""
 FV_SIGMA = 0.1
 """N s/rad: standard deviation of a motor's viscosity that is not given; no gear motor has more (docs/thresholds.md)"""
 GIVEN_FV_SIGMA = 0.05
@@ -64,17 +66,24 @@ class NormalEquations:
 
     scores: Array
     """(B, P): J^T residual of each of B blocks"""
-    inverse: Array
-    """(P, P): (J^T J + prior)^-1"""
+    products: Array
+    """(B, P, P): J^T J of each block"""
+    information: Array
+    """(P, P): J^T J + prior"""
     prior_weight: Array
     """(P,)"""
     size: Array
     """(P,)"""
 
     def covariance(self, count: int) -> Array:
-        """Covariance (count, count) of the first `count` unknowns, whose residuals may be correlated within blocks of BLOCK_S."""
-        head = self.inverse[:count] / self.size[:count, None]
-        return head @ (self.scores.T @ self.scores + np.diag(self.prior_weight)) @ head.T
+        """Covariance (count, count) of the first `count` unknowns, whose residuals may be correlated within blocks.
+
+        By the jackknife: how the unknowns change where one block is left out of the fit. Residuals of a fit are smaller than the
+        errors, the more so the fewer frames there are for each unknown; what a block leaves in a fit without it is not."""
+        shares = zip(self.scores, self.products, strict=True)
+        changes = np.stack([np.linalg.solve(self.information - of_block, score)[:count] for score, of_block in shares])
+        by_prior = np.linalg.inv(self.information)[:count] * np.sqrt(self.prior_weight)
+        return (changes.T @ changes + by_prior @ by_prior.T) / np.outer(self.size[:count], self.size[:count])
 
 
 def gauss_newton_step(
@@ -94,14 +103,17 @@ def gauss_newton_step(
         sums.add(J, residual / unknowns.torque_error, arm.time - unknowns.offset)
     centre, sigma = _prior(columns, unknowns, assumptions, fv, arm, skew_fixed)
     vector = columns.vector(unknowns)
-    size = np.sqrt(np.diag(sums.products))
+    products = sums.products.sum(axis=0)
+    size = np.sqrt(np.diag(products))
     size = np.where(size > 0, size, 1.0)
     weight = 1 / (sigma * size) ** 2
-    information = sums.products / np.outer(size, size) + np.diag(weight + _DATA_RIDGE)
-    inverse = np.asarray(np.linalg.inv(information), dtype=float)
+    scaled = np.outer(size, size)
+    information = products / scaled + np.diag(weight + _DATA_RIDGE)
     scores = sums.scores / size
-    step = -inverse @ (scores.sum(axis=0) + weight * size * (vector - centre)) / size
-    return columns.moved(unknowns, vector + step), NormalEquations(scores, inverse, weight, size)
+    gradient = scores.sum(axis=0) + weight * size * (vector - centre)
+    step = -np.asarray(np.linalg.solve(information, gradient), dtype=float) / size
+    equations = NormalEquations(scores, sums.products / scaled, information, weight, size)
+    return columns.moved(unknowns, vector + step), equations
 
 
 class _NormalSums:
@@ -110,17 +122,21 @@ class _NormalSums:
     def __init__(self, columns: int, time: Array) -> None:
         """time: (F,), s, of the frames; their span is cut into blocks."""
         self._first = time[0]
-        self.products = np.zeros((columns, columns))
-        self.scores = np.zeros((int((time[-1] - time[0]) // BLOCK_S) + 1, columns))
+        duration = float(time[-1] - time[0])
+        blocks = min(int(duration // BLOCK_S) + 1, MAX_BLOCKS)
+        self._length = duration / blocks
+        self.products = np.zeros((blocks, columns, columns))
+        self.scores = np.zeros((blocks, columns))
 
     def add(self, J: Array, residual: Array, time: Array) -> None:
-        """Adds instants of several rows each: J (T, rows, P) of the first P columns, residual (T, rows), time (T,), s."""
-        width = J.shape[-1]
-        flat = J.reshape(-1, width)
-        self.products[:width, :width] += flat.T @ flat
-        block = ((time - self._first) // BLOCK_S).astype(int)
-        scores = np.einsum("trp,tr->tp", J, residual)
-        np.add.at(self.scores[:, :width], np.clip(block, 0, len(self.scores) - 1), scores)
+        """Adds instants of several rows each: J (T, rows, P) of the first P columns, residual (T, rows), rising time (T,), s."""
+        width, blocks = J.shape[-1], len(self.scores)
+        block = np.clip((time - self._first) // self._length, 0, blocks - 1).astype(int)
+        edges = np.searchsorted(block, np.arange(blocks + 1))
+        for b in np.unique(block):
+            flat = J[edges[b] : edges[b + 1]].reshape(-1, width)
+            self.products[b, :width, :width] += flat.T @ flat
+            self.scores[b, :width] += residual[edges[b] : edges[b + 1]].ravel() @ flat
 
 
 @dataclass(frozen=True)

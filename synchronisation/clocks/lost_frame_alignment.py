@@ -45,6 +45,8 @@ WINDOW_CABLE_ERROR_M = 3e-4
 """m: how well cables are known from one window while losses are decoded (docs/thresholds.md)"""
 DECODING_CABLE_ERROR_M = 5e-5
 """m: how well cables are known at best from the whole recording while losses are decoded (docs/thresholds.md)"""
+INDEPENDENT_ERRORS_HZ = 30.0
+"""Hz: errors of the cables' law last so long that frames of a faster camera share them (docs/thresholds.md)"""
 
 TOO_SLOW = "the motion is too slow to tell whether frames were lost"
 
@@ -137,7 +139,7 @@ def _losses_by_window(motion: AlignedMotion) -> tuple[LostFrames, float]:
         return motion.no_loss, motion.coarse.shift
     _, fit, reference = best
     offset, winding = fit.unknowns.offset, fit.cables.expected_winding(fit.unknowns)
-    whitening = frames.whitening(WINDOW_CABLE_ERROR_M)
+    whitening = _decoding_whitening(frames, WINDOW_CABLE_ERROR_M, period)
     skew = skew_despite_losses(frames, winding, offset, whitening, reference)
     count = decode_lost_frames(frames, winding, (offset, skew), whitening, period, reference)
     # losses count from the first frame on: there the offset is the reference's less what was lost before the reference
@@ -167,11 +169,16 @@ def _losses_by_whole(frames: FrameGeometry, fine: FineAlignment, lost: LostFrame
         frames.with_dimensions(unknowns.dimensions),
         fine.fit.cables.expected_winding(unknowns),
         (offset, unknowns.skew),
-        frames.whitening(max(DECODING_CABLE_ERROR_M, 3 * unknowns.cable_error)),
+        _decoding_whitening(frames, max(DECODING_CABLE_ERROR_M, 3 * unknowns.cable_error), period),
         period,
         reference,
     )
     return lost_frames_of(frames.time, count, period)
+
+
+def _decoding_whitening(frames: FrameGeometry, cable_error: float, period: float) -> Array:
+    """Whitening (F, M, M) for frames one period, s, apart: frames that share one error of the cables weigh as one."""
+    return frames.whitening(cable_error * max(1.0, 1 / (INDEPENDENT_ERRORS_HZ * period)) ** 0.5)
 
 
 def _aligned_without_losses(motion: AlignedMotion) -> FineAlignment:
@@ -207,5 +214,5 @@ def _check_plausible(fine: FineAlignment) -> None:
         raise ClockUndetermined(
             "sync",
             f"{1e3 * residual:.1f} mm of the cables' lengths are left unexplained at best",
-            "is neck.yaml of this arm, with its signs and routes?",
+            "is neck.yaml of this arm, with its signs and routes, and are the frames' stamps true?",
         )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.clock_record import LostFrames
+from identification.dataset.series import Series
 from mechanism.arm import Arm
 from synchronisation.angles import Angles
 from synchronisation.clocks.clock_estimate import ClockEstimate
@@ -24,7 +25,9 @@ from synchronisation.clocks.coarse_alignment import (
 from synchronisation.clocks.exchanged_labels import check_labels
 from synchronisation.clocks.frame_geometry import cable_winding, frame_geometry
 from synchronisation.clocks.log_gaps import RepairedLog
-from synchronisation.clocks.lost_frame_alignment import AlignedMotion, align_with_lost_frames
+from synchronisation.clocks.lost_frame_alignment import AlignedMotion
+from synchronisation.clocks.signals import log_signals_of
+from synchronisation.clocks.slip_alignment import align_despite_slips
 from synchronisation.clocks.undetermined import ClockUndetermined
 from synchronisation.clocks.usable_frames import MIN_FRAMES, usable_frames
 from synchronisation.clocks.winch_slips import signals_without_slips
@@ -55,11 +58,11 @@ def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array
     coarse = align_coarsely(video_speeds, log_speeds)
     check_labels(arm, time, alpha, video_speeds, log_speeds, coarse)
     repetition = _check_repetition(coarse)
-    signals, slips = signals_without_slips(arm, log, time + coarse.shift, winding)
+    signals = log_signals_of(arm, log)
     motion = AlignedMotion(
         arm=arm,
         signals=signals,
-        repaired=replace(repaired, gaps=(*repaired.gaps, *(slip.trace for slip in slips))),
+        repaired=repaired,
         frames=frame_geometry(arm, time, alpha, sigma, (time[0] + time[-1]) / 2),
         period=stamped_period(angles),
         fv=np.full(arm.M, np.nan) if fv is None else fv,
@@ -67,14 +70,17 @@ def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array
         log_speeds=log_speeds,
         coarse=coarse,
     )
-    clock = _from_cables_and_arm(motion) if signals.has_force else _from_rigid_cables(motion)
-    warnings = (*repetition, *(slip.warning() for slip in slips), *clock.warnings)
-    return replace(clock, repaired=repaired, warnings=warnings)
+    clock = _from_cables_and_arm(motion, log) if signals.has_force else _from_rigid_cables(motion, log)
+    return replace(clock, warnings=(*repetition, *clock.warnings))
 
 
 def stamped_period(angles: Angles) -> float:
-    """The camera's period by the stamps, s."""
-    return float(np.median(np.diff(angles.time)))
+    """The camera's period by the stamps, s: the mean of the steps that are of one period.
+
+    Every lost frame is taken for one period, so that an error of the period grows with their number; stamps jitter, and a median
+    of their steps errs by much more than the mean."""
+    steps = np.diff(angles.time)
+    return float(np.mean(steps[np.rint(steps / np.median(steps)) == 1]))
 
 
 def _check_motion(time: Array, winding: Array, log_time: Array, travel: Array) -> None:
@@ -104,9 +110,10 @@ def _check_repetition(coarse: CoarseAlignment) -> tuple[str, ...]:
     return ()
 
 
-def _from_cables_and_arm(motion: AlignedMotion) -> ClockEstimate:
-    """The clock where the log holds forces."""
-    lost, fine, warnings = align_with_lost_frames(motion)
+def _from_cables_and_arm(motion: AlignedMotion, log: Series) -> ClockEstimate:
+    """The clock where the log holds forces; log: of equal steps."""
+    explanation = align_despite_slips(motion, log)
+    fine = explanation.fine
     unknowns = fine.fit.unknowns
     return ClockEstimate(
         offset=unknowns.offset,
@@ -118,18 +125,20 @@ def _from_cables_and_arm(motion: AlignedMotion) -> ClockEstimate:
         second_peak=motion.coarse.second_peak,
         residual_rms=np.sqrt(np.mean(fine.fit.residual**2, axis=0)),
         source="cables and arm",
-        lost=lost,
+        lost=explanation.lost,
         repaired=motion.repaired,
-        warnings=tuple(warnings),
+        warnings=explanation.warnings,
         delay=(unknowns.delay, fine.delay_sigma),
     )
 
 
-def _from_rigid_cables(motion: AlignedMotion) -> ClockEstimate:
-    """The clock where the log holds no forces; lost frames are not sought."""
-    lost = LostFrames(period=motion.period)
-    frames = usable_frames(motion.frames, motion.signals, motion.repaired, lost, motion.coarse.shift)
-    fit = fit_rigid_cables(motion.signals, frames, motion.coarse.shift)
+def _from_rigid_cables(motion: AlignedMotion, log: Series) -> ClockEstimate:
+    """The clock where the log holds no forces; lost frames are not sought. log: of equal steps."""
+    lost, shift = LostFrames(period=motion.period), motion.coarse.shift
+    signals, slips = signals_without_slips(motion.arm, log, motion.frames.time + shift, motion.frames.winding)
+    clear = replace(motion.repaired, gaps=(*motion.repaired.gaps, *(slip.trace for slip in slips)))
+    frames = usable_frames(motion.frames, signals, clear, lost, shift)
+    fit = fit_rigid_cables(signals, frames, shift)
     return ClockEstimate(
         offset=fit.offset,
         offset_sigma=fit.offset_sigma,
@@ -143,6 +152,7 @@ def _from_rigid_cables(motion: AlignedMotion) -> ClockEstimate:
         lost=lost,
         repaired=motion.repaired,
         warnings=(
+            *(slip.warning() for slip in slips),
             "the log holds no forces, so how far cables stretch is unknown: the clock is good to milliseconds only",
         ),
     )

@@ -1,14 +1,16 @@
 """The log's signals as the clock's equations need them: through one low-pass filter, as splines over the log's time.
 
-Row n of a log holds the force from that row on, so the force at the row is the mean of the periods before and after it.
+Row n of a log holds the force from that row on, so the force at the row is the mean of the periods before and after it. What
+friction does at a reversal must be that mean too, or a slow log would show the force jump sooner or later than friction.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
+from scipy.ndimage import convolve1d
 
 from identification.dataset.series import Series
 from identification.filters import low_pass
@@ -21,6 +23,8 @@ SIGNAL_CUTOFF_HZ = 20.0
 """Hz: above what cables and motors do, below where encoder counts swamp accelerations"""
 FRICTION_SPEED_CUTOFF_HZ = 40.0
 """Hz: of the speed that dry friction is computed from; a lower one would blunt its reversals"""
+FRICTION_RATE_HZ = 500.0
+"""Hz: rate at which friction is computed within the periods of slower logs"""
 GRID_HZ = 100.0
 """Hz: rate at which the filtered signals are kept"""
 
@@ -59,7 +63,9 @@ def log_signals_of(arm: Arm, log: Series) -> LogSignals:
     smooth = low_pass(theta, rate, SIGNAL_CUTOFF_HZ)
     theta_d = np.gradient(smooth, 1 / rate, axis=0)
     theta_dd = np.gradient(theta_d, 1 / rate, axis=0)
-    friction_speed = np.gradient(low_pass(theta, rate, FRICTION_SPEED_CUTOFF_HZ), 1 / rate, axis=0)
+    parts = max(1, round(FRICTION_RATE_HZ / rate))
+    slowly = cubic_spline(log.time, low_pass(theta, rate, FRICTION_SPEED_CUTOFF_HZ))
+    friction_speed = slowly(np.linspace(log.time[0], log.time[-1], parts * (len(log) - 1) + 1), 1)
     command, inertial = low_pass(held, rate, SIGNAL_CUTOFF_HZ), arm.motor_inertia / arm.drum * theta_dd
     every = max(1, round(rate / GRID_HZ))
     time = log.time[::every]
@@ -67,17 +73,27 @@ def log_signals_of(arm: Arm, log: Series) -> LogSignals:
     def curve(values: Array) -> BSpline:
         return cubic_spline(time, values[::every])
 
+    def friction(law: Callable[[Array], Array]) -> BSpline:
+        return curve(low_pass(_mean_of_two_periods(law(friction_speed), parts), rate, SIGNAL_CUTOFF_HZ))
+
     return LogSignals(
         time=time,
         travel=curve(arm.drum * smooth),
         force=curve(command - inertial),
         command=curve(command),
         inertial=curve(inertial),
-        dry_friction=curve(low_pass(dry(friction_speed), rate, SIGNAL_CUTOFF_HZ)),
-        friction_turnover=curve(low_pass(dry_by_log_cm(friction_speed), rate, SIGNAL_CUTOFF_HZ)),
+        dry_friction=friction(dry),
+        friction_turnover=friction(dry_by_log_cm),
         speed=curve(theta_d),
         has_force=has_force,
     )
+
+
+def _mean_of_two_periods(values: Array, parts: int) -> Array:
+    """Means over the periods before and after each row, (T, M), of values ((T - 1) * parts + 1, M) within the periods."""
+    weights = np.full(2 * parts + 1, 1 / (2 * parts))
+    weights[[0, -1]] /= 2
+    return convolve1d(values, weights, axis=0, mode="nearest")[::parts]
 
 
 def relabelled(signals: LogSignals, order: Sequence[int], sign: int) -> LogSignals:

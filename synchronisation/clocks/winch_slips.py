@@ -1,10 +1,11 @@
 """Winch slips: cables that moved on their drums while a recording went on, seen as steps of travel that no motion or force makes.
 
-To a clock's fit such a step looks like lost frames or like another arm. It is found before the fit, as a step that stands out of
-travel less winding once force, friction, speed (for the offset is rough yet) and slow waves are fitted. The clock is fitted to
-signals without it; the data stay as they are, and `check` names the fault.
+To a clock's fit such a step looks like lost frames or like another arm. It is found as a step that stands out of travel less
+winding once force, friction, speed (for the offset may be rough yet) and slow waves are fitted. The clock is fitted to signals
+without it (slip_alignment.py); the data stay as they are, and `check` names the fault.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,21 +64,31 @@ class WinchSlip:
 
 def signals_without_slips(
     arm: Arm, log: Series, frame_time: Array, winding: Array
-) -> tuple[LogSignals, list[WinchSlip]]:
-    """The log's signals as if no cable had slipped, and the slips that were left out for that.
-
-    log: of equal steps; winding: (F, M), m, of frames at about frame_time (F,), s, log clock."""
+) -> tuple[LogSignals, tuple[WinchSlip, ...]]:
+    """The log's signals as if no cable had slipped, and the slips that were left out for that; arguments as of the search."""
     signals = log_signals_of(arm, log)
-    slips = _winch_slips(arm, log, signals, frame_time, winding)
-    return (log_signals_of(arm, _without(log, arm, slips)) if slips else signals), slips
+    slips = find_winch_slips(arm, log, signals, frame_time, winding)
+    return (without_slips(arm, log, slips) if slips else signals), slips
 
 
-def _winch_slips(arm: Arm, log: Series, signals: LogSignals, frame_time: Array, winding: Array) -> list[WinchSlip]:
-    """The slips of all cables; none where there are more than slips could be."""
+def without_slips(arm: Arm, log: Series, slips: Sequence[WinchSlip]) -> LogSignals:
+    """The signals of a log of equal steps as if cables had not slipped."""
+    theta = log.matrix("theta").copy()
+    for slip in slips:
+        theta[:, slip.cable] -= np.where(log.time >= slip.time, slip.size / arm.drum[slip.cable], 0.0)
+    return log_signals_of(arm, Series(log.time, {**log.columns, **numbered_columns("theta", theta)}))
+
+
+def find_winch_slips(
+    arm: Arm, log: Series, signals: LogSignals, frame_time: Array, winding: Array
+) -> tuple[WinchSlip, ...]:
+    """The slips of all cables; none where there are more than slips could be.
+
+    log: of equal steps, with its signals; winding: (F, M), m, of frames at about frame_time (F,), s, log clock."""
     inside = (frame_time > log.time[0]) & (frame_time < log.time[-1])
     at, winding = frame_time[inside], winding[inside]
     if len(at) < MIN_SLIP_FRAMES:
-        return []
+        return ()
     explaining = _explaining_signals(signals, at, winding)
     waves = np.cos(np.arange(HALF_WAVES + 1) * np.pi * ((at - at[0]) / (at[-1] - at[0]))[:, None])
     travel = arm.drum * interpolated(at, log.time, log.matrix("theta"))
@@ -88,7 +99,7 @@ def _winch_slips(arm: Arm, log: Series, signals: LogSignals, frame_time: Array, 
         for k, size in _steps(X, travel[:, j] - winding[:, j], at):
             span = (at[k - 1] - FRAME_MARGIN_S, at[k] + FRAME_MARGIN_S)
             slips.append(WinchSlip(j, _time_of_jump(log, j, span, size), size))
-    return slips if len(slips) < MAX_SLIPS else []
+    return tuple(slips) if len(slips) < MAX_SLIPS else ()
 
 
 def _explaining_signals(s: LogSignals, at: Array, winding: Array) -> list[Array]:
@@ -103,14 +114,6 @@ def _time_of_jump(log: Series, cable: int, span: tuple[float, float], size: floa
     rows = np.flatnonzero((log.time > span[0]) & (log.time < span[1]))
     jumps = np.sign(size) * np.diff(log.columns[f"theta{cable + 1}"][rows])
     return float(log.time[rows[1 + int(np.argmax(jumps))]])
-
-
-def _without(log: Series, arm: Arm, slips: list[WinchSlip]) -> Series:
-    """The log as if no cable had slipped."""
-    theta = log.matrix("theta").copy()
-    for slip in slips:
-        theta[:, slip.cable] -= np.where(log.time >= slip.time, slip.size / arm.drum[slip.cable], 0.0)
-    return Series(log.time, {**log.columns, **numbered_columns("theta", theta)})
 
 
 def _steps(X: Array, y: Array, at: Array) -> list[tuple[int, float]]:
