@@ -157,7 +157,7 @@ def true_angles(place: Path) -> Path:
 
 CASES: dict[Callable[[Path], list[str | Path]], str] = {
     missing_video: r"none\.mp4: does not exist",
-    text_named_mp4: r"v\.mp4: is not a video",
+    text_named_mp4: r"v\.mp4: is no video in mp4, mov, mkv",
     truncated_mp4: r"v\.mp4: is truncated",
     video_without_a_marker: r"v\.mp4: no marker of neck\.yaml is in view in 6 frames",
     bar_of_fifty_metres: r"neck\.yaml: mechanisms\[0\]\.b: expected .* 2, found 50.*SI units",
