@@ -17,9 +17,6 @@ STILL_PX = 0.1
 """px: markers that all moved by less stand still (docs/thresholds.md)"""
 MIN_MOTION_PX = 0.5
 """px: a marker that moves by more, in the frame before and in the frame after, shows that a stop is none (docs/thresholds.md)"""
-MIN_ENTRY_RATIO = 0.5
-"""speed at which several still frames are entered over the speed before: with a constant deceleration a real stop has a third
-(docs/thresholds.md)"""
 MIN_CATCH_UP = 1.5
 """apparent speed of the frame after several still ones over the speed later: an arm that moved unseen is at once where it would be,
 one that stood still speeds up (docs/thresholds.md)"""
@@ -41,8 +38,8 @@ def repeated_pictures(time: Array, corners: Array) -> NDArray[np.bool_]:
     places = corners.mean(axis=2)
     stops = _stops(places)
     repeated = np.zeros(len(time), dtype=bool)
-    for k in range(2, len(stops) - 2):
-        if stops[k].last > stops[k].first and _moves_on(time, places, stops[k - 2 : k + 3]):
+    for k in range(1, len(stops) - 2):
+        if stops[k].last > stops[k].first and _moves_on(time, places, stops[k - 1 : k + 3]):
             repeated[stops[k].first + 1 : stops[k].last + 1] = True
     return repeated
 
@@ -58,8 +55,8 @@ def _stops(places: Array) -> list[_Stop]:
 
 
 def _moves_on(time: Array, places: Array, stops: list[_Stop]) -> bool:
-    """Whether the markers were at speed when they came to the third of five stops, and are at speed when they leave it."""
-    earlier, before, stop, after, later = stops
+    """Whether the markers were moving when they came to the second of four stops, and are at speed when they leave it."""
+    before, stop, after, later = stops
     arrival, departure = places[stop.first] - places[before.last], places[after.first] - places[stop.last]
     moved = np.minimum(np.linalg.norm(arrival, axis=-1), np.linalg.norm(departure, axis=-1))
     several = stop.last - stop.first > 1
@@ -71,11 +68,9 @@ def _moves_on(time: Array, places: Array, stops: list[_Stop]) -> bool:
     if not several:
         return True
     marker = int(np.nanargmax(moved))
-
-    def speed(start: _Stop, end: _Stop, since: int) -> float:
-        way = places[end.first, marker] - places[start.last, marker]
-        return float(np.linalg.norm(way) / (time[end.first] - time[since]))
-
-    entered = speed(before, stop, before.first) > MIN_ENTRY_RATIO * speed(earlier, before, earlier.first)
-    left = speed(stop, after, stop.last) > MIN_CATCH_UP * speed(after, later, after.first)
-    return entered and left
+    speed = np.linalg.norm(departure[marker]) / (time[after.first] - time[stop.last])
+    # what the next pictures show happened since the first frame of the last one, if that was repeated too
+    speed_later = np.linalg.norm(places[later.first, marker] - places[after.last, marker]) / (
+        time[later.first] - time[after.first]
+    )
+    return bool(speed > MIN_CATCH_UP * speed_later)

@@ -1,0 +1,88 @@
+"""Angles of videos with frames that repeat the picture before them, and of one that is none."""
+
+from dataclasses import replace
+from fractions import Fraction
+from itertools import islice
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+from calibration.camera import Camera
+from mechanism.description import read_neck
+from samples.generator.camera import SAMPLE_CAMERA
+from tests.paths import ROOT
+from tests.vision.test_video import film
+from vision.extract import Extraction, ExtractionOptions, extract
+from vision.shutter import Shutter
+from vision.video import Frame, describe_video, read_frames
+from xneck_foundation.errors import Refused
+
+R = ROOT / "samples" / "recording"
+FIRST, COUNT = 100, 50
+"""frames of the sample in which the arm is at speed"""
+REPEATED = [20, 33]
+CAMERA = Camera(SAMPLE_CAMERA.width, SAMPLE_CAMERA.height, SAMPLE_CAMERA.matrix, np.array([*SAMPLE_CAMERA.distortion]))
+
+
+def recoded(path: Path, frames: list[Frame], source: list[int]) -> Path:
+    """The pictures `source` of the frames at the stamps of all, through a lossy codec."""
+    with av.open(str(path), "w") as out:
+        stream = out.add_stream("libx264", rate=30, options={"crf": "23", "preset": "veryfast"})
+        stream.width, stream.height, stream.pix_fmt = frames[0].grey.shape[1], frames[0].grey.shape[0], "yuv420p"
+        stream.codec_context.time_base = Fraction(1, 90_000)
+        for frame, shown in zip(frames, source, strict=True):
+            planes = np.full((stream.height * 3 // 2, stream.width), 128, dtype=np.uint8)
+            planes[: stream.height] = frames[shown].grey
+            picture = av.VideoFrame.from_ndarray(planes, format="yuv420p")
+            picture.pts, picture.time_base = round((frame.time - frames[0].time) * 90_000), Fraction(1, 90_000)
+            out.mux(stream.encode(picture))
+        out.mux(stream.encode(None))
+    return path
+
+
+@pytest.fixture(scope="module")
+def extractions(tmp_path_factory: pytest.TempPathFactory) -> tuple[Extraction, Extraction]:
+    """Of the same frames as they are, and where two of them repeat the picture before."""
+    folder = tmp_path_factory.mktemp("extract")
+    frames = [replace(f, grey=f.grey.copy()) for f in islice(read_frames(R / "video.mp4"), FIRST, FIRST + COUNT)]
+    source = [k - (k in REPEATED) for k in range(COUNT)]
+    neck = read_neck(R / "neck.yaml")
+    options = ExtractionOptions(shutter=Shutter(row_s=1e-5), template=False)
+    whole, repeated = (
+        extract(describe_video(recoded(folder / name, frames, shown)), CAMERA, neck, options)
+        for name, shown in (("whole.mp4", list(range(COUNT))), ("repeated.mp4", source))
+    )
+    return whole, repeated
+
+
+def test_repeated_frames_have_no_angles_and_are_named(extractions: tuple[Extraction, Extraction]) -> None:
+    whole, repeated = extractions
+    assert whole.as_json()["repeated_frames"] == []
+    assert whole.as_json()["warnings"] == []
+    record = repeated.as_json()
+    assert [entry["frame"] for entry in record["repeated_frames"]] == REPEATED
+    assert [entry["time_s"] for entry in record["repeated_frames"]] == repeated.angles.time[REPEATED].tolist()
+    (warning,) = record["warnings"]
+    assert warning.startswith(
+        f"{len(REPEATED)} of {COUNT} frames show the picture before again while the arm moves (at "
+    )
+    assert [gap["first_frame"] for gap in record["gaps"]] == REPEATED
+    assert all("in the picture before, shown again" in gap["cause"] for gap in record["gaps"])
+
+
+def test_the_other_frames_keep_their_angles(extractions: tuple[Extraction, Extraction]) -> None:
+    """Within the codec's errors; a copy's angles would be off by as much as the arm moved since."""
+    whole, repeated = (each.angles.alpha for each in extractions)
+    assert np.flatnonzero(np.isnan(repeated).any(axis=1)).tolist() == REPEATED
+    others = ~np.isnan(repeated).any(axis=1)
+    moved = np.abs(np.diff(whole, axis=0))[np.array(REPEATED) - 1].max()
+    assert moved > np.radians(0.5)
+    assert np.abs(repeated - whole)[others].max() < moved / 5
+
+
+def test_a_video_of_one_frame_is_refused(tmp_path: Path) -> None:
+    camera = replace(CAMERA, width=96, height=64)
+    with pytest.raises(Refused, match="has one frame only, which shows no motion"):
+        extract(describe_video(film(tmp_path / "a.mp4", [0])), camera, read_neck(R / "neck.yaml"))
