@@ -207,7 +207,7 @@ def _check_plausible(fine: FineAlignment) -> None:
         raise ClockUndetermined(
             "sync",
             f"cables and arm would have the clocks run apart by {ppm:.0f} ppm, which no clock does",
-            "move faster and wider, or give both a light",
+            "move faster and wider, or give both a light; are the frames' stamps true?",
         )
     residual = float(np.sqrt(np.mean(fine.fit.residual**2)))
     if residual > MAX_RESIDUAL_M:
