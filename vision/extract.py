@@ -22,6 +22,7 @@ from vision.markers.video_tracking import MarkerTracks, track_video
 from vision.shutter import UNKNOWN_SHUTTER, Shutter, at_middle_row
 from vision.video import Video
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_blas_thread import one_blas_thread
 
 Array = NDArray[np.float64]
 
@@ -74,6 +75,7 @@ class Extraction:
         }
 
 
+@one_blas_thread
 def extract(
     video: Video,
     camera: Camera,

@@ -14,6 +14,7 @@ from xneck.recording.software_versions import software_versions
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 from xneck.report.diagnosis_text import diagnosis_sentence
 from xneck_foundation.json_text import json_text
+from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.provenance import provenance
 from xneck_foundation.whole_file import write_text
 
@@ -21,6 +22,7 @@ PAGE = "diagnosis.html"
 RECORD = "diagnosis.json"
 
 
+@one_blas_thread
 def run_diagnosis_task(
     folder: Path,
     datasets: Sequence[Path],

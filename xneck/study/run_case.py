@@ -16,9 +16,11 @@ from xneck.study.generator import load_generator
 from xneck.study.plan import Case
 from xneck_foundation.errors import Refused
 from xneck_foundation.json_text import json_text
+from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.whole_file import write_text
 
 
+@one_blas_thread
 def run_case(case: Case, samples: Path, folder: Path, code: str, keep: bool) -> None:
     """Writes folder/NAME.json, whole. folder/NAME holds the recordings and data sets, which stay only with `keep`.
 
