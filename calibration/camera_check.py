@@ -24,6 +24,7 @@ from calibration.corner_detection import BoardView
 from calibration.observations import LeftOut, Observations
 from calibration.refusals import refuse_impossible_corners
 from calibration.stacked_views import stack_views
+from xneck_foundation.one_blas_thread import one_blas_thread
 
 MIN_VIEWS = 3
 """usable pictures that a check needs (docs/thresholds.md)"""
@@ -78,6 +79,7 @@ class CameraCheck:
         }
 
 
+@one_blas_thread
 def check_camera(camera: Camera, observations: Observations) -> CameraCheck:
     """Does `camera` explain what was observed? Raises Refused for corners that are not finite.
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from calibration import lens
 from calibration.corner_detection import BoardView
+from calibration.one_opencv_thread import one_opencv_thread
 
 _MAX_DIFFERENCE_SIGMA = 1.0
 """difference in standard deviations of our estimate above which it is noted: both use the same corners, so noise is common
@@ -44,14 +45,15 @@ def cross_check(
     flags = 0 if "k3" in free else cv2.CALIB_FIX_K3
     flags |= 0 if "p1" in free else cv2.CALIB_ZERO_TANGENT_DIST
     try:
-        rms, K, distortion, *_ = cv2.calibrateCamera(
-            [view.object_points.astype(np.float32) for view in views],
-            [view.image_points.astype(np.float32).reshape(-1, 1, 2) for view in views],
-            image_size,
-            np.zeros((3, 3)),
-            np.zeros(5),
-            flags=flags,
-        )
+        with one_opencv_thread():
+            rms, K, distortion, *_ = cv2.calibrateCamera(
+                [view.object_points.astype(np.float32) for view in views],
+                [view.image_points.astype(np.float32).reshape(-1, 1, 2) for view in views],
+                image_size,
+                np.zeros((3, 3)),
+                np.zeros(5),
+                flags=flags,
+            )
     except cv2.error:
         return None
     opencv = np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2], *np.ravel(distortion)[:5]])

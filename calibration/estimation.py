@@ -43,6 +43,7 @@ from calibration.refusals import (
 from calibration.stacked_views import StackedViews, stack_views
 from calibration.view_selection import drop_disagreeing_views, drop_repeated_views, outlier_corner_notes
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_blas_thread import one_blas_thread
 
 _FULLEST_LENS = "k1 k2 p1 p2 k3"
 
@@ -102,6 +103,7 @@ class _Jackknife:
         return sigma[0], sigma[1]
 
 
+@one_blas_thread
 def calibrate(observations: Observations) -> Calibration:
     """Estimate the camera that took the views.
 

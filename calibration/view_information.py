@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from calibration.corner_detection import BoardView
+from calibration.one_opencv_thread import one_opencv_thread
 
 
 def view_information(views: Sequence[BoardView], image_size: tuple[int, int]) -> np.ndarray | None:
@@ -18,14 +19,15 @@ def view_information(views: Sequence[BoardView], image_size: tuple[int, int]) ->
     images = [view.image_points.astype(np.float32).reshape(-1, 1, 2) for view in views]
     rough = np.linspace(0, len(views) - 1, min(len(views), 20)).astype(int)
     try:
-        _, K, distortion, *_ = cv2.calibrateCamera(
-            [objects[i] for i in rough],
-            [images[i] for i in rough],
-            image_size,
-            np.zeros((3, 3)),
-            np.zeros(5),
-            flags=cv2.CALIB_FIX_K3 | cv2.CALIB_FIX_K2 | cv2.CALIB_ZERO_TANGENT_DIST,
-        )
+        with one_opencv_thread():
+            _, K, distortion, *_ = cv2.calibrateCamera(
+                [objects[i] for i in rough],
+                [images[i] for i in rough],
+                image_size,
+                np.zeros((3, 3)),
+                np.zeros(5),
+                flags=cv2.CALIB_FIX_K3 | cv2.CALIB_FIX_K2 | cv2.CALIB_ZERO_TANGENT_DIST,
+            )
         blocks: list[np.ndarray] = []
         for points, pixels in zip(objects, images, strict=True):
             _, turn, shift = cv2.solvePnP(points, pixels, K, distortion)

@@ -18,6 +18,7 @@ from identification.dataset.dataset import DataSet
 from identification.dataset.frames import frame_angles
 from identification.estimates import common_arm
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_blas_thread import one_blas_thread
 
 TOO_MANY_TIED = 4
 """causes that explain alike from which the data cannot decide (docs/thresholds.md)"""
@@ -69,6 +70,7 @@ class Diagnosis:
         return 1 - self.after.energy / self.before.energy if self.before.energy else 0.0
 
 
+@one_blas_thread
 def diagnose(
     recordings: Sequence[DataSet],
     held_out: Sequence[DataSet] = (),

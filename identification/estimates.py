@@ -17,6 +17,7 @@ from mechanism.elasticity import ElasticModel
 from mechanism.laws import MotorMotion
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.parameter import Parameter
 
 Array = NDArray[np.float64]
@@ -152,6 +153,7 @@ def _reasons(v: Identifiability) -> dict[str, str]:
     return {} if v.identified else {"why": v.why, "would_tell": v.record}
 
 
+@one_blas_thread
 def estimate(
     recordings: Sequence[DataSet],
     laws: Sequence[str] = DEFAULT_LAWS,

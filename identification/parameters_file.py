@@ -5,14 +5,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.io import savemat
 
+from identification.files.mat_file import write_mat_file
 from mechanism.description import Neck
 from mechanism.neck_text import neck_text
 from xneck_foundation import strict_yaml
 from xneck_foundation.errors import Refused
 from xneck_foundation.parameter import Parameter
-from xneck_foundation.whole_file import whole_file, write_text
+from xneck_foundation.whole_file import write_text
 
 
 def write_mat(parameters: Sequence[Parameter], laws: Sequence[str], path: str | Path) -> None:
@@ -28,8 +28,7 @@ def write_mat(parameters: Sequence[Parameter], laws: Sequence[str], path: str | 
             "unit": of_name[0].unit,
         }
     content = {"parameters": struct, "laws": np.array(laws, dtype=object)}
-    with whole_file(path) as part, part.open("wb") as stream:
-        savemat(stream, content, oned_as="column", long_field_names=True)
+    write_mat_file(content, path)
 
 
 def write_neck(neck: Neck, parameters: Sequence[Parameter], source: str, path: str | Path) -> None:

@@ -18,6 +18,7 @@ from synchronisation.check.check import check_elongations
 from synchronisation.clocks.clock import fit_clock
 from synchronisation.clocks.clock_estimate import ClockEstimate
 from synchronisation.encoder_log import uniformly_sampled
+from xneck_foundation.one_blas_thread import one_blas_thread
 
 Array = NDArray[np.float64]
 
@@ -28,6 +29,7 @@ UNCHECKED = {"verdict": "cannot tell", "why": "the log holds no forces f", "faul
 """the check's record of a log without forces: how far cables stretch is unknown"""
 
 
+@one_blas_thread
 def synchronise(
     neck: Neck,
     neck_yaml: str,

@@ -23,6 +23,7 @@ from vision.repeated_pictures import repeated_pictures
 from vision.shutter import UNKNOWN_SHUTTER, Shutter, at_middle_row
 from vision.video import Video
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_blas_thread import one_blas_thread
 
 Array = NDArray[np.float64]
 
@@ -79,6 +80,7 @@ class Extraction:
         }
 
 
+@one_blas_thread
 def extract(
     video: Video,
     camera: Camera,

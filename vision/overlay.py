@@ -27,6 +27,8 @@ MARKER_COLOUR, BAR_COLOUR = (40, 200, 60), (30, 30, 230)  # BGR
 DIAGONAL_COLOUR, TEXT_COLOUR = (230, 140, 30), (255, 255, 255)  # BGR
 _REPRODUCIBLE = {"fflags": "+bitexact"}
 """options of the file's writer, without which Matroska draws a random number for each file"""
+_ENCODER_THREADS = 4
+"""by default x264 takes as many as there are cores, and its bytes depend on them"""
 
 
 def draw_overlay(grey: Picture, index: int, neck: Neck, camera: Camera, extraction: Extraction) -> Picture:
@@ -63,6 +65,7 @@ def write_overlay(
         stream = container.add_stream("libx264", rate=30, options={"crf": "23", "preset": "veryfast"})
         stream.width, stream.height = camera.width // 2 * 2, camera.height // 2 * 2
         stream.pix_fmt = "yuv420p"
+        stream.codec_context.thread_count = _ENCODER_THREADS
         stream.codec_context.time_base = Fraction(1, 90_000)
         for frame in read_segments(video):
             drawn = draw_overlay(frame.grey, frame.index, neck, camera, extraction)[: stream.height, : stream.width]

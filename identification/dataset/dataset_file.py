@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.io import savemat
 
 from identification.dataset.clock_record import log_time
 from identification.dataset.dataset import DataSet
 from identification.dataset.dataset_validation import validate_dataset
 from identification.dataset.series import Series, check_time
 from identification.files import joint_state
+from identification.files.mat_file import write_mat_file
 from identification.files.mcap_losses import rows_after_gaps
 from mechanism.description import Neck
 from xneck_foundation import strict_yaml
@@ -111,8 +111,7 @@ def export_series(series: Series, path: str | Path) -> None:
         with whole_file(path) as part, part.open("wb") as stream:
             np.savez_compressed(stream, **columns)  # type: ignore[arg-type]
     elif path.suffix == ".mat":
-        with whole_file(path) as part, part.open("wb") as stream:
-            savemat(stream, columns, oned_as="column", long_field_names=True)
+        write_mat_file(columns, path)
     else:
         raise Refused(
             path, f"cannot export to {path.suffix or 'a file without suffix'}", f"valid: {', '.join(EXPORT_FORMATS)}"

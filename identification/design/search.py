@@ -22,6 +22,7 @@ from identification.unknowns import Unknowns, terms_of, unknowns
 from mechanism.laws import LAWS
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.spelling import quoted, valid_words
 
 Array = NDArray[np.float64]
@@ -107,6 +108,7 @@ def logdet(motion: Trajectory, target: DesignTarget, noise: AngleNoise) -> float
     return float(np.linalg.slogdet(covariance[np.ix_(target.chosen, target.chosen)] / np.outer(size, size))[1])
 
 
+@one_blas_thread
 def design_motion(
     machine: Machine,
     target: DesignTarget,

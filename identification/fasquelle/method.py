@@ -23,6 +23,7 @@ from mechanism.elasticity import ELASTIC_MODELS, ElasticModel, strain_scale
 from mechanism.friction import dry
 from xneck_foundation.errors import Refused
 from xneck_foundation.least_squares import Estimate, linear_least_squares
+from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.parameter import Parameter
 
 Array = NDArray[np.float64]
@@ -85,6 +86,7 @@ class FasquelleIdentification:
         return float(np.mean(np.abs(self.tension_error[model])))
 
 
+@one_blas_thread
 def fasquelle_identification(recordings: Sequence[DataSet]) -> FasquelleIdentification:
     """Tables 1 and 2 for recordings of one arm. Raises Refused where the recordings are of different arms or at rest."""
     first = recordings[0]

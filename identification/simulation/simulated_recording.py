@@ -28,6 +28,7 @@ from mechanism.laws import CableMotion
 from mechanism.machine import Machine
 from mechanism.simulation import Motion, State, simulate, simulate_given_angles
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_blas_thread import one_blas_thread
 
 Array = NDArray[np.float64]
 Source = Literal["f", "theta"]
@@ -59,6 +60,7 @@ class SimulatedRecording:
         return {channel.name: channel.rms for channel in self.channels}
 
 
+@one_blas_thread
 def simulate_recording(
     data: DataSet,
     model: Model,

@@ -11,8 +11,10 @@ from synchronisation.check.check import Baseline, Check, baseline_of, check_elon
 from synchronisation.check.faults import EXCHANGES
 from synchronisation.check.residual_clock import find_clock_fault, shifted_frames
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_blas_thread import one_blas_thread
 
 
+@one_blas_thread
 def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "baseline") -> Check:
     """Checks a data set, by itself or against a `baseline`: a data set of the same arm that is known to be healthy.
 

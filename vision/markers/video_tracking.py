@@ -13,6 +13,7 @@ from mechanism.description import Markers
 from vision.light_patch import LightPatch
 from vision.markers.tracking import BY_EDGES, MarkerTracker, TrackingOptions
 from vision.video import Segment, Video, read_segment
+from xneck_foundation.one_blas_thread import one_blas_thread
 
 Array = NDArray[np.float64]
 
@@ -79,6 +80,7 @@ def track_video(
     return MarkerTracks(**arrays, foreign_ids=tuple(sorted({i for part in parts for i in part.foreign_ids})))
 
 
+@one_blas_thread
 def _track_segment(task: _SegmentTask, progress: Callable[[int], object] = lambda frames: None) -> MarkerTracks:
     tracker = MarkerTracker(task.markers, task.options)
     tracked, brightness = [], []

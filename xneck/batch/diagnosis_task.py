@@ -21,10 +21,12 @@ from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 from xneck.report.diagnosis_text import diagnosis_sentence
 from xneck_foundation.folder_lock import only_run_in
 from xneck_foundation.json_text import json_text, read_record
+from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.provenance import note_inputs, provenance
 from xneck_foundation.whole_file import check_output, write_text
 
 
+@one_blas_thread
 def run_diagnosis_task(
     folder: Path,
     datasets: Sequence[Path],

@@ -22,6 +22,7 @@ from xneck.viewers.rerun_file import write_rerun
 from xneck.viewers.rerun_sdk import rerun_sdk
 from xneck_foundation.errors import Refused
 from xneck_foundation.json_text import json_text
+from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.recovery import collected_recoveries
 from xneck_foundation.whole_file import write_text
 
@@ -29,6 +30,7 @@ _TASK_LOCK = threading.Lock()
 """warnings and matplotlib's settings belong to the process: a worker with several threads runs one recording at a time"""
 
 
+@one_blas_thread
 def run_recording_task(
     recording: Recording, folder: Path, rerun: bool = False, progress: StageProgress = no_progress
 ) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 Commands are loaded when they are called, so that `xneck --help` does not wait for OpenCV.
 """
 
+import copy
 import importlib
 import io
 import sys
@@ -11,6 +12,7 @@ import click
 
 from xneck.cli.terminal import print_error, print_text
 from xneck_foundation.errors import MAX_CHARACTERS, Refused
+from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.one_line import shortened
 from xneck_foundation.spelling import quoted, valid_words
 
@@ -37,7 +39,9 @@ class _Group(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        return importlib.import_module(f"xneck.cli.{cmd_name}").command
+        command = copy.copy(importlib.import_module(f"xneck.cli.{cmd_name}").command)
+        command.callback = one_blas_thread(command.callback)
+        return command
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

@@ -10,6 +10,7 @@ from synchronisation.encoder_log import read_log
 from synchronisation.synchronise import synchronise
 from xneck.recording.progress import StageProgress, no_progress
 from xneck.recording.recording_folder import Recording, read_recording
+from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.provenance import note_inputs, provenance
 from xneck_foundation.strict_yaml import read_text
 
@@ -32,6 +33,7 @@ def recording_angles(
     return video.extraction.angles, video
 
 
+@one_blas_thread
 def synchronise_recording(folder: str | Path, stage: StageProgress = no_progress) -> DataSet:
     """The data set of a recording folder; its camera is calibrated and its video read on the way, and nothing is written.
 

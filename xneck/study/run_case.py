@@ -19,12 +19,14 @@ from xneck.study.plan import Case
 from xneck_foundation.authorship import written_by_xneck
 from xneck_foundation.errors import Refused
 from xneck_foundation.json_text import json_text
+from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.whole_file import check_output, replaces_any_file, write_text
 
 _CASE = "case.json"
 """what was asked for, in the folder of a case: such a folder is a study's"""
 
 
+@one_blas_thread
 def run_case(case: Case, samples: Path, folder: Path, code: str, keep: bool) -> None:
     """Writes folder/NAME.json, whole, and with `keep` folder/NAME with the recordings and data sets, before it.
 
