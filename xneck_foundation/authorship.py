@@ -3,7 +3,7 @@
 The mark is in the file, not beside it: it goes along when a folder is copied. Text carries the SHA-256 of what xneck wrote, so
 that a file edited by hand is the person's. Where a format has no place for comments, the mark stands where every reader of
 the format passes over it: as a last key of JSON, as digits of a CSV's last time that are beyond the precision of a double, as
-the comment of a zip archive, as the text in the head of a .mat file.
+the comment of a zip archive, and in what binary files say of themselves.
 """
 
 import hashlib
@@ -30,7 +30,6 @@ _TEXT = re.compile(r"xneck wrote what stands above, sha256 ([0-9a-f]{64})")
 _JSON_END = re.compile(rb'(,?)\s*"' + JSON_KEY.encode() + rb'": "xneck, sha256 ([0-9a-f]{64})"\s*\}\s*$')
 _CSV_DECIMALS, _CSV_DIGITS = 30, 18
 """decimals of the marked time, of which a double holds at most 17 figures, and digits of the mark that follow them"""
-_MAT_HEAD_BYTES = 116
 _SEARCHED_BYTES = 1 << 16
 """bytes at each end of a binary file in which its metadata is looked for"""
 _LONGEST_LINE_BYTES = 1 << 20
@@ -173,12 +172,6 @@ def _is_signed_npz(path: Path) -> bool:
         return archive.comment == MARK.encode()
 
 
-def _sign_mat(path: Path) -> None:
-    with path.open("r+b") as stream:
-        # in the place of the date and the machine, so that the same arrays make the same file
-        stream.write(f"MATLAB 5.0 MAT-file, {MARK}".ljust(_MAT_HEAD_BYTES).encode())
-
-
 def _is_xneck_mcap(path: Path) -> bool:
     """The header names the library that wrote the file (MCAP specification, opcode 1)."""
     with path.open("rb") as stream:
@@ -201,7 +194,6 @@ _SIGNERS: dict[str, Callable[[Path], None]] = {
     ".json": _sign_json,
     ".csv": _sign_csv,
     ".npz": _sign_npz,
-    ".mat": _sign_mat,
 }
 _READERS: dict[str, Callable[[Path], bool]] = {
     ".json": _is_signed_json,

@@ -6,9 +6,10 @@ from typing import Any
 
 from scipy.io import savemat
 
+from xneck_foundation.authorship import MARK
 from xneck_foundation.whole_file import whole_file
 
-_DESCRIPTION = b"MATLAB 5.0 MAT-file, written by xneck".ljust(116)
+_DESCRIPTION = f"MATLAB 5.0 MAT-file, {MARK}".ljust(116).encode()
 """the text that a .mat begins with; scipy writes the hour into it"""
 
 
