@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from identification.dataset.series import Series
+from synchronisation.csv_header import missing_columns, spelled_otherwise
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 
@@ -24,13 +25,10 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
             header = [cell.strip() for cell in next(rows, [])]
             if not header:
                 raise Refused(path, "is empty", "expected a header and rows of numbers")
-            missing = [name for name in ("time", *required) if name not in header]
-            if missing:
-                raise Refused(
-                    path,
-                    f"lacks the column{'s' * (len(missing) > 1)} {', '.join(missing)}",
-                    f"its header is '{','.join(header)[:120]}', expected time,{','.join(required)}",
-                )
+            if any(name not in header for name in ("time", *required)):
+                raise Refused(path, *missing_columns(header, next(rows, []), ("time", *required)))
+            if otherwise := spelled_otherwise(header, optional):
+                raise Refused(path, *missing_columns(header, next(rows, []), tuple(otherwise)))
             repeated = sorted({name for name in header if header.count(name) > 1})
             if repeated:
                 raise Refused(path, f"has the column {repeated[0]} twice", "name each column once")
@@ -47,6 +45,10 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
                 try:
                     table.append([_number(row[k]) for k in at])
                 except ValueError:
+                    if number == 2 and not any(_is_number(row[k]) for k in at):
+                        raise Refused(
+                            path, f"row 2 holds no numbers but {','.join(row)[:60]!r}, as units do", "leave that row out"
+                        ) from None
                     k = next(k for k in at if not _is_number(row[k]))
                     raise Refused(path, f"row {number}, column {header[k]}: {row[k]!r} is not a number") from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
