@@ -20,6 +20,7 @@ from synchronisation.clocks.clock import fit_clock
 from synchronisation.clocks.clock_estimate import ClockEstimate
 from synchronisation.encoder_log import uniformly_sampled
 from synchronisation.log_plausibility import check_log_meaning
+from synchronisation.thinned_log import forces_held, rows_left_out, rows_left_out_warning
 
 Array = NDArray[np.float64]
 
@@ -46,6 +47,9 @@ def synchronise(
     warnings = check_log_meaning(neck, arm, angles, log)
     viscosity = np.array([np.nan if motor.fv is None else motor.fv for motor in neck.motors])
     clock = fit_clock(arm, angles, log, viscosity)
+    if rows_left_out(log, clock):
+        warnings = (*warnings, rows_left_out_warning(log, clock))
+        clock = fit_clock(arm, angles, forces_held(log, clock), viscosity)
     clock = replace(clock, warnings=(*warnings, *clock.warnings))
     even_log = uniformly_sampled(clock.repaired.log)
     frames = FrameAngles(clock.log_time(angles.time), angles.alpha, angles.white_sigma, angles.shared)

@@ -15,6 +15,8 @@ MIN_JUMP_COUNTS = 2.5
 """encoder counts that some motor must jump after equal rows; an arm at rest repeats its rows truly (docs/thresholds.md)"""
 MIN_GAP_S = 0.01
 """s without a true row that make a gap; shorter ones are bridged (docs/thresholds.md)"""
+MIN_GAP_STEPS = 2.5
+"""steps of the log without a true row that make a gap, where its rows are further apart (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,7 @@ class RepairedLog:
     missing_rows: int
     """rows that are missing between two stamps"""
     gaps: tuple[tuple[float, float], ...]
-    """begin and end of spans wider than MIN_GAP_S, s, log clock"""
+    """begin and end of spans without a true row, s, log clock"""
 
     def clear_of_gaps(self, time: Array, margin: float) -> NDArray[np.bool_]:
         """Which log times (T,), s, are at least `margin` s away from every gap."""
@@ -50,7 +52,7 @@ def repair_log(log: Series) -> RepairedLog:
             true[begin + 1 : end + 1] = False
     repaired = log.part(true)
     steps = np.diff(log.time)
-    gaps = np.flatnonzero(np.diff(repaired.time) > MIN_GAP_S)
+    gaps = np.flatnonzero(np.diff(repaired.time) > max(MIN_GAP_S, MIN_GAP_STEPS * float(np.median(steps))))
     return RepairedLog(
         log=repaired,
         repeated_rows=int(np.sum(~true)),

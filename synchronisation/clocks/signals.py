@@ -3,7 +3,7 @@
 Row n of a log holds the force from that row on, so the force at the row is the mean of the periods before and after it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,8 @@ SIGNAL_CUTOFF_HZ = 20.0
 """Hz: above what cables and motors do, below where encoder counts swamp accelerations"""
 FRICTION_SPEED_CUTOFF_HZ = 40.0
 """Hz: of the speed that dry friction is computed from; a lower one would blunt its reversals"""
+LAW_STEP_S = 2e-3
+"""s: rows that are further apart have laws averaged between them"""
 GRID_HZ = 100.0
 """Hz: rate at which the filtered signals are kept"""
 
@@ -60,6 +62,7 @@ def log_signals_of(arm: Arm, log: Series) -> LogSignals:
     theta_d = np.gradient(smooth, 1 / rate, axis=0)
     theta_dd = np.gradient(theta_d, 1 / rate, axis=0)
     friction_speed = np.gradient(low_pass(theta, rate, FRICTION_SPEED_CUTOFF_HZ), 1 / rate, axis=0)
+    dry_friction, turnover = (_as_held(law, log.time, friction_speed) for law in (dry, dry_by_log_cm))
     command, inertial = low_pass(held, rate, SIGNAL_CUTOFF_HZ), arm.motor_inertia / arm.drum * theta_dd
     every = max(1, round(rate / GRID_HZ))
     time = log.time[::every]
@@ -73,11 +76,24 @@ def log_signals_of(arm: Arm, log: Series) -> LogSignals:
         force=curve(command - inertial),
         command=curve(command),
         inertial=curve(inertial),
-        dry_friction=curve(low_pass(dry(friction_speed), rate, SIGNAL_CUTOFF_HZ)),
-        friction_turnover=curve(low_pass(dry_by_log_cm(friction_speed), rate, SIGNAL_CUTOFF_HZ)),
+        dry_friction=curve(low_pass(dry_friction, rate, SIGNAL_CUTOFF_HZ)),
+        friction_turnover=curve(low_pass(turnover, rate, SIGNAL_CUTOFF_HZ)),
         speed=curve(theta_d),
         has_force=has_force,
     )
+
+
+def _as_held(law: Callable[[Array], Array], time: Array, speed: Array) -> Array:
+    """A law of the speeds (T, M), rad/s, at the rows, (T, M): averaged over the periods before and after, as the force there is."""
+    step = float(time[1] - time[0])
+    parts = round(step / LAW_STEP_S)
+    if parts < 2:
+        return law(speed)
+    curve = cubic_spline(time, speed)
+    mean = np.zeros_like(speed)
+    for part in (np.arange(2 * parts) + 0.5) / parts - 1:
+        mean += law(curve(np.clip(time + part * step, time[0], time[-1])))
+    return mean / (2 * parts)
 
 
 def relabelled(signals: LogSignals, order: Sequence[int], sign: int) -> LogSignals:
