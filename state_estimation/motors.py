@@ -10,8 +10,10 @@ from state_estimation.smoother import smooth_signal
 
 Array = NDArray[np.float64]
 
-ROWS_PER_KNOT = 5
-"""rows of the log per knot: at 500 Hz the spline follows motion to about 30 Hz"""
+KNOT_S = 0.01
+"""s between knots where rows are not further apart: the spline follows motion to about 30 Hz"""
+MAX_ROWS_PER_KNOT = 5
+"""rows of the log per knot at most"""
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,8 @@ class Motors:
 
 def motors_of(log: Series, count: Array) -> Motors:
     """Motors of a log with even steps; count: angle of one encoder count, (M,), rad, whose rounding is the only noise."""
-    step = ROWS_PER_KNOT * float(np.mean(np.diff(log.time)))
+    row = float(np.mean(np.diff(log.time)))
+    step = row * min(MAX_ROWS_PER_KNOT, max(1, round(KNOT_S / row)))
     signals = [
         smooth_signal(log.time, column, np.full(len(log), count[j] / np.sqrt(12)), log.time, step)
         for j, column in enumerate(log.matrix("theta").T)

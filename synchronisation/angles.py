@@ -12,10 +12,14 @@ from identification.dataset.frames import DEFAULT_SIGMA_RAD, MAX_SIGMA_RAD, whit
 from identification.dataset.series import Series, check_time, numbered_columns
 from identification.files import joint_state
 from synchronisation.csv_table import read_table
+from synchronisation.time_stamps import check_time_unit
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
 
 Array = NDArray[np.float64]
+
+MAX_DEGREES = 180.0
+"""largest angle that is thought to be in degrees where it cannot be in rad (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,7 @@ def read_angles(path: str | Path, joints: int) -> Angles:
     """
     path = Path(path)
     series, notes, light = _from_mcap(path) if path.suffix == ".mcap" else _from_csv(path, joints)
+    check_time_unit(series.time, str(path), "frames")
     check_time(series.time, str(path))
     alpha, sigma, common = series.matrix("alpha"), series.matrix("sigma"), series.matrix("common")
     _check_angles(alpha, common, joints, path)
@@ -114,7 +119,10 @@ def _from_mcap(path: Path) -> tuple[Series, dict[str, Any], Array | None]:
 def _from_csv(path: Path, joints: int) -> tuple[Series, dict[str, Any], Array | None]:
     """Columns, notes and the light's brightness of anyone's CSV."""
     optional = [f"{stem}{i + 1}" for stem in ("sigma", "common") for i in range(joints)]
-    series = read_table(path, [f"alpha{i + 1}" for i in range(joints)], optional=[*optional, "light"])
+    further = f"alpha{joints + 1}"
+    series = read_table(path, [f"alpha{i + 1}" for i in range(joints)], optional=[*optional, "light", further])
+    if further in series.columns:
+        raise Refused(path, f"has {further}, the arm has {joints} mechanisms", "is it the right neck.yaml?")
     return series, {"source": path.name}, series.columns.get("light")
 
 
@@ -130,8 +138,13 @@ def _check_angles(alpha: Array, common: Array, joints: int, path: Path) -> None:
         raise Refused(
             path, "has an infinite common1..N", "give the part of sigma that all frames share, in rad, or none"
         )
-    if np.nanmax(np.abs(alpha)) > np.pi:
-        raise Refused(path, f"has an angle of {np.nanmax(np.abs(alpha)):.1f}", "angles are radians, within +-pi")
+    if (largest := float(np.nanmax(np.abs(alpha)))) > np.pi:
+        degrees = largest <= MAX_DEGREES
+        raise Refused(
+            path,
+            f"has an angle of {largest:.4g}, and angles are radians, within +-pi" + ": these are degrees" * degrees,
+            "multiply alpha1..N by 0.0174533" if degrees else "is it alpha, of one bar against the one below?",
+        )
 
 
 def _light(time: Array, quality: Series) -> Array | None:

@@ -2,16 +2,16 @@
 
 import csv
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from identification.dataset.series import Series
+from synchronisation.csv_header import missing_columns, spelled_otherwise
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
-from xneck_foundation.one_line import listed
-from xneck_foundation.spelling import likely_spelling, quoted
+from xneck_foundation.spelling import quoted
 
 
 def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str] = ()) -> Series:
@@ -27,7 +27,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
             header = [cell.strip() for cell in next(rows, [])]
             if not header:
                 raise Refused(path, "is empty", "expected a header and rows of numbers")
-            at = _columns(path, header, ("time", *required), optional)
+            at = _columns(path, header, rows, ("time", *required), optional)
             table = []
             for number, row in enumerate(rows, start=2):
                 if not row:
@@ -39,6 +39,9 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
                 try:
                     table.append([_number(row[k]) for k in at.values()])
                 except ValueError:
+                    if number == 2 and not any(_is_number(row[k]) for k in at.values()):
+                        what = f"row 2 holds no numbers but {quoted(','.join(row))}, as units do"
+                        raise Refused(path, what, "leave that row out") from None
                     name = next(name for name, k in at.items() if not _is_number(row[k]))
                     what = f"row {number}, column {name}: {quoted(row[at[name]])} is not a number"
                     raise Refused(path, what) from None
@@ -52,19 +55,15 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
     return Series(values[:, 0], {name: values[:, k] for k, name in enumerate(at) if k})
 
 
-def _columns(path: Path, header: list[str], required: Sequence[str], optional: Sequence[str]) -> dict[str, int]:
+def _columns(
+    path: Path, header: list[str], rows: Iterator[list[str]], required: Sequence[str], optional: Sequence[str]
+) -> dict[str, int]:
     """Places of the columns that are read, by name. Raises Refused where one is missing, or any stands twice."""
     places = {name: k for k, name in enumerate(header)}
-    missing = [name for name in required if name not in places]
-    if missing:
-        known = {*required, *optional}
-        meant = likely_spelling(missing[0], [name for name in places if name not in known])
-        hint = f"is {meant} meant by {missing[0]}? " if meant else ""
-        raise Refused(
-            path,
-            f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
-            f"{hint}its header is '{listed(header, ',', 60)}', expected {listed(required, ',', 60)}",
-        )
+    if any(name not in places for name in required):
+        raise Refused(path, *missing_columns(header, next(rows, []), required))
+    if otherwise := spelled_otherwise(header, optional):
+        raise Refused(path, *missing_columns(header, next(rows, []), tuple(otherwise)))
     if len(places) < len(header):
         name, count = Counter(header).most_common(1)[0]
         raise Refused(path, f"has the column {quoted(name)} {count} times", "name each column once")

@@ -1,5 +1,6 @@
 """The controller's log: motor angles theta and forces f on its own clock, brought into our signs and units."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -7,10 +8,14 @@ from numpy.typing import NDArray
 
 from identification.dataset.series import Series, check_size, check_time, numbered_columns
 from identification.files import joint_state
+from identification.files.joint_state import JointStateChannel
 from mechanism.description import Neck
 from synchronisation.csv_table import read_table
+from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
+from synchronisation.time_stamps import check_time_unit, sampling_step
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
+from xneck_foundation.recovery import warn_recovered
 
 Array = NDArray[np.float64]
 
@@ -37,7 +42,10 @@ def read_log(path: str | Path, neck: Neck) -> Series:
         series = _from_joint_states(path, neck)
     else:
         forces = [f"f{j + 1}" for j in range(m)]
-        series = read_table(path, [f"theta{j + 1}" for j in range(m)], optional=[*forces, LED])
+        further = f"theta{m + 1}"
+        series = read_table(path, [f"theta{j + 1}" for j in range(m)], optional=[*forces, LED, further])
+        if further in series.columns:
+            raise Refused(path, f"has {further}, and neck.yaml has {m} motors", "is it this arm's neck.yaml?")
         missing = [name for name in forces if name not in series.columns]
         if 0 < len(missing) < m:
             raise Refused(
@@ -45,11 +53,16 @@ def read_log(path: str | Path, neck: Neck) -> Series:
                 f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
                 "log the forces of all motors, or of none",
             )
+    check_time_unit(series.time, str(path), "rows")
     check_time(series.time, str(path))
+    sampling_step(series.time, str(path))
     for name, values in series.columns.items():
         if not np.all(np.isfinite(values)):
             row = int(np.argmin(np.isfinite(values))) + 1
             raise Refused(path, f"{name} is not a number in sample {row}", "leave such rows out")
+    # an absurd sample hides what wraps, and a wrap is none: angles are unwrapped before and after
+    series = _without_absurd_samples(_unwrapped(series, neck, path), path)
+    series = _unwrapped(series, neck, path)
     check_size(series.columns, MAX_LOGGED_MAGNITUDE, str(path))
     theta_scale = np.array([motor.theta_sign * motor.theta_scale for motor in neck.motors])
     f_scale = np.array([motor.f_scale for motor in neck.motors])
@@ -67,28 +80,86 @@ def read_log(path: str | Path, neck: Neck) -> Series:
 def _from_joint_states(path: Path, neck: Neck) -> Series:
     """Columns theta, f and led as logged, from the one topic that holds the motors: by their joints' names, or by their number."""
     logs = joint_state.read(path).logs
-    joints = [motor.joint for motor in neck.motors]
-    if all(joint is not None for joint in joints):
-        fitting = {topic: log for topic, log in logs.items() if set(joints) <= set(log.names)}
-        expected = f"joints {listed(map(str, joints), limit=_SHOWN)}"
+    joints = [motor.joint for motor in neck.motors if motor.joint is not None]
+    topics = {joint: topic for joint in joints for topic in logs if joint.startswith(f"/{topic}/")}
+    names = [joint.removeprefix(f"/{topics[joint]}/") if joint in topics else joint for joint in joints]
+    if joints:
+        fitting = {
+            topic: log
+            for topic, log in logs.items()
+            if set(names) <= set(log.names) and all(topics.get(joint, topic) == topic for joint in joints)
+        }
     else:
         fitting = {topic: log for topic, log in logs.items() if len(set(log.names) - {LED}) == neck.M}
-        expected = f"{neck.M} joints"
     if len(fitting) != 1:
-        topics = listed((f"/{topic} has {listed(log.names, limit=_SHOWN)}" for topic, log in logs.items()), "; ")
-        count = "no channel" if not fitting else f"{len(fitting)} channels"
-        raise Refused(path, f"{count} with {expected} ({topics})", "name the joints in neck.yaml, motors[].joint")
+        raise Refused(path, *_not_one_channel(logs, fitting, joints, neck.M))
     log = next(iter(fitting.values()))
-    unnamed = [k for k, name in enumerate(log.names) if name != LED]
-    order = [log.names.index(joint) if joint else unnamed[j] for j, joint in enumerate(joints)]
+    order = [log.names.index(name) for name in names] or [k for k, name in enumerate(log.names) if name != LED]
     force = {} if log.effort is None or np.isnan(log.effort).all() else numbered_columns("f", log.effort[:, order])
     light = {LED: log.position[:, log.names.index(LED)]} if LED in log.names else {}
     return Series(log.time, numbered_columns("theta", log.position[:, order]) | force | light)
 
 
+def _not_one_channel(
+    logs: Mapping[str, JointStateChannel], fitting: Mapping[str, JointStateChannel], joints: list[str], motors: int
+) -> tuple[str, str]:
+    """That none or several of a file's channels hold the motors, and what to write into neck.yaml."""
+    held = listed((f"/{topic} has {listed(log.names, limit=_SHOWN)}" for topic, log in logs.items()), "; ")
+    expected = f"joints {listed(joints, limit=_SHOWN)}" if joints else f"{motors} joints"
+    count = f"{len(fitting)} channels" if fitting else "no channel"
+    what = f"{count} with {expected} ({held})"
+    if not fitting:
+        return what, "write the name that each motor has there into neck.yaml, motors[].joint"
+    topic, log = next(iter(fitting.items()))
+    name = joints[0] if joints else next(name for name in log.names if name != LED)
+    return (
+        what,
+        f"say in neck.yaml which one was measured, for every motor: motors[0].joint: /{topic}/{name}, and so on",
+    )
+
+
+def _unwrapped(series: Series, neck: Neck, path: Path) -> Series:
+    """Motor angles without the wraps of their counters, with a warning; Refused where they wrap too fast to tell."""
+    columns, said = dict(series.columns), []
+    for j, motor in enumerate(neck.motors):
+        name = f"theta{j + 1}"
+        counter = unwrapped(columns[name], motor)
+        if counter.ambiguous:
+            raise Refused(
+                path,
+                f"{name} seems to wrap around every {counter.period:.6g}, and moves by more than a quarter of that from row to row, "
+                "so that nobody can tell how often",
+                "log every control step, or a counter that does not wrap",
+            )
+        if counter.wraps:
+            said.append(f"{name} every {counter.period:.6g}, at {counter.wraps} rows")
+            columns[name] = counter.values
+    if said:
+        warn_recovered(path, f"counters that wrap around were unwrapped: {'; '.join(said)}")
+    return Series(series.time, columns)
+
+
+def _without_absurd_samples(series: Series, path: Path) -> Series:
+    """The rows in which no angle and no force is absurd, with a warning about the others."""
+    absurd, said = np.zeros(len(series), dtype=bool), []
+    for stem, min_range in (("theta", THETA_OUTLIER_RANGE), ("f", F_OUTLIER_RANGE)):
+        for j, values in enumerate(series.matrix(stem).T):
+            of_column = absurd_samples(values, min_range)
+            if of_column.any():
+                row = int(np.argmax(of_column))
+                said.append(
+                    f"{stem}{j + 1} in {int(of_column.sum())} (the first is {values[row]:g} at {series.time[row]:.3f} s)"
+                )
+                absurd |= of_column
+    if not said:
+        return series
+    warn_recovered(path, f"samples were left out that their neighbours contradict: {', '.join(said)}")
+    return series.part(~absurd)
+
+
 def uniformly_sampled(log: Series) -> Series:
     """The log at equal steps, by linear interpolation where rows are missing or late."""
-    step = float(np.median(np.diff(log.time)))
+    step = sampling_step(log.time, "log")
     count = round((log.time[-1] - log.time[0]) / step) + 1
     time = log.time[0] + np.arange(count) * (log.time[-1] - log.time[0]) / (count - 1)
     return Series(time, {name: np.interp(time, log.time, values) for name, values in log.columns.items()})

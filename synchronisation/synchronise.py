@@ -1,5 +1,6 @@
 """Angles and log to one checked data set on the log's clock."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ from synchronisation.check.check import check_elongations
 from synchronisation.clocks.clock import fit_clock
 from synchronisation.clocks.clock_estimate import ClockEstimate
 from synchronisation.encoder_log import uniformly_sampled
+from synchronisation.log_plausibility import check_log_meaning
+from synchronisation.thinned_log import forces_held, rows_left_out, rows_left_out_warning
 from xneck_foundation.one_blas_thread import one_blas_thread
 
 Array = NDArray[np.float64]
@@ -43,8 +46,13 @@ def synchronise(
     cutoff: Hz, of Fasquelle's low-pass. Raises Refused with the reason where the clocks cannot be aligned.
     """
     arm = arm_of(neck)
+    warnings = check_log_meaning(neck, arm, angles, log)
     viscosity = np.array([np.nan if motor.fv is None else motor.fv for motor in neck.motors])
     clock = fit_clock(arm, angles, log, viscosity)
+    if rows_left_out(log, clock):
+        warnings = (*warnings, rows_left_out_warning(log, clock))
+        clock = fit_clock(arm, angles, forces_held(log, clock), viscosity)
+    clock = replace(clock, warnings=(*warnings, *clock.warnings))
     even_log = uniformly_sampled(clock.repaired.log)
     frames = FrameAngles(clock.log_time(angles.time), angles.alpha, angles.white_sigma, angles.shared)
     known = angles.complete

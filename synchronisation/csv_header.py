@@ -1,0 +1,56 @@
+"""What is wrong with a CSV's header that lacks columns: separators, spelling, or that there is none."""
+
+import re
+from collections.abc import Sequence
+
+from xneck_foundation.one_line import listed
+from xneck_foundation.spelling import likely_spelling, quoted
+
+SEPARATORS = ((";", "semicolons"), ("\t", "tabs"), ("|", "bars"))
+
+
+def spelled_otherwise(header: Sequence[str], names: Sequence[str]) -> dict[str, str]:
+    """Columns that the header lacks but for capitals, spaces, units and the like: how it spells them, by name."""
+    cells, spelled = set(header), {_plain(cell): cell for cell in reversed(header)}
+    return {name: spelled[name] for name in names if name not in cells and name in spelled}
+
+
+def missing_columns(header: Sequence[str], row: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
+    """What a header (its cells, as commas part them) lacks of `names`, and what to do; row: the cells below it."""
+    for separator, word in SEPARATORS:
+        cells = ",".join(header).split(separator)
+        if len(cells) > 1 and set(names) <= {_plain(cell) for cell in cells}:
+            decimal = any("," in cell for cell in ",".join(row).split(separator))
+            return (
+                f"its columns are parted by {word}" + (", and its numbers have decimal commas" if decimal else ""),
+                "write commas between columns, and points in numbers",
+            )
+    if header and all(_is_number(cell) for cell in header):
+        return "has no header: its first row holds numbers", f"begin it with the row {listed(names, ',')}"
+    cells_found = set(header)
+    missing = [name for name in names if name not in cells_found]
+    if otherwise := spelled_otherwise(header, missing):
+        spelled = listed(f"{name} as {quoted(cell)}" for name, cell in otherwise.items())
+        return (
+            f"its header spells {spelled}",
+            f"write {listed(otherwise, ',')} just so: small letters, no spaces, no units",
+        )
+    meant = likely_spelling(missing[0], [cell for cell in header if cell not in names])
+    hint = f"is {meant} meant by {missing[0]}? " if meant else ""
+    return (
+        f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
+        f"{hint}its header is '{listed(header, ',', 60)}', expected {listed(names, ',', 60)}",
+    )
+
+
+def _plain(cell: str) -> str:
+    """A column's name without capitals, units in brackets, and what is neither letter nor digit."""
+    return re.sub(r"[^a-z0-9]", "", re.sub(r"[\[(].*?[\])]", "", cell.lower()))
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True

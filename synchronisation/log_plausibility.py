@@ -1,0 +1,233 @@
+"""Whether a log can mean what its columns say: angles of the motors in rad, forces on the cables in N, of this arm in this video.
+
+What the video shows of the cables is geometry and owes nothing to the log, so that a log in another unit is known by a factor that
+is far from one. The factor is given a unit's name only where it is that unit's alone; else the number itself is said. Faults that the
+clock's own checks name, exchanged columns and senses, are left to them.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset.series import Series
+from mechanism.arm import Arm
+from mechanism.description import Neck
+from synchronisation.angles import Angles
+from synchronisation.clocks.frame_geometry import cable_winding
+from synchronisation.clocks.usable_frames import MIN_FRAMES
+from synchronisation.encoder_log import uniformly_sampled
+from synchronisation.log_regression import Factors, LoggedMotion, force_factors, logged_motion, travel_factors
+from synchronisation.log_units import Unit, force_units, theta_units, unit_of
+from xneck_foundation.errors import Refused
+
+Array = NDArray[np.float64]
+
+MIN_TRAVEL_FACTOR, MIN_TRAVEL_FACTOR_WITHOUT_FORCE, MAX_TRAVEL_FACTOR = 0.6, 0.3, 1.6
+"""ratio of a cable's winding to what its motor logs, beyond which theta is refused: elastic cables wind less, and without forces nobody
+knows how much less (docs/thresholds.md)"""
+MIN_FORCE_FACTOR, MAX_FORCE_FACTOR = 0.1, 4.0
+"""ratio of the force that the described arm needs to the logged one, beyond which f is refused (docs/thresholds.md)"""
+FORCE_FACTOR_WARNING = 2.0
+"""the same ratio, or its inverse, from which on a warning says so (docs/thresholds.md)"""
+MAX_FORCE_RATIO = 3.0
+"""ratio of one motor's force factor to that of the others, or its inverse, beyond which that f is refused (docs/thresholds.md)"""
+TRAVEL_TOLERANCE, TRAVEL_TOLERANCE_WITHOUT_FORCE, FORCE_TOLERANCE = 0.2, 0.5, 0.35
+"""log of the ratio between a measured factor and a unit's, within which the unit may be it: elasticity, friction and a load that
+nobody described make a factor smaller by as much (docs/thresholds.md)"""
+MIN_EXPLAINED = 0.6
+"""share of the variance that a regression must explain, before a factor is believed (docs/thresholds.md)"""
+MAX_RELATIVE_SIGMA = 0.2
+"""relative standard deviation of a factor that is believed (docs/thresholds.md)"""
+WRONG_WAY_SIGMA = 5.0
+"""standard deviations by which a cable must yield the wrong way, before its force's sign is wrong (docs/thresholds.md)"""
+MIN_STUCK_S = 1.0
+"""s for which an encoder must not move at all, to be called stuck (docs/thresholds.md)"""
+STUCK_SHARE, MIN_STUCK_M = 0.4, 5e-3
+"""share of a cable's whole way, and m, that it must move meanwhile in the video: elasticity does not do that (docs/thresholds.md)"""
+SIGMA_TOLERANCE = 0.4
+"""the same log of the ratio between scatter and stated sigma of the angles, for degrees (docs/thresholds.md)"""
+SIGMA_WARNING = 10.0
+"""ratio of the stated sigma of the angles to their scatter from frame to frame, from which on a warning says so (docs/thresholds.md)"""
+
+
+def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tuple[str, ...]:
+    """Warnings; Refused, with what to write into neck.yaml, where theta or f cannot mean what they should.
+
+    Says nothing where log and video do not show one motion, whatever the units: the clock's checks say why."""
+    known = angles.complete
+    time, alpha = angles.time[known], angles.alpha[known]
+    if len(time) < MIN_FRAMES:
+        return ()
+    warnings = _sigma_warning(angles)
+    even = uniformly_sampled(log)
+    _check_forces_vary(even)
+    motion = logged_motion(arm, time, alpha, even)
+    if motion is None:
+        _check_degrees(arm, time, alpha, even)
+        return warnings
+    _check_stuck(arm, time, alpha, even, motion)
+    factors, yielding = travel_factors(motion, arm.drum)
+    _check_travel(neck, motion, factors)
+    if motion.force.shape[1] == 0 or np.any(motion.signs < 0) or not np.all(motion.follows):
+        return warnings
+    return (*warnings, *_check_forces(neck, arm, motion, yielding))
+
+
+def _sigma_warning(angles: Angles) -> tuple[str, ...]:
+    """A warning where angles scatter far less from frame to frame than their stated sigma; Refused where that is in degrees."""
+    if "sigma_assumed_rad" in angles.notes:
+        return ()
+    # fourth differences leave little of a motion, and the square of an independent error 70 times
+    scatter = np.nanmedian(np.abs(np.diff(angles.alpha, 4, axis=0)), axis=0) / (0.6745 * np.sqrt(70))
+    stated = np.nanmedian(angles.white_sigma, axis=0)
+    if not np.all(scatter > 0) or np.min(stated / scatter) < SIGMA_WARNING:
+        return ()
+    ratio = float(np.median(stated / scatter))
+    words = f"sigma of the angles is {ratio:.0f} times what they scatter by from frame to frame"
+    degrees = all(unit_of(s, _SIGMA_UNITS, SIGMA_TOLERANCE) is _SIGMA_UNITS[1] for s in scatter / stated)
+    if degrees:
+        raise Refused("angles", f"{words}: sigma is in degrees", "multiply sigma1..N by 0.0174533")
+    return (f"{words}; is it in rad, of one frame?",)
+
+
+_SIGMA_UNITS = (Unit("rad", 1.0), Unit("degrees", float(np.pi / 180)))
+
+
+def _check_forces_vary(log: Series) -> None:
+    """Refused where a logged force never changes."""
+    f = log.matrix("f")
+    still = [f"f{j + 1}" for j in range(f.shape[1]) if np.ptp(f[:, j]) == 0]
+    if still:
+        level = f[0, int(still[0][1:]) - 1]
+        stays = "stays" if len(still) == 1 else "stay"
+        raise Refused(
+            "log",
+            f"{', '.join(still)} {stays} at {level:g} N in every row, which says nothing of how far a cable stretches",
+            "log the forces that were commanded, or leave f1..M out: the clock is then good to milliseconds, and nothing is identified",
+        )
+
+
+def _check_degrees(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
+    """Refused where log and video show one motion once the angles are taken for degrees."""
+    motion = logged_motion(arm, time, np.radians(alpha), log)
+    if motion is None or not np.all(motion.follows):
+        return
+    factor = travel_factors(motion, arm.drum)[0].value
+    if np.all((factor > MIN_TRAVEL_FACTOR_WITHOUT_FORCE) & (factor < MAX_TRAVEL_FACTOR)):
+        raise Refused(
+            "angles", "alpha is in degrees: only so do video and log show one motion", "multiply alpha1..N by 0.0174533"
+        )
+
+
+def _check_stuck(arm: Arm, time: Array, alpha: Array, log: Series, motion: LoggedMotion) -> None:
+    """Refused where an encoder holds still while the video shows its cable move."""
+    at = time + motion.shift
+    winding = cable_winding(arm, alpha)
+    for j, theta in enumerate(log.matrix("theta").T):
+        way = max(STUCK_SHARE * float(np.ptp(winding[:, j])), MIN_STUCK_M)
+        still = np.diff(np.r_[False, np.diff(theta) == 0, False].astype(int))
+        for begin, end in zip(np.flatnonzero(still > 0), np.flatnonzero(still < 0), strict=True):
+            first, last = log.time[begin], log.time[end]
+            inside = (at >= first) & (at <= last)
+            if last - first < MIN_STUCK_S or not inside.any():
+                continue
+            if (moved := float(np.ptp(winding[inside, j]))) > way:
+                raise Refused(
+                    "log",
+                    f"theta{j + 1} does not change from {first:.1f} s to {last:.1f} s, while the video shows cable {j + 1} move by "
+                    f"{1e3 * moved:.0f} mm: its encoder is stuck",
+                    "see to the encoder, and record again, or cut log and angles there",
+                )
+
+
+def _check_travel(neck: Neck, motion: LoggedMotion, factors: Factors) -> None:
+    """Refused where motors' angles are in another unit, or move their cables by another factor than one."""
+    least = MIN_TRAVEL_FACTOR if motion.force.shape[1] else MIN_TRAVEL_FACTOR_WITHOUT_FORCE
+    factor = factors.value
+    believed = motion.follows & (factor > 0) & (factors.sigma < MAX_RELATIVE_SIGMA * np.abs(factor))
+    wrong = np.flatnonzero(believed & ((factor < least) | (factor > MAX_TRAVEL_FACTOR)))
+    if not len(wrong):
+        return
+    tolerance = TRAVEL_TOLERANCE if motion.force.shape[1] else TRAVEL_TOLERANCE_WITHOUT_FORCE
+    units = [unit_of(factor[j] * neck.motors[j].theta_scale, theta_units(neck.motors[j]), tolerance) for j in wrong]
+    what = (
+        f"{_columns('theta', wrong)} would move {'its cable' if len(wrong) == 1 else 'their cables'} "
+        f"{_times(1 / factor[wrong])} as far as the video shows"
+    )
+    if (named := _unit_named("theta", wrong, units, neck.M)) is None:
+        raise Refused("log", what, "check R, rd and theta_scale of these motors in neck.yaml")
+    raise Refused("log", f"{named}: {what}", _to_write("theta_scale", wrong, [u.scale for u in units if u], neck.M))
+
+
+def _check_forces(neck: Neck, arm: Arm, motion: LoggedMotion, yielding: Array) -> tuple[str, ...]:
+    """Warnings; Refused where forces have the wrong sign, or are in another unit."""
+    factors = force_factors(arm, motion)
+    factor, size = factors.value, np.abs(factors.value)
+    reliable = factors.explained > MIN_EXPLAINED and bool(np.all(factors.sigma < MAX_RELATIVE_SIGMA * size))
+    wrong_sign = (yielding > WRONG_WAY_SIGMA) | (reliable & (factor < 0))
+    if reliable:
+        _check_force_units(neck, size, wrong_sign)
+    if wrong_sign.any():
+        wrong = np.flatnonzero(wrong_sign)
+        what = f"{_columns('f', wrong)} {'has' if len(wrong) == 1 else 'have'} the wrong sign: {_WRONG_WAY}"
+        raise Refused("log", what, _to_write("f_scale", wrong, [-neck.motors[j].f_scale for j in wrong], neck.M))
+    common = float(np.median(size))
+    if reliable and max(common, 1 / common) > FORCE_FACTOR_WARNING:
+        return (
+            f"the arm as described needs {_times(size)} the logged forces to move as it does: is f in N on the cable, "
+            "and are masses and springs in neck.yaml right?",
+        )
+    return ()
+
+
+_WRONG_WAY = "cables would be the shorter the more they are pulled"
+
+
+def _check_force_units(neck: Neck, factor: Array, wrong_sign: NDArray[np.bool_]) -> None:
+    """Refused where forces are in another unit; factor: (M,), size of what the arm needs over what is logged."""
+    to_others = factor / np.median(factor)
+    alone = np.maximum(to_others, 1 / to_others) > MAX_FORCE_RATIO
+    alone &= np.maximum(factor, 1 / factor) > FORCE_FACTOR_WARNING
+    wrong = np.flatnonzero((factor < MIN_FORCE_FACTOR) | (factor > MAX_FORCE_FACTOR) | alone)
+    if not len(wrong):
+        return
+    scales = [motor.f_scale for motor in neck.motors]
+    units = [unit_of(factor[j] * abs(scales[j]), force_units(neck.motors[j]), FORCE_TOLERANCE) for j in wrong]
+    what = f"the arm needs {_times(factor[wrong])} the force of {_columns('f', wrong)} to move as it does"
+    if np.any(wrong_sign[wrong]):
+        what += f", and {_columns('f', wrong[wrong_sign[wrong]])} the other way round"
+    if (named := _unit_named("f", wrong, units, neck.M)) is None:
+        raise Refused("log", what, "say in neck.yaml what its unit is in N on the cable: motors[].f_scale")
+    signed = [
+        np.copysign(u.scale, scales[j]) * (-1 if wrong_sign[j] else 1) for j, u in zip(wrong, units, strict=True) if u
+    ]
+    raise Refused("log", f"{named}: {what}", _to_write("f_scale", wrong, signed, neck.M))
+
+
+def _times(ratios: Array) -> str:
+    """Ratios in words: `3.2 times`, `58.9 to 61.1 times`."""
+    low, high = (f"{float(r):.0f}" if r >= 100 else f"{float(r):.3g}" for r in (np.min(ratios), np.max(ratios)))
+    return f"{low} times" if low == high else f"{low} to {high} times"
+
+
+def _columns(stem: str, motors: NDArray[np.intp]) -> str:
+    """Names of the columns of motors, counted from 0."""
+    return ", ".join(f"{stem}{j + 1}" for j in motors)
+
+
+def _unit_named(stem: str, motors: NDArray[np.intp], units: Sequence[Unit | None], count: int) -> str | None:
+    """That columns are in a unit, in words; None where one is in none, or they differ."""
+    names = {None if unit is None else unit.name for unit in units}
+    if len(names) > 1 or None in names:
+        return None
+    columns = stem if len(motors) == count else _columns(stem, motors)
+    return f"{columns} {'is' if len(motors) in (1, count) else 'are'} in {names.pop()}"
+
+
+def _to_write(key: str, motors: NDArray[np.intp], scales: Sequence[float], count: int) -> str:
+    """What to write into neck.yaml."""
+    if len(motors) == count and len(set(scales)) == 1:
+        return f"write motors[].{key}: {scales[0]:.6g} into neck.yaml"
+    lines = ", ".join(f"motors[{j}].{key}: {scale:.6g}" for j, scale in zip(motors, scales, strict=True))
+    return f"write {lines} into neck.yaml"

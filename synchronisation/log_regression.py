@@ -1,0 +1,214 @@
+"""What a log says of a motion that the video shows too, as factors: how far theta moves the cables, and how hard f pulls at the joints.
+
+The winding of each cable, which the angles give whatever the log says, is regressed on the motor's travel and its force. The arm's
+torques, M alpha'' + c + g, are regressed on Z f of every motor. Friction, elasticity and constants are left open. Neither asks for
+more than a rough clock.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset.series import Series
+from identification.filters import low_pass
+from mechanism.arm import Arm
+from mechanism.cable_lengths import Z
+from mechanism.dynamics import terms
+from synchronisation.clocks.coarse_alignment import CableSpeeds, align_coarsely, cable_speeds
+from synchronisation.clocks.frame_geometry import cable_winding
+from synchronisation.clocks.signals import cubic_spline
+
+Array = NDArray[np.float64]
+
+RATE_HZ = 100.0
+"""Hz: rate at which signals are filtered"""
+EVERY = 4
+"""every so many filtered rows there is a row of the regression"""
+CUTOFF_HZ = 4.0
+"""Hz: low-pass of all signals"""
+SETTLING_S = 0.5
+"""s left out at both ends and beside gaps between frames"""
+MAX_BRIDGED_S = 0.5
+"""s without frames that a spline may bridge"""
+BLOCK_S = 1.0
+"""s within which residuals may be correlated"""
+MIN_CORRELATION = 0.8
+"""correlation of the cables' speeds from which on log and video show one motion (docs/thresholds.md)"""
+REVERSAL_SPEED_RATIO = 0.1
+"""ratio to the rms speed of a motor, over which its dry friction turns over"""
+
+
+@dataclass(frozen=True)
+class Factors:
+    """Factors with their standard deviations."""
+
+    value: Array
+    sigma: Array
+    explained: float
+    """share of the variance that the regression explains"""
+
+
+@dataclass(frozen=True)
+class LoggedMotion:
+    """Video and log at K common instants."""
+
+    alpha: Array
+    """(K, N), rad"""
+    alpha_d: Array
+    alpha_dd: Array
+    winding: Array
+    """(K, M), m, by the angles"""
+    travel: Array
+    """(K, M), m, by the log"""
+    speed: Array
+    """(K, M), rad/s, of the motors"""
+    acceleration: Array
+    """(K, M), rad/s^2"""
+    dry_friction: Array
+    """(K, M), ratio"""
+    force: Array
+    """(K, M), N; (K, 0) where none is logged"""
+    time: Array
+    """(K,), s, log clock"""
+    shift: float
+    """s: log time less camera time"""
+    signs: Array
+    """(M,): 1 or -1, in which sense each motor runs"""
+    follows: NDArray[np.bool_]
+    """(M,): which cables follow their motors"""
+
+
+def logged_motion(arm: Arm, time: Array, alpha: Array, log: Series) -> LoggedMotion | None:
+    """The motion that frames at `time` (F,), s, with angles (F, N), rad, and a log of even steps show; None where they do not.
+
+    Neither the unit of theta nor its sense matters."""
+    winding, travel = cable_winding(arm, alpha), arm.drum * log.matrix("theta")
+    video, motors = cable_speeds(time, winding), cable_speeds(log.time, travel)
+    if min(len(video.values), len(motors.values)) < 2:
+        return None
+    size = np.std(motors.values, axis=0)
+    # each motor as fast as its cable: a log may have its motors in different units
+    scale = np.std(video.values, axis=0) / np.where(size > 0, size, 1.0)
+    for signs in _senses(video, motors):
+        alignment = align_coarsely(video, CableSpeeds(motors.first, motors.values * scale * signs))
+        if alignment.correlation >= MIN_CORRELATION:
+            break
+    else:
+        return None
+    follows = (alignment.cable_correlation >= MIN_CORRELATION) & (size > 0)
+    return _at_common_instants(arm, time, alpha, log, alignment.shift, signs, follows)
+
+
+def travel_factors(motion: LoggedMotion, drum: Array) -> tuple[Factors, Array]:
+    """How far each cable winds per travel that its motor logs, (M,), and by how many sigmas it yields the wrong way to its force.
+
+    The second is (M,), zero without forces: cables under more force are longer, so it is far below zero for true ones."""
+    m = motion.travel.shape[1]
+    value, sigma, yielding, explained = np.zeros(m), np.full(m, np.inf), np.zeros(m), np.zeros(m)
+    for j in range(m):
+        columns = [motion.travel[:, j], np.ones(len(motion.time))]
+        if motion.force.shape[1]:
+            f = motion.force[:, j]
+            columns += [f, f**2, motion.dry_friction[:, j]]
+        slopes, errors, explained[j] = _least_squares(np.stack(columns, axis=-1), motion.winding[:, j], motion.time)
+        value[j], sigma[j] = slopes[0], errors[0]
+        if motion.force.shape[1]:
+            # a straight line alone: of a parabola the slope at zero force says nothing of the forces that were
+            straight, of_straight, _ = _least_squares(
+                np.stack([c for k, c in enumerate(columns) if k != 3], axis=-1), motion.winding[:, j], motion.time
+            )
+            yielding[j] = straight[2] / of_straight[2] if of_straight[2] > 0 else 0.0
+    return Factors(value, sigma, float(np.min(explained))), yielding
+
+
+def force_factors(arm: Arm, motion: LoggedMotion) -> Factors:
+    """How hard each motor's force pulls per newton that is logged, (M,), by what the described arm needs to move as it does."""
+    jacobian = Z(arm, motion.alpha)
+    dynamics = terms(arm, motion.alpha, motion.alpha_d)
+    needed = np.einsum("tij,tj->ti", dynamics.M, motion.alpha_dd) + dynamics.c + dynamics.g
+    needed += np.einsum("tij,tj->ti", jacobian, arm.motor_inertia / arm.drum * motion.acceleration)
+    of_motors = [jacobian * signal[:, None, :] for signal in (motion.force, motion.dry_friction, motion.speed)]
+    constant = np.broadcast_to(np.eye(arm.N), (len(motion.time), arm.N, arm.N))
+    columns = np.concatenate([*of_motors, constant], axis=-1).reshape(-1, 3 * arm.M + arm.N)
+    value, sigma, explained = _least_squares(columns, needed.ravel(), np.repeat(motion.time, arm.N))
+    return Factors(value[: arm.M], sigma[: arm.M], explained)
+
+
+def _senses(video: CableSpeeds, motors: CableSpeeds) -> list[Array]:
+    """Signs (M,) of the motors that are tried: as logged, and as each correlates where most do."""
+    m = video.values.shape[1]
+    spectra = []
+    length = len(video.values) + len(motors.values) - 1
+    for a, b in zip(video.values.T, motors.values.T, strict=True):
+        size = np.linalg.norm(a) * np.linalg.norm(b)
+        product = np.fft.irfft(np.fft.rfft(b, length) * np.conj(np.fft.rfft(a, length)), length)
+        spectra.append(product / size if size > 0 else np.zeros(length))
+    lag = int(np.argmax(np.sum(np.abs(spectra), axis=0)))
+    return [np.ones(m), np.where(np.array([s[lag] for s in spectra]) < 0, -1.0, 1.0)]
+
+
+def _at_common_instants(
+    arm: Arm, time: Array, alpha: Array, log: Series, shift: float, signs: Array, follows: NDArray[np.bool_]
+) -> LoggedMotion | None:
+    """Video and log, both filtered alike."""
+    at = time + shift
+    grid = np.arange(max(at[0], log.time[0]), min(at[-1], log.time[-1]), 1 / RATE_HZ)
+    if len(grid) < 2 * SETTLING_S * RATE_HZ + EVERY:
+        return None
+    clear = (grid > grid[0] + SETTLING_S) & (grid < grid[-1] - SETTLING_S)
+    for k in np.flatnonzero(np.diff(at) > MAX_BRIDGED_S):
+        clear &= (grid < at[k] - SETTLING_S) | (grid > at[k + 1] + SETTLING_S)
+    kept = np.flatnonzero(clear)[::EVERY]
+    if len(kept) < 2:
+        return None
+
+    def smooth(values: Array) -> Array:
+        return low_pass(values, RATE_HZ, CUTOFF_HZ)
+
+    def slope(values: Array) -> Array:
+        return np.gradient(values, 1 / RATE_HZ, axis=0)
+
+    a = smooth(cubic_spline(at, alpha)(grid))
+    logged = {stem: log.matrix(stem) for stem in ("theta", "f")}
+    theta, force = (
+        smooth(np.stack([np.interp(grid, log.time, column) for column in values.T], axis=-1))
+        if values.shape[1]
+        else np.empty((len(grid), 0))
+        for values in logged.values()
+    )
+    speed = slope(theta * signs)
+    width = REVERSAL_SPEED_RATIO * np.sqrt(np.mean(speed**2, axis=0))
+    dry = smooth(2 / np.pi * np.arctan(speed / np.where(width > 0, width, 1.0)))
+    return LoggedMotion(
+        alpha=a[kept],
+        alpha_d=slope(a)[kept],
+        alpha_dd=slope(slope(a))[kept],
+        winding=cable_winding(arm, a[kept]),
+        travel=(arm.drum * theta * signs)[kept],
+        speed=speed[kept],
+        acceleration=slope(speed)[kept],
+        dry_friction=dry[kept],
+        force=force[kept],
+        time=grid[kept],
+        shift=shift,
+        signs=signs,
+        follows=follows,
+    )
+
+
+def _least_squares(columns: Array, values: Array, time: Array) -> tuple[Array, Array, float]:
+    """Coefficients of columns (K, P), their standard deviations, and the explained share of the variance of values (K,).
+
+    Residuals may be correlated within blocks of time (K,), s: the covariance is by the blocks' scores."""
+    size = np.linalg.norm(columns, axis=0)
+    unit = columns / np.where(size > 0, size, 1.0)
+    coefficients = np.asarray(np.linalg.lstsq(unit, values, rcond=1e-9)[0], dtype=float)
+    residual = values - unit @ coefficients
+    block = ((time - time[0]) // BLOCK_S).astype(int)
+    scores = np.add.reduceat(unit * residual[:, None], np.flatnonzero(np.diff(block, prepend=-1)), axis=0)
+    inverse = np.linalg.pinv(unit.T @ unit)
+    sigma = np.sqrt(np.diag(inverse @ (scores.T @ scores) @ inverse))
+    variance = float(np.sum((values - values.mean()) ** 2))
+    explained = 1 - float(residual @ residual) / variance if variance > 0 else 0.0
+    return coefficients / np.where(size > 0, size, 1.0), sigma / np.where(size > 0, size, 1.0), explained

@@ -1,0 +1,91 @@
+"""What counters and loggers do to motor angles: they wrap around, and single samples are absurd.
+
+A counter is unwrapped only where it is certain: it stays within one period of a kind that counters have, wraps by that period, and
+moves by little from row to row otherwise.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechanism.description import Motor
+
+Array = NDArray[np.float64]
+
+COUNTER_BITS = (8, 10, 12, 13, 14, 15, 16, 17, 18, 20, 24, 32)
+"""widths of counters that are thought of"""
+MAX_STEP_PERIODS = 0.25
+"""ratio to a counter's period of the largest step from row to row beside the wraps: beyond it nobody knows which way it went
+(docs/thresholds.md)"""
+MIN_RANGE_PERIODS = 0.9
+"""ratio to a counter's period of the range that a counter which wraps covers at least (docs/thresholds.md)"""
+MAX_WRAP_SHARE = 0.1
+"""share of rows that may wrap (docs/thresholds.md)"""
+MAX_WRAP_RATIO = 2.0
+"""ratio of the largest move at a wrap to the largest elsewhere: a jump to anywhere is no wrap (docs/thresholds.md)"""
+MIN_LEVELS = 20
+"""different values that a counter takes at least, before a jump is thought to be a wrap (docs/thresholds.md)"""
+OUTLIER_RATIO = 40.0
+"""distance of an absurd sample from the middle of its neighbours, over that of 99 % of the samples (docs/thresholds.md)"""
+THETA_OUTLIER_RANGE, F_OUTLIER_RANGE = 0.02, 3.0
+"""the same distance over the range of 99.8 % of the samples, at least: a motor cannot be back within a row, while a force can be
+(docs/thresholds.md)"""
+
+
+@dataclass(frozen=True)
+class Counter:
+    """One motor's angles as logged, (T,), after what was certain was undone."""
+
+    values: Array
+    period: float = 0.0
+    """of the counter that was unwrapped, in the log's unit; zero where none wraps"""
+    wraps: int = 0
+    ambiguous: bool = False
+    """it wraps by `period`, and too fast to be unwrapped"""
+
+
+def unwrapped(theta: Array, motor: Motor) -> Counter:
+    """A motor's angles (T,), as logged, without the wraps of a counter."""
+    steps = np.diff(theta)
+    size = np.abs(steps)
+    width = float(np.ptp(theta))
+    if width == 0 or len(np.unique(theta[:: max(1, len(theta) // 2000)])) < MIN_LEVELS:
+        return Counter(theta)
+    for period in _periods(motor):
+        if not MIN_RANGE_PERIODS * period <= width <= period * (1 + 1e-9):
+            continue
+        wrapping = size > period / 2
+        if not wrapping.any():
+            continue
+        moves = np.abs(steps - period * np.rint(steps / period))
+        if np.max(moves) <= MAX_STEP_PERIODS * period:
+            as_elsewhere = np.max(moves[wrapping]) <= MAX_WRAP_RATIO * np.max(moves[~wrapping], initial=0.0)
+            if as_elsewhere and np.mean(wrapping) <= MAX_WRAP_SHARE:
+                return Counter(np.unwrap(theta, period=period), period, int(wrapping.sum()))
+        elif np.mean(size > MAX_STEP_PERIODS * period) > MAX_WRAP_SHARE / 10:
+            return Counter(theta, period, int(wrapping.sum()), ambiguous=True)
+    return Counter(theta)
+
+
+def absurd_samples(values: Array, min_range: float) -> NDArray[np.bool_]:
+    """Which samples (T,) are far from both neighbours, which agree with each other; min_range: at least so many ranges away."""
+    absurd = np.zeros(len(values), dtype=bool)
+    if len(values) < 100:
+        return absurd
+    distance = np.zeros(len(values))
+    distance[1:-1] = np.abs(values[1:-1] - (values[:-2] + values[2:]) / 2)
+    low, high = np.quantile(values, [0.001, 0.999])
+    limit = max(OUTLIER_RATIO * float(np.quantile(distance, 0.99)), min_range * float(high - low))
+    if limit == 0:
+        return absurd
+    between = np.zeros(len(values))
+    between[1:-1] = np.abs(values[2:] - values[:-2])
+    return (distance > limit) & (between < distance / 4)
+
+
+def _periods(motor: Motor) -> list[float]:
+    """Periods that a counter of this motor may have, in the log's unit, the smallest first."""
+    turn = 2 * np.pi / motor.theta_scale
+    periods = {2.0**bits for bits in COUNTER_BITS} | {1.0, 360.0, 2 * np.pi, turn, turn * motor.R}
+    return sorted(periods | {float(motor.counts), 4.0 * motor.counts})
