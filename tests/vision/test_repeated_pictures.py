@@ -21,7 +21,7 @@ def corners(time: Array, noise: float = 0.0) -> Array:
     return placed + np.random.default_rng(0).normal(0, noise, placed.shape) if noise else placed
 
 
-def shown(source: Array, noise: float = 0.0) -> Array:
+def shown(source: NDArray[np.int_], noise: float = 0.0) -> Array:
     """Corners where frame k shows what frame source[k] should; a codec changes the copies a little."""
     jitter = np.random.default_rng(1).normal(0, 0.005, (len(source), 3, 4, 2))
     return corners(TIME, noise)[source] + jitter

@@ -8,6 +8,7 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
+from av.stream import Disposition
 
 from tests.vision.test_video import STAMPS, film
 from tests.vision.test_video_file import levels
@@ -130,7 +131,7 @@ def test_sound_alone_and_a_cover_are_no_video(tmp_path: Path) -> None:
             if cover:
                 stream = out.add_stream("mjpeg", rate=1)
                 stream.width, stream.height, stream.pix_fmt = 96, 64, "yuvj420p"
-                stream.disposition = av.stream.Disposition.attached_pic
+                stream.disposition = Disposition.attached_pic
                 picture = av.VideoFrame.from_ndarray(np.full((96, 96), 99, np.uint8), format="yuvj420p")
                 picture.pts = 0
                 out.mux(stream.encode(picture))
