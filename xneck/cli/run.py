@@ -5,12 +5,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from xneck.cli.output import FOLDER, INPUT_FILE, progress_bar, report_result, result_options, worker_options
+from xneck.cli.cluster_options import worker_options
+from xneck.cli.output import FOLDER, INPUT_FILE, progress_bar, report_result, result_options
 from xneck.cli.terminal import print_error
 from xneck_foundation.one_line import printable
 from xneck_foundation.recovery import warn_recovered
 
 if TYPE_CHECKING:
+    from xneck.batch.cluster import Cluster
     from xneck.batch.run_batch import BatchOptions
 
 _MAX_STAGES = 6
@@ -31,7 +33,7 @@ def command(
     folders: tuple[Path, ...],
     out: Path,
     jobs: int | None,
-    cluster: str | None,
+    cluster: "Cluster | None",
     redo: bool,
     rerun: bool,
     json_out: str | None,

@@ -1,12 +1,17 @@
 """xneck study."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+from xneck.cli.cluster_options import worker_options
 from xneck.cli.demo import SAMPLES_FOLDER
-from xneck.cli.output import FOLDER, progress_bar, report_result, result_options, worker_options
+from xneck.cli.output import FOLDER, progress_bar, report_result, result_options
 from xneck.cli.terminal import print_error
+
+if TYPE_CHECKING:
+    from xneck.batch.cluster import Cluster
 
 _MANNERS = ("rich", "slow", "constant tension")
 
@@ -61,7 +66,7 @@ def command(
     noise_deg: float,
     seconds: tuple[float, float],
     jobs: int | None,
-    cluster: str | None,
+    cluster: "Cluster | None",
     keep: bool,
     samples: Path,
     json_out: str | None,
