@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from xneck.batch.cluster import Cluster
 from xneck.batch.outcome import RecordingOutcome
 from xneck.batch.worker_pool import available_cores, run_tasks, worker_pool
 from xneck.recording.recording_folder import RECORDING_FILE, Recording, read_recording
@@ -19,8 +20,8 @@ class BatchOptions:
     """results go to folders of the recordings' names in here"""
     jobs: int | None = None
     """processes on this machine; None: one a core"""
-    cluster: str | None = None
-    """address of a dask scheduler to use instead of processes on this machine"""
+    cluster: Cluster | None = None
+    """a dask scheduler to use instead of processes on this machine"""
     redo: bool = False
     """run again what has a result, and what was refused"""
     rerun: bool = False

@@ -4,12 +4,14 @@ import logging
 import sys
 import tempfile
 import uuid
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from xneck.batch.cluster import LOCAL_SETTINGS, Cluster, own_security
 from xneck_foundation.errors import Refused
 from xneck_foundation.provenance import versions
 from xneck_foundation.source_digest import source_digest
@@ -23,10 +25,13 @@ Result = TypeVar("Result")
 
 _MAX_WORKER_DEATHS = 2
 """workers that may die under a task before it is given up: the third death is the task's fault, no accident (docs/thresholds.md)"""
+_POLL_S = 1.0
+"""s: time after which it is seen that there are more workers, or fewer"""
 _CONNECT_TIMEOUT_S = 10
 """s: a scheduler that does not answer within it is refused (docs/thresholds.md)"""
 _DASK_SETTINGS: dict[str, Any] = {
-    "distributed.scheduler.allowed-failures": _MAX_WORKER_DEATHS,
+    # the scheduler would start a task again on a worker that is at work, and blame both for the next death
+    "distributed.scheduler.allowed-failures": 0,
     # replaces dask's own settings, by which malloc returns freed pages at once: numpy then spent 2 of 5 s on new ones
     "distributed.nanny.pre-spawn-environ": dict.fromkeys(
         ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), 1
@@ -34,6 +39,7 @@ _DASK_SETTINGS: dict[str, Any] = {
 }
 _LOCAL_CLUSTER: dict[str, Any] = {
     "threads_per_worker": 1,
+    "host": "127.0.0.1",
     "silence_logs": logging.CRITICAL,
     # without an address the scheduler would take port 8787, which another cluster of this machine may hold
     "dashboard_address": "127.0.0.1:0",
@@ -52,8 +58,12 @@ class TaskOutcome(Generic[Result]):
 
 
 @contextmanager
-def worker_pool(jobs: int | None, cluster: str | None, folder: Path, files: Sequence[Path] = ()) -> "Iterator[Client]":
-    """A client of `jobs` local processes of one thread each (None: one a core), or of the scheduler at the address `cluster`.
+def worker_pool(
+    jobs: int | None, cluster: Cluster | None, folder: Path, files: Sequence[Path] = ()
+) -> "Iterator[Client]":
+    """A client of `jobs` local processes of one thread each (None: one a core), or of a `cluster`.
+
+    Local processes listen on this machine alone, and only to those who have a certificate that is made for them.
 
     Raises Refused where a cluster cannot be reached, has no workers, has another Python, xneck or libraries, or does not
     see `folder` and `files`.
@@ -65,18 +75,21 @@ def worker_pool(jobs: int | None, cluster: str | None, folder: Path, files: Sequ
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     if cluster is None:
         with (
-            dask.config.set(_DASK_SETTINGS),
-            LocalCluster(n_workers=jobs or available_cores(), **_LOCAL_CLUSTER) as local_cluster,
+            dask.config.set(_DASK_SETTINGS | LOCAL_SETTINGS),
+            LocalCluster(
+                n_workers=jobs or available_cores(), security=own_security(), **_LOCAL_CLUSTER
+            ) as local_cluster,
             Client(local_cluster) as client,
         ):
             yield client
         return
     try:
-        client = Client(cluster, timeout=_CONNECT_TIMEOUT_S)
+        client = Client(cluster.address, timeout=_CONNECT_TIMEOUT_S, security=cluster.security())
     except (OSError, ValueError) as error:
-        raise Refused(cluster, "no dask scheduler answers there", "give its address, as tcp://host:8786") from error
+        what = "no dask scheduler answers there" + (" that accepts these certificates" if cluster.ca_file else "")
+        raise Refused(cluster.address, what, "give its address, as tls://host:8786") from error
     with client:
-        _preflight(client, cluster, folder, files)
+        _preflight(client, cluster.address, folder, files)
         yield client
 
 
@@ -85,37 +98,43 @@ def run_tasks(
 ) -> "Iterator[TaskOutcome[Result]]":
     """Calls function(*arguments) for each task, by name, on the workers, which import `function`; yields each as it ends.
 
-    A task whose worker dies is started again on another; one that raises is not, as it would raise again.
+    A task whose worker dies is started again; one that raises is not, as it would raise again.
     Raises Refused where the scheduler is lost.
     """
-    from distributed import as_completed
+    from distributed import wait
+    from distributed.client import CancelledError
 
-    pending = iter(tasks.items())
+    pending = deque(tasks)
     running: dict[Any, str] = {}
-    completed = as_completed()
+    deaths: Counter[str] = Counter()
+    while pending or running:
+        # no more than can run: a task that waits on a worker that dies is blamed with the one that killed it
+        while pending and len(running) < _thread_count(client):
+            name = pending.popleft()
+            key = f"{name}-{uuid.uuid4().hex}"
+            running[client.submit(_result_or_refusal, function, tasks[name], replaces_any_file(), key=key)] = name
+        # workers that died come back while others are at work: looked for now and then
+        with suppress(TimeoutError, CancelledError):
+            wait([*running], timeout=_POLL_S, return_when="FIRST_COMPLETED")
+        for future in [future for future in running if future.done()]:
+            name = running.pop(future)
+            if future.status == "finished":
+                result, refusal = future.result()
+                yield TaskOutcome(name, result, refusal)
+                continue
+            deaths[name] += _worker_deaths(future)
+            if 0 < deaths[name] <= _MAX_WORKER_DEATHS:
+                pending.append(name)
+            else:
+                yield TaskOutcome(name, None, _failure(future, deaths[name]))
 
-    def submit_tasks() -> None:
-        # no more than can run: a task that waits on a worker that dies would be blamed with the one that killed it
-        threads = _thread_count(client)
-        while len(running) < threads:
-            name, arguments = next(pending, (None, ()))
-            if name is None:
-                return
-            future = client.submit(
-                _result_or_refusal, function, arguments, replaces_any_file(), key=f"{name}-{uuid.uuid4().hex}"
-            )
-            running[future] = name
-            completed.add(future)
 
-    submit_tasks()
-    for future in completed:
-        name = running.pop(future)
-        if future.status == "finished":
-            result, refusal = future.result()
-            yield TaskOutcome(name, result, refusal)
-        else:
-            yield TaskOutcome(name, None, _failure(future))
-        submit_tasks()
+def _worker_deaths(future: Any) -> int:
+    """Number of workers that died under a task that ended without a result; 0 where it ended otherwise."""
+    from distributed import KilledWorker
+
+    error = None if future.cancelled() else future.exception()
+    return error.allowed_failures + 1 if isinstance(error, KilledWorker) else 0
 
 
 def _thread_count(client: Any) -> int:
@@ -137,15 +156,13 @@ def _result_or_refusal(
         return None, str(refusal)
 
 
-def _failure(future: Any) -> str:
-    """One line that says why a task ended without a result."""
-    from distributed import KilledWorker
-
+def _failure(future: Any, deaths: int) -> str:
+    """One line that says why a task ended without a result, after so many `deaths` of its workers."""
     if future.cancelled():
         return "the cluster was lost"
+    if deaths:
+        return f"its worker died, {deaths} times"
     error = future.exception()
-    if isinstance(error, KilledWorker):
-        return f"its worker died, {error.allowed_failures + 1} times"
     return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 

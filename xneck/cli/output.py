@@ -71,24 +71,6 @@ def recovered() -> list[str]:
     return list(click.get_current_context().meta[_RECOVERED])
 
 
-def worker_options(function: Command) -> Command:
-    """Adds --jobs and --cluster to a command, of which one may be given."""
-
-    @functools.wraps(function)
-    def checked(*values: Any, jobs: int | None, cluster: str | None, **options: Any) -> Any:
-        if jobs and cluster:
-            raise click.UsageError("--jobs is for this machine; a --cluster has its own number of workers")
-        return function(*values, jobs=jobs, cluster=cluster, **options)
-
-    command = click.option("--cluster", metavar="ADDRESS", help="A dask scheduler instead, such as tcp://host:8786.")(
-        checked
-    )
-    command = click.option("--jobs", type=click.IntRange(1), help="Processes on this machine.  [default: one a core]")(
-        command
-    )
-    return command  # type: ignore[return-value]
-
-
 def export_option(function: Command) -> Command:
     """Adds --export to a command."""
     return click.option(

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from xneck.cli.output import progress_bar, report_result, result_options, worker_options
+from xneck.cli.cluster_options import worker_options
+from xneck.cli.output import progress_bar, report_result, result_options
 from xneck.cli.path_types import INPUT_FILE, OutputFolder
 from xneck.cli.terminal import print_error
 from xneck.recording.result_files import BATCH_FILES, SUMMARY_PAGE, SUMMARY_RECORD
@@ -13,6 +14,7 @@ from xneck_foundation.one_line import printable
 from xneck_foundation.recovery import warn_recovered
 
 if TYPE_CHECKING:
+    from xneck.batch.cluster import Cluster
     from xneck.batch.run_batch import BatchOptions
 
 _MAX_STAGES = 6
@@ -37,7 +39,7 @@ def command(
     folders: tuple[Path, ...],
     out: Path,
     jobs: int | None,
-    cluster: str | None,
+    cluster: "Cluster | None",
     redo: bool,
     rerun: bool,
     json_out: Path | None,

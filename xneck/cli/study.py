@@ -1,15 +1,20 @@
 """xneck study."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+from xneck.cli.cluster_options import worker_options
 from xneck.cli.demo import SAMPLES_FOLDER
 from xneck.cli.finite_range import FiniteRange
-from xneck.cli.output import progress_bar, report_result, result_options, worker_options
+from xneck.cli.output import progress_bar, report_result, result_options
 from xneck.cli.path_types import FOLDER, OutputFolder
 from xneck.cli.terminal import print_error
 from xneck.recording.result_files import CASES_FOLDER, STUDY_FILES, STUDY_RECORD, STUDY_TABLES
+
+if TYPE_CHECKING:
+    from xneck.batch.cluster import Cluster
 
 _MANNERS = ("rich", "slow", "constant tension")
 
@@ -74,7 +79,7 @@ def command(
     noise_deg: float,
     seconds: tuple[float, float],
     jobs: int | None,
-    cluster: str | None,
+    cluster: "Cluster | None",
     keep: bool,
     samples: Path,
     json_out: Path | None,

@@ -14,6 +14,7 @@ import pytest
 from distributed import LocalCluster
 
 from xneck.batch import worker_pool as module
+from xneck.batch.cluster import Cluster
 from xneck.batch.worker_pool import TaskOutcome, run_tasks, worker_pool
 from xneck_foundation.errors import Refused
 from xneck_foundation.source_digest import source_digest
@@ -85,7 +86,7 @@ def address() -> Iterator[str]:
 
 
 def test_a_cluster_that_is_there_is_used(address: str, tmp_path: Path) -> None:
-    with worker_pool(None, address, tmp_path) as client:
+    with worker_pool(None, Cluster(address), tmp_path) as client:
         outcomes = [*run_tasks(client, square, {str(i): (i,) for i in range(5)})]
     assert {o.name: o.result for o in outcomes} == {str(i): i * i for i in range(5)}
     assert not list(tmp_path.iterdir())
@@ -93,7 +94,7 @@ def test_a_cluster_that_is_there_is_used(address: str, tmp_path: Path) -> None:
 
 def test_a_cluster_that_would_fail_is_refused(address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refusal(*files: Path) -> str:
-        with pytest.raises(Refused) as caught, worker_pool(None, address, tmp_path, files):
+        with pytest.raises(Refused) as caught, worker_pool(None, Cluster(address), tmp_path, files):
             raise AssertionError("not refused")
         return str(caught.value)
 
@@ -111,7 +112,7 @@ def test_a_cluster_that_would_fail_is_refused(address: str, tmp_path: Path, monk
         assert "has numpy 1.0; install" in refusal()
     input_file = tmp_path / "video.mp4"
     input_file.write_bytes(b"1234")
-    with worker_pool(None, address, tmp_path, [input_file]) as client:
+    with worker_pool(None, Cluster(address), tmp_path, [input_file]) as client:
         assert client.submit(square, 3).result() == 9
     with monkeypatch.context() as patch:
         patch.setattr(module, "_worker_state", sees_only_tokens)
@@ -135,7 +136,7 @@ def test_a_scheduler_that_is_lost_ends_it_in_one_line(tmp_path: Path, monkeypatc
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as elsewhere:
         assert elsewhere.stdout is not None
         scheduler = elsewhere.stdout.readline().strip()
-        with worker_pool(None, scheduler, tmp_path) as client:
+        with worker_pool(None, Cluster(scheduler), tmp_path) as client:
             outcomes = run_tasks(client, square, {str(i): (i,) for i in range(9)})
             assert next(outcomes).failure is None
             elsewhere.kill()
@@ -149,12 +150,12 @@ def test_no_cluster_and_one_without_workers_are_refused(tmp_path: Path, monkeypa
     with (
         LocalCluster(n_workers=0, **options) as idle,
         pytest.raises(Refused, match="has no workers"),
-        worker_pool(None, idle.scheduler_address, tmp_path),
+        worker_pool(None, Cluster(idle.scheduler_address), tmp_path),
     ):
         pass
     monkeypatch.setattr(module, "_CONNECT_TIMEOUT_S", 0.5)
     with (
         pytest.raises(Refused, match="no dask scheduler answers there"),
-        worker_pool(None, "tcp://127.0.0.1:1", tmp_path),
+        worker_pool(None, Cluster("tcp://127.0.0.1:1"), tmp_path),
     ):
         pass

@@ -32,9 +32,16 @@ def pairs() -> Iterator[tuple[str, str, str]]:
         yield from ((name, str(i.name), str(o.name)) for o in outputs for i in inputs)
 
 
+TOGETHER = {"ca_file", "certificate", "key"}
+"""options that go together, and with --cluster"""
+
+
 def words(name: str, folder: Path, changed: dict[str, Path]) -> list[str]:
     """A command with a file of xneck's own for each parameter that it must or may be given, but for those in `changed`."""
     told = [name]
+    if TOGETHER & set(changed):
+        told += ["--cluster", "tls://127.0.0.1:1"]
+        changed = {param: folder / f"{param}.yaml" for param in TOGETHER} | changed
     for param in command(name).params:
         is_file = param.type is INPUT_FILE or isinstance(param.type, type(OUTPUT_FILE) | OutputFolder)
         wanted = param.name in changed or (is_file and param.required)
