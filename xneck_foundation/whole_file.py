@@ -36,6 +36,14 @@ def replacing_any_file() -> Iterator[None]:
 
 def check_output(path: Path) -> None:
     """Raises Refused where no file can be written at `path`, or one is there that xneck did not write; called before long work."""
+    check_place(path)
+    if path.exists() and path.stat().st_size and not _REPLACING_ANY.get() and not written_by_xneck(path):
+        what = "exists, and is not as xneck wrote it: replacing it would lose what is in it"
+        raise Refused(path, what, "name another file, or give --force")
+
+
+def check_place(path: Path) -> None:
+    """Raises Refused where no file can be written at `path`."""
     if path.is_dir():
         raise Refused(path, "is a folder", "name a file")
     if path.exists() and not path.is_file():
@@ -44,9 +52,6 @@ def check_output(path: Path) -> None:
         raise Refused(path, f"the folder {path.parent} does not exist", "make it first")
     if not os.access(path.parent, os.W_OK):
         raise Refused(path, f"the folder {path.parent} cannot be written to")
-    if path.exists() and path.stat().st_size and not _REPLACING_ANY.get() and not written_by_xneck(path):
-        what = "exists, and is not as xneck wrote it: replacing it would lose what is in it"
-        raise Refused(path, what, "name another file, or give --force")
 
 
 @contextmanager

@@ -137,9 +137,7 @@ def _log(change: Callable[[dict[str, Array]], dict[str, Array]]) -> Callable[[],
 def _scaled(stem: str, factor: float, *numbers: int) -> Callable[[], Recording]:
     """Columns `stem` of all motors, or of some by their numbers, in another unit."""
     return _log(
-        lambda log: {
-            name: values * factor if name in _named(stem, numbers) else values for name, values in log.items()
-        }
+        lambda log: {name: values * factor if name in _named(stem, numbers) else values for name, values in log.items()}
     )
 
 
@@ -212,7 +210,9 @@ def _topics(*named: tuple[str, tuple[str, ...], float], joints: tuple[str, ...] 
             motor = {name: j + 1 for j, name in enumerate(name for name in names if name.startswith("motor"))}
             zero = np.zeros_like(log["time"])
             topics[topic] = tuple(
-                (name, factor * log[f"theta{motor[name]}"], log[f"f{motor[name]}"]) if name in motor else (name, zero, zero)
+                (name, factor * log[f"theta{motor[name]}"], log[f"f{motor[name]}"])
+                if name in motor
+                else (name, zero, zero)
                 for name in names
             )
         neck = copy.deepcopy(recording.neck)

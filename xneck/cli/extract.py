@@ -49,7 +49,9 @@ _MAX_GAPS = 10
 )
 @click.option("--placement", is_flag=True, help="Estimate from the motion where each marker sits on its bar.")
 @click.option("--corrected-neck", type=OUTPUT_FILE, help="Write neck.yaml with the markers where they were found.")
-@click.option("--workers", type=click.IntRange(1, 1024), default=1, show_default=True, help="Processes that share the video.")
+@click.option(
+    "--workers", type=click.IntRange(1, 1024), default=1, show_default=True, help="Processes that share the video."
+)
 @export_option
 @result_options
 def command(

@@ -9,18 +9,18 @@ from typing import Any
 import click
 
 from xneck_foundation.errors import Refused
-from xneck_foundation.whole_file import check_output
+from xneck_foundation.whole_file import check_place
 
 STANDARD_OUTPUT = "-"
 
 
 class OutputFile(click.ParamType):
-    """A file to be written; whether it can be is checked before any work begins."""
+    """A file to be written, where one can be; whether it may replace what is there is checked with all files known."""
 
     name = "file"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        check_output(Path(value))
+        check_place(Path(value))
         return Path(value)
 
 
