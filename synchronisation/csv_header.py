@@ -27,7 +27,10 @@ def missing_columns(header: Sequence[str], row: Sequence[str], names: Sequence[s
     missing = [name for name in names if name not in header]
     if otherwise := spelled_otherwise(header, missing):
         spelled = ", ".join(f"{name} as {cell!r}" for name, cell in list(otherwise.items())[:4])
-        return f"its header spells {spelled}", f"write {','.join(otherwise)} just so: small letters, no spaces, no units"
+        return (
+            f"its header spells {spelled}",
+            f"write {','.join(otherwise)} just so: small letters, no spaces, no units",
+        )
     return (
         f"lacks the column{'s' * (len(missing) > 1)} {', '.join(missing)}",
         f"its header is '{','.join(header)[:120]}', expected {','.join(names)}",

@@ -47,7 +47,9 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
                 except ValueError:
                     if number == 2 and not any(_is_number(row[k]) for k in at):
                         raise Refused(
-                            path, f"row 2 holds no numbers but {','.join(row)[:60]!r}, as units do", "leave that row out"
+                            path,
+                            f"row 2 holds no numbers but {','.join(row)[:60]!r}, as units do",
+                            "leave that row out",
                         ) from None
                     k = next(k for k in at if not _is_number(row[k]))
                     raise Refused(path, f"row {number}, column {header[k]}: {row[k]!r} is not a number") from None

@@ -12,7 +12,7 @@ from identification.files.joint_state import JointStateChannel
 from mechanism.description import Neck
 from synchronisation.csv_table import read_table
 from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
-from synchronisation.time_stamps import check_time_unit, sampling_step
+from synchronisation.time_stamps import check_log_rate, check_time_unit, sampling_step
 from xneck_foundation.errors import Refused
 from xneck_foundation.recovery import warn_recovered
 
@@ -51,7 +51,7 @@ def read_log(path: str | Path, neck: Neck) -> Series:
             )
     check_time_unit(series.time, str(path), "rows")
     check_time(series.time, str(path))
-    sampling_step(series.time, str(path))
+    check_log_rate(series.time, str(path))
     for name, values in series.columns.items():
         if not np.all(np.isfinite(values)):
             row = int(np.argmin(np.isfinite(values))) + 1
@@ -108,7 +108,10 @@ def _not_one_channel(
         return what, "write the name that each motor has there into neck.yaml, motors[].joint"
     topic, log = next(iter(fitting.items()))
     name = joints[0] if joints else next(name for name in log.names if name != LED)
-    return what, f"say in neck.yaml which one was measured, for every motor: motors[0].joint: /{topic}/{name}, and so on"
+    return (
+        what,
+        f"say in neck.yaml which one was measured, for every motor: motors[0].joint: /{topic}/{name}, and so on",
+    )
 
 
 def _unwrapped(series: Series, neck: Neck, path: Path) -> Series:
@@ -140,7 +143,9 @@ def _without_absurd_samples(series: Series, path: Path) -> Series:
             of_column = absurd_samples(values, min_range)
             if of_column.any():
                 row = int(np.argmax(of_column))
-                said.append(f"{stem}{j + 1} in {int(of_column.sum())} (the first is {values[row]:g} at {series.time[row]:.3f} s)")
+                said.append(
+                    f"{stem}{j + 1} in {int(of_column.sum())} (the first is {values[row]:g} at {series.time[row]:.3f} s)"
+                )
                 absurd |= of_column
     if not said:
         return series

@@ -68,7 +68,10 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
         return warnings
     _check_stuck(arm, time, alpha, even, motion)
     factors, yielding = travel_factors(motion, arm.drum)
-    _check_travel(neck, motion, factors)
+    wrong = _wrong_travel(motion, factors)
+    if len(wrong):
+        _check_degrees(arm, time, alpha, even)
+        _refuse_travel(neck, motion, factors.value, wrong)
     if motion.force.shape[1] == 0 or np.any(motion.signs < 0) or not np.all(motion.follows):
         return warnings
     return (*warnings, *_check_forces(neck, arm, motion, yielding))
@@ -113,8 +116,7 @@ def _check_degrees(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
     motion = logged_motion(arm, time, np.radians(alpha), log)
     if motion is None or not np.all(motion.follows):
         return
-    factor = travel_factors(motion, arm.drum)[0].value
-    if np.all((factor > MIN_TRAVEL_FACTOR_WITHOUT_FORCE) & (factor < MAX_TRAVEL_FACTOR)):
+    if not len(_wrong_travel(motion, travel_factors(motion, arm.drum)[0])):
         raise Refused(
             "angles", "alpha is in degrees: only so do video and log show one motion", "multiply alpha1..N by 0.0174533"
         )
@@ -141,14 +143,15 @@ def _check_stuck(arm: Arm, time: Array, alpha: Array, log: Series, motion: Logge
                 )
 
 
-def _check_travel(neck: Neck, motion: LoggedMotion, factors: Factors) -> None:
-    """Refused where motors' angles are in another unit, or move their cables by another factor than one."""
+def _wrong_travel(motion: LoggedMotion, factors: Factors) -> NDArray[np.intp]:
+    """The motors, counted from 0, that surely move their cables by another factor than one."""
     least = MIN_TRAVEL_FACTOR if motion.force.shape[1] else MIN_TRAVEL_FACTOR_WITHOUT_FORCE
-    factor = factors.value
-    believed = motion.follows & (factor > 0) & (factors.sigma < MAX_RELATIVE_SIGMA * np.abs(factor))
-    wrong = np.flatnonzero(believed & ((factor < least) | (factor > MAX_TRAVEL_FACTOR)))
-    if not len(wrong):
-        return
+    believed = motion.follows & (factors.value > 0) & (factors.sigma < MAX_RELATIVE_SIGMA * np.abs(factors.value))
+    return np.flatnonzero(believed & ((factors.value < least) | (factors.value > MAX_TRAVEL_FACTOR)))
+
+
+def _refuse_travel(neck: Neck, motion: LoggedMotion, factor: Array, wrong: NDArray[np.intp]) -> None:
+    """Raises Refused: motors' angles are in another unit, or move their cables by another factor than one."""
     tolerance = TRAVEL_TOLERANCE if motion.force.shape[1] else TRAVEL_TOLERANCE_WITHOUT_FORCE
     units = [unit_of(factor[j] * neck.motors[j].theta_scale, theta_units(neck.motors[j]), tolerance) for j in wrong]
     what = (
@@ -199,7 +202,9 @@ def _check_force_units(neck: Neck, factor: Array, wrong_sign: NDArray[np.bool_])
         what += f", and {_columns('f', wrong[wrong_sign[wrong]])} the other way round"
     if (named := _unit_named("f", wrong, units, neck.M)) is None:
         raise Refused("log", what, "say in neck.yaml what its unit is in N on the cable: motors[].f_scale")
-    signed = [np.copysign(u.scale, scales[j]) * (-1 if wrong_sign[j] else 1) for j, u in zip(wrong, units, strict=True) if u]
+    signed = [
+        np.copysign(u.scale, scales[j]) * (-1 if wrong_sign[j] else 1) for j, u in zip(wrong, units, strict=True) if u
+    ]
     raise Refused("log", f"{named}: {what}", _to_write("f_scale", wrong, signed, neck.M))
 
 

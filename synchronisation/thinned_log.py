@@ -39,7 +39,9 @@ def forces_held(log: Series, clock: ClockEstimate) -> Series:
     """The log with forces as if they had been held until the next row: moved by their lead, between each sample and the next."""
     assert clock.delay is not None
     f, share = log.matrix("f"), min(-clock.delay[0] / _row(log), 1.0)
-    return Series(log.time, {**log.columns, **numbered_columns("f", (1 - share) * f + share * np.vstack([f[1:], f[-1:]]))})
+    return Series(
+        log.time, {**log.columns, **numbered_columns("f", (1 - share) * f + share * np.vstack([f[1:], f[-1:]]))}
+    )
 
 
 def _row(log: Series) -> float:

@@ -16,6 +16,7 @@ import yaml
 from mcap.writer import Writer
 from numpy.typing import NDArray
 
+from samples.generator.motion import LEVEL_N
 from samples.generator.prescribed import Prescribed, World, prescribe
 from samples.worlds.clock_worlds import NECK_FILE, NOISE_RAD
 
@@ -76,7 +77,9 @@ def files_of(recording: Recording, folder: Path) -> tuple[Path, Path, Path]:
 def made(log_hz: float = 500.0, frame_hz: float = 30.0, peak_deg: tuple[float, float] = (25.0, 32.0)) -> Prescribed:
     """Thirty seconds of dry friction and damped cables."""
     world = World(yaml.safe_load(NECK_FILE.read_text()))
-    return prescribe(world, SECONDS, SEED, peak_deg=peak_deg, log_hz=log_hz, frame_hz=frame_hz)
+    # cables that are pulled by turns stretch by more than a small motion winds
+    level = LEVEL_N if peak_deg[1] > 10 else (LEVEL_N[0], 0.0)
+    return prescribe(world, SECONDS, SEED, peak_deg=peak_deg, level_n=level, log_hz=log_hz, frame_hz=frame_hz)
 
 
 def faultless(
@@ -137,9 +140,7 @@ def _log(change: Callable[[dict[str, Array]], dict[str, Array]]) -> Callable[[],
 def _scaled(stem: str, factor: float, *numbers: int) -> Callable[[], Recording]:
     """Columns `stem` of all motors, or of some by their numbers, in another unit."""
     return _log(
-        lambda log: {
-            name: values * factor if name in _named(stem, numbers) else values for name, values in log.items()
-        }
+        lambda log: {name: values * factor if name in _named(stem, numbers) else values for name, values in log.items()}
     )
 
 
@@ -212,7 +213,9 @@ def _topics(*named: tuple[str, tuple[str, ...], float], joints: tuple[str, ...] 
             motor = {name: j + 1 for j, name in enumerate(name for name in names if name.startswith("motor"))}
             zero = np.zeros_like(log["time"])
             topics[topic] = tuple(
-                (name, factor * log[f"theta{motor[name]}"], log[f"f{motor[name]}"]) if name in motor else (name, zero, zero)
+                (name, factor * log[f"theta{motor[name]}"], log[f"f{motor[name]}"])
+                if name in motor
+                else (name, zero, zero)
                 for name in names
             )
         neck = copy.deepcopy(recording.neck)
@@ -314,7 +317,7 @@ WRONG_LOGS: tuple[WrongLog, ...] = (
     WrongLog("counter", "theta2 one sample of zero", _changed("theta", lambda th: _row(th, 7003, 0.0), 2), "warned", "theta2"),
     WrongLog("counter", "f3 one sample of 1e5", _changed("f", lambda f: _row(f, 7000, 1e5), 3), "warned", "f3"),
     WrongLog("counter", "a row of NaN", _changed("theta", lambda th: _row(th, 7000, np.nan)), "refused", "not a number in sample 7001"),
-    WrongLog("counter", "a gap of 1 s", _log(lambda log: _without_rows(log, 7000, 7500)), "accepted"),
+    WrongLog("counter", "a gap of 1 s", _log(lambda log: _without_rows(log, 7000, 7500)), "warned"),
     WrongLog(
         "counter", "theta2 slips by 2 mm", _changed("theta", lambda th: _after(th, 7000, lambda part: part + 0.002 * R / RD), 2), "warned", "cable 2"
     ),
@@ -341,7 +344,7 @@ WRONG_LOGS: tuple[WrongLog, ...] = (
     WrongLog("topics", "the same, and neck.yaml names the motors", _topics(("/joint_states", ("gripper", *MOTORS), 1.0), joints=MOTORS), "accepted"),
     *(
         WrongLog("rate", f"{500 // every} Hz, one row of {every} kept", (lambda every=every: faultless(every=every)), ends, words)
-        for every, ends, words in ((50, "refused", "10 Hz.*at least"), (25, "refused", "20 Hz.*at least"), (10, "accepted", ""), (5, "accepted", ""))
+        for every, ends, words in ((50, "refused", "10 rows.*at least 50"), (25, "refused", "20 rows.*at least 50"), (10, "warned", "one row of several"), (5, "warned", "one row of several"))
     ),
     *(WrongLog("rate", f"{hz} Hz", (lambda hz=hz: faultless(hz)), "accepted") for hz in (50.0, 100.0, 200.0, 1000.0)),
     *(WrongLog("camera", f"{hz} frames a second", (lambda hz=hz: faultless(500.0, hz)), "accepted") for hz in (5.0, 10.0, 15.0, 60.0, 120.0, 240.0)),
