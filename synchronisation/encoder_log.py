@@ -123,8 +123,8 @@ def _unwrapped(series: Series, neck: Neck, path: Path) -> Series:
         if counter.ambiguous:
             raise Refused(
                 path,
-                f"{name} seems to wrap around every {counter.period:.6g}, and moves by more than a quarter of that from row to row, "
-                "so that nobody can tell how often",
+                f"{name} seems to wrap around every {counter.period:.6g}, and moves by more than a quarter of that "
+                "from row to row, so that nobody can tell how often",
                 "log every control step, or a counter that does not wrap",
             )
         if counter.wraps:

@@ -1,7 +1,7 @@
 """Whether a log can mean what its columns say: angles of the motors in rad, forces on the cables in N, of this arm in this video.
 
-What the video shows of the cables is geometry and owes nothing to the log, so that a log in another unit is known by a factor that
-is far from one. The factor is given a unit's name only where it is that unit's alone; else the number itself is said. Faults that the
+What the video shows of the cables is geometry and owes nothing to the log, so that a log in another unit is known by a factor far
+from one. The factor is given a unit's name only where it is that unit's alone; else the number itself is said. Faults that the
 clock's own checks name, exchanged columns and senses, are left to them.
 """
 
@@ -24,8 +24,8 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 MIN_TRAVEL_FACTOR, MIN_TRAVEL_FACTOR_WITHOUT_FORCE, MAX_TRAVEL_FACTOR = 0.6, 0.3, 1.6
-"""ratio of a cable's winding to what its motor logs, beyond which theta is refused: elastic cables wind less, and without forces nobody
-knows how much less (docs/thresholds.md)"""
+"""ratio of a cable's winding to what its motor logs, beyond which theta is refused: elastic cables wind less, and without forces
+nobody knows how much less (docs/thresholds.md)"""
 MIN_FORCE_FACTOR, MAX_FORCE_FACTOR = 0.1, 4.0
 """ratio of the force that the described arm needs to the logged one, beyond which f is refused (docs/thresholds.md)"""
 FORCE_FACTOR_WARNING = 2.0
@@ -44,11 +44,16 @@ WRONG_WAY_SIGMA = 5.0
 MIN_STUCK_S = 1.0
 """s for which an encoder must not move at all, to be called stuck (docs/thresholds.md)"""
 STUCK_SHARE, MIN_STUCK_M = 0.4, 5e-3
-"""share of a cable's whole way, and m, that it must move meanwhile in the video: elasticity does not do that (docs/thresholds.md)"""
+"""share of a cable's whole way, and m, that it must move meanwhile in the video: elasticity does not do that
+(docs/thresholds.md)"""
 SIGMA_TOLERANCE = 0.4
 """the same log of the ratio between scatter and stated sigma of the angles, for degrees (docs/thresholds.md)"""
 SIGMA_WARNING = 10.0
-"""ratio of the stated sigma of the angles to their scatter from frame to frame, from which on a warning says so (docs/thresholds.md)"""
+"""ratio of the stated sigma of the angles to their scatter from frame to frame, from which on a warning says so
+(docs/thresholds.md)"""
+
+_SIGMA_UNITS = (Unit("rad", 1.0), Unit("degrees", float(np.pi / 180)))
+_WRONG_WAY = "cables would be the shorter the more they are pulled"
 
 
 def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tuple[str, ...]:
@@ -82,7 +87,11 @@ def _sigma_warning(angles: Angles) -> tuple[str, ...]:
     if "sigma_assumed_rad" in angles.notes:
         return ()
     # fourth differences leave little of a motion, and the square of an independent error 70 times
-    scatter = np.nanmedian(np.abs(np.diff(angles.alpha, 4, axis=0)), axis=0) / (0.6745 * np.sqrt(70))
+    differences = np.diff(angles.alpha, 4, axis=0)
+    differences = differences[np.isfinite(differences).all(axis=1)]
+    if len(differences) < MIN_FRAMES:
+        return ()
+    scatter = np.median(np.abs(differences), axis=0) / (0.6745 * np.sqrt(70))
     stated = np.nanmedian(angles.white_sigma, axis=0)
     if not np.all(scatter > 0) or np.min(stated / scatter) < SIGMA_WARNING:
         return ()
@@ -92,9 +101,6 @@ def _sigma_warning(angles: Angles) -> tuple[str, ...]:
     if degrees:
         raise Refused("angles", f"{words}: sigma is in degrees", "multiply sigma1..N by 0.0174533")
     return (f"{words}; is it in rad, of one frame?",)
-
-
-_SIGMA_UNITS = (Unit("rad", 1.0), Unit("degrees", float(np.pi / 180)))
 
 
 def _check_forces_vary(log: Series) -> None:
@@ -107,7 +113,7 @@ def _check_forces_vary(log: Series) -> None:
         raise Refused(
             "log",
             f"{', '.join(still)} {stays} at {level:g} N in every row, which says nothing of how far a cable stretches",
-            "log the forces that were commanded, or leave f1..M out: the clock is then good to milliseconds, and nothing is identified",
+            "log the commanded forces, or leave f1..M out: then the clock is good to milliseconds and nothing can be identified",
         )
 
 
@@ -182,9 +188,6 @@ def _check_forces(neck: Neck, arm: Arm, motion: LoggedMotion, yielding: Array) -
             "and are masses and springs in neck.yaml right?",
         )
     return ()
-
-
-_WRONG_WAY = "cables would be the shorter the more they are pulled"
 
 
 def _check_force_units(neck: Neck, factor: Array, wrong_sign: NDArray[np.bool_]) -> None:

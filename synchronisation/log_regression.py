@@ -1,4 +1,4 @@
-"""What a log says of a motion that the video shows too, as factors: how far theta moves the cables, and how hard f pulls at the joints.
+"""What a log says of a motion that the video shows too, as factors: how far theta moves the cables, and how hard f pulls.
 
 The winding of each cable, which the angles give whatever the log says, is regressed on the motor's travel and its force. The arm's
 torques, M alpha'' + c + g, are regressed on Z f of every motor. Friction, elasticity and constants are left open. Neither asks for

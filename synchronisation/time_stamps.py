@@ -19,7 +19,8 @@ MAX_BURST_SHARE = 0.3
 BURST_STEP_RATIO = 0.2
 """ratio to the mean step, below which a step is one within a burst (docs/thresholds.md)"""
 MIN_LOG_HZ = 45.0
-"""rows a second of a log at least, 50 less a tenth: of logs with 25 one clock in 12 was a third of a second off (docs/thresholds.md)"""
+"""rows a second of a log at least, 50 less a tenth: of logs with 25 one clock in 12 was a third of a second off
+(docs/thresholds.md)"""
 UNITS = (("milliseconds", 1e-3), ("microseconds", 1e-6), ("nanoseconds", 1e-9))
 
 
@@ -58,8 +59,8 @@ def sampling_step(time: Array, where: str) -> float:
     if np.mean(short) > MAX_BURST_SHARE:
         raise Refused(
             where,
-            f"its rows come in bursts: {100 * np.mean(short):.0f} % follow the one before within {1e3 * BURST_STEP_RATIO * mean:.3g} ms, "
-            f"and {1e3 * mean:.3g} ms is the mean",
+            f"its rows come in bursts: {100 * np.mean(short):.0f} % follow the one before within "
+            f"{1e3 * BURST_STEP_RATIO * mean:.3g} ms, and {1e3 * mean:.3g} ms is the mean",
             "stamp each row when it is sampled, not when it is received or written",
         )
     return float(np.median(steps))
