@@ -12,7 +12,7 @@ from identification.files.joint_state import JointStateChannel
 from mechanism.description import Neck
 from synchronisation.csv_table import read_table
 from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
-from synchronisation.time_stamps import check_time_unit, sampling_step
+from synchronisation.time_stamps import check_log_rate, check_time_unit, sampling_step
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
 from xneck_foundation.recovery import warn_recovered
@@ -55,7 +55,7 @@ def read_log(path: str | Path, neck: Neck) -> Series:
             )
     check_time_unit(series.time, str(path), "rows")
     check_time(series.time, str(path))
-    sampling_step(series.time, str(path))
+    check_log_rate(series.time, str(path))
     for name, values in series.columns.items():
         if not np.all(np.isfinite(values)):
             row = int(np.argmin(np.isfinite(values))) + 1
@@ -127,8 +127,8 @@ def _unwrapped(series: Series, neck: Neck, path: Path) -> Series:
         if counter.ambiguous:
             raise Refused(
                 path,
-                f"{name} seems to wrap around every {counter.period:.6g}, and moves by more than a quarter of that from row to row, "
-                "so that nobody can tell how often",
+                f"{name} seems to wrap around every {counter.period:.6g}, and moves by more than a quarter of that "
+                "from row to row, so that nobody can tell how often",
                 "log every control step, or a counter that does not wrap",
             )
         if counter.wraps:

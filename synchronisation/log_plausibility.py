@@ -1,7 +1,7 @@
 """Whether a log can mean what its columns say: angles of the motors in rad, forces on the cables in N, of this arm in this video.
 
-What the video shows of the cables is geometry and owes nothing to the log, so that a log in another unit is known by a factor that
-is far from one. The factor is given a unit's name only where it is that unit's alone; else the number itself is said. Faults that the
+What the video shows of the cables is geometry and owes nothing to the log, so that a log in another unit is known by a factor far
+from one. The factor is given a unit's name only where it is that unit's alone; else the number itself is said. Faults that the
 clock's own checks name, exchanged columns and senses, are left to them.
 """
 
@@ -24,8 +24,8 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 MIN_TRAVEL_FACTOR, MIN_TRAVEL_FACTOR_WITHOUT_FORCE, MAX_TRAVEL_FACTOR = 0.6, 0.3, 1.6
-"""ratio of a cable's winding to what its motor logs, beyond which theta is refused: elastic cables wind less, and without forces nobody
-knows how much less (docs/thresholds.md)"""
+"""ratio of a cable's winding to what its motor logs, beyond which theta is refused: elastic cables wind less, and without forces
+nobody knows how much less (docs/thresholds.md)"""
 MIN_FORCE_FACTOR, MAX_FORCE_FACTOR = 0.1, 4.0
 """ratio of the force that the described arm needs to the logged one, beyond which f is refused (docs/thresholds.md)"""
 FORCE_FACTOR_WARNING = 2.0
@@ -44,11 +44,16 @@ WRONG_WAY_SIGMA = 5.0
 MIN_STUCK_S = 1.0
 """s for which an encoder must not move at all, to be called stuck (docs/thresholds.md)"""
 STUCK_SHARE, MIN_STUCK_M = 0.4, 5e-3
-"""share of a cable's whole way, and m, that it must move meanwhile in the video: elasticity does not do that (docs/thresholds.md)"""
+"""share of a cable's whole way, and m, that it must move meanwhile in the video: elasticity does not do that
+(docs/thresholds.md)"""
 SIGMA_TOLERANCE = 0.4
 """the same log of the ratio between scatter and stated sigma of the angles, for degrees (docs/thresholds.md)"""
 SIGMA_WARNING = 10.0
-"""ratio of the stated sigma of the angles to their scatter from frame to frame, from which on a warning says so (docs/thresholds.md)"""
+"""ratio of the stated sigma of the angles to their scatter from frame to frame, from which on a warning says so
+(docs/thresholds.md)"""
+
+_SIGMA_UNITS = (Unit("rad", 1.0), Unit("degrees", float(np.pi / 180)))
+_WRONG_WAY = "cables would be the shorter the more they are pulled"
 
 
 def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tuple[str, ...]:
@@ -68,7 +73,10 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
         return warnings
     _check_stuck(arm, time, alpha, even, motion)
     factors, yielding = travel_factors(motion, arm.drum)
-    _check_travel(neck, motion, factors)
+    wrong = _wrong_travel(motion, factors)
+    if len(wrong):
+        _check_degrees(arm, time, alpha, even)
+        _refuse_travel(neck, motion, factors.value, wrong)
     if motion.force.shape[1] == 0 or np.any(motion.signs < 0) or not np.all(motion.follows):
         return warnings
     return (*warnings, *_check_forces(neck, arm, motion, yielding))
@@ -79,7 +87,11 @@ def _sigma_warning(angles: Angles) -> tuple[str, ...]:
     if "sigma_assumed_rad" in angles.notes:
         return ()
     # fourth differences leave little of a motion, and the square of an independent error 70 times
-    scatter = np.nanmedian(np.abs(np.diff(angles.alpha, 4, axis=0)), axis=0) / (0.6745 * np.sqrt(70))
+    differences = np.diff(angles.alpha, 4, axis=0)
+    differences = differences[np.isfinite(differences).all(axis=1)]
+    if len(differences) < MIN_FRAMES:
+        return ()
+    scatter = np.median(np.abs(differences), axis=0) / (0.6745 * np.sqrt(70))
     stated = np.nanmedian(angles.white_sigma, axis=0)
     if not np.all(scatter > 0) or np.min(stated / scatter) < SIGMA_WARNING:
         return ()
@@ -89,9 +101,6 @@ def _sigma_warning(angles: Angles) -> tuple[str, ...]:
     if degrees:
         raise Refused("angles", f"{words}: sigma is in degrees", "multiply sigma1..N by 0.0174533")
     return (f"{words}; is it in rad, of one frame?",)
-
-
-_SIGMA_UNITS = (Unit("rad", 1.0), Unit("degrees", float(np.pi / 180)))
 
 
 def _check_forces_vary(log: Series) -> None:
@@ -104,7 +113,7 @@ def _check_forces_vary(log: Series) -> None:
         raise Refused(
             "log",
             f"{', '.join(still)} {stays} at {level:g} N in every row, which says nothing of how far a cable stretches",
-            "log the forces that were commanded, or leave f1..M out: the clock is then good to milliseconds, and nothing is identified",
+            "log the commanded forces, or leave f1..M out: then the clock is good to milliseconds and nothing can be identified",
         )
 
 
@@ -113,8 +122,7 @@ def _check_degrees(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
     motion = logged_motion(arm, time, np.radians(alpha), log)
     if motion is None or not np.all(motion.follows):
         return
-    factor = travel_factors(motion, arm.drum)[0].value
-    if np.all((factor > MIN_TRAVEL_FACTOR_WITHOUT_FORCE) & (factor < MAX_TRAVEL_FACTOR)):
+    if not len(_wrong_travel(motion, travel_factors(motion, arm.drum)[0])):
         raise Refused(
             "angles", "alpha is in degrees: only so do video and log show one motion", "multiply alpha1..N by 0.0174533"
         )
@@ -141,14 +149,15 @@ def _check_stuck(arm: Arm, time: Array, alpha: Array, log: Series, motion: Logge
                 )
 
 
-def _check_travel(neck: Neck, motion: LoggedMotion, factors: Factors) -> None:
-    """Refused where motors' angles are in another unit, or move their cables by another factor than one."""
+def _wrong_travel(motion: LoggedMotion, factors: Factors) -> NDArray[np.intp]:
+    """The motors, counted from 0, that surely move their cables by another factor than one."""
     least = MIN_TRAVEL_FACTOR if motion.force.shape[1] else MIN_TRAVEL_FACTOR_WITHOUT_FORCE
-    factor = factors.value
-    believed = motion.follows & (factor > 0) & (factors.sigma < MAX_RELATIVE_SIGMA * np.abs(factor))
-    wrong = np.flatnonzero(believed & ((factor < least) | (factor > MAX_TRAVEL_FACTOR)))
-    if not len(wrong):
-        return
+    believed = motion.follows & (factors.value > 0) & (factors.sigma < MAX_RELATIVE_SIGMA * np.abs(factors.value))
+    return np.flatnonzero(believed & ((factors.value < least) | (factors.value > MAX_TRAVEL_FACTOR)))
+
+
+def _refuse_travel(neck: Neck, motion: LoggedMotion, factor: Array, wrong: NDArray[np.intp]) -> None:
+    """Raises Refused: motors' angles are in another unit, or move their cables by another factor than one."""
     tolerance = TRAVEL_TOLERANCE if motion.force.shape[1] else TRAVEL_TOLERANCE_WITHOUT_FORCE
     units = [unit_of(factor[j] * neck.motors[j].theta_scale, theta_units(neck.motors[j]), tolerance) for j in wrong]
     what = (
@@ -179,9 +188,6 @@ def _check_forces(neck: Neck, arm: Arm, motion: LoggedMotion, yielding: Array) -
             "and are masses and springs in neck.yaml right?",
         )
     return ()
-
-
-_WRONG_WAY = "cables would be the shorter the more they are pulled"
 
 
 def _check_force_units(neck: Neck, factor: Array, wrong_sign: NDArray[np.bool_]) -> None:

@@ -1,4 +1,4 @@
-"""What a log says of a motion that the video shows too, as factors: how far theta moves the cables, and how hard f pulls at the joints.
+"""What a log says of a motion that the video shows too, as factors: how far theta moves the cables, and how hard f pulls.
 
 The winding of each cable, which the angles give whatever the log says, is regressed on the motor's travel and its force. The arm's
 torques, M alpha'' + c + g, are regressed on Z f of every motor. Friction, elasticity and constants are left open. Neither asks for
@@ -16,6 +16,7 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.dynamics import terms
 from synchronisation.clocks.coarse_alignment import CableSpeeds, align_coarsely, cable_speeds
+from synchronisation.clocks.exchanged_labels import MIN_CABLE_CORRELATION, MIN_CORRELATION
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.clocks.signals import cubic_spline
 
@@ -33,8 +34,6 @@ MAX_BRIDGED_S = 0.5
 """s without frames that a spline may bridge"""
 BLOCK_S = 1.0
 """s within which residuals may be correlated"""
-MIN_CORRELATION = 0.8
-"""correlation of the cables' speeds from which on log and video show one motion (docs/thresholds.md)"""
 REVERSAL_SPEED_RATIO = 0.1
 """ratio to the rms speed of a motor, over which its dry friction turns over"""
 
@@ -96,7 +95,7 @@ def logged_motion(arm: Arm, time: Array, alpha: Array, log: Series) -> LoggedMot
             break
     else:
         return None
-    follows = (alignment.cable_correlation >= MIN_CORRELATION) & (size > 0)
+    follows = (alignment.cable_correlation >= MIN_CABLE_CORRELATION) & (size > 0)
     return _at_common_instants(arm, time, alpha, log, alignment.shift, signs, follows)
 
 

@@ -18,6 +18,7 @@ from synchronisation.angles import Angles
 from synchronisation.check.check import check_elongations
 from synchronisation.clocks.clock import fit_clock
 from synchronisation.clocks.clock_estimate import ClockEstimate
+from synchronisation.clocks.usable_frames import GAP_MARGIN_S
 from synchronisation.encoder_log import uniformly_sampled
 from synchronisation.log_plausibility import check_log_meaning
 from synchronisation.thinned_log import forces_held, rows_left_out, rows_left_out_warning
@@ -63,7 +64,9 @@ def synchronise(
     clock_sigma = (clock.offset_sigma, clock.skew_sigma)
     estimate = estimate_state(arm, frames, motors, even_log.time[inside], clock_sigma, fuse=has_force)
     state = _state_columns(arm, estimate, motors, inside, frames)
-    check = check_elongations(arm, state, frames, clock.offset_sigma).as_json() if has_force else dict(UNCHECKED)
+    # what the log does not hold is no elongation
+    logged = frames.clear_of(clock.repaired.gaps, GAP_MARGIN_S)
+    check = check_elongations(arm, state, logged, clock.offset_sigma).as_json() if has_force else dict(UNCHECKED)
     bridged = {"rows_bridged": int(estimate.bridged.any(axis=1).sum())}
     return DataSet(
         neck=neck,

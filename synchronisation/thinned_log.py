@@ -1,7 +1,7 @@
 """Logs that keep one row of several control steps: their forces are samples, not what was held until the next row.
 
-All else takes the force of a row as held until the next one. In a log that was thinned it is held for one control step only, so that
-it seems to act before its row, by up to half the time between two rows: no controller does that.
+All else takes the force of a row as held until the next one. In a log that was thinned it is held for one control step only, so
+that it seems to act before its row, by up to half the time between two rows: no controller does that.
 """
 
 import numpy as np

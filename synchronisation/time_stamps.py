@@ -18,6 +18,9 @@ MAX_BURST_SHARE = 0.3
 """share of steps that may be shorter than BURST_STEP_RATIO of the mean one (docs/thresholds.md)"""
 BURST_STEP_RATIO = 0.2
 """ratio to the mean step, below which a step is one within a burst (docs/thresholds.md)"""
+MIN_LOG_HZ = 45.0
+"""rows a second of a log at least, 50 less a tenth: of logs with 25 one clock in 12 was a third of a second off
+(docs/thresholds.md)"""
 UNITS = (("milliseconds", 1e-3), ("microseconds", 1e-6), ("nanoseconds", 1e-9))
 
 
@@ -56,8 +59,19 @@ def sampling_step(time: Array, where: str) -> float:
     if np.mean(short) > MAX_BURST_SHARE:
         raise Refused(
             where,
-            f"its rows come in bursts: {100 * np.mean(short):.0f} % follow the one before within {1e3 * BURST_STEP_RATIO * mean:.3g} ms, "
-            f"and {1e3 * mean:.3g} ms is the mean",
+            f"its rows come in bursts: {100 * np.mean(short):.0f} % follow the one before within "
+            f"{1e3 * BURST_STEP_RATIO * mean:.3g} ms, and {1e3 * mean:.3g} ms is the mean",
             "stamp each row when it is sampled, not when it is received or written",
         )
     return float(np.median(steps))
+
+
+def check_log_rate(time: Array, where: str) -> None:
+    """Refused where increasing stamps (T,), s, of a log come in bursts, or too rarely to follow friction's reversals."""
+    rate = 1 / sampling_step(time, where)
+    if rate < MIN_LOG_HZ:
+        raise Refused(
+            where,
+            f"has {rate:.3g} rows a second, between which friction turns over unseen",
+            "log every control step, at least 50 rows a second; 500 are best",
+        )

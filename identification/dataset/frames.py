@@ -1,5 +1,6 @@
 """Angles in the camera's frames, on the log's clock, of a data set."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +36,16 @@ class FrameAngles:
     def within(self, first: float, last: float) -> "FrameAngles":
         """Frames from `first` to `last`, s."""
         part = (self.time >= first) & (self.time <= last)
+        return self._part(part)
+
+    def clear_of(self, gaps: Iterable[Sequence[float]], margin: float) -> "FrameAngles":
+        """Frames at least `margin`, s, before the begin or after the end of every gap, s."""
+        part = np.ones(len(self.time), dtype=bool)
+        for begin, end in gaps:
+            part &= (self.time < begin - margin) | (self.time > end + margin)
+        return self._part(part)
+
+    def _part(self, part: NDArray[np.bool_]) -> "FrameAngles":
         return FrameAngles(self.time[part], self.alpha[part], self.sigma[part], self.common[part])
 
 

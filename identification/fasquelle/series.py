@@ -16,6 +16,8 @@ FASQUELLE_RATE_HZ = 31.25
 """Hz: 500 Hz divided by 16, the closest to the video's 30 Hz"""
 FASQUELLE_CUTOFF_HZ = 5.0
 """Hz: of the zero-phase Butterworth low-pass"""
+MIN_OVERLAP_S = 2.0
+"""s of log and video that must overlap"""
 
 
 def fasquelle_series(
@@ -36,10 +38,8 @@ def fasquelle_series(
     time = log.time[::factor]
     inside = (time >= angle_time[0]) & (time <= angle_time[-1])
     time, theta, f = time[inside], theta[inside], f[inside]
-    if len(time) < 2 * FASQUELLE_RATE_HZ:
-        raise Refused(
-            "data set", f"only {len(time) / FASQUELLE_RATE_HZ:.1f} s of the log overlap the video", "record both longer"
-        )
+    if (overlap := len(time) * factor / rate) < MIN_OVERLAP_S:
+        raise Refused("data set", f"only {overlap:.1f} s of the log overlap the video", "record both longer")
     alpha_of_rows = interpolated(time, angle_time, alpha)
     step = float(np.mean(np.diff(time)))
     alpha0, theta0, f0 = (low_pass(part, 1 / step, cutoff) for part in (alpha_of_rows, theta, f))

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from identification.dataset.dataset import DataSet
-from identification.dataset.frames import frame_angles
+from identification.dataset.frames import FrameAngles, frame_angles
 from state_estimation.motors import motors_in
 from synchronisation.check.check import Baseline, Check, baseline_of, check_elongations, not_healthy
 from synchronisation.check.faults import EXCHANGES
 from synchronisation.check.residual_clock import find_clock_fault, shifted_frames
+from synchronisation.clocks.usable_frames import GAP_MARGIN_S
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
 
@@ -34,12 +35,12 @@ def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "
     fv = np.array([np.nan if motor.fv is None else motor.fv for motor in data.neck.motors])
     healthy: Baseline | None = None
     if baseline is not None:
-        frames = frame_angles(baseline)
+        frames = _logged_frames(baseline)
         healthy = baseline_of(arm, baseline.state, frames, _clock_sigma(baseline), where)
         clock_fault = find_clock_fault(arm, frames, motors_in(baseline.state), fv)
         if clock_fault is not None:
             raise not_healthy(where, clock_fault)
-    frames = frame_angles(data)
+    frames = _logged_frames(data)
     check = check_elongations(arm, data.state, frames, _clock_sigma(data), healthy)
     if check.faults and check.faults[0]["fault"] in EXCHANGES:
         return check
@@ -49,6 +50,11 @@ def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "
     shifted = shifted_frames(frames, clock_fault)
     remaining = check_elongations(arm, data.state, shifted, clock_fault["sigma"], healthy)
     return replace(remaining, faults=(clock_fault, *remaining.faults))
+
+
+def _logged_frames(data: DataSet) -> FrameAngles:
+    """The frames of a data set that are clear of the gaps of its log."""
+    return frame_angles(data).clear_of(data.clock.get("log_gaps", ()), GAP_MARGIN_S)
 
 
 def _clock_sigma(data: DataSet) -> float:

@@ -1,0 +1,187 @@
+"""Logs and angles that mean something else than their columns say: each comes out right, or is refused with what is true of it."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from identification.dataset.series import Series, numbered_columns
+from mechanism.arm import arm_of
+from mechanism.description import read_neck
+from samples.generator.laws import dry_and_viscous, linear
+from samples.generator.prescribed import World, prescribe
+from samples.worlds.changed_recordings import faultless, files_of
+from samples.worlds.clock_worlds import NOISE_RAD
+from samples.worlds.wrong_logs import WRONG_LOGS, WrongLog, outcome_of
+from synchronisation.angles import Angles, read_angles
+from synchronisation.csv_table import read_table
+from synchronisation.encoder_log import read_log, uniformly_sampled
+from synchronisation.log_plausibility import check_log_meaning
+from synchronisation.log_units import theta_units, unit_of
+from synchronisation.motor_counters import absurd_samples, unwrapped
+from synchronisation.time_stamps import check_time_unit
+from tests.paths import SAMPLES
+from xneck_foundation.errors import Refused
+
+READ = ("time", "header", "topics", "rate")
+"""kinds that are refused when they are read"""
+MAX_CLOCK_SIGMAS = 4.0
+
+
+def cases() -> list[object]:
+    quick = [w.kind in READ and w.ends == "refused" for w in WRONG_LOGS]
+    return [
+        pytest.param(w, id=f"{w.kind} {w.what}", marks=() if fast else pytest.mark.slow)
+        for w, fast in zip(WRONG_LOGS, quick, strict=True)
+    ]
+
+
+@pytest.mark.parametrize("wrong", cases())
+def test_a_log_comes_out_right_or_is_refused_with_what_is_true(wrong: WrongLog, tmp_path: Path) -> None:
+    outcome = outcome_of(wrong, tmp_path)
+    assert outcome.ends == wrong.ends, outcome.sentence
+    assert re.search(wrong.words, outcome.sentence), outcome.sentence
+    if outcome.clock_error_s is not None:
+        assert abs(outcome.clock_error_s) < MAX_CLOCK_SIGMAS * outcome.clock_sigma_s
+
+
+def test_what_is_to_be_written_makes_the_log_right(tmp_path: Path) -> None:
+    """Degrees of the motor and its torque, once with the keys that the refusals name."""
+    recording = faultless()
+    log = {k: np.degrees(v) if k[0] == "t" and k != "time" else v for k, v in recording.log.items()}
+    log |= {f"f{j}": recording.log[f"f{j}"] / 2500 for j in range(1, 5)}
+    neck = dict(recording.neck)
+    neck["motors"] = [{**motor, "theta_scale": 0.0174533, "f_scale": 2500.0} for motor in neck["motors"]]
+    neck_file, _, _ = files_of(recording, tmp_path)
+    plain = read_neck(neck_file)
+    as_logged = Series(log["time"], {k: v for k, v in log.items() if k != "time"})
+    angles = read_angles(tmp_path / "angles.csv", 3)
+    with pytest.raises(Refused, match=r"degrees.*motors\[\]\.theta_scale: 0\.0174533"):
+        check_log_meaning(plain, arm_of(plain), angles, as_logged)
+    in_radians = Series(
+        log["time"], {k: np.radians(v) if k.startswith("theta") else v for k, v in as_logged.columns.items()}
+    )
+    with pytest.raises(Refused, match=r"N m of the motor.*motors\[\]\.f_scale: 2500"):
+        check_log_meaning(plain, arm_of(plain), angles, in_radians)
+    right = type(recording)(neck, recording.angles, log, recording.offset_s)
+    (tmp_path / "right").mkdir()
+    neck_file, _, log_file = files_of(right, tmp_path / "right")
+    mapped = read_neck(neck_file)
+    assert check_log_meaning(mapped, arm_of(mapped), angles, read_log(log_file, mapped)) == ()
+
+
+def test_a_factor_is_no_unit_where_it_is_not_one_of_them() -> None:
+    """3.2 lies between millimetres of cable, 2.5, and turns, 6.3."""
+    motor = read_neck(SAMPLES / "recording/neck.yaml").motors[0]
+    assert unit_of(3.2, theta_units(motor), 0.2) is None
+    named = unit_of(np.pi / 180 * 0.95, theta_units(motor), 0.2)
+    assert named is not None
+    assert named.name == "degrees"
+
+
+@pytest.mark.parametrize("forces", [True, False])
+def test_the_sample_is_not_doubted(forces: bool) -> None:
+    folder = SAMPLES / "held_out"
+    neck = read_neck(folder / "neck.yaml")
+    log, angles = read_log(folder / "log.mcap", neck), read_angles(folder / "angles.csv", neck.N)
+    kept = {k: v for k, v in log.columns.items() if forces or k[0] != "f"}
+    assert check_log_meaning(neck, arm_of(neck), angles, Series(log.time, kept)) == ()
+
+
+def arm_of_joints(n: int) -> dict[str, Any]:
+    """neck.yaml of n joints and n + 1 cables."""
+    neck = dict(faultless().neck)
+    cable = {"length": 1.3, "section": 7.9e-7, "x0": 0.004}
+    routes = [[*["strut"] * i, "right"] for i in range(n)] + [[*["left_through"] * (n - 1), "left"]]
+    neck["mechanisms"] = [neck["mechanisms"][0]] * n
+    neck["cables"] = [{"route": route, **cable} for route in routes]
+    neck["motors"] = [neck["motors"][0]] * (n + 1)
+    del neck["markers"]
+    return neck
+
+
+@pytest.mark.parametrize(("joints", "peak_deg"), [(1, (25.0, 32.0)), (6, (12.0, 18.0))])
+def test_arms_of_one_and_of_six_joints_are_not_doubted_but_where_units_are_wrong(
+    joints: int, peak_deg: tuple[float, float], tmp_path: Path
+) -> None:
+    described = arm_of_joints(joints)
+    m = joints + 1
+    world = World(
+        described,
+        stretch=linear(np.full(m, 8000.0), np.full(m, 60.0)),
+        friction=dry_and_viscous(np.full(m, 15.0), np.zeros(m)),
+    )
+    p = prescribe(world, 20.0, 3, peak_deg=peak_deg)
+    (tmp_path / "neck.yaml").write_text(yaml.safe_dump(described))
+    neck = read_neck(tmp_path / "neck.yaml")
+    noise = np.random.default_rng(0).normal(0, NOISE_RAD, p.frame_alpha.shape)
+    angles = Angles(p.frame_times, p.frame_alpha + noise, np.full(noise.shape, NOISE_RAD))
+
+    def check(theta: float, f: float) -> tuple[str, ...]:
+        columns = numbered_columns("theta", theta * p.counted) | numbered_columns("f", f * p.f)
+        return check_log_meaning(neck, arm_of(neck), angles, Series(p.log_time, columns))
+
+    assert check(1.0, 1.0) == ()
+    for theta, f, words in (
+        (np.degrees(1), 1.0, "theta is in degrees"),
+        (1.0, 1e3, "f is in millinewtons"),
+        (1.0, -1.0, "wrong sign"),
+    ):
+        with pytest.raises(Refused, match=words):
+            check(theta, f)
+
+
+def test_a_counter_is_unwrapped_only_where_it_is_certain() -> None:
+    motor = read_neck(SAMPLES / "recording/neck.yaml").motors[0]
+    time = np.arange(0, 20, 0.002)
+    theta = 30 * np.sin(time) + 5 * np.sin(3.1 * time)
+    for period, low in ((2 * np.pi, 0.0), (2 * np.pi, -np.pi), (65536.0, -32768.0)):
+        unit = period / (2 * np.pi)
+        counter = unwrapped((theta * unit - low) % period + low, motor)
+        moved = np.diff(counter.values)
+        assert counter.period == pytest.approx(period)
+        np.testing.assert_allclose(moved, unit * np.diff(theta), atol=1e-6 * unit)
+    assert unwrapped(theta, motor).wraps == 0
+    slow = slice(None, None, 60)  # 0.12 s: by up to 4 rad from row to row
+    assert unwrapped(theta[slow] % (2 * np.pi), motor).ambiguous
+    # a motor at rest flips between counts, and a jump to anywhere is no wrap
+    assert unwrapped(np.random.default_rng(0).integers(0, 2, 5000) * 1.0, motor).wraps == 0
+    jumped = np.where(time < 10, theta, theta + 1e6)
+    assert unwrapped(jumped, motor).wraps == 0
+
+
+def test_a_sample_that_its_neighbours_contradict_is_found_and_no_other() -> None:
+    time = np.arange(0, 20, 0.002)
+    theta = np.round(30 * np.sin(time) / 0.003) * 0.003
+    spoiled = theta.copy()
+    spoiled[[100, 7000]] = [1e6, 0.0]
+    assert np.flatnonzero(absurd_samples(spoiled, 0.02)).tolist() == [100, 7000]
+    assert not absurd_samples(theta, 0.02).any()
+    slipped = theta + np.where(time > 10, 5.0, 0.0)
+    assert not absurd_samples(slipped, 0.02).any()
+
+
+def test_units_of_time_exclude_each_other() -> None:
+    """10 to 1000 rows a second in each unit, never another's name, and seconds pass."""
+    for hz in (10, 20, 50, 125, 500, 1000):
+        seconds = np.cumsum(np.r_[0.0, np.random.default_rng(hz).uniform(0.9, 1.1, 500) / hz])
+        check_time_unit(seconds, "log", "rows")
+        for name, unit in (("milli", 1e3), ("micro", 1e6), ("nano", 1e9)):
+            with pytest.raises(Refused, match=f"time is in {name}seconds"):
+                check_time_unit(seconds * unit, "log", "rows")
+
+
+def test_a_log_in_bursts_is_refused_before_anything_large_is_made() -> None:
+    """A step of 1 ns in the median would make 3e10 rows."""
+    time = (np.arange(15000) // 10) * 0.02 + 1e-9 * (np.arange(15000) % 10)
+    with pytest.raises(Refused, match="bursts"):
+        uniformly_sampled(Series(time, {"theta1": time}))
+
+
+def test_forces_in_capitals_are_not_taken_for_forces_that_are_not_logged(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text("time,theta1,F1\n0,0,0\n1,1,1\n")
+    with pytest.raises(Refused, match="f1 as 'F1'"):
+        read_table(tmp_path / "log.csv", ["theta1"], optional=["f1"])
