@@ -24,7 +24,10 @@ def described_faults(errors: Sequence[Any], kind: type[BaseModel], document: Any
     """pydantic's errors of a `document` that is no `kind`, in words, those that lead to others alone."""
     meant = _meant(errors, kind, document)
     followed = {(*path[:-1], word) for path, word in meant.items()}
-    faults = [e for e in errors if not (e["type"] == "missing" and e["loc"] in followed)]
+    # entries that are at fault are not counted, so that their list is said to be too short besides
+    above = {error["loc"][:depth] for error in errors for depth in range(len(error["loc"]))}
+    follows = {"missing": followed, "too_short": above}
+    faults = [e for e in errors if e["loc"] not in follows.get(e["type"], ())]
     return listed((_fault(e, meant, kind) for e in faults), "; ", _FAULT_CHARACTERS)
 
 

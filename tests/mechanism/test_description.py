@@ -82,6 +82,16 @@ def test_markers_may_be_absent(tmp_path: Path) -> None:
     assert read_neck(changed(tmp_path, markers=None)).markers is None
 
 
+def test_a_key_that_is_misspelt_everywhere_is_all_that_is_said(tmp_path: Path) -> None:
+    """Not that no mechanism is left when all are at fault."""
+    path = tmp_path / "neck.yaml"
+    path.write_text(FILE.read_text().replace("stiffness", "stifness"))
+    with pytest.raises(Refused) as caught:
+        read_neck(path)
+    places = [f"mechanisms[{i}].springs.stifness: unknown key, did you mean stiffness?" for i in range(3)]
+    assert caught.value.what == "; ".join(places)
+
+
 def test_one_mechanism_too_few_is_one_fault(tmp_path: Path) -> None:
     """Though three cables and a marker need the third."""
     with pytest.raises(Refused) as caught:

@@ -6,6 +6,7 @@ import tempfile
 import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -102,7 +103,6 @@ def run_tasks(
     Raises Refused where the scheduler is lost.
     """
     from distributed import wait
-    from distributed.client import CancelledError
 
     pending = deque(tasks)
     running: dict[Any, str] = {}

@@ -86,7 +86,9 @@ def written(security: Security, folder: Path) -> dict[str, Path]:
 def encrypted(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, dict[str, Path]]]:
     """A cluster with certificates: its address, and their files."""
     security = Security.temporary()
-    options: Any = {"threads_per_worker": 1, "dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL}
+    # in this process: a nanny would leave dask's settings of malloc in its environment
+    options: Any = {"processes": False, "protocol": "tls://", "threads_per_worker": 1}
+    options |= {"dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL}
     cluster: Any
     with LocalCluster(n_workers=1, security=security, **options) as cluster:
         yield cluster.scheduler_address, written(security, tmp_path_factory.mktemp("tls") / "ours")
