@@ -3,6 +3,7 @@
 import argparse
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 from samples.forward_arms.arms import make_arms
 from samples.forward_arms.files import write_arm
@@ -31,7 +32,9 @@ def main() -> None:
     defaults = {f.name: f.default for f in fields(Settings)}
     for name, text in _OPTIONS.items():
         default = defaults[name]
-        parser.add_argument(f"--{name.replace('_', '-')}", type=type(default), default=default, help=f"{text} ({default})")
+        parser.add_argument(
+            f"--{name.replace('_', '-')}", type=type(default), default=default, help=f"{text} ({default})"
+        )
     for name, choices in (
         ("base", ("presliding", "exact")),
         ("motion", ("rich", "slow")),
@@ -42,11 +45,14 @@ def main() -> None:
     parser.add_argument("--unlike", action="store_true", help="mechanisms of one arm differ")
     for name, text in (("damping", "N s/m of the cables"), ("exposure", "s"), ("tension-range", "N")):
         default = defaults[name.replace("-", "_")]
-        parser.add_argument(f"--{name}", type=float, nargs=2, default=default, help=f"least and greatest {text} ({default})")
-    chosen = vars(parser.parse_args())
+        parser.add_argument(
+            f"--{name}", type=float, nargs=2, default=default, help=f"least and greatest {text} ({default})"
+        )
+    chosen: dict[str, Any] = vars(parser.parse_args())
     out, seed, arms = chosen.pop("out"), chosen.pop("seed"), chosen.pop("arms")
-    ranges = {name: tuple(value) for name, value in chosen.items() if isinstance(value, list)}
-    settings = Settings(**(chosen | ranges))
+    for name in ("damping", "exposure", "tension_range"):
+        chosen[name] = tuple(chosen[name])
+    settings = Settings(**chosen)
     for i, arm in enumerate(make_arms(range(seed, seed + arms), settings)):
         write_arm(arm, out / f"arm{i + 1}", settings)
 

@@ -16,7 +16,7 @@ from samples.forward_arms.simulation import Played, play, row_times
 
 @dataclass(frozen=True)
 class Truth:
-    """Every step of the integration, from LEAD before the log's first row to LEAD after its last, (steps, ...): SI units, log time."""
+    """Every step from LEAD before the log's first row to LEAD after its last, (steps, ...): SI units, log time."""
 
     time: Array
     alpha: Array
@@ -69,8 +69,8 @@ class Arm:
 def make_arms(seeds: Sequence[int], settings: Settings | None = None) -> Iterator[Arm]:
     """Arms in the order of their seeds; those of one batch are integrated when the first of them is asked for.
 
-    The same call gives the same numbers. An arm in another batch is the same arm, and its recordings agree until rounding errors of the
-    last digit have moved an encoder's count.
+    The same call gives the same numbers. An arm in another batch is the same arm, and its recordings agree until rounding
+    errors of the last digit have moved an encoder's count.
     """
     settings = settings or Settings()
     each = max(1, settings.columns // settings.recordings)
@@ -90,7 +90,9 @@ def _batch(seeds: list[int], settings: Settings) -> Iterator[Arm]:
     columns = [(a, [seeds[a], 2 + r]) for a in range(len(seeds)) for r in range(settings.recordings)]
     time = row_times(settings)
     plans = [planned(settings, drawings[a], np.random.default_rng(seed), time) for a, seed in columns]
-    played = play(settings, [plants[a] for a, _ in columns], [laws[a] for a, _ in columns], plans, [s for _, s in columns])
+    played = play(
+        settings, [plants[a] for a, _ in columns], [laws[a] for a, _ in columns], plans, [s for _, s in columns]
+    )
     for a, seed in enumerate(seeds):
         own = range(a * settings.recordings, (a + 1) * settings.recordings)
         recordings = tuple(_recorded(settings, played, c, [*columns[c][1], 1]) for c in own)
@@ -102,7 +104,8 @@ def _recorded(settings: Settings, p: Played, column: int, seed: Sequence[int]) -
     first, count = int(np.argmin(np.abs(p.row_time))), round(settings.seconds / ROW)
     rows = slice(first, first + count)
     logged = slice(first * per_row, (first + count - 1) * per_row + 1)
-    series = (p.alpha, p.alpha_d, p.alpha_dd, p.theta, p.theta_d, p.tension)
-    truth = Truth(p.time, *(np.ascontiguousarray(v[:, :, column]) for v in series), per_row, logged)
+    names = ("alpha", "alpha_d", "alpha_dd", "theta", "theta_d", "tension")
+    series = {name: np.ascontiguousarray(getattr(p, name)[:, :, column]) for name in names}
+    truth = Truth(time=p.time, **series, per_row=per_row, logged=logged)
     theta, command = p.counted[rows, :, column], p.command[rows, :, column]
     return Recording(p.row_time[rows], theta, command, truth.filmed(settings, seed), truth)

@@ -1,8 +1,8 @@
 """How long cables are: taut over pulleys of radius r on the bars' ends, by the turn of the pulleys at which they come and go.
 
-Every portion begins at the lowest point of its pulley on the lower bar and runs outside around it. A string that passes on goes once
-around the upper pulley, to its lowest point. Over a strut it crosses between the pulleys of a diagonal, and again between those of the
-upper bar.
+Every portion begins at the lowest point of its pulley on the lower bar and runs outside around it. A string that passes on
+goes once around the upper pulley, to its lowest point. Over a strut it crosses between the pulleys of a diagonal, and again
+between those of the upper bar.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""The controller: motor trajectories by inverse kinematics, tensions by inverse dynamics, both fed forward; PD on counted angles."""
+"""The controller: motor trajectories by inverse kinematics, tensions by inverse dynamics, and PD on counted angles."""
 
 from dataclasses import dataclass
 

@@ -85,7 +85,7 @@ def drawn(settings: Settings, seed: int) -> Plant:
         viscous=cables(settings.viscous_friction),
         presliding=np.zeros(m) if settings.base == "exact" else bristles,
         stiffness=stiffness,
-        damping=np.exp(rng.uniform(*np.log(settings.damping), m)),
+        damping=np.exp(rng.uniform(np.log(settings.damping[0]), np.log(settings.damping[1]), m)),
         x0=rng.uniform(14.0, 20.0) * cables((0.85, 1.15)) / stiffness,
         counts=np.full(m, float(settings.counts)),
     )

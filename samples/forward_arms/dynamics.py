@@ -1,9 +1,9 @@
 """Mass matrix, and the torque that keeps alpha'' = 0, from points and unit vectors of the bars (natural coordinates).
 
 Bars' middles p_k and unit vectors u_k make the kinetic energy a sum of squares with constant weights: of the bars' centres
-p_k + com u_k, of the diagonals' common centre (p_(k-1) + p_k)/2 and their distance from it b (u_k - u_(k-1))/4, and of what turns them,
-p_k - p_(k-1) and b (u_k + u_(k-1))/2, whose squares add up to L^2 as the diagonals' do. With constant weights there are no Christoffel
-symbols: torque is J^T times weight times acceleration.
+p_k + com u_k, of the diagonals' common centre (p_(k-1) + p_k)/2 and their distance from it b (u_k - u_(k-1))/4, and of half the
+sum and half the difference of both diagonals, p_k - p_(k-1) and b (u_k + u_(k-1))/2, whose rates are those of their turning.
+With constant weights there are no Christoffel symbols: torque is J^T times weight times acceleration.
 """
 
 from dataclasses import dataclass

@@ -65,7 +65,9 @@ def _write_truth(recording: Recording, path: Path) -> None:
 
 
 def _truth(arm: Arm, settings: Settings) -> dict[str, Any]:
-    laws = [{"law": type(law).__name__} | {f.name: _plain(getattr(law, f.name)) for f in fields(law)} for law in arm.laws]
+    laws = [
+        {"law": type(law).__name__} | {f.name: _plain(getattr(law, f.name)) for f in fields(law)} for law in arm.laws
+    ]
     recordings = {
         f"rec{i + 1:02d}": {
             "offset": r.film.offset,

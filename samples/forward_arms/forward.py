@@ -64,8 +64,17 @@ class System:
             memory, memory_d = y[self.memory], state_d[self.memory]
             for g in self.laws:
                 c = g.columns
-                own = [v[:, c] for v in (alpha, alpha_d, theta, theta_d, x, x_d, tension)]
-                s = Snapshot(time, *own, memory[g.rows][:, c])
+                s = Snapshot(
+                    time=time,
+                    alpha=alpha[:, c],
+                    alpha_d=alpha_d[:, c],
+                    theta=theta[:, c],
+                    theta_d=theta_d[:, c],
+                    x=x[:, c],
+                    x_d=x_d[:, c],
+                    tension=tension[:, c],
+                    memory=memory[g.rows][:, c],
+                )
                 added[:, c] += g.law.tension(s)
                 resisting[:, c] += g.law.motor(s)
                 driving[:, c] += g.law.joint(s)

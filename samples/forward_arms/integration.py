@@ -1,6 +1,7 @@
 """Two fixed steps: one that stiff cables do not limit, and Runge's as a witness.
 
-The first is ROS34PW2 (Rang and Angermann 2005): four stages, third order for whatever matrix stands in its linear systems, L-stable.
+The first is ROS34PW2 (Rang and Angermann 2005): four stages, L-stable, third order for whatever matrix stands in its linear
+systems.
 """
 
 import numpy as np

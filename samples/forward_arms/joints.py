@@ -1,7 +1,7 @@
 """A mechanism folded by alpha: four corners, two equal bars and two crossing diagonals, an isosceles trapezium.
 
-Its parallel sides s_left, s_right, its legs b and its diagonals L obey Ptolemy, L^2 = b^2 + s_left s_right; the legs lean against each
-other by alpha, so s_right - s_left = 2 b sin(alpha/2). Points of the plane are complex numbers, x + iy.
+Its parallel sides s_left, s_right, its legs b and its diagonals L obey Ptolemy, L^2 = b^2 + s_left s_right; the legs lean
+against each other by alpha, so s_right - s_left = 2 b sin(alpha/2). Points of the plane are complex numbers, x + iy.
 """
 
 from dataclasses import dataclass
@@ -28,11 +28,11 @@ class Fold:
 
 def folded(plant: Plant, alpha: Array) -> Fold:
     """alpha (N, B), rad."""
-    half = np.empty(alpha.shape, dtype=complex)
-    half.real, half.imag = np.cos(alpha / 2), np.sin(alpha / 2)
-    lean = plant.b * half.imag
+    cosine, sine = np.cos(alpha / 2), np.sin(alpha / 2)
+    half = cosine + 1j * sine
+    lean = plant.b * sine
     mean = np.sqrt((plant.L - plant.b) * (plant.L + plant.b) + lean * lean)
-    across = plant.b * half.real / 2
+    across = plant.b * cosine / 2
     mean1 = lean * across / mean
     return Fold(half, mean, mean1, mean - lean, mean + lean, mean1 - across, mean1 + across)
 

@@ -1,7 +1,8 @@
 """Hidden effects: what an arm does beside its base laws. A law is of one arm; batches gather laws of a kind.
 
-A law is a frozen dataclass of numbers and arrays. It may change the plant (masses, gravity), add to a cable's tension, to what resists a
-motor, to what drives a joint, or turn what the encoder sees, as a function of `Snapshot`, and may remember with states of its own.
+A law is a frozen dataclass of numbers and arrays. It may change the plant (masses, gravity), add to a cable's tension, to what
+resists a motor, to what drives a joint, or turn what the encoder sees, as a function of `Snapshot`, and may remember with
+states of its own.
 """
 
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from samples.forward_arms.plant import Array, Plant
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What a law may depend on, of the arms that have it, the batch last: joints (N, B), motors and cables (M, B), memory (rows, B)."""
+    """What a law may depend on: joints (N, B), motors and cables (M, B) and memory (rows, B) of the B arms that have it."""
 
     time: float
     alpha: Array
@@ -64,7 +65,9 @@ class Law:
     @classmethod
     def side_by_side(cls, laws: Sequence[Self]) -> Self:
         """The same law of many arms: its numbers with the batch last."""
-        return cls(**{f.name: np.stack([np.asarray(getattr(law, f.name)) for law in laws], axis=-1) for f in fields(cls)})
+        return cls(
+            **{f.name: np.stack([np.asarray(getattr(law, f.name)) for law in laws], axis=-1) for f in fields(cls)}
+        )
 
 
 @dataclass(frozen=True)

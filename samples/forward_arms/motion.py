@@ -31,7 +31,7 @@ class Asked:
 
 def _sines(rng: np.random.Generator, band: tuple[float, float], rows: int, time: Array) -> Callable[[float], Array]:
     """`rows` sums of sines, their speeds alike at all frequencies, as a function of how much slower they are played: (rows, T)."""
-    frequency = np.exp(rng.uniform(*np.log(band), (rows, _SINES)))
+    frequency = np.exp(rng.uniform(np.log(band[0]), np.log(band[1]), (rows, _SINES)))
     size = rng.uniform(0.5, 1.0, (rows, _SINES)) / frequency**0.7
     phase = rng.uniform(0, 2 * np.pi, (rows, _SINES))
 
@@ -54,13 +54,13 @@ def asked(
     peak = np.radians(rng.uniform(*settings.peak_deg, (n, 1)))
     peak *= min(1.0, _FURTHEST / peak.sum())
     joints = _sines(rng, _BANDS[settings.motion], n, time)
-    slower = 1.0
+    slower, alpha = 1.0, envelope * peak * joints(1.0)
     for _ in range(4):
-        alpha = envelope * peak * joints(slower)
         too_fast = speed(alpha) / settings.motor_speed
         if too_fast <= 1:
             break
         slower *= 1.02 * too_fast
+        alpha = envelope * peak * joints(slower)
     low, high = settings.tension_range
     rest = float(np.clip(1.1 * np.mean(plant.stiffness * plant.x0), low, high))
     centre = float(np.clip(rng.uniform(*settings.pretension), low, high))

@@ -39,7 +39,7 @@ class Played:
 
 def row_times(settings: Settings) -> Array:
     """Log times of the controller's rows, s, from LEAD before 0 to LEAD after the log's end."""
-    return ROW * np.arange(-round(LEAD / ROW), round((settings.seconds + LEAD) / ROW))
+    return np.float64(ROW) * np.arange(-round(LEAD / ROW), round((settings.seconds + LEAD) / ROW))
 
 
 def play(
@@ -57,8 +57,8 @@ def play(
     if abs(per_row * settings.step - ROW) > 1e-12:
         raise ValueError(f"step = {settings.step} s does not divide the controller's {ROW} s")
     steps = per_row * len(rows)
-    joint = [np.empty((steps, plant.N, count)) for _ in range(3)]
-    motor = [np.empty((steps, plant.M, count)) for _ in range(3)]
+    of_joints = {name: np.empty((steps, plant.N, count)) for name in ("alpha", "alpha_d", "alpha_dd")}
+    of_motors = {name: np.empty((steps, plant.M, count)) for name in ("theta", "theta_d", "tension")}
     counted, commands = (np.empty((len(rows), plant.M, count)) for _ in range(2))
     late_rows = int(settings.delay / ROW + 1e-9)
     late = _lateness(settings, seeds, len(rows), settings.delay - late_rows * ROW)
@@ -77,13 +77,16 @@ def play(
             s = n * per_row + k
             begin = y
             y, at = rosenbrock_step(system, time + k * settings.step, begin, f, settings.step)
-            joint[0][s], joint[1][s], joint[2][s] = begin[system.alpha], begin[system.alpha_d], at.alpha_dd
-            motor[0][s], motor[1][s], motor[2][s] = begin[system.theta], begin[system.theta_d], at.tension
+            of_joints["alpha"][s], of_joints["alpha_d"][s] = begin[system.alpha], begin[system.alpha_d]
+            of_motors["theta"][s], of_motors["theta_d"][s] = begin[system.theta], begin[system.theta_d]
+            of_joints["alpha_dd"][s], of_motors["tension"][s] = at.alpha_dd, at.tension
         held = coming
         if n % 512 == 0 and not np.all(np.isfinite(y)):
-            raise FloatingPointError(f"recordings {np.flatnonzero(~np.isfinite(y).all(axis=0))} have no state at {time:.3f} s")
+            raise FloatingPointError(
+                f"recordings {np.flatnonzero(~np.isfinite(y).all(axis=0))} have no state at {time:.3f} s"
+            )
     fine = rows[0] + settings.step * np.arange(steps)
-    return Played(fine, *joint, *motor, rows, counted, commands)
+    return Played(time=fine, **of_joints, **of_motors, row_time=rows, counted=counted, command=commands)
 
 
 def _lateness(settings: Settings, seeds: Sequence[Sequence[int]], rows: int, delay: float) -> Array:
