@@ -29,6 +29,12 @@ class Asked:
     about: Array
 
 
+def _ramp(after: Array) -> Array:
+    """From 0 to 1 within _RAMP, with speed and acceleration zero at both ends."""
+    rise = np.clip(after / _RAMP, 0, 1)
+    return rise**3 * (10 - 15 * rise + 6 * rise**2)
+
+
 def _sines(rng: np.random.Generator, band: tuple[float, float], rows: int, time: Array) -> Callable[[float], Array]:
     """`rows` sums of sines, their speeds alike at all frequencies, as a function of how much slower they are played: (rows, T)."""
     frequency = np.exp(rng.uniform(np.log(band[0]), np.log(band[1]), (rows, _SINES)))
@@ -49,8 +55,7 @@ def asked(
 ) -> Asked:
     """At log times `time` (s); `speed` says how fast (rad/s) the fastest motor turns for joint angles (N, T)."""
     n = plant.N
-    rise = np.clip(np.minimum(time - _REST, settings.seconds - _REST - time) / _RAMP, 0, 1)
-    envelope = rise**3 * (10 - 15 * rise + 6 * rise**2)
+    envelope = _ramp(time - _REST) * _ramp(settings.seconds - _REST - time)
     peak = np.radians(rng.uniform(*settings.peak_deg, (n, 1)))
     peak *= min(1.0, _FURTHEST / peak.sum())
     joints = _sines(rng, _BANDS[settings.motion], n, time)
