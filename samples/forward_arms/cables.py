@@ -1,0 +1,48 @@
+"""How long cables are: taut over pulleys of radius r on the bars' ends, by the turn of the pulleys at which they come and go.
+
+Every portion begins at the lowest point of its pulley on the lower bar and runs outside around it. A string that passes on
+goes once around the upper pulley, to its lowest point. Over a strut it crosses between the pulleys of a diagonal, and again
+between those of the upper bar.
+"""
+
+import numpy as np
+
+from samples.forward_arms.joints import Fold
+from samples.forward_arms.plant import Array, Plant
+
+WORDS = ("right", "left", "right_through", "left_through", "strut", "strut_mirrored")
+NONE = len(WORDS)
+"""stands for a mechanism that a cable does not reach"""
+
+
+def lengths(plant: Plant, fold: Fold, alpha: Array) -> Array:
+    """(M, B), m."""
+    r, b, L = plant.r, plant.b, plant.L
+    diagonal = np.arccos(b / L * fold.half.real)  # between a diagonal and the bars' mean direction
+    crossing = np.sqrt(L**2 - 4 * r**2) + np.sqrt(b**2 - 4 * r**2)
+    strut = crossing + 2 * r * (np.pi - diagonal + np.arcsin(2 * r / L) + np.arcsin(2 * r / b))
+    words = np.zeros((NONE + 1, *alpha.shape))
+    for place, side, turn in ((0, fold.right, alpha), (1, fold.left, -alpha)):
+        words[place] = np.sqrt(side**2 - r**2) + r * (np.pi / 2 + turn / 2 + np.arcsin(r / side))
+        words[place + 2] = side + r * (2 * np.pi + turn)
+    words[4] = words[5] = strut
+    return _routed(plant, words).sum(axis=0)
+
+
+def levers(plant: Plant, fold: Fold) -> Array:
+    """Z = -dl/dalpha, (N, M, B), m."""
+    r = plant.r
+    words = np.zeros((NONE + 1, *fold.mean.shape))
+    for place, side, slope, turn in ((0, fold.right, fold.right1, r), (1, fold.left, fold.left1, -r)):
+        share = r / side
+        words[place] = -slope * np.sqrt(1 - share * share) - turn / 2
+        words[place + 2] = -slope - turn
+    words[4] = words[5] = r * plant.b * fold.half.imag / fold.mean
+    return _routed(plant, words)
+
+
+def _routed(plant: Plant, words: Array) -> Array:
+    """(word, N, B) -> (N, M, B)."""
+    _, n, count = words.shape
+    i, column = np.arange(n)[:, None, None], np.arange(count)
+    return np.take(words, (plant.routes * n + i) * count + column)

@@ -1,0 +1,45 @@
+"""Dry friction of the motors: bristles that bend over a small angle, or the arctangent of the base law."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from samples.forward_arms.plant import Array, Plant
+
+ARCTANGENT = 0.5
+"""s/rad, the seed's"""
+MICRO = 5e-4
+"""s, what damps the bristles, over what bends them"""
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Force and bend's rate, each (M, B), with their slopes."""
+
+    force: Array
+    force_by_speed: Array
+    force_by_bend: Array
+    bend_d: Array
+    bend_d_by_speed: Array
+    bend_d_by_bend: Array
+
+
+def friction(plant: Plant, speed: Array, bend: Array) -> Friction:
+    """At motor speed (rad/s) and bend (of its greatest, -1..1); with viscous friction."""
+    sliding = plant.presliding == 0
+    width = np.where(sliding, 1.0, plant.presliding)
+    turn = ARCTANGENT * speed
+    grip = np.where(sliding, 0.0, 1 / width)
+    fast = np.abs(speed)
+    bend_d = grip * (speed - fast * bend)
+    by_speed = grip * (1 - np.sign(speed) * bend)
+    curve = np.where(sliding, 2 / np.pi * np.arctan(turn), bend + MICRO * bend_d)
+    slope = np.where(sliding, 2 / np.pi * ARCTANGENT / (1 + turn**2), MICRO * by_speed)
+    return Friction(
+        force=plant.dry * curve + plant.viscous * speed,
+        force_by_speed=plant.dry * slope + plant.viscous,
+        force_by_bend=np.where(sliding, 0.0, plant.dry * (1 - MICRO * grip * fast)),
+        bend_d=bend_d,
+        bend_d_by_speed=by_speed,
+        bend_d_by_bend=-grip * fast,
+    )

@@ -1,0 +1,135 @@
+"""Hidden effects: what an arm does beside its base laws. A law is of one arm; batches gather laws of a kind.
+
+A law is a frozen dataclass of numbers and arrays. It may change the plant (masses, gravity), add to a cable's tension, to what
+resists a motor, to what drives a joint, or turn what the encoder sees, as a function of `Snapshot`, and may remember with
+states of its own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Self
+
+import numpy as np
+
+from samples.forward_arms.plant import Array, Plant
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """What a law may depend on: joints (N, B), motors and cables (M, B) and memory (rows, B) of the B arms that have it."""
+
+    time: float
+    alpha: Array
+    alpha_d: Array
+    theta: Array
+    theta_d: Array
+    x: Array
+    x_d: Array
+    tension: Array
+    """of the base law alone, N"""
+    memory: Array
+
+
+@dataclass(frozen=True)
+class Law:
+    """Does nothing; effects override what they change."""
+
+    def memory_rows(self, plant: Plant) -> int:
+        """How many states it has, all zero at first."""
+        return 0
+
+    def altered(self, plant: Plant) -> Plant:
+        """The plant of one arm as it truly is."""
+        return plant
+
+    def tension(self, s: Snapshot) -> Array | float:
+        """N, added to the cables' tension."""
+        return 0.0
+
+    def motor(self, s: Snapshot) -> Array | float:
+        """N at the cable, added to what resists the motors."""
+        return 0.0
+
+    def joint(self, s: Snapshot) -> Array | float:
+        """N m, added to what drives the joints."""
+        return 0.0
+
+    def encoder(self, time: float, theta: Array) -> Array:
+        """rad, the motors' angles as the encoder has them before it counts."""
+        return theta
+
+    def memory_d(self, s: Snapshot) -> Array:
+        """Rates of its states."""
+        return np.zeros_like(s.memory)
+
+    @classmethod
+    def side_by_side(cls, laws: Sequence[Self]) -> Self:
+        """The same law of many arms: its numbers with the batch last."""
+        return cls(
+            **{f.name: np.stack([np.asarray(getattr(law, f.name)) for law in laws], axis=-1) for f in fields(cls)}
+        )
+
+
+@dataclass(frozen=True)
+class Payload(Law):
+    """A point mass (kg) on the top bar, at `at` (m) from the bar's middle along the bar."""
+
+    mass: float
+    at: float = 0.0
+
+    def altered(self, plant: Plant) -> Plant:
+        com, mass, inertia = (v.copy() for v in (plant.bar_com, plant.bar_mass, plant.bar_inertia))
+        total = mass[-1] + self.mass
+        inertia[-1] += mass[-1] * self.mass / total * abs(com[-1] - self.at) ** 2
+        com[-1] = (mass[-1] * com[-1] + self.mass * self.at) / total
+        mass[-1] = total
+        return replace(plant, bar_com=com, bar_mass=mass, bar_inertia=inertia)
+
+
+@dataclass(frozen=True)
+class Tilt(Law):
+    """The base leans by `angle` (rad, counter-clockwise): in its frame gravity turns the other way."""
+
+    angle: float
+
+    def altered(self, plant: Plant) -> Plant:
+        return replace(plant, gravity=plant.gravity * np.exp(-1j * self.angle))
+
+
+@dataclass(frozen=True)
+class ViscousFriction(Law):
+    """Of the motors, N s/rad each."""
+
+    fv: Array
+
+    def motor(self, s: Snapshot) -> Array:
+        return self.fv * s.theta_d
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """A law of some columns of a batch, and where its states stand among those of all laws."""
+
+    law: Law
+    columns: slice | np.ndarray
+    rows: slice
+
+
+def gathered(laws: Sequence[Sequence[Law]], plants: Sequence[Plant]) -> list[Gathered]:
+    """laws[column]: the laws of each arm in the batch. The n-th law of a kind in one arm is gathered with the n-th in others."""
+    groups: dict[tuple[type[Law], int], list[int]] = {}
+    chosen: dict[tuple[type[Law], int], list[Law]] = {}
+    for column, own in enumerate(laws):
+        seen: dict[type[Law], int] = {}
+        for law in own:
+            key = (type(law), seen.get(type(law), 0))
+            seen[type(law)] = key[1] + 1
+            groups.setdefault(key, []).append(column)
+            chosen.setdefault(key, []).append(law)
+    out, row = [], 0
+    for key, columns in groups.items():
+        rows = chosen[key][0].memory_rows(plants[columns[0]])
+        where = slice(None) if len(columns) == len(laws) else np.array(columns)
+        out.append(Gathered(type(chosen[key][0]).side_by_side(chosen[key]), where, slice(row, row + rows)))
+        row += rows
+    return out
