@@ -107,7 +107,8 @@ class Motor(Strict):
     fv: Annotated[float, Field(ge=0, le=10)] | None = None
     """viscous friction at the cable per motor speed, N s/rad, where it is known (from a run with the cables off, say)"""
     joint: str | None = None
-    """its name in a JointState log; without one, motor j is the j-th joint"""
+    """its name in a JointState log, with its topic before it (/joint_states/motor1) where several have it; without one, motor j is
+    the j-th joint"""
     theta_scale: Annotated[float, Field(gt=0)] = 1.0
     """rad on the motor side per unit in the log"""
     f_scale: float = 1.0

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset.series import Series
+from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import Arm
 from mechanism.description import Neck
 from synchronisation.angles import Angles
@@ -39,6 +39,9 @@ MIN_EXPLAINED = 0.6
 """share of the variance that a regression must explain, before a factor is believed (docs/thresholds.md)"""
 MAX_RELATIVE_SIGMA = 0.2
 """relative standard deviation of a factor that is believed (docs/thresholds.md)"""
+MIRROR_RATIO = 1.15
+"""ratio of what mirrored angles and motors leave unexplained to what the recording leaves as it is: forces are reversed beyond it,
+the arm is mirrored beyond its inverse, and between them it may be either (docs/thresholds.md)"""
 WRONG_WAY_SIGMA = 5.0
 """standard deviations by which a cable must yield the wrong way, before its force's sign is wrong (docs/thresholds.md)"""
 MIN_STUCK_S = 1.0
@@ -75,10 +78,14 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
     factors, yielding = travel_factors(motion, arm.drum)
     wrong = _wrong_travel(motion, factors)
     if len(wrong):
+        _check_theta_units(neck, motion, factors.value, wrong)
         _check_degrees(arm, time, alpha, even)
-        _refuse_travel(neck, motion, factors.value, wrong)
+        what = _travel_words(factors.value, wrong)
+        raise Refused("log", what, "check R, rd and theta_scale of these motors in neck.yaml")
     if motion.force.shape[1] == 0 or np.any(motion.signs < 0) or not np.all(motion.follows):
         return warnings
+    if np.any(yielding > WRONG_WAY_SIGMA) and not np.any(yielding < -WRONG_WAY_SIGMA):
+        _check_mirrored(arm, time, alpha, even, factors.unexplained)
     return (*warnings, *_check_forces(neck, arm, motion, yielding))
 
 
@@ -128,6 +135,31 @@ def _check_degrees(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
         )
 
 
+def _check_mirrored(arm: Arm, time: Array, alpha: Array, log: Series, unexplained: float) -> None:
+    """Refused where angles and motors are mirrored both: slow cables then seem to yield the wrong way, as with forces reversed.
+
+    unexplained: m, RMS, that the recording leaves as it is."""
+    turned = Series(log.time, {**log.columns, **numbered_columns("theta", -log.matrix("theta"))})
+    motion = logged_motion(arm, time, -alpha, turned)
+    if motion is None:
+        return
+    mirrored = travel_factors(motion, arm.drum)[0].unexplained
+    if mirrored > MIRROR_RATIO * unexplained:
+        return
+    both = f"{1e3 * mirrored:.3f} mm are left unexplained instead of {1e3 * unexplained:.3f}"
+    if mirrored < unexplained / MIRROR_RATIO:
+        raise Refused(
+            "sync",
+            f"log and video fit better with all signs turned, of alpha and of theta: {both}",
+            "check theta_sign of every motor, and whether the picture is mirrored",
+        )
+    raise Refused(
+        "sync",
+        f"cables would be the shorter the more they are pulled: either all f have the wrong sign, or all theta and alpha ({both})",
+        "check f_scale and theta_sign of every motor, and whether the picture is mirrored",
+    )
+
+
 def _check_stuck(arm: Arm, time: Array, alpha: Array, log: Series, motion: LoggedMotion) -> None:
     """Refused where an encoder holds still while the video shows its cable move."""
     at = time + motion.shift
@@ -156,17 +188,19 @@ def _wrong_travel(motion: LoggedMotion, factors: Factors) -> NDArray[np.intp]:
     return np.flatnonzero(believed & ((factors.value < least) | (factors.value > MAX_TRAVEL_FACTOR)))
 
 
-def _refuse_travel(neck: Neck, motion: LoggedMotion, factor: Array, wrong: NDArray[np.intp]) -> None:
-    """Raises Refused: motors' angles are in another unit, or move their cables by another factor than one."""
+def _check_theta_units(neck: Neck, motion: LoggedMotion, factor: Array, wrong: NDArray[np.intp]) -> None:
+    """Refused where the motors that move their cables by another factor than one all have their angles in one other unit."""
     tolerance = TRAVEL_TOLERANCE if motion.force.shape[1] else TRAVEL_TOLERANCE_WITHOUT_FORCE
     units = [unit_of(factor[j] * neck.motors[j].theta_scale, theta_units(neck.motors[j]), tolerance) for j in wrong]
-    what = (
-        f"{_columns('theta', wrong)} would move {'its cable' if len(wrong) == 1 else 'their cables'} "
-        f"{_times(1 / factor[wrong])} as far as the video shows"
-    )
-    if (named := _unit_named("theta", wrong, units, neck.M)) is None:
-        raise Refused("log", what, "check R, rd and theta_scale of these motors in neck.yaml")
-    raise Refused("log", f"{named}: {what}", _to_write("theta_scale", wrong, [u.scale for u in units if u], neck.M))
+    if named := _unit_named("theta", wrong, units, neck.M):
+        to_write = _to_write("theta_scale", wrong, [u.scale for u in units if u], neck.M)
+        raise Refused("log", f"{named}: {_travel_words(factor, wrong)}", to_write)
+
+
+def _travel_words(factor: Array, motors: NDArray[np.intp]) -> str:
+    """How far motors would move their cables, against what the video shows."""
+    cables = "its cable" if len(motors) == 1 else "their cables"
+    return f"{_columns('theta', motors)} would move {cables} {_times(1 / factor[motors])} as far as the video shows"
 
 
 def _check_forces(neck: Neck, arm: Arm, motion: LoggedMotion, yielding: Array) -> tuple[str, ...]:

@@ -45,7 +45,9 @@ class Factors:
     value: Array
     sigma: Array
     explained: float
-    """share of the variance that the regression explains"""
+    """share of the variance that the regression explains; of several, the least"""
+    unexplained: float
+    """RMS of what it leaves, in the unit of what is explained"""
 
 
 @dataclass(frozen=True)
@@ -104,21 +106,21 @@ def travel_factors(motion: LoggedMotion, drum: Array) -> tuple[Factors, Array]:
 
     The second is (M,), zero without forces: cables under more force are longer, so it is far below zero for true ones."""
     m = motion.travel.shape[1]
-    value, sigma, yielding, explained = np.zeros(m), np.full(m, np.inf), np.zeros(m), np.zeros(m)
+    value, sigma, yielding, explained, left = np.zeros(m), np.full(m, np.inf), np.zeros(m), np.zeros(m), np.zeros(m)
     for j in range(m):
         columns = [motion.travel[:, j], np.ones(len(motion.time))]
         if motion.force.shape[1]:
             f = motion.force[:, j]
             columns += [f, f**2, motion.dry_friction[:, j]]
-        slopes, errors, explained[j] = _least_squares(np.stack(columns, axis=-1), motion.winding[:, j], motion.time)
+        winding = motion.winding[:, j]
+        slopes, errors, explained[j], left[j] = _least_squares(np.stack(columns, axis=-1), winding, motion.time)
         value[j], sigma[j] = slopes[0], errors[0]
         if motion.force.shape[1]:
             # a straight line alone: of a parabola the slope at zero force says nothing of the forces that were
-            straight, of_straight, _ = _least_squares(
-                np.stack([c for k, c in enumerate(columns) if k != 3], axis=-1), motion.winding[:, j], motion.time
-            )
+            linear = np.stack([c for k, c in enumerate(columns) if k != 3], axis=-1)
+            straight, of_straight, *_ = _least_squares(linear, winding, motion.time)
             yielding[j] = straight[2] / of_straight[2] if of_straight[2] > 0 else 0.0
-    return Factors(value, sigma, float(np.min(explained))), yielding
+    return Factors(value, sigma, float(np.min(explained)), float(np.sqrt(np.mean(left**2)))), yielding
 
 
 def force_factors(arm: Arm, motion: LoggedMotion) -> Factors:
@@ -130,8 +132,8 @@ def force_factors(arm: Arm, motion: LoggedMotion) -> Factors:
     of_motors = [jacobian * signal[:, None, :] for signal in (motion.force, motion.dry_friction, motion.speed)]
     constant = np.broadcast_to(np.eye(arm.N), (len(motion.time), arm.N, arm.N))
     columns = np.concatenate([*of_motors, constant], axis=-1).reshape(-1, 3 * arm.M + arm.N)
-    value, sigma, explained = _least_squares(columns, needed.ravel(), np.repeat(motion.time, arm.N))
-    return Factors(value[: arm.M], sigma[: arm.M], explained)
+    value, sigma, explained, left = _least_squares(columns, needed.ravel(), np.repeat(motion.time, arm.N))
+    return Factors(value[: arm.M], sigma[: arm.M], explained, left)
 
 
 def _senses(video: CableSpeeds, motors: CableSpeeds) -> list[Array]:
@@ -196,8 +198,8 @@ def _at_common_instants(
     )
 
 
-def _least_squares(columns: Array, values: Array, time: Array) -> tuple[Array, Array, float]:
-    """Coefficients of columns (K, P), their standard deviations, and the explained share of the variance of values (K,).
+def _least_squares(columns: Array, values: Array, time: Array) -> tuple[Array, Array, float, float]:
+    """Coefficients of columns (K, P), their standard deviations, explained share of values (K,), and RMS of what is left.
 
     Residuals may be correlated within blocks of time (K,), s: the covariance is by the blocks' scores."""
     size = np.linalg.norm(columns, axis=0)
@@ -210,4 +212,5 @@ def _least_squares(columns: Array, values: Array, time: Array) -> tuple[Array, A
     sigma = np.sqrt(np.diag(inverse @ (scores.T @ scores) @ inverse))
     variance = float(np.sum((values - values.mean()) ** 2))
     explained = 1 - float(residual @ residual) / variance if variance > 0 else 0.0
-    return coefficients / np.where(size > 0, size, 1.0), sigma / np.where(size > 0, size, 1.0), explained
+    size = np.where(size > 0, size, 1.0)
+    return coefficients / size, sigma / size, explained, float(np.sqrt(np.mean(residual**2)))

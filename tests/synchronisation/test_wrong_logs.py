@@ -1,12 +1,12 @@
 """Logs and angles that mean something else than their columns say: each comes out right, or is refused with what is true of it."""
 
+import json
 import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
 from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import arm_of
@@ -115,7 +115,7 @@ def test_arms_of_one_and_of_six_joints_are_not_doubted_but_where_units_are_wrong
         friction=dry_and_viscous(np.full(m, 15.0), np.zeros(m)),
     )
     p = prescribe(world, 20.0, 3, peak_deg=peak_deg)
-    (tmp_path / "neck.yaml").write_text(yaml.safe_dump(described))
+    (tmp_path / "neck.yaml").write_text(json.dumps(described))
     neck = read_neck(tmp_path / "neck.yaml")
     noise = np.random.default_rng(0).normal(0, NOISE_RAD, p.frame_alpha.shape)
     angles = Angles(p.frame_times, p.frame_alpha + noise, np.full(noise.shape, NOISE_RAD))
