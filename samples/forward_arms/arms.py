@@ -16,7 +16,7 @@ from samples.forward_arms.simulation import Played, play, row_times
 
 @dataclass(frozen=True)
 class Truth:
-    """Every step from LEAD before the log's first row to LEAD after its last, (steps, ...): SI units, log time."""
+    """Every step from before the log's first row to after its last, (steps, ...): SI units, log time."""
 
     time: Array
     alpha: Array

@@ -12,13 +12,13 @@ from samples.forward_arms.laws import Law, gathered
 from samples.forward_arms.plant import ROW, Array, Plant, side_by_side
 from samples.forward_arms.settings import Settings
 
-LEAD = 1.2
-"""s, before the log begins and after it ends: the camera may run longer than the log"""
+SETTLING = 0.3
+"""s, that arms are at rest before anything sees them"""
 
 
 @dataclass(frozen=True)
 class Played:
-    """Of B recordings, every step from LEAD before the log's begin; the last axis is the recording."""
+    """Of B recordings, every step from `lead` before the log's begin; the last axis is the recording."""
 
     time: Array
     """(steps,), s, of the log"""
@@ -37,9 +37,15 @@ class Played:
     """(rows, M, B)"""
 
 
+def lead(settings: Settings) -> float:
+    """s, before the log begins and after it ends: the camera begins and ends at other times than the log."""
+    return SETTLING + max(abs(t) for t in settings.offset)
+
+
 def row_times(settings: Settings) -> Array:
-    """Log times of the controller's rows, s, from LEAD before 0 to LEAD after the log's end."""
-    return np.float64(ROW) * np.arange(-round(LEAD / ROW), round((settings.seconds + LEAD) / ROW))
+    """Log times of the controller's rows, s, from `lead` before 0 to `lead` after the log's end."""
+    more = lead(settings)
+    return np.float64(ROW) * np.arange(-round(more / ROW), round((settings.seconds + more) / ROW))
 
 
 def play(
@@ -85,7 +91,7 @@ def play(
             raise FloatingPointError(
                 f"recordings {np.flatnonzero(~np.isfinite(y).all(axis=0))} have no state at {time:.3f} s"
             )
-    fine = rows[0] + settings.step * np.arange(steps)
+    fine = (rows[:, None] + settings.step * np.arange(per_row)).ravel()
     return Played(time=fine, **of_joints, **of_motors, row_time=rows, counted=counted, command=commands)
 
 
