@@ -67,9 +67,8 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
     time, alpha = angles.time[known], angles.alpha[known]
     if len(time) < MIN_FRAMES:
         return ()
-    warnings = _sigma_warning(angles)
     even = uniformly_sampled(log)
-    _check_forces_vary(even)
+    warnings = (*_sigma_warning(angles), *_constant_forces(even))
     motion = logged_motion(arm, time, alpha, even)
     if motion is None:
         _check_degrees(arm, time, alpha, even)
@@ -110,18 +109,24 @@ def _sigma_warning(angles: Angles) -> tuple[str, ...]:
     return (f"{words}; is it in rad, of one frame?",)
 
 
-def _check_forces_vary(log: Series) -> None:
-    """Refused where a logged force never changes."""
+def _constant_forces(log: Series) -> tuple[str, ...]:
+    """A warning where some logged force never changes; Refused where none does, or one is nothing, which holds no cable taut."""
     f = log.matrix("f")
-    still = [f"f{j + 1}" for j in range(f.shape[1]) if np.ptp(f[:, j]) == 0]
-    if still:
-        level = f[0, int(still[0][1:]) - 1]
-        stays = "stays" if len(still) == 1 else "stay"
+    still = np.flatnonzero(np.ptp(f, axis=0) == 0)
+    if not len(still):
+        return ()
+    stays = "stays" if len(still) == 1 else "stay"
+    levels = " and ".join(f"{level:g}" for level in np.unique(f[0, still]))
+    what = f"{_columns('f', still)} {stays} at {levels} N in every row"
+    if len(still) == f.shape[1] or np.any(f[0, still] == 0):
         raise Refused(
             "log",
-            f"{', '.join(still)} {stays} at {level:g} N in every row, which says nothing of how far a cable stretches",
+            f"{what}, which says nothing of how far a cable stretches",
             "log the commanded forces, or leave f1..M out: then the clock is good to milliseconds and nothing can be identified",
         )
+    return (
+        f"{what}: was it commanded so? How far {'its cable stretches' if len(still) == 1 else 'their cables stretch'} is not told",
+    )
 
 
 def _check_degrees(arm: Arm, time: Array, alpha: Array, log: Series) -> None:

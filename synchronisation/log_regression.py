@@ -36,6 +36,9 @@ BLOCK_S = 1.0
 """s within which residuals may be correlated"""
 REVERSAL_SPEED_RATIO = 0.1
 """ratio to the rms speed of a motor, over which its dry friction turns over"""
+_LEAST_STRENGTH, _UNTOLD_SHARE = 1e-10, 1e-3
+"""least eigenvalue, relative, of a direction that columns of unit length determine, and share of a column in one that they do not,
+from which on it counts as not determined: both are rounding"""
 
 
 @dataclass(frozen=True)
@@ -201,15 +204,20 @@ def _at_common_instants(
 def _least_squares(columns: Array, values: Array, time: Array) -> tuple[Array, Array, float, float]:
     """Coefficients of columns (K, P), their standard deviations, explained share of values (K,), and RMS of what is left.
 
-    Residuals may be correlated within blocks of time (K,), s: the covariance is by the blocks' scores."""
+    Residuals may be correlated within blocks of time (K,), s: the covariance is by the blocks' scores. The standard deviation of
+    what the columns do not determine is infinite."""
     size = np.linalg.norm(columns, axis=0)
     unit = columns / np.where(size > 0, size, 1.0)
-    coefficients = np.asarray(np.linalg.lstsq(unit, values, rcond=1e-9)[0], dtype=float)
+    coefficients = np.asarray(np.linalg.lstsq(unit, values, rcond=1e-5)[0], dtype=float)
     residual = values - unit @ coefficients
     block = ((time - time[0]) // BLOCK_S).astype(int)
     scores = np.add.reduceat(unit * residual[:, None], np.flatnonzero(np.diff(block, prepend=-1)), axis=0)
-    inverse = np.linalg.pinv(unit.T @ unit)
-    sigma = np.sqrt(np.diag(inverse @ (scores.T @ scores) @ inverse))
+    strength, directions = np.linalg.eigh(unit.T @ unit)
+    known = strength > _LEAST_STRENGTH * strength[-1]
+    inverse = (directions[:, known] / strength[known]) @ directions[:, known].T
+    # a column that others make up, such as a force that never changes beside the constant, is not told at all
+    told = np.all(np.abs(directions[:, ~known]) < _UNTOLD_SHARE, axis=1)
+    sigma = np.where(told, np.linalg.norm(scores @ inverse, axis=0), np.inf)
     variance = float(np.sum((values - values.mean()) ** 2))
     explained = 1 - float(residual @ residual) / variance if variance > 0 else 0.0
     size = np.where(size > 0, size, 1.0)

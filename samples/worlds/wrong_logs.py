@@ -141,6 +141,9 @@ WRONG_LOGS: tuple[WrongLog, ...] = (
     WrongLog("f", "of motor 4 zero", scaled("f", 0, 4), "refused", "f4"),
     WrongLog("f", "constant", columns_changed("f", lambda f: np.full_like(f, 30.0)), "refused", "f1, f2, f3, f4"),
     WrongLog(
+        "f", "of motor 4 constant", columns_changed("f", lambda f: np.full_like(f, 30.0), 4), "warned", "f4 stays at 30"
+    ),
+    WrongLog(
         "f",
         "of motor 2 missing",
         log_changed(lambda log: {k: v for k, v in log.items() if k != "f2"}),
