@@ -72,7 +72,11 @@ WRONG_LOGS: tuple[WrongLog, ...] = (
     ),
     WrongLog("time", "a number of each row", time_changed(lambda t: np.arange(len(t)) * 1.0), "refused", "rows"),
     WrongLog(
-        "time", "rounded to hundredths of a second", time_changed(lambda t: np.rint(100 * t) / 100), "refused", "digits"
+        "time",
+        "rounded to hundredths of a second",
+        time_changed(lambda t: np.asarray(np.rint(100 * t) * 0.01, dtype=float)),
+        "refused",
+        "digits",
     ),
     WrongLog("time", "stamped when received, ten rows at once", time_changed(in_bursts), "refused", "bursts"),
     WrongLog("theta", "in degrees", scaled("theta", DEG), "refused", r"degrees.*motors\[\]\.theta_scale: 0\.0174533"),

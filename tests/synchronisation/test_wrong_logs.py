@@ -140,7 +140,7 @@ def test_a_counter_is_unwrapped_only_where_it_is_certain() -> None:
     theta = 30 * np.sin(time) + 5 * np.sin(3.1 * time)
     for period, low in ((2 * np.pi, 0.0), (2 * np.pi, -np.pi), (65536.0, -32768.0)):
         unit = period / (2 * np.pi)
-        counter = unwrapped((theta * unit - low) % period + low, motor)
+        counter = unwrapped(np.asarray((theta * unit - low) % period + low, dtype=float), motor)
         moved = np.diff(counter.values)
         assert counter.period == pytest.approx(period)
         np.testing.assert_allclose(moved, unit * np.diff(theta), atol=1e-6 * unit)
