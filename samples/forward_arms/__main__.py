@@ -36,7 +36,7 @@ def main() -> None:
             f"--{name.replace('_', '-')}", type=type(default), default=default, help=f"{text} ({default})"
         )
     for name, choices in (
-        ("base", ("presliding", "exact")),
+        ("base", ("presliding", "near", "exact")),
         ("motion", ("rich", "slow")),
         ("tension", ("rich", "constant")),
     ):

@@ -1,4 +1,4 @@
-"""Dry friction of the motors: bristles that bend over a small angle, or the arctangent of the base law."""
+"""Dry friction of the motors: bristles that bend over a small angle, or a curve over speed."""
 
 from dataclasses import dataclass
 
@@ -8,6 +8,8 @@ from samples.forward_arms.plant import Array, Plant
 
 ARCTANGENT = 0.5
 """s/rad, the seed's"""
+TAIL = 2 / (np.pi * ARCTANGENT)
+"""rad/s: speed / (|speed| + TAIL) comes up to 1 as the arctangent does, and turns over more sharply"""
 MICRO = 5e-4
 """s, what damps the bristles, over what bends them"""
 
@@ -28,13 +30,15 @@ def friction(plant: Plant, speed: Array, bend: Array) -> Friction:
     """At motor speed (rad/s) and bend (of its greatest, -1..1); with viscous friction."""
     sliding = plant.presliding == 0
     width = np.where(sliding, 1.0, plant.presliding)
-    turn = ARCTANGENT * speed
+    turn, share = ARCTANGENT * speed, plant.hyperbola
     grip = np.where(sliding, 0.0, 1 / width)
     fast = np.abs(speed)
     bend_d = grip * (speed - fast * bend)
     by_speed = grip * (1 - np.sign(speed) * bend)
-    curve = np.where(sliding, 2 / np.pi * np.arctan(turn), bend + MICRO * bend_d)
-    slope = np.where(sliding, 2 / np.pi * ARCTANGENT / (1 + turn**2), MICRO * by_speed)
+    over_speed = (1 - share) * 2 / np.pi * np.arctan(turn) + share * speed / (fast + TAIL)
+    steep = (1 - share) * 2 / np.pi * ARCTANGENT / (1 + turn**2) + share * TAIL / (fast + TAIL) ** 2
+    curve = np.where(sliding, over_speed, bend + MICRO * bend_d)
+    slope = np.where(sliding, steep, MICRO * by_speed)
     return Friction(
         force=plant.dry * curve + plant.viscous * speed,
         force_by_speed=plant.dry * slope + plant.viscous,

@@ -41,7 +41,9 @@ class Plant:
     dry: Array
     viscous: Array
     presliding: Array
-    """rad, 0: the arctangent"""
+    """rad, over which the friction's bristles bend; 0: friction is a curve over speed"""
+    hyperbola: Array
+    """share of a hyperbola in that curve, the rest is the arctangent"""
     stiffness: Array
     damping: Array
     x0: Array

@@ -23,6 +23,7 @@ from samples.forward_arms.drawing import built, drawn, neck
 from samples.forward_arms.dynamics import equations
 from samples.forward_arms.files import write_arm
 from samples.forward_arms.forward import System
+from samples.forward_arms.friction import friction
 from samples.forward_arms.integration import rosenbrock_step, runge_step
 from samples.forward_arms.joints import folded, placed
 from samples.forward_arms.laws import Law, Payload, Snapshot, Tilt, ViscousFriction, gathered
@@ -46,8 +47,10 @@ SHORT = Settings(base="exact", seconds=3.6, step=1e-3, recordings=1, offset=(-0.
 def odd_plant(n: int = 3, base: str = "exact", seed: int = 5) -> Plant:
     """Unlike mechanisms with cables on every kind of route."""
     routes = tuple(r for r in ODD_ROUTES if len(r) <= n)
-    settings = Settings(mechanisms=n, unlike=True, routes=routes, base="exact" if base == "exact" else "presliding")
-    return drawn(settings, seed)
+    settings = Settings(mechanisms=n, unlike=True, routes=routes, base="exact")
+    made = drawn(settings, seed)
+    changed = {"near": {"hyperbola": np.ones(made.M)}, "presliding": {"presliding": np.full(made.M, 0.05)}}
+    return replace(made, **changed.get(base, {}))
 
 
 def any_state(system: System, seed: int = 0) -> Array:
@@ -170,7 +173,7 @@ def test_levers_are_how_lengths_change() -> None:
 # --- dynamics, against energy and against the packages' own equations
 
 
-@pytest.mark.parametrize("base", ["exact", "presliding"])
+@pytest.mark.parametrize("base", ["exact", "near", "presliding"])
 def test_energy_grows_by_what_motors_give_and_losses_take(base: str) -> None:
     plants = [odd_plant(base=base, seed=s) for s in (1, 2, 3)]
     system = System(side_by_side([replace(p, viscous=np.full(p.M, 0.02)) for p in plants]), slack=False)
@@ -222,6 +225,28 @@ def test_the_implicit_step_goes_where_the_explicit_one_goes(damping: float) -> N
     errors = [np.abs(end("rosenbrock", h) - truth).max() for h in (1e-3, 5e-4, 2.5e-4)]
     assert errors[1] < 5e-7  # of the step that recordings have; 0.005 deg are 9e-5
     assert errors[2] < errors[0] / 16  # third order would be 64, second 16
+
+
+@pytest.mark.parametrize("base", ["exact", "near", "presliding"])
+def test_friction_slopes_are_those_of_its_force(base: str) -> None:
+    plant, e = side_by_side([odd_plant(base=base)]), 1e-6
+    speed = np.random.default_rng(4).uniform(-8, 8, (plant.M, 40))
+    bend = np.random.default_rng(5).uniform(-0.9, 0.9, speed.shape)
+    at = friction(plant, speed, bend)
+    for by, step in (("speed", (e, 0.0)), ("bend", (0.0, e))):
+        one, other = (friction(plant, speed + s * step[0], bend + s * step[1]) for s in (1, -1))
+        for value in ("force", "bend_d"):
+            slope = (getattr(one, value) - getattr(other, value)) / (2 * e)
+            np.testing.assert_allclose(getattr(at, f"{value}_by_{by}"), slope, rtol=1e-5, atol=1e-6)
+
+
+def test_bases_differ_where_motors_turn_over_only() -> None:
+    fast, still = np.full((5, 1), 150.0), np.zeros((5, 1))
+    for base, size in (("exact", 0.01), ("near", 0.01), ("presliding", 0.0)):
+        plant = side_by_side([odd_plant(base=base)])
+        np.testing.assert_allclose(friction(plant, fast, still + 1).force, plant.dry, rtol=size + 1e-12)
+    exact, near = (friction(side_by_side([odd_plant(base=b)]), fast / 150, still).force for b in ("exact", "near"))
+    assert np.all(near > 1.2 * exact)
 
 
 def read_arm(plant: Plant, folder: Path) -> ReadArm:
