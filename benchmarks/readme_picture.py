@@ -26,7 +26,6 @@ from xneck.recording.stages import recording_angles
 from xneck.report import style
 from xneck_foundation.provenance import note_inputs, provenance
 from xneck_foundation.strict_yaml import read_text
-from xneck_foundation.whole_file import whole_file
 
 ROOT = Path(__file__).parents[1]
 PICTURE = ROOT / "docs/images/sample.png"
@@ -52,8 +51,7 @@ def main(words: Sequence[str]) -> int:
     frame, diagnosis = measured(chosen.samples)
     png = drawn(frame, diagnosis)
     chosen.out.parent.mkdir(parents=True, exist_ok=True)
-    with whole_file(chosen.out) as part:
-        part.write_bytes(png)
+    chosen.out.write_bytes(png)
     print(f"{chosen.out}: {len(png) / 1000:.0f} kB")
     return 0
 

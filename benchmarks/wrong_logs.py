@@ -6,7 +6,6 @@ import tempfile
 from pathlib import Path
 
 from samples.worlds.wrong_logs import WRONG_LOGS, Outcome, WrongLog, outcome_of
-from xneck_foundation.whole_file import write_text
 
 PAGE = Path(__file__).parents[1] / "docs/logs.md"
 BEGIN, END = "<!--wrong logs-->\n", "<!--end of wrong logs-->"
@@ -27,7 +26,7 @@ def main() -> int:
         print(rows[-1], flush=True)
     table = "\n".join(["| log | it is | with the words |", "|---|---|---|", *rows])
     before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
-    write_text(PAGE, f"{before}{BEGIN}{table}\n{END}{rest.split(END)[1]}")
+    PAGE.write_text(f"{before}{BEGIN}{table}\n{END}{rest.split(END)[1]}", encoding="utf-8")
     return 1 if failed else 0
 
 

@@ -16,7 +16,6 @@ from benchmarks.figures.study_figures import study_figures
 from benchmarks.figures.threshold_figures import threshold_figures
 from benchmarks.thresholds import record as threshold_record
 from benchmarks.tuned_seeds import TUNED_SEEDS
-from xneck_foundation.whole_file import write_text
 
 
 def all_figures() -> dict[str, str]:
@@ -53,7 +52,7 @@ def main(words: Sequence[str]) -> int:
     for page in changed:
         print(f"{page.relative_to(ROOT)}: {'differs from the records' if chosen.check else 'written'}")
         if not chosen.check:
-            write_text(page, filled(page.read_text(encoding="utf-8"), figures))
+            page.write_text(filled(page.read_text(encoding="utf-8"), figures), encoding="utf-8")
     return 1 if chosen.check and changed else 0
 
 

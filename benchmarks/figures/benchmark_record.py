@@ -7,7 +7,6 @@ from typing import Any
 
 from benchmarks.table import Claim, claim_from_json
 from xneck_foundation.json_text import json_text
-from xneck_foundation.whole_file import write_text
 
 RECORD = Path(__file__).parents[1] / "record/benchmarks.json"
 
@@ -33,7 +32,7 @@ def imported(path: Path, record: Mapping[str, dict[str, Any]]) -> Topics:
 
 def write_record(topics: Mapping[str, dict[str, Any]], path: Path = RECORD) -> None:
     """Whole or not at all."""
-    write_text(path, json_text(topics))
+    path.write_text(json_text(topics), encoding="utf-8")
 
 
 def read_record(path: Path = RECORD) -> Topics:

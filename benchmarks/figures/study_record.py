@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from xneck.study.score import EffectScore, ParameterScore, Score, score_case
-from xneck_foundation.whole_file import write_text
 
 RECORD = Path(__file__).parents[1] / "record/study.json"
 
@@ -95,7 +94,7 @@ def _own(record: type, values: Mapping[str, Any]) -> dict[str, Any]:
 def write_record(cases: Sequence[ScoredCase], path: Path = RECORD) -> None:
     """One case a line, whole or not at all."""
     lines = [json.dumps({"code": case.code} | _rounded(case.scored.as_json())) for case in cases]
-    write_text(path, "[\n" + ",\n".join(lines) + "\n]\n")
+    path.write_text("[\n" + ",\n".join(lines) + "\n]\n", encoding="utf-8")
 
 
 def read_record(path: Path = RECORD) -> tuple[ScoredCase, ...]:

@@ -7,7 +7,6 @@ from typing import Any
 
 from benchmarks.thresholds.run import Line
 from xneck_foundation.json_text import json_text
-from xneck_foundation.whole_file import write_text
 
 RECORD = Path(__file__).parents[1] / "record/thresholds.json"
 
@@ -49,7 +48,7 @@ def counted(lines: Iterable[Line]) -> dict[str, Any]:
 
 def write_record(record: Mapping[str, Any], path: Path = RECORD) -> None:
     """Whole or not at all."""
-    write_text(path, json_text(record))
+    path.write_text(json_text(record), encoding="utf-8")
 
 
 def read_record(path: Path = RECORD) -> Record:

@@ -70,7 +70,9 @@ WRONG_LOGS: tuple[WrongLog, ...] = (
         "refused",
         r"milliseconds.*0\.001",
     ),
-    WrongLog("time", "a number of each row", time_changed(lambda t: np.arange(len(t)) * 1.0), "refused", "rows"),
+    WrongLog(
+        "time", "a number of each row", time_changed(lambda t: np.arange(len(t), dtype=np.float64)), "refused", "rows"
+    ),
     WrongLog(
         "time",
         "rounded to hundredths of a second",

@@ -148,7 +148,7 @@ def test_a_counter_is_unwrapped_only_where_it_is_certain() -> None:
     slow = slice(None, None, 60)  # 0.12 s: by up to 4 rad from row to row
     assert unwrapped(theta[slow] % (2 * np.pi), motor).ambiguous
     # a motor at rest flips between counts, and a jump to anywhere is no wrap
-    assert unwrapped(np.random.default_rng(0).integers(0, 2, 5000) * 1.0, motor).wraps == 0
+    assert unwrapped(np.random.default_rng(0).integers(0, 2, 5000).astype(np.float64), motor).wraps == 0
     jumped = np.where(time < 10, theta, theta + 1e6)
     assert unwrapped(jumped, motor).wraps == 0
 
