@@ -31,6 +31,7 @@ _ARMS: tuple[tuple[range, str], ...] = (
     (range(521, 530), _SLOW),
     (range(7700, 7708), "when a frame repeats the picture before it"),
     (range(910, 912), "the clock's late commands and friction's transition were found on it"),
+    (range(915, 916), "when a log's theta or f is taken to be in another unit"),
 )
 
 TUNED_SEEDS: Mapping[int, str] = dict(chain.from_iterable(((seed, why) for seed in seeds) for seeds, why in _ARMS))
@@ -50,6 +51,7 @@ _WORLDS: tuple[tuple[range, str], ...] = (
     (range(43, 48), "when a rope counts as having moved on its drum"),
     (range(70, 72), "the tests of `check` stand on it"),
     (range(100, 103), "the tests of the clock, of labels and of lost frames stand on it"),
+    (range(110, 116), "the least rate of a log, and when its theta or f is taken to be in another unit"),
     (range(1000, 1050), "the systematic part of the clock's sigma"),
     (range(3000, 3036), "the clock at other rates of frames and rows, and lost frames beside slips"),
 )

@@ -236,6 +236,11 @@ def without_rows(log: dict[str, Array], first: int, last: int) -> dict[str, Arra
     return {name: np.delete(values, slice(first, last)) for name, values in log.items()}
 
 
+def in_hundredths(time: Array) -> Array:
+    """Stamps with two digits behind the point."""
+    return np.array([round(t, 2) for t in time.tolist()])
+
+
 def in_bursts(time: Array) -> Array:
     """Stamps of a receiver that gets ten rows at once."""
     first = time[np.arange(len(time)) // 10 * 10]

@@ -22,6 +22,7 @@ from samples.worlds.changed_recordings import (
     files_of,
     held,
     in_bursts,
+    in_hundredths,
     log_changed,
     motors_saying,
     renamed,
@@ -76,7 +77,7 @@ WRONG_LOGS: tuple[WrongLog, ...] = (
     WrongLog(
         "time",
         "rounded to hundredths of a second",
-        time_changed(lambda t: np.asarray(np.rint(100 * t) * 0.01, dtype=float)),
+        time_changed(in_hundredths),
         "refused",
         "digits",
     ),
@@ -107,7 +108,7 @@ WRONG_LOGS: tuple[WrongLog, ...] = (
         "of motor 2 3.2 times too small",
         scaled("theta", 1 / 3.2, 2),
         "refused",
-        r"theta2.* 0\.3\d* times as far",
+        r"log: theta2 would move its cable 0\.3\d* times as far",
     ),
     WrongLog("theta", "of motor 1 10 % too large", scaled("theta", 1.1, 1), "accepted", "drum_radius"),
     WrongLog(

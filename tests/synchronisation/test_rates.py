@@ -22,7 +22,7 @@ from xneck_foundation.strict_yaml import parse_yaml
 
 NECK = read_neck(NECK_FILE)
 TEXT = NECK_FILE.read_text()
-RATES = [(200.0, 25.0), (1000.0, 60.0)]
+RATES = [(50.0, 30.0), (200.0, 25.0), (1000.0, 60.0)]
 
 
 @cache
@@ -61,6 +61,8 @@ def test_clock_state_and_check_hold_at_other_rates(log_hz: float, frame_hz: floa
     # a fused state of one recording errs along about five slow directions: 99 % of chi-square by its degrees of freedom
     assert 0.3 < np.sqrt(np.mean(z**2)) < 1.74
     assert np.sqrt(np.mean(error**2)) < 0.5 * NOISE_RAD
+    of_motors = data.state.matrix("theta") - interpolated(data.state.time, p.log_time, p.theta)
+    assert np.sqrt(np.mean((of_motors / data.state.matrix("sigma_theta"))[inner] ** 2)) < 1.5
     assert data.check["verdict"] == "consistent"
 
 
@@ -97,7 +99,7 @@ def written_with_light(path: Path, p: Prescribed, led: np.ndarray, neck: Neck) -
 
 def test_the_led_of_an_mcap_is_a_joint_and_ties_the_clock(tmp_path: Path) -> None:
     """As the motors' log, at 200 Hz, and angles that hold the light of a 25 Hz camera; 0.1 ms is what a light is worth."""
-    p = made(*RATES[0])
+    p = made(*RATES[1])
     exposure = 0.004
     light = switched_light(p.clocks, p.frame_times, 3, 60, exposure, p.log_time)
     named = tuple(m.model_copy(update={"joint": f"motor{j + 1}"}) for j, m in enumerate(NECK.motors))
