@@ -152,7 +152,7 @@ class Markers(Strict):
 
     dictionary: str
     size: Annotated[float, Field(ge=0.002, le=1.0)]
-    on_bars: Annotated[tuple[BarMarker, ...], Field(min_length=1, max_length=1000)]
+    on_bars: Annotated[tuple[BarMarker, ...], Field(min_length=1, max_length=4096)]
 
 
 class Neck(Strict):

@@ -39,6 +39,7 @@ def outside(opened: set[Path], *allowed: Path) -> set[Path]:
     """What was opened beside the folders allowed, the program itself, and the system's libraries and devices."""
     system = [*map(Path, ("/usr", "/lib", "/lib64", "/etc", "/proc", "/sys", "/dev", sys.prefix, sys.base_prefix))]
     program = [
+        *map(Path, filter(None, sys.path)),
         ROOT,
         Path(sys.executable).resolve().parents[1],
         Path(matplotlib.get_cachedir()),

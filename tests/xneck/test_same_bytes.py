@@ -31,7 +31,7 @@ def xneck(settings: dict[str, str], folder: Path, *words: str | Path) -> None:
 
 
 def digests(folder: Path) -> dict[str, str]:
-    """Of all files below a folder; how long a recording took is left out."""
+    """Of all files below a folder; how long a recording took is left out, and the mark, which follows from all of a file."""
     found = {}
     for path in sorted(folder.rglob("*")):
         if path.is_file():
@@ -46,7 +46,7 @@ def digests(folder: Path) -> dict[str, str]:
 
 def without_seconds(value: object) -> object:
     if isinstance(value, dict):
-        return {key: without_seconds(one) for key, one in value.items() if key != "seconds"}
+        return {key: without_seconds(one) for key, one in value.items() if key not in ("seconds", "written_by")}
     return [without_seconds(one) for one in value] if isinstance(value, list) else value
 
 

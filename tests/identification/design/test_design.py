@@ -206,8 +206,10 @@ def test_more_cables_than_one_over_are_tensioned_in_every_way() -> None:
 
 def test_what_cannot_be_designed_is_refused_by_name() -> None:
     machine = nominal_machine(NECK)
-    with pytest.raises(Refused, match=r"unknown parameter 'kk'; valid: .*fs, cm"):
+    with pytest.raises(Refused, match=r"unknown parameter 'kk'; did you mean k\?"):
         design_target(machine, ["kk"])
+    with pytest.raises(Refused, match=r"unknown parameter 'speed'; valid: .*fs, cm"):
+        design_target(machine, ["speed"])
     with pytest.raises(Refused, match=r"no motion keeps tensions of 20 to 21 N.*widen"):
         trajectory(
             machine,

@@ -212,7 +212,7 @@ def test_a_rope_that_moves_far_does_not_take_the_clock_along(seed: int, size: fl
     result = synchronise(neck, "", angles, Series(log.time, {**log.columns, **numbered_columns("theta", theta)}), {})
     true = json.loads((tmp_path / "truth.json").read_text())["clocks"]["fitted"]
     at = true["offset_s"] + true["skew"] * (result.clock["camera_middle_s"] - true["middle_s"])
-    assert abs(result.clock["offset_s"] - at) < 3 * result.clock["offset_sigma_s"] < 6e-4
+    assert abs(result.clock["offset_s"] - at) < 3 * result.clock["offset_sigma_s"] < 9e-4
     (warning,) = (w for w in result.clock["warnings"] if "drum" in w)
     assert warning.startswith(f"cable 3 seems to have moved on its drum by {1e3 * size:+.1f} mm at ")
     assert {(f["fault"], f["where"]) for f in result.check["faults"]} == {("winch_slip", "cable 3")}

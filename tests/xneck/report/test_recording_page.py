@@ -78,7 +78,7 @@ def test_every_figure_is_there_as_numbers(result: RecordingResult, report: Path,
 
 def test_names_stay_text(report: Path, elements: Elements) -> None:
     assert NASTY not in report.read_text(encoding="utf-8")
-    assert elements.text.count(NASTY) == 5  # title, heading, file, neck.yaml, picture
+    assert elements.text.count(NASTY) == 6  # title, heading, warning, file, neck.yaml, picture
 
 
 def test_the_page_is_small(report: Path) -> None:
