@@ -202,7 +202,9 @@ WRONG_LOGS: tuple[WrongLog, ...] = (
         "refused",
         "not a number in sample 7001",
     ),
-    WrongLog("counter", "a gap of 1 s", log_changed(lambda log: without_rows(log, 7000, 7500)), "warned"),
+    WrongLog(
+        "counter", "a gap of 1 s", log_changed(lambda log: without_rows(log, 7000, 7500)), "warned", "gaps of the log"
+    ),
     WrongLog(
         "counter",
         "theta2 slips by 2 mm",

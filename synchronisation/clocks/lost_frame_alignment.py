@@ -49,6 +49,7 @@ INDEPENDENT_ERRORS_HZ = 30.0
 """Hz: errors of the cables' law last so long that frames of a faster camera share them (docs/thresholds.md)"""
 
 TOO_SLOW = "the motion is too slow to tell whether frames were lost"
+GAPS = "gaps of the log leave open whether frames were lost"
 
 
 @dataclass(frozen=True)
@@ -115,7 +116,9 @@ def align_with_lost_frames(motion: AlignedMotion) -> tuple[LostFrames, FineAlign
         if without is not None and (_runs_apart(fine) or _explains_as_well(without, fine)):
             lost, fine, too_slow = motion.no_loss, without, True
     _check_plausible(fine)
-    return lost, fine, [TOO_SLOW] if too_slow else []
+    if not too_slow:
+        return lost, fine, []
+    return lost, fine, [GAPS if motion.repaired.gaps else TOO_SLOW]
 
 
 def _losses_by_window(motion: AlignedMotion) -> tuple[LostFrames, float]:
