@@ -79,6 +79,11 @@ def initial_estimate(views: StackedViews, image_size: tuple[int, int]) -> Bundle
     return BundleStart(parameters, BoardPoses(Rotation.from_rotvec(rvecs).as_matrix(), tvecs))
 
 
+def unexplained_corners() -> Refused:
+    """What is said of corners from which no fit can begin."""
+    return Refused("pictures", "no camera explains the corners", "check board.yaml and take tilted views")
+
+
 def fit_bundle(
     views: StackedViews,
     start: BundleStart,
@@ -100,7 +105,7 @@ def fit_bundle(
     residuals = problem.residuals(p, shape.points, poses)
     cost = problem.cost(residuals, shape)
     if not np.isfinite(cost):
-        raise Refused("pictures", "no camera explains the corners", "check board.yaml and take tilted views")
+        raise unexplained_corners()
     damping, converged = 1e-6, False
     for _ in range(iterations):
         normal = problem.normal(p, shape, poses, residuals)

@@ -23,6 +23,7 @@ from calibration.bundle_adjustment import (
     initial_estimate,
     leave_out_groups,
     prediction_distances,
+    unexplained_corners,
 )
 from calibration.calibration_notes import board_notes, coverage_notes, jackknife_notes, lens_range_notes
 from calibration.camera import Camera, camera_from
@@ -42,7 +43,6 @@ from calibration.refusals import (
 )
 from calibration.stacked_views import StackedViews, stack_views
 from calibration.view_selection import drop_disagreeing_views, drop_repeated_views, outlier_corner_notes
-from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
 
 _FULLEST_LENS = "k1 k2 p1 p2 k3"
@@ -194,13 +194,12 @@ def _select_views(observations: Observations) -> _SelectedViews:
 
 def _initial_fit(stack: StackedViews, image_size: tuple[int, int]) -> BundleFit:
     """A robust fit of the default lens model and a flat board."""
-    unexplained = Refused("pictures", "no camera explains the corners", "check board.yaml and take tilted views")
     try:
         start = initial_estimate(stack, image_size)
     except cv2.error as error:
-        raise unexplained from error
+        raise unexplained_corners() from error
     if not all(np.all(np.isfinite(values)) for values in (start.parameters, start.poses.R, start.poses.t)):
-        raise unexplained
+        raise unexplained_corners()
     fit = fit_bundle(stack, start)
     return fit_bundle(stack, BundleStart(fit.parameters, fit.poses), noise=fit_noise(fit))
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset.series import Series
+from identification.dataset.series import Series, clear_of_gaps
 from identification.filters import low_pass
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
@@ -160,10 +160,10 @@ def _at_common_instants(
     grid = np.arange(max(at[0], log.time[0]), min(at[-1], log.time[-1]), 1 / RATE_HZ)
     if len(grid) < 2 * SETTLING_S * RATE_HZ + EVERY:
         return None
-    clear = (grid > grid[0] + SETTLING_S) & (grid < grid[-1] - SETTLING_S)
-    for k in np.flatnonzero(np.diff(at) > MAX_BRIDGED_S):
-        clear &= (grid < at[k] - SETTLING_S) | (grid > at[k + 1] + SETTLING_S)
-    kept = np.flatnonzero(clear)[::EVERY]
+    wide = np.diff(at) > MAX_BRIDGED_S
+    gaps = zip(at[:-1][wide], at[1:][wide], strict=True)
+    inside = (grid > grid[0] + SETTLING_S) & (grid < grid[-1] - SETTLING_S)
+    kept = np.flatnonzero(inside & clear_of_gaps(grid, gaps, SETTLING_S))[::EVERY]
     if len(kept) < 2:
         return None
 

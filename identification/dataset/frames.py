@@ -9,6 +9,7 @@ from scipy.interpolate import make_interp_spline
 
 from identification.dataset.clock_record import log_time
 from identification.dataset.dataset import DataSet
+from identification.dataset.series import clear_of_gaps
 
 Array = NDArray[np.float64]
 
@@ -40,10 +41,7 @@ class FrameAngles:
 
     def clear_of(self, gaps: Iterable[Sequence[float]], margin: float) -> "FrameAngles":
         """Frames at least `margin`, s, before the begin or after the end of every gap, s."""
-        part = np.ones(len(self.time), dtype=bool)
-        for begin, end in gaps:
-            part &= (self.time < begin - margin) | (self.time > end + margin)
-        return self._part(part)
+        return self._part(clear_of_gaps(self.time, gaps, margin))
 
     def _part(self, part: NDArray[np.bool_]) -> "FrameAngles":
         return FrameAngles(self.time[part], self.alpha[part], self.sigma[part], self.common[part])

@@ -1,6 +1,6 @@
 """Series of named columns over time, which every exchange file holds, whichever its format."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,6 +46,14 @@ def concatenated(parts: Sequence[Series]) -> Series:
 def interpolated(time: Array, series_time: Array, columns: Array) -> Array:
     """Columns (S, K), known at series_time (S,), s, at times (T,), s: linear, held before and after; (T, K)."""
     return np.stack([np.interp(time, series_time, column) for column in columns.T], axis=-1)
+
+
+def clear_of_gaps(time: Array, gaps: Iterable[Sequence[float]], margin: float) -> NDArray[np.bool_]:
+    """Which times (T,) are at least `margin` before the begin or after the end of every gap, all in s."""
+    clear = np.ones(len(time), dtype=bool)
+    for begin, end in gaps:
+        clear &= (time < begin - margin) | (time > end + margin)
+    return clear
 
 
 def numbered_columns(stem: str, values: Array, suffix: str = "") -> dict[str, Array]:

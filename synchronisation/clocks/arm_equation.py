@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
+from identification.dataset.series import clear_of_gaps
 from identification.filters import low_pass
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
@@ -254,8 +255,8 @@ def _rows_of(values: Array, kept: NDArray[np.bool_]) -> Array:
 
 def _clear_of_gaps(time: Array, frame_time: Array) -> NDArray[np.bool_]:
     """Which times (T,), s, are clear of both ends and of gaps between frames at frame_time (F,), s."""
-    clear = (time > time[0] + SETTLING_S) & (time < time[-1] - SETTLING_S)
     steps = np.diff(frame_time)
-    for k in np.flatnonzero(steps > max(MAX_BRIDGED_S, MAX_BRIDGED_PERIODS * float(np.median(steps)))):
-        clear &= (time < frame_time[k] - SETTLING_S) | (time > frame_time[k + 1] + SETTLING_S)
-    return clear
+    wide = steps > max(MAX_BRIDGED_S, MAX_BRIDGED_PERIODS * float(np.median(steps)))
+    gaps = zip(frame_time[:-1][wide], frame_time[1:][wide], strict=True)
+    inside = (time > time[0] + SETTLING_S) & (time < time[-1] - SETTLING_S)
+    return inside & clear_of_gaps(time, gaps, SETTLING_S)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset.series import Series
+from identification.dataset.series import Series, clear_of_gaps
 
 Array = NDArray[np.float64]
 
@@ -32,10 +32,7 @@ class RepairedLog:
 
     def clear_of_gaps(self, time: Array, margin: float) -> NDArray[np.bool_]:
         """Which log times (T,), s, are at least `margin` s away from every gap."""
-        clear = np.ones(len(time), dtype=bool)
-        for begin, end in self.gaps:
-            clear &= (time < begin - margin) | (time > end + margin)
-        return clear
+        return clear_of_gaps(time, self.gaps, margin)
 
 
 def repair_log(log: Series) -> RepairedLog:

@@ -1,7 +1,6 @@
 """What a command writes lies apart from what it reads and from what else it writes, by whatever path or link."""
 
 import fnmatch
-import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -11,6 +10,7 @@ import click
 from identification.dataset.dataset_file import EXPORT_FORMATS
 from xneck.cli.path_types import STANDARD_OUTPUT, JsonOutput, OutputFile, OutputFolder
 from xneck_foundation.errors import Refused
+from xneck_foundation.same_file import real_path, same_file
 from xneck_foundation.whole_file import check_output
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -84,20 +84,9 @@ def _refuse_shared(
                 raise Refused(path, f"{name} is one of the files that go to {folder}", "give it another name")
 
 
-def same_file(first: Path, second: Path) -> bool:
-    """Whether two paths lead to one file, through links of either kind, or would once it is written."""
-    if first.exists() and second.exists() and os.path.samefile(first, second):
-        return True
-    return _real(first) == _real(second)
-
-
-def _real(path: Path) -> str:
-    return os.path.normcase(os.path.realpath(path))
-
-
 def _lies_in(path: Path, folder: Path, patterns: Sequence[str]) -> bool:
     """Whether a path leads to a file of one of the patterns in the folder."""
-    real, inside = Path(_real(path)), Path(_real(folder))
+    real, inside = real_path(path), real_path(folder)
     if not real.is_relative_to(inside):
         return False
     parts = real.relative_to(inside).parts

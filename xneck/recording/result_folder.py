@@ -9,6 +9,7 @@ from xneck.recording.result_files import ALL_FILES, FIGURES, REFUSED, REPORT, RE
 from xneck_foundation import whole_file
 from xneck_foundation.errors import Refused
 from xneck_foundation.json_text import json_text, read_record
+from xneck_foundation.same_file import same_file
 from xneck_foundation.whole_file import write_text
 
 
@@ -42,12 +43,10 @@ def file_sizes(folder: Path) -> dict[str, int]:
 
 def check_apart(recording: Recording, folder: Path) -> None:
     """Raises Refused where results in `folder` would replace a file of the recording, or one that xneck did not write."""
-    results = {(folder / name).resolve(): name for name in ALL_FILES}
     for path in (recording.config, *recording.files.values()):
-        name = results.get(path.resolve())
-        links = [n for n in ALL_FILES if (folder / n).exists() and (folder / n).samefile(path)]
-        if name or links:
-            what = f"its {name or links[0]} would replace {path.name}, which the recording is made of"
+        name = next((name for name in ALL_FILES if same_file(folder / name, path)), None)
+        if name is not None:
+            what = f"its {name} would replace {path.name}, which the recording is made of"
             raise Refused(folder, what, "give --out another folder: no input is ever changed")
     for name in ALL_FILES:
         whole_file.check_output(folder / name)
