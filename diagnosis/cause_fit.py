@@ -10,21 +10,24 @@ from numpy.typing import NDArray
 from diagnosis.cause import Cause, with_causes
 from diagnosis.comparison import ColumnFit, Comparison, compare
 from diagnosis.hypothesis import Hypothesis
+from diagnosis.judged_rows import judged
 from diagnosis.linearisation import Linearisation, base_unknowns, corrected_signals, linearise, with_laws_of
 from diagnosis.noise_ensemble import (
     NoiseEnsemble,
     noise_loss,
     noise_residuals,
     noise_whitener,
-    vision_noise_residuals,
+    steady_noise_residuals,
 )
 from diagnosis.noise_excess import NoiseExcess, noise_excess
 from diagnosis.nuisances import NUISANCE_BOUND, nuisances_at
 from identification.dataset.dataset import DataSet
 from identification.estimates import check_motion
-from identification.fitting import fit_laws, segment_starts
+from identification.fitting import fit_by_least_squares, segment_starts
 from identification.unknowns import DELAY_SIGMA_S
 from identification.whitening import Whitener
+from mechanism.laws import LAWS
+from mechanism.laws.law import Law
 
 Array = NDArray[np.float64]
 
@@ -94,18 +97,34 @@ class FitStage:
     def excess(self) -> NoiseExcess:
         """What stands above noise."""
         variance = [recording.input_variance for recording in self.comparison.linearisation.recordings]
-        return noise_excess(self.comparison.residuals_after(self.fit), self.noise, variance)
+        return noise_excess(self.judged_residuals, self.judged_noise, variance)
+
+    @cached_property
+    def judged_residuals(self) -> list[Array]:
+        """What is left of each recording, (C, S), as it is judged."""
+        residuals = self.comparison.residuals_after(self.fit)
+        return [
+            judged(r, at.signals) for r, at in zip(residuals, self.comparison.linearisation.recordings, strict=True)
+        ]
+
+    @cached_property
+    def judged_noise(self) -> list[list[Array]]:
+        """Draws of noise alone of each recording, (C, S), as they are judged."""
+        recordings = self.comparison.linearisation.recordings
+        return [[judged(d, at.signals) for d in draws] for draws, at in zip(self.noise, recordings, strict=True)]
 
 
 class CauseFitter:
     """Recordings of one arm, to which causes are fitted. Raises Refused where a motor stands still."""
 
     def __init__(self, h: Hypothesis, ensembles: Sequence[NoiseEnsemble]) -> None:
-        self._h, self._ensembles = h, ensembles
-        self._data = [ensemble.data for ensemble in ensembles]
-        self._start = _base_model_start(h, self._data)
+        self._h = h
+        first = _base_model_start(h, [ensemble.data for ensemble in ensembles])
+        self._ensembles = [ensemble.with_motor_speeds(first.machine) for ensemble in ensembles]
+        self._data = [ensemble.data for ensemble in self._ensembles]
+        self._start = _base_model_start(h, self._data, first.p)
         starts = [segment_starts(recording.signals) for recording in self._start.recordings]
-        self.whiten = noise_whitener(vision_noise_residuals(self._start, ensembles), starts, h.arm.M)
+        self.whiten = noise_whitener(steady_noise_residuals(self._start, self._ensembles), starts, h.arm.M)
         self._stages: dict[tuple[object, ...], FitStage] = {}
 
     def base_model(self) -> FitStage:
@@ -131,19 +150,28 @@ class CauseFitter:
         return self._stage(at, stage.causes, whiten), whiten
 
     def _stage(self, start: Linearisation, causes: tuple[Cause, ...], whiten: Whitener) -> FitStage:
+        ensembles, h = self._ensembles, with_causes(self._h, causes)
+        if start.recordings[0].signals.speeds is not self._data[0].speeds:
+            start = _read_anew(start, h, self._data)
         comparison, causes = _refined(start, self._h, causes, self._data, whiten)
+        if _turns_motors(h):
+            # speeds follow from the motors' laws: told with the base model's friction they would speak for that
+            ensembles = [ensemble.with_motor_speeds(comparison.linearisation.machine) for ensemble in ensembles]
+            data = [ensemble.data for ensemble in ensembles]
+            again = _read_anew(comparison.linearisation, with_causes(self._h, causes), data)
+            comparison, causes = _refined(again, self._h, causes, data, whiten)
         at = comparison.linearisation
-        noise = noise_residuals(at, self._ensembles)
+        noise = noise_residuals(at, ensembles)
         return FitStage(comparison, causes, tuple(noise), noise_loss(noise, at, whiten), comparison.fit())
 
 
-def _base_model_start(h: Hypothesis, data: Sequence[DataSet]) -> Linearisation:
+def _base_model_start(h: Hypothesis, data: Sequence[DataSet], start: Array | None = None) -> Linearisation:
     """The base model's numbers by least squares, kept from where a cause that is not in it may have driven them."""
     frame_lags = np.zeros(len(data))
     signals = corrected_signals(h, data, frame_lags)
     check_motion(signals)
     u = base_unknowns(h, len(data))
-    p = fit_laws(signals, u).least_squares.copy()
+    p = fit_by_least_squares(signals, u, start=start)
     for recording in range(len(data)):
         slot = u.slots["x0", recording]
         p[slot] = np.clip(p[slot], -_MAX_START_X0_M, _MAX_START_X0_M)
@@ -190,6 +218,16 @@ def _refined(
             if damping > _MAX_DAMPING:
                 break
     return best
+
+
+def _read_anew(at: Linearisation, h: Hypothesis, data: Sequence[DataSet]) -> Linearisation:
+    return linearise(h, corrected_signals(h, data, at.frame_lags), at.p, at.frame_lags)
+
+
+def _turns_motors(h: Hypothesis) -> bool:
+    """Whether a law beyond the base changes what force turns the motors."""
+    laws = [type(LAWS[name]) for name in h.laws]
+    return any(law.friction is not Law.friction or law.acting_force is not Law.acting_force for law in laws)
 
 
 def _compared(at: Linearisation, causes: tuple[Cause, ...], whiten: Whitener) -> Comparison:

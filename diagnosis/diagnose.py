@@ -143,7 +143,9 @@ def _held_out(
     first, last = search.first, search.last
     relaxed = bool(last.causes)
     old = held_out_residuals(first.comparison, first.fit, h, ensembles, search.whiten, relaxed)
-    new = held_out_residuals(last.comparison, last.fit, extended, ensembles, search.whiten, relaxed)
+    new = old
+    if last.causes:
+        new = held_out_residuals(last.comparison, last.fit, extended, ensembles, search.whiten, relaxed)
     measured = gains(old, new, h.arm.M)
     # causes must take from other recordings as much of what stands plainly above noise as where they were fitted
     limit = (1 - MIN_EXPLAINED) * held_out_excess(old, new).energy_above_limit
@@ -151,7 +153,8 @@ def _held_out(
     progress("simulation")
     not_simulated = ""
     try:
-        before, after = SimulatedModel(first, h, old), SimulatedModel(last, extended, new)
+        after = SimulatedModel(last, extended, new)
+        before = SimulatedModel(first, h, old) if last.causes else after
         measured += simulated_gains(before, after, ensembles)
     except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
         not_simulated = str(refused)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from diagnosis.comparison import ColumnFit, Comparison, compare
 from diagnosis.hypothesis import Hypothesis
+from diagnosis.judged_rows import judged
 from diagnosis.linearisation import Linearisation, corrected_signals, linearise
 from diagnosis.noise_ensemble import NoiseEnsemble, noise_residuals
 from diagnosis.noise_excess import NoiseExcess, row_weights
@@ -76,7 +77,8 @@ def held_out_residuals(
 
     clock_relaxed: whether clocks are in doubt because the base model's laws are wrong."""
     residuals, noise, frame_lags = [], [], []
-    for ensemble in ensembles:
+    for recording in ensembles:
+        ensemble = recording.with_motor_speeds(fitted.linearisation.machine)
         at = _transferred(fitted.linearisation, fit, h, ensemble)
         comparison, own_fit = _with_fitted_arm(at, fitted, fit, whiten, clock_relaxed)
         for _ in range(_MAX_STEPS):
@@ -89,9 +91,10 @@ def held_out_residuals(
             signals = corrected_signals(h, [ensemble.data], lags)
             at = linearise(h, signals, at.p + at.unknowns.size * step, lags)
             comparison, own_fit = _with_fitted_arm(at, fitted, fit, whiten, clock_relaxed)
-        (residual,) = comparison.residuals_after(own_fit)
-        (draws,) = noise_residuals(at, [ensemble])
-        (weights,) = row_weights([draws], [at.recordings[0].input_variance])
+        (read,) = at.recordings
+        residual = judged(comparison.residuals_after(own_fit)[0], read.signals)
+        draws = [judged(d, read.signals) for d in noise_residuals(at, [ensemble])[0]]
+        (weights,) = row_weights([draws], [read.input_variance])
         residuals.append(weights * residual)
         noise.append([weights * d for d in draws])
         frame_lags.append(float(at.frame_lags[0]))

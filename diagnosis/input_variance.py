@@ -1,33 +1,58 @@
-"""What is not known of motors' forces where these are jerked or about to turn round: more than noise says, for a few rows."""
+"""What the rounding of counts leaves unknown of motors' forces: little, but for rows in which a motor turns round.
+
+Friction is known as well as the speed is. Where a motor is about to turn round, friction changes by newtons within one radian per
+second: the error of the speed, which motor_speeds.py leaves, becomes one of the force for a few rows.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.signals import Signals
-from mechanism.description import Neck
-from mechanism.friction import dry
+from mechanism.laws import MotorMotion
+from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
 
-ACCELERATION_SMOOTHING_S = 4e-3
-"""s, over which motor counts are smoothed to an acceleration (docs/thresholds.md)"""
-ROUNDING_SHARE = 0.2
-"""of the speed that rounding of counts may make between two of the filter's rows: counts turn over many times in between
-(docs/thresholds.md)"""
+_HERTZ = np.arange(1.25, 30.0, 2.5)
+"""frequencies that stand for the speed's error: as far apart as the equations' filter can tell them"""
+_SPEED_STEP_RAD_S = 1e-3
+"""of the differences for friction's slope"""
+_MAX_INERTIA_HZ = 30.0
+"""up to which motor angles are followed, and rounding shows in the acceleration"""
 
 
-def input_variance(neck: Neck, s: Signals, fs: Array, cm: Array) -> Array:
-    """Variance of every channel's rows beyond noise, (C, S), N^2 and (N m)^2.
-
-    Smoothing over ACCELERATION_SMOOTHING_S takes from inertial forces what their second derivative says; near rest a count more
-    or less between two of the filter's rows is a speed by which friction differs. Both last shorter than the filter does.
-    """
-    smoothed_away = (
-        ACCELERATION_SMOOTHING_S**2 / 2 * np.gradient(np.gradient(s.inertial, s.step, axis=0), s.step, axis=0)
+def friction_slope(machine: Machine, s: Signals, tension: Array) -> Array:
+    """Change of friction with speed, mean over each row, (T, M), N s/rad; tension: (T, M), N, under which motors rub."""
+    low, high = (
+        machine.friction(MotorMotion(s.speeds.mean + step, np.maximum(tension, 0.0), s.wrap))
+        for step in (-_SPEED_STEP_RAD_S, _SPEED_STEP_RAD_S)
     )
-    count = 2 * np.pi / np.array([motor.counts for motor in neck.motors])
-    speed = ROUNDING_SHARE * np.sqrt(2 / 12) * count / (s.step * s.low_pass.factor)
-    friction = fs * (dry(s.theta_d + speed, cm) - dry(s.theta_d - speed, cm)) / 2
-    motor = s.low_pass(smoothed_away.T) ** 2 + s.low_pass(friction.T) ** 2
+    return np.broadcast_to((high - low) / (2 * _SPEED_STEP_RAD_S), s.speeds.mean.shape).mean(axis=0)
+
+
+def input_variance(s: Signals, slope: Array) -> Array:
+    """Variance of every channel's rows by the error of friction, (C, S), N^2 and (N m)^2; slope as `friction_slope` gives it."""
+    density = s.speeds.error_density(_HERTZ, s.step) * np.gradient(_HERTZ)[:, None]
     lever = (s.Z[s.low_pass.kept] ** 2).transpose(1, 2, 0)
+    motor = np.zeros(lever.shape[1:])
+    for hertz, variance in zip(_HERTZ, density, strict=True):
+        phase = 2 * np.pi * hertz * s.time
+        waves = np.stack([slope.T * np.cos(phase), slope.T * np.sin(phase)])
+        motor = motor + variance[:, None] * np.sum(s.low_pass(waves) ** 2, axis=0)
     return np.concatenate([motor, np.einsum("nms,ms->ns", lever, motor)])
+
+
+def residuals_of_inertia(s: Signals, rng: np.random.Generator) -> Array:
+    """Residuals, (C, S), by one draw of the rounding of counts in the motors' inertia."""
+    rows, motors = s.theta.shape
+    hertz = np.fft.rfftfreq(rows, s.step)
+    rounding = np.fft.rfft(s.speeds.rounding * rng.normal(size=(rows, motors)), axis=0)
+    followed = (hertz < _MAX_INERTIA_HZ)[:, None] * rounding
+    acceleration = np.fft.irfft(-((2 * np.pi * hertz[:, None]) ** 2) * followed, rows, axis=0)
+    return residuals_of_friction(s, s.arm.motor_inertia / s.arm.drum * acceleration)
+
+
+def residuals_of_friction(s: Signals, force: Array) -> Array:
+    """Residuals, (C, S), where motors lose a force (T, M), N, that the laws do not say."""
+    torque = np.einsum("ijt,jt->it", s.levers, force.T)
+    return -np.concatenate([s.low_pass(force.T), s.low_pass(torque)])

@@ -7,13 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.hypothesis import BASE_LAWS, Hypothesis
-from diagnosis.input_variance import input_variance
+from diagnosis.input_variance import friction_slope, input_variance
 from identification.dataset.dataset import DataSet
 from identification.instruments import instrument_signals
 from identification.residual_sensitivity import ResidualSensitivity
 from identification.residuals import LawForces, ResidualRows, law_forces_at, residual_rows, residuals_of
 from identification.signals import Signals, signals_of
 from identification.unknowns import Unknowns, unknowns
+from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
 
@@ -33,8 +34,10 @@ class RecordingLinearisation:
     """the laws' forces on `motor_signals`"""
     tension: Array
     """(T, M), N, under which motors rub"""
+    friction_slope: Array
+    """(T, M), N s/rad, by which the error of motor speeds becomes one of friction"""
     input_variance: Array
-    """(C, S), variance of rows beyond noise"""
+    """(C, S), variance of rows beyond noise, by that error"""
     sensitivity: ResidualSensitivity
     rows: ResidualRows
     laws: tuple[str, ...]
@@ -54,10 +57,18 @@ class Linearisation:
     """(R,), s, by which each recording's frames show what was done later than its clock says"""
     recordings: tuple[RecordingLinearisation, ...]
 
+    @property
+    def machine(self) -> Machine:
+        """The arm with the laws' numbers."""
+        return Machine(self.hypothesis.arm, self.unknowns.laws, self.unknowns.values(self.p))
+
 
 def corrected_signals(h: Hypothesis, recordings: Sequence[DataSet], frame_lags: Array) -> list[Signals]:
     """Recordings as they read with a hypothesis, each with its clock put right by its lag (R,), s."""
-    return [signals_of(h.corrected(data, float(lag))) for data, lag in zip(recordings, frame_lags, strict=True)]
+    return [
+        signals_of(h.corrected(data, float(lag)), load_by_frames=True)
+        for data, lag in zip(recordings, frame_lags, strict=True)
+    ]
 
 
 def base_unknowns(h: Hypothesis, recordings: int) -> Unknowns:
@@ -78,6 +89,7 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
     tension = motor_forces.drive - s.inertial
     vision_forces = law_forces_at(s, u, p, recording, tension)
     values = u.values(p)
+    slope = friction_slope(Machine(s.arm, u.laws, values), s, tension)
     return RecordingLinearisation(
         hypothesis=h,
         signals=s,
@@ -85,7 +97,8 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
         forces=vision_forces,
         motor_forces=motor_forces,
         tension=tension,
-        input_variance=input_variance(h.neck, s, values["fs"], values["cm"]),
+        friction_slope=slope,
+        input_variance=input_variance(s, slope),
         sensitivity=ResidualSensitivity(s, u, p, recording),
         rows=ResidualRows(residuals_of(s, vision_forces), residual_rows(motor_signals, u, p, recording).jacobian),
         laws=u.laws,

@@ -11,13 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from diagnosis.input_variance import residuals_of_friction, residuals_of_inertia
 from diagnosis.linearisation import Linearisation, corrected_signals
 from identification.dataset.dataset import DataSet
 from identification.dataset.frames import FrameAngles, spline_through_frames
 from identification.dataset.series import Series, numbered_columns
 from identification.fitting import segment_starts
+from identification.motor_speeds import with_motor_speeds
 from identification.residuals import law_forces_at, residuals_of
 from identification.whitening import Whitener, fit_whitener
+from mechanism.machine import Machine
 from state_estimation.state import VisionState, estimate_by_vision
 
 Array = NDArray[np.float64]
@@ -37,6 +40,12 @@ class NoiseEnsemble:
     noise_free: DataSet
     """where every frame shows the state itself"""
 
+    def with_motor_speeds(self, machine: Machine) -> "NoiseEnsemble":
+        """The same with motor speeds by the friction of `machine`."""
+        data = with_motor_speeds(self.data, machine, len(self.draws))
+        draws = tuple(replace(draw, speeds=data.speeds) for draw in self.draws)
+        return NoiseEnsemble(data, draws, replace(self.noise_free, speeds=data.speeds))
+
 
 def noise_ensemble(data: DataSet, frames: FrameAngles, seed: int, draws: int = DRAWS) -> NoiseEnsemble:
     """A recording and its draws; frames: on the log's clock. Cables have no part in the state: they are what is in question."""
@@ -53,7 +62,8 @@ def noise_ensemble(data: DataSet, frames: FrameAngles, seed: int, draws: int = D
         noisy = replace(frames, alpha=noise_free + frames.sigma * rng.normal(size=noise_free.shape))
         noisy_data.append(_with_state(data, noisy, estimate_by_vision(noisy, state.time, estimate.priors)))
     columns = {**state.columns, **numbered_columns("vision", state.matrix("alpha"))}
-    columns |= numbered_columns("vision", state.matrix("alpha", "_d"), "_d")
+    for suffix in ("_d", "_dd"):
+        columns |= numbered_columns("vision", state.matrix("alpha", suffix), suffix)
     return NoiseEnsemble(vision_alone, tuple(noisy_data), replace(vision_alone, state=Series(state.time, columns)))
 
 
@@ -63,30 +73,36 @@ def _with_state(data: DataSet, frames: FrameAngles, estimate: VisionState) -> Da
     columns = dict(s.columns)
     for suffix, values in (("", estimate.alpha), ("_d", estimate.alpha_d), ("_dd", estimate.alpha_dd)):
         columns |= numbered_columns("alpha", values, suffix)
-    alpha, alpha_d = spline_through_frames(frames.time, frames.alpha, s.time)
-    columns |= numbered_columns("vision", alpha) | numbered_columns("vision", alpha_d, "_d")
+    for suffix, values in zip(("", "_d", "_dd"), spline_through_frames(frames.time, frames.alpha, s.time), strict=True):
+        columns |= numbered_columns("vision", values, suffix)
     columns |= numbered_columns("bridged", estimate.bridged.astype(float))
     return replace(data, state=Series(s.time, columns))
 
 
 def noise_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> list[list[Array]]:
-    """Residuals where nothing is wrong, (C, S), of each draw of each recording: vision's noise, and the inputs' variance."""
-    rng = np.random.default_rng(0)
-    out = []
-    for draws, recording in zip(vision_noise_residuals(at, ensembles), at.recordings, strict=True):
-        out.append([d + np.sqrt(recording.input_variance) * rng.normal(size=d.shape) for d in draws])
-    return out
+    """Residuals where nothing is wrong, (C, S), of each draw of each recording: by noise of the angles and rounding of counts."""
+    return [[steady + friction for steady, friction in draws] for draws in _drawn_residuals(at, ensembles)]
 
 
-def vision_noise_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> list[list[Array]]:
-    """Residuals that noise of the angles makes where nothing is wrong, (C, S), of each draw of each recording."""
-    out = []
+def steady_noise_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> list[list[Array]]:
+    """The part of `noise_residuals` that is alike in all rows: all but the error of friction."""
+    return [[steady for steady, _ in draws] for draws in _drawn_residuals(at, ensembles)]
+
+
+def _drawn_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> list[list[tuple[Array, Array]]]:
+    """Residuals by noise of the angles and by rounding in the motors' inertia, and those by friction, of each draw."""
+    out, rng = [], np.random.default_rng(0)
     for r, ensemble in enumerate(ensembles):
         data = (ensemble.noise_free, *ensemble.draws)
         signals = corrected_signals(at.hypothesis, data, np.full(len(data), at.frame_lags[r]))
         tension = at.recordings[r].tension
         noise_free, *noisy = (residuals_of(s, law_forces_at(s, at.unknowns, at.p, r, tension)) for s in signals)
-        out.append([d - noise_free for d in noisy])
+        recording = at.recordings[r]
+        s = recording.signals
+        steady = [d - noise_free + residuals_of_inertia(s, rng) for d in noisy]
+        errors = s.speeds.errors if len(s.speeds.errors) else np.zeros((len(noisy), *s.theta.shape))
+        friction = [residuals_of_friction(s, recording.friction_slope * error) for error in errors]
+        out.append(list(zip(steady, friction, strict=True)))
     return out
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from diagnosis.cause_fit import FitStage
 from diagnosis.drum_periodogram import DrumWave, drum_wave
 from diagnosis.explained_energy import Energy, autocovariance, explained_energy, orthonormal
+from diagnosis.judged_rows import judged
 from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.noise_excess import ABOVE_NOISE_RATIO, NoiseExcess
 from diagnosis.residual_conditions import Condition, conditions
@@ -80,14 +81,17 @@ class Signature:
 def signature(first: FitStage, last: FitStage) -> Signature:
     """Of what the base model leaves (first), beside what is left with the causes (last)."""
     base, excess = first.comparison, first.excess
-    before, after = base.residuals_after(first.fit), last.comparison.residuals_after(last.fit)
+    before, after = first.judged_residuals, last.judged_residuals
     recordings = base.linearisation.recordings
     courses = tuple(
         rms_course(recording, old, new, draws)
-        for recording, old, new, draws in zip(recordings, before, after, first.noise, strict=True)
+        for recording, old, new, draws in zip(recordings, before, after, first.judged_noise, strict=True)
     )
     grid_rows = [_grid_rows(r.signals.low_pass.kept, r.signals.low_pass.factor) for r in recordings]
     base_end = base.base_count + len(base.nuisance_names)
+    base_columns = [
+        judged(m[..., :base_end].swapaxes(1, 2), r.signals) for m, r in zip(base.matrices, recordings, strict=True)
+    ]
     patterns: list[Pattern] = []
     for c in range(len(excess.rms)):
         above = excess.ratio[c] > ABOVE_NOISE_RATIO
@@ -96,8 +100,8 @@ def signature(first: FitStage, last: FitStage) -> Signature:
             number=c,
             before=[r[c] for r in before],
             after=[r[c] for r in after],
-            noise=[[d[c] for d in draws] for draws in first.noise],
-            basis=_basis(np.concatenate([m[c, :, :base_end] for m in base.matrices])),
+            noise=[[d[c] for d in draws] for draws in first.judged_noise],
+            basis=_basis(np.concatenate([m[c].T for m in base_columns])),
             grid_rows=grid_rows,
             excess_energy=variance * sum(r.shape[1] for r in before),
         )

@@ -46,7 +46,8 @@ def simulated_gains(
     before: SimulatedModel, after: SimulatedModel, ensembles: Sequence[NoiseEnsemble]
 ) -> tuple[Gain, ...]:
     """Of alpha and of theta, over all joints and all motors. Raises Refused where a model cannot be simulated."""
-    old, new = before.simulated(ensembles), after.simulated(ensembles)
+    new = after.simulated(ensembles)
+    old = before.simulated(ensembles) if before is not after else new
     return tuple(_gain(stem, old, new) for stem in MEASURES)
 
 

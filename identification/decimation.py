@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import convolve1d
 from scipy.signal import firwin
 
 Array = NDArray[np.float64]
@@ -47,6 +48,18 @@ class DecimatingFilter:
         first = lags - 1
         whole = (parts[..., j, first - j : max(count, first) - j] for j in range(lags))
         return sum(whole, start=np.zeros(()))[..., self._windows - first]
+
+    def slower(self, values: Array, step: float, cutoff: float) -> Array:
+        """Values (..., S) in the kept rows, which passed this filter, low-passed once more, with -6 dB at `cutoff`, Hz.
+
+        step: s, between the rows that were filtered. Stretches of rows are mirrored at their ends.
+        """
+        rate = 1 / (step * self.factor)
+        taps = np.asarray(firwin(2 * round(LENGTH_S / 2 * rate) + 1, cutoff, fs=rate), dtype=float)
+        out = np.empty(values.shape)
+        for stretch in np.split(np.arange(len(self.kept)), np.flatnonzero(np.diff(self.kept) > self.factor) + 1):
+            out[..., stretch] = convolve1d(values[..., stretch], taps, mode="mirror")
+        return out
 
 
 def decimating_filter(step: float, known: NDArray[np.bool_]) -> DecimatingFilter:

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.dataset import DataSet
-from identification.fitting import FitSolution, fit_laws
+from identification.fitting import FitSolution, fit_by_least_squares, fit_laws
 from identification.identifiability import Identifiability, durbin_wu_hausman, judge_identifiability, term_label
+from identification.motor_speeds import with_motor_speeds
 from identification.signals import Signals, signals_of
 from identification.unknowns import Unknowns, unknowns
 from mechanism.arm import Arm
@@ -184,7 +185,10 @@ def estimate(
                 "identify", f"no parameter {key[0]}({key[1]}) for a prior", "give one of a law that is fitted"
             )
         prior_at[places[key]] = prior
-    solution = fit_laws(signals, u, prior_at)
+    first = fit_by_least_squares(signals, u, prior_at)
+    machine = Machine(arm, u.laws, u.values(first))
+    signals = [signals_of(with_motor_speeds(data, machine)) for data in recordings]
+    solution = fit_laws(signals, u, prior_at, first)
     _check_signs(u, solution)
     _check_tension(signals, u, solution)
     identifiability = judge_identifiability(u, solution)

@@ -99,12 +99,25 @@ class _Problem:
         return [whiten(v, starts) for v, starts in zip(values, self.starts, strict=True)]
 
 
+def fit_by_least_squares(
+    recordings: Sequence[Signals],
+    u: Unknowns,
+    priors: Mapping[int, tuple[float, float]] | None = None,
+    start: Array | None = None,
+) -> Array:
+    """The first stage of the fit alone: parameters (P,). Arguments as those of `fit_laws`."""
+    return _least_squares(_problem(recordings, u, priors), u.start() if start is None else start)[0]
+
+
 def fit_laws(
-    recordings: Sequence[Signals], u: Unknowns, priors: Mapping[int, tuple[float, float]] | None = None
+    recordings: Sequence[Signals],
+    u: Unknowns,
+    priors: Mapping[int, tuple[float, float]] | None = None,
+    start: Array | None = None,
 ) -> FitSolution:
-    """Both stages of the fit. priors: mean and sigma by place in the parameter vector."""
-    problem = _Problem(recordings, u, _Prior(u, priors or {}), [segment_starts(s) for s in recordings])
-    first, whiten = _least_squares(problem)
+    """Both stages of the fit. priors: mean and sigma by place in the parameter vector; start: parameters (P,) near the solution."""
+    problem = _problem(recordings, u, priors)
+    first, whiten = _least_squares(problem, u.start() if start is None else start)
     rows = problem.rows(first)
     instruments = [
         residual_rows(instrument_signals(s, u, first, r), u, first, r).jacobian for r, s in enumerate(recordings)
@@ -139,9 +152,13 @@ def fit_laws(
     )
 
 
-def _least_squares(problem: _Problem) -> tuple[Array, Whitener]:
+def _problem(recordings: Sequence[Signals], u: Unknowns, priors: Mapping[int, tuple[float, float]] | None) -> _Problem:
+    return _Problem(recordings, u, _Prior(u, priors or {}), [segment_starts(s) for s in recordings])
+
+
+def _least_squares(problem: _Problem, start: Array) -> tuple[Array, Whitener]:
     """Parameters, and the whitener of their residuals; first with channels weighted by size alone, then with rows whitened."""
-    p, whiten = problem.unknowns.start(), Whitener(np.ones((0, 1)))
+    p, whiten = start, Whitener(np.ones((0, 1)))
     for order in (0, WHITENING_ORDER):
         for _ in range(_MAX_ITERATIONS):
             rows = problem.rows(p)

@@ -60,8 +60,9 @@ def law_forces(
     at = cable_motion(s, x0)
     memory = memory_states(machine, at, s.step) if z is None else z
     pull = np.broadcast_to(machine.pull(at, memory), s.x.shape)
-    turning = MotorMotion(s.theta_d, np.maximum(pull if tension is None else tension, 0.0), s.wrap)
-    drive = machine.acting_force(delayed_forces(s, delay), s.step) - machine.friction(turning)
+    turning = MotorMotion(s.speeds.mean, np.maximum(pull if tension is None else tension, 0.0), s.wrap)
+    friction = np.broadcast_to(machine.friction(turning), s.speeds.mean.shape).mean(axis=0)
+    drive = machine.acting_force(delayed_forces(s, delay), s.step) - friction
     return LawForces(drive, pull, np.broadcast_to(machine.resistance(s.alpha_d), s.alpha_d.shape))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.dataset import DataSet
+from identification.dataset.half_row_speeds import HalfRowSpeeds, unrefined_speeds
 from identification.decimation import DecimatingFilter, decimating_filter
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths, wrap_angles
@@ -46,8 +47,10 @@ class Signals:
     """(T, M), rad, with its derivatives"""
     theta_d: Array
     theta_dd: Array
+    speeds: HalfRowSpeeds
+    """of the motors: friction turns over within less than a row"""
     f: Array
-    """mean force around the row, (T, M), N"""
+    """mean force from half a row before the row to half a row after it, (T, M), N"""
     inertial: Array
     """Ia (R/rd) theta'', (T, M), N"""
     Z: Array
@@ -81,8 +84,12 @@ class Signals:
         return float(self.time[1] - self.time[0])
 
 
-def signals_of(data: DataSet) -> Signals:
-    """The signals of a data set. Raises Refused where less than two seconds of it are known in all signals."""
+def signals_of(data: DataSet, load_by_frames: bool = False) -> Signals:
+    """The signals of a data set. Raises Refused where less than two seconds of it are known in all signals.
+
+    load_by_frames: whether the arm's own terms take angles that nothing smoothed, where the state holds their acceleration
+    (`visionI_dd`). A smoother takes from alpha'' what it leaves in the forces; what noise does instead is known.
+    """
     arm, state = data.arm, data.state
     time = state.time
     alpha, alpha_d, alpha_dd = (state.matrix("alpha", suffix) for suffix in ("", "_d", "_dd"))
@@ -90,8 +97,9 @@ def signals_of(data: DataSet) -> Signals:
     logged_f = state.matrix("f")
     # a logged force holds from its row on
     f = np.concatenate([logged_f[:1], (logged_f[:-1] + logged_f[1:]) / 2])
-    # the mean over two periods smooths, the other signals are not smoothed: undone to second order
-    f[1:-1] -= (f[2:] - 2 * f[1:-1] + f[:-2]) / 6
+    speeds = data.speeds or unrefined_speeds(
+        theta_d, 2 * np.pi / np.array([motor.counts for motor in data.neck.motors])
+    )
     step = float(np.mean(np.diff(time)))
     missed = np.asarray(np.any(state.matrix("bridged") > 0, axis=1))
     for begin, end in data.clock.get("log_gaps", ()):
@@ -101,10 +109,14 @@ def signals_of(data: DataSet) -> Signals:
         raise Refused(
             "identify", f"insufficient: {time[-1] - time[0]:.1f} s, with gaps, are too short", "record longer"
         )
-    k = terms(arm, alpha, alpha_d)
     vision_alpha, vision_alpha_d = (state.matrix("vision", suffix) for suffix in ("", "_d"))
     if vision_alpha.shape[1] != arm.N:
         vision_alpha, vision_alpha_d = alpha, alpha_d
+    vision_alpha_dd = state.matrix("vision", "_dd")
+    if load_by_frames and vision_alpha_dd.shape[1] == arm.N:
+        k, acceleration = terms(arm, vision_alpha, vision_alpha_d), vision_alpha_dd
+    else:
+        k, acceleration = terms(arm, alpha, alpha_d), alpha_dd
     clock = data.clock
     offset_sigma = float(clock.get("offset_sigma_s") or 0.0)
     common = data.angles.matrix("common")
@@ -119,10 +131,11 @@ def signals_of(data: DataSet) -> Signals:
         theta=theta,
         theta_d=theta_d,
         theta_dd=theta_dd,
+        speeds=speeds,
         f=f,
         inertial=arm.motor_inertia / arm.drum * theta_dd,
         Z=Z(arm, alpha),
-        load=np.einsum("tij,tj->ti", k.M, alpha_dd) + k.c + k.g,
+        load=np.einsum("tij,tj->ti", k.M, acceleration) + k.c + k.g,
         wrap=wrap_angles(arm, alpha),
         length=lengths(arm, alpha),
         x=elongation(arm, vision_alpha, theta),

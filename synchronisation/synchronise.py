@@ -99,7 +99,7 @@ def _state_columns(
     for suffix, sigma in zip(("", "_d", "_dd"), motors.sigma or (), strict=False):
         encoder_sigma |= numbered_columns("sigma_theta", sigma[inside], suffix)
     bridged = numbered_columns("bridged", estimate.bridged.astype(float))
-    alpha, alpha_d = spline_through_frames(frames.time, frames.alpha, time)
+    alpha, alpha_d, _ = spline_through_frames(frames.time, frames.alpha, time)
     vision = numbered_columns("vision", alpha) | numbered_columns("vision", alpha_d, "_d")
     return Series(time, {**state.columns, **encoder_sigma, **bridged, **vision})
 

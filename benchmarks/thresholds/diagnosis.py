@@ -251,7 +251,7 @@ def _fit_thresholds() -> list[Threshold]:
         *scaled("diagnosis.comparison", "FOLD_BLOCK_S", "_TELLING_SHARE"),
         *scaled("identification.unknowns", "DELAY_SIGMA_S"),
         Threshold("diagnosis.comparison", "FOLDS", 3, 10),
-        *scaled("diagnosis.input_variance", "ROUNDING_SHARE", "ACCELERATION_SMOOTHING_S"),
+        *scaled("diagnosis.judged_rows", "ARM_CUTOFF_HZ"),
     ]
 
 

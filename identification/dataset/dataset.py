@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.dataset.half_row_speeds import HalfRowSpeeds
 from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import Arm, arm_of
 from mechanism.description import Neck
@@ -41,6 +42,8 @@ class DataSet:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     covariance: Series | None = None
     """full covariance of alpha, alpha', alpha'' of all joints at a few Hz, columns `cov_alpha1_alpha2_d` (upper triangle)"""
+    speeds: HalfRowSpeeds | None = None
+    """of the motors, where friction is known by which they can be told within the state's rows; not in any file"""
 
     @property
     def arm(self) -> Arm:

@@ -62,14 +62,15 @@ def frame_angles(data: DataSet) -> FrameAngles:
     return FrameAngles(state.time[rows], alpha, sigma, np.zeros_like(sigma))
 
 
-def spline_through_frames(frames: Array, alpha: Array, time: Array) -> tuple[Array, Array]:
-    """Angles and rates (T, N) at `time` (T,) by quintic splines through every frame: neither smoothed nor fused with the cables.
+def spline_through_frames(frames: Array, alpha: Array, time: Array) -> tuple[Array, Array, Array]:
+    """Angles, rates and accelerations (T, N) at `time` (T,) by quintic splines through every frame: not smoothed, not fused.
 
     frames: (F,), s; alpha: (F, N), rad, NaN where not measured.
     """
     measured = np.isfinite(alpha)
     splines = [make_interp_spline(frames[k], a[k], k=5) for k, a in zip(measured.T, alpha.T, strict=True)]
-    return np.stack([s(time) for s in splines], axis=-1), np.stack([s(time, 1) for s in splines], axis=-1)
+    value, rate, acceleration = (np.stack([s(time, d) for s in splines], axis=-1) for d in range(3))
+    return value, rate, acceleration
 
 
 def white_sigma(sigma: Array, common: Array) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.cable_memory import memory_states
+from identification.dataset.half_row_speeds import unrefined_speeds
 from identification.decimation import CUTOFF_HZ, decimating_filter
 from identification.design.trajectory import Trajectory
 from identification.residuals import cable_motion, residual_rows
@@ -60,6 +61,7 @@ def noise_free_signals(motion: Trajectory) -> Signals:
         theta=motion.theta,
         theta_d=motion.theta_d,
         theta_dd=motion.theta_dd,
+        speeds=unrefined_speeds(motion.theta_d, np.zeros(arm.M)),
         f=motion.f,
         inertial=arm.motor_inertia / arm.drum * motion.theta_dd,
         Z=jacobian,

@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 
 from identification.dataset.dataset import DataSet
 from identification.fitting import fit_laws, segment_starts
+from identification.motor_speeds import with_motor_speeds
 from identification.residuals import delayed_forces, residual_rows
 from identification.signals import signals_of
 from identification.unknowns import unknowns
 from identification.whitening import fit_whitener
+from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
 
@@ -36,7 +38,7 @@ class RecordingParameters:
 
 def fit_recording_parameters(data: DataSet, laws: tuple[str, ...], values: Mapping[str, Array]) -> RecordingParameters:
     """Fitted with the laws' values, by term, held. Raises Refused where the recording is too short or holds no forces."""
-    signals = signals_of(data)
+    signals = signals_of(with_motor_speeds(data, Machine(data.arm, laws, values)))
     m = signals.arm.M
     without_laws = unknowns(signals.arm, laws, 1, dict(values))
     solution = fit_laws([signals], without_laws)

@@ -1,0 +1,44 @@
+"""Motor speeds within the rows of a log, as motor_speeds.py estimates them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SMOOTHER_ORDER = 8
+"""the smoother lets through 1 / (1 + (frequency / cutoff)^8) of rounding's amplitude"""
+
+
+UNREFINED_HZ = 30.0
+"""Hz: up to which a state's motor angles follow the counts"""
+
+
+@dataclass(frozen=True)
+class HalfRowSpeeds:
+    """Speeds of the motors, and what the rounding of counts leaves uncertain of them."""
+
+    mean: Array
+    """mean theta' over the half row before and after each row, (2, T, M), rad/s"""
+    cutoff: Array
+    """of the smoother for each motor, (M,), Hz"""
+    rounding: Array
+    """standard deviation of each motor's counted angle, (M,), rad"""
+    errors: Array
+    """draws of the error of the rows' mean speed, (D, T, M), rad/s"""
+
+    def error_density(self, hertz: Array, step: float) -> Array:
+        """One-sided density of the speeds' error, (K, M), (rad/s)^2/Hz, at frequencies (K,), of rows `step` s apart."""
+        passed = 1 / (1 + (hertz[:, None] / self.cutoff) ** SMOOTHER_ORDER)
+        return passed * (2 * np.pi * hertz[:, None]) ** 2 * 2 * step * self.rounding**2
+
+
+def unrefined_speeds(theta_d: Array, count: Array) -> HalfRowSpeeds:
+    """Speeds at the rows (T, M), rad/s, in place of those within the rows; count: of each encoder, (M,), rad."""
+    return HalfRowSpeeds(
+        np.stack([theta_d, theta_d]),
+        np.full(len(count), UNREFINED_HZ),
+        count / np.sqrt(12),
+        np.zeros((0, *theta_d.shape)),
+    )

@@ -1,0 +1,174 @@
+"""Motor speeds within the rows of a log, by a smoother that knows the motors' equations.
+
+Where a motor turns round, dry friction turns over within a row or two. Its speed then has a kink, and every step of the command
+makes another; a spline through the counts rounds them all off, and friction computed from it is wrong for as long as the motor
+turns round. What is smooth is the tension, t = F - friction(theta') - Ia (R/rd) theta'' of (43): commands and friction are known.
+So the angles are sought that fit the counts and make that tension as smooth as its spectrum says, on half rows:
+
+    sum ((theta - measured) / sigma)^2 + roughness |second difference of t|^2  ->  min
+
+Without friction and commands this is a smoothing spline. Its cutoff follows from the tension's spectrum beside that of rounding.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import welch
+
+from identification.dataset.dataset import DataSet
+from identification.dataset.half_row_speeds import SMOOTHER_ORDER, HalfRowSpeeds
+from mechanism.arm import Arm
+from mechanism.laws import MotorMotion
+from mechanism.machine import Machine
+
+Array = NDArray[np.float64]
+
+STEPS_PER_ROW = 2
+"""steps of the angles within a row of the log: friction is taken at each step's mean speed"""
+LOWEST_CUTOFF_HZ, HIGHEST_CUTOFF_HZ = 4.0, 25.0
+"""Hz: between which the cutoff is sought (docs/thresholds.md)"""
+_SPECTRUM_S = 2.0
+"""s: length of the stretches whose spectra are averaged (docs/thresholds.md)"""
+_SMOOTHED_BINS = 9
+_MAX_ITERATIONS = 8
+_TOLERANCE_RAD_S = 1e-3
+"""rad/s: a step of Gauss and Newton that changes no speed by more was the last (docs/thresholds.md)"""
+_SPEED_STEP_RAD_S = 1e-3
+"""of the differences for friction's slope"""
+
+
+def with_motor_speeds(data: DataSet, machine: Machine, draws: int = 0) -> DataSet:
+    """A data set with its motors' speeds within the rows; draws: how often their error is drawn.
+
+    machine: laws of friction and of the command, with their numbers. Friction under tension is left out, which hardly matters.
+    """
+    state = data.state
+    theta, f = state.matrix("theta"), state.matrix("f")
+    step = float(np.mean(np.diff(state.time)))
+    counts = np.array([motor.counts for motor in data.neck.motors])
+    return replace(data, speeds=motor_speeds(data.arm, machine, theta, f, step, 2 * np.pi / counts, draws))
+
+
+def motor_speeds(
+    arm: Arm, machine: Machine, theta: Array, f: Array, step: float, count: Array, draws: int = 0
+) -> HalfRowSpeeds:
+    """Speeds of the motors within the rows of a log. Their error is drawn by rounding the estimate anew and smoothing that.
+
+    theta: (T, M), rad, as measured, at rows `step` s apart; f: (T, M), N, each from its row on; count: of each encoder, (M,), rad.
+    """
+    force = machine.acting_force(f, step)
+    inertia = np.broadcast_to(arm.motor_inertia / arm.drum, (arm.M,))
+    rest = np.zeros(arm.M)
+
+    def friction(speed: Array) -> Array:
+        return np.broadcast_to(machine.friction(MotorMotion(speed, rest, rest)), speed.shape)
+
+    grid = (len(theta) - 1) * STEPS_PER_ROW + 1
+    rows = np.arange(len(theta)) * STEPS_PER_ROW
+    start = np.stack([np.interp(np.arange(grid), rows, column) for column in theta.T], axis=-1)
+    held = np.repeat(force[:-1], STEPS_PER_ROW, axis=0)
+    sigma, cutoff = count / np.sqrt(12), np.full(arm.M, HIGHEST_CUTOFF_HZ)
+    # with the widest cutoff first: it shows down to which frequency the tension can be told from rounding
+    wide = _smoothed(start, theta, held, friction, inertia, sigma, cutoff, step)
+    cutoff = _cutoff(_tension(wide, held, friction, inertia, step), inertia, sigma, step)
+    angles = _smoothed(wide, theta, held, friction, inertia, sigma, cutoff, step)
+    mean = _half_row_speeds(angles, step)
+    rng, errors = np.random.default_rng(0), []
+    for _ in range(draws):
+        counted = angles[::STEPS_PER_ROW] + count * rng.uniform(-0.5, 0.5, theta.shape)
+        drawn = _smoothed(angles, counted, held, friction, inertia, sigma, cutoff, step)
+        errors.append((_half_row_speeds(drawn, step) - mean).mean(axis=0))
+    return HalfRowSpeeds(mean, cutoff, sigma, np.array(errors).reshape(draws, *theta.shape))
+
+
+def _half_row_speeds(angles: Array, step: float) -> Array:
+    """Mean speeds before and after each row, (2, T, M), of angles on half rows."""
+    speed = np.diff(angles, axis=0) * STEPS_PER_ROW / step
+    return np.stack([np.concatenate([speed[:1], speed[1::2]]), np.concatenate([speed[::2], speed[-1:]])])
+
+
+def _tension(angles: Array, held: Array, friction: Callable[[Array], Array], inertia: Array, step: float) -> Array:
+    """Tension at the inner steps, (G - 2, M), N, of angles (G, M) on half rows and forces held between them, (G - 1, M)."""
+    length = step / STEPS_PER_ROW
+    net = held - friction(np.diff(angles, axis=0) / length)
+    return (net[:-1] + net[1:]) / 2 - inertia * np.diff(angles, 2, axis=0) / length**2
+
+
+def _cutoff(tension: Array, inertia: Array, sigma: Array, step: float) -> Array:
+    """Cutoff of each motor, (M,), Hz, that leaves least of its speed wrong.
+
+    A lower one smooths away what is in the tension, a higher one lets rounding in: both as the tension's spectrum says, which at
+    high frequencies is rounding's alone.
+    """
+    rate = STEPS_PER_ROW / step
+    hertz, power = welch(tension, rate, nperseg=min(len(tension), int(_SPECTRUM_S * rate)), axis=0, detrend="linear")
+    inside = (hertz > 0) & (hertz <= HIGHEST_CUTOFF_HZ)
+    hertz, power = hertz[inside][:, None], power[inside]
+    rounding = inertia**2 * (2 * np.pi * hertz) ** 4 * 2 * sigma**2 * step
+    to_speed = 1 / (2 * np.pi * hertz * inertia) ** 2
+    choices = np.arange(LOWEST_CUTOFF_HZ, HIGHEST_CUTOFF_HZ + 0.1, 0.5)
+    passed = 1 / (1 + (hertz / choices[:, None, None]) ** SMOOTHER_ORDER)
+    # what chance leaves of rounding in one frequency and takes from the next must not count as motion
+    own = np.maximum(uniform_filter1d(power / passed[-1] ** 2 - rounding, _SMOOTHED_BINS, axis=0), 0.0)
+    let_in = np.sum(passed**2 * rounding * to_speed, axis=1)
+    error = let_in + np.sum((1 - passed) ** 2 * own * to_speed, axis=1)
+    return choices[np.argmin(error, axis=0)]
+
+
+def _smoothed(
+    start: Array,
+    measured: Array,
+    held: Array,
+    friction: Callable[[Array], Array],
+    inertia: Array,
+    sigma: Array,
+    cutoff: Array,
+    step: float,
+) -> Array:
+    """Angles on half rows, (G, M), rad, by Gauss and Newton's steps from `start`."""
+    length, angles = step / STEPS_PER_ROW, start
+    # a motor whose tension alone counts follows its angles up to the cutoff: |inertia w^4|^2 roughness = 1 / (sigma^2 step) there
+    root = np.sqrt(length / (sigma**2 * step)) / ((2 * np.pi * cutoff) ** 4 * inertia) / length**2
+    for _ in range(_MAX_ITERATIONS):
+        speed = np.diff(angles, axis=0) / length
+        slope = (friction(speed + _SPEED_STEP_RAD_S) - friction(speed)) / (_SPEED_STEP_RAD_S * length)
+        rough = root * np.diff(_tension(angles, held, friction, inertia, step), 2, axis=0)
+        change = np.empty_like(angles)
+        for j in range(angles.shape[1]):
+            by_angles = root[j] * _roughness_by_angles(slope[:, j], inertia[j] / length**2)
+            change[:, j] = _step(by_angles, rough[:, j], measured[:, j] - angles[::STEPS_PER_ROW, j], sigma[j])
+        angles = angles + change
+        if np.abs(np.diff(change, axis=0)).max() < _TOLERANCE_RAD_S * length:
+            break
+    return angles
+
+
+def _roughness_by_angles(slope: Array, inertia: float) -> Array:
+    """Derivatives of the tension's second differences by the five angles that each depends on, (5, G - 4).
+
+    slope: of friction by the angle that ends each step, (G - 1,); inertia: Ia (R/rd) over the step squared.
+    """
+    by_angles = np.stack(
+        [slope[:-1] / 2 - inertia, 2 * inertia - (slope[:-1] - slope[1:]) / 2, -slope[1:] / 2 - inertia]
+    )
+    out = np.zeros((5, by_angles.shape[1] - 2))
+    for place, weight in enumerate((1.0, -2.0, 1.0)):
+        out[place : place + 3] += weight * by_angles[:, place : by_angles.shape[1] - 2 + place]
+    return out
+
+
+def _step(by_angles: Array, rough: Array, misfit: Array, sigma: float) -> Array:
+    """Gauss and Newton's change of the angles, (G,)."""
+    count = len(rough) + 4
+    band, gradient = np.zeros((5, count)), np.zeros(count)
+    band[0, ::STEPS_PER_ROW] = 1 / sigma**2
+    gradient[::STEPS_PER_ROW] = misfit / sigma**2
+    for a, row in enumerate(by_angles):
+        gradient[a : a + len(rough)] -= row * rough
+        for b in range(a + 1):
+            band[a - b, b : b + len(rough)] += row * by_angles[b]
+    return solveh_banded(band, gradient, lower=True, check_finite=False)
