@@ -28,6 +28,7 @@ TOPICS = {
         "clock",
         "lost_frames",
         "state",
+        "budget",
         "check",
         "identification",
         "simulation",

@@ -59,5 +59,13 @@ _WORLDS: tuple[tuple[range, str], ...] = (
 TUNED_WORLDS: Mapping[int, str] = dict(chain.from_iterable(((seed, why) for seed in seeds) for seeds, why in _WORLDS))
 """Worlds of the clock's, the check's and the state's benchmarks: seed, and what was set on it."""
 
+FORWARD_ARMS: Mapping[int, str] = dict.fromkeys(
+    range(1, 9), "the smoother of motor speeds, and up to which frequency the arm's equation is judged"
+)
+"""Arms integrated forward (samples/forward_arms): seed, and what was set on it."""
+
+FIRST_COUNTED_FORWARD_ARM = 1000
+"""The seed from which arms integrated forward are counted: nothing was ever set on these."""
+
 FIRST_COUNTED_WORLD = 2000
 """The seed from which these benchmarks count, some dozens of them: nothing was ever set on these."""

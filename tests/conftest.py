@@ -39,6 +39,7 @@ SLOW = (
     "identification/simulation",
     "identification/test_estimates.py",
     "identification/test_instruments.py",
+    "identification/test_motor_speeds.py",
     "identification/test_recovery.py",
     "mechanism/test_mujoco_peer.py",
     "mechanism/test_simulation.py",
