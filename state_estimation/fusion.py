@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from identification.dataset.frames import FrameAngles
 from state_estimation.banded import BandedCholesky, banded_cholesky
-from state_estimation.cable_equations import CableEquations, add_rows
+from state_estimation.cable_equations import CableEquations, add_rows, rows_reach
 from state_estimation.elongation_error_spectrum import REGRESSOR_SIGMA_M
 from state_estimation.motion_prior import PARTS, TwoPartPrior, joint_band
-from state_estimation.smoother import normal_equations
+from state_estimation.smoother import BANDWIDTH, normal_equations
 from state_estimation.spline import Knots
 
 Array = NDArray[np.float64]
@@ -71,7 +71,8 @@ def solve_splines(
         )
         measured.append(band)
         right[:, i] = of_samples[:, None]
-    band, right = joint_band(measured, [prior.bands(knots) for prior in priors]), right.ravel()
+    reach = BANDWIDTH if cables is None else rows_reach(knots.step)
+    band, right = joint_band(measured, [prior.bands(knots) for prior in priors], reach), right.ravel()
     if cables is None:
         H, no_border = banded_cholesky(band), np.zeros((len(right), 0))
         return SplineSolution(
