@@ -111,7 +111,7 @@ class SplinePrior:
         p = self.order
         angles = np.pi * (2 * np.arange(p) + p + 1) / (2 * p)
         poles = np.exp(self.corner * knots.step * np.exp(1j * angles))
-        return np.real(np.poly(poles))[::-1]
+        return np.asarray(np.real(np.poly(poles))[::-1], dtype=np.float64)
 
     def log_determinant(self, knots: Knots) -> float:
         """Logarithm of the determinant of the coefficients' precision."""
