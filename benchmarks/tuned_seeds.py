@@ -59,8 +59,13 @@ _WORLDS: tuple[tuple[range, str], ...] = (
 TUNED_WORLDS: Mapping[int, str] = dict(chain.from_iterable(((seed, why) for seed in seeds) for seeds, why in _WORLDS))
 """Worlds of the clock's, the check's and the state's benchmarks: seed, and what was set on it."""
 
-TUNED_FORWARD_ARMS: Mapping[int, str] = dict.fromkeys(
-    range(64), "how the noise of angles is read from their frames, and knots and rough motion of the state"
+_FORWARD_ARMS: tuple[tuple[range, str], ...] = (
+    (range(64), "how the noise of angles is read from their frames, and knots and rough motion of the state"),
+    (range(1000, 1002), "where the rounds that tell rough motion from errors of cables begin"),
+)
+
+TUNED_FORWARD_ARMS: Mapping[int, str] = dict(
+    chain.from_iterable(((seed, why) for seed in seeds) for seeds, why in _FORWARD_ARMS)
 )
 """Arms of samples/forward_arms: seed, and what was set on it."""
 

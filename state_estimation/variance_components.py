@@ -18,11 +18,11 @@ from state_estimation.spline import Knots, knots_over
 
 Array = NDArray[np.float64]
 
-ITERATIONS = 6
-"""re-estimations of the cables' spectra and of the rough motion (docs/thresholds.md)"""
-FAST_HZ, FIRST_DENSITY, FIRST_ROUGHNESS = 4.0, 0.01, 4.0
-"""from this frequency on the first solution takes the cables' errors for so much of what vision bounds them by, and rough motion
-for so many times what vision shows: cables tell fast motion better than vision, and errors that are there show themselves
+SLOW_ITERATIONS, ITERATIONS = 3, 4
+"""re-estimations of the cables' spectra with vision's priors, and then of both (docs/thresholds.md)"""
+FAST_HZ, FIRST_DENSITY, FIRST_ROUGHNESS = 4.0, 0.05, 2.0
+"""from this frequency on the second half begins with so much of the cables' errors as the first half found, and rough motion with so
+many times what vision shows: cables tell fast motion better than vision, and errors that are there show themselves
 (docs/thresholds.md)"""
 MAX_DENSITY = 16.0
 """times what vision bounds the cables' errors by, which no band exceeds (docs/thresholds.md)"""
@@ -52,18 +52,18 @@ def estimate_variance_components(
     m = cables.arm.M
     probes = np.random.default_rng(0).normal(size=(m, len(cables.time), PROBE_COUNT))
     most = [MAX_DENSITY * s.density for s in spectra]
-    optimism = np.where(np.array(EDGES_HZ) >= FAST_HZ, FIRST_DENSITY, 1.0)
-    spectra = [replace(s, density=optimism * s.density) if used[j] else s for j, s in enumerate(spectra)]
+    fast = np.where(np.array(EDGES_HZ) >= FAST_HZ, FIRST_DENSITY, 1.0)
     # fewer cables than joints do not tell rough motion from errors, and vision's own priors stay
     tells_motion = bool(np.sum(used) >= cables.arm.N)
-    if tells_motion:
-        priors = [replace(p, rough=p.rough.scaled(FIRST_ROUGHNESS)) for p in priors]
     innovation_probes = np.random.default_rng(1).normal(size=(knots.count - ROUGH_ORDER, PROBE_COUNT))
-    for _ in range(ITERATIONS):
+    for k in range(SLOW_ITERATIONS + ITERATIONS):
+        if k == SLOW_ITERATIONS and tells_motion:
+            spectra = [replace(s, density=fast * s.density) if used[j] else s for j, s in enumerate(spectra)]
+            priors = [replace(p, rough=p.rough.scaled(FIRST_ROUGHNESS)) for p in priors]
         equations = list(cable_rows(cables, knots, alpha, vision.mean, spectra))
         solution = solve_splines(knots, vision.mean, frames, priors, equations)
         alpha = solution.alpha(cables.time)
-        if tells_motion:
+        if k >= SLOW_ITERATIONS and tells_motion:
             priors = [_resized(p, knots, solution, i, innovation_probes) for i, p in enumerate(priors)]
         noise = np.split(-probes, np.cumsum([rows.X.shape[1] for rows in equations])[:-1], axis=1)
         response = _response_to_noise(solution, equations, noise)
