@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 SLOW_ITERATIONS, ITERATIONS = 3, 4
 """re-estimations of the cables' spectra with vision's priors, and then of both (docs/thresholds.md)"""
 FAST_HZ, FIRST_DENSITY, FIRST_ROUGHNESS = 4.0, 0.05, 2.0
-"""from this frequency on the second half begins with so much of the cables' errors as the first half found, and rough motion with so
-many times what vision shows: cables tell fast motion better than vision, and errors that are there show themselves
+"""from this frequency on the second half begins with so much of the cables' errors as the first half found, and rough motion with
+so many times what vision shows: cables tell fast motion better than vision, and errors that are there show themselves
 (docs/thresholds.md)"""
 MAX_DENSITY = 16.0
 """times what vision bounds the cables' errors by, which no band exceeds (docs/thresholds.md)"""
