@@ -1,7 +1,7 @@
 """Seeds on which something was set or mended: they are counted in no rate that is reported.
 
 A seed that was counted first and used for setting something afterwards stands here too: another run of it proves nothing.
-Two generators take seeds, and the same seed is another world in each.
+Three generators take seeds, and the same seed is another world in each.
 """
 
 from collections.abc import Mapping
@@ -59,12 +59,18 @@ _WORLDS: tuple[tuple[range, str], ...] = (
 TUNED_WORLDS: Mapping[int, str] = dict(chain.from_iterable(((seed, why) for seed in seeds) for seeds, why in _WORLDS))
 """Worlds of the clock's, the check's and the state's benchmarks: seed, and what was set on it."""
 
-FORWARD_ARMS: Mapping[int, str] = dict.fromkeys(
-    range(1, 9), "the smoother of motor speeds, and up to which frequency the arm's equation is judged"
+_FORWARD_ARMS: tuple[tuple[range, str], ...] = (
+    (range(64), "how the noise of angles is read from their frames, and knots and rough motion of the state"),
+    (range(1, 9), "the smoother of motor speeds, and up to which frequency the arm's equation is judged"),
+    (range(1000, 1002), "where the rounds that tell rough motion from errors of cables begin"),
 )
-"""Arms integrated forward (samples/forward_arms): seed, and what was set on it."""
 
-FIRST_COUNTED_FORWARD_ARM = 1000
+TUNED_FORWARD_ARMS: Mapping[int, str] = dict(
+    chain.from_iterable(((seed, why) for seed in seeds) for seeds, why in _FORWARD_ARMS)
+)
+"""Arms of samples/forward_arms: seed, and what was set on it."""
+
+FIRST_COUNTED_FORWARD_ARM = 1002
 """The seed from which arms integrated forward are counted: nothing was ever set on these."""
 
 FIRST_COUNTED_WORLD = 2000

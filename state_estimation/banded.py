@@ -39,12 +39,19 @@ def banded_cholesky(band: Array) -> BandedCholesky:
     return BandedCholesky(np.asarray(cholesky_banded(band, lower=True, check_finite=False)))
 
 
-def add_to_band(band: Array, matrix: sparse.csr_array) -> None:
-    """Adds a symmetric sparse matrix (n, n), whose entries lie within the band, to the lower band (w + 1, n)."""
+def add_to_band(band: Array, matrix: sparse.csr_array, parts: int = 1) -> None:
+    """Adds a symmetric sparse matrix (n, n), whose entries lie within the band, to the lower band (w + 1, n parts).
+
+    Every row and column of the matrix stands for `parts` neighbours in the band.
+    """
+    matrix.sum_duplicates()
     entries = matrix.tocoo()
     below = entries.row >= entries.col
-    i, j = entries.row[below], entries.col[below]
-    np.add.at(band, (i - j, j), entries.data[below])
+    i, j, data = parts * entries.row[below], parts * entries.col[below], entries.data[below]
+    for a in range(parts):
+        for b in range(parts):
+            inside = slice(None) if a >= b else i > j
+            band[(i - j)[inside] + a - b, j[inside] + b] += data[inside]
 
 
 def inverse_windows(

@@ -17,10 +17,13 @@ from mechanism.cable_lengths import Z, lengths
 from state_estimation.banded import add_to_band
 from state_estimation.elongation_error_spectrum import TAPS, ErrorSpectrum
 from state_estimation.motion_prior import PARTS
+from state_estimation.smoother import BANDWIDTH
 from state_estimation.spline import SUPPORT, Knots
 
 Array = NDArray[np.float64]
 
+MAX_ROW_S = 0.025
+"""s between the rows at most (CABLE_HZ)"""
 _ROWS_AT_ONCE = 1 << 11
 """rows that are made together: those of a whole recording would fill the memory"""
 
@@ -51,23 +54,25 @@ class CableEquations:
     """Whitened rows A_j c - y_j - X_j beta_j of each cable over some of the times."""
 
     A: list[sparse.csr_array]
-    """of each cable, (K, number of columns): the coefficients that these rows rest on"""
+    """of each cable, (K, number of knots times N): it multiplies the sums of the parts' coefficients that these rows rest on"""
     X: Array
     """(M, K, P)"""
     y: Array
     """(M, K)"""
     columns: slice
-    """of all coefficients c, those that A multiplies"""
+    """of all coefficients c, those that these rows rest on"""
 
     def right_sides(self, y: Array) -> tuple[Array, Array]:
         """Right sides of the normal equations, of c[columns] and of beta, where the rows measure y (M, K, ...)."""
-        A_y = sum((A.T @ part for A, part in zip(self.A, y, strict=True)), 0.0)
-        return np.asarray(A_y), np.concatenate([-X.T @ part for X, part in zip(self.X, y, strict=True)])
+        A_y = np.asarray(sum((A.T @ part for A, part in zip(self.A, y, strict=True)), 0.0))
+        return np.repeat(A_y, PARTS, axis=0), np.concatenate([-X.T @ part for X, part in zip(self.X, y, strict=True)])
 
     def residuals(self, c: Array, beta: Array, y: Array) -> Array:
         """A c - y - X beta of each cable, (M, K, ...), for c (n, ...), beta (M P, ...) and measurements y (M, K, ...)."""
         cables = zip(self.A, self.X, y, np.split(beta, len(self.X)), strict=True)
-        return np.stack([A @ c[self.columns] - part - X @ b for A, X, part, b in cables])
+        of_knots = c[self.columns]
+        angles = of_knots.reshape(-1, PARTS, *of_knots.shape[1:]).sum(axis=1)
+        return np.stack([A @ angles - part - X @ b for A, X, part, b in cables])
 
 
 @dataclass(frozen=True)
@@ -84,6 +89,11 @@ class NormalProducts:
     """-X^T y, (M P,)"""
 
 
+def rows_reach(step: float) -> int:
+    """Knots, `step` (s) apart, over which whitened rows couple coefficients."""
+    return max(BANDWIDTH, SUPPORT - 1 + int(np.ceil(TAPS * MAX_ROW_S / step)))
+
+
 def add_rows(band: Array, equations: Iterable[CableEquations]) -> NormalProducts:
     """Adds A^T A of all equations to a lower band (w + 1, n), which has room for it, and returns the other products."""
     A_X: Array | None = None
@@ -93,8 +103,9 @@ def add_rows(band: Array, equations: Iterable[CableEquations]) -> NormalProducts
         m, _, p = rows.X.shape
         A_X = np.zeros((band.shape[1], m * p)) if A_X is None else A_X
         for j, (A, X) in enumerate(zip(rows.A, rows.X, strict=True)):
-            add_to_band(band[:, rows.columns], sparse.csr_array(A.T @ A))
-            A_X[rows.columns, j * p : (j + 1) * p] += A.T @ X
+            A_X[rows.columns, j * p : (j + 1) * p] += np.repeat(A.T @ X, PARTS, axis=0)
+        all_rows = sparse.vstack(rows.A, format="csr")
+        add_to_band(band[:, rows.columns], sparse.csr_array(all_rows.T @ all_rows), PARTS)
         X_X.append(np.asarray(block_diag(*(X.T @ X for X in rows.X))))
         part_A_y, part_X_y = rows.right_sides(rows.y)
         A_y[rows.columns] += part_A_y
@@ -121,32 +132,22 @@ def cable_rows(
 def _whitened_rows(
     cables: CableMeasurements, knots: Knots, alpha: Array, mean: Array, whiteners: list[sparse.csr_array]
 ) -> CableEquations:
-    count, per_knot = len(cables.time), cables.arm.N * PARTS
+    count, joints = len(cables.time), cables.arm.N
     first, weights = knots.rows(cables.time)
     span = int(first[-1] - first[0]) + SUPPORT
-    columns = ((first - first[0])[:, None] + np.arange(SUPPORT))[:, :, None] * per_knot + np.arange(per_knot)
-    starts = SUPPORT * per_knot * np.arange(count + 1)
+    columns = ((first - first[0])[:, None] + np.arange(SUPPORT))[:, :, None] * joints + np.arange(joints)
+    starts = SUPPORT * joints * np.arange(count + 1)
     slope = -Z(cables.arm, alpha)  # (K, N, M)
     y = np.einsum("tij,ti->tj", slope, alpha - mean) - cables.elongation(alpha)
     A, X, measured = [], [], []
     for j, whitener in enumerate(whiteners):
-        values = np.repeat((weights[:, :, None] * slope[:, None, :, j]).reshape(-1), PARTS)
-        A.append(whitener @ sparse.csr_array((values, columns.ravel(), starts), shape=(count, span * per_knot)))
+        values = (weights[:, :, None] * slope[:, None, :, j]).reshape(-1)
+        A.append(whitener @ sparse.csr_array((values, columns.ravel(), starts), shape=(count, span * joints)))
         X.append(whitener @ cables.X[:, j])
         measured.append(whitener @ y[:, j])
+    per_knot = joints * PARTS
     begin = int(first[0]) * per_knot
     return CableEquations(A, np.stack(X), np.stack(measured), slice(begin, begin + span * per_knot))
-
-
-def cable_angles(
-    cables: CableMeasurements, alpha: Array, beta: Array, spectra: list[ErrorSpectrum]
-) -> tuple[Array, Array]:
-    """Angles (K, N) that the cables alone give near `alpha`, for elongations X beta, and their variances; needs M >= N."""
-    slope, weights = -Z(cables.arm, alpha), np.array([1 / s.variance for s in spectra])
-    residuals = cables.elongation(alpha) - np.einsum("tjp,jp->tj", cables.X, beta)
-    covariance = np.linalg.inv(np.einsum("tij,j,tkj->tik", slope, weights, slope))
-    step = np.einsum("tik,tkj,j,tj->ti", covariance, slope, weights, residuals)
-    return alpha - step, np.diagonal(covariance, axis1=1, axis2=2)
 
 
 def _whitener(spectrum: ErrorSpectrum, count: int, first: bool) -> sparse.csr_array:

@@ -27,8 +27,7 @@ EDGES_HZ = (0.0, 0.5, 1.5, 4.0, 9.0, 15.0)
 REGRESSOR_SIGMA_M = 5e-3
 """m: prior standard deviation of what any one regressor moves a cable by (docs/thresholds.md)"""
 TAPS = 4
-"""of rows 25 ms apart or less: they reach over three knots, which the band of the normal equations has room for
-(docs/thresholds.md)"""
+"""of rows 25 ms apart or less: they reach over six knots, for which the normal equations make room (docs/thresholds.md)"""
 MAX_SAMPLES = 3000
 """samples from the middle of a recording that the spectrum is fitted to"""
 
@@ -53,6 +52,10 @@ class ErrorSpectrum:
     def scaled(self, factor: float) -> "ErrorSpectrum":
         """Of an error that is `factor` times as large."""
         return ErrorSpectrum(factor**2 * self.density, self.step)
+
+    def at_most(self, density: Array) -> "ErrorSpectrum":
+        """With no more than `density` in any band."""
+        return ErrorSpectrum(np.minimum(self.density, density), self.step)
 
     def whitener(self) -> tuple[Array, float]:
         """Filter (TAPS + 1,), newest sample first, that whitens samples to variance one, and the samples' standard deviation, m."""

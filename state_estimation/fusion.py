@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from identification.dataset.frames import FrameAngles
 from state_estimation.banded import BandedCholesky, banded_cholesky
-from state_estimation.cable_equations import CableEquations, add_rows
+from state_estimation.cable_equations import CableEquations, add_rows, rows_reach
 from state_estimation.elongation_error_spectrum import REGRESSOR_SIGMA_M
 from state_estimation.motion_prior import PARTS, TwoPartPrior, joint_band
-from state_estimation.smoother import normal_equations
+from state_estimation.smoother import BANDWIDTH, normal_equations
 from state_estimation.spline import Knots
 
 Array = NDArray[np.float64]
@@ -71,7 +71,8 @@ def solve_splines(
         )
         measured.append(band)
         right[:, i] = of_samples[:, None]
-    band, right = joint_band(measured, [prior.bands(knots) for prior in priors]), right.ravel()
+    reach = BANDWIDTH if cables is None else rows_reach(knots.step)
+    band, right = joint_band(measured, [_bands(prior, knots) for prior in priors], reach), right.ravel()
     if cables is None:
         H, no_border = banded_cholesky(band), np.zeros((len(right), 0))
         return SplineSolution(
@@ -102,6 +103,17 @@ def solve_splines(
     )
     c, beta = system.solve(right + products.A_y, products.X_y)
     return replace(system, c=c, beta=beta)
+
+
+def _bands(prior: TwoPartPrior, knots: Knots) -> tuple[Array, Array]:
+    """The prior's bands, the steep smooth part's held positive definite beside a rough part of any size.
+
+    What is added is the rounding error of a factorisation. A coefficient's standard deviation by it alone is some five times the
+    signal's at the steepest prior that is fitted.
+    """
+    smooth, rough = prior.bands(knots)
+    smooth[0] += 16 * np.finfo(float).eps * np.max(smooth[0])
+    return smooth, rough
 
 
 def vision_misfit(solution: SplineSolution, frames: FrameAngles) -> float:

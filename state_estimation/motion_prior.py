@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 PARTS = 2
 """coefficients of a signal at each knot"""
+ROUGH = 1
+"""place of the rough part's coefficient among them"""
 SMOOTH_ORDERS = (4, 8)
 """orders that are tried for the smooth part (docs/thresholds.md)"""
 ROUGH_ORDER = 3
@@ -70,23 +72,19 @@ class TwoPartPrior:
         return self.smooth.log_determinant(knots) + self.rough.log_determinant(knots)
 
 
-def less_rough(prior: TwoPartPrior, other: TwoPartPrior) -> TwoPartPrior:
-    """`prior` with the smaller rough part of both: each is as large as its own samples just allow, and both must hold."""
-    return TwoPartPrior(prior.smooth, min(prior.rough, other.rough, key=lambda part: part.innovation_sigma))
-
-
-def joint_band(measured: list[Array], priors: list[tuple[Array, Array]]) -> Array:
+def joint_band(measured: list[Array], priors: list[tuple[Array, Array]], reach: int = BANDWIDTH) -> Array:
     """Lower band of the normal equations of all signals, their parts side by side at each knot.
 
-    measured: of each signal the band (BANDWIDTH + 1, count) of its samples, which measure the sum of its parts and couple SUPPORT
-    knots. priors: of each signal the bands of its parts.
+    reach: knots over which anything couples coefficients, BANDWIDTH at least. measured: of each signal the band
+    (BANDWIDTH + 1, count) of its samples, which measure the sum of its parts and couple SUPPORT knots. priors: of each signal the
+    bands of its parts.
     """
     n = PARTS * len(measured)
     count = measured[0].shape[1]
-    band = np.zeros(((BANDWIDTH + 1) * n, n * count))
+    band = np.zeros(((reach + 1) * n, n * count))
     for i, (samples, parts) in enumerate(zip(measured, priors, strict=True)):
         for r in range(PARTS):
-            band[::n, PARTS * i + r :: n] += parts[r]
+            band[: (BANDWIDTH + 1) * n : n, PARTS * i + r :: n] += parts[r]
             for s in range(PARTS):
                 # row of part r at knot k + lag, column of part s at knot k
                 for lag in range(0 if r >= s else 1, SUPPORT):

@@ -5,7 +5,7 @@ q / (w0^2 + w^2)^p (Matern's), which is autoregressive with one pole of order p;
 process. A signal at any time depends on six neighbouring coefficients, so every matrix is banded.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from math import comb, factorial
 
@@ -80,8 +80,7 @@ class SplinePrior:
     def band(self, knots: Knots) -> Array:
         """Precision of the coefficients, lower band (order + 1, count) in the layout of scipy.linalg.solveh_banded."""
         n, p = knots.count, self.order
-        angles = np.pi * (2 * np.arange(p) + p + 1) / (2 * p)
-        taps = np.real(np.poly(np.exp(self.corner * knots.step * np.exp(1j * angles))))[::-1]
+        taps = self._taps(knots)
         band = np.zeros((p + 1, n))
         for lag in range(p + 1):
             for k in range(p + 1 - lag):
@@ -89,6 +88,30 @@ class SplinePrior:
                 band[lag, k : k + n - p] += taps[k] * taps[k + lag] / self.innovation_sigma**2
         band[0, :p] += self.initial_sigma**-2
         return band
+
+    def innovations(self, knots: Knots, c: Array) -> Array:
+        """The innovations, of variance one by this prior, of coefficients c (count, ...): (count - order, ...)."""
+        rows = knots.count - self.order
+        filtered = np.sum([tap * c[k : k + rows] for k, tap in enumerate(self._taps(knots))], axis=0)
+        return np.asarray(filtered / self.innovation_sigma, dtype=np.float64)
+
+    def innovations_transposed(self, knots: Knots, values: Array) -> Array:
+        """The transpose of the linear map `innovations` applied to `values` (count - order, ...): (count, ...)."""
+        out = np.zeros((knots.count, *values.shape[1:]))
+        for k, tap in enumerate(self._taps(knots)):
+            out[k : k + len(values)] += tap * values
+        return out / self.innovation_sigma
+
+    def scaled(self, factor: float) -> "SplinePrior":
+        """Of a signal that is `factor` times as large."""
+        return replace(self, innovation_sigma=factor * self.innovation_sigma, initial_sigma=factor * self.initial_sigma)
+
+    def _taps(self, knots: Knots) -> Array:
+        """Filter (order + 1,), oldest coefficient first, that leaves the innovations of the coefficients."""
+        p = self.order
+        angles = np.pi * (2 * np.arange(p) + p + 1) / (2 * p)
+        poles = np.exp(self.corner * knots.step * np.exp(1j * angles))
+        return np.asarray(np.real(np.poly(poles))[::-1], dtype=np.float64)
 
     def log_determinant(self, knots: Knots) -> float:
         """Logarithm of the determinant of the coefficients' precision."""

@@ -24,8 +24,8 @@ from state_estimation.state_covariance import state_covariance
 
 Array = NDArray[np.float64]
 
-KNOT_S = 1 / 30
-"""s between knots: represents motion to about 8 Hz (docs/thresholds.md)"""
+KNOT_S = 1 / 60
+"""s between knots: represents motion to about 16 Hz, an arm's own swinging on its cables included (docs/thresholds.md)"""
 COVARIANCE_HZ = 50.0
 """Hz: rate at which the covariance is computed; it is interpolated between"""
 BRIDGE_S = 0.2

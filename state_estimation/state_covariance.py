@@ -7,7 +7,6 @@ from identification.dataset.frames import FrameAngles
 from state_estimation.banded import inverse_windows
 from state_estimation.fusion import SplineSolution
 from state_estimation.motion_prior import PARTS
-from state_estimation.smoother import BANDWIDTH
 from state_estimation.spline import SUPPORT
 
 Array = NDArray[np.float64]
@@ -31,7 +30,7 @@ def state_covariance(
         (shift.reshape(knots.count, n, PARTS, -1).sum(axis=2), C) for shift, C in shifts_and_covariances
     ]
     per_knot, covariance, second = PARTS * n, np.empty((len(at), 3 * n, 3 * n)), np.arange(2 * n, 3 * n)
-    windows = inverse_windows(solution.H, (BANDWIDTH + 1) * per_knot, first * per_knot, SUPPORT * per_knot, PARTS)
+    windows = inverse_windows(solution.H, len(solution.H.lower), first * per_knot, SUPPORT * per_knot, PARTS)
     for rows, window in windows:
         to_state = np.einsum("tdk,ij->tdikj", weights[rows], np.eye(n)).reshape(-1, 3 * n, SUPPORT * n)
         part = to_state @ window @ np.swapaxes(to_state, 1, 2)

@@ -1,23 +1,31 @@
 """Variance components: the spectra of the cables' errors and the joints' motion priors, from vision and cables together.
 
-Either depends on the other. Residuals of a solution give the errors' spectra (restricted maximum likelihood, see
-elongation_error_spectrum); angles by the cables alone show the priors what lies below vision's noise.
+Either depends on the other. Residuals of a solution give the errors' spectra, and its innovations the size of the rough motion
+(restricted maximum likelihood as a fixed point, see elongation_error_spectrum): cables show rough motion far below vision's noise.
 """
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.frames import FrameAngles
-from state_estimation.cable_equations import CableEquations, CableMeasurements, cable_angles, cable_rows
-from state_estimation.elongation_error_spectrum import ErrorSpectrum
+from state_estimation.cable_equations import CableEquations, CableMeasurements, cable_rows
+from state_estimation.elongation_error_spectrum import EDGES_HZ, MIN_RESIDUAL_SHARE, ErrorSpectrum
 from state_estimation.fusion import SplineSolution, solve_splines
-from state_estimation.motion_prior import ROUGHNESS_ALLOWANCE, TwoPartPrior, fit_two_part_prior, less_rough
-from state_estimation.spline import knots_over
+from state_estimation.motion_prior import PARTS, ROUGH, ROUGH_ORDER, TwoPartPrior
+from state_estimation.spline import Knots, knots_over
 
 Array = NDArray[np.float64]
 
-ITERATIONS, PRIOR_ITERATION = 6, 3
-"""re-estimations of the cables' spectra, and after which of them, from zero, the priors are fitted again (docs/thresholds.md)"""
+SLOW_ITERATIONS, ITERATIONS = 3, 4
+"""re-estimations of the cables' spectra with vision's priors, and then of both (docs/thresholds.md)"""
+FAST_HZ, FIRST_DENSITY, FIRST_ROUGHNESS = 4.0, 0.05, 2.0
+"""from this frequency on the second half begins with so much of the cables' errors as the first half found, and rough motion with
+so many times what vision shows: cables tell fast motion better than vision, and errors that are there show themselves
+(docs/thresholds.md)"""
+MAX_DENSITY = 16.0
+"""times what vision bounds the cables' errors by, which no band exceeds (docs/thresholds.md)"""
 MAX_SPAN_S = 60.0
 """s from the middle of a recording that both are estimated from (docs/thresholds.md)"""
 PROBE_COUNT = 4
@@ -43,10 +51,20 @@ def estimate_variance_components(
     alpha, priors = vision.alpha(cables.time), vision.priors
     m = cables.arm.M
     probes = np.random.default_rng(0).normal(size=(m, len(cables.time), PROBE_COUNT))
-    for k in range(ITERATIONS):
+    most = [MAX_DENSITY * s.density for s in spectra]
+    fast = np.where(np.array(EDGES_HZ) >= FAST_HZ, FIRST_DENSITY, 1.0)
+    # fewer cables than joints do not tell rough motion from errors, and vision's own priors stay
+    tells_motion = bool(np.sum(used) >= cables.arm.N)
+    innovation_probes = np.random.default_rng(1).normal(size=(knots.count - ROUGH_ORDER, PROBE_COUNT))
+    for k in range(SLOW_ITERATIONS + ITERATIONS):
+        if k == SLOW_ITERATIONS and tells_motion:
+            spectra = [replace(s, density=fast * s.density) if used[j] else s for j, s in enumerate(spectra)]
+            priors = [replace(p, rough=p.rough.scaled(FIRST_ROUGHNESS)) for p in priors]
         equations = list(cable_rows(cables, knots, alpha, vision.mean, spectra))
         solution = solve_splines(knots, vision.mean, frames, priors, equations)
         alpha = solution.alpha(cables.time)
+        if k >= SLOW_ITERATIONS and tells_motion:
+            priors = [_resized(p, knots, solution, i, innovation_probes) for i, p in enumerate(priors)]
         noise = np.split(-probes, np.cumsum([rows.X.shape[1] for rows in equations])[:-1], axis=1)
         response = _response_to_noise(solution, equations, noise)
         residuals = np.concatenate([rows.residuals(solution.c, solution.beta, rows.y) for rows in equations], axis=1)
@@ -54,24 +72,27 @@ def estimate_variance_components(
             [rows.residuals(*response, part) for rows, part in zip(equations, noise, strict=True)], axis=1
         )
         spectra = [
-            s.reestimated(residuals[j], probes[j], probe_residuals[j]) if used[j] else s for j, s in enumerate(spectra)
+            s.reestimated(residuals[j], probes[j], probe_residuals[j]).at_most(most[j]) if used[j] else s
+            for j, s in enumerate(spectra)
         ]
-        if k == PRIOR_ITERATION and sum(used) >= cables.arm.N:
-            by_cables, variance = cable_angles(cables, alpha, solution.beta.reshape(m, -1), spectra)
-            priors = [
-                less_rough(
-                    fit_two_part_prior(
-                        cables.time,
-                        by_cables[:, i] - vision.mean[i],
-                        variance[:, i],
-                        vision.knots.step,
-                        ROUGHNESS_ALLOWANCE,
-                    ),
-                    vision.priors[i],
-                )
-                for i in range(cables.arm.N)
-            ]
     return spectra, priors
+
+
+def _resized(prior: TwoPartPrior, knots: Knots, solution: SplineSolution, joint: int, probes: Array) -> TwoPartPrior:
+    """The prior of a joint with a rough part as large as the solution's innovations say, as ErrorSpectrum.reestimated does.
+
+    probes: (innovations, Q)
+    """
+    of_c = np.zeros((knots.count, len(solution.mean), PARTS, probes.shape[1]))
+    of_c[:, joint, ROUGH] = prior.rough.innovations_transposed(knots, probes)
+    response = solution.response(of_c.reshape(len(solution.c), -1)).reshape(of_c.shape)[:, joint, ROUGH]
+    # an innovation is a row that measures zero, and the solution leaves of its noise what it does not take up
+    expected = len(probes) - float(np.mean(np.sum(probes * prior.rough.innovations(knots, response), axis=0)))
+    if expected < MIN_RESIDUAL_SHARE * len(probes):
+        return prior
+    c = solution.c.reshape(knots.count, -1, PARTS)[:, joint, ROUGH]
+    power = float(np.sum(prior.rough.innovations(knots, c) ** 2))
+    return replace(prior, rough=prior.rough.scaled(float(np.sqrt(power / expected))))
 
 
 def _response_to_noise(

@@ -1,5 +1,6 @@
 """Joint angles over the camera's own clock: what extraction gives, and what angles from elsewhere are read into."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -8,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.dataset_file import export_series
-from identification.dataset.frames import DEFAULT_SIGMA_RAD, MAX_SIGMA_RAD, white_sigma
+from identification.dataset.frames import MAX_SIGMA_RAD, white_sigma
 from identification.dataset.series import Series, check_time, numbered_columns
 from identification.files import joint_state
 from synchronisation.csv_table import read_table
+from synchronisation.sigma_by_frames import sigma_by_frames
 from synchronisation.time_stamps import check_time_unit
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
@@ -38,6 +40,8 @@ class Angles:
     """(F,): brightness of a light that the controller switches, NaN where not known; None without a light"""
     common: Array | None = None
     """(F, N), rad: the part of sigma that all frames share (camera pose, placement of markers); None where not known"""
+    noise: Mapping[str, Any] | None = None
+    """what sigma is by the scatter of the frames (sigma_by_frames.py, tested_sigma.py); None until that was looked at"""
 
     @property
     def series(self) -> Series:
@@ -81,9 +85,11 @@ def read_angles(path: str | Path, joints: int) -> Angles:
     check_time(series.time, str(path))
     alpha, sigma, common = series.matrix("alpha"), series.matrix("sigma"), series.matrix("common")
     _check_angles(alpha, common, joints, path)
+    noise = None
     if sigma.shape[1] != joints:
-        notes = notes | {"sigma_assumed_rad": DEFAULT_SIGMA_RAD}
-        sigma = np.where(np.isnan(alpha), np.nan, DEFAULT_SIGMA_RAD)
+        by_frames = sigma_by_frames(series.time, alpha)
+        noise = by_frames.record
+        sigma = by_frames.sigma if common.shape[1] != joints else np.hypot(by_frames.sigma, common)
     elif not np.all((sigma[~np.isnan(alpha)] > 0) & (sigma[~np.isnan(alpha)] <= MAX_SIGMA_RAD)):
         raise Refused(
             path, f"has a sigma that is not within 0 and {MAX_SIGMA_RAD:g}", "give standard deviations in rad, or none"
@@ -95,6 +101,7 @@ def read_angles(path: str | Path, joints: int) -> Angles:
         notes=notes,
         light=light,
         common=common if common.shape[1] == joints else None,
+        noise=noise,
     )
 
 

@@ -49,13 +49,7 @@ MIN_STUCK_S = 1.0
 STUCK_SHARE, MIN_STUCK_M = 0.4, 5e-3
 """share of a cable's whole way, and m, that it must move meanwhile in the video: elasticity does not do that
 (docs/thresholds.md)"""
-SIGMA_TOLERANCE = 0.4
-"""the same log of the ratio between scatter and stated sigma of the angles, for degrees (docs/thresholds.md)"""
-SIGMA_WARNING = 10.0
-"""ratio of the stated sigma of the angles to their scatter from frame to frame, from which on a warning says so
-(docs/thresholds.md)"""
 
-_SIGMA_UNITS = (Unit("rad", 1.0), Unit("degrees", float(np.pi / 180)))
 _WRONG_WAY = "cables would be the shorter the more they are pulled"
 
 
@@ -68,7 +62,7 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
     if len(time) < MIN_FRAMES:
         return ()
     even = uniformly_sampled(log)
-    warnings = (*_sigma_warning(angles), *_constant_forces(even))
+    warnings = _constant_forces(even)
     motion = logged_motion(arm, time, alpha, even)
     if motion is None:
         _check_degrees(arm, time, alpha, even)
@@ -86,27 +80,6 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
     if np.any(yielding > WRONG_WAY_SIGMA) and not np.any(yielding < -WRONG_WAY_SIGMA):
         _check_mirrored(arm, time, alpha, even, factors.unexplained)
     return (*warnings, *_check_forces(neck, arm, motion, yielding))
-
-
-def _sigma_warning(angles: Angles) -> tuple[str, ...]:
-    """A warning where angles scatter far less from frame to frame than their stated sigma; Refused where that is in degrees."""
-    if "sigma_assumed_rad" in angles.notes:
-        return ()
-    # fourth differences leave little of a motion, and the square of an independent error 70 times
-    differences = np.diff(angles.alpha, 4, axis=0)
-    differences = differences[np.isfinite(differences).all(axis=1)]
-    if len(differences) < MIN_FRAMES:
-        return ()
-    scatter = np.median(np.abs(differences), axis=0) / (0.6745 * np.sqrt(70))
-    stated = np.nanmedian(angles.white_sigma, axis=0)
-    if not np.all(scatter > 0) or np.min(stated / scatter) < SIGMA_WARNING:
-        return ()
-    ratio = float(np.median(stated / scatter))
-    words = f"sigma of the angles is {ratio:.0f} times what they scatter by from frame to frame"
-    degrees = all(unit_of(s, _SIGMA_UNITS, SIGMA_TOLERANCE) is _SIGMA_UNITS[1] for s in scatter / stated)
-    if degrees:
-        raise Refused("angles", f"{words}: sigma is in degrees", "multiply sigma1..N by 0.0174533")
-    return (f"{words}; is it in rad, of one frame?",)
 
 
 def _constant_forces(log: Series) -> tuple[str, ...]:

@@ -21,6 +21,7 @@ from synchronisation.clocks.clock_estimate import ClockEstimate
 from synchronisation.clocks.usable_frames import GAP_MARGIN_S
 from synchronisation.encoder_log import uniformly_sampled
 from synchronisation.log_plausibility import check_log_meaning
+from synchronisation.tested_sigma import with_tested_sigma
 from synchronisation.thinned_log import forces_held, rows_left_out, rows_left_out_warning
 from xneck_foundation.one_blas_thread import one_blas_thread
 
@@ -47,7 +48,8 @@ def synchronise(
     cutoff: Hz, of Fasquelle's low-pass. Raises Refused with the reason where the clocks cannot be aligned.
     """
     arm = arm_of(neck)
-    warnings = check_log_meaning(neck, arm, angles, log)
+    angles, of_sigma = with_tested_sigma(angles)
+    warnings = (*of_sigma, *check_log_meaning(neck, arm, angles, log))
     viscosity = np.array([np.nan if motor.fv is None else motor.fv for motor in neck.motors])
     clock = fit_clock(arm, angles, log, viscosity)
     if rows_left_out(log, clock):
@@ -75,7 +77,7 @@ def synchronise(
         fasquelle=fasquelle_series(arm, even_log, frames.time[known], angles.alpha[known], cutoff),
         angles=angles.series,
         log=log,
-        clock=clock_json(clock, angles, log) | {"state": estimate.notes | bridged},
+        clock=clock_json(clock, angles, log) | {"noise": angles.noise, "state": estimate.notes | bridged},
         check=check,
         provenance={**provenance, "angles": angles.notes},
         covariance=estimate.covariance_series(COVARIANCE_HZ),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from state_estimation.banded import banded_cholesky
-from state_estimation.motion_prior import PARTS, TwoPartPrior, fit_two_part_prior, joint_band, less_rough
+from state_estimation.motion_prior import PARTS, TwoPartPrior, fit_two_part_prior, joint_band
 from state_estimation.smoother import BANDWIDTH, normal_equations
 from state_estimation.spline import Knots, SplinePrior, knots_over
 
@@ -100,15 +100,6 @@ def test_parts_side_by_side_are_the_sum_that_samples_see() -> None:
     for i, j in zip(*np.tril_indices(PARTS * 30), strict=True):
         entry = joint[i - j, j] if i - j < len(joint) else 0.0
         assert entry == pytest.approx(expected[i, j], abs=1e-6)
-
-
-def test_the_calmer_of_two_is_the_one_with_the_smaller_rough_part() -> None:
-    calm, rough = (
-        TwoPartPrior(SplinePrior(4, 8.0, 1.0, 1.0), SplinePrior(3, 6.0, innovation_sigma, 1.0))
-        for innovation_sigma in (2.0, 3.0)
-    )
-    assert less_rough(calm, rough).rough == less_rough(rough, calm).rough == calm.rough
-    assert less_rough(rough, calm).smooth is rough.smooth
 
 
 def test_knots_do_not_carry_what_is_beyond_them() -> None:

@@ -1,9 +1,10 @@
 """Splines, their priors and banded inverses against dense linear algebra and finite differences."""
 
 import numpy as np
+from scipy import sparse
 from scipy.interpolate import make_interp_spline
 
-from state_estimation.banded import banded_cholesky, inverse_windows
+from state_estimation.banded import add_to_band, banded_cholesky, inverse_windows
 from state_estimation.spline import DEGREE, SplinePrior, knots_over
 
 
@@ -58,3 +59,25 @@ def test_windows_of_the_inverse_are_the_inverses() -> None:
         np.testing.assert_allclose(part, whole[f : f + 5, f : f + 5], atol=1e-12)
     right = rng.normal(size=(n, 2))
     np.testing.assert_allclose(banded_cholesky(band).solve(right), whole @ right, atol=1e-12)
+
+
+def test_innovations_are_what_the_prior_weighs_and_their_transpose_is_one() -> None:
+    """Squares of the innovations and of the first coefficients are the prior's quadratic form; <u, D c> = <D^T u, c>."""
+    rng = np.random.default_rng(0)
+    knots, prior = knots_over(0.0, 4.0, 0.1), SplinePrior(3, 6.0, 0.2, 1.7)
+    c = rng.normal(size=(knots.count, 2))
+    innovations = prior.innovations(knots, c)
+    form = np.einsum("kq,kl,lq->q", c, dense(prior.band(knots)), c)
+    assert np.allclose(np.sum(innovations**2, axis=0) + np.sum(c[:3] ** 2, axis=0) / 1.7**2, form)
+    u = rng.normal(size=innovations.shape)
+    assert np.isclose(np.sum(u * innovations), np.sum(prior.innovations_transposed(knots, u) * c))
+    assert np.allclose(prior.scaled(3.0).innovations(knots, c), innovations / 3)
+
+
+def test_a_matrix_of_sums_enters_the_band_of_their_parts() -> None:
+    rng = np.random.default_rng(0)
+    rows = np.triu(np.tril(rng.normal(size=(9, 9)), 2))
+    matrix = rows.T @ rows
+    band = np.zeros((6, 18))
+    add_to_band(band, sparse.csr_array(matrix), parts=2)
+    assert np.allclose(dense(band), np.kron(matrix, np.ones((2, 2))))

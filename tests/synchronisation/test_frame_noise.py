@@ -1,0 +1,107 @@
+"""The noise of angles by their scatter from frame to frame: read where it is not given, tested where it is."""
+
+import numpy as np
+import pytest
+
+from synchronisation.angles import Angles, read_angles
+from synchronisation.frame_noise import frame_noise
+from synchronisation.tested_sigma import with_tested_sigma
+from xneck_foundation.errors import Refused
+
+NOISE = np.radians([0.01, 0.05, 0.2])
+
+
+def _film(rate: float = 30.0, seconds: float = 60.0, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Camera times and angles of three joints that move below 3 Hz by tens of degrees; one frame in a hundred is missing."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(int(rate * seconds)) / rate + rng.normal(0, 2e-4, int(rate * seconds))
+    time = time[rng.random(len(time)) > 0.01]
+    hertz, phase = rng.uniform(0.1, 3, (20, 3)), rng.uniform(0, 2 * np.pi, (20, 3))
+    motion = np.sum(0.1 / (1 + hertz**3) * np.sin(2 * np.pi * hertz * time[:, None, None] + phase), axis=1)
+    return time, motion + NOISE * rng.normal(size=motion.shape)
+
+
+def _given(factor: float, common: float = 0.0) -> Angles:
+    time, alpha = _film()
+    sigma = np.broadcast_to(factor * NOISE, alpha.shape)
+    shared = np.full(alpha.shape, common)
+    return Angles(time=time, alpha=alpha, sigma=np.hypot(sigma, shared), common=shared)
+
+
+@pytest.mark.parametrize(("rate", "seconds"), [(30, 60), (60, 60), (25, 60), (60, 15), (120, 60)])
+def test_noise_is_read_within_ten_percent(rate: float, seconds: float) -> None:
+    ratios = []
+    for seed in range(4):
+        time, alpha = _film(rate, seconds, seed)
+        ratios.append(frame_noise(time, alpha, np.broadcast_to(NOISE, alpha.shape)).ratio)
+    assert np.max(np.abs(np.array(ratios) - 1)) < 0.13
+    assert np.mean(np.abs(np.array(ratios) - 1) < 0.1) > 0.9
+
+
+@pytest.mark.parametrize(("rate", "seconds"), [(4, 60), (30, 2), (15, 60)])
+def test_frames_too_few_or_too_far_apart_do_not_tell(rate: float, seconds: float) -> None:
+    time, alpha = _film(rate, seconds)
+    noise = frame_noise(time, alpha, np.broadcast_to(NOISE, alpha.shape))
+    assert np.isnan(noise.ratio[0])
+    assert noise.bound[0] > 0.9
+
+
+def test_single_frames_that_stand_out_are_named_and_change_nothing() -> None:
+    time, alpha = _film()
+    stated = np.broadcast_to(NOISE, alpha.shape)
+    clean = frame_noise(time, alpha, stated)
+    assert not np.any(clean.outlying)
+    wrong = np.arange(50, len(time) - 50, 97)
+    alpha[wrong, 1] += np.radians(1.0)
+    noise = frame_noise(time, alpha, stated)
+    assert np.flatnonzero(noise.outlying[:, 1]).tolist() == wrong.tolist()
+    assert np.allclose(noise.outlying[wrong, 1], np.radians(1.0), rtol=0.4)
+    assert noise.ratio == pytest.approx(clean.ratio, rel=0.1)
+
+
+def test_a_true_sigma_stays_and_nothing_is_said() -> None:
+    angles = _given(1.0, common=np.radians(0.05))
+    tested, warnings = with_tested_sigma(angles)
+    assert warnings == ()
+    assert np.allclose(tested.sigma, angles.sigma)
+
+
+def test_a_sigma_that_is_too_small_is_raised_and_said() -> None:
+    tested, warnings = with_tested_sigma(_given(0.4, common=np.radians(0.05)))
+    assert np.allclose(np.median(tested.white_sigma, axis=0), NOISE, rtol=0.12)
+    (warning,) = warnings
+    assert "alpha1, alpha2, alpha3" in warning
+    assert "too small" in warning
+    assert tested.noise is not None
+    assert tested.noise["scatter"] == pytest.approx([2.5, 2.5, 2.5], rel=0.12)
+
+
+def test_a_sigma_that_is_too_large_is_said_and_stays() -> None:
+    angles = _given(6.0)
+    tested, warnings = with_tested_sigma(angles)
+    assert np.allclose(tested.sigma, angles.sigma)
+    assert "from frame to frame" in warnings[0]
+
+
+def test_a_sigma_in_degrees_is_refused() -> None:
+    with pytest.raises(Refused, match="sigma is in degrees"):
+        with_tested_sigma(_given(180 / np.pi))
+
+
+def test_angles_without_sigma_have_that_of_their_frames(tmp_path) -> None:
+    time, alpha = _film()
+    rows = "\n".join(",".join(f"{v:.9f}" for v in row) for row in np.column_stack([time, alpha]))
+    (tmp_path / "alpha.csv").write_text(f"time,alpha1,alpha2,alpha3\n{rows}\n")
+    angles = read_angles(tmp_path / "alpha.csv", 3)
+    assert np.allclose(np.median(angles.sigma, axis=0), NOISE, rtol=0.12)
+    assert with_tested_sigma(angles)[1] == ()
+
+
+def test_what_no_frames_tell_is_said(tmp_path) -> None:
+    time, alpha = _film(rate=5)
+    rows = "\n".join(",".join(f"{v:.9f}" for v in row) for row in np.column_stack([time, alpha]))
+    (tmp_path / "alpha.csv").write_text(f"time,alpha1,alpha2,alpha3\n{rows}\n")
+    angles = read_angles(tmp_path / "alpha.csv", 3)
+    (warning,) = with_tested_sigma(angles)[1]
+    assert "too far apart" in warning
+    assert np.nanmax(angles.sigma) <= np.radians(0.1)
