@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 FORCE_SCALE_N = 50.0
 """N: tensions are divided by this, so that powers of them stay near one"""
-MAX_LAG_S = 0.05
+MAX_LAG_S = 0.5
 """s: the most that a damped cable may lag behind its force"""
 PRIOR_SIGMA = {
     "c": 0.1, "g": 0.05, "h": 2.0, "w": 1.0, "i": MAX_DRAWING_ERROR, "ca": 10.0, "creep": 0.01, "drum": 0.1,
