@@ -34,7 +34,7 @@ ALTERNATIVE_STEPS = 2
 """Gauss-Newton steps of each alternative, from the reported estimate on"""
 MAX_MISFIT_RATIO = 1.15
 """an alternative counts if its misfit is at most so many times the reported one's (docs/thresholds.md)"""
-OFFSET_BIAS_SIGMA_S = 3e-5
+OFFSET_BIAS_SIGMA_S = 1.5e-5
 """s: standard deviation of the offset's bias by filters and by what no nuisance describes (docs/thresholds.md)"""
 DELAY_BIAS_SIGMA_S = 1e-5
 """s: standard deviation of the delay's bias (docs/thresholds.md)"""
