@@ -67,7 +67,7 @@ class ArmRows:
     by_fv: Array
     """(K, N, M)"""
     by_nuisance: Array
-    """(K, N, Q): parts of the arm, tilt, motors' inertia, their friction's turning over, joints' dry, viscous, constant friction"""
+    """(K, N, Q): parts of the arm, tilt, motors' inertia, their friction's turning over, joints' dry friction, its turning over, viscous, constant friction"""
     nuisance_sigma: Array
     """(Q,): standard deviation of each nuisance around zero; infinite where nothing is known"""
     time: Array
@@ -91,7 +91,7 @@ class ArmRows:
         """The same rows where a joint's dry friction turns over at another speed, rad/s."""
         n = self.residual.shape[1]
         nuisance = self.by_nuisance.copy()
-        nuisance[..., -3 * n : -2 * n] = _rows_of(_joint_dry_friction(self.joint_speed, width), self.kept)
+        nuisance[..., -4 * n : -2 * n] = _rows_of(_joint_dry_friction(self.joint_speed, width), self.kept)
         return replace(self, by_nuisance=nuisance)
 
 
@@ -235,15 +235,17 @@ def _torque_by_dimension(arm: Arm, motion: _Motion, fs: Array) -> Array:
 
 
 def _joint_dry_friction(speed: Array, width: float) -> Array:
-    """Dry friction of 1 N m of each joint, (T, N, N), for joint speeds (T, N), rad/s."""
-    return (2 / np.pi * np.arctan(speed / width))[..., None] * np.eye(speed.shape[1])
+    """Dry friction of 1 N m of each joint, then its slopes by log(1 / width), (T, N, 2 N), for joint speeds (T, N), rad/s."""
+    relative, per_joint = speed / width, np.eye(speed.shape[1])
+    turnover = relative / (1 + relative**2)
+    return 2 / np.pi * np.concatenate([v[..., None] * per_joint for v in (np.arctan(relative), turnover)], axis=-1)
 
 
 def _nuisance_sigma(arm: Arm) -> Array:
     """Standard deviations of the nuisances, (Q,), in the order of `ArmRows.by_nuisance`."""
     parts = np.full(len(_MASS_FIELDS) * arm.N, MAX_DRAWING_ERROR)
     parts[arm.N - 1] = PAYLOAD_SIGMA
-    friction = np.full(arm.M + 3 * arm.N, np.inf)
+    friction = np.full(arm.M + 4 * arm.N, np.inf)
     return np.concatenate([parts, [TILT_SIGMA_RAD], np.full(arm.M, MAX_DRAWING_ERROR), friction])
 
 
