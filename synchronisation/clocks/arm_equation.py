@@ -108,7 +108,8 @@ class _Motion:
     force: Array
     """(T, M), N, and so all below: n"""
     dry_friction: Array
-    turnover: Array
+    sharper: Array
+    blunter: Array
     speed: Array
     command_rate: Array
     inertial: Array
@@ -150,7 +151,8 @@ def arm_equation_rows(
         by_part,
         _tilt_torque(arm, a)[..., None],
         jacobian * motion.inertial[:, None, :],
-        jacobian * motion.turnover[:, None, :],
+        jacobian * motion.sharper[:, None, :],
+        jacobian * motion.blunter[:, None, :],
         _joint_dry_friction(joint_speed, joint_width),
         a_d[..., None] * per_joint,
         np.ones_like(a_d)[..., None] * per_joint,
@@ -192,7 +194,8 @@ def _filtered(arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, wi
         missed=(missed(0.0), missed(_OFFSET_STEP_S)),
         force=sampled(signals.force),
         dry_friction=sampled(signals.dry_friction),
-        turnover=sampled(signals.friction_turnover),
+        sharper=sampled(signals.friction_sharper),
+        blunter=sampled(signals.friction_blunter),
         speed=sampled(signals.speed),
         command_rate=sampled(signals.command.derivative()),
         inertial=sampled(signals.inertial),
@@ -245,7 +248,7 @@ def _nuisance_sigma(arm: Arm) -> Array:
     """Standard deviations of the nuisances, (Q,), in the order of `ArmRows.by_nuisance`."""
     parts = np.full(len(_MASS_FIELDS) * arm.N, MAX_DRAWING_ERROR)
     parts[arm.N - 1] = PAYLOAD_SIGMA
-    friction = np.full(arm.M + 4 * arm.N, np.inf)
+    friction = np.full(2 * arm.M + 4 * arm.N, np.inf)
     return np.concatenate([parts, [TILT_SIGMA_RAD], np.full(arm.M, MAX_DRAWING_ERROR), friction])
 
 

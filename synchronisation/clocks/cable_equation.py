@@ -1,7 +1,7 @@
 """The cables' equation of the clock: (rd/R) theta = w(alpha) + x, the elongation x explained by the force.
 
-x = c + g(t) + creep, with the tension t = n - h dry(theta') - w turning(theta') - fv theta' - ca x'. Each cable has a polynomial g
-of its own; w says by how much sooner than usual friction turns over. The force n may come late by a delay and be off by an error
+x = c + g(t) + creep, with the tension t = n - h dry(theta') - w1 sharper(theta') - w2 blunter(theta') - fv theta' - ca x'. Each cable has a polynomial g
+of its own; w1 and w2 are shares of friction that turns over within a third or three times of the usual speed. The force n may come late by a delay and be off by an error
 of the motors' inertia; the winding w(alpha) may be off by errors of the arm's dimensions. Offset and skew move the log's signals
 against the camera's alpha. There is one row for every cable and frame.
 """
@@ -28,8 +28,9 @@ PRIOR_SIGMA = {
     "c": 0.1, "g": 0.05, "h": 2.0, "w": 1.0, "i": MAX_DRAWING_ERROR, "ca": 10.0, "creep": 0.01, "drum": 0.1,
 }  # fmt: skip
 """weak prior of each kind of parameter, in m and FORCE_SCALE_N; a ratio for a drum and for a motor's inertia"""
-_TENSION_PARTS = 6
-"""signals that a tension consists of: force, dry friction, its turning over, speed, the command's rate, the inertial force"""
+_TENSION_PARTS = 7
+"""signals that a tension consists of: force, dry friction, what it is if it turns over sooner or later, speed, the command's rate,
+the inertial force"""
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class CableTerms:
         """Names of a cable's parameters (K,), in their order."""
         powers = tuple(f"g{p + 1}" for p in range(self.powers))
         creep = tuple(f"creep{k}" for k in range(len(self.creep)))
-        optional = (("w", self.width), ("i", self.inertia), ("ca", self.damping), ("drum", self.drum))
+        optional = (("w1", self.width), ("w2", self.width), ("i", self.inertia), ("ca", self.damping), ("drum", self.drum))
         return ("c", *powers, "h", *(name for name, included in optional if included), *creep)
 
     @property
@@ -90,7 +91,8 @@ class CableEquation:
         parts = [
             s.force(s.time),
             s.dry_friction(s.time),
-            s.friction_turnover(s.time),
+            s.friction_sharper(s.time),
+            s.friction_blunter(s.time),
             s.speed(s.time),
             s.command(s.time, 1),
             s.inertial(s.time),
@@ -143,22 +145,23 @@ class CableEquation:
         travel_d, *rates = np.moveaxis(self._curves(at, 1), -1, 0)
         p = dict(zip(self.law.names, unknowns.cable_parameters.T, strict=True))
         zero = np.zeros(len(unknowns.cable_parameters))
-        h, w, ca = p["h"] * FORCE_SCALE_N, p.get("w", zero) * FORCE_SCALE_N, p.get("ca", zero) * FORCE_SCALE_N
+        h, w1, w2, ca = (p.get(name, zero) * FORCE_SCALE_N for name in ("h", "w1", "w2", "ca"))
         inertia = p.get("i", zero)
         powers = [p[f"g{k + 1}"] for k in range(self.law.powers)]
 
-        def undamped(n: Array, d: Array, e: Array, v: Array, r: Array, i: Array) -> Array:
-            return n - h * d - w * e - unknowns.fv * v - unknowns.delay * r - inertia * i
+        def undamped(n: Array, d: Array, s: Array, b: Array, v: Array, r: Array, i: Array) -> Array:
+            return n - h * d - w1 * s - w2 * b - unknowns.fv * v - unknowns.delay * r - inertia * i
 
         # the curves lag by tau already; the damping beyond it is small and taken to first order
         tension, tension_d = undamped(*parts[:_TENSION_PARTS]), undamped(*rates[:_TENSION_PARTS])
         x_d = _compliance(powers, tension) * tension_d
         t = tension - ca * x_d + self.tau * tension_d
         u, compliance = t / FORCE_SCALE_N, _compliance(powers, t)
-        _, d, e, v, r, i = parts[:_TENSION_PARTS]
+        _, d, s, b, v, r, i = parts[:_TENSION_PARTS]
         columns = {"c": np.ones_like(t)} | {f"g{k}": u**k for k in range(1, self.law.powers + 1)}
         x = p["c"] + sum(g * columns[f"g{k}"] for k, g in enumerate(powers, 1))
-        columns["h"], columns["w"] = -compliance * d * FORCE_SCALE_N, -compliance * e * FORCE_SCALE_N
+        for name, friction in (("h", d), ("w1", s), ("w2", b)):
+            columns[name] = -compliance * friction * FORCE_SCALE_N
         columns["i"], columns["ca"] = -compliance * i, -compliance * x_d * FORCE_SCALE_N
         by_fv, by_delay = -compliance * v, -compliance * r
         for k in range(len(self.law.creep)):
@@ -166,9 +169,9 @@ class CableEquation:
             share = p[f"creep{k}"] / FORCE_SCALE_N
             columns[f"creep{k}"] = undamped(*creeping) / FORCE_SCALE_N
             x = x + p[f"creep{k}"] * columns[f"creep{k}"]
-            _, d_c, e_c, v_c, r_c, i_c = creeping
-            columns["h"] = columns["h"] - share * d_c * FORCE_SCALE_N
-            columns["w"] = columns["w"] - share * e_c * FORCE_SCALE_N
+            _, *frictions, v_c, r_c, i_c = creeping
+            for name, friction in zip(("h", "w1", "w2"), frictions, strict=True):
+                columns[name] = columns[name] - share * friction * FORCE_SCALE_N
             columns["i"] = columns["i"] - share * i_c
             by_fv, by_delay = by_fv - share * v_c, by_delay - share * r_c
         if self.law.drum:
