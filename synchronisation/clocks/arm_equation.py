@@ -66,8 +66,10 @@ class ArmRows:
     """(K, N, M)"""
     by_fv: Array
     """(K, N, M)"""
+    by_form: Array
+    """(K, N, M, W): by the forms of the motors' friction, N, which the cables' equation holds too"""
     by_nuisance: Array
-    """(K, N, Q): parts of the arm, tilt, motors' inertia, their friction's turning over, joints' dry friction, its turning over, viscous, constant friction"""
+    """(K, N, Q): parts of the arm, tilt, motors' inertia, joints' dry friction, its turning over, viscous, constant friction"""
     nuisance_sigma: Array
     """(Q,): standard deviation of each nuisance around zero; infinite where nothing is known"""
     time: Array
@@ -79,12 +81,12 @@ class ArmRows:
     kept: NDArray[np.bool_]
     """(T,): products that are clear of gaps and ends"""
 
-    def residual_at(self, unknowns: ClockUnknowns) -> Array:
-        """Residuals (K, N), N m, at an estimate near the one that the rows were made with."""
+    def residual_at(self, unknowns: ClockUnknowns, forms: Array) -> Array:
+        """Residuals (K, N), N m, at an estimate near the one that the rows were made with; forms: (M, W), N, of friction."""
         m = len(unknowns.fv)
         fs, nuisances = unknowns.arm_parameters[:m], unknowns.arm_parameters[m:]
         out = self.residual + self.by_offset * (unknowns.offset - self.offset) + self.by_delay * unknowns.delay
-        out = out + self.by_dimension @ unknowns.dimensions
+        out = out + self.by_dimension @ unknowns.dimensions + np.einsum("knmw,mw->kn", self.by_form, forms)
         return out + self.by_fv @ unknowns.fv + self.by_fs @ fs + self.by_nuisance @ nuisances
 
     def with_joint_width(self, width: float) -> "ArmRows":
@@ -108,8 +110,7 @@ class _Motion:
     force: Array
     """(T, M), N, and so all below: n"""
     dry_friction: Array
-    sharper: Array
-    blunter: Array
+    friction_forms: tuple[Array, ...]
     speed: Array
     command_rate: Array
     inertial: Array
@@ -151,8 +152,6 @@ def arm_equation_rows(
         by_part,
         _tilt_torque(arm, a)[..., None],
         jacobian * motion.inertial[:, None, :],
-        jacobian * motion.sharper[:, None, :],
-        jacobian * motion.blunter[:, None, :],
         _joint_dry_friction(joint_speed, joint_width),
         a_d[..., None] * per_joint,
         np.ones_like(a_d)[..., None] * per_joint,
@@ -164,6 +163,7 @@ def arm_equation_rows(
         by_dimension=_rows_of(_torque_by_dimension(arm, motion, fs), kept),
         by_fs=_rows_of(jacobian * motion.dry_friction[:, None, :], kept),
         by_fv=_rows_of(jacobian * motion.speed[:, None, :], kept),
+        by_form=_rows_of(np.stack([jacobian * form[:, None, :] for form in motion.friction_forms], axis=-1), kept),
         by_nuisance=_rows_of(np.concatenate(nuisances, axis=-1), kept),
         nuisance_sigma=_nuisance_sigma(arm),
         time=motion.time[::PRODUCTS_PER_ROW][kept[::PRODUCTS_PER_ROW]],
@@ -194,8 +194,7 @@ def _filtered(arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, wi
         missed=(missed(0.0), missed(_OFFSET_STEP_S)),
         force=sampled(signals.force),
         dry_friction=sampled(signals.dry_friction),
-        sharper=sampled(signals.friction_sharper),
-        blunter=sampled(signals.friction_blunter),
+        friction_forms=tuple(sampled(form) for form in signals.friction_forms),
         speed=sampled(signals.speed),
         command_rate=sampled(signals.command.derivative()),
         inertial=sampled(signals.inertial),
@@ -248,7 +247,7 @@ def _nuisance_sigma(arm: Arm) -> Array:
     """Standard deviations of the nuisances, (Q,), in the order of `ArmRows.by_nuisance`."""
     parts = np.full(len(_MASS_FIELDS) * arm.N, MAX_DRAWING_ERROR)
     parts[arm.N - 1] = PAYLOAD_SIGMA
-    friction = np.full(2 * arm.M + 4 * arm.N, np.inf)
+    friction = np.full(4 * arm.N, np.inf)
     return np.concatenate([parts, [TILT_SIGMA_RAD], np.full(arm.M, MAX_DRAWING_ERROR), friction])
 
 

@@ -27,7 +27,7 @@ INITIAL_CABLE_ERROR_M = 3e-5
 LAG_TOLERANCE_S = 3e-4
 """s: a larger change of a cable's lag makes its curves anew"""
 MAX_LAG_UPDATES = 5
-LINEAR = CableTerms(powers=1, creep=(), damping=False, width=False, inertia=False)
+LINEAR = CableTerms(powers=1, creep=(), damping=False, friction_forms=False, inertia=False)
 """law of the cables for a first fit to few frames"""
 
 

@@ -27,6 +27,8 @@ and a higher one lets counts of the encoder in (docs/thresholds.md)"""
 TURNOVER_RATIO = 3.0
 """ratio of the speeds over which friction turns over; sums of three such arc tangents come within 0.2 N of any curve that turns
 over once, of 14 N in all (docs/thresholds.md)"""
+FRICTION_FORMS = 3
+"""forms of friction beside the arc tangent"""
 FRICTION_RATE_HZ = 500.0
 """Hz: rate at which friction is computed within the periods of slower logs"""
 GRID_HZ = 100.0
@@ -49,10 +51,9 @@ class LogSignals:
     """Ia (R/rd) theta'', N"""
     dry_friction: BSpline
     """dry friction of 1 N, ratio"""
-    friction_sharper: BSpline
-    """what dry friction of 1 N that turns over at a third of the usual speed has beyond the usual, ratio"""
-    friction_blunter: BSpline
-    """the same for friction that turns over at three times the usual speed"""
+    friction_forms: tuple[BSpline, ...]
+    """what makes of `dry_friction` any friction that turns over with the speed: its slope by log cm, and what friction has beyond it
+    that turns over at a third and at three times of its speed, ratios"""
     speed: BSpline
     """theta', rad/s"""
     has_force: bool
@@ -69,9 +70,11 @@ def log_signals_of(arm: Arm, log: Series) -> LogSignals:
     fast = cubic_spline(log.time, low_pass(theta, rate, FRICTION_SPEED_CUTOFF_HZ))
     parts = max(1, round(FRICTION_RATE_HZ / rate))
     fast_d = fast(np.linspace(log.time[0], log.time[-1], parts * (len(log) - 1) + 1), 1)
-    dry, sharper, blunter = (
-        _joined(friction_over_steps(ratio * fast_d)[0], parts) for ratio in (1.0, TURNOVER_RATIO, 1 / TURNOVER_RATIO)
+    dry, transition, _ = (_joined(means, parts) for means in friction_over_steps(fast_d))
+    sharper, blunter = (
+        _joined(friction_over_steps(ratio * fast_d)[0], parts) for ratio in (TURNOVER_RATIO, 1 / TURNOVER_RATIO)
     )
+    forms = (2 / np.pi * transition, sharper - dry, blunter - dry)
     theta_dd = np.diff(fast_d[::parts], axis=0) * rate
     every = max(1, round(rate / GRID_HZ))
     time = log.time[::every]
@@ -90,8 +93,7 @@ def log_signals_of(arm: Arm, log: Series) -> LogSignals:
         command=curve(command),
         inertial=curve(inertial),
         dry_friction=curve(of_means(dry)),
-        friction_sharper=curve(of_means(sharper - dry)),
-        friction_blunter=curve(of_means(blunter - dry)),
+        friction_forms=tuple(curve(of_means(form)) for form in forms),
         speed=curve(cubic_spline(log.time, smooth)(log.time, 1)),
         has_force=has_force,
     )
@@ -118,8 +120,7 @@ def relabelled(signals: LogSignals, order: Sequence[int], sign: int) -> LogSigna
         command=curve(s.command(s.time)),
         inertial=curve(inertial),
         dry_friction=curve(sign * s.dry_friction(s.time)),
-        friction_sharper=curve(sign * s.friction_sharper(s.time)),
-        friction_blunter=curve(sign * s.friction_blunter(s.time)),
+        friction_forms=tuple(curve(sign * form(s.time)) for form in s.friction_forms),
         speed=curve(sign * s.speed(s.time)),
         has_force=s.has_force,
     )
