@@ -66,8 +66,10 @@ class ArmRows:
     """(K, N, M)"""
     by_fv: Array
     """(K, N, M)"""
+    by_form: Array
+    """(K, N, M, W): by the forms of the motors' friction, N, which the cables' equation holds too"""
     by_nuisance: Array
-    """(K, N, Q): parts of the arm, tilt, motors' inertia, their friction's turning over, joints' dry, viscous, constant friction"""
+    """(K, N, Q): parts of the arm, tilt, motors' inertia, joints' dry friction, its turning over, viscous, constant friction"""
     nuisance_sigma: Array
     """(Q,): standard deviation of each nuisance around zero; infinite where nothing is known"""
     time: Array
@@ -79,19 +81,19 @@ class ArmRows:
     kept: NDArray[np.bool_]
     """(T,): products that are clear of gaps and ends"""
 
-    def residual_at(self, unknowns: ClockUnknowns) -> Array:
-        """Residuals (K, N), N m, at an estimate near the one that the rows were made with."""
+    def residual_at(self, unknowns: ClockUnknowns, forms: Array) -> Array:
+        """Residuals (K, N), N m, at an estimate near the one that the rows were made with; forms: (M, W), N, of friction."""
         m = len(unknowns.fv)
         fs, nuisances = unknowns.arm_parameters[:m], unknowns.arm_parameters[m:]
         out = self.residual + self.by_offset * (unknowns.offset - self.offset) + self.by_delay * unknowns.delay
-        out = out + self.by_dimension @ unknowns.dimensions
+        out = out + self.by_dimension @ unknowns.dimensions + np.einsum("knmw,mw->kn", self.by_form, forms)
         return out + self.by_fv @ unknowns.fv + self.by_fs @ fs + self.by_nuisance @ nuisances
 
     def with_joint_width(self, width: float) -> "ArmRows":
         """The same rows where a joint's dry friction turns over at another speed, rad/s."""
         n = self.residual.shape[1]
         nuisance = self.by_nuisance.copy()
-        nuisance[..., -3 * n : -2 * n] = _rows_of(_joint_dry_friction(self.joint_speed, width), self.kept)
+        nuisance[..., -4 * n : -2 * n] = _rows_of(_joint_dry_friction(self.joint_speed, width), self.kept)
         return replace(self, by_nuisance=nuisance)
 
 
@@ -108,7 +110,7 @@ class _Motion:
     force: Array
     """(T, M), N, and so all below: n"""
     dry_friction: Array
-    turnover: Array
+    friction_forms: tuple[Array, ...]
     speed: Array
     command_rate: Array
     inertial: Array
@@ -150,7 +152,6 @@ def arm_equation_rows(
         by_part,
         _tilt_torque(arm, a)[..., None],
         jacobian * motion.inertial[:, None, :],
-        jacobian * motion.turnover[:, None, :],
         _joint_dry_friction(joint_speed, joint_width),
         a_d[..., None] * per_joint,
         np.ones_like(a_d)[..., None] * per_joint,
@@ -162,6 +163,7 @@ def arm_equation_rows(
         by_dimension=_rows_of(_torque_by_dimension(arm, motion, fs), kept),
         by_fs=_rows_of(jacobian * motion.dry_friction[:, None, :], kept),
         by_fv=_rows_of(jacobian * motion.speed[:, None, :], kept),
+        by_form=_rows_of(np.stack([jacobian * form[:, None, :] for form in motion.friction_forms], axis=-1), kept),
         by_nuisance=_rows_of(np.concatenate(nuisances, axis=-1), kept),
         nuisance_sigma=_nuisance_sigma(arm),
         time=motion.time[::PRODUCTS_PER_ROW][kept[::PRODUCTS_PER_ROW]],
@@ -192,7 +194,7 @@ def _filtered(arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, wi
         missed=(missed(0.0), missed(_OFFSET_STEP_S)),
         force=sampled(signals.force),
         dry_friction=sampled(signals.dry_friction),
-        turnover=sampled(signals.friction_turnover),
+        friction_forms=tuple(sampled(form) for form in signals.friction_forms),
         speed=sampled(signals.speed),
         command_rate=sampled(signals.command.derivative()),
         inertial=sampled(signals.inertial),
@@ -235,15 +237,17 @@ def _torque_by_dimension(arm: Arm, motion: _Motion, fs: Array) -> Array:
 
 
 def _joint_dry_friction(speed: Array, width: float) -> Array:
-    """Dry friction of 1 N m of each joint, (T, N, N), for joint speeds (T, N), rad/s."""
-    return (2 / np.pi * np.arctan(speed / width))[..., None] * np.eye(speed.shape[1])
+    """Dry friction of 1 N m of each joint, then its slopes by log(1 / width), (T, N, 2 N), for joint speeds (T, N), rad/s."""
+    relative, per_joint = speed / width, np.eye(speed.shape[1])
+    turnover = relative / (1 + relative**2)
+    return 2 / np.pi * np.concatenate([v[..., None] * per_joint for v in (np.arctan(relative), turnover)], axis=-1)
 
 
 def _nuisance_sigma(arm: Arm) -> Array:
     """Standard deviations of the nuisances, (Q,), in the order of `ArmRows.by_nuisance`."""
     parts = np.full(len(_MASS_FIELDS) * arm.N, MAX_DRAWING_ERROR)
     parts[arm.N - 1] = PAYLOAD_SIGMA
-    friction = np.full(arm.M + 3 * arm.N, np.inf)
+    friction = np.full(4 * arm.N, np.inf)
     return np.concatenate([parts, [TILT_SIGMA_RAD], np.full(arm.M, MAX_DRAWING_ERROR), friction])
 
 

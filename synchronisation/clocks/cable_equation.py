@@ -1,7 +1,7 @@
 """The cables' equation of the clock: (rd/R) theta = w(alpha) + x, the elongation x explained by the force.
 
-x = c + g(t) + creep, with the tension t = n - h dry(theta') - w turning(theta') - fv theta' - ca x'. Each cable has a polynomial g
-of its own; w says by how much sooner than usual friction turns over. The force n may come late by a delay and be off by an error
+x = c + g(t) + creep, with the tension t = n - h dry(theta') - sum w_i form_i(theta') - fv theta' - ca x'. Each cable has a polynomial g
+of its own; the forms make of dry(theta') any friction that turns over with the speed. The force n may come late by a delay and be off by an error
 of the motors' inertia; the winding w(alpha) may be off by errors of the arm's dimensions. Offset and skew move the log's signals
 against the camera's alpha. There is one row for every cable and frame.
 """
@@ -15,21 +15,23 @@ from scipy.interpolate import BSpline
 from identification.filters import first_order_lag
 from mechanism.drawing_errors import MAX_DRAWING_ERROR
 from synchronisation.clocks.frame_geometry import FrameGeometry
-from synchronisation.clocks.signals import LogSignals, cubic_spline
+from synchronisation.clocks.signals import FRICTION_FORMS, LogSignals, cubic_spline
 from synchronisation.clocks.unknowns import ClockUnknowns
 
 Array = NDArray[np.float64]
 
 FORCE_SCALE_N = 50.0
 """N: tensions are divided by this, so that powers of them stay near one"""
-MAX_LAG_S = 0.05
+MAX_LAG_S = 0.5
 """s: the most that a damped cable may lag behind its force"""
 PRIOR_SIGMA = {
     "c": 0.1, "g": 0.05, "h": 2.0, "w": 1.0, "i": MAX_DRAWING_ERROR, "ca": 10.0, "creep": 0.01, "drum": 0.1,
 }  # fmt: skip
 """weak prior of each kind of parameter, in m and FORCE_SCALE_N; a ratio for a drum and for a motor's inertia"""
-_TENSION_PARTS = 6
-"""signals that a tension consists of: force, dry friction, its turning over, speed, the command's rate, the inertial force"""
+_FORMS = tuple(f"w{k + 1}" for k in range(FRICTION_FORMS))
+"""names of the parameters of friction's forms"""
+_TENSION_PARTS = 5 + FRICTION_FORMS
+"""signals that a tension consists of: force, dry friction and its forms, speed, the command's rate, the inertial force"""
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,8 @@ class CableTerms:
     """time constants, s"""
     damping: bool = True
     """elongation follows the force late, by ca"""
-    width: bool = True
-    """dry friction turns over at another speed than usual"""
+    friction_forms: bool = True
+    """dry friction is of another form than the usual"""
     inertia: bool = True
     """motors' inertia is off"""
     drum: bool = False
@@ -54,8 +56,14 @@ class CableTerms:
         """Names of a cable's parameters (K,), in their order."""
         powers = tuple(f"g{p + 1}" for p in range(self.powers))
         creep = tuple(f"creep{k}" for k in range(len(self.creep)))
-        optional = (("w", self.width), ("i", self.inertia), ("ca", self.damping), ("drum", self.drum))
+        forms = tuple((name, self.friction_forms) for name in _FORMS)
+        optional = (*forms, ("i", self.inertia), ("ca", self.damping), ("drum", self.drum))
         return ("c", *powers, "h", *(name for name, included in optional if included), *creep)
+
+    @property
+    def form_columns(self) -> list[int]:
+        """Places of the parameters of friction's forms among a cable's, (W,) or none."""
+        return [self.names.index(name) for name in _FORMS] if self.friction_forms else []
 
     @property
     def prior_sigma(self) -> Array:
@@ -90,7 +98,7 @@ class CableEquation:
         parts = [
             s.force(s.time),
             s.dry_friction(s.time),
-            s.friction_turnover(s.time),
+            *(form(s.time) for form in s.friction_forms),
             s.speed(s.time),
             s.command(s.time, 1),
             s.inertial(s.time),
@@ -143,22 +151,25 @@ class CableEquation:
         travel_d, *rates = np.moveaxis(self._curves(at, 1), -1, 0)
         p = dict(zip(self.law.names, unknowns.cable_parameters.T, strict=True))
         zero = np.zeros(len(unknowns.cable_parameters))
-        h, w, ca = p["h"] * FORCE_SCALE_N, p.get("w", zero) * FORCE_SCALE_N, p.get("ca", zero) * FORCE_SCALE_N
+        h, ca, *w = (p.get(name, zero) * FORCE_SCALE_N for name in ("h", "ca", *_FORMS))
         inertia = p.get("i", zero)
         powers = [p[f"g{k + 1}"] for k in range(self.law.powers)]
 
-        def undamped(n: Array, d: Array, e: Array, v: Array, r: Array, i: Array) -> Array:
-            return n - h * d - w * e - unknowns.fv * v - unknowns.delay * r - inertia * i
+        def undamped(n: Array, d: Array, *others: Array) -> Array:
+            *forms, v, r, i = others
+            n = n - h * d - sum(share * form for share, form in zip(w, forms, strict=True))
+            return n - unknowns.fv * v - unknowns.delay * r - inertia * i
 
         # the curves lag by tau already; the damping beyond it is small and taken to first order
         tension, tension_d = undamped(*parts[:_TENSION_PARTS]), undamped(*rates[:_TENSION_PARTS])
         x_d = _compliance(powers, tension) * tension_d
         t = tension - ca * x_d + self.tau * tension_d
         u, compliance = t / FORCE_SCALE_N, _compliance(powers, t)
-        _, d, e, v, r, i = parts[:_TENSION_PARTS]
+        _, *frictions, v, r, i = parts[:_TENSION_PARTS]
         columns = {"c": np.ones_like(t)} | {f"g{k}": u**k for k in range(1, self.law.powers + 1)}
         x = p["c"] + sum(g * columns[f"g{k}"] for k, g in enumerate(powers, 1))
-        columns["h"], columns["w"] = -compliance * d * FORCE_SCALE_N, -compliance * e * FORCE_SCALE_N
+        for name, friction in zip(("h", *_FORMS), frictions, strict=True):
+            columns[name] = -compliance * friction * FORCE_SCALE_N
         columns["i"], columns["ca"] = -compliance * i, -compliance * x_d * FORCE_SCALE_N
         by_fv, by_delay = -compliance * v, -compliance * r
         for k in range(len(self.law.creep)):
@@ -166,9 +177,9 @@ class CableEquation:
             share = p[f"creep{k}"] / FORCE_SCALE_N
             columns[f"creep{k}"] = undamped(*creeping) / FORCE_SCALE_N
             x = x + p[f"creep{k}"] * columns[f"creep{k}"]
-            _, d_c, e_c, v_c, r_c, i_c = creeping
-            columns["h"] = columns["h"] - share * d_c * FORCE_SCALE_N
-            columns["w"] = columns["w"] - share * e_c * FORCE_SCALE_N
+            _, *frictions, v_c, r_c, i_c = creeping
+            for name, friction in zip(("h", *_FORMS), frictions, strict=True):
+                columns[name] = columns[name] - share * friction * FORCE_SCALE_N
             columns["i"] = columns["i"] - share * i_c
             by_fv, by_delay = by_fv - share * v_c, by_delay - share * r_c
         if self.law.drum:

@@ -34,7 +34,11 @@ ALTERNATIVE_STEPS = 2
 """Gauss-Newton steps of each alternative, from the reported estimate on"""
 MAX_MISFIT_RATIO = 1.15
 """an alternative counts if its misfit is at most so many times the reported one's (docs/thresholds.md)"""
-OFFSET_BIAS_SIGMA_S = 3e-5
+LINEAR_OFFSET_S = 2e-4
+"""s: a larger change of the offset makes the rows of the arm's equation anew: viscous motors move it by milliseconds
+(docs/thresholds.md)"""
+MAX_LINEARISATIONS = 3
+OFFSET_BIAS_SIGMA_S = 1.5e-5
 """s: standard deviation of the offset's bias by filters and by what no nuisance describes (docs/thresholds.md)"""
 DELAY_BIAS_SIGMA_S = 1e-5
 """s: standard deviation of the delay's bias (docs/thresholds.md)"""
@@ -62,8 +66,7 @@ def align_finely(arm: Arm, signals: LogSignals, frames: FrameGeometry, offset: f
     problem = ClockProblem(signals, frames, fv)
     cables = CableEquation(signals, REPORTED.law)
     from_cables = solve_clock(problem, initial_unknowns(problem, offset, cables), REPORTED, cables)
-    rows = _arm_rows_at(arm, problem, from_cables)
-    reported = solve_clock(problem, from_cables.unknowns, REPORTED, from_cables.cables, rows)
+    reported, rows = _with_arm(arm, problem, from_cables)
     fits = [reported, *_alternatives(problem, reported, rows)]
     spread = [
         float(np.std([getattr(fit.unknowns, name) for fit in fits], ddof=1)) if len(fits) > 1 else 0.0
@@ -75,6 +78,18 @@ def align_finely(arm: Arm, signals: LogSignals, frames: FrameGeometry, offset: f
     bias = [OFFSET_BIAS_SIGMA_S, OFFSET_BIAS_SIGMA_S / half_duration, DELAY_BIAS_SIGMA_S]
     offset_sigma, skew_sigma, delay_sigma = np.hypot(np.hypot(statistical, spread), bias)
     return FineAlignment(reported, float(offset_sigma), float(skew_sigma), float(delay_sigma), frames)
+
+
+def _with_arm(arm: Arm, problem: ClockProblem, from_cables: ClockSolution) -> tuple[ClockSolution, ArmRows]:
+    """The fit to both equations, and the rows of the arm's, which are linear in the offset: made anew where that has moved far."""
+    rows = _arm_rows_at(arm, problem, from_cables)
+    fit = solve_clock(problem, from_cables.unknowns, REPORTED, from_cables.cables, rows)
+    for _ in range(MAX_LINEARISATIONS - 1):
+        if abs(fit.unknowns.offset - rows.offset) < LINEAR_OFFSET_S:
+            break
+        rows = _arm_rows_at(arm, problem, fit)
+        fit = solve_clock(problem, fit.unknowns, REPORTED, fit.cables, rows)
+    return fit, rows
 
 
 def clock_misfit(unknowns: ClockUnknowns) -> float:

@@ -26,8 +26,8 @@ INITIAL_CABLE_ERROR_M = 3e-5
 """m: error of the cables' law before anything is fitted"""
 LAG_TOLERANCE_S = 3e-4
 """s: a larger change of a cable's lag makes its curves anew"""
-MAX_LAG_UPDATES = 2
-LINEAR = CableTerms(powers=1, creep=(), damping=False, width=False, inertia=False)
+MAX_LAG_UPDATES = 5
+LINEAR = CableTerms(powers=1, creep=(), damping=False, friction_forms=False, inertia=False)
 """law of the cables for a first fit to few frames"""
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from identification.unknowns import DELAY_SIGMA_S
 from mechanism.drawing_errors import MAX_DRAWING_ERROR
 from synchronisation.clocks.arm_equation import ArmRows
-from synchronisation.clocks.cable_equation import CableRows, CableTerms
+from synchronisation.clocks.cable_equation import FORCE_SCALE_N, CableRows, CableTerms
 from synchronisation.clocks.frame_geometry import FrameGeometry
 from synchronisation.clocks.unknowns import ClockUnknowns
 
@@ -94,12 +94,12 @@ def gauss_newton_step(
     fv: (M,), N s/rad, NaN where not given."""
     arm, residual = rows.arm, None
     if arm is not None:
-        unknowns, residual = _with_torque_error(unknowns, arm)
+        unknowns, residual = _with_torque_error(unknowns, arm, assumptions.law)
     columns = _Columns.of(unknowns, arm)
     sums = _NormalSums(columns.count, rows.frames.time)
     _add_cables(sums, columns, rows)
     if arm is not None and residual is not None:
-        J = columns.of_arm(arm) / unknowns.torque_error[:, None]
+        J = columns.of_arm(arm, assumptions.law) / unknowns.torque_error[:, None]
         sums.add(J, residual / unknowns.torque_error, arm.time - unknowns.offset)
     centre, sigma = _prior(columns, unknowns, assumptions, fv, arm, skew_fixed)
     vector = columns.vector(unknowns)
@@ -188,20 +188,27 @@ class _Columns:
             arm_parameters=vector[self.arm] if self.arm.stop > self.arm.start else unknowns.arm_parameters,
         )
 
-    def of_arm(self, rows: ArmRows) -> Array:
-        """Columns of the arm's equation, (K, N, P); it holds neither the skew nor the parameters of the cables."""
+    def of_arm(self, rows: ArmRows, law: CableTerms) -> Array:
+        """Columns of the arm's equation, (K, N, P); it holds no skew, and of the cables' parameters the forms of friction only."""
         skew = np.zeros(rows.by_offset.shape)
-        cables = np.zeros((*rows.by_offset.shape, self.cables.stop - self.cables.start))
+        shape, motors = rows.by_offset.shape, rows.by_form.shape[2]
+        cables = np.zeros((*shape, motors, len(law.names)))
+        if law.friction_forms:
+            cables[..., law.form_columns] = FORCE_SCALE_N * rows.by_form
+        cables = cables.reshape(*shape, -1)
         common = np.stack([rows.by_offset, skew, rows.by_delay], axis=-1)
         return np.concatenate([common, rows.by_dimension, rows.by_fv, cables, rows.by_fs, rows.by_nuisance], axis=-1)
 
 
-def _with_torque_error(unknowns: ClockUnknowns, arm: ArmRows) -> tuple[ClockUnknowns, Array]:
+def _with_torque_error(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -> tuple[ClockUnknowns, Array]:
     """The unknowns with the parameters and the error of the arm's equation, and its residuals (K, N), N m."""
     if not len(unknowns.arm_parameters):
         count = arm.by_fs.shape[-1] + arm.by_nuisance.shape[-1]
         unknowns = replace(unknowns, arm_parameters=np.zeros(count))
-    residual = arm.residual_at(unknowns)
+    forms = np.zeros(arm.by_form.shape[2:])
+    if law.friction_forms:
+        forms = FORCE_SCALE_N * unknowns.cable_parameters[:, law.form_columns]
+    residual = arm.residual_at(unknowns, forms)
     estimated = np.any(unknowns.arm_parameters)
     error = np.std(residual, axis=0) if estimated else np.full(residual.shape[1], _FIRST_TORQUE_ERROR)
     return replace(unknowns, torque_error=error), residual

@@ -1,28 +1,34 @@
 """The log's signals as the clock's equations need them: through one low-pass filter, as splines over the log's time.
 
-Row n of a log holds the force from that row on, so the force at the row is the mean of the periods before and after it. What
-friction does at a reversal must be that mean too, or a slow log would show the force jump sooner or later than friction.
+Row n of a log holds the force from that row on, until the next. So the motor's equation is taken in integral form: force, inertia
+and friction are means over the log's steps, and the means of the steps give the values at the rows between them. Friction turns
+over within less than a step; its values at the rows alone would miss that.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
-from scipy.ndimage import convolve1d
 
 from identification.dataset.series import Series
 from identification.filters import low_pass
 from mechanism.arm import Arm
-from mechanism.friction import dry, dry_by_log_cm
+from state_estimation.elongation_regressors import at_step_ends, friction_over_steps
 
 Array = NDArray[np.float64]
 
 SIGNAL_CUTOFF_HZ = 20.0
 """Hz: above what cables and motors do, below where encoder counts swamp accelerations"""
-FRICTION_SPEED_CUTOFF_HZ = 40.0
-"""Hz: of the speed that dry friction is computed from; a lower one would blunt its reversals"""
+FRICTION_SPEED_CUTOFF_HZ = 80.0
+"""Hz: of the speed that dry friction is computed from; a lower one blunts its reversals, which looks like forces that come late,
+and a higher one lets counts of the encoder in (docs/thresholds.md)"""
+TURNOVER_RATIO = 3.0
+"""ratio of the speeds over which friction turns over; sums of three such arc tangents come within 0.2 N of any curve that turns
+over once, of 14 N in all (docs/thresholds.md)"""
+FRICTION_FORMS = 3
+"""forms of friction beside the arc tangent"""
 FRICTION_RATE_HZ = 500.0
 """Hz: rate at which friction is computed within the periods of slower logs"""
 GRID_HZ = 100.0
@@ -45,8 +51,9 @@ class LogSignals:
     """Ia (R/rd) theta'', N"""
     dry_friction: BSpline
     """dry friction of 1 N, ratio"""
-    friction_turnover: BSpline
-    """slope of dry friction of 1 N by log cm, how soon it turns over, ratio"""
+    friction_forms: tuple[BSpline, ...]
+    """what makes of `dry_friction` any friction that turns over with the speed: its slope by log cm, and what friction has beyond it
+    that turns over at a third and at three times of its speed, ratios"""
     speed: BSpline
     """theta', rad/s"""
     has_force: bool
@@ -59,41 +66,42 @@ def log_signals_of(arm: Arm, log: Series) -> LogSignals:
     theta, f = log.matrix("theta"), log.matrix("f")
     has_force = f.shape[1] == arm.M
     f = f if has_force else np.zeros_like(theta)
-    held = (np.vstack([f[:1], f[:-1]]) + f) / 2
     smooth = low_pass(theta, rate, SIGNAL_CUTOFF_HZ)
-    theta_d = np.gradient(smooth, 1 / rate, axis=0)
-    theta_dd = np.gradient(theta_d, 1 / rate, axis=0)
+    fast = cubic_spline(log.time, low_pass(theta, rate, FRICTION_SPEED_CUTOFF_HZ))
     parts = max(1, round(FRICTION_RATE_HZ / rate))
-    slowly = cubic_spline(log.time, low_pass(theta, rate, FRICTION_SPEED_CUTOFF_HZ))
-    friction_speed = slowly(np.linspace(log.time[0], log.time[-1], parts * (len(log) - 1) + 1), 1)
-    command, inertial = low_pass(held, rate, SIGNAL_CUTOFF_HZ), arm.motor_inertia / arm.drum * theta_dd
+    fast_d = fast(np.linspace(log.time[0], log.time[-1], parts * (len(log) - 1) + 1), 1)
+    dry, transition, _ = (_joined(means, parts) for means in friction_over_steps(fast_d))
+    sharper, blunter = (
+        _joined(friction_over_steps(ratio * fast_d)[0], parts) for ratio in (TURNOVER_RATIO, 1 / TURNOVER_RATIO)
+    )
+    forms = (2 / np.pi * transition, sharper - dry, blunter - dry)
+    theta_dd = np.diff(fast_d[::parts], axis=0) * rate
     every = max(1, round(rate / GRID_HZ))
     time = log.time[::every]
 
     def curve(values: Array) -> BSpline:
         return cubic_spline(time, values[::every])
 
-    def friction(law: Callable[[Array], Array]) -> BSpline:
-        return curve(low_pass(_mean_of_two_periods(law(friction_speed), parts), rate, SIGNAL_CUTOFF_HZ))
+    def of_means(means: Array) -> Array:
+        return low_pass(at_step_ends(means), rate, SIGNAL_CUTOFF_HZ)
 
+    command, inertial = of_means(f[:-1]), arm.motor_inertia / arm.drum * of_means(theta_dd)
     return LogSignals(
         time=time,
         travel=curve(arm.drum * smooth),
         force=curve(command - inertial),
         command=curve(command),
         inertial=curve(inertial),
-        dry_friction=friction(dry),
-        friction_turnover=friction(dry_by_log_cm),
-        speed=curve(theta_d),
+        dry_friction=curve(of_means(dry)),
+        friction_forms=tuple(curve(of_means(form)) for form in forms),
+        speed=curve(cubic_spline(log.time, smooth)(log.time, 1)),
         has_force=has_force,
     )
 
 
-def _mean_of_two_periods(values: Array, parts: int) -> Array:
-    """Means over the periods before and after each row, (T, M), of values ((T - 1) * parts + 1, M) within the periods."""
-    weights = np.full(2 * parts + 1, 1 / (2 * parts))
-    weights[[0, -1]] /= 2
-    return convolve1d(values, weights, axis=0, mode="nearest")[::parts]
+def _joined(means: Array, parts: int) -> Array:
+    """Means over whole steps, (T, M), from the means over equal parts of them, (T * parts, M)."""
+    return means.reshape(-1, parts, means.shape[1]).mean(axis=1)
 
 
 def relabelled(signals: LogSignals, order: Sequence[int], sign: int) -> LogSignals:
@@ -112,7 +120,7 @@ def relabelled(signals: LogSignals, order: Sequence[int], sign: int) -> LogSigna
         command=curve(s.command(s.time)),
         inertial=curve(inertial),
         dry_friction=curve(sign * s.dry_friction(s.time)),
-        friction_turnover=curve(sign * s.friction_turnover(s.time)),
+        friction_forms=tuple(curve(sign * form(s.time)) for form in s.friction_forms),
         speed=curve(sign * s.speed(s.time)),
         has_force=s.has_force,
     )

@@ -105,7 +105,8 @@ def find_winch_slips(
 def _explaining_signals(s: LogSignals, at: Array, winding: Array) -> list[Array]:
     """What travel less winding may consist of at log times (F,), s, beside slips and drift; (F, M) each."""
     force, rate = s.force(at) / FORCE_SCALE_N, s.force(at, 1)
-    motors = [s.command(at, 1), s.dry_friction(at), s.friction_turnover(at), s.speed(at), s.inertial(at)]
+    frictions = [friction(at) for friction in (s.dry_friction, *s.friction_forms)]
+    motors = [s.command(at, 1), *frictions, s.speed(at), s.inertial(at)]
     return [force, force**2, rate, *motors, np.gradient(winding, at, axis=0)]
 
 
