@@ -1,4 +1,4 @@
-"""Where nothing is hidden every equation stands at its noise floor, on arms by the generator that shares no code with what reads them."""
+"""Where nothing is hidden every equation stands at its noise floor: on arms by a generator that shares no code with the reader."""
 
 import json
 from dataclasses import replace
