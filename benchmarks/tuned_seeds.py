@@ -1,7 +1,7 @@
 """Seeds on which something was set or mended: they are counted in no rate that is reported.
 
 A seed that was counted first and used for setting something afterwards stands here too: another run of it proves nothing.
-Two generators take seeds, and the same seed is another world in each.
+Three generators take seeds, and the same seed is another world in each.
 """
 
 from collections.abc import Mapping
@@ -58,6 +58,23 @@ _WORLDS: tuple[tuple[range, str], ...] = (
 
 TUNED_WORLDS: Mapping[int, str] = dict(chain.from_iterable(((seed, why) for seed in seeds) for seeds, why in _WORLDS))
 """Worlds of the clock's, the check's and the state's benchmarks: seed, and what was set on it."""
+
+_FORWARD: tuple[tuple[range, str], ...] = (
+    (
+        range(300, 312),
+        "lags of cables, the motors' equation in integral form and the systematic part of the clock's sigma",
+    ),
+    (range(340, 370), "the clock with laws that are hidden; losses that a rest feigns"),
+    (range(380, 395), "the clock with friction of another form and with drawings that are off"),
+)
+
+TUNED_FORWARD_ARMS: Mapping[int, str] = dict(
+    chain.from_iterable(((seed, why) for seed in seeds) for seeds, why in _FORWARD)
+)
+"""Arms of the second generator (samples/forward_arms): seed, and what was set on it."""
+
+FIRST_COUNTED_FORWARD_ARM = 1000
+"""The seed from which forward arms are counted; those below 500 are for setting."""
 
 FIRST_COUNTED_WORLD = 2000
 """The seed from which these benchmarks count, some dozens of them: nothing was ever set on these."""

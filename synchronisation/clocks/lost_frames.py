@@ -82,7 +82,6 @@ class _FrameCosts:
         white = np.einsum("fij,fsj->fsi", self.whitening[part], residual)
         return np.minimum(np.sum(white**2, axis=-1), MAX_FRAME_COST)
 
-
     def between(self, part: Counts, counts: Counts, others: Counts) -> float:
         """Squared whitened difference that it makes for frames `part` (K,) whether they have some counts or others, (K,) each."""
         times = (self.log_time[part] + self.period * k for k in (counts, others))
