@@ -62,6 +62,12 @@ TUNED_WORLDS: Mapping[int, str] = dict(chain.from_iterable(((seed, why) for seed
 _FORWARD_ARMS: tuple[tuple[range, str], ...] = (
     (range(64), "how the noise of angles is read from their frames, and knots and rough motion of the state"),
     (range(1, 9), "the smoother of motor speeds, and up to which frequency the arm's equation is judged"),
+    (
+        range(300, 312),
+        "lags of cables, the motors' equation in integral form and the systematic part of the clock's sigma",
+    ),
+    (range(340, 370), "the clock with laws that are hidden; losses that a rest feigns"),
+    (range(380, 395), "the clock with friction of another form and with drawings that are off"),
     (range(1000, 1002), "where the rounds that tell rough motion from errors of cables begin"),
 )
 
@@ -71,7 +77,7 @@ TUNED_FORWARD_ARMS: Mapping[int, str] = dict(
 """Arms of samples/forward_arms: seed, and what was set on it."""
 
 FIRST_COUNTED_FORWARD_ARM = 1002
-"""The seed from which arms integrated forward are counted: nothing was ever set on these."""
+"""The seed from which arms integrated forward are counted: nothing was ever set on these; those below 500 are for setting."""
 
 FIRST_COUNTED_WORLD = 2000
 """The seed from which these benchmarks count, some dozens of them: nothing was ever set on these."""

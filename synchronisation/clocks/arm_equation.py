@@ -2,8 +2,9 @@
 
 In t = n - fs dry(theta') - fv theta' the force n comes late by a delay. Through the cables alone fv looks like an offset (5 ms
 for 0.02 N s/rad); here it turns the joints by Z fv theta', which no friction of the joints does. Masses, springs, a load at the
-tip, the base's tilt, the motors' inertia, how soon their friction turns over, and joint friction are nuisances. So are the arm's
-dimensions, which the cables' equation holds too. Both sides pass the same filters.
+tip, the base's tilt, the motors' inertia, and joint friction with the speed at which it turns over are nuisances. So are the arm's
+dimensions and the form of the motors' friction, which the cables' equation holds too: if each had a form of its own, the two would
+trade viscosity for the clock. Both sides pass the same filters.
 """
 
 from dataclasses import dataclass, replace

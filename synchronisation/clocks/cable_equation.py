@@ -1,9 +1,9 @@
 """The cables' equation of the clock: (rd/R) theta = w(alpha) + x, the elongation x explained by the force.
 
-x = c + g(t) + creep, with the tension t = n - h dry(theta') - sum w_i form_i(theta') - fv theta' - ca x'. Each cable has a polynomial g
-of its own; the forms make of dry(theta') any friction that turns over with the speed. The force n may come late by a delay and be off by an error
-of the motors' inertia; the winding w(alpha) may be off by errors of the arm's dimensions. Offset and skew move the log's signals
-against the camera's alpha. There is one row for every cable and frame.
+x = c + g(t) + creep, with the tension t = n - h dry(theta') - sum w_i form_i(theta') - fv theta' - ca x'. Each cable has a
+polynomial g of its own; the forms make of dry(theta') any friction that turns over with the speed. The force n may come late by a delay and be
+off by an error of the motors' inertia; the winding w(alpha) may be off by errors of the arm's dimensions. Offset and skew move the
+log's signals against the camera's alpha. There is one row for every cable and frame.
 """
 
 from dataclasses import dataclass, replace
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 FORCE_SCALE_N = 50.0
 """N: tensions are divided by this, so that powers of them stay near one"""
 MAX_LAG_S = 0.5
-"""s: the most that a damped cable may lag behind its force"""
+"""s: the most that a damped cable may lag behind its force; a lower limit pulls the clock where it is met (docs/thresholds.md)"""
 PRIOR_SIGMA = {
     "c": 0.1, "g": 0.05, "h": 2.0, "w": 1.0, "i": MAX_DRAWING_ERROR, "ca": 10.0, "creep": 0.01, "drum": 0.1,
 }  # fmt: skip

@@ -38,7 +38,7 @@ LINEAR_OFFSET_S = 2e-4
 """s: a larger change of the offset makes the rows of the arm's equation anew: viscous motors move it by milliseconds
 (docs/thresholds.md)"""
 MAX_LINEARISATIONS = 3
-OFFSET_BIAS_SIGMA_S = 1.5e-5
+OFFSET_BIAS_SIGMA_S = 8e-6
 """s: standard deviation of the offset's bias by filters and by what no nuisance describes (docs/thresholds.md)"""
 DELAY_BIAS_SIGMA_S = 1e-5
 """s: standard deviation of the delay's bias (docs/thresholds.md)"""

@@ -22,6 +22,9 @@ LOSS_COST = 30.0
 """-2 log of the probability that a frame is missing; set high, so that noise alone feigns no loss (docs/thresholds.md)"""
 NEXT_LOSS_COST = 6.0
 """-2 log of the probability of each further frame of one loss (docs/thresholds.md)"""
+MIN_LOSS_EVIDENCE = 300.0
+"""squared whitened motion by which a loss must show between it and the recording's end: a loss that is none is bought by what is
+not known of cables at rest (docs/thresholds.md)"""
 MAX_FRAMES_PER_LOSS = 4
 """frames that one loss may take at most (docs/thresholds.md)"""
 MAX_AHEAD = 10
@@ -56,7 +59,7 @@ def decode_lost_frames(
     count = np.zeros(len(frames.time), dtype=np.int64)
     count[reference:] = _viterbi(costs, np.arange(reference, len(frames.time)), 1)
     count[: reference + 1] = _viterbi(costs, np.arange(reference, -1, -1), -1)[::-1]
-    return count
+    return _without_losses_at_rest(costs, count)
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,14 @@ class _FrameCosts:
         residual = self.expected_winding(np.clip(at, first, last)) - self.winding[part][:, None, :]
         white = np.einsum("fij,fsj->fsi", self.whitening[part], residual)
         return np.minimum(np.sum(white**2, axis=-1), MAX_FRAME_COST)
+
+    def between(self, part: Counts, counts: Counts, others: Counts) -> float:
+        """Squared whitened difference that it makes for frames `part` (K,) whether they have some counts or others, (K,) each."""
+        times = (self.log_time[part] + self.period * k for k in (counts, others))
+        first, last = self.expected_winding.t[0], self.expected_winding.t[-1]
+        windings, other_windings = (self.expected_winding(np.clip(at, first, last)) for at in times)
+        white = np.einsum("fij,fj->fi", self.whitening[part], windings - other_windings)
+        return float(np.sum(np.minimum(np.sum(white**2, axis=-1), MAX_FRAME_COST)))
 
 
 def _viterbi(costs: _FrameCosts, order: Counts, sign: int) -> Counts:
@@ -114,6 +125,24 @@ def _viterbi(costs: _FrameCosts, order: Counts, sign: int) -> Counts:
         state -= int(cheapest[state])
         k -= 1
     return counts - counts[0]
+
+
+def _without_losses_at_rest(costs: _FrameCosts, count: Counts) -> Counts:
+    """The counts (F,) without losses between which and the recording's end the arm hardly moves.
+
+    An arm at rest looks the same a frame later, and what cables do at rest is not known well enough to tell."""
+    count = count.copy()
+    while len(steps := np.flatnonzero(np.diff(count))):
+        first, last = int(steps[0]) + 1, int(steps[-1]) + 1
+        before, after = np.arange(first), np.arange(last, len(count))
+        lost_first, lost_last = count[first] - count[first - 1], count[last] - count[last - 1]
+        if costs.between(before, count[before], count[before] + lost_first) < MIN_LOSS_EVIDENCE:
+            count[before] += lost_first
+        elif costs.between(after, count[after], count[after] - lost_last) < MIN_LOSS_EVIDENCE:
+            count[after] -= lost_last
+        else:
+            break
+    return count
 
 
 def skew_despite_losses(

@@ -52,8 +52,8 @@ class LogSignals:
     dry_friction: BSpline
     """dry friction of 1 N, ratio"""
     friction_forms: tuple[BSpline, ...]
-    """what makes of `dry_friction` any friction that turns over with the speed: its slope by log cm, and what friction has beyond it
-    that turns over at a third and at three times of its speed, ratios"""
+    """what makes of `dry_friction` any friction that turns over with the speed: its slope by log cm, and what friction has beyond
+    it that turns over at a third and at three times of its speed, ratios"""
     speed: BSpline
     """theta', rad/s"""
     has_force: bool

@@ -104,17 +104,44 @@ def test_neither_cables_nor_motors_nor_joints_pull_the_clock(kind: str) -> None:
         assert not clock.warnings
 
 
+def clock_of(world: World, noise: float) -> tuple[ClockEstimate, float]:
+    """The clock of 60 s of a world at a noise, rad, and its error, s."""
+    made = prescribe(world, 60.0, 100, (0.1, 1.2))
+    alpha = made.frame_alpha + np.random.default_rng(100).normal(0, noise, made.frame_alpha.shape)
+    log = Series(made.log_time, numbered_columns("theta", made.counted) | numbered_columns("f", made.f))
+    clock = fit_clock(arm(), Angles(made.frame_times, alpha, np.full(alpha.shape, noise)), log)
+    return clock, clock.offset - (made.clocks.offset_s + made.clocks.skew * (clock.middle - made.clocks.middle_s))
+
+
+FS, K = np.array([14.0, 17.0, 18.0, 16.0]), np.array([10e3, 9e3, 8e3, 5.5e3])
+
+
 def test_cables_that_lag_by_a_tenth_of_a_second_do_not_pull_the_clock() -> None:
     """800 N s/m on 5500 to 10,000 N/m. A fit that allows 50 ms at most errs by 0.2 ms."""
-    friction = dry_and_viscous(np.array([14.0, 17.0, 18.0, 16.0]), np.zeros(4))
-    stretch = linear(np.array([10e3, 9e3, 8e3, 5.5e3]), np.array([800.0, 700.0, 60.0, 800.0]))
-    world = World(yaml.safe_load(NECK_FILE.read_text()), stretch=stretch, friction=friction)
-    made = prescribe(world, 60.0, 100, (0.1, 1.2))
-    alpha = made.frame_alpha + np.random.default_rng(100).normal(0, 0.2 * NOISE_RAD, made.frame_alpha.shape)
-    log = Series(made.log_time, numbered_columns("theta", made.counted) | numbered_columns("f", made.f))
-    clock = fit_clock(arm(), Angles(made.frame_times, alpha, np.full(alpha.shape, 0.2 * NOISE_RAD)), log)
-    error = clock.offset - (made.clocks.offset_s + made.clocks.skew * (clock.middle - made.clocks.middle_s))
-    assert abs(error) < 3.5 * clock.offset_sigma < 0.2e-3
+    stretch = linear(K, np.array([800.0, 700.0, 60.0, 800.0]))
+    world = World(yaml.safe_load(NECK_FILE.read_text()), stretch=stretch, friction=dry_and_viscous(FS, np.zeros(4)))
+    clock, error = clock_of(world, 0.2 * NOISE_RAD)
+    assert abs(error) < 3.5 * clock.offset_sigma < 0.15e-3
+
+
+@pytest.mark.parametrize("form", ["hyperbola", "Stribeck"])
+def test_the_form_of_friction_does_not_pull_the_clock(form: str) -> None:
+    """Friction that turns over more sharply than the arc tangent, and friction with a peak at low speeds."""
+
+    def friction(speed: np.ndarray) -> np.ndarray:
+        if form == "hyperbola":
+            return FS * speed / (np.abs(speed) + 4 / np.pi)
+        return FS * 2 / np.pi * np.arctan(0.5 * speed) * (1 + 0.4 * np.exp(-((speed / 8) ** 2)))
+
+    world = World(
+        yaml.safe_load(NECK_FILE.read_text()),
+        stretch=linear(K, np.full(4, 60.0)),
+        friction=lambda s: friction(s.theta_d),
+    )
+    clock, error = clock_of(world, 0.2 * NOISE_RAD)
+    assert clock.delay is not None
+    assert abs(error) < 3.5 * clock.offset_sigma < 0.4e-3
+    assert abs(clock.delay[0]) < 0.04e-3
 
 
 def test_viscosity_needs_the_arm_or_a_person_to_tell_it_from_the_offset() -> None:

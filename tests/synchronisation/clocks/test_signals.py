@@ -22,7 +22,7 @@ def motor_log() -> Series:
     described = arm()
     inertia = described.motor_inertia / described.drum
     rows = round(DURATION_S / ROW_S)
-    time, h = ROW_S * np.arange(rows), ROW_S / PARTS
+    time, h = np.linspace(0, ROW_S * (rows - 1), rows), ROW_S / PARTS
     wish = 60 * np.cos(2 * np.pi * 0.6 * time[:, None] + np.arange(4))
     theta, speed = np.zeros(4), wish[0].copy()
     thetas, commands = np.empty((rows, 4)), np.empty((rows, 4))
