@@ -3,8 +3,8 @@
 Arms are integrated forward under a controller on counted angles, by a generator that shares no code with what reads them. A
 recording is put together from their truth, with one thing as a lab has it; true numbers of the base laws then close the equations
 but for that. Residuals are judged as `diagnose` judges them: motors' equations below 8 Hz, the arm's below 4 Hz, with angles that
-nothing smoothed. `over noise` is the residual over what noise of 0.02 deg in the angles alone leaves. The last rows have everything but
-noise, on arms of other kinds.
+nothing smoothed. `over noise` is the residual over what noise of 0.02 deg in the angles alone leaves. The last rows have everything
+but noise, on arms of other kinds.
 """
 
 import json
