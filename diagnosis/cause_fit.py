@@ -120,7 +120,7 @@ class CauseFitter:
     def __init__(self, h: Hypothesis, ensembles: Sequence[NoiseEnsemble]) -> None:
         self._h = h
         first = _base_model_start(h, [ensemble.data for ensemble in ensembles])
-        self._ensembles = [ensemble.with_motor_speeds(first.machine) for ensemble in ensembles]
+        self._ensembles = _with_speeds(ensembles, first)
         self._data = [ensemble.data for ensemble in self._ensembles]
         self._start = _base_model_start(h, self._data, first.p)
         starts = [segment_starts(recording.signals) for recording in self._start.recordings]
@@ -156,7 +156,7 @@ class CauseFitter:
         comparison, causes = _refined(start, self._h, causes, self._data, whiten)
         if _turns_motors(h):
             # speeds follow from the motors' laws: told with the base model's friction they would speak for that
-            ensembles = [ensemble.with_motor_speeds(comparison.linearisation.machine) for ensemble in ensembles]
+            ensembles = _with_speeds(ensembles, comparison.linearisation)
             data = [ensemble.data for ensemble in ensembles]
             again = _read_anew(comparison.linearisation, with_causes(self._h, causes), data)
             comparison, causes = _refined(again, self._h, causes, data, whiten)
@@ -218,6 +218,11 @@ def _refined(
             if damping > _MAX_DAMPING:
                 break
     return best
+
+
+def _with_speeds(ensembles: Sequence[NoiseEnsemble], at: Linearisation) -> list[NoiseEnsemble]:
+    """Ensembles with motor speeds by the laws and delays of a linearisation."""
+    return [e.with_motor_speeds(at.machine, r.delay) for e, r in zip(ensembles, at.recordings, strict=True)]
 
 
 def _read_anew(at: Linearisation, h: Hypothesis, data: Sequence[DataSet]) -> Linearisation:

@@ -78,7 +78,7 @@ def held_out_residuals(
     clock_relaxed: whether clocks are in doubt because the base model's laws are wrong."""
     residuals, noise, frame_lags = [], [], []
     for recording in ensembles:
-        ensemble = recording.with_motor_speeds(fitted.linearisation.machine)
+        ensemble = recording.with_motor_speeds(fitted.linearisation.machine, fitted.linearisation.recordings[0].delay)
         at = _transferred(fitted.linearisation, fit, h, ensemble)
         comparison, own_fit = _with_fitted_arm(at, fitted, fit, whiten, clock_relaxed)
         for _ in range(_MAX_STEPS):

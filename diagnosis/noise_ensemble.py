@@ -40,9 +40,9 @@ class NoiseEnsemble:
     noise_free: DataSet
     """where every frame shows the state itself"""
 
-    def with_motor_speeds(self, machine: Machine) -> "NoiseEnsemble":
-        """The same with motor speeds by the friction of `machine`."""
-        data = with_motor_speeds(self.data, machine, len(self.draws))
+    def with_motor_speeds(self, machine: Machine, delay: float) -> "NoiseEnsemble":
+        """The same with motor speeds by the friction of `machine`, its forces late by `delay`, s."""
+        data = with_motor_speeds(self.data, machine, delay, len(self.draws))
         draws = tuple(replace(draw, speeds=data.speeds) for draw in self.draws)
         return NoiseEnsemble(data, draws, replace(self.noise_free, speeds=data.speeds))
 

@@ -187,7 +187,10 @@ def estimate(
         prior_at[places[key]] = prior
     first = fit_by_least_squares(signals, u, prior_at)
     machine = Machine(arm, u.laws, u.values(first))
-    signals = [signals_of(with_motor_speeds(data, machine)) for data in recordings]
+    delays = [float(u.get(first, "delay", r)[0]) for r in range(len(recordings))]
+    signals = [
+        signals_of(with_motor_speeds(*each)) for each in zip(recordings, [machine] * len(delays), delays, strict=True)
+    ]
     solution = fit_laws(signals, u, prior_at, first)
     _check_signs(u, solution)
     _check_tension(signals, u, solution)

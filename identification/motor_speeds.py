@@ -41,24 +41,33 @@ _SPEED_STEP_RAD_S = 1e-3
 """of the differences for friction's slope"""
 
 
-def with_motor_speeds(data: DataSet, machine: Machine, draws: int = 0) -> DataSet:
-    """A data set with its motors' speeds within the rows; draws: how often their error is drawn.
+def with_motor_speeds(data: DataSet, machine: Machine, delay: float, draws: int = 0) -> DataSet:
+    """A data set with its motors' speeds within the rows.
 
     machine: laws of friction and of the command, with their numbers. Friction under tension is left out, which hardly matters.
+    delay: s, by which forces act later than the log says; draws: how often the speeds' error is drawn.
     """
     state = data.state
     theta, f = state.matrix("theta"), state.matrix("f")
     step = float(np.mean(np.diff(state.time)))
     counts = np.array([motor.counts for motor in data.neck.motors])
-    return replace(data, speeds=motor_speeds(data.arm, machine, theta, f, step, 2 * np.pi / counts, draws))
+    return replace(data, speeds=motor_speeds(data.arm, machine, theta, f, step, 2 * np.pi / counts, delay, draws))
 
 
 def motor_speeds(
-    arm: Arm, machine: Machine, theta: Array, f: Array, step: float, count: Array, draws: int = 0
+    arm: Arm,
+    machine: Machine,
+    theta: Array,
+    f: Array,
+    step: float,
+    count: Array,
+    delay: float = 0.0,
+    draws: int = 0,
 ) -> HalfRowSpeeds:
     """Speeds of the motors within the rows of a log. Their error is drawn by rounding the estimate anew and smoothing that.
 
-    theta: (T, M), rad, as measured, at rows `step` s apart; f: (T, M), N, each from its row on; count: of each encoder, (M,), rad.
+    theta: (T, M), rad, as measured, at rows `step` s apart; f: (T, M), N, each from its row and a delay, s, on; count: of
+    each encoder, (M,), rad.
     """
     force = machine.acting_force(f, step)
     inertia = np.broadcast_to(arm.motor_inertia / arm.drum, (arm.M,))
@@ -70,7 +79,7 @@ def motor_speeds(
     grid = (len(theta) - 1) * STEPS_PER_ROW + 1
     rows = np.arange(len(theta)) * STEPS_PER_ROW
     start = np.stack([np.interp(np.arange(grid), rows, column) for column in theta.T], axis=-1)
-    held = np.repeat(force[:-1], STEPS_PER_ROW, axis=0)
+    held = _held(force, delay / step)
     sigma, cutoff = count / np.sqrt(12), np.full(arm.M, HIGHEST_CUTOFF_HZ)
     # with the widest cutoff first: it shows down to which frequency the tension can be told from rounding
     wide = _smoothed(start, theta, held, friction, inertia, sigma, cutoff, step)
@@ -83,6 +92,16 @@ def motor_speeds(
         drawn = _smoothed(angles, counted, held, friction, inertia, sigma, cutoff, step)
         errors.append((_half_row_speeds(drawn, step) - mean).mean(axis=0))
     return HalfRowSpeeds(mean, cutoff, sigma, np.array(errors).reshape(draws, *theta.shape))
+
+
+def _held(force: Array, rows_late: float) -> Array:
+    """Mean force over each half row, (G - 1, M), of forces (T, M) that hold from so many rows after their own on."""
+    impulse = np.vstack([np.zeros(force.shape[1]), np.cumsum(force[:-1], axis=0)])
+    rows = np.arange((len(force) - 1) * STEPS_PER_ROW + 1) / STEPS_PER_ROW - rows_late
+    at_steps = np.stack([np.interp(rows, np.arange(len(force)), column) for column in impulse.T], axis=-1)
+    # beyond the log's ends its first and its last force go on
+    at_steps += np.minimum(rows, 0.0)[:, None] * force[0] + np.maximum(rows - len(force) + 1, 0.0)[:, None] * force[-2]
+    return np.diff(at_steps, axis=0) * STEPS_PER_ROW
 
 
 def _half_row_speeds(angles: Array, step: float) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.dataset import DataSet
-from identification.fitting import fit_laws, segment_starts
+from identification.fitting import fit_by_least_squares, fit_laws, segment_starts
 from identification.motor_speeds import with_motor_speeds
 from identification.residuals import delayed_forces, residual_rows
 from identification.signals import signals_of
@@ -38,10 +38,12 @@ class RecordingParameters:
 
 def fit_recording_parameters(data: DataSet, laws: tuple[str, ...], values: Mapping[str, Array]) -> RecordingParameters:
     """Fitted with the laws' values, by term, held. Raises Refused where the recording is too short or holds no forces."""
-    signals = signals_of(with_motor_speeds(data, Machine(data.arm, laws, values)))
+    signals = signals_of(data)
     m = signals.arm.M
     without_laws = unknowns(signals.arm, laws, 1, dict(values))
-    solution = fit_laws([signals], without_laws)
+    first = fit_by_least_squares([signals], without_laws)
+    signals = signals_of(with_motor_speeds(data, Machine(data.arm, laws, values), float(first[m])))
+    solution = fit_laws([signals], without_laws, start=first)
     with_laws = unknowns(signals.arm, laws, 1)
     p = np.zeros(len(with_laws.entries))
     for (name, recording), slot in with_laws.slots.items():
