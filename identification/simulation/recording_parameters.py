@@ -31,7 +31,7 @@ class RecordingParameters:
     covariance: Array
     """covariance of x0 and delay if the laws were exact, (M + 1, M + 1)"""
     f: Array
-    """forces as they act, mean around each row of the state, (T, M), N"""
+    """forces as they act in each row of the state, (T, M), N"""
     by_law: Mapping[tuple[str, int | None], Array]
     """derivative of x0 and delay by each parameter of the laws, (M + 1,), by name and index"""
 
@@ -55,4 +55,7 @@ def fit_recording_parameters(data: DataSet, laws: tuple[str, ...], values: Mappi
     derivative = -np.linalg.lstsq(J[:, own] * with_laws.size[own], J, rcond=None)[0] * with_laws.size[own][:, None]
     by_law = {(e.term.name, e.index): derivative[:, i] for i, e in enumerate(with_laws.entries) if e.recording is None}
     delay = float(solution.p[m])
-    return RecordingParameters(solution.p[:m], delay, solution.covariance, delayed_forces(signals, delay), by_law)
+    f = delayed_forces(signals, delay).copy()
+    # a mean over two periods of the command smooths, simulated forces are those in the row: undone to second order
+    f[1:-1] -= (f[2:] - 2 * f[1:-1] + f[:-2]) / 6
+    return RecordingParameters(solution.p[:m], delay, solution.covariance, f, by_law)
