@@ -1,9 +1,9 @@
 """The cables' equation of the clock: (rd/R) theta = w(alpha) + x, the elongation x explained by the force.
 
 x = c + g(t) + creep, with the tension t = n - h dry(theta') - sum w_i form_i(theta') - fv theta' - ca x'. Each cable has a
-polynomial g of its own; the forms make of dry(theta') any friction that turns over with the speed. The force n may come late by a delay and be
-off by an error of the motors' inertia; the winding w(alpha) may be off by errors of the arm's dimensions. Offset and skew move the
-log's signals against the camera's alpha. There is one row for every cable and frame.
+polynomial g of its own; the forms make of dry(theta') any friction that turns over with the speed. The force n may come late by
+a delay and be off by an error of the motors' inertia; the winding w(alpha) may be off by errors of the arm's dimensions. Offset
+and skew move the log's signals against the camera's alpha. There is one row for every cable and frame.
 """
 
 from dataclasses import dataclass, replace
