@@ -40,6 +40,12 @@ Array = NDArray[np.float64]
 MIN_TRAVEL_M = 1e-3
 """m: some cable must move by this in the video, and some motor in the log (docs/thresholds.md)"""
 
+UNEXPLAINED_M = 5e-4
+"""m, RMS: a cable that forces leave so much of may have another force than the log says (docs/thresholds.md)"""
+UNEXPLAINED_SHARE = 0.4
+"""... and has, if they leave this share of what a rigid cable leaves (docs/thresholds.md)"""
+WITHOUT_FORCES = "the log holds no forces, so how far cables stretch is unknown: the clock is good to milliseconds only"
+
 
 def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array | None) -> ClockEstimate:
     """The clock from angles and log; fv: (M,), N s/rad, NaN where not known.
@@ -70,7 +76,14 @@ def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array
         log_speeds=log_speeds,
         coarse=coarse,
     )
-    clock = _from_cables_and_arm(motion, log) if signals.has_force else _from_rigid_cables(motion, log)
+    if signals.has_force:
+        clock = _from_cables_and_arm(motion, log)
+        misled = clock.residual_rms > UNEXPLAINED_M
+        if misled.any():
+            clock = _despite_misleading_forces(clock, misled, motion, log)
+    else:
+        clock = _from_rigid_cables(motion, log)
+        clock = replace(clock, warnings=(*clock.warnings, WITHOUT_FORCES))
     return replace(clock, warnings=(*repetition, *clock.warnings))
 
 
@@ -132,6 +145,24 @@ def _from_cables_and_arm(motion: AlignedMotion, log: Series) -> ClockEstimate:
     )
 
 
+def _despite_misleading_forces(
+    clock: ClockEstimate, misled: NDArray[np.bool_], motion: AlignedMotion, log: Series
+) -> ClockEstimate:
+    """The clock of rigid cables where the logged force of one of `misled` (M,) explains hardly more than none would.
+
+    A wrong force bends the laws of all cables through the arm's equation, by much more than elongation is worth."""
+    rigid = _from_rigid_cables(motion, log)
+    misled = misled & (clock.residual_rms > UNEXPLAINED_SHARE * rigid.residual_rms)
+    if not misled.any():
+        return clock
+    cable = int(np.argmax(np.where(misled, clock.residual_rms, 0.0)))
+    warning = (
+        f"f{cable + 1} does not explain how far cable {cable + 1} stretches ({1e3 * clock.residual_rms[cable]:.1f} mm are left), "
+        "so the clock is that of rigid cables, good to milliseconds only"
+    )
+    return replace(rigid, warnings=(*rigid.warnings, warning))
+
+
 def _from_rigid_cables(motion: AlignedMotion, log: Series) -> ClockEstimate:
     """The clock where the log holds no forces; lost frames are not sought. log: of equal steps."""
     lost, shift = LostFrames(period=motion.period), motion.coarse.shift
@@ -151,8 +182,5 @@ def _from_rigid_cables(motion: AlignedMotion, log: Series) -> ClockEstimate:
         source="cables without forces",
         lost=lost,
         repaired=motion.repaired,
-        warnings=(
-            *(slip.warning() for slip in slips),
-            "the log holds no forces, so how far cables stretch is unknown: the clock is good to milliseconds only",
-        ),
+        warnings=tuple(slip.warning() for slip in slips),
     )
