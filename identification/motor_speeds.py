@@ -29,8 +29,10 @@ Array = NDArray[np.float64]
 
 STEPS_PER_ROW = 2
 """steps of the angles within a row of the log: friction is taken at each step's mean speed"""
-LOWEST_CUTOFF_HZ, HIGHEST_CUTOFF_HZ = 4.0, 25.0
-"""Hz: between which the cutoff is sought (docs/thresholds.md)"""
+LOWEST_CUTOFF_HZ = 4.0
+"""Hz: the lowest cutoff that is tried (docs/thresholds.md)"""
+HIGHEST_CUTOFF_HZ = 25.0
+"""Hz: the highest one (docs/thresholds.md)"""
 _SPECTRUM_S = 2.0
 """s: length of the stretches whose spectra are averaged (docs/thresholds.md)"""
 _SMOOTHED_BINS = 9
