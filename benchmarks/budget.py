@@ -63,7 +63,6 @@ class Reading:
 
     arm: Arm
     recording: Recording
-    settings: Settings
     inside: NDArray[np.bool_]
     angles: Angles
     """those that load the arm and stretch the cables"""
@@ -71,11 +70,15 @@ class Reading:
     speeds: HalfRowSpeeds
     delay: float = 0.0
 
+    @property
+    def described(self) -> Neck:
+        """The arm as drawn."""
+        return Neck.model_validate_json(json.dumps(neck(self.arm.drawing)))
+
     def residuals(self) -> Array:
         """Of the equations with true numbers, as they are judged, (C, S)."""
         plant, time = self.arm.plant, self.recording.time[self.inside]
-        described = Neck.model_validate_json(json.dumps(neck(self.arm.drawing)))
-        arm = arm_of(described)
+        described, arm = self.described, arm_of(self.described)
         state = state_series(arm, time, self.angles, self.theta, self.recording.f[self.inside])
         columns = dict(state.columns) | numbered_columns("bridged", np.zeros_like(self.angles[0]))
         for suffix, values in zip(("", "_d", "_dd"), self.angles, strict=True):
@@ -132,7 +135,6 @@ def _readings(settings: Settings) -> Iterator[Reading]:
         yield Reading(
             arm=arm,
             recording=recording,
-            settings=settings,
             inside=inside,
             angles=(truth.alpha[rows][inside], truth.alpha_d[rows][inside], truth.alpha_dd[rows][inside]),
             theta=(truth.theta[rows][inside], truth.theta_d[rows][inside], theta_dd[rows][inside]),
@@ -160,7 +162,7 @@ def _counted(r: Reading) -> Reading:
 def _counted_with_laws(r: Reading) -> Reading:
     """Motor angles by splines through counts, friction at the speeds that the motors' equations tell within the rows."""
     r, plant = _counted(r), r.arm.plant
-    described = arm_of(Neck.model_validate_json(json.dumps(neck(r.arm.drawing))))
+    described = arm_of(r.described)
     machine = Machine(described, ("dry_friction",), {"fs": plant.dry, "cm": np.array([0.5])})
     f = r.recording.f[r.inside]
     return replace(r, speeds=motor_speeds(described, machine, r.theta[0], f, ROW, 2 * np.pi / plant.counts))

@@ -76,7 +76,7 @@ class _Run:
 def measure(seeds: Iterable[int] = SEEDS) -> Table:
     """RMS error over the peer's, NEES per dimension over all seeds, its least and most joint one, and time."""
     arm = arm_of(read_neck(NECK))
-    counts = np.array([2 * np.pi / motor.counts for motor in read_neck(NECK).motors])
+    counts = read_neck(NECK).count_angles
     seeds, rows = tuple(seeds), []
     for content, (hertz, peak) in CONTENTS.items():
         for name, world in _worlds().items():

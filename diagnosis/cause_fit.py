@@ -150,16 +150,13 @@ class CauseFitter:
         return self._stage(at, stage.causes, whiten), whiten
 
     def _stage(self, start: Linearisation, causes: tuple[Cause, ...], whiten: Whitener) -> FitStage:
-        ensembles, h = self._ensembles, with_causes(self._h, causes)
-        if start.recordings[0].signals.speeds is not self._data[0].speeds:
-            start = _read_anew(start, h, self._data)
+        ensembles = self._ensembles
         comparison, causes = _refined(start, self._h, causes, self._data, whiten)
-        if _turns_motors(h):
+        if _turns_motors(with_causes(self._h, causes)):
             # speeds follow from the motors' laws: told with the base model's friction they would speak for that
             ensembles = _with_speeds(ensembles, comparison.linearisation)
             data = [ensemble.data for ensemble in ensembles]
-            again = _read_anew(comparison.linearisation, with_causes(self._h, causes), data)
-            comparison, causes = _refined(again, self._h, causes, data, whiten)
+            comparison, causes = _refined(comparison.linearisation, self._h, causes, data, whiten)
         at = comparison.linearisation
         noise = noise_residuals(at, ensembles)
         return FitStage(comparison, causes, tuple(noise), noise_loss(noise, at, whiten), comparison.fit())
@@ -225,10 +222,6 @@ def _with_speeds(ensembles: Sequence[NoiseEnsemble], at: Linearisation) -> list[
     return [e.with_motor_speeds(at.machine, r.delay) for e, r in zip(ensembles, at.recordings, strict=True)]
 
 
-def _read_anew(at: Linearisation, h: Hypothesis, data: Sequence[DataSet]) -> Linearisation:
-    return linearise(h, corrected_signals(h, data, at.frame_lags), at.p, at.frame_lags)
-
-
 def _turns_motors(h: Hypothesis) -> bool:
     """Whether a law beyond the base changes what force turns the motors."""
     laws = [type(LAWS[name]) for name in h.laws]
@@ -246,7 +239,14 @@ def _linearised(
     """A linearisation; where only laws differ from one nearby, its recordings as they were read."""
     old = nearby.hypothesis
     reading = (h.neck, h.frame_lag, h.motor_angle_lag, *h.angle_error, *frame_lags)
-    if reading != (old.neck, old.frame_lag, old.motor_angle_lag, *old.angle_error, *nearby.frame_lags):
+    same_speeds = all(r.signals.speeds is d.speeds for r, d in zip(nearby.recordings, data, strict=True))
+    if not same_speeds or reading != (
+        old.neck,
+        old.frame_lag,
+        old.motor_angle_lag,
+        *old.angle_error,
+        *nearby.frame_lags,
+    ):
         return linearise(h, corrected_signals(h, data, frame_lags), p, frame_lags)
     return with_laws_of(nearby, h, p)
 

@@ -100,8 +100,7 @@ def _drawn_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> l
         recording = at.recordings[r]
         s = recording.signals
         steady = [d - noise_free + residuals_of_inertia(s, rng) for d in noisy]
-        errors = s.speeds.errors if len(s.speeds.errors) else np.zeros((len(noisy), *s.theta.shape))
-        friction = [residuals_of_friction(s, recording.friction_slope * error) for error in errors]
+        friction = [residuals_of_friction(s, recording.friction_slope * error) for error in s.speeds.errors]
         out.append(list(zip(steady, friction, strict=True)))
     return out
 

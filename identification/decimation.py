@@ -33,6 +33,11 @@ class DecimatingFilter:
     _unknown: NDArray[np.intp]
     """rows that tell nothing"""
 
+    @property
+    def starts(self) -> NDArray[np.bool_]:
+        """Kept rows that have none right before them, (S,)."""
+        return np.concatenate([[True], np.diff(self.kept) > self.factor])
+
     def __call__(self, values: Array) -> Array:
         """(..., T) to (..., S): time is the last axis."""
         q, count = self.factor, -(-values.shape[-1] // self.factor)
@@ -57,7 +62,7 @@ class DecimatingFilter:
         rate = 1 / (step * self.factor)
         taps = np.asarray(firwin(2 * round(LENGTH_S / 2 * rate) + 1, cutoff, fs=rate), dtype=float)
         out = np.empty(values.shape)
-        for stretch in np.split(np.arange(len(self.kept)), np.flatnonzero(np.diff(self.kept) > self.factor) + 1):
+        for stretch in np.split(np.arange(len(self.kept)), np.flatnonzero(self.starts)[1:]):
             out[..., stretch] = convolve1d(values[..., stretch], taps, mode="mirror")
         return out
 

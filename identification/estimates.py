@@ -187,9 +187,9 @@ def estimate(
         prior_at[places[key]] = prior
     first = fit_by_least_squares(signals, u, prior_at)
     machine = Machine(arm, u.laws, u.values(first))
-    delays = [float(u.get(first, "delay", r)[0]) for r in range(len(recordings))]
     signals = [
-        signals_of(with_motor_speeds(*each)) for each in zip(recordings, [machine] * len(delays), delays, strict=True)
+        signals_of(with_motor_speeds(data, machine, float(u.get(first, "delay", r)[0])))
+        for r, data in enumerate(recordings)
     ]
     solution = fit_laws(signals, u, prior_at, first)
     _check_signs(u, solution)

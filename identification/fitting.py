@@ -245,8 +245,7 @@ def unobserved_projection(information: Array, free: NDArray[np.bool_]) -> Array:
 
 def segment_starts(s: Signals) -> NDArray[np.bool_]:
     """Filtered rows that have none right before them, (S,)."""
-    kept = s.low_pass.kept
-    return np.concatenate([[True], np.diff(kept) > s.low_pass.factor])
+    return s.low_pass.starts
 
 
 def _at_bound(u: Unknowns, p: Array) -> NDArray[np.bool_]:

@@ -20,7 +20,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.signal import welch
 
 from identification.dataset.dataset import DataSet
-from identification.dataset.half_row_speeds import SMOOTHER_ORDER, HalfRowSpeeds
+from identification.dataset.half_row_speeds import HalfRowSpeeds, smoother_response
 from mechanism.arm import Arm
 from mechanism.laws import MotorMotion
 from mechanism.machine import Machine
@@ -52,8 +52,7 @@ def with_motor_speeds(data: DataSet, machine: Machine, delay: float, draws: int 
     state = data.state
     theta, f = state.matrix("theta"), state.matrix("f")
     step = float(np.mean(np.diff(state.time)))
-    counts = np.array([motor.counts for motor in data.neck.motors])
-    return replace(data, speeds=motor_speeds(data.arm, machine, theta, f, step, 2 * np.pi / counts, delay, draws))
+    return replace(data, speeds=motor_speeds(data.arm, machine, theta, f, step, data.neck.count_angles, delay, draws))
 
 
 def motor_speeds(
@@ -132,7 +131,7 @@ def _cutoff(tension: Array, inertia: Array, sigma: Array, step: float) -> Array:
     rounding = inertia**2 * (2 * np.pi * hertz) ** 4 * 2 * sigma**2 * step
     to_speed = 1 / (2 * np.pi * hertz * inertia) ** 2
     choices = np.arange(LOWEST_CUTOFF_HZ, HIGHEST_CUTOFF_HZ + 0.1, 0.5)
-    passed = 1 / (1 + (hertz / choices[:, None, None]) ** SMOOTHER_ORDER)
+    passed = smoother_response(hertz, choices[:, None, None])
     # what chance leaves of rounding in one frequency and takes from the next must not count as motion
     own = np.maximum(uniform_filter1d(power / passed[-1] ** 2 - rounding, _SMOOTHED_BINS, axis=0), 0.0)
     let_in = np.sum(passed**2 * rounding * to_speed, axis=1)

@@ -10,6 +10,8 @@ from math import pi
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from xneck_foundation.errors import Refused
@@ -211,6 +213,11 @@ class Neck(Strict):
     def M(self) -> int:
         """Number of cables and motors."""
         return len(self.cables)
+
+    @property
+    def count_angles(self) -> NDArray[np.float64]:
+        """Angle of one encoder count of each motor, (M,), rad."""
+        return np.array([2 * np.pi / motor.counts for motor in self.motors])
 
 
 def read_neck(path: str | Path) -> Neck:

@@ -16,14 +16,15 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths
 from state_estimation.banded import add_to_band
 from state_estimation.elongation_error_spectrum import TAPS, ErrorSpectrum
+from state_estimation.elongation_regressors import CUTOFF_HZ
 from state_estimation.motion_prior import PARTS
 from state_estimation.smoother import BANDWIDTH
 from state_estimation.spline import SUPPORT, Knots
 
 Array = NDArray[np.float64]
 
-MAX_ROW_S = 0.025
-"""s between the rows at most (CABLE_HZ)"""
+CABLE_HZ = 2 * CUTOFF_HZ
+"""Hz: rate of the cables' equations; the regressors hold nothing faster than CUTOFF_HZ"""
 _ROWS_AT_ONCE = 1 << 11
 """rows that are made together: those of a whole recording would fill the memory"""
 
@@ -91,7 +92,7 @@ class NormalProducts:
 
 def rows_reach(step: float) -> int:
     """Knots, `step` (s) apart, over which whitened rows couple coefficients."""
-    return max(BANDWIDTH, SUPPORT - 1 + int(np.ceil(TAPS * MAX_ROW_S / step)))
+    return max(BANDWIDTH, SUPPORT - 1 + int(np.ceil(TAPS / CABLE_HZ / step)))
 
 
 def add_rows(band: Array, equations: Iterable[CableEquations]) -> NormalProducts:

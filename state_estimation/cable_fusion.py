@@ -11,18 +11,15 @@ from identification.dataset.series import interpolated
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.elasticity import elongation
-from state_estimation.cable_equations import CableEquations, CableMeasurements, cable_rows
+from state_estimation.cable_equations import CABLE_HZ, CableEquations, CableMeasurements, cable_rows
 from state_estimation.elongation_error_spectrum import ErrorSpectrum, fit_error_spectrum, white_spectrum
 from state_estimation.elongation_law import ElongationLaw, law_of
-from state_estimation.elongation_regressors import CUTOFF_HZ
 from state_estimation.fusion import SplineSolution, solve_splines, vision_misfit
 from state_estimation.motors import Motors
 from state_estimation.variance_components import estimate_variance_components
 
 Array = NDArray[np.float64]
 
-CABLE_HZ = 2 * CUTOFF_HZ
-"""Hz: rate of the cables' equations; the regressors hold nothing faster than CUTOFF_HZ"""
 MAX_ERROR_RATIO = 3.0
 """a cable is left out if its elongation error is more than this many times what vision's noise leaves uncertain of its length
 (docs/thresholds.md)"""

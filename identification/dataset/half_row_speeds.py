@@ -30,8 +30,18 @@ class HalfRowSpeeds:
 
     def error_density(self, hertz: Array, step: float) -> Array:
         """One-sided density of the speeds' error, (K, M), (rad/s)^2/Hz, at frequencies (K,), of rows `step` s apart."""
-        passed = 1 / (1 + (hertz[:, None] / self.cutoff) ** SMOOTHER_ORDER)
-        return passed * (2 * np.pi * hertz[:, None]) ** 2 * 2 * step * self.rounding**2
+        return (
+            smoother_response(hertz[:, None], self.cutoff)
+            * (2 * np.pi * hertz[:, None]) ** 2
+            * 2
+            * step
+            * self.rounding**2
+        )
+
+
+def smoother_response(hertz: Array, cutoff: Array) -> Array:
+    """Share of rounding's amplitude that the smoother lets through, at frequencies and for cutoffs that broadcast."""
+    return 1 / (1 + (hertz / cutoff) ** SMOOTHER_ORDER)
 
 
 def unrefined_speeds(theta_d: Array, count: Array) -> HalfRowSpeeds:
