@@ -34,6 +34,7 @@ TOPICS = {
         "simulation",
         "simulation_error",
         "growth",
+        "clean_arms",
     )
 }
 

@@ -13,6 +13,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.nees import nees_per_dimension
 from benchmarks.table import Claim, Table
 from benchmarks.tuned_seeds import FIRST_COUNTED_WORLD
 from identification.dataset.frames import FrameAngles
@@ -143,23 +144,12 @@ def _run(arm: Arm, counts: Array, made: Prescribed, seed: int, fuse: bool, gaps:
     rows = np.searchsorted(state.time, at - 1e-9)
     e = np.concatenate([v[rows] - t(at) for v, t in zip(_parts(state), truth, strict=True)], axis=1)
     in_gaps = _in_gaps(at, frames[0]) & gaps
-    nees = [_nees(e[part], state.covariance[part]) for part in (~in_gaps, in_gaps)]
+    nees = [nees_per_dimension(e[part], state.covariance[part]) for part in (~in_gaps, in_gaps)]
     return _Run(ratio=np.array(ours) / peer, nees=nees[0], nees_in_gaps=nees[1], seconds=elapsed * 60 / SECONDS)
 
 
 def _in_gaps(time: Array, first: float) -> NDArray[np.bool_]:
     return np.any([(time > first + begin) & (time < first + end) for begin, end in GAPS_S], axis=0)
-
-
-def _nees(e: Array, covariance: Array) -> Array:
-    """NEES of errors (K, 3 N): of each derivative with its own block, and of all, (4,); NaN where K = 0."""
-    if not len(e):
-        return np.full(4, np.nan)
-    n = e.shape[1] // 3
-    parts = [slice(d * n, (d + 1) * n) for d in range(3)] + [slice(None)]
-    return np.array(
-        [float(np.mean(e[:, p] * np.linalg.solve(covariance[:, p, p], e[:, p, None])[..., 0])) for p in parts]
-    )
 
 
 def _parts(state: StateEstimate) -> tuple[Array, Array, Array]:
