@@ -171,15 +171,15 @@ def _parameters(found: Sequence[Parameter], plant: Plant) -> Iterator[Record]:
 
 
 def _row(records: Sequence[Record]) -> tuple[float | None, ...]:
-    """The figures of one noise; arms that were refused count as not consistent, and nowhere else."""
+    """The figures of one noise; arms that were refused count as not consistent, and nowhere else; nor do infinite sigmas."""
     read = [r for r in records if "refused" not in r]
     consistent = percent(rate(verdict(r) == "consistent" for r in records))
     if not read:
         return (*consistent, *[None] * (len(COLUMNS) - 4), float(len(records)))
     over = [value for r in read for value in (*r["motors_over_floor"], *r["joints_over_floor"])]
-    clocks = [clock for r in read for clock in r["clocks"]]
+    clocks = [clock for r in read for clock in r["clocks"] if clock["sigma_ms"] is not None]
     nees = np.mean([state["nees"] for r in read for state in r["states"]], axis=0)
-    parameters = [p for r in read for p in r["parameters"]]
+    parameters = [p for r in read for p in r["parameters"] if p["sigma"] is not None]
     return (
         *consistent,
         float(np.median(over)),
