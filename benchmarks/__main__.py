@@ -35,6 +35,7 @@ TOPICS = {
         "simulation_error",
         "growth",
         "clean_arms",
+        "hidden_by_noise",
     )
 }
 

@@ -20,8 +20,8 @@ from benchmarks.forward_arm_runs import Record, Runs, Scene, SeenArm, main, perc
 from benchmarks.nees import nees_per_dimension
 from benchmarks.table import Table
 from benchmarks.tuned_seeds import FIRST_COUNTED_FORWARD_ARM
-from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.held_out_gain import EQUATIONS
+from benchmarks.verdict_record import verdict_record
+from diagnosis.diagnose import diagnose
 from identification.dataset.dataset import DataSet
 from identification.estimates import estimate
 from samples.forward_arms.arms import Truth
@@ -98,22 +98,6 @@ def judged(arm: SeenArm) -> Record:
         "sync_s": synchronised - begin,
         "identify_s": identified - synchronised,
         "diagnose_s": diagnosed - identified,
-    }
-
-
-def verdict_record(found: Diagnosis) -> Record:
-    """Verdict, names of the causes, and residuals over the noise floor: fitted by channel, held out by equation."""
-    motors = found.extended.arm.M
-    held_out = {g.measure: [g.before / g.noise_floor, g.after / g.noise_floor] for g in found.gains}
-    return {
-        "verdict": found.verdict,
-        "why": found.why,
-        "causes": [cause.effect.name for cause in found.causes],
-        "sets": [sorted({rival.effect.name for rival in named.tied}) for named in found.search.named],
-        "motors_over_floor": found.before.ratio[:motors].tolist(),
-        "joints_over_floor": found.before.ratio[motors:].tolist(),
-        "over_floor_with_causes": found.after.ratio.tolist(),
-        "held_out_over_floor": {measure: held_out.get(measure) for measure in EQUATIONS},
     }
 
 

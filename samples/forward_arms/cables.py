@@ -18,15 +18,30 @@ NONE = len(WORDS)
 def lengths(plant: Plant, fold: Fold, alpha: Array) -> Array:
     """(M, B), m."""
     r, b, L = plant.r, plant.b, plant.L
-    diagonal = np.arccos(b / L * fold.half.real)  # between a diagonal and the bars' mean direction
     crossing = np.sqrt(L**2 - 4 * r**2) + np.sqrt(b**2 - 4 * r**2)
-    strut = crossing + 2 * r * (np.pi - diagonal + np.arcsin(2 * r / L) + np.arcsin(2 * r / b))
-    words = np.zeros((NONE + 1, *alpha.shape))
-    for place, side, turn in ((0, fold.right, alpha), (1, fold.left, -alpha)):
-        words[place] = np.sqrt(side**2 - r**2) + r * (np.pi / 2 + turn / 2 + np.arcsin(r / side))
-        words[place + 2] = side + r * (2 * np.pi + turn)
-    words[4] = words[5] = strut
+    words = r * _turns(plant, fold, alpha)
+    for place, side in ((0, fold.right), (1, fold.left)):
+        words[place] += np.sqrt(side**2 - r**2)
+        words[place + 2] += side
+    words[4:6] += crossing
     return _routed(plant, words).sum(axis=0)
+
+
+def wraps(plant: Plant, fold: Fold, alpha: Array) -> Array:
+    """Angle over which each cable lies on the pulleys of its route, in all, (M, B), rad."""
+    return _routed(plant, _turns(plant, fold, alpha)).sum(axis=0)
+
+
+def _turns(plant: Plant, fold: Fold, alpha: Array) -> Array:
+    """Of every word on every mechanism, (word, N, B), rad."""
+    r, b, L = plant.r, plant.b, plant.L
+    diagonal = np.arccos(b / L * fold.half.real)  # between a diagonal and the bars' mean direction
+    turns = np.zeros((NONE + 1, *alpha.shape))
+    for place, side, turn in ((0, fold.right, alpha), (1, fold.left, -alpha)):
+        turns[place] = np.pi / 2 + turn / 2 + np.arcsin(r / side)
+        turns[place + 2] = 2 * np.pi + turn
+    turns[4] = turns[5] = 2 * (np.pi - diagonal + np.arcsin(2 * r / L) + np.arcsin(2 * r / b))
+    return turns
 
 
 def levers(plant: Plant, fold: Fold) -> Array:

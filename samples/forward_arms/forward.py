@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from samples.forward_arms.cables import lengths, levers
+from samples.forward_arms.cables import lengths, levers, wraps
 from samples.forward_arms.dynamics import Equations, equations
 from samples.forward_arms.friction import Friction, friction
 from samples.forward_arms.joints import folded, placed
@@ -28,6 +28,8 @@ class Rates:
     Z: Array
     friction: Friction
     taut: Array
+    joint_damping: Array
+    """(N, B), of the laws, N m s/rad"""
 
 
 class System:
@@ -59,9 +61,11 @@ class System:
         resistance = rub.force
         state_d = np.empty_like(y)
         joint: Array | float = 0.0
+        damping = np.zeros_like(alpha)
         if self.laws:
             added, resisting, driving = np.zeros_like(tension), np.zeros_like(tension), np.zeros_like(alpha)
             memory, memory_d = y[self.memory], state_d[self.memory]
+            wrap = wraps(plant, fold, alpha)
             for g in self.laws:
                 c = g.columns
                 s = Snapshot(
@@ -73,11 +77,13 @@ class System:
                     x=x[:, c],
                     x_d=x_d[:, c],
                     tension=tension[:, c],
+                    wrap=wrap[:, c],
                     memory=memory[g.rows][:, c],
                 )
                 added[:, c] += g.law.tension(s)
                 resisting[:, c] += g.law.motor(s)
                 driving[:, c] += g.law.joint(s)
+                damping[:, c] += g.law.joint_damping(s)
                 memory_d[g.rows] = 0.0
                 memory_d[g.rows, c] = g.law.memory_d(s)
             tension, resistance, joint = tension + added, resistance + resisting, driving
@@ -90,7 +96,16 @@ class System:
         state_d[self.theta] = theta_d
         state_d[self.theta_d] = plant.travel / plant.motor_inertia * (f - resistance - tension)
         state_d[self.bend] = rub.bend_d
-        return Rates(state_d, alpha_dd, tension, eq, Z, rub, taut if self.slack else np.ones_like(taut))
+        return Rates(
+            state_d=state_d,
+            alpha_dd=alpha_dd,
+            tension=tension,
+            equations=eq,
+            Z=Z,
+            friction=rub,
+            taut=taut if self.slack else np.ones_like(taut),
+            joint_damping=damping,
+        )
 
     def encoder(self, time: float, y: Array) -> Array:
         """What the log has of the motors' angles, (M, B), rad: whole counts."""
@@ -118,12 +133,12 @@ class System:
         return kinetic + height + np.sum(springs, axis=0) / 2 + np.sum(plant.stiffness * x**2, axis=0) / 2
 
     def implicit(self, at: Rates, g: float) -> "Implicit":
-        """1 - g A for the cables' and motors' part A of the linearisation at a state."""
+        """1 - g A for the part A of the linearisation at a state that is of cables, motors and the joints' friction."""
         return Implicit(self, at, g)
 
 
 class Implicit:
-    """Solves (1 - g A) k = r: cables' stiffness and damping and the motors' friction, the motors eliminated."""
+    """Solves (1 - g A) k = r: cables' stiffness and damping, the motors' and the joints' friction, the motors eliminated."""
 
     def __init__(self, system: System, at: Rates, g: float) -> None:
         plant, rub = system.plant, at.friction
@@ -135,7 +150,10 @@ class Implicit:
         drag = rub.force_by_speed + g * rub.force_by_bend * rub.bend_d_by_speed * self.bent
         self.inertia = plant.motor_inertia + g * plant.travel * (plant.travel * self.both + drag)
         series = self.both * (1 - g * plant.travel**2 * self.both / self.inertia)
-        self.factors = factor(self.mass + g * np.einsum("imb,mb,jmb->ijb", at.Z, series, at.Z))
+        damped = self.mass + g * np.einsum("imb,mb,jmb->ijb", at.Z, series, at.Z)
+        diagonal = np.arange(plant.N)
+        damped[diagonal, diagonal] += g * at.joint_damping
+        self.factors = factor(damped)
 
     def solve(self, r: Array) -> Array:
         """r, k: (rows, B)."""

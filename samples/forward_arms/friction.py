@@ -14,6 +14,11 @@ MICRO = 5e-4
 """s, what damps the bristles, over what bends them"""
 
 
+def turning(speed: Array) -> Array:
+    """The arctangent's share of the whole friction, -1..1, at motor speed (rad/s)."""
+    return 2 / np.pi * np.arctan(ARCTANGENT * speed)
+
+
 @dataclass(frozen=True)
 class Friction:
     """Force and bend's rate, each (M, B), with their slopes."""
@@ -35,7 +40,7 @@ def friction(plant: Plant, speed: Array, bend: Array) -> Friction:
     fast = np.abs(speed)
     bend_d = grip * (speed - fast * bend)
     by_speed = grip * (1 - np.sign(speed) * bend)
-    over_speed = (1 - share) * 2 / np.pi * np.arctan(turn) + share * speed / (fast + TAIL)
+    over_speed = (1 - share) * turning(speed) + share * speed / (fast + TAIL)
     steep = (1 - share) * 2 / np.pi * ARCTANGENT / (1 + turn**2) + share * TAIL / (fast + TAIL) ** 2
     curve = np.where(sliding, over_speed, bend + MICRO * bend_d)
     slope = np.where(sliding, steep, MICRO * by_speed)

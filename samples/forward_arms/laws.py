@@ -11,6 +11,7 @@ from typing import Self
 
 import numpy as np
 
+from samples.forward_arms.friction import turning
 from samples.forward_arms.plant import Array, Plant
 
 
@@ -27,6 +28,8 @@ class Snapshot:
     x_d: Array
     tension: Array
     """of the base law alone, N"""
+    wrap: Array
+    """rad, over which cables lie on the pulleys of their routes"""
     memory: Array
 
 
@@ -52,6 +55,10 @@ class Law:
 
     def joint(self, s: Snapshot) -> Array | float:
         """N m, added to what drives the joints."""
+        return 0.0
+
+    def joint_damping(self, s: Snapshot) -> Array | float:
+        """N m s/rad, how steeply `joint` falls with the joints' own speeds: a step that knows it may be longer."""
         return 0.0
 
     def encoder(self, time: float, theta: Array) -> Array:
@@ -104,6 +111,58 @@ class ViscousFriction(Law):
 
     def motor(self, s: Snapshot) -> Array:
         return self.fv * s.theta_d
+
+
+@dataclass(frozen=True)
+class Stribeck(Law):
+    """Dry friction of the motors that is larger near rest by `peak` (N), and fades with speed as a Gaussian of `width` (rad/s).
+
+    It turns over with the motor's direction as the base's friction does.
+    """
+
+    peak: float
+    width: float
+
+    def motor(self, s: Snapshot) -> Array:
+        return self.peak * np.exp(-((s.theta_d / self.width) ** 2)) * turning(s.theta_d)
+
+
+@dataclass(frozen=True)
+class Hardening(Law):
+    """Cables that pull more by cubic (N/m^3 each) times the cube of their elongation."""
+
+    cubic: Array
+
+    def tension(self, s: Snapshot) -> Array:
+        return self.cubic * np.maximum(s.x, 0.0) ** 3
+
+
+@dataclass(frozen=True)
+class JointFriction(Law):
+    """Dry friction of the joints, N m, that turns over within `width` (rad/s)."""
+
+    dry: float
+    width: float
+
+    def joint(self, s: Snapshot) -> Array:
+        return -self.dry * np.tanh(s.alpha_d / self.width)
+
+    def joint_damping(self, s: Snapshot) -> Array:
+        return self.dry / self.width * (1 - np.tanh(s.alpha_d / self.width) ** 2)
+
+
+@dataclass(frozen=True)
+class PulleyFriction(Law):
+    """Cables that rub on their pulleys, by Euler and Eytelwein.
+
+    A motor that winds in pulls exp(mu wrap) times what arrives at the arm; one that gives way holds exp(-mu wrap) times as much.
+    """
+
+    mu: float
+
+    def motor(self, s: Snapshot) -> Array:
+        pulled = np.maximum(s.tension, 0.0)
+        return pulled * np.expm1(self.mu * s.wrap * turning(s.theta_d))
 
 
 @dataclass(frozen=True)
