@@ -92,7 +92,7 @@ def judged(arm: SeenArm) -> Record:
     diagnosed = time.process_time()
     read = (fitted, held_out)
     return verdict_record(found) | {
-        "clocks": [_clock(data, film) for data, film in zip(read, arm.films, strict=True)],
+        "clocks": [clock_record(data, film) for data, film in zip(read, arm.films, strict=True)],
         "states": [_state(data, r.truth) for data, r in zip(read, arm.arm.recordings, strict=True)],
         "parameters": list(_parameters(estimates.parameters, arm.arm.plant)),
         "sync_s": synchronised - begin,
@@ -101,7 +101,7 @@ def judged(arm: SeenArm) -> Record:
     }
 
 
-def _clock(data: DataSet, film: Film) -> Record:
+def clock_record(data: DataSet, film: Film) -> Record:
     """Errors of offset (at the middle of the frames) and skew, with their sigmas."""
     clock = data.clock
     truth = film.offset + film.skew * clock["camera_middle_s"]

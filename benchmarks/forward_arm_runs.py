@@ -23,8 +23,9 @@ from identification.dataset.series import Series, numbered_columns
 from mechanism.description import Neck
 from samples.forward_arms.arms import Arm, Recording, make_arms
 from samples.forward_arms.camera import Film
-from samples.forward_arms.drawing import neck
+from samples.forward_arms.drawing import drawn, neck
 from samples.forward_arms.laws import Law
+from samples.forward_arms.plant import Plant
 from samples.forward_arms.settings import Settings
 from synchronisation.angles import Angles
 from synchronisation.synchronise import synchronise
@@ -45,8 +46,8 @@ class Scene:
     """Arms of one kind: what is hidden in each of them, under a name."""
 
     name: str
-    laws: Callable[[int], Sequence[Law]] | None = None
-    """of the arm of a seed"""
+    laws: Callable[[Plant], Sequence[Law]] = lambda drawing: ()
+    """of the arm as drawn"""
 
 
 @dataclass(frozen=True)
@@ -94,24 +95,26 @@ class Runs:
         return f"Runs by digest of the sources: {made}."
 
     def complete(self, judged: Callable[[SeenArm], Record]) -> Iterator[Record]:
-        """Makes the runs that are missing, all noises of an arm before the next one; each record is written when it is made.
+        """Makes the runs that are missing, all scenes and noises of an arm before the next one, and writes each record at once.
 
         An arm that is refused has a record with the reason under `refused`.
         """
         source = sources_digest()  # before hours in which the sources may change
         self.folder.mkdir(parents=True, exist_ok=True)
-        for scene in self.scenes:
-            missing = {
-                seed: [noise for noise in self.noises if not self.file(scene, seed, noise).exists()]
-                for seed in self.seeds
-            }
-            settings = replace(self.settings, laws=scene.laws)
-            for arm in make_arms([seed for seed, noises in missing.items() if noises], settings):
-                for noise in missing[arm.seed]:
-                    heading = {"scene": scene.name, "seed": arm.seed, "noise_deg": noise, "source": source}
-                    record = heading | _outcome(judged, seen(arm, settings, noise))
-                    write_text(self.file(scene, arm.seed, noise), json_text(record))
-                    yield record
+        missing = [
+            (scene, seed, noises)
+            for seed in self.seeds
+            for scene in self.scenes
+            if (noises := [noise for noise in self.noises if not self.file(scene, seed, noise).exists()])
+        ]
+        hidden = [scene.laws(drawn(self.settings, seed)) for scene, seed, _ in missing]
+        arms = make_arms([seed for _, seed, _ in missing], self.settings, hidden)
+        for (scene, seed, noises), arm in zip(missing, arms, strict=True):
+            for noise in noises:
+                heading = {"scene": scene.name, "seed": seed, "noise_deg": noise, "source": source}
+                record = heading | _outcome(judged, seen(arm, self.settings, noise))
+                write_text(self.file(scene, seed, noise), json_text(record))
+                yield record
 
 
 def sources_digest() -> str:

@@ -7,44 +7,41 @@ recordings are synchronised, and the first is diagnosed with the second held out
 """
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.forward_arm_runs import SETTINGS, Record, Runs, Scene, SeenArm, main, topic_folder, verdict
+from benchmarks.forward_arm_runs import Record, Runs, Scene, SeenArm, main, topic_folder, verdict
 from benchmarks.table import Table
 from benchmarks.tuned_seeds import FIRST_COUNTED_FORWARD_ARM
 from benchmarks.verdict_record import verdict_record
 from diagnosis.diagnose import diagnose
-from samples.forward_arms.drawing import drawn
 from samples.forward_arms.laws import (
     Hardening,
     JointFriction,
-    Law,
     Payload,
     PulleyFriction,
     Stribeck,
     Tilt,
     ViscousFriction,
 )
-from samples.forward_arms.plant import Plant
 
 SEEDS = range(FIRST_COUNTED_FORWARD_ARM, FIRST_COUNTED_FORWARD_ARM + 4)
 NOISES_DEG = (0.02, 0.1)
 HARDENED, HARDENED_AT_M = 0.15, 0.005
 """share of the linear pull that a hardening cable adds, and the elongation at which it does"""
 
-EFFECTS: Mapping[str, Callable[[Plant], Law]] = {
-    "cable_hardening": lambda plant: Hardening(HARDENED * plant.stiffness / HARDENED_AT_M**2),
-    "stribeck_friction": lambda plant: Stribeck(peak=3.0, width=12.0),
-    "viscous_friction": lambda plant: ViscousFriction(np.full(plant.M, 0.02)),
-    "pulley_friction": lambda plant: PulleyFriction(mu=0.02),
-    "joint_friction": lambda plant: JointFriction(dry=0.03, width=0.1),
-    "base_tilt": lambda plant: Tilt(float(np.radians(1.0))),
-    "tip_payload": lambda plant: Payload(0.06),
-}
-"""hidden law of an arm as drawn, by the name that the diagnosis has for it"""
+SCENES = (
+    Scene("cable_hardening", lambda plant: [Hardening(HARDENED * plant.stiffness / HARDENED_AT_M**2)]),
+    Scene("stribeck_friction", lambda plant: [Stribeck(peak=3.0, width=12.0)]),
+    Scene("viscous_friction", lambda plant: [ViscousFriction(np.full(plant.M, 0.02))]),
+    Scene("pulley_friction", lambda plant: [PulleyFriction(mu=0.02)]),
+    Scene("joint_friction", lambda plant: [JointFriction(dry=0.03, width=0.1)]),
+    Scene("base_tilt", lambda plant: [Tilt(float(np.radians(1.0)))]),
+    Scene("tip_payload", lambda plant: [Payload(0.06)]),
+)
+"""named as the diagnosis names the effects"""
 
 
 def measure(seeds: Sequence[int] = SEEDS, noises: Sequence[float] = NOISES_DEG, folder: Path | None = None) -> Table:
@@ -61,11 +58,7 @@ def measure(seeds: Sequence[int] = SEEDS, noises: Sequence[float] = NOISES_DEG, 
 
 def runs_in(folder: Path, seeds: Sequence[int], noises: Sequence[float]) -> Runs:
     """Arms with each effect, kept in a folder."""
-    return Runs(folder, [_scene(effect) for effect in EFFECTS], seeds, noises)
-
-
-def _scene(effect: str) -> Scene:
-    return Scene(effect, lambda seed: [EFFECTS[effect](drawn(SETTINGS, seed))])
+    return Runs(folder, SCENES, seeds, noises)
 
 
 def judged(arm: SeenArm) -> Record:

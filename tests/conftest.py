@@ -23,6 +23,7 @@ def browser_page() -> Iterator[Page]:
 
 
 SLOW = (
+    "benchmarks/test_clean_arms.py",
     "benchmarks/test_growth.py",
     "benchmarks/test_page.py",
     "benchmarks/test_peers.py",

@@ -66,21 +66,27 @@ class Arm:
     recordings: tuple[Recording, ...]
 
 
-def make_arms(seeds: Sequence[int], settings: Settings | None = None) -> Iterator[Arm]:
+def make_arms(
+    seeds: Sequence[int], settings: Settings | None = None, hidden: Sequence[Sequence[Law]] | None = None
+) -> Iterator[Arm]:
     """Arms in the order of their seeds; those of one batch are integrated when the first of them is asked for.
+
+    hidden: laws of each arm, in the place of those of the settings; a seed may then come several times, with other laws.
 
     The same call gives the same numbers. An arm in another batch is the same arm, and its recordings agree until rounding
     errors of the last digit have moved an encoder's count.
     """
     settings = settings or Settings()
+    if hidden is None:
+        hidden = [settings.laws(seed) if settings.laws else () for seed in seeds]
     each = max(1, settings.columns // settings.recordings)
     for begin in range(0, len(seeds), each):
-        yield from _batch(list(seeds[begin : begin + each]), settings)
+        batch = slice(begin, begin + each)
+        yield from _batch(list(seeds[batch]), settings, [tuple(own) for own in hidden[batch]])
 
 
-def _batch(seeds: list[int], settings: Settings) -> Iterator[Arm]:
+def _batch(seeds: list[int], settings: Settings, laws: list[tuple[Law, ...]]) -> Iterator[Arm]:
     drawings = [drawn(settings, seed) for seed in seeds]
-    laws = [tuple(settings.laws(seed)) if settings.laws else () for seed in seeds]
     plants = []
     for seed, drawing, own in zip(seeds, drawings, laws, strict=True):
         plant = built(drawing, settings, seed)
