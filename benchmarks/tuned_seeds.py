@@ -68,7 +68,11 @@ _FORWARD_ARMS: tuple[tuple[range, str], ...] = (
     ),
     (range(340, 370), "the clock with laws that are hidden; losses that a rest feigns"),
     (range(380, 395), "the clock with friction of another form and with drawings that are off"),
-    (range(1000, 1002), "where the rounds that tell rough motion from errors of cables begin"),
+    (
+        range(1000, 1003),
+        "where the rounds that tell rough motion from errors of cables begin; the last was only looked at",
+    ),
+    (range(40, 52), "how far the state follows fast motion, and the variance of its cables' nuisances"),
 )
 
 TUNED_FORWARD_ARMS: Mapping[int, str] = dict(
@@ -76,7 +80,7 @@ TUNED_FORWARD_ARMS: Mapping[int, str] = dict(
 )
 """Arms of samples/forward_arms: seed, and what was set on it."""
 
-FIRST_COUNTED_FORWARD_ARM = 1002
+FIRST_COUNTED_FORWARD_ARM = 1003
 """The seed from which arms integrated forward are counted: nothing was ever set on these; those below 500 are for setting."""
 
 FIRST_COUNTED_WORLD = 2000

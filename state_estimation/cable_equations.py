@@ -5,7 +5,7 @@ coloured (see elongation_error_spectrum), so the rows are filtered until their e
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths
 from state_estimation.banded import add_to_band
 from state_estimation.elongation_error_spectrum import TAPS, ErrorSpectrum
+from state_estimation.elongation_law import ElongationLaw
 from state_estimation.elongation_regressors import CUTOFF_HZ
 from state_estimation.motion_prior import PARTS
 from state_estimation.smoother import BANDWIDTH
@@ -34,16 +35,27 @@ class CableMeasurements:
     """What motors tell at even times, before it is linearised."""
 
     arm: Arm
+    law: ElongationLaw
     time: Array
     """(K,), s"""
     travel: Array
     """(rd/R) theta + x0, (K, M), m"""
     X: Array
-    """regressors of each cable's elongation, (K, M, P)"""
+    """the law's regressors of each cable's elongation, (K, M, P), and what they were divided by, (M, P)"""
+    size: Array
 
     def part(self, rows: slice | NDArray[np.bool_]) -> "CableMeasurements":
         """Some of the rows."""
-        return CableMeasurements(self.arm, self.time[rows], self.travel[rows], self.X[rows])
+        return replace(self, time=self.time[rows], travel=self.travel[rows], X=self.X[rows])
+
+    def with_law(self, law: ElongationLaw) -> "CableMeasurements":
+        """The same with the regressors of another law."""
+        X, size = law.sampled(self.time)
+        return replace(self, law=law, X=X, size=size)
+
+    def corrected_law(self, beta: Array) -> ElongationLaw:
+        """The law with the friction and the lag that factors beta (M P,) of the regressors ask for."""
+        return self.law.corrected(beta.reshape(self.size.shape) / self.size)
 
     def elongation(self, alpha: Array) -> Array:
         """(41), (K, M), m, at angles (K, N)."""
@@ -88,6 +100,12 @@ class NormalProducts:
     """A^T y, (n,)"""
     X_y: Array
     """-X^T y, (M P,)"""
+
+
+def cable_measurements(arm: Arm, law: ElongationLaw, time: Array, theta: Array) -> CableMeasurements:
+    """Of motor angles (K, M), rad, at even times (K,), s."""
+    X, size = law.sampled(time)
+    return CableMeasurements(arm, law, time, arm.drum * theta + arm.x0, X, size)
 
 
 def rows_reach(step: float) -> int:

@@ -1,6 +1,7 @@
 """Vision and cables together: which cables are used, with which error, and whether they agree with vision."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,11 @@ from identification.dataset.series import interpolated
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.elasticity import elongation
-from state_estimation.cable_equations import CABLE_HZ, CableEquations, CableMeasurements, cable_rows
+from state_estimation.cable_equations import CABLE_HZ, CableEquations, cable_measurements, cable_rows
 from state_estimation.elongation_error_spectrum import ErrorSpectrum, fit_error_spectrum, white_spectrum
-from state_estimation.elongation_law import ElongationLaw, law_of
+from state_estimation.elongation_law import ElongationLaw, fitted, law_of
+from state_estimation.elongation_regressors import TENSION
+from state_estimation.fast_motion import fast_motion_variance
 from state_estimation.fusion import SplineSolution, solve_splines, vision_misfit
 from state_estimation.motors import Motors
 from state_estimation.variance_components import estimate_variance_components
@@ -28,6 +31,9 @@ MAX_EXCESS_MISFIT = 0.1
 (docs/thresholds.md)"""
 ERROR_FACTOR, MAX_TRIES = 1.6, 3
 """factor on the errors of cables that disagree with vision, and how often it is applied before no cable is used
+(docs/thresholds.md)"""
+MAX_MISFIT_RATIO = 1.01
+"""of the mean square that speeds by the motors' equations leave of elongations over what speeds at the rows leave
 (docs/thresholds.md)"""
 _UNUSED_ERROR_M = 1.0
 """m: error that takes all weight from a cable that is left out"""
@@ -46,8 +52,9 @@ def fuse_cables(
     inside = np.flatnonzero((motors.time >= frames.time[0]) & (motors.time <= frames.time[-1]))
     rows = inside[:: _stride(motors)]
     time = motors.time[rows]
-    cables = CableMeasurements(arm, time, arm.drum * motors.theta[rows] + arm.x0, law.at(time))
-    spectra, priors = estimate_variance_components(vision, frames, cables, spectra, ~poor)
+    cables = cable_measurements(arm, law, time, motors.theta[rows])
+    components = estimate_variance_components(vision, frames, cables, spectra, ~poor)
+    spectra, priors, cables = components.spectra, components.priors, cables.with_law(components.law)
 
     def equations(near: SplineSolution) -> Iterator[CableEquations]:
         return cable_rows(cables, vision.knots, near.alpha(time), vision.mean, spectra)
@@ -69,7 +76,9 @@ def fuse_cables(
     if excess > MAX_EXCESS_MISFIT:
         notes["why"] = f"cables pull the angles from what vision saw (its variance grows by {100 * excess:.0f} %)"
         return None, notes
-    return fused, notes
+    compliance = fused.beta.reshape(cables.size.shape)[:, TENSION] / cables.size[:, TENSION]
+    fast = fast_motion_variance(arm, cables.law, compliance, fused.alpha(time), fused.knots.step)
+    return (fused if fast is None else replace(fused, unresolved=fast)), notes
 
 
 def _error_spectra(
@@ -81,7 +90,7 @@ def _error_spectra(
     time, alpha, sigma = frames.time[complete], frames.alpha[complete], frames.sigma[complete]
     variance = np.einsum("tij,ti->tj", Z(arm, alpha) ** 2, sigma**2)
     x = elongation(arm, alpha, interpolated(time, motors.time, motors.theta))
-    law = law_of(arm, motors, time, x)
+    law = _elongation_law(arm, motors, time, x)
     X = law.at(time)
     step = _stride(motors) * float(np.mean(np.diff(motors.time)))
     spectra = [fit_error_spectrum(time, x[:, j], variance[:, j], X[:, j], step) for j in range(arm.M)]
@@ -93,6 +102,23 @@ def _error_spectra(
     ]
     used = [white_spectrum(_UNUSED_ERROR_M, step) if bad else s for s, bad in zip(spectra, poor, strict=True)]
     return law, used, {"cables_left_out": left_out}, poor
+
+
+def _elongation_law(arm: Arm, motors: Motors, time: Array, x: Array) -> ElongationLaw:
+    """The law of elongations x (F, M) at times (F,), its friction taken at the speeds that follow from it by the motors' equations.
+
+    Speeds at the rows stay where those explain the elongations less well: their equation is none of such motors.
+    """
+    at_rows = law_of(arm, motors, time, x)
+    within_rows = fitted(at_rows.with_own_friction, time, x)
+    return within_rows if _misfit(within_rows, time, x) < MAX_MISFIT_RATIO * _misfit(at_rows, time, x) else at_rows
+
+
+def _misfit(law: ElongationLaw, time: Array, x: Array) -> float:
+    """Sum over the cables of the mean square of what the regressors leave of x, m^2."""
+    X = law.at(time)
+    fitted = [X[:, j] @ np.linalg.lstsq(X[:, j], x[:, j], rcond=None)[0] for j in range(x.shape[1])]
+    return float(np.mean((x - np.stack(fitted, axis=-1)) ** 2))
 
 
 def _stride(motors: Motors) -> int:

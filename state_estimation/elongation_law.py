@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 PASSES = 6
 """passes in which friction and lag are estimated (docs/thresholds.md)"""
-MIN_LAG_S, MAX_LAG_S = 1e-6, 0.1
+MIN_LAG_S, MAX_LAG_S = 1e-6, 0.5
 """s, of a cable behind its force: ca / k; Fasquelle's worst is 805 / 10454 = 0.08 s (docs/thresholds.md)"""
 
 
@@ -34,7 +34,11 @@ MIN_LAG_S, MAX_LAG_S = 1e-6, 0.1
 class ElongationLaw:
     """Signals with the lag and the friction of each cable, which give regressors X."""
 
+    arm: Arm
+    motors: Motors
+    """whose speeds within the rows, where they have any, friction is taken at"""
     signals: ForceSignals
+    """of these motors"""
     lag: Array
     """of a cable behind its force, (M,), s"""
     friction: Array
@@ -55,18 +59,39 @@ class ElongationLaw:
             columns.append(interpolated(time, signals.time, whole) / sizes[-1])
         return np.stack(columns, axis=-1), np.stack(sizes, axis=-1)
 
+    def corrected(self, beta: Array) -> "ElongationLaw":
+        """The law with the friction and the lag that factors beta (M, P) of its regressors, not divided by sizes, ask for."""
+        lag, friction = self.lag.copy(), self.friction.copy()
+        for j, of_cable in enumerate(beta):
+            if of_cable[TENSION] > 0:
+                friction[j] -= of_cable[FRICTION] / of_cable[TENSION]
+                lag[j] = np.clip(lag[j] - of_cable[TENSION_RATE] / of_cable[TENSION], MIN_LAG_S, MAX_LAG_S)
+        return replace(self, lag=lag, friction=friction)
+
+    @property
+    def with_own_friction(self) -> "ElongationLaw":
+        """The law with speeds within the rows as its own friction makes them by the motors' equations."""
+        dry, _, viscous = self.friction.T
+        motors = self.motors.with_friction(self.arm, dry, viscous)
+        return replace(self, motors=motors, signals=force_signals(self.arm, motors))
+
 
 def law_of(arm: Arm, motors: Motors, seen_time: Array, seen_x: Array) -> ElongationLaw:
     """The law whose friction and lag fit elongations seen_x (F, M), m, at seen_time (F,), s, best."""
-    signals = force_signals(arm, motors)
-    law = ElongationLaw(signals, np.full(arm.M, MIN_LAG_S), np.zeros((arm.M, FRICTION_TERMS)))
+    law = ElongationLaw(
+        arm=arm,
+        motors=motors,
+        signals=force_signals(arm, motors),
+        lag=np.full(arm.M, MIN_LAG_S),
+        friction=np.zeros((arm.M, FRICTION_TERMS)),
+    )
+    return fitted(law, seen_time, seen_x)
+
+
+def fitted(law: ElongationLaw, seen_time: Array, seen_x: Array) -> ElongationLaw:
+    """The law with the friction and the lags that fit elongations seen_x (F, M), m, at seen_time (F,), s, best."""
     for _ in range(PASSES - 1):
         X, size = law.sampled(seen_time)
-        lag, friction = law.lag.copy(), law.friction.copy()
-        for j in range(arm.M):
-            beta = np.linalg.lstsq(X[:, j], seen_x[:, j], rcond=None)[0] / size[j]
-            if beta[TENSION] > 0:
-                friction[j] -= beta[FRICTION] / beta[TENSION]
-                lag[j] = np.clip(lag[j] - beta[TENSION_RATE] / beta[TENSION], MIN_LAG_S, MAX_LAG_S)
-        law = replace(law, lag=lag, friction=friction)
+        beta = [np.linalg.lstsq(X[:, j], seen_x[:, j], rcond=None)[0] for j in range(law.arm.M)]
+        law = law.corrected(np.stack(beta) / size)
     return law

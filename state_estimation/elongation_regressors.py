@@ -90,8 +90,13 @@ def force_signals(arm: Arm, motors: Motors) -> ForceSignals:
     A command is held over its step, so all else is its mean over the step: friction turns over within less than one.
     """
     rate = 1 / float(np.mean(np.diff(motors.time)))
-    force = motors.f[:-1] - arm.motor_inertia / arm.drum * np.diff(motors.theta_d, axis=0) * rate
-    means = (force, motors.f[:-1], *friction_over_steps(motors.theta_d))
+    if motors.within_rows is None:
+        at_rows, friction = motors.theta_d, friction_over_steps(motors.theta_d)
+    else:
+        before, after = motors.within_rows.mean
+        at_rows, friction = (before + after) / 2, _friction_over_halves(after[:-1], before[1:])
+    force = motors.f[:-1] - arm.motor_inertia / arm.drum * np.diff(at_rows, axis=0) * rate
+    means = (force, motors.f[:-1], *friction)
     force, command, dry, transition, speed = (at_step_ends(low_pass(mean, rate, CUTOFF_HZ)) for mean in means)
     return ForceSignals(time=motors.time, force=force, command=command, friction=(dry, transition, speed))
 
@@ -108,6 +113,12 @@ def friction_over_steps(theta_d: Array) -> tuple[Array, Array, Array]:
     dry = np.where(small, np.arctan(middle), np.diff(turn * np.arctan(turn) - log_root, axis=0) / divisor)
     transition = np.where(small, middle / (1 + middle**2), np.diff(log_root, axis=0) / divisor)
     return 2 / np.pi * dry, transition, middle / CM
+
+
+def _friction_over_halves(first: Array, second: Array) -> tuple[Array, Array, Array]:
+    """The same of the mean speeds in both halves of each step, (T - 1, M) each."""
+    turns = CM * np.stack([first, second])
+    return 2 / np.pi * np.arctan(turns).mean(axis=0), (turns / (1 + turns**2)).mean(axis=0), turns.mean(axis=0) / CM
 
 
 def at_step_ends(means: Array) -> Array:

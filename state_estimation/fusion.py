@@ -37,6 +37,8 @@ class SplineSolution:
     """H^-1 G, (n, M P)"""
     schur: Array
     """Schur complement of H: the inverse covariance of beta, (M P, M P)"""
+    unresolved: Array
+    """variances of each joint's angle and two derivatives by motion that is faster than the knots carry, (3, N), SI units"""
 
     def alpha(self, time: Array, derivative: int = 0) -> Array:
         """Angles or their derivatives at times (T,), s; shape (T, N)."""
@@ -73,6 +75,7 @@ def solve_splines(
         right[:, i] = of_samples[:, None]
     reach = BANDWIDTH if cables is None else rows_reach(knots.step)
     band, right = joint_band(measured, [_bands(prior, knots) for prior in priors], reach), right.ravel()
+    unresolved = np.stack([prior.unresolved_variance(knots.step) for prior in priors], axis=-1)
     if cables is None:
         H, no_border = banded_cholesky(band), np.zeros((len(right), 0))
         return SplineSolution(
@@ -85,6 +88,7 @@ def solve_splines(
             G=no_border,
             V=no_border,
             schur=np.zeros((0, 0)),
+            unresolved=unresolved,
         )
     products = add_rows(band, cables)
     H = banded_cholesky(band)
@@ -100,6 +104,7 @@ def solve_splines(
         G=products.A_X,
         V=V,
         schur=schur,
+        unresolved=unresolved,
     )
     c, beta = system.solve(right + products.A_y, products.X_y)
     return replace(system, c=c, beta=beta)

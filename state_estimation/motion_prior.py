@@ -6,7 +6,7 @@ is the sum of two processes (see spline.py), each with its own coefficients, sid
 rough one.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,13 +27,18 @@ SMOOTH_ORDERS = (4, 8)
 ROUGH_ORDER = 3
 """an acceleration that is a random walk: torques that dry friction switches reach the arm through elastic cables
 (docs/thresholds.md)"""
+SHAKEN_ORDER = 2
+"""an acceleration that is white, as cables show it: motors shake the arm through damped cables at all frequencies
+(docs/thresholds.md)"""
+SHAKEN_RAD_S = 25.0
+"""rad/s: where both have the same density of accelerations (docs/thresholds.md)"""
 ROUGH_CORNER = 6.0
 """rad/s; slower motion belongs to the smooth part (docs/thresholds.md)"""
 MIN_LOG_CORNER = np.log(3e-5)
 """order log(corner step): below it the prior's precision matrix is lost in rounding"""
 ROUGHNESS_ALLOWANCE = 8.0
 """-2 log likelihood that a larger rough part may cost (docs/thresholds.md)"""
-MAX_SAMPLES = 3000
+MAX_SAMPLES = 1500
 """samples from the middle of a signal that the prior is fitted to (docs/thresholds.md)"""
 _MIN_LOG_SIZE, _MAX_LOG_SIZE = -12.5, 3.5
 """limits of the logarithm of the rough part's standard deviation over the signal's"""
@@ -56,16 +61,21 @@ class TwoPartPrior:
         smooth[0] += self.smooth.initial_sigma**-2
         return smooth, rough
 
-    def unresolved_variance(self, step: float) -> float:
-        """Variance of the second derivative at frequencies that knots `step` apart cannot represent.
+    def shaken(self, step: float) -> "TwoPartPrior":
+        """With a rough part of SHAKEN_ORDER, for knots `step` apart, in place of one of ROUGH_ORDER."""
+        turn = SHAKEN_RAD_S * step
+        innovation_sigma = self.rough.innovation_sigma * turn ** (SHAKEN_ORDER - self.rough.order)
+        return replace(self, rough=replace(self.rough, order=SHAKEN_ORDER, innovation_sigma=innovation_sigma))
 
-        Beyond the corner a part's density is step innovation_sigma^2 / (w step)^(2 order); the integral from pi / step on, times
-        w^4 / pi.
+    def unresolved_variance(self, step: float) -> Array:
+        """Variances of the value and its two derivatives at frequencies that knots `step` apart cannot carry, (3,).
+
+        They carry pi / step. The rough part's density is step innovation_sigma^2 / (w step)^(2 order), and the second derivative's
+        falls with the frequency at the least.
         """
-        return sum(
-            prior.innovation_sigma**2 / step**4 * np.pi ** (4 - 2 * prior.order) / (2 * prior.order - 5)
-            for prior in (self.smooth, self.rough)
-        )
+        order, d = max(self.rough.order, ROUGH_ORDER), np.arange(3)
+        density = self.rough.innovation_sigma**2 * np.pi ** (-2.0 * self.rough.order)
+        return density * np.pi ** (2.0 * d) / (2 * order - 1 - 2 * d) / step ** (2.0 * d)
 
     def log_determinant(self, knots: Knots) -> float:
         """Logarithm of the determinant of both parts' precision."""
@@ -95,18 +105,21 @@ def joint_band(measured: list[Array], priors: list[tuple[Array, Array]], reach: 
 def fit_two_part_prior(time: Array, values: Array, variance: Array, step: float, allowance: float) -> TwoPartPrior:
     """The prior for knots `step` apart that makes samples of mean zero most likely, with as large a rough part as they allow.
 
+    The likelihood is that of knots as far apart as the samples, where these are further: closer ones tell no more.
+
     allowance: what the rough part may cost in -2 log likelihood. Where kicks lie below the samples' noise, the likeliest prior
     denies them, and its variance of accelerations is wrong by two sigma and more.
     """
     part = slice(max(0, len(time) // 2 - MAX_SAMPLES // 2), len(time) // 2 + MAX_SAMPLES // 2)
     t, y, r = time[part], values[part], variance[part]
-    knots = knots_over(t[0], t[-1], step)
+    fitted_step = max(step, float(np.median(np.diff(t))))
+    knots = knots_over(t[0], t[-1], fitted_step)
     measured, right = normal_equations(knots, t, y, r)
     right = np.repeat(right, PARTS)
     constant = float(np.sum(np.log(r)) + np.sum(y**2 / r))
     initial_sigma = 10 * float(np.std(y)) + 10 * float(np.sqrt(np.median(r)))
 
-    def prior(order: int, v: Array) -> TwoPartPrior:
+    def prior(order: int, v: Array, step: float) -> TwoPartPrior:
         """v: logarithms of the smooth part's corner in rad/s, and of both parts' standard deviations over `initial_sigma`."""
         corner = float(np.exp(v[0]))
         smooth_innovation = float(np.exp(v[1])) * initial_sigma * (corner * step) ** (order - 0.5)
@@ -118,11 +131,11 @@ def fit_two_part_prior(time: Array, values: Array, variance: Array, step: float,
         )
 
     def cost(order: int, v: Array) -> float:
-        if not (-3 < v[0] < np.log(0.8 / step) and -12 < v[1] < 12 and _MIN_LOG_SIZE < v[2] < _MAX_LOG_SIZE):
+        if not (-3 < v[0] < np.log(0.8 / fitted_step) and -12 < v[1] < 12 and _MIN_LOG_SIZE < v[2] < _MAX_LOG_SIZE):
             return 1e12
         if (v[0] + np.log(step)) * order < MIN_LOG_CORNER:
             return 1e12
-        p = prior(order, v)
+        p = prior(order, v, fitted_step)
         try:
             cholesky = banded_cholesky(joint_band([measured], [p.bands(knots)]))
         except np.linalg.LinAlgError:
@@ -148,4 +161,4 @@ def fit_two_part_prior(time: Array, values: Array, variance: Array, step: float,
             low = middle
         else:
             high = middle
-    return prior(order, np.array([v[0], v[1], low]))
+    return prior(order, np.array([v[0], v[1], low]), step)

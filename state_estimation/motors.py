@@ -1,11 +1,16 @@
 """Motor angles with their derivatives, from counts, and the force beside them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.dataset.half_row_speeds import HalfRowSpeeds
 from identification.dataset.series import Series
+from identification.motor_speeds import motor_speeds
+from mechanism.arm import Arm
+from mechanism.friction import CM
+from mechanism.machine import Machine
 from state_estimation.smoother import smooth_signal
 
 Array = NDArray[np.float64]
@@ -27,10 +32,33 @@ class Motors:
     f: Array
     sigma: tuple[Array, Array, Array] | None = None
     """standard deviations of theta, theta' and theta'', each (T, M), by the rounding of counts"""
+    counted: Array | None = None
+    """theta as the encoders counted it, (T, M)"""
+    count: Array | None = None
+    """angle of one count, (M,), rad"""
+    delay: float = 0.0
+    """s, by which forces act later than the log says"""
+    within_rows: HalfRowSpeeds | None = None
+    """speeds by the motors' equations, where friction is known"""
+
+    def with_friction(self, arm: Arm, dry: Array, viscous: Array) -> "Motors":
+        """These motors with their speeds within the rows, for dry friction (M,), N, and viscous friction (M,), N s/rad.
+
+        As they are where nobody knows what was counted.
+        """
+        if self.counted is None or self.count is None:
+            return self
+        values = {"fs": np.maximum(dry, 0.0), "cm": np.array([CM]), "fv": np.maximum(viscous, 0.0)}
+        machine = Machine(arm, ("dry_friction", "viscous_friction"), values)
+        step = float(np.mean(np.diff(self.time)))
+        return replace(self, within_rows=motor_speeds(arm, machine, self.counted, self.f, step, self.count, self.delay))
 
 
-def motors_of(log: Series, count: Array) -> Motors:
-    """Motors of a log with even steps; count: angle of one encoder count, (M,), rad, whose rounding is the only noise."""
+def motors_of(log: Series, count: Array, delay: float = 0.0) -> Motors:
+    """Motors of a log with even steps; count: angle of one encoder count, (M,), rad, whose rounding is the only noise.
+
+    delay: s, by which forces act later than the log says.
+    """
     row = float(np.mean(np.diff(log.time)))
     step = row * min(MAX_ROWS_PER_KNOT, max(1, round(KNOT_S / row)))
     signals = [
@@ -48,6 +76,9 @@ def motors_of(log: Series, count: Array) -> Motors:
         theta_dd=theta_dd,
         f=log.matrix("f"),
         sigma=(sigma, sigma_d, sigma_dd),
+        counted=log.matrix("theta"),
+        count=count,
+        delay=delay,
     )
 
 

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 ORDERS = (2, 3, 4, 6, 8)
 """orders that are tried for the prior (docs/thresholds.md)"""
-MAX_SAMPLES = 6000
+MAX_SAMPLES = 3000
 """samples from the middle of a signal that the prior is fitted to (docs/thresholds.md)"""
 MIN_SAMPLES = 8
 """samples that a signal is smoothed from at least (docs/thresholds.md)"""

@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 DEGREE = 5
 SUPPORT = DEGREE + 1
 """coefficients that a signal depends on at any time"""
+CARRIED = 0.2
+"""oscillations from knot to knot that a spline carries: of faster ones it lets less than half of the power through
+(docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

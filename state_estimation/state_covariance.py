@@ -11,6 +11,10 @@ from state_estimation.spline import SUPPORT
 
 Array = NDArray[np.float64]
 
+NUISANCE_VARIANCE_RATIO = 1.7
+"""of the cables' nuisances over what errors independent of their regressors would give: rounding of counts enters both
+(docs/thresholds.md)"""
+
 
 def state_covariance(
     solution: SplineSolution, frames: FrameAngles, at: Array, clock_sigma: tuple[float, float]
@@ -25,16 +29,19 @@ def state_covariance(
     local = first[:, None] + np.arange(SUPPORT)
     shared = _response_to_shared_errors(solution, frames, clock_sigma)
     # shifts of the coefficients by unit errors, and the covariance of these: of the nuisances, and of shared errors
-    shifts_and_covariances = [(solution.V, np.linalg.inv(solution.schur)), (shared, np.eye(shared.shape[1]))]
+    shifts_and_covariances = [
+        (solution.V, NUISANCE_VARIANCE_RATIO * np.linalg.inv(solution.schur)),
+        (shared, np.eye(shared.shape[1])),
+    ]
     shifts_and_covariances = [
         (shift.reshape(knots.count, n, PARTS, -1).sum(axis=2), C) for shift, C in shifts_and_covariances
     ]
-    per_knot, covariance, second = PARTS * n, np.empty((len(at), 3 * n, 3 * n)), np.arange(2 * n, 3 * n)
+    per_knot, covariance, diagonal = PARTS * n, np.empty((len(at), 3 * n, 3 * n)), np.arange(3 * n)
     windows = inverse_windows(solution.H, len(solution.H.lower), first * per_knot, SUPPORT * per_knot, PARTS)
     for rows, window in windows:
         to_state = np.einsum("tdk,ij->tdikj", weights[rows], np.eye(n)).reshape(-1, 3 * n, SUPPORT * n)
         part = to_state @ window @ np.swapaxes(to_state, 1, 2)
-        part[:, second, second] += [prior.unresolved_variance(knots.step) for prior in solution.priors]
+        part[:, diagonal, diagonal] += solution.unresolved.ravel()
         for shift, C in shifts_and_covariances:
             state_shift = np.einsum("tdk,tkiq->tdiq", weights[rows], shift[local[rows]]).reshape(len(part), 3 * n, -1)
             part += state_shift @ C @ np.swapaxes(state_shift, 1, 2)

@@ -4,7 +4,7 @@ Either depends on the other. Residuals of a solution give the errors' spectra, a
 (restricted maximum likelihood as a fixed point, see elongation_error_spectrum): cables show rough motion far below vision's noise.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from identification.dataset.frames import FrameAngles
 from state_estimation.cable_equations import CableEquations, CableMeasurements, cable_rows
 from state_estimation.elongation_error_spectrum import EDGES_HZ, MIN_RESIDUAL_SHARE, ErrorSpectrum
+from state_estimation.elongation_law import ElongationLaw
 from state_estimation.fusion import SplineSolution, solve_splines
-from state_estimation.motion_prior import PARTS, ROUGH, ROUGH_ORDER, TwoPartPrior
+from state_estimation.motion_prior import PARTS, ROUGH, SHAKEN_ORDER, TwoPartPrior
 from state_estimation.spline import Knots, knots_over
 
 Array = NDArray[np.float64]
@@ -32,14 +33,26 @@ PROBE_COUNT = 4
 """signals of white noise that show what a solution leaves of the cables' errors"""
 
 
+@dataclass(frozen=True)
+class VarianceComponents:
+    """What vision and cables say together of their own errors and of the motion."""
+
+    spectra: list[ErrorSpectrum]
+    """of the cables' errors"""
+    priors: list[TwoPartPrior]
+    """of the joints' motion"""
+    law: ElongationLaw
+    """of the elongations, its friction and lags by vision and cables together"""
+
+
 def estimate_variance_components(
     vision: SplineSolution,
     frames: FrameAngles,
     cables: CableMeasurements,
     spectra: list[ErrorSpectrum],
     used: NDArray[np.bool_],
-) -> tuple[list[ErrorSpectrum], list[TwoPartPrior]]:
-    """Spectra of the cables' errors and priors of the joints' motion.
+) -> VarianceComponents:
+    """Spectra of the cables' errors and priors of the joints' motion, and the cables' law beside which they are these.
 
     vision: the solution without cables. spectra: where to start from; those of cables that are not `used` (M,) stay as they are.
     """
@@ -55,11 +68,13 @@ def estimate_variance_components(
     fast = np.where(np.array(EDGES_HZ) >= FAST_HZ, FIRST_DENSITY, 1.0)
     # fewer cables than joints do not tell rough motion from errors, and vision's own priors stay
     tells_motion = bool(np.sum(used) >= cables.arm.N)
-    innovation_probes = np.random.default_rng(1).normal(size=(knots.count - ROUGH_ORDER, PROBE_COUNT))
+    solution = vision
+    innovation_probes = np.random.default_rng(1).normal(size=(knots.count - SHAKEN_ORDER, PROBE_COUNT))
     for k in range(SLOW_ITERATIONS + ITERATIONS):
         if k == SLOW_ITERATIONS and tells_motion:
             spectra = [replace(s, density=fast * s.density) if used[j] else s for j, s in enumerate(spectra)]
-            priors = [replace(p, rough=p.rough.scaled(FIRST_ROUGHNESS)) for p in priors]
+            shaken = [p.shaken(knots.step) for p in priors]
+            priors = [replace(p, rough=p.rough.scaled(FIRST_ROUGHNESS)) for p in shaken]
         equations = list(cable_rows(cables, knots, alpha, vision.mean, spectra))
         solution = solve_splines(knots, vision.mean, frames, priors, equations)
         alpha = solution.alpha(cables.time)
@@ -75,7 +90,8 @@ def estimate_variance_components(
             s.reestimated(residuals[j], probes[j], probe_residuals[j]).at_most(most[j]) if used[j] else s
             for j, s in enumerate(spectra)
         ]
-    return spectra, priors
+    # once: step after step the law would drift to where it explains errors of the cables that no law has
+    return VarianceComponents(spectra, priors, cables.corrected_law(solution.beta))
 
 
 def _resized(prior: TwoPartPrior, knots: Knots, solution: SplineSolution, joint: int, probes: Array) -> TwoPartPrior:

@@ -61,7 +61,7 @@ def synchronise(
     known = angles.complete
     first, last = frames.time[known][[0, -1]]
     inside = (even_log.time >= first) & (even_log.time <= last)
-    motors = motors_of(even_log, neck.count_angles)
+    motors = motors_of(even_log, neck.count_angles, clock.delay[0] if clock.delay else 0.0)
     has_force = "f1" in log.columns
     clock_sigma = (clock.offset_sigma, clock.skew_sigma)
     estimate = estimate_state(arm, frames, motors, even_log.time[inside], clock_sigma, fuse=has_force)
