@@ -15,19 +15,13 @@ Array = NDArray[np.float64]
 
 _HERTZ = np.arange(1.25, 30.0, 2.5)
 """frequencies that stand for the speed's error: as far apart as the equations' filter can tell them"""
-_SPEED_STEP_RAD_S = 1e-3
-"""of the differences for friction's slope"""
 _MAX_INERTIA_HZ = 30.0
 """up to which motor angles are followed, and rounding shows in the acceleration"""
 
 
 def friction_slope(machine: Machine, s: Signals, tension: Array) -> Array:
     """Change of friction with speed, mean over each row, (T, M), N s/rad; tension: (T, M), N, under which motors rub."""
-    low, high = (
-        machine.friction(MotorMotion(s.speeds.mean + step, np.maximum(tension, 0.0), s.wrap))
-        for step in (-_SPEED_STEP_RAD_S, _SPEED_STEP_RAD_S)
-    )
-    return np.broadcast_to((high - low) / (2 * _SPEED_STEP_RAD_S), s.speeds.mean.shape).mean(axis=0)
+    return machine.friction_slope(MotorMotion(s.speeds.mean, np.maximum(tension, 0.0), s.wrap)).mean(axis=0)
 
 
 def input_variance(s: Signals, slope: Array) -> Array:

@@ -10,7 +10,6 @@ So the angles are sought that fit the counts and make that tension as smooth as 
 Without friction and commands this is a smoothing spline. Its cutoff follows from the tension's spectrum beside that of rounding.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +20,7 @@ from scipy.signal import welch
 
 from identification.dataset.dataset import DataSet
 from identification.dataset.half_row_speeds import HalfRowSpeeds, smoother_response
+from identification.held_commands import mean_held_force
 from mechanism.arm import Arm
 from mechanism.laws import MotorMotion
 from mechanism.machine import Machine
@@ -39,8 +39,6 @@ _SMOOTHED_BINS = 9
 _MAX_ITERATIONS = 8
 _TOLERANCE_RAD_S = 1e-3
 """rad/s: a step of Gauss and Newton that changes no speed by more was the last (docs/thresholds.md)"""
-_SPEED_STEP_RAD_S = 1e-3
-"""of the differences for friction's slope"""
 
 
 def with_motor_speeds(data: DataSet, machine: Machine, delay: float, draws: int = 0) -> DataSet:
@@ -72,37 +70,27 @@ def motor_speeds(
     """
     force = machine.acting_force(f, step)
     inertia = np.broadcast_to(arm.motor_inertia / arm.drum, (arm.M,))
-    rest = np.zeros(arm.M)
-
-    def friction(speed: Array) -> Array:
-        return np.broadcast_to(machine.friction(MotorMotion(speed, rest, rest)), speed.shape)
-
     grid = (len(theta) - 1) * STEPS_PER_ROW + 1
     rows = np.arange(len(theta)) * STEPS_PER_ROW
     start = np.stack([np.interp(np.arange(grid), rows, column) for column in theta.T], axis=-1)
-    held = _held(force, delay / step)
+    held = mean_held_force(force, np.arange(grid) / STEPS_PER_ROW - delay / step)
     sigma, cutoff = count / np.sqrt(12), np.full(arm.M, HIGHEST_CUTOFF_HZ)
     # with the widest cutoff first: it shows down to which frequency the tension can be told from rounding
-    wide = _smoothed(start, theta, held, friction, inertia, sigma, cutoff, step)
-    cutoff = _cutoff(_tension(wide, held, friction, inertia, step), inertia, sigma, step)
-    angles = _smoothed(wide, theta, held, friction, inertia, sigma, cutoff, step)
+    wide = _smoothed(start, theta, held, machine, inertia, sigma, cutoff, step)
+    cutoff = _cutoff(_tension(wide, held, machine, inertia, step), inertia, sigma, step)
+    angles = _smoothed(wide, theta, held, machine, inertia, sigma, cutoff, step)
     mean = _half_row_speeds(angles, step)
     rng, errors = np.random.default_rng(0), []
     for _ in range(draws):
         counted = angles[::STEPS_PER_ROW] + count * rng.uniform(-0.5, 0.5, theta.shape)
-        drawn = _smoothed(angles, counted, held, friction, inertia, sigma, cutoff, step)
+        drawn = _smoothed(angles, counted, held, machine, inertia, sigma, cutoff, step)
         errors.append((_half_row_speeds(drawn, step) - mean).mean(axis=0))
     return HalfRowSpeeds(mean, cutoff, sigma, np.array(errors).reshape(draws, *theta.shape))
 
 
-def _held(force: Array, rows_late: float) -> Array:
-    """Mean force over each half row, (G - 1, M), of forces (T, M) that hold from so many rows after their own on."""
-    impulse = np.vstack([np.zeros(force.shape[1]), np.cumsum(force[:-1], axis=0)])
-    rows = np.arange((len(force) - 1) * STEPS_PER_ROW + 1) / STEPS_PER_ROW - rows_late
-    at_steps = np.stack([np.interp(rows, np.arange(len(force)), column) for column in impulse.T], axis=-1)
-    # beyond the log's ends its first and its last force go on
-    at_steps += np.minimum(rows, 0.0)[:, None] * force[0] + np.maximum(rows - len(force) + 1, 0.0)[:, None] * force[-2]
-    return np.diff(at_steps, axis=0) * STEPS_PER_ROW
+def _untensioned(speed: Array) -> MotorMotion:
+    rest = np.zeros(speed.shape[1])
+    return MotorMotion(speed, rest, rest)
 
 
 def _half_row_speeds(angles: Array, step: float) -> Array:
@@ -111,10 +99,10 @@ def _half_row_speeds(angles: Array, step: float) -> Array:
     return np.stack([np.concatenate([speed[:1], speed[1::2]]), np.concatenate([speed[::2], speed[-1:]])])
 
 
-def _tension(angles: Array, held: Array, friction: Callable[[Array], Array], inertia: Array, step: float) -> Array:
+def _tension(angles: Array, held: Array, machine: Machine, inertia: Array, step: float) -> Array:
     """Tension at the inner steps, (G - 2, M), N, of angles (G, M) on half rows and forces held between them, (G - 1, M)."""
     length = step / STEPS_PER_ROW
-    net = held - friction(np.diff(angles, axis=0) / length)
+    net = held - machine.friction(_untensioned(np.diff(angles, axis=0) / length))
     return (net[:-1] + net[1:]) / 2 - inertia * np.diff(angles, 2, axis=0) / length**2
 
 
@@ -143,7 +131,7 @@ def _smoothed(
     start: Array,
     measured: Array,
     held: Array,
-    friction: Callable[[Array], Array],
+    machine: Machine,
     inertia: Array,
     sigma: Array,
     cutoff: Array,
@@ -154,9 +142,8 @@ def _smoothed(
     # a motor whose tension alone counts follows its angles up to the cutoff: |inertia w^4|^2 roughness = 1 / (sigma^2 step) there
     root = np.sqrt(length / (sigma**2 * step)) / ((2 * np.pi * cutoff) ** 4 * inertia) / length**2
     for _ in range(_MAX_ITERATIONS):
-        speed = np.diff(angles, axis=0) / length
-        slope = (friction(speed + _SPEED_STEP_RAD_S) - friction(speed)) / (_SPEED_STEP_RAD_S * length)
-        rough = root * np.diff(_tension(angles, held, friction, inertia, step), 2, axis=0)
+        slope = machine.friction_slope(_untensioned(np.diff(angles, axis=0) / length)) / length
+        rough = root * np.diff(_tension(angles, held, machine, inertia, step), 2, axis=0)
         change = np.empty_like(angles)
         for j in range(angles.shape[1]):
             by_angles = root[j] * _roughness_by_angles(slope[:, j], inertia[j] / length**2)

@@ -9,6 +9,9 @@ import numpy as np
 from mechanism.arm import Arm, Array
 from mechanism.laws import LAWS, CableMotion, Law, MotorMotion
 
+SPEED_STEP_RAD_S = 1e-3
+"""of the differences for friction's slope"""
+
 
 @dataclass(frozen=True)
 class Machine:
@@ -54,6 +57,13 @@ class Machine:
     def friction(self, at: MotorMotion) -> Array:
         """Force that friction takes from each motor's command, (..., M), N."""
         return sum((law.friction(self.values, at) for law in self.laws), start=np.zeros(()))
+
+    def friction_slope(self, at: MotorMotion) -> Array:
+        """Change of that force with the speed, (..., M), N s/rad, by differences."""
+        low, high = (
+            self.friction(replace(at, theta_d=at.theta_d + step)) for step in (-SPEED_STEP_RAD_S, SPEED_STEP_RAD_S)
+        )
+        return np.broadcast_to((high - low) / (2 * SPEED_STEP_RAD_S), at.theta_d.shape)
 
     def tension(self, at: CableMotion, z: Array) -> Array:
         """Tension of each cable, (..., M), N, never below zero: a cable cannot push; z (..., M, states)."""

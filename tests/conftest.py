@@ -47,6 +47,7 @@ SLOW = (
     "robustness",
     "samples",
     "state_estimation/test_elongation_law.py",
+    "state_estimation/test_fast_motion.py",
     "state_estimation/test_state.py",
     "synchronisation/check",
     "synchronisation/clocks",

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from identification.cable_memory import memory_states
 from identification.dataset.dataset import DataSet
-from identification.dataset.series import Series, concatenated, interpolated, numbered_columns
+from identification.dataset.series import Series, concatenated, numbered_columns
+from identification.held_commands import mean_held_force
 from identification.model_file import Model, machine_of
 from identification.simulation.channels import Channel, ChannelSums
 from identification.simulation.measured import (
@@ -127,17 +128,10 @@ def _forces(windows: Windows, runs: PerturbedRuns) -> Array:
     machine = replace(runs.machine, values={name: value[:, :1] for name, value in runs.machine.values.items()})
     f = near.matrix("f")
     acting = np.broadcast_to(machine.acting_force(f, step), (len(runs.delay), *f.shape))
-    edges = np.append(near.time, near.time[-1] + step)
-    far = step * np.arange(1, beyond + 1)
-    held = np.concatenate([edges[0] - far[::-1], edges, edges[-1] + far])
-    row_edges = edges[min(before, rows.start) :][: rows.stop - rows.start + 1]
-    out = []
-    for f, delay in zip(acting, runs.delay, strict=True):
-        padded = np.pad(f, ((beyond, beyond), (0, 0)), mode="edge")
-        impulse = np.vstack([np.zeros(f.shape[1]), np.cumsum(padded * np.diff(held)[:, None], axis=0)])
-        at_edges = interpolated(row_edges - delay, held, impulse)
-        out.append(windows.cut(np.diff(at_edges, axis=0) / np.diff(row_edges)[:, None]))
-    return np.stack(out)
+    begin = min(before, rows.start)
+    edges = np.arange(begin, begin + rows.stop - rows.start + 1)
+    means = [mean_held_force(f, edges - delay / step) for f, delay in zip(acting, runs.delay, strict=True)]
+    return np.stack([windows.cut(mean) for mean in means])
 
 
 def _memory(windows: Windows, machine: Machine, recording: RecordingParameters) -> Array | None:
