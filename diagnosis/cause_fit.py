@@ -44,6 +44,8 @@ _MIN_LOSS_GAIN = 1e-3
 """of the loss: a step that took less away was the last"""
 IMPOSSIBLE_SIGMAS = 3.0
 """standard deviations below its least value from which an amount is impossible (docs/thresholds.md)"""
+MAX_OPPOSED_SHARE = 0.2
+"""of what a cause does in the equations: what amounts below their least value may do (docs/thresholds.md)"""
 _FIRST_DAMPING, _MAX_DAMPING = 1e-3, 10.0
 _DAMPING_DECREASE, _DAMPING_INCREASE = 3.0, 8.0
 
@@ -79,12 +81,19 @@ class FitStage:
 
     @cached_property
     def possible(self) -> bool:
-        """Whether no cause does surely less than nothing: friction that drives, a mass that lifts."""
-        arm = self.comparison.linearisation.hypothesis.arm
+        """Whether no cause does surely less than nothing: friction that drives, a mass that lifts.
+
+        A small part of a cause may: it mends the form of the law, which nobody knows better.
+        """
+        c, first = self.comparison, 0
+        arm, norm = c.linearisation.hypothesis.arm, np.sqrt(np.diag(c.products))
         for cause, sigma in zip(self.causes, self.sigma_of_causes, strict=True):
-            bounds = cause.effect.lower_bounds(arm)[list(cause.where.columns)]
-            if np.any(cause.amounts < bounds - IMPOSSIBLE_SIGMAS * sigma[: len(cause.amounts)]):
+            bounds, count = cause.effect.lower_bounds(arm)[list(cause.where.columns)], len(cause.amounts)
+            does = cause.amounts / cause.sizes(arm)[:count] * norm[c.cause_columns[first : first + count]]
+            beyond = cause.amounts < bounds - IMPOSSIBLE_SIGMAS * sigma[:count]
+            if np.any(beyond & (np.abs(does) > MAX_OPPOSED_SHARE * np.linalg.norm(does))):
                 return False
+            first += len(sigma)
         return True
 
     @cached_property
