@@ -19,7 +19,7 @@ from state_estimation.spline import Knots, knots_over
 
 Array = NDArray[np.float64]
 
-SLOW_ITERATIONS, ITERATIONS = 3, 4
+SLOW_ITERATIONS, ITERATIONS = 2, 3
 """re-estimations of the cables' spectra with vision's priors, and then of both (docs/thresholds.md)"""
 FAST_HZ, FIRST_DENSITY, FIRST_ROUGHNESS = 4.0, 0.05, 2.0
 """from this frequency on the second half begins with so much of the cables' errors as the first half found, and rough motion with
