@@ -17,7 +17,7 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 ORDERS = (2, 3, 4, 6, 8)
-"""orders that are tried for the prior (docs/thresholds.md)"""
+"""orders that are tried for the prior, one after the other until one makes the samples less likely (docs/thresholds.md)"""
 MAX_SAMPLES = 3000
 """samples from the middle of a signal that the prior is fitted to (docs/thresholds.md)"""
 MIN_SAMPLES = 8
@@ -108,8 +108,9 @@ def _fit_prior(time: Array, values: Array, variance: Array, step: float) -> Spli
             method="Nelder-Mead",
             options={"xatol": 0.05, "fatol": 0.1, "initial_simplex": start + np.array([[0, 0], [0.7, 0], [0, 1.5]])},
         )
-        if best is None or minimum.fun < best[0]:
-            best = float(minimum.fun), prior(order, minimum.x)
+        if best is not None and minimum.fun > best[0]:
+            break
+        best = float(minimum.fun), prior(order, minimum.x)
     assert best is not None
     return best[1]
 
