@@ -35,6 +35,8 @@ ERROR_FACTOR, MAX_TRIES = 1.6, 3
 MAX_MISFIT_RATIO = 1.01
 """of the mean square that speeds by the motors' equations leave of elongations over what speeds at the rows leave
 (docs/thresholds.md)"""
+MIN_COMPLIANCE_SHARE = 0.1
+"""of the cables' median compliance: what each has at the least where motors shake the arm through them (docs/thresholds.md)"""
 _UNUSED_ERROR_M = 1.0
 """m: error that takes all weight from a cable that is left out"""
 
@@ -77,8 +79,13 @@ def fuse_cables(
         notes["why"] = f"cables pull the angles from what vision saw (its variance grows by {100 * excess:.0f} %)"
         return None, notes
     compliance = fused.beta.reshape(cables.size.shape)[:, TENSION] / cables.size[:, TENSION]
-    fast = fast_motion_variance(arm, cables.law, compliance, fused.alpha(time), fused.knots.step)
-    return (fused if fast is None else replace(fused, unresolved=fast)), notes
+    usual = float(np.median(compliance[~poor]))
+    if usual > 0:
+        # of a cable that is left out nothing is known, and of one that hardly stretches not how little
+        compliance = np.where(poor, usual, np.maximum(compliance, MIN_COMPLIANCE_SHARE * usual))
+        fast = fast_motion_variance(arm, cables.law, compliance, fused.alpha(time), fused.knots.step)
+        fused = fused if fast is None else replace(fused, unresolved=fast)
+    return fused, notes
 
 
 def _error_spectra(

@@ -29,8 +29,8 @@ MAX_ROWS = 30000
 def fast_motion_variance(arm: Arm, law: ElongationLaw, compliance: Array, alpha: Array, step: float) -> Array | None:
     """Variances of each joint's angle and its two derivatives beyond what knots `step` (s) apart carry, (3, N), SI units.
 
-    compliance: of the cables, (M,), m/N, of which only positive ones count; alpha: angles along the recording, (T, N). None where
-    speeds within the rows are not known.
+    compliance: of the cables, (M,), m/N, positive; alpha: angles along the recording, (T, N). None where speeds within the rows are
+    not known.
     """
     speeds = law.motors.within_rows
     if speeds is None:
@@ -45,8 +45,7 @@ def fast_motion_variance(arm: Arm, law: ElongationLaw, compliance: Array, alpha:
     hertz = np.fft.rfftfreq(len(halves), half_row)
     fast = hertz > CARRIED / step
     w = 2 * np.pi * hertz[fast]
-    stiffness = np.where(compliance > 0, 1 / np.where(compliance > 0, compliance, 1.0), 0.0)
-    C = stiffness * (law.lag + 1 / (1j * w[:, None]))
+    C = (law.lag + 1 / (1j * w[:, None])) / compliance
     poses = alpha[np.linspace(0, len(alpha) - 1, SHAKEN_POSES + 2).astype(int)[1:-1]]
     variances = []
     for M, slope in zip(mass_matrix(arm, poses), Z(arm, poses), strict=True):
