@@ -6,7 +6,7 @@ is the sum of two processes (see spline.py), each with its own coefficients, sid
 rough one.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,11 +27,6 @@ SMOOTH_ORDERS = (4, 8)
 ROUGH_ORDER = 3
 """an acceleration that is a random walk: torques that dry friction switches reach the arm through elastic cables
 (docs/thresholds.md)"""
-SHAKEN_ORDER = 2
-"""an acceleration that is white, as cables show it: motors shake the arm through damped cables at all frequencies
-(docs/thresholds.md)"""
-SHAKEN_RAD_S = 25.0
-"""rad/s: where both have the same density of accelerations (docs/thresholds.md)"""
 ROUGH_CORNER = 6.0
 """rad/s; slower motion belongs to the smooth part (docs/thresholds.md)"""
 MIN_LOG_CORNER = np.log(3e-5)
@@ -61,21 +56,14 @@ class TwoPartPrior:
         smooth[0] += self.smooth.initial_sigma**-2
         return smooth, rough
 
-    def shaken(self, step: float) -> "TwoPartPrior":
-        """With a rough part of SHAKEN_ORDER, for knots `step` apart, in place of one of ROUGH_ORDER."""
-        turn = SHAKEN_RAD_S * step
-        innovation_sigma = self.rough.innovation_sigma * turn ** (SHAKEN_ORDER - self.rough.order)
-        return replace(self, rough=replace(self.rough, order=SHAKEN_ORDER, innovation_sigma=innovation_sigma))
-
     def unresolved_variance(self, step: float) -> Array:
         """Variances of the value and its two derivatives at frequencies that knots `step` apart cannot carry, (3,).
 
-        They carry pi / step. The rough part's density is step innovation_sigma^2 / (w step)^(2 order), and the second derivative's
-        falls with the frequency at the least.
+        They carry pi / step, and beyond the corner the rough part's density is step innovation_sigma^2 / (w step)^(2 order).
         """
-        order, d = max(self.rough.order, ROUGH_ORDER), np.arange(3)
-        density = self.rough.innovation_sigma**2 * np.pi ** (-2.0 * self.rough.order)
-        return density * np.pi ** (2.0 * d) / (2 * order - 1 - 2 * d) / step ** (2.0 * d)
+        order, d = self.rough.order, np.arange(3)
+        size = self.rough.innovation_sigma**2 / step ** (2.0 * d)
+        return size * np.pi ** (2.0 * (d - order)) / (2 * (order - d) - 1)
 
     def log_determinant(self, knots: Knots) -> float:
         """Logarithm of the determinant of both parts' precision."""

@@ -14,7 +14,7 @@ from state_estimation.cable_equations import CableEquations, CableMeasurements, 
 from state_estimation.elongation_error_spectrum import EDGES_HZ, MIN_RESIDUAL_SHARE, ErrorSpectrum
 from state_estimation.elongation_law import ElongationLaw
 from state_estimation.fusion import SplineSolution, solve_splines
-from state_estimation.motion_prior import PARTS, ROUGH, SHAKEN_ORDER, TwoPartPrior
+from state_estimation.motion_prior import PARTS, ROUGH, ROUGH_ORDER, TwoPartPrior
 from state_estimation.spline import Knots, knots_over
 
 Array = NDArray[np.float64]
@@ -69,12 +69,11 @@ def estimate_variance_components(
     # fewer cables than joints do not tell rough motion from errors, and vision's own priors stay
     tells_motion = bool(np.sum(used) >= cables.arm.N)
     solution = vision
-    innovation_probes = np.random.default_rng(1).normal(size=(knots.count - SHAKEN_ORDER, PROBE_COUNT))
+    innovation_probes = np.random.default_rng(1).normal(size=(knots.count - ROUGH_ORDER, PROBE_COUNT))
     for k in range(SLOW_ITERATIONS + ITERATIONS):
         if k == SLOW_ITERATIONS and tells_motion:
             spectra = [replace(s, density=fast * s.density) if used[j] else s for j, s in enumerate(spectra)]
-            shaken = [p.shaken(knots.step) for p in priors]
-            priors = [replace(p, rough=p.rough.scaled(FIRST_ROUGHNESS)) for p in shaken]
+            priors = [replace(p, rough=p.rough.scaled(FIRST_ROUGHNESS)) for p in priors]
         equations = list(cable_rows(cables, knots, alpha, vision.mean, spectra))
         solution = solve_splines(knots, vision.mean, frames, priors, equations)
         alpha = solution.alpha(cables.time)

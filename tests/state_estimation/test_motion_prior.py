@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from state_estimation.banded import banded_cholesky
-from state_estimation.motion_prior import PARTS, SHAKEN_RAD_S, TwoPartPrior, fit_two_part_prior, joint_band
+from state_estimation.motion_prior import PARTS, TwoPartPrior, fit_two_part_prior, joint_band
 from state_estimation.smoother import BANDWIDTH, normal_equations
 from state_estimation.spline import Knots, SplinePrior, knots_over
 
@@ -102,20 +102,10 @@ def test_parts_side_by_side_are_the_sum_that_samples_see() -> None:
         assert entry == pytest.approx(expected[i, j], abs=1e-6)
 
 
-@pytest.mark.parametrize("order", [2, 3])
-def test_knots_do_not_carry_what_is_beyond_them(order: int) -> None:
-    """Of (step drive^2) / (w step)^(2 order) from pi / step on, the second derivative falling there at the least, as a sum."""
-    prior = TwoPartPrior(SplinePrior(4, 8.0, 0.01, 1.0), SplinePrior(order, 6.0, 0.02, 0.5))
-    last = np.pi / STEP
-    w = np.geomspace(last, 1e5 * last, 200_001)
-    density = 0.02**2 * STEP * (w * STEP) ** (-2.0 * order) * (last / w) ** (2 if order == 2 else 0)
+def test_knots_do_not_carry_what_is_beyond_them() -> None:
+    """The rough part's value and its derivatives, by (step drive^2) / (w step)^(2 order), from pi / step on, as a sum."""
+    prior = TwoPartPrior(SplinePrior(4, 8.0, 0.01, 1.0), SplinePrior(3, 6.0, 0.02, 0.5))
+    w = np.geomspace(np.pi / STEP, 1e5 * np.pi / STEP, 200_001)
+    density = 0.02**2 * STEP * (w * STEP) ** -6.0
     for derivative, variance in enumerate(prior.unresolved_variance(STEP)):
         assert variance == pytest.approx(np.trapezoid(density * w ** (2.0 * derivative), w) / np.pi, rel=1e-3)
-
-
-def test_a_shaken_prior_has_as_much_acceleration_where_both_meet() -> None:
-    """Density of the second derivative of both rough parts at SHAKEN_RAD_S, far above their corner."""
-    prior = TwoPartPrior(SplinePrior(4, 8.0, 0.01, 1.0), SplinePrior(3, 6.0, 0.02, 0.5))
-    turn = SHAKEN_RAD_S * STEP
-    before, after = (p.rough.innovation_sigma**2 * turn ** (-2.0 * p.rough.order) for p in (prior, prior.shaken(STEP)))
-    assert after == pytest.approx(before)
