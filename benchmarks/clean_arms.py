@@ -4,7 +4,7 @@ Arms are drawn at random and integrated forward by a generator that shares no co
 are synchronised; from the first one friction and elasticity are identified, and it is diagnosed with the second held out. A hundred
 arms take hours: runs are kept, and go on where they were stopped.
 
-`python -m benchmarks.clean_arms --out FOLDER [--seeds 1002-1101] [--noises 0.02 0.1] [--share 0/2]` makes the runs alone.
+`python -m benchmarks.clean_arms --out FOLDER [--seeds 1003-1102] [--noises 0.02 0.1] [--share 0/2]` makes the runs alone.
 """
 
 import sys

@@ -189,10 +189,10 @@ def main(
 
 
 def seed_range(text: str) -> list[int]:
-    """Such as `1002-1101`, or one seed; none below the first that is counted."""
+    """Such as `1003-1102`, or one seed; none below the first that is counted."""
     found = re.fullmatch(r"(\d+)(?:-(\d+))?", text)
     if found is None:
-        raise argparse.ArgumentTypeError(f"{text} is no range of seeds such as 1002-1101")
+        raise argparse.ArgumentTypeError(f"{text} is no range of seeds such as 1003-1102")
     seeds = list(range(int(found[1]), int(found[2] or found[1]) + 1))
     if not seeds or seeds[0] < FIRST_COUNTED_FORWARD_ARM:
         raise argparse.ArgumentTypeError(f"seeds begin at {FIRST_COUNTED_FORWARD_ARM}, and increase")

@@ -3,7 +3,7 @@
 Arms, motions and noise are those of `clean_arms`, of the second generator; an arm and its motion are the same at both noises. Both
 recordings are synchronised, and the first is diagnosed with the second held out. Runs are kept, and go on where they were stopped.
 
-`python -m benchmarks.hidden_by_noise --out FOLDER [--seeds 1002-1005] [--noises 0.02 0.1] [--share 0/2]` makes the runs alone.
+`python -m benchmarks.hidden_by_noise --out FOLDER [--seeds 1003-1006] [--noises 0.02 0.1] [--share 0/2]` makes the runs alone.
 """
 
 import sys

@@ -10,6 +10,7 @@ import pytest
 
 from benchmarks.forward_arm_runs import SETTINGS, Runs, Scene, SeenArm, seed_range, share
 from benchmarks.hidden_by_noise import SCENES, named_alone, named_in_set
+from benchmarks.tuned_seeds import FIRST_COUNTED_FORWARD_ARM
 from diagnosis.effects import EFFECTS
 from samples.forward_arms.laws import Payload
 from samples.forward_arms.plant import ROW
@@ -80,9 +81,15 @@ def test_hidden_effects_have_the_diagnosis_names() -> None:
 
 
 def test_words_of_the_command_line() -> None:
-    assert seed_range("1002-1004") == [1002, 1003, 1004]
-    assert seed_range("1002") == [1002]
+    first = FIRST_COUNTED_FORWARD_ARM
+    assert seed_range(f"{first}-{first + 2}") == [first, first + 1, first + 2]
+    assert seed_range(f"{first}") == [first]
     assert share("1/2") == (1, 2)
-    for function, word in ((seed_range, "1001-1003"), (seed_range, "1004-1003"), (seed_range, "all"), (share, "2/2")):
+    for function, word in (
+        (seed_range, f"{first - 1}-{first}"),
+        (seed_range, f"{first + 1}-{first}"),
+        (seed_range, "all"),
+        (share, "2/2"),
+    ):
         with pytest.raises(argparse.ArgumentTypeError):
             function(word)
