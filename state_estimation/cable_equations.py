@@ -34,7 +34,6 @@ _ROWS_AT_ONCE = 1 << 11
 class CableMeasurements:
     """What motors tell at even times, before it is linearised."""
 
-    arm: Arm
     law: ElongationLaw
     time: Array
     """(K,), s"""
@@ -43,6 +42,11 @@ class CableMeasurements:
     X: Array
     """the law's regressors of each cable's elongation, (K, M, P), and what they were divided by, (M, P)"""
     size: Array
+
+    @property
+    def arm(self) -> Arm:
+        """The law's."""
+        return self.law.arm
 
     def part(self, rows: slice | NDArray[np.bool_]) -> "CableMeasurements":
         """Some of the rows."""
@@ -53,9 +57,9 @@ class CableMeasurements:
         X, size = law.sampled(self.time)
         return replace(self, law=law, X=X, size=size)
 
-    def corrected_law(self, beta: Array) -> ElongationLaw:
-        """The law with the friction and the lag that factors beta (M P,) of the regressors ask for."""
-        return self.law.corrected(beta.reshape(self.size.shape) / self.size)
+    def factors(self, beta: Array) -> Array:
+        """Factors (M, P) of the regressors in their units, for beta (M P,) of X."""
+        return beta.reshape(self.size.shape) / self.size
 
     def elongation(self, alpha: Array) -> Array:
         """(41), (K, M), m, at angles (K, N)."""
@@ -102,10 +106,10 @@ class NormalProducts:
     """-X^T y, (M P,)"""
 
 
-def cable_measurements(arm: Arm, law: ElongationLaw, time: Array, theta: Array) -> CableMeasurements:
+def cable_measurements(law: ElongationLaw, time: Array, theta: Array) -> CableMeasurements:
     """Of motor angles (K, M), rad, at even times (K,), s."""
     X, size = law.sampled(time)
-    return CableMeasurements(arm, law, time, arm.drum * theta + arm.x0, X, size)
+    return CableMeasurements(law, time, law.arm.drum * theta + law.arm.x0, X, size)
 
 
 def rows_reach(step: float) -> int:

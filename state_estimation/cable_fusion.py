@@ -54,7 +54,7 @@ def fuse_cables(
     inside = np.flatnonzero((motors.time >= frames.time[0]) & (motors.time <= frames.time[-1]))
     rows = inside[:: _stride(motors)]
     time = motors.time[rows]
-    cables = cable_measurements(arm, law, time, motors.theta[rows])
+    cables = cable_measurements(law, time, motors.theta[rows])
     components = estimate_variance_components(vision, frames, cables, spectra, ~poor)
     spectra, priors, cables = components.spectra, components.priors, cables.with_law(components.law)
 
@@ -78,12 +78,12 @@ def fuse_cables(
     if excess > MAX_EXCESS_MISFIT:
         notes["why"] = f"cables pull the angles from what vision saw (its variance grows by {100 * excess:.0f} %)"
         return None, notes
-    compliance = fused.beta.reshape(cables.size.shape)[:, TENSION] / cables.size[:, TENSION]
+    compliance = cables.factors(fused.beta)[:, TENSION]
     usual = float(np.median(compliance[~poor]))
     if usual > 0:
         # of a cable that is left out nothing is known, and of one that hardly stretches not how little
         compliance = np.where(poor, usual, np.maximum(compliance, MIN_COMPLIANCE_SHARE * usual))
-        fast = fast_motion_variance(arm, cables.law, compliance, fused.alpha(time), fused.knots.step)
+        fast = fast_motion_variance(cables.law, compliance, fused.alpha(time), fused.knots.step)
         fused = fused if fast is None else replace(fused, unresolved=fast)
     return fused, notes
 
@@ -122,10 +122,10 @@ def _elongation_law(arm: Arm, motors: Motors, time: Array, x: Array) -> Elongati
 
 
 def _misfit(law: ElongationLaw, time: Array, x: Array) -> float:
-    """Sum over the cables of the mean square of what the regressors leave of x, m^2."""
+    """Mean square, over frames and cables, of what the regressors leave of x, m^2."""
     X = law.at(time)
-    fitted = [X[:, j] @ np.linalg.lstsq(X[:, j], x[:, j], rcond=None)[0] for j in range(x.shape[1])]
-    return float(np.mean((x - np.stack(fitted, axis=-1)) ** 2))
+    explained = [X[:, j] @ np.linalg.lstsq(X[:, j], x[:, j], rcond=None)[0] for j in range(x.shape[1])]
+    return float(np.mean((x - np.stack(explained, axis=-1)) ** 2))
 
 
 def _stride(motors: Motors) -> int:

@@ -12,7 +12,6 @@ Nothing here enters the angles. What the knots cannot carry of it is uncertainty
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.dynamics import mass_matrix
 from state_estimation.elongation_law import ElongationLaw
@@ -26,13 +25,13 @@ MAX_ROWS = 30000
 """rows from the middle of a recording whose speeds are analysed (docs/thresholds.md)"""
 
 
-def fast_motion_variance(arm: Arm, law: ElongationLaw, compliance: Array, alpha: Array, step: float) -> Array | None:
+def fast_motion_variance(law: ElongationLaw, compliance: Array, alpha: Array, step: float) -> Array | None:
     """Variances of each joint's angle and its two derivatives beyond what knots `step` (s) apart carry, (3, N), SI units.
 
     compliance: of the cables, (M,), m/N, positive; alpha: angles along the recording, (T, N). None where speeds within the rows are
     not known.
     """
-    speeds = law.motors.within_rows
+    arm, speeds = law.arm, law.motors.within_rows
     if speeds is None:
         return None
     middle = speeds.mean.shape[1] // 2

@@ -90,7 +90,7 @@ def estimate_variance_components(
             for j, s in enumerate(spectra)
         ]
     # once: step after step the law would drift to where it explains errors of the cables that no law has
-    return VarianceComponents(spectra, priors, cables.corrected_law(solution.beta))
+    return VarianceComponents(spectra, priors, cables.law.corrected(cables.factors(solution.beta)))
 
 
 def _resized(prior: TwoPartPrior, knots: Knots, solution: SplineSolution, joint: int, probes: Array) -> TwoPartPrior:

@@ -81,7 +81,7 @@ def test_accelerations_beyond_the_knots_are_as_large_as_the_motors_make_them(whi
         lag=plant.damping / plant.stiffness,
         friction=np.zeros((case.arm.M, 3)),
     )
-    variance = fast_motion_variance(case.arm, law, 1 / plant.stiffness, case.truth[0], KNOT_S)
+    variance = fast_motion_variance(law, 1 / plant.stiffness, case.truth[0], KNOT_S)
     assert variance is not None
     rate = 1 / float(np.mean(np.diff(motors.time)))
     beyond = butter(8, CARRIED / KNOT_S, "high", fs=rate, output="sos")
