@@ -39,4 +39,5 @@ def first_order_lag(values: Array, rate: float, tau: float | Array) -> Array:
         newest = 1 - steps * (1 - decay)
         weights = [newest, 1 - decay - newest]
         lagged.append(lfilter(weights, [1, -decay], column, zi=[(1 - newest) * column[0]])[0])
-    return np.stack(lagged, axis=-1)
+    # each column in one piece, as filters and interpolation take them
+    return np.stack(lagged).T

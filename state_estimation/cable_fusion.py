@@ -97,8 +97,7 @@ def _error_spectra(
     time, alpha, sigma = frames.time[complete], frames.alpha[complete], frames.sigma[complete]
     variance = np.einsum("tij,ti->tj", Z(arm, alpha) ** 2, sigma**2)
     x = elongation(arm, alpha, interpolated(time, motors.time, motors.theta))
-    law = _elongation_law(arm, motors, time, x)
-    X = law.at(time)
+    law, X = _elongation_law(arm, motors, time, x)
     step = _stride(motors) * float(np.mean(np.diff(motors.time)))
     spectra = [fit_error_spectrum(time, x[:, j], variance[:, j], X[:, j], step) for j in range(arm.M)]
     errors = np.sqrt([s.variance for s in spectra])
@@ -111,19 +110,20 @@ def _error_spectra(
     return law, used, {"cables_left_out": left_out}, poor
 
 
-def _elongation_law(arm: Arm, motors: Motors, time: Array, x: Array) -> ElongationLaw:
-    """The law of elongations x (F, M) at times (F,), its friction taken at the speeds that follow from it by the motors' equations.
+def _elongation_law(arm: Arm, motors: Motors, time: Array, x: Array) -> tuple[ElongationLaw, Array]:
+    """The law of elongations x (F, M) at times (F,), its friction taken at the speeds that follow from it by the motors' equations;
+    and its regressors at these times.
 
     Speeds at the rows stay where those explain the elongations less well: their equation is none of such motors.
     """
     at_rows = law_of(arm, motors, time, x)
     within_rows = fitted(at_rows.with_own_friction, time, x)
-    return within_rows if _misfit(within_rows, time, x) < MAX_MISFIT_RATIO * _misfit(at_rows, time, x) else at_rows
+    X, X_within = at_rows.at(time), within_rows.at(time)
+    return (within_rows, X_within) if _misfit(X_within, x) < MAX_MISFIT_RATIO * _misfit(X, x) else (at_rows, X)
 
 
-def _misfit(law: ElongationLaw, time: Array, x: Array) -> float:
-    """Mean square, over frames and cables, of what the regressors leave of x, m^2."""
-    X = law.at(time)
+def _misfit(X: Array, x: Array) -> float:
+    """Mean square, over frames and cables, of what regressors X (F, M, P) leave of x (F, M), m^2."""
     explained = [X[:, j] @ np.linalg.lstsq(X[:, j], x[:, j], rcond=None)[0] for j in range(x.shape[1])]
     return float(np.mean((x - np.stack(explained, axis=-1)) ** 2))
 

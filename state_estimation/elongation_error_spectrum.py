@@ -104,6 +104,7 @@ def fit_error_spectrum(time: Array, x: Array, variance: Array, X: Array, step: f
     t, y, r, D = time[part], x[part], variance[part], X[part]
     D_and_y = np.column_stack([D, y])
     least = float(np.log(undetectable_error(r)))
+    units = [_process_precision(tau, t) for tau in CORRELATION_S]
 
     def cost(v: Array) -> float:
         if not (least <= v[0] < -3 and least - 5 <= v[1] < -3):
@@ -111,12 +112,17 @@ def fit_error_spectrum(time: Array, x: Array, variance: Array, X: Array, step: f
         fast, slow = np.exp(v)
         noise = r + fast**2
         weighted = D_and_y / noise[:, None]
-        band, log_determinant = _processes_precision((fast, slow), t)
-        band[0] += np.repeat(1 / noise, 2)
-        band[1, ::2] += 1 / noise
+        # both processes' precision, interleaved
+        band = np.zeros((3, 2 * len(t)))
+        log_determinant = 0.0
+        for k, (sigma, (diagonal, beside, of_unit)) in enumerate(zip((fast, slow), units, strict=True)):
+            band[0, k::2] = diagonal / sigma**2 + 1 / noise
+            band[2, k : 2 * len(t) - 2 : 2] = beside / sigma**2
+            log_determinant += of_unit - 2 * len(t) * float(np.log(sigma))
+        band[1, ::2] = 1 / noise
         cholesky = banded_cholesky(band)
-        weighted_twice = np.repeat(weighted, 2, axis=0)
-        products = D_and_y.T @ weighted - weighted_twice.T @ cholesky.solve(weighted_twice)
+        half = cholesky.solve_first_half(np.repeat(weighted, 2, axis=0))
+        products = D_and_y.T @ weighted - half.T @ half
         normal = products[:-1, :-1] + np.eye(D.shape[1]) / REGRESSOR_SIGMA_M**2
         beta = np.linalg.solve(normal, products[:-1, -1])
         return (
@@ -151,18 +157,11 @@ def _processes_spectrum(sigmas: tuple[float, float], step: float) -> ErrorSpectr
     return ErrorSpectrum(np.diff(below + sigmas[0] ** 2 * 2 * step * edges) / np.diff(edges), step)
 
 
-def _processes_precision(sigmas: tuple[float, float], time: Array) -> tuple[Array, float]:
-    """Lower band (3, 2 F) of both processes' precision, interleaved, and the logarithm of its determinant."""
-    band = np.zeros((3, 2 * len(time)))
-    log_determinant = 0.0
-    for k, (sigma, tau) in enumerate(zip(sigmas, CORRELATION_S, strict=True)):
-        decay = np.exp(-np.diff(time) / tau)
-        innovation = sigma**2 * (1 - decay**2)
-        diagonal = np.zeros(len(time))
-        diagonal[0] = sigma**-2
-        diagonal[1:] += 1 / innovation
-        diagonal[:-1] += decay**2 / innovation
-        band[0, k::2] = diagonal
-        band[2, k : 2 * len(time) - 2 : 2] = -decay / innovation
-        log_determinant -= 2 * float(np.log(sigma)) + float(np.sum(np.log(innovation)))
-    return band, log_determinant
+def _process_precision(tau: float, time: Array) -> tuple[Array, Array, float]:
+    """Precision of a process of variance 1: its diagonal (F,), what stands beside it (F - 1,), the logarithm of its determinant."""
+    decay = np.exp(-np.diff(time) / tau)
+    innovation = 1 - decay**2
+    diagonal = np.ones(len(time))
+    diagonal[1:] = 1 / innovation
+    diagonal[:-1] += decay**2 / innovation
+    return diagonal, -decay / innovation, -float(np.sum(np.log(innovation)))

@@ -75,8 +75,9 @@ class ForceSignals:
         """Columns of X at the even times, each (T, M), one at a time: all of them would be most of memory."""
         yield np.ones_like(tension)
         yield tension
-        yield tension**2
-        yield tension**3
+        squared = tension**2
+        yield squared
+        yield squared * tension
         yield np.gradient(tension, 1 / self.rate, axis=0)
         yield np.gradient(self.command, 1 / self.rate, axis=0)
         for tau in CREEP_S:
@@ -97,7 +98,10 @@ def force_signals(arm: Arm, motors: Motors) -> ForceSignals:
         at_rows, friction = (before + after) / 2, _friction_over_halves(after[:-1], before[1:])
     force = motors.f[:-1] - arm.motor_inertia / arm.drum * np.diff(at_rows, axis=0) * rate
     means = (force, motors.f[:-1], *friction)
-    force, command, dry, transition, speed = (at_step_ends(low_pass(mean, rate, CUTOFF_HZ)) for mean in means)
+    # each column in one piece, as regressors are made of it again and again
+    force, command, dry, transition, speed = (
+        np.asfortranarray(at_step_ends(low_pass(mean, rate, CUTOFF_HZ))) for mean in means
+    )
     return ForceSignals(time=motors.time, force=force, command=command, friction=(dry, transition, speed))
 
 

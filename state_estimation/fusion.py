@@ -31,10 +31,8 @@ class SplineSolution:
     """factors of the cables' regressors, (M P,); empty without cables"""
     H: BandedCholesky
     """factor of the normal matrix of c"""
-    G: Array
-    """A^T X: the border of the normal matrix, (n, M P)"""
-    V: Array
-    """H^-1 G, (n, M P)"""
+    W: Array
+    """half of the solution of the normal matrix's border, by H: H^-1 of A^T X is the second half's, (n, M P)"""
     schur: Array
     """Schur complement of H: the inverse covariance of beta, (M P, M P)"""
     unresolved: Array
@@ -48,9 +46,9 @@ class SplineSolution:
 
     def solve(self, of_c: Array, of_beta: Array) -> tuple[Array, Array]:
         """Coefficients c (n, ...) and beta (M P, ...) for right sides of these shapes."""
-        direct = self.H.solve(of_c)
-        beta = np.asarray(np.linalg.solve(self.schur, of_beta + self.G.T @ direct), dtype=float)
-        return direct + self.V @ beta, beta
+        half = self.H.solve_first_half(of_c)
+        beta = np.asarray(np.linalg.solve(self.schur, of_beta + self.W.T @ half), dtype=float)
+        return self.H.solve_second_half(half + self.W @ beta), beta
 
     def response(self, of_c: Array) -> Array:
         """Change of the coefficients by a change (n, k) of their right side."""
@@ -85,15 +83,14 @@ def solve_splines(
             c=H.solve(right),
             beta=np.zeros(0),
             H=H,
-            G=no_border,
-            V=no_border,
+            W=no_border,
             schur=np.zeros((0, 0)),
             unresolved=unresolved,
         )
     products = add_rows(band, cables)
     H = banded_cholesky(band)
-    V = H.solve(products.A_X)
-    schur = products.X_X + np.eye(len(products.X_X)) / REGRESSOR_SIGMA_M**2 - products.A_X.T @ V
+    W = H.solve_first_half(products.A_X)
+    schur = products.X_X + np.eye(len(products.X_X)) / REGRESSOR_SIGMA_M**2 - W.T @ W
     system = SplineSolution(
         knots=knots,
         mean=mean,
@@ -101,8 +98,7 @@ def solve_splines(
         c=right,
         beta=np.zeros(len(schur)),
         H=H,
-        G=products.A_X,
-        V=V,
+        W=W,
         schur=schur,
         unresolved=unresolved,
     )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from state_estimation.banded import banded_cholesky
-from state_estimation.smoother import BANDWIDTH, normal_equations, padded_band
+from state_estimation.smoother import BANDWIDTH, normal_equations
 from state_estimation.spline import SUPPORT, Knots, SplinePrior, knots_over
 
 Array = NDArray[np.float64]
@@ -50,11 +50,15 @@ class TwoPartPrior:
     rough: SplinePrior
 
     def bands(self, knots: Knots) -> tuple[Array, Array]:
-        """Precision of both parts' coefficients, lower bands (BANDWIDTH + 1, count)."""
-        smooth, rough = padded_band(self.smooth.band(knots)), padded_band(self.rough.band(knots))
+        """Precision of both parts' coefficients, lower bands of up to BANDWIDTH + 1 rows, (..., count)."""
+        return self.smooth_band(knots), self.rough.band(knots)
+
+    def smooth_band(self, knots: Knots) -> Array:
+        """Precision of the smooth part's coefficients."""
+        band = self.smooth.band(knots)
         # keeps a steep prior's precision positive definite in spite of rounding; far smaller than any coefficient's own
-        smooth[0] += self.smooth.initial_sigma**-2
-        return smooth, rough
+        band[0] += self.smooth.initial_sigma**-2
+        return band
 
     def unresolved_variance(self, step: float) -> Array:
         """Variances of the value and its two derivatives at frequencies that knots `step` apart cannot carry, (3,).
@@ -75,19 +79,28 @@ def joint_band(measured: list[Array], priors: list[tuple[Array, Array]], reach: 
 
     reach: knots over which anything couples coefficients, BANDWIDTH at least. measured: of each signal the band
     (BANDWIDTH + 1, count) of its samples, which measure the sum of its parts and couple SUPPORT knots. priors: of each signal the
-    bands of its parts.
+    bands of its parts; none yet where it is empty.
     """
     n = PARTS * len(measured)
     count = measured[0].shape[1]
     band = np.zeros(((reach + 1) * n, n * count))
-    for i, (samples, parts) in enumerate(zip(measured, priors, strict=True)):
+    for i, samples in enumerate(measured):
         for r in range(PARTS):
-            band[: (BANDWIDTH + 1) * n : n, PARTS * i + r :: n] += parts[r]
             for s in range(PARTS):
                 # row of part r at knot k + lag, column of part s at knot k
-                for lag in range(0 if r >= s else 1, SUPPORT):
-                    band[lag * n + r - s, PARTS * i + s :: n] += samples[lag]
+                first = 0 if r >= s else 1
+                rows = slice(first * n + r - s, SUPPORT * n + r - s, n)
+                band[rows, PARTS * i + s :: n] += samples[first:SUPPORT]
+    add_priors(band, priors)
     return band
+
+
+def add_priors(band: Array, priors: list[tuple[Array, Array]]) -> None:
+    """Adds the bands of the parts of each signal to a joint band."""
+    n = PARTS * len(priors)
+    for i, parts in enumerate(priors):
+        for r, part in enumerate(parts):
+            band[: len(part) * n : n, PARTS * i + r :: n] += part
 
 
 def fit_two_part_prior(time: Array, values: Array, variance: Array, step: float, allowance: float) -> TwoPartPrior:
@@ -103,7 +116,7 @@ def fit_two_part_prior(time: Array, values: Array, variance: Array, step: float,
     fitted_step = max(step, float(np.median(np.diff(t))))
     knots = knots_over(t[0], t[-1], fitted_step)
     measured, right = normal_equations(knots, t, y, r)
-    right = np.repeat(right, PARTS)
+    measured, right = joint_band([measured], []), np.repeat(right, PARTS)
     constant = float(np.sum(np.log(r)) + np.sum(y**2 / r))
     initial_sigma = 10 * float(np.std(y)) + 10 * float(np.sqrt(np.median(r)))
 
@@ -124,12 +137,18 @@ def fit_two_part_prior(time: Array, values: Array, variance: Array, step: float,
         if (v[0] + np.log(step)) * order < MIN_LOG_CORNER:
             return 1e12
         p = prior(order, v, fitted_step)
+        # no wider than this prior needs
+        band = measured[: PARTS * (max(order, SUPPORT - 1) + 1)].copy()
+        add_priors(band, [(p.smooth_band(knots), rough_of_unit / p.rough.initial_sigma**2)])
         try:
-            cholesky = banded_cholesky(joint_band([measured], [p.bands(knots)]))
+            cholesky = banded_cholesky(band)
         except np.linalg.LinAlgError:
             return 1e12
-        return cholesky.log_determinant - p.log_determinant(knots) + constant - float(right @ cholesky.solve(right))
+        explained = float(np.sum(cholesky.solve_first_half(right) ** 2))
+        return cholesky.log_determinant - p.log_determinant(knots) + constant - explained
 
+    any_rough = prior(SMOOTH_ORDERS[0], np.zeros(3), fitted_step).rough
+    rough_of_unit = any_rough.scaled(1 / any_rough.initial_sigma).band(knots)
     best: tuple[float, int, Array] | None = None
     for order in SMOOTH_ORDERS:
         start = np.array([np.log(6.0 * np.sqrt(order)), 0.0, -6.0])

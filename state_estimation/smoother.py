@@ -92,12 +92,15 @@ def _fit_prior(time: Array, values: Array, variance: Array, step: float) -> Spli
         if not (-3 < v[0] < np.log(0.8 / step) and -12 < v[1] < 12) or (v[0] + np.log(step)) * order < _MIN_LOG_CORNER:
             return 1e12
         p = prior(order, v)
-        band = padded_band(p.band(knots))
+        # no wider than this prior needs
+        of_prior, band = p.band(knots), measured[: max(order, SUPPORT - 1) + 1].copy()
+        band[: len(of_prior)] += of_prior
         try:
-            cholesky = banded_cholesky(band + measured)
+            cholesky = banded_cholesky(band)
         except np.linalg.LinAlgError:
             return 1e12
-        return cholesky.log_determinant - p.log_determinant(knots) + constant - float(right @ cholesky.solve(right))
+        explained = float(np.sum(cholesky.solve_first_half(right) ** 2))
+        return cholesky.log_determinant - p.log_determinant(knots) + constant - explained
 
     best: tuple[float, SplinePrior] | None = None
     for order in ORDERS:

@@ -83,12 +83,20 @@ class SplinePrior:
     def band(self, knots: Knots) -> Array:
         """Precision of the coefficients, lower band (order + 1, count) in the layout of scipy.linalg.solveh_banded."""
         n, p = knots.count, self.order
-        taps = self._taps(knots)
-        band = np.zeros((p + 1, n))
-        for lag in range(p + 1):
-            for k in range(p + 1 - lag):
-                # row i of the filter touches c_{i + k} and c_{i + k + lag}
-                band[lag, k : k + n - p] += taps[k] * taps[k + lag] / self.innovation_sigma**2
+        # between p columns at either end all columns are one, so a filter as short as this one shows all of them
+        short = min(n, 2 * p + 1)
+        rows = np.zeros((short - p, short + 1))
+        rows[:, : p + 1] = self._taps(knots)
+        # one entry more in a row of the table than in one of the filter: each begins one later
+        rows = rows.ravel()[: (short - p) * short].reshape(short - p, short)
+        products = np.zeros((short + p, short))
+        products[:short] = rows.T @ rows / self.innovation_sigma**2
+        columns = np.arange(short)
+        ends = products[columns + np.arange(p + 1)[:, None], columns]
+        band = np.empty((p + 1, n))
+        band[:, : short - p] = ends[:, : short - p]
+        band[:, short - p : n - p] = ends[:, short - p - 1, None]
+        band[:, n - p :] = ends[:, short - p :]
         band[0, :p] += self.initial_sigma**-2
         return band
 
@@ -112,9 +120,13 @@ class SplinePrior:
     def _taps(self, knots: Knots) -> Array:
         """Filter (order + 1,), oldest coefficient first, that leaves the innovations of the coefficients."""
         p = self.order
-        angles = np.pi * (2 * np.arange(p) + p + 1) / (2 * p)
+        angles = np.pi * (2 * np.arange(p // 2) + p + 1) / (2 * p)
         poles = np.exp(self.corner * knots.step * np.exp(1j * angles))
-        return np.asarray(np.real(np.poly(poles))[::-1], dtype=np.float64)
+        # newest first: of each pole with its conjugate, and of the one in the middle where their number is odd
+        taps = np.array([1.0, -np.exp(-self.corner * knots.step)] if p % 2 else [1.0])
+        for twice_real, power in zip(2 * np.real(poles), np.abs(poles) ** 2, strict=True):
+            taps = np.convolve(taps, [1.0, -twice_real, power])
+        return taps[::-1]
 
     def log_determinant(self, knots: Knots) -> float:
         """Logarithm of the determinant of the coefficients' precision."""

@@ -30,7 +30,7 @@ def state_covariance(
     shared = _response_to_shared_errors(solution, frames, clock_sigma)
     # shifts of the coefficients by unit errors, and the covariance of these: of the nuisances, and of shared errors
     shifts_and_covariances = [
-        (solution.V, NUISANCE_VARIANCE_RATIO * np.linalg.inv(solution.schur)),
+        (solution.H.solve_second_half(solution.W), NUISANCE_VARIANCE_RATIO * np.linalg.inv(solution.schur)),
         (shared, np.eye(shared.shape[1])),
     ]
     shifts_and_covariances = [

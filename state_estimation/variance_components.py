@@ -68,8 +68,8 @@ def estimate_variance_components(
     fast = np.where(np.array(EDGES_HZ) >= FAST_HZ, FIRST_DENSITY, 1.0)
     # fewer cables than joints do not tell rough motion from errors, and vision's own priors stay
     tells_motion = bool(np.sum(used) >= cables.arm.N)
-    solution = vision
     innovation_probes = np.random.default_rng(1).normal(size=(knots.count - ROUGH_ORDER, PROBE_COUNT))
+    law = cables.law
     for k in range(SLOW_ITERATIONS + ITERATIONS):
         if k == SLOW_ITERATIONS and tells_motion:
             spectra = [replace(s, density=fast * s.density) if used[j] else s for j, s in enumerate(spectra)]
@@ -89,8 +89,9 @@ def estimate_variance_components(
             s.reestimated(residuals[j], probes[j], probe_residuals[j]).at_most(most[j]) if used[j] else s
             for j, s in enumerate(spectra)
         ]
-    # once: step after step the law would drift to where it explains errors of the cables that no law has
-    return VarianceComponents(spectra, priors, cables.law.corrected(cables.factors(solution.beta)))
+        # of the first law: step after step it would drift to where it explains errors of the cables that no law has
+        law = cables.law.corrected(cables.factors(solution.beta))
+    return VarianceComponents(spectra, priors, law)
 
 
 def _resized(prior: TwoPartPrior, knots: Knots, solution: SplineSolution, joint: int, probes: Array) -> TwoPartPrior:

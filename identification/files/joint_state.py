@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mcap.writer import Writer
+from mcap.records import Schema
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series
-from identification.files.joint_state_cdr import decode_cdr, encoded
+from identification.files.joint_state_cdr import CdrTable, decode_cdr
 from identification.files.joint_state_channel import JointStateChannel, joined
 from identification.files.joint_state_json import decode_json
 from identification.files.mcap_losses import loss_description
@@ -25,6 +25,7 @@ from identification.files.mcap_records import (
     checksummed,
     read_records,
 )
+from identification.files.mcap_tables import FileHead, MessageTable, write_tables
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
 from xneck_foundation.recovery import warn_recovered
@@ -48,10 +49,6 @@ MSG: builtin_interfaces/Time
 int32 sec
 uint32 nanosec
 """
-
-CHUNK_BYTES = 1 << 18
-"""bytes of rows that share a checksum and are lost together, a seventh of a second of a data set"""
-
 
 _DECODERS = {"cdr": decode_cdr, "json": decode_json}
 """by the encoding that a file names"""
@@ -80,24 +77,30 @@ def write(
     log_times: times on the file's clock, (T,), s, of the rows of series that are stamped by another clock. Viewers align
     channels by them; `read` takes the stamps.
     """
+    stated = {ROW_COUNTS_NAME: {topic: len(one) for topic, one in series.items()}, **metadata}
+    head = FileHead(
+        profile="ros2",
+        library=f"xneck {VERSION}",
+        schema=Schema(id=1, name="sensor_msgs/msg/JointState", encoding="ros2msg", data=DEFINITION.encode()),
+        encoding="cdr",
+        metadata={name: checksummed(name, value) for name, value in stated.items()},
+        attachments={name: (_media_type(name), content) for name, content in (attachments or {}).items()},
+    )
+    tables = [_table(topic, one, (log_times or {}).get(topic, one.time)) for topic, one in series.items()]
     with whole_file(path) as part, part.open("wb") as stream:
-        writer = Writer(stream, chunk_size=CHUNK_BYTES)
-        writer.start(profile="ros2", library=f"xneck {VERSION}")
-        schema = writer.register_schema("sensor_msgs/msg/JointState", "ros2msg", DEFINITION.encode())
-        for name, value in {ROW_COUNTS_NAME: {topic: len(one) for topic, one in series.items()}, **metadata}.items():
-            writer.add_metadata(name, checksummed(name, value))
-        for name, content in (attachments or {}).items():
-            kind = "application/yaml" if name.endswith(".yaml") else "application/octet-stream"
-            writer.add_attachment(0, 0, name, kind, content)
-        channels = [writer.register_channel(f"/{topic}", "cdr", schema) for topic in series]
-        stamps = [nanoseconds(one.time) for one in series.values()]
-        logged = [nanoseconds((log_times or {}).get(topic, one.time)) for topic, one in series.items()]
-        rows = [encoded(one, at) for one, at in zip(series.values(), stamps, strict=True)]
-        for c, k in _interleaved([len(at) for at in stamps]):
-            # MCAP times cannot be negative, the message's stamp can
-            at, published = max(int(logged[c][k]), 0), max(int(stamps[c][k]), 0)
-            writer.add_message(channels[c], at, next(rows[c]), published, k)
-        writer.finish()
+        write_tables(stream, head, tables)
+
+
+def _media_type(name: str) -> str:
+    return "application/yaml" if name.endswith(".yaml") else "application/octet-stream"
+
+
+def _table(topic: str, series: Series, log_time: Array) -> MessageTable:
+    stamps = nanoseconds(series.time)
+    messages = CdrTable(series, stamps)
+    # MCAP times cannot be negative, the message's stamp can
+    logged, published = np.maximum(nanoseconds(log_time), 0), np.maximum(stamps, 0)
+    return MessageTable(f"/{topic}", logged, published, messages.size, messages.rows)
 
 
 def read(path: str | Path) -> JointStateFile:
@@ -149,12 +152,3 @@ def as_series(log: JointStateChannel) -> Series:
 def nanoseconds(time: Array) -> NDArray[np.int64]:
     """Seconds as integer nanoseconds."""
     return np.rint(np.asarray(time) * 1e9).astype(np.int64)
-
-
-def _interleaved(counts: list[int]) -> Iterator[tuple[int, int]]:
-    """Channel and row of all messages, channels with `counts` rows interleaved so that all are equally far along."""
-    share = np.concatenate([(np.arange(n) + 0.5) / max(n, 1) for n in counts])
-    channel = np.repeat(np.arange(len(counts)), counts)
-    row = np.concatenate([np.arange(n) for n in counts])
-    order = np.argsort(share, kind="stable")
-    yield from zip(channel[order].tolist(), row[order].tolist(), strict=True)

@@ -1,7 +1,7 @@
 """sensor_msgs/JointState in ROS 2 CDR: written as rows of one byte table, and read back as one where all have one layout."""
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,6 @@ from identification.files.joint_state_channel import (
     check_names,
     joined,
 )
-from identification.files.mcap_records import MAX_HELD_MESSAGES
 
 Array = NDArray[np.float64]
 
@@ -26,38 +25,49 @@ _STAMP_END = 12
 """byte after representation (4) and stamp (8)"""
 
 
-def encoded(series: Series, stamps: NDArray[np.int64]) -> Iterator[bytes]:
-    """One CDR message after the other, encoded in blocks of rows."""
-    for begin in range(0, len(stamps), MAX_HELD_MESSAGES):
-        part = slice(begin, begin + MAX_HELD_MESSAGES)
-        values = np.stack([column[part] for column in series.columns.values()], axis=1)
-        yield from map(bytes, _encode(list(series.columns), stamps[part], values))
+class CdrTable:
+    """A series as CDR messages, each a row of `size` bytes: a template into which stamps and positions are written."""
 
+    def __init__(self, series: Series, stamps: NDArray[np.int64]) -> None:
+        """stamps: (T,), ns"""
+        self._columns, self._stamps = list(series.columns.values()), stamps
+        body = bytearray(
+            b"\x00\x01\x00\x00" + bytes(8) + struct.pack("<I", 1) + b"\x00"
+        )  # header: stamp, empty frame_id
 
-def _encode(names: list[str], stamps: NDArray[np.int64], positions: Array) -> NDArray[np.uint8]:
-    """One CDR message a row, (T, bytes): a template of bytes into which stamps and positions are written."""
-    body = bytearray(b"\x00\x01\x00\x00" + bytes(8) + struct.pack("<I", 1) + b"\x00")  # header: stamp, empty frame_id
+        def pad(to: int) -> None:
+            body.extend(bytes(-(len(body) - 4) % to))
 
-    def pad(to: int) -> None:
-        body.extend(bytes(-(len(body) - 4) % to))
-
-    pad(4)
-    body += struct.pack("<I", len(names))
-    for name in names:
         pad(4)
-        raw = name.encode() + b"\x00"
-        body += struct.pack("<I", len(raw)) + raw
-    pad(4)
-    body += struct.pack("<I", len(names))
-    pad(8)
-    at = len(body)
-    body += bytes(8 * len(names)) + struct.pack("<II", 0, 0)  # no velocity, no effort
-    table = np.tile(np.frombuffer(bytes(body), dtype=np.uint8), (len(stamps), 1))
-    seconds, rest = np.divmod(stamps, 1_000_000_000)
-    table[:, 4:8] = seconds.astype("<i4")[:, None].view(np.uint8)
-    table[:, 8:12] = rest.astype("<u4")[:, None].view(np.uint8)
-    table[:, at : at + 8 * len(names)] = np.ascontiguousarray(positions, dtype="<f8").view(np.uint8)
-    return table
+        count = len(self._columns)
+        body += struct.pack("<I", count)
+        for name in series.columns:
+            pad(4)
+            raw = name.encode() + b"\x00"
+            body += struct.pack("<I", len(raw)) + raw
+        pad(4)
+        body += struct.pack("<I", count)
+        pad(8)
+        self._positions = slice(len(body), len(body) + 8 * count)
+        body += bytes(8 * count) + struct.pack("<II", 0, 0)  # no velocity, no effort
+        self._template = np.frombuffer(bytes(body), dtype=np.uint8)
+
+    @property
+    def size(self) -> int:
+        """Bytes of a message."""
+        return len(self._template)
+
+    def rows(self, part: slice) -> NDArray[np.uint8]:
+        """Some of the messages, (rows, size)."""
+        stamps = self._stamps[part]
+        table = np.tile(self._template, (len(stamps), 1))
+        seconds, rest = np.divmod(stamps, NANOSECONDS)
+        table[:, 4:8] = seconds.astype("<i4")[:, None].view(np.uint8)
+        table[:, 8:12] = rest.astype("<u4")[:, None].view(np.uint8)
+        if self._columns:
+            positions = np.stack([column[part] for column in self._columns], axis=1)
+            table[:, self._positions] = np.ascontiguousarray(positions, dtype="<f8").view(np.uint8)
+        return table
 
 
 def decode_cdr(messages: Sequence[bytes], before: int) -> JointStateChannel:

@@ -4,8 +4,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from scipy.io import savemat
-
 from xneck_foundation.authorship import MARK
 from xneck_foundation.whole_file import whole_file
 
@@ -15,6 +13,8 @@ _DESCRIPTION = f"MATLAB 5.0 MAT-file, {MARK}".ljust(116).encode()
 
 def write_mat_file(content: Mapping[str, Any], path: str | Path) -> None:
     """Variables by name; arrays (T,) become columns."""
+    from scipy.io import savemat
+
     with whole_file(path) as part, part.open("wb") as stream:
         savemat(stream, content, oned_as="column", long_field_names=True)
         stream.seek(0)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from synchronisation.check.momentary_faults import missed_counts, slacks, slips, slips_near
 from synchronisation.check.observation import ElongationObservation
-from synchronisation.check.scoring import CandidateScore, LawFit, LawPrior, fit_law, score_candidate, threshold
+from synchronisation.check.scoring import CandidateScore, LawFit, LawPrior, fit_law, score_candidates, threshold
 from synchronisation.check.signatures import FaultCandidate, candidates
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ def name_faults(
     named: list[NamedFault] = []
     fit = fit_law(observation, prior)
     while len(named) < MAX_FAULTS:
-        scores = [score_candidate(fit, c) for c in remaining]
+        scores = score_candidates(fit, remaining)
         best, signatures = _best(scores), [n.best.candidate.signature for n in named]
         if best.z < threshold(scores):
             other = _unmasking_fault(observation, prior, signatures, best.candidate, remaining)
@@ -62,7 +62,7 @@ def name_faults(
         for _ in range(REFINEMENTS):
             error = fit_law(observation, prior, [*fitted_along, best.candidate.signature]).error
             fit = fit_law(observation, prior, fitted_along, error)
-            scores = [score_candidate(fit, c) for c in (*remaining, *slips_near(observation, best.candidate))]
+            scores = score_candidates(fit, (*remaining, *slips_near(observation, best.candidate)))
             best = _best(scores)
         if named and best.gain < MIN_GAIN_SHARE * named[0].best.gain:
             break
@@ -85,12 +85,12 @@ def _unmasking_fault(
     """
     others = [c for c in remaining if _is_separate(c, masked)]
     fit = fit_law(observation, prior, [*signatures, masked.signature])
-    scores = [score_candidate(fit, c) for c in others]
+    scores = score_candidates(fit, others)
     other = _best(scores)
     if other.z < threshold(scores):
         return None
     fit = fit_law(observation, prior, [*signatures, other.candidate.signature])
-    scores = [score_candidate(fit, c) for c in (masked, *others)]
+    scores = score_candidates(fit, (masked, *others))
     return other if scores[0].z >= threshold(scores) else None
 
 
@@ -105,7 +105,7 @@ def _jointly_estimated(
         others = [n.best.candidate.signature for n in (*estimated, *named[k + 1 :])]
         without = fit_law(observation, prior, others, fit.error)
         candidate = fault.best.candidate
-        scores = [score_candidate(without, c) for c in (candidate, *slips_near(observation, candidate))]
+        scores = score_candidates(without, (candidate, *slips_near(observation, candidate)))
         estimated.append(NamedFault(max(scores, key=lambda s: s.gain), fault.rivals))
     return tuple(estimated)
 

@@ -34,6 +34,8 @@ MIN_INFORMATION_SHARE = 1e-7
 FALSE_ALARM_RATE, DRAWS = 0.005, 2000
 """share of healthy recordings in which a fault may be named, and the draws that the threshold is computed from
 (docs/thresholds.md)"""
+_SCORED_AT_ONCE = 32
+"""candidates whose signatures are whitened together: all of a long recording's would be most of memory"""
 
 
 @dataclass(frozen=True)
@@ -68,9 +70,9 @@ class LawFit:
     """(F, M), m"""
     with_baseline: bool
 
-    def whitened(self, signature: Array) -> Array:
-        """A signature (F, M) as whitened rows, (F M,)."""
-        return np.einsum("tjk,tk->tj", self.whiten, signature).ravel()
+    def whitened(self, signatures: Array) -> Array:
+        """Signatures (F, M, C) as whitened rows, (F M, C)."""
+        return (self.whiten @ signatures).reshape(-1, signatures.shape[-1])
 
 
 @dataclass(frozen=True)
@@ -182,37 +184,55 @@ def _estimated_error(vision: Array, residuals: Array, error: Array) -> Array:
     return error
 
 
-def score_candidate(fit: LawFit, candidate: FaultCandidate) -> CandidateScore:
-    """How much a candidate, alone, would explain of what the law leaves."""
-    s = fit.whitened(candidate.signature)
-    q = fit.inverse @ (fit.A.T @ s)
-    free = s - fit.A @ q
-    information = float(s @ free)
-    if information <= MIN_INFORMATION_SHARE * float(s @ s):
-        return CandidateScore(
-            candidate=candidate,
-            size=0.0,
-            sigma=np.inf,
-            gain=0.0,
-            block_parts=np.zeros(len(fit.blocks)),
-            prior_part=0.0,
-            tolerance=0.0,
-        )
-    size = float(s @ fit.whitened_residuals) / information
+def score_candidates(fit: LawFit, candidates: Sequence[FaultCandidate]) -> list[CandidateScore]:
+    """How much each candidate, alone, would explain of what the law leaves."""
+    parts = (candidates[begin : begin + _SCORED_AT_ONCE] for begin in range(0, len(candidates), _SCORED_AT_ONCE))
+    return [score for part in parts for score in _scored_together(fit, part)]
+
+
+def _scored_together(fit: LawFit, candidates: Sequence[FaultCandidate]) -> list[CandidateScore]:
+    S = fit.whitened(np.stack([candidate.signature for candidate in candidates], axis=-1))
+    Q = fit.inverse @ (fit.A.T @ S)
+    free = S - fit.A @ Q
+    information = np.einsum("rc,rc->c", S, free)
+    estimable = information > MIN_INFORMATION_SHARE * np.einsum("rc,rc->c", S, S)
+    information = np.where(estimable, information, 1.0)
+    size = fit.whitened_residuals @ S / information
     # the residual with this fault fitted shows how much correlated noise moves its size
-    parts = np.add.reduceat(free * (fit.whitened_residuals - size * free), fit.blocks)
-    by_prior = float(q @ fit.prior @ q)
-    variance = max(float(parts @ parts) + by_prior, information)
+    parts = np.add.reduceat(free * (fit.whitened_residuals[:, None] - size * free), fit.blocks, axis=0)
+    by_prior = np.einsum("pc,pc->c", Q, fit.prior @ Q)
+    variance = np.maximum(np.sum(parts**2, axis=0) + by_prior, information)
     spread = np.sqrt(variance)
-    fault = FAULTS[candidate.fault]
+    scores = []
+    for k, candidate in enumerate(candidates):
+        if not estimable[k]:
+            scores.append(_unestimable(candidate, len(fit.blocks)))
+            continue
+        fault = FAULTS[candidate.fault]
+        scores.append(
+            CandidateScore(
+                candidate=candidate,
+                size=float(size[k]),
+                sigma=float(spread[k] / information[k]),
+                gain=float(size[k] ** 2 * information[k]),
+                block_parts=parts[:, k] / spread[k],
+                prior_part=float(np.sqrt(by_prior[k] / variance[k])),
+                tolerance=fault.tolerance_with_baseline if fit.with_baseline else fault.tolerance,
+            )
+        )
+    return scores
+
+
+def _unestimable(candidate: FaultCandidate, blocks: int) -> CandidateScore:
+    """Of a candidate whose signature the law takes up whole."""
     return CandidateScore(
         candidate=candidate,
-        size=size,
-        sigma=float(spread) / information,
-        gain=size**2 * information,
-        block_parts=parts / spread,
-        prior_part=float(np.sqrt(by_prior / variance)),
-        tolerance=fault.tolerance_with_baseline if fit.with_baseline else fault.tolerance,
+        size=0.0,
+        sigma=np.inf,
+        gain=0.0,
+        block_parts=np.zeros(blocks),
+        prior_part=0.0,
+        tolerance=0.0,
     )
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from mechanism.arm import Arm
-from synchronisation.clocks.cable_equation import CableTerms
+from synchronisation.clocks.cable_equation import CableEquation, CableTerms
 from synchronisation.clocks.exchanged_labels import MAX_PERMUTED_JOINTS, MIN_CORRELATION
 from synchronisation.clocks.frame_geometry import FrameGeometry, frame_geometry
 from synchronisation.clocks.gauss_newton_fit import ClockProblem, ClockSolution, fit_cables
@@ -41,7 +41,7 @@ def check_alternative_arms(arm: Arm, problem: ClockProblem, starts: Sequence[flo
     step = max(1, len(problem.frames.time) // MAX_FRAMES)
     problem = replace(problem, frames=problem.frames.part(slice(None, None, step)))
     # drums are free for the described arm alone: one that is off must not look like another arm
-    error = _smallest_error(problem, starts, replace(law, drum=True))
+    error = _smallest_error(problem, starts, replace(law, drum=True), SUSPICIOUS_M)
     if error < SUSPICIOUS_M:
         return
     at = np.clip(problem.frames.time + starts[0], problem.signals.time[0], problem.signals.time[-1])
@@ -66,13 +66,17 @@ def check_alternative_arms(arm: Arm, problem: ClockProblem, starts: Sequence[flo
             )
 
 
-def _smallest_error(problem: ClockProblem, starts: Sequence[float], law: CableTerms) -> float:
-    """The least that the cables leave unexplained from any of the starts, m; infinite where no fit succeeds."""
-    errors = [np.inf]
+def _smallest_error(problem: ClockProblem, starts: Sequence[float], law: CableTerms, enough: float = 0.0) -> float:
+    """The least that the cables leave unexplained from any of the starts, m; infinite where no fit succeeds.
+
+    enough: m; from a start that leaves less, no further one is tried."""
+    cables, least = CableEquation(problem.signals, law), np.inf
     for start in starts:
         with suppress(ClockUndetermined):
-            errors.append(_error(fit_cables(problem, start, law)))
-    return min(errors)
+            least = min(least, _error(fit_cables(problem, start, cables)))
+        if least < enough:
+            break
+    return least
 
 
 def _error(fit: ClockSolution) -> float:

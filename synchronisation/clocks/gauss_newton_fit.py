@@ -54,14 +54,13 @@ class ClockSolution:
     """with the lag that was found"""
 
 
-def fit_cables(problem: ClockProblem, offset: float, law: CableTerms = LINEAR) -> ClockSolution:
+def fit_cables(problem: ClockProblem, offset: float, cables: CableEquation) -> ClockSolution:
     """The offset around the frames' middle from the cables alone, the skew at zero; from a start, s.
 
-    Raises ClockUndetermined where the fit leaves the neighbourhood of the start."""
-    cables = CableEquation(problem.signals, law)
-    return solve_clock(
-        problem, initial_unknowns(problem, offset, cables), ModelAssumptions(law), cables, skew_fixed=True
-    )
+    cables: the equation of the problem's signals, with no lag yet. Raises ClockUndetermined where the fit leaves the
+    neighbourhood of the start."""
+    unknowns = initial_unknowns(problem, offset, cables)
+    return solve_clock(problem, unknowns, ModelAssumptions(cables.law), cables, skew_fixed=True)
 
 
 def initial_unknowns(problem: ClockProblem, offset: float, cables: CableEquation) -> ClockUnknowns:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from identification.dataset.clock_record import LostFrames
 from mechanism.arm import Arm
 from synchronisation.clocks.alternative_arms import check_alternative_arms
+from synchronisation.clocks.cable_equation import CableEquation
 from synchronisation.clocks.coarse_alignment import CableSpeeds, CoarseAlignment, shift_near
 from synchronisation.clocks.fine_alignment import (
     MAX_MISFIT_RATIO,
@@ -21,7 +22,7 @@ from synchronisation.clocks.fine_alignment import (
     clock_misfit,
 )
 from synchronisation.clocks.frame_geometry import FrameGeometry
-from synchronisation.clocks.gauss_newton_fit import ClockProblem, ClockSolution, fit_cables
+from synchronisation.clocks.gauss_newton_fit import LINEAR, ClockProblem, ClockSolution, fit_cables
 from synchronisation.clocks.gauss_newton_step import SKEW_SIGMA
 from synchronisation.clocks.log_gaps import RepairedLog
 from synchronisation.clocks.lost_frames import decode_lost_frames, lost_frames_of, skew_despite_losses
@@ -124,6 +125,7 @@ def align_with_lost_frames(motion: AlignedMotion) -> tuple[LostFrames, FineAlign
 def _losses_by_window(motion: AlignedMotion) -> tuple[LostFrames, float]:
     """Losses, and a start of the offset, s, from cables fitted to the window that they fit best."""
     frames, period = motion.frames, motion.period
+    cables = CableEquation(motion.signals, LINEAR)
     best: tuple[float, ClockSolution, int] | None = None
     for span in _lively_windows(motion):
         part = slice(*np.searchsorted(frames.time, span))
@@ -132,7 +134,7 @@ def _losses_by_window(motion: AlignedMotion) -> tuple[LostFrames, float]:
         window = replace(frames.part(part), middle=(span[0] + span[1]) / 2)
         start = shift_near(motion.video_speeds, motion.log_speeds, motion.coarse.shift, span, MAX_WINDOW_SHIFT_S)
         try:
-            fit = fit_cables(ClockProblem(motion.signals, window, motion.fv), start)
+            fit = fit_cables(ClockProblem(motion.signals, window, motion.fv), start, cables)
         except ClockUndetermined:
             continue
         error = float(np.sqrt(np.mean(fit.residual**2)))

@@ -5,7 +5,7 @@ import pytest
 
 from state_estimation.banded import banded_cholesky
 from state_estimation.motion_prior import PARTS, TwoPartPrior, fit_two_part_prior, joint_band
-from state_estimation.smoother import BANDWIDTH, normal_equations
+from state_estimation.smoother import normal_equations
 from state_estimation.spline import Knots, SplinePrior, knots_over
 
 STEP = 1 / 30
@@ -94,7 +94,7 @@ def test_parts_side_by_side_are_the_sum_that_samples_see() -> None:
     design = np.repeat(knots.design(t).toarray(), PARTS, axis=1)
     expected = design.T @ (design / variance[:, None])
     for part, band in enumerate(bands):
-        for lag in range(BANDWIDTH + 1):
+        for lag in range(len(band)):
             for k in range(30 - lag):
                 expected[PARTS * (k + lag) + part, PARTS * k + part] += band[lag, k]
     for i, j in zip(*np.tril_indices(PARTS * 30), strict=True):

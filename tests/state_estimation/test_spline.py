@@ -61,6 +61,21 @@ def test_windows_of_the_inverse_are_the_inverses() -> None:
     np.testing.assert_allclose(banded_cholesky(band).solve(right), whole @ right, atol=1e-12)
 
 
+def test_halves_of_a_solution_multiply_to_the_inverses_form() -> None:
+    """Also of no right sides at all, and of one that is a vector."""
+    rng = np.random.default_rng(1)
+    band = np.pad(rng.normal(size=(3, 40)), ((1, 0), (0, 0)))
+    band[0] = 12.0
+    for k in range(1, 4):
+        band[k, 40 - k :] = 0.0
+    cholesky, whole = banded_cholesky(band), np.linalg.inv(dense(band))
+    for shape in ((40, 3), (40, 0), (40,)):
+        right = rng.normal(size=shape)
+        half = cholesky.solve_first_half(right)
+        np.testing.assert_allclose(half.T @ half, right.T @ whole @ right, atol=1e-12)
+        np.testing.assert_allclose(cholesky.solve_second_half(half), whole @ right, atol=1e-12)
+
+
 def test_innovations_are_what_the_prior_weighs_and_their_transpose_is_one() -> None:
     """Squares of the innovations and of the first coefficients are the prior's quadratic form; <u, D c> = <D^T u, c>."""
     rng = np.random.default_rng(0)

@@ -20,7 +20,7 @@ from samples.generator.laws import dry_and_viscous, linear
 from samples.generator.prescribed import World, prescribe
 from samples.worlds.clock_worlds import NECK_FILE, ClockRecording, arm, clock_recording, with_lost_frames
 from synchronisation.angles import Angles, read_angles
-from synchronisation.clocks.cable_equation import CableTerms
+from synchronisation.clocks.cable_equation import CableEquation, CableTerms
 from synchronisation.clocks.clock import fit_clock
 from synchronisation.clocks.clock_estimate import ClockEstimate
 from synchronisation.clocks.frame_geometry import frame_geometry
@@ -153,7 +153,7 @@ def test_viscosity_needs_the_arm_or_a_person_to_tell_it_from_the_offset() -> Non
         frames=frame_geometry(arm(), a.time, a.alpha, a.sigma, made.clocks.middle_s),
         fv=np.full(4, np.nan),
     )
-    alone = fit_cables(problem, made.clocks.offset_s, CableTerms())
+    alone = fit_cables(problem, made.clocks.offset_s, CableEquation(problem.signals, CableTerms()))
     assert abs(alone.unknowns.offset - made.clocks.offset_s) > 1e-3
     given = fit_clock(arm(), made.angles, made.log, made.fv)
     assert abs(error_of(given, made)) < 4 * given.offset_sigma < 0.4e-3
