@@ -20,7 +20,7 @@ from diagnosis.noise_ensemble import (
     steady_noise_residuals,
 )
 from diagnosis.noise_excess import NoiseExcess, noise_excess
-from diagnosis.nuisances import NUISANCE_BOUND, nuisances_at
+from diagnosis.nuisances import nuisances_at
 from identification.dataset.dataset import DataSet
 from identification.estimates import check_motion
 from identification.fitting import fit_by_least_squares, segment_starts
@@ -31,17 +31,22 @@ from mechanism.laws.law import Law
 
 Array = NDArray[np.float64]
 
-_MAX_STEPS = 24
+_MAX_ROUNDS, _MAX_STEPS = 3, 24
+"""of steps, and steps of a round"""
+_MIN_CLOCK_STEP_S = 1e-4
+"""s: up to which frames need not be read anew, for what they show changes in proportion"""
 _MAX_START_X0_M = 5e-3
 """m: pre-elongation beyond the description's that a fit may begin with (docs/thresholds.md)"""
-_MAX_START_DELAY_S = NUISANCE_BOUND * DELAY_SIGMA_S
-"""s: delay of the forces that a fit may begin with"""
+_MAX_START_DELAY_S = 3.4 * DELAY_SIGMA_S
+"""s: delay of the forces that a fit may begin with (docs/thresholds.md)"""
 _MIN_START_STIFFNESS = 0.3
 """of the cables' median stiffness: the least that a fit may begin with (docs/thresholds.md)"""
 _MIN_STEP_GAIN = 0.3
 """in units of a row's loss: a step that promises less is not taken"""
-_MIN_LOSS_GAIN = 1e-3
-"""of the loss: a step that took less away was the last"""
+_MIN_LOSS_GAIN, _MIN_LOSS_GAIN_FAR = 1e-3, 1e-2
+"""of the loss: a step that took less away was the last; and where far more than noise is left"""
+_FAR = 4.0
+"""losses of noise from which a fit is far"""
 IMPOSSIBLE_SIGMAS = 3.0
 """standard deviations below its least value from which an amount is impossible (docs/thresholds.md)"""
 MAX_OPPOSED_SHARE = 0.2
@@ -74,7 +79,7 @@ class FitStage:
     def sigma_of_causes(self) -> tuple[Array, ...]:
         """Of each cause's amounts, then its shape terms, in their units."""
         c = self.comparison
-        arm, sigma = c.linearisation.hypothesis.arm, self.sigma[c.base_count + len(c.nuisance_names) :]
+        arm, sigma = c.linearisation.hypothesis.arm, self.sigma[c.base_count + c.nuisance_count :]
         sizes = [cause.sizes(arm) for cause in self.causes]
         parts = np.split(sigma, np.cumsum([len(size) for size in sizes]))
         return tuple(size * part for size, part in zip(sizes, parts[:-1], strict=True))
@@ -85,22 +90,28 @@ class FitStage:
 
         A small part of a cause may: it mends the form of the law, which nobody knows better.
         """
-        c, first = self.comparison, 0
+        c = self.comparison
         arm, norm = c.linearisation.hypothesis.arm, np.sqrt(np.diag(c.products))
-        for cause, sigma in zip(self.causes, self.sigma_of_causes, strict=True):
+        for cause, columns, sigma in zip(self.causes, self.columns_of_causes, self.sigma_of_causes, strict=True):
             bounds, count = cause.effect.lower_bounds(arm)[list(cause.where.columns)], len(cause.amounts)
-            does = cause.amounts / cause.sizes(arm)[:count] * norm[c.cause_columns[first : first + count]]
+            does = cause.amounts / cause.sizes(arm)[:count] * norm[columns[:count]]
             beyond = cause.amounts < bounds - IMPOSSIBLE_SIGMAS * sigma[:count]
             if np.any(beyond & (np.abs(does) > MAX_OPPOSED_SHARE * np.linalg.norm(does))):
                 return False
-            first += len(sigma)
         return True
 
     @cached_property
+    def columns_of_causes(self) -> tuple[NDArray[np.intp], ...]:
+        """Of each cause in the comparison: its amounts, then its shape terms."""
+        arm = self.comparison.linearisation.hypothesis.arm
+        counts = [len(cause.sizes(arm)) for cause in self.causes]
+        return tuple(np.split(self.comparison.cause_columns, np.cumsum(counts)[:-1])) if counts else ()
+
+    @cached_property
     def loss(self) -> float:
-        """Of blocks where all but their fold were fitted, and what a last straight step promises but was not taken."""
+        """Of blocks where all but their fold were fitted, of nuisances beyond tolerance, and what a last step would have taken."""
         missed = self.comparison.profiled_loss - self.fit.loss
-        return float(self.comparison.block_losses().sum()) + max(0.0, missed)
+        return float(self.comparison.block_losses().sum()) + self.comparison.prior_loss() + max(0.0, missed)
 
     @cached_property
     def excess(self) -> NoiseExcess:
@@ -148,14 +159,18 @@ class CauseFitter:
         return self._stages[key]
 
     def reweighted(self, stage: FitStage) -> tuple[FitStage, Whitener]:
-        """The same causes fitted anew where a law's form leaves more than noise, and the whitener of that fit.
+        """The same causes fitted anew with noise as it is with them, and the whitener of that fit.
 
-        A channel counts by what it leaves: else clocks and friction would give way to what no number mends."""
+        Where a law's form leaves more than noise a channel counts by what it leaves: else clocks and friction would give way to
+        what no number mends."""
         at = stage.comparison.linearisation
-        residuals = zip(at.recordings, stage.comparison.residuals_after(stage.fit), strict=True)
-        white = [self.whiten(r, segment_starts(rec.signals), rec.input_variance) for rec, r in residuals]
-        level = np.sqrt(np.mean(np.concatenate(white, axis=1) ** 2, axis=1))
-        whiten = self.whiten.rescaled(np.maximum(level, 1.0))
+        starts = [segment_starts(recording.signals) for recording in at.recordings]
+        whiten = noise_whitener(steady_noise_residuals(at, self._ensembles), starts, self._h.arm.M)
+        if stage.excess.above_noise:
+            residuals = zip(at.recordings, stage.comparison.residuals_after(stage.fit), strict=True)
+            white = [whiten(r, segment_starts(rec.signals), rec.input_variance) for rec, r in residuals]
+            level = np.sqrt(np.mean(np.concatenate(white, axis=1) ** 2, axis=1))
+            whiten = whiten.rescaled(np.maximum(level, 1.0))
         return self._stage(at, stage.causes, whiten), whiten
 
     def _stage(self, start: Linearisation, causes: tuple[Cause, ...], whiten: Whitener) -> FitStage:
@@ -191,21 +206,43 @@ def _base_model_start(h: Hypothesis, data: Sequence[DataSet], start: Array | Non
 def _refined(
     start: Linearisation, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], whiten: Whitener
 ) -> tuple[Comparison, tuple[Cause, ...]]:
-    """The base model's numbers, the causes' and doubtful clocks fitted together, by Levenberg and Marquardt's steps."""
+    """The base model's numbers, the causes' and doubtful clocks fitted together, by Levenberg and Marquardt's steps.
+
+    What nuisances do changes little on the way: it is told anew where a round of steps has ended."""
     at = _linearised(start, with_causes(h, causes), data, start.p, start.frame_lags)
-    current = _compared(at, causes, whiten)
+    current = compare(at, causes, (), nuisances_at(at), whiten)
+    for _ in range(_MAX_ROUNDS):
+        before = current.profiled_loss
+        if _promised(current) < _least_promise(current):
+            break
+        stepped, causes = _stepped_down(current, h, causes, data, whiten)
+        at = stepped.linearisation
+        current = compare(at, causes, (), nuisances_at(at), whiten)
+        if current.profiled_loss > (1 - _least_loss_gain(current)) * before:
+            break
+    return current, causes
+
+
+def _stepped_down(
+    current: Comparison, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], whiten: Whitener
+) -> tuple[Comparison, tuple[Cause, ...]]:
+    """One round of steps, with nuisances that act as where it begins."""
+    nuisances = current.nuisances
     best, damping, was_small = (current, causes), 0.0, False
     for _ in range(_MAX_STEPS):
-        promised = current.profiled_loss - current.fit().loss
-        if promised < _MIN_STEP_GAIN * max(1.0, current.profiled_loss / current.row_count):
+        if _promised(current) < _least_promise(current):
             break
         fit = current.fit(damping=damping)
-        nuisances_end = current.base_count + len(current.nuisance_names)
+        nuisances_end = current.base_count + current.nuisance_count
         step = np.append(fit.numbers[: current.base_count], fit.numbers[nuisances_end:])
         at = current.linearisation
         p, stepped = _stepped(at, causes, step)
-        lags = at.frame_lags + current.clock_shifts(fit) if current.clock_relaxed else at.frame_lags
-        candidate = _compared(_linearised(at, with_causes(h, stepped), data, p, lags), stepped, whiten)
+        lags = at.frame_lags
+        if current.clock_relaxed:
+            shifts = current.clock_shifts(fit)
+            lags = lags + np.where(np.abs(shifts) > _MIN_CLOCK_STEP_S, shifts, 0.0)
+        linearised = _linearised(at, with_causes(h, stepped), data, p, lags)
+        candidate = compare(linearised, stepped, (), nuisances, whiten)
         # the base model's numbers are all but linear: they follow what the causes' are, in the next step
         gain = 1 - min(
             candidate.profiled_loss / current.profiled_loss,
@@ -216,14 +253,30 @@ def _refined(
             damping = damping / _DAMPING_DECREASE if damping > _FIRST_DAMPING else 0.0
             if current.profiled_loss < best[0].profiled_loss:
                 best = current, causes
-            if gain < _MIN_LOSS_GAIN and (damping == 0 or was_small):
+            is_small = gain < _least_loss_gain(current)
+            if is_small and (damping == 0 or was_small):
                 break
-            was_small = gain < _MIN_LOSS_GAIN
+            was_small = is_small
         else:
             damping = max(_FIRST_DAMPING, _DAMPING_INCREASE * damping)
             if damping > _MAX_DAMPING:
                 break
     return best
+
+
+def _promised(current: Comparison) -> float:
+    """What a straight step would take from the loss."""
+    return current.profiled_loss - current.fit().loss
+
+
+def _least_loss_gain(current: Comparison) -> float:
+    """Share of the loss below which a step was the last."""
+    return _MIN_LOSS_GAIN_FAR if current.profiled_loss > _FAR * current.row_count else _MIN_LOSS_GAIN
+
+
+def _least_promise(current: Comparison) -> float:
+    """Below which no step is taken."""
+    return _MIN_STEP_GAIN * max(1.0, current.profiled_loss / current.row_count)
 
 
 def _with_speeds(ensembles: Sequence[NoiseEnsemble], at: Linearisation) -> list[NoiseEnsemble]:
@@ -235,11 +288,6 @@ def _turns_motors(h: Hypothesis) -> bool:
     """Whether a law beyond the base changes what force turns the motors."""
     laws = [type(LAWS[name]) for name in h.laws]
     return any(law.friction is not Law.friction or law.acting_force is not Law.acting_force for law in laws)
-
-
-def _compared(at: Linearisation, causes: tuple[Cause, ...], whiten: Whitener) -> Comparison:
-    """The columns of the causes at a linearisation that holds them, beside the base model and its nuisances."""
-    return compare(at, causes, (), nuisances_at(at), whiten)
 
 
 def _linearised(

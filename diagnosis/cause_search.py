@@ -1,12 +1,13 @@
-"""Which causes explain what the base model does not: the best one first, as long as one explains a part worth naming.
+"""Which causes explain what the base model does not, as many as the recordings carry.
 
-A cause is named where it takes MIN_LOSS_SHARE of the loss away, or MIN_EXPLAINED of what stands plainly above noise, and more than
-any would by chance. In the end those that explained about as much are fitted in its place; with it go all that leave little more:
-data cannot tell these apart. Of two that explain as much the one with fewer numbers stands for both.
+The best one is taken, all are fitted together, and so on as long as one takes a part worth naming of what stands above noise, and
+more than any would by chance. What is known to a tolerance is a cause where it lies further beyond than chance puts any. A cause
+that the others make needless is given up. In the end those that explained about as much are fitted in its place; with it go all
+that leave little more: data cannot tell these apart. Of two that explain as much the one with fewer numbers stands for both.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,9 @@ from diagnosis.effect import Effect, Placement, Shape
 from diagnosis.effects import EFFECTS
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
+from diagnosis.stepwise import Choices, Option, chosen_jointly
 from identification.whitening import Whitener
+from mechanism.arm import Arm
 
 Array = NDArray[np.float64]
 
@@ -28,42 +31,36 @@ SINGLE_PLACE_SHARE = 0.95
 """of what an effect explains everywhere: a place that explains as much has it alone (docs/thresholds.md)"""
 MIN_EXPLAINED = 0.6
 """of what stands above noise: what all causes together take away at least, else none is named (docs/thresholds.md)"""
-MIN_EXPLAINED_NEXT = 0.5
-"""of what still stands above noise: what a further cause takes away at least (docs/thresholds.md)"""
-MAX_CAUSES = 3
-"""causes that are named at most (docs/thresholds.md)"""
+MIN_EXPLAINED_NEXT = 0.1
+"""of what still stands above noise: what a cause takes away at least (docs/thresholds.md)"""
 CHANCE_LEVEL = 0.01
 """share of worlds of noise and a drawing's errors alone in which the most telling of all causes may seem to explain as much
 (docs/thresholds.md)"""
 _CHANCE_WORLDS = 400
 _MAX_RIVALS = 4
 """causes that are fitted in the place of the best one, itself among them (docs/thresholds.md)"""
-_RIVAL_SHORTFALL, _RIVAL_SHORTFALL_FAR = 0.15, 0.7
-"""of the best one's gain: how much less a rival explains at most; and where the best leaves something above noise
-(docs/thresholds.md)"""
-_ALL_SHAPES = 2
-"""start shapes up to which a fit is begun from every one; of more, from the next where one went astray (docs/thresholds.md)"""
+_RIVAL_SHARE = 0.7
+"""of what a cause takes: what another one must take in its place to be fitted there (docs/thresholds.md)"""
+_MAX_CHOICES = 12
+"""of causes, each fitted before the next"""
+_TIE_BY_CHANCE = 6.0
+"""of the loss: causes whose fits differ by less may both be the one, by chance (docs/thresholds.md)"""
 _SIMPLER_SHARE = 0.1
 """of the gain: by so much less, fewer numbers are worth as much (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
 class CauseCandidate:
-    """An effect in its best shape and place, its columns, and what it takes from the loss of blocks that it was not fitted to."""
+    """An effect in its best shape and place, its columns, and what it takes from the loss."""
 
     effect: Effect
     shape: Shape
     where: Placement
     columns: Index
-    block_gains: Array
-    """of every block, (B,)"""
+    gain: float
+    """of blocks that it was not fitted to, and of nuisances that need not go so far"""
     number_count: int
     """of numbers that it is fitted by"""
-
-    @property
-    def gain(self) -> float:
-        """Of all blocks."""
-        return float(self.block_gains.sum())
 
 
 @dataclass(frozen=True)
@@ -79,8 +76,11 @@ class Rival:
 class NamedCause:
     """A cause, those that explain as much with itself as the first, and the loss before it."""
 
-    best: CauseCandidate
+    effect: Effect
+    where: Placement
     tied: tuple[Rival, ...]
+    gain: float
+    """what it takes from the loss"""
     loss_before: float
 
 
@@ -101,143 +101,151 @@ class Search:
 def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int = 0) -> Search:
     """Causes beyond a hypothesis in recordings of one arm. Raises Refused where a motor stands still."""
     fitter = CauseFitter(h, ensembles)
-    stages, every_effect = [fitter.base_model()], None
-    rival_sets: list[list[CauseCandidate]] = []
-    rankings: list[tuple[CauseCandidate, ...]] = []
-    while len(rival_sets) < MAX_CAUSES:
-        comparison = _with_effects(stages[-1], fitter.whiten)
-        every_effect = every_effect or comparison
-        ranked = rank(comparison)
-        rankings.append(tuple(ranked))
-        rng = np.random.default_rng(seed + len(rival_sets))
-        named = _next_cause(fitter, stages[-1], comparison, ranked, rng)
-        if named is None:
-            break
-        rivals, stage = named
-        rival_sets.append(rivals)
-        stages.append(stage)
-    assert every_effect is not None
-    first, last, causes = stages[0], stages[-1], []
-    for i, rivals in enumerate(rival_sets):
-        kept = indistinguishable(_fitted_in_its_place(fitter, stages[i], last, i, rivals))
-        best, last = kept[0]
-        tied = tuple(Rival(c.effect, c.where, stage.loss) for c, stage in kept)
-        causes.append(NamedCause(best, tied, stages[i].loss))
-    if causes and last.excess.above_noise and last.excess.energy > (1 - MIN_EXPLAINED) * first.excess.energy:
-        last, causes = first, []
+    first = last = fitter.base_model()
+    every_effect = _with_effects(first, fitter.whiten)
+    ranked = rank(every_effect)
+    chance_gains = every_effect.chance_gains([c.columns for c in ranked], np.random.default_rng(seed), _CHANCE_WORLDS)
+    by_chance = float(np.quantile(chance_gains, 1 - CHANCE_LEVEL))
+    last = _with_all_causes(fitter, first, by_chance)
+    if last.causes and last.excess.above_noise and last.excess.energy > (1 - MIN_EXPLAINED) * first.excess.energy:
+        last = first
+    causes, last = _with_look_alikes(fitter, last, by_chance)
     whiten = fitter.whiten
-    if causes and last.excess.above_noise:
+    if causes:
         last, whiten = fitter.reweighted(last)
     return Search(
         first=first,
         last=last,
-        named=tuple(causes),
+        named=causes,
         whiten=whiten,
         every_effect=every_effect,
-        rankings=tuple(rankings),
+        rankings=(tuple(ranked),),
     )
 
 
-def _next_cause(
-    fitter: CauseFitter,
-    stage: FitStage,
-    comparison: Comparison,
-    ranked: Sequence[CauseCandidate],
-    rng: np.random.Generator,
-) -> tuple[list[CauseCandidate], FitStage] | None:
-    """The next cause with those that explain about as much behind it, and the stage with it; None where there is none."""
-    is_further, above_noise = bool(stage.causes), stage.excess.above_noise
-    chance_gains = comparison.chance_gains([c.columns for c in ranked], rng, _CHANCE_WORLDS)
-    by_chance = float(np.quantile(chance_gains, 1 - CHANCE_LEVEL))
-    min_gain = MIN_LOSS_SHARE * stage.fit.loss
-    if ranked[0].gain < by_chance or (not above_noise and (is_further or ranked[0].gain < min_gain)):
-        return None
-    rivals = _rivals(ranked, _RIVAL_SHORTFALL)
-    # what a named cause leaves, for its law has another form, others may explain in part
-    if is_further and ranked[0].gain < MIN_EXPLAINED_NEXT * (stage.loss - stage.noise_loss):
-        return None
-
-    def with_candidate(c: CauseCandidate) -> FitStage:
-        return _fitted_among(fitter, stage, stage.causes, c)
-
-    best, after = rivals[0], with_candidate(rivals[0])
-    if after.excess.above_noise:  # columns are straight lines: far from where they were drawn another may do better
-        rivals = _rivals(ranked, _RIVAL_SHORTFALL_FAR)
-        best, after = min(((c, with_candidate(c)) for c in rivals), key=lambda fitted: _badness(fitted[1]))
-    if not after.possible:
-        return None
-    # few rows of one channel may hold all that is wrong: little of the loss, but what stands above noise
-    is_small = stage.fit.loss - after.comparison.loss_with_fixed_causes < min_gain
-    if is_small and not (above_noise and after.excess.energy <= (1 - MIN_EXPLAINED) * stage.excess.energy):
-        return None
-    if is_further and after.excess.energy > (1 - MIN_EXPLAINED_NEXT) * stage.excess.energy:
-        return None
-    return [best, *(c for c in rivals if c is not best)], after
-
-
-def _fitted_among(
-    fitter: CauseFitter,
-    start: FitStage,
-    before: tuple[Cause, ...],
-    candidate: CauseCandidate,
-    behind: tuple[Cause, ...] = (),
-) -> FitStage:
-    """A candidate fitted between other causes.
-
-    A shape that is far off may not be reached by steps: up to _ALL_SHAPES are all begun from, of more the next one where a fit
-    ended with an impossible amount."""
-    stages: list[FitStage] = []
-    for shape in sorted(candidate.effect.start_shapes, key=lambda shape: shape != candidate.shape):
-        cause = replace(as_inactive_cause(candidate), shape=dict(shape))
-        stages.append(fitter.fitted(start.comparison.linearisation, (*before, cause, *behind)))
-        if len(candidate.effect.start_shapes) > _ALL_SHAPES and stages[-1].possible:
+def _with_all_causes(fitter: CauseFitter, first: FitStage, by_chance: float) -> FitStage:
+    """Causes chosen jointly, fitted together, and chosen anew where they then are, until the choice stands."""
+    last, given_up = first, set[str]()
+    for _ in range(_MAX_CHOICES):
+        choices, offered = _choices(last, fitter.whiten, given_up)
+        start = list(range(len(last.causes)))
+        chosen = chosen_jointly(choices, start, _least_gains(last, offered, by_chance), 1 - SINGLE_PLACE_SHARE)
+        # columns are straight lines: far from where they were drawn only what is clearest is believed
+        chosen = choices.with_clearest_of(chosen, start)
+        if sorted(chosen) == start:
             break
-    return min(stages, key=_badness)
+        after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
+        added = {offered[i].effect.name for i in chosen if i not in start}
+        if after.possible and (after.loss < last.loss or not added):
+            last = after
+        else:
+            given_up |= added
+    return last
 
 
-def _badness(stage: FitStage) -> tuple[bool, float]:
-    return not stage.possible, stage.loss
+def _choices(stage: FitStage, whiten: Whitener, given_up: Collection[str]) -> tuple[Choices, list[Cause]]:
+    """A stage's causes, by their numbers, then all others in each shape and place: as options, and as causes to be fitted."""
+    comparison, arm = _with_effects(stage, whiten), stage.comparison.linearisation.hypothesis.arm
+    offered, options = list(stage.causes), []
+    amounts = [np.append(c.amounts, np.zeros(len(c.effect.shape_terms))) / c.sizes(arm) for c in stage.causes]
+    for cause, columns in zip(stage.causes, stage.columns_of_causes, strict=True):
+        low = _least_numbers(cause.effect, cause.where, arm)
+        # an option is a choice of amounts and shape: shape goes either way
+        low = np.append(low, np.full(len(columns) - len(low), -np.inf))
+        options.append(Option(cause.effect.name, columns, low, len(columns)))
+    for group in comparison.groups:
+        if group.effect.name in given_up:
+            continue
+        for where in group.effect.placements(arm):
+            columns, low = group.columns[list(where.columns)], _least_numbers(group.effect, where, arm)
+            options.append(Option(group.effect.name, columns, low, len(columns)))
+            offered.append(Cause(group.effect, where, np.zeros(len(where.columns)), dict(group.shape)))
+    without = comparison.with_causes_off(np.concatenate(amounts)) if amounts else comparison
+    return Choices(without, options), offered
 
 
-def _fitted_in_its_place(
-    fitter: CauseFitter, before: FitStage, last: FitStage, i: int, rivals: Sequence[CauseCandidate]
-) -> list[tuple[CauseCandidate, FitStage]]:
-    """Cause number i, and every rival in its place, with the other causes that were named."""
-    others = {cause.effect.name for k, cause in enumerate(last.causes) if k != i}
-    out = [(rivals[0], last)]
-    for rival in rivals[1:]:
-        if rival.effect.name not in others:
-            stage = _fitted_among(fitter, before, last.causes[:i], rival, last.causes[i + 1 :])
+def _least_numbers(effect: Effect, where: Placement, arm: Arm) -> Array:
+    """Of a cause's amounts, in their sizes: chance, and a law of another form, may take one that is nothing a little below."""
+    columns = list(where.columns)
+    return (effect.lower_bounds(arm) / effect.sizes(arm))[columns] - 1.0
+
+
+def _least_gains(stage: FitStage, offered: Sequence[Cause], by_chance: float) -> Callable[[int, float], float]:
+    """What an option must take from a loss: a part of what stands above noise, if anything does, and more than by chance.
+
+    Else all is explained: then laws, whose forms nobody knows better, need a part of the whole, and what has a tolerance nothing
+    more than to lie beyond it."""
+    noise = stage.noise_loss
+
+    def least_gain(i: int, loss: float) -> float:
+        excess = loss - noise
+        if stage.excess.above_noise or excess > MIN_LOSS_SHARE * noise:
+            return max(by_chance, MIN_EXPLAINED_NEXT * excess)
+        return by_chance if offered[i].effect.has_tolerance else max(by_chance, MIN_LOSS_SHARE * noise)
+
+    return least_gain
+
+
+def _with_look_alikes(fitter: CauseFitter, last: FitStage, by_chance: float) -> tuple[tuple[NamedCause, ...], FitStage]:
+    """Every cause with those that explain as much in its place; what explains most is fitted."""
+    causes: list[NamedCause] = []
+    for i in range(len(last.causes)):
+        choices, offered = _choices(last, fitter.whiten, ())
+        count = len(last.causes)
+        others = [k for k in range(count) if k != i]
+        without, loss = choices.loss(others), choices.loss(range(count))
+        near = {}
+        for k in range(count, len(offered)):
+            left = choices.loss([*others, k])
+            if left < loss + (1 - _RIVAL_SHARE) * (without - loss):
+                effect = offered[k].effect.name
+                if effect not in near or left < choices.loss([*others, near[effect]]):
+                    near[effect] = k
+        rivals = sorted(near.values(), key=lambda k: choices.loss([*others, k]))[: _MAX_RIVALS - 1]
+        fitted = [(last.causes[i], last)]
+        for k in rivals:
+            swapped = (*last.causes[:i], offered[k], *last.causes[i + 1 :])
+            stage = fitter.fitted(last.comparison.linearisation, swapped)
             if stage.possible:
-                out.append((rival, stage))
-    return out
+                fitted.append((stage.causes[i], stage))
+        gain = without - loss
+        kept = indistinguishable(fitted, gain)
+        best, last = kept[0]
+        tied = tuple(Rival(c.effect, c.where, stage.loss) for c, stage in kept)
+        causes.append(NamedCause(best.effect, best.where, tied, gain, last.loss + gain))
+    return tuple(causes), last
 
 
-def indistinguishable(fitted: Sequence[tuple[CauseCandidate, FitStage]]) -> list[tuple[CauseCandidate, FitStage]]:
-    """Those that leave little more than the best, the best first.
+def tie_tolerance(loss: float, gain: float) -> float:
+    """Of the loss with a cause, and what the cause takes: how much more another one may leave that explains as much.
 
-    Little is MIN_LOSS_SHARE of what is left, and where the best leaves something above noise as much as that: laws have forms that
-    nobody knows better. What leaves something plainly above noise where the best does not explains less. One with more numbers than
-    another stays only where it leaves less by as much."""
+    Forms of laws are not known better than to MIN_LOSS_SHARE of what is left, nor to _SIMPLER_SHARE of what they explain."""
+    return max(_TIE_BY_CHANCE, min(MIN_LOSS_SHARE * loss, _SIMPLER_SHARE * gain))
+
+
+def indistinguishable(fitted: Sequence[tuple[Cause, FitStage]], gain: float) -> list[tuple[Cause, FitStage]]:
+    """Those that leave little more than the best, the best first; gain: what a cause takes at this place.
+
+    Little is `tie_tolerance`, and where the best leaves something above noise as much as that: laws have forms that nobody knows
+    better. What leaves something plainly above noise where the best does not explains less. One with more numbers than another
+    stays only where it leaves less by as much."""
     best = min((stage for _, stage in fitted), key=lambda stage: stage.loss)
-    limit = (1 + MIN_LOSS_SHARE) * best.loss
+    limit = best.loss + tie_tolerance(best.loss, gain)
     if best.excess.above_noise:
         limit += max(0.0, best.loss - best.noise_loss)
-    kept: list[tuple[CauseCandidate, FitStage]] = []
+    kept: list[tuple[Cause, FitStage]] = []
     candidates = [
         (c, stage) for c, stage in fitted if stage.loss <= limit and stage.excess.above_noise <= best.excess.above_noise
     ]
-    for c, stage in sorted(candidates, key=lambda fitted: fitted[0].number_count):
-        simpler = [s.loss for k, s in kept if k.number_count < c.number_count]
-        if not simpler or stage.loss < (1 - MIN_LOSS_SHARE) * min(simpler):
+    for c, stage in sorted(candidates, key=lambda fitted: _number_count(fitted[0])):
+        simpler = [s.loss for k, s in kept if _number_count(k) < _number_count(c)]
+        if not simpler or stage.loss < min(simpler) - tie_tolerance(best.loss, gain):
             kept.append((c, stage))
     return sorted(kept, key=lambda fitted: fitted[1].loss)
 
 
-def _rivals(ranked: Sequence[CauseCandidate], shortfall: float) -> list[CauseCandidate]:
-    """Those that explain as much as the best but for this share, at most _MAX_RIVALS, what does with fewer numbers first."""
-    close = [c for c in ranked if c.gain >= (1 - shortfall) * ranked[0].gain][:_MAX_RIVALS]
-    return sorted(close, key=lambda c: (c.gain < (1 - _SIMPLER_SHARE) * ranked[0].gain, c.number_count, -c.gain))
+def _number_count(cause: Cause) -> int:
+    return len(cause.amounts) + len(cause.effect.shape_terms)
 
 
 def _with_effects(stage: FitStage, whiten: Whitener) -> Comparison:
@@ -254,7 +262,7 @@ def _with_effects(stage: FitStage, whiten: Whitener) -> Comparison:
 def rank(comparison: Comparison) -> list[CauseCandidate]:
     """Every effect in its best shape and place, the most telling first."""
     arm = comparison.linearisation.hypothesis.arm
-    usual_folds, usual_losses = comparison.folds(), comparison.block_losses()
+    usual_folds, usual_losses, usual_prior = comparison.folds(), comparison.block_losses(), comparison.prior_loss()
     best: dict[str, CauseCandidate] = {}
     for group in comparison.groups:
         effect, options = group.effect, []
@@ -270,7 +278,9 @@ def rank(comparison: Comparison) -> list[CauseCandidate]:
                     shape=group.shape,
                     where=where,
                     columns=columns,
-                    block_gains=without - comparison.block_losses(columns, relaxed, folds),
+                    gain=float(np.sum(without - comparison.block_losses(columns, relaxed, folds)))
+                    + usual_prior
+                    - comparison.prior_loss(columns, relaxed),
                     number_count=len(columns) + relaxed,
                 )
             )
@@ -289,8 +299,3 @@ def rank(comparison: Comparison) -> list[CauseCandidate]:
         return c.gain if c.effect.is_clock or c.gain > clock + _SIMPLER_SHARE * most else c.gain - clock
 
     return sorted(best.values(), key=lambda c: -gain_beyond_clock(c))
-
-
-def as_inactive_cause(c: CauseCandidate) -> Cause:
-    """A candidate as a cause that does nothing yet."""
-    return Cause(c.effect, c.where, np.zeros(len(c.where.columns)), dict(c.shape))

@@ -1,7 +1,7 @@
 """All causes side by side: every number of every one is a column, and tables of their products answer for any choice of them.
 
 loss = |whitened residual - columns x numbers|^2 + ((numbers - prior mean) / prior sigma)^2
-The base model's numbers are free in every comparison, nuisances are known to their sigma and go no further than NUISANCE_BOUND.
+The base model's numbers are free in every comparison, nuisances are known to their sigma.
 Tables are kept by blocks of time, so that a choice can be fitted to some of them and judged on the others.
 """
 
@@ -18,7 +18,7 @@ from diagnosis.bounded_least_squares import bounded_minimum
 from diagnosis.cause import Cause
 from diagnosis.effect import Effect, Shape
 from diagnosis.linearisation import Linearisation
-from diagnosis.nuisances import NUISANCE_BOUND, Nuisances
+from diagnosis.nuisances import Nuisances
 from identification.fitting import segment_starts
 from identification.unknowns import DELAY_SIGMA_S
 from identification.whitening import Whitener
@@ -55,6 +55,17 @@ class ColumnFit:
 
 
 @dataclass(frozen=True)
+class Eliminated:
+    """x G x / 2 - b x of the columns behind the nuisances, where all before them is at its best; loss where x is zero."""
+
+    first: int
+    """number of the first of these columns"""
+    G: Array
+    b: Array
+    loss: float
+
+
+@dataclass(frozen=True)
 class Comparison:
     """K columns: the base model's, nuisances, then the causes named so far and the effects that are asked about."""
 
@@ -63,8 +74,8 @@ class Comparison:
     """of each recording, not whitened: columns and residual, (C, S, K + 1)"""
     base_count: int
     """of columns of the base model"""
-    nuisance_names: tuple[str, ...]
-    """the arm's, then each recording's clock and skew"""
+    nuisance_count: int
+    """the arm's and the angles', then each recording's clock and skew"""
     cause_columns: Index
     """columns of the causes named so far"""
     groups: tuple[EffectColumns, ...]
@@ -123,19 +134,65 @@ class Comparison:
         fold[telling[np.argsort(-share[telling])]] = np.arange(len(telling)) % FOLDS
         return fold
 
+    def eliminated(self) -> Eliminated:
+        """What any choice of causes and effects would leave, none of which the residual holds yet."""
+        first, last = self.base_count + self.nuisance_count, len(self.prior_sigma)
+        sigma = self._sigma(None)
+        G = self.products[:last, :last] + np.diag(1 / sigma**2)
+        prior = self.prior_mean / sigma**2
+        b = prior - self.products[:last, last]
+        total = float(self.products[last, last] + prior @ self.prior_mean)
+        scale = np.sqrt(np.where(np.diag(G) > 0, np.diag(G), 1.0))
+        G, b = G / np.outer(scale, scale) + _RIDGE * np.eye(last), b / scale
+        factor = cho_factor(G[:first, :first])
+        across = cho_solve(factor, G[:first, first:])
+        S = G[first:, first:] - G[:first, first:].T @ across
+        reduced = b[first:] - across.T @ b[:first]
+        back = scale[first:]
+        return Eliminated(
+            first=first,
+            G=S * np.outer(back, back),
+            b=reduced * back,
+            loss=total - float(b[:first] @ cho_solve(factor, b[:first])),
+        )
+
+    def with_causes_off(self, numbers: Array) -> "Comparison":
+        """As if the causes that the linearisation holds were not there; numbers: their amounts and shapes, in columns' sizes."""
+        fixed = np.zeros(len(self.prior_sigma))
+        fixed[self.cause_columns] = -numbers
+        return replace(self.with_fixed(fixed), prior_mean=self.prior_mean - fixed)
+
+    @cached_property
+    def temper(self) -> float:
+        """How many times the loss stands above what noise would leave, at least 1.
+
+        A model that is wrong tells less: what is known beforehand counts for as many times more, so that nuisances do not go
+        far beyond their tolerances to make good for it."""
+        use, sigma = self._columns_with(()), self.relaxed_sigma if self.clock_relaxed else self.prior_sigma
+        return max(1.0, self._solve(self.products, use, sigma, 0.0)[1] / self.row_count)
+
+    def prior_loss(self, extra: Sequence[int] | Index = (), clock_relaxed: bool | None = None) -> float:
+        """The part of a fit's loss that is of what is known beforehand: what it makes of nuisances, over their tolerances."""
+        fit, sigma = self.fit(extra, clock_relaxed=clock_relaxed), self._sigma(clock_relaxed)
+        beyond = (fit.numbers - self.prior_mean[fit.columns]) / sigma[fit.columns]
+        return float(beyond @ beyond)
+
     @cached_property
     def profiled_loss(self) -> float:
         """Loss of the linearisation point as it is, with nuisances at their best."""
-        use = np.arange(self.base_count, self.base_count + len(self.nuisance_names))
-        base = slice(0, self.base_count)
-        prior = np.sum((self.prior_mean[base] / self.prior_sigma[base]) ** 2)
-        return self._solve(self.products, use, self._sigma(None), 0.0)[1] + float(prior)
+        use = np.arange(self.base_count, self.base_count + self.nuisance_count)
+        return self._solve(self.products, use, self._sigma(None), 0.0)[1] + self._prior_of_rest(use)
 
     @cached_property
     def loss_with_fixed_causes(self) -> float:
         """Loss with the base model's numbers at their best, and the causes' at the linearisation point's."""
-        use = np.arange(self.base_count + len(self.nuisance_names))
-        return self._solve(self.products, use, self._sigma(None), 0.0)[1]
+        use = np.arange(self.base_count + self.nuisance_count)
+        return self._solve(self.products, use, self._sigma(None), 0.0)[1] + self._prior_of_rest(use)
+
+    def _prior_of_rest(self, use: Index) -> float:
+        """The part of the loss that is of what is known beforehand of numbers that are not fitted."""
+        beyond = self.prior_mean / self._sigma(None)
+        return float(np.sum(np.delete(beyond, use) ** 2))
 
     def covariance(self, fit: ColumnFit) -> Array:
         """Of a fit's numbers: what blocks do to them, each for itself, and what is not known of nuisances."""
@@ -155,12 +212,12 @@ class Comparison:
         return by_blocks * np.outer(widened, widened) + inverse @ np.diag(precision) @ inverse
 
     def _columns_with(self, extra: Sequence[int] | Index) -> Index:
-        first = self.base_count + len(self.nuisance_names)
+        first = self.base_count + self.nuisance_count
         return np.concatenate([np.arange(first), self.cause_columns, np.asarray(extra, dtype=int)])
 
     def _sigma(self, clock_relaxed: bool | None) -> Array:
         relaxed = self.clock_relaxed if clock_relaxed is None else clock_relaxed
-        return self.relaxed_sigma if relaxed else self.prior_sigma
+        return (self.relaxed_sigma if relaxed else self.prior_sigma) / np.sqrt(self.temper)
 
     def _solve(self, products: Array, use: Index, sigma: Array, damping: float) -> tuple[Array, float]:
         """Numbers of the columns in use, and the loss."""
@@ -174,9 +231,7 @@ class Comparison:
         scale = np.sqrt(np.where(np.diag(G) > 0, np.diag(G), 1.0))
         G, b = G / np.outer(scale, scale), b / scale
         H = G + np.diag(np.where(has_prior, _RIDGE, _RIDGE + damping))
-        reach, middle = NUISANCE_BOUND * sigma * scale, self.prior_mean[use] * scale
-        low, high = np.maximum(middle - reach, self.lower_bounds[use] * scale), middle + reach
-        x = bounded_minimum(H, b, low, high)
+        x = bounded_minimum(H, b, self.lower_bounds[use] * scale)
         loss = total - 2 * float(x @ b) + float(x @ G @ x)
         return x / scale, loss
 
@@ -187,11 +242,11 @@ class Comparison:
         errors do.
         """
         use, sigma = self._columns_with(()), self._sigma(True)
-        first, count = self.base_count, len(self.nuisance_names)
+        first, count = self.base_count, self.nuisance_count
         signs = rng.choice([-1.0, 1.0], (worlds, len(self.block_products)))
         draws = rng.integers(self.noise_products.shape[2], size=worlds)
         gradient = np.einsum("nb,bkn->kn", signs, self.noise_products[:, :, draws])
-        errors = np.clip(rng.normal(size=(count, worlds)), -NUISANCE_BOUND, NUISANCE_BOUND)
+        errors = rng.normal(size=(count, worlds))
         gradient += self.products[:-1, first : first + count] @ errors
         G = self.products[:-1, :-1] + np.diag(1 / sigma**2)
         scale = np.sqrt(np.where(np.diag(G) > 0, np.diag(G), 1.0))
@@ -228,7 +283,7 @@ class Comparison:
         """Of what each recording has for itself only: pre-elongations, delay, clock."""
         entries = self.linearisation.unknowns.entries
         numbers = [i for i, e in enumerate(entries) if e.recording is not None]
-        clocks = self.base_count + np.arange(len(self.nuisances.names), len(self.nuisance_names))
+        clocks = self.base_count + np.arange(self.nuisances.count, self.nuisance_count)
         use = np.append(numbers, clocks)
         return ColumnFit(use, *self._solve(self.products, use, self._sigma(None), 0.0))
 
@@ -239,7 +294,7 @@ class Comparison:
     def clock_shifts(self, fit: ColumnFit) -> Array:
         """By how much a fit puts each recording's frames later than the linearisation point has them, s, (R,)."""
         recordings = len(self.matrices)
-        columns = self.base_count + len(self.nuisances.names) + 2 * np.arange(recordings)
+        columns = self.base_count + self.nuisances.count + 2 * np.arange(recordings)
         return fit.numbers[np.searchsorted(fit.columns, columns)] * np.array(self.nuisances.clock_sigma)
 
 
@@ -258,21 +313,25 @@ def compare(
     is not the clock itself.
     """
     matrices, widths = _matrices(at, causes, effects, nuisances)
-    names = (
-        *nuisances.names,
-        *(f"{name} of recording {r + 1}" for r in range(len(at.recordings)) for name in ("clock", "skew")),
-    )
-    first = len(at.unknowns.size) + len(names)
+    nuisance_count = nuisances.count + 2 * len(at.recordings)
+    first = len(at.unknowns.size) + nuisance_count
     slots = [np.arange(a, b) for a, b in pairwise(first + np.cumsum([0, *widths]))]
     block_products, noise_products, row_count = _products(at, matrices, whiten, noise)
     prior_sigma, relaxed_sigma, prior_mean = _priors(at, nuisances, first, first + sum(widths))
+    for cause, slot in zip(causes, slots, strict=False):
+        amounts = slot[: len(cause.amounts)]
+        size = cause.sizes(at.hypothesis.arm)[: len(cause.amounts)]
+        prior_sigma[amounts] = relaxed_sigma[amounts] = cause.effect.usual_amount / size
+        prior_mean[amounts] = -cause.amounts / size if np.isfinite(cause.effect.usual_amount) else 0.0
+    for (effect, _), slot in zip(effects, slots[len(causes) :], strict=True):
+        prior_sigma[slot] = relaxed_sigma[slot] = effect.usual_amount / effect.sizes(at.hypothesis.arm)
     if clock_relaxed is None:
         clock_relaxed = bool(causes) and not any(cause.effect.is_clock for cause in causes)
     return Comparison(
         linearisation=at,
         matrices=tuple(matrices),
         base_count=len(at.unknowns.size),
-        nuisance_names=names,
+        nuisance_count=nuisance_count,
         cause_columns=np.concatenate([np.zeros(0, dtype=int), *slots[: len(causes)]]).astype(int),
         groups=tuple(
             EffectColumns(effect, shape, slot)

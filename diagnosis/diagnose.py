@@ -1,17 +1,19 @@
 """What the simulation gets wrong, its cause, and what the model gains by it: the whole diagnosis of recordings of one arm."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from diagnosis.cause import Cause, with_causes
 from diagnosis.cause_search import MIN_EXPLAINED, Search, search_causes
 from diagnosis.detectability import Detectability, detectability
-from diagnosis.held_out_gain import EQUATIONS, Gain, gains, held_out_excess, held_out_residuals
+from diagnosis.drawing_findings import DrawingFinding, drawing_findings
+from diagnosis.held_out_gain import Gain, gains, held_out_excess, held_out_residuals
 from diagnosis.hypothesis import Hypothesis, as_described
 from diagnosis.noise_ensemble import NoiseEnsemble, noise_ensemble
 from diagnosis.noise_excess import NoiseExcess
+from diagnosis.remainder import MAX_REMAINDER, Remainder, plainly_left, remainders
 from diagnosis.signature import Signature, signature
 from diagnosis.simulated_gain import SimulatedModel, simulated_gains
 from identification.dataset.dataset import DataSet
@@ -25,7 +27,7 @@ TOO_MANY_TIED = 4
 MAX_INVISIBLE_SHARE = 0.5
 """of the effects: what recordings may not show at most, to say that there is none (docs/thresholds.md)"""
 _WORSE_SIGMAS = 3.0
-"""standard deviations by which the extended model must be worse for the report to say so (docs/thresholds.md)"""
+"""standard deviations by which the extended model must be worse for its causes to be taken back (docs/thresholds.md)"""
 _HELD_OUT_SEED = 100
 """added to the random seed of recordings that are not fitted"""
 
@@ -44,6 +46,10 @@ class Diagnosis:
     """where, when and against what the base model errs"""
     gains: tuple[Gain, ...]
     """on recordings that were not fitted"""
+    remainder: tuple[Remainder, ...]
+    """of each equation what nothing named explains: on recordings that were not fitted, if there are any"""
+    drawing: tuple[DrawingFinding, ...]
+    """what the recordings say about numbers that have a tolerance"""
     extended: Hypothesis
     """the description with the causes in it"""
     not_simulated: str = ""
@@ -63,6 +69,11 @@ class Diagnosis:
     def causes(self) -> tuple[Cause, ...]:
         """As named, with numbers."""
         return self.search.last.causes
+
+    @property
+    def something_remains(self) -> bool:
+        """Whether something unknown remains beside what is named."""
+        return bool(self.causes) and bool(plainly_left(self.remainder))
 
     @property
     def explained(self) -> float:
@@ -97,23 +108,27 @@ def diagnose(
     search = search_causes(h, fitted, seed)
     visible = detectability(search)
     progress("gain")
-    extended = with_causes(h, search.last.causes)
-    measured, holds, not_simulated = _held_out(search, h, extended, others, progress)
-    verdict, why = _verdict(search, visible, measured, holds)
-    worse = [g.measure for g in measured if g.after - g.before > _WORSE_SIGMAS * g.sigma]
-    if search.last.causes and worse and verdict != "insufficient":
-        why = "; ".join(
-            filter(None, [why, f"where it was not fitted the extended model does worse in {', '.join(worse)}"])
-        )
+    held = _held_out(search, h, others, progress)
+    taken_back = ""
+    if held.worse and search.named:
+        names = ", ".join(named.effect.name for named in search.named)
+        worse = ", ".join(held.worse)
+        taken_back = f"{names} would explain the fitted recordings, but does worse on those that were not, in {worse}: taken back"
+        search = replace(search, last=search.first, named=())
+        held = _held_out(search, h, others, progress)
+    left = held.remainder or remainders(search.first.excess, search.last.excess, h.arm.M, held_out=False)
+    verdict, why = _verdict(search, visible, left, held.holds, taken_back)
     return Diagnosis(
         verdict=verdict,
         why=why,
         search=search,
         detectability=visible,
         signature=signature(search.first, search.last),
-        gains=measured,
-        extended=extended,
-        not_simulated=not_simulated,
+        gains=held.gains,
+        remainder=left,
+        drawing=drawing_findings(search.last),
+        extended=with_causes(h, search.last.causes),
+        not_simulated=held.not_simulated,
     )
 
 
@@ -130,51 +145,80 @@ def _same(a: DataSet, b: DataSet) -> bool:
     return len(a.state) == len(b.state) and np.array_equal(a.state.matrix("theta"), b.state.matrix("theta"))
 
 
+@dataclass(frozen=True)
+class _HeldOut:
+    """What recordings that were not fitted say of a search; nothing, where there are none."""
+
+    gains: tuple[Gain, ...] = ()
+    remainder: tuple[Remainder, ...] = ()
+    holds: bool = True
+    """whether the causes explain these too"""
+    worse: tuple[str, ...] = ()
+    """equations in which the extended model does worse than the base model"""
+    not_simulated: str = ""
+    """why"""
+
+
 def _held_out(
-    search: Search,
-    h: Hypothesis,
-    extended: Hypothesis,
-    ensembles: Sequence[NoiseEnsemble],
-    progress: Callable[[str], object],
-) -> tuple[tuple[Gain, ...], bool, str]:
-    """Gains on recordings that were not fitted, whether causes explain these too, and why they could not be simulated."""
+    search: Search, h: Hypothesis, ensembles: Sequence[NoiseEnsemble], progress: Callable[[str], object]
+) -> _HeldOut:
     if not ensembles:
-        return (), True, ""
-    first, last = search.first, search.last
+        return _HeldOut()
+    first, last, extended = search.first, search.last, with_causes(h, search.last.causes)
     relaxed = bool(last.causes)
     old = held_out_residuals(first.comparison, first.fit, h, ensembles, search.whiten, relaxed)
     new = old
     if last.causes:
         new = held_out_residuals(last.comparison, last.fit, extended, ensembles, search.whiten, relaxed)
-    measured = gains(old, new, h.arm.M)
+    of_equations = gains(old, new, h.arm.M)
+    worse = tuple(
+        g.measure
+        for g in of_equations
+        if g.after - g.before > _WORSE_SIGMAS * g.sigma and g.after > MAX_REMAINDER * g.noise_floor
+    )
+    before, after = held_out_excess(old, new), held_out_excess(new, new)
     # causes must take from other recordings as much of what stands plainly above noise as where they were fitted
-    limit = (1 - MIN_EXPLAINED) * held_out_excess(old, new).energy_above_limit
-    holds = held_out_excess(new, new).energy_above_limit <= limit
-    progress("simulation")
+    holds = after.energy_above_limit <= (1 - MIN_EXPLAINED) * before.energy_above_limit
+    of_simulation: tuple[Gain, ...] = ()
     not_simulated = ""
-    try:
-        after = SimulatedModel(last, extended, new)
-        before = SimulatedModel(first, h, old) if last.causes else after
-        measured += simulated_gains(before, after, ensembles)
-    except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
-        not_simulated = str(refused)
-    return measured, holds, not_simulated
+    if not (worse and last.causes):
+        progress("simulation")
+        try:
+            with_them = SimulatedModel(last, extended, new)
+            without = SimulatedModel(first, h, old) if last.causes else with_them
+            of_simulation = simulated_gains(without, with_them, ensembles)
+        except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
+            not_simulated = str(refused)
+    return _HeldOut(
+        gains=(*of_equations, *of_simulation),
+        remainder=remainders(before, after, h.arm.M, held_out=True),
+        holds=holds,
+        worse=worse,
+        not_simulated=not_simulated,
+    )
 
 
-def _verdict(search: Search, visible: Detectability, measured: Sequence[Gain], holds: bool) -> tuple[str, str]:
+def _verdict(
+    search: Search, visible: Detectability, left: Sequence[Remainder], holds: bool, taken_back: str
+) -> tuple[str, str]:
     """The verdict and why; holds: whether causes explain the recordings that were not fitted too, if there are any."""
     if not search.named:
         if search.first.excess.above_noise:
-            return "unknown", "the data differ from the model, and no cause that is known explains it"
+            why = "the data differ from the model, and no cause that is known explains it"
+            return "unknown", "; ".join(filter(None, [why, taken_back]))
         if len(visible.invisible) > MAX_INVISIBLE_SHARE * len(visible.effects):
             return "insufficient", f"these recordings could not show {', '.join(visible.invisible)}"
-        return "consistent", "nothing stands above noise"
+        return "consistent", taken_back or "nothing stands above noise"
+    plain = plainly_left(left)
     if not holds:
-        worst = max(g.after / g.noise_floor for g in measured if g.measure in EQUATIONS)
+        worst = max(r.ratio for r in left)
         why = f"what explains the fitted recordings leaves {worst:.1f} times noise on those that were not fitted"
         return "insufficient", why
+    remains = ""
+    if plain:
+        remains = f"something unknown remains: {plain[0].equation} is left with {plain[0].ratio:.1f} times noise"
     if max(len(named.tied) for named in search.named) >= TOO_MANY_TIED:
-        return "insufficient", "too many causes explain the data alike"
+        return "insufficient", "; ".join(filter(None, ["too many causes explain the data alike", remains]))
     if any(len(named.tied) > 1 for named in search.named):
-        return "ambiguous", "several causes explain the data alike"
-    return "cause", ""
+        return "ambiguous", "; ".join(filter(None, ["several causes explain the data alike", remains]))
+    return "cause", remains

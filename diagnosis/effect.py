@@ -55,6 +55,10 @@ class Effect:
     """index of the first place"""
     is_clock: ClassVar[bool] = False
     """whether it is the clock itself: where another effect is the cause, a clock that rests on the base model's laws is in doubt"""
+    has_tolerance: ClassVar[bool] = False
+    """whether it is a number that neck.yaml gives a tolerance: within that it is no cause, beyond it is one"""
+    usual_amount: ClassVar[float] = np.inf
+    """standard deviation of its amounts where it is there, in their unit: a weak one, for what could stand for the scale of all"""
     may_sit_alone: ClassVar[bool] = True
     """whether it may sit in one place only"""
     check_fault: ClassVar[CheckFault | None] = None
@@ -199,13 +203,16 @@ class DescriptionEffect(Effect):
     """A number of neck.yaml that is not what the arm has."""
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
-        """neck.yaml with that much more at a place, counted from 0."""
+        """neck.yaml with that much more at a place, counted from 0; the places of a second term follow those of the first."""
         raise NotImplementedError
 
     def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
-        h, size = recording.hypothesis, self.terms[0].size
-        arms = [arm_of(self.rewritten(h.neck, i, size)) for i in range(self.place_count(h.arm))]
-        return np.stack([recording.sensitivity.residual_change(arm=arm) for arm in arms], axis=-1) / size
+        h = recording.hypothesis
+        changes = [
+            recording.sensitivity.residual_change(arm=arm_of(self.rewritten(h.neck, i, size))) / size
+            for i, size in enumerate(self.sizes(h.arm))
+        ]
+        return np.stack(changes, axis=-1)
 
     def added_to(self, h: Hypothesis, amounts: Array, shape: Shape) -> Hypothesis:
         neck = h.neck

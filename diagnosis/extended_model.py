@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from diagnosis.cause_fit import FitStage
 from diagnosis.cause_parameters import identified, parameters_of
 from diagnosis.hypothesis import Hypothesis
-from diagnosis.nuisances import adjusted
 from identification.model_file import Model, model_of
 from mechanism.description import Neck
 from xneck_foundation.parameter import Parameter
@@ -44,11 +43,16 @@ def extended_model(stage: FitStage, h: Hypothesis, provenance: dict[str, Any]) -
     return model_of(parameters, u.laws, provenance)
 
 
+def adjusted_hypothesis(stage: FitStage, h: Hypothesis) -> Hypothesis:
+    """The hypothesis that holds the causes, with what is known to a tolerance moved to where the recordings say it is."""
+    nuisances, first = stage.comparison.nuisances, stage.comparison.base_count
+    return nuisances.adjusted(h, stage.fit.numbers[first : first + nuisances.count])
+
+
 def extended_description(stage: FitStage, h: Hypothesis) -> Neck:
     """neck.yaml with what was found wrong in it, and with its numbers moved within what drawings are good for."""
-    fit, first = stage.fit, stage.comparison.base_count
-    names = stage.comparison.nuisances.names
-    return _with_turned_markers(adjusted(h.neck, names, fit.numbers[first : first + len(names)]), h.angle_error)
+    found = adjusted_hypothesis(stage, h)
+    return _with_turned_markers(found.neck, found.angle_error)
 
 
 def _with_turned_markers(neck: Neck, angle_error: Array) -> Neck:

@@ -105,7 +105,7 @@ def _with_fitted_arm(
     at: Linearisation, fitted: Comparison, fit: ColumnFit, whiten: Whitener, clock_relaxed: bool
 ) -> tuple[Comparison, ColumnFit]:
     """A recording with the arm's nuisances as they were fitted, and the fit of what it has for itself only."""
-    count = len(fitted.nuisances.names)
+    count = fitted.nuisances.count
     comparison = compare(at, (), (), nuisances_at(at), whiten, clock_relaxed=clock_relaxed)
     numbers = np.zeros(len(comparison.prior_sigma))
     first = comparison.base_count

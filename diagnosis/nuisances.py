@@ -1,45 +1,41 @@
-"""What is known of an arm to about a per cent only: small errors of it are no cause, and must not be taken for one."""
+"""What is known to a tolerance only: numbers of the drawing, the angles' zeros, and clocks. Within it nothing is a cause.
+
+Each is a number with the tolerance as its prior's standard deviation, and no wall: how far it goes is what the recordings say.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
+from diagnosis.angle_zeros import angle_errors_of_bars
+from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import Linearisation, RecordingLinearisation
+from identification.residual_sensitivity import AngleError
+from mechanism.arm import arm_of
 from mechanism.description import Neck
-from mechanism.drawing_errors import DRAWING_SIGMA, LATHE_SIGMA
+from mechanism.toleranced_numbers import TolerancedNumber, moved, toleranced_numbers
+from xneck_foundation.document_faults import described_faults
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
-_FIELDS: dict[str, tuple[str, tuple[str, ...], float]] = {
-    "L": ("mechanisms", ("L",), DRAWING_SIGMA),
-    "b": ("mechanisms", ("b",), DRAWING_SIGMA),
-    "r": ("mechanisms", ("r",), DRAWING_SIGMA),
-    "top_mass": ("mechanisms", ("top", "mass"), DRAWING_SIGMA),
-    "diagonal_mass": ("mechanisms", ("diagonal", "mass"), DRAWING_SIGMA),
-    "top_inertia": ("mechanisms", ("top", "inertia"), DRAWING_SIGMA),
-    "diagonal_inertia": ("mechanisms", ("diagonal", "inertia"), DRAWING_SIGMA),
-    "spring_stiffness": ("mechanisms", ("springs", "stiffness"), DRAWING_SIGMA),
-    "spring_free_length": ("mechanisms", ("springs", "free_length"), DRAWING_SIGMA),
-    "motor_inertia": ("motors", ("Ia",), DRAWING_SIGMA),
-    "drum": ("motors", ("rd",), LATHE_SIGMA),
-}
-"""by field of Arm: where neck.yaml has it, and how well it is known (docs/thresholds.md)"""
 _MIN_CLOCK_SIGMA_S = 1e-5
 """s: sigma of clocks that came without one (docs/thresholds.md)"""
-NUISANCE_BOUND = 3.4
-"""standard deviations beyond which a nuisance does not go: 2 % of a drawing's number (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
 class Nuisances:
-    """What small errors of the arm and of the clocks do to the residuals."""
+    """What small errors of the arm, of the angles and of the clocks do to the residuals."""
 
-    names: tuple[str, ...]
-    """the arm's, Q of them"""
+    drawing: tuple[TolerancedNumber, ...]
+    """numbers of the description"""
+    zero_sigma: float
+    """rad, of the markers of each bar, from the base's on, against it; 0 where they are exact"""
     arm_columns: tuple[Array, ...]
-    """of each recording: what one sigma of each of the arm's does, (C, S, Q)"""
+    """of each recording: what one sigma of each of the arm's and of the angles' does, (C, S, Q)"""
     clock_columns: tuple[Array, ...]
     """of each recording: what one sigma of its clock's offset and skew does, (C, S, 2)"""
     clock_sigma: tuple[float, ...]
@@ -47,14 +43,34 @@ class Nuisances:
     clock_relaxation: tuple[float, ...]
     """factor on each `clock_sigma` where the laws that the clock rests on are wrong"""
 
+    @property
+    def count(self) -> int:
+        """Q, of the arm's and of the angles'."""
+        return self.arm_columns[0].shape[2]
+
+    def adjusted(self, h: Hypothesis, numbers: Array) -> Hypothesis:
+        """A hypothesis with the arm's and the angles' moved by numbers (Q,) of their sigmas."""
+        of_drawing, of_bars = np.split(numbers, [len(self.drawing)])
+        neck = moved(h.neck, self.drawing, [n.sigma * x for n, x in zip(self.drawing, of_drawing, strict=True)])
+        try:
+            neck = Neck.model_validate(neck.model_dump())
+        except ValidationError as error:
+            what = "the recordings ask for a description that no arm can have"
+            raise Refused("diagnose", f"{what}: {described_faults(error.errors(), Neck, neck.model_dump())}") from error
+        error = self.zero_sigma * of_bars @ angle_errors_of_bars(h.arm.N) if len(of_bars) else 0.0
+        return replace(h, neck=neck, angle_error=h.angle_error + error)
+
 
 def nuisances_at(at: Linearisation) -> Nuisances:
     """At a linearisation; nearby they are the same."""
-    arm = [_arm_columns(recording) for recording in at.recordings]
+    neck = at.hypothesis.neck
+    drawing = tuple(number for number in toleranced_numbers(neck) if number.sigma > 0)
+    zero_sigma = neck.tolerance.marker_angle
     clock_sigma = tuple(max(r.signals.clock_sigma[0], _MIN_CLOCK_SIGMA_S) for r in at.recordings)
     return Nuisances(
-        names=arm[0][0],
-        arm_columns=tuple(columns for _, columns in arm),
+        drawing=drawing,
+        zero_sigma=zero_sigma,
+        arm_columns=tuple(_arm_columns(recording, neck, drawing, zero_sigma) for recording in at.recordings),
         clock_columns=tuple(_clock_columns(r, sigma) for r, sigma in zip(at.recordings, clock_sigma, strict=True)),
         clock_sigma=clock_sigma,
         clock_relaxation=tuple(
@@ -63,17 +79,16 @@ def nuisances_at(at: Linearisation) -> Nuisances:
     )
 
 
-def _arm_columns(recording: RecordingLinearisation) -> tuple[tuple[str, ...], Array]:
-    """Names, and what one sigma of each of the arm's numbers does to the residuals, (C, S, Q)."""
-    arm, names, columns = recording.signals.arm, [], []
-    for field, (group, _, sigma) in _FIELDS.items():
-        count = arm.N if group == "mechanisms" else arm.M
-        value = getattr(arm, field)
-        for i in range(count):
-            factor = np.where(np.arange(count) == i, 1 + sigma, 1.0)
-            columns.append(recording.sensitivity.residual_change(arm=replace(arm, **{field: value * factor})))
-            names.append(f"{field} {i + 1}")
-    return tuple(names), np.stack(columns, axis=-1)
+def _arm_columns(
+    recording: RecordingLinearisation, neck: Neck, drawing: Sequence[TolerancedNumber], zero_sigma: float
+) -> Array:
+    """What one sigma of each of the arm's numbers and of the angles' zeros does to the residuals, (C, S, Q)."""
+    change = recording.sensitivity.residual_change
+    columns = [change(arm=arm_of(number.moved(neck, number.sigma))) for number in drawing]
+    if zero_sigma > 0:
+        errors = zero_sigma * angle_errors_of_bars(neck.N)
+        columns += [change(angle_error=AngleError(-error)) for error in errors]
+    return np.stack(columns, axis=-1) if columns else np.zeros((*recording.rows.residual.shape, 0))
 
 
 def _clock_columns(recording: RecordingLinearisation, offset_sigma: float) -> Array:
@@ -82,16 +97,3 @@ def _clock_columns(recording: RecordingLinearisation, offset_sigma: float) -> Ar
     age = s.time[s.low_pass.kept] - s.time.mean()
     shifts = (sensitivity.error_of_lag(offset_sigma), sensitivity.error_of_lag(s.clock_sigma[1] * age))
     return np.stack([sensitivity.residual_change(angle_error=shift) for shift in shifts], axis=-1)
-
-
-def adjusted(neck: Neck, names: Sequence[str], numbers: Array) -> Neck:
-    """neck.yaml with its numbers moved by so many sigmas; names as `Nuisances` has them."""
-    changed = neck.model_dump()
-    for name, number in zip(names, numbers, strict=True):
-        field, place = name.rsplit(" ", 1)
-        group, path, sigma = _FIELDS[field]
-        entry = changed[group][int(place) - 1]
-        for key in path[:-1]:
-            entry = entry[key]
-        entry[path[-1]] *= 1 + sigma * float(number)
-    return Neck.model_validate(changed)

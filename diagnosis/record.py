@@ -8,11 +8,13 @@ from diagnosis import signature_record
 from diagnosis.advice import advice
 from diagnosis.cause import Cause
 from diagnosis.cause_parameters import parameters_of
-from diagnosis.cause_search import MIN_LOSS_SHARE, NamedCause
+from diagnosis.cause_search import NamedCause, tie_tolerance
 from diagnosis.detectability import Detectability
 from diagnosis.diagnose import Diagnosis
 from xneck_foundation.parameter import Parameter
 
+_MAX_DRAWING_WORDS = 4
+"""numbers of the drawing that are said in words, those that are off by more than their tolerance"""
 _LOOK_ALIKE_SHARE = 0.9
 """of what an effect does: another one that may feign as much is listed (docs/thresholds.md)"""
 
@@ -39,6 +41,9 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
         ],
         "gain": gain and gain.as_json(),
         "gains": [g.as_json() for g in d.gains],
+        "remainder": [r.as_json() for r in d.remainder],
+        "something_remains": d.something_remains,
+        "drawing": [f.as_json() for f in d.drawing],
         "explained": d.explained,
         "not_simulated": d.not_simulated or None,
         "clocks": [
@@ -79,7 +84,7 @@ def _cause_json(named: NamedCause, cause: Cause, parameters: tuple[Parameter, ..
         "parameters": [p.as_json() for p in parameters],
         "probability": probability(named),
         "indistinguishable_from": [c.effect.name for c in named.tied if c.effect is not cause.effect],
-        "explains": named.best.gain / named.loss_before,
+        "explains": named.gain / named.loss_before,
     }
 
 
@@ -95,10 +100,10 @@ def _look_alikes(d: Detectability) -> list[dict[str, Any]]:
 def probability(named: NamedCause) -> float:
     """Of a cause among all that were considered beside it.
 
-    Half of MIN_LOSS_SHARE is one step of e: laws have forms that nobody knows better.
+    Half of what causes may differ by that explain alike is one step of e: laws have forms that nobody knows better.
     """
     losses = np.array([rival.loss for rival in named.tied])
-    weight = np.exp((losses[0] - losses) / (MIN_LOSS_SHARE / 2 * losses[0]))
+    weight = np.exp((losses[0] - losses) / (tie_tolerance(losses[0], named.gain) / 2))
     return float(1 / weight.sum())
 
 
@@ -130,6 +135,9 @@ def as_text(d: Diagnosis) -> str:
             f"  {g.measure}, not fitted: {g.before:.4g} -> {g.after:.4g} {g.unit} (noise {g.noise_floor:.4g}, "
             f"gain {g.before - g.after:.2g} +- {g.sigma:.1g})"
         )
+    beyond = [f for f in d.drawing if abs(f.value) > f.tolerance][:_MAX_DRAWING_WORDS]
+    if beyond:
+        lines.append(f"  against the drawing: {'; '.join(f.words for f in beyond)}")
     visible = d.detectability
     invisible = [*visible.invisible, *(f"{name} ({where})" for name, where in visible.invisible_places)]
     if invisible:

@@ -88,7 +88,7 @@ def signature(first: FitStage, last: FitStage) -> Signature:
         for recording, old, new, draws in zip(recordings, before, after, first.judged_noise, strict=True)
     )
     grid_rows = [_grid_rows(r.signals.low_pass.kept, r.signals.low_pass.factor) for r in recordings]
-    base_end = base.base_count + len(base.nuisance_names)
+    base_end = base.base_count + base.nuisance_count
     base_columns = [
         judged(m[..., :base_end].swapaxes(1, 2), r.signals) for m, r in zip(base.matrices, recordings, strict=True)
     ]

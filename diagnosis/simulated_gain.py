@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.cause_fit import FitStage
-from diagnosis.extended_model import extended_description, extended_model
+from diagnosis.extended_model import adjusted_hypothesis, extended_model
 from diagnosis.held_out_gain import Gain, HeldOutResiduals
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
@@ -23,14 +23,7 @@ class SimulatedModel:
     """A model with its description and what it says of how recordings were read."""
 
     def __init__(self, stage: FitStage, h: Hypothesis, held_out: HeldOutResiduals) -> None:
-        self._h = Hypothesis(
-            neck=extended_description(stage, h),
-            laws=h.laws,
-            values=h.values,
-            angle_error=h.angle_error,
-            frame_lag=h.frame_lag,
-            motor_angle_lag=h.motor_angle_lag,
-        )
+        self._h = adjusted_hypothesis(stage, h)
         self._model: Model = extended_model(stage, h, {})
         self._frame_lags = held_out.frame_lags
 

@@ -1,7 +1,7 @@
 """By how much the residuals change with the arm's description, or with an error of the angles.
 
-Computed at the rows that the filter keeps: geometry, loads and elongations are slow, only the motors' forces need the filter, and
-these stay as they are. Angles are the smoothed state's: with vision's noise in them the changes would correlate with the residuals.
+Computed at the rows that the filter keeps: geometry, loads and elongations are slow, only the motors' forces and accelerations need
+the filter. Angles are the smoothed state's: with vision's noise in them the changes would correlate with the residuals.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from identification.unknowns import Unknowns
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths
 from mechanism.dynamics import terms
-from mechanism.elasticity import elongation, elongation_rate
+from mechanism.elasticity import elongation_rate
 from mechanism.laws import CableMotion
 from mechanism.machine import Machine
 
@@ -35,6 +35,13 @@ class AngleError:
 _NO_ERROR = AngleError(np.zeros(1))
 
 
+_SHAPE = ("L", "b", "r")
+"""of an arm: what its cables' ways depend on"""
+_BODY = ("L", "b", "diagonal_mass", "diagonal_inertia", "top_mass", "top_inertia", "top_com", "gravity")
+"""and, with the springs, what its load does"""
+_SPRINGS = ("spring_stiffness", "spring_free_length")
+
+
 class ResidualSensitivity:
     """The residuals of one recording at the vector p, to be computed again with another arm or with other angles."""
 
@@ -48,7 +55,9 @@ class ResidualSensitivity:
         self._memory = z[kept]
         self._alpha = s.alpha[kept], s.alpha_d[kept], s.alpha_dd[kept]
         self._jerk = np.gradient(s.alpha_dd, s.step, axis=0)[kept]
-        self._theta = s.theta[kept], s.theta_d[kept], s.theta_dd[kept]
+        self._theta = s.theta[kept], s.theta_d[kept], s.low_pass(s.theta_dd.T).T
+        self._ways = _Ways.of(s.arm, self._alpha[0])
+        self._load = _load(s.arm, *self._alpha)
         self._residual_0 = self._residual(s.arm, _NO_ERROR)
 
     def error_of_lag(self, lag: Array | float) -> AngleError:
@@ -65,14 +74,40 @@ class ResidualSensitivity:
         theta, theta_d, theta_dd = self._theta
         errors = (error.alpha, error.alpha_d, error.alpha_dd)
         alpha, alpha_d, alpha_dd = (measured + e for measured, e in zip(self._alpha, errors, strict=True))
-        jacobian = Z(arm, alpha)
-        x_d = elongation_rate(arm, jacobian, alpha_d, theta_d)
+        as_measured = error is _NO_ERROR
+        ways = self._ways if as_measured and _alike(arm, self._arm, _SHAPE) else _Ways.of(arm, alpha)
+        same_load = as_measured and _alike(arm, self._arm, (*_BODY, *_SPRINGS))
+        load = self._load if same_load else _load(arm, alpha, alpha_d, alpha_dd)
+        x_d = elongation_rate(arm, ways.Z, alpha_d, theta_d)
         # the fitted x0 is beyond that of the signals' arm, and another arm may have another one
-        x = elongation(arm, alpha, theta) + self._x0
+        x = ways.longer + arm.drum * theta + arm.x0 + self._x0
         machine = Machine(arm, self._laws, self._values)
-        pull = machine.pull(CableMotion(x, x_d, lengths(arm, alpha), arm, arm.drum * theta_d), self._memory)
+        pull = machine.pull(CableMotion(x, x_d, ways.length, arm, arm.drum * theta_d), self._memory)
         net = self._drive - arm.motor_inertia / arm.drum * theta_dd
-        k = terms(arm, alpha, alpha_d)
-        load = np.einsum("tij,tj->ti", k.M, alpha_dd) + k.c + k.g + machine.resistance(alpha_d)
-        torque = np.einsum("tij,tj->ti", jacobian, net) - load
+        torque = np.einsum("tij,tj->ti", ways.Z, net) - load - machine.resistance(alpha_d)
         return np.concatenate([(net - pull).T, torque.T])
+
+
+@dataclass(frozen=True)
+class _Ways:
+    """The cables' ways at every row."""
+
+    Z: Array
+    length: Array
+    longer: Array
+    """than in the straight pose"""
+
+    @classmethod
+    def of(cls, arm: Arm, alpha: Array) -> "_Ways":
+        length = lengths(arm, alpha)
+        return cls(Z(arm, alpha), length, length - lengths(arm, np.zeros(arm.N)))
+
+
+def _load(arm: Arm, alpha: Array, alpha_d: Array, alpha_dd: Array) -> Array:
+    """Torque that the motion takes, without friction, (S, N), N m."""
+    k = terms(arm, alpha, alpha_d)
+    return np.einsum("tij,tj->ti", k.M, alpha_dd) + k.c + k.g
+
+
+def _alike(a: Arm, b: Arm, names: tuple[str, ...]) -> bool:
+    return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in names)

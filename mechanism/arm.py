@@ -15,8 +15,9 @@ Array = NDArray[np.float64]
 class Arm:
     """Numbers of one arm, or of a batch of arms that share their cables' routes (leading axes of every array).
 
-    Per mechanism, shape (..., N): L, b, r in m; diagonal_mass, top_mass in kg; diagonal_inertia, top_inertia in kg m^2;
-    spring_stiffness in N/m, spring_free_length in m. top_com, shape (..., N, 2), m, in the bar's frame.
+    Per mechanism, shape (..., N): L, b, r in m; diagonal_mass, top_mass in kg; diagonal_inertia, top_inertia in kg m^2.
+    top_com, shape (..., N, 2), m, in the bar's frame. Of the springs on the left and on the right, shape (..., 2, N):
+    spring_stiffness in N/m, spring_free_length in m.
     Per cable and motor, shape (..., M): x0, cable_length in m; section in m^2; drum = rd/R in m/rad (cable travel per motor angle),
     motor_inertia in kg m^2. gravity, shape (..., 2), m/s^2.
     """
@@ -68,8 +69,8 @@ def arm_of(neck: Neck) -> Arm:
         top_mass=np.array([x.top.mass for x in m]),
         top_inertia=np.array([x.top.inertia for x in m]),
         top_com=np.array([x.top.com for x in m]),
-        spring_stiffness=np.array([x.springs.stiffness for x in m]),
-        spring_free_length=np.array([x.springs.free_length for x in m]),
+        spring_stiffness=np.array([[side.stiffness for side in x.springs.sides] for x in m]).T,
+        spring_free_length=np.array([[side.free_length for side in x.springs.sides] for x in m]).T,
         gravity=np.array(neck.gravity),
         x0=np.array([x.x0 for x in c]),
         cable_length=np.array([x.length for x in c]),

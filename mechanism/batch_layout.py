@@ -13,6 +13,7 @@ from mechanism.arm import Arm, Array
 
 Shape = tuple[int, ...]
 ALL = slice(None)
+_OF_TWO_AXES = ("top_com", "spring_stiffness", "spring_free_length")
 
 
 def to_batch_last(values: Array, shape: Shape, part: slice = ALL, own_axes: int = 1) -> Array:
@@ -36,7 +37,7 @@ def from_batch_last(values: Array, shape: Shape) -> Array:
 
 
 def arm_batch_last(arm: Arm, shape: Shape, part: slice = ALL) -> Arm:
-    """The arm with arrays (parts, B); top_com (N, B, 2), gravity (B, 2)."""
+    """The arm with arrays (parts, B); top_com (N, B, 2), gravity (B, 2), the springs' (2, N, B)."""
     moved = {name: to_batch_last(getattr(arm, name), shape, part, axes) for name, axes in _own_axes().items()}
     moved["top_com"] = np.moveaxis(moved["top_com"], 1, -1)
     moved["gravity"] = moved["gravity"].T
@@ -52,4 +53,4 @@ def batch_shape(arm: Arm, values: Mapping[str, Array]) -> Shape:
 def _own_axes() -> dict[str, int]:
     """How many axes of each array of an arm are no batch axes, by the array's name."""
     names = (field.name for field in fields(Arm) if field.name not in ("spring_slack", "routes"))
-    return {name: 2 if name == "top_com" else 1 for name in names}
+    return {name: 2 if name in _OF_TWO_AXES else 1 for name in names}

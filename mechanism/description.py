@@ -47,12 +47,46 @@ class Top(Strict):
     com: tuple[Annotated[float, Field(ge=-1, le=1)], Annotated[float, Field(ge=-1, le=1)]] = (0.0, 0.0)
 
 
-class Springs(Strict):
-    """The two springs of a mechanism, one on each side; with `slack` they cannot push."""
+class Spring(Strict):
+    """One spring."""
 
     stiffness: Annotated[float, Field(ge=0, le=1e6)]
     free_length: Annotated[float, Field(ge=0, le=10)]
+
+
+class Springs(Spring):
+    """The two springs of a mechanism, one on each side, alike unless `right` says otherwise; with `slack` they cannot push."""
+
     slack: bool = False
+    right: Spring | None = None
+    """the spring on the right, where it is not as the one on the left"""
+
+    @property
+    def sides(self) -> tuple[Spring, Spring]:
+        """The spring on the left and the one on the right."""
+        return self, self.right or self
+
+
+class Tolerance(Strict):
+    """How well the numbers of the description are known, one standard deviation each; unless said as a workshop keeps them.
+
+    Relative to the number, but for `tilt` and `marker_angle`, rad.
+    """
+
+    mass: Annotated[float, Field(ge=0, le=1)] = 0.03
+    inertia: Annotated[float, Field(ge=0, le=1)] = 0.05
+    motor_inertia: Annotated[float, Field(ge=0, le=1)] = 0.1
+    stiffness: Annotated[float, Field(ge=0, le=1)] = 0.05
+    """of every spring by itself"""
+    free_length: Annotated[float, Field(ge=0, le=1)] = 0.01
+    length: Annotated[float, Field(ge=0, le=1)] = 0.002
+    """of L and b"""
+    pulley: Annotated[float, Field(ge=0, le=1)] = 0.01
+    drum: Annotated[float, Field(ge=0, le=1)] = 0.002
+    tilt: Annotated[float, Field(ge=0, le=pi)] = 0.3 * pi / 180
+    """of the base against gravity"""
+    marker_angle: Annotated[float, Field(ge=0, le=pi)] = 0.3 * pi / 180
+    """of the markers of one bar together against it, or of an angle's zero"""
 
 
 class Mechanism(Strict):
@@ -166,6 +200,7 @@ class Neck(Strict):
     cables: Annotated[tuple[Cable, ...], Field(min_length=1, max_length=200)]
     motors: Annotated[tuple[Motor, ...], Field(min_length=1, max_length=200)]
     markers: Markers | None = None
+    tolerance: Tolerance = Tolerance()
 
     @model_validator(mode="after")
     def _parts_agree(self) -> "Neck":

@@ -95,8 +95,8 @@ def terms_batch_last(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:
     c = c + 2 * arm.diagonal_inertia * lean1 * lean2 * v**2
 
     g = -_dot(arm.gravity[..., 0] + 1j * arm.gravity[..., 1], momentum)
-    for length, slope in ((s.left, s.left1), (s.right, s.right1)):
-        g = g + spring_force(arm, length) * slope
+    for side, (length, slope) in enumerate(((s.left, s.left1), (s.right, s.right1))):
+        g = g + spring_force(arm, side, length) * slope
     return Terms(M, c, g)
 
 
@@ -126,9 +126,12 @@ def _cross(a: Complex, b: Complex) -> Array:
     return a.real * b.imag - a.imag * b.real
 
 
-def spring_force(arm: Arm, length: Array) -> Array:
-    """Pull of a spring of side length `length`, (N, B), N; springs that may go slack do not push."""
-    pull = arm.spring_stiffness * (length - arm.spring_free_length)
+def spring_force(arm: Arm, side: int, length: Array) -> Array:
+    """Pull of the springs on a side (0: left, 1: right) of length `length`, (N, B), N; those that may go slack do not push.
+
+    The arm is in batch layout.
+    """
+    pull = arm.spring_stiffness[side] * (length - arm.spring_free_length[side])
     if not any(arm.spring_slack):
         return pull
     return np.where(np.array(arm.spring_slack)[:, None], np.maximum(pull, 0.0), pull)
@@ -156,6 +159,6 @@ def potential_energy(arm: Arm, alpha: Array) -> Array:
     tops = p.bar_middle[..., 1:] + com * np.exp(1j * p.bar_angle[..., 1:])
     moment = arm.top_mass * tops + arm.diagonal_mass * p.diagonal_middle.sum(axis=-1)
     height = -(arm.gravity[..., :1] * moment.real + arm.gravity[..., 1:] * moment.imag)
-    stretch = np.stack([s.left, s.right]) - arm.spring_free_length
+    stretch = np.stack([s.left, s.right], axis=-2) - arm.spring_free_length
     stretch = np.where(np.array(arm.spring_slack), np.maximum(stretch, 0.0), stretch)
-    return np.sum(height, axis=-1) + np.sum(arm.spring_stiffness * stretch**2 / 2, axis=(0, -1))
+    return np.sum(height, axis=-1) + np.sum(arm.spring_stiffness * stretch**2 / 2, axis=(-2, -1))

@@ -1,10 +1,9 @@
 """A base that is not level."""
 
-import numpy as np
-
 from diagnosis.effect import DescriptionEffect
 from mechanism.description import Neck
 from mechanism.laws import Term
+from mechanism.toleranced_numbers import tilted
 
 
 class BaseTilt(DescriptionEffect):
@@ -13,6 +12,7 @@ class BaseTilt(DescriptionEffect):
     name = "base_tilt"
     words = "the base is not level"
     place = "base"
+    has_tolerance = True
     terms = (
         Term(
             "tilt",
@@ -27,5 +27,4 @@ class BaseTilt(DescriptionEffect):
     order = 6
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
-        g = complex(*neck.gravity) * np.exp(-1j * amount)
-        return neck.model_copy(update={"gravity": (float(g.real), float(g.imag))})
+        return tilted(neck, amount)

@@ -15,6 +15,9 @@ class DrumRadius(DescriptionEffect):
     name = "drum_radius"
     words = "a drum (or its gear ratio) is not as described"
     place = "motor"
+    usual_amount = 0.03
+    """(docs/thresholds.md)"""
+    has_tolerance = True
     terms = (
         Term(
             "rd", "1", low=-0.3, high=0.3, size=5e-3, would_tell="measure the drum, and wind every cable far in and out"

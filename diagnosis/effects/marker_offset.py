@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from diagnosis.angle_zeros import angle_errors_of_bars
 from diagnosis.check_fault import CheckFault
 from diagnosis.effect import Array, Effect, Placement, Shape
 from diagnosis.hypothesis import Hypothesis
@@ -19,6 +20,7 @@ class MarkerOffset(Effect):
     name = "marker_offset"
     words = "the markers of a bar are turned against how they are described, or an angle's zero is wrong"
     place = "bar"
+    has_tolerance = True
     first_index = 0
     terms = (
         Term(
@@ -49,17 +51,11 @@ class MarkerOffset(Effect):
 
     def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
         size = self.terms[0].size
-        errors = size * _angles_by_bar(recording.signals.arm.N)
+        errors = size * angle_errors_of_bars(recording.signals.arm.N)
         sensitivity = recording.sensitivity
         return (
             np.stack([sensitivity.residual_change(angle_error=AngleError(-error)) for error in errors], axis=-1) / size
         )
 
     def added_to(self, h: Hypothesis, amounts: Array, shape: Shape) -> Hypothesis:
-        return replace(h, angle_error=h.angle_error + amounts @ _angles_by_bar(len(h.angle_error)))
-
-
-def _angles_by_bar(joints: int) -> Array:
-    """What one radian of each bar's marker, from the base's on, adds to each joint angle, (N + 1, N)."""
-    bars = np.eye(joints + 1)
-    return bars[:, 1:] - bars[:, :-1]
+        return replace(h, angle_error=h.angle_error + amounts @ angle_errors_of_bars(len(h.angle_error)))

@@ -12,6 +12,7 @@ class PulleyRadius(DescriptionEffect):
     name = "pulley_radius"
     words = "the pulleys of a mechanism are not as described"
     place = "mechanism"
+    has_tolerance = True
     terms = (
         Term(
             "r",

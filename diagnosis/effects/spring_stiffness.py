@@ -6,6 +6,7 @@ from typing import Any
 from diagnosis.effect import DescriptionEffect, Numbers
 from mechanism.description import Neck
 from mechanism.laws import Term
+from mechanism.toleranced_numbers import with_springs_apart
 
 
 class SpringStiffness(DescriptionEffect):
@@ -14,6 +15,7 @@ class SpringStiffness(DescriptionEffect):
     name = "spring_stiffness"
     words = "the springs of a mechanism are not as described"
     place = "mechanism"
+    has_tolerance = True
     terms = (
         Term(
             "ks",
@@ -24,21 +26,23 @@ class SpringStiffness(DescriptionEffect):
             of="joint",
             would_tell="measure the springs, and hold every joint bent by different angles",
         ),
+        Term("ku", "1", low=-0.9, high=0.9, size=0.02, of="joint", would_tell="measure the spring on each side"),
     )
+    """of both springs, and by how much more the left one and less the right one"""
     order = 12
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
+        term, place = divmod(place, neck.N)
         mechanisms = list(neck.mechanisms)
-        mechanism = mechanisms[place]
-        mechanisms[place] = mechanism.model_copy(
-            update={
-                "springs": mechanism.springs.model_copy(
-                    update={"stiffness": mechanism.springs.stiffness * (1 + amount)}
-                )
-            }
-        )
+        mechanism = with_springs_apart(mechanisms[place]) if term else mechanisms[place]
+        springs = mechanism.springs
+        update: dict[str, object] = {"stiffness": springs.stiffness * (1 + amount)}
+        if springs.right is not None:
+            opposite = -amount if term else amount
+            update["right"] = springs.right.model_copy(update={"stiffness": springs.right.stiffness * (1 + opposite)})
+        mechanisms[place] = mechanism.model_copy(update={"springs": springs.model_copy(update=update)})
         return neck.model_copy(update={"mechanisms": tuple(mechanisms)})
 
     def true_numbers(self, parameters: Mapping[str, float], truth: Mapping[str, Any], place: int | None) -> Numbers:
-        """The truth is a factor."""
-        return {("ks", place): parameters["factor"] - 1.0}
+        """The truth is a factor on both."""
+        return {("ks", place): parameters["factor"] - 1.0, ("ku", place): 0.0}

@@ -79,6 +79,10 @@ class System:
                     tension=tension[:, c],
                     wrap=wrap[:, c],
                     memory=memory[g.rows][:, c],
+                    f=f[:, c],
+                    gear=plant.gear[:, c],
+                    stiffness=plant.stiffness[:, c],
+                    drum=plant.drum[:, c],
                 )
                 added[:, c] += g.law.tension(s)
                 resisting[:, c] += g.law.motor(s)

@@ -31,6 +31,14 @@ class Snapshot:
     wrap: Array
     """rad, over which cables lie on the pulleys of their routes"""
     memory: Array
+    f: Array
+    """N at the cable, as commanded to the motors"""
+    gear: Array
+    """turns of each motor by turn of its drum"""
+    stiffness: Array
+    """N/m, of the base law"""
+    drum: Array
+    """m, radius of each drum"""
 
 
 @dataclass(frozen=True)
@@ -163,6 +171,95 @@ class PulleyFriction(Law):
     def motor(self, s: Snapshot) -> Array:
         pulled = np.maximum(s.tension, 0.0)
         return pulled * np.expm1(self.mu * s.wrap * turning(s.theta_d))
+
+
+@dataclass(frozen=True)
+class Described(Law):
+    """A number of the plant that is `factor` times what the drawing has, at one place."""
+
+    field: str
+    place: int
+    factor: float
+
+    def altered(self, plant: Plant) -> Plant:
+        value = getattr(plant, self.field).copy()
+        value[self.place] *= self.factor
+        return replace(plant, **{self.field: value})
+
+    @classmethod
+    def side_by_side(cls, laws: Sequence[Self]) -> Self:
+        """It acts through the plant alone."""
+        return laws[0]
+
+
+@dataclass(frozen=True)
+class ActuatorGain(Law):
+    """Motors that pull by `share` (each) of their command more than they are told."""
+
+    share: Array
+
+    def motor(self, s: Snapshot) -> Array:
+        return -self.share * s.f
+
+
+@dataclass(frozen=True)
+class ActuatorOffset(Law):
+    """Motors that pull by a constant `force` (N each) more than they are told."""
+
+    force: Array
+
+    def motor(self, s: Snapshot) -> Array:
+        return -self.force + 0 * s.theta
+
+
+@dataclass(frozen=True)
+class ActuatorLag(Law):
+    """Motors whose force follows the command by a first order of `time` (s)."""
+
+    time: float
+
+    def memory_rows(self, plant: Plant) -> int:
+        return plant.M
+
+    def motor(self, s: Snapshot) -> Array:
+        return s.f - s.memory
+
+    def memory_d(self, s: Snapshot) -> Array:
+        return (s.f - s.memory) / self.time
+
+
+@dataclass(frozen=True)
+class Creep(Law):
+    """A Zener element beside each cable: a share of its stiffness that relaxes over `time` (s)."""
+
+    share: float
+    time: float
+
+    def memory_rows(self, plant: Plant) -> int:
+        return plant.M
+
+    def tension(self, s: Snapshot) -> Array:
+        return self.share * s.stiffness * (s.x - s.memory)
+
+    def memory_d(self, s: Snapshot) -> Array:
+        return (s.x - s.memory) / self.time
+
+
+@dataclass(frozen=True)
+class Hysteresis(Law):
+    """Strands that slide within each cable: up to `force` (N), reached over `width` (m), by Dahl's law."""
+
+    force: float
+    width: float
+
+    def memory_rows(self, plant: Plant) -> int:
+        return plant.M
+
+    def tension(self, s: Snapshot) -> Array:
+        return self.force * s.memory
+
+    def memory_d(self, s: Snapshot) -> Array:
+        return (s.x_d - np.abs(s.x_d) * s.memory) / self.width
 
 
 @dataclass(frozen=True)
