@@ -45,6 +45,8 @@ _MIN_STEP_GAIN = 0.3
 """in units of a row's loss: a step that promises less is not taken"""
 _MIN_LOSS_GAIN, _MIN_LOSS_GAIN_FAR = 1e-3, 1e-2
 """of the loss: a step that took less away was the last; and where far more than noise is left"""
+_NEARER_SHARE = 0.3
+"""of what a straight step promised: what is promised after a good one"""
 _FAR = 4.0
 """losses of noise from which a fit is far"""
 IMPOSSIBLE_SIGMAS = 3.0
@@ -112,6 +114,11 @@ class FitStage:
         """Of blocks where all but their fold were fitted, of nuisances beyond tolerance, and what a last step would have taken."""
         missed = self.comparison.profiled_loss - self.fit.loss
         return float(self.comparison.block_losses().sum()) + self.comparison.prior_loss() + max(0.0, missed)
+
+    @property
+    def surplus(self) -> float:
+        """Loss beyond what noise alone makes, which differs from stage to stage: a heavier arm makes more of the angles' noise."""
+        return self.loss - self.noise_loss
 
     @cached_property
     def excess(self) -> NoiseExcess:
@@ -218,7 +225,7 @@ def _refined(
         stepped, causes = _stepped_down(current, h, causes, data, whiten)
         at = stepped.linearisation
         current = compare(at, causes, (), nuisances_at(at), whiten)
-        if current.profiled_loss > (1 - _least_loss_gain(current)) * before:
+        if abs(current.profiled_loss / before - 1) < _least_loss_gain(current):
             break
     return current, causes
 
@@ -227,8 +234,7 @@ def _stepped_down(
     current: Comparison, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], whiten: Whitener
 ) -> tuple[Comparison, tuple[Cause, ...]]:
     """One round of steps, with nuisances that act as where it begins."""
-    nuisances = current.nuisances
-    best, damping, was_small = (current, causes), 0.0, False
+    nuisances, damping, was_small = current.nuisances, 0.0, False
     for _ in range(_MAX_STEPS):
         if _promised(current) < _least_promise(current):
             break
@@ -248,11 +254,9 @@ def _stepped_down(
             candidate.profiled_loss / current.profiled_loss,
             candidate.loss_with_fixed_causes / current.loss_with_fixed_causes,
         )
-        if gain > 0:
+        if gain > 0 or _is_nearer(candidate, current):
             current, causes = candidate, stepped
             damping = damping / _DAMPING_DECREASE if damping > _FIRST_DAMPING else 0.0
-            if current.profiled_loss < best[0].profiled_loss:
-                best = current, causes
             is_small = gain < _least_loss_gain(current)
             if is_small and (damping == 0 or was_small):
                 break
@@ -261,7 +265,15 @@ def _stepped_down(
             damping = max(_FIRST_DAMPING, _DAMPING_INCREASE * damping)
             if damping > _MAX_DAMPING:
                 break
-    return best
+    return current, causes
+
+
+def _is_nearer(candidate: Comparison, current: Comparison) -> bool:
+    """Whether a step that did not lessen the loss led to where its columns promise little more.
+
+    Near noise the loss is no judge: a heavier arm makes more of the angles' noise. Columns are of smooth motions, free of it."""
+    is_near = candidate.profiled_loss < _FAR * candidate.row_count
+    return is_near and _promised(candidate) < _NEARER_SHARE * _promised(current)
 
 
 def _promised(current: Comparison) -> float:

@@ -65,11 +65,11 @@ class CauseCandidate:
 
 @dataclass(frozen=True)
 class Rival:
-    """A cause that explains as much, and the loss with it."""
+    """A cause that explains as much, and the loss with it beyond noise."""
 
     effect: Effect
     where: Placement
-    loss: float
+    surplus: float
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,13 @@ class NamedCause:
     tied: tuple[Rival, ...]
     gain: float
     """what it takes from the loss"""
-    loss_before: float
+    loss: float
+    """with it"""
+
+    @property
+    def loss_before(self) -> float:
+        """Without it."""
+        return self.loss + self.gain
 
 
 @dataclass(frozen=True)
@@ -136,7 +142,7 @@ def _with_all_causes(fitter: CauseFitter, first: FitStage, by_chance: float) -> 
             break
         after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
         added = {offered[i].effect.name for i in chosen if i not in start}
-        if after.possible and (after.loss < last.loss or not added):
+        if after.possible and (after.surplus < last.surplus or not added):
             last = after
         else:
             given_up |= added
@@ -211,8 +217,8 @@ def _with_look_alikes(fitter: CauseFitter, last: FitStage, by_chance: float) -> 
         gain = without - loss
         kept = indistinguishable(fitted, gain)
         best, last = kept[0]
-        tied = tuple(Rival(c.effect, c.where, stage.loss) for c, stage in kept)
-        causes.append(NamedCause(best.effect, best.where, tied, gain, last.loss + gain))
+        tied = tuple(Rival(c.effect, c.where, stage.surplus) for c, stage in kept)
+        causes.append(NamedCause(best.effect, best.where, tied, gain, last.loss))
     return tuple(causes), last
 
 
@@ -229,19 +235,21 @@ def indistinguishable(fitted: Sequence[tuple[Cause, FitStage]], gain: float) -> 
     Little is `tie_tolerance`, and where the best leaves something above noise as much as that: laws have forms that nobody knows
     better. What leaves something plainly above noise where the best does not explains less. One with more numbers than another
     stays only where it leaves less by as much."""
-    best = min((stage for _, stage in fitted), key=lambda stage: stage.loss)
-    limit = best.loss + tie_tolerance(best.loss, gain)
+    best = min((stage for _, stage in fitted), key=lambda stage: stage.surplus)
+    limit = best.surplus + tie_tolerance(best.loss, gain)
     if best.excess.above_noise:
-        limit += max(0.0, best.loss - best.noise_loss)
+        limit += max(0.0, best.surplus)
     kept: list[tuple[Cause, FitStage]] = []
     candidates = [
-        (c, stage) for c, stage in fitted if stage.loss <= limit and stage.excess.above_noise <= best.excess.above_noise
+        (c, stage)
+        for c, stage in fitted
+        if stage.surplus <= limit and stage.excess.above_noise <= best.excess.above_noise
     ]
     for c, stage in sorted(candidates, key=lambda fitted: _number_count(fitted[0])):
-        simpler = [s.loss for k, s in kept if _number_count(k) < _number_count(c)]
-        if not simpler or stage.loss < min(simpler) - tie_tolerance(best.loss, gain):
+        simpler = [s.surplus for k, s in kept if _number_count(k) < _number_count(c)]
+        if not simpler or stage.surplus < min(simpler) - tie_tolerance(best.loss, gain):
             kept.append((c, stage))
-    return sorted(kept, key=lambda fitted: fitted[1].loss)
+    return sorted(kept, key=lambda fitted: fitted[1].surplus)
 
 
 def _number_count(cause: Cause) -> int:

@@ -102,8 +102,8 @@ def probability(named: NamedCause) -> float:
 
     Half of what causes may differ by that explain alike is one step of e: laws have forms that nobody knows better.
     """
-    losses = np.array([rival.loss for rival in named.tied])
-    weight = np.exp((losses[0] - losses) / (tie_tolerance(losses[0], named.gain) / 2))
+    left = np.array([rival.surplus for rival in named.tied])
+    weight = np.exp((left[0] - left) / (tie_tolerance(named.loss, named.gain) / 2))
     return float(1 / weight.sum())
 
 
