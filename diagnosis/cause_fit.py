@@ -37,7 +37,7 @@ _MIN_CLOCK_STEP_S = 1e-4
 """s: up to which frames need not be read anew, for what they show changes in proportion"""
 _MAX_START_X0_M = 5e-3
 """m: pre-elongation beyond the description's that a fit may begin with (docs/thresholds.md)"""
-_MAX_START_DELAY_S = 3.4 * DELAY_SIGMA_S
+MAX_START_DELAY_S = 3.4 * DELAY_SIGMA_S
 """s: delay of the forces that a fit may begin with (docs/thresholds.md)"""
 _MIN_START_STIFFNESS = 0.3
 """of the cables' median stiffness: the least that a fit may begin with (docs/thresholds.md)"""
@@ -204,7 +204,7 @@ def _base_model_start(h: Hypothesis, data: Sequence[DataSet], start: Array | Non
         slot = u.slots["x0", recording]
         p[slot] = np.clip(p[slot], -_MAX_START_X0_M, _MAX_START_X0_M)
         slot = u.slots["delay", recording]
-        p[slot] = np.clip(p[slot], -_MAX_START_DELAY_S, _MAX_START_DELAY_S)
+        p[slot] = np.clip(p[slot], -MAX_START_DELAY_S, MAX_START_DELAY_S)
     k = u.slots["k", None]
     p[k] = np.maximum(p[k], _MIN_START_STIFFNESS * np.median(p[k]))
     return linearise(h, signals, p, frame_lags)

@@ -12,12 +12,12 @@ NOISE_LOSS = 9000.0
 
 def one(name: str, loss: float, numbers: int = 1, above_noise: bool = False) -> Any:
     """A cause by its name, and a fit with it."""
-    stage = SimpleNamespace(loss=loss, noise_loss=NOISE_LOSS, excess=SimpleNamespace(above_noise=above_noise))
-    return SimpleNamespace(effect=name, number_count=numbers), stage
+    stage = SimpleNamespace(loss=loss, surplus=loss - NOISE_LOSS, excess=SimpleNamespace(above_noise=above_noise))
+    return SimpleNamespace(effect=SimpleNamespace(name=name, shape_terms=()), amounts=[0.0] * numbers), stage
 
 
-def names(*tried: Any) -> list[str]:
-    return [str(c.effect) for c, _ in indistinguishable(tried)]
+def names(*tried: Any, gain: float = 1e6) -> list[str]:
+    return [str(c.effect.name) for c, _ in indistinguishable(tried, gain)]
 
 
 def test_what_leaves_as_little_is_tied_and_the_best_is_first() -> None:
@@ -37,3 +37,9 @@ def test_what_leaves_something_above_noise_is_not_tied_with_what_leaves_none(abo
 def test_more_numbers_must_leave_less() -> None:
     assert names(one("plain", 10_100.0), one("rich", 10_000.0, numbers=4)) == ["plain"]
     assert names(one("plain", 10_700.0), one("rich", 9_500.0, numbers=4)) == ["rich"]
+
+
+def test_little_gain_is_told_by_less() -> None:
+    """A number a little beyond its tolerance takes 20 of a loss of 10,000: what leaves 15 more explains nothing."""
+    assert names(one("best", 10_000.0), one("none", 10_015.0), gain=20.0) == ["best"]
+    assert names(one("best", 10_000.0), one("chance", 10_005.0), gain=20.0) == ["best", "chance"]
