@@ -35,6 +35,12 @@ class Cause:
         amounts = self.effect.sizes(arm)[list(self.where.columns)]
         return np.append(amounts, [term.size for term in self.effect.shape_terms])
 
+    def at_limit(self) -> NDArray[np.bool_]:
+        """Which shape terms are at the end of their range, from where no straight step leads on."""
+        ends = ((term.low, term.high) for term in self.effect.shape_terms)
+        values = (self.shape[term.name] for term in self.effect.shape_terms)
+        return np.array([value in (low, high) for value, (low, high) in zip(values, ends, strict=True)], dtype=bool)
+
     def stepped(self, step: Array, arm: Arm) -> "Cause":
         """With amounts and shape terms moved by a step (Q,), in their sizes."""
         change = step * self.sizes(arm)

@@ -41,6 +41,8 @@ _MAX_RIVALS = 4
 """causes that are fitted in the place of the best one, itself among them (docs/thresholds.md)"""
 _RIVAL_SHARE = 0.7
 """of what a cause takes: what another one must take in its place to be fitted there (docs/thresholds.md)"""
+_RIVAL_REACH = 3.0
+"""times what causes may differ by that explain alike: how much more another one leaves at most that is fitted in a cause's place"""
 _MAX_CHOICES = 12
 """of causes, each fitted before the next"""
 _TIE_BY_CHANCE = 6.0
@@ -136,17 +138,25 @@ def _with_all_causes(fitter: CauseFitter, first: FitStage, by_chance: float) -> 
         choices, offered = _choices(last, fitter.whiten, given_up)
         start = list(range(len(last.causes)))
         chosen = chosen_jointly(choices, start, _least_gains(last, offered, by_chance), 1 - SINGLE_PLACE_SHARE)
-        # columns are straight lines: far from where they were drawn only what is clearest is believed
-        chosen = choices.with_clearest_of(chosen, start)
         if sorted(chosen) == start:
             break
         after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
         added = {offered[i].effect.name for i in chosen if i not in start}
-        if after.possible and (after.surplus < last.surplus or not added):
+        if _is_better(after, last, by_chance):
             last = after
-        else:
+        elif added:
             given_up |= added
+        else:
+            break
     return last
+
+
+def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:
+    """Whether a choice, once fitted, is better than the one before: it leaves less, or no more than noise with fewer causes."""
+    if not after.possible:
+        return False
+    fewer = len(after.causes) < len(before.causes)
+    return after.surplus < before.surplus + (by_chance if fewer else 0.0) or (fewer and not after.excess.above_noise)
 
 
 def _choices(stage: FitStage, whiten: Whitener, given_up: Collection[str]) -> tuple[Choices, list[Cause]]:
@@ -200,10 +210,12 @@ def _with_look_alikes(fitter: CauseFitter, last: FitStage, by_chance: float) -> 
         count = len(last.causes)
         others = [k for k in range(count) if k != i]
         without, loss = choices.loss(others), choices.loss(range(count))
+        # columns are straight lines: what is fitted may leave less, but hardly so much
+        farthest = _RIVAL_REACH * tie_tolerance(last.loss, without - loss) + max(0.0, last.surplus)
         near = {}
         for k in range(count, len(offered)):
             left = choices.loss([*others, k])
-            if left < loss + (1 - _RIVAL_SHARE) * (without - loss):
+            if left < loss + (1 - _RIVAL_SHARE) * (without - loss) and left < loss + farthest:
                 effect = offered[k].effect.name
                 if effect not in near or left < choices.loss([*others, near[effect]]):
                     near[effect] = k

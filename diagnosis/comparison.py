@@ -32,6 +32,8 @@ FOLDS = 5
 """of the cross-validation (docs/thresholds.md)"""
 _TELLING_SHARE = 0.1
 """of what all blocks tell of a column: a block that tells more is dealt by how much it tells (docs/thresholds.md)"""
+_HELD_SIGMA = 1e-6
+"""in sizes, of shape terms that are at the end of their range"""
 _RIDGE = 1e-9
 """of columns scaled to one, for those that nothing tells apart"""
 
@@ -160,7 +162,7 @@ class Comparison:
         """As if the causes that the linearisation holds were not there; numbers: their amounts and shapes, in columns' sizes."""
         fixed = np.zeros(len(self.prior_sigma))
         fixed[self.cause_columns] = -numbers
-        return replace(self.with_fixed(fixed), prior_mean=self.prior_mean - fixed)
+        return self.with_fixed(fixed)
 
     @cached_property
     def temper(self) -> float:
@@ -319,12 +321,8 @@ def compare(
     block_products, noise_products, row_count = _products(at, matrices, whiten, noise)
     prior_sigma, relaxed_sigma, prior_mean = _priors(at, nuisances, first, first + sum(widths))
     for cause, slot in zip(causes, slots, strict=False):
-        amounts = slot[: len(cause.amounts)]
-        size = cause.sizes(at.hypothesis.arm)[: len(cause.amounts)]
-        prior_sigma[amounts] = relaxed_sigma[amounts] = cause.effect.usual_amount / size
-        prior_mean[amounts] = -cause.amounts / size if np.isfinite(cause.effect.usual_amount) else 0.0
-    for (effect, _), slot in zip(effects, slots[len(causes) :], strict=True):
-        prior_sigma[slot] = relaxed_sigma[slot] = effect.usual_amount / effect.sizes(at.hypothesis.arm)
+        held = slot[len(cause.amounts) :][cause.at_limit()]
+        prior_sigma[held] = relaxed_sigma[held] = _HELD_SIGMA
     if clock_relaxed is None:
         clock_relaxed = bool(causes) and not any(cause.effect.is_clock for cause in causes)
     return Comparison(

@@ -56,11 +56,11 @@ class Effect:
     is_clock: ClassVar[bool] = False
     """whether it is the clock itself: where another effect is the cause, a clock that rests on the base model's laws is in doubt"""
     has_tolerance: ClassVar[bool] = False
-    """whether it is a number that neck.yaml gives a tolerance: within that it is no cause, beyond it is one"""
-    usual_amount: ClassVar[float] = np.inf
-    """standard deviation of its amounts where it is there, in their unit: a weak one, for what could stand for the scale of all"""
+    """whether it is a number that neck.yaml gives a tolerance, or adds to one: within that it is no cause, beyond it is one"""
     may_sit_alone: ClassVar[bool] = True
     """whether it may sit in one place only"""
+    may_sit_everywhere: ClassVar[bool] = True
+    """whether it may sit in all places at once, where that is not the scale of all forces or lengths, which nothing tells"""
     check_fault: ClassVar[CheckFault | None] = None
     """how `xneck check` speaks of it, where it is one of its faults"""
     truth_names: ClassVar[tuple[tuple[str, str], ...]] = ()
@@ -84,7 +84,7 @@ class Effect:
         return tuple(f"{self.place} {i + 1}" for i in range(self.place_count(arm)))
 
     def placements(self, arm: Arm) -> tuple[Placement, ...]:
-        """Everywhere first, then the places where it may sit alone."""
+        """Everywhere first, if it may, then the places where it may sit alone."""
         count = self.place_count(arm)
         everywhere = Placement("all", tuple(range(len(self.terms) * count)))
         if count == 1 or not self.may_sit_alone:
@@ -93,7 +93,7 @@ class Effect:
             Placement(label, tuple(k * count + i for k in range(len(self.terms))))
             for i, label in enumerate(self.place_labels(arm))
         )
-        return (everywhere, *single)
+        return (everywhere, *single) if self.may_sit_everywhere else single
 
     def sizes(self, arm: Arm) -> Array:
         """What a person would call a change of each amount, (Q,)."""

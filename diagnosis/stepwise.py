@@ -48,12 +48,6 @@ class Choices:
             self._known[key] = self._minimum(key)
         return self._known[key]
 
-    def with_clearest_of(self, chosen: Sequence[int], start: Sequence[int]) -> list[int]:
-        """Of chosen options those of `start`, and of the others the one that the choice can do without least."""
-        new = [i for i in chosen if i not in start]
-        kept = [i for i in chosen if i in start]
-        return [*kept, max(new, key=lambda i: self.loss([k for k in chosen if k != i]))] if new else kept
-
     def _minimum(self, chosen: tuple[int, ...]) -> float:
         if not chosen:
             return self._loss

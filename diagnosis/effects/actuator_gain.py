@@ -12,8 +12,7 @@ class ActuatorGain(LawEffect):
     name = "actuator_gain"
     words = "a motor pulls more or less than it is told, in proportion"
     place = "motor"
-    usual_amount = 0.1
-    """(docs/thresholds.md)"""
+    may_sit_everywhere = False
     law = "actuator_gain"
     terms = law_terms("actuator_gain", "g")
     order = 13

@@ -15,8 +15,7 @@ class DrumRadius(DescriptionEffect):
     name = "drum_radius"
     words = "a drum (or its gear ratio) is not as described"
     place = "motor"
-    usual_amount = 0.03
-    """(docs/thresholds.md)"""
+    may_sit_everywhere = False
     has_tolerance = True
     terms = (
         Term(

@@ -11,6 +11,7 @@ class TipPayload(DescriptionEffect):
     name = "tip_payload"
     words = "the arm carries something at its tip"
     place = "tip"
+    has_tolerance = True
     terms = (
         Term(
             "m",
