@@ -7,7 +7,7 @@ that leave little more: data cannot tell these apart. Of two that explain as muc
 """
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +41,13 @@ _MAX_RIVALS = 4
 """causes that are fitted in the place of the best one, itself among them (docs/thresholds.md)"""
 _RIVAL_SHARE = 0.7
 """of what a cause takes: what another one must take in its place to be fitted there (docs/thresholds.md)"""
+_MAX_OTHER_SHAPES = 2
+"""other start shapes up to which they are tried (docs/thresholds.md)"""
+_PLAIN_SURPLUS = 0.05
+"""of what noise makes of the loss: more that is left calls for other start shapes (docs/thresholds.md)"""
 _RIVAL_REACH = 3.0
-"""times what causes may differ by that explain alike: how much more another one leaves at most that is fitted in a cause's place"""
+"""times what causes may differ by that explain alike: how much more another one leaves at most that is fitted in its place
+(docs/thresholds.md)"""
 _MAX_CHOICES = 12
 """of causes, each fitted before the next"""
 _TIE_BY_CHANCE = 6.0
@@ -140,7 +145,7 @@ def _with_all_causes(fitter: CauseFitter, first: FitStage, by_chance: float) -> 
         chosen = chosen_jointly(choices, start, _least_gains(last, offered, by_chance), 1 - SINGLE_PLACE_SHARE)
         if sorted(chosen) == start:
             break
-        after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
+        after = _fitted_from_all_shapes(fitter, last, tuple(offered[i] for i in sorted(chosen)))
         added = {offered[i].effect.name for i in chosen if i not in start}
         if _is_better(after, last, by_chance):
             last = after
@@ -149,6 +154,24 @@ def _with_all_causes(fitter: CauseFitter, first: FitStage, by_chance: float) -> 
         else:
             break
     return last
+
+
+def _fitted_from_all_shapes(fitter: CauseFitter, start: FitStage, causes: tuple[Cause, ...]) -> FitStage:
+    """Causes fitted; where something is left, those that are new also from their other start shapes, one after the other.
+
+    A shape that is far off may not be reached by steps."""
+    at, known = start.comparison.linearisation, {cause.effect.name for cause in start.causes}
+    best = fitter.fitted(at, causes)
+    for i, cause in enumerate(causes):
+        others = [s for s in cause.effect.start_shapes if dict(s) != dict(cause.shape)]
+        if cause.effect.name in known or len(others) > _MAX_OTHER_SHAPES:
+            continue
+        for shape in others:
+            if best.possible and best.surplus < _PLAIN_SURPLUS * best.noise_loss:
+                return best
+            stage = fitter.fitted(at, (*causes[:i], replace(cause, shape=dict(shape)), *causes[i + 1 :]))
+            best = min(best, stage, key=lambda s: (not s.possible, s.surplus))
+    return best
 
 
 def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:
