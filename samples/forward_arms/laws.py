@@ -186,11 +186,6 @@ class Described(Law):
         value[self.place] *= self.factor
         return replace(plant, **{self.field: value})
 
-    @classmethod
-    def side_by_side(cls, laws: Sequence[Self]) -> Self:
-        """It acts through the plant alone."""
-        return laws[0]
-
 
 @dataclass(frozen=True)
 class ActuatorGain(Law):
