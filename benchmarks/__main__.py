@@ -36,6 +36,7 @@ TOPICS = {
         "growth",
         "clean_arms",
         "hidden_by_noise",
+        "ladder",
     )
 }
 

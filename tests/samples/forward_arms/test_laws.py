@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.ladder import OUTSIDE
 from mechanism import cable_lengths
 from samples.forward_arms.cables import lengths, wraps
 from samples.forward_arms.dynamics import equations
@@ -146,6 +147,10 @@ def snapshot(theta_d: Array, tension: Array, wrap: Array) -> Snapshot:
         tension=tension,
         wrap=wrap,
         memory=none,
+        f=none,
+        gear=none + 25.0,
+        stiffness=none + 8000.0,
+        drum=none + 0.01,
     )
 
 
@@ -247,3 +252,17 @@ def test_steps_may_be_long_where_the_joints_friction_is_steep() -> None:
     told, untold = (np.abs(end(law(0.03, 0.05), 5e-4) - truth).max() for law in (JointFriction, SteepJointFriction))
     assert told < 5e-5
     assert untold > 10 * told
+
+
+@pytest.mark.parametrize("law", OUTSIDE.values(), ids=OUTSIDE)
+def test_what_no_catalogue_holds_changes_the_motion(law: Law) -> None:
+    """Of a state somewhere in the middle, after a while: what the arm does or what its encoders see."""
+    system, bare = hiding(law), System(hiding(law).plant, slack=False)
+    y = any_state(system)
+    y[system.memory] = 0.5
+    y[system.alpha][0] = 0.3
+    f = np.random.default_rng(3).uniform(10, 60, (system.plant.M, 20))
+    of_plain = y[: bare.size]
+    rates, plain = system.rates(4.5, y, f).state_d[: bare.size], bare.rates(4.5, of_plain, f).state_d
+    moves = bool(np.any(np.abs(rates - plain) > 1e-3 * np.abs(plain) + 1e-9))
+    assert moves != np.any(system.encoder(4.5, y) != bare.encoder(4.5, of_plain))

@@ -1,0 +1,59 @@
+"""What the ladder hides, and how it counts."""
+
+import numpy as np
+import pytest
+
+from benchmarks.ladder import CATALOGUE, OUTSIDE, SCENES, SET_ON, hidden_in, is_right, mixture
+from diagnosis.effects import EFFECTS
+from samples.forward_arms.drawing import drawn
+from samples.forward_arms.settings import Settings
+
+ARM = drawn(Settings(), 7)
+
+
+def test_names_are_those_of_the_diagnosis() -> None:
+    assert set(CATALOGUE) <= set(EFFECTS)
+    assert not set(OUTSIDE) & set(EFFECTS)
+    assert 2 * len(SET_ON) <= len(OUTSIDE)
+    assert len({scene.name for scene in SCENES}) == len(SCENES)
+
+
+@pytest.mark.parametrize("seed", range(8, 14))
+def test_a_mixture_is_of_the_arm_alone(seed: int) -> None:
+    arm = drawn(Settings(), seed)
+    first, again = mixture(arm), mixture(arm)
+    assert list(first) == list(again)
+    assert 3 <= len(first) <= 4
+    for name, law in first.items():
+        for field in vars(law):
+            np.testing.assert_array_equal(getattr(law, field), getattr(again[name], field))
+
+
+def said(verdict: str, *sets: list[str], mixed: tuple[str, ...] = ()) -> dict[str, object]:
+    return {"verdict": verdict, "causes": [s[0] for s in sets], "sets": list(sets), "mixture": list(mixed)}
+
+
+@pytest.mark.parametrize(
+    ("scene", "record", "right"),
+    [
+        ("rung1", said("consistent"), True),
+        ("rung1", said("cause", ["base_tilt"]), False),
+        ("outside_loom", said("unknown"), True),
+        ("outside_loom", said("cause", ["spring_stiffness"]), False),
+        ("rung2_base_tilt", said("cause", ["base_tilt"]), True),
+        ("rung2_base_tilt", said("ambiguous", ["tip_payload", "base_tilt"]), True),
+        ("rung2_base_tilt", said("cause", ["base_tilt"], ["tip_payload"]), False),
+        ("rung2_base_tilt", said("unknown"), False),
+        ("rung3", said("cause", ["base_tilt"], ["tip_payload"], mixed=("base_tilt", "tip_payload")), True),
+        ("rung3", said("cause", ["base_tilt"], ["cable_creep"], mixed=("base_tilt", "tip_payload")), False),
+        ("rung3", said("cause", ["base_tilt"], mixed=("base_tilt", "tip_payload")), False),
+    ],
+)
+def test_right_is_what_was_hidden_and_nothing_else(scene: str, record: dict[str, object], right: bool) -> None:
+    assert is_right(scene, record) == right
+
+
+def test_what_a_scene_hides_is_told_by_its_name() -> None:
+    assert hidden_in("rung1", {}) == []
+    assert hidden_in("rung2_tip_payload", {}) == ["tip_payload"]
+    assert hidden_in("outside_loom", {}) == []
