@@ -53,10 +53,8 @@ def test_nothing_hidden_is_consistent(tmp_path: Path) -> None:
     assert found["verdict"] == "consistent", found["why"]
     assert found["causes"] == []
     assert by_channel(found, "before").max() < 1.25
-    # cables wind on the last pulleys as if a bar were a per cent longer, which drawings are not good for
-    unseen = found["could_not_show_in"]
-    assert {"effect": "pulley_radius", "where": "mechanism 3"} in unseen
-    assert {"effect": "pulley_radius", "where": "mechanism 2"} not in unseen
+    assert all(r["after"] < 1.5 * r["noise_floor"] and r["held_out"] for r in found["remainder"])
+    assert not found["something_remains"]
 
 
 def test_a_load_at_the_tip_is_named_weighed_and_put_into_the_model(tmp_path: Path) -> None:
@@ -65,7 +63,7 @@ def test_a_load_at_the_tip_is_named_weighed_and_put_into_the_model(tmp_path: Pat
     (cause,) = found["causes"]
     assert cause["effect"] == "tip_payload"
     (mass,) = cause["parameters"]
-    # drawings are good for 1 %: that of the arm's masses and springs is in sigma
+    # what drawings are good for is in sigma
     true = truth["hidden"][0]["parameters"]["mass"]
     assert abs(mass["value"] - true) < 3 * mass["sigma"]
     gain = {g["measure"]: g for g in found["gains"]}["arm equations"]
@@ -73,7 +71,7 @@ def test_a_load_at_the_tip_is_named_weighed_and_put_into_the_model(tmp_path: Pat
     assert gain["after"] < 1.3 * gain["noise_floor"]
     described, extended = (read_neck(tmp_path / part / "neck.yaml") for part in ("fitted", "out"))
     heavier = extended.mechanisms[-1].top.mass - described.mechanisms[-1].top.mass
-    assert heavier == pytest.approx(mass["value"], abs=0.02 * described.mechanisms[-1].top.mass)
+    assert heavier == pytest.approx(mass["value"], abs=3 * 0.03 * described.mechanisms[-1].top.mass)
     assert read_model(tmp_path / "out/model.yaml").laws == ("dry_friction", "linear_cable")
 
 

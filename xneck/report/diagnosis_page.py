@@ -54,6 +54,7 @@ def diagnosis_html(result: DiagnosisResult, drawn: Mapping[str, FigureBlock | No
         causes=diagnosis_text.cause_rows(d),
         channels=diagnosis_text.channel_table(d),
         gains=diagnosis_text.gain_table(d),
+        drawing=diagnosis_text.drawing_rows(d),
         considered=diagnosis_text.considered_rows(d),
         patterns=diagnosis_text.pattern_table(d),
         blind=join_words(

@@ -14,6 +14,8 @@ from xneck.report.number_text import number_text, percent, with_sigma
 from xneck.report.words import join_words, with_spaces
 from xneck_foundation.parameter import Parameter
 
+_MAX_DRAWING = 12
+"""numbers of the drawing that are listed"""
 _MAX_CONSIDERED = 10
 """causes in the table of what else it could be"""
 
@@ -126,13 +128,31 @@ def channel_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
     """Columns and rows of the table of equations: RMS of noise, of the base model, and of the extended model if there is one."""
     names = signature_record.channel_names(d.extended.arm.M, d.extended.arm.N)
     titles, rows = ["equation", "unit", "noise alone", "base model", "over noise"], []
+    floor = d.after.floor  # as in the record: noise alone of the arm with its causes
     for k, name in enumerate(names):
-        row = [name, "N" if k < d.extended.arm.M else "N m", number_text(float(d.before.floor[k]), 3)]
-        row += [number_text(float(d.before.rms[k]), 3), f"{d.before.ratio[k]:.2f}"]
+        row = [name, "N" if k < d.extended.arm.M else "N m", number_text(float(floor[k]), 3)]
+        row += [number_text(float(d.before.rms[k]), 3), f"{d.before.rms[k] / floor[k]:.2f}"]
         if d.search.named:
             row += [number_text(float(d.after.rms[k]), 3), f"{d.after.ratio[k]:.2f}"]
         rows.append(tuple(row))
     return [*titles, *(["extended model", "over noise"] if d.search.named else [])], rows
+
+
+def drawing_rows(d: Diagnosis) -> list[tuple[str, ...]]:
+    """Rows of the table of the drawing: number, what the arm has beyond it with sigma, unit, tolerance, how many tolerances."""
+    rows = []
+    for found in d.drawing[:_MAX_DRAWING]:
+        scale, unit = (1e3, "mrad") if found.unit == "rad" else (100.0, "%")
+        rows.append(
+            (
+                found.name,
+                with_sigma(scale * found.value, scale * found.sigma),
+                unit,
+                number_text(scale * found.tolerance, 2),
+                f"{abs(found.value) / found.tolerance:.1f}",
+            )
+        )
+    return rows
 
 
 def gain_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
