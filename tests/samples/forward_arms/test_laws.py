@@ -146,6 +146,10 @@ def snapshot(theta_d: Array, tension: Array, wrap: Array) -> Snapshot:
         tension=tension,
         wrap=wrap,
         memory=none,
+        f=none,
+        gear=none,
+        stiffness=none,
+        drum=none,
     )
 
 
