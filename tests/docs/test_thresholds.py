@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import pairwise
+from math import radians
 from pathlib import Path
 from pkgutil import resolve_name
 
@@ -12,6 +13,7 @@ import pytest
 
 from benchmarks.thresholds.record import read_record
 from benchmarks.tuned_seeds import TUNED_SEEDS, TUNED_WORLDS
+from mechanism.description import Tolerance
 from tests.docs.pages import PAGES
 
 ROOT = Path(__file__).parents[2]
@@ -80,6 +82,12 @@ def test_the_page_and_the_code_name_each_other() -> None:
     """A constant that decides ends its docstring in the page's name; the page has a row for it, and for no other."""
     assert sorted(every_tagged() - set(VALUES)) == []
     assert sorted(set(VALUES) - every_tagged()) == []
+
+
+def test_tolerances_are_those_of_the_page_on_recordings() -> None:
+    rows = re.findall(r"^\| (\w+) \| [^|]* \| ([\d.]+) \| (of itself|deg) \|$", PAGES["recording.md"], re.MULTILINE)
+    said = {key: radians(float(value)) if unit == "deg" else float(value) for key, value, unit in rows}
+    assert said == pytest.approx(Tolerance().model_dump())
 
 
 @pytest.mark.parametrize(
