@@ -59,15 +59,21 @@ _WORLDS: tuple[tuple[range, str], ...] = (
 TUNED_WORLDS: Mapping[int, str] = dict(chain.from_iterable(((seed, why) for seed in seeds) for seeds, why in _WORLDS))
 """Worlds of the clock's, the check's and the state's benchmarks: seed, and what was set on it."""
 
+_TOLERANCES = "how causes are chosen jointly beside tolerances, when one is named, and when something unknown remains"
+
 _FORWARD_ARMS: tuple[tuple[range, str], ...] = (
     (range(64), "how the noise of angles is read from their frames, and knots and rough motion of the state"),
     (range(1, 9), "the smoother of motor speeds, and up to which frequency the arm's equation is judged"),
     (
-        range(300, 312),
+        range(300, 310),
+        f"lags of cables, the motors' equation in integral form and the systematic part of the clock's sigma; {_TOLERANCES}",
+    ),
+    (
+        range(310, 312),
         "lags of cables, the motors' equation in integral form and the systematic part of the clock's sigma",
     ),
-    (range(340, 370), "the clock with laws that are hidden; losses that a rest feigns"),
-    (range(380, 395), "the clock with friction of another form and with drawings that are off"),
+    (range(340, 370), f"the clock with laws that are hidden; losses that a rest feigns; {_TOLERANCES}"),
+    (range(380, 395), f"the clock with friction of another form and with drawings that are off; {_TOLERANCES}"),
     (
         range(1000, 1003),
         "where the rounds that tell rough motion from errors of cables begin; the last was only looked at",

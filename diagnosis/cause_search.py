@@ -30,7 +30,7 @@ MIN_LOSS_SHARE = 0.08
 SINGLE_PLACE_SHARE = 0.95
 """of what an effect explains everywhere: a place that explains as much has it alone (docs/thresholds.md)"""
 MIN_EXPLAINED = 0.6
-"""of what stands above noise: what all causes together take away at least, else none is named (docs/thresholds.md)"""
+"""of the loss beyond noise: what all causes together take away at least, else none is named (docs/thresholds.md)"""
 MIN_EXPLAINED_NEXT = 0.1
 """of what still stands above noise: what a cause takes away at least (docs/thresholds.md)"""
 CHANCE_LEVEL = 0.01
@@ -120,7 +120,7 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
     chance_gains = every_effect.chance_gains([c.columns for c in ranked], np.random.default_rng(seed), _CHANCE_WORLDS)
     by_chance = float(np.quantile(chance_gains, 1 - CHANCE_LEVEL))
     last = _with_all_causes(fitter, first, by_chance)
-    if last.causes and last.excess.above_noise and last.excess.energy > (1 - MIN_EXPLAINED) * first.excess.energy:
+    if last.causes and last.excess.above_noise and last.surplus > (1 - MIN_EXPLAINED) * first.surplus:
         last = first
     causes, last = _with_look_alikes(fitter, last, by_chance)
     whiten = fitter.whiten

@@ -16,7 +16,6 @@ from benchmarks.thresholds.room import Room
 from benchmarks.thresholds.threshold import Threshold, scaled
 from diagnosis import cause_search, record
 from diagnosis.noise_ensemble import noise_ensemble
-from diagnosis.nuisances import _FIELDS
 from identification.dataset.dataset_file import read_dataset, write_dataset
 from samples.generator.hidden.experiment import RECORDINGS, hide
 from xneck.recording.stages import synchronise_recording
@@ -227,13 +226,18 @@ def _thresholds() -> list[Threshold]:
     search, excess = "diagnosis.cause_search", "diagnosis.noise_excess"
     return [
         *scaled(
-            search, "MIN_LOSS_SHARE", "CHANCE_LEVEL", "_SIMPLER_SHARE", "_RIVAL_SHORTFALL", "_MAX_RIVALS", "_ALL_SHAPES"
+            search,
+            "MIN_LOSS_SHARE",
+            "CHANCE_LEVEL",
+            "MIN_EXPLAINED_NEXT",
+            "_SIMPLER_SHARE",
+            "_MAX_RIVALS",
+            "_TIE_BY_CHANCE",
         ),
         Threshold(search, "MIN_EXPLAINED", 0.8, 0.2),
-        Threshold(search, "MIN_EXPLAINED_NEXT", 0.25, 0.75),
         Threshold(search, "SINGLE_PLACE_SHARE", 0.975, 0.9),
-        Threshold(search, "_RIVAL_SHORTFALL_FAR", 0.35, 0.9),
-        Threshold(search, "MAX_CAUSES", 1, 6),
+        Threshold(search, "_RIVAL_SHARE", 0.85, 0.4),
+        Threshold("diagnosis.remainder", "MAX_REMAINDER", 1.25, 2.0),
         Threshold(excess, "ABOVE_NOISE_RATIO", 1.125, 1.5),
         *scaled("diagnosis.cause_fit", "IMPOSSIBLE_SIGMAS"),
         *scaled("diagnosis.diagnose", "TOO_MANY_TIED", "MAX_INVISIBLE_SHARE", "_WORSE_SIGMAS"),
@@ -243,13 +247,11 @@ def _thresholds() -> list[Threshold]:
 
 def _fit_thresholds() -> list[Threshold]:
     """Those that enter fits: what is known beforehand, and what counts as noise."""
-    drawing = [{key: (*where, factor * sigma) for key, (*where, sigma) in _FIELDS.items()} for factor in (0.5, 2.0)]
     return [
-        Threshold("diagnosis.nuisances", "_FIELDS", *drawing),
-        *scaled("diagnosis.nuisances", "NUISANCE_BOUND"),
         *scaled("diagnosis.noise_ensemble", "_WHITE_SHARE"),
         *scaled("diagnosis.comparison", "FOLD_BLOCK_S", "_TELLING_SHARE"),
         *scaled("identification.unknowns", "DELAY_SIGMA_S"),
+        *scaled("diagnosis.cause_fit", "MAX_START_DELAY_S"),
         Threshold("diagnosis.comparison", "FOLDS", 3, 10),
         *scaled("diagnosis.judged_rows", "ARM_CUTOFF_HZ"),
     ]

@@ -1,16 +1,19 @@
 """docs/thresholds.md names every number that decides a verdict, with the value that it has, and the code names the page."""
 
 import ast
-import importlib
 import re
+from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import pairwise
+from math import radians
 from pathlib import Path
+from pkgutil import resolve_name
 
 import pytest
 
 from benchmarks.thresholds.record import read_record
 from benchmarks.tuned_seeds import TUNED_SEEDS, TUNED_WORLDS
+from mechanism.description import Tolerance
 from tests.docs.pages import PAGES
 
 ROOT = Path(__file__).parents[2]
@@ -28,10 +31,14 @@ VALUES = dict(ROW.findall(PAGE))
 
 
 def tagged(text: str) -> set[str]:
-    """Constants of a module whose docstring ends in the tag."""
-    body = ast.parse(text).body
-    found: set[str] = set()
-    for node, after in pairwise(body):
+    """Constants of a module, and of its classes, whose docstring ends in the tag."""
+    return set(_tagged(ast.parse(text).body))
+
+
+def _tagged(body: Sequence[ast.stmt]) -> Iterator[str]:
+    for node, after in pairwise([*body, ast.Pass()]):
+        if isinstance(node, ast.ClassDef):
+            yield from (f"{node.name}.{name}" for name in _tagged(node.body))
         if not isinstance(node, ast.Assign | ast.AnnAssign) or not isinstance(after, ast.Expr):
             continue
         if not (isinstance(after.value, ast.Constant) and str(after.value.value).endswith(TAG)):
@@ -39,8 +46,7 @@ def tagged(text: str) -> set[str]:
         targets = node.targets if isinstance(node, ast.Assign) else [node.target]
         for target in targets:
             names = target.elts if isinstance(target, ast.Tuple) else [target]
-            found |= {name.id for name in names if isinstance(name, ast.Name)}
-    return found
+            yield from (name.id for name in names if isinstance(name, ast.Name))
 
 
 @cache
@@ -61,8 +67,7 @@ def test_a_constant_stands_on_the_page_once() -> None:
 
 @pytest.mark.parametrize("label", sorted(VALUES))
 def test_a_constant_of_the_page_has_the_value_that_it_says(label: str) -> None:
-    module, name = label.rsplit(".", 1)
-    value = getattr(importlib.import_module(module), name)
+    value = resolve_name(label)
     said = VALUES[label].strip()
     if said == "several":
         assert not isinstance(value, int | float)
@@ -79,6 +84,12 @@ def test_the_page_and_the_code_name_each_other() -> None:
     assert sorted(set(VALUES) - every_tagged()) == []
 
 
+def test_tolerances_are_those_of_the_page_on_recordings() -> None:
+    rows = re.findall(r"^\| (\w+) \| [^|]* \| ([\d.]+) \| (of itself|deg) \|$", PAGES["recording.md"], re.MULTILINE)
+    said = {key: radians(float(value)) if unit == "deg" else float(value) for key, value, unit in rows}
+    assert said == pytest.approx(Tolerance().model_dump())
+
+
 @pytest.mark.parametrize(
     ("text", "names"),
     [
@@ -86,6 +97,7 @@ def test_the_page_and_the_code_name_each_other() -> None:
         (f'A, B = 1, 2\n"""{TAG}"""\n', {"A", "B"}),
         (f'A: float = 1\n"""{TAG}"""\n', {"A"}),
         (f'f(1)\n"""{TAG}"""\n', set()),
+        (f'class C:\n    A = 1\n    """{TAG}"""\n    B = 2\n', {"C.A"}),
     ],
 )
 def test_a_tag_is_noticed(text: str, names: set[str]) -> None:

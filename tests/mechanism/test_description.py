@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 import yaml
 
-from mechanism.description import read_neck
+from mechanism.arm import arm_of
+from mechanism.description import Tolerance, read_neck
 from tests.paths import NECK_FILE
 from xneck_foundation.errors import Refused
 
@@ -69,6 +70,13 @@ def test_the_sample_is_read() -> None:
         ({"motors__0__theta_sign": 2}, ["motors[0].theta_sign"]),
         ({"mechanisms__0__b": "0.05"}, ["mechanisms[0].b", "number"]),
         ({"xneck": 2}, ["xneck"]),
+        ({"tolerance": {"masses": 0.02}}, ["tolerance.masses: unknown key, did you mean mass?"]),
+        ({"tolerance": {"drum": -0.01}}, ["tolerance.drum", "-0.01"]),
+        ({"mechanisms__0__springs__right": {"stiffness": 50.0}}, ["mechanisms[0].springs.right.free_length: missing"]),
+        (
+            {"mechanisms__0__springs__right": {"stiffness": 50.0, "free_length": 0.02, "slack": True}},
+            ["mechanisms[0].springs.right.slack: unknown key"],
+        ),
     ],
 )
 def test_faults_are_refused_with_their_places(tmp_path: Path, places: dict[str, Any], words: list[str]) -> None:
@@ -80,6 +88,22 @@ def test_faults_are_refused_with_their_places(tmp_path: Path, places: dict[str, 
 
 def test_markers_may_be_absent(tmp_path: Path) -> None:
     assert read_neck(changed(tmp_path, markers=None)).markers is None
+
+
+def test_a_tolerance_that_is_given_is_read_and_the_others_are_a_workshops(tmp_path: Path) -> None:
+    assert read_neck(FILE).tolerance == Tolerance()
+    found = read_neck(changed(tmp_path, tolerance={"drum": 0.0, "tilt": 0.1})).tolerance
+    assert found == Tolerance(drum=0.0, tilt=0.1)
+    assert found.mass == Tolerance().mass > 0
+
+
+def test_a_right_spring_may_be_another_one(tmp_path: Path) -> None:
+    """The others are alike on both sides."""
+    place = {"mechanisms__1__springs__right": {"stiffness": 321.0, "free_length": 0.031}}
+    arm, was = arm_of(read_neck(changed(tmp_path, **place))), arm_of(read_neck(FILE))
+    assert (arm.spring_stiffness[1, 1], arm.spring_free_length[1, 1]) == (321.0, 0.031)
+    assert (arm.spring_stiffness[0] == was.spring_stiffness[0]).all()
+    assert (arm.spring_stiffness[1, [0, 2]] == was.spring_stiffness[0, [0, 2]]).all()
 
 
 def test_a_key_that_is_misspelt_everywhere_is_all_that_is_said(tmp_path: Path) -> None:

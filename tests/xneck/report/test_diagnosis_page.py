@@ -11,7 +11,7 @@ from playwright.sync_api import Page
 
 from diagnosis import record
 from diagnosis.advice import advice
-from diagnosis.cause_search import NamedCause, Rival
+from diagnosis.cause_search import Rival
 from diagnosis.diagnose import Diagnosis, diagnose
 from mechanism.description import read_neck
 from samples.generator.hidden.experiment import hide
@@ -72,8 +72,8 @@ def two_alike(found: Diagnosis) -> Diagnosis:
     ranked = {c.effect.name: c for c in found.search.rankings[0]}
     (named,) = found.search.named
     alike = [ranked["actuator_gain"], ranked["actuator_offset"]]
-    tied = (*named.tied[:1], *(Rival(c.effect, c.where, named.tied[0].loss) for c in alike))
-    search = replace(found.search, named=(NamedCause(named.best, tied, named.loss_before),))
+    tied = (*named.tied[:1], *(Rival(c.effect, c.where, named.tied[0].surplus) for c in alike))
+    search = replace(found.search, named=(replace(named, tied=tied),))
     return replace(found, verdict="ambiguous", why="several causes explain the data alike", search=search)
 
 
