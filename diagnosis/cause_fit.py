@@ -1,7 +1,7 @@
 """Causes fitted together with the base model's numbers and doubtful clocks, and what they leave."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -49,6 +49,8 @@ _NEARER_SHARE = 0.3
 """of what a straight step promised: what is promised after a good one"""
 _FAR = 4.0
 """losses of noise from which a fit is far"""
+MAX_TOLERANCES = 4.0
+"""standard deviations up to which a number may be off its drawing in the base model (docs/thresholds.md)"""
 IMPOSSIBLE_SIGMAS = 3.0
 """standard deviations below its least value from which an amount is impossible (docs/thresholds.md)"""
 MAX_OPPOSED_SHARE = 0.2
@@ -155,8 +157,10 @@ class CauseFitter:
         self._stages: dict[tuple[object, ...], FitStage] = {}
 
     def base_model(self) -> FitStage:
-        """Fitted without a cause."""
-        return self.fitted(self._start, ())
+        """Fitted without a cause: the arm as drawn, within MAX_TOLERANCES."""
+        stage = self.fitted(self._start, ())
+        # an arm far beyond what its drawing is good for is not the one that was drawn
+        return replace(stage, fit=stage.comparison.fit_within(MAX_TOLERANCES))
 
     def fitted(self, start: Linearisation, causes: tuple[Cause, ...]) -> FitStage:
         """Fitted with these causes, whose shapes are where the fit begins, from a linearisation on; each choice is fitted once."""

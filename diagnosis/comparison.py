@@ -111,6 +111,20 @@ class Comparison:
         use, sigma = self._columns_with(extra), self._sigma(clock_relaxed)
         return ColumnFit(use, *self._solve(self.products, use, sigma, damping))
 
+    def fit_within(self, reach: float) -> ColumnFit:
+        """As `fit`, with nuisances of the drawing and of the angles' zeros that go no further than `reach` tolerances."""
+        free = self.fit()
+        numbers, held = free.numbers.copy(), np.zeros(len(free.columns), dtype=bool)
+        of_arm = (free.columns >= self.base_count) & (free.columns < self.base_count + self.nuisances.count)
+        while np.any(beyond := of_arm & ~held & (np.abs(numbers) > reach)):
+            held |= beyond
+            numbers[held] = np.clip(numbers[held], -reach, reach)
+            fixed = np.zeros(len(self.prior_sigma))
+            fixed[free.columns[held]] = numbers[held]
+            rest = free.columns[~held]
+            numbers[~held] = self._solve(self.with_fixed(fixed).products, rest, self._sigma(None), 0.0)[0]
+        return replace(free, numbers=numbers)
+
     def block_losses(
         self, extra: Sequence[int] | Index = (), clock_relaxed: bool | None = None, folds: Index | None = None
     ) -> Array:

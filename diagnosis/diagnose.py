@@ -202,13 +202,14 @@ def _verdict(
     search: Search, visible: Detectability, left: Sequence[Remainder], holds: bool, taken_back: str
 ) -> tuple[str, str]:
     """The verdict and why; holds: whether causes explain the recordings that were not fitted too, if there are any."""
+    if taken_back:
+        return "insufficient", taken_back
     if not search.named:
         if search.first.excess.above_noise:
-            why = "the data differ from the model, and no cause that is known explains it"
-            return "unknown", "; ".join(filter(None, [why, taken_back]))
+            return "unknown", "the data differ from the model, and no cause that is known explains it"
         if len(visible.invisible) > MAX_INVISIBLE_SHARE * len(visible.effects):
             return "insufficient", f"these recordings could not show {', '.join(visible.invisible)}"
-        return "consistent", taken_back or "nothing stands above noise"
+        return "consistent", "nothing stands above noise"
     plain = plainly_left(left)
     if not holds:
         worst = max(r.ratio for r in left)

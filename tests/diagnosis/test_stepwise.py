@@ -119,11 +119,3 @@ def test_a_number_keeps_to_its_least_value() -> None:
     (a,) = unit_columns(1).T
     assert chosen(choices({"friction": a[:, None]}, -30 * a, low=0.0)) == ["friction"]
     assert chosen(choices({"friction": a[:, None]}, 30 * a, low=0.0)) == []
-
-
-def test_of_several_new_ones_the_clearest_is_taken_at_once() -> None:
-    columns = unit_columns(3)
-    table = choices({name: columns[:, [k]] for k, name in enumerate("abc")}, -columns @ np.array([10.0, 30.0, 20.0]))
-    assert sorted(chosen(table)) == ["a", "b", "c"]
-    assert table.with_clearest_of([0, 1, 2], [0]) == [0, 1]
-    assert table.with_clearest_of([0, 2], [0, 2]) == [0, 2]
