@@ -25,7 +25,7 @@ from xneck_foundation.json_text import json_text
 from xneck_foundation.provenance import note_inputs, provenance
 
 NASTY = "<script>alert(1)</script>"
-SECTIONS = ("picture", "numbers", "else", "next", "details", "inputs")
+SECTIONS = ("picture", "numbers", "drawing", "else", "next", "details", "inputs")
 
 
 @pytest.fixture(scope="module")
