@@ -119,8 +119,10 @@ class FitStage:
 
     @property
     def surplus(self) -> float:
-        """Loss beyond what noise alone makes, which differs from stage to stage: a heavier arm makes more of the angles' noise."""
-        return self.loss - self.noise_loss
+        """Loss beyond what noise alone makes, which differs from stage to stage: a heavier arm makes more of the angles' noise.
+
+        Of all blocks as they were fitted: what a single one of them tells may be anything where that is left out."""
+        return self.comparison.profiled_loss - self.noise_loss
 
     @cached_property
     def excess(self) -> NoiseExcess:
