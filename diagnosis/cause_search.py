@@ -152,8 +152,23 @@ def _with_all_causes(fitter: CauseFitter, first: FitStage, by_chance: float) -> 
         elif added:
             given_up |= added
         else:
-            break
+            without = _without_the_least(fitter, last, choices, [i for i in start if i not in chosen], by_chance)
+            if without is None:
+                break
+            last = without
     return last
+
+
+def _without_the_least(
+    fitter: CauseFitter, last: FitStage, choices: Choices, needless: Sequence[int], by_chance: float
+) -> FitStage | None:
+    """The fit without one of causes that straight lines can do without, though not without all of them; None where there is none."""
+    everything = range(len(last.causes))
+    for i in sorted(needless, key=lambda i: choices.loss([k for k in everything if k != i])):
+        stage = fitter.fitted(last.comparison.linearisation, (*last.causes[:i], *last.causes[i + 1 :]))
+        if _is_better(stage, last, by_chance):
+            return stage
+    return None
 
 
 def _fitted_from_all_shapes(fitter: CauseFitter, start: FitStage, causes: tuple[Cause, ...]) -> FitStage:
@@ -175,11 +190,19 @@ def _fitted_from_all_shapes(fitter: CauseFitter, start: FitStage, causes: tuple[
 
 
 def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:
-    """Whether a choice, once fitted, is better than the one before: it leaves less, or no more than noise with fewer causes."""
+    """Whether a choice, once fitted, is better than the one before: it leaves less, or no more than noise with fewer causes.
+
+    Laws that are new must take a part of the loss that is worth a name, or of what stands above noise: that may be few rows of one
+    channel, and little of the loss."""
     if not after.possible:
         return False
-    fewer = len(after.causes) < len(before.causes)
-    return after.surplus < before.surplus + (by_chance if fewer else 0.0) or (fewer and not after.excess.above_noise)
+    taken, known = before.surplus - after.surplus, {cause.effect.name for cause in before.causes}
+    if len(after.causes) < len(before.causes):
+        return taken > -by_chance or not after.excess.above_noise
+    new = [cause.effect for cause in after.causes if cause.effect.name not in known]
+    if taken < MIN_LOSS_SHARE * after.noise_loss and not all(effect.has_tolerance for effect in new):
+        return taken > 0 and after.excess.energy < (1 - MIN_EXPLAINED) * before.excess.energy
+    return taken > 0
 
 
 def _choices(stage: FitStage, whiten: Whitener, given_up: Collection[str]) -> tuple[Choices, list[Cause]]:
