@@ -162,7 +162,7 @@ def _with_all_causes(fitter: CauseFitter, first: FitStage, by_chance: float) -> 
 def _without_the_least(
     fitter: CauseFitter, last: FitStage, choices: Choices, needless: Sequence[int], by_chance: float
 ) -> FitStage | None:
-    """The fit without one of causes that straight lines can do without, though not without all of them; None where there is none."""
+    """The fit without one of the causes that straight lines can do without, if not without all; None where there is none."""
     everything = range(len(last.causes))
     for i in sorted(needless, key=lambda i: choices.loss([k for k in everything if k != i])):
         stage = fitter.fitted(last.comparison.linearisation, (*last.causes[:i], *last.causes[i + 1 :]))
