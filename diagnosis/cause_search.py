@@ -122,7 +122,7 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
     last = _with_all_causes(fitter, first, by_chance)
     if last.causes and last.excess.above_noise and last.surplus > (1 - MIN_EXPLAINED) * first.surplus:
         last = first
-    causes, last = _with_look_alikes(fitter, last, by_chance)
+    causes, last = _with_look_alikes(fitter, last)
     whiten = fitter.whiten
     if causes:
         last, whiten = fitter.reweighted(last)
@@ -248,7 +248,7 @@ def _least_gains(stage: FitStage, offered: Sequence[Cause], by_chance: float) ->
     return least_gain
 
 
-def _with_look_alikes(fitter: CauseFitter, last: FitStage, by_chance: float) -> tuple[tuple[NamedCause, ...], FitStage]:
+def _with_look_alikes(fitter: CauseFitter, last: FitStage) -> tuple[tuple[NamedCause, ...], FitStage]:
     """Every cause with those that explain as much in its place; what explains most is fitted."""
     causes: list[NamedCause] = []
     for i in range(len(last.causes)):
@@ -257,7 +257,7 @@ def _with_look_alikes(fitter: CauseFitter, last: FitStage, by_chance: float) -> 
         others = [k for k in range(count) if k != i]
         without, loss = choices.loss(others), choices.loss(range(count))
         # columns are straight lines: what is fitted may leave less, but hardly so much
-        farthest = _RIVAL_REACH * tie_tolerance(last.loss, without - loss) + max(0.0, last.surplus)
+        farthest = _RIVAL_REACH * tie_tolerance(last.fit.loss, without - loss) + max(0.0, last.surplus)
         near = {}
         for k in range(count, len(offered)):
             left = choices.loss([*others, k])
@@ -276,7 +276,7 @@ def _with_look_alikes(fitter: CauseFitter, last: FitStage, by_chance: float) -> 
         kept = indistinguishable(fitted, gain)
         best, last = kept[0]
         tied = tuple(Rival(c.effect, c.where, stage.surplus) for c, stage in kept)
-        causes.append(NamedCause(best.effect, best.where, tied, gain, last.loss))
+        causes.append(NamedCause(best.effect, best.where, tied, gain, last.fit.loss))
     return tuple(causes), last
 
 
@@ -294,7 +294,7 @@ def indistinguishable(fitted: Sequence[tuple[Cause, FitStage]], gain: float) -> 
     better. What leaves something plainly above noise where the best does not explains less. One with more numbers than another
     stays only where it leaves less by as much."""
     best = min((stage for _, stage in fitted), key=lambda stage: stage.surplus)
-    limit = best.surplus + tie_tolerance(best.loss, gain)
+    limit = best.surplus + tie_tolerance(best.fit.loss, gain)
     if best.excess.above_noise:
         limit += max(0.0, best.surplus)
     kept: list[tuple[Cause, FitStage]] = []
@@ -305,7 +305,7 @@ def indistinguishable(fitted: Sequence[tuple[Cause, FitStage]], gain: float) -> 
     ]
     for c, stage in sorted(candidates, key=lambda fitted: _number_count(fitted[0])):
         simpler = [s.surplus for k, s in kept if _number_count(k) < _number_count(c)]
-        if not simpler or stage.surplus < min(simpler) - tie_tolerance(best.loss, gain):
+        if not simpler or stage.surplus < min(simpler) - tie_tolerance(best.fit.loss, gain):
             kept.append((c, stage))
     return sorted(kept, key=lambda fitted: fitted[1].surplus)
 

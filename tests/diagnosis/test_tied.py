@@ -12,7 +12,9 @@ NOISE_LOSS = 9000.0
 
 def one(name: str, loss: float, numbers: int = 1, above_noise: bool = False) -> Any:
     """A cause by its name, and a fit with it."""
-    stage = SimpleNamespace(loss=loss, surplus=loss - NOISE_LOSS, excess=SimpleNamespace(above_noise=above_noise))
+    stage = SimpleNamespace(
+        fit=SimpleNamespace(loss=loss), surplus=loss - NOISE_LOSS, excess=SimpleNamespace(above_noise=above_noise)
+    )
     return SimpleNamespace(effect=SimpleNamespace(name=name, shape_terms=()), amounts=[0.0] * numbers), stage
 
 
