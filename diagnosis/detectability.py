@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.cause_fit import MAX_TOLERANCES
 from diagnosis.cause_search import MIN_LOSS_SHARE, Search
 from diagnosis.comparison import Comparison, EffectColumns
+from diagnosis.effect import Effect
 
 Array = NDArray[np.float64]
 
@@ -21,15 +23,15 @@ class Detectability:
     effects: tuple[str, ...]
     imitated: Array
     """(E, E): share of what the effect of the row does that the effect of the column could feign"""
-    loss_share: Array
-    """of the loss, that each would make, (E,)"""
+    shown: tuple[bool, ...]
+    """whether each would show"""
     invisible_places: tuple[tuple[str, str], ...]
     """places in which an effect would not show that would in another: its name, and where"""
 
     @property
     def invisible(self) -> tuple[str, ...]:
         """Effects that would not show."""
-        return tuple(name for name, share in zip(self.effects, self.loss_share, strict=True) if share < MIN_LOSS_SHARE)
+        return tuple(name for name, shows in zip(self.effects, self.shown, strict=True) if not shows)
 
 
 def detectability(search: Search) -> Detectability:
@@ -46,9 +48,7 @@ def detectability(search: Search) -> Detectability:
         options = [(_effect_alone(comparison, group, w.columns), w.label) for w in (placements[1:] or placements)]
         losses = [alone.fit().loss for alone, _ in options]
         hidden = [
-            label
-            for (_, label), alone_loss in zip(options, losses, strict=True)
-            if alone_loss < MIN_LOSS_SHARE * (loss + alone_loss)
+            label for (_, label), alone in zip(options, losses, strict=True) if not _shows(group.effect, alone, loss)
         ]
         if len(hidden) < len(options):
             invisible_places += [(name, label) for label in hidden]
@@ -58,7 +58,15 @@ def detectability(search: Search) -> Detectability:
     effect_loss = np.array(effect_losses)
     imitated = 1 - np.array(losses_with_another) / np.maximum(effect_loss, 1e-12)[:, None]
     np.fill_diagonal(imitated, 1.0)
-    return Detectability(names, imitated, effect_loss / (loss + effect_loss), tuple(invisible_places))
+    shown = tuple(_shows(groups[name].effect, alone, loss) for name, alone in zip(names, effect_losses, strict=True))
+    return Detectability(names, imitated, shown, tuple(invisible_places))
+
+
+def _shows(effect: Effect, alone: float, loss: float) -> bool:
+    """Whether an effect that makes a loss alone would show beside the loss that there is.
+
+    What has a tolerance shows where it lies further beyond it than chance puts any: its loss is the square of how far."""
+    return alone > MAX_TOLERANCES**2 if effect.has_tolerance else alone > MIN_LOSS_SHARE * (loss + alone)
 
 
 def _effect_alone(comparison: Comparison, group: EffectColumns, columns: tuple[int, ...]) -> Comparison:

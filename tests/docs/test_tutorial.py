@@ -44,7 +44,8 @@ def test_the_hidden_effect_is_found(followed: dict[str, str]) -> None:
     assert "as likely as the first: none" in followed["others"]
     found, sigma = map(float, re.findall(r"found ([\d.]+) \+- ([\d.]+) kg", followed["truth"])[0])
     load = json.loads((ROOT / "samples/truth.json").read_text())["recording"]["hidden"]["load"]
-    assert abs(found - load["payload_kg"]) < 3 * sigma < 0.01
+    # the last bar itself is known to 3 % only, springs to 5 %
+    assert abs(found - load["payload_kg"]) < 3 * sigma < 0.03
 
 
 def test_what_the_page_shows_is_what_it_gives(followed: dict[str, str]) -> None:

@@ -22,8 +22,6 @@ BEFORE, AFTER = style.MODELS[3], style.MODELS[1]
 _SHADES = ("#FFFFFF", "#E3E3E3", "#B5B5B5", "#6FA3CD", "#174E80")
 _LEVELS = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
 """bounds of the shades: the share of an effect's loss that another effect could imitate"""
-_MIN_LOSS_SHARE = 1e-6
-"""share of the whole loss below which an effect does nothing that another could imitate"""
 
 
 def equation_name(channel: int, motors: int) -> str:
@@ -107,7 +105,7 @@ def confusion_matrix(detectability: Detectability) -> FigureBlock:
     for shade, colour in enumerate(_SHADES[1:], start=1):
         rows, columns = np.nonzero((level == shade) & ~np.eye(count, dtype=bool))
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
-            if detectability.loss_share[row] < _MIN_LOSS_SHARE:
+            if not detectability.shown[row]:
                 continue
             axes.fill([column, column + 1, column + 1, column], [row, row, row + 1, row + 1], color=colour, linewidth=0)
     for k in range(count):
