@@ -51,8 +51,8 @@ def drawing_findings(stage: FitStage) -> tuple[DrawingFinding, ...]:
     found = [
         DrawingFinding(n.name, n.kind, n.where, n.sigma * float(x), _sigma(n.sigma * float(s), n.unit), n.unit, n.sigma)
         for n, x, s in zip(nuisances.drawing, numbers, sigma, strict=False)
-        if s < TELLING_SHARE
     ]
+    found = [f for f in found if f.sigma < TELLING_SHARE * f.tolerance]
     return tuple(sorted(found, key=lambda f: -abs(f.value) / f.tolerance))
 
 

@@ -88,18 +88,17 @@ def _misfit_sentence(d: Diagnosis) -> str:
 
 def diagnosis_key_numbers(d: Diagnosis) -> list[KeyNumber]:
     """The numbers below the sentence."""
-    worst = int(d.before.ratio.argmax())
+    over_noise = d.before.rms / d.after.floor
+    worst = int(over_noise.argmax())
     name = signature_record.channel_names(d.extended.arm.M, d.extended.arm.N)[worst]
     numbers = [KeyNumber("verdict", d.verdict, d.why or "one set of causes explains it")]
     if d.search.named:
         numbers += [
             KeyNumber("explained", f"{100 * d.explained:.0f} %", "of what stood above noise"),
-            KeyNumber(
-                "worst equation", name, f"{d.before.ratio[worst]:.2f} times noise, now {d.after.ratio[worst]:.2f}"
-            ),
+            KeyNumber("worst equation", name, f"{over_noise[worst]:.2f} times noise, now {d.after.ratio[worst]:.2f}"),
         ]
     else:
-        numbers.append(KeyNumber("worst equation", name, f"{d.before.ratio[worst]:.2f} times noise"))
+        numbers.append(KeyNumber("worst equation", name, f"{over_noise[worst]:.2f} times noise"))
     for g in d.gains:
         gain = f"{number_text(g.before, 3)} → {number_text(g.after, 3)}" if d.search.named else number_text(g.before, 3)
         gain = f"{gain} {g.unit}".replace("N m", "N\u00a0m")
