@@ -1,9 +1,10 @@
 """Which causes explain what the base model does not, as many as the recordings carry.
 
-The best one is taken, all are fitted together, and so on as long as one takes a part worth naming of what stands above noise, and
-more than any would by chance. What is known to a tolerance is a cause where it lies further beyond than chance puts any. A cause
-that the others make needless is given up. In the end those that explained about as much are fitted in its place; with it go all
-that leave little more: data cannot tell these apart. Of two that explain as much the one with fewer numbers stands for both.
+They are chosen jointly by straight lines (diagnosis/stepwise.py), fitted together, and chosen anew where they then are: each takes
+a part worth naming of what stands above noise, and more than any would by chance. What is known to a tolerance is a cause where
+it lies further beyond than chance puts any. A cause that the others make needless is given up. In the end those that explained
+about as much are fitted in its place; with it go all that leave little more: data cannot tell these apart. Of two that explain
+as much the one with fewer numbers stands for both.
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -107,8 +108,8 @@ class Search:
     whiten: Whitener
     every_effect: Comparison
     """the first stage with all effects beside it"""
-    rankings: tuple[tuple[CauseCandidate, ...], ...]
-    """of every stage, the best first"""
+    ranking: tuple[CauseCandidate, ...]
+    """of every effect by itself beside the first stage, the best first"""
 
 
 def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int = 0) -> Search:
@@ -132,7 +133,7 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
         named=causes,
         whiten=whiten,
         every_effect=every_effect,
-        rankings=(tuple(ranked),),
+        ranking=tuple(ranked),
     )
 
 
@@ -214,13 +215,13 @@ def _choices(stage: FitStage, whiten: Whitener, given_up: Collection[str]) -> tu
         low = _least_numbers(cause.effect, cause.where, arm)
         # an option is a choice of amounts and shape: shape goes either way
         low = np.append(low, np.full(len(columns) - len(low), -np.inf))
-        options.append(Option(cause.effect.name, columns, low, len(columns)))
+        options.append(Option(cause.effect.name, columns, low))
     for group in comparison.groups:
         if group.effect.name in given_up:
             continue
         for where in group.effect.placements(arm):
             columns, low = group.columns[list(where.columns)], _least_numbers(group.effect, where, arm)
-            options.append(Option(group.effect.name, columns, low, len(columns)))
+            options.append(Option(group.effect.name, columns, low))
             offered.append(Cause(group.effect, where, np.zeros(len(where.columns)), dict(group.shape)))
     without = comparison.with_causes_off(np.concatenate(amounts)) if amounts else comparison
     return Choices(without, options), offered

@@ -62,7 +62,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
         ],
         "considered": [
             {"effect": c.effect.name, "where": c.where.label, "explains": c.gain / search.first.loss}
-            for c in search.rankings[0]
+            for c in search.ranking
         ],
         "signature": signature_record.as_json(d.signature, arm.M),
         "next": [step.as_json() for step in advice(d)],

@@ -29,7 +29,11 @@ class Option:
     columns: Index
     low: Array
     """least values of its columns' numbers"""
-    number_count: int
+
+    @property
+    def number_count(self) -> int:
+        """Of numbers that it is fitted by."""
+        return len(self.columns)
 
 
 class Choices:

@@ -182,7 +182,7 @@ def considered_rows(d: Diagnosis) -> list[tuple[str, ...]]:
             f"{100 * max(c.gain, 0.0) / whole:.1f} %",
             verdict(c),
         )
-        for c in d.search.rankings[0][:_MAX_CONSIDERED]
+        for c in d.search.ranking[:_MAX_CONSIDERED]
     ]
 
 

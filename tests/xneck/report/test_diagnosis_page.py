@@ -69,7 +69,7 @@ def unnamed(found: Diagnosis, verdict: str, why: str) -> Diagnosis:
 
 def two_alike(found: Diagnosis) -> Diagnosis:
     """With actuator gain and offset beside the cause, as explaining as much."""
-    ranked = {c.effect.name: c for c in found.search.rankings[0]}
+    ranked = {c.effect.name: c for c in found.search.ranking}
     (named,) = found.search.named
     alike = [ranked["actuator_gain"], ranked["actuator_offset"]]
     tied = (*named.tied[:1], *(Rival(c.effect, c.where, named.tied[0].surplus) for c in alike))
