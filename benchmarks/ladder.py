@@ -1,8 +1,9 @@
 """Arms that differ from their drawing as a workshop makes them: what is said of them with nothing, one, or several things wrong.
 
 Every number of an arm is drawn about its drawing by the tolerances of a workshop, which neck.yaml has as its defaults. Rung 1 hides
-nothing, rung 2 one effect, rung 3 three or four, and `outside` one that no catalogue holds. Both recordings are synchronised, and
-the first is diagnosed with the second held out. Runs are kept, and go on where they were stopped.
+nothing, rung 2 one effect, rung 3 three to six, rung 4 one that no catalogue holds beside as many, and `outside` that one alone.
+Both recordings are synchronised, and the first is diagnosed with the second held out. Runs are kept, and go on where they were
+stopped.
 
 `python -m benchmarks.ladder --out FOLDER [--seeds 1103-1112] [--noises 0.03] [--share 0/2]` makes the runs alone.
 """
@@ -90,6 +91,7 @@ OUTSIDE: Mapping[str, Law] = {
 }
 SET_ON = ("cogging", "eccentric_drum", "gear_friction", "saturation", "loom", "warming_friction")
 """of those: they may be looked at while something is set; the others are for counting alone"""
+COUNTED = tuple(name for name in OUTSIDE if name not in SET_ON)
 
 
 def _rng(plant: Plant) -> np.random.Generator:
@@ -102,17 +104,24 @@ def _single(name: str) -> Callable[[Plant], Sequence[Law]]:
 
 
 def mixture(plant: Plant) -> dict[str, Law]:
-    """Three or four effects of the catalogue, by name."""
+    """Three to six effects of the catalogue, by name."""
     rng = _rng(plant)
-    names = rng.choice(list(CATALOGUE), rng.integers(3, 5), replace=False)
+    names = rng.choice(list(CATALOGUE), rng.integers(3, 7), replace=False)
     return {str(name): CATALOGUE[name](plant, rng) for name in names}
+
+
+def mixture_and_another(plant: Plant, names: Sequence[str]) -> list[Law]:
+    """A mixture, and one of these effects that no catalogue holds beside it."""
+    another = names[int(_rng(plant).integers(len(names)))]
+    return [*mixture(plant).values(), OUTSIDE[another]]
 
 
 RUNG_1 = Scene("rung1")
 RUNG_2 = tuple(Scene(f"rung2_{name}", _single(name)) for name in CATALOGUE)
 RUNG_3 = Scene("rung3", lambda plant: list(mixture(plant).values()))
+RUNG_4 = Scene("rung4", lambda plant: mixture_and_another(plant, COUNTED))
 OUT = tuple(Scene(f"outside_{name}", lambda plant, law=law: [law]) for name, law in OUTSIDE.items())
-SCENES = (RUNG_1, *RUNG_2, RUNG_3, *OUT)
+SCENES = (RUNG_1, *RUNG_2, RUNG_3, RUNG_4, *OUT)
 
 
 def measure(seeds: Sequence[int] = SEEDS, noises: Sequence[float] = NOISES_DEG, folder: Path | None = None) -> Table:

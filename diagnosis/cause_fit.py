@@ -41,8 +41,8 @@ MAX_START_DELAY_S = 3.4 * DELAY_SIGMA_S
 """s: delay of the forces that a fit may begin with (docs/thresholds.md)"""
 _MIN_START_STIFFNESS = 0.3
 """of the cables' median stiffness: the least that a fit may begin with (docs/thresholds.md)"""
-_MIN_STEP_GAIN = 0.3
-"""in units of a row's loss: a step that promises less is not taken"""
+_MIN_PROMISE, _MIN_PROMISE_SHARE = 2.0, 1e-3
+"""of the loss, and of what of it is beyond noise: a step that promises less is not taken, for the fit ends with a straight one"""
 _MIN_LOSS_GAIN, _MIN_LOSS_GAIN_FAR = 1e-3, 1e-2
 """of the loss: a step that took less away was the last; and where far more than noise is left"""
 _NEARER_SHARE = 0.3
@@ -55,6 +55,8 @@ IMPOSSIBLE_SIGMAS = 3.0
 """standard deviations below its least value from which an amount is impossible (docs/thresholds.md)"""
 MAX_OPPOSED_SHARE = 0.2
 """of what a cause does in the equations: what amounts below their least value may do (docs/thresholds.md)"""
+_MAX_NOISE_CHANGE = 1.5
+"""times the loss that noise makes by its weights, from which the weights are told anew (docs/thresholds.md)"""
 _FIRST_DAMPING, _MAX_DAMPING = 1e-3, 10.0
 _DAMPING_DECREASE, _DAMPING_INCREASE = 3.0, 8.0
 
@@ -168,28 +170,44 @@ class CauseFitter:
         """Fitted with these causes, whose shapes are where the fit begins, from a linearisation on; each choice is fitted once."""
         key = tuple((c.effect.name, c.where.label, *sorted(c.shape.items())) for c in causes)
         if key not in self._stages:
-            self._stages[key] = self._stage(start, causes, self.whiten)
+            self._stages[key] = self._stage(start, causes)
         return self._stages[key]
 
-    def reweighted(self, stage: FitStage) -> tuple[FitStage, Whitener]:
-        """The same causes fitted anew with noise as it is with them, and the whitener of that fit.
+    def is_ill_weighted(self, stage: FitStage) -> bool:
+        """Whether noise with a stage's laws is plainly louder or softer than the weights by which it was fitted say."""
+        level = stage.noise_loss / stage.comparison.row_count
+        return not 1 / _MAX_NOISE_CHANGE < level < _MAX_NOISE_CHANGE
 
-        Where a law's form leaves more than noise a channel counts by what it leaves: else clocks and friction would give way to
-        what no number mends."""
+    def reweighted(self, stage: FitStage) -> FitStage:
+        """The same causes fitted anew with noise as it is with them, as are all fits from then on."""
+        return self._reweighted(stage, self._whitener(stage))
+
+    def reweighted_by_what_is_left(self, stage: FitStage) -> FitStage:
+        """As `reweighted`, where a channel with more than noise counts by what it has.
+
+        Else clocks and friction would give way to what no number mends where a law's form leaves something."""
+        at, whiten = stage.comparison.linearisation, self._whitener(stage)
+        residuals = zip(at.recordings, stage.comparison.residuals_after(stage.fit), strict=True)
+        white = [whiten(r, segment_starts(rec.signals), rec.input_variance) for rec, r in residuals]
+        level = np.sqrt(np.mean(np.concatenate(white, axis=1) ** 2, axis=1))
+        return self._reweighted(stage, whiten.rescaled(np.maximum(level, 1.0)))
+
+    def _whitener(self, stage: FitStage) -> Whitener:
         at = stage.comparison.linearisation
         starts = [segment_starts(recording.signals) for recording in at.recordings]
-        whiten = noise_whitener(steady_noise_residuals(at, self._ensembles), starts, self._h.arm.M)
-        if stage.excess.above_noise:
-            residuals = zip(at.recordings, stage.comparison.residuals_after(stage.fit), strict=True)
-            white = [whiten(r, segment_starts(rec.signals), rec.input_variance) for rec, r in residuals]
-            level = np.sqrt(np.mean(np.concatenate(white, axis=1) ** 2, axis=1))
-            whiten = whiten.rescaled(np.maximum(level, 1.0))
-        return self._stage(at, stage.causes, whiten), whiten
+        return noise_whitener(steady_noise_residuals(at, self._ensembles), starts, self._h.arm.M)
 
-    def _stage(self, start: Linearisation, causes: tuple[Cause, ...], whiten: Whitener) -> FitStage:
-        ensembles = self._ensembles
-        comparison, causes = _refined(start, self._h, causes, self._data, whiten)
-        if _turns_motors(with_causes(self._h, causes)):
+    def _reweighted(self, stage: FitStage, whiten: Whitener) -> FitStage:
+        self.whiten = whiten
+        self._stages.clear()
+        return self.fitted(stage.comparison.linearisation, stage.causes)
+
+    def _stage(self, start: Linearisation, causes: tuple[Cause, ...]) -> FitStage:
+        ensembles, whiten = self._ensembles, self.whiten
+        turns_motors = _turns_motors(with_causes(self._h, causes))
+        rounds = 1 if turns_motors else _MAX_ROUNDS
+        comparison, causes = _refined(start, self._h, causes, self._data, whiten, rounds)
+        if turns_motors:
             # speeds follow from the motors' laws: told with the base model's friction they would speak for that
             ensembles = _with_speeds(ensembles, comparison.linearisation)
             data = [ensemble.data for ensemble in ensembles]
@@ -217,18 +235,25 @@ def _base_model_start(h: Hypothesis, data: Sequence[DataSet], start: Array | Non
 
 
 def _refined(
-    start: Linearisation, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], whiten: Whitener
+    start: Linearisation,
+    h: Hypothesis,
+    causes: tuple[Cause, ...],
+    data: Sequence[DataSet],
+    whiten: Whitener,
+    rounds: int = _MAX_ROUNDS,
 ) -> tuple[Comparison, tuple[Cause, ...]]:
     """The base model's numbers, the causes' and doubtful clocks fitted together, by Levenberg and Marquardt's steps.
 
-    What nuisances do changes little on the way: it is told anew where a round of steps has ended."""
+    What nuisances do changes little on the way: it is told anew where a round of steps has ended, unless there is one only."""
     at = _linearised(start, with_causes(h, causes), data, start.p, start.frame_lags)
     current = compare(at, causes, (), nuisances_at(at), whiten)
-    for _ in range(_MAX_ROUNDS):
+    for _ in range(rounds):
         before = current.profiled_loss
         if _promised(current) < _least_promise(current):
             break
         stepped, causes = _stepped_down(current, h, causes, data, whiten)
+        if rounds == 1:
+            return stepped, causes
         at = stepped.linearisation
         current = compare(at, causes, (), nuisances_at(at), whiten)
         if abs(current.profiled_loss / before - 1) < _least_loss_gain(current):
@@ -267,6 +292,8 @@ def _stepped_down(
             if is_small and (damping == 0 or was_small):
                 break
             was_small = is_small
+        elif _promised(current) < _least_loss_gain(current) * current.profiled_loss:
+            break
         else:
             damping = max(_FIRST_DAMPING, _DAMPING_INCREASE * damping)
             if damping > _MAX_DAMPING:
@@ -294,7 +321,7 @@ def _least_loss_gain(current: Comparison) -> float:
 
 def _least_promise(current: Comparison) -> float:
     """Below which no step is taken."""
-    return _MIN_STEP_GAIN * max(1.0, current.profiled_loss / current.row_count)
+    return max(_MIN_PROMISE, _MIN_PROMISE_SHARE * (current.profiled_loss - current.row_count))
 
 
 def _with_speeds(ensembles: Sequence[NoiseEnsemble], at: Linearisation) -> list[NoiseEnsemble]:
@@ -313,6 +340,7 @@ def _linearised(
 ) -> Linearisation:
     """A linearisation; where only laws differ from one nearby, its recordings as they were read."""
     old = nearby.hypothesis
+    p = nearby.unknowns.carried(p, base_unknowns(h, len(data)))
     reading = (h.neck, h.frame_lag, h.motor_angle_lag, *h.angle_error, *frame_lags)
     same_speeds = all(r.signals.speeds is d.speeds for r, d in zip(nearby.recordings, data, strict=True))
     if not same_speeds or reading != (

@@ -42,10 +42,6 @@ _MAX_RIVALS = 4
 """causes that are fitted in the place of the best one, itself among them (docs/thresholds.md)"""
 _RIVAL_SHARE = 0.7
 """of what a cause takes: what another one must take in its place to be fitted there (docs/thresholds.md)"""
-_MAX_OTHER_SHAPES = 2
-"""other start shapes up to which they are tried (docs/thresholds.md)"""
-_PLAIN_SURPLUS = 0.05
-"""of what noise makes of the loss: more that is left calls for other start shapes (docs/thresholds.md)"""
 _RIVAL_REACH = 3.0
 """times what causes may differ by that explain alike: how much more another one leaves at most that is fitted in its place
 (docs/thresholds.md)"""
@@ -115,49 +111,62 @@ class Search:
 def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int = 0) -> Search:
     """Causes beyond a hypothesis in recordings of one arm. Raises Refused where a motor stands still."""
     fitter = CauseFitter(h, ensembles)
-    first = last = fitter.base_model()
+    first = fitter.base_model()
     every_effect = _with_effects(first, fitter.whiten)
     ranked = rank(every_effect)
-    chance_gains = every_effect.chance_gains([c.columns for c in ranked], np.random.default_rng(seed), _CHANCE_WORLDS)
-    by_chance = float(np.quantile(chance_gains, 1 - CHANCE_LEVEL))
-    last = _with_all_causes(fitter, first, by_chance)
-    if last.causes and last.excess.above_noise and last.surplus > (1 - MIN_EXPLAINED) * first.surplus:
+    last = _with_all_causes(fitter, first, seed)
+    if last.causes and last.excess.above_noise and last.excess.energy > (1 - MIN_EXPLAINED) * first.excess.energy:
         last = first
     causes, last = _with_look_alikes(fitter, last)
-    whiten = fitter.whiten
-    if causes:
-        last, whiten = fitter.reweighted(last)
+    if causes and last.excess.above_noise:
+        last = fitter.reweighted_by_what_is_left(last)
+    elif causes:
+        last = fitter.reweighted(last)
     return Search(
         first=first,
         last=last,
         named=causes,
-        whiten=whiten,
+        whiten=fitter.whiten,
         every_effect=every_effect,
         ranking=tuple(ranked),
     )
 
 
-def _with_all_causes(fitter: CauseFitter, first: FitStage, by_chance: float) -> FitStage:
-    """Causes chosen jointly, fitted together, and chosen anew where they then are, until the choice stands."""
+def _with_all_causes(fitter: CauseFitter, first: FitStage, seed: int) -> FitStage:
+    """Causes chosen jointly, fitted together, and chosen anew where they then are, until the choice stands.
+
+    A wrong model's noise is another one: weights are told anew where that of a better one is."""
     last, given_up = first, set[str]()
+    by_chance = _by_chance(last, fitter.whiten, seed)
     for _ in range(_MAX_CHOICES):
         choices, offered = _choices(last, fitter.whiten, given_up)
         start = list(range(len(last.causes)))
         chosen = chosen_jointly(choices, start, _least_gains(last, offered, by_chance), 1 - SINGLE_PLACE_SHARE)
         if sorted(chosen) == start:
             break
-        after = _fitted_from_all_shapes(fitter, last, tuple(offered[i] for i in sorted(chosen)))
+        after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
         added = {offered[i].effect.name for i in chosen if i not in start}
-        if _is_better(after, last, by_chance):
-            last = after
-        elif added:
-            given_up |= added
-        else:
-            without = _without_the_least(fitter, last, choices, [i for i in start if i not in chosen], by_chance)
-            if without is None:
+        if not _is_better(after, last, by_chance):
+            if added:
+                given_up |= added
+                continue
+            after = _without_the_least(fitter, last, choices, [i for i in start if i not in chosen], by_chance)
+            if after is None:
                 break
-            last = without
+        last = after
+        if fitter.is_ill_weighted(last):
+            last = fitter.reweighted(last)
+            by_chance = _by_chance(last, fitter.whiten, seed)
     return last
+
+
+def _by_chance(stage: FitStage, whiten: Whitener, seed: int) -> float:
+    """What the most telling of all effects takes from the loss where nothing is wrong, but in a share of CHANCE_LEVEL."""
+    comparison = _with_effects(stage, whiten)
+    arm = comparison.linearisation.hypothesis.arm
+    choices = [g.columns[list(w.columns)] for g in comparison.groups for w in g.effect.placements(arm)]
+    gains = comparison.chance_gains(choices, np.random.default_rng(seed), _CHANCE_WORLDS)
+    return float(np.quantile(gains, 1 - CHANCE_LEVEL))
 
 
 def _without_the_least(
@@ -170,24 +179,6 @@ def _without_the_least(
         if _is_better(stage, last, by_chance):
             return stage
     return None
-
-
-def _fitted_from_all_shapes(fitter: CauseFitter, start: FitStage, causes: tuple[Cause, ...]) -> FitStage:
-    """Causes fitted; where something is left, those that are new also from their other start shapes, one after the other.
-
-    A shape that is far off may not be reached by steps."""
-    at, known = start.comparison.linearisation, {cause.effect.name for cause in start.causes}
-    best = fitter.fitted(at, causes)
-    for i, cause in enumerate(causes):
-        others = [s for s in cause.effect.start_shapes if dict(s) != dict(cause.shape)]
-        if cause.effect.name in known or len(others) > _MAX_OTHER_SHAPES:
-            continue
-        for shape in others:
-            if best.possible and best.surplus < _PLAIN_SURPLUS * best.noise_loss:
-                return best
-            stage = fitter.fitted(at, (*causes[:i], replace(cause, shape=dict(shape)), *causes[i + 1 :]))
-            best = min(best, stage, key=lambda s: (not s.possible, s.surplus))
-    return best
 
 
 def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:
@@ -215,13 +206,14 @@ def _choices(stage: FitStage, whiten: Whitener, given_up: Collection[str]) -> tu
         low = _least_numbers(cause.effect, cause.where, arm)
         # an option is a choice of amounts and shape: shape goes either way
         low = np.append(low, np.full(len(columns) - len(low), -np.inf))
-        options.append(Option(cause.effect.name, columns, low))
+        options.append(Option(cause.effect.name, columns, low, len(columns)))
     for group in comparison.groups:
         if group.effect.name in given_up:
             continue
         for where in group.effect.placements(arm):
             columns, low = group.columns[list(where.columns)], _least_numbers(group.effect, where, arm)
-            options.append(Option(group.effect.name, columns, low))
+            count = len(columns) + len(group.effect.shape_terms)
+            options.append(Option(group.effect.name, columns, low, count))
             offered.append(Cause(group.effect, where, np.zeros(len(where.columns)), dict(group.shape)))
     without = comparison.with_causes_off(np.concatenate(amounts)) if amounts else comparison
     return Choices(without, options), offered
@@ -261,6 +253,8 @@ def _with_look_alikes(fitter: CauseFitter, last: FitStage) -> tuple[tuple[NamedC
         farthest = _RIVAL_REACH * tie_tolerance(last.fit.loss, without - loss) + max(0.0, last.surplus)
         near = {}
         for k in range(count, len(offered)):
+            if offered[k].effect.name in {cause.effect.name for cause in last.causes}:
+                continue
             left = choices.loss([*others, k])
             if left < loss + (1 - _RIVAL_SHARE) * (without - loss) and left < loss + farthest:
                 effect = offered[k].effect.name
@@ -316,12 +310,12 @@ def _number_count(cause: Cause) -> int:
 
 
 def _with_effects(stage: FitStage, whiten: Whitener) -> Comparison:
-    """A stage with every effect that is not named yet beside it, in each of its shapes.
+    """A stage with every effect beside it in each of its shapes; those that it names only where these may differ.
 
-    What only doubts the clock is no cause once one is named."""
+    Steps may not reach a shape that is far off. What only doubts the clock is no cause once one is named."""
     named = {cause.effect.name for cause in stage.causes}
-    effects = [e for e in EFFECTS.values() if e.name not in named and not (named and e.is_clock)]
-    choices = [(e, shape) for e in effects for shape in e.start_shapes]
+    effects = [e for e in EFFECTS.values() if not (named and e.is_clock)]
+    choices = [(e, s) for e in effects if e.name not in named or len(e.start_shapes) > 1 for s in e.start_shapes]
     at = stage.comparison.linearisation
     return compare(at, stage.causes, choices, stage.comparison.nuisances, whiten, stage.noise)
 

@@ -257,7 +257,7 @@ class Comparison:
         In each world the base model holds: residuals are one draw of noise, blocks with signs at random, and what a drawing's
         errors do.
         """
-        use, sigma = self._columns_with(()), self._sigma(True)
+        use, sigma = self._columns_with(()), self.relaxed_sigma
         first, count = self.base_count, self.nuisance_count
         signs = rng.choice([-1.0, 1.0], (worlds, len(self.block_products)))
         draws = rng.integers(self.noise_products.shape[2], size=worlds)

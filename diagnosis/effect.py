@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from diagnosis.check_fault import CheckFault
 from diagnosis.hypothesis import Hypothesis, inactive_values
 from diagnosis.linearisation import RecordingLinearisation
-from identification.residuals import law_forces, residual_change
+from identification.residuals import forces_of_moved_law, law_forces, residual_change
 from mechanism.arm import Arm, arm_of
 from mechanism.description import Neck
 from mechanism.laws import LAWS, Term
@@ -156,9 +156,13 @@ class LawEffect(Effect):
     """whether only elongations that vision measures show it: those that follow from the motors are never negative"""
 
     def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
-        """By differences as large as what a person would call a change; shapes that the hypothesis holds stay."""
-        values = self._values(recording.hypothesis, shape)
-        return np.concatenate([self._difference_quotient(recording, values, term, 1.0) for term in self.terms], axis=2)
+        """By differences as large as what a person would call a change; in another shape than the hypothesis holds, from nothing on."""
+        held = recording.hypothesis.values
+        elsewhere = self.law in recording.laws and any(np.any(held[name] != value) for name, value in shape.items())
+        values = self._inactive(recording.hypothesis, shape) if elsewhere else self._values(recording.hypothesis, shape)
+        return np.concatenate(
+            [self._difference_quotient(recording, values, term, 1.0, elsewhere) for term in self.terms], axis=2
+        )
 
     def shape_columns(self, recording: RecordingLinearisation) -> Array:
         if not self.shape_terms:
@@ -169,23 +173,37 @@ class LawEffect(Effect):
         )
 
     def _difference_quotient(
-        self, recording: RecordingLinearisation, values: Mapping[str, Array], term: Term, step: float
+        self,
+        recording: RecordingLinearisation,
+        values: Mapping[str, Array],
+        term: Term,
+        step: float,
+        elsewhere: bool = False,
     ) -> Array:
-        """Of the residuals by one term, whose step is in its sizes, (C, S, places)."""
+        """Of the residuals by one term, whose step is in its sizes, (C, S, places); elsewhere: not where the hypothesis is."""
         signals, base, tension = recording.motor_signals, recording.motor_forces, None
         if self.from_vision:
             signals, base, tension = recording.signals, recording.forces, recording.tension
         # a law does nothing where its amounts are zero, whatever its shape
         laws = recording.laws if self.law in recording.laws else (*recording.laws, self.law)
         h = step * term.size
-        moved = {**recording.values, **values, term.name: values[term.name] + h}
-        other = law_forces(signals, laws, moved, recording.x0, recording.delay, tension=tension)
+        values = {**recording.values, **values}
+        moved = {term.name: values[term.name] + h}
+        if elsewhere:
+            base = law_forces(signals, laws, values, recording.x0, recording.delay, tension=tension)
+        other = forces_of_moved_law(
+            signals, base, laws, values, self.law, moved, recording.x0, recording.delay, tension=tension
+        )
         return residual_change(signals, base, other, term) / h
 
     def _values(self, h: Hypothesis, shape: Shape) -> dict[str, Array]:
         """Values of the law's terms: the hypothesis's, else those of the shape, else those at which the law does nothing."""
-        values = {**inactive_values(h.arm, self.law), **{k: np.full(1, v) for k, v in shape.items()}}
+        values = self._inactive(h, shape)
         return values | {name: h.values[name] for name in values if name in h.values}
+
+    def _inactive(self, h: Hypothesis, shape: Shape) -> dict[str, Array]:
+        """The same as if the hypothesis did not hold the law."""
+        return {**inactive_values(h.arm, self.law), **{k: np.full(1, v) for k, v in shape.items()}}
 
     def added_to(self, h: Hypothesis, amounts: Array, shape: Shape) -> Hypothesis:
         values = self._values(h, shape)

@@ -88,7 +88,7 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
     # as it follows from the motors: vision's noise in it would go through friction into the arm's equation
     tension = motor_forces.drive - s.inertial
     vision_forces = law_forces_at(s, u, p, recording, tension)
-    values = u.values(p)
+    values = u.values(p, recording)
     slope = friction_slope(Machine(s.arm, u.laws, values), s, tension)
     return RecordingLinearisation(
         hypothesis=h,

@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 MEASURES = {"alpha": "simulated joint angles", "theta": "simulated motor angles"}
 """by stem of the simulated series"""
+_MAX_PARTS = 2
+"""of a recording, 8 s each, at its beginning and its end: what is simulated to measure a gain (docs/thresholds.md)"""
 
 
 class SimulatedModel:
@@ -30,7 +32,7 @@ class SimulatedModel:
     def simulated(self, ensembles: Sequence[NoiseEnsemble]) -> list[SimulatedRecording]:
         """Every recording, read as this model says."""
         return [
-            simulate_recording(self._h.corrected(ensemble.data, lag), self._model)
+            simulate_recording(self._h.corrected(ensemble.data, lag), self._model, max_parts=_MAX_PARTS)
             for ensemble, lag in zip(ensembles, self._frame_lags, strict=True)
         ]
 

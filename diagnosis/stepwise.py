@@ -29,11 +29,8 @@ class Option:
     columns: Index
     low: Array
     """least values of its columns' numbers"""
-
-    @property
-    def number_count(self) -> int:
-        """Of numbers that it is fitted by."""
-        return len(self.columns)
+    number_count: int
+    """of numbers that it is fitted by: a shape's too, which has columns only where it was fitted"""
 
 
 class Choices:
@@ -71,13 +68,14 @@ def chosen_jointly(
 ) -> list[int]:
     """The options that are worth it together, by number, beginning with those of `start`.
 
-    least_gain: what an option must take at least from the loss that it is added to. simpler_share: of a gain, for which an option
-    with fewer numbers is taken as well.
+    least_gain: what an option must take at least from the loss that it is added to, and one of `start`, which was fitted, be
+    surpassed by. simpler_share: of a gain, for which an option with fewer numbers is taken as well.
     """
     chosen = list(start)
     for _ in range(_MAX_ROUNDS):
         before = list(chosen)
-        chosen = _exchanged(choices, _without_needless(choices, chosen, least_gain), simpler_share)
+        chosen = _without_needless(choices, chosen, least_gain)
+        chosen = _exchanged(choices, chosen, start, least_gain, simpler_share)
         if (best := _best_addition(choices, chosen, least_gain, simpler_share)) is not None:
             chosen.append(best)
         if sorted(chosen) == sorted(before):
@@ -118,8 +116,14 @@ def _without_needless(choices: Choices, chosen: Sequence[int], least_gain: Calla
     return kept
 
 
-def _exchanged(choices: Choices, chosen: Sequence[int], simpler_share: float) -> list[int]:
-    """With every option exchanged for another one that leaves less, as long as one does."""
+def _exchanged(
+    choices: Choices,
+    chosen: Sequence[int],
+    fitted: Sequence[int],
+    least_gain: Callable[[int, float], float],
+    simpler_share: float,
+) -> list[int]:
+    """With every option exchanged for another one that leaves less, as long as one does; what was fitted, for plainly less."""
     kept = list(chosen)
     for place, i in enumerate(chosen):
         others = [k for k in kept if k != i]
@@ -131,6 +135,7 @@ def _exchanged(choices: Choices, chosen: Sequence[int], simpler_share: float) ->
             if option.effect not in taken
         }
         best = simplest(choices.options, gains, simpler_share)
-        if gains[best] > gains[i] or choices.options[best].number_count < choices.options[i].number_count:
+        margin = least_gain(i, without - gains[i]) if i in fitted else 0.0
+        if gains[best] > gains[i] + margin or choices.options[best].number_count < choices.options[i].number_count:
             kept[place] = best
     return kept

@@ -13,7 +13,7 @@ _MIN_DECAY = 1e-300
 
 
 def memory_states(machine: Machine, at: CableMotion, step: float) -> Array:
-    """Memory variables (T, M, states) on rows `step` s apart, zero at the first.
+    """Memory variables (T, M, states) on rows `step` s apart, `memory_start` at the first.
 
     Every law's drift is affine in its own states, a + b z, so that each step is exact while a and b hold over it,
     but for where a bound is met.
@@ -27,11 +27,11 @@ def memory_states(machine: Machine, at: CableMotion, step: float) -> Array:
     safe = np.where(np.abs(b) * step > 1e-9, b, 1.0)
     added = a * np.where(np.abs(b) * step > 1e-9, (decay - 1) / safe, step)
     low, high = machine.bounds
-    return _accumulated(decay[:-1], added[:-1], low, high)
+    return _accumulated(machine.memory_start, decay[:-1], added[:-1], low, high)
 
 
-def _accumulated(decay: Array, added: Array, low: Array, high: Array) -> Array:
-    """z[i + 1] = decay[i] z[i] + added[i] clipped to the bounds, from zero on, (T + 1, ...).
+def _accumulated(start: Array, decay: Array, added: Array, low: Array, high: Array) -> Array:
+    """z[i + 1] = decay[i] z[i] + added[i] clipped to the bounds, from a start on, (T + 1, ...).
 
     Successive steps compose to one step of the same form: they are composed within stretches of rows, all stretches at once, and
     the stretches are then run through one after the other.
@@ -50,8 +50,8 @@ def _accumulated(decay: Array, added: Array, low: Array, high: Array) -> Array:
         for bound in (L, H):
             np.clip(bound[:, i], low, high, out=bound[:, i])
     out = np.empty_like(g)
-    z = np.zeros(rest)
+    z = start
     for stretch in range(len(g)):
         out[stretch] = np.clip(G[stretch] * z + C[stretch], L[stretch], H[stretch])
         z = out[stretch, -1]
-    return np.concatenate([np.zeros((1, *rest)), out.reshape(-1, *rest)[:steps]])
+    return np.concatenate([start[None], out.reshape(-1, *rest)[:steps]])

@@ -13,7 +13,7 @@ from mechanism.laws import LAWS, Law
 
 Array = NDArray[np.float64]
 
-_NUISANCES = ("x0", "delay")
+_NUISANCES = ("x0", "delay", "z0")
 """zero is a value like any other for them: they are identified where sigma is below the size of their term"""
 _TRADED_CORRELATION = 0.9
 """correlation of two parameters above which one is said to be traded off against the other (docs/thresholds.md)"""

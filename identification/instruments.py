@@ -38,7 +38,7 @@ def instrument_signals(s: Signals, u: Unknowns, p: Array, recording: int) -> Sig
 
     The iteration starts from a cable without memory, never from vision, so that vision's noise is absent wherever it ends.
     """
-    values, x0 = u.values(p), u.get(p, "x0", recording)
+    values, x0 = u.values(p, recording), u.get(p, "x0", recording)
     cables = _Cables(Machine(s.arm, u.laws, values), s)
     tension = law_forces(s, u.laws, values, x0, float(u.get(p, "delay", recording)[0])).drive - s.inertial
     stiffness, _, damping = cables.slopes(s.x + x0, s.x_d)

@@ -48,7 +48,7 @@ class ResidualSensitivity:
     def __init__(self, s: Signals, u: Unknowns, p: Array, recording: int) -> None:
         kept = s.low_pass.kept
         self._arm, self._kept = s.arm, kept
-        self._values, self._x0, self._laws = u.values(p), u.get(p, "x0", recording), u.laws
+        self._values, self._x0, self._laws = u.values(p, recording), u.get(p, "x0", recording), u.laws
         delay = float(u.get(p, "delay", recording)[0])
         z = memory_states(Machine(s.arm, u.laws, self._values), cable_motion(s, self._x0), s.step)
         self._drive = s.low_pass(law_forces(s, u.laws, self._values, self._x0, delay, z).drive.T).T

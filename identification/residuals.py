@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from identification.cable_memory import memory_states
 from identification.dataset.series import interpolated
 from identification.signals import Signals
-from identification.unknowns import Unknowns
-from mechanism.laws import LAWS, CableMotion, MotorMotion, Term
+from identification.unknowns import Unknowns, memory_starts
+from mechanism.laws import LAWS, CableMotion, Law, MotorMotion, Term
 from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
@@ -28,11 +28,17 @@ _STEP = 1e-3
 
 @dataclass(frozen=True)
 class LawForces:
-    """Forces by the laws at every row: command less friction, and tension, each (T, M), N; joint friction (T, N), N m."""
+    """Forces by the laws at every row: command, friction and tension, each (T, M), N; joint friction (T, N), N m."""
 
-    drive: Array
+    acting: Array
+    friction: Array
     pull: Array
     resistance: Array
+
+    @property
+    def drive(self) -> Array:
+        """Command less friction, (T, M), N."""
+        return self.acting - self.friction
 
 
 @dataclass(frozen=True)
@@ -60,10 +66,44 @@ def law_forces(
     at = cable_motion(s, x0)
     memory = memory_states(machine, at, s.step) if z is None else z
     pull = np.broadcast_to(machine.pull(at, memory), s.x.shape)
-    turning = MotorMotion(s.speeds.mean, np.maximum(pull if tension is None else tension, 0.0), s.wrap)
-    friction = np.broadcast_to(machine.friction(turning), s.speeds.mean.shape).mean(axis=0)
-    drive = machine.acting_force(delayed_forces(s, delay), s.step) - friction
-    return LawForces(drive, pull, np.broadcast_to(machine.resistance(s.alpha_d), s.alpha_d.shape))
+    return LawForces(
+        acting=machine.acting_force(delayed_forces(s, delay), s.step),
+        friction=_mean_friction(s, machine, pull if tension is None else tension),
+        pull=pull,
+        resistance=np.broadcast_to(machine.resistance(s.alpha_d), s.alpha_d.shape),
+    )
+
+
+def forces_of_moved_law(
+    s: Signals,
+    base: LawForces,
+    names: tuple[str, ...],
+    values: Mapping[str, Array],
+    law: str,
+    moved: Mapping[str, Array],
+    x0: Array,
+    delay: float,
+    z: Array | None = None,
+    tension: Array | None = None,
+) -> LawForces:
+    """`law_forces` with one law's numbers moved; base: those with `values`, which share all that the law has no part in."""
+    after = {**values, **moved}
+    overridden = {name for name in ("friction", "pull", "acting_force", "resistance") if _overrides(LAWS[law], name)}
+    machine = Machine(s.arm, names, after)
+    if overridden == {"friction"}:
+        return replace(base, friction=_mean_friction(s, machine, base.pull if tension is None else tension))
+    if overridden == {"resistance"}:
+        return replace(base, resistance=np.broadcast_to(machine.resistance(s.alpha_d), s.alpha_d.shape))
+    return law_forces(s, names, after, x0, delay, z, tension)
+
+
+def _overrides(law: Law, method: str) -> bool:
+    return getattr(type(law), method) is not getattr(Law, method)
+
+
+def _mean_friction(s: Signals, machine: Machine, tension: Array) -> Array:
+    turning = MotorMotion(s.speeds.mean, np.maximum(tension, 0.0), s.wrap)
+    return np.broadcast_to(machine.friction(turning), s.speeds.mean.shape).mean(axis=0)
 
 
 def cable_motion(s: Signals, x0: Array) -> CableMotion:
@@ -88,18 +128,19 @@ def residuals_of(s: Signals, forces: LawForces) -> Array:
 def law_forces_at(s: Signals, u: Unknowns, p: Array, recording: int, tension: Array | None = None) -> LawForces:
     """The laws' forces on one recording at the vector p; tension as in `forces`."""
     delay = float(u.get(p, "delay", recording)[0])
-    return law_forces(s, u.laws, u.values(p), u.get(p, "x0", recording), delay, tension=tension)
+    return law_forces(s, u.laws, u.values(p, recording), u.get(p, "x0", recording), delay, tension=tension)
 
 
 def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int) -> ResidualRows:
     """Residuals of one recording at the vector p, and their derivatives."""
     n, m = s.arm.N, s.arm.M
-    values, x0 = u.values(p), u.get(p, "x0", recording)
+    values, x0 = u.values(p, recording), u.get(p, "x0", recording)
     delay = float(u.get(p, "delay", recording)[0])
     z = memory_states(Machine(s.arm, u.laws, values), cable_motion(s, x0), s.step)
     base = law_forces(s, u.laws, values, x0, delay, z)
     acting = replace(s, f=delayed_forces(s, delay))
-    memory_terms = {term.name for name in u.laws if LAWS[name].states for term in LAWS[name].terms}
+    laws = {term.name: name for name in u.laws for term in LAWS[name].terms}
+    starts = {term.name for term in memory_starts(u.laws)}
     residual = residuals_of(s, base)
     J = np.zeros((m + n, residual.shape[1], len(u.entries)))
     for (name, of), slot in u.slots.items():
@@ -111,9 +152,12 @@ def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Residual
             moved = law_forces(s, u.laws, values, x0, delay + h, z)
         elif name == "x0":
             moved = law_forces(acting, u.laws, values, x0 + h, 0.0, z)
+        elif name in starts:
+            moved = law_forces(acting, u.laws, values | {name: values[name] + h}, x0, 0.0)
         else:
-            known = None if name in memory_terms else z
-            moved = law_forces(acting, u.laws, values | {name: values[name] + h}, x0, 0.0, known)
+            law, change = laws[name], {name: values[name] + h}
+            known = None if LAWS[law].states else z
+            moved = forces_of_moved_law(acting, base, u.laws, values, law, change, x0, 0.0, known)
         J[:, :, slot] = residual_change(s, base, moved, term) / h
     return ResidualRows(residual, J)
 

@@ -1,4 +1,4 @@
-"""The unknowns of a fit: terms of the laws, and the pre-elongations and the delay of every recording."""
+"""The unknowns of a fit: terms of the laws, and of every recording its pre-elongations, its delay, and what cables remember."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -61,13 +61,25 @@ class Unknowns:
         slot = self.slots.get((name, recording))
         return self.held[name] if slot is None else p[slot]
 
-    def values(self, p: Array) -> dict[str, Array]:
-        """Values of all terms of the laws, as laws take them."""
-        return {term.name: self.get(p, term.name) for term in terms_of(self.laws)}
+    def values(self, p: Array, recording: int | None = None) -> dict[str, Array]:
+        """Values of all terms of the laws, as laws take them; of a recording, also what its cables remember at its beginning."""
+        values = {term.name: self.get(p, term.name) for term in terms_of(self.laws)}
+        if recording is not None:
+            values |= {term.name: self.get(p, term.name, recording) for term in memory_starts(self.laws)}
+        return values
+
+    def carried(self, p: Array, to: "Unknowns") -> Array:
+        """The numbers p of these unknowns as those of others, (P',): where those begin, if these have none."""
+        out = to.start()
+        for key, slot in to.slots.items():
+            if key in self.slots:
+                out[slot] = p[self.slots[key]]
+        return out
 
     def start(self) -> Array:
         """Start of the fit, (P,): cables of medium stiffness and nothing else; transitions and time constants at their size."""
         initial = {"k": 5e3, "cm": CM, "delay": 0.0, "x0": 0.0, "E": 3e9}
+        initial |= {term.name: 0.0 for term in memory_starts(self.laws)}
         values = [
             initial.get(e.term.name, e.term.size if e.term.of == "arm" and e.term.low > 0 else max(e.term.low, 0.0))
             for e in self.entries
@@ -80,14 +92,20 @@ def terms_of(laws: Sequence[str]) -> tuple[Term, ...]:
     return tuple({term.name: term for name in laws for term in LAWS[name].terms}.values())
 
 
+def memory_starts(laws: Sequence[str]) -> tuple[Term, ...]:
+    """What cables remember where a recording begins, by laws that do not forget it soon."""
+    return tuple(start for name in laws if (start := LAWS[name].memory_start))
+
+
 def unknowns(
     arm: Arm, laws: Sequence[str], recordings: int, held: Mapping[str, float | Array] | None = None
 ) -> Unknowns:
-    """The unknowns of laws by name; `held`: terms (also x0, delay) that keep the value given. Raises Refused for unknown names."""
+    """The unknowns of laws by name; `held`: terms (also of recordings) that keep the value given. Raises Refused for unknown names."""
     for name in laws:
         if name not in LAWS:
             raise Refused("identify", f"unknown law {quoted(name)}", valid_words(name, LAWS))
-    terms = [(term, None) for term in terms_of(laws)] + [(term, r) for r in range(recordings) for term in (X0, DELAY)]
+    of_recording = (X0, DELAY, *memory_starts(laws))
+    terms = [(term, None) for term in terms_of(laws)] + [(term, r) for r in range(recordings) for term in of_recording]
     fixed: dict[str, Array] = {}
     names = {term.name for term, _ in terms}
     for name, value in (held or {}).items():

@@ -38,6 +38,16 @@ class Machine:
         return -bound, bound
 
     @property
+    def memory_start(self) -> Array:
+        """Memory variables where a recording begins, (M, states): nothing where `values` do not say."""
+        starts = [
+            self.values.get(law.memory_start.name, np.zeros(1)) if law.memory_start else np.zeros(1)
+            for law in self.laws
+            for _ in range(law.states)
+        ]
+        return np.stack([np.broadcast_to(start, self.arm.M) for start in starts], axis=-1)
+
+    @property
     def without_actuator_laws(self) -> "Machine":
         """This machine without the laws of its actuators: for forces as they act, not as they are logged."""
         return replace(self, names=tuple(law.name for law in self.laws if type(law).acting_force is Law.acting_force))

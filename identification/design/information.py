@@ -89,7 +89,7 @@ def fisher_information(s: Signals, u: Unknowns, p: Array, noise: AngleNoise) -> 
 
 def channel_noise(s: Signals, u: Unknowns, p: Array, noise: AngleNoise) -> Array:
     """Standard deviation of the noise that passes the filter in each channel, (M + N,), N and N m."""
-    values = u.values(p)
+    values = u.values(p, 0)
     machine = Machine(s.arm, u.laws, values)
     at = cable_motion(s, u.get(p, "x0", 0))
     x = at.x

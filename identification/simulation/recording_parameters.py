@@ -1,4 +1,4 @@
-"""Parameters of a recording, not of the arm: pre-elongation x0 and delay of its forces, fitted with the laws held.
+"""Parameters of a recording, not of the arm: pre-elongation x0, delay of its forces and what its cables remember at its beginning.
 
 A model's x0 and delay belong to the recording that it was fitted to. Those of another recording are fitted anew, and depend on the
 laws: if a cable's stiffness were a little higher, its x0 would come out a little lower.
@@ -29,9 +29,11 @@ class RecordingParameters:
     x0: Array
     delay: float
     covariance: Array
-    """covariance of x0 and delay if the laws were exact, (M + 1, M + 1)"""
+    """if the laws were exact: of x0 and delay, (M + 1, M + 1), and behind them of what cables remember, where laws have it"""
     f: Array
     """forces as they act in each row of the state, (T, M), N"""
+    memory_start: Mapping[str, Array]
+    """what cables remember where the recording begins, by term"""
     by_law: Mapping[tuple[str, int | None], Array]
     """derivative of x0 and delay by each parameter of the laws, (M + 1,), by name and index"""
 
@@ -49,13 +51,14 @@ def fit_recording_parameters(data: DataSet, laws: tuple[str, ...], values: Mappi
     for (name, recording), slot in with_laws.slots.items():
         p[slot] = values[name] if recording is None else solution.p[without_laws.slots[name, recording]]
     linear = residual_rows(signals, with_laws, p, 0)
-    starts = segment_starts(signals)
-    J = fit_whitener([linear.residual], [starts])(linear.jacobian, starts).reshape(-1, len(p))
+    rows = segment_starts(signals)
+    J = fit_whitener([linear.residual], [rows])(linear.jacobian, rows).reshape(-1, len(p))
     own = [i for i, e in enumerate(with_laws.entries) if e.recording is not None]
     derivative = -np.linalg.lstsq(J[:, own] * with_laws.size[own], J, rcond=None)[0] * with_laws.size[own][:, None]
     by_law = {(e.term.name, e.index): derivative[:, i] for i, e in enumerate(with_laws.entries) if e.recording is None}
     delay = float(solution.p[m])
+    starts = {name: solution.p[slot] for (name, _), slot in without_laws.slots.items() if name not in ("x0", "delay")}
     f = delayed_forces(signals, delay).copy()
     # a mean over two periods of the command smooths, simulated forces are those in the row: undone to second order
     f[1:-1] -= (f[2:] - 2 * f[1:-1] + f[:-2]) / 6
-    return RecordingParameters(solution.p[:m], delay, solution.covariance, f, by_law)
+    return RecordingParameters(solution.p[:m], delay, solution.covariance, f, starts, by_law)

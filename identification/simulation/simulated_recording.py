@@ -38,7 +38,7 @@ Progress = Callable[[int], object]
 WINDOW_S = 0.5
 """s: within it a payload's effect grows faster, with the square of time, than the uncertainty of state and parameters
 (docs/thresholds.md)"""
-MAX_WINDOWS_AT_ONCE = 8
+MAX_WINDOWS_AT_ONCE = 16
 """windows that are simulated at once, so that memory does not grow with the recording"""
 COMMAND_HISTORY_S = 4.0
 """s of commands before a window that its forces depend on: the longest lag of a motor is 0.2 s"""
@@ -68,12 +68,14 @@ def simulate_recording(
     window_s: float | None = WINDOW_S,
     source: Source = "f",
     progress: Progress = lambda samples: None,
+    max_parts: int | None = None,
 ) -> SimulatedRecording:
     """Simulation of a recording, restarted from the measured state every `window_s` seconds; with None it runs on to the end.
 
     source: what is given of the motors, their recorded forces or their recorded angles. Pre-elongation and delay are fitted to the
     recording, with the laws held. Windows run in batches, each once more for every error that adds to the noise floor; `progress`
-    is called with the number of rows done since the last call. Raises Refused where the recording is shorter than a window or
+    is called with the number of rows done since the last call. max_parts: batches of MAX_WINDOWS_AT_ONCE successive windows, evenly
+    spread, where not all are asked for. Raises Refused where the recording is shorter than a window or
     holds no forces.
 
     >>> import xneck
@@ -92,7 +94,7 @@ def simulate_recording(
     memory = _memory(windows, machine, recording)
     sums: dict[str, ChannelSums] = {}
     series: list[Series] = []
-    for part in windows.parts(MAX_WINDOWS_AT_ONCE):
+    for part in windows.parts(MAX_WINDOWS_AT_ONCE, max_parts):
         runs = perturbed_runs(part, model, machine, recording)
         start_memory = None if memory is None else memory[part.first : part.first + part.count]
         motion = _run(part, runs, start_memory, source, lambda samples, count=part.count: progress(samples * count))
@@ -139,7 +141,11 @@ def _memory(windows: Windows, machine: Machine, recording: RecordingParameters) 
     if not machine.states:
         return None
     arm, s = windows.data.arm, windows.data.state
-    of_recording = replace(machine, arm=replace(machine.arm, x0=machine.arm.x0 + recording.x0))
+    of_recording = replace(
+        machine,
+        arm=replace(machine.arm, x0=machine.arm.x0 + recording.x0),
+        values={**machine.values, **recording.memory_start},
+    )
     alpha, theta = s.matrix("alpha"), s.matrix("theta")
     x_d = elongation_rate(arm, Z(arm, alpha), s.matrix("alpha", "_d"), s.matrix("theta", "_d"))
     at = CableMotion(

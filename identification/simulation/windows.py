@@ -32,9 +32,12 @@ class Windows:
         """Rows of the state in these windows."""
         return slice(self.first * self.samples, (self.first + self.count) * self.samples)
 
-    def parts(self, max_count: int) -> Iterator["Windows"]:
-        """These windows, at most `max_count` at once."""
-        for first in range(0, self.count, max_count):
+    def parts(self, max_count: int, max_parts: int | None = None) -> Iterator["Windows"]:
+        """These windows, at most `max_count` at once; of more than `max_parts` parts so many, evenly spread."""
+        begins = np.arange(0, self.count, max_count)
+        if max_parts is not None and len(begins) > max_parts:
+            begins = np.linspace(0, self.count - max_count, max_parts).round().astype(int)
+        for first in begins.tolist():
             yield replace(self, first=self.first + first, count=min(max_count, self.count - first))
 
     @property

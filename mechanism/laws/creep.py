@@ -15,6 +15,7 @@ class Creep(Law):
         Term("tau", "s", low=0.1, high=100.0, size=1.0, of="arm", would_tell=_WOULD_TELL),
     )
     states = 1
+    memory_start = Term("z0", "N", low=-1000.0, high=1000.0, size=5.0, would_tell=_WOULD_TELL)
 
     def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         return z[..., 0]

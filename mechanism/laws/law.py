@@ -76,6 +76,8 @@ class Law:
     """number of memory variables of each cable by this law"""
     memory_bound: ClassVar[float] = np.inf
     """bound of their magnitude"""
+    memory_start: ClassVar[Term | None] = None
+    """the variable where a recording begins, if that is not forgotten soon; each recording has its own"""
 
     def acting_force(self, p: Values, f: Array, step: float) -> Array:
         """Forces that act where the log says f (..., T, M), N, on rows `step` s apart."""

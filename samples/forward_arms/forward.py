@@ -4,7 +4,7 @@ State (rows, B): alpha, alpha', theta, theta', bend of the bristles, memory of t
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -66,6 +66,7 @@ class System:
             added, resisting, driving = np.zeros_like(tension), np.zeros_like(tension), np.zeros_like(alpha)
             memory, memory_d = y[self.memory], state_d[self.memory]
             wrap = wraps(plant, fold, alpha)
+            seen = []
             for g in self.laws:
                 c = g.columns
                 s = Snapshot(
@@ -85,11 +86,15 @@ class System:
                     drum=plant.drum[:, c],
                 )
                 added[:, c] += g.law.tension(s)
-                resisting[:, c] += g.law.motor(s)
-                driving[:, c] += g.law.joint(s)
-                damping[:, c] += g.law.joint_damping(s)
                 memory_d[g.rows] = 0.0
                 memory_d[g.rows, c] = g.law.memory_d(s)
+                seen.append(s)
+            # what rubs by the tension rubs by all of it, whichever law it is of
+            for g, s in zip(self.laws, seen, strict=True):
+                s = replace(s, tension=(tension + added)[:, g.columns])
+                resisting[:, g.columns] += g.law.motor(s)
+                driving[:, g.columns] += g.law.joint(s)
+                damping[:, g.columns] += g.law.joint_damping(s)
             tension, resistance, joint = tension + added, resistance + resisting, driving
         taut = tension > 0
         if self.slack:

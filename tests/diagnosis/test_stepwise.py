@@ -30,7 +30,7 @@ def choices(columns: Mapping[str, Array], residual: Array, low: float = -np.inf)
     options, first = [], _BASE
     for name, each in columns.items():
         where = np.arange(first, first + each.shape[1])
-        options.append(Option(name, where, np.full(len(where), low)))
+        options.append(Option(name, where, np.full(len(where), low), len(where)))
         first += len(where)
     comparison: Any = SimpleNamespace(eliminated=lambda: system)
     return Choices(comparison, options)
@@ -99,7 +99,7 @@ def test_as_many_are_chosen_as_there_are() -> None:
 def test_an_effect_is_chosen_in_one_of_its_places_only() -> None:
     a, b = unit_columns(2).T
     table = choices({"a": a[:, None], "b": b[:, None]}, -30 * a - 30 * b)
-    table.options = tuple(Option("same", o.columns, o.low) for o in table.options)
+    table.options = tuple(Option("same", o.columns, o.low, len(o.columns)) for o in table.options)
     assert len(chosen(table)) == 1
 
 
