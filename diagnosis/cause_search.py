@@ -18,8 +18,10 @@ from diagnosis.cause_fit import CauseFitter, FitStage
 from diagnosis.comparison import Comparison, Index, compare
 from diagnosis.effect import Effect, Placement, Shape
 from diagnosis.effects import EFFECTS
+from diagnosis.free_function import FreeFit, best_free_function
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
+from diagnosis.remainder import MAX_REMAINDER
 from diagnosis.stepwise import Choices, Option, chosen_jointly
 from identification.whitening import Whitener
 from mechanism.arm import Arm
@@ -34,6 +36,9 @@ MIN_EXPLAINED = 0.6
 """of the loss beyond noise: what all causes together take away at least, else none is named (docs/thresholds.md)"""
 MIN_EXPLAINED_NEXT = 0.1
 """of what still stands above noise: what a cause takes away at least (docs/thresholds.md)"""
+MAX_SHARE_OF_UNLISTED = 0.5
+"""of what all causes leave above noise: a function of one variable that leaves less in their place takes their place
+(docs/thresholds.md)"""
 CHANCE_LEVEL = 0.01
 """share of worlds of noise and a drawing's errors alone in which the most telling of all causes may seem to explain as much
 (docs/thresholds.md)"""
@@ -106,6 +111,19 @@ class Search:
     """the first stage with all effects beside it"""
     ranking: tuple[CauseCandidate, ...]
     """of every effect by itself beside the first stage, the best first"""
+    fitter: CauseFitter
+    remainder: FreeFit | None
+    """the function of one variable that explains most of what the causes leave plainly above noise, if they do"""
+
+    def without_the_least(self) -> "Search":
+        """Without the cause that takes least."""
+        least = min(range(len(self.named)), key=lambda i: self.named[i].gain)
+        named = (*self.named[:least], *self.named[least + 1 :])
+        last = self.first
+        if named:
+            causes = (*self.last.causes[:least], *self.last.causes[least + 1 :])
+            last = self.fitter.fitted(self.last.comparison.linearisation, causes)
+        return replace(self, named=named, last=last, remainder=_remainder(last, self.fitter.whiten))
 
 
 def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int = 0) -> Search:
@@ -115,7 +133,7 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
     every_effect = _with_effects(first, fitter.whiten)
     ranked = rank(every_effect)
     last = _with_all_causes(fitter, first, seed)
-    if last.causes and last.excess.above_noise and last.excess.energy > (1 - MIN_EXPLAINED) * first.excess.energy:
+    if last.causes and last.excess.above_noise and _is_outweighed(first, last, fitter.whiten):
         last = first
     causes, last = _with_look_alikes(fitter, last)
     if causes and last.excess.above_noise:
@@ -129,7 +147,25 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
         whiten=fitter.whiten,
         every_effect=every_effect,
         ranking=tuple(ranked),
+        fitter=fitter,
+        remainder=_remainder(last, fitter.whiten),
     )
+
+
+def _remainder(last: FitStage, whiten: Whitener) -> FreeFit | None:
+    if last.excess.ratio.max() < MAX_REMAINDER:
+        return None
+    return best_free_function(last, whiten)
+
+
+def _is_outweighed(first: FitStage, last: FitStage, whiten: Whitener) -> bool:
+    """Whether what causes leave is more than they may, or far more than a law that nobody listed would leave in their place."""
+    if last.excess.energy > (1 - MIN_EXPLAINED) * first.excess.energy:
+        return True
+    if last.excess.ratio.max() < MAX_REMAINDER:
+        return False
+    unlisted = best_free_function(first, whiten)
+    return unlisted.excess.energy < MAX_SHARE_OF_UNLISTED * last.excess.energy
 
 
 def _with_all_causes(fitter: CauseFitter, first: FitStage, seed: int) -> FitStage:

@@ -1,7 +1,7 @@
 """What the simulation gets wrong, its cause, and what the model gains by it: the whole diagnosis of recordings of one arm."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -109,15 +109,16 @@ def diagnose(
     visible = detectability(search)
     progress("gain")
     held = _held_out(search, h, others, progress)
-    taken_back = ""
-    if held.worse and search.named:
-        names = ", ".join(named.effect.name for named in search.named)
-        worse = ", ".join(held.worse)
-        taken_back = f"{names} would explain the fitted recordings, but does worse on those that were not, in {worse}: taken back"
-        search = replace(search, last=search.first, named=())
+    taken_back: list[str] = []
+    while held.worse and search.named:
+        before, search = search, search.without_the_least()
+        taken_back += [n.effect.name for n in before.named if n.effect not in {m.effect for m in search.named}]
         held = _held_out(search, h, others, progress)
     left = held.remainder or remainders(search.first.excess, search.last.excess, h.arm.M, held_out=False)
-    verdict, why = _verdict(search, visible, left, held.holds, taken_back)
+    verdict, why = _verdict(search, visible, left, held.holds)
+    if taken_back:
+        names = ", ".join(taken_back)
+        why = "; ".join(filter(None, [why, f"{names} would explain more, but not on recordings that were not fitted"]))
     return Diagnosis(
         verdict=verdict,
         why=why,
@@ -198,15 +199,14 @@ def _held_out(
     )
 
 
-def _verdict(
-    search: Search, visible: Detectability, left: Sequence[Remainder], holds: bool, taken_back: str
-) -> tuple[str, str]:
+def _verdict(search: Search, visible: Detectability, left: Sequence[Remainder], holds: bool) -> tuple[str, str]:
     """The verdict and why; holds: whether causes explain the recordings that were not fitted too, if there are any."""
-    if taken_back:
-        return "insufficient", taken_back
     if not search.named:
         if search.first.excess.above_noise:
-            return "unknown", "the data differ from the model, and no cause that is known explains it"
+            return (
+                "unknown",
+                f"the data differ from the model, and no cause that is known explains it{_follows(search)}",
+            )
         if len(visible.invisible) > MAX_INVISIBLE_SHARE * len(visible.effects):
             return "insufficient", f"these recordings could not show {', '.join(visible.invisible)}"
         return "consistent", "nothing stands above noise"
@@ -218,8 +218,18 @@ def _verdict(
     remains = ""
     if plain:
         remains = f"something unknown remains: {plain[0].equation} is left with {plain[0].ratio:.1f} times noise"
+        remains += _follows(search)
     if max(len(named.tied) for named in search.named) >= TOO_MANY_TIED:
         return "insufficient", "; ".join(filter(None, ["too many causes explain the data alike", remains]))
     if any(len(named.tied) > 1 for named in search.named):
         return "ambiguous", "; ".join(filter(None, ["several causes explain the data alike", remains]))
     return "cause", remains
+
+
+def _follows(search: Search) -> str:
+    """What of the rest a function of one variable would explain, in words; nothing where none explains a good part."""
+    rest = search.remainder
+    if rest is None or rest.explains < MIN_EXPLAINED:
+        return ""
+    function = rest.function
+    return f"; a law of the {function.equation} that follows the {function.follows} would explain {rest.explains:.0%} of it"

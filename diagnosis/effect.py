@@ -156,7 +156,7 @@ class LawEffect(Effect):
     """whether only elongations that vision measures show it: those that follow from the motors are never negative"""
 
     def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
-        """By differences as large as what a person would call a change; in another shape than the hypothesis holds, from nothing on."""
+        """By differences as large as what a person would call a change; in a shape that is not held, from nothing on."""
         held = recording.hypothesis.values
         elsewhere = self.law in recording.laws and any(np.any(held[name] != value) for name, value in shape.items())
         values = self._inactive(recording.hypothesis, shape) if elsewhere else self._values(recording.hypothesis, shape)

@@ -1,0 +1,173 @@
+"""Laws that nobody listed: any smooth function of one variable, in the equation of every motor or of every joint.
+
+A cause stands in for such a law where it happens to do much of what that does. A free function then leaves far less than all causes
+together, and what acts is not known. It also says where an unknown law acts, and by what.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.cause_fit import FitStage
+from diagnosis.comparison import compare
+from diagnosis.effect import Effect, Shape
+from diagnosis.judged_rows import judged
+from diagnosis.linearisation import RecordingLinearisation
+from diagnosis.noise_excess import NoiseExcess, noise_excess
+from identification.residuals import LawForces, residual_change
+from identification.whitening import Whitener
+from mechanism.friction import dry
+from mechanism.laws import Term
+
+Array = NDArray[np.float64]
+
+_HATS = 8
+"""pieces of a function along its variable, as many rows in each"""
+_MOTOR_HARMONICS, _DRUM_HARMONICS = 12, 4
+"""of a turn"""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """What a function may be of, and what it adds to."""
+
+    name: str
+    acts: Literal["friction", "pull", "resistance"]
+    """against the motors, in the cables' tension, or against the joints"""
+    values: Callable[[RecordingLinearisation], Array]
+    """in a recording's rows, (T, places)"""
+    turn_harmonics: int = 0
+    """of what comes round with a turn; 0 where nothing does"""
+    along_motion: bool = False
+    """whether it turns over with the motor's direction"""
+
+
+def _force(recording: RecordingLinearisation) -> Array:
+    return recording.signals.f
+
+
+def _motor_angle(recording: RecordingLinearisation) -> Array:
+    return recording.signals.theta
+
+
+def _drum_angle(recording: RecordingLinearisation) -> Array:
+    return recording.signals.theta / [motor.R for motor in recording.hypothesis.neck.motors]
+
+
+def _time(recording: RecordingLinearisation) -> Array:
+    s = recording.signals
+    return np.repeat(s.time[:, None], max(s.arm.M, s.arm.N), axis=1)
+
+
+VARIABLES = (
+    Variable("force", "friction", _force),
+    Variable("force", "friction", _force, along_motion=True),
+    Variable("tension", "friction", lambda r: r.tension),
+    Variable("tension", "friction", lambda r: r.tension, along_motion=True),
+    Variable("motor's turn", "friction", _motor_angle, turn_harmonics=_MOTOR_HARMONICS),
+    Variable("motor's turn", "friction", _motor_angle, turn_harmonics=_DRUM_HARMONICS, along_motion=True),
+    Variable("drum's turn", "friction", _drum_angle, turn_harmonics=_DRUM_HARMONICS),
+    Variable("motor's speed", "friction", lambda r: r.signals.theta_d),
+    Variable("time", "friction", _time),
+    Variable("time", "friction", _time, along_motion=True),
+    Variable("drum's turn", "pull", _drum_angle, turn_harmonics=_DRUM_HARMONICS),
+    Variable("force", "pull", _force),
+    Variable("joint's angle", "resistance", lambda r: r.signals.alpha),
+    Variable("joint's speed", "resistance", lambda r: r.signals.alpha_d),
+    Variable("time", "resistance", _time),
+)
+
+
+class FreeFunction(Effect):
+    """A function of one variable, as columns: a force on the motors, or a torque on the joints."""
+
+    name = "free_function"
+    words = "a law that nobody listed"
+    may_sit_alone = False
+
+    variable: ClassVar[Variable]
+
+    def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
+        s = recording.signals
+        nothing = np.zeros_like(s.f)
+        base = LawForces(nothing, nothing, nothing, np.zeros_like(s.alpha))
+        patterns = self.patterns(recording)
+        if self.variable.along_motion:
+            patterns = patterns * dry(s.speeds.mean).mean(axis=0)
+        term = self.terms[0]
+        changes = [residual_change(s, base, replace(base, **{self.variable.acts: p}), term) for p in patterns]
+        return np.concatenate(changes, axis=2)
+
+    def patterns(self, recording: RecordingLinearisation) -> Array:
+        """What a unit of each term adds, (K, T, places), before the motion's sign."""
+        values = self.variable.values(recording)[:, : self.terms[0].count(recording.signals.arm)]
+        if harmonics := self.variable.turn_harmonics:
+            phase = np.arange(1, harmonics + 1)[:, None, None] * values
+            return np.concatenate([np.sin(phase), np.cos(phase)])
+        ranks = np.linspace(0, 1, _HATS)
+        knots = np.quantile(values, ranks, axis=0)
+        out = np.empty((_HATS, *values.shape))
+        for place in range(values.shape[1]):
+            at = np.interp(values[:, place], np.maximum.accumulate(knots[:, place]), np.arange(_HATS))
+            out[:, :, place] = np.maximum(0.0, 1 - np.abs(at - np.arange(_HATS)[:, None]))
+        return out
+
+    @property
+    def equation(self) -> str:
+        """In which equations it acts, in words."""
+        return {"friction": "motors", "pull": "cables", "resistance": "joints"}[self.variable.acts]
+
+    @property
+    def follows(self) -> str:
+        """What it is a function of, in words."""
+        return self.variable.name + (", along the motion" if self.variable.along_motion else "")
+
+
+def _function_of(of: Variable) -> FreeFunction:
+    count = range(1, 1 + (2 * of.turn_harmonics or _HATS))
+
+    class Of(FreeFunction):
+        variable = of
+        place = "joint" if of.acts == "resistance" else "motor"
+        terms = (
+            tuple(Term(f"b{i}", "N m", low=-np.inf, high=np.inf, size=0.01, of="joint") for i in count)
+            if of.acts == "resistance"
+            else tuple(Term(f"b{i}", "N", low=-np.inf, high=np.inf, size=1.0) for i in count)
+        )
+
+    return Of()
+
+
+FREE_FUNCTIONS = tuple(_function_of(variable) for variable in VARIABLES)
+
+
+@dataclass(frozen=True)
+class FreeFit:
+    """The function that explains most, and what it leaves."""
+
+    function: FreeFunction
+    explains: float
+    """share of what stood above noise"""
+    excess: NoiseExcess
+
+    def as_json(self) -> dict[str, Any]:
+        """For the record."""
+        function = self.function
+        return {"equation": function.equation, "follows": function.follows, "explains": self.explains}
+
+
+def best_free_function(stage: FitStage, whiten: Whitener) -> FreeFit:
+    """Beside a stage's numbers, causes and nuisances."""
+    at = stage.comparison.linearisation
+    beside = compare(at, stage.causes, [(f, {}) for f in FREE_FUNCTIONS], stage.comparison.nuisances, whiten)
+    variance = [recording.input_variance for recording in at.recordings]
+    fits = []
+    for function, group in zip(FREE_FUNCTIONS, beside.groups, strict=True):
+        left = beside.residuals_after(beside.fit(group.columns))
+        residuals = [judged(r, recording.signals) for r, recording in zip(left, at.recordings, strict=True)]
+        excess = noise_excess(residuals, stage.judged_noise, variance)
+        fits.append(FreeFit(function, 1 - excess.energy / stage.excess.energy, excess))
+    return max(fits, key=lambda fit: fit.explains)
