@@ -38,13 +38,20 @@ def test_what_is_plainly_left_is_named_the_largest_first() -> None:
 
 
 def verdict(
-    *ratios: float, tied: tuple[int, ...] = (1,), above_noise: bool = True, holds: bool = True, taken_back: str = ""
+    *ratios: float,
+    tied: tuple[int, ...] = (1,),
+    above_noise: bool = True,
+    holds: bool = True,
+    explained: float | None = None,
 ) -> tuple[str, str]:
-    """tied: of each cause that is named, how many explain as much."""
+    """tied: of each cause that is named, how many explain as much; explained: by a law that nobody listed."""
     named = [SimpleNamespace(tied=[None] * count) for count in tied]
-    search: Any = SimpleNamespace(named=named, first=SimpleNamespace(excess=SimpleNamespace(above_noise=above_noise)))
+    function = SimpleNamespace(equation="motors", follows="force")
+    unlisted = None if explained is None else SimpleNamespace(function=function, explains=explained)
+    first = SimpleNamespace(excess=SimpleNamespace(above_noise=above_noise))
+    search: Any = SimpleNamespace(named=named, first=first, remainder=unlisted)
     visible: Any = SimpleNamespace(invisible=(), effects=("a", "b"))
-    return _verdict(search, visible, left_with(*ratios), holds, taken_back)
+    return _verdict(search, visible, left_with(*ratios), holds)
 
 
 @pytest.mark.parametrize(
@@ -67,8 +74,11 @@ def test_what_does_not_hold_on_other_recordings_is_insufficient() -> None:
     assert f"{PLAIN:.1f} times noise" in why
 
 
-@pytest.mark.parametrize("above_noise", [False, True])
-def test_what_was_taken_back_is_said(above_noise: bool) -> None:
-    said, why = verdict(1.0, 1.0, 1.0, tied=(), above_noise=above_noise, taken_back="backlash: taken back")
-    assert said == "insufficient"
-    assert why == "backlash: taken back"
+@pytest.mark.parametrize(("explained", "told"), [(None, False), (0.2, False), (0.9, True)])
+def test_what_the_rest_follows_is_said_where_it_is_a_good_part(explained: float | None, told: bool) -> None:
+    said, why = verdict(PLAIN, PLAIN, PLAIN, tied=(), explained=explained)
+    assert said == "unknown"
+    assert ("a law of the motors that follows the force" in why) == told
+    assert ("90%" in why) == told
+    assert verdict(1.0, 1.0, 1.0, tied=(), above_noise=False) == ("consistent", "nothing stands above noise")
+    assert ("follows the force" in verdict(PLAIN, 1.0, 1.0, explained=explained)[1]) == told
