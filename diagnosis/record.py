@@ -9,6 +9,7 @@ from diagnosis.advice import advice
 from diagnosis.cause import Cause
 from diagnosis.cause_parameters import parameters_of
 from diagnosis.cause_search import NamedCause, tie_tolerance
+from diagnosis.cause_share import CauseShare, cause_shares
 from diagnosis.detectability import Detectability
 from diagnosis.diagnose import Diagnosis
 from xneck_foundation.parameter import Parameter
@@ -36,8 +37,10 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
         "verdict": d.verdict,
         "why": d.why,
         "causes": [
-            _cause_json(named, cause, parameters)
-            for named, cause, parameters in zip(search.named, d.causes, parameters_of(search.last), strict=True)
+            _cause_json(named, cause, parameters, share)
+            for named, cause, parameters, share in zip(
+                search.named, d.causes, parameters_of(search.last), cause_shares(search.last), strict=True
+            )
         ],
         "gain": gain and gain.as_json(),
         "gains": [g.as_json() for g in d.gains],
@@ -77,7 +80,9 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _cause_json(named: NamedCause, cause: Cause, parameters: tuple[Parameter, ...]) -> dict[str, Any]:
+def _cause_json(
+    named: NamedCause, cause: Cause, parameters: tuple[Parameter, ...], share: CauseShare
+) -> dict[str, Any]:
     return {
         "effect": cause.effect.name,
         "where": cause.where.label,
@@ -86,6 +91,7 @@ def _cause_json(named: NamedCause, cause: Cause, parameters: tuple[Parameter, ..
         "probability": probability(named),
         "indistinguishable_from": [c.effect.name for c in named.tied if c.effect is not cause.effect],
         "explains": named.gain / named.loss_before,
+        "share": share.as_json(),
     }
 
 
