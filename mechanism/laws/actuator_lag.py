@@ -1,6 +1,7 @@
 """Motors whose force follows the command with a first-order lag."""
 
 import numpy as np
+from scipy.signal import lfilter
 
 from mechanism.arm import Array
 from mechanism.laws.law import Law, Term, Values
@@ -19,10 +20,11 @@ class ActuatorLag(Law):
 
     def acting_force(self, p: Values, f: Array, step: float) -> Array:
         decay = np.exp(-step / np.maximum(p["taul"], _MIN_LAG_S))
-        out = np.empty(np.broadcast_shapes(f.shape, (*np.shape(decay)[:-1], 1)))
-        lagged = out[..., :1, :] = f[..., :1, :]
-        for row in range(1, f.shape[-2]):
-            lagged = out[..., row : row + 1, :] = decay * lagged + (1 - decay) * f[..., row : row + 1, :]
+        shape = np.broadcast_shapes(f.shape, (*np.shape(decay)[:-1], 1))
+        force, batch = np.broadcast_to(f, shape), shape[:-2]
+        out = np.empty(shape)
+        for i, d in zip(np.ndindex(batch), np.broadcast_to(decay[..., 0], (*batch, 1)).reshape(-1), strict=True):
+            out[i] = lfilter([1 - d], [1, -d], force[i], axis=0, zi=d * force[i][:1])[0]
         return out
 
     def commanded_force(self, p: Values, force: Array, step: float) -> Array:
