@@ -21,6 +21,7 @@ from benchmarks.forward_arm_runs import SETTINGS, Record, Runs, Scene, SeenArm, 
 from benchmarks.table import Table
 from benchmarks.verdict_record import verdict_record
 from diagnosis.diagnose import diagnose
+from diagnosis.noise_excess import ABOVE_NOISE_RATIO
 from diagnosis.remainder import MAX_REMAINDER
 from samples.forward_arms import outside
 from samples.forward_arms.laws import (
@@ -127,8 +128,9 @@ SCENES = (RUNG_1, *RUNG_2, RUNG_3, RUNG_4, *OUT)
 def measure(seeds: Sequence[int] = SEEDS, noises: Sequence[float] = NOISES_DEG, folder: Path | None = None) -> Table:
     """Of each scene: arms whose hidden effects are all named, names that are true, and what is left where not fitted.
 
-    A name that is not of the set of those that explain alike counts as false where it was not hidden. With nothing of the catalogue
-    hidden the right verdict is `consistent` on rung 1 and `unknown` outside.
+    What is right is counted among the arms in which something shows. A name that is not of the set of those that explain alike
+    counts as false where it was not hidden. With nothing of the catalogue hidden the right verdict is `consistent` on rung 1 and
+    `unknown` outside.
     """
     runs = runs_in(folder or topic_folder("ladder"), seeds, noises)
     for _ in runs.complete(judged):
@@ -151,7 +153,16 @@ def judged(arm: SeenArm) -> Record:
 
 def table(runs: Runs) -> Table:
     """What the runs come to that a folder holds, a row per scene and noise."""
-    columns = ("arms", "right, %", "95 % from", "to", "names", "true names, %", "left at most 1.5 times noise, %")
+    columns = (
+        "arms",
+        "shown",
+        "right, %",
+        "95 % from",
+        "to",
+        "names",
+        "true names, %",
+        "left at most 1.5 times noise, %",
+    )
     rows = []
     for scene in runs.scenes:
         for noise in runs.noises:
@@ -167,9 +178,11 @@ def _row(scene: str, records: Sequence[Record]) -> tuple[float | None, ...]:
     named = [(r, i) for r in judged for i in range(len(r["causes"]))]
     true = [bool(set(r["sets"][i]) & set(hidden_in(scene, r))) for r, i in named]
     small = [max(r["remainder_over_floor"]) <= MAX_REMAINDER for r in judged]
-    right = [is_right(scene, r) for r in records]
+    shown = [r for r in records if shows(scene, r)]
+    right = [is_right(scene, r) for r in shown]
     return (
         len(records),
+        len(shown),
         *percent(Rate(sum(right), len(right))),
         len(named),
         percent(Rate(sum(true), len(true)))[0],
@@ -177,9 +190,16 @@ def _row(scene: str, records: Sequence[Record]) -> tuple[float | None, ...]:
     )
 
 
+def shows(scene: str, record: Mapping[str, Any]) -> bool:
+    """Whether something hidden stands above noise, or was named all the same; true where nothing is hidden."""
+    if verdict(record) == "refused" or not hidden_in(scene, record) or record["causes"]:
+        return True
+    return max(*record["motors_over_floor"], *record["joints_over_floor"]) > ABOVE_NOISE_RATIO
+
+
 def hidden_in(scene: str, record: Mapping[str, Any]) -> list[str]:
     """Names of the catalogue's effects that a scene hid in the arm of a record."""
-    if scene == RUNG_3.name:
+    if scene in (RUNG_3.name, RUNG_4.name):
         return record["mixture"]
     rung, _, name = scene.partition("_")
     return [name] if rung == "rung2" else []

@@ -1,6 +1,7 @@
 """Causes fitted together with the base model's numbers and doubtful clocks, and what they leave."""
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -178,11 +179,11 @@ class CauseFitter:
         level = stage.noise_loss / stage.comparison.row_count
         return not 1 / _MAX_NOISE_CHANGE < level < _MAX_NOISE_CHANGE
 
-    def reweighted(self, stage: FitStage) -> FitStage:
-        """The same causes fitted anew with noise as it is with them, as are all fits from then on."""
+    def reweighted(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
+        """The same causes fitted anew with noise as it is with them, and what fits others so."""
         return self._reweighted(stage, self._whitener(stage))
 
-    def reweighted_by_what_is_left(self, stage: FitStage) -> FitStage:
+    def reweighted_by_what_is_left(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
         """As `reweighted`, where a channel with more than noise counts by what it has.
 
         Else clocks and friction would give way to what no number mends where a law's form leaves something."""
@@ -197,10 +198,10 @@ class CauseFitter:
         starts = [segment_starts(recording.signals) for recording in at.recordings]
         return noise_whitener(steady_noise_residuals(at, self._ensembles), starts, self._h.arm.M)
 
-    def _reweighted(self, stage: FitStage, whiten: Whitener) -> FitStage:
-        self.whiten = whiten
-        self._stages.clear()
-        return self.fitted(stage.comparison.linearisation, stage.causes)
+    def _reweighted(self, stage: FitStage, whiten: Whitener) -> "tuple[CauseFitter, FitStage]":
+        other = copy(self)
+        other.whiten, other._stages = whiten, {}
+        return other, other.fitted(stage.comparison.linearisation, stage.causes)
 
     def _stage(self, start: Linearisation, causes: tuple[Cause, ...]) -> FitStage:
         ensembles, whiten = self._ensembles, self.whiten

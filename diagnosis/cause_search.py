@@ -132,14 +132,14 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
     first = fitter.base_model()
     every_effect = _with_effects(first, fitter.whiten)
     ranked = rank(every_effect)
-    last = _with_all_causes(fitter, first, seed)
+    fitter, last = _with_all_causes(fitter, first, seed)
     if last.causes and last.excess.above_noise and _is_outweighed(first, last, fitter.whiten):
         last = first
     causes, last = _with_look_alikes(fitter, last)
     if causes and last.excess.above_noise:
-        last = fitter.reweighted_by_what_is_left(last)
+        fitter, last = fitter.reweighted_by_what_is_left(last)
     elif causes:
-        last = fitter.reweighted(last)
+        fitter, last = fitter.reweighted(last)
     return Search(
         first=first,
         last=last,
@@ -168,7 +168,7 @@ def _is_outweighed(first: FitStage, last: FitStage, whiten: Whitener) -> bool:
     return unlisted.excess.energy < MAX_SHARE_OF_UNLISTED * last.excess.energy
 
 
-def _with_all_causes(fitter: CauseFitter, first: FitStage, seed: int) -> FitStage:
+def _with_all_causes(fitter: CauseFitter, first: FitStage, seed: int) -> tuple[CauseFitter, FitStage]:
     """Causes chosen jointly, fitted together, and chosen anew where they then are, until the choice stands.
 
     A wrong model's noise is another one: weights are told anew where that of a better one is."""
@@ -191,9 +191,9 @@ def _with_all_causes(fitter: CauseFitter, first: FitStage, seed: int) -> FitStag
                 break
         last = after
         if fitter.is_ill_weighted(last):
-            last = fitter.reweighted(last)
+            fitter, last = fitter.reweighted(last)
             by_chance = _by_chance(last, fitter.whiten, seed)
-    return last
+    return fitter, last
 
 
 def _by_chance(stage: FitStage, whiten: Whitener, seed: int) -> float:

@@ -100,7 +100,7 @@ def memory_starts(laws: Sequence[str]) -> tuple[Term, ...]:
 def unknowns(
     arm: Arm, laws: Sequence[str], recordings: int, held: Mapping[str, float | Array] | None = None
 ) -> Unknowns:
-    """The unknowns of laws by name; `held`: terms (also of recordings) that keep the value given. Raises Refused for unknown names."""
+    """The unknowns of laws by name; `held`: terms, of recordings too, that keep a value. Raises Refused for unknown names."""
     for name in laws:
         if name not in LAWS:
             raise Refused("identify", f"unknown law {quoted(name)}", valid_words(name, LAWS))

@@ -182,20 +182,18 @@ def fits_kept() -> Iterator[Callable[[], None]]:
     Gives a function that forgets what such a threshold may change in them."""
     fitters: dict[tuple[int, ...], cause_search.CauseFitter] = {}
     stages: list[Any] = []
-    real = cause_search.CauseFitter
+
+    class KeptFitter(cause_search.CauseFitter):
+        def fitted(self, start: Any, causes: Any) -> Any:
+            stages.append(super().fitted(start, causes))
+            return stages[-1]
+
+        reweighted = _memo(cause_search.CauseFitter.reweighted, lambda fitter, at: (id(fitter), id(at)))
 
     def fitter(h: Any, ensembles: Any) -> cause_search.CauseFitter:
         which = tuple(id(one) for one in ensembles)
         if which not in fitters:
-            made = fitters[which] = real(h, ensembles)
-            fitted = made.fitted
-
-            def kept(start: Any, causes: Any) -> Any:
-                stages.append(fitted(start, causes))
-                return stages[-1]
-
-            made.fitted = kept  # pyright: ignore[reportAttributeAccessIssue]
-            made.reweighted = _memo(made.reweighted, id)  # pyright: ignore[reportAttributeAccessIssue]
+            fitters[which] = KeptFitter(h, ensembles)
         return fitters[which]
 
     def forget() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.ladder import CATALOGUE, OUTSIDE, SCENES, SET_ON, hidden_in, is_right, mixture
+from benchmarks.ladder import CATALOGUE, OUTSIDE, SCENES, SET_ON, hidden_in, is_right, mixture, shows
 from diagnosis.effects import EFFECTS
 from samples.forward_arms.drawing import drawn
 from samples.forward_arms.settings import Settings
@@ -23,7 +23,7 @@ def test_a_mixture_is_of_the_arm_alone(seed: int) -> None:
     arm = drawn(Settings(), seed)
     first, again = mixture(arm), mixture(arm)
     assert list(first) == list(again)
-    assert 3 <= len(first) <= 4
+    assert 3 <= len(first) <= 6
     for name, law in first.items():
         for field in vars(law):
             np.testing.assert_array_equal(getattr(law, field), getattr(again[name], field))
@@ -51,6 +51,14 @@ def said(verdict: str, *sets: list[str], mixed: tuple[str, ...] = ()) -> dict[st
 )
 def test_right_is_what_was_hidden_and_nothing_else(scene: str, record: dict[str, object], right: bool) -> None:
     assert is_right(scene, record) == right
+
+
+@pytest.mark.parametrize(("over", "named", "expected"), [(1.1, [], False), (1.1, ["base_tilt"], True), (1.5, [], True)])
+def test_what_shows_is_above_noise_or_named(over: float, named: list[str], expected: bool) -> None:
+    record = {"verdict": "unknown", "causes": named, "motors_over_floor": [over, 1.0], "joints_over_floor": [1.0]}
+    assert shows("rung2_base_tilt", record) == expected
+    assert shows("rung1", record)
+    assert shows("rung2_base_tilt", {"refused": "too short"})
 
 
 def test_what_a_scene_hides_is_told_by_its_name() -> None:
