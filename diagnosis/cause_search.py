@@ -116,13 +116,15 @@ class Search:
     """the function of one variable that explains most of what the causes leave plainly above noise, if they do"""
 
     def without_the_least(self) -> "Search":
-        """Without the cause that takes least."""
+        """Without the cause that takes least; without any where the others leave too much."""
         least = min(range(len(self.named)), key=lambda i: self.named[i].gain)
         named = (*self.named[:least], *self.named[least + 1 :])
         last = self.first
         if named:
             causes = (*self.last.causes[:least], *self.last.causes[least + 1 :])
             last = self.fitter.fitted(self.last.comparison.linearisation, causes)
+            if last.excess.above_noise and _is_outweighed(self.first, last, self.fitter.whiten):
+                named, last = (), self.first
         return replace(self, named=named, last=last, remainder=_remainder(last, self.fitter.whiten))
 
 
@@ -165,7 +167,7 @@ def _is_outweighed(first: FitStage, last: FitStage, whiten: Whitener) -> bool:
     if last.excess.ratio.max() < MAX_REMAINDER:
         return False
     unlisted = best_free_function(first, whiten)
-    return unlisted.excess.energy < MAX_SHARE_OF_UNLISTED * last.excess.energy
+    return unlisted is not None and unlisted.excess.energy < MAX_SHARE_OF_UNLISTED * last.excess.energy
 
 
 def _with_all_causes(fitter: CauseFitter, first: FitStage, seed: int) -> tuple[CauseFitter, FitStage]:

@@ -26,6 +26,9 @@ Array = NDArray[np.float64]
 
 _HATS = 8
 """pieces of a function along its variable, as many rows in each"""
+_MAX_FORCE_SHARE = 0.5
+"""of the largest force that the motors are told: a function that takes more is the scale of all forces, not a law
+(docs/thresholds.md)"""
 _MOTOR_HARMONICS, _DRUM_HARMONICS = 12, 4
 """of a turn"""
 
@@ -159,15 +162,19 @@ class FreeFit:
         return {"equation": function.equation, "follows": function.follows, "explains": self.explains}
 
 
-def best_free_function(stage: FitStage, whiten: Whitener) -> FreeFit:
-    """Beside a stage's numbers, causes and nuisances."""
+def best_free_function(stage: FitStage, whiten: Whitener) -> FreeFit | None:
+    """Beside a stage's numbers, causes and nuisances; none that takes back most of what the motors are told."""
     at = stage.comparison.linearisation
     beside = compare(at, stage.causes, [(f, {}) for f in FREE_FUNCTIONS], stage.comparison.nuisances, whiten)
     variance = [recording.input_variance for recording in at.recordings]
+    largest = _MAX_FORCE_SHARE * max(float(np.abs(recording.signals.f).max()) for recording in at.recordings)
     fits = []
     for function, group in zip(FREE_FUNCTIONS, beside.groups, strict=True):
-        left = beside.residuals_after(beside.fit(group.columns))
+        fit = beside.fit(group.columns)
+        if function.place == "motor" and np.abs(fit.numbers[np.isin(fit.columns, group.columns)]).max() > largest:
+            continue
+        left = beside.residuals_after(fit)
         residuals = [judged(r, recording.signals) for r, recording in zip(left, at.recordings, strict=True)]
         excess = noise_excess(residuals, stage.judged_noise, variance)
         fits.append(FreeFit(function, 1 - excess.energy / stage.excess.energy, excess))
-    return max(fits, key=lambda fit: fit.explains)
+    return max(fits, key=lambda fit: fit.explains, default=None)

@@ -20,7 +20,9 @@ Array = np.ndarray
 
 def explained(data: DataSet) -> FreeFit:
     fitter = CauseFitter(as_described(data.neck), [noise_ensemble(data, frame_angles(data), 0)])
-    return best_free_function(fitter.base_model(), fitter.whiten)
+    found = best_free_function(fitter.base_model(), fitter.whiten)
+    assert found
+    return found
 
 
 @pytest.mark.slow
