@@ -75,6 +75,12 @@ _FORWARD_ARMS: tuple[tuple[range, str], ...] = (
     (range(340, 370), f"the clock with laws that are hidden; losses that a rest feigns; {_TOLERANCES}"),
     (range(380, 395), f"the clock with friction of another form and with drawings that are off; {_TOLERANCES}"),
     (
+        range(400, 437),
+        "weights that are told anew, memory where a recording begins, and laws that nobody listed; with mixtures whose pulleys "
+        "rubbed by a part of the tension only",
+    ),
+    (range(1200, 1206), "what stands in for effects of no catalogue was looked at"),
+    (
         range(1000, 1003),
         "where the rounds that tell rough motion from errors of cables begin; the last was only looked at",
     ),
