@@ -12,8 +12,8 @@ from diagnosis.drawing_findings import DrawingFinding, drawing_findings
 from diagnosis.held_out_gain import Gain, gains, held_out_excess, held_out_residuals
 from diagnosis.hypothesis import Hypothesis, as_described
 from diagnosis.noise_ensemble import NoiseEnsemble, noise_ensemble
-from diagnosis.noise_excess import NoiseExcess
-from diagnosis.remainder import MAX_REMAINDER, Remainder, plainly_left, remainders
+from diagnosis.noise_excess import ABOVE_NOISE_RATIO, NoiseExcess
+from diagnosis.remainder import Remainder, plainly_left, remainders
 from diagnosis.signature import Signature, signature
 from diagnosis.simulated_gain import SimulatedModel, simulated_gains
 from identification.dataset.dataset import DataSet
@@ -175,7 +175,7 @@ def _held_out(
     worse = tuple(
         g.measure
         for g in of_equations
-        if g.after - g.before > _WORSE_SIGMAS * g.sigma and g.after > MAX_REMAINDER * g.noise_floor
+        if g.after - g.before > _WORSE_SIGMAS * g.sigma and g.after > ABOVE_NOISE_RATIO * g.noise_floor
     )
     before, after = held_out_excess(old, new), held_out_excess(new, new)
     # causes must take from other recordings as much of what stands plainly above noise as where they were fitted
