@@ -36,7 +36,8 @@ def at(data: DataSet) -> Linearisation:
 
 
 def read_at(h: Hypothesis, data: DataSet, p: np.ndarray) -> Linearisation:
-    late = np.zeros(1)
+    """p: of the base model; what cables remember in the beginning is nothing."""
+    late, p = np.zeros(1), base_unknowns(as_described(data.neck), 1).carried(p, base_unknowns(h, 1))
     return linearise(h, corrected_signals(h, [data], late), p, late)
 
 
