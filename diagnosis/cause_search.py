@@ -106,13 +106,13 @@ class Search:
     first: FitStage
     last: FitStage
     named: tuple[NamedCause, ...]
-    whiten: Whitener
     every_effect: Comparison
     """the first stage with all effects beside it"""
     ranking: tuple[CauseCandidate, ...]
     """of every effect by itself beside the first stage, the best first"""
     fitter: CauseFitter
-    remainder: FreeFit | None
+    """with the weights of the last stage"""
+    unlisted: FreeFit | None
     """the function of one variable that explains most of what the causes leave plainly above noise, if they do"""
 
     def without_the_least(self) -> "Search":
@@ -125,7 +125,7 @@ class Search:
             last = self.fitter.fitted(self.last.comparison.linearisation, causes)
             if last.excess.above_noise and _is_outweighed(self.first, last, self.fitter.whiten):
                 named, last = (), self.first
-        return replace(self, named=named, last=last, remainder=_remainder(last, self.fitter.whiten))
+        return replace(self, named=named, last=last, unlisted=_unlisted(last, self.fitter.whiten))
 
 
 def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int = 0) -> Search:
@@ -134,7 +134,7 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
     first = fitter.base_model()
     every_effect = _with_effects(first, fitter.whiten)
     ranked = rank(every_effect)
-    fitter, last = _with_all_causes(fitter, first, seed)
+    fitter, last = _with_all_causes(fitter, first, every_effect, seed)
     if last.causes and last.excess.above_noise and _is_outweighed(first, last, fitter.whiten):
         last = first
     causes, last = _with_look_alikes(fitter, last)
@@ -146,18 +146,15 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
         first=first,
         last=last,
         named=causes,
-        whiten=fitter.whiten,
         every_effect=every_effect,
         ranking=tuple(ranked),
         fitter=fitter,
-        remainder=_remainder(last, fitter.whiten),
+        unlisted=_unlisted(last, fitter.whiten),
     )
 
 
-def _remainder(last: FitStage, whiten: Whitener) -> FreeFit | None:
-    if last.excess.ratio.max() < MAX_REMAINDER:
-        return None
-    return best_free_function(last, whiten)
+def _unlisted(stage: FitStage, whiten: Whitener) -> FreeFit | None:
+    return best_free_function(stage, whiten) if stage.excess.ratio.max() >= MAX_REMAINDER else None
 
 
 def _is_outweighed(first: FitStage, last: FitStage, whiten: Whitener) -> bool:
@@ -170,14 +167,16 @@ def _is_outweighed(first: FitStage, last: FitStage, whiten: Whitener) -> bool:
     return unlisted is not None and unlisted.excess.energy < MAX_SHARE_OF_UNLISTED * last.excess.energy
 
 
-def _with_all_causes(fitter: CauseFitter, first: FitStage, seed: int) -> tuple[CauseFitter, FitStage]:
+def _with_all_causes(
+    fitter: CauseFitter, first: FitStage, every_effect: Comparison, seed: int
+) -> tuple[CauseFitter, FitStage]:
     """Causes chosen jointly, fitted together, and chosen anew where they then are, until the choice stands.
 
     A wrong model's noise is another one: weights are told anew where that of a better one is."""
     last, given_up = first, set[str]()
-    by_chance = _by_chance(last, fitter.whiten, seed)
+    beside, by_chance = every_effect, _by_chance(every_effect, seed)
     for _ in range(_MAX_CHOICES):
-        choices, offered = _choices(last, fitter.whiten, given_up)
+        choices, offered = _choices(last, beside, given_up)
         start = list(range(len(last.causes)))
         chosen = chosen_jointly(choices, start, _least_gains(last, offered, by_chance), 1 - SINGLE_PLACE_SHARE)
         if sorted(chosen) == start:
@@ -191,16 +190,17 @@ def _with_all_causes(fitter: CauseFitter, first: FitStage, seed: int) -> tuple[C
             after = _without_the_least(fitter, last, choices, [i for i in start if i not in chosen], by_chance)
             if after is None:
                 break
-        last = after
-        if fitter.is_ill_weighted(last):
+        last, is_ill_weighted = after, fitter.is_ill_weighted(after)
+        if is_ill_weighted:
             fitter, last = fitter.reweighted(last)
-            by_chance = _by_chance(last, fitter.whiten, seed)
+        beside = _with_effects(last, fitter.whiten)
+        if is_ill_weighted:
+            by_chance = _by_chance(beside, seed)
     return fitter, last
 
 
-def _by_chance(stage: FitStage, whiten: Whitener, seed: int) -> float:
+def _by_chance(comparison: Comparison, seed: int) -> float:
     """What the most telling of all effects takes from the loss where nothing is wrong, but in a share of CHANCE_LEVEL."""
-    comparison = _with_effects(stage, whiten)
     arm = comparison.linearisation.hypothesis.arm
     choices = [g.columns[list(w.columns)] for g in comparison.groups for w in g.effect.placements(arm)]
     gains = comparison.chance_gains(choices, np.random.default_rng(seed), _CHANCE_WORLDS)
@@ -235,9 +235,11 @@ def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:
     return taken > 0
 
 
-def _choices(stage: FitStage, whiten: Whitener, given_up: Collection[str]) -> tuple[Choices, list[Cause]]:
-    """A stage's causes, by their numbers, then all others in each shape and place: as options, and as causes to be fitted."""
-    comparison, arm = _with_effects(stage, whiten), stage.comparison.linearisation.hypothesis.arm
+def _choices(stage: FitStage, comparison: Comparison, given_up: Collection[str]) -> tuple[Choices, list[Cause]]:
+    """A stage's causes, by their numbers, then all others in each shape and place: as options, and as causes to be fitted.
+
+    comparison: of the stage with every effect beside it."""
+    arm = comparison.linearisation.hypothesis.arm
     offered, options = list(stage.causes), []
     amounts = [np.append(c.amounts, np.zeros(len(c.effect.shape_terms))) / c.sizes(arm) for c in stage.causes]
     for cause, columns in zip(stage.causes, stage.columns_of_causes, strict=True):
@@ -282,8 +284,11 @@ def _least_gains(stage: FitStage, offered: Sequence[Cause], by_chance: float) ->
 def _with_look_alikes(fitter: CauseFitter, last: FitStage) -> tuple[tuple[NamedCause, ...], FitStage]:
     """Every cause with those that explain as much in its place; what explains most is fitted."""
     causes: list[NamedCause] = []
+    beside: Comparison | None = None
     for i in range(len(last.causes)):
-        choices, offered = _choices(last, fitter.whiten, ())
+        if beside is None or beside.linearisation is not last.comparison.linearisation:
+            beside = _with_effects(last, fitter.whiten)
+        choices, offered = _choices(last, beside, ())
         count = len(last.causes)
         others = [k for k in range(count) if k != i]
         without, loss = choices.loss(others), choices.loss(range(count))

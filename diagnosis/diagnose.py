@@ -167,10 +167,10 @@ def _held_out(
         return _HeldOut()
     first, last, extended = search.first, search.last, with_causes(h, search.last.causes)
     relaxed = bool(last.causes)
-    old = held_out_residuals(first.comparison, first.fit, h, ensembles, search.whiten, relaxed)
+    old = held_out_residuals(first.comparison, first.fit, h, ensembles, search.fitter.whiten, relaxed)
     new = old
     if last.causes:
-        new = held_out_residuals(last.comparison, last.fit, extended, ensembles, search.whiten, relaxed)
+        new = held_out_residuals(last.comparison, last.fit, extended, ensembles, search.fitter.whiten, relaxed)
     of_equations = gains(old, new, h.arm.M)
     worse = tuple(
         g.measure
@@ -228,7 +228,7 @@ def _verdict(search: Search, visible: Detectability, left: Sequence[Remainder], 
 
 def _follows(search: Search) -> str:
     """What of the rest a function of one variable would explain, in words; nothing where none explains a good part."""
-    rest = search.remainder
+    rest = search.unlisted
     if rest is None or rest.explains < MIN_EXPLAINED:
         return ""
     function = rest.function

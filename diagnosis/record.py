@@ -46,7 +46,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
         "gains": [g.as_json() for g in d.gains],
         "remainder": [r.as_json() for r in d.remainder],
         "something_remains": d.something_remains,
-        "unlisted": search.remainder and search.remainder.as_json(),
+        "unlisted": search.unlisted and search.unlisted.as_json(),
         "drawing": [f.as_json() for f in d.drawing],
         "explained": d.explained,
         "not_simulated": d.not_simulated or None,

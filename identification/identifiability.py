@@ -13,8 +13,6 @@ from mechanism.laws import LAWS, Law
 
 Array = NDArray[np.float64]
 
-_NUISANCES = ("x0", "delay", "z0")
-"""zero is a value like any other for them: they are identified where sigma is below the size of their term"""
 _TRADED_CORRELATION = 0.9
 """correlation of two parameters above which one is said to be traded off against the other (docs/thresholds.md)"""
 _MIN_SIGMAS_FROM_ZERO = 3.0
@@ -62,7 +60,8 @@ def _judged(u: Unknowns, solution: FitSolution, place: int, sigma: Array, correl
     own_information = float(solution.information[place, place])
     if own_sigma == 0 or own_information * (entry.term.high - entry.term.low) ** 2 < 1:
         return Identifiability(False, "dead", "this motion does not show it", record)
-    nuisance = entry.term.name in _NUISANCES
+    # zero is a value like any other for what each recording has of its own
+    nuisance = entry.recording is not None
     max_sigma = entry.term.size if nuisance else MAX_RELATIVE_SIGMA_PERCENT / 100 * abs(value)
     if own_sigma <= max_sigma:
         return Identifiability(True, "identified")

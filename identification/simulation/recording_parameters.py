@@ -15,7 +15,7 @@ from identification.fitting import fit_by_least_squares, fit_laws, segment_start
 from identification.motor_speeds import with_motor_speeds
 from identification.residuals import delayed_forces, residual_rows
 from identification.signals import signals_of
-from identification.unknowns import unknowns
+from identification.unknowns import memory_starts, unknowns
 from identification.whitening import fit_whitener
 from mechanism.machine import Machine
 
@@ -57,7 +57,7 @@ def fit_recording_parameters(data: DataSet, laws: tuple[str, ...], values: Mappi
     derivative = -np.linalg.lstsq(J[:, own] * with_laws.size[own], J, rcond=None)[0] * with_laws.size[own][:, None]
     by_law = {(e.term.name, e.index): derivative[:, i] for i, e in enumerate(with_laws.entries) if e.recording is None}
     delay = float(solution.p[m])
-    starts = {name: solution.p[slot] for (name, _), slot in without_laws.slots.items() if name not in ("x0", "delay")}
+    starts = {term.name: without_laws.get(solution.p, term.name, 0) for term in memory_starts(laws)}
     f = delayed_forces(signals, delay).copy()
     # a mean over two periods of the command smooths, simulated forces are those in the row: undone to second order
     f[1:-1] -= (f[2:] - 2 * f[1:-1] + f[:-2]) / 6

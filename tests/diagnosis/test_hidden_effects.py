@@ -68,7 +68,8 @@ def cases() -> list[Case]:
     first = commit_seed()
     print(f"\nhidden effects: seed {first}, {SEED_VARIABLE}={first} runs it again")
     two = Scene("rung3", lambda plant: [law for law, _ in zip(mixture(plant).values(), range(2), strict=False)])
-    scenes = [*[RUNG_1] * NOTHING_HIDDEN, *RUNG_2, two, OUT[[o.name for o in OUT].index(f"outside_{COUNTED[0]}")]]
+    unlisted = next(scene for scene in OUT if scene.name == f"outside_{COUNTED[0]}")
+    scenes = [*[RUNG_1] * NOTHING_HIDDEN, *RUNG_2, two, unlisted]
     return list(_cases(scenes, list(range(first, first + len(scenes)))))
 
 

@@ -49,7 +49,7 @@ def verdict(
     function = SimpleNamespace(equation="motors", follows="force")
     unlisted = None if explained is None else SimpleNamespace(function=function, explains=explained)
     first = SimpleNamespace(excess=SimpleNamespace(above_noise=above_noise))
-    search: Any = SimpleNamespace(named=named, first=first, remainder=unlisted)
+    search: Any = SimpleNamespace(named=named, first=first, unlisted=unlisted)
     visible: Any = SimpleNamespace(invisible=(), effects=("a", "b"))
     return _verdict(search, visible, left_with(*ratios), holds)
 
