@@ -19,6 +19,7 @@ import numpy as np
 from benchmarks.figures.rate import Rate
 from benchmarks.forward_arm_runs import SETTINGS, Record, Runs, Scene, SeenArm, main, percent, topic_folder, verdict
 from benchmarks.table import Table
+from benchmarks.true_numbers import compared_numbers
 from benchmarks.verdict_record import verdict_record
 from diagnosis.diagnose import diagnose
 from diagnosis.noise_excess import ABOVE_NOISE_RATIO
@@ -147,8 +148,11 @@ def judged(arm: SeenArm) -> Record:
     """The record of an arm at one noise, ready for JSON."""
     fitted, held_out = (arm.synchronised(i) for i in range(2))
     found = diagnose([fitted], [held_out])
-    left = {"remainder_over_floor": [r.ratio for r in found.remainder]}
-    return verdict_record(found) | left | {"mixture": sorted(mixture(arm.arm.drawing))}
+    return verdict_record(found) | {
+        "remainder_over_floor": [r.ratio for r in found.remainder],
+        "numbers": list(compared_numbers(found, arm)),
+        "mixture": sorted(mixture(arm.arm.drawing)),
+    }
 
 
 def table(runs: Runs) -> Table:
@@ -162,6 +166,9 @@ def table(runs: Runs) -> Table:
         "names",
         "true names, %",
         "left at most 1.5 times noise, %",
+        "numbers",
+        "within 1 sigma, %",
+        "within 2 sigma, %",
     )
     rows = []
     for scene in runs.scenes:
@@ -180,6 +187,7 @@ def _row(scene: str, records: Sequence[Record]) -> tuple[float | None, ...]:
     small = [max(r["remainder_over_floor"]) <= MAX_REMAINDER for r in judged]
     shown = [r for r in records if shows(scene, r)]
     right = [is_right(scene, r) for r in shown]
+    off = [abs(n["value"] - n["true"]) / n["sigma"] for r in judged for n in r["numbers"]]
     return (
         len(records),
         len(shown),
@@ -187,6 +195,8 @@ def _row(scene: str, records: Sequence[Record]) -> tuple[float | None, ...]:
         len(named),
         percent(Rate(sum(true), len(true)))[0],
         percent(Rate(sum(small), len(small)))[0],
+        len(off),
+        *(percent(Rate(sum(o < sigmas for o in off), len(off)))[0] for sigmas in (1.0, 1.96)),
     )
 
 

@@ -4,6 +4,7 @@ from typing import Any
 
 from diagnosis.diagnose import Diagnosis
 from diagnosis.held_out_gain import EQUATIONS
+from diagnosis.record import probability
 
 
 def verdict_record(found: Diagnosis) -> dict[str, Any]:
@@ -14,6 +15,7 @@ def verdict_record(found: Diagnosis) -> dict[str, Any]:
         "verdict": found.verdict,
         "why": found.why,
         "causes": [cause.effect.name for cause in found.causes],
+        "probabilities": [probability(named) for named in found.search.named],
         "sets": [sorted({rival.effect.name for rival in named.tied}) for named in found.search.named],
         "motors_over_floor": found.before.ratio[:motors].tolist(),
         "joints_over_floor": found.before.ratio[motors:].tolist(),

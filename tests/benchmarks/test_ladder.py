@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from benchmarks import reliability
 from benchmarks.ladder import CATALOGUE, OUTSIDE, SCENES, SET_ON, hidden_in, is_right, mixture, shows
+from benchmarks.true_numbers import true_numbers
 from diagnosis.effects import EFFECTS
+from samples.forward_arms.arms import Arm
 from samples.forward_arms.drawing import drawn
 from samples.forward_arms.settings import Settings
 
@@ -65,3 +68,28 @@ def test_what_a_scene_hides_is_told_by_its_name() -> None:
     assert hidden_in("rung1", {}) == []
     assert hidden_in("rung2_tip_payload", {}) == ["tip_payload"]
     assert hidden_in("outside_loom", {}) == []
+
+
+def test_probabilities_are_compared_with_what_was_hidden() -> None:
+    records = [
+        {"scene": "rung2_base_tilt", "causes": ["base_tilt"], "probabilities": [1.0]},
+        {"scene": "rung2_base_tilt", "causes": ["tip_payload"], "probabilities": [0.5]},
+        {"scene": "rung3", "causes": ["tip_payload"], "probabilities": [0.5], "mixture": ["tip_payload"]},
+        {"scene": "outside_loom", "causes": ["spring_stiffness"], "probabilities": [1.0]},
+        {"scene": "rung1", "refused": "too short"},
+    ]
+    rows = dict(reliability.table(records).rows)
+    assert [rows[name][:3] for name in ("40 to 60 %", "99 to 100 %")] == [(2, 50.0, 50.0), (2, 100.0, 50.0)]
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_true_numbers_bear_the_names_of_the_diagnosis(name: str) -> None:
+    law = CATALOGUE[name](ARM, np.random.default_rng(5))
+    arm = Arm(7, ARM, law.altered(ARM), (law,), ())
+    if (numbers := true_numbers(law, arm)) is None:
+        assert name == "joint_friction"
+        return
+    effect = EFFECTS[numbers[0]]
+    assert effect.name == name
+    assert set(numbers[1]) <= {term.name for term in (*effect.terms, *effect.shape_terms)}
+    assert any(np.any(value) for value in numbers[1].values())
