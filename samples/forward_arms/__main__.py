@@ -36,7 +36,7 @@ def main() -> None:
             f"--{name.replace('_', '-')}", type=type(default), default=default, help=f"{text} ({default})"
         )
     for name, choices in (
-        ("base", ("presliding", "near", "exact")),
+        ("base", ("presliding", "near", "almost", "exact")),
         ("motion", ("rich", "slow")),
         ("tension", ("rich", "constant")),
     ):

@@ -27,6 +27,8 @@ WORKSHOP = {
     "drum": 0.002,
 }
 """relative standard deviations of an arm from its drawing"""
+HYPERBOLA = {"near": 1.0, "almost": 0.1}
+"""share of a hyperbola in the dry friction, by the base"""
 LEANING = np.radians(0.3)
 """rad, standard deviation of the base's tilt"""
 
@@ -84,7 +86,7 @@ def drawn(settings: Settings, seed: int) -> Plant:
         dry=cables(settings.dry_friction),
         viscous=cables(settings.viscous_friction),
         presliding=bristles if settings.base == "presliding" else np.zeros(m),
-        hyperbola=np.full(m, float(settings.base == "near")),
+        hyperbola=np.full(m, HYPERBOLA.get(settings.base, 0.0)),
         stiffness=stiffness,
         damping=np.exp(rng.uniform(np.log(settings.damping[0]), np.log(settings.damping[1]), m)),
         x0=rng.uniform(14.0, 20.0) * cables((0.85, 1.15)) / stiffness,

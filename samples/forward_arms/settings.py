@@ -18,9 +18,10 @@ class Settings:
     """mechanisms of one arm are drawn each by itself"""
     routes: tuple[tuple[str, ...], ...] | None = None
     """of the cables; None: mechanism by mechanism on the right over struts, and one on the left through all"""
-    base: Literal["presliding", "near", "exact"] = "presliding"
+    base: Literal["presliding", "near", "almost", "exact"] = "presliding"
     """dry friction: LuGre bristles without Stribeck's peak (up to 3-5 N rms from the arctangent, rests counted), a hyperbola with
-    the arctangent's tail (0.4-0.7 N rms), or exactly fs (2/pi) atan(0.5 theta')"""
+    the arctangent's tail (0.4-0.7 N rms), a tenth of the way from the arctangent to that (0.04-0.07 N rms), or exactly
+    fs (2/pi) atan(0.5 theta')"""
     presliding: Range = (0.02, 0.1)
     """rad of the motor, over which bristles bend"""
     stiffness: Range = (5000.0, 10500.0)

@@ -1,9 +1,10 @@
 """The cables' equation of the clock: (rd/R) theta = w(alpha) + x, the elongation x explained by the force.
 
 x = c + g(t) + creep, with the tension t = n - h dry(theta') - sum w_i form_i(theta') - fv theta' - ca x'. Each cable has a
-polynomial g of its own; the forms make of dry(theta') any friction that turns over with the speed. The force n may come late by a
-delay and be off by an error of the motors' inertia; the winding w(alpha) may be off by errors of the arm's dimensions. Offset and
-skew move the log's signals against the camera's alpha. There is one row for every cable and frame.
+polynomial g of its own; the forms make of dry(theta') any friction that turns over with the speed. Creep begins with the log as if
+the cable had been at rest, and with a start of its own that fades: it may have been pulled just before. The force n may come late
+by a delay and be off by an error of the motors' inertia; the winding w(alpha) may be off by errors of the arm's dimensions. Offset
+and skew move the log's signals against the camera's alpha. There is one row for every cable and frame.
 """
 
 from dataclasses import dataclass, replace
@@ -25,7 +26,8 @@ FORCE_SCALE_N = 50.0
 MAX_LAG_S = 0.5
 """s: the most that a damped cable may lag behind its force; a lower limit pulls the clock where it is met (docs/thresholds.md)"""
 PRIOR_SIGMA = {
-    "c": 0.1, "g": 0.05, "h": 2.0, "w": 1.0, "i": MAX_DRAWING_ERROR, "ca": 10.0, "creep": 0.01, "drum": 0.1,
+    "c": 0.1, "g": 0.05, "h": 2.0, "w": 1.0, "i": MAX_DRAWING_ERROR, "ca": 10.0, "creep": 0.01, "start": 0.005,
+    "drum": 0.1,
 }  # fmt: skip
 """weak prior of each kind of parameter, in m and FORCE_SCALE_N; a ratio for a drum and for a motor's inertia"""
 _FORMS = tuple(f"w{k + 1}" for k in range(FRICTION_FORMS))
@@ -55,7 +57,7 @@ class CableTerms:
     def names(self) -> tuple[str, ...]:
         """Names of a cable's parameters (K,), in their order."""
         powers = tuple(f"g{p + 1}" for p in range(self.powers))
-        creep = tuple(f"creep{k}" for k in range(len(self.creep)))
+        creep = tuple(f"{name}{k}" for name in ("creep", "start") for k in range(len(self.creep)))
         forms = tuple((name, self.friction_forms) for name in _FORMS)
         optional = (*forms, ("i", self.inertia), ("ca", self.damping), ("drum", self.drum))
         return ("c", *powers, "h", *(name for name, included in optional if included), *creep)
@@ -172,7 +174,9 @@ class CableEquation:
             columns[name] = -compliance * friction * FORCE_SCALE_N
         columns["i"], columns["ca"] = -compliance * i, -compliance * x_d * FORCE_SCALE_N
         by_fv, by_delay = -compliance * v, -compliance * r
-        for k in range(len(self.law.creep)):
+        for k, creep_s in enumerate(self.law.creep):
+            columns[f"start{k}"] = np.exp(-(at[:, None] - self._span[0]) / creep_s) * np.ones_like(t)
+            x = x + p[f"start{k}"] * columns[f"start{k}"]
             creeping = parts[_TENSION_PARTS * (k + 1) : _TENSION_PARTS * (k + 2)]
             share = p[f"creep{k}"] / FORCE_SCALE_N
             columns[f"creep{k}"] = undamped(*creeping) / FORCE_SCALE_N

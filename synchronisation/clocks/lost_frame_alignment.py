@@ -111,11 +111,12 @@ def align_with_lost_frames(motion: AlignedMotion) -> tuple[LostFrames, FineAlign
         lost_again = _losses_by_whole(motion.frames, fine, lost)
         again = motion.aligned_or_none(lost_again, fine.fit.unknowns.offset) if lost_again != lost else None
         lost, fine = (lost, fine) if again is None else (lost_again, again)
-    if lost.losses and abs(fine.fit.unknowns.skew) > SKEW_SIGMA:
-        # losses that a slow motion feigns make the clocks run apart
+    if lost.losses:
+        # a slow motion feigns losses that make the clocks run apart, and cables that creep from where they were pulled feign one
         without = motion.aligned_or_none(motion.no_loss, shift)
         if without is not None and (_runs_apart(fine) or _explains_as_well(without, fine)):
-            lost, fine, too_slow = motion.no_loss, without, True
+            too_slow = _runs_apart(fine) or _explains_as_well(fine, without)
+            lost, fine = motion.no_loss, without
     _check_plausible(fine)
     if not too_slow:
         return lost, fine, []
