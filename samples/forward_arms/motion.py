@@ -58,6 +58,8 @@ def asked(
     envelope = _ramp(time - _REST) * _ramp(settings.seconds - _REST - time)
     peak = np.radians(rng.uniform(*settings.peak_deg, (n, 1)))
     peak *= min(1.0, _FURTHEST / peak.sum())
+    if settings.joint_shares is not None:
+        peak *= np.array(settings.joint_shares)[:, None]
     joints = _sines(rng, _BANDS[settings.motion], n, time)
     slower, alpha = 1.0, envelope * peak * joints(1.0)
     for _ in range(4):

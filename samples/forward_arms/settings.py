@@ -16,6 +16,8 @@ class Settings:
     mechanisms: int = 3
     unlike: bool = False
     """mechanisms of one arm are drawn each by itself"""
+    unlike_motors: bool = False
+    """motors of one arm have gears, drums and inertias of their own"""
     routes: tuple[tuple[str, ...], ...] | None = None
     """of the cables; None: mechanism by mechanism on the right over struts, and one on the left through all"""
     base: Literal["presliding", "near", "exact"] = "presliding"
@@ -43,6 +45,8 @@ class Settings:
     recordings: int = 2
     motion: Literal["rich", "slow"] = "rich"
     peak_deg: Range = (25.0, 40.0)
+    joint_shares: tuple[float, ...] | None = None
+    """of its peak, that each joint is asked to move; None: all of it"""
     motor_speed: float = 150.0
     """rad/s, the fastest that is asked of a motor: faster motions are slowed down"""
     tension: Literal["rich", "constant"] = "rich"
