@@ -44,6 +44,8 @@ class Settings:
     seconds: float = 60.0
     recordings: int = 2
     motion: Literal["rich", "slow"] = "rich"
+    motion_of: Literal["joints", "tensions"] = "joints"
+    """what is asked of the arm: angles of its joints, or tensions of its cables (for arms with too few cables for any angles)"""
     peak_deg: Range = (25.0, 40.0)
     joint_shares: tuple[float, ...] | None = None
     """of its peak, that each joint is asked to move; None: all of it"""
