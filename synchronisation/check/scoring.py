@@ -16,7 +16,7 @@ from mechanism.cable_lengths import Z
 from synchronisation.check.absolute_law import BETA_SIGMA
 from synchronisation.check.faults import FAULTS
 from synchronisation.check.observation import ElongationObservation
-from synchronisation.check.signatures import FaultCandidate, dimensions
+from synchronisation.check.signatures import FaultCandidate
 
 Array = NDArray[np.float64]
 
@@ -28,8 +28,6 @@ DRIFT_TERMS, DRIFT_SIGMA_M = 8, 5e-6
 """half waves over the recording by which a healthy cable may drift, and the standard deviation of each, m (docs/thresholds.md)"""
 BLOCK_S = 2.0
 """s within which residuals may be correlated (docs/thresholds.md)"""
-HEALTHY_SHARE = 0.5
-"""standard deviation of every dimension of a healthy arm, as a share of its fault's tolerance (docs/thresholds.md)"""
 MIN_INFORMATION_SHARE = 1e-7
 """share of a signature's information that the law, and faults fitted along, must leave for its size to be estimated
 (docs/thresholds.md)"""
@@ -151,15 +149,10 @@ def _unknowns(observation: ElongationObservation, prior: LawPrior | None, faults
     mean, law_precision = np.zeros(M * P), np.diag(np.tile(BETA_SIGMA**-2.0, M))
     if prior is not None:
         mean, law_precision = prior.beta, np.linalg.inv(prior.covariance)
-    # signatures with the precision of their size: faults, constant errors of angles, the drawing's dimensions that are off within
-    # their tolerances all at once, the clock's error, slow drift of cables
+    # signatures with the precision of their size: faults, constant errors of angles, the clock's error, slow drift of cables
     further: list[tuple[Array, float]] = [(s, 0.0) for s in faults]
     slope, common = -Z(observation.arm, observation.alpha), observation.common
     further += [(slope[:, i], 1 / common[i] ** 2) for i in range(observation.arm.N) if common[i] > 0]
-    for healthy in dimensions(observation):
-        fault = FAULTS[healthy.fault]
-        tolerance = fault.tolerance if prior is None else fault.tolerance_with_baseline
-        further.append((healthy.signature, (HEALTHY_SHARE * tolerance) ** -2.0))
     if observation.clock_sigma > 0:
         further.append((observation.theta_d * observation.arm.drum, observation.clock_sigma**-2.0))
     phase = np.pi * (observation.time - observation.time[0])[:, None] / np.ptp(observation.time)

@@ -48,7 +48,7 @@ def candidates(observation: ElongationObservation) -> Iterator[FaultCandidate]:
         yield FaultCandidate(
             "marker_offset", f"bar {i}", "rad", _by_angles(observation, np.eye(arm.N)[i - 1] - np.eye(arm.N)[i])
         )
-    yield from dimensions(observation)
+    yield from _dimensions(observation)
     yield FaultCandidate("drum_radius", "all", "1", -observation.theta * arm.drum, largest=MAX_RELATIVE_SIZE)
     for name, field in _LENGTHS:
         largest = MAX_RELATIVE_SIZE * float(np.min(getattr(arm, field)))
@@ -62,7 +62,7 @@ def candidates(observation: ElongationObservation) -> Iterator[FaultCandidate]:
     yield FaultCandidate("clock_offset", "all", "s", observation.theta_d * arm.drum)
 
 
-def dimensions(observation: ElongationObservation) -> Iterator[FaultCandidate]:
+def _dimensions(observation: ElongationObservation) -> Iterator[FaultCandidate]:
     """Every drum, pulley radius and length of the arm by itself."""
     arm = observation.arm
     for j, cable in enumerate(np.eye(arm.M)):

@@ -15,6 +15,7 @@ from identification.dataset.dataset import DataSet
 from samples.forward_arms.arms import make_arms
 from samples.forward_arms.laws import Described, Law
 from samples.forward_arms.settings import Settings
+from synchronisation.check.signatures import MAX_RELATIVE_SIZE
 
 pytestmark = pytest.mark.slow
 
@@ -89,7 +90,7 @@ def test_a_wrong_drum_of_an_arm_of_one_joint_is_found_in_its_place(one_joint: li
 def test_check_names_no_size_that_cannot_be(one_joint: list[Case]) -> None:
     """Force follows the angle of one joint, so that a drum of no size at all would explain its elongations too."""
     faults = [fault for case in one_joint for data in case.recordings for fault in data.check["faults"]]
-    assert all(abs(fault["size"]) < 0.1 for fault in faults), faults
+    assert all(abs(fault["size"]) <= MAX_RELATIVE_SIZE for fault in faults), faults
     assert ("drum_radius", "cable 2") in {(fault["fault"], fault["where"]) for fault in faults}
 
 
