@@ -79,6 +79,10 @@ _FORWARD_ARMS: tuple[tuple[range, str], ...] = (
         "weights that are told anew, memory where a recording begins, and laws that nobody listed; with mixtures whose pulleys "
         "rubbed by a part of the tension only",
     ),
+    (
+        range(450, 481),
+        "arms of 1 to 6 mechanisms and 1 to 8 cables: how well clocks take the motors' inertia to be known",
+    ),
     (range(1162, 1165), "counted first; then a function of the force that takes most of it was refused"),
     (range(1200, 1206), "what stands in for effects of no catalogue was looked at"),
     (

@@ -64,6 +64,10 @@ def perturbed_runs(windows: Windows, model: Model, machine: Machine, recording: 
     for place, axis in enumerate(recording_axes, shared + len(law_axes)):
         x0[place] += axis[:m]
         delay[place] += axis[m]
+    for term in (term for name in machine.names for term in LAWS[name].terms):
+        # an axis has no sign: where it leads out of a law's range, as to a damping that feeds energy in, it is taken inwards
+        limit = min(term.low, 0.0)
+        values[term.name] = limit + np.abs(values[term.name] - limit)
     arm = replace(machine.arm, x0=machine.arm.x0 + x0[:, None])
     perturbed = replace(machine, arm=arm, values={name: v[:, None] for name, v in values.items()})
     return PerturbedRuns(

@@ -38,11 +38,13 @@ def main() -> None:
     for name, choices in (
         ("base", ("presliding", "near", "almost", "exact")),
         ("motion", ("rich", "slow")),
+        ("motion-of", ("joints", "tensions")),
         ("tension", ("rich", "constant")),
     ):
-        parser.add_argument(f"--{name}", choices=choices, default=defaults[name])
+        parser.add_argument(f"--{name}", choices=choices, default=defaults[name.replace("-", "_")])
     parser.add_argument("--sigma-columns", action="store_true", help="in alpha.csv")
     parser.add_argument("--unlike", action="store_true", help="mechanisms of one arm differ")
+    parser.add_argument("--unlike-motors", action="store_true", help="motors of one arm differ")
     for name, text in (("damping", "N s/m of the cables"), ("exposure", "s"), ("tension-range", "N")):
         default = defaults[name.replace("-", "_")]
         parser.add_argument(

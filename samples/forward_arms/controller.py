@@ -10,6 +10,7 @@ from samples.forward_arms.dynamics import equations
 from samples.forward_arms.joints import folded, placed
 from samples.forward_arms.motion import asked
 from samples.forward_arms.plant import ROW, Array, Plant, side_by_side
+from samples.forward_arms.pulled import pulled
 from samples.forward_arms.settings import Settings
 from samples.forward_arms.symmetric import factor, solve
 
@@ -49,14 +50,18 @@ def planned(settings: Settings, drawing: Plant, rng: np.random.Generator, time: 
         run = np.einsum("imt,it->mt", levers(plant, folded(plant, alpha)), alpha_d) / travel
         return float(np.abs(run).max())
 
-    wish = asked(settings, drawing, rng, time, speed)
-    alpha = wish.alpha
-    alpha_d = np.gradient(alpha, ROW, axis=1)
-    fold = folded(plant, alpha)
-    eq = equations(plant, fold, placed(fold), alpha_d)
-    torque = np.einsum("ijt,jt->it", eq.mass, np.gradient(alpha_d, ROW, axis=1)) + eq.rest
-    t = _tensions(levers(plant, fold), torque, wish.about, settings.tension_range)
-    t = gaussian_filter1d(t, _ROUNDING / ROW, axis=1, mode="nearest")
+    if settings.motion_of == "tensions":
+        alpha, t = pulled(settings, drawing, rng, time)
+        fold = folded(plant, alpha)
+    else:
+        wish = asked(settings, drawing, rng, time, speed)
+        alpha = wish.alpha
+        alpha_d = np.gradient(alpha, ROW, axis=1)
+        fold = folded(plant, alpha)
+        eq = equations(plant, fold, placed(fold), alpha_d)
+        torque = np.einsum("ijt,jt->it", eq.mass, np.gradient(alpha_d, ROW, axis=1)) + eq.rest
+        t = _tensions(levers(plant, fold), torque, wish.about, settings.tension_range)
+        t = gaussian_filter1d(t, _ROUNDING / ROW, axis=1, mode="nearest")
     straight = np.zeros((plant.N, 1))
     wound = lengths(plant, fold, alpha) - lengths(plant, folded(plant, straight), straight)
     theta = (t / plant.stiffness - plant.x0 - wound) / travel

@@ -52,6 +52,9 @@ def drawn(settings: Settings, seed: int) -> Plant:
     def cables(within: Range) -> Array:
         return rng.uniform(*within, m)
 
+    def motors(low: float, high: float) -> Array:
+        return rng.uniform(low, high, m) if settings.unlike_motors else np.full(m, rng.uniform(low, high))
+
     L = joints(0.08, 0.115)
     b = L * joints(0.47, 0.58)
     r = b * joints(0.09, 0.12)
@@ -80,9 +83,9 @@ def drawn(settings: Settings, seed: int) -> Plant:
         free_right=free.copy(),
         gravity=np.array([GRAVITY]),
         routes=words,
-        gear=np.full(m, rng.uniform(20.0, 32.0)),
-        drum=np.full(m, rng.uniform(0.0095, 0.0125)),
-        motor_inertia=np.full(m, rng.uniform(*settings.motor_inertia)),
+        gear=motors(20.0, 32.0),
+        drum=motors(0.0095, 0.0125),
+        motor_inertia=motors(*settings.motor_inertia),
         dry=cables(settings.dry_friction),
         viscous=cables(settings.viscous_friction),
         presliding=bristles if settings.base == "presliding" else np.zeros(m),

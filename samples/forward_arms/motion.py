@@ -17,7 +17,7 @@ _REST = 0.8
 """s, at the begin and at the end of the log"""
 _RAMP = 1.5
 """s"""
-_FURTHEST = np.radians(120.0)
+FURTHEST = np.radians(120.0)
 """rad, that bars may turn against the base at the peaks of all joints"""
 
 
@@ -33,6 +33,16 @@ def _ramp(after: Array) -> Array:
     """From 0 to 1 within _RAMP, with speed and acceleration zero at both ends."""
     rise = np.clip(after / _RAMP, 0, 1)
     return rise**3 * (10 - 15 * rise + 6 * rise**2)
+
+
+def envelope(settings: Settings, time: Array) -> Array:
+    """(T,): from rest to rest."""
+    return _ramp(time - _REST) * _ramp(settings.seconds - _REST - time)
+
+
+def sines(settings: Settings, rng: np.random.Generator, rows: int, time: Array) -> Array:
+    """Sums of sines between -1 and 1 in the band of the settings' motion, (rows, T)."""
+    return _sines(rng, _BANDS[settings.motion], rows, time)(1.0)
 
 
 def _sines(rng: np.random.Generator, band: tuple[float, float], rows: int, time: Array) -> Callable[[float], Array]:
@@ -55,20 +65,22 @@ def asked(
 ) -> Asked:
     """At log times `time` (s); `speed` says how fast (rad/s) the fastest motor turns for joint angles (N, T)."""
     n = plant.N
-    envelope = _ramp(time - _REST) * _ramp(settings.seconds - _REST - time)
+    shape = envelope(settings, time)
     peak = np.radians(rng.uniform(*settings.peak_deg, (n, 1)))
-    peak *= min(1.0, _FURTHEST / peak.sum())
+    peak *= min(1.0, FURTHEST / peak.sum())
+    if settings.joint_shares is not None:
+        peak *= np.array(settings.joint_shares)[:, None]
     joints = _sines(rng, _BANDS[settings.motion], n, time)
-    slower, alpha = 1.0, envelope * peak * joints(1.0)
+    slower, alpha = 1.0, shape * peak * joints(1.0)
     for _ in range(4):
         too_fast = speed(alpha) / settings.motor_speed
         if too_fast <= 1:
             break
         slower *= 1.02 * too_fast
-        alpha = envelope * peak * joints(slower)
+        alpha = shape * peak * joints(slower)
     low, high = settings.tension_range
     rest = float(np.clip(1.1 * np.mean(plant.stiffness * plant.x0), low, high))
     centre = float(np.clip(rng.uniform(*settings.pretension), low, high))
     swing = 0.7 * min(centre - low, high - centre) if settings.tension == "rich" else 0.0
-    about = rest + envelope * (centre - rest + swing * _sines(rng, _TENSION_BAND, 1, time)(1.0)[0])
+    about = rest + shape * (centre - rest + swing * _sines(rng, _TENSION_BAND, 1, time)(1.0)[0])
     return Asked(alpha, about)

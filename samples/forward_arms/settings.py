@@ -16,6 +16,8 @@ class Settings:
     mechanisms: int = 3
     unlike: bool = False
     """mechanisms of one arm are drawn each by itself"""
+    unlike_motors: bool = False
+    """motors of one arm have gears, drums and inertias of their own"""
     routes: tuple[tuple[str, ...], ...] | None = None
     """of the cables; None: mechanism by mechanism on the right over struts, and one on the left through all"""
     base: Literal["presliding", "near", "almost", "exact"] = "presliding"
@@ -43,7 +45,11 @@ class Settings:
     seconds: float = 60.0
     recordings: int = 2
     motion: Literal["rich", "slow"] = "rich"
+    motion_of: Literal["joints", "tensions"] = "joints"
+    """what is asked of the arm: angles of its joints, or tensions of its cables (for arms with too few cables for any angles)"""
     peak_deg: Range = (25.0, 40.0)
+    joint_shares: tuple[float, ...] | None = None
+    """of its peak, that each joint is asked to move; None: all of it"""
     motor_speed: float = 150.0
     """rad/s, the fastest that is asked of a motor: faster motions are slowed down"""
     tension: Literal["rich", "constant"] = "rich"

@@ -106,7 +106,9 @@ def _jointly_estimated(
         without = fit_law(observation, prior, others, fit.error)
         candidate = fault.best.candidate
         scores = score_candidates(without, (candidate, *slips_near(observation, candidate)))
-        estimated.append(NamedFault(max(scores, key=lambda s: s.gain), fault.rivals))
+        best = max(scores, key=lambda s: s.gain)
+        if np.isfinite(best.sigma):  # else it would have to be larger beside the others than it can be
+            estimated.append(NamedFault(best, fault.rivals))
     return tuple(estimated)
 
 

@@ -205,7 +205,7 @@ def _scored_together(fit: LawFit, candidates: Sequence[FaultCandidate]) -> list[
     spread = np.sqrt(variance)
     scores = []
     for k, candidate in enumerate(candidates):
-        if not estimable[k]:
+        if not estimable[k] or abs(size[k]) > candidate.largest:
             scores.append(_unestimable(candidate, len(fit.blocks)))
             continue
         fault = FAULTS[candidate.fault]
@@ -224,7 +224,7 @@ def _scored_together(fit: LawFit, candidates: Sequence[FaultCandidate]) -> list[
 
 
 def _unestimable(candidate: FaultCandidate, blocks: int) -> CandidateScore:
-    """Of a candidate whose signature the law takes up whole."""
+    """Of a candidate whose signature the law takes up whole, or that would have to be larger than it can be."""
     return CandidateScore(
         candidate=candidate,
         size=0.0,

@@ -16,6 +16,10 @@ Array = NDArray[np.float64]
 
 STEP_M, STEP_RAD = 1e-5, 1e-4
 """steps of the finite differences"""
+MAX_RELATIVE_SIZE = 0.3
+"""share of itself by which a drum, a length or a scale may be off and still be called that (docs/thresholds.md)"""
+_LENGTHS = (("pulley_radius", "r"), ("diagonal_length", "L"), ("bar_length", "b"))
+"""faults of lengths, and the fields of the arm that they are of"""
 
 
 @dataclass(frozen=True)
@@ -30,6 +34,8 @@ class FaultCandidate:
     """(F, M), m for one unit"""
     when: float | None = None
     """log time, s, of a fault that happens at one moment"""
+    largest: float = np.inf
+    """size beyond which it is not this fault: what is changed so much is another part, and a signature is of small changes"""
 
 
 def candidates(observation: ElongationObservation) -> Iterator[FaultCandidate]:
@@ -42,18 +48,32 @@ def candidates(observation: ElongationObservation) -> Iterator[FaultCandidate]:
         yield FaultCandidate(
             "marker_offset", f"bar {i}", "rad", _by_angles(observation, np.eye(arm.N)[i - 1] - np.eye(arm.N)[i])
         )
-    for j, cable in enumerate(np.eye(arm.M)):
-        yield FaultCandidate("drum_radius", f"cable {j + 1}", "1", -observation.theta * arm.drum * cable)
-    yield FaultCandidate("drum_radius", "all", "1", -observation.theta * arm.drum)
-    for name, field in (("pulley_radius", "r"), ("diagonal_length", "L"), ("bar_length", "b")):
-        for i in range(arm.N):
-            yield FaultCandidate(name, f"mechanism {i + 1}", "m", _by_arm(observation, field, np.eye(arm.N)[i]))
-        yield FaultCandidate(name, "all", "m", _by_arm(observation, field, np.ones(arm.N)))
-    yield FaultCandidate("angle_scale", "all", "1", _by_angles(observation, observation.alpha))
+    yield from _dimensions(observation)
+    yield FaultCandidate("drum_radius", "all", "1", -observation.theta * arm.drum, largest=MAX_RELATIVE_SIZE)
+    for name, field in _LENGTHS:
+        largest = MAX_RELATIVE_SIZE * float(np.min(getattr(arm, field)))
+        yield FaultCandidate(name, "all", "m", _by_arm(observation, field, np.ones(arm.N)), largest=largest)
+    yield FaultCandidate(
+        "angle_scale", "all", "1", _by_angles(observation, observation.alpha), largest=MAX_RELATIVE_SIZE
+    )
     gamma = np.cumsum(observation.alpha, axis=1)
     tilt = np.diff(np.sin(2 * gamma) / 2, axis=1, prepend=0.0)
-    yield FaultCandidate("plane_tilt", "all", "1", _by_angles(observation, tilt))
+    yield FaultCandidate("plane_tilt", "all", "1", _by_angles(observation, tilt), largest=MAX_RELATIVE_SIZE)
     yield FaultCandidate("clock_offset", "all", "s", observation.theta_d * arm.drum)
+
+
+def _dimensions(observation: ElongationObservation) -> Iterator[FaultCandidate]:
+    """Every drum, pulley radius and length of the arm by itself."""
+    arm = observation.arm
+    for j, cable in enumerate(np.eye(arm.M)):
+        yield FaultCandidate(
+            "drum_radius", f"cable {j + 1}", "1", -observation.theta * arm.drum * cable, largest=MAX_RELATIVE_SIZE
+        )
+    for name, field in _LENGTHS:
+        for i in range(arm.N):
+            largest = MAX_RELATIVE_SIZE * float(getattr(arm, field)[i])
+            signature = _by_arm(observation, field, np.eye(arm.N)[i])
+            yield FaultCandidate(name, f"mechanism {i + 1}", "m", signature, largest=largest)
 
 
 def _by_angles(observation: ElongationObservation, change: Array) -> Array:

@@ -17,7 +17,7 @@ from identification.dataset.series import clear_of_gaps
 from identification.filters import low_pass
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
-from mechanism.drawing_errors import MAX_DRAWING_ERROR
+from mechanism.drawing_errors import MAX_DRAWING_ERROR, MOTOR_INERTIA_SIGMA
 from mechanism.dynamics import terms
 from synchronisation.clocks.angles_between_frames import missed_by_spline
 from synchronisation.clocks.frame_geometry import DIMENSION_STEP, enlarged_arms
@@ -249,7 +249,7 @@ def _nuisance_sigma(arm: Arm) -> Array:
     parts = np.full(len(_MASS_FIELDS) * arm.N, MAX_DRAWING_ERROR)
     parts[arm.N - 1] = PAYLOAD_SIGMA
     friction = np.full(4 * arm.N, np.inf)
-    return np.concatenate([parts, [TILT_SIGMA_RAD], np.full(arm.M, MAX_DRAWING_ERROR), friction])
+    return np.concatenate([parts, [TILT_SIGMA_RAD], np.full(arm.M, MOTOR_INERTIA_SIGMA), friction])
 
 
 def _rows_of(values: Array, kept: NDArray[np.bool_]) -> Array:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from identification.filters import first_order_lag
-from mechanism.drawing_errors import MAX_DRAWING_ERROR
+from mechanism.drawing_errors import MOTOR_INERTIA_SIGMA
 from synchronisation.clocks.frame_geometry import FrameGeometry
 from synchronisation.clocks.signals import FRICTION_FORMS, LogSignals, cubic_spline
 from synchronisation.clocks.unknowns import ClockUnknowns
@@ -26,7 +26,7 @@ FORCE_SCALE_N = 50.0
 MAX_LAG_S = 0.5
 """s: the most that a damped cable may lag behind its force; a lower limit pulls the clock where it is met (docs/thresholds.md)"""
 PRIOR_SIGMA = {
-    "c": 0.1, "g": 0.05, "h": 2.0, "w": 1.0, "i": MAX_DRAWING_ERROR, "ca": 10.0, "creep": 0.01, "start": 0.005,
+    "c": 0.1, "g": 0.05, "h": 2.0, "w": 1.0, "i": MOTOR_INERTIA_SIGMA, "ca": 10.0, "creep": 0.01, "start": 0.005,
     "drum": 0.1,
 }  # fmt: skip
 """weak prior of each kind of parameter, in m and FORCE_SCALE_N; a ratio for a drum and for a motor's inertia"""
