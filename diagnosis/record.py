@@ -39,7 +39,11 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
         "causes": [
             _cause_json(named, cause, parameters, share)
             for named, cause, parameters, share in zip(
-                search.named, d.causes, parameters_of(search.last), cause_shares(search.last), strict=True
+                search.named,
+                d.causes,
+                parameters_of(search.last),
+                cause_shares(search.last, d.simulated_shares),
+                strict=True,
             )
         ],
         "gain": gain and gain.as_json(),

@@ -160,9 +160,7 @@ def _problem(recordings: Sequence[Signals], u: Unknowns, priors: Mapping[int, tu
     return _Problem(recordings, u, _Prior(u, priors or {}), [segment_starts(s) for s in recordings])
 
 
-def _least_squares(
-    problem: _Problem, start: Array, noise: Sequence[Array] | None = None
-) -> tuple[Array, Whitener]:
+def _least_squares(problem: _Problem, start: Array, noise: Sequence[Array] | None = None) -> tuple[Array, Whitener]:
     """Parameters, and the whitener of their residuals; first with channels weighted by size alone, then with rows whitened."""
     p, whiten = start, Whitener(np.ones((0, 1)))
     for order in (0, WHITENING_ORDER):

@@ -117,7 +117,7 @@ def scaled(model: Model, name: str, factor: float) -> Model:
 def test_a_wrong_number_of_the_model_hides_in_no_floor(
     name: str, factor: float, growth: float, held_out: DataSet, model: Model, simulated: SimulatedRecording
 ) -> None:
-    """The floor is what instruments leave: with cables too stiff, or motors that rub too much, by half no channel's grows by a fifth.
+    """The floor is what instruments leave: cables too stiff by half, or motors that rub too much, add no fifth to it.
 
     Cables half as stiff give way twice as far to the same doubt about force, and twice again where their own stiffness is in doubt.
     """
@@ -135,7 +135,7 @@ def test_wrong_stiffness_on_the_sample_leaves_its_floor() -> None:
     simulated, wrong = (simulate_recording(data, scaled(fitted, "k", factor), max_parts=1) for factor in (1.0, 1.5))
     for true, other in zip(simulated.channels, wrong.channels, strict=True):
         assert other.noise_floor == pytest.approx(true.noise_floor, rel=0.2), true.name
-    assert min(c.ratio for c in kind(wrong, "theta")) > 100
+    assert min(c.ratio for c in kind(wrong, "theta")) > 30
 
 
 def test_where_motors_started_and_how_late_they_act_is_the_recordings_own(
