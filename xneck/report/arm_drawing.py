@@ -21,6 +21,8 @@ _BARS, _PULLEYS = "#555555", "#777777"
 _MARK_WIDTH = 7.0
 _HEIGHT = 3.2
 """in"""
+_DRUM_SHARE = 0.22
+"""of a bar: what a drum is drawn with, larger than it is, so that its number can be read"""
 
 
 @dataclass(frozen=True)
@@ -45,11 +47,11 @@ class UprightArm:
     def cable(self, j: int) -> Array:
         """The way of a cable from its drum, by the pulleys that it passes, (P, 2)."""
         route = self.arm.routes[j]
-        right = not route[0].startswith("left") and route[0] != "strut_mirrored"
+        right = _is_right(route[0])
         beside = np.array([(j - (self.arm.M - 1) / 2) * 0.5 * float(self.arm.r[0]), 0.0])
         way = [self.drums[j] - beside, self.ends[0, int(right)]]
         for i, word in enumerate(route):
-            right = not word.startswith("left") and word != "strut_mirrored"
+            right = _is_right(word)
             if word.startswith("strut"):  # by the diagonal to the other side, and back along the top bar
                 way.append(self.ends[i + 1, int(not right)])
             way.append(self.ends[i + 1, int(right)])
@@ -62,9 +64,17 @@ def upright(arm: Arm) -> UprightArm:
     middle = np.stack([pose.bar_middle.real, pose.bar_middle.imag], axis=-1)
     half = np.concatenate([arm.b[:1], arm.b]) / 2
     ends = middle[:, None] + half[:, None, None] * np.array([[-1.0, 0.0], [1.0, 0.0]])
-    radius = 0.11 * float(arm.b[0])
-    x = (np.arange(arm.M) - (arm.M - 1) / 2) * 3.2 * radius
-    return UprightArm(arm, ends, np.stack([x, np.full(arm.M, -0.55 * float(arm.L[0]))], axis=-1), radius)
+    radius = _DRUM_SHARE * float(arm.b[0])
+    # drums in the order of the sides on which their cables go up, so that no cable crosses another below the base
+    order = np.argsort([_is_right(route[0]) for route in arm.routes], kind="stable")
+    x = np.empty(arm.M)
+    x[order] = (np.arange(arm.M) - (arm.M - 1) / 2) * 2.6 * radius
+    return UprightArm(arm, ends, np.stack([x, np.full(arm.M, -0.6 * float(arm.L[0]))], axis=-1), radius)
+
+
+def _is_right(word: str) -> bool:
+    """Whether a portion of a cable begins and ends on the right."""
+    return not word.startswith("left") and word != "strut_mirrored"
 
 
 def arm_panel(arm: Arm, cause: Cause, key: str) -> SvgPanel:
@@ -124,7 +134,7 @@ def _mark(axes: RecordedAxes, drawn: UprightArm, cause: Cause) -> None:
     for place in places:
         match effect.part or effect.place:
             case "motor":
-                _disc(axes, name, drawn.drums[place], 1.7 * drawn.drum_radius)
+                _disc(axes, name, drawn.drums[place], 1.6 * drawn.drum_radius)
             case "cable":
                 _way(axes, name, 1e3 * drawn.cable(place), MARK, _MARK_WIDTH)
             case "joint":
@@ -134,7 +144,7 @@ def _mark(axes: RecordedAxes, drawn: UprightArm, cause: Cause) -> None:
                     _way(axes, name, 1e3 * drawn.side(place, right), MARK, _MARK_WIDTH)
             case "pulleys":
                 for end in drawn.ends[place : place + 2].reshape(-1, 2):
-                    _disc(axes, name, end, 1.8 * float(arm.r[place]))
+                    _disc(axes, name, end, 2.6 * float(arm.r[place]))
             case "bar":
                 _way(axes, name, 1e3 * drawn.ends[place], MARK, 1.6 * _MARK_WIDTH)
             case "tip":
