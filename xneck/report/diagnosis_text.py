@@ -208,7 +208,7 @@ def considered_rows(d: Diagnosis) -> list[tuple[str, ...]]:
             with_spaces(c.effect.name),
             c.where.label,
             c.effect.words,
-            f"{100 * max(c.gain, 0.0) / whole:.1f} %",
+            f"{100 * c.gain / whole:.1f} %".replace("-", "\u2212"),
             verdict(c),
         )
         for c in d.search.ranking[:_MAX_CONSIDERED]
