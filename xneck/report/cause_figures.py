@@ -20,15 +20,16 @@ _SHOWN_UNITS = {
 _NOISE = "noise alone"
 
 
-def cause_figure(cause: Cause, picture: CausePicture, arm: Arm, number: int) -> FigureBlock:
-    """Of a named cause, the `number`-th."""
+def cause_figure(cause: Cause, picture: CausePicture, arm: Arm, number: int, of: int) -> FigureBlock:
+    """Of a named cause, the `number`-th of so many."""
     words, name = cause.effect.words, equation_name(picture.channel, arm.M)
     several = len(cause.effect.place_labels(arm)) > 1
     where = f", {place_words(cause, arm)}" if several else ""
     most = f", where it does most: {name}" if several and cause.where.label == "all" else f": {name}"
+    others = " and with all others" if of > 1 else ""
     caption = (
-        f"What the model leaves without this cause and with all others{most}. Dots are means of rows that lie side by side along "
-        f"the variable; the line is what the cause does as it was fitted. {_band_words(picture)}"
+        f"What the model leaves without this cause{others}{most}. Dots are means of rows that lie side by side along "
+        f"the variable; the line is what the cause does as it was fitted, by the same rows. {_band_words(picture)}"
     )
     panels = (_curve(picture, arm.M, f"cause{number}", "the cause as fitted"), arm_panel(arm, cause, f"arm{number}"))
     return FigureBlock(f"{words[0].upper()}{words[1:]}{where}", caption, panels, _legend("the cause as fitted"))

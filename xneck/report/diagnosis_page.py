@@ -69,7 +69,10 @@ def _proof_figures(d: Diagnosis) -> tuple[FigureBlock, ...]:
     """One for each cause. Where none is named: what stands out most, but where a law that nobody listed explains most."""
     if d.causes:
         pairs = zip(d.causes, cause_pictures(d.search.last), strict=True)
-        return tuple(cause_figure(cause, p, d.extended.arm, number) for number, (cause, p) in enumerate(pairs, start=1))
+        return tuple(
+            cause_figure(cause, picture, d.extended.arm, number, of=len(d.causes))
+            for number, (cause, picture) in enumerate(pairs, start=1)
+        )
     if d.search.unlisted and d.search.unlisted.explains >= MIN_EXPLAINED:
         return ()
     return (figures.proof_figure(d.signature, d.extended.arm.M),)
