@@ -17,7 +17,9 @@ from diagnosis.shown_by import ShownBy
 Array = NDArray[np.float64]
 
 BINS = 20
-"""of a picture, as many rows in each, or equal parts of a turn"""
+"""of a picture, as many rows in each"""
+TURN_BINS = 48
+"""equal parts of a turn: four for each of the waves that a free function may have in it"""
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,9 @@ def _channel(stage: FitStage, by: ShownBy, done: Sequence[Array], motors: int) -
 
 def _bins(values: Array, is_cyclic: bool) -> tuple[Array, NDArray[np.intp]]:
     """Middles of the bins that hold rows (K,), and the bin of each row."""
-    edges = np.linspace(0, 1, BINS + 1) if is_cyclic else np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)))
+    edges = np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)))
+    if is_cyclic:
+        edges = np.linspace(0, 1, TURN_BINS + 1)
     inside = np.searchsorted(edges[1:-1], values, side="right")
     _, bins = np.unique(inside, return_inverse=True)
     return np.bincount(bins, values) / np.bincount(bins), bins

@@ -72,6 +72,8 @@ def _curve(picture: CausePicture, motors: int, key: str, fitted: str) -> SvgPane
     name, along = equation_name(picture.channel, motors), ", along the motion" if by.along_motion else ""
     axes.set_title(f"{name}, against {by.name}", color=equation_colour(picture.channel, motors))
     axes.set_xlabel(f"{by.name}, {unit}")
+    if by.is_cyclic:
+        axes.set_xlim(0, 1)
     axes.set_ylabel(f"mean left{along}, {equation_unit(picture.channel, motors)}")
     return svg_panel(
         figure, key, f"what is left at {name} without the cause, against {by.name}, and what the cause does ({key})"

@@ -145,7 +145,7 @@ def unlisted_sentence(d: Diagnosis) -> str:
     if rest is None:
         return ""
     of = "what stands above noise" if not d.causes else "what the named causes leave above noise"
-    share = percent(max(0.0, 100 * rest.explains))
+    share = f"{100 * rest.explains:.0f}\u00a0%"
     return (
         f"Of {of}, a law of the {rest.function.equation} that follows the {rest.function.follows} would explain {share}: "
         f"more than any other function of one variable."
