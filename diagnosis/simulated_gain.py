@@ -24,6 +24,8 @@ MEASURES = {"alpha": "simulated joint angles", "theta": "simulated motor angles"
 """by stem of the simulated series"""
 _MAX_PARTS = 2
 """of a recording, 8 s each, at its beginning and its end: what is simulated to measure a gain (docs/thresholds.md)"""
+_SHARE_PARTS = 1
+"""of a recording, at its beginning: what is simulated to say how far a cause moves the arm, again for each"""
 
 
 class SimulatedModel:
@@ -46,7 +48,7 @@ class SimulatedModel:
         ]
 
     def angles_without(self, cause: Cause, described: Hypothesis) -> list[Array]:
-        """Joint angles of the same windows, (rows, N), rad, with nothing else changed or fitted anew.
+        """Joint angles of the first of the same windows, (rows, N), rad, with nothing else changed or fitted anew.
 
         described: the hypothesis before any cause. Raises Refused where an arm without this cause cannot be simulated.
         """
@@ -58,7 +60,7 @@ class SimulatedModel:
             parameters = tuple(p.model_copy(update={"value": 0.0}) if p.name in amounts else p for p in parameters)
         model = self._model.model_copy(update={"parameters": parameters})
         return [
-            simulated_angles(h.corrected(data, lag), model, full.parameters, max_parts=_MAX_PARTS)
+            simulated_angles(h.corrected(data, lag), model, full.parameters, max_parts=_SHARE_PARTS)
             for (data, lag), full in zip(self._recordings, self.simulated, strict=True)
         ]
 
@@ -81,7 +83,7 @@ def _share(model: SimulatedModel, cause: Cause, described: Hypothesis) -> float 
         without = model.angles_without(cause, described)
     except Refused:
         return None
-    moved = [w - s.series.matrix("alpha") for w, s in zip(without, model.simulated, strict=True)]
+    moved = [w - s.series.matrix("alpha")[: len(w)] for w, s in zip(without, model.simulated, strict=True)]
     return float(np.sqrt(np.mean(np.concatenate(moved) ** 2, axis=0)).max())
 
 
