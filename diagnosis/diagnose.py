@@ -15,7 +15,7 @@ from diagnosis.noise_ensemble import NoiseEnsemble, noise_ensemble
 from diagnosis.noise_excess import ABOVE_NOISE_RATIO, NoiseExcess
 from diagnosis.remainder import Remainder, plainly_left, remainders
 from diagnosis.signature import Signature, signature
-from diagnosis.simulated_gain import SimulatedModel, simulated_gains
+from diagnosis.simulated_gain import SimulatedModel, simulated_gains, simulated_shares
 from identification.dataset.dataset import DataSet
 from identification.dataset.frames import frame_angles
 from identification.estimates import common_arm
@@ -54,6 +54,8 @@ class Diagnosis:
     """the description with the causes in it"""
     not_simulated: str = ""
     """why, where one of both models is none that moves"""
+    simulated_shares: tuple[float | None, ...] = ()
+    """of each cause, rad: by how much simulated joint angles differ without it; none where nothing was simulated"""
 
     @property
     def before(self) -> NoiseExcess:
@@ -130,6 +132,7 @@ def diagnose(
         drawing=drawing_findings(search.last),
         extended=with_causes(h, search.last.causes),
         not_simulated=held.not_simulated,
+        simulated_shares=held.simulated_shares,
     )
 
 
@@ -158,6 +161,8 @@ class _HeldOut:
     """equations in which the extended model does worse than the base model"""
     not_simulated: str = ""
     """why"""
+    simulated_shares: tuple[float | None, ...] = ()
+    """of each cause, rad"""
 
 
 def _held_out(
@@ -181,13 +186,15 @@ def _held_out(
     # causes must take from other recordings as much of what stands plainly above noise as where they were fitted
     holds = after.energy_above_limit <= (1 - MIN_EXPLAINED) * before.energy_above_limit
     of_simulation: tuple[Gain, ...] = ()
+    shares: tuple[float | None, ...] = ()
     not_simulated = ""
     if not (worse and last.causes):
         progress("simulation")
         try:
-            with_them = SimulatedModel(last, extended, new)
-            without = SimulatedModel(first, h, old) if last.causes else with_them
-            of_simulation = simulated_gains(without, with_them, ensembles)
+            with_them = SimulatedModel(last, extended, new, ensembles)
+            without = SimulatedModel(first, h, old, ensembles) if last.causes else with_them
+            of_simulation = simulated_gains(without, with_them)
+            shares = simulated_shares(with_them, last.causes, h)
         except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
             not_simulated = str(refused)
     return _HeldOut(
@@ -196,6 +203,7 @@ def _held_out(
         holds=holds,
         worse=worse,
         not_simulated=not_simulated,
+        simulated_shares=shares,
     )
 
 

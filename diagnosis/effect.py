@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from diagnosis.check_fault import CheckFault
 from diagnosis.hypothesis import Hypothesis, inactive_values
 from diagnosis.linearisation import RecordingLinearisation
+from diagnosis.shown_by import ShownBy
 from identification.residuals import forces_of_moved_law, law_forces, residual_change
 from mechanism.arm import Arm, arm_of
 from mechanism.description import Neck
@@ -45,6 +46,10 @@ class Effect:
     """what a person reads"""
     place: ClassVar[str]
     """what its amounts belong to: cable, motor, joint, mechanism, bar; or the one place that there is of it"""
+    part: ClassVar[str] = ""
+    """what of that a drawing of the arm marks, where that is not the place itself: pulleys, springs"""
+    shown_by: ClassVar[ShownBy]
+    """against which variable, and in which equation, a picture shows it"""
     terms: ClassVar[tuple[Term, ...]]
     """amounts, with units and ranges; the first one says what would tell the effect"""
     shape_terms: ClassVar[tuple[Term, ...]] = ()

@@ -17,6 +17,7 @@ from diagnosis.effect import Effect, Shape
 from diagnosis.judged_rows import judged
 from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.noise_excess import NoiseExcess, noise_excess
+from diagnosis.shown_by import ShownBy
 from identification.residuals import LawForces, residual_change
 from identification.whitening import Whitener
 from mechanism.friction import dry
@@ -38,6 +39,8 @@ class Variable:
     """What a function may be of, and what it adds to."""
 
     name: str
+    unit: str
+    """SI; `turn` where its values are folded into one"""
     acts: Literal["friction", "pull", "resistance"]
     """against the motors, in the cables' tension, or against the joints"""
     values: Callable[[RecordingLinearisation], Array]
@@ -66,21 +69,21 @@ def _time(recording: RecordingLinearisation) -> Array:
 
 
 VARIABLES = (
-    Variable("force", "friction", _force),
-    Variable("force", "friction", _force, along_motion=True),
-    Variable("tension", "friction", lambda r: r.tension),
-    Variable("tension", "friction", lambda r: r.tension, along_motion=True),
-    Variable("motor's turn", "friction", _motor_angle, turn_harmonics=_MOTOR_HARMONICS),
-    Variable("motor's turn", "friction", _motor_angle, turn_harmonics=_DRUM_HARMONICS, along_motion=True),
-    Variable("drum's turn", "friction", _drum_angle, turn_harmonics=_DRUM_HARMONICS),
-    Variable("motor's speed", "friction", lambda r: r.signals.theta_d),
-    Variable("time", "friction", _time),
-    Variable("time", "friction", _time, along_motion=True),
-    Variable("drum's turn", "pull", _drum_angle, turn_harmonics=_DRUM_HARMONICS),
-    Variable("force", "pull", _force),
-    Variable("joint's angle", "resistance", lambda r: r.signals.alpha),
-    Variable("joint's speed", "resistance", lambda r: r.signals.alpha_d),
-    Variable("time", "resistance", _time),
+    Variable("force", "N", "friction", _force),
+    Variable("force", "N", "friction", _force, along_motion=True),
+    Variable("tension", "N", "friction", lambda r: r.tension),
+    Variable("tension", "N", "friction", lambda r: r.tension, along_motion=True),
+    Variable("motor's turn", "turn", "friction", _motor_angle, turn_harmonics=_MOTOR_HARMONICS),
+    Variable("motor's turn", "turn", "friction", _motor_angle, turn_harmonics=_DRUM_HARMONICS, along_motion=True),
+    Variable("drum's turn", "turn", "friction", _drum_angle, turn_harmonics=_DRUM_HARMONICS),
+    Variable("motor's speed", "rad/s", "friction", lambda r: r.signals.theta_d),
+    Variable("time", "s", "friction", _time),
+    Variable("time", "s", "friction", _time, along_motion=True),
+    Variable("drum's turn", "turn", "pull", _drum_angle, turn_harmonics=_DRUM_HARMONICS),
+    Variable("force", "N", "pull", _force),
+    Variable("joint's angle", "rad", "resistance", lambda r: r.signals.alpha),
+    Variable("joint's speed", "rad/s", "resistance", lambda r: r.signals.alpha_d),
+    Variable("time", "s", "resistance", _time),
 )
 
 
@@ -119,6 +122,24 @@ class FreeFunction(Effect):
         return out
 
     @property
+    def picture(self) -> ShownBy:
+        """Its variable, of the motor or joint on which it acts."""
+        of = self.variable
+
+        def values(recording: RecordingLinearisation, place: int) -> Array:
+            kept = of.values(recording)[recording.signals.low_pass.kept, place]
+            return kept / (2 * np.pi) % 1 if of.turn_harmonics else kept
+
+        return ShownBy(
+            equation="joint" if of.acts == "resistance" else "motor",
+            name=of.name,
+            unit=of.unit,
+            values=values,
+            along_motion=of.along_motion,
+            is_cyclic=bool(of.turn_harmonics),
+        )
+
+    @property
     def equation(self) -> str:
         """In which equations it acts, in words."""
         return {"friction": "motors", "pull": "cables", "resistance": "joints"}[self.variable.acts]
@@ -155,6 +176,10 @@ class FreeFit:
     explains: float
     """share of what stood above noise"""
     excess: NoiseExcess
+    residuals: tuple[Array, ...]
+    """what it leaves of each recording, (C, S), as it is judged"""
+    done: tuple[Array, ...]
+    """what it does to them, (C, S)"""
 
     def as_json(self) -> dict[str, Any]:
         """For the record."""
@@ -176,5 +201,11 @@ def best_free_function(stage: FitStage, whiten: Whitener) -> FreeFit | None:
         left = beside.residuals_after(fit)
         residuals = [judged(r, recording.signals) for r, recording in zip(left, at.recordings, strict=True)]
         excess = noise_excess(residuals, stage.judged_noise, variance)
-        fits.append(FreeFit(function, 1 - excess.energy / stage.excess.energy, excess))
+        own = np.isin(fit.columns, group.columns)
+        done = [
+            judged(matrix[..., fit.columns[own]] @ fit.numbers[own], recording.signals)
+            for matrix, recording in zip(beside.matrices, at.recordings, strict=True)
+        ]
+        explains = 1 - excess.energy / stage.excess.energy
+        fits.append(FreeFit(function, explains, excess, tuple(residuals), tuple(done)))
     return max(fits, key=lambda fit: fit.explains, default=None)

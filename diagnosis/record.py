@@ -8,8 +8,9 @@ from diagnosis import signature_record
 from diagnosis.advice import advice
 from diagnosis.cause import Cause
 from diagnosis.cause_parameters import parameters_of
+from diagnosis.cause_picture import cause_pictures
 from diagnosis.cause_search import NamedCause, tie_tolerance
-from diagnosis.cause_share import CauseShare, cause_shares
+from diagnosis.cause_share import cause_shares
 from diagnosis.detectability import Detectability
 from diagnosis.diagnose import Diagnosis
 from xneck_foundation.parameter import Parameter
@@ -32,14 +33,20 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
     """
     arm, search = d.extended.arm, d.search
     gain = max(d.gains, key=lambda g: g.before / g.noise_floor, default=None)
-    visible = d.detectability
+    visible, names = d.detectability, signature_record.channel_names(arm.M, arm.N)
     return {
         "verdict": d.verdict,
         "why": d.why,
         "causes": [
-            _cause_json(named, cause, parameters, share)
-            for named, cause, parameters, share in zip(
-                search.named, d.causes, parameters_of(search.last), cause_shares(search.last), strict=True
+            _cause_json(named, cause, parameters)
+            | {"share": share.as_json(), "picture": {"channel": names[p.channel], "against": p.shown_by.name}}
+            for named, cause, parameters, share, p in zip(
+                search.named,
+                d.causes,
+                parameters_of(search.last),
+                cause_shares(search.last, d.simulated_shares),
+                cause_pictures(search.last),
+                strict=True,
             )
         ],
         "gain": gain and gain.as_json(),
@@ -62,7 +69,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
                 "after": float(d.after.rms[j]),
                 "noise_floor": float(d.after.floor[j]),
             }
-            for j, name in enumerate(signature_record.channel_names(arm.M, arm.N))
+            for j, name in enumerate(names)
         ],
         "considered": [
             {"effect": c.effect.name, "where": c.where.label, "explains": c.gain / search.first.loss}
@@ -80,9 +87,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _cause_json(
-    named: NamedCause, cause: Cause, parameters: tuple[Parameter, ...], share: CauseShare
-) -> dict[str, Any]:
+def _cause_json(named: NamedCause, cause: Cause, parameters: tuple[Parameter, ...]) -> dict[str, Any]:
     return {
         "effect": cause.effect.name,
         "where": cause.where.label,
@@ -91,7 +96,6 @@ def _cause_json(
         "probability": probability(named),
         "indistinguishable_from": [c.effect.name for c in named.tied if c.effect is not cause.effect],
         "explains": named.gain / named.loss_before,
-        "share": share.as_json(),
     }
 
 

@@ -1,17 +1,22 @@
 """What an extended model gains in simulation: windows of recordings that were not fitted, from their forces, before and after."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.cause import Cause, with_causes
 from diagnosis.cause_fit import FitStage
+from diagnosis.effect import LawEffect
 from diagnosis.extended_model import adjusted_hypothesis, extended_model
 from diagnosis.held_out_gain import Gain, HeldOutResiduals
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
 from identification.model_file import Model
-from identification.simulation.simulated_recording import SimulatedRecording, simulate_recording
+from identification.simulation.simulated_recording import SimulatedRecording, simulate_recording, simulated_angles
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
@@ -19,31 +24,67 @@ MEASURES = {"alpha": "simulated joint angles", "theta": "simulated motor angles"
 """by stem of the simulated series"""
 _MAX_PARTS = 2
 """of a recording, 8 s each, at its beginning and its end: what is simulated to measure a gain (docs/thresholds.md)"""
+_SHARE_PARTS = 1
+"""of a recording, at its beginning: what is simulated to say how far a cause moves the arm, again for each"""
 
 
 class SimulatedModel:
     """A model with its description and what it says of how recordings were read."""
 
-    def __init__(self, stage: FitStage, h: Hypothesis, held_out: HeldOutResiduals) -> None:
-        self._h = adjusted_hypothesis(stage, h)
+    def __init__(
+        self, stage: FitStage, h: Hypothesis, held_out: HeldOutResiduals, ensembles: Sequence[NoiseEnsemble]
+    ) -> None:
+        """held_out: what it leaves of these recordings."""
+        self._stage, self._h = stage, adjusted_hypothesis(stage, h)
         self._model: Model = extended_model(stage, h, {})
-        self._frame_lags = held_out.frame_lags
+        self._recordings = [(e.data, lag) for e, lag in zip(ensembles, held_out.frame_lags, strict=True)]
 
-    def simulated(self, ensembles: Sequence[NoiseEnsemble]) -> list[SimulatedRecording]:
-        """Every recording, read as this model says."""
+    @cached_property
+    def simulated(self) -> list[SimulatedRecording]:
+        """Every recording, read as this model says. Raises Refused where it cannot be simulated."""
         return [
-            simulate_recording(self._h.corrected(ensemble.data, lag), self._model, max_parts=_MAX_PARTS)
-            for ensemble, lag in zip(ensembles, self._frame_lags, strict=True)
+            simulate_recording(self._h.corrected(data, lag), self._model, max_parts=_MAX_PARTS)
+            for data, lag in self._recordings
+        ]
+
+    def angles_without(self, cause: Cause, described: Hypothesis) -> list[Array]:
+        """Joint angles of the first of the same windows, (rows, N), rad, with nothing else changed or fitted anew.
+
+        described: the hypothesis before any cause. Raises Refused where an arm without this cause cannot be simulated.
+        """
+        others = [replace(c, amounts=0 * c.amounts) if c is cause else c for c in self._stage.causes]
+        h = adjusted_hypothesis(self._stage, with_causes(described, others))
+        parameters = self._model.parameters
+        if isinstance(cause.effect, LawEffect):
+            amounts = {term.name for term in cause.effect.terms}
+            parameters = tuple(p.model_copy(update={"value": 0.0}) if p.name in amounts else p for p in parameters)
+        model = self._model.model_copy(update={"parameters": parameters})
+        return [
+            simulated_angles(h.corrected(data, lag), model, full.parameters, max_parts=_SHARE_PARTS)
+            for (data, lag), full in zip(self._recordings, self.simulated, strict=True)
         ]
 
 
-def simulated_gains(
-    before: SimulatedModel, after: SimulatedModel, ensembles: Sequence[NoiseEnsemble]
-) -> tuple[Gain, ...]:
+def simulated_gains(before: SimulatedModel, after: SimulatedModel) -> tuple[Gain, ...]:
     """Of alpha and of theta, over all joints and all motors. Raises Refused where a model cannot be simulated."""
-    new = after.simulated(ensembles)
-    old = before.simulated(ensembles) if before is not after else new
-    return tuple(_gain(stem, old, new) for stem in MEASURES)
+    return tuple(_gain(stem, before.simulated, after.simulated) for stem in MEASURES)
+
+
+def simulated_shares(model: SimulatedModel, causes: Sequence[Cause], described: Hypothesis) -> tuple[float | None, ...]:
+    """By how much each cause moves the simulated angles, RMS of the joint that moves most, rad.
+
+    None where the arm cannot be simulated without it.
+    """
+    return tuple(_share(model, cause, described) for cause in causes)
+
+
+def _share(model: SimulatedModel, cause: Cause, described: Hypothesis) -> float | None:
+    try:
+        without = model.angles_without(cause, described)
+    except Refused:
+        return None
+    moved = [w - s.series.matrix("alpha")[: len(w)] for w, s in zip(without, model.simulated, strict=True)]
+    return float(np.sqrt(np.mean(np.concatenate(moved) ** 2, axis=0)).max())
 
 
 def _gain(stem: str, old: Sequence[SimulatedRecording], new: Sequence[SimulatedRecording]) -> Gain:

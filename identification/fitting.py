@@ -114,10 +114,14 @@ def fit_laws(
     u: Unknowns,
     priors: Mapping[int, tuple[float, float]] | None = None,
     start: Array | None = None,
+    noise: Sequence[Array] | None = None,
 ) -> FitSolution:
-    """Both stages of the fit. priors: mean and sigma by place in the parameter vector; start: parameters (P,) near the solution."""
+    """Both stages of the fit. priors: mean and sigma by place in the parameter vector; start: parameters (P,) near the solution.
+
+    noise: of each recording, (C, S), what its rows err by, where the fit's own residuals hold more than that.
+    """
     problem = _problem(recordings, u, priors)
-    first, whiten = _least_squares(problem, u.start() if start is None else start)
+    first, whiten = _least_squares(problem, u.start() if start is None else start, noise)
     rows = problem.rows(first)
     instruments = [
         residual_rows(instrument_signals(s, u, first, r), u, first, r).jacobian for r, s in enumerate(recordings)
@@ -130,7 +134,7 @@ def fit_laws(
     p = _instrument_estimate(problem, whiten, Zi, first, free)
     rows = problem.rows(p)
     J = problem.whitened(whiten, [f.jacobian for f in rows])
-    e = problem.whitened(whiten, [f.residual for f in rows])
+    e = problem.whitened(whiten, noise or [f.residual for f in rows])
     shared = problem.whitened(whiten, [shared_error_residuals(s, u, p, r) for r, s in enumerate(recordings)])
     by_instruments, by_least_squares = (_influences(problem, columns, J, e, shared, free) for columns in (Zi, J))
     difference = np.concatenate(by_instruments[:2]) - np.concatenate(by_least_squares[:2])
@@ -156,13 +160,13 @@ def _problem(recordings: Sequence[Signals], u: Unknowns, priors: Mapping[int, tu
     return _Problem(recordings, u, _Prior(u, priors or {}), [segment_starts(s) for s in recordings])
 
 
-def _least_squares(problem: _Problem, start: Array) -> tuple[Array, Whitener]:
+def _least_squares(problem: _Problem, start: Array, noise: Sequence[Array] | None = None) -> tuple[Array, Whitener]:
     """Parameters, and the whitener of their residuals; first with channels weighted by size alone, then with rows whitened."""
     p, whiten = start, Whitener(np.ones((0, 1)))
     for order in (0, WHITENING_ORDER):
         for _ in range(_MAX_ITERATIONS):
             rows = problem.rows(p)
-            whiten = fit_whitener([r.residual for r in rows], list(problem.starts), order)
+            whiten = fit_whitener(list(noise or [r.residual for r in rows]), list(problem.starts), order)
             before, p = p, _gauss_newton_step(problem, whiten, rows, p)
             if np.max(np.abs(p - before) / problem.unknowns.size) < _TOLERANCE:
                 break

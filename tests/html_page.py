@@ -42,6 +42,49 @@ class Elements(HTMLParser):
         self.text += data
 
 
+class Tables(HTMLParser):
+    """Every table of a page as rows of texts, head first, under the heading that stands before it."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.under: dict[str, list[list[str]]] = {}
+        self._heading, self._into = "", ""
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag in ("h2", "h3"):
+            self._heading = ""
+        if tag == "table":
+            self.under[self._heading] = []
+        if tag == "tr":
+            self.under[self._heading].append([])
+        if tag in ("td", "th"):
+            self.under[self._heading][-1].append("")
+        if tag in ("h2", "h3", "td", "th"):
+            self._into = tag
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag == self._into:
+            self._into = ""
+
+    def handle_data(self, data: str) -> None:
+        if self._into in ("h2", "h3"):
+            self._heading += data
+        elif self._into:
+            self.under[self._heading][-1][-1] += data
+
+
+SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+
+
+def read_number(text: str) -> float:
+    """A number as a page writes it, without its unit and sigma."""
+    plain = text.split(" ± ")[0].removesuffix(" %").replace("\u2009", "").replace("\u2212", "-")
+    mantissa, _, power = plain.partition(" × 10")
+    return float(mantissa) * 10 ** int(power.translate(SUPERSCRIPTS) or 0)
+
+
 def check_alone(report: Path, elements: Elements) -> None:
     """Ids are unique, every reference has its target, and nothing is fetched from elsewhere or run."""
     ids = Counter(attributes["id"] for _, attributes in elements.tags if "id" in attributes)

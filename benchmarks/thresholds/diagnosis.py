@@ -172,6 +172,7 @@ def noise_kept() -> Iterator[None]:
         once = _memo(noise_ensemble, lambda data, frames, seed: (id(data), seed, _constants("noise_ensemble")))
         stack.enter_context(patch.object(stage, "noise_ensemble", once))
         stack.enter_context(patch.object(stage, "simulated_gains", lambda *models: ()))
+        stack.enter_context(patch.object(stage, "simulated_shares", lambda *of: ()))
         yield
 
 

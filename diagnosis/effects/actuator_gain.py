@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from diagnosis.effect import LawEffect, Numbers, law_terms
+from diagnosis.shown_by import FORCE
 
 
 class ActuatorGain(LawEffect):
@@ -12,6 +13,7 @@ class ActuatorGain(LawEffect):
     name = "actuator_gain"
     words = "a motor pulls more or less than it is told, in proportion"
     place = "motor"
+    shown_by = FORCE
     may_sit_everywhere = False
     law = "actuator_gain"
     terms = law_terms("actuator_gain", "g")

@@ -1,6 +1,7 @@
 """Play between motor and drum."""
 
 from diagnosis.effect import LawEffect, law_terms
+from diagnosis.shown_by import REVERSALS
 
 
 class Backlash(LawEffect):
@@ -9,6 +10,7 @@ class Backlash(LawEffect):
     name = "backlash"
     words = "there is play between a motor and its drum"
     place = "motor"
+    shown_by = REVERSALS
     law = "backlash"
     terms = law_terms("backlash", "play")
     shape_terms = law_terms("backlash", "pb")

@@ -1,6 +1,7 @@
 """A base that is not level."""
 
 from diagnosis.effect import DescriptionEffect
+from diagnosis.shown_by import LEAN
 from mechanism.description import Neck
 from mechanism.laws import Term
 from mechanism.toleranced_numbers import tilted
@@ -12,6 +13,7 @@ class BaseTilt(DescriptionEffect):
     name = "base_tilt"
     words = "the base is not level"
     place = "base"
+    shown_by = LEAN
     has_tolerance = True
     terms = (
         Term(

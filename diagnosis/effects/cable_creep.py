@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from diagnosis.effect import LawEffect, Numbers, law_terms
+from diagnosis.shown_by import TENSION_BEYOND_RECENT
 
 
 class CableCreep(LawEffect):
@@ -12,6 +13,7 @@ class CableCreep(LawEffect):
     name = "cable_creep"
     words = "the cables go on stretching under load, and come back slowly"
     place = "cable"
+    shown_by = TENSION_BEYOND_RECENT
     law = "cable_creep"
     terms = law_terms("cable_creep", "km")
     shape_terms = law_terms("cable_creep", "tau")

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from diagnosis.effect import LawEffect, Numbers, law_terms
+from diagnosis.shown_by import TENSION
 from mechanism.laws.hardening import AT_M
 
 
@@ -13,6 +14,7 @@ class CableHardening(LawEffect):
     name = "cable_hardening"
     words = "the cables get stiffer the more they are tensioned"
     place = "cable"
+    shown_by = TENSION
     law = "cable_hardening"
     terms = law_terms("cable_hardening", "k2")
     shape_terms = law_terms("cable_hardening", "nh")

@@ -1,6 +1,7 @@
 """Cables that pull less when they are let go."""
 
 from diagnosis.effect import LawEffect, law_terms
+from diagnosis.shown_by import TENSION_RATE
 
 
 class CableHysteresis(LawEffect):
@@ -9,6 +10,7 @@ class CableHysteresis(LawEffect):
     name = "cable_hysteresis"
     words = "the cables pull more on their way out than on their way back"
     place = "cable"
+    shown_by = TENSION_RATE
     law = "cable_hysteresis"
     terms = law_terms("cable_hysteresis", "h")
     shape_terms = law_terms("cable_hysteresis", "xh")

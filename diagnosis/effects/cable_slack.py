@@ -2,6 +2,7 @@
 
 from diagnosis.check_fault import CheckFault
 from diagnosis.effect import LawEffect, law_terms
+from diagnosis.shown_by import ELONGATION
 
 
 class CableSlack(LawEffect):
@@ -10,6 +11,7 @@ class CableSlack(LawEffect):
     name = "cable_slack"
     words = "a cable goes slack at times"
     place = "cable"
+    shown_by = ELONGATION
     law = "cable_slack"
     terms = law_terms("cable_slack", "slack")
     from_vision = True

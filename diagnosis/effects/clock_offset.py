@@ -8,6 +8,7 @@ from diagnosis.check_fault import CheckFault
 from diagnosis.effect import Array, Effect, Shape
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import RecordingLinearisation
+from diagnosis.shown_by import CABLE_RATE
 from identification.residuals import law_forces, residual_change
 from mechanism.laws import Term
 
@@ -18,6 +19,7 @@ class ClockOffset(Effect):
     name = "clock_offset"
     words = "camera, motor angles and forces are not on one clock"
     place = "camera"
+    shown_by = CABLE_RATE
     is_clock = True
     terms = (
         Term(

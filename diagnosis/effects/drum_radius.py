@@ -5,6 +5,7 @@ from typing import Any
 
 from diagnosis.check_fault import CheckFault
 from diagnosis.effect import DescriptionEffect, Numbers
+from diagnosis.shown_by import DRUM_TURNS
 from mechanism.description import Neck
 from mechanism.laws import Term
 
@@ -15,6 +16,7 @@ class DrumRadius(DescriptionEffect):
     name = "drum_radius"
     words = "a drum (or its gear ratio) is not as described"
     place = "motor"
+    shown_by = DRUM_TURNS
     may_sit_everywhere = False
     has_tolerance = True
     terms = (

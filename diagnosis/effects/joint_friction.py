@@ -1,6 +1,7 @@
 """Friction of the arm itself."""
 
 from diagnosis.effect import LawEffect, law_terms
+from diagnosis.shown_by import JOINT_SPEED
 
 
 class JointFriction(LawEffect):
@@ -9,6 +10,7 @@ class JointFriction(LawEffect):
     name = "joint_friction"
     words = "the joints rub"
     place = "joint"
+    shown_by = JOINT_SPEED
     law = "joint_friction"
     terms = law_terms("joint_friction", "cj", "dj")
     shape_terms = law_terms("joint_friction", "vj", "nj")

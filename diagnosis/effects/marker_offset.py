@@ -9,6 +9,7 @@ from diagnosis.check_fault import CheckFault
 from diagnosis.effect import Array, Effect, Placement, Shape
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import RecordingLinearisation
+from diagnosis.shown_by import JOINT_ANGLE
 from identification.residual_sensitivity import AngleError
 from mechanism.arm import Arm
 from mechanism.laws import Term
@@ -20,6 +21,7 @@ class MarkerOffset(Effect):
     name = "marker_offset"
     words = "the markers of a bar are turned against how they are described, or an angle's zero is wrong"
     place = "bar"
+    shown_by = JOINT_ANGLE
     has_tolerance = True
     first_index = 0
     terms = (

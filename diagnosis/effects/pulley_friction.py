@@ -1,6 +1,7 @@
 """Friction of cables on their pulleys."""
 
 from diagnosis.effect import LawEffect, law_terms
+from diagnosis.shown_by import TENSION_ALONG_MOTION
 
 
 class PulleyFriction(LawEffect):
@@ -9,6 +10,7 @@ class PulleyFriction(LawEffect):
     name = "pulley_friction"
     words = "the cables rub on their pulleys, the more they are tensioned"
     place = "cable"
+    shown_by = TENSION_ALONG_MOTION
     law = "pulley_friction"
     terms = law_terms("pulley_friction", "mu")
     order = 4

@@ -2,6 +2,7 @@
 
 from diagnosis.check_fault import CheckFault
 from diagnosis.effect import DescriptionEffect
+from diagnosis.shown_by import JOINT_ANGLE
 from mechanism.description import Neck
 from mechanism.laws import Term
 
@@ -12,6 +13,8 @@ class PulleyRadius(DescriptionEffect):
     name = "pulley_radius"
     words = "the pulleys of a mechanism are not as described"
     place = "mechanism"
+    part = "pulleys"
+    shown_by = JOINT_ANGLE
     has_tolerance = True
     terms = (
         Term(

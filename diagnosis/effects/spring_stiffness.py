@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from diagnosis.effect import DescriptionEffect, Numbers
+from diagnosis.shown_by import JOINT_ANGLE
 from mechanism.description import Neck
 from mechanism.laws import Term
 from mechanism.toleranced_numbers import with_springs_apart
@@ -15,6 +16,8 @@ class SpringStiffness(DescriptionEffect):
     name = "spring_stiffness"
     words = "the springs of a mechanism are not as described"
     place = "mechanism"
+    part = "springs"
+    shown_by = JOINT_ANGLE
     has_tolerance = True
     terms = (
         Term(

@@ -1,6 +1,7 @@
 """Friction that is larger near rest."""
 
 from diagnosis.effect import LawEffect, law_terms
+from diagnosis.shown_by import MOTOR_SPEED
 
 
 class StribeckFriction(LawEffect):
@@ -9,6 +10,7 @@ class StribeckFriction(LawEffect):
     name = "stribeck_friction"
     words = "the motors rub more when they turn slowly"
     place = "motor"
+    shown_by = MOTOR_SPEED
     law = "stribeck_friction"
     terms = law_terms("stribeck_friction", "fst")
     shape_terms = law_terms("stribeck_friction", "vs", "ns")

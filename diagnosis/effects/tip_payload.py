@@ -1,6 +1,7 @@
 """A load at the tip."""
 
 from diagnosis.effect import DescriptionEffect
+from diagnosis.shown_by import LEAN
 from mechanism.description import Neck
 from mechanism.laws import Term
 
@@ -11,6 +12,7 @@ class TipPayload(DescriptionEffect):
     name = "tip_payload"
     words = "the arm carries something at its tip"
     place = "tip"
+    shown_by = LEAN
     has_tolerance = True
     terms = (
         Term(

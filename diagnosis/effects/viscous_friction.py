@@ -1,6 +1,7 @@
 """Friction in proportion to speed."""
 
 from diagnosis.effect import LawEffect, law_terms
+from diagnosis.shown_by import MOTOR_SPEED
 
 
 class ViscousFriction(LawEffect):
@@ -9,6 +10,7 @@ class ViscousFriction(LawEffect):
     name = "viscous_friction"
     words = "the motors rub more the faster they turn"
     place = "motor"
+    shown_by = MOTOR_SPEED
     law = "viscous_friction"
     terms = law_terms("viscous_friction", "fv")
     order = 3

@@ -34,6 +34,23 @@ class PerturbedRuns:
     shared: int
     """place on axis 0 of the first perturbation that all windows share"""
 
+    @property
+    def unperturbed(self) -> "PerturbedRuns":
+        """The first simulation alone."""
+        machine = self.machine
+        return PerturbedRuns(
+            machine=replace(
+                machine,
+                arm=replace(machine.arm, x0=machine.arm.x0[:1]),
+                values={name: value[:1] for name, value in machine.values.items()},
+            ),
+            alpha=self.alpha[:1],
+            alpha_d=self.alpha_d[:1],
+            theta=(self.theta[0][:1], self.theta[1][:1], self.theta[2][:1]),
+            delay=self.delay[:1],
+            shared=1,
+        )
+
 
 def perturbed_runs(windows: Windows, model: Model, machine: Machine, recording: RecordingParameters) -> PerturbedRuns:
     """The simulations of these windows. machine: the model's laws on the arm as described; the recording's x0 is added."""

@@ -14,8 +14,8 @@ from identification.dataset.dataset import DataSet
 from identification.fitting import fit_by_least_squares, fit_laws, segment_starts
 from identification.motor_speeds import with_motor_speeds
 from identification.residuals import delayed_forces, residual_rows
-from identification.signals import signals_of
-from identification.unknowns import memory_starts, unknowns
+from identification.signals import Signals, signals_of
+from identification.unknowns import Unknowns, memory_starts, unknowns
 from identification.whitening import fit_whitener
 from mechanism.machine import Machine
 
@@ -45,14 +45,13 @@ def fit_recording_parameters(data: DataSet, laws: tuple[str, ...], values: Mappi
     without_laws = unknowns(signals.arm, laws, 1, dict(values))
     first = fit_by_least_squares([signals], without_laws)
     signals = signals_of(with_motor_speeds(data, Machine(data.arm, laws, values), float(first[m])))
-    solution = fit_laws([signals], without_laws, start=first)
     with_laws = unknowns(signals.arm, laws, 1)
-    p = np.zeros(len(with_laws.entries))
-    for (name, recording), slot in with_laws.slots.items():
-        p[slot] = values[name] if recording is None else solution.p[without_laws.slots[name, recording]]
+    noise = _noise(signals, with_laws, without_laws, first, values)
+    solution = fit_laws([signals], without_laws, start=first, noise=[noise])
+    p = _with_laws(with_laws, without_laws, solution.p, values)
     linear = residual_rows(signals, with_laws, p, 0)
     rows = segment_starts(signals)
-    J = fit_whitener([linear.residual], [rows])(linear.jacobian, rows).reshape(-1, len(p))
+    J = fit_whitener([noise], [rows])(linear.jacobian, rows).reshape(-1, len(p))
     own = [i for i, e in enumerate(with_laws.entries) if e.recording is not None]
     derivative = -np.linalg.lstsq(J[:, own] * with_laws.size[own], J, rcond=None)[0] * with_laws.size[own][:, None]
     by_law = {(e.term.name, e.index): derivative[:, i] for i, e in enumerate(with_laws.entries) if e.recording is None}
@@ -62,3 +61,24 @@ def fit_recording_parameters(data: DataSet, laws: tuple[str, ...], values: Mappi
     # a mean over two periods of the command smooths, simulated forces are those in the row: undone to second order
     f[1:-1] -= (f[2:] - 2 * f[1:-1] + f[:-2]) / 6
     return RecordingParameters(solution.p[:m], delay, solution.covariance, f, starts, by_law)
+
+
+def _noise(
+    signals: Signals, with_laws: Unknowns, without_laws: Unknowns, first: Array, values: Mapping[str, Array]
+) -> Array:
+    """What instruments leave in the rows, (C, S): the residuals with the laws fitted anew, for those of wrong laws hold more.
+
+    Laws that remember are at times not found by such a fit: an equation in which it leaves more has what the given laws leave.
+    """
+    refitted = fit_by_least_squares([signals], with_laws, start=_with_laws(with_laws, without_laws, first, values))
+    anew, given = residual_rows(signals, with_laws, refitted, 0), residual_rows(signals, without_laws, first, 0)
+    is_less = np.mean(anew.residual**2, axis=1) < np.mean(given.residual**2, axis=1)
+    return np.where(is_less[:, None], anew.residual, given.residual)
+
+
+def _with_laws(with_laws: Unknowns, without_laws: Unknowns, p: Array, values: Mapping[str, Array]) -> Array:
+    """Parameters of laws and recording, those of the laws by their values."""
+    out = np.zeros(len(with_laws.entries))
+    for (name, recording), slot in with_laws.slots.items():
+        out[slot] = values[name] if recording is None else p[without_laws.slots[name, recording]]
+    return out

@@ -54,6 +54,8 @@ class SimulatedRecording:
     """alphaI in the camera's frames; from forces thetaJ, from motor angles fJ, in the rows of the log"""
     window_s: float
     source: Source
+    parameters: RecordingParameters
+    """as fitted to the recording"""
 
     @property
     def rms(self) -> dict[str, float]:
@@ -103,7 +105,30 @@ def simulate_recording(
             channel_sums.add(quantity.compared(part, getattr(motion, stem)))
         series.append(_series(part, motion, source))
     channels = [channel for channel_sums in sums.values() for channel in channel_sums.channels()]
-    return SimulatedRecording(concatenated(series), tuple(channels), windows.seconds, source)
+    return SimulatedRecording(concatenated(series), tuple(channels), windows.seconds, source, recording)
+
+
+@one_blas_thread
+def simulated_angles(
+    data: DataSet,
+    model: Model,
+    recording: RecordingParameters,
+    window_s: float | None = WINDOW_S,
+    max_parts: int | None = None,
+) -> Array:
+    """Joint angles alone, simulated once from the forces, (rows, N), rad: of the windows that `simulate_recording` takes.
+
+    recording: pre-elongation and delay, as they were fitted with another model, say.
+    """
+    machine = replace(machine_of(model, data.arm), arm=data.arm)
+    windows = windows_of(data, window_s)
+    memory = _memory(windows, machine, recording)
+    angles = []
+    for part in windows.parts(MAX_WINDOWS_AT_ONCE, max_parts):
+        runs = perturbed_runs(part, model, machine, recording).unperturbed
+        start_memory = None if memory is None else memory[part.first : part.first + part.count]
+        angles.append(as_rows(_run(part, runs, start_memory, "f", lambda samples: None).alpha[0]))
+    return np.concatenate(angles)
 
 
 def _run(windows: Windows, runs: PerturbedRuns, memory: Array | None, source: Source, progress: Progress) -> Motion:

@@ -10,9 +10,10 @@ TRUTH = {"k": [1e4] * 4, "neck": {"mechanisms": [{}] * 3}}
 
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
-def test_an_effect_says_what_would_tell_it(effect: Effect) -> None:
+def test_an_effect_says_what_would_tell_it_and_what_shows_it(effect: Effect) -> None:
     assert effect.words
     assert effect.would_tell
+    assert effect.shown_by.equation in ("motor", "joint")
     assert all(set(shape) <= {term.name for term in effect.shape_terms} for shape in effect.start_shapes)
 
 

@@ -29,33 +29,31 @@ def equation_name(channel: int, motors: int) -> str:
     return f"motor {channel + 1}" if channel < motors else f"joint {channel - motors + 1}"
 
 
-def proof_figure(s: Signature, motors: int, changed: bool) -> FigureBlock:
-    """The figure that proves a verdict. `changed`: whether the extended model differs from the base model."""
+def proof_figure(s: Signature, motors: int) -> FigureBlock:
+    """The figure that proves a verdict without a cause: what the base model leaves, where it stands out most."""
     if s.kind == "episodes":
         worst = sorted(s.channels, key=lambda k: -max(float(np.max(c.before[k] / c.noise[k])) for c in s.courses))[:2]
         return FigureBlock(
             "When it errs",
             f"What the base model leaves in {join_words([equation_name(k, motors) for k in sorted(worst)])}, RMS of every "
             f"{number_text(s.courses[0].window_s, 2)} s: at noise for most of the time, and far above it now and then.",
-            tuple(_course(s, k, motors, changed, "proof") for k in sorted(worst)),
-            _legend(changed),
+            tuple(_course(s, k, motors, False, "proof") for k in sorted(worst)),
+            _legend(False),
         )
     p = proof_pattern(s)
     if s.kind == "nothing":
         caption = "Where it stands highest: the bins' means stay within the band of noise alone, and the RMS is about noise's."
     else:
         share = f", {100 * s.best.explains:.0f} % of what stands above noise there"
-        caption = f"Every bin's mean{share if s.best.explains else ''}, and its RMS." + (
-            " The extended model takes it away where the blue line lies in the band." if changed else ""
-        )
+        caption = f"Every bin's mean{share if s.best.explains else ''}, and its RMS."
     caption += " The band is what noise alone leaves (1 σ of a row)."
     if p.drum_wave is not None:
         caption += f" The drum's angle is folded into one of {number_text(p.drum_wave.order, 3)} waves a turn."
     return FigureBlock(
         f"What is left at {equation_name(p.channel, motors)}, against {p.against}",
         caption,
-        (_means(p, motors, changed, "proof"), _spread(p, motors, changed, "proof")),
-        _legend(changed),
+        (_means(p, motors, False, "proof"), _spread(p, motors, False, "proof")),
+        _legend(False),
     )
 
 
@@ -154,27 +152,27 @@ def _legend(changed: bool) -> tuple[LegendEntry, ...]:
 
 def _means(p: Pattern, motors: int, changed: bool, key: str) -> SvgPanel:
     figure, axes = style.one_row_panel()
-    factor = _unit_factor(p.channel, motors)
+    factor = unit_factor(p.channel, motors)
     style.band(axes, "noise alone", p.bin_middles, -factor * p.noise, factor * p.noise, style.UNDERLAY)
     axes.axhline(0, color=style.MUTED, linewidth=0.7)
     _lines(axes, p.bin_middles, factor * p.before, factor * p.after, changed)
-    axes.set_ylabel(f"mean left{ALONG if p.against.endswith(ALONG) else ''}, {_unit(p.channel, motors)}")
+    axes.set_ylabel(f"mean left{ALONG if p.against.endswith(ALONG) else ''}, {equation_unit(p.channel, motors)}")
     return _finished(figure, axes, p, motors, f"{key}-mean")
 
 
 def _spread(p: Pattern, motors: int, changed: bool, key: str) -> SvgPanel:
     figure, axes = style.one_row_panel()
-    factor = _unit_factor(p.channel, motors)
+    factor = unit_factor(p.channel, motors)
     style.band(axes, "noise alone", p.bin_middles, 0 * p.noise, factor * p.noise, style.UNDERLAY)
     _lines(axes, p.bin_middles, factor * p.before_rms, factor * p.after_rms, changed)
     axes.set_ylim(bottom=0)
-    axes.set_ylabel(f"RMS left, {_unit(p.channel, motors)}")
+    axes.set_ylabel(f"RMS left, {equation_unit(p.channel, motors)}")
     return _finished(figure, axes, p, motors, f"{key}-rms")
 
 
 def _finished(figure: Figure, axes: RecordedAxes, p: Pattern, motors: int, key: str) -> SvgPanel:
     name = equation_name(p.channel, motors)
-    axes.set_title(f"{name}, against {p.against}", color=_colour(p.channel, motors))
+    axes.set_title(f"{name}, against {p.against}", color=equation_colour(p.channel, motors))
     if p.unit in ("turn", "wave"):
         axes.set_xlim(0, 1)
         axes.set_xlabel(f"part of a {p.unit}")
@@ -191,14 +189,14 @@ def _course(s: Signature, channel: int, motors: int, changed: bool, key: str) ->
         before.append(np.append(c.before[channel], np.nan))
         after.append(np.append(c.after[channel], np.nan))
         noise.append(np.append(np.full(len(c.window_starts), c.noise[channel]), np.nan))
-    time, factor = np.concatenate(at), _unit_factor(channel, motors)
+    time, factor = np.concatenate(at), unit_factor(channel, motors)
     floor = factor * np.concatenate(noise)
     style.band(axes, "noise alone", time, 0 * floor, floor, style.UNDERLAY)
     _lines(axes, time, factor * np.concatenate(before), factor * np.concatenate(after), changed, dots=False)
     axes.set_ylim(bottom=0)
     name = equation_name(channel, motors)
-    axes.set_title(name, color=_colour(channel, motors))
-    axes.set_ylabel(f"RMS, {_unit(channel, motors)}")
+    axes.set_title(name, color=equation_colour(channel, motors))
+    axes.set_ylabel(f"RMS, {equation_unit(channel, motors)}")
     axes.set_xlabel("time, s")
     return svg_panel(figure, f"{key}{channel}", f"what is left at {name} over time")
 
@@ -218,14 +216,16 @@ def _lines(axes: RecordedAxes, x: Array, before: Array, after: Array, changed: b
             style.dots(axes, "extended model's bins", x, after, AFTER, 4.0)
 
 
-def _unit(channel: int, motors: int) -> str:
+def equation_unit(channel: int, motors: int) -> str:
+    """The unit that is shown of an equation."""
     return "N" if channel < motors else "mN m"
 
 
-def _unit_factor(channel: int, motors: int) -> float:
+def unit_factor(channel: int, motors: int) -> float:
     """Factor from SI to the unit that is shown."""
     return 1.0 if channel < motors else 1e3
 
 
-def _colour(channel: int, motors: int) -> str:
+def equation_colour(channel: int, motors: int) -> str:
+    """Of the motor's cable, or of the joint."""
     return style.cable_colour(channel) if channel < motors else style.joint_colour(channel - motors)

@@ -6,9 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from diagnosis.advice import advice
+from diagnosis.cause_picture import cause_pictures, free_function_picture
+from diagnosis.cause_search import MIN_EXPLAINED
 from diagnosis.diagnose import Diagnosis
 from xneck.report import diagnosis_figures as figures
 from xneck.report import diagnosis_text
+from xneck.report.cause_figures import cause_figure, unlisted_figure
 from xneck.report.figure_block import FigureBlock
 from xneck.report.figures_file import write_figures
 from xneck.report.provenance_table import input_file_rows, version_text
@@ -27,22 +30,55 @@ class DiagnosisResult:
     provenance: Mapping[str, Any]
 
 
+@dataclass(frozen=True)
+class DrawnFigures:
+    """The figures of a page; None where it goes without."""
+
+    proof: tuple[FigureBlock, ...]
+    unlisted: FigureBlock | None
+    confusion: FigureBlock
+    over_time: FigureBlock
+    by_condition: FigureBlock | None
+
+    @property
+    def all(self) -> tuple[FigureBlock | None, ...]:
+        """In the page's order."""
+        return (*self.proof, self.unlisted, self.confusion, self.over_time, self.by_condition)
+
+
 def write_diagnosis_report(result: DiagnosisResult, path: Path) -> None:
     """The page with its figures' numbers beside it, whole or not at all; the same result gives the same bytes."""
     d = result.diagnosis
     motors, changed = d.extended.arm.M, bool(d.search.named)
     with drawing():
-        drawn = {
-            "proof_figure": figures.proof_figure(d.signature, motors, changed),
-            "confusion_figure": figures.confusion_matrix(d.detectability),
-            "time_figure": figures.residuals_over_time(d.signature, motors, changed),
-            "condition_figure": figures.residuals_by_condition(d.signature, motors, changed),
-        }
-    write_figures(drawn.values(), path)
+        unlisted = d.search.unlisted and unlisted_figure(
+            d.search.unlisted, free_function_picture(d.search.last, d.search.unlisted), motors
+        )
+        drawn = DrawnFigures(
+            proof=_proof_figures(d),
+            unlisted=unlisted,
+            confusion=figures.confusion_matrix(d.detectability),
+            over_time=figures.residuals_over_time(d.signature, motors, changed),
+            by_condition=figures.residuals_by_condition(d.signature, motors, changed),
+        )
+    write_figures(drawn.all, path)
     write_text(path, diagnosis_html(result, drawn))
 
 
-def diagnosis_html(result: DiagnosisResult, drawn: Mapping[str, FigureBlock | None]) -> str:
+def _proof_figures(d: Diagnosis) -> tuple[FigureBlock, ...]:
+    """One for each cause. Where none is named: what stands out most, but where a law that nobody listed explains most."""
+    if d.causes:
+        pairs = zip(d.causes, cause_pictures(d.search.last), strict=True)
+        return tuple(
+            cause_figure(cause, picture, d.extended.arm, number, of=len(d.causes))
+            for number, (cause, picture) in enumerate(pairs, start=1)
+        )
+    if d.search.unlisted and d.search.unlisted.explains >= MIN_EXPLAINED:
+        return ()
+    return (figures.proof_figure(d.signature, d.extended.arm.M),)
+
+
+def diagnosis_html(result: DiagnosisResult, drawn: DrawnFigures) -> str:
     """The HTML of a diagnosis's page."""
     d = result.diagnosis
     return render(
@@ -52,6 +88,8 @@ def diagnosis_html(result: DiagnosisResult, drawn: Mapping[str, FigureBlock | No
         sentence=diagnosis_text.diagnosis_sentence(d),
         head=diagnosis_text.diagnosis_key_numbers(d),
         causes=diagnosis_text.cause_rows(d),
+        shares=diagnosis_text.share_rows(d),
+        unlisted=diagnosis_text.unlisted_sentence(d),
         channels=diagnosis_text.channel_table(d),
         gains=diagnosis_text.gain_table(d),
         drawing=diagnosis_text.drawing_rows(d),
@@ -64,5 +102,5 @@ def diagnosis_html(result: DiagnosisResult, drawn: Mapping[str, FigureBlock | No
         steps=advice(d),
         inputs=input_file_rows(result.provenance),
         versions=version_text(result.provenance),
-        **drawn,
+        drawn=drawn,
     )

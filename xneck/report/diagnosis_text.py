@@ -1,11 +1,13 @@
 """The words of a diagnosis's page: its sentence, its key numbers and the rows of its tables."""
 
 from collections.abc import Sequence
+from math import degrees
 
 from diagnosis import signature_record
 from diagnosis.cause import Cause
 from diagnosis.cause_parameters import parameters_of
 from diagnosis.cause_search import CauseCandidate
+from diagnosis.cause_share import cause_shares
 from diagnosis.diagnose import Diagnosis
 from diagnosis.held_out_gain import Gain
 from diagnosis.record import probability
@@ -123,6 +125,33 @@ def cause_rows(d: Diagnosis) -> list[tuple[str, ...]]:
     return rows
 
 
+def share_rows(d: Diagnosis) -> list[tuple[str, ...]]:
+    """Rows of the table of what each cause does: cause, where, and RMS in N, mN m and deg."""
+    return [
+        (
+            with_spaces(cause.effect.name),
+            cause.where.label,
+            number_text(share.motors, 3),
+            number_text(1e3 * share.arm, 3),
+            "not simulated" if share.simulated_angle is None else number_text(degrees(share.simulated_angle), 3),
+        )
+        for cause, share in zip(d.causes, cause_shares(d.search.last, d.simulated_shares), strict=True)
+    ]
+
+
+def unlisted_sentence(d: Diagnosis) -> str:
+    """What function of one variable would explain most of what is left; empty where nothing is plainly left."""
+    rest = d.search.unlisted
+    if rest is None:
+        return ""
+    of = "what stands above noise" if not d.causes else "what the named causes leave above noise"
+    share = f"{100 * rest.explains:.0f}\u00a0%"
+    return (
+        f"Of {of}, a law of the {rest.function.equation} that follows the {rest.function.follows} would explain {share}: "
+        f"more than any other function of one variable."
+    )
+
+
 def channel_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
     """Columns and rows of the table of equations: RMS of noise, of the base model, and of the extended model if there is one."""
     names = signature_record.channel_names(d.extended.arm.M, d.extended.arm.N)
@@ -179,7 +208,7 @@ def considered_rows(d: Diagnosis) -> list[tuple[str, ...]]:
             with_spaces(c.effect.name),
             c.where.label,
             c.effect.words,
-            f"{100 * max(c.gain, 0.0) / whole:.1f} %",
+            f"{100 * c.gain / whole:.1f} %".replace("-", "\u2212"),
             verdict(c),
         )
         for c in d.search.ranking[:_MAX_CONSIDERED]

@@ -22,7 +22,8 @@ from samples.generator.mujoco_arm import Load
 from samples.generator.prescribed import World, prescribe
 from synchronisation.angles import Angles
 from synchronisation.synchronise import synchronise
-from tests.paths import NECK_FILE
+from tests.paths import NECK_FILE, SAMPLES
+from xneck.recording.stages import synchronise_recording
 from xneck_foundation.strict_yaml import parse_yaml
 
 FILE = NECK_FILE
@@ -102,6 +103,39 @@ def test_a_hidden_payload_shows_in_every_channel(model: Model) -> None:
     assert min(c.ratio for c in kind(from_angles, "f")) > 4
     assert min(c.ratio for c in kind(from_forces, "alpha")) > 1.5
     assert kind(from_angles, "alpha")[0].ratio > 1.3
+
+
+def scaled(model: Model, name: str, factor: float) -> Model:
+    """A model with one of its numbers wrong, of every cable."""
+    parameters = tuple(
+        p.model_copy(update={"value": factor * p.value}) if p.name == name else p for p in model.parameters
+    )
+    return model.model_copy(update={"parameters": parameters})
+
+
+@pytest.mark.parametrize(("name", "factor", "growth"), [("k", 1.5, 1.2), ("fs", 1.5, 1.2), ("k", 0.5, 4.0)])
+def test_a_wrong_number_of_the_model_hides_in_no_floor(
+    name: str, factor: float, growth: float, held_out: DataSet, model: Model, simulated: SimulatedRecording
+) -> None:
+    """The floor is what instruments leave: cables too stiff by half, or motors that rub too much, add no fifth to it.
+
+    Cables half as stiff give way twice as far to the same doubt about force, and twice again where their own stiffness is in doubt.
+    """
+    wrong = simulate_recording(held_out, scaled(model, name, factor), max_parts=2)
+    for true, other in zip(simulated.channels, wrong.channels, strict=True):
+        assert other.noise_floor < growth * true.noise_floor, true.name
+    assert min(c.ratio for c in kind(wrong, "theta")) > 10
+
+
+def test_wrong_stiffness_on_the_sample_leaves_its_floor() -> None:
+    """What a fit of the sample's pre-elongations leaves with k too large by half was counted as their sigma: 40 times the floor."""
+    data = synchronise_recording(SAMPLES / "held_out")
+    found = estimate([data])
+    fitted = model_of(found.parameters, found.laws, {}, found.covariance)
+    simulated, wrong = (simulate_recording(data, scaled(fitted, "k", factor), max_parts=1) for factor in (1.0, 1.5))
+    for true, other in zip(simulated.channels, wrong.channels, strict=True):
+        assert other.noise_floor == pytest.approx(true.noise_floor, rel=0.2), true.name
+    assert min(c.ratio for c in kind(wrong, "theta")) > 30
 
 
 def test_where_motors_started_and_how_late_they_act_is_the_recordings_own(

@@ -1,6 +1,7 @@
 """A recording's result to make pages of: the start of a sample, with a calibration, frames and a simulation made up."""
 
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 
@@ -66,7 +67,7 @@ def some_simulation(data: DataSet) -> SimulatedRecording:
         measured = state.matrix(stem)[:kept]
         columns |= numbered_columns(stem, measured + drift) | numbered_columns(stem, measured, "_measured")
     channels = tuple(Channel(name, 0.01, 0.005, "rad", 1.4) for name in columns if not name.endswith("_measured"))
-    return SimulatedRecording(Series(state.time[:kept], columns), channels, 1.0, "f")
+    return SimulatedRecording(Series(state.time[:kept], columns), channels, 1.0, "f", cast(Any, None))
 
 
 def sample_result(folder: Path) -> RecordingResult:

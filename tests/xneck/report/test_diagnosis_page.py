@@ -13,12 +13,9 @@ from diagnosis import record
 from diagnosis.advice import advice
 from diagnosis.cause_search import Rival
 from diagnosis.diagnose import Diagnosis, diagnose
-from mechanism.description import read_neck
 from samples.generator.hidden.experiment import hide
-from synchronisation.angles import read_angles
-from synchronisation.encoder_log import read_log
-from synchronisation.synchronise import synchronise
 from tests.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
+from tests.xneck.report.hidden_recordings import read_recordings
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 from xneck.report.diagnosis_text import diagnosis_sentence
 from xneck_foundation.json_text import json_text
@@ -33,13 +30,8 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
     """A load at the tip."""
     folder = tmp_path_factory.mktemp("hidden")
     hide(["tip_payload"], 7011, folder, seconds=(16.0, 10.0))
-    data = []
-    for name in ("fitted", "held_out"):
-        here = folder / name
-        neck = read_neck(here / "neck.yaml")
-        angles, log = read_angles(here / "angles.csv", neck.N), read_log(here / "log.csv", neck)
-        data.append(synchronise(neck, "", angles, log, {}))
-    return diagnose(data[:1], data[1:])
+    fitted, held_out = read_recordings(folder)
+    return diagnose([fitted], [held_out])
 
 
 @pytest.fixture(scope="module")

@@ -86,8 +86,8 @@ def result(folder: Path, start: float = 3.0) -> RecordingResult:
     columns = numbered_columns("alpha", data.state.matrix("alpha")) | numbered_columns(
         "tension", data.state.matrix("f")
     )
-    simulated = SimulatedRecording(Series(data.state.time, columns), (), 0.5, "f")
     not_shown = cast(Any, None)
+    simulated = SimulatedRecording(Series(data.state.time, columns), (), 0.5, "f", not_shown)
     return RecordingResult(
         name="made",
         recording=recording,
