@@ -69,7 +69,7 @@ def spline_through_frames(frames: Array, alpha: Array, time: Array) -> tuple[Arr
     """
     measured = np.isfinite(alpha)
     splines = [make_interp_spline(frames[k], a[k], k=5) for k, a in zip(measured.T, alpha.T, strict=True)]
-    value, rate, acceleration = (np.stack([s(time, d) for s in splines], axis=-1) for d in range(3))
+    value, rate, acceleration = (np.stack([s(time, d) for s in splines]).T for d in range(3))
     return value, rate, acceleration
 
 
