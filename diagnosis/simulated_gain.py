@@ -29,10 +29,12 @@ class SimulatedModel:
         self._model: Model = extended_model(stage, h, {})
         self._frame_lags = held_out.frame_lags
 
-    def simulated(self, ensembles: Sequence[NoiseEnsemble]) -> list[SimulatedRecording]:
-        """Every recording, read as this model says."""
+    def simulated(self, ensembles: Sequence[NoiseEnsemble], noise_floor: bool) -> list[SimulatedRecording]:
+        """Every recording, read as this model says; noise_floor as `simulate_recording` takes it."""
         return [
-            simulate_recording(self._h.corrected(ensemble.data, lag), self._model, max_parts=_MAX_PARTS)
+            simulate_recording(
+                self._h.corrected(ensemble.data, lag), self._model, max_parts=_MAX_PARTS, noise_floor=noise_floor
+            )
             for ensemble, lag in zip(ensembles, self._frame_lags, strict=True)
         ]
 
@@ -41,8 +43,8 @@ def simulated_gains(
     before: SimulatedModel, after: SimulatedModel, ensembles: Sequence[NoiseEnsemble]
 ) -> tuple[Gain, ...]:
     """Of alpha and of theta, over all joints and all motors. Raises Refused where a model cannot be simulated."""
-    new = after.simulated(ensembles)
-    old = before.simulated(ensembles) if before is not after else new
+    new = after.simulated(ensembles, noise_floor=True)
+    old = before.simulated(ensembles, noise_floor=False) if before is not after else new
     return tuple(_gain(stem, old, new) for stem in MEASURES)
 
 
