@@ -9,7 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.explained_energy import Autocovariance, Energy, autocovariance, energy_taken, explained_energy, orthonormal
+from diagnosis.explained_energy import (
+    Autocovariance,
+    Energy,
+    autocovariance,
+    energy_taken,
+    explained_energy,
+    orthonormal,
+)
 from diagnosis.linearisation import RecordingLinearisation
 
 Array = NDArray[np.float64]

@@ -62,7 +62,7 @@ class LogSignals:
 
     @cached_property
     def tension_parts(self) -> Array:
-        """What a tension consists of at `time`, (G, parts, M): force, dry friction, its forms, speed, the command's rate, inertia."""
+        """What a tension consists of, (G, parts, M): force, dry friction, its forms, speed, the command's rate, inertial force."""
         curves = (self.force, self.dry_friction, *self.friction_forms, self.speed)
         values = [*(curve(self.time) for curve in curves), self.command(self.time, 1), self.inertial(self.time)]
         return np.stack(values, axis=1)
