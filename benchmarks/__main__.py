@@ -34,6 +34,7 @@ TOPICS = {
         "simulation",
         "simulation_error",
         "growth",
+        "verdict_time",
         "clean_arms",
         "hidden_by_noise",
         "ladder",

@@ -100,20 +100,20 @@ def _of_video(folder: Path, turns: int) -> Iterator[Spent]:
     repeat_video(SAMPLES / "recording/video.mp4", video, turns)
     write_camera(true_camera(SAMPLE_CAMERA), camera)
     files = ["--camera", camera, "--neck", SAMPLES / "recording/neck.yaml", "--out", folder / "angles.mcap"]
-    yield _spent("decode", turns * VIDEO_S, video)
-    yield _spent("extract", turns * VIDEO_S, video, *files, "--quiet")
+    yield spent("decode", turns * VIDEO_S, video)
+    yield spent("extract", turns * VIDEO_S, video, *files, "--quiet")
 
 
 def _of_data(folder: Path, turns: int) -> Iterator[Spent]:
     length = turns * TURN_S
     data, model = folder / "fitted.mcap", folder / "model.yaml"
     yield _synced(data, turns, 1)
-    yield _spent("check", length, data, "--quiet")
-    yield _spent("identify", length, data, "--out", model, "--quiet")
+    yield spent("check", length, data, "--quiet")
+    yield spent("identify", length, data, "--out", model, "--quiet")
     if length <= DIAGNOSED_S:
         held_out = folder / "held_out.mcap"
         _synced(held_out, turns, 2)
-        yield _spent("diagnose", length, data, "--held-out", held_out, "--out", folder / "diagnosis", "--quiet")
+        yield spent("diagnose", length, data, "--held-out", held_out, "--out", folder / "diagnosis", "--quiet")
 
 
 def _synced(data: Path, turns: int, seed: int) -> Spent:
@@ -122,10 +122,10 @@ def _synced(data: Path, turns: int, seed: int) -> Spent:
     files = data.with_suffix(".angles.mcap"), data.with_suffix(".csv")
     write_angles(angles, files[0])
     export_series(log, files[1])
-    return _spent("sync", turns * TURN_S, *files, "--neck", NECK_FILE, "--out", data, "--quiet")
+    return spent("sync", turns * TURN_S, *files, "--neck", NECK_FILE, "--out", data, "--quiet")
 
 
-def _spent(stage: str, length: float, *words: object) -> Spent:
+def spent(stage: str, length: float, *words: object) -> Spent:
     """Of `xneck STAGE WORDS...`, on one core."""
     call = [sys.executable, "-m", "benchmarks.command_process", stage, *map(str, words)]
     alone = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")

@@ -18,7 +18,7 @@ from diagnosis.cause_fit import CauseFitter, FitStage
 from diagnosis.comparison import Comparison, Index, compare
 from diagnosis.effect import Effect, Placement, Shape
 from diagnosis.effects import EFFECTS
-from diagnosis.free_function import FreeFit, best_free_function
+from diagnosis.free_function import FreeFit, FreeFits
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.remainder import MAX_REMAINDER
@@ -114,6 +114,8 @@ class Search:
     """with the weights of the last stage"""
     unlisted: FreeFit | None
     """the function of one variable that explains most of what the causes leave plainly above noise, if they do"""
+    free_fits: FreeFits
+    """those that were looked for"""
 
     def without_the_least(self) -> "Search":
         """Without the cause that takes least; without any where the others leave too much."""
@@ -123,9 +125,9 @@ class Search:
         if named:
             causes = (*self.last.causes[:least], *self.last.causes[least + 1 :])
             last = self.fitter.fitted(self.last.comparison.linearisation, causes)
-            if last.excess.above_noise and _is_outweighed(self.first, last, self.fitter.whiten):
+            if last.excess.above_noise and _is_outweighed(self.first, last, self.fitter.whiten, self.free_fits):
                 named, last = (), self.first
-        return replace(self, named=named, last=last, unlisted=_unlisted(last, self.fitter.whiten))
+        return replace(self, named=named, last=last, unlisted=_unlisted(last, self.fitter.whiten, self.free_fits))
 
 
 def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int = 0) -> Search:
@@ -135,7 +137,8 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
     every_effect = _with_effects(first, fitter.whiten)
     ranked = rank(every_effect)
     fitter, last = _with_all_causes(fitter, first, every_effect, seed)
-    if last.causes and last.excess.above_noise and _is_outweighed(first, last, fitter.whiten):
+    free_fits = FreeFits()
+    if last.causes and last.excess.above_noise and _is_outweighed(first, last, fitter.whiten, free_fits):
         last = first
     causes, last = _with_look_alikes(fitter, last)
     if causes and last.excess.above_noise:
@@ -149,21 +152,22 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
         every_effect=every_effect,
         ranking=tuple(ranked),
         fitter=fitter,
-        unlisted=_unlisted(last, fitter.whiten),
+        unlisted=_unlisted(last, fitter.whiten, free_fits),
+        free_fits=free_fits,
     )
 
 
-def _unlisted(stage: FitStage, whiten: Whitener) -> FreeFit | None:
-    return best_free_function(stage, whiten) if stage.excess.ratio.max() >= MAX_REMAINDER else None
+def _unlisted(stage: FitStage, whiten: Whitener, free_fits: FreeFits) -> FreeFit | None:
+    return free_fits.best(stage, whiten) if stage.excess.ratio.max() >= MAX_REMAINDER else None
 
 
-def _is_outweighed(first: FitStage, last: FitStage, whiten: Whitener) -> bool:
+def _is_outweighed(first: FitStage, last: FitStage, whiten: Whitener, free_fits: FreeFits) -> bool:
     """Whether what causes leave is more than they may, or far more than a law that nobody listed would leave in their place."""
     if last.excess.energy > (1 - MIN_EXPLAINED) * first.excess.energy:
         return True
     if last.excess.ratio.max() < MAX_REMAINDER:
         return False
-    unlisted = best_free_function(first, whiten)
+    unlisted = free_fits.best(first, whiten)
     return unlisted is not None and unlisted.excess.energy < MAX_SHARE_OF_UNLISTED * last.excess.energy
 
 

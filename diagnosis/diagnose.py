@@ -192,7 +192,7 @@ def _held_out(
         progress("simulation")
         try:
             with_them = SimulatedModel(last, extended, new, ensembles)
-            without = SimulatedModel(first, h, old, ensembles) if last.causes else with_them
+            without = SimulatedModel(first, h, old, ensembles, noise_floor=False) if last.causes else with_them
             of_simulation = simulated_gains(without, with_them)
             shares = simulated_shares(with_them, last.causes, h)
         except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis

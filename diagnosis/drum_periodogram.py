@@ -9,7 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.explained_energy import Autocovariance, Energy, autocovariance, explained_energy, orthonormal
+from diagnosis.explained_energy import (
+    Autocovariance,
+    Energy,
+    autocovariance,
+    energy_taken,
+    explained_energy,
+    orthonormal,
+)
 from diagnosis.linearisation import RecordingLinearisation
 
 Array = NDArray[np.float64]
@@ -65,24 +72,25 @@ def drum_wave(
             out.append(np.column_stack([wave.real, wave.imag]))
         return out
 
-    def energy(order: float) -> Energy:
-        return explained_energy(residual, waves(order), basis, covariance)
+    flat = np.concatenate(residual)
 
-    coarse = [energy(order).taken for order in orders]
+    def taken(order: float) -> float:
+        return energy_taken(flat, np.concatenate(waves(order)), basis)
+
+    coarse = [taken(order) for order in orders]
     order, step = float(orders[int(np.argmax(coarse))]), resolution / _OVERSAMPLING
     for _ in range(_ZOOMS):
         near = order + step * np.linspace(-1, 1, 9)
-        order, step = float(near[np.argmax([energy(o).taken for o in near])]), step / 4
-    most = energy(order)
+        order, step = float(near[np.argmax([taken(o) for o in near])]), step / 4
+    most = explained_energy(residual, waves(order), basis, covariance)
     # log likelihood is energy over twice the scale of what the waves leave; sigma from its curvature
     X = np.concatenate(waves(order))
     Q = orthonormal(X - basis @ (basis.T @ X))
-    flat = np.concatenate(residual)
     remainder = np.split(flat - Q @ (Q.T @ flat), np.cumsum([len(r) for r in residual])[:-1])
     remainder_covariance = autocovariance(remainder, covariance.grid_rows)
     scale = explained_energy(remainder, waves(order), basis, remainder_covariance).scale
     h = resolution / 8
-    curvature = (2 * most.taken - energy(order + h).taken - energy(order - h).taken) / h**2
+    curvature = (2 * most.taken - taken(order + h) - taken(order - h)) / h**2
     return DrumWave(
         order=order,
         sigma=float(np.sqrt(2 * scale / curvature)) if curvature > 0 else float("inf"),

@@ -98,6 +98,12 @@ def explained_energy(
     return Energy(taken, mean, log_p if np.isfinite(log_p) else -taken * mean / square / 2, square / mean)
 
 
+def energy_taken(residual: Array, columns: Array, basis: Array) -> float:
+    """What `explained_energy` says that columns (S, K) take of a residual (S,), alone."""
+    Q = orthonormal(columns - basis @ (basis.T @ columns))
+    return float(np.sum((Q.T @ residual) ** 2))
+
+
 def orthonormal(columns: Array) -> Array:
     """A basis (n, q) of what columns (n, K) span."""
     U, size, _ = np.linalg.svd(columns, full_matrices=False)

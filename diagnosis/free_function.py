@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.cause_fit import FitStage
-from diagnosis.comparison import compare
+from diagnosis.comparison import WhitenedComparison
 from diagnosis.effect import Effect, Shape
 from diagnosis.judged_rows import judged
 from diagnosis.linearisation import RecordingLinearisation
@@ -190,11 +190,13 @@ class FreeFit:
 def best_free_function(stage: FitStage, whiten: Whitener) -> FreeFit | None:
     """Beside a stage's numbers, causes and nuisances; none that takes back most of what the motors are told."""
     at = stage.comparison.linearisation
-    beside = compare(at, stage.causes, [(f, {}) for f in FREE_FUNCTIONS], stage.comparison.nuisances, whiten)
+    whitened = WhitenedComparison(stage.comparison, whiten)
     variance = [recording.input_variance for recording in at.recordings]
     largest = _MAX_FORCE_SHARE * max(float(np.abs(recording.signals.f).max()) for recording in at.recordings)
     fits = []
-    for function, group in zip(FREE_FUNCTIONS, beside.groups, strict=True):
+    for function in FREE_FUNCTIONS:
+        beside = whitened.beside(function, {})
+        (group,) = beside.groups
         fit = beside.fit(group.columns)
         if function.place == "motor" and np.abs(fit.numbers[np.isin(fit.columns, group.columns)]).max() > largest:
             continue
@@ -209,3 +211,18 @@ def best_free_function(stage: FitStage, whiten: Whitener) -> FreeFit | None:
         explains = 1 - excess.energy / stage.excess.energy
         fits.append(FreeFit(function, explains, excess, tuple(residuals), tuple(done)))
     return max(fits, key=lambda fit: fit.explains, default=None)
+
+
+class FreeFits:
+    """The best free function beside each stage that is asked about, each found once."""
+
+    def __init__(self) -> None:
+        self._known: list[tuple[FitStage, Whitener, FreeFit | None]] = []
+
+    def best(self, stage: FitStage, whiten: Whitener) -> FreeFit | None:
+        """As `best_free_function`."""
+        for known, known_whiten, fit in self._known:
+            if known is stage and known_whiten is whiten:
+                return fit
+        self._known.append((stage, whiten, best_free_function(stage, whiten)))
+        return self._known[-1][2]

@@ -47,15 +47,17 @@ class Hypothesis:
     def corrected(self, data: DataSet, frame_lag: float = 0.0) -> DataSet:
         """A recording with the errors of its reading put right; frame_lag: of its own clock, s, beyond the hypothesis's."""
         s, columns = data.state, dict(data.state.columns)
-        for name in ("alpha", "vision"):
-            for i, error in enumerate(self.angle_error, start=1):
-                for suffix in ("", "_d", "_dd"):
-                    if (key := f"{name}{i}{suffix}") in columns:
-                        columns[key] = _advanced(s.time, columns[key], self.frame_lag + frame_lag)
-                if f"{name}{i}" in columns:
-                    columns[f"{name}{i}"] = columns[f"{name}{i}"] - error
-        for key in (key for key in s.columns if key[0] == "f" and key[1:].isdigit()):
-            columns[key] = np.interp(s.time - self.motor_angle_lag, s.time, s.columns[key])
+        joints = range(1, len(self.angle_error) + 1)
+        seen = [f"{name}{i}{suffix}" for name in ("alpha", "vision") for i in joints for suffix in ("", "_d", "_dd")]
+        seen = [key for key in seen if key in columns]
+        if lag := self.frame_lag + frame_lag:
+            advanced = _advanced(s.time, np.stack([columns[key] for key in seen]).T, lag)
+            columns |= dict(zip(seen, advanced.T, strict=True))
+        for i, error in enumerate(self.angle_error, start=1):
+            columns |= {key: columns[key] - error for key in (f"alpha{i}", f"vision{i}") if key in columns}
+        if self.motor_angle_lag:
+            for key in (key for key in s.columns if key[0] == "f" and key[1:].isdigit()):
+                columns[key] = np.interp(s.time - self.motor_angle_lag, s.time, s.columns[key])
         frames = dict(data.angles.columns)
         for i, error in enumerate(self.angle_error, start=1):
             if f"alpha{i}" in frames:
@@ -68,8 +70,8 @@ class Hypothesis:
 
 
 def _advanced(time: Array, values: Array, lag: float) -> Array:
-    """Values as they are `lag` s later, at each row; beyond the ends the last ones stay."""
-    return values if lag == 0 else make_interp_spline(time, values, k=3)(np.clip(time + lag, time[0], time[-1]))
+    """Values (T, K) as they are `lag` s later, at each row; beyond the ends the last ones stay."""
+    return make_interp_spline(time, values, k=3)(np.clip(time + lag, time[0], time[-1]))
 
 
 def as_described(neck: Neck) -> Hypothesis:

@@ -18,7 +18,7 @@ from identification.dataset.frames import FrameAngles, spline_through_frames
 from identification.dataset.series import Series, numbered_columns
 from identification.fitting import segment_starts
 from identification.motor_speeds import with_motor_speeds
-from identification.residuals import law_forces_at, residuals_of
+from identification.residuals import forces_of_other_cables, law_forces_at, residuals_of
 from identification.whitening import Whitener, fit_whitener
 from mechanism.machine import Machine
 from state_estimation.state import VisionState, estimate_by_vision
@@ -96,8 +96,12 @@ def _drawn_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> l
         data = (ensemble.noise_free, *ensemble.draws)
         signals = corrected_signals(at.hypothesis, data, np.full(len(data), at.frame_lags[r]))
         tension = at.recordings[r].tension
-        noise_free, *noisy = (residuals_of(s, law_forces_at(s, at.unknowns, at.p, r, tension)) for s in signals)
         recording = at.recordings[r]
+        first = law_forces_at(signals[0], at.unknowns, at.p, r, tension)
+        noise_free, *noisy = (
+            residuals_of(s, forces_of_other_cables(s, first, recording.laws, recording.values, recording.x0))
+            for s in signals
+        )
         s = recording.signals
         steady = [d - noise_free + residuals_of_inertia(s, rng) for d in noisy]
         friction = [residuals_of_friction(s, recording.friction_slope * error) for error in s.speeds.errors]

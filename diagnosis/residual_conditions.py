@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.linearisation import RecordingLinearisation
-from identification.residuals import law_forces
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -108,6 +107,4 @@ def conditions(recordings: Sequence[RecordingLinearisation], channel: int) -> tu
 
 def tensions(recording: RecordingLinearisation) -> Array:
     """The model's cable tensions at the filter's rows, (M, S), N, as they follow from the motors: free of vision's noise."""
-    r = recording
-    pull = law_forces(r.motor_signals, r.laws, r.values, r.x0, r.delay).pull
-    return r.signals.low_pass(pull.T)
+    return recording.signals.low_pass(recording.motor_forces.pull.T)

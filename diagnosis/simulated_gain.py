@@ -32,9 +32,15 @@ class SimulatedModel:
     """A model with its description and what it says of how recordings were read."""
 
     def __init__(
-        self, stage: FitStage, h: Hypothesis, held_out: HeldOutResiduals, ensembles: Sequence[NoiseEnsemble]
+        self,
+        stage: FitStage,
+        h: Hypothesis,
+        held_out: HeldOutResiduals,
+        ensembles: Sequence[NoiseEnsemble],
+        noise_floor: bool = True,
     ) -> None:
-        """held_out: what it leaves of these recordings."""
+        """held_out: what it leaves of these recordings; noise_floor: as `simulate_recording` takes it."""
+        self._noise_floor = noise_floor
         self._stage, self._h = stage, adjusted_hypothesis(stage, h)
         self._model: Model = extended_model(stage, h, {})
         self._recordings = [(e.data, lag) for e, lag in zip(ensembles, held_out.frame_lags, strict=True)]
@@ -43,7 +49,9 @@ class SimulatedModel:
     def simulated(self) -> list[SimulatedRecording]:
         """Every recording, read as this model says. Raises Refused where it cannot be simulated."""
         return [
-            simulate_recording(self._h.corrected(data, lag), self._model, max_parts=_MAX_PARTS)
+            simulate_recording(
+                self._h.corrected(data, lag), self._model, max_parts=_MAX_PARTS, noise_floor=self._noise_floor
+            )
             for data, lag in self._recordings
         ]
 

@@ -25,19 +25,20 @@ def low_pass(values: Array, rate: float, cutoff: float) -> Array:
 
 
 def first_order_lag(values: Array, rate: float, tau: float | Array) -> Array:
-    """How a first-order element of time constant tau, s, follows values (T, M) sampled at `rate`, Hz; shape (T, M).
+    """How a first-order element of time constant tau, s, follows values (T, ..., M) sampled at `rate`, Hz; of the same shape.
 
-    tau: one for all columns, or of each, (M,); zero leaves a column as it is. The solution is exact for values that are
-    straight lines between samples, and at rest before the first.
+    tau: one for all columns of the last axis, or of each, (M,); zero leaves a column as it is. The solution is exact for values
+    that are straight lines between samples, and at rest before the first.
     """
-    lagged = []
-    for column, steps in zip(values.T, rate * np.broadcast_to(tau, values.shape[1]), strict=True):
-        if steps == 0:
-            lagged.append(column)
-            continue
+    taus = np.broadcast_to(tau, values.shape[-1])
+    # time last: each column in one piece, as filters and interpolation take them
+    columns = np.ascontiguousarray(np.moveaxis(values, 0, -1))
+    lagged = columns.copy()
+    for steps in rate * np.unique(taus[taus != 0]):
         decay = np.exp(-1 / steps)
         newest = 1 - steps * (1 - decay)
         weights = [newest, 1 - decay - newest]
-        lagged.append(lfilter(weights, [1, -decay], column, zi=[(1 - newest) * column[0]])[0])
-    # each column in one piece, as filters and interpolation take them
-    return np.stack(lagged).T
+        chosen = rate * taus == steps
+        block = columns[..., chosen, :]
+        lagged[..., chosen, :] = lfilter(weights, [1, -decay], block, zi=(1 - newest) * block[..., :1])[0]
+    return np.moveaxis(lagged, -1, 0)

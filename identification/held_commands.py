@@ -13,6 +13,6 @@ def mean_held_force(force: Array, edges: Array) -> Array:
     """
     impulse = np.vstack([np.zeros(force.shape[1]), np.cumsum(force, axis=0)])
     rows = np.arange(len(impulse))
-    at_edges = np.stack([np.interp(edges, rows, column) for column in impulse.T], axis=-1)
+    at_edges = np.stack([np.interp(edges, rows, column) for column in impulse.T]).T
     at_edges += np.minimum(edges, 0.0)[:, None] * force[0] + np.maximum(edges - len(force), 0.0)[:, None] * force[-1]
     return np.diff(at_edges, axis=0) / np.diff(edges)[:, None]

@@ -72,7 +72,8 @@ def motor_speeds(
     inertia = np.broadcast_to(arm.motor_inertia / arm.drum, (arm.M,))
     grid = (len(theta) - 1) * STEPS_PER_ROW + 1
     rows = np.arange(len(theta)) * STEPS_PER_ROW
-    start = np.stack([np.interp(np.arange(grid), rows, column) for column in theta.T], axis=-1)
+    # every motor's numbers in one piece
+    start = np.stack([np.interp(np.arange(grid), rows, column) for column in theta.T]).T
     held = mean_held_force(force, np.arange(grid) / STEPS_PER_ROW - delay / step)
     sigma, cutoff = count / np.sqrt(12), np.full(arm.M, HIGHEST_CUTOFF_HZ)
     # with the widest cutoff first: it shows down to which frequency the tension can be told from rounding
@@ -96,7 +97,8 @@ def _untensioned(speed: Array) -> MotorMotion:
 def _half_row_speeds(angles: Array, step: float) -> Array:
     """Mean speeds before and after each row, (2, T, M), of angles on half rows."""
     speed = np.diff(angles, axis=0) * STEPS_PER_ROW / step
-    return np.stack([np.concatenate([speed[:1], speed[1::2]]), np.concatenate([speed[::2], speed[-1:]])])
+    before, after = np.concatenate([speed[:1], speed[1::2]]), np.concatenate([speed[::2], speed[-1:]])
+    return np.stack([before.T, after.T]).swapaxes(1, 2)
 
 
 def _tension(angles: Array, held: Array, machine: Machine, inertia: Array, step: float) -> Array:

@@ -14,7 +14,7 @@ from identification.residuals import cable_motion, law_forces
 from identification.signals import Signals
 from identification.unknowns import Unknowns
 from mechanism.arm import Arm
-from mechanism.cable_lengths import Z, lengths
+from mechanism.cable_lengths import geometry_of_poses, lengths
 from mechanism.dynamics import terms
 from mechanism.elasticity import elongation_rate
 from mechanism.laws import CableMotion
@@ -99,8 +99,8 @@ class _Ways:
 
     @classmethod
     def of(cls, arm: Arm, alpha: Array) -> "_Ways":
-        length = lengths(arm, alpha)
-        return cls(Z(arm, alpha), length, length - lengths(arm, np.zeros(arm.N)))
+        cables = geometry_of_poses(arm, alpha)
+        return cls(cables.Z, cables.length, cables.length - lengths(arm, np.zeros(arm.N)))
 
 
 def _load(arm: Arm, alpha: Array, alpha_d: Array, alpha_dd: Array) -> Array:

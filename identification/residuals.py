@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 _STEP = 1e-3
 """step of the differences in sizes of a term: laws are smooth on it, most are linear"""
+_METHODS = ("friction", "pull", "memory_rate", "acting_force", "resistance")
+"""by which a law takes part"""
 
 
 @dataclass(frozen=True)
@@ -63,9 +65,7 @@ def law_forces(
     z: memory variables (T, M, states), and tension (T, M), N, on which friction depends; computed from the laws unless given.
     """
     machine = Machine(s.arm, names, values)
-    at = cable_motion(s, x0)
-    memory = memory_states(machine, at, s.step) if z is None else z
-    pull = np.broadcast_to(machine.pull(at, memory), s.x.shape)
+    pull = _pull(s, machine, x0, z)
     return LawForces(
         acting=machine.acting_force(delayed_forces(s, delay), s.step),
         friction=_mean_friction(s, machine, pull if tension is None else tension),
@@ -88,13 +88,44 @@ def forces_of_moved_law(
 ) -> LawForces:
     """`law_forces` with one law's numbers moved; base: those with `values`, which share all that the law has no part in."""
     after = {**values, **moved}
-    overridden = {name for name in ("friction", "pull", "acting_force", "resistance") if _overrides(LAWS[law], name)}
+    overridden = {name for name in _METHODS if _overrides(LAWS[law], name)}
     machine = Machine(s.arm, names, after)
     if overridden == {"friction"}:
         return replace(base, friction=_mean_friction(s, machine, base.pull if tension is None else tension))
     if overridden == {"resistance"}:
         return replace(base, resistance=np.broadcast_to(machine.resistance(s.alpha_d), s.alpha_d.shape))
+    if overridden == {"acting_force"}:
+        return replace(base, acting=machine.acting_force(delayed_forces(s, delay), s.step))
+    if overridden <= {"pull", "memory_rate"}:
+        return _with_other_pull(s, base, machine, _pull(s, machine, x0, z), tension)
     return law_forces(s, names, after, x0, delay, z, tension)
+
+
+def forces_of_other_cables(
+    s: Signals, base: LawForces, names: tuple[str, ...], values: Mapping[str, Array], x0: Array
+) -> LawForces:
+    """`law_forces` where only the cables' and the joints' motion is another one than that of `base`.
+
+    Friction is that of `base`: how far cables are wound around pulleys may differ by the noise of angles only.
+    """
+    machine = Machine(s.arm, names, values)
+    resistance = np.broadcast_to(machine.resistance(s.alpha_d), s.alpha_d.shape)
+    return replace(base, pull=_pull(s, machine, x0), resistance=resistance)
+
+
+def _with_other_pull(
+    s: Signals, base: LawForces, machine: Machine, pull: Array, tension: Array | None = None
+) -> LawForces:
+    """Forces where cables pull otherwise; tension: (T, M), N, under which motors rub all the same."""
+    if tension is not None or not machine.rubs_under_tension:
+        return replace(base, pull=pull)
+    return replace(base, pull=pull, friction=_mean_friction(s, machine, pull))
+
+
+def _pull(s: Signals, machine: Machine, x0: Array, z: Array | None = None) -> Array:
+    at = cable_motion(s, x0)
+    memory = memory_states(machine, at, s.step) if z is None else z
+    return np.broadcast_to(machine.pull(at, memory), s.x.shape)
 
 
 def _overrides(law: Law, method: str) -> bool:
@@ -136,7 +167,8 @@ def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Residual
     n, m = s.arm.N, s.arm.M
     values, x0 = u.values(p, recording), u.get(p, "x0", recording)
     delay = float(u.get(p, "delay", recording)[0])
-    z = memory_states(Machine(s.arm, u.laws, values), cable_motion(s, x0), s.step)
+    machine = Machine(s.arm, u.laws, values)
+    z = memory_states(machine, cable_motion(s, x0), s.step)
     base = law_forces(s, u.laws, values, x0, delay, z)
     acting = replace(s, f=delayed_forces(s, delay))
     laws = {term.name: name for name in u.laws for term in LAWS[name].terms}
@@ -149,11 +181,12 @@ def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Residual
         term = u.entries[slot.start].term
         h = _STEP * term.size
         if name == "delay":
-            moved = law_forces(s, u.laws, values, x0, delay + h, z)
+            moved = replace(base, acting=machine.acting_force(delayed_forces(s, delay + h), s.step))
         elif name == "x0":
-            moved = law_forces(acting, u.laws, values, x0 + h, 0.0, z)
+            moved = _with_other_pull(s, base, machine, _pull(s, machine, x0 + h, z))
         elif name in starts:
-            moved = law_forces(acting, u.laws, values | {name: values[name] + h}, x0, 0.0)
+            started = Machine(s.arm, u.laws, values | {name: values[name] + h})
+            moved = _with_other_pull(s, base, started, _pull(s, started, x0))
         else:
             law, change = laws[name], {name: values[name] + h}
             known = None if LAWS[law].states else z

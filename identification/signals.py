@@ -15,9 +15,9 @@ from identification.dataset.dataset import DataSet
 from identification.dataset.half_row_speeds import HalfRowSpeeds, unrefined_speeds
 from identification.decimation import DecimatingFilter, decimating_filter
 from mechanism.arm import Arm
-from mechanism.cable_lengths import Z, lengths, wrap_angles
+from mechanism.cable_lengths import geometry_of_poses, lengths
 from mechanism.dynamics import terms
-from mechanism.elasticity import elongation, elongation_rate
+from mechanism.elasticity import elongation_rate
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
@@ -115,6 +115,7 @@ def signals_of(data: DataSet, load_by_frames: bool = False) -> Signals:
         k, acceleration = terms(arm, vision_alpha, vision_alpha_d), vision_alpha_dd
     else:
         k, acceleration = terms(arm, alpha, alpha_d), alpha_dd
+    cables, seen = geometry_of_poses(arm, alpha), geometry_of_poses(arm, vision_alpha)
     clock = data.clock
     offset_sigma = float(clock.get("offset_sigma_s") or 0.0)
     common = data.angles.matrix("common")
@@ -132,12 +133,12 @@ def signals_of(data: DataSet, load_by_frames: bool = False) -> Signals:
         speeds=speeds,
         f=f,
         inertial=arm.motor_inertia / arm.drum * theta_dd,
-        Z=Z(arm, alpha),
+        Z=cables.Z,
         load=np.einsum("tij,tj->ti", k.M, acceleration) + k.c + k.g,
-        wrap=wrap_angles(arm, alpha),
-        length=lengths(arm, alpha),
-        x=elongation(arm, vision_alpha, theta),
-        x_d=elongation_rate(arm, Z(arm, vision_alpha), vision_alpha_d, theta_d),
+        wrap=cables.wrap,
+        length=cables.length,
+        x=seen.length - lengths(arm, np.zeros(arm.N)) + arm.drum * theta + arm.x0,
+        x_d=elongation_rate(arm, seen.Z, vision_alpha_d, theta_d),
         low_pass=filtered,
         clock_sigma=(offset_sigma, 1e-6 * float(clock.get("skew_sigma_ppm") or 0.0)),
         relaxed_clock_sigma=offset_sigma if clock.get("source") == "light" else max(offset_sigma, TRAVEL_CLOCK_SIGMA_S),

@@ -10,37 +10,46 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechanism.arm import Arm, Array
+from mechanism.batch_layout import arm_batch_last, batch_shape, from_batch_last, to_batch_last
 from mechanism.geometry import Sides, sides
+
+MAX_BATCH_OF_POSES = 1 << 12
+"""poses that are computed at once: what they need stays in a cache"""
 
 
 @dataclass(frozen=True)
 class Portion:
-    """Length of a cable portion with its first and second derivative by alpha, each (...), m, and its angle of wrap, rad."""
+    """Length of a cable portion with its derivative by alpha, each (...), m, and its angle of wrap, rad."""
 
     length: Array
     d1: Array
-    d2: Array
     wrap: Array
 
 
 def lengths(arm: Arm, alpha: Array) -> Array:
     """(31)-(34): lengths of the cables from the base's pulleys on, shape (..., M), m; alpha of shape (..., N), rad."""
-    return _sum(arm, alpha, "length")
+    return geometry_of_poses(arm, alpha).length
 
 
 def wrap_angles(arm: Arm, alpha: Array) -> Array:
     """Angle by which each cable is wound around the pulleys of its route, in all, shape (..., M), rad."""
-    return _sum(arm, alpha, "wrap")
+    return geometry_of_poses(arm, alpha).wrap
 
 
 def Z(arm: Arm, alpha: Array) -> Array:
     """(3): Z(i, j) = -dl_j/dalpha_i, shape (..., N, M), m."""
-    return -_matrix(arm, alpha, "d1")
+    return geometry_of_poses(arm, alpha).Z
 
 
 def Z_dot(arm: Arm, alpha: Array, alpha_d: Array) -> Array:
     """dZ/dt, shape (..., N, M), m/s: each entry depends on its own angle only."""
-    return -_matrix(arm, alpha, "d2") * np.asarray(alpha_d)[..., None]
+    s = sides(arm, alpha)
+    values = {word: _SECOND_DERIVATIVE[word](arm, alpha, s) for route in arm.routes for word in route}
+    d2 = np.zeros((*s.d.shape, arm.M))
+    for j, route in enumerate(arm.routes):
+        for i, word in enumerate(route):
+            d2[..., i, j] = values[word][..., i]
+    return -d2 * np.asarray(alpha_d)[..., None]
 
 
 def lengths_without_pulleys(arm: Arm, alpha: Array) -> Array:
@@ -51,6 +60,27 @@ def lengths_without_pulleys(arm: Arm, alpha: Array) -> Array:
     piece |= {"right_through": s.right, "left_through": s.left}
     per_cable = [sum(piece[word][..., i] for i, word in enumerate(route)) for route in arm.routes]
     return np.stack(np.broadcast_arrays(*per_cable), axis=-1)
+
+
+@dataclass(frozen=True)
+class PoseGeometry:
+    """All cables in many poses: lengths (..., M), m, angles of wrap (..., M), rad, and Z (..., N, M), m."""
+
+    length: Array
+    wrap: Array
+    Z: Array
+
+
+def geometry_of_poses(arm: Arm, alpha: Array) -> PoseGeometry:
+    """Lengths, angles of wrap and Z together; alpha of shape (..., N), rad."""
+    shape = np.broadcast_shapes(np.shape(alpha)[:-1], batch_shape(arm, {}))
+    count = int(np.prod(shape))
+    length, wrap, jacobian = np.empty((arm.M, count)), np.empty((arm.M, count)), np.empty((arm.N, arm.M, count))
+    for begin in range(0, count, MAX_BATCH_OF_POSES):
+        part = slice(begin, min(begin + MAX_BATCH_OF_POSES, count))
+        g = cable_geometry(arm_batch_last(arm, shape, part), to_batch_last(alpha, shape, part))
+        length[:, part], wrap[:, part], jacobian[..., part] = g.length, g.wrap, g.Z
+    return PoseGeometry(*(from_batch_last(values, shape) for values in (length, wrap, jacobian)))
 
 
 @dataclass(frozen=True)
@@ -73,7 +103,7 @@ class CableGeometry:
 def cable_geometry(arm: Arm, alpha: Array) -> CableGeometry:
     """Lengths, angles of wrap and Z together; arm in batch layout, alpha (N, B)."""
     portion_of = portions(arm, alpha)
-    shape = np.broadcast_shapes(alpha.shape, arm.L.shape)
+    shape = np.broadcast_shapes(alpha.shape, arm.L.shape, arm.b.shape, arm.r.shape)
     length, wrap, jacobian = (np.zeros((*axes, *shape[1:])) for axes in ((arm.M,), (arm.M,), (arm.N, arm.M)))
     for j, route in enumerate(arm.routes):
         for i, word in enumerate(route):
@@ -90,19 +120,25 @@ def portions(arm: Arm, alpha: Array) -> dict[str, Portion]:
     return {word: _PORTION[word](arm, alpha, s) for word in words}
 
 
-def _ends(side: Array, d1: Array, d2: Array, arm: Arm, alpha: Array, sign: float) -> Portion:
+def _ends(side: Array, d1: Array, arm: Arm, alpha: Array, sign: float) -> Portion:
     """(19), (20): along a side to the centre of the upper pulley; sign -1 on the left, +1 on the right."""
     r = arm.r
     t = np.sqrt(side**2 - r**2)
     wrap = np.pi + sign * alpha / 2 - np.arctan2(t, r)
     # d/dl of t - r atan(t/r) is t/l: the tangent's share of the side
-    return Portion(t + r * wrap, d1 * t / side + sign * r / 2, d2 * t / side + d1**2 * r**2 / (side**2 * t), wrap)
+    return Portion(t + r * wrap, d1 * t / side + sign * r / 2, wrap)
 
 
-def _passes(side: Array, d1: Array, d2: Array, arm: Arm, alpha: Array, sign: float) -> Portion:
+def _ends_d2(side: Array, d1: Array, d2: Array, arm: Arm) -> Array:
+    r = arm.r
+    t = np.sqrt(side**2 - r**2)
+    return d2 * t / side + d1**2 * r**2 / (side**2 * t)
+
+
+def _passes(side: Array, d1: Array, arm: Arm, alpha: Array, sign: float) -> Portion:
     """(25): along a side and on upwards, with the full turn on the upper pulley."""
     wrap = 2 * np.pi + sign * alpha
-    return Portion(side + arm.r * wrap, d1 + sign * arm.r, d2, wrap)
+    return Portion(side + arm.r * wrap, d1 + sign * arm.r, wrap)
 
 
 def _strut(arm: Arm, alpha: Array, s: Sides) -> Portion:
@@ -113,32 +149,32 @@ def _strut(arm: Arm, alpha: Array, s: Sides) -> Portion:
     straight = 2 * np.sqrt((arm.L / 2) ** 2 - r**2) + 2 * np.sqrt((arm.b / 2) ** 2 - r**2)
     # 2 psi - alpha = 2 (pi - lean)
     wrap = 4 * np.pi - 2 * lean - 2 * a3 - 2 * a5
-    half = alpha / 2
-    d1 = -r * arm.b * np.sin(half) / s.d
-    return Portion(straight + r * wrap, d1, -r * arm.b * np.cos(half) / (2 * s.d) - d1 * s.d1 / s.d, wrap)
+    return Portion(straight + r * wrap, _strut_d1(arm, alpha, s), wrap)
+
+
+def _strut_d1(arm: Arm, alpha: Array, s: Sides) -> Array:
+    return -arm.r * arm.b * np.sin(alpha / 2) / s.d
+
+
+def _strut_d2(arm: Arm, alpha: Array, s: Sides) -> Array:
+    return -arm.r * arm.b * np.cos(alpha / 2) / (2 * s.d) - _strut_d1(arm, alpha, s) * s.d1 / s.d
 
 
 _PORTION = {
-    "left": lambda arm, alpha, s: _ends(s.left, s.left1, s.left2, arm, alpha, -1.0),
-    "right": lambda arm, alpha, s: _ends(s.right, s.right1, s.right2, arm, alpha, 1.0),
-    "left_through": lambda arm, alpha, s: _passes(s.left, s.left1, s.left2, arm, alpha, -1.0),
-    "right_through": lambda arm, alpha, s: _passes(s.right, s.right1, s.right2, arm, alpha, 1.0),
+    "left": lambda arm, alpha, s: _ends(s.left, s.left1, arm, alpha, -1.0),
+    "right": lambda arm, alpha, s: _ends(s.right, s.right1, arm, alpha, 1.0),
+    "left_through": lambda arm, alpha, s: _passes(s.left, s.left1, arm, alpha, -1.0),
+    "right_through": lambda arm, alpha, s: _passes(s.right, s.right1, arm, alpha, 1.0),
     "strut": _strut,
     "strut_mirrored": _strut,
 }
 
-
-def _sum(arm: Arm, alpha: Array, field: str) -> Array:
-    portion_of = portions(arm, alpha)
-    per_cable = [sum(getattr(portion_of[word], field)[..., i] for i, word in enumerate(route)) for route in arm.routes]
-    return np.stack(np.broadcast_arrays(*per_cable), axis=-1)
-
-
-def _matrix(arm: Arm, alpha: Array, field: str) -> Array:
-    values = {word: getattr(portion, field) for word, portion in portions(arm, alpha).items()}
-    shape = next(iter(values.values())).shape
-    out = np.zeros((*shape, arm.M))
-    for j, route in enumerate(arm.routes):
-        for i, word in enumerate(route):
-            out[..., i, j] = values[word][..., i]
-    return out
+_SECOND_DERIVATIVE = {
+    "left": lambda arm, alpha, s: _ends_d2(s.left, s.left1, s.left2, arm),
+    "right": lambda arm, alpha, s: _ends_d2(s.right, s.right1, s.right2, arm),
+    "left_through": lambda arm, alpha, s: s.left2,
+    "right_through": lambda arm, alpha, s: s.right2,
+    "strut": _strut_d2,
+    "strut_mirrored": _strut_d2,
+}
+"""of a portion's length by alpha"""

@@ -48,6 +48,11 @@ class Machine:
         return np.stack([np.broadcast_to(start, self.arm.M) for start in starts], axis=-1)
 
     @property
+    def rubs_under_tension(self) -> bool:
+        """Whether friction depends on the cables' tension and on how far they are wound around pulleys."""
+        return any(law.rubs_under_tension for law in self.laws)
+
+    @property
     def without_actuator_laws(self) -> "Machine":
         """This machine without the laws of its actuators: for forces as they act, not as they are logged."""
         return replace(self, names=tuple(law.name for law in self.laws if type(law).acting_force is Law.acting_force))

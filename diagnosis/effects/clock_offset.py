@@ -9,8 +9,9 @@ from diagnosis.effect import Array, Effect, Shape
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.shown_by import CABLE_RATE
-from identification.residuals import law_forces, residual_change
+from identification.residuals import delayed_forces, residual_change
 from mechanism.laws import Term
+from mechanism.machine import Machine
 
 
 class ClockOffset(Effect):
@@ -54,10 +55,10 @@ class ClockOffset(Effect):
             recording.sensitivity.residual_change(angle_error=recording.sensitivity.error_of_lag(late))[..., None]
             / late
         )
-        acting = law_forces(
-            recording.motor_signals, recording.laws, recording.values, recording.x0, recording.delay + stale
-        )
-        motors = residual_change(recording.motor_signals, recording.motor_forces, acting, self.terms[1]) / stale
+        s, machine = recording.motor_signals, Machine(recording.signals.arm, recording.laws, recording.values)
+        acting = machine.acting_force(delayed_forces(s, recording.delay + stale), s.step)
+        later = replace(recording.motor_forces, acting=acting)
+        motors = residual_change(s, recording.motor_forces, later, self.terms[1]) / stale
         return np.concatenate([frames, motors], axis=2)
 
     def added_to(self, h: Hypothesis, amounts: Array, shape: Shape) -> Hypothesis:

@@ -68,8 +68,12 @@ def spline_through_frames(frames: Array, alpha: Array, time: Array) -> tuple[Arr
     frames: (F,), s; alpha: (F, N), rad, NaN where not measured.
     """
     measured = np.isfinite(alpha)
+    if np.array_equal(measured.any(axis=1), measured.all(axis=1)):
+        # frames that show all joints or none: one factorisation serves all
+        whole = make_interp_spline(frames[measured[:, 0]], alpha[measured[:, 0]], k=5)
+        return whole(time), whole(time, 1), whole(time, 2)
     splines = [make_interp_spline(frames[k], a[k], k=5) for k, a in zip(measured.T, alpha.T, strict=True)]
-    value, rate, acceleration = (np.stack([s(time, d) for s in splines], axis=-1) for d in range(3))
+    value, rate, acceleration = (np.stack([s(time, d) for s in splines]).T for d in range(3))
     return value, rate, acceleration
 
 

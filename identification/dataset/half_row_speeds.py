@@ -47,7 +47,7 @@ def smoother_response(hertz: Array, cutoff: Array) -> Array:
 def unrefined_speeds(theta_d: Array, count: Array) -> HalfRowSpeeds:
     """Speeds at the rows (T, M), rad/s, in place of those within the rows; count: of each encoder, (M,), rad."""
     return HalfRowSpeeds(
-        np.stack([theta_d, theta_d]),
+        np.stack([theta_d.T, theta_d.T]).swapaxes(1, 2),
         np.full(len(count), UNREFINED_HZ),
         count / np.sqrt(12),
         np.zeros((0, *theta_d.shape)),

@@ -34,7 +34,8 @@ class Series:
         columns = []
         while (name := f"{stem}{len(columns) + 1}{suffix}") in self.columns:
             columns.append(self.columns[name])
-        return np.stack(columns, axis=-1) if columns else np.empty((len(self.time), 0))
+        # each column in one piece: numbers of every column then multiply whole pieces
+        return np.stack(columns).T if columns else np.empty((len(self.time), 0))
 
 
 def concatenated(parts: Sequence[Series]) -> Series:
@@ -45,7 +46,7 @@ def concatenated(parts: Sequence[Series]) -> Series:
 
 def interpolated(time: Array, series_time: Array, columns: Array) -> Array:
     """Columns (S, K), known at series_time (S,), s, at times (T,), s: linear, held before and after; (T, K)."""
-    return np.stack([np.interp(time, series_time, column) for column in columns.T], axis=-1)
+    return np.stack([np.interp(time, series_time, column) for column in columns.T]).T
 
 
 def clear_of_gaps(time: Array, gaps: Iterable[Sequence[float]], margin: float) -> NDArray[np.bool_]:

@@ -4,7 +4,7 @@ The errors: principal axes of the covariance of the arm's state at a window's be
 derivatives, principal axes of the covariance of the laws' parameters, and of that of the recording's x0 and delay.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,27 +36,32 @@ class PerturbedRuns:
 
     @property
     def unperturbed(self) -> "PerturbedRuns":
-        """The first simulation alone."""
-        machine = self.machine
+        """The first of these simulations alone."""
+        machine, one = self.machine, slice(0, 1)
         return PerturbedRuns(
             machine=replace(
                 machine,
-                arm=replace(machine.arm, x0=machine.arm.x0[:1]),
-                values={name: value[:1] for name, value in machine.values.items()},
+                arm=replace(machine.arm, x0=machine.arm.x0[one]),
+                values={name: value[one] for name, value in machine.values.items()},
             ),
-            alpha=self.alpha[:1],
-            alpha_d=self.alpha_d[:1],
-            theta=(self.theta[0][:1], self.theta[1][:1], self.theta[2][:1]),
-            delay=self.delay[:1],
+            alpha=self.alpha[one],
+            alpha_d=self.alpha_d[one],
+            theta=(self.theta[0][one], self.theta[1][one], self.theta[2][one]),
+            delay=self.delay[one],
             shared=1,
         )
 
 
-def perturbed_runs(windows: Windows, model: Model, machine: Machine, recording: RecordingParameters) -> PerturbedRuns:
-    """The simulations of these windows. machine: the model's laws on the arm as described; the recording's x0 is added."""
+def perturbed_runs(
+    windows: Windows, model: Model, machine: Machine, recording: RecordingParameters, of_acceleration: bool
+) -> PerturbedRuns:
+    """The simulations of these windows. machine: the model's laws on the arm as described; the recording's x0 is added.
+
+    of_acceleration: whether errors of the motors' accelerations count: from forces they are simulated, not given.
+    """
     n, m = machine.arm.N, machine.arm.M
     state_axes = _principal_axes(windows.covariance())  # (W, 2 N, 2 N), axes in columns
-    rounding = _rounding(windows)
+    rounding = _rounding(windows, ("", "_d", "_dd") if of_acceleration else ("", "_d"))
     law_axes = _law_axes(model, machine)
     recording_axes = _principal_axes(recording.covariance).T
     count = 1 + 2 * n + len(rounding) + len(law_axes) + len(recording_axes)
@@ -97,10 +102,10 @@ def perturbed_runs(windows: Windows, model: Model, machine: Machine, recording: 
     )
 
 
-def _rounding(windows: Windows) -> list[tuple[int, int, Array]]:
+def _rounding(windows: Windows, suffixes: Sequence[str]) -> list[tuple[int, int, Array]]:
     """Order of the derivative, motor, and its sigma at the windows' beginnings (W,); empty where the data set has no sigmas."""
     errors = []
-    for order, suffix in enumerate(("", "_d", "_dd")):
+    for order, suffix in enumerate(suffixes):
         sigma = windows.matrix("sigma_theta", suffix)[:, 0]
         errors += [(order, j, sigma[:, j]) for j in range(sigma.shape[1])]
     return errors

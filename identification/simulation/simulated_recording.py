@@ -71,14 +71,15 @@ def simulate_recording(
     source: Source = "f",
     progress: Progress = lambda samples: None,
     max_parts: int | None = None,
+    noise_floor: bool = True,
 ) -> SimulatedRecording:
     """Simulation of a recording, restarted from the measured state every `window_s` seconds; with None it runs on to the end.
 
     source: what is given of the motors, their recorded forces or their recorded angles. Pre-elongation and delay are fitted to the
     recording, with the laws held. Windows run in batches, each once more for every error that adds to the noise floor; `progress`
     is called with the number of rows done since the last call. max_parts: batches of MAX_WINDOWS_AT_ONCE successive windows, evenly
-    spread, where not all are asked for. Raises Refused where the recording is shorter than a window or
-    holds no forces.
+    spread, where not all are asked for. noise_floor: whether errors are simulated too; without them only sensors add to the noise
+    floor. Raises Refused where the recording is shorter than a window or holds no forces.
 
     >>> import xneck
     >>> found = xneck.simulate(xneck.read_dataset("monday.mcap"), xneck.read_model("model.yaml"))
@@ -97,7 +98,8 @@ def simulate_recording(
     sums: dict[str, ChannelSums] = {}
     series: list[Series] = []
     for part in windows.parts(MAX_WINDOWS_AT_ONCE, max_parts):
-        runs = perturbed_runs(part, model, machine, recording)
+        runs = perturbed_runs(part, model, machine, recording, of_acceleration=source == "theta")
+        runs = runs if noise_floor else runs.unperturbed
         start_memory = None if memory is None else memory[part.first : part.first + part.count]
         motion = _run(part, runs, start_memory, source, lambda samples, count=part.count: progress(samples * count))
         for stem, quantity in measured.items():
@@ -125,7 +127,7 @@ def simulated_angles(
     memory = _memory(windows, machine, recording)
     angles = []
     for part in windows.parts(MAX_WINDOWS_AT_ONCE, max_parts):
-        runs = perturbed_runs(part, model, machine, recording).unperturbed
+        runs = perturbed_runs(part, model, machine, recording, of_acceleration=False).unperturbed
         start_memory = None if memory is None else memory[part.first : part.first + part.count]
         angles.append(as_rows(_run(part, runs, start_memory, "f", lambda samples: None).alpha[0]))
     return np.concatenate(angles)

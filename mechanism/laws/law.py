@@ -74,6 +74,8 @@ class Law:
     terms: ClassVar[tuple[Term, ...]]
     states: ClassVar[int] = 0
     """number of memory variables of each cable by this law"""
+    rubs_under_tension: ClassVar[bool] = False
+    """whether its friction depends on the cable's tension and on how far it is wound around pulleys"""
     memory_bound: ClassVar[float] = np.inf
     """bound of their magnitude"""
     memory_start: ClassVar[Term | None] = None

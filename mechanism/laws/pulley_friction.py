@@ -11,6 +11,7 @@ class PulleyFriction(Law):
     """A motor that winds in pulls exp(mu wrap) times the cable's tension, one that gives way exp(-mu wrap) times."""
 
     name = "pulley_friction"
+    rubs_under_tension = True
     terms = (Term("mu", "1/rad", low=0.0, high=0.3, size=0.005, would_tell="vary the tension while the motors turn"),)
 
     def friction(self, p: Values, at: MotorMotion) -> Array:

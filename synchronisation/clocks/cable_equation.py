@@ -97,21 +97,13 @@ class CableEquation:
     def __init__(self, signals: LogSignals, law: CableTerms, tau: Array | float = 0.0) -> None:
         """tau: (M,), s, time constants by which damped cables lag behind their forces."""
         s, step = signals, float(signals.time[1] - signals.time[0])
-        parts = [
-            s.force(s.time),
-            s.dry_friction(s.time),
-            *(form(s.time) for form in s.friction_forms),
-            s.speed(s.time),
-            s.command(s.time, 1),
-            s.inertial(s.time),
-        ]
-        m = parts[0].shape[1]
         self.law = law
-        self.tau = np.broadcast_to(np.asarray(tau, dtype=float), (m,))
-        self._mean_force = parts[0].mean(axis=0)
-        parts = [first_order_lag(values, 1 / step, self.tau) for values in parts]
-        creeping = [first_order_lag(values, 1 / step, creep_s) for creep_s in law.creep for values in parts]
-        self._curves = cubic_spline(s.time, np.stack([s.travel(s.time), *parts, *creeping], axis=-1))
+        self.tau = np.broadcast_to(np.asarray(tau, dtype=float), (s.tension_parts.shape[2],))
+        self._mean_force = s.tension_parts[:, 0].mean(axis=0)
+        parts = first_order_lag(s.tension_parts, 1 / step, self.tau)
+        creeping = [first_order_lag(parts, 1 / step, creep_s) for creep_s in law.creep]
+        curves = np.concatenate([s.travel(s.time)[:, None], parts, *creeping], axis=1)
+        self._curves = cubic_spline(s.time, np.moveaxis(curves, 1, 2))
         self._time = s.time
         self._span = (s.time[0], s.time[-1])
 

@@ -7,6 +7,7 @@ over within less than a step; its values at the rows alone would miss that.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +60,13 @@ class LogSignals:
     has_force: bool
     """whether the log holds forces; without them f is taken as zero"""
 
+    @cached_property
+    def tension_parts(self) -> Array:
+        """What a tension consists of, (G, parts, M): force, dry friction, its forms, speed, the command's rate, inertial force."""
+        curves = (self.force, self.dry_friction, *self.friction_forms, self.speed)
+        values = [*(curve(self.time) for curve in curves), self.command(self.time, 1), self.inertial(self.time)]
+        return np.stack(values, axis=1)
+
 
 def log_signals_of(arm: Arm, log: Series) -> LogSignals:
     """The signals of a log of equal steps; without columns f the force is that of the motors' inertia alone."""
@@ -108,20 +116,20 @@ def relabelled(signals: LogSignals, order: Sequence[int], sign: int) -> LogSigna
     """The signals if motor j's column of the log were column order[j], and all motors counted theta by `sign` (1 or -1)."""
     s = signals
     columns = list(order)
-    inertial = sign * s.inertial(s.time)
 
-    def curve(values: Array) -> BSpline:
-        return cubic_spline(s.time, values[:, columns])
+    def curve(spline: BSpline, factor: int) -> BSpline:
+        # a spline is linear in its coefficients
+        return BSpline(spline.t, factor * np.asarray(spline.c)[:, columns], spline.k)
 
     return LogSignals(
         time=s.time,
-        travel=curve(sign * s.travel(s.time)),
-        force=curve(s.command(s.time) - inertial),
-        command=curve(s.command(s.time)),
-        inertial=curve(inertial),
-        dry_friction=curve(sign * s.dry_friction(s.time)),
-        friction_forms=tuple(curve(sign * form(s.time)) for form in s.friction_forms),
-        speed=curve(sign * s.speed(s.time)),
+        travel=curve(s.travel, sign),
+        force=curve(BSpline(s.command.t, s.command.c - sign * s.inertial.c, s.command.k), 1),
+        command=curve(s.command, 1),
+        inertial=curve(s.inertial, sign),
+        dry_friction=curve(s.dry_friction, sign),
+        friction_forms=tuple(curve(form, sign) for form in s.friction_forms),
+        speed=curve(s.speed, sign),
         has_force=s.has_force,
     )
 

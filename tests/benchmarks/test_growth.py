@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.growth import FLAT, Spent, _spent, words
+from benchmarks.growth import FLAT, Spent, spent, words
 from benchmarks.long_recordings import chain, repeat_video
 from samples.generator.prescribed import World, prescribe
 from samples.worlds.clock_worlds import NECK_FILE, NOISE_RAD
@@ -45,15 +45,15 @@ def test_a_repeated_video_has_all_its_frames(tmp_path: Path) -> None:
 def test_what_a_command_takes_is_its_own() -> None:
     """Not the memory of the process that asks, here 800 MB."""
     held = np.ones(100_000_000)
-    spent = _spent("decode", 24.0, VIDEO)
+    decoding = spent("decode", 24.0, VIDEO)
     assert held[-1] == 1
-    assert 20 < spent.megabytes < 400
+    assert 20 < decoding.megabytes < 400
     assert spent.seconds > 0
 
 
 def test_a_command_that_is_refused_ends_the_measurement_with_its_reason(tmp_path: Path) -> None:
     with pytest.raises(Refused, match=r"xneck check, 20 s: .*nothing\.mcap"):
-        _spent("check", 20.0, tmp_path / "nothing.mcap")
+        spent("check", 20.0, tmp_path / "nothing.mcap")
 
 
 def test_memory_is_flat_where_it_is() -> None:
