@@ -45,8 +45,8 @@ class AngleNoise:
         return self.sigma**2 / self.frame_hz
 
 
-def noise_free_signals(motion: Trajectory) -> Signals:
-    """The signals of the motion if it were recorded without noise."""
+def noise_free_signals(motion: Trajectory, clock_sigma: tuple[float, float] = (0.0, 0.0)) -> Signals:
+    """The signals of the motion if it were recorded without noise; clock_sigma: s, of its clock, and where laws are in doubt."""
     arm = motion.arm
     jacobian, k = Z(arm, motion.alpha), terms(arm, motion.alpha, motion.alpha_d)
     step = float(motion.time[1] - motion.time[0])
@@ -71,8 +71,8 @@ def noise_free_signals(motion: Trajectory) -> Signals:
         x=motion.x,
         x_d=motion.x_d,
         low_pass=decimating_filter(step, np.ones(len(motion.time), dtype=bool)),
-        clock_sigma=(0.0, 0.0),
-        relaxed_clock_sigma=0.0,
+        clock_sigma=(clock_sigma[0], 0.0),
+        relaxed_clock_sigma=clock_sigma[1],
         angle_sigma=np.zeros(arm.N),
     )
 
@@ -80,11 +80,14 @@ def noise_free_signals(motion: Trajectory) -> Signals:
 def fisher_information(s: Signals, u: Unknowns, p: Array, noise: AngleNoise) -> Array:
     """Fisher information, (P, P), of one recording at the vector p, with a prior as wide as each term's range."""
     J = residual_rows(s, u, p, 0).jacobian
-    per_row = s.step * s.low_pass.factor
-    weights = 1 / channel_noise(s, u, p, noise) ** 2
-    # of white noise below the cutoff as many rows are independent as twice the cutoff gives
-    weights *= 2 * CUTOFF_HZ * per_row
+    weights = row_weights(s, u, p, noise)
     return np.einsum("c,csp,csq->pq", weights, J, J) + np.diag(1 / (u.high - u.low) ** 2)
+
+
+def row_weights(s: Signals, u: Unknowns, p: Array, noise: AngleNoise) -> Array:
+    """What each row of a channel tells, (M + N,): over its variance, as many rows as are independent."""
+    # of white noise below the cutoff as many rows are independent as twice the cutoff gives
+    return 2 * CUTOFF_HZ * s.step * s.low_pass.factor / channel_noise(s, u, p, noise) ** 2
 
 
 def channel_noise(s: Signals, u: Unknowns, p: Array, noise: AngleNoise) -> Array:
