@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.diagnose import Diagnosis
-from diagnosis.effect import Effect, LawEffect
+from diagnosis.effect import Effect
 from diagnosis.effects import EFFECTS
 
 _BY_SIGNATURE = {
@@ -60,22 +60,20 @@ def _tell_apart(effects: Sequence[Effect]) -> tuple[Step, ...]:
     if not effects:
         return ()
     steps = [Step(f"for {e.name.replace('_', ' ')}: {e.would_tell}") for e in effects]
-    if command := _design_command(effects):
-        steps.append(Step("play a motion made to tell them, and diagnose its recording", command))
-    return tuple(steps)
+    words = "play a motion made to tell them, and diagnose its recording together with these"
+    return (*steps, Step(words, _design_command(effects)))
 
 
 def _make_visible(names: Sequence[str]) -> tuple[Step, ...]:
     """What would show effects that these recordings do not."""
     effects = [EFFECTS[name] for name in names]
     would_tell = dict.fromkeys(e.would_tell for e in effects)
-    steps = [Step(f"to see {', '.join(name.replace('_', ' ') for name in names)}: {'; '.join(would_tell)}")]
-    if command := _design_command(effects):
-        steps.append(Step("a motion made for it", command))
-    return tuple(steps)
+    return (
+        Step(f"to see {', '.join(name.replace('_', ' ') for name in names)}: {'; '.join(would_tell)}"),
+        Step("play a motion made for it, and diagnose its recording together with these", _design_command(effects)),
+    )
 
 
 def _design_command(effects: Sequence[Effect]) -> str:
-    """The command that designs a motion for the laws among these effects, empty where there is none."""
-    laws = [f"--for {e.law}" for e in effects if isinstance(e, LawEffect)]
-    return _DESIGN.format(" ".join(laws)) if laws else ""
+    """The command that designs a motion for effects."""
+    return _DESIGN.format(" ".join(f"--for {e.name}" for e in effects))

@@ -1,7 +1,7 @@
 """What a planned motion would show of effects: their columns along it, beside the noise that its angles would have.
 
-Nothing is recorded or fitted. The base model, the drawing within its tolerances and the clock are free, as in a diagnosis; an effect
-shows by what is left of it when all these, and an effect that may stand in its place, have taken what they can.
+Nothing is recorded or fitted. The base model, the drawing within its tolerances and the clock are free, as in a diagnosis. An
+effect shows by what is left of it when all these, and an effect that may stand in its place, have taken what they can.
 """
 
 from collections.abc import Sequence
@@ -117,7 +117,9 @@ def motion_judge(neck: Neck, machine: Machine, questions: Sequence[Question], no
         if law not in machine.names:
             follows = ", ".join(machine.names)
             raise Refused(
-                "design --for", f"effects are told beside the law {law}, and the model follows {follows}", "leave --model out"
+                "design --for",
+                f"effects are told beside the law {law}, and the model follows {follows}",
+                "leave --model out",
             )
     laws = tuple(name for name in machine.names if name not in BASE_LAWS)
     own = {law_term: value for law_term, value in machine.values.items() if law_term not in base_terms()}

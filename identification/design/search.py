@@ -121,7 +121,8 @@ def design_motion(
 ) -> DesignedMotion:
     """The best of random shapes, improved by changing one coordinate after the other; `progress` is called with 1 for each trial.
 
-    also: what else is to be small, added to the log det of the target's covariance. Raises Refused where nothing moves within the limits.
+    also: what else is to be small, added to the log det of the target's covariance. Raises Refused where nothing moves within the
+    limits.
     """
     rng = np.random.default_rng(options.seed)
     signals = machine.arm.N + tension_levels(machine.arm).shape[1]

@@ -41,6 +41,8 @@ class Settings:
 
     seconds: float = 60.0
     recordings: int = 2
+    first_recording: int = 0
+    """number of the first: others of the same arm have another motion, other clocks and other noise"""
     motion: Literal["rich", "slow"] = "rich"
     peak_deg: Range = (25.0, 40.0)
     motor_speed: float = 150.0

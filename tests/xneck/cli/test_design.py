@@ -31,11 +31,13 @@ def test_the_table_is_a_motion_within_the_limits(tmp_path: Path, capfd: pytest.C
         "--for",
         "k",
         "--for",
-        "cable_hardening",
+        "k2",
     )
     done = run(capfd, "design", FILE, "--out", out, *SHORT, *words, "--json", "-")
     assert done.status == 0, done.err
-    assert out.read_text().splitlines()[0] == "time,alpha1,alpha2,alpha3,theta1,theta2,theta3,theta4,f1,f2,f3,f4"
+    assert out.read_text().splitlines()[0] == (
+        "time,alpha1,alpha2,alpha3,theta1,theta2,theta3,theta4,f1,f2,f3,f4,tension1,tension2,tension3,tension4"
+    )
     table = read_table(out, ["alpha1", "alpha2", "alpha3"])
     np.testing.assert_allclose(np.diff(table.time), 0.002, atol=1e-9)
     assert table.time[-1] == pytest.approx(8.0)
@@ -44,7 +46,7 @@ def test_the_table_is_a_motion_within_the_limits(tmp_path: Path, capfd: pytest.C
     assert np.abs(np.diff(log.matrix("theta"), axis=0) / 0.002).max() <= 150
     found = json.loads(done.out)
     asked = {(p["name"], p["index"]) for p in found["parameters"] if p["for"]}
-    assert asked == {(name, j) for name in ("k", "k2") for j in (1, 2, 3, 4)} | {("nh", None)}
+    assert asked == {(name, j) for name in ("k", "k2") for j in (1, 2, 3, 4)}
     assert all(p["sigma"] > 0 for p in found["parameters"])
     assert found["reached"]["tension_min_N"] > 25
     np.testing.assert_allclose(found["start"]["theta_rad"], log.matrix("theta")[0])
@@ -72,7 +74,7 @@ def test_a_stiffer_model_is_wound_less(tmp_path: Path, capfd: pytest.CaptureFixt
     ("words", "said"),
     [
         (("--tension", "90", "30"), "leaves no range"),
-        (("--for", "rust"), "unknown parameter 'rust'"),
+        (("--for", "rust"), "unknown effect or parameter 'rust'"),
         (("--tension", "60", "61"), "widen --tension"),
     ],
 )
