@@ -45,10 +45,9 @@ from xneck_foundation.whole_file import write_text
 SEEDS = range(1500, 1502)
 SCENES = (RUNG_1, *RUNG_2)
 NOISE_DEG = 0.03
-USUAL = replace(OFF_DRAWING, seconds=20.0, recordings=1, first_recording=2, step=1e-3, offset=(-0.2, 0.2), columns=128)
+USUAL = replace(OFF_DRAWING, seconds=20.0, recordings=1, first_recording=1, step=1e-3, offset=(-0.2, 0.2), columns=128)
 """the motion of the usual kind; clocks that begin closer together and steps that are longer than the ladder's save half the time"""
 POOR = replace(USUAL, first_recording=0, motion="slow", tension="constant", peak_deg=(8.0, 15.0))
-DESIGNED = replace(USUAL, first_recording=1)
 LIMITS = replace(USUAL_LIMITS, speed=USUAL.motor_speed)
 """of the designed motion: no faster than the usual one, and no further than that goes on the mean"""
 UNDECIDED = ("ambiguous", "insufficient")
@@ -91,17 +90,18 @@ def complete(folder: Path, wanted: Sequence[Case]) -> Iterator[Record]:
         else:
             write_text(case.file(folder), json_text(record))
             yield record
-    chosen = [case for case, *_ in open_cases]
-    given = [_given(motion) for *_, motion in open_cases]
-    designed, usual = _recordings(chosen, DESIGNED, given), _recordings(chosen, USUAL)
-    for (case, record, data, _), by_design, as_usual in zip(open_cases, designed, usual, strict=True):
+    # both by one integration, each arm twice: clocks and noise of both are the same
+    twice = [case for case, *_ in open_cases for _ in range(2)]
+    given = [played for *_, motion in open_cases for played in (_given(motion), None)]
+    second = _recordings(twice, USUAL, given)
+    for (case, record, data, _), by_design, as_usual in zip(open_cases, second, second, strict=True):
         record["designed"], record["usual"] = _verdict(data, by_design), _verdict(data, as_usual)
         write_text(case.file(folder), json_text(record))
         yield record
 
 
 def _recordings(
-    chosen: Sequence[Case], settings: Settings, motions: Sequence[GivenMotion] | None = None
+    chosen: Sequence[Case], settings: Settings, motions: Sequence[GivenMotion | None] | None = None
 ) -> Iterator[DataSet | str]:
     """The synchronised recording of each case, or why it was refused."""
     arms = make_arms([case.seed for case in chosen], settings, [case.laws for case in chosen], motions)
