@@ -19,7 +19,7 @@ from mechanism.arm import arm_of
 from mechanism.description import Neck
 from mechanism.machine import Machine
 
-MIN_SECONDS, MAX_SECONDS = 20.0, 60.0
+MIN_SECONDS, MAX_SECONDS = 12.0, 60.0
 """s: a motion is as long as the recordings, within these (docs/thresholds.md)"""
 _DRAWS, _CHANGES = 10, 10
 """motions that are compared: as many as take some seconds"""

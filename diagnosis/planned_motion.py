@@ -17,10 +17,10 @@ from diagnosis.effect import Effect, Shape
 from diagnosis.hypothesis import BASE_LAWS, Hypothesis, as_described, base_terms
 from diagnosis.linearisation import base_unknowns, linearise
 from diagnosis.nuisances import nuisances_at
-from identification.design.information import AngleNoise, noise_free_signals, row_weights
+from diagnosis.planned_noise import planned_whitener
+from identification.design.information import AngleNoise, noise_free_signals
 from identification.design.trajectory import Trajectory
 from identification.signals import TRAVEL_CLOCK_SIGMA_S
-from identification.whitening import Whitener
 from mechanism.description import Neck
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
@@ -101,13 +101,12 @@ class MotionJudge:
         """The motion with the effects of all questions side by side, with nothing to be explained yet."""
         signals = noise_free_signals(motion, (_CLOCK_SIGMA_S, TRAVEL_CLOCK_SIGMA_S))
         at = linearise(self.hypothesis, [replace(signals, arm=self.hypothesis.arm)], self.p, np.zeros(1))
-        weights = row_weights(signals, at.unknowns, self.p, self.noise)
         choices: dict[tuple[object, ...], tuple[Effect, Shape]] = {}
         for q in self.questions:
             others = [] if q.beside is None else [(q.beside, shape) for shape in q.beside.start_shapes]
             for effect, shape in [*((s.effect, s.shape) for s in q.suspects), *others]:
                 choices[effect.name, *sorted(shape.items())] = effect, shape
-        whiten = Whitener(np.sqrt(weights)[:, None])
+        whiten = planned_whitener(at, self.noise)
         return compare(at, (), list(choices.values()), nuisances_at(at), whiten, clock_relaxed=True)
 
 

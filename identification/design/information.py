@@ -80,14 +80,11 @@ def noise_free_signals(motion: Trajectory, clock_sigma: tuple[float, float] = (0
 def fisher_information(s: Signals, u: Unknowns, p: Array, noise: AngleNoise) -> Array:
     """Fisher information, (P, P), of one recording at the vector p, with a prior as wide as each term's range."""
     J = residual_rows(s, u, p, 0).jacobian
-    weights = row_weights(s, u, p, noise)
-    return np.einsum("c,csp,csq->pq", weights, J, J) + np.diag(1 / (u.high - u.low) ** 2)
-
-
-def row_weights(s: Signals, u: Unknowns, p: Array, noise: AngleNoise) -> Array:
-    """What each row of a channel tells, (M + N,): over its variance, as many rows as are independent."""
+    per_row = s.step * s.low_pass.factor
+    weights = 1 / channel_noise(s, u, p, noise) ** 2
     # of white noise below the cutoff as many rows are independent as twice the cutoff gives
-    return 2 * CUTOFF_HZ * s.step * s.low_pass.factor / channel_noise(s, u, p, noise) ** 2
+    weights *= 2 * CUTOFF_HZ * per_row
+    return np.einsum("c,csp,csq->pq", weights, J, J) + np.diag(1 / (u.high - u.low) ** 2)
 
 
 def channel_noise(s: Signals, u: Unknowns, p: Array, noise: AngleNoise) -> Array:
