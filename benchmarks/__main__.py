@@ -37,6 +37,7 @@ TOPICS = {
         "clean_arms",
         "hidden_by_noise",
         "ladder",
+        "deciding_motions",
     )
 }
 

@@ -21,7 +21,7 @@ from mechanism.machine import Machine
 
 MIN_SECONDS, MAX_SECONDS = 12.0, 60.0
 """s: a motion is as long as the recordings, within these (docs/thresholds.md)"""
-_DRAWS, _CHANGES = 10, 10
+_DRAWS, _CHANGES = 8, 4
 """motions that are compared: as many as take some seconds"""
 
 

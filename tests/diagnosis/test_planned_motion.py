@@ -42,7 +42,15 @@ VALUES = {"fs": FS, "cm": np.array([0.5]), "fv": np.zeros(4), "k": K, "ca": CA}
 MACHINE = Machine(arm_of(NECK), DEFAULT_LAWS, VALUES)
 ALIKE = ("actuator_gain", "drum_radius")
 """a motor that pulls too much, and a drum that is too thin"""
-SHOWN = ("actuator_gain", "actuator_offset", "drum_radius", "pulley_friction", "tip_payload", "base_tilt", "cable_creep")
+SHOWN = (
+    "actuator_gain",
+    "actuator_offset",
+    "drum_radius",
+    "pulley_friction",
+    "tip_payload",
+    "base_tilt",
+    "cable_creep",
+)
 
 
 def questions(*names: str) -> tuple[Question, ...]:
@@ -111,9 +119,7 @@ def test_predicted_losses_are_those_of_a_recording_of_the_motion(monkeypatch: py
     choices = [(q.effect, q.suspects[0].shape) for q in asked]
     real = compare(at, (), choices, nuisances_at(at), fitter.whiten, clock_relaxed=True).with_zero_residual()
     planned = motion_judge(NECK, MACHINE, asked, NOISE).comparison(designed().designed.motion).with_zero_residual()
-    ratios = {
-        q.effect.name: loss_alone(planned, q.suspects[0]) / loss_alone(real, q.suspects[0]) for q in asked
-    }
+    ratios = {q.effect.name: loss_alone(planned, q.suspects[0]) / loss_alone(real, q.suspects[0]) for q in asked}
     assert all(1 / 3 < ratio < 3 for ratio in ratios.values()), ratios
 
 

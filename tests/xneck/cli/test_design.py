@@ -52,6 +52,24 @@ def test_the_table_is_a_motion_within_the_limits(tmp_path: Path, capfd: pytest.C
     np.testing.assert_allclose(found["start"]["theta_rad"], log.matrix("theta")[0])
 
 
+def test_effects_of_all_kinds_are_told_from_each_other(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """A description's number, a law, and one that they are told from as well."""
+    words = ("--for", "base_tilt", "--for", "actuator_gain", "--beside", "tip_payload", "--json", "-")
+    done = run(capfd, "design", FILE, "--out", tmp_path / "motion.csv", *SHORT, *words)
+    assert done.status == 0, done.err
+    found = json.loads(done.out)
+    assert [(a["effect"], a["beside"]) for a in found["effects"]] == [
+        ("base_tilt", None),
+        ("base_tilt", "actuator_gain"),
+        ("base_tilt", "tip_payload"),
+        ("actuator_gain", None),
+        ("actuator_gain", "base_tilt"),
+        ("actuator_gain", "tip_payload"),
+    ]
+    assert all(a["tells"] == (a["over_needed"] > 1) for a in found["effects"])
+    assert not any(p["for"] for p in found["parameters"])
+
+
 def test_a_stiffer_model_is_wound_less(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Ten times as stiff as it is taken for without a model, at the same tensions: motors stand nearer to slack."""
     stiff = [Parameter("k", j, 8.3e4, "N/m", 1.0, True) for j in (1, 2, 3, 4)]
@@ -75,6 +93,8 @@ def test_a_stiffer_model_is_wound_less(tmp_path: Path, capfd: pytest.CaptureFixt
     [
         (("--tension", "90", "30"), "leaves no range"),
         (("--for", "rust"), "unknown effect or parameter 'rust'"),
+        (("--for", "base_tilts"), "did you mean base_tilt?"),
+        (("--for", "base_tilt", "--beside", "k"), "k is no effect"),
         (("--tension", "60", "61"), "widen --tension"),
     ],
 )
