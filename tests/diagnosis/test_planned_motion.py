@@ -73,14 +73,13 @@ def judge(*names: str) -> MotionJudge:
     return motion_judge(NECK, MACHINE, questions(*names), NOISE)
 
 
-def test_it_tells_look_alikes_better_than_a_small_motion_and_than_those_it_began_from() -> None:
+def test_it_tells_look_alikes_better_than_a_small_motion() -> None:
     small = {(a.question.effect.name, a.question.beside): a for a in judge(*ALIKE).answers(small_motion())}
     assert len(small) == len(designed().answers) == 4
     for a in designed().answers:
         before = small[a.question.effect.name, a.question.beside]
         assert a.ratio > 1
         assert a.loss > 2 * before.loss
-    assert designed().designed.criterion < np.mean(designed().designed.drawn)
 
 
 def test_limits_hold() -> None:
@@ -110,8 +109,8 @@ def test_an_effect_that_is_all_another_one_does_is_not_told_from_it() -> None:
 
 
 def test_predicted_losses_are_those_of_a_recording_of_the_motion(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The generator makes the motion by other geometry and integration; what each effect leaves in the diagnosis of the synchronised
-    recording is what is said of it beforehand, within a factor of three."""
+    """The generator makes the motion by other geometry and integration. What each effect leaves in a diagnosis of the
+    synchronised recording is what is said of it beforehand, within a factor of two."""
     data = recorded(designed().designed.motion, monkeypatch)
     fitter = CauseFitter(as_described(NECK), [noise_ensemble(data, frame_angles(data), 0)])
     at = fitter.base_model().comparison.linearisation
@@ -120,7 +119,7 @@ def test_predicted_losses_are_those_of_a_recording_of_the_motion(monkeypatch: py
     real = compare(at, (), choices, nuisances_at(at), fitter.whiten, clock_relaxed=True).with_zero_residual()
     planned = motion_judge(NECK, MACHINE, asked, NOISE).comparison(designed().designed.motion).with_zero_residual()
     ratios = {q.effect.name: loss_alone(planned, q.suspects[0]) / loss_alone(real, q.suspects[0]) for q in asked}
-    assert all(1 / 3 < ratio < 3 for ratio in ratios.values()), ratios
+    assert all(0.5 < ratio < 2 for ratio in ratios.values()), ratios
 
 
 def recorded(motion: Trajectory, monkeypatch: pytest.MonkeyPatch) -> DataSet:

@@ -57,5 +57,5 @@ def test_a_table_without_tensions_and_a_motion_that_is_too_long_are_refused(
     with pytest.raises(ValueError, match=r"motion.csv: no columns tension1, tension2"):
         read_motion(tmp_path / "motion.csv")
     export_series(motion_series(designed), tmp_path / "long.csv")
-    with pytest.raises(ValueError, match="5 s does not fit into recordings of 3.6 s"):
+    with pytest.raises(ValueError, match=r"5 s does not fit into recordings of 3\.6 s"):
         next(make_arms([11], SHORT, motions=[read_motion(tmp_path / "long.csv")]))
