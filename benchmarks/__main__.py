@@ -39,6 +39,7 @@ TOPICS = {
         "hidden_by_noise",
         "ladder",
         "reliability",
+        "deciding_motions",
     )
 }
 

@@ -132,7 +132,9 @@ def _outcome(judged: Callable[[SeenArm], Record], arm: SeenArm) -> Record:
 def seen(arm: Arm, settings: Settings, noise: float) -> SeenArm:
     """The arm through a camera with this noise, deg."""
     noisy = replace(settings, noise_deg=noise)
-    films = [r.truth.filmed(noisy, [arm.seed, 2 + i, 1]) for i, r in enumerate(arm.recordings)]
+    films = [
+        r.truth.filmed(noisy, [arm.seed, 2 + i, 1]) for i, r in enumerate(arm.recordings, settings.first_recording)
+    ]
     return SeenArm(arm, tuple(films))
 
 

@@ -4,7 +4,7 @@ A seed that was counted first and used for setting something afterwards stands h
 Three generators take seeds, and the same seed is another world in each.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import chain
 
 _RULES = "the rules and thresholds of the diagnosis were set on it"
@@ -61,7 +61,7 @@ TUNED_WORLDS: Mapping[int, str] = dict(chain.from_iterable(((seed, why) for seed
 
 _TOLERANCES = "how causes are chosen jointly beside tolerances, when one is named, and when something unknown remains"
 
-_FORWARD_ARMS: tuple[tuple[range, str], ...] = (
+_FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
     (range(64), "how the noise of angles is read from their frames, and knots and rough motion of the state"),
     (range(1, 9), "the smoother of motor speeds, and up to which frequency the arm's equation is judged"),
     (
@@ -82,6 +82,10 @@ _FORWARD_ARMS: tuple[tuple[range, str], ...] = (
     (
         range(450, 481),
         "arms of 1 to 6 mechanisms and 1 to 8 cables: how well clocks take the motors' inertia to be known",
+    ),
+    (
+        (*range(437, 450), 495),
+        "with poor motions: how long and how poor they are, and how a designed motion is judged; creep that began before the log",
     ),
     (range(1162, 1165), "counted first; then a function of the force that takes most of it was refused"),
     (range(1200, 1206), "what stands in for effects of no catalogue was looked at"),

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.diagnose import Diagnosis
-from diagnosis.effect import Effect, LawEffect
+from diagnosis.effect import Effect
 from diagnosis.effects import EFFECTS
 
 _BY_SIGNATURE = {
@@ -16,6 +16,10 @@ _BY_SIGNATURE = {
 }
 """what to look for, by the kind of a signature"""
 _BY_OTHER_SIGNATURES = "look at the equations and conditions shown above: there something acts that is not known"
+_PLAY = (
+    "play motion.csv, which was made for this question within the limits of an arm like Fasquelle's, and diagnose its recording "
+    "together with these; this command makes one within limits of your own"
+)
 _DESIGN = "xneck design neck.yaml --model model.yaml {} --out motion.csv"
 
 
@@ -44,6 +48,8 @@ def advice(d: Diagnosis) -> tuple[Step, ...]:
     """By the verdict."""
     if d.verdict in ("cause", "ambiguous") or d.search.named:
         look_alikes = {c.effect.name: c.effect for named in d.search.named if len(named.tied) > 1 for c in named.tied}
+        if not look_alikes and d.verdict == "insufficient":
+            look_alikes = {named.effect.name: named.effect for named in d.search.named}
         return (*_tell_apart(tuple(look_alikes.values())), *_GO_ON)
     if d.verdict == "unknown":
         return (
@@ -51,7 +57,7 @@ def advice(d: Diagnosis) -> tuple[Step, ...]:
             Step("compare with a recording of the same motion on another day: what comes back belongs to the arm"),
         )
     if d.detectability.invisible:
-        return _make_visible(d.detectability.invisible)
+        return _make_visible(d.detectability.invisible, d.verdict == "insufficient")
     return (Step("nothing: the model may be used as it is"),)
 
 
@@ -60,22 +66,19 @@ def _tell_apart(effects: Sequence[Effect]) -> tuple[Step, ...]:
     if not effects:
         return ()
     steps = [Step(f"for {e.name.replace('_', ' ')}: {e.would_tell}") for e in effects]
-    if command := _design_command(effects):
-        steps.append(Step("play a motion made to tell them, and diagnose its recording", command))
-    return tuple(steps)
+    return (*steps, Step(_PLAY, _design_command(effects)))
 
 
-def _make_visible(names: Sequence[str]) -> tuple[Step, ...]:
-    """What would show effects that these recordings do not."""
+def _make_visible(names: Sequence[str], motion_written: bool) -> tuple[Step, ...]:
+    """What would show effects that these recordings do not; motion_written: whether a motion for it comes with the diagnosis."""
     effects = [EFFECTS[name] for name in names]
     would_tell = dict.fromkeys(e.would_tell for e in effects)
-    steps = [Step(f"to see {', '.join(name.replace('_', ' ') for name in names)}: {'; '.join(would_tell)}")]
-    if command := _design_command(effects):
-        steps.append(Step("a motion made for it", command))
-    return tuple(steps)
+    return (
+        Step(f"to see {', '.join(name.replace('_', ' ') for name in names)}: {'; '.join(would_tell)}"),
+        Step(_PLAY if motion_written else "this command makes a motion for it", _design_command(effects)),
+    )
 
 
 def _design_command(effects: Sequence[Effect]) -> str:
-    """The command that designs a motion for the laws among these effects, empty where there is none."""
-    laws = [f"--for {e.law}" for e in effects if isinstance(e, LawEffect)]
-    return _DESIGN.format(" ".join(laws)) if laws else ""
+    """The command that designs a motion for effects."""
+    return _DESIGN.format(" ".join(f"--for {e.name}" for e in effects))

@@ -62,6 +62,11 @@ def detectability(search: Search) -> Detectability:
     return Detectability(names, imitated, shown, tuple(invisible_places))
 
 
+def visible_numbers(count: int) -> Array:
+    """Amounts at which an effect should show, in sizes, (count,)."""
+    return np.full(count, _VISIBLE_SIZE)
+
+
 def _shows(effect: Effect, alone: float, loss: float) -> bool:
     """Whether an effect that makes a loss alone would show beside the loss that there is.
 
@@ -72,5 +77,5 @@ def _shows(effect: Effect, alone: float, loss: float) -> bool:
 def _effect_alone(comparison: Comparison, group: EffectColumns, columns: tuple[int, ...]) -> Comparison:
     """What an effect of a size that should show would leave at a place, if there were nothing else."""
     numbers = np.zeros(len(comparison.prior_sigma))
-    numbers[group.columns[list(columns)]] = _VISIBLE_SIZE
+    numbers[group.columns[list(columns)]] = visible_numbers(len(columns))
     return comparison.with_zero_residual().with_fixed(numbers)

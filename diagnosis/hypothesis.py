@@ -81,9 +81,9 @@ def as_described(neck: Neck) -> Hypothesis:
 
 def inactive_values(arm: Arm, law: str) -> dict[str, Array]:
     """Values at which a law does nothing: amounts zero, shapes at their size; without terms that base laws share with it."""
-    terms = [term for term in LAWS[law].terms if term.name not in _base_terms()]
+    terms = [term for term in LAWS[law].terms if term.name not in base_terms()]
     return {t.name: np.full(t.count(arm), t.size if t.low > 0 else 0.0) for t in terms}
 
 
-def _base_terms() -> set[str]:
+def base_terms() -> set[str]:
     return {term.name for name in BASE_LAWS for term in LAWS[name].terms}

@@ -83,7 +83,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
             "effects": list(visible.effects),
             "feigned": [[round(float(share), 3) for share in row] for row in visible.imitated],
         },
-        "look_alikes": _look_alikes(visible),
+        "look_alikes": look_alikes(visible),
     }
 
 
@@ -99,7 +99,8 @@ def _cause_json(named: NamedCause, cause: Cause, parameters: tuple[Parameter, ..
     }
 
 
-def _look_alikes(d: Detectability) -> list[dict[str, Any]]:
+def look_alikes(d: Detectability) -> list[dict[str, Any]]:
+    """Pairs of effects of which one could feign the other in these recordings, or all but a small part of it."""
     return [
         {"effect": a, "feigned_by": b, "share": float(d.imitated[i, j])}
         for i, a in enumerate(d.effects)

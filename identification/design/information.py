@@ -45,8 +45,8 @@ class AngleNoise:
         return self.sigma**2 / self.frame_hz
 
 
-def noise_free_signals(motion: Trajectory) -> Signals:
-    """The signals of the motion if it were recorded without noise."""
+def noise_free_signals(motion: Trajectory, clock_sigma: tuple[float, float] = (0.0, 0.0)) -> Signals:
+    """The signals of the motion if it were recorded without noise; clock_sigma: s, of its clock, and where laws are in doubt."""
     arm = motion.arm
     jacobian, k = Z(arm, motion.alpha), terms(arm, motion.alpha, motion.alpha_d)
     step = float(motion.time[1] - motion.time[0])
@@ -71,8 +71,8 @@ def noise_free_signals(motion: Trajectory) -> Signals:
         x=motion.x,
         x_d=motion.x_d,
         low_pass=decimating_filter(step, np.ones(len(motion.time), dtype=bool)),
-        clock_sigma=(0.0, 0.0),
-        relaxed_clock_sigma=0.0,
+        clock_sigma=(clock_sigma[0], 0.0),
+        relaxed_clock_sigma=clock_sigma[1],
         angle_sigma=np.zeros(arm.N),
     )
 

@@ -11,12 +11,13 @@ from identification.identifiability import term_label
 
 
 def motion_series(motion: Trajectory) -> Series:
-    """Columns time, alphaI, thetaJ, fJ, as a controller plays them."""
+    """Columns time, alphaI, thetaJ, fJ, as a controller plays them, and the cables' tensions tensionJ, N."""
     return Series(
         motion.time,
         numbered_columns("alpha", motion.alpha)
         | numbered_columns("theta", motion.theta)
-        | numbered_columns("f", motion.f),
+        | numbered_columns("f", motion.f)
+        | numbered_columns("tension", motion.tension),
     )
 
 

@@ -1,4 +1,4 @@
-"""The motion that determines given parameters best: D-optimal within limits.
+"""The motion that determines given parameters best: D-optimal within limits. What else it is to show may count beside them.
 
 Random shapes at first; then the best one is changed, one tone or one signal's reach at a time, and improvements are kept.
 """
@@ -68,27 +68,26 @@ class DesignedMotion:
     target: DesignTarget
     sigma: Array
     """of the parameter vector, (P,)"""
-    drawn_logdet: tuple[float, ...]
-    """log det of the target's covariance for each random shape"""
-    logdet: float
-    """log det of the target's covariance for the motion"""
+    drawn: tuple[float, ...]
+    """criterion of each random shape: log det of the target's covariance, and what else counts; less is better"""
+    criterion: float
+    """the same of the motion"""
 
 
 def design_target(machine: Machine, names: Sequence[str] = DEFAULT_TARGETS) -> DesignTarget:
-    """Parameters by name (`k`), or all of a law by its name (`cable_hardening`), beside those that are fitted in any case.
+    """Parameters by name (`k`), beside those that are fitted in any case.
 
-    A law that the machine does not follow is judged with its terms at their size. Raises Refused for unknown names.
+    A parameter of a law that the machine does not follow is judged with the law's terms at their size. Raises Refused for unknown
+    names.
     """
     machine_terms = {term.name for term in terms_of(machine.names)}
     law_of = {term.name: law for law in LAWS.values() for term in law.terms}
-    laws, targets = list(machine.names), []
+    laws = list(machine.names)
     for name in names:
-        if name not in LAWS and name not in law_of:
-            raise Refused("design --for", f"unknown parameter {quoted(name)}", valid_words(name, [*law_of, *LAWS]))
-        law = LAWS.get(name) or law_of[name]
-        if name in LAWS or name not in machine_terms:
-            laws += [law.name] * (law.name not in laws)
-        targets += [term.name for term in law.terms] if name in LAWS else [name]
+        if name not in law_of:
+            raise Refused("design --for", f"unknown parameter {quoted(name)}", valid_words(name, law_of))
+        if name not in machine_terms:
+            laws += [law_of[name].name] * (law_of[name].name not in laws)
     u = unknowns(machine.arm, laws, 1)
     p = np.zeros(len(u.entries))
     for i, e in enumerate(u.entries):
@@ -96,13 +95,15 @@ def design_target(machine: Machine, names: Sequence[str] = DEFAULT_TARGETS) -> D
             values = machine.values.get(e.term.name)
             count = e.term.count(machine.arm)
             p[i] = e.term.size if values is None else np.broadcast_to(values, (count,))[(e.index or 1) - 1]
-    chosen = [i for i, e in enumerate(u.entries) if e.recording is None and e.term.name in targets]
-    return DesignTarget(u, p, np.array(chosen))
+    chosen = [i for i, e in enumerate(u.entries) if e.recording is None and e.term.name in names]
+    return DesignTarget(u, p, np.array(chosen, dtype=int))
 
 
 def logdet(motion: Trajectory, target: DesignTarget, noise: AngleNoise) -> float:
     """log det of the target's covariance, in sizes of the terms: the lower, the better the motion determines it."""
     u = target.unknowns
+    if not len(target.chosen):
+        return 0.0
     covariance = covariance_from(fisher_information(noise_free_signals(motion), u, target.p, noise))
     size = u.size[target.chosen]
     return float(np.linalg.slogdet(covariance[np.ix_(target.chosen, target.chosen)] / np.outer(size, size))[1])
@@ -116,17 +117,20 @@ def design_motion(
     noise: AngleNoise,
     options: SearchOptions,
     progress: Callable[[int], object] = lambda tried: None,
+    also: Callable[[Trajectory], float] = lambda motion: 0.0,
 ) -> DesignedMotion:
     """The best of random shapes, improved by changing one coordinate after the other; `progress` is called with 1 for each trial.
 
-    Raises Refused where nothing moves within the limits.
+    also: what else is to be small, added to the log det of the target's covariance. Raises Refused where nothing moves within the
+    limits.
     """
     rng = np.random.default_rng(options.seed)
     signals = machine.arm.N + tension_levels(machine.arm).shape[1]
     hertz = tone_frequencies(signals, options.seconds, options.band_hz)
 
     def judged(shape: FourierShape) -> float:
-        value = logdet(trajectory(machine, shape, limits, options.seconds, _SEARCH_HZ), target, noise)
+        motion = trajectory(machine, shape, limits, options.seconds, _SEARCH_HZ)
+        value = logdet(motion, target, noise) + also(motion)
         progress(1)
         return value
 
@@ -140,7 +144,13 @@ def design_motion(
             best, lowest = changed, value
     motion = trajectory(machine, best, limits, options.seconds, CONTROLLER_HZ)
     information = fisher_information(noise_free_signals(motion), target.unknowns, target.p, noise)
-    return DesignedMotion(motion, target, predicted_sigma(information), tuple(values), logdet(motion, target, noise))
+    return DesignedMotion(
+        motion=motion,
+        target=target,
+        sigma=predicted_sigma(information),
+        drawn=tuple(values),
+        criterion=logdet(motion, target, noise) + also(motion),
+    )
 
 
 def _changed(shape: FourierShape, trial: int, rng: np.random.Generator) -> FourierShape:

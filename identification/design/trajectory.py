@@ -51,6 +51,10 @@ class MotionLimits:
     """largest force of a motor, N on its cable"""
 
 
+USUAL_LIMITS = MotionLimits(float(np.radians(30.0)), 300.0, (20.0, 112.0))
+"""those of an arm like Fasquelle's, unless others are given"""
+
+
 @dataclass(frozen=True)
 class Trajectory:
     """Rows of even steps; joints N, cables M; SI units and radians."""

@@ -7,6 +7,7 @@ from typing import Any
 
 from samples.forward_arms.arms import make_arms
 from samples.forward_arms.files import write_arm
+from samples.forward_arms.given_motion import read_motion
 from samples.forward_arms.settings import Settings
 
 _OPTIONS = {
@@ -27,6 +28,9 @@ def main() -> None:
     """Command line of the generator."""
     parser = argparse.ArgumentParser(prog="python -m samples.forward_arms", description=__doc__)
     parser.add_argument("--out", type=Path, required=True, help="folder for arm1, arm2, ...")
+    parser.add_argument(
+        "--play", type=Path, help="motion.csv of `xneck design`, played in the place of motions that are drawn"
+    )
     parser.add_argument("--arms", type=int, default=4)
     parser.add_argument("--seed", type=int, default=0, help="of the first arm; the next have the next")
     defaults = {f.name: f.default for f in fields(Settings)}
@@ -51,11 +55,12 @@ def main() -> None:
             f"--{name}", type=float, nargs=2, default=default, help=f"least and greatest {text} ({default})"
         )
     chosen: dict[str, Any] = vars(parser.parse_args())
-    out, seed, arms = chosen.pop("out"), chosen.pop("seed"), chosen.pop("arms")
+    out, seed, arms, play = (chosen.pop(name) for name in ("out", "seed", "arms", "play"))
+    motions = [read_motion(play)] * arms if play else None
     for name in ("damping", "exposure", "tension_range"):
         chosen[name] = tuple(chosen[name])
     settings = Settings(**chosen)
-    for i, arm in enumerate(make_arms(range(seed, seed + arms), settings)):
+    for i, arm in enumerate(make_arms(range(seed, seed + arms), settings, motions=motions)):
         write_arm(arm, out / f"arm{i + 1}", settings)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from samples.forward_arms.camera import Film, film
 from samples.forward_arms.controller import planned
 from samples.forward_arms.drawing import built, drawn
+from samples.forward_arms.given_motion import GivenMotion
 from samples.forward_arms.laws import Law
 from samples.forward_arms.plant import ROW, Array, Plant
 from samples.forward_arms.settings import Settings
@@ -67,11 +68,15 @@ class Arm:
 
 
 def make_arms(
-    seeds: Sequence[int], settings: Settings | None = None, hidden: Sequence[Sequence[Law]] | None = None
+    seeds: Sequence[int],
+    settings: Settings | None = None,
+    hidden: Sequence[Sequence[Law]] | None = None,
+    motions: Sequence[GivenMotion | None] | None = None,
 ) -> Iterator[Arm]:
     """Arms in the order of their seeds; those of one batch are integrated when the first of them is asked for.
 
     hidden: laws of each arm, in the place of those of the settings; a seed may then come several times, with other laws.
+    motions: of each arm, played in all its recordings in the place of one that is drawn, if there is one.
 
     The same call gives the same numbers. An arm in another batch is the same arm, and its recordings agree until rounding
     errors of the last digit have moved an encoder's count.
@@ -82,10 +87,16 @@ def make_arms(
     each = max(1, settings.columns // settings.recordings)
     for begin in range(0, len(seeds), each):
         batch = slice(begin, begin + each)
-        yield from _batch(list(seeds[batch]), settings, [tuple(own) for own in hidden[batch]])
+        given = [None] * len(seeds[batch]) if motions is None else list(motions[batch])
+        yield from _batch(list(seeds[batch]), settings, [tuple(own) for own in hidden[batch]], given)
 
 
-def _batch(seeds: list[int], settings: Settings, laws: list[tuple[Law, ...]]) -> Iterator[Arm]:
+def _batch(
+    seeds: list[int], settings: Settings, laws: list[tuple[Law, ...]], motions: Sequence[GivenMotion | None]
+) -> Iterator[Arm]:
+    for motion in motions:
+        if motion and motion.seconds > settings.seconds:
+            raise ValueError(f"a motion of {motion.seconds:g} s does not fit into recordings of {settings.seconds:g} s")
     drawings = [drawn(settings, seed) for seed in seeds]
     plants = []
     for seed, drawing, own in zip(seeds, drawings, laws, strict=True):
@@ -93,9 +104,10 @@ def _batch(seeds: list[int], settings: Settings, laws: list[tuple[Law, ...]]) ->
         for law in own:
             plant = law.altered(plant)
         plants.append(plant)
-    columns = [(a, [seeds[a], 2 + r]) for a in range(len(seeds)) for r in range(settings.recordings)]
+    numbers = range(settings.first_recording, settings.first_recording + settings.recordings)
+    columns = [(a, [seeds[a], 2 + r]) for a in range(len(seeds)) for r in numbers]
     time = row_times(settings)
-    plans = [planned(settings, drawings[a], np.random.default_rng(seed), time) for a, seed in columns]
+    plans = [planned(settings, drawings[a], np.random.default_rng(seed), time, motions[a]) for a, seed in columns]
     played = play(
         settings, [plants[a] for a, _ in columns], [laws[a] for a, _ in columns], plans, [s for _, s in columns]
     )

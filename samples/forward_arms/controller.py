@@ -7,6 +7,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from samples.forward_arms.cables import lengths, levers
 from samples.forward_arms.dynamics import equations
+from samples.forward_arms.given_motion import GivenMotion
 from samples.forward_arms.joints import folded, placed
 from samples.forward_arms.motion import asked
 from samples.forward_arms.plant import ROW, Array, Plant, side_by_side
@@ -40,8 +41,13 @@ class Plan:
     """(M,), N s/rad"""
 
 
-def planned(settings: Settings, drawing: Plant, rng: np.random.Generator, time: Array) -> Plan:
-    """At the rows' log times (s), with the numbers of the drawing: the controller knows no others."""
+def planned(
+    settings: Settings, drawing: Plant, rng: np.random.Generator, time: Array, given: GivenMotion | None = None
+) -> Plan:
+    """At the rows' log times (s), with the numbers of the drawing: the controller knows no others.
+
+    given: the motion, in the place of one that is drawn; its tensions give way where the drawing needs others for its angles.
+    """
     plant = side_by_side([drawing])
     travel = plant.travel
 
@@ -50,11 +56,11 @@ def planned(settings: Settings, drawing: Plant, rng: np.random.Generator, time: 
         run = np.einsum("imt,it->mt", levers(plant, folded(plant, alpha)), alpha_d) / travel
         return float(np.abs(run).max())
 
-    if settings.motion_of == "tensions":
+    if settings.motion_of == "tensions" and given is None:
         alpha, t = pulled(settings, drawing, rng, time)
         fold = folded(plant, alpha)
     else:
-        wish = asked(settings, drawing, rng, time, speed)
+        wish = given.asked(time) if given else asked(settings, drawing, rng, time, speed)
         alpha = wish.alpha
         alpha_d = np.gradient(alpha, ROW, axis=1)
         fold = folded(plant, alpha)

@@ -23,7 +23,7 @@ FURTHEST = np.radians(120.0)
 
 @dataclass(frozen=True)
 class Asked:
-    """Joint angles (N, T), rad, and tensions that the others go about (T,), N."""
+    """Joint angles (N, T), rad, and tensions, N: (T,) what all cables' go about, or (M, T) each cable's."""
 
     alpha: Array
     about: Array

@@ -44,6 +44,8 @@ class Settings:
 
     seconds: float = 60.0
     recordings: int = 2
+    first_recording: int = 0
+    """number of the first: others of the same arm have another motion, other clocks and other noise"""
     motion: Literal["rich", "slow"] = "rich"
     motion_of: Literal["joints", "tensions"] = "joints"
     """what is asked of the arm: angles of its joints, or tensions of its cables (for arms with too few cables for any angles)"""

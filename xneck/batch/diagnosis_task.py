@@ -5,11 +5,16 @@ from pathlib import Path
 from typing import Any
 
 from diagnosis import extended_model, record
-from diagnosis.diagnose import diagnose
-from identification.dataset.dataset_file import read_dataset
+from diagnosis.deciding_motion import answers_json, deciding_motion
+from diagnosis.diagnose import Diagnosis, diagnose
+from identification.dataset.dataset import DataSet
+from identification.dataset.dataset_file import export_series, read_dataset
+from identification.design.result import motion_series
+from identification.design.trajectory import USUAL_LIMITS
 from identification.model_file import write_model
 from xneck.recording.result_files import (
     DATASET,
+    DECIDING_MOTION,
     DIAGNOSIS_FILES,
     DIAGNOSIS_PAGE,
     DIAGNOSIS_RECORD,
@@ -19,6 +24,7 @@ from xneck.recording.result_files import (
 from xneck.recording.software_versions import software_versions
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 from xneck.report.diagnosis_text import diagnosis_sentence
+from xneck_foundation.errors import Refused
 from xneck_foundation.folder_lock import only_run_in
 from xneck_foundation.json_text import json_text, read_record
 from xneck_foundation.one_blas_thread import one_blas_thread
@@ -53,6 +59,7 @@ def _diagnose_into(
     origin = provenance(inputs)
     result = record.as_json(diagnosis) | {
         "sentence": diagnosis_sentence(diagnosis),
+        "motion": _deciding_motion(folder / DECIDING_MOTION, diagnosis, fitted),
         "provenance": origin,
         "made_from": _made_from(origin),
     }
@@ -67,6 +74,19 @@ def _diagnose_into(
     write_diagnosis_report(DiagnosisResult(name, diagnosis, origin), folder / DIAGNOSIS_PAGE)
     write_text(folder / DIAGNOSIS_RECORD, json_text(result))
     return result, record.as_text(diagnosis)
+
+
+def _deciding_motion(file: Path, diagnosis: Diagnosis, fitted: Sequence[DataSet]) -> dict[str, Any] | None:
+    """Writes the motion that would settle the diagnosis, and says how; None, and no file, where nothing is open."""
+    file.unlink(missing_ok=True)  # of an earlier diagnosis in this folder
+    try:
+        deciding = deciding_motion(diagnosis, fitted, USUAL_LIMITS)
+    except Refused as refused:  # an arm for which no motion is found is diagnosed all the same
+        return {"file": None, "why": str(refused)}
+    if deciding is None:
+        return None
+    export_series(motion_series(deciding.designed.motion), file)
+    return {"file": file.name, "effects": answers_json(deciding), "reached": deciding.designed.motion.reached()}
 
 
 def stored_diagnosis(folder: Path, datasets: Sequence[Path], held_out: Sequence[Path]) -> dict[str, Any] | None:

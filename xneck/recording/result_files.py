@@ -17,7 +17,16 @@ ALL_FILES = (*STAGE_FILES, *VIEWER_FILES, REPORT, FIGURES, RESULT, REFUSED)
 DIAGNOSIS_PAGE = "diagnosis.html"
 DIAGNOSIS_RECORD = "diagnosis.json"
 EXTENDED_NECK, EXTENDED_MODEL = "neck.yaml", "model.yaml"
-DIAGNOSIS_FILES = (DIAGNOSIS_PAGE, "diagnosis.figures.json", EXTENDED_NECK, EXTENDED_MODEL, DIAGNOSIS_RECORD)
+DECIDING_MOTION = "motion.csv"
+"""the motion that would settle a diagnosis, where it is not settled"""
+DIAGNOSIS_FILES = (
+    DIAGNOSIS_PAGE,
+    "diagnosis.figures.json",
+    EXTENDED_NECK,
+    EXTENDED_MODEL,
+    DECIDING_MOTION,
+    DIAGNOSIS_RECORD,
+)
 DIAGNOSIS_FOLDER = "diagnosis"
 """folder, beside those of the recordings, with the diagnosis of all"""
 

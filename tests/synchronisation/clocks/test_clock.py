@@ -151,7 +151,7 @@ def test_cables_that_were_pulled_before_the_log_hardly_move_the_clock(start_m: f
     made = recording("linear elastic", 100)
     t = made.log.time - made.log.time[0]
     turns = start_m * np.exp(-t / 5.0)[:, None] / arm().drum
-    columns = made.log.columns | numbered_columns("theta", made.log.matrix("theta") + turns)
+    columns = dict(made.log.columns) | numbered_columns("theta", made.log.matrix("theta") + turns)
     clock = fit_clock(arm(), made.angles, Series(made.log.time, columns))
     assert not clock.lost.losses
     assert abs(error_of(clock, made)) < 3.5 * clock.offset_sigma < 2e-3

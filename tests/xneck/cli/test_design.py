@@ -31,11 +31,13 @@ def test_the_table_is_a_motion_within_the_limits(tmp_path: Path, capfd: pytest.C
         "--for",
         "k",
         "--for",
-        "cable_hardening",
+        "k2",
     )
     done = run(capfd, "design", FILE, "--out", out, *SHORT, *words, "--json", "-")
     assert done.status == 0, done.err
-    assert out.read_text().splitlines()[0] == "time,alpha1,alpha2,alpha3,theta1,theta2,theta3,theta4,f1,f2,f3,f4"
+    assert out.read_text().splitlines()[0] == (
+        "time,alpha1,alpha2,alpha3,theta1,theta2,theta3,theta4,f1,f2,f3,f4,tension1,tension2,tension3,tension4"
+    )
     table = read_table(out, ["alpha1", "alpha2", "alpha3"])
     np.testing.assert_allclose(np.diff(table.time), 0.002, atol=1e-9)
     assert table.time[-1] == pytest.approx(8.0)
@@ -44,10 +46,28 @@ def test_the_table_is_a_motion_within_the_limits(tmp_path: Path, capfd: pytest.C
     assert np.abs(np.diff(log.matrix("theta"), axis=0) / 0.002).max() <= 150
     found = json.loads(done.out)
     asked = {(p["name"], p["index"]) for p in found["parameters"] if p["for"]}
-    assert asked == {(name, j) for name in ("k", "k2") for j in (1, 2, 3, 4)} | {("nh", None)}
+    assert asked == {(name, j) for name in ("k", "k2") for j in (1, 2, 3, 4)}
     assert all(p["sigma"] > 0 for p in found["parameters"])
     assert found["reached"]["tension_min_N"] > 25
     np.testing.assert_allclose(found["start"]["theta_rad"], log.matrix("theta")[0])
+
+
+def test_effects_of_all_kinds_are_told_from_each_other(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """A description's number, a law, and one that they are told from as well."""
+    words = ("--for", "base_tilt", "--for", "actuator_gain", "--beside", "tip_payload", "--json", "-")
+    done = run(capfd, "design", FILE, "--out", tmp_path / "motion.csv", *SHORT, *words)
+    assert done.status == 0, done.err
+    found = json.loads(done.out)
+    assert [(a["effect"], a["beside"]) for a in found["effects"]] == [
+        ("base_tilt", None),
+        ("base_tilt", "actuator_gain"),
+        ("base_tilt", "tip_payload"),
+        ("actuator_gain", None),
+        ("actuator_gain", "base_tilt"),
+        ("actuator_gain", "tip_payload"),
+    ]
+    assert all(a["tells"] == (a["over_needed"] > 1) for a in found["effects"])
+    assert not any(p["for"] for p in found["parameters"])
 
 
 def test_a_stiffer_model_is_wound_less(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -72,7 +92,9 @@ def test_a_stiffer_model_is_wound_less(tmp_path: Path, capfd: pytest.CaptureFixt
     ("words", "said"),
     [
         (("--tension", "90", "30"), "leaves no range"),
-        (("--for", "rust"), "unknown parameter 'rust'"),
+        (("--for", "rust"), "unknown effect or parameter 'rust'"),
+        (("--for", "base_tilts"), "did you mean base_tilt?"),
+        (("--for", "base_tilt", "--beside", "k"), "k is no effect"),
         (("--tension", "60", "61"), "widen --tension"),
     ],
 )
