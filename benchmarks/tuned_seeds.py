@@ -84,7 +84,7 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
         "arms of 1 to 6 mechanisms and 1 to 8 cables: how well clocks take the motors' inertia to be known",
     ),
     (
-        (*range(437, 450), 495),
+        (*range(437, 450), *range(495, 500)),
         "with poor motions: how long and how poor they are, and how a designed motion is judged; creep that began before the log",
     ),
     (range(1162, 1165), "counted first; then a function of the force that takes most of it was refused"),

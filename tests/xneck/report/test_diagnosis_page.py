@@ -13,6 +13,12 @@ from diagnosis import record
 from diagnosis.advice import advice
 from diagnosis.cause_search import Rival
 from diagnosis.diagnose import Diagnosis, diagnose
+<<<<<<< HEAD
+=======
+from diagnosis.motion_questions import open_questions
+from diagnosis.planned_motion import loss_alone
+from mechanism.description import read_neck
+>>>>>>> motion
 from samples.generator.hidden.experiment import hide
 from tests.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
 from tests.xneck.report.hidden_recordings import read_recordings
@@ -117,15 +123,31 @@ def test_every_verdict_has_its_sentence_its_advice_and_its_page(
     alike = two_alike(found)
     assert "cannot tell which" in diagnosis_sentence(alike)
     commands = [step.command for step in advice(alike)]
-    assert (
-        "xneck design neck.yaml --model model.yaml --for actuator_gain --for actuator_offset --out motion.csv"
-        in commands
-    )
+    asked = "--for tip_payload --for actuator_gain --for actuator_offset"
+    assert f"xneck design neck.yaml --model model.yaml {asked} --out motion.csv" in commands
     for d in (unknown, unnamed(found, "consistent", ""), unnamed(found, "insufficient", "too short"), alike):
         write_diagnosis_report(replace(result, diagnosis=d), tmp_path / "page.html")
         page = Elements((tmp_path / "page.html").read_text(encoding="utf-8"))
         assert ("extended model" in page.text) == bool(d.search.named)
         assert advice(d)
+
+
+def test_what_a_diagnosis_leaves_open_is_asked_of_its_motion(found: Diagnosis) -> None:
+    """Each of three that explain alike beside each other one, as large as the recordings show; nothing where it is settled."""
+    assert not open_questions(found)
+    asked = open_questions(two_alike(found))
+    names = ("tip_payload", "actuator_gain", "actuator_offset")
+    pairs = {(q.effect.name, q.beside.name) for q in asked if q.beside}
+    assert pairs == {(a, b) for a in names for b in names if a != b}
+    assert len(asked) == len(pairs)
+    (named,) = found.search.named
+    nothing_else = found.search.every_effect.with_zero_residual()
+    for q in asked:
+        (suspect,) = q.suspects
+        if suspect.effect is not named.effect:
+            assert loss_alone(nothing_else, suspect) == pytest.approx(named.gain, rel=0.5)
+    untold = open_questions(unnamed(found, "insufficient", "too short"))
+    assert {q.effect.name for q in untold} == set(found.detectability.invisible)
 
 
 def test_what_figures_show_is_in_the_record(found: Diagnosis) -> None:
