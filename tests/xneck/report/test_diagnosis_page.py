@@ -13,12 +13,8 @@ from diagnosis import record
 from diagnosis.advice import advice
 from diagnosis.cause_search import Rival
 from diagnosis.diagnose import Diagnosis, diagnose
-<<<<<<< HEAD
-=======
 from diagnosis.motion_questions import open_questions
 from diagnosis.planned_motion import loss_alone
-from mechanism.description import read_neck
->>>>>>> motion
 from samples.generator.hidden.experiment import hide
 from tests.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
 from tests.xneck.report.hidden_recordings import read_recordings
