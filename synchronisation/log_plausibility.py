@@ -74,7 +74,8 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
         _check_theta_units(neck, motion, factors.value, wrong)
         _check_degrees(arm, time, alpha, even)
         what = _travel_words(factors.value, wrong)
-        raise Refused("log", what, "check R, rd and theta_scale of these motors in neck.yaml")
+        remedy = "check R, rd and theta_scale of these motors in neck.yaml; is one of these cables slack?"
+        raise Refused("log", what, remedy)
     if motion.force.shape[1] == 0 or np.any(motion.signs < 0) or not np.all(motion.follows):
         return warnings
     if np.any(yielding > WRONG_WAY_SIGMA) and not np.any(yielding < -WRONG_WAY_SIGMA):
