@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from diagnosis.diagnose import Diagnosis
+from diagnosis.diagnose import Diagnosis, unlisted_law
 from diagnosis.effect import Effect
 from diagnosis.effects import EFFECTS
 
@@ -15,6 +15,17 @@ _BY_SIGNATURE = {
     "constant": "look for a load, a spring or an offset that neck.yaml does not know",
 }
 """what to look for, by the kind of a signature"""
+BY_VARIABLE = {
+    "force": "measure what force arrives when much is commanded: motors saturate, and gears rub by their load",
+    "tension": "look for what cables rub on, and at the drums' bearings",
+    "motor's turn": "look for teeth, poles or a bent shaft that come round with the motor",
+    "drum's turn": "look for a drum that is not round, or rope that climbs on itself",
+    "motor's speed": "look for friction that is neither dry nor viscous",
+    "time": _BY_SIGNATURE["drift"],
+    "joint's angle": "look for a hose, a wire or a stop against which the joint bends",
+    "joint's speed": "look for a damper, or for air that is moved",
+}
+"""what to look for, by the variable that the rest follows"""
 _BY_OTHER_SIGNATURES = "look at the equations and conditions shown above: there something acts that is not known"
 _PLAY = (
     "play motion.csv, which was made for this question within the limits of an arm like Fasquelle's, and diagnose its recording "
@@ -52,8 +63,11 @@ def advice(d: Diagnosis) -> tuple[Step, ...]:
             look_alikes = {named.effect.name: named.effect for named in d.search.named}
         return (*_tell_apart(tuple(look_alikes.values())), *_GO_ON)
     if d.verdict == "unknown":
+        look_for = _BY_SIGNATURE.get(d.signature.kind, _BY_OTHER_SIGNATURES)
+        if unlisted_law(d.search) and d.search.unlisted:
+            look_for = BY_VARIABLE[d.search.unlisted.function.variable.name]
         return (
-            Step(_BY_SIGNATURE.get(d.signature.kind, _BY_OTHER_SIGNATURES)),
+            Step(look_for),
             Step("compare with a recording of the same motion on another day: what comes back belongs to the arm"),
         )
     if d.detectability.invisible:

@@ -209,12 +209,11 @@ def _held_out(
 
 def _verdict(search: Search, visible: Detectability, left: Sequence[Remainder], holds: bool) -> tuple[str, str]:
     """The verdict and why; holds: whether causes explain the recordings that were not fitted too, if there are any."""
+    law = unlisted_law(search)
     if not search.named:
         if search.first.excess.above_noise:
-            return (
-                "unknown",
-                f"the data differ from the model, and no cause that is known explains it{_follows(search)}",
-            )
+            why = "the data differ from the model, and no cause that is known explains it"
+            return "unknown", "; ".join(filter(None, [why, law]))
         if len(visible.invisible) > MAX_INVISIBLE_SHARE * len(visible.effects):
             return "insufficient", f"these recordings could not show {', '.join(visible.invisible)}"
         return "consistent", "nothing stands above noise"
@@ -226,7 +225,7 @@ def _verdict(search: Search, visible: Detectability, left: Sequence[Remainder], 
     remains = ""
     if plain:
         remains = f"something unknown remains: {plain[0].equation} is left with {plain[0].ratio:.1f} times noise"
-        remains += _follows(search)
+        remains = "; ".join(filter(None, [remains, law]))
     if max(len(named.tied) for named in search.named) >= TOO_MANY_TIED:
         return "insufficient", "; ".join(filter(None, ["too many causes explain the data alike", remains]))
     if any(len(named.tied) > 1 for named in search.named):
@@ -234,10 +233,12 @@ def _verdict(search: Search, visible: Detectability, left: Sequence[Remainder], 
     return "cause", remains
 
 
-def _follows(search: Search) -> str:
+def unlisted_law(search: Search) -> str:
     """What of the rest a function of one variable would explain, in words; nothing where none explains a good part."""
     rest = search.unlisted
     if rest is None or rest.explains < MIN_EXPLAINED:
         return ""
     function = rest.function
-    return f"; a law of the {function.equation} that follows the {function.follows} would explain {rest.explains:.0%} of it"
+    return (
+        f"a law of the {function.equation} that follows the {function.follows} would explain {rest.explains:.0%} of it"
+    )

@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from diagnosis.advice import BY_VARIABLE
 from diagnosis.cause_fit import CauseFitter
-from diagnosis.free_function import FREE_FUNCTIONS, FreeFit, best_free_function
+from diagnosis.free_function import FREE_FUNCTIONS, VARIABLES, FreeFit, best_free_function
 from diagnosis.hypothesis import as_described
 from diagnosis.noise_ensemble import noise_ensemble
 from identification.dataset.dataset import DataSet
@@ -16,6 +17,10 @@ from identification.dataset.series import Series, numbered_columns
 from tests.identification.test_estimates import recording
 
 Array = np.ndarray
+
+
+def test_there_is_advice_for_every_variable() -> None:
+    assert set(BY_VARIABLE) == {variable.name for variable in VARIABLES}
 
 
 def explained(data: DataSet) -> FreeFit:

@@ -8,7 +8,7 @@ from diagnosis.cause import Cause
 from diagnosis.cause_parameters import parameters_of
 from diagnosis.cause_search import CauseCandidate
 from diagnosis.cause_share import cause_shares
-from diagnosis.diagnose import Diagnosis
+from diagnosis.diagnose import Diagnosis, unlisted_law
 from diagnosis.held_out_gain import Gain
 from diagnosis.record import probability
 from xneck.report.key_number import KeyNumber
@@ -26,7 +26,8 @@ def diagnosis_sentence(d: Diagnosis) -> str:
     """The verdict in words: the cause, where it is, its size, and the gain on recordings that were not fitted."""
     if d.verdict == "unknown":
         signed = signature_record.words(d.signature, d.extended.arm.M).replace("+-", "±")
-        return f"Something is wrong that no known cause explains: {signed}.{_misfit_sentence(d)}"
+        told = unlisted_law(d.search) or signed
+        return f"Something is wrong that no known cause explains: {told}.{_misfit_sentence(d)}"
     if d.verdict == "consistent":
         worst = int(d.before.ratio.argmax())
         name = signature_record.channel_names(d.extended.arm.M, d.extended.arm.N)[worst]
