@@ -22,7 +22,7 @@ from diagnosis.free_function import FreeFit, FreeFits
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.remainder import MAX_REMAINDER
-from diagnosis.stepwise import Choices, Option, chosen_jointly
+from diagnosis.stepwise import Choices, Option, best_addition, chosen_jointly
 from identification.whitening import Whitener
 from mechanism.arm import Arm
 
@@ -181,15 +181,19 @@ def _with_all_causes(
     beside, by_chance = every_effect, _by_chance(every_effect, seed)
     for _ in range(_MAX_CHOICES):
         choices, offered = _choices(last, beside, given_up)
-        start = list(range(len(last.causes)))
-        chosen = chosen_jointly(choices, start, _least_gains(last, offered, by_chance), 1 - SINGLE_PLACE_SHARE)
+        start, least_gains = list(range(len(last.causes))), _least_gains(last, offered, by_chance)
+        chosen = chosen_jointly(choices, start, least_gains, 1 - SINGLE_PLACE_SHARE)
         if sorted(chosen) == start:
             break
         after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
-        added = {offered[i].effect.name for i in chosen if i not in start}
+        added = [i for i in chosen if i not in start]
+        alone = best_addition(choices, start, least_gains, 1 - SINGLE_PLACE_SHARE) if len(added) > 1 else None
+        if alone is not None and not _is_better(after, last, by_chance):
+            # where straight lines mislead, one cause may, and take a right one with it
+            after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, alone]))
         if not _is_better(after, last, by_chance):
             if added:
-                given_up |= added
+                given_up |= {offered[i].effect.name for i in added}
                 continue
             after = _without_the_least(fitter, last, choices, [i for i in start if i not in chosen], by_chance)
             if after is None:

@@ -76,16 +76,17 @@ def chosen_jointly(
         before = list(chosen)
         chosen = _without_needless(choices, chosen, least_gain)
         chosen = _exchanged(choices, chosen, start, least_gain, simpler_share)
-        if (best := _best_addition(choices, chosen, least_gain, simpler_share)) is not None:
+        if (best := best_addition(choices, chosen, least_gain, simpler_share)) is not None:
             chosen.append(best)
         if sorted(chosen) == sorted(before):
             break
     return chosen
 
 
-def _best_addition(
+def best_addition(
     choices: Choices, chosen: Sequence[int], least_gain: Callable[[int, float], float], simpler_share: float
 ) -> int | None:
+    """The option that is best added to those chosen, by number; None where none is worth it. As `chosen_jointly`."""
     loss, taken = choices.loss(chosen), {choices.options[i].effect for i in chosen}
     gains = {
         i: loss - choices.loss([*chosen, i]) for i, option in enumerate(choices.options) if option.effect not in taken
