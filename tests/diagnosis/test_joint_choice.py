@@ -1,0 +1,57 @@
+"""How the search goes on where causes that straight lines chose together leave more once they are fitted."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from diagnosis import cause_search
+
+NAMES = ("actuator_gain", "cable_slack")
+
+
+def stage(*names: str) -> Any:
+    return SimpleNamespace(
+        causes=tuple(SimpleNamespace(effect=SimpleNamespace(name=name)) for name in names),
+        comparison=SimpleNamespace(linearisation=None),
+    )
+
+
+def found(monkeypatch: pytest.MonkeyPatch, misleading: set[str]) -> set[str]:
+    """Names in the end, where straight lines would take all of NAMES that are not given up, the first of them first."""
+    offered: list[Any] = []
+
+    def choices(last: Any, beside: Any, given_up: set[str]) -> tuple[None, list[Any]]:
+        others = [n for n in NAMES if n not in given_up and n not in {c.effect.name for c in last.causes}]
+        offered[:] = [*last.causes, *stage(*others).causes]
+        return None, list(offered)
+
+    fitter: Any = SimpleNamespace(
+        whiten=None,
+        fitted=lambda at, causes: stage(*(cause.effect.name for cause in causes)),
+        is_ill_weighted=lambda after: False,
+    )
+    monkeypatch.setattr(cause_search, "_by_chance", lambda *_: 20.0)
+    monkeypatch.setattr(cause_search, "_with_effects", lambda *_: None)
+    monkeypatch.setattr(cause_search, "_least_gains", lambda *_: None)
+    monkeypatch.setattr(cause_search, "_choices", choices)
+    monkeypatch.setattr(cause_search, "chosen_jointly", lambda *_: list(range(len(offered))))
+    monkeypatch.setattr(cause_search, "best_addition", lambda choices, start, *_: len(start))
+    monkeypatch.setattr(
+        cause_search, "_is_better", lambda after, *_: not misleading & {c.effect.name for c in after.causes}
+    )
+    everything: Any = None
+    _, last = cause_search._with_all_causes(fitter, stage(), everything, 0)
+    return {cause.effect.name for cause in last.causes}
+
+
+def test_causes_that_hold_are_taken_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert found(monkeypatch, set()) == set(NAMES)
+
+
+def test_a_cause_that_misleads_does_not_take_a_right_one_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert found(monkeypatch, {"cable_slack"}) == {"actuator_gain"}
+
+
+def test_where_all_mislead_none_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert found(monkeypatch, set(NAMES)) == set()
