@@ -46,8 +46,8 @@ _OF: Mapping[type[Law], Callable[[Any, Arm], tuple[str, Numbers]]] = {
     Payload: lambda law, arm: ("tip_payload", {"m": law.mass}),
     Tilt: lambda law, arm: ("base_tilt", {"tilt": law.angle}),
     Described: _described,
-    ActuatorGain: lambda law, arm: ("actuator_gain", {"g": law.share}),
-    ActuatorOffset: lambda law, arm: ("actuator_offset", {"fo": law.force}),
+    ActuatorGain: lambda law, arm: ("actuator_gain", {"g": 1 / (1 + law.share) - 1}),
+    ActuatorOffset: lambda law, arm: ("actuator_offset", {"fo": -law.force}),
     ActuatorLag: lambda law, arm: ("actuator_lag", {"taul": law.time}),
 }
 

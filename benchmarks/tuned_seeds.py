@@ -87,6 +87,10 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
         (*range(437, 450), *range(495, 500)),
         "with poor motions: how long and how poor they are, and how a designed motion is judged; creep that began before the log",
     ),
+    (
+        (1165, 1166),
+        "counted first; with a wrong gain, what is tried where a joint choice of causes misleads was set on the first",
+    ),
     (range(1162, 1165), "counted first; then a function of the force that takes most of it was refused"),
     (range(1200, 1206), "what stands in for effects of no catalogue was looked at"),
     (
