@@ -58,7 +58,7 @@ def elements(report: Path) -> Elements:
 def unnamed(found: Diagnosis, verdict: str, why: str) -> Diagnosis:
     """The same data with no cause named."""
     bare = replace(found.search, last=found.search.first, named=())
-    return replace(found, verdict=verdict, why=why, search=bare)
+    return replace(found, verdict=verdict, why=why, search=bare, simulated_shares=())
 
 
 def two_alike(found: Diagnosis) -> Diagnosis:
