@@ -151,8 +151,16 @@ class Motor(Strict):
     """N on the cable per unit of effort in the log"""
 
 
+WORKSHOP_DEPTH_SIGMA = 0.010
+"""m: how far from the arm's plane a marker sits, where nobody measured it (docs/thresholds.md)"""
+MEASURED_DEPTH_SIGMA = 0.001
+"""m, of a depth that was measured without saying how well (docs/thresholds.md)"""
+
+
 class BarMarker(Strict):
     """Where a marker sits: its middle `at` in its bar's frame, and its x axis' `angle` against the bar's.
+
+    A bar may lie before or behind the arm's plane, and its marker with it (`depth`).
 
     Its bar is a horizontal one (`bar`: 0 is the base) or a diagonal one (`diagonal`: A2 is mechanism 2's from bottom left to
     top right, B2 the one from bottom right to top left). A bar's frame has its origin at the bar's middle and x along it,
@@ -164,6 +172,17 @@ class BarMarker(Strict):
     diagonal: Annotated[str, Field(pattern=r"^[AB][1-9][0-9]{0,2}$")] | None = None
     at: tuple[Annotated[float, Field(ge=-1, le=1)], Annotated[float, Field(ge=-1, le=1)]] = (0.0, 0.0)
     angle: Angle = 0.0
+    depth: Annotated[float, Field(ge=-0.5, le=0.5)] | None = None
+    """m from the arm's plane towards the camera, where it was measured"""
+    depth_sigma: Annotated[float, Field(gt=0, le=0.5)] | None = None
+    """m, of that measurement"""
+
+    @property
+    def depth_known(self) -> tuple[float, float]:
+        """What is known of the depth before any recording: its value and standard deviation, m."""
+        if self.depth is None:
+            return 0.0, self.depth_sigma or WORKSHOP_DEPTH_SIGMA
+        return self.depth, self.depth_sigma or MEASURED_DEPTH_SIGMA
 
     @model_validator(mode="after")
     def _one_bar(self) -> "BarMarker":

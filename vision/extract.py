@@ -75,6 +75,7 @@ class Extraction:
             "warnings": angles.notes["warnings"],
             "drift": angles.notes["drift"],
             "placement": angles.notes.get("placement"),
+            "depth": angles.notes["depth"],
             "askew": angles.notes["askew"],
             "T_camera_base": angles.notes["T_camera_base"],
         }

@@ -117,8 +117,8 @@ def _cable(neck: dict[str, Any], alpha_at: Callable[[float], Array], from_s: flo
             return NONE
         laid = plates(alpha_at(t), neck)
         line = [
-            place + 0.010 * np.sin(2.3 * t + 1.9 * k) * np.exp(1j * angle)
-            for k, (_, place, angle) in enumerate(sorted(laid[1:], key=lambda plate: plate[1].imag))
+            plate.place + 0.010 * np.sin(2.3 * t + 1.9 * k) * np.exp(1j * plate.angle)
+            for k, plate in enumerate(sorted(laid[1:], key=lambda plate: plate.place.imag))
         ]
         ends = [line[0] - 0.05 - 0.03j, *line, line[-1] + 0.01 + 0.08j]
         return Trouble(in_front=(Shape(np.array(ends), EDGE, CABLE),))
@@ -134,10 +134,10 @@ def _quarter(neck: dict[str, Any], alpha_at: Callable[[float], Array], from_s: f
             return NONE
         size = float(neck["markers"]["size"])
         shapes = []
-        for k, (_, place, angle) in enumerate(plates(alpha_at(t), neck)[1:]):
+        for k, plate in enumerate(plates(alpha_at(t), neck)[1:]):
             at = 0.375 * size * np.sin(1.7 * t + 1.3 * k)  # its middle, never beyond the square's side
             x, y = at + size / 8 * np.array([-1, 1, 1, -1]), 0.8 * size * np.array([-1, -1, 1, 1])
-            shapes.append(Shape(place + np.exp(1j * angle) * (x + 1j * y), GREY))
+            shapes.append(Shape(plate.place + np.exp(1j * plate.angle) * (x + 1j * y), GREY))
         return Trouble(in_front=tuple(shapes))
 
     return trouble

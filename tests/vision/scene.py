@@ -1,5 +1,6 @@
 """Where the sample's camera sees the markers, by the generator's own linkage and camera model."""
 
+import cv2
 import numpy as np
 
 from mechanism.description import BarMarker, Neck
@@ -21,8 +22,19 @@ def carrier(marker: BarMarker, bars: Bars, b: np.ndarray) -> tuple[np.ndarray, n
     return (lower + upper) / 2, (upper - lower) / np.abs(upper - lower)
 
 
-def corners(neck: Neck, alpha: np.ndarray, seed: int | None = None, noise: float = NOISE_PX) -> np.ndarray:
-    """Where the sample's camera sees the markers' corners, (F, markers, 4, 2), px, with `noise` px where seeded."""
+def corners(
+    neck: Neck,
+    alpha: np.ndarray,
+    seed: int | None = None,
+    noise: float = NOISE_PX,
+    depth: np.ndarray | None = None,
+    tilt: np.ndarray | None = None,
+) -> np.ndarray:
+    """Where the sample's camera sees the markers' corners, (F, markers, 4, 2), px, with `noise` px where seeded.
+
+    depth: of each marker, m before the plane of motion; tilt: out of it, a rotation vector along the marker's own
+    x and y, rad.
+    """
     assert neck.markers is not None
     m = neck.mechanisms
     bars = solve(alpha, np.array([x.L for x in m]), np.array([x.b for x in m]))
@@ -30,10 +42,13 @@ def corners(neck: Neck, alpha: np.ndarray, seed: int | None = None, noise: float
     square = np.array([complex(-h, h), complex(h, h), complex(h, -h), complex(-h, -h)])
     out = np.empty((len(alpha), len(neck.markers.on_bars), 4, 2))
     for k, marker in enumerate(neck.markers.on_bars):
-        local = complex(*marker.at) + np.exp(1j * marker.angle) * square
+        turned, _ = cv2.Rodrigues(np.append((0.0, 0.0) if tilt is None else tilt[k], 0.0))
+        x, y, z = turned @ np.stack([square.real, square.imag, np.zeros(4)])
+        local = complex(*marker.at) + np.exp(1j * marker.angle) * (x + 1j * y)
+        height = z + (0.0 if depth is None else depth[k])
         middle, turn = carrier(marker, bars, np.array([x.b for x in m]))
         plane = middle[:, None] + turn[:, None] * local
-        points = np.stack([plane.real, plane.imag, np.zeros(plane.shape)], axis=-1)
+        points = np.stack([plane.real, plane.imag, np.broadcast_to(height, plane.shape)], axis=-1)
         out[:, k] = SAMPLE_CAMERA.project(points.reshape(-1, 3)).reshape(len(alpha), 4, 2)
     if seed is not None:
         out += np.random.default_rng(seed).normal(0, noise, out.shape)

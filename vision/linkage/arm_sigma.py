@@ -91,7 +91,7 @@ def marker_arm(neck: Neck, where: str) -> PlanarArm:
     shared = nominal_parameters(scene.arm, scene.markers, np.zeros(6))
 
     def points(alpha: Array) -> Complex:
-        return scene.plane(shared.placement, shared.lengths, alpha).reshape(len(alpha), -1)
+        return scene.points(shared.placement, shared.lengths, alpha)[0].reshape(len(alpha), -1)
 
     return PlanarArm(neck.N, points, f"markers of {where}")
 

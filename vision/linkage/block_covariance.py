@@ -3,7 +3,8 @@
 A compressed video repeats its errors from frame to frame until the next key frame, or the marker has moved on. So the frames'
 scores are summed over blocks of consecutive frames, longer than errors last, and the covariance follows from their scatter
 from block to block (the sandwich clustered by blocks, Liang and Zeger 1986; CR2 of Bell and McCaffrey 2002). Few blocks
-understate it, so a share of what white noise would give is added.
+understate it, so a share of what white noise would give is added. They also tell little of how many directions are correlated:
+the scatter is drawn towards white noise of the same size by as much as the blocks leave open (Ledoit and Wolf 2004).
 """
 
 import numpy as np
@@ -48,6 +49,18 @@ def clustered_covariance(information: Array, score: Array, prior: Array, varianc
     leverage, directions = np.linalg.eigh(share[informed])
     correction = 1 / np.sqrt(1 - np.clip(leverage, 0.0, MAX_LEVERAGE))
     z = np.einsum("bik,bk,bjk,bj->bi", directions, correction, directions, z)
-    scatter = z.T @ z
+    scatter = _shrunk(z, white)
     middle = scatter + WHITE_NOISE_BLOCKS / (WHITE_NOISE_BLOCKS + informed.sum()) * white + prior_share
     return variance * to_unit.T @ middle @ to_unit
+
+
+def _shrunk(z: Array, white: Array) -> Array:
+    """Scatter of blocks' scores z, (B, p), drawn towards that of white noise, (p, p), of the same size, or larger."""
+    blocks, scatter = len(z), z.T @ z
+    target = white * max(1.0, float(np.trace(scatter) / np.trace(white)))
+    distance = float(np.sum((scatter - target) ** 2))
+    squares = np.sum(z**2, axis=1)
+    # the sum over blocks of |B z z' - scatter|^2, over B^2: the variance of the scatter's entries
+    chance = float(np.sum(squares**2) - np.sum(scatter**2) / blocks)
+    share = min(1.0, chance / distance) if distance > 0 else 1.0
+    return share * target + (1 - share) * scatter

@@ -87,7 +87,8 @@ def likeliest_motion(
         return None
     free = np.flatnonzero(prior.free)
     total = (equations.reduced.sum(axis=0) + np.diag(prior.information * equations.variance))[np.ix_(free, free)]
-    inverted = np.linalg.pinv(total, hermitian=True)
+    size_of = np.sqrt(np.maximum(np.diag(total), 1e-300))  # unknowns of any unit
+    inverted = np.linalg.pinv(total / np.outer(size_of, size_of), hermitian=True) / np.outer(size_of, size_of)
     margin = max(
         frames // STRETCHES, 5
     )  # a shorter end would show one pose of the arm, where any misfit looks like a step
@@ -95,11 +96,10 @@ def likeliest_motion(
     kinds.append(("ramp", frames - 1, position))
     courses = np.stack([course for _, _, course in kinds])
     score = courses @ equations.g_reduced[:, :6]
-    information = np.tensordot(courses**2, equations.reduced[:, :6, :6], axes=1) + equations.variance * np.diag(
-        1 / POSE_CHANGE_SIGMA**2
-    )
+    information = np.tensordot(courses**2, equations.reduced[:, :6, :6], axes=1)
     cross = np.tensordot(courses, equations.reduced[:, :, :6], axes=1)[:, free]
-    change = np.linalg.solve(information - np.swapaxes(cross, 1, 2) @ inverted @ cross, score[..., None])[..., 0]
+    told = information - np.swapaxes(cross, 1, 2) @ inverted @ cross
+    change = _with_prior_only(told, score, equations.variance)
     statistic = np.sum(score * change, axis=1) / equations.variance
     best = int(np.argmax(statistic))
     kind, index, course = kinds[best]
@@ -117,6 +117,16 @@ def likeliest_motion(
         statistic=float(statistic[best] / max(scatter, 1.0)),
         size_px=size,
     )
+
+
+def _with_prior_only(information: Array, score: Array, variance: float) -> Array:
+    """Changes of pose (K, 6) by the scores (K, 6) of K candidates, with their prior added to the information (K, 6, 6).
+
+    What rounding makes negative of the information of a change that the other unknowns imitate is none."""
+    unit = np.outer(POSE_CHANGE_SIGMA, POSE_CHANGE_SIGMA) / variance
+    value, direction = np.linalg.eigh(information * unit)
+    along = np.einsum("kij,ki->kj", direction, score * POSE_CHANGE_SIGMA / variance)
+    return POSE_CHANGE_SIGMA * np.einsum("kij,kj->ki", direction, along / (1 + np.maximum(value, 0.0)))
 
 
 def fit_camera_motion(

@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 MAX_ITERATIONS = 40
 MAX_STEP = 0.5
 """rad, of an angle in one iteration"""
+MIN_STEP_SHARE = 0.05
+"""a step that leaves more is halved, but for a share so small"""
 MAX_ALPHA = 2.8
 """rad; short of the singular half turn (docs/thresholds.md)"""
 MAX_REFINEMENTS = 4
@@ -63,17 +65,23 @@ def fit_frames(
 ) -> LinkageSolution:
     """The best shared parameters and angles from a start; course: share of each drift term that a frame has, (F, terms)."""
     free = np.flatnonzero(prior.free)
+    equations = linkage_equations(scene, observed, shared, alpha, course, len(free))
     for _ in range(MAX_ITERATIONS):
-        equations = linkage_equations(scene, observed, shared, alpha, course, len(free))
         change = np.zeros(len(prior.mean))
         information, right = _with_prior(equations, prior, shared)
         change[free] = _solve(information[np.ix_(free, free)], right[free])
         step = np.einsum("fnm,fm->fn", equations.inverse, equations.g_angles - equations.mixed @ change)
-        shared = shared.plus(change)
-        alpha = np.clip(alpha + np.clip(step, -MAX_STEP, MAX_STEP), -MAX_ALPHA, MAX_ALPHA)
-        if max(np.max(np.abs(step), initial=0.0), np.max(np.abs(change), initial=0.0)) < 1e-8:
+        step = np.clip(step, -MAX_STEP, MAX_STEP)
+        variance, left, share = equations.variance, _left(equations, prior, shared, equations.variance), 1.0
+        while True:
+            then, angles = shared.plus(share * change), np.clip(alpha + share * step, -MAX_ALPHA, MAX_ALPHA)
+            after = linkage_equations(scene, observed, then, angles, course, len(free))
+            if share < MIN_STEP_SHARE or _left(after, prior, then, variance) <= left:
+                break
+            share /= 2
+        shared, alpha, equations = then, angles, after
+        if share * max(np.max(np.abs(step), initial=0.0), np.max(np.abs(change), initial=0.0)) < 1e-8:
             break
-    equations = linkage_equations(scene, observed, shared, alpha, course, len(free))
     covariance = np.zeros((len(prior.mean), len(prior.mean)))
     information, _ = _with_prior(equations, prior, shared)
     covariance[np.ix_(free, free)] = equations.variance * _solve(information[np.ix_(free, free)], np.eye(len(free)))
@@ -160,6 +168,11 @@ def extend_prior(prior: SharedPrior, information: Array) -> SharedPrior:
         information=np.append(prior.information, information),
         free=np.append(prior.free, np.ones(len(information), dtype=bool)),
     )
+
+
+def _left(equations: LinkageEquations, prior: SharedPrior, shared: SharedParameters, variance: float) -> float:
+    """Squares that corners and the prior leave, in units of the whitened corners'."""
+    return float(np.sum(equations.squares) + variance * np.sum(prior.information * (shared.vector - prior.mean) ** 2))
 
 
 def _with_prior(equations: LinkageEquations, prior: SharedPrior, shared: SharedParameters) -> tuple[Array, Array]:

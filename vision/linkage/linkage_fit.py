@@ -17,7 +17,7 @@ from mechanism.description import Neck
 from vision.linkage.camera_motion import DriftTerm
 from vision.linkage.gauss_newton import fit_angles
 from vision.linkage.linkage_equations import degrees_of_freedom, inverse_normals
-from vision.linkage.marker_placement import MarkerPlacement, describe_placement
+from vision.linkage.marker_placement import MarkerPlacement, PlacedNumber, describe_depth, describe_placement
 from vision.linkage.observed_corners import CHUNK_FRAMES, whiten_corners
 from vision.linkage.offset_sensitivity import offset_sensitivity
 from vision.linkage.scene import poses_by_frame
@@ -60,6 +60,8 @@ class LinkageFit:
     """factor on the standard deviations stated for the corners (in px where none were stated)"""
     placement: MarkerPlacement | None = None
     """where the markers sit, if it was estimated; alpha then uses it"""
+    depth: tuple[PlacedNumber, ...] = ()
+    """how far each marker lies before the arm's plane"""
     drift: tuple[DriftTerm, ...] = field(default_factory=tuple)
 
     @property
@@ -79,6 +81,7 @@ class LinkageFit:
                 }
                 for d in self.drift
             ],
+            "depth": [n.as_json() for n in self.depth],
         }
         if self.placement is not None:
             notes["placement"] = [n.as_json() for n in self.placement.numbers]
@@ -125,6 +128,7 @@ def fit_linkage(
         poses=poses,
         scale=float(np.sqrt(fit.variance)),
         placement=None if options.placement is None else describe_placement(neck, fit, options.placement),
+        depth=describe_depth(neck, fit),
         drift=fit.drift,
     )
 

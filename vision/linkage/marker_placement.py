@@ -12,10 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanism.description import Neck, markers_of
+from vision.linkage.scene import PLACEMENT
 from vision.linkage.shared_fit import PlacementPrior, SharedFit
 
 Array = NDArray[np.float64]
 
+_DEPTH = 3
+"""of the numbers of a marker's placement"""
 DETERMINED_SHARE = 0.25
 """share of the prior's standard deviation below which a number counts as determined (docs/thresholds.md)"""
 PARTLY_DETERMINED_SHARE = 0.5
@@ -27,7 +30,7 @@ class PlacedNumber:
     """One estimated number: the place or angle of a marker on its bar, or a length of a mechanism."""
 
     name: str
-    """x, y, angle; L, b"""
+    """x, y, angle, depth; L, b"""
     where: str
     """`marker 3 on bar 1`, `mechanism 2`"""
     value: float
@@ -68,6 +71,33 @@ class MarkerPlacement:
     """the description with the estimated placement (and lengths)"""
 
 
+def describe_depth(neck: Neck, fit: SharedFit) -> tuple[PlacedNumber, ...]:
+    """How far each marker lies before the arm's plane, as a fit has it.
+
+    What all have in common the camera's distance may as well explain. Where no depth was measured the arm's plane is therefore
+    the mean of theirs."""
+    markers = markers_of(neck, "neck.yaml")
+    depth, count = fit.shared.placement[:, _DEPTH], len(markers.on_bars)
+    rows = 6 + _DEPTH + PLACEMENT * np.arange(count)
+    covariance = fit.total_covariance[np.ix_(rows, rows)]
+    if all(m.depth is None for m in markers.on_bars):
+        depth, from_mean = depth - depth.mean(), np.eye(count) - 1 / count
+        covariance = from_mean @ covariance @ from_mean
+    sigma = np.sqrt(np.diag(covariance))
+    return tuple(
+        PlacedNumber(
+            name="depth",
+            where=f"marker {m.id} on {m.place}",
+            value=float(depth[k]),
+            nominal=m.depth_known[0],
+            sigma=float(sigma[k]),
+            prior_sigma=m.depth_known[1],
+            unit="m",
+        )
+        for k, m in enumerate(markers.on_bars)
+    )
+
+
 def describe_placement(neck: Neck, fit: SharedFit, prior: PlacementPrior) -> MarkerPlacement:
     """The placement of a fit that estimated it, number by number."""
     markers = markers_of(neck, "neck.yaml")
@@ -77,7 +107,7 @@ def describe_placement(neck: Neck, fit: SharedFit, prior: PlacementPrior) -> Mar
         nominal = (*m.at, m.angle)
         prior_sigma = (prior.at_sigma, prior.at_sigma, prior.angle_sigma)
         for j, (name, unit) in enumerate((("x", "m"), ("y", "m"), ("angle", "rad"))):
-            row = 6 + 3 * k + j
+            row = 6 + PLACEMENT * k + j
             rows.append(row)
             numbers.append(
                 PlacedNumber(
@@ -91,7 +121,7 @@ def describe_placement(neck: Neck, fit: SharedFit, prior: PlacementPrior) -> Mar
                 )
             )
     if prior.length_sigma is not None:
-        start = 6 + 3 * len(markers.on_bars)
+        start = 6 + PLACEMENT * len(markers.on_bars)
         for j, name in enumerate(("L", "b")):
             for i, m in enumerate(neck.mechanisms):
                 row = start + j * neck.N + i
@@ -116,7 +146,7 @@ def _corrected(neck: Neck, fit: SharedFit, prior: PlacementPrior) -> Neck:
     markers = markers_of(neck, "neck.yaml")
     on_bars = tuple(
         m.model_copy(update={"at": (float(x), float(y)), "angle": float(np.angle(np.exp(1j * angle)))})
-        for m, (x, y, angle) in zip(markers.on_bars, fit.shared.placement, strict=True)
+        for m, (x, y, angle) in zip(markers.on_bars, fit.shared.placement[:, :3], strict=True)
     )
     changed: dict[str, Any] = {"markers": markers.model_copy(update={"on_bars": on_bars})}
     if prior.length_sigma is not None:

@@ -1,8 +1,9 @@
 """The arm with its markers before a camera: where every corner falls in the image, and its derivatives by all unknowns.
 
-A frame's own unknowns are alpha_1..N. Shared by all frames are the camera's pose, where each marker sits on its bar, the
-lengths L and b, and the changes of the camera's pose in the course of the recording. Points of the plane are complex numbers;
-image points are normalised coordinates x + jy of the camera frame (on its plane z = 1).
+A frame's own unknowns are alpha_1..N. Shared by all frames are the camera's pose, where each marker sits on its bar, how far
+before the arm's plane and how tilted, the lengths L and b, and the changes of the camera's pose in the course of the recording.
+Points along the plane are complex numbers, their heights above it, towards the camera, are real; image points are normalised
+coordinates x + jy of the camera frame (on its plane z = 1).
 """
 
 from collections.abc import Callable
@@ -18,6 +19,8 @@ from mechanism.geometry import poses
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+PLACEMENT = 6
+"""numbers that say where a marker is on its bar"""
 DIFFERENCE_STEP = 1e-6
 """rad and m, of central differences"""
 
@@ -29,7 +32,8 @@ class SharedParameters:
     pose: Array
     """(6,): rvec (rad) and tvec (m) of T_camera_base"""
     placement: Array
-    """(markers, 3): x, y (m) and angle (rad) of each marker on its bar"""
+    """(markers, 6), of each marker on its bar: x, y (m) and angle (rad); depth (m), its middle's height above the arm's plane; tilt
+    out of that plane, a rotation vector along the marker's own x and y (rad)"""
     lengths: Array
     """(2, N): L and b, m"""
     drift: Array
@@ -55,7 +59,7 @@ class SharedParameters:
 
 def nominal_parameters(arm: Arm, markers: Markers, pose: Array) -> SharedParameters:
     """The parameters of neck.yaml and a camera at `pose`, (6,), that does not drift."""
-    placement = np.array([[*m.at, m.angle] for m in markers.on_bars], dtype=float)
+    placement = np.array([[*m.at, m.angle, m.depth_known[0], 0.0, 0.0] for m in markers.on_bars], dtype=float)
     return SharedParameters(pose, placement, np.stack([arm.L, arm.b]), np.zeros((0, 6)))
 
 
@@ -91,15 +95,22 @@ class Scene:
         angle = np.concatenate([p.bar_angle, p.diagonal_angle.reshape(flat)], axis=1)
         return middle[:, self.bodies], angle[:, self.bodies]
 
-    def plane(self, placement: Array, lengths: Array, alpha: Array) -> Complex:
-        """Corners in the arm's plane, (F, markers, 4), m."""
+    def on_bars(self, placement: Array) -> tuple[Complex, Array]:
+        """Corners in the frames of their bars, along the arm's plane and above it, both (markers, 4), m."""
+        tilt = rotation_matrices(np.pad(placement[:, 4:], ((0, 0), (0, 1))))
+        x, y, z = np.moveaxis(tilt[..., :2] @ np.stack([self.square.real, self.square.imag]), 1, 0)
+        along = (placement[:, 0] + 1j * placement[:, 1])[:, None] + np.exp(1j * placement[:, 2:3]) * (x + 1j * y)
+        return along, placement[:, 3:4] + z
+
+    def points(self, placement: Array, lengths: Array, alpha: Array) -> tuple[Complex, Array]:
+        """Corners along the arm's plane, (F, markers, 4), and above it, (markers, 4), m."""
         middle, angle = self.carriers(lengths, alpha)
-        local = (placement[:, 0] + 1j * placement[:, 1])[:, None] + np.exp(1j * placement[:, 2:]) * self.square
-        return middle[..., None] + np.exp(1j * angle)[..., None] * local
+        along, height = self.on_bars(placement)
+        return middle[..., None] + np.exp(1j * angle)[..., None] * along, height
 
     def image(self, shared: SharedParameters, alpha: Array, course: Array) -> Complex:
         """Corners in the image, (F, markers, 4); course: share of each drift term that a frame has, (F, terms)."""
-        return project_to_image(self.plane(shared.placement, shared.lengths, alpha), poses_by_frame(shared, course))
+        return project_to_image(*self.points(shared.placement, shared.lengths, alpha), poses_by_frame(shared, course))
 
     def by_angles(self, shared: SharedParameters, alpha: Array, course: Array) -> Complex:
         """Derivatives of the corners in the image by the frame's angles, (F, markers, 4, N)."""
@@ -107,32 +118,32 @@ class Scene:
         steps = DIFFERENCE_STEP * np.eye(alpha.shape[1])
 
         def image_at(step: Array) -> Complex:
-            return project_to_image(self.plane(shared.placement, shared.lengths, alpha + step), pose)
+            return project_to_image(*self.points(shared.placement, shared.lengths, alpha + step), pose)
 
         return np.stack([image_at(s) - image_at(-s) for s in steps], axis=-1) / (2 * DIFFERENCE_STEP)
 
     def by_shared(self, shared: SharedParameters, alpha: Array, course: Array) -> Complex:
         """Derivatives of the corners in the image by `shared.vector`, (F, markers, 4, p)."""
         pose = poses_by_frame(shared, course)
-        plane = self.plane(shared.placement, shared.lengths, alpha)
-        by_pose = _difference(lambda step: project_to_image(plane, pose + step), 6)
+        along, height = self.points(shared.placement, shared.lengths, alpha)
+        by_pose = _difference(lambda step: project_to_image(along, height, pose + step), 6)
         by_each = _difference(
-            lambda s: project_to_image(self.plane(shared.placement + s, shared.lengths, alpha), pose), 3
+            lambda s: project_to_image(*self.points(shared.placement + s, shared.lengths, alpha), pose), PLACEMENT
         )
-        by_length = np.zeros((*plane.shape, shared.lengths.size), dtype=complex)
+        by_length = np.zeros((*along.shape, shared.lengths.size), dtype=complex)
         if self.free_lengths:
             by_length = _difference(
                 lambda s: project_to_image(
-                    self.plane(shared.placement, shared.lengths + s.reshape(2, -1), alpha), pose
+                    *self.points(shared.placement, shared.lengths + s.reshape(2, -1), alpha), pose
                 ),
                 shared.lengths.size,
             )
         # the placement of a marker moves that marker only
-        by_placement = np.zeros((*plane.shape, *shared.placement.shape), dtype=complex)
+        by_placement = np.zeros((*along.shape, *shared.placement.shape), dtype=complex)
         for k in range(len(shared.placement)):
             by_placement[:, k, :, k] = by_each[:, k]
         by_drift = by_pose[..., None, :] * course[:, None, None, :, None]
-        flat = (*plane.shape, -1)
+        flat = (*along.shape, -1)
         return np.concatenate([by_pose, by_placement.reshape(flat), by_length, by_drift.reshape(flat)], axis=-1)
 
 
@@ -141,12 +152,21 @@ def poses_by_frame(shared: SharedParameters, course: Array) -> Array:
     return shared.pose + course @ shared.drift
 
 
-def project_to_image(points: Complex, pose: Array) -> Complex:
-    """Points of the arm's plane (F, ...), m, as normalised image coordinates, for poses of shape (6,) or (F, 6)."""
+def project_to_image(along: Complex, height: Array, pose: Array) -> Complex:
+    """Points `along` the arm's plane (F, ...) and at a `height` above it, m, as normalised image coordinates.
+
+    pose: of the camera, (6,) or (F, 6).
+    """
     R, t = rotation_matrices(pose[..., :3]), pose[..., 3:]
-    X, Y = points.real, points.imag
-    per_frame = (slice(None), *[None] * (points.ndim - 1)) if pose.ndim == 2 else ()
-    x, y, z = (R[..., i, 0][per_frame] * X + R[..., i, 1][per_frame] * Y + t[..., i][per_frame] for i in range(3))
+    X, Y = along.real, along.imag
+    per_frame = (slice(None), *[None] * (along.ndim - 1)) if pose.ndim == 2 else ()
+    x, y, z = (
+        R[..., i, 0][per_frame] * X
+        + R[..., i, 1][per_frame] * Y
+        + R[..., i, 2][per_frame] * height
+        + t[..., i][per_frame]
+        for i in range(3)
+    )
     return (x + 1j * y) / z
 
 

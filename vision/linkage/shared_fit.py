@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from calibration.camera import Camera
 from mechanism.arm import arm_of
-from mechanism.description import Neck, markers_of
+from mechanism.description import Markers, Neck, markers_of
 from vision.linkage.block_covariance import frame_blocks
 from vision.linkage.camera_motion import (
     DriftTerm,
@@ -39,6 +39,10 @@ MAX_FRAMES = 600
 """frames, spread over the recording, from which the shared parameters are estimated at most"""
 INITIAL_FRAMES = 60
 """frames that decide between the two poses that one planar marker allows"""
+
+
+TILT_SIGMA = float(np.radians(2.0))
+"""rad: how far a marker is tilted out of the arm's plane, about either axis (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -132,7 +136,7 @@ def fit_shared(
         return whiten_corners(camera, image[frames], None if covariance is None else covariance[frames])
 
     recording = _Recording(scene, image, corners_of, time, float(np.sqrt(camera.K[0, 0] * camera.K[1, 1])))
-    prior = _prior(nominal_parameters(scene.arm, markers, np.zeros(6)), placement)
+    prior = _prior(nominal_parameters(scene.arm, markers, np.zeros(6)), markers, placement)
     fit = _fit_chosen(recording, chosen, prior, where)
     course = np.zeros((len(image), 0))
     terms: tuple[DriftTerm, ...] = ()
@@ -168,8 +172,7 @@ def fit_shared(
 def _fit_chosen(recording: _Recording, chosen: Frames, prior: SharedPrior, where: str) -> LinkageSolution:
     """The fit of the chosen frames without drift, from the better of the two poses that a planar marker allows."""
     scene, image = recording.scene, recording.image
-    nominal = nominal_parameters(scene.arm, scene.markers, np.zeros(6)).placement
-    on_bar = (nominal[:, 0] + 1j * nominal[:, 1])[:, None] + np.exp(1j * nominal[:, 2:]) * scene.square
+    on_bar, _ = scene.on_bars(nominal_parameters(scene.arm, scene.markers, np.zeros(6)).placement)
     few = chosen[np.unique(np.linspace(0, len(chosen) - 1, INITIAL_FRAMES).astype(int))]
     fits: list[LinkageSolution] = []
     for pose in initial_poses(scene, on_bar, image[chosen], where):
@@ -255,19 +258,19 @@ def _offset_slopes(
     return slopes
 
 
-def _prior(nominal: SharedParameters, placement: PlacementPrior | None) -> SharedPrior:
-    """Pose free, placement and lengths about their nominal values where they are estimated, else held."""
-    information = np.zeros(len(nominal.vector))
-    free = np.zeros(len(information), dtype=bool)
-    free[:6] = True
+def _prior(nominal: SharedParameters, markers: Markers, placement: PlacementPrior | None) -> SharedPrior:
+    """Pose free; depth and tilt of each marker about what is known of them; its place on the bar and the lengths about their
+    nominal values where they are estimated, else held."""
+    sigma = np.zeros(nominal.placement.shape)
+    sigma[:, 3] = [m.depth_known[1] for m in markers.on_bars]
+    sigma[:, 4:] = TILT_SIGMA
     if placement is not None:
-        count = nominal.placement.size
-        sigma = [placement.at_sigma, placement.at_sigma, placement.angle_sigma]
-        information[6 : 6 + count] = np.tile(1 / np.square(sigma), len(nominal.placement))
-        free[6 : 6 + count] = True
-        if placement.length_sigma is not None:
-            information[6 + count :] = 1 / placement.length_sigma**2
-            free[6 + count :] = True
+        sigma[:, :3] = placement.at_sigma, placement.at_sigma, placement.angle_sigma
+    length_sigma = (placement and placement.length_sigma) or 0.0
+    known = np.concatenate([np.zeros(6), sigma.ravel(), np.full(nominal.lengths.size, length_sigma)])
+    information = np.divide(1.0, known**2, out=np.zeros(len(known)), where=known > 0)
+    free = known > 0
+    free[:6] = True
     return SharedPrior(nominal.vector, information, free)
 
 

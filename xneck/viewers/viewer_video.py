@@ -12,6 +12,7 @@ import av
 import numpy as np
 
 from vision.video import describe_video, read_frames
+from xneck_foundation.usual_priority import keeping_usual_priority
 
 TICKS_PER_S = 90_000
 KEY_FRAME_DISTANCE = 30
@@ -30,6 +31,7 @@ def viewer_video(video: str | Path) -> bytes:
         stream.pix_fmt = "yuv420p"
         stream.gop_size = KEY_FRAME_DISTANCE
         stream.codec_context.time_base = Fraction(1, TICKS_PER_S)
+        keeping_usual_priority(stream.codec_context.open)
         for frame in read_frames(video):
             # the grey levels as luma, without colour: a conversion of formats would change the contrast
             planes = np.full((stream.height * 3 // 2, stream.width), 128, dtype=np.uint8)

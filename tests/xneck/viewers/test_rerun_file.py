@@ -1,5 +1,6 @@
 """What Rerun reads back from the .rrd is what was found, each at its time on the log's clock."""
 
+import os
 import sys
 from io import BytesIO
 from pathlib import Path
@@ -162,6 +163,14 @@ def test_a_turned_video_is_played_upright(tmp_path: Path) -> None:
     assert after.shape == before.shape == (96, 64)
     assert np.abs(after[:, :48] - before[:, :48]).mean() < CODED
     assert after[:, 56:].std() > 10 * after[:, :48].std()
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_getscheduler"), reason="this system has no scheduling policies")
+def test_the_encoder_does_not_put_this_process_before_all_others(tmp_path: Path) -> None:
+    """As root it puts itself and its caller under real-time scheduling: Chromium, started later, took whole machines."""
+    before = os.sched_getscheduler(0)
+    viewer_video(film(tmp_path / "film.mp4", [3000 * k for k in range(5)]))
+    assert {os.sched_getscheduler(int(thread.name)) for thread in Path("/proc/self/task").iterdir()} == {before}
 
 
 def test_without_the_extra_one_line_says_what_to_install(
