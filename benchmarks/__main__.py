@@ -23,6 +23,7 @@ TOPICS = {
         "extraction",
         "markers",
         "hard",
+        "planes",
         "real_markers",
         "calibration",
         "clock",

@@ -39,11 +39,11 @@ def corners(
     m = neck.mechanisms
     bars = solve(alpha, np.array([x.L for x in m]), np.array([x.b for x in m]))
     h = neck.markers.size / 2
-    square = np.array([complex(-h, h), complex(h, h), complex(h, -h), complex(-h, -h)])
+    square = h * np.array([[-1.0, 1, 1, -1], [1, 1, -1, -1], [0, 0, 0, 0]])
     out = np.empty((len(alpha), len(neck.markers.on_bars), 4, 2))
     for k, marker in enumerate(neck.markers.on_bars):
         turned, _ = cv2.Rodrigues(np.append((0.0, 0.0) if tilt is None else tilt[k], 0.0))
-        x, y, z = turned @ np.stack([square.real, square.imag, np.zeros(4)])
+        x, y, z = turned @ square
         local = complex(*marker.at) + np.exp(1j * marker.angle) * (x + 1j * y)
         height = z + (0.0 if depth is None else depth[k])
         middle, turn = carrier(marker, bars, np.array([x.b for x in m]))

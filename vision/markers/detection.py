@@ -1,7 +1,10 @@
 """Markers in a picture: ids and corners."""
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import cv2
 import numpy as np
@@ -15,6 +18,13 @@ Array = NDArray[np.float64]
 
 OCCLUSION_WIDTHS_PX = (5, 9)
 """px: dark lines up to these widths, a cable across a marker, are filled where a marker is missing (docs/thresholds.md)"""
+ENLARGED = 2
+"""times: small markers are searched in a picture so much larger, where one is missing (docs/thresholds.md)"""
+CELL_SAMPLES_PX = 8
+"""px of a cell in the upright picture of a marker that its cells are read from (docs/thresholds.md)"""
+CELL_MARGIN = 0.3
+"""share of a cell, at each of its sides, that is not read in the picture as it is: there small cells are blurred
+(docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -33,39 +43,63 @@ class MarkerDetector:
     """Detects the arm's markers in grey pictures."""
 
     def __init__(self, markers: Markers) -> None:
-        parameters = cv2.aruco.DetectorParameters()
-        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_NONE  # `refine_by_edges` is more exact
         self._ids = {m.id for m in markers.on_bars}
         family = opencv_dictionary(markers.dictionary)
         self._cells = family.markerSize + 2
-        self._detector = cv2.aruco.ArucoDetector(family, parameters)
+        self._plain, self._fine = (cv2.aruco.ArucoDetector(family, _parameters(fine)) for fine in (False, True))
 
     def detect_all(self, grey: NDArray[np.uint8], fill_px: int = 0) -> list[tuple[int, Array]]:
-        """All markers of the dictionary in a picture, (height, width) uint8: ids and refined corners (4, 2), px.
+        """All markers of the dictionary in a picture, (height, width) uint8: ids and corners (4, 2), px.
 
-        They are searched in the picture with dark lines up to `fill_px` px wide filled, and refined in the picture as it is.
+        Corners are those of the edges where these are clear, else right to a pixel or two. They are searched in the picture with
+        dark lines up to `fill_px` px wide filled, and refined in the picture as it is.
         """
         shown = np.ascontiguousarray(grey)
         if fill_px:
             shown = cv2.morphologyEx(
                 shown, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (fill_px, fill_px))
             )
-        corners, ids, _ = self._detector.detectMarkers(shown)
-        marker_ids = [] if ids is None else [int(i) for i in np.ravel(ids)]
-        rough = np.array(corners, dtype=float).reshape(-1, 4, 2)
-        return list(zip(marker_ids, refine_by_edges(grey, rough, self._cells), strict=True))
+        return self._refined(grey, *self._plain.detectMarkers(shown)[:2])
 
-    def detect(self, grey: NDArray[np.uint8]) -> DetectedMarkers:
-        """The arm's markers in a picture, (height, width) uint8."""
+    def detect_small(self, grey: NDArray[np.uint8]) -> list[tuple[int, Array]]:
+        """As `detect_all`, also markers of few pixels; five times as slow."""
+        shown = cv2.resize(grey, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_CUBIC)
+        corners, ids = self._fine.detectMarkers(shown)[:2]
+        # a pixel's middle is a whole number in both pictures
+        rough = [(np.asarray(c, dtype=float) + 0.5) / ENLARGED - 0.5 for c in corners]
+        return self._refined(grey, rough, ids)
+
+    def detect(self, grey: NDArray[np.uint8], small: bool = True) -> DetectedMarkers:
+        """The arm's markers in a picture, (height, width) uint8; small: whether a missing one may be of few pixels."""
         detections = self.detect_all(grey)
         counts = Counter(i for i, _ in detections)
         unique = {i: c for i, c in detections if i in self._ids and counts[i] == 1}
-        for width in OCCLUSION_WIDTHS_PX:
+        further = [partial(self.detect_all, grey, width) for width in OCCLUSION_WIDTHS_PX]
+        for search in [*further, partial(self.detect_small, grey)] if small else further:
             if counts.keys() >= self._ids:
                 break
-            filled = self.detect_all(grey, width)
-            filled_counts = Counter(i for i, _ in filled)
-            unique |= {i: c for i, c in filled if i in self._ids and i not in counts and filled_counts[i] == 1}
-            counts |= Counter({i: n for i, n in filled_counts.items() if i in self._ids})
+            found = search()
+            found_counts = Counter(i for i, _ in found)
+            unique |= {i: c for i, c in found if i in self._ids and i not in counts and found_counts[i] == 1}
+            counts |= Counter({i: n for i, n in found_counts.items() if i in self._ids})
         duplicates = tuple(sorted(i for i, n in counts.items() if n > 1 and i in self._ids))
         return DetectedMarkers(unique, duplicates, tuple(sorted(set(counts) - self._ids)))
+
+    def _refined(self, grey: NDArray[np.uint8], corners: Sequence[Any], ids: Any) -> list[tuple[int, Array]]:
+        marker_ids = [] if ids is None else [int(i) for i in np.ravel(ids)]
+        rough = np.array(corners, dtype=float).reshape(-1, 4, 2)
+        refined = refine_by_edges(grey, rough, self._cells)
+        return list(zip(marker_ids, np.where(np.isnan(refined), rough, refined), strict=True))
+
+
+def _parameters(fine: bool) -> cv2.aruco.DetectorParameters:
+    """OpenCV's search; fine: with more thresholds, for a picture that was enlarged."""
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_NONE  # `refine_by_edges` is more exact
+    parameters.perspectiveRemovePixelPerCell = CELL_SAMPLES_PX
+    if not fine:
+        parameters.perspectiveRemoveIgnoredMarginPerCell = CELL_MARGIN
+    else:
+        parameters.adaptiveThreshWinSizeStep = 4
+        parameters.adaptiveThreshWinSizeMax = 43
+    return parameters

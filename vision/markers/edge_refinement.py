@@ -24,12 +24,12 @@ ITERATIONS = 2
 def refine_by_edges(grey: NDArray[np.uint8], corners: Array, cells: int) -> Array:
     """Corners of K markers, shape (K, 4, 2), px, moved to the meeting points of their sides.
 
-    cells: black and white cells along a side of the marker, border included. A side with too few clear profiles, or
-    corners that would move by more than a cell, leave a marker's corners as they were.
+    cells: black and white cells along a side of the marker, border included. NaN where a side has too few clear profiles, or
+    corners would move by more than a cell: where they were is no measurement.
     """
     if not len(corners):
         return corners
-    start = corners
+    start, plausible = corners, np.ones(len(corners), dtype=bool)
     cell = np.mean(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2), axis=1) / cells
     # three pixels serve a sharp edge; a reach of half a cell keeps the neighbouring cells out
     reach = np.clip(PROFILE_REACH_CELLS * cell, 1.5, 4.0)
@@ -40,7 +40,7 @@ def refine_by_edges(grey: NDArray[np.uint8], corners: Array, cells: int) -> Arra
         refined = meeting[..., :2] / np.where(np.abs(depth) > 1e-12, depth, np.nan)
         plausible = np.max(np.abs(refined - start), axis=(1, 2)) < cell  # false for NaN
         corners = np.where(plausible[:, None, None], refined, start)
-    return corners
+    return np.where(plausible[:, None, None], corners, np.nan)
 
 
 def _sides(grey: NDArray[np.uint8], corners: Array, reach: Array) -> Array:

@@ -1,6 +1,6 @@
 """Corners of markers from all of their grey levels: the template of each marker fitted to the picture.
 
-Where the fit does not succeed, the corners are those of the square's edges.
+Where the fit does not succeed, the corners are those of the square's edges; without these there is no measurement.
 """
 
 from collections.abc import Sequence
@@ -26,9 +26,8 @@ MIN_SHARE_INSIDE = 0.5
 """share of the marker within the picture, below which the fit is not trusted (docs/thresholds.md)"""
 BLURRED_PX = 1.5
 """px of motion during the exposure, from which on a marker counts as blurred (docs/thresholds.md)"""
-EDGE_SD_PX, LOST_SD_PX = 0.15, 1.0
-"""px: standard deviation of the fallback's corners, from the square's edges or, where these fail, as they were at the start
-(docs/thresholds.md)"""
+EDGE_SD_PX = 0.15
+"""px: standard deviation of corners by the square's edges, where the grey levels could not be fitted (docs/thresholds.md)"""
 NEXT_CORNER = [1, 2, 3, 0]
 
 
@@ -51,9 +50,9 @@ class MarkerFit:
     """A marker's corners with their covariance, and what was estimated beside them."""
 
     corners: Array
-    """(4, 2), px"""
+    """(4, 2), px; NaN where neither grey levels nor edges tell them"""
     covariance: Array
-    """(8, 8), px^2, of x1, y1, x2, ..."""
+    """(8, 8), px^2, of x1, y1, x2, ...; NaN where there are no corners"""
     rms: float
     """of the weighted residual, grey levels"""
     contrast: float
@@ -154,12 +153,11 @@ def _smear_px(start: MarkerStart) -> float:
 
 
 def _fallback(grey: NDArray[np.uint8], start: MarkerStart, optics: Optics) -> MarkerFit:
-    """The corners by the edges of the square, or those of the start."""
-    corners, smear = start.corners, _smear_px(start)
-    if _are_squares(corners[None])[0]:
-        corners = refine_by_edges(grey, corners[None], len(start.cells))[0]
-    refined = not np.array_equal(corners, start.corners, equal_nan=True)
-    sd = np.hypot(EDGE_SD_PX if refined else LOST_SD_PX, smear / np.sqrt(12))
+    """The corners by the edges of the square."""
+    corners, smear = np.full((4, 2), np.nan), _smear_px(start)
+    if _are_squares(start.corners[None])[0]:
+        corners = refine_by_edges(grey, start.corners[None], len(start.cells))[0]
+    sd = np.hypot(EDGE_SD_PX, smear / np.sqrt(12)) if np.isfinite(corners).all() else np.nan
     return MarkerFit(
         corners=corners,
         covariance=sd**2 * np.eye(8),

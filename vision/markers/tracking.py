@@ -31,6 +31,8 @@ SEARCH_PERIOD_FRAMES = 150
 """frames between full searches, which also detect doubled and foreign markers (docs/thresholds.md)"""
 RETRY_PERIOD_FRAMES = 5
 """frames between full searches once a marker has been missing for PATIENCE_FRAMES (docs/thresholds.md)"""
+SMALL_PERIOD_FRAMES = 30
+"""frames between searches of the whole picture for a missing marker of few pixels, which cost five others (docs/thresholds.md)"""
 PATIENCE_FRAMES = 60
 """frames after the loss of a marker that are all searched in full (docs/thresholds.md)"""
 SEARCH_MARGIN_SIDES = 1.0
@@ -95,7 +97,7 @@ class MarkerTracker:
         centre = (2 * np.arange(n) + 1) / n - 1  # marker coordinates, -1 to 1
         self._centres = np.stack([np.tile(centre, n), np.repeat(centre, n), np.ones(n * n)])
         self._past: list[tuple[float, Array]] = []
-        self._since_search = 0
+        self._since_search = self._since_small = 0
         self._lost_for = 0
         self._options = options
         self._optics = Optics()
@@ -110,6 +112,7 @@ class MarkerTracker:
         fits: dict[int, MarkerFit] = {}
         predicted = self._predicted(frame.time)
         self._since_search += 1
+        self._since_small += 1
         if self._past and self._since_search < SEARCH_PERIOD_FRAMES:
             fits = self._fit_at_prediction(frame, predicted)
             for k, fit in fits.items():
@@ -117,9 +120,13 @@ class MarkerTracker:
             self._refine_predicted(frame.grey, predicted, corners, status)
         foreign_ids = self._search_if_due(frame.grey, corners, status)
         fits = {k: fit for k, fit in fits.items() if status[k] == TRACKED}
+        self._refine_searched(frame.grey, corners, status)
         if self._options.template:
             rest = [k for k in np.flatnonzero(~np.isnan(corners[:, 0, 0])).tolist() if k not in fits]
             fits |= self._fit_templates(frame, corners, rest)
+            lost = [k for k in fits if np.isnan(fits[k].corners).any()]
+            corners[lost], status[lost] = np.nan, LOST
+            fits = {k: fit for k, fit in fits.items() if k not in lost}
             self._learn(fits)
         covariance = np.full((count, 8, 8), np.nan, dtype=np.float32) if self._options.template else None
         hidden, clipped = np.zeros(count, dtype=np.float32), np.zeros(count, dtype=np.float32)
@@ -145,6 +152,7 @@ class MarkerTracker:
         """Fill in the corners and status of markers that are predicted and not known yet: by their edges, or by a search nearby."""
         wanted = np.flatnonzero(~np.isnan(predicted[:, 0, 0]) & (status != TRACKED))
         refined = refine_by_edges(grey, predicted[wanted], self._cells.shape[1])
+        # what no edge confirms is no measurement, however well cells are read there: reading passes half a cell beside the marker
         readable = self._readable_share(grey, refined, wanted) >= MIN_CELL_SHARE
         corners[wanted[readable]] = refined[readable]
         status[wanted[readable]] = TRACKED
@@ -154,6 +162,15 @@ class MarkerTracker:
             if nearby is not None:
                 corners[k], status[k] = nearby, SEARCHED
 
+    def _refine_searched(self, grey: Grey, corners: Array, status: NDArray[np.int8]) -> None:
+        """Corners of markers that were searched, by their edges; where these fail, nothing but a start for the template."""
+        searched = np.flatnonzero((status == SEARCHED) & ~np.isnan(corners[:, 0, 0]))
+        refined = refine_by_edges(grey, corners[searched], self._cells.shape[1])
+        failed = np.isnan(refined[:, 0, 0])
+        corners[searched[~failed]] = refined[~failed]
+        if not self._options.template:
+            corners[searched[failed]], status[searched[failed]] = np.nan, LOST
+
     def _search_if_due(self, grey: Grey, corners: Array, status: NDArray[np.int8]) -> tuple[int, ...]:
         """Search the whole picture where it is time to, and fill in corners and status; returns the foreign ids in view."""
         lost = bool(np.isnan(corners[:, 0, 0]).any())
@@ -162,7 +179,9 @@ class MarkerTracker:
         if self._past and self._since_search < period:
             return ()
         self._since_search = 0
-        detected = self._detector.detect(grey)
+        small = not self._past or self._since_small >= SMALL_PERIOD_FRAMES
+        self._since_small = 0 if small else self._since_small
+        detected = self._detector.detect(grey, small)
         for k, i in enumerate(self._ids):
             if i in detected.duplicate_ids:
                 corners[k], status[k] = np.nan, DOUBLED
@@ -250,5 +269,8 @@ class MarkerTracker:
         x1, y1 = np.clip(high, 0, np.array(grey.shape[::-1]))
         if x1 - x0 < MIN_SEARCH_PX or y1 - y0 < MIN_SEARCH_PX:
             return None
-        found = [c for i, c in self._detector.detect_all(grey[y0:y1, x0:x1]) if i == marker_id]
-        return found[0] + np.array([x0, y0], dtype=float) if len(found) == 1 else None
+        for search in (self._detector.detect_all, self._detector.detect_small):
+            found = [c for i, c in search(grey[y0:y1, x0:x1]) if i == marker_id]
+            if len(found) == 1:
+                return found[0] + np.array([x0, y0], dtype=float)
+        return None

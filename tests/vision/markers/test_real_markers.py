@@ -29,14 +29,17 @@ def published(picture: Path) -> list[np.ndarray]:
 
 
 def test_photographs() -> None:
-    """36 of 47 tags, as many as OpenCV finds, corners within half a pixel of the published ones in the median; and OpenCV's
-    AprilTag patterns are turned by 180 degrees against AprilTag's own, on every tag."""
-    found, turns, off, expected = 0, set(), [], 0
+    """41 of 47 tags (36 by OpenCV's own settings), 46 where small ones are searched, corners within half a pixel of the published
+    ones in the median; and OpenCV's AprilTag patterns are turned by 180 degrees against AprilTag's own, on every tag."""
+    found, small, turns, off, expected = 0, 0, set(), [], 0
     for picture in sorted((DATA / "apriltag").glob("*.jpg")):
         grey = np.asarray(cv2.imread(str(picture), cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
-        seen = [c for _, c in finder("apriltag_36h11", range(587)).detect_all(grey)]
+        detector = finder("apriltag_36h11", range(587))
+        seen = [c for _, c in detector.detect_all(grey)]
+        of_few_pixels = np.array([c.mean(axis=0) for _, c in detector.detect_small(grey)])
         for corners in published(picture):
             expected += 1
+            small += bool(np.any(np.linalg.norm(of_few_pixels - corners.mean(axis=0), axis=1) < 4))
             upright = corners[[3, 2, 1, 0]]  # lt, rt, rb, lb: OpenCV's order
             near = [c for c in seen if np.linalg.norm(c.mean(axis=0) - upright.mean(axis=0)) < 4]
             if near:
@@ -45,16 +48,18 @@ def test_photographs() -> None:
                 turns.add(int(np.argmin(errors)))
                 off.append(min(errors))
     assert expected == 47
-    assert found >= 36
+    assert found >= 41
+    assert small >= 46
     assert turns == {2}
     assert np.median(off) < 0.5
 
 
 def test_markers_on_two_wooden_bars() -> None:
-    """All 16 markers of the first frame, and the video read to its end though its header counts one frame more."""
+    """17 of the 18 markers of the first frame (OpenCV as it is: 16); the video is read to its end, though its header counts one
+    frame more."""
     seen = [
         len(finder("aruco_original", range(1024)).detect_all(f.grey))
         for f in read_frames(DATA / "scikit_surgery/multipattern.avi")
     ]
     assert len(seen) == 10
-    assert seen[0] == 16
+    assert seen[0] == 17
