@@ -1,26 +1,40 @@
-"""xneck extract."""
+"""xneck extract: the joint angles of an arm, or without an arm the markers of anyone's video."""
 
 from math import degrees, nan
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
+from click.core import ParameterSource
 
 from xneck.cli.finite_range import FiniteRange
 from xneck.cli.output import export_beside, export_option, progress_bar, report_result, result_options
 from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 
+if TYPE_CHECKING:
+    from vision.shutter import Shutter
+
 _MAX_GAPS = 10
 """gaps that are listed on the terminal; --json has all"""
 
 
-@click.command(epilog="Example: xneck extract video.mp4 --camera camera.yaml --neck neck.yaml --out angles.mcap")
+_ARM_ONLY = ("overlay", "light", "placement", "corrected_neck")
+"""options that mean nothing without an arm"""
+
+
+@click.command(
+    epilog="Examples: xneck extract video.mp4 --camera camera.yaml --neck neck.yaml --out angles.mcap; "
+    "xneck extract video.mp4 --dictionary aruco_4x4_50 --out markers.csv"
+)
 @click.argument("video", type=INPUT_FILE)
 @click.option(
-    "--camera", "camera_file", type=INPUT_FILE, required=True, help="camera.yaml of the camera at the video's size."
+    "--camera", "camera_file", type=INPUT_FILE, help="camera.yaml of the camera at the video's size; an arm needs it."
 )
-@click.option("--neck", "neck_file", type=INPUT_FILE, required=True, help="neck.yaml with the arm's markers.")
-@click.option("--out", type=OUTPUT_FILE, required=True, help="angles.mcap, or .csv, .npz, .mat.")
+@click.option("--neck", "neck_file", type=INPUT_FILE, help="neck.yaml with the arm's markers.")
+@click.option(
+    "--dictionary", help="Without an arm: all markers of this dictionary, each one's corners and turn in the picture."
+)
+@click.option("--out", type=OUTPUT_FILE, required=True, help="angles.mcap, or .csv, .npz, .mat; markers.mcap alike.")
 @click.option("--overlay", type=OUTPUT_FILE, help="A video with what was found drawn over it.")
 @click.option("--exposure", type=FiniteRange(0, 1), default=0.0, help="Exposure time, s, where it is known.")
 @click.option(
@@ -56,8 +70,9 @@ _MAX_GAPS = 10
 @result_options
 def command(
     video: Path,
-    camera_file: Path,
-    neck_file: Path,
+    camera_file: Path | None,
+    neck_file: Path | None,
+    dictionary: str | None,
     out: Path,
     overlay: Path | None,
     exposure: float,
@@ -72,7 +87,19 @@ def command(
     json_out: Path | None,
     quiet: bool,
 ) -> None:
-    """Joint angles alpha_1..N of every frame of a recorded video, with their standard deviations."""
+    """Joint angles alpha_1..N of every frame of a recorded video, with their standard deviations; or, with --dictionary in place of
+    --neck, the markers of any video."""
+    if (neck_file is None) == (dictionary is None):
+        raise click.UsageError("give --neck neck.yaml for an arm's angles, or --dictionary NAME for the markers alone")
+    from vision.shutter import Shutter
+
+    shutter = Shutter(exposure, row_time, stamp)
+    if dictionary is not None:
+        _refuse_options_of_an_arm()
+        _markers_alone(video, dictionary, camera_file, out, shutter, corners, workers, export_as, json_out, quiet)
+        return
+    if camera_file is None or neck_file is None:
+        raise click.UsageError("an arm's angles need --camera camera.yaml")
     from calibration.camera_file import read_camera
     from mechanism.description import read_neck
     from mechanism.neck_text import neck_text
@@ -81,7 +108,6 @@ def command(
     from vision.light_patch import LightPatch
     from vision.linkage.shared_fit import PlacementPrior
     from vision.overlay import write_overlay
-    from vision.shutter import Shutter
     from vision.video import describe_video
     from xneck_foundation.provenance import note_inputs, provenance
     from xneck_foundation.whole_file import write_text
@@ -89,7 +115,7 @@ def command(
     inputs = note_inputs({"video": video, "camera": camera_file, "neck": neck_file})
     camera, neck = read_camera(camera_file), read_neck(neck_file)
     options = ExtractionOptions(
-        shutter=Shutter(exposure, row_time, stamp),
+        shutter=shutter,
         placement=PlacementPrior() if placement or corrected_neck else None,
         template=corners == "template",
         light=LightPatch(*light) if light else None,
@@ -108,6 +134,58 @@ def command(
         write_text(corrected_neck, neck_text(extraction.fit.placement.neck, f"markers as found in {video.name}"))
     result = extraction.as_json()
     report_result(result, _summary(out, result), json_out, quiet)
+
+
+def _refuse_options_of_an_arm() -> None:
+    ctx = click.get_current_context()
+    for param in ctx.command.params:
+        given = param.name in _ARM_ONLY and ctx.get_parameter_source(param.name) is not ParameterSource.DEFAULT
+        if given:
+            raise click.UsageError(f"{param.opts[0]} needs an arm: give --neck and --camera in place of --dictionary")
+
+
+def _markers_alone(
+    video: Path,
+    dictionary: str,
+    camera_file: Path | None,
+    out: Path,
+    shutter: "Shutter",
+    corners: str,
+    workers: int,
+    export_as: str | None,
+    json_out: Path | None,
+    quiet: bool,
+) -> None:
+    """Corners and turns of all markers of a dictionary."""
+    from calibration.camera_file import read_camera
+    from vision.marker_tracks import TracksOptions, track_markers, write_tracks
+    from vision.video import describe_video
+    from xneck_foundation.provenance import note_inputs, provenance
+
+    inputs = note_inputs({"video": video} | ({"camera": camera_file} if camera_file else {}))
+    camera = read_camera(camera_file) if camera_file else None
+    described = describe_video(video)
+    options = TracksOptions(dictionary, shutter, corners == "template")
+    with progress_bar(described.frames, "extract", quiet) as done:
+        tracks = track_markers(described, options, camera, workers, done)
+    result = tracks.as_json() | {"dictionary": dictionary, "warnings": list(described.warnings)}
+    write_tracks(tracks, out, result | {"provenance": provenance(inputs)})
+    export_beside(tracks.series, out, export_as)
+    lines = [f"{out}: {len(tracks.ids)} markers of {dictionary} in {len(tracks.time)} frames"]
+    lines += [f"  {_marker_line(marker)}" for marker in result["markers"]]
+    lines += [f"  {warning}" for warning in result["warnings"]]
+    report_result(result, "\n".join(lines), json_out, quiet)
+
+
+def _marker_line(marker: dict[str, Any]) -> str:
+    """One marker: how often it was seen, and how well."""
+    line = f"id {marker['id']}: seen in {100 * marker['seen_share']:.1f} %"
+    if marker["sigma_turn_median_rad"] is not None:
+        line += f", turn to {degrees(marker['sigma_turn_median_rad']):.3f} deg"
+        line += f", corners to {marker['sigma_px_median']:.3f} px (one sigma)"
+    if marker["duplicates"]:
+        line += f"; twice in view in {marker['duplicates']} frames, and left out there"
+    return line
 
 
 def _summary(out: Path, result: dict[str, Any]) -> str:

@@ -1,0 +1,72 @@
+"""Markers of a video without an arm: corners and turns of those that are there, and of no others."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.command import run
+from tests.paths import SAMPLES, SHARED
+from tests.vision.markers.test_tracking import NECK, VIDEO
+from tests.vision.scene import corners
+from vision.marker_tracks import TracksOptions, track_markers
+from vision.shutter import Shutter
+from vision.video import describe_video, read_frames
+from xneck_foundation.errors import Refused
+
+FAMILY = "apriltag_36h11"
+
+
+@pytest.fixture(scope="module")
+def truth() -> np.ndarray:
+    return corners(NECK, np.load(SAMPLES / "truth.npz")["recording_frame_alpha"])
+
+
+def turn(of: np.ndarray) -> np.ndarray:
+    """Direction of the side from the top left to the top right corner and its opposite, y up."""
+    along = (of[..., 1, :] - of[..., 0, :]) + (of[..., 2, :] - of[..., 3, :])
+    return np.unwrap(np.angle(along[..., 0] - 1j * along[..., 1]), axis=0)
+
+
+@pytest.mark.slow
+def test_the_samples_markers_are_where_they_were_rendered(truth: np.ndarray) -> None:
+    """Each turn errs as its sigma says over 714 frames; the lens bends squares by some hundredths of a pixel, which stay."""
+    found = track_markers(describe_video(VIDEO), TracksOptions(FAMILY, Shutter(exposure_s=0.004)))
+    assert found.ids == (0, 1, 2, 3)
+    assert np.isfinite(found.corners).all()
+    assert np.sqrt(np.mean((found.corners - truth) ** 2)) < 0.05
+    error = found.turn - turn(truth)
+    noise = error - error.mean(axis=0)
+    assert 0.8 < np.sqrt(np.mean((noise / found.sigma_turn) ** 2)) < 1.4
+    assert np.max(np.abs(error.mean(axis=0))) < np.radians(0.03)
+
+
+def test_no_marker_of_the_dictionary_is_refused() -> None:
+    with pytest.raises(Refused, match="shows no marker of aruco_5x5_100 in 40 frames"):
+        track_markers(describe_video(VIDEO), TracksOptions("aruco_5x5_100"))
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="shared data not beside the checkout")
+def test_markers_that_nobody_here_made(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Twelve markers held before an endoscope: by command, with the same corners as the detector has in the first frame."""
+    video = SHARED / "markers/scikit_surgery/12markers.avi"
+    out, record = tmp_path / "markers.csv", tmp_path / "markers.json"
+    ran = run(capfd, "extract", video, "--dictionary", "aruco_6x6_250", "--out", out, "--json", record)
+    assert ran.status == 0
+    said = json.loads(record.read_text())
+    assert {m["id"] for m in said["markers"]} <= set(range(1, 13))
+    assert len(said["markers"]) >= 10
+    table = np.atleast_1d(np.genfromtxt(out, delimiter=",", names=True))
+    assert len(table) == said["frames"] == sum(1 for _ in read_frames(video))
+
+
+def test_without_an_arm_and_without_a_dictionary_nothing_is_guessed(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    neither = run(capfd, "extract", VIDEO, "--out", tmp_path / "a.csv")
+    both = run(capfd, "extract", VIDEO, "--placement", "--dictionary", FAMILY, "--out", tmp_path / "a.csv")
+    assert neither.status == both.status == 2
+    assert "--neck" in neither.err
+    assert "--placement needs an arm" in both.err
+    assert not list(tmp_path.iterdir())
