@@ -19,6 +19,7 @@ from vision.linkage.linkage_fit import LinkageFit, fit_linkage
 from vision.linkage.shared_fit import LinkageOptions, PlacementPrior
 from vision.markers.tracking import DOUBLED, REPEATED, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
+from vision.noise_by_frames import with_noise_by_frames
 from vision.repeated_pictures import repeated_pictures
 from vision.shutter import UNKNOWN_SHUTTER, Shutter, at_middle_row
 from vision.video import Video
@@ -120,6 +121,7 @@ def extract(
     time = options.shutter.middle(tracks.time, video.height)
     linkage = LinkageOptions(options.placement, systematic_px=SYSTEMATIC_PX)
     fit = fit_linkage(neck, camera, corners, str(video.path), covariance=covariance, time=time, options=linkage)
+    fit = with_noise_by_frames(fit, time)
     notes = _notes(video, markers, tracks, corners, fit)
     warn = options.placement is None
     notes["askew"] = _placement_warning(neck, camera, corners, covariance, str(video.path), fit) if warn else None

@@ -21,6 +21,7 @@ from vision.linkage.lens_bow import correct_lens_bow
 from vision.markers.detection import MarkerDetector
 from vision.markers.tracking import DOUBLED, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
+from vision.noise_by_frames import noise_factor
 from vision.shutter import UNKNOWN_SHUTTER, Shutter, at_middle_row
 from vision.video import Video, read_frames
 from xneck_foundation.errors import Refused
@@ -63,7 +64,7 @@ class TracksOfMarkers:
     sigma_turn: Array
     """(F, markers), rad; NaN where corners are by their edges, whose noise nobody states"""
     sigma_px: Array
-    """(F, markers): standard deviation of a corner's coordinate; NaN as above"""
+    """(F, markers): standard deviation of a corner's coordinate as the grey levels tell it; NaN as above"""
     duplicates: NDArray[np.intp]
     """(markers,): frames that show a marker twice and more, and in which it is left out"""
 
@@ -138,8 +139,11 @@ def track_markers(
     if tracks.covariance is not None:
         spread = np.sqrt(np.diagonal(tracks.covariance, axis1=-2, axis2=-1).mean(axis=-1, dtype=float))
     time = options.shutter.middle(tracks.time, video.height)
+    turn = _unwrapped(turn)
+    if tracks.covariance is not None:
+        sigma = sigma * noise_factor(time, turn, sigma)
     duplicates = (tracks.status == DOUBLED).sum(axis=0)
-    return TracksOfMarkers(ids, time, corners, _unwrapped(turn), sigma, spread, duplicates)
+    return TracksOfMarkers(ids, time, corners, turn, sigma, spread, duplicates)
 
 
 def write_tracks(tracks: TracksOfMarkers, path: str | Path, notes: dict[str, Any]) -> None:

@@ -31,14 +31,15 @@ def turn(of: np.ndarray) -> np.ndarray:
 
 @pytest.mark.slow
 def test_the_samples_markers_are_where_they_were_rendered(truth: np.ndarray) -> None:
-    """Each turn errs as its sigma says over 714 frames; the lens bends squares by some hundredths of a pixel, which stay."""
+    """Each turn errs as its sigma says over 714 frames, but for what coding repeats from frame to frame (half of an error is that
+    of the frame before); the lens bends squares by some hundredths of a pixel, which stay."""
     found = track_markers(describe_video(VIDEO), TracksOptions(FAMILY, Shutter(exposure_s=0.004)))
     assert found.ids == (0, 1, 2, 3)
     assert np.isfinite(found.corners).all()
     assert np.sqrt(np.mean((found.corners - truth) ** 2)) < 0.05
     error = found.turn - turn(truth)
     noise = error - error.mean(axis=0)
-    assert 0.8 < np.sqrt(np.mean((noise / found.sigma_turn) ** 2)) < 1.4
+    assert 0.8 < np.sqrt(np.mean((noise / found.sigma_turn) ** 2)) < 1.6
     assert np.max(np.abs(error.mean(axis=0))) < np.radians(0.03)
 
 

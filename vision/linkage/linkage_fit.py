@@ -63,12 +63,15 @@ class LinkageFit:
     depth: tuple[PlacedNumber, ...] = ()
     """how far each marker lies before the arm's plane"""
     drift: tuple[DriftTerm, ...] = field(default_factory=tuple)
+    noise_by_frames: tuple[float, ...] = ()
+    """factor on each joint's noise that the scatter from frame to frame asked for, beyond `scale`"""
 
     @property
     def notes(self) -> dict[str, Any]:
         """Placement and drift as plain values for JSON."""
         notes: dict[str, Any] = {
             "noise_scale": self.scale,
+            "noise_by_frames": list(self.noise_by_frames),
             "drift": [
                 {
                     "kind": d.kind,
