@@ -23,8 +23,8 @@ _ARM_ONLY = ("overlay", "light", "placement", "corrected_neck")
 
 
 @click.command(
-    epilog="Examples: xneck extract video.mp4 --camera camera.yaml --neck neck.yaml --out angles.mcap; "
-    "xneck extract video.mp4 --dictionary aruco_4x4_50 --out markers.csv"
+    epilog="Example: xneck extract video.mp4 --camera camera.yaml --neck neck.yaml --out angles.mcap; "
+    "without an arm: xneck extract video.mp4 --dictionary aruco_4x4_50 --out markers.csv"
 )
 @click.argument("video", type=INPUT_FILE)
 @click.option(
