@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from benchmarks.apriltag import apriltags
 from benchmarks.hard import true_camera
 from benchmarks.table import Claim, Table
-from mechanism.description import Neck, markers_of
+from mechanism.description import Neck
 from samples.generator.mounted import MountedArm, mounted_arm
 from vision.extract import Extraction, ExtractionOptions, extract
 from vision.shutter import Shutter
@@ -90,13 +90,12 @@ def _ours(arm: MountedArm, video: Path, neck: Neck) -> _Seen:
 
 def _tag_by_tag(arm: MountedArm, video: Path) -> _Seen:
     """Each bar's direction from its own marker's pose, against the base marker's."""
-    neck, camera = _described(arm.neck | {"markers": _unmounted(arm.neck["markers"])}), true_camera(arm.camera)
-    markers = markers_of(neck, "neck.yaml")
-    find = apriltags(markers.dictionary, decimate=1.0)
-    s = markers.size / 2
+    markers, camera = arm.neck["markers"], true_camera(arm.camera)
+    find = apriltags(markers["dictionary"], decimate=1.0)
+    s = markers["size"] / 2
     square = np.array([[-s, s, 0], [s, s, 0], [s, -s, 0], [-s, -s, 0]])
     rotation = arm.camera.T_camera_base[:3, :3]
-    turns = np.full((len(arm.times), len(markers.on_bars)), np.nan)
+    turns = np.full((len(arm.times), len(markers["on_bars"])), np.nan)
     for frame in read_frames(video):
         for number, corners in find(frame.grey):
             rays = camera.rays(corners)
@@ -109,12 +108,6 @@ def _tag_by_tag(arm: MountedArm, video: Path) -> _Seen:
     nothing = np.full(alpha.shape[1], np.nan)
     bias = np.nanmean(error, axis=0)
     return _Seen(np.degrees(bias), float(np.degrees(np.sqrt(np.nanmean(error**2)))), nothing, 0)
-
-
-def _unmounted(markers: dict[str, Any]) -> dict[str, Any]:
-    return markers | {
-        "on_bars": [{k: v for k, v in m.items() if k not in ("depth", "tilt")} for m in markers["on_bars"]]
-    }
 
 
 def _figures(seen: list[_Seen]) -> tuple[float | None, ...]:

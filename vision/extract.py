@@ -100,7 +100,7 @@ def extract(
     arm is in view.
     """
     markers = markers_of(neck, "neck.yaml")
-    _refuse_other_size(video, camera)
+    refuse_other_size(video, camera)
     if video.frames < 2:
         raise Refused(
             video.path, "has one frame only, which shows no motion", "is it a picture, or was the recording cut?"
@@ -135,7 +135,8 @@ def extract(
     return Extraction(_angles(time, fit, notes, tracks.light), fit, corners, quality)
 
 
-def _refuse_other_size(video: Video, camera: Camera) -> None:
+def refuse_other_size(video: Video, camera: Camera) -> None:
+    """Raises Refused where a camera was calibrated at another size of the picture than a video's."""
     if (video.width, video.height) != camera.size:
         raise Refused(
             video.path,

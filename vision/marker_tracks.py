@@ -3,6 +3,7 @@
 Which markers there are is looked up in frames spread over the video; these are then followed as an arm's are.
 """
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ from identification.dataset.dataset_file import export_series
 from identification.dataset.series import Series
 from identification.files import joint_state
 from mechanism.description import BarMarker, Markers
+from vision.extract import refuse_other_size
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.markers.detection import MarkerDetector
 from vision.markers.tracking import DOUBLED, TrackingOptions
@@ -113,12 +115,8 @@ def track_markers(
 
     Raises Refused for a damaged video, a picture size that is not the camera's, or where no marker of the dictionary is in view.
     """
-    if camera is not None and (video.width, video.height) != camera.size:
-        raise Refused(
-            video.path,
-            f"is {video.width}x{video.height}, the camera was calibrated at {camera.width}x{camera.height}",
-            "calibrate with pictures of the video's size",
-        )
+    if camera is not None:
+        refuse_other_size(video, camera)
     ids = _ids_in_view(video, options.dictionary)
     if not ids:
         raise Refused(
@@ -162,32 +160,34 @@ def _ids_in_view(video: Video, dictionary: str) -> tuple[int, ...]:
     """Ids of the dictionary that are seen in at least MIN_SIGHTINGS of the frames looked at, or in the only one."""
     detector = MarkerDetector(_markers(dictionary, (0,)))
     every = max(1, video.frames // LOOKED_AT)
-    sightings: dict[int, int] = {}
-    looked = 0
+    sightings, looked = Counter[int](), 0
     for frame in read_frames(video.path):
         if frame.index % every:
             continue
         looked += 1
-        seen = {i for i, _ in detector.detect_all(frame.grey)} or {i for i, _ in detector.detect_small(frame.grey)}
-        for i in seen:
-            sightings[i] = sightings.get(i, 0) + 1
+        sightings.update({i for i, _ in detector.detect_all(frame.grey) or detector.detect_small(frame.grey)})
     return tuple(sorted(i for i, count in sightings.items() if count >= min(MIN_SIGHTINGS, looked)))
 
 
 def _turns(corners: Array, tracks: MarkerTracks, camera: Camera | None) -> tuple[Array, Array]:
     """Direction of each marker's x axis (F, markers), rad, and its standard deviation by the corners' covariance."""
     places = corners if camera is None else camera.rays(corners.reshape(-1, 2)).reshape(corners.shape)
-    # the upper and the lower side point along the marker's x axis; y is down in the picture
-    along = places[..., 1, :] - places[..., 0, :] + places[..., 2, :] - places[..., 3, :]
+    along = _along_x(places)
+    # y is down in the picture
     turn = np.arctan2(-along[..., 1], along[..., 0])
     if tracks.covariance is None:
         return turn, np.full(turn.shape, np.nan)
-    in_px = corners[..., 1, :] - corners[..., 0, :] + corners[..., 2, :] - corners[..., 3, :]
+    in_px = _along_x(corners)
     slope = np.stack([in_px[..., 1], -in_px[..., 0]], axis=-1) / np.sum(in_px**2, axis=-1, keepdims=True)
     by_corner = np.array([-1.0, 1.0, 1.0, -1.0])[:, None] * slope[..., None, :]
     by_number = by_corner.reshape(*turn.shape, 8)
     variance = np.einsum("fki,fkij,fkj->fk", by_number, tracks.covariance.astype(float), by_number)
     return turn, np.sqrt(np.maximum(variance, 0.0))
+
+
+def _along_x(corners: Array) -> Array:
+    """Twice the mean of the upper and the lower side, which point along the marker's x axis, (..., 2), of corners (..., 4, 2)."""
+    return corners[..., 1, :] - corners[..., 0, :] + corners[..., 2, :] - corners[..., 3, :]
 
 
 def _unwrapped(turn: Array) -> Array:

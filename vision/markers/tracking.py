@@ -180,7 +180,8 @@ class MarkerTracker:
             return ()
         self._since_search = 0
         small = not self._past or self._since_small >= SMALL_PERIOD_FRAMES
-        self._since_small = 0 if small else self._since_small
+        if small:
+            self._since_small = 0
         detected = self._detector.detect(grey, small)
         for k, i in enumerate(self._ids):
             if i in detected.duplicate_ids:
