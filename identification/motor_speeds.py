@@ -8,9 +8,10 @@ So the angles are sought that fit the counts and make that tension as smooth as 
     sum ((theta - measured) / sigma)^2 + roughness |second difference of t|^2  ->  min
 
 Without friction and commands this is a smoothing spline. Its cutoff follows from the tension's spectrum beside that of rounding.
+Where cables rub on pulleys, friction depends on the tension itself: on that of a first estimate without it.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from identification.dataset.dataset import DataSet
 from identification.dataset.half_row_speeds import HalfRowSpeeds, smoother_response
 from identification.held_commands import mean_held_force
 from mechanism.arm import Arm
+from mechanism.cable_lengths import wrap_angles
 from mechanism.laws import MotorMotion
 from mechanism.machine import Machine
 
@@ -44,13 +46,16 @@ _TOLERANCE_RAD_S = 1e-3
 def with_motor_speeds(data: DataSet, machine: Machine, delay: float, draws: int = 0) -> DataSet:
     """A data set with its motors' speeds within the rows.
 
-    machine: laws of friction and of the command, with their numbers. Friction under tension is left out, which hardly matters.
+    machine: laws of friction and of the command, with their numbers.
     delay: s, by which forces act later than the log says; draws: how often the speeds' error is drawn.
     """
     state = data.state
     theta, f = state.matrix("theta"), state.matrix("f")
     step = float(np.mean(np.diff(state.time)))
-    return replace(data, speeds=motor_speeds(data.arm, machine, theta, f, step, data.neck.count_angles, delay, draws))
+    wrap = wrap_angles(data.arm, state.matrix("alpha")) if machine.rubs_under_tension else None
+    return replace(
+        data, speeds=motor_speeds(data.arm, machine, theta, f, step, data.neck.count_angles, delay, draws, wrap)
+    )
 
 
 def motor_speeds(
@@ -62,11 +67,12 @@ def motor_speeds(
     count: Array,
     delay: float = 0.0,
     draws: int = 0,
+    wrap: Array | None = None,
 ) -> HalfRowSpeeds:
     """Speeds of the motors within the rows of a log. Their error is drawn by rounding the estimate anew and smoothing that.
 
     theta: (T, M), rad, as measured, at rows `step` s apart; f: (T, M), N, each from its row and a delay, s, on; count: of
-    each encoder, (M,), rad.
+    each encoder, (M,), rad; wrap: of each cable around its pulleys, (T, M), rad, where the machine rubs there.
     """
     force = machine.acting_force(f, step)
     inertia = np.broadcast_to(arm.motor_inertia / arm.drum, (arm.M,))
@@ -75,23 +81,23 @@ def motor_speeds(
     # every motor's numbers in one piece
     start = np.stack([np.interp(np.arange(grid), rows, column) for column in theta.T]).T
     held = mean_held_force(force, np.arange(grid) / STEPS_PER_ROW - delay / step)
+    slack = np.zeros_like(held)
+    drive = _Drive(machine, held, inertia, step / STEPS_PER_ROW, MotorMotion(slack, slack, slack))
     sigma, cutoff = count / np.sqrt(12), np.full(arm.M, HIGHEST_CUTOFF_HZ)
     # with the widest cutoff first: it shows down to which frequency the tension can be told from rounding
-    wide = _smoothed(start, theta, held, machine, inertia, sigma, cutoff, step)
-    cutoff = _cutoff(_tension(wide, held, machine, inertia, step), inertia, sigma, step)
-    angles = _smoothed(wide, theta, held, machine, inertia, sigma, cutoff, step)
+    wide = drive.smoothed(start, theta, sigma, cutoff)
+    if wrap is not None and machine.rubs_under_tension:
+        drive = drive.rubbing(drive.tension(wide), wrap)
+        wide = drive.smoothed(wide, theta, sigma, cutoff)
+    cutoff = _cutoff(drive.tension(wide), inertia, sigma, step)
+    angles = drive.smoothed(wide, theta, sigma, cutoff)
     mean = _half_row_speeds(angles, step)
     rng, errors = np.random.default_rng(0), []
     for _ in range(draws):
         counted = angles[::STEPS_PER_ROW] + count * rng.uniform(-0.5, 0.5, theta.shape)
-        drawn = _smoothed(angles, counted, held, machine, inertia, sigma, cutoff, step)
+        drawn = drive.smoothed(angles, counted, sigma, cutoff)
         errors.append((_half_row_speeds(drawn, step) - mean).mean(axis=0))
     return HalfRowSpeeds(mean, cutoff, sigma, np.array(errors).reshape(draws, *theta.shape))
-
-
-def _untensioned(speed: Array) -> MotorMotion:
-    rest = np.zeros(speed.shape[1])
-    return MotorMotion(speed, rest, rest)
 
 
 def _half_row_speeds(angles: Array, step: float) -> Array:
@@ -99,13 +105,6 @@ def _half_row_speeds(angles: Array, step: float) -> Array:
     speed = np.diff(angles, axis=0) * STEPS_PER_ROW / step
     before, after = np.concatenate([speed[:1], speed[1::2]]), np.concatenate([speed[::2], speed[-1:]])
     return np.stack([before.T, after.T]).swapaxes(1, 2)
-
-
-def _tension(angles: Array, held: Array, machine: Machine, inertia: Array, step: float) -> Array:
-    """Tension at the inner steps, (G - 2, M), N, of angles (G, M) on half rows and forces held between them, (G - 1, M)."""
-    length = step / STEPS_PER_ROW
-    net = held - machine.friction(_untensioned(np.diff(angles, axis=0) / length))
-    return (net[:-1] + net[1:]) / 2 - inertia * np.diff(angles, 2, axis=0) / length**2
 
 
 def _cutoff(tension: Array, inertia: Array, sigma: Array, step: float) -> Array:
@@ -129,31 +128,51 @@ def _cutoff(tension: Array, inertia: Array, sigma: Array, step: float) -> Array:
     return choices[np.argmin(error, axis=0)]
 
 
-def _smoothed(
-    start: Array,
-    measured: Array,
-    held: Array,
-    machine: Machine,
-    inertia: Array,
-    sigma: Array,
-    cutoff: Array,
-    step: float,
-) -> Array:
-    """Angles on half rows, (G, M), rad, by Gauss and Newton's steps from `start`."""
-    length, angles = step / STEPS_PER_ROW, start
-    # a motor whose tension alone counts follows its angles up to the cutoff: |inertia w^4|^2 roughness = 1 / (sigma^2 step) there
-    root = np.sqrt(length / (sigma**2 * step)) / ((2 * np.pi * cutoff) ** 4 * inertia) / length**2
-    for _ in range(_MAX_ITERATIONS):
-        slope = machine.friction_slope(_untensioned(np.diff(angles, axis=0) / length)) / length
-        rough = root * np.diff(_tension(angles, held, machine, inertia, step), 2, axis=0)
-        change = np.empty_like(angles)
-        for j in range(angles.shape[1]):
-            by_angles = root[j] * _roughness_by_angles(slope[:, j], inertia[j] / length**2)
-            change[:, j] = _step(by_angles, rough[:, j], measured[:, j] - angles[::STEPS_PER_ROW, j], sigma[j])
-        angles = angles + change
-        if np.abs(np.diff(change, axis=0)).max() < _TOLERANCE_RAD_S * length:
-            break
-    return angles
+@dataclass(frozen=True)
+class _Drive:
+    """What turns the motors, on G angles that are half a row apart."""
+
+    machine: Machine
+    held: Array
+    """forces between the angles, (G - 1, M), N"""
+    inertia: Array
+    """Ia (R/rd), (M,)"""
+    length: float
+    """s, from angle to angle"""
+    rubs: MotorMotion
+    """under which tension, and wound how far, cables rub on their pulleys between the angles; its speeds are not used"""
+
+    def rubbing(self, tension: Array, wrap: Array) -> "_Drive":
+        """The same under a tension at the inner angles, (G - 2, M), N, and wound by `wrap`, (T, M), rad, at the rows."""
+        pulled = np.concatenate([tension[:1], (tension[:-1] + tension[1:]) / 2, tension[-1:]])
+        rows, between = np.arange(len(wrap)), (np.arange(len(self.held)) + 0.5) / STEPS_PER_ROW
+        wound = np.stack([np.interp(between, rows, column) for column in wrap.T], axis=-1)
+        return replace(self, rubs=MotorMotion(np.zeros_like(pulled), np.maximum(pulled, 0.0), wound))
+
+    def tension(self, angles: Array) -> Array:
+        """At the inner angles, (G - 2, M), N."""
+        net = self.held - self.machine.friction(self._turning(angles))
+        return (net[:-1] + net[1:]) / 2 - self.inertia * np.diff(angles, 2, axis=0) / self.length**2
+
+    def _turning(self, angles: Array) -> MotorMotion:
+        return replace(self.rubs, theta_d=np.diff(angles, axis=0) / self.length)
+
+    def smoothed(self, start: Array, measured: Array, sigma: Array, cutoff: Array) -> Array:
+        """Angles (G, M), rad, by Gauss and Newton's steps from `start`; measured: at the rows, (T, M), rad."""
+        angles, row = start, self.length * STEPS_PER_ROW
+        # a motor whose tension alone counts follows its angles up to the cutoff: |inertia w^4|^2 roughness = 1 / (sigma^2 row)
+        root = np.sqrt(self.length / (sigma**2 * row)) / ((2 * np.pi * cutoff) ** 4 * self.inertia) / self.length**2
+        for _ in range(_MAX_ITERATIONS):
+            slope = self.machine.friction_slope(self._turning(angles)) / self.length
+            rough = root * np.diff(self.tension(angles), 2, axis=0)
+            change = np.empty_like(angles)
+            for j in range(angles.shape[1]):
+                by_angles = root[j] * _roughness_by_angles(slope[:, j], self.inertia[j] / self.length**2)
+                change[:, j] = _step(by_angles, rough[:, j], measured[:, j] - angles[::STEPS_PER_ROW, j], sigma[j])
+            angles = angles + change
+            if np.abs(np.diff(change, axis=0)).max() < _TOLERANCE_RAD_S * self.length:
+                break
+        return angles
 
 
 def _roughness_by_angles(slope: Array, inertia: float) -> Array:
