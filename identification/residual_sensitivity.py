@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.cable_memory import memory_states
-from identification.residuals import cable_motion, law_forces
+from identification.residuals import cable_motion, friction_by_tension, law_forces
 from identification.signals import Signals
 from identification.unknowns import Unknowns
 from mechanism.arm import Arm
@@ -50,12 +50,17 @@ class ResidualSensitivity:
         self._arm, self._kept = s.arm, kept
         self._values, self._x0, self._laws = u.values(p, recording), u.get(p, "x0", recording), u.laws
         delay = float(u.get(p, "delay", recording)[0])
-        z = memory_states(Machine(s.arm, u.laws, self._values), cable_motion(s, self._x0), s.step)
-        self._drive = s.low_pass(law_forces(s, u.laws, self._values, self._x0, delay, z).drive.T).T
+        machine = Machine(s.arm, u.laws, self._values)
+        z = memory_states(machine, cable_motion(s, self._x0), s.step)
+        forces = law_forces(s, u.laws, self._values, self._x0, delay, z)
+        self._drive = s.low_pass(forces.drive.T).T
         self._memory = z[kept]
         self._alpha = s.alpha[kept], s.alpha_d[kept], s.alpha_dd[kept]
         self._jerk = np.gradient(s.alpha_dd, s.step, axis=0)[kept]
-        self._theta = s.theta[kept], s.theta_d[kept], s.low_pass(s.theta_dd.T).T
+        self._theta = s.theta[kept], s.theta_d[kept]
+        # where a cable rubs on its pulleys, a newton at the motor is not one at the arm
+        felt = s.theta_dd / (1 + friction_by_tension(s, machine, forces.pull))
+        self._theta_dd, self._felt_theta_dd = s.low_pass(s.theta_dd.T).T, s.low_pass(felt.T).T
         self._ways = _Ways.of(s.arm, self._alpha[0])
         self._load = _load(s.arm, *self._alpha)
         self._residual_0 = self._residual(s.arm, _NO_ERROR)
@@ -71,7 +76,7 @@ class ResidualSensitivity:
         return self._residual(arm or self._arm, angle_error) - self._residual_0
 
     def _residual(self, arm: Arm, error: AngleError) -> Array:
-        theta, theta_d, theta_dd = self._theta
+        theta, theta_d = self._theta
         errors = (error.alpha, error.alpha_d, error.alpha_dd)
         alpha, alpha_d, alpha_dd = (measured + e for measured, e in zip(self._alpha, errors, strict=True))
         as_measured = error is _NO_ERROR
@@ -83,7 +88,9 @@ class ResidualSensitivity:
         x = ways.longer + arm.drum * theta + arm.x0 + self._x0
         machine = Machine(arm, self._laws, self._values)
         pull = machine.pull(CableMotion(x, x_d, ways.length, arm, arm.drum * theta_d), self._memory)
-        net = self._drive - arm.motor_inertia / arm.drum * theta_dd
+        inertia = self._arm.motor_inertia / self._arm.drum
+        more = arm.motor_inertia / arm.drum - inertia
+        net = self._drive - inertia * self._theta_dd - more * self._felt_theta_dd
         torque = np.einsum("tij,tj->ti", ways.Z, net) - load - machine.resistance(alpha_d)
         return np.concatenate([(net - pull).T, torque.T])
 

@@ -137,6 +137,13 @@ def _mean_friction(s: Signals, machine: Machine, tension: Array) -> Array:
     return np.broadcast_to(machine.friction(turning), s.speeds.mean.shape).mean(axis=0)
 
 
+def friction_by_tension(s: Signals, machine: Machine, tension: Array) -> Array:
+    """Change of friction by a newton more than a tension (T, M), N, under which motors rub: (T, M)."""
+    if not machine.rubs_under_tension:
+        return np.zeros_like(tension)
+    return _mean_friction(s, machine, np.maximum(tension, 0.0) + 1.0) - _mean_friction(s, machine, tension)
+
+
 def cable_motion(s: Signals, x0: Array) -> CableMotion:
     """The motion of a recording's cables; x0: pre-elongation beyond the description's, (M,), m."""
     return CableMotion(s.x + x0, s.x_d, s.length, s.arm, s.arm.drum * s.theta_d)

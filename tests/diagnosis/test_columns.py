@@ -196,6 +196,21 @@ def test_columns_of_nuisances_are_what_the_arm_does_that_has_them(at: Linearisat
         assert np.std(changed[loudest] - column[loudest]) < part * np.std(changed[loudest]) + 1e-9, number.name
 
 
+def test_a_motors_inertia_changes_what_rubs_on_pulleys(at: Linearisation, data: DataSet) -> None:
+    """Inertia takes from a cable's tension, and so from its friction: without that the arm's equation was left with newtons."""
+    rubbing = at.hypothesis.with_law("pulley_friction", {"mu": np.full(4, 0.02), "cm": np.array([0.5])})
+    there = read_at(rubbing, data, at.p)
+    nuisances, motors = nuisances_at(there), at.hypothesis.arm.M
+    inertias = [k for k, number in enumerate(nuisances.drawing) if number.kind == "motor_inertia"]
+    assert len(inertias) == motors
+    for k in inertias:
+        number = nuisances.drawing[k]
+        heavier = read_at(replace(rubbing, neck=number.moved(rubbing.neck, number.sigma)), data, at.p)
+        changed = (heavier.recordings[0].rows.residual - there.recordings[0].rows.residual)[motors:]
+        column = nuisances.arm_columns[0][motors:, :, k]
+        assert np.std(changed - column) < 0.02 * np.std(changed)
+
+
 def compared(at: Linearisation) -> Comparison:
     plain = Whitener(np.ones((7, 1)))
     return compare(at, (), [(EFFECTS["viscous_friction"], {})], nuisances_at(at), plain)
