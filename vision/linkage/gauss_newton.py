@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from vision.linkage.block_covariance import clustered_covariance
 from vision.linkage.linkage_equations import (
-    HUBER_KNEE_SIGMA,
     LinkageEquations,
     bounded_variance,
     degrees_of_freedom,
     inverse_normals,
     linkage_equations,
+    robust_loss,
+    robust_weights,
     whiten,
 )
 from vision.linkage.observed_corners import CHUNK_FRAMES, ObservedCorners
@@ -27,6 +28,10 @@ Array = NDArray[np.float64]
 MAX_ITERATIONS = 40
 MAX_STEP = 0.5
 """rad, of an angle in one iteration"""
+MIN_GAIN = 1e-4
+"""variances of the corners: a step that promises to leave so much less moves nothing by a hundredth of its sigma, and is the last"""
+NEAR_GAIN = 1.0
+"""variances of the corners: a step that promises so much less is taken whole, whatever it leaves"""
 MIN_STEP_SHARE = 0.05
 """a step that leaves more is halved, but for a share so small"""
 MAX_ALPHA = 2.8
@@ -71,16 +76,18 @@ def fit_frames(
         information, right = _with_prior(equations, prior, shared)
         change[free] = _solve(information[np.ix_(free, free)], right[free])
         step = np.einsum("fnm,fm->fn", equations.inverse, equations.g_angles - equations.mixed @ change)
+        promised = right @ change + np.einsum("fn,fnm,fm->", equations.g_angles, equations.inverse, equations.g_angles)
         step = np.clip(step, -MAX_STEP, MAX_STEP)
-        variance, left, share = equations.variance, _left(equations, prior, shared, equations.variance), 1.0
+        before, left, share = equations, _left(observed, equations, equations, prior, shared), 1.0
         while True:
             then, angles = shared.plus(share * change), np.clip(alpha + share * step, -MAX_ALPHA, MAX_ALPHA)
             after = linkage_equations(scene, observed, then, angles, course, len(free))
-            if share < MIN_STEP_SHARE or _left(after, prior, then, variance) <= left:
+            whole = share < MIN_STEP_SHARE or promised < NEAR_GAIN * before.variance
+            if whole or _left(observed, after, before, prior, then) <= left:
                 break
             share /= 2
         shared, alpha, equations = then, angles, after
-        if share * max(np.max(np.abs(step), initial=0.0), np.max(np.abs(change), initial=0.0)) < 1e-8:
+        if promised < MIN_GAIN * before.variance:
             break
     covariance = np.zeros((len(prior.mean), len(prior.mean)))
     information, _ = _with_prior(equations, prior, shared)
@@ -94,8 +101,7 @@ def fit_angles(
     """Angles of each frame, (F, N), rad, with the shared parameters held, and the normal equations there."""
     for _ in range(MAX_ITERATIONS):
         r = (observed.image - scene.image(shared, alpha, course)) * observed.visible[..., None]
-        z = np.abs(r) / observed.sigma
-        weight = np.sqrt(np.minimum(1.0, HUBER_KNEE_SIGMA * (scale + 1e-12) / np.maximum(z, 1e-12)))[..., None]
+        weight = np.sqrt(robust_weights(observed, r, scale))[..., None]
         Ja = whiten(observed, scene.by_angles(shared, alpha, course) * weight)
         e = whiten(observed, r[..., None] * weight)
         JaT = np.swapaxes(Ja, 1, 2)
@@ -170,9 +176,16 @@ def extend_prior(prior: SharedPrior, information: Array) -> SharedPrior:
     )
 
 
-def _left(equations: LinkageEquations, prior: SharedPrior, shared: SharedParameters, variance: float) -> float:
-    """Squares that corners and the prior leave, in units of the whitened corners'."""
-    return float(np.sum(equations.squares) + variance * np.sum(prior.information * (shared.vector - prior.mean) ** 2))
+def _left(
+    observed: ObservedCorners,
+    equations: LinkageEquations,
+    weighed_by: LinkageEquations,
+    prior: SharedPrior,
+    shared: SharedParameters,
+) -> float:
+    """What corners and the prior leave, in units of the whitened corners' squares; by the scale and variance of other equations."""
+    of_prior = np.sum(prior.information * (shared.vector - prior.mean) ** 2)
+    return robust_loss(observed, equations.residual, weighed_by.scale) + float(weighed_by.variance * of_prior)
 
 
 def _with_prior(equations: LinkageEquations, prior: SharedPrior, shared: SharedParameters) -> tuple[Array, Array]:

@@ -29,6 +29,8 @@ class LinkageEquations:
     """(F, markers, 4), normalised coordinates, zero where not seen"""
     squares: Array
     """(F,): sum of the weighted and whitened squared residuals of each frame"""
+    scale: float
+    """standard deviation of a whitened coordinate by which corners' weights were told"""
     variance: float
     """of a whitened coordinate, from the median frame"""
     normal: Array
@@ -60,30 +62,45 @@ def linkage_equations(
     of a whitened coordinate, for the robust weights; from the median residual where None.
     """
     r = (observed.image - scene.image(shared, alpha, course)) * observed.visible[..., None]
-    z = np.abs(r) / observed.sigma
     if scale is None:
         # the median of Rayleigh's distribution is 1.177 standard deviations
-        scale = float(np.median(z[observed.visible])) / 1.177 if observed.visible.any() else 1.0
-    weight = np.sqrt(np.minimum(1.0, HUBER_KNEE_SIGMA * (scale + 1e-12) / np.maximum(z, 1e-12)))[..., None]
+        z = np.abs(r[observed.visible]) / observed.sigma[observed.visible]
+        scale = float(np.median(z)) / 1.177 if observed.visible.any() else 1.0
+    weight = np.sqrt(robust_weights(observed, r, scale))[..., None]
     Ja = whiten(observed, scene.by_angles(shared, alpha, course) * weight)
     Js = whiten(observed, scene.by_shared(shared, alpha, course) * weight)
     e = whiten(observed, r[..., None] * weight)[..., 0]
     JaT = np.swapaxes(Ja, 1, 2)
     normal, mixed, g_angles = JaT @ Ja, JaT @ Js, (JaT @ e[..., None])[..., 0]
     inverse = inverse_normals(normal)
-    eliminated = np.swapaxes(mixed, 1, 2) @ inverse
+    # squared only after the angles are eliminated: a difference of squares would be negative by rounding where little is known
+    left = Js - Ja @ (inverse @ mixed)
+    leftT = np.swapaxes(left, 1, 2)
     squares = np.sum(e**2, axis=1)
     return LinkageEquations(
         residual=r,
         squares=squares,
+        scale=scale,
         variance=bounded_variance(squares, degrees_of_freedom(observed, alpha.shape[1], count)),
         normal=normal,
         inverse=inverse,
         mixed=mixed,
         g_angles=g_angles,
-        reduced=np.swapaxes(Js, 1, 2) @ Js - eliminated @ mixed,
-        g_reduced=(np.swapaxes(Js, 1, 2) @ e[..., None] - eliminated @ g_angles[..., None])[..., 0],
+        reduced=leftT @ left,
+        g_reduced=(leftT @ e[..., None])[..., 0],
     )
+
+
+def robust_weights(observed: ObservedCorners, residual: Complex, scale: float) -> Array:
+    """Huber's weights of corners, (F, markers, 4), by their residuals; scale: standard deviation of a whitened coordinate."""
+    z = np.abs(residual) / observed.sigma
+    return np.minimum(1.0, HUBER_KNEE_SIGMA * (scale + 1e-12) / np.maximum(z, 1e-12))
+
+
+def robust_loss(observed: ObservedCorners, residual: Complex, scale: float) -> float:
+    """What those weights lessen: squares up to the knee, in proportion from there on (Huber 1964)."""
+    weight = robust_weights(observed, residual, scale)
+    return float(np.sum(whiten(observed, (residual * np.sqrt(weight * (2 - weight)))[..., None]) ** 2))
 
 
 def degrees_of_freedom(observed: ObservedCorners, unknowns: int, shared: int = 0) -> Array:
