@@ -33,6 +33,10 @@ SYSTEMATIC_PX = 0.01
 MAX_PLACEMENT_ERROR_RATIO = 1.5
 """corner error with the placement of neck.yaml over that with a free placement, from which on the placement is called wrong
 (docs/thresholds.md)"""
+_MAX_ROW_TIMES = 3
+"""corrections of a rolling shutter's row time that nobody said: the first is nearly right"""
+_WRONG_ROW_TIME_SHARE = 0.1
+"""of a row time that was said: from what difference on it is called wrong"""
 _MAX_MOMENTS = 10
 """repeated frames whose times are listed in the warning; the notes have all"""
 
@@ -77,6 +81,7 @@ class Extraction:
             "drift": angles.notes["drift"],
             "placement": angles.notes.get("placement"),
             "depth": angles.notes["depth"],
+            "row_time": angles.notes["row_time"],
             "askew": angles.notes["askew"],
             "T_camera_base": angles.notes["T_camera_base"],
         }
@@ -114,22 +119,40 @@ def extract(
     tracks = _without(tracks, repeated)
     ids = [marker.id for marker in markers.on_bars]
     cells = np.stack([marker_cells(markers.dictionary, i) for i in ids]) if options.template else None
-    corners = correct_lens_bow(camera, tracks.corners, cells)
-    kept = ~repeated  # the motion of the others is that from one of them to the next
-    corners[kept] = at_middle_row(tracks.time[kept], corners[kept], video.height, options.shutter)
+    seen = correct_lens_bow(camera, tracks.corners, cells)
     covariance = None if tracks.covariance is None else tracks.covariance.astype(float)
-    time = options.shutter.middle(tracks.time, video.height)
     linkage = LinkageOptions(options.placement, systematic_px=SYSTEMATIC_PX)
-    fit = fit_linkage(neck, camera, corners, str(video.path), covariance=covariance, time=time, options=linkage)
+
+    def fitted(shutter: Shutter) -> tuple[Array, LinkageFit]:
+        corners, kept = seen.copy(), ~repeated  # the motion of the others is that from one of them to the next
+        corners[kept] = at_middle_row(tracks.time[kept], corners[kept], video.height, shutter)
+        fit = fit_linkage(
+            neck, camera, corners, str(video.path), covariance=covariance, time=tracks.time, options=linkage
+        )
+        return corners, fit
+
+    shutter = options.shutter
+    corners, fit = fitted(shutter)
+    for _ in range(_MAX_ROW_TIMES):
+        if options.shutter.row_s or fit.row_time is None or not fit.row_time.is_sure:
+            break
+        shutter = replace(shutter, row_s=shutter.row_s + fit.row_time.seconds)
+        corners, fit = fitted(shutter)
+    time = shutter.middle(tracks.time, video.height)
     fit = with_noise_by_frames(fit, time)
     notes = _notes(video, markers, tracks, corners, fit)
     warn = options.placement is None
     notes["askew"] = _placement_warning(neck, camera, corners, covariance, str(video.path), fit) if warn else None
     notes["repeated_frames"] = [{"frame": int(k), "time_s": float(time[k])} for k in np.flatnonzero(repeated).tolist()]
-    notes["warnings"] = [*video.warnings, *_repetition_warning(time, repeated)]
+    notes["row_time"] = _row_time_note(fit, shutter)
+    notes["warnings"] = [
+        *video.warnings,
+        *_repetition_warning(time, repeated),
+        *_row_time_warning(fit, options.shutter, shutter, video.height),
+    ]
     notes["gaps"] = angle_gaps(time, fit.alpha, ids, tracks.status)
     if options.light:
-        delay = options.light.delay_s(video.height, options.shutter)
+        delay = options.light.delay_s(video.height, shutter)
         notes["light"] = {**asdict(options.light), "exposure_s": options.shutter.exposure_s, "later_s": delay}
     quality = frame_quality(tracks, ids, fit.residual_px, options.shutter.exposure_s)
     return Extraction(_angles(time, fit, notes, tracks.light), fit, corners, quality)
@@ -173,6 +196,30 @@ def _repetition_warning(time: Array, repeated: NDArray[np.bool_]) -> list[str]:
         f"{count} of {len(time)} {shows} the picture before again while the arm moves (at {moments}{more} s): no angles there; "
         "does the camera keep up with its frame rate?"
     ]
+
+
+def _row_time_note(fit: LinkageFit, shutter: Shutter) -> dict[str, float | None]:
+    """By how much later the row below is exposed, as the corners were corrected, and how well the motion tells it."""
+    found = fit.row_time
+    return {
+        "used_s": shutter.row_s,
+        "found_s": None if found is None else shutter.row_s + found.seconds,
+        "sigma_s": None if found is None else found.sigma,
+    }
+
+
+def _row_time_warning(fit: LinkageFit, said: Shutter, used: Shutter, height: int) -> list[str]:
+    """A sentence where the motion shows a rolling shutter that nobody spoke of, or another one than was said."""
+    found = fit.row_time
+    if found is None:
+        return []
+    shown = f"{1e6 * (used.row_s + found.seconds):.2f} +- {1e6 * found.sigma:.2f} us after the row above it"
+    if not said.row_s and used.row_s:
+        whole = 1e3 * abs(used.row_s) * (height - 1)
+        return [f"a rolling shutter: each row is exposed {shown} ({whole:.1f} ms from first to last); corrected"]
+    if said.row_s and found.is_sure and abs(found.seconds) > _WRONG_ROW_TIME_SHARE * abs(said.row_s):
+        return [f"a row time of {1e6 * said.row_s:.2f} us was said, but the motion shows each row {shown}; correct it"]
+    return []
 
 
 def _refuse_without_markers(video: Video, markers: Markers, tracks: MarkerTracks) -> None:

@@ -38,10 +38,10 @@ def at_middle_row(time: Array, corners: Array, height: int, shutter: Shutter) ->
     if not shutter.row_s:
         return corners
     delay = (corners[..., 1:] - (height - 1) / 2) * shutter.row_s
-    return corners - _velocity(time, corners) * delay
+    return corners - velocity(time, corners) * delay
 
 
-def _velocity(time: Array, corners: Array) -> Array:
+def velocity(time: Array, corners: Array) -> Array:
     """Velocity of corners in px/s by central differences; one-sided where a neighbour is missing, zero where both are."""
     step = np.diff(time).reshape(-1, *[1] * (corners.ndim - 1))
     between = np.diff(corners, axis=0) / step

@@ -1,5 +1,7 @@
 """Where the sample's camera sees the markers, by the generator's own linkage and camera model."""
 
+from collections.abc import Callable
+
 import cv2
 import numpy as np
 
@@ -53,3 +55,20 @@ def corners(
     if seed is not None:
         out += np.random.default_rng(seed).normal(0, noise, out.shape)
     return out
+
+
+def rolled(
+    neck: Neck,
+    time: np.ndarray,
+    alpha_at: Callable[[np.ndarray], np.ndarray],
+    row_s: float,
+    depth: np.ndarray | None = None,
+) -> np.ndarray:
+    """Each corner where it was when its own row was exposed: t = stamp + (row(t) - middle row) row_s, by iteration."""
+    seen = corners(neck, alpha_at(time), depth=depth)
+    for _ in range(6):
+        late = (seen[..., 1] - (SAMPLE_CAMERA.height - 1) / 2) * row_s
+        for k in range(seen.shape[1]):
+            for c in range(4):
+                seen[:, k, c] = corners(neck, alpha_at(time + late[:, k, c]), depth=depth)[:, k, c]
+    return seen

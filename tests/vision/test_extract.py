@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 
 from calibration.camera import Camera
-from mechanism.description import read_neck
+from mechanism.description import markers_of, read_neck
 from samples.generator.camera import SAMPLE_CAMERA
 from tests.paths import ROOT
+from tests.vision.linkage.test_row_time import swinging
+from tests.vision.scene import NOISE_PX, rolled
 from tests.vision.test_video import film
 from vision.extract import Extraction, ExtractionOptions, extract
+from vision.markers.video_tracking import MarkerTracks
 from vision.shutter import Shutter
 from vision.video import Frame, describe_video, read_frames
 from xneck_foundation.errors import Refused
@@ -49,7 +52,7 @@ def extractions(tmp_path_factory: pytest.TempPathFactory) -> tuple[Extraction, E
     frames = [replace(f, grey=f.grey.copy()) for f in islice(read_frames(R / "video.mp4"), FIRST, FIRST + COUNT)]
     source = [k - (k in REPEATED) for k in range(COUNT)]
     neck = read_neck(R / "neck.yaml")
-    options = ExtractionOptions(shutter=Shutter(row_s=1e-5), template=False)
+    options = ExtractionOptions(shutter=Shutter(row_s=1e-6), template=False)
     whole, repeated = (
         extract(describe_video(recoded(folder / name, frames, shown)), CAMERA, neck, options)
         for name, shown in (("whole.mp4", list(range(COUNT))), ("repeated.mp4", source))
@@ -86,3 +89,37 @@ def test_a_video_of_one_frame_is_refused(tmp_path: Path) -> None:
     camera = replace(CAMERA, width=96, height=64)
     with pytest.raises(Refused, match="has one frame only, which shows no motion"):
         extract(describe_video(film(tmp_path / "a.mp4", [0])), camera, read_neck(R / "neck.yaml"))
+
+
+def test_a_rolling_shutter_that_nobody_spoke_of_is_corrected_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Corners as a phone's shutter sees them stand in the place of the sample's."""
+    neck, time, row_s = read_neck(R / "neck.yaml"), np.arange(300) / 30, 2e-5
+    markers = markers_of(neck, "neck.yaml").on_bars
+    noise = np.random.default_rng(1).normal(0, NOISE_PX, (300, len(markers), 4, 2))
+    seen = rolled(neck, time, swinging(5), row_s) + noise
+    nothing = np.zeros(seen.shape[:2], dtype=np.float32)
+    tracks = MarkerTracks(
+        time, seen, None, nothing.astype(np.int8), nothing, nothing, nothing.astype(bool), foreign_ids=()
+    )
+    monkeypatch.setattr("vision.extract.track_video", lambda *args: tracks)
+    video = describe_video(R / "video.mp4")
+
+    def extracted(shutter: Shutter) -> Extraction:
+        return extract(video, CAMERA, neck, ExtractionOptions(shutter=shutter, template=False))
+
+    found = extracted(Shutter())
+    record = found.as_json()
+    error = np.degrees(found.angles.alpha - swinging(5)(time))[1:-1]
+    assert np.sqrt(np.mean(error**2)) < 0.05
+    assert record["row_time"]["used_s"] == pytest.approx(row_s, rel=0.02)
+    (warning,) = record["warnings"]
+    assert warning.startswith("a rolling shutter: each row is exposed")
+    told = extracted(Shutter(row_s=row_s)).as_json()
+    assert told["warnings"] == []
+    assert told["row_time"]["used_s"] == row_s
+    # what is said is believed, and contradicted
+    other = extracted(Shutter(row_s=3e-5)).as_json()
+    assert other["row_time"]["used_s"] == 3e-5
+    assert other["row_time"]["found_s"] == pytest.approx(row_s, rel=0.02)
+    (warning,) = other["warnings"]
+    assert warning.startswith("a row time of 30.00 us was said, but the motion shows")

@@ -4,7 +4,7 @@ import numpy as np
 
 from mechanism.description import read_neck
 from tests.paths import NECK_FILE
-from tests.vision.scene import corners
+from tests.vision.scene import corners, rolled
 from vision.shutter import Shutter, at_middle_row
 
 NECK = read_neck(NECK_FILE)
@@ -16,21 +16,9 @@ def alpha(t: np.ndarray) -> np.ndarray:
     return 0.45 * np.sin(2 * np.pi * np.multiply.outer(t, [0.31, 0.47, 0.73]) + [0.0, 1.0, 2.0])
 
 
-def rolled(time: np.ndarray) -> np.ndarray:
-    """Each corner where it was when its own row was exposed: t = stamp + (row(t) - middle row) ROW_S, by iteration."""
-    seen = corners(NECK, alpha(time))
-    shape = seen.shape[1:3]
-    for _ in range(6):
-        late = (seen[..., 1] - 359.5) * ROW_S
-        for k in range(shape[0]):
-            for c in range(shape[1]):
-                seen[:, k, c] = corners(NECK, alpha(time + late[:, k, c]))[:, k, c]
-    return seen
-
-
 def test_rows_are_brought_to_one_moment() -> None:
     """Left alone corners are off by over 2 px; moved along their own motion by less than 0.05 px within the recording."""
-    still, rolling = corners(NECK, alpha(TIME)), rolled(TIME)
+    still, rolling = corners(NECK, alpha(TIME)), rolled(NECK, TIME, alpha, ROW_S)
     assert np.max(np.abs(rolling - still)) > 2.0
     mended = at_middle_row(TIME, rolling, 720, Shutter(row_s=ROW_S))
     assert np.max(np.abs(mended - still)[1:-1]) < 0.05
@@ -39,7 +27,7 @@ def test_rows_are_brought_to_one_moment() -> None:
 
 
 def test_a_missing_frame_leaves_one_side() -> None:
-    rolling = rolled(TIME)
+    rolling = rolled(NECK, TIME, alpha, ROW_S)
     rolling[50] = np.nan
     mended = at_middle_row(TIME, rolling, 720, Shutter(row_s=ROW_S))
     assert np.isnan(mended[50]).all()

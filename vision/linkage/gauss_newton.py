@@ -29,9 +29,9 @@ MAX_ITERATIONS = 40
 MAX_STEP = 0.5
 """rad, of an angle in one iteration"""
 MIN_GAIN = 1e-4
-"""variances of the corners: a step that promises to leave so much less moves nothing by a hundredth of its sigma, and is the last"""
+"""variances of the corners: a step that promises no more moves nothing by a hundredth of its sigma, and is the last"""
 NEAR_GAIN = 1.0
-"""variances of the corners: a step that promises so much less is taken whole, whatever it leaves"""
+"""variances of the corners: a step that promises no more is taken whole, whatever it leaves"""
 MIN_STEP_SHARE = 0.05
 """a step that leaves more is halved, but for a share so small"""
 MAX_ALPHA = 2.8

@@ -55,11 +55,13 @@ def linkage_equations(
     course: Array,
     count: int,
     scale: float | None = None,
+    beside: Complex | None = None,
 ) -> LinkageEquations:
     """Normal equations at `shared` and `alpha`, (F, N), rad.
 
     count: how many shared parameters were estimated from these frames, for the degrees of freedom. scale: standard deviation
-    of a whitened coordinate, for the robust weights; from the median residual where None.
+    of a whitened coordinate, for the robust weights; from the median residual where None. beside: derivatives of the corners by
+    k numbers that are asked for after the shared parameters, (F, markers, 4, k); p then counts these too.
     """
     r = (observed.image - scene.image(shared, alpha, course)) * observed.visible[..., None]
     if scale is None:
@@ -68,7 +70,8 @@ def linkage_equations(
         scale = float(np.median(z)) / 1.177 if observed.visible.any() else 1.0
     weight = np.sqrt(robust_weights(observed, r, scale))[..., None]
     Ja = whiten(observed, scene.by_angles(shared, alpha, course) * weight)
-    Js = whiten(observed, scene.by_shared(shared, alpha, course) * weight)
+    by_shared = scene.by_shared(shared, alpha, course)
+    Js = whiten(observed, (by_shared if beside is None else np.concatenate([by_shared, beside], axis=-1)) * weight)
     e = whiten(observed, r[..., None] * weight)[..., 0]
     JaT = np.swapaxes(Ja, 1, 2)
     normal, mixed, g_angles = JaT @ Ja, JaT @ Js, (JaT @ e[..., None])[..., 0]

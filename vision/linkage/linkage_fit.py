@@ -20,6 +20,7 @@ from vision.linkage.linkage_equations import degrees_of_freedom, inverse_normals
 from vision.linkage.marker_placement import MarkerPlacement, PlacedNumber, describe_depth, describe_placement
 from vision.linkage.observed_corners import CHUNK_FRAMES, whiten_corners
 from vision.linkage.offset_sensitivity import offset_sensitivity
+from vision.linkage.row_time import RowTime, row_time
 from vision.linkage.scene import poses_by_frame
 from vision.linkage.shared_fit import LinkageOptions, SharedFit, fit_shared
 
@@ -63,6 +64,8 @@ class LinkageFit:
     depth: tuple[PlacedNumber, ...] = ()
     """how far each marker lies before the arm's plane"""
     drift: tuple[DriftTerm, ...] = field(default_factory=tuple)
+    row_time: RowTime | None = None
+    """what the motion says of a rolling shutter's rows beyond what the corners were corrected by; None without times"""
     noise_by_frames: tuple[float, ...] = ()
     """factor on each joint's noise that the scatter from frame to frame asked for, beyond `scale`"""
 
@@ -104,7 +107,8 @@ def fit_linkage(
     """Angles from corners of shape (F, markers, 4, 2), px as detected, NaN where a marker was not found.
 
     covariance: of each marker's corners x1, y1, x2, ..., (F, markers, 8, 8), px^2, NaN or None where not known; only its
-    proportions count, its scale is estimated from the residuals. time: (F,), s, to name the moment of a drift.
+    proportions count, its scale is estimated from the residuals. time: (F,), s, to name the moment of a drift
+    and to tell a rolling shutter.
 
     Raises Refused where no marker is on the base bar, or too few frames show what the pose needs.
     """
@@ -133,6 +137,7 @@ def fit_linkage(
         placement=None if options.placement is None else describe_placement(neck, fit, options.placement),
         depth=describe_depth(neck, fit),
         drift=fit.drift,
+        row_time=None if time is None else row_time(fit, camera, corners, time, alpha, covariance),
     )
 
 

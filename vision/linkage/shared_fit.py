@@ -84,6 +84,7 @@ class SharedFit:
     course: Array
     """(F, terms): share of each drift term that a frame has"""
     drift: tuple[DriftTerm, ...]
+    prior: SharedPrior
     offset_gain: Array | None
     """(p, 8 markers): change of `shared.vector` by one standard deviation of each lasting corner offset; None without them"""
 
@@ -165,6 +166,7 @@ def fit_shared(
         variance=variance,
         course=course,
         drift=terms,
+        prior=prior,
         offset_gain=gain,
     )
 

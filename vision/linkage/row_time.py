@@ -1,0 +1,75 @@
+"""How long after the row above it each row of a rolling shutter is exposed, as the moving arm itself shows it.
+
+A corner is seen where it was when its own row was exposed: off by its velocity times its row's delay. Angles can follow some of
+that, but not what one bar's corners do at different rows, nor bars at different heights. So the time from row to row is one more
+number that all frames share.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calibration.camera import Camera
+from vision.linkage.block_covariance import clustered_covariance, frame_blocks
+from vision.linkage.linkage_equations import linkage_equations
+from vision.linkage.observed_corners import whiten_corners
+from vision.linkage.shared_fit import SharedFit
+from vision.shutter import velocity
+
+Array = NDArray[np.float64]
+
+MAX_FRAMES = 600
+"""frames, spread over the recording, that are asked"""
+SURE_SIGMAS = 6.0
+"""standard deviations from which a row time is one (docs/thresholds.md)"""
+
+
+@dataclass(frozen=True)
+class RowTime:
+    """Time from the exposure of a row to that of the row below it, beyond what corners were corrected by."""
+
+    seconds: float
+    sigma: float
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether chance, and what the arm's model lacks, would hardly look like it."""
+        return abs(self.seconds) > SURE_SIGMAS * self.sigma
+
+
+def row_time(
+    fit: SharedFit, camera: Camera, corners: Array, time: Array, alpha: Array, covariance: Array | None
+) -> RowTime | None:
+    """By a fit to corners (F, markers, 4, 2), px, at times (F,), s, with its angles (F, N), rad; None where nothing moves.
+
+    covariance: of the corners, as `fit_linkage` takes it. The standard deviation follows from the scatter over the recording.
+    """
+    moving = velocity(time, np.stack([fit.image.real, fit.image.imag], axis=-1))
+    rows = corners[..., 1] - (camera.height - 1) / 2
+    known = np.flatnonzero(np.isfinite(alpha).all(axis=1))
+    if len(known) < 2:
+        return None
+    frames = known[np.unique(np.linspace(0, len(known) - 1, MAX_FRAMES).astype(int))]
+    column = np.nan_to_num(rows[frames] * (moving[frames, ..., 0] + 1j * moving[frames, ..., 1]))[..., None]
+    if not column.any():
+        return None
+    # in units in which it does about as much as the others
+    size = 1 / float(np.sqrt(np.mean(np.abs(column) ** 2)))
+    observed = whiten_corners(camera, fit.image[frames], None if covariance is None else covariance[frames])
+    scale, free = float(np.sqrt(fit.variance)), np.append(fit.prior.free, True)
+    equations = linkage_equations(
+        fit.scene, observed, fit.shared, alpha[frames], fit.course[frames], 0, scale, size * column
+    )
+    known_before = np.append(fit.prior.information, 0.0)[free]
+    information, score = equations.reduced[:, free][:, :, free], equations.g_reduced[:, free]
+    total = information.sum(axis=0) + np.diag(known_before * fit.variance)
+    right = score.sum(axis=0) + known_before * fit.variance * np.append(fit.prior.mean - fit.shared.vector, 0.0)[free]
+    unit = np.sqrt(np.diag(total))
+    change = np.linalg.solve(total / np.outer(unit, unit), right / unit) / unit
+    block = frame_blocks(len(alpha))[frames]
+    by_block = np.zeros((block.max() + 1, *total.shape)), np.zeros((block.max() + 1, len(total)))
+    np.add.at(by_block[0], block, information)
+    np.add.at(by_block[1], block, score - information @ change)
+    spread = clustered_covariance(*by_block, known_before, fit.variance)
+    return RowTime(size * float(change[-1]), size * float(np.sqrt(spread[-1, -1])))
