@@ -16,7 +16,8 @@ from vision.frame_quality import angle_gaps, frame_quality
 from vision.light_patch import LightPatch
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.linkage.linkage_fit import LinkageFit, fit_linkage
-from vision.linkage.shared_fit import LinkageOptions, PlacementPrior
+from vision.linkage.marker_placement import describe_placement
+from vision.linkage.shared_fit import LinkageOptions, PlacementPrior, fit_shared
 from vision.markers.tracking import DOUBLED, REPEATED, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
 from vision.noise_by_frames import with_noise_by_frames
@@ -267,12 +268,13 @@ def _placement_warning(
     neck: Neck, camera: Camera, corners: Array, covariance: Array | None, where: str, described: LinkageFit
 ) -> str | None:
     """A sentence where markers that sit as neck.yaml says explain the corners much worse than markers free to sit elsewhere."""
-    options = LinkageOptions(PlacementPrior(), drift=False)
-    free = fit_linkage(neck, camera, corners, where, covariance=covariance, options=options)
-    ratio = MAX_PLACEMENT_ERROR_RATIO
-    if described.corner_sigma_px < ratio * free.corner_sigma_px or free.placement is None:
+    prior = PlacementPrior()
+    free = fit_shared(neck, camera, corners, where, covariance, options=LinkageOptions(prior, drift=False))
+    ratio = described.scale / float(np.sqrt(free.variance))
+    if ratio < MAX_PLACEMENT_ERROR_RATIO:
         return None
-    worst = max(free.placement.numbers, key=lambda n: abs(n.value - n.nominal) / n.prior_sigma)
+    numbers = describe_placement(neck, free, prior).numbers
+    worst = max(numbers, key=lambda n: abs(n.value - n.nominal) / n.prior_sigma)
     shown = (
         f"{1e3 * (worst.value - worst.nominal):+.1f} mm"
         if worst.unit == "m"
@@ -280,6 +282,6 @@ def _placement_warning(
     )
     return (
         f"the markers do not sit as neck.yaml says: corners fit to {described.corner_sigma_px:.2f} px as described, to "
-        f"{free.corner_sigma_px:.2f} px where they may sit otherwise (most: {worst.name} of {worst.where}, {shown}); "
+        f"{described.corner_sigma_px / ratio:.2f} px where they may sit otherwise (most: {worst.name} of {worst.where}, {shown}); "
         "estimate their placement, or correct neck.yaml"
     )

@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 MAX_ITERATIONS = 40
 MAX_STEP = 0.5
 """rad, of an angle in one iteration"""
+MIN_STEP = 1e-9
+"""rad, of a frame's angles: a smaller step was its last"""
 MIN_GAIN = 1e-4
 """variances of the corners: a step that promises no more moves nothing by a hundredth of its sigma, and is the last"""
 NEAR_GAIN = 1.0
@@ -99,15 +101,18 @@ def fit_angles(
     scene: Scene, observed: ObservedCorners, shared: SharedParameters, alpha: Array, course: Array, scale: float
 ) -> tuple[Array, LinkageEquations]:
     """Angles of each frame, (F, N), rad, with the shared parameters held, and the normal equations there."""
+    alpha, moving = alpha.copy(), np.arange(len(alpha))
     for _ in range(MAX_ITERATIONS):
-        r = (observed.image - scene.image(shared, alpha, course)) * observed.visible[..., None]
-        weight = np.sqrt(robust_weights(observed, r, scale))[..., None]
-        Ja = whiten(observed, scene.by_angles(shared, alpha, course) * weight)
-        e = whiten(observed, r[..., None] * weight)
+        part, at, go = observed.of(moving), alpha[moving], course[moving]
+        r = (part.image - scene.image(shared, at, go)) * part.visible[..., None]
+        weight = np.sqrt(robust_weights(part, r, scale))[..., None]
+        Ja = whiten(part, scene.by_angles(shared, at, go) * weight)
+        e = whiten(part, r[..., None] * weight)
         JaT = np.swapaxes(Ja, 1, 2)
         step = (inverse_normals(JaT @ Ja) @ (JaT @ e))[..., 0]
-        alpha = np.clip(alpha + np.clip(step, -MAX_STEP, MAX_STEP), -MAX_ALPHA, MAX_ALPHA)
-        if np.max(np.abs(step), initial=0.0) < 1e-9:
+        alpha[moving] = np.clip(at + np.clip(step, -MAX_STEP, MAX_STEP), -MAX_ALPHA, MAX_ALPHA)
+        moving = moving[np.max(np.abs(step), axis=1, initial=0.0) > MIN_STEP]
+        if not len(moving):
             break
     return alpha, linkage_equations(scene, observed, shared, alpha, course, 0, scale)
 

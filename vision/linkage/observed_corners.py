@@ -30,6 +30,12 @@ class ObservedCorners:
     rank: NDArray[np.intp]
     """(F, markers): number of independent coordinates of a marker; zero where not visible"""
 
+    def of(self, frames: NDArray[np.intp]) -> "ObservedCorners":
+        """Those of some frames."""
+        return ObservedCorners(
+            self.image[frames], self.visible[frames], self.whitener[frames], self.sigma[frames], self.rank[frames]
+        )
+
 
 def normalise_corners(camera: Camera, corners: Array) -> Complex:
     """Corners (F, markers, 4, 2), px as detected, as normalised coordinates, NaN where not found."""
