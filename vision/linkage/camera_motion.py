@@ -6,11 +6,13 @@ divided by how much more the pose's score scatters from one stretch of the recor
 that errors of the lens or of the arm's model, which come and go with the motion, are not taken for drift.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.linkage.block_covariance import MIN_BLOCK_FRAMES
 from vision.linkage.gauss_newton import LinkageSolution, SharedPrior, extend_prior, fit_angles, fit_frames
 from vision.linkage.observed_corners import ObservedCorners
 from vision.linkage.scene import Scene
@@ -21,10 +23,18 @@ MIN_STATISTIC = 32.0
 """least score statistic of a motion: the largest of many chi-squares with six degrees of freedom (docs/thresholds.md)"""
 MIN_SIZE_PX = 0.1
 """px: least RMS shift of the corners that counts as a motion; detection and lens can imitate smaller ones (docs/thresholds.md)"""
+MIN_SIZE_UNCHECKED_PX = 0.5
+"""px: the same in recordings too short to tell how errors come and go (docs/thresholds.md)"""
+MIN_SIZE_SIGMAS = 3.0
+"""standard deviations: least size of a motion once it is fitted (docs/thresholds.md)"""
 MAX_TERMS = 6
 """motions that are estimated at most (docs/thresholds.md)"""
 STRETCHES = 20
-"""parts of the recording over which the scatter of the score is taken (docs/thresholds.md)"""
+"""parts of the recording, at most, over which the scatter of the score is taken (docs/thresholds.md)"""
+MIN_STRETCHES = 10
+"""parts of which each is longer than a codec's errors last: with fewer the scatter is not known (docs/thresholds.md)"""
+MIN_APART = 5
+"""frames of a fit from one step to the next: nearer ones cannot be told from each other (docs/thresholds.md)"""
 MIN_FRAMES = 40
 """frames below which no motion is sought (docs/thresholds.md)"""
 POSE_CHANGE_SIGMA = np.array([0.05, 0.05, 0.05, 0.05, 0.05, 0.05])
@@ -76,11 +86,17 @@ class MotionCandidate:
 
 
 def likeliest_motion(
-    fit: LinkageSolution, prior: SharedPrior, position: Array, square_px: Array
+    fit: LinkageSolution,
+    prior: SharedPrior,
+    position: Array,
+    square_px: Array,
+    stretches: int,
+    known: Sequence[MotionCandidate] = (),
 ) -> MotionCandidate | None:
-    """The likeliest motion in the residuals of a fit; None where the recording is too short to tell.
+    """The likeliest motion in the residuals of a fit, beside those that are `known`; None where the recording is too short to tell.
 
-    position: where in the recording each frame of the fit lies, 0..1, (F,); square_px: as `squared_shift` gives it, (6, 6), px^2.
+    position: where in the recording each frame of the fit lies, 0..1, (F,); square_px: as `squared_shift` gives it, (6, 6), px^2;
+    stretches: parts of the recording over which the scatter of the score is taken.
     """
     equations, frames = fit.equations, len(position)
     if frames < MIN_FRAMES:
@@ -92,8 +108,13 @@ def likeliest_motion(
     margin = max(
         frames // STRETCHES, 5
     )  # a shorter end would show one pose of the arm, where any misfit looks like a step
-    kinds = [("step", i, (np.arange(frames) >= i).astype(float)) for i in range(margin, frames - margin)]
-    kinds.append(("ramp", frames - 1, position))
+    steps = [motion.index for motion in known if motion.kind == "step"]
+    apart = [i for i in range(margin, frames - margin) if all(abs(i - step) >= MIN_APART for step in steps)]
+    kinds = [("step", i, (np.arange(frames) >= i).astype(float)) for i in apart]
+    if all(motion.kind == "step" for motion in known):
+        kinds.append(("ramp", frames - 1, position))
+    if not kinds:
+        return None
     courses = np.stack([course for _, _, course in kinds])
     score = courses @ equations.g_reduced[:, :6]
     information = np.tensordot(courses**2, equations.reduced[:, :6, :6], axes=1)
@@ -107,7 +128,7 @@ def likeliest_motion(
     step[:, free] = -inverted @ (cross[best] @ change[best])
     step[:, :6] += course[:, None] * change[best]
     score_after = equations.g_reduced[:, :6] - np.einsum("fij,fj->fi", equations.reduced[:, :6], step)
-    scatter = _scatter(score_after, equations.reduced[:, :6, :6], equations.variance)
+    scatter = _scatter(score_after, equations.reduced[:, :6, :6], equations.variance, stretches)
     size = float(np.sqrt(change[best] @ square_px @ change[best]))
     return MotionCandidate(
         kind=kind,
@@ -144,16 +165,22 @@ def fit_camera_motion(
     """
     motions: list[MotionCandidate] = []
     course = np.zeros((len(chosen), 0))
+    stretches = min(STRETCHES, frames // MIN_BLOCK_FRAMES)
+    least_px = MIN_SIZE_PX if stretches >= MIN_STRETCHES else MIN_SIZE_UNCHECKED_PX
     while len(motions) < MAX_TERMS:
         square_px = squared_shift(scene, observed, fit, course, focal)
-        motion = likeliest_motion(fit, prior, chosen / max(frames - 1, 1), square_px)
-        if motion is None or motion.statistic < MIN_STATISTIC or motion.size_px < MIN_SIZE_PX:
+        motion = likeliest_motion(fit, prior, chosen / max(frames - 1, 1), square_px, max(stretches, 1), motions)
+        if motion is None or motion.statistic < MIN_STATISTIC or motion.size_px < least_px:
+            break
+        with_motion = np.column_stack([course, motion.course])
+        extended = extend_prior(prior, 1 / POSE_CHANGE_SIGMA**2)
+        grown = replace(fit.shared, drift=np.vstack([fit.shared.drift, np.zeros(6)]))
+        after = fit_frames(scene, observed, grown, fit.alpha, with_motion, extended)
+        size, sigma = shift_size(after.shared.drift[-1], after.covariance[-6:, -6:], square_px)
+        if size < MIN_SIZE_SIGMAS * sigma:
             break
         motions.append(motion)
-        course = np.column_stack([course, motion.course])
-        prior = extend_prior(prior, 1 / POSE_CHANGE_SIGMA**2)
-        grown = replace(fit.shared, drift=np.vstack([fit.shared.drift, np.zeros(6)]))
-        fit = fit_frames(scene, observed, grown, fit.alpha, course, prior)
+        fit, prior, course = after, extended, with_motion
     return fit, prior, motions, course
 
 
@@ -189,10 +216,10 @@ def locate_step(
     return int(np.argmin(gain))
 
 
-def _scatter(score: Array, information: Array, variance: float) -> float:
+def _scatter(score: Array, information: Array, variance: float, stretches: int) -> float:
     """Mean square of the pose's score, (F, 6), summed over stretches of the recording, over that of white noise."""
     squares = []
-    for part in np.array_split(np.arange(len(score)), STRETCHES):
+    for part in np.array_split(np.arange(len(score)), stretches):
         s, a = score[part].sum(axis=0), information[part].sum(axis=0)
         squares.append(s @ np.linalg.lstsq(a, s, rcond=1e-12)[0] / variance / 6)
     return float(np.mean(squares))

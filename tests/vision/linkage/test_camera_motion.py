@@ -64,8 +64,25 @@ def test_a_tripod_that_sinks_slowly_is_a_ramp() -> None:
 def test_a_camera_that_stands_is_not_suspected() -> None:
     """Negative control: none of 20 recordings (in 20, a rate of one in twenty would show one in 64 % of all runs)."""
     for seed in range(20):
-        alpha = motion(150, 30.0, seed)
+        alpha = motion(200, 30.0, seed)
         assert not fit_linkage(NECK, camera(), corners(NECK, alpha, seed), "test").drift
+
+
+def test_what_lasts_from_key_frame_to_key_frame_is_no_motion_of_the_camera() -> None:
+    """A codec's errors stay with each marker for 27 frames, as far as they do in small tags; in 2 s, 10 and 20."""
+    for frames, seed in ((60, 1), (60, 2), (300, 105), (300, 111), (300, 114), (600, 6)):
+        alpha, rng = motion(frames, 30.0, seed), np.random.default_rng(seed)
+        seen = corners(NECK, alpha, seed)
+        lasting = 0.05 * rng.normal(size=(frames // 27 + 1, *seen.shape[1:]))
+        assert not fit_linkage(NECK, camera(), seen + lasting[np.arange(frames) // 27], "test").drift
+
+
+def test_of_a_short_recording_a_knock_is_found_all_the_same() -> None:
+    alpha = motion(90, 30.0, 1)
+    seen, size = moved(NECK, alpha, (np.arange(90) >= 40).astype(float), 1, KNOCK)
+    (knock,) = fit_linkage(NECK, camera(), seen, "test").drift
+    assert (knock.kind, knock.frame) == ("step", 40)
+    assert abs(knock.size_px / size - 1) < 0.1
 
 
 def test_wrong_markers_that_are_believed_are_not_taken_for_a_camera_that_moved() -> None:
