@@ -44,6 +44,8 @@ _MIN_START_STIFFNESS = 0.3
 """of the cables' median stiffness: the least that a fit may begin with (docs/thresholds.md)"""
 _MIN_PROMISE, _MIN_PROMISE_SHARE = 2.0, 1e-3
 """of the loss, and of what of it is beyond noise: a step that promises less is not taken, for the fit ends with a straight one"""
+_MAX_LAST_STEPS, _LEAST_LAST_PROMISE = 3, 0.01
+"""of the fit that is reported: steps at most, and of the loss, a tenth of a sigma of a number"""
 _MIN_LOSS_GAIN, _MIN_LOSS_GAIN_FAR = 1e-3, 1e-2
 """of the loss: a step that took less away was the last; and where far more than noise is left"""
 _NEARER_SHARE = 0.3
@@ -193,6 +195,19 @@ class CauseFitter:
         level = np.sqrt(np.mean(np.concatenate(white, axis=1) ** 2, axis=1))
         return self._reweighted(stage, whiten.rescaled(np.maximum(level, 1.0)))
 
+    def finished(self, stage: FitStage) -> FitStage:
+        """With the steps that were too small to be taken while causes were chosen: they may be a sigma of a cause's numbers."""
+        current, causes, at = stage.comparison, stage.causes, stage.comparison.linearisation
+        data = [replace(d, speeds=r.signals.speeds) for d, r in zip(self._data, at.recordings, strict=True)]
+        for _ in range(_MAX_LAST_STEPS):
+            if _promised(current) < _LEAST_LAST_PROMISE:
+                break
+            candidate, stepped = _after_step(current, 0.0, self._h, causes, data, self.whiten)
+            if _promised(candidate) > _promised(current):
+                break
+            current, causes = candidate, stepped
+        return replace(stage, comparison=current, causes=causes, fit=current.fit())
+
     def _whitener(self, stage: FitStage) -> Whitener:
         at = stage.comparison.linearisation
         starts = [segment_starts(recording.signals) for recording in at.recordings]
@@ -266,21 +281,11 @@ def _stepped_down(
     current: Comparison, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], whiten: Whitener
 ) -> tuple[Comparison, tuple[Cause, ...]]:
     """One round of steps, with nuisances that act as where it begins."""
-    nuisances, damping, was_small = current.nuisances, 0.0, False
+    damping, was_small = 0.0, False
     for _ in range(_MAX_STEPS):
         if _promised(current) < _least_promise(current):
             break
-        fit = current.fit(damping=damping)
-        nuisances_end = current.base_count + current.nuisance_count
-        step = np.append(fit.numbers[: current.base_count], fit.numbers[nuisances_end:])
-        at = current.linearisation
-        p, stepped = _stepped(at, causes, step)
-        lags = at.frame_lags
-        if current.clock_relaxed:
-            shifts = current.clock_shifts(fit)
-            lags = lags + np.where(np.abs(shifts) > _MIN_CLOCK_STEP_S, shifts, 0.0)
-        linearised = _linearised(at, with_causes(h, stepped), data, p, lags)
-        candidate = compare(linearised, stepped, (), nuisances, whiten)
+        candidate, stepped = _after_step(current, damping, h, causes, data, whiten)
         # the base model's numbers are all but linear: they follow what the causes' are, in the next step
         gain = 1 - min(
             candidate.profiled_loss / current.profiled_loss,
@@ -300,6 +305,28 @@ def _stepped_down(
             if damping > _MAX_DAMPING:
                 break
     return current, causes
+
+
+def _after_step(
+    current: Comparison,
+    damping: float,
+    h: Hypothesis,
+    causes: tuple[Cause, ...],
+    data: Sequence[DataSet],
+    whiten: Whitener,
+) -> tuple[Comparison, tuple[Cause, ...]]:
+    """Where a damped step leads to, with the same nuisances."""
+    fit = current.fit(damping=damping)
+    nuisances_end = current.base_count + current.nuisance_count
+    step = np.append(fit.numbers[: current.base_count], fit.numbers[nuisances_end:])
+    at = current.linearisation
+    p, stepped = _stepped(at, causes, step)
+    lags = at.frame_lags
+    if current.clock_relaxed:
+        shifts = current.clock_shifts(fit)
+        lags = lags + np.where(np.abs(shifts) > _MIN_CLOCK_STEP_S, shifts, 0.0)
+    linearised = _linearised(at, with_causes(h, stepped), data, p, lags)
+    return compare(linearised, stepped, (), current.nuisances, whiten), stepped
 
 
 def _is_nearer(candidate: Comparison, current: Comparison) -> bool:

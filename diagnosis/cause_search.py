@@ -124,7 +124,7 @@ class Search:
         last = self.first
         if named:
             causes = (*self.last.causes[:least], *self.last.causes[least + 1 :])
-            last = self.fitter.fitted(self.last.comparison.linearisation, causes)
+            last = self.fitter.finished(self.fitter.fitted(self.last.comparison.linearisation, causes))
             if last.excess.above_noise and _is_outweighed(self.first, last, self.fitter.whiten, self.free_fits):
                 named, last = (), self.first
         return replace(self, named=named, last=last, unlisted=_unlisted(last, self.fitter.whiten, self.free_fits))
@@ -145,6 +145,8 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
         fitter, last = fitter.reweighted_by_what_is_left(last)
     elif causes:
         fitter, last = fitter.reweighted(last)
+    if causes:
+        last = fitter.finished(last)
     return Search(
         first=first,
         last=last,

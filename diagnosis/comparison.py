@@ -210,14 +210,14 @@ class Comparison:
         beyond = self.prior_mean / self._sigma(None)
         return float(np.sum(np.delete(beyond, use) ** 2))
 
+    def plain_covariance(self, fit: ColumnFit) -> Array:
+        """Of a fit's numbers, if all that is left were noise alike in all blocks: nowhere wider than what is known beforehand."""
+        return self.temper * self._inverse(fit.columns)
+
     def covariance(self, fit: ColumnFit) -> Array:
         """Of a fit's numbers: what blocks do to them, each for itself, and what is not known of nuisances."""
         use, last = fit.columns, len(self.prior_sigma)
-        precision = 1 / self._sigma(None)[use] ** 2
-        information = np.diag(self.products)[use] + precision
-        scale = np.sqrt(np.where(information > 0, information, 1.0))
-        H = (self.products[np.ix_(use, use)] + np.diag(precision)) / np.outer(scale, scale)
-        inverse = np.linalg.inv(H + _RIDGE * np.eye(len(use))) / np.outer(scale, scale)
+        precision, inverse = 1 / self._sigma(None)[use] ** 2, self._inverse(use)
         score = self.block_products[:, use[:, None], use] @ fit.numbers + self.block_products[:, use, last]
         count = len(self.block_products)
         spread = np.einsum("bi,bj->ij", score, score) * count / max(count - 1, 1)
@@ -226,6 +226,12 @@ class Comparison:
         by_blocks, by_noise = inverse @ spread @ inverse, inverse @ of_noise @ inverse
         widened = np.sqrt(np.maximum(np.diag(by_noise) / np.maximum(np.diag(by_blocks), 1e-300), 1.0))
         return by_blocks * np.outer(widened, widened) + inverse @ np.diag(precision) @ inverse
+
+    def _inverse(self, use: Index) -> Array:
+        """Of the products of columns in use with what is known beforehand."""
+        H = self.products[np.ix_(use, use)] + np.diag(1 / self._sigma(None)[use] ** 2)
+        scale = np.sqrt(np.where(np.diag(H) > 0, np.diag(H), 1.0))
+        return np.linalg.inv(H / np.outer(scale, scale) + _RIDGE * np.eye(len(use))) / np.outer(scale, scale)
 
     def _columns_with(self, extra: Sequence[int] | Index) -> Index:
         first = self.base_count + self.nuisance_count
@@ -302,6 +308,10 @@ class Comparison:
         clocks = self.base_count + np.arange(self.nuisances.count, self.nuisance_count)
         use = np.append(numbers, clocks)
         return ColumnFit(use, *self._solve(self.products, use, self._sigma(None), 0.0))
+
+    def answer(self, fitted: Index, moved: Index) -> Array:
+        """By how much the numbers of columns that are `fitted` go back where those of others are `moved` by one, (len, len)."""
+        return self._inverse(fitted) @ self.products[np.ix_(fitted, moved)]
 
     def residuals_after(self, fit: ColumnFit) -> list[Array]:
         """Residuals once fitted, of each recording, (C, S), in N and N m."""

@@ -172,10 +172,11 @@ def _held_out(
         return _HeldOut()
     first, last, extended = search.first, search.last, with_causes(h, search.last.causes)
     relaxed = bool(last.causes)
-    old = held_out_residuals(first.comparison, first.fit, h, ensembles, search.fitter.whiten, relaxed)
+    old = held_out_residuals(first.comparison, first.fit, h, (), ensembles, search.fitter.whiten, relaxed)
     new = old
     if last.causes:
-        new = held_out_residuals(last.comparison, last.fit, extended, ensembles, search.fitter.whiten, relaxed)
+        whiten = search.fitter.whiten
+        new = held_out_residuals(last.comparison, last.fit, extended, last.causes, ensembles, whiten, relaxed)
     of_equations = gains(old, new, h.arm.M)
     worse = tuple(
         g.measure

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.cause import Cause
 from diagnosis.comparison import ColumnFit, Comparison, compare
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.judged_rows import judged
@@ -36,6 +37,8 @@ class HeldOutResiduals:
     """of each recording, (C, S)"""
     noise: tuple[list[Array], ...]
     """draws of noise alone, of each recording"""
+    uncertain: tuple[Array, ...]
+    """variance by what the fit left uncertain of its numbers, of each recording, (C, S)"""
     frame_lags: tuple[float, ...]
     """s, as in Linearisation"""
 
@@ -69,6 +72,7 @@ def held_out_residuals(
     fitted: Comparison,
     fit: ColumnFit,
     h: Hypothesis,
+    causes: Sequence[Cause],
     ensembles: Sequence[NoiseEnsemble],
     whiten: Whitener,
     clock_relaxed: bool,
@@ -76,7 +80,7 @@ def held_out_residuals(
     """Of recordings read with a hypothesis and the numbers of its fit; pre-elongation, delay and clock are each recording's own.
 
     clock_relaxed: whether clocks are in doubt because the base model's laws are wrong."""
-    residuals, noise, frame_lags = [], [], []
+    residuals, noise, uncertain, frame_lags = [], [], [], []
     for recording in ensembles:
         ensemble = recording.with_motor_speeds(fitted.linearisation.machine, fitted.linearisation.recordings[0].delay)
         at = _transferred(fitted.linearisation, fit, h, ensemble)
@@ -97,8 +101,29 @@ def held_out_residuals(
         (weights,) = row_weights([draws], [read.input_variance])
         residuals.append(weights * residual)
         noise.append([weights * d for d in draws])
+        with_causes = compare(at, causes, (), comparison.nuisances, whiten, clock_relaxed=clock_relaxed)
+        uncertain.append(weights**2 * _uncertainty(with_causes, fitted, fit))
         frame_lags.append(float(at.frame_lags[0]))
-    return HeldOutResiduals(tuple(residuals), tuple(noise), tuple(frame_lags))
+    return HeldOutResiduals(tuple(residuals), tuple(noise), tuple(uncertain), tuple(frame_lags))
+
+
+def _uncertainty(at: Comparison, fitted: Comparison, fit: ColumnFit) -> Array:
+    """Variance of a recording's residuals, (C, S), as they are judged, by what the fit left uncertain of the arm and its laws.
+
+    Of another motion the same numbers ask other things. What the recording's own numbers make good for is not in it."""
+    common = [i for i, e in enumerate(fitted.linearisation.unknowns.entries) if e.recording is None]
+    there = [i for i, e in enumerate(at.linearisation.unknowns.entries) if e.recording is None]
+    count = fitted.nuisances.count
+    known = np.concatenate([common, fitted.base_count + np.arange(count), fitted.cause_columns]).astype(int)
+    asked = np.concatenate([there, at.base_count + np.arange(count), at.cause_columns]).astype(int)
+    rows = np.searchsorted(fit.columns, known)
+    value, direction = np.linalg.eigh(fitted.plain_covariance(fit)[np.ix_(rows, rows)])
+    root = direction * np.sqrt(np.maximum(value, 0.0))
+    own = at.fit_of_recordings().columns
+    made_good = at.answer(own, asked) @ root
+    (matrix,), (read,) = at.matrices, at.linearisation.recordings
+    change = matrix[..., asked] @ root - matrix[..., own] @ made_good
+    return np.sum([judged(change[..., k], read.signals) ** 2 for k in range(change.shape[2])], axis=0)
 
 
 def _with_fitted_arm(
@@ -119,8 +144,8 @@ def gains(before: HeldOutResiduals, after: HeldOutResiduals, motors: int) -> tup
     out = []
     for measure, unit, part in zip(EQUATIONS, ("N", "N m"), (slice(0, motors), slice(motors, None)), strict=True):
         old, new = (np.concatenate([r[part] for r in side.residuals], axis=1) for side in (before, after))
-        noise = np.concatenate([d[part] for draws in after.noise for d in draws], axis=1)
-        rms = [float(np.sqrt(np.mean(values**2))) for values in (old, new, noise)]
+        floor = float(np.sqrt(np.mean(_floor_square(after)[part])))
+        rms = [*(float(np.sqrt(np.mean(values**2))) for values in (old, new)), floor]
         blocks = np.array_split(np.arange(old.shape[1]), _BLOCKS)
         jackknife = [
             np.sqrt(np.mean(np.delete(old, b, axis=1) ** 2)) - np.sqrt(np.mean(np.delete(new, b, axis=1) ** 2))
@@ -134,8 +159,13 @@ def gains(before: HeldOutResiduals, after: HeldOutResiduals, motors: int) -> tup
 def held_out_excess(side: HeldOutResiduals, noise: HeldOutResiduals) -> NoiseExcess:
     """How far recordings that were not fitted stand above noise, channel by channel."""
     residuals = np.concatenate(side.residuals, axis=1)
-    drawn = np.concatenate([d for draws in noise.noise for d in draws], axis=1)
-    return NoiseExcess(np.sqrt(np.mean(residuals**2, axis=1)), np.sqrt(np.mean(drawn**2, axis=1)))
+    return NoiseExcess(np.sqrt(np.mean(residuals**2, axis=1)), np.sqrt(_floor_square(noise)))
+
+
+def _floor_square(side: HeldOutResiduals) -> Array:
+    """What a true model would leave of each channel, squared, (C,): noise, and what the fit left uncertain of its numbers."""
+    drawn = np.concatenate([d for draws in side.noise for d in draws], axis=1)
+    return np.mean(drawn**2, axis=1) + np.mean(np.concatenate(side.uncertain, axis=1), axis=1)
 
 
 def _transferred(fitted: Linearisation, fit: ColumnFit, h: Hypothesis, ensemble: NoiseEnsemble) -> Linearisation:
