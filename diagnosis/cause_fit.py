@@ -44,6 +44,8 @@ _MIN_START_STIFFNESS = 0.3
 """of the cables' median stiffness: the least that a fit may begin with (docs/thresholds.md)"""
 _MIN_PROMISE, _MIN_PROMISE_SHARE = 2.0, 1e-3
 """of the loss, and of what of it is beyond noise: a step that promises less is not taken, for the fit ends with a straight one"""
+_SETTLING_STEPS = 4
+"""for given shapes: most numbers are all but linear"""
 _MAX_LAST_STEPS, _LEAST_LAST_PROMISE = 3, 0.01
 """of the fit that is reported: steps at most, and of the loss, a tenth of a sigma of a number"""
 _MIN_LOSS_GAIN, _MIN_LOSS_GAIN_FAR = 1e-3, 1e-2
@@ -286,11 +288,10 @@ def _stepped_down(
         if _promised(current) < _least_promise(current):
             break
         candidate, stepped = _after_step(current, damping, h, causes, data, whiten)
-        # the base model's numbers are all but linear: they follow what the causes' are, in the next step
-        gain = 1 - min(
-            candidate.profiled_loss / current.profiled_loss,
-            candidate.loss_with_fixed_causes / current.loss_with_fixed_causes,
-        )
+        gain = _gain(candidate, current)
+        if gain < 0 and damping == 0 and any(cause.shape for cause in stepped):
+            candidate, stepped = _settled(candidate, h, stepped, data, whiten)
+            gain = _gain(candidate, current)
         if gain > 0 or _is_nearer(candidate, current):
             current, causes = candidate, stepped
             damping = damping / _DAMPING_DECREASE if damping > _FIRST_DAMPING else 0.0
@@ -304,6 +305,36 @@ def _stepped_down(
             damping = max(_FIRST_DAMPING, _DAMPING_INCREASE * damping)
             if damping > _MAX_DAMPING:
                 break
+    return current, causes
+
+
+def _gain(candidate: Comparison, current: Comparison) -> float:
+    """Share of the loss that a step took away.
+
+    The base model's numbers are all but linear: they follow what the causes' are, in the next step."""
+    return 1 - min(
+        candidate.profiled_loss / current.profiled_loss,
+        candidate.loss_with_fixed_causes / current.loss_with_fixed_causes,
+    )
+
+
+def _settled(
+    stepped: Comparison, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], whiten: Whitener
+) -> tuple[Comparison, tuple[Cause, ...]]:
+    """Where a step led to, all numbers at their best for the shapes there.
+
+    Of a shape and the amounts that go with it the loss is a narrow, bent valley: along its tangent a step leaves it."""
+    current = stepped
+    for _ in range(_SETTLING_STEPS):
+        first, columns = current.base_count + current.nuisance_count, []
+        for cause in causes:
+            count = len(cause.sizes(current.linearisation.hypothesis.arm))
+            columns += range(first + len(cause.amounts), first + count)
+            first += count
+        held = current.with_held(np.array(columns, dtype=np.intp))
+        if _promised(held) < _least_promise(held):
+            break
+        current, causes = _after_step(held, 0.0, h, causes, data, whiten)
     return current, causes
 
 

@@ -186,7 +186,11 @@ def _with_all_causes(
         start, least_gains = list(range(len(last.causes))), _least_gains(last, offered, by_chance)
         chosen = chosen_jointly(choices, start, least_gains, 1 - SINGLE_PLACE_SHARE)
         if sorted(chosen) == start:
-            break
+            fewer = _without_a_needless_one(fitter, last, choices, by_chance)
+            if fewer is None:
+                break
+            last, beside = fewer, _with_effects(fewer, fitter.whiten)
+            continue
         after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
         added = [i for i in chosen if i not in start]
         alone = best_addition(choices, start, least_gains, 1 - SINGLE_PLACE_SHARE) if len(added) > 1 else None
@@ -227,6 +231,16 @@ def _without_the_least(
         if _is_better(stage, last, by_chance):
             return stage
     return None
+
+
+def _without_a_needless_one(fitter: CauseFitter, last: FitStage, choices: Choices, by_chance: float) -> FitStage | None:
+    """The fit without the cause that takes least, where that leaves as much but for chance: straight lines may call it needed."""
+    everything = range(len(last.causes))
+    if len(everything) < 2:
+        return None
+    least = min(everything, key=lambda i: choices.loss([k for k in everything if k != i]))
+    stage = fitter.fitted(last.comparison.linearisation, (*last.causes[:least], *last.causes[least + 1 :]))
+    return stage if stage.possible and stage.surplus < last.surplus + by_chance else None
 
 
 def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:

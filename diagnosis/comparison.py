@@ -172,6 +172,12 @@ class Comparison:
             loss=total - float(b[:first] @ cho_solve(factor, b[:first])),
         )
 
+    def with_held(self, columns: Index) -> "Comparison":
+        """With numbers of these columns that stay as they are."""
+        prior, relaxed = self.prior_sigma.copy(), self.relaxed_sigma.copy()
+        prior[columns] = relaxed[columns] = _HELD_SIGMA
+        return replace(self, prior_sigma=prior, relaxed_sigma=relaxed)
+
     def with_causes_off(self, numbers: Array) -> "Comparison":
         """As if the causes that the linearisation holds were not there; numbers: their amounts and shapes, in columns' sizes."""
         fixed = np.zeros(len(self.prior_sigma))
