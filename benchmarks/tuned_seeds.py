@@ -97,6 +97,10 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
         range(1000, 1003),
         "where the rounds that tell rough motion from errors of cables begin; the last was only looked at",
     ),
+    (
+        range(1301, 1306),
+        "counted first; then the last step of a fit, steps of shapes, needless causes and the held-out floor were mended",
+    ),
     (range(40, 52), "how far the state follows fast motion, and the variance of its cables' nuisances"),
 )
 
