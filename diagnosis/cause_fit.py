@@ -44,6 +44,8 @@ _MIN_START_STIFFNESS = 0.3
 """of the cables' median stiffness: the least that a fit may begin with (docs/thresholds.md)"""
 _MIN_PROMISE, _MIN_PROMISE_SHARE = 2.0, 1e-3
 """of the loss, and of what of it is beyond noise: a step that promises less is not taken, for the fit ends with a straight one"""
+_SHORT_GAIN = 0.5
+"""of what a straight step promised: where it took less, shapes may have gone ahead of all else"""
 _SETTLING_STEPS = 4
 """for given shapes: most numbers are all but linear"""
 _MAX_LAST_STEPS, _LEAST_LAST_PROMISE = 3, 0.01
@@ -95,21 +97,28 @@ class FitStage:
         parts = np.split(sigma, np.cumsum([len(size) for size in sizes]))
         return tuple(size * part for size, part in zip(sizes, parts[:-1], strict=True))
 
-    @cached_property
+    @property
     def possible(self) -> bool:
-        """Whether no cause does surely less than nothing: friction that drives, a mass that lifts.
+        """Whether no cause does surely less than nothing."""
+        return not self.impossible
+
+    @cached_property
+    def impossible(self) -> tuple[int, ...]:
+        """Which causes do surely less than nothing: friction that drives, a mass that lifts.
 
         A small part of a cause may: it mends the form of the law, which nobody knows better.
         """
+        out = []
         c = self.comparison
         arm, norm = c.linearisation.hypothesis.arm, np.sqrt(np.diag(c.products))
-        for cause, columns, sigma in zip(self.causes, self.columns_of_causes, self.sigma_of_causes, strict=True):
+        told = zip(self.causes, self.columns_of_causes, self.sigma_of_causes, strict=True)
+        for i, (cause, columns, sigma) in enumerate(told):
             bounds, count = cause.effect.lower_bounds(arm)[list(cause.where.columns)], len(cause.amounts)
             does = cause.amounts / cause.sizes(arm)[:count] * norm[columns[:count]]
             beyond = cause.amounts < bounds - IMPOSSIBLE_SIGMAS * sigma[:count]
             if np.any(beyond & (np.abs(does) > MAX_OPPOSED_SHARE * np.linalg.norm(does))):
-                return False
-        return True
+                out.append(i)
+        return tuple(out)
 
     @cached_property
     def columns_of_causes(self) -> tuple[NDArray[np.intp], ...]:
@@ -289,9 +298,11 @@ def _stepped_down(
             break
         candidate, stepped = _after_step(current, damping, h, causes, data, whiten)
         gain = _gain(candidate, current)
-        if gain < 0 and damping == 0 and any(cause.shape for cause in stepped):
-            candidate, stepped = _settled(candidate, h, stepped, data, whiten)
-            gain = _gain(candidate, current)
+        is_short = gain < _SHORT_GAIN * _promised(current) / current.profiled_loss
+        if is_short and damping == 0 and any(cause.shape for cause in stepped):
+            settled, so_far = _settled(candidate, h, stepped, data, whiten)
+            if _gain(settled, current) > gain:
+                candidate, stepped, gain = settled, so_far, _gain(settled, current)
         if gain > 0 or _is_nearer(candidate, current):
             current, causes = candidate, stepped
             damping = damping / _DAMPING_DECREASE if damping > _FIRST_DAMPING else 0.0

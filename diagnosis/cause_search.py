@@ -191,7 +191,8 @@ def _with_all_causes(
                 break
             last, beside = fewer, _with_effects(fewer, fitter.whiten)
             continue
-        after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
+        joint = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
+        after = _without_impossible(fitter, joint)
         added = [i for i in chosen if i not in start]
         alone = best_addition(choices, start, least_gains, 1 - SINGLE_PLACE_SHARE) if len(added) > 1 else None
         if alone is not None and not _is_better(after, last, by_chance):
@@ -231,6 +232,14 @@ def _without_the_least(
         if _is_better(stage, last, by_chance):
             return stage
     return None
+
+
+def _without_impossible(fitter: CauseFitter, stage: FitStage) -> FitStage:
+    """Without causes that do surely less than nothing, if others stay: straight lines had them do a little good."""
+    while 0 < len(stage.impossible) < len(stage.causes):
+        rest = tuple(cause for i, cause in enumerate(stage.causes) if i not in stage.impossible)
+        stage = fitter.fitted(stage.comparison.linearisation, rest)
+    return stage
 
 
 def _without_a_needless_one(fitter: CauseFitter, last: FitStage, choices: Choices, by_chance: float) -> FitStage | None:
