@@ -14,6 +14,9 @@ def stage(*names: str) -> Any:
     return SimpleNamespace(
         causes=tuple(SimpleNamespace(effect=SimpleNamespace(name=name)) for name in names),
         comparison=SimpleNamespace(linearisation=None),
+        impossible=tuple(i for i, name in enumerate(names) if name == "friction_that_drives"),
+        possible="friction_that_drives" not in names,
+        surplus=100.0 - 10.0 * len(names) - 500.0 * ("joint_friction" in names),
     )
 
 
@@ -32,6 +35,7 @@ def found(monkeypatch: pytest.MonkeyPatch, misleading: set[str]) -> set[str]:
         is_ill_weighted=lambda after: False,
     )
     monkeypatch.setattr(cause_search, "_by_chance", lambda *_: 20.0)
+    monkeypatch.setattr(cause_search, "_without_a_needless_one", lambda *_: None)
     monkeypatch.setattr(cause_search, "_with_effects", lambda *_: None)
     monkeypatch.setattr(cause_search, "_least_gains", lambda *_: None)
     monkeypatch.setattr(cause_search, "_choices", choices)
@@ -55,3 +59,26 @@ def test_a_cause_that_misleads_does_not_take_a_right_one_with_it(monkeypatch: py
 
 def test_where_all_mislead_none_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found(monkeypatch, set(NAMES)) == set()
+
+
+FITTER: Any = SimpleNamespace(fitted=lambda at, causes: stage(*(cause.effect.name for cause in causes)))
+
+
+def test_what_does_less_than_nothing_is_left_out_and_the_rest_stays() -> None:
+    """A joint choice was dropped whole for a little friction that drives."""
+    left = cause_search._without_impossible(FITTER, stage("joint_friction", "friction_that_drives", "tip_payload"))
+    assert [cause.effect.name for cause in left.causes] == ["joint_friction", "tip_payload"]
+    alone = stage("friction_that_drives")
+    assert cause_search._without_impossible(FITTER, alone) is alone
+
+
+@pytest.mark.parametrize(("by_chance", "given_up"), [(20.0, True), (5.0, False)])
+def test_a_cause_is_given_up_where_the_others_leave_as_much(by_chance: float, given_up: bool) -> None:
+    """Without backlash 10 more is left, without joint friction 510."""
+    both = stage("joint_friction", "backlash")
+    choices: Any = SimpleNamespace(loss=lambda kept: {(0,): 60.0, (1,): 9000.0}[tuple(kept)])
+    fewer = cause_search._without_a_needless_one(FITTER, both, choices, by_chance)
+    assert ([cause.effect.name for cause in fewer.causes] if fewer else None) == (
+        ["joint_friction"] if given_up else None
+    )
+    assert cause_search._without_a_needless_one(FITTER, stage("joint_friction"), choices, by_chance) is None
