@@ -127,9 +127,8 @@ def extract(
     def fitted(shutter: Shutter) -> tuple[Array, LinkageFit]:
         corners, kept = seen.copy(), ~repeated  # the motion of the others is that from one of them to the next
         corners[kept] = at_middle_row(tracks.time[kept], corners[kept], video.height, shutter)
-        fit = fit_linkage(
-            neck, camera, corners, str(video.path), covariance=covariance, time=tracks.time, options=linkage
-        )
+        time = shutter.middle(tracks.time, video.height)
+        fit = fit_linkage(neck, camera, corners, str(video.path), covariance=covariance, time=time, options=linkage)
         return corners, fit
 
     shutter = options.shutter

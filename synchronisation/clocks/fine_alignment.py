@@ -59,15 +59,18 @@ class FineAlignment:
     """the frames that were fitted"""
 
 
-def align_finely(arm: Arm, signals: LogSignals, frames: FrameGeometry, offset: float, fv: Array) -> FineAlignment:
+def align_finely(
+    arm: Arm, signals: LogSignals, frames: FrameGeometry, offset: float, fv: Array, skew_scale: float = 1.0
+) -> FineAlignment:
     """Offset (at the frames' middle) and skew, from a start within some 20 ms. fv: (M,), N s/rad, NaN where not known.
 
-    Raises ClockUndetermined where the fit leaves the neighbourhood of the start."""
+    skew_scale: as in `ModelAssumptions`. Raises ClockUndetermined where the fit leaves the neighbourhood of the start."""
     problem = ClockProblem(signals, frames, fv)
     cables = CableEquation(signals, REPORTED.law)
-    from_cables = solve_clock(problem, initial_unknowns(problem, offset, cables), REPORTED, cables)
-    reported, rows = _with_arm(arm, problem, from_cables)
-    fits = [reported, *_alternatives(problem, reported, rows)]
+    assumptions = replace(REPORTED, skew_scale=skew_scale)
+    from_cables = solve_clock(problem, initial_unknowns(problem, offset, cables), assumptions, cables)
+    reported, rows = _with_arm(arm, problem, from_cables, assumptions)
+    fits = [reported, *_alternatives(problem, reported, rows, skew_scale)]
     spread = [
         float(np.std([getattr(fit.unknowns, name) for fit in fits], ddof=1)) if len(fits) > 1 else 0.0
         for name in ("offset", "skew", "delay")
@@ -80,15 +83,17 @@ def align_finely(arm: Arm, signals: LogSignals, frames: FrameGeometry, offset: f
     return FineAlignment(reported, float(offset_sigma), float(skew_sigma), float(delay_sigma), frames)
 
 
-def _with_arm(arm: Arm, problem: ClockProblem, from_cables: ClockSolution) -> tuple[ClockSolution, ArmRows]:
+def _with_arm(
+    arm: Arm, problem: ClockProblem, from_cables: ClockSolution, assumptions: ModelAssumptions
+) -> tuple[ClockSolution, ArmRows]:
     """The fit to both equations, and the rows of the arm's, which are linear in the offset: made anew where that has moved far."""
     rows = _arm_rows_at(arm, problem, from_cables)
-    fit = solve_clock(problem, from_cables.unknowns, REPORTED, from_cables.cables, rows)
+    fit = solve_clock(problem, from_cables.unknowns, assumptions, from_cables.cables, rows)
     for _ in range(MAX_LINEARISATIONS - 1):
         if abs(fit.unknowns.offset - rows.offset) < LINEAR_OFFSET_S:
             break
         rows = _arm_rows_at(arm, problem, fit)
-        fit = solve_clock(problem, fit.unknowns, REPORTED, fit.cables, rows)
+        fit = solve_clock(problem, fit.unknowns, assumptions, fit.cables, rows)
     return fit, rows
 
 
@@ -97,7 +102,9 @@ def clock_misfit(unknowns: ClockUnknowns) -> float:
     return float(unknowns.cable_error * np.exp(np.mean(np.log(unknowns.torque_error))))
 
 
-def _alternatives(problem: ClockProblem, reported: ClockSolution, rows: ArmRows) -> list[ClockSolution]:
+def _alternatives(
+    problem: ClockProblem, reported: ClockSolution, rows: ArmRows, skew_scale: float
+) -> list[ClockSolution]:
     """Fits of the ALTERNATIVES that explain the recording about as well as the reported one."""
     fits, max_misfit = [], MAX_MISFIT_RATIO * clock_misfit(reported.unknowns)
     for assumptions in ALTERNATIVES:
@@ -110,7 +117,7 @@ def _alternatives(problem: ClockProblem, reported: ClockSolution, rows: ArmRows)
         fit = solve_clock(
             problem,
             replace(reported.unknowns, cable_parameters=parameters),
-            assumptions,
+            replace(assumptions, skew_scale=skew_scale),
             cables,
             rows if same_width else rows.with_joint_width(assumptions.joint_width),
             max_steps=ALTERNATIVE_STEPS,

@@ -46,6 +46,8 @@ class ModelAssumptions:
     """rad/s: speed over which a joint's dry friction turns over"""
     drawing_scale: float = 1.0
     """by how much larger than usual errors of masses and springs in neck.yaml may be"""
+    skew_scale: float = 1.0
+    """by how much further than usual clocks may run apart"""
 
 
 @dataclass(frozen=True)
@@ -229,7 +231,7 @@ def _prior(
     if skew_fixed:
         mean[1], sigma[1] = unknowns.skew / SKEW_SCALE, _FIXED / SKEW_SCALE
     else:
-        sigma[1] = SKEW_SIGMA / SKEW_SCALE
+        sigma[1] = assumptions.skew_scale * SKEW_SIGMA / SKEW_SCALE
     if arm is None:
         sigma[2], sigma[columns.dimensions] = _FIXED, _FIXED
         fv_sigma = np.where(given, GIVEN_FV_SIGMA * np.abs(fv), _FIXED)

@@ -32,6 +32,8 @@ from synchronisation.clocks.usable_frames import EDGE_S, MIN_FRAMES, usable_fram
 
 Array = NDArray[np.float64]
 
+QUARTZ_SCALE = 0.1
+"""of SKEW_SIGMA: how far clocks run apart where cables and arm would have them run apart as none do (docs/thresholds.md)"""
 MAX_SKEW = 4 * SKEW_SIGMA
 """ratio: a fit that comes to more has not found the motion (docs/thresholds.md)"""
 MAX_RESIDUAL_M = 2e-3
@@ -79,14 +81,14 @@ class AlignedMotion:
         """The frames within the log at their true times, given the losses and a rough offset, s."""
         return usable_frames(self.frames, self.signals, self.repaired, lost, offset)
 
-    def aligned(self, lost: LostFrames, offset: float) -> FineAlignment:
+    def aligned(self, lost: LostFrames, offset: float, skew_scale: float = 1.0) -> FineAlignment:
         """The clock with these losses, from a start of the offset, s. Raises ClockUndetermined where the fit leaves it."""
-        return align_finely(self.arm, self.signals, self.usable(lost, offset), offset, self.fv)
+        return align_finely(self.arm, self.signals, self.usable(lost, offset), offset, self.fv, skew_scale)
 
-    def aligned_or_none(self, lost: LostFrames, offset: float) -> FineAlignment | None:
+    def aligned_or_none(self, lost: LostFrames, offset: float, skew_scale: float = 1.0) -> FineAlignment | None:
         """The clock with these losses, None where the fit leaves its start."""
         try:
-            return self.aligned(lost, offset)
+            return self.aligned(lost, offset, skew_scale)
         except ClockUndetermined:
             return None
 
@@ -117,6 +119,8 @@ def align_with_lost_frames(motion: AlignedMotion) -> tuple[LostFrames, FineAlign
         if without is not None and (_runs_apart(fine) or _explains_as_well(without, fine)):
             too_slow = _runs_apart(fine) or _explains_as_well(fine, without)
             lost, fine = motion.no_loss, without
+    if _runs_apart(fine):
+        fine = _with_clocks_that_run_alike(motion, lost, fine)
     _check_plausible(fine)
     if not too_slow:
         return lost, fine, []
@@ -194,6 +198,21 @@ def _aligned_without_losses(motion: AlignedMotion) -> FineAlignment:
     except ClockUndetermined:
         motion.check_alternative_arms(motion.no_loss, motion.coarse.shift)
         raise
+
+
+def _with_clocks_that_run_alike(motion: AlignedMotion, lost: LostFrames, fine: FineAlignment) -> FineAlignment:
+    """The clock with a skew that quartz has, where that explains as well; sigma holds what speaks for the other one.
+
+    Cables that rub on their pulleys feign a skew, in a short recording a large one."""
+    alike = motion.aligned_or_none(lost, fine.fit.unknowns.offset, QUARTZ_SCALE)
+    if alike is None or _runs_apart(alike) or not _explains_as_well(alike, fine):
+        return fine
+    apart = alike.fit.unknowns.offset - fine.fit.unknowns.offset
+    return replace(
+        alike,
+        offset_sigma=float(np.hypot(alike.offset_sigma, apart)),
+        skew_sigma=float(np.hypot(alike.skew_sigma, SKEW_SIGMA)),
+    )
 
 
 def _runs_apart(fine: FineAlignment) -> bool:
