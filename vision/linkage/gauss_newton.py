@@ -76,7 +76,7 @@ def fit_frames(
     for _ in range(MAX_ITERATIONS):
         change = np.zeros(len(prior.mean))
         information, right = _with_prior(equations, prior, shared)
-        change[free] = _solve(information[np.ix_(free, free)], right[free])
+        change[free] = solve_scaled(information[np.ix_(free, free)], right[free])
         step = np.einsum("fnm,fm->fn", equations.inverse, equations.g_angles - equations.mixed @ change)
         promised = right @ change + np.einsum("fn,fnm,fm->", equations.g_angles, equations.inverse, equations.g_angles)
         step = np.clip(step, -MAX_STEP, MAX_STEP)
@@ -93,7 +93,9 @@ def fit_frames(
             break
     covariance = np.zeros((len(prior.mean), len(prior.mean)))
     information, _ = _with_prior(equations, prior, shared)
-    covariance[np.ix_(free, free)] = equations.variance * _solve(information[np.ix_(free, free)], np.eye(len(free)))
+    covariance[np.ix_(free, free)] = equations.variance * solve_scaled(
+        information[np.ix_(free, free)], np.eye(len(free))
+    )
     return LinkageSolution(shared, alpha, equations, covariance)
 
 
@@ -154,7 +156,7 @@ def refine_over_recording(
         total = (information.sum(axis=0) + np.diag(weight))[np.ix_(free, free)]
         right = score.sum(axis=0) + weight * (prior.mean - shared.vector)
         change = np.zeros(len(right))
-        change[free] = _solve(total, right[free])
+        change[free] = solve_scaled(total, right[free])
         shared = shared.plus(change)
         covariance = shared_covariance(information, score - information @ change, prior, variance)
         if np.max(np.abs(change[free]) / np.sqrt(np.diag(covariance)[free])) < 0.01:
@@ -202,7 +204,7 @@ def _with_prior(equations: LinkageEquations, prior: SharedPrior, shared: SharedP
     )
 
 
-def _solve(information: Array, right: Array) -> Array:
+def solve_scaled(information: Array, right: Array) -> Array:
     """information^-1 right, with the unknowns scaled to equal information."""
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     scaled = np.linalg.solve(information / np.outer(scale, scale), (right.T / scale).T)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from calibration.camera import Camera
 from vision.linkage.block_covariance import clustered_covariance, frame_blocks
+from vision.linkage.gauss_newton import solve_scaled
 from vision.linkage.linkage_equations import linkage_equations
 from vision.linkage.observed_corners import whiten_corners
 from vision.linkage.shared_fit import SharedFit
@@ -65,8 +66,7 @@ def row_time(
     information, score = equations.reduced[:, free][:, :, free], equations.g_reduced[:, free]
     total = information.sum(axis=0) + np.diag(known_before * fit.variance)
     right = score.sum(axis=0) + known_before * fit.variance * np.append(fit.prior.mean - fit.shared.vector, 0.0)[free]
-    unit = np.sqrt(np.diag(total))
-    change = np.linalg.solve(total / np.outer(unit, unit), right / unit) / unit
+    change = solve_scaled(total, right)
     block = frame_blocks(len(alpha))[frames]
     by_block = np.zeros((block.max() + 1, *total.shape)), np.zeros((block.max() + 1, len(total)))
     np.add.at(by_block[0], block, information)
