@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from benchmarks.apriltag import apriltags
 from benchmarks.hard import true_camera
 from benchmarks.table import Claim, Table
-from mechanism.description import Neck
+from mechanism.description import WORKSHOP_DEPTH_SIGMA, Neck
 from samples.generator.mounted import MountedArm, mounted_arm
 from vision.extract import Extraction, ExtractionOptions, extract
+from vision.linkage.shared_fit import TILT_SIGMA
 from vision.shutter import Shutter
 from vision.video import describe_video, read_frames
 
@@ -27,7 +28,15 @@ Array = NDArray[np.float64]
 
 NECK = Path(__file__).parents[1] / "samples/recording/neck.yaml"
 SEEDS = range(1001, 1011)
-ROWS = ("nothing said", "depth said to 1 mm", "a marker more, on diagonal A2", "pyapriltags, tag by tag")
+ROWS = (
+    "nothing said",
+    "depth said to 1 mm",
+    "a marker more, on diagonal A2",
+    "nothing said, mounted as loosely as is taken for granted",
+    "pyapriltags, tag by tag",
+)
+LOOSE = {"planes": float(np.sqrt(3.0)) * WORKSHOP_DEPTH_SIGMA, "tilt": TILT_SIGMA}
+"""mounting with the spread that the fit takes for granted where nothing is said"""
 COLUMNS = ("arms", "with bias up to 0.04 deg", "worst bias deg", "frame rms deg", "z of bias", "false drift")
 
 
@@ -57,16 +66,19 @@ def measure() -> Table:
             arm.render(video)
             found[ROWS[0]].append(_ours(arm, video, _described(neck)))
             found[ROWS[1]].append(_ours(arm, video, _described(neck, arm.depth())))
-            found[ROWS[3]].append(_tag_by_tag(arm, video))
+            found[ROWS[4]].append(_tag_by_tag(arm, video))
             arm = mounted_arm(more, seed)
             arm.render(video)
             found[ROWS[2]].append(_ours(arm, video, _described(more)))
+            arm = mounted_arm(neck, seed, **LOOSE)
+            arm.render(video)
+            found[ROWS[3]].append(_ours(arm, video, _described(neck)))
     rows = tuple((name, _figures(seen)) for name, seen in found.items())
     claim = Claim(
         "worst bias of a joint, deg",
         f"{len(SEEDS)} arms with markers within 8 mm of one plane",
         dict(rows)[ROWS[0]][2],
-        (ROWS[3], dict(rows)[ROWS[3]][2]),
+        (ROWS[4], dict(rows)[ROWS[4]][2]),
     )
     return Table("Markers in planes of their own, 43 px wide, H.264, 20 s", COLUMNS, rows, (claim,))
 

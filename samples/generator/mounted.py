@@ -64,11 +64,13 @@ class MountedArm:
         render_video(path, self.times, self.alpha_at, self.neck, self.camera, self.seed, look, processes)
 
 
-def mounted_arm(neck: dict[str, Any], seed: int, seconds: float = 20.0, planes: float = PLANES) -> MountedArm:
+def mounted_arm(
+    neck: dict[str, Any], seed: int, seconds: float = 20.0, planes: float = PLANES, tilt: float = TILT
+) -> MountedArm:
     """An arm with the same mechanisms and markers; mounting, motion and the camera's place are drawn anew for each seed."""
     rng = np.random.default_rng([2100, seed])
     on_bars = [
-        m | {"depth": float(rng.uniform(-planes, planes)), "tilt": tuple(rng.normal(0, TILT, 2).tolist())}
+        m | {"depth": float(rng.uniform(-planes, planes)), "tilt": tuple(rng.normal(0, tilt, 2).tolist())}
         for m in neck["markers"]["on_bars"]
     ]
     yaw, pitch, roll = np.radians(rng.uniform((-15, -8, -3), (15, 8, 3))).tolist()
