@@ -64,7 +64,7 @@ def advice(d: Diagnosis) -> tuple[Step, ...]:
         return (*_tell_apart(tuple(look_alikes.values())), *_GO_ON)
     if d.verdict == "unknown":
         look_for = _BY_SIGNATURE.get(d.signature.kind, _BY_OTHER_SIGNATURES)
-        if unlisted_law(d.search) and d.search.unlisted:
+        if unlisted_law(d.search, d.found_laws) and d.search.unlisted:
             look_for = BY_VARIABLE[d.search.unlisted.function.variable.name]
         return (
             Step(look_for),

@@ -9,8 +9,9 @@ from diagnosis.cause import Cause, with_causes
 from diagnosis.cause_search import MIN_EXPLAINED, Search, search_causes
 from diagnosis.detectability import Detectability, detectability
 from diagnosis.drawing_findings import DrawingFinding, drawing_findings
-from diagnosis.held_out_gain import Gain, gains, held_out_excess, held_out_residuals
+from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_excess, held_out_residuals
 from diagnosis.hypothesis import Hypothesis, as_described
+from diagnosis.law_gains import GainedLaw, law_gains
 from diagnosis.noise_ensemble import NoiseEnsemble, noise_ensemble
 from diagnosis.noise_excess import ABOVE_NOISE_RATIO, NoiseExcess
 from diagnosis.remainder import Remainder, plainly_left, remainders
@@ -52,6 +53,8 @@ class Diagnosis:
     """what the recordings say about numbers that have a tolerance"""
     extended: Hypothesis
     """the description with the causes in it"""
+    found_laws: tuple[GainedLaw, ...] = ()
+    """laws that no catalogue holds, in what the causes leave"""
     not_simulated: str = ""
     """why, where one of both models is none that moves"""
     simulated_shares: tuple[float | None, ...] = ()
@@ -117,7 +120,15 @@ def diagnose(
         taken_back += [n.effect.name for n in before.named if n.effect not in {m.effect for m in search.named}]
         held = _held_out(search, h, others, progress)
     left = held.remainder or remainders(search.first.excess, search.last.excess, h.arm.M, held_out=False)
-    verdict, why = _verdict(search, visible, left, held.holds)
+    laws: tuple[GainedLaw, ...] = ()
+    if search.last.excess.above_noise:
+        progress("unlisted laws")
+        found = law_gains(search, h, others, held.residuals, seed)
+        laws = found.laws
+        if found.residuals is not None and held.base_residuals is not None:
+            before, after = (held_out_excess(side, found.residuals) for side in (held.base_residuals, found.residuals))
+            left = remainders(before, after, h.arm.M, held_out=True)
+    verdict, why = _verdict(search, visible, left, held.holds, laws)
     if taken_back:
         names = ", ".join(taken_back)
         why = "; ".join(filter(None, [why, f"{names} would explain more, but not on recordings that were not fitted"]))
@@ -131,6 +142,7 @@ def diagnose(
         remainder=left,
         drawing=drawing_findings(search.last),
         extended=with_causes(h, search.last.causes),
+        found_laws=laws,
         not_simulated=held.not_simulated,
         simulated_shares=held.simulated_shares,
     )
@@ -163,6 +175,10 @@ class _HeldOut:
     """why"""
     simulated_shares: tuple[float | None, ...] = ()
     """of each cause, rad"""
+    base_residuals: HeldOutResiduals | None = None
+    """what the base model leaves"""
+    residuals: HeldOutResiduals | None = None
+    """what is left with the causes"""
 
 
 def _held_out(
@@ -205,12 +221,16 @@ def _held_out(
         worse=worse,
         not_simulated=not_simulated,
         simulated_shares=shares,
+        base_residuals=old,
+        residuals=new,
     )
 
 
-def _verdict(search: Search, visible: Detectability, left: Sequence[Remainder], holds: bool) -> tuple[str, str]:
+def _verdict(
+    search: Search, visible: Detectability, left: Sequence[Remainder], holds: bool, laws: Sequence[GainedLaw]
+) -> tuple[str, str]:
     """The verdict and why; holds: whether causes explain the recordings that were not fitted too, if there are any."""
-    law = unlisted_law(search)
+    law = unlisted_law(search, laws)
     if not search.named:
         if search.first.excess.above_noise:
             why = "the data differ from the model, and no cause that is known explains it"
@@ -234,8 +254,10 @@ def _verdict(search: Search, visible: Detectability, left: Sequence[Remainder], 
     return "cause", remains
 
 
-def unlisted_law(search: Search) -> str:
-    """What of the rest a function of one variable would explain, in words; nothing where none explains a good part."""
+def unlisted_law(search: Search, laws: Sequence[GainedLaw]) -> str:
+    """The laws that were found in the rest, in words, else what a function of one variable would explain of a good part of it."""
+    if laws:
+        return f"found beside the catalogue: {', and '.join(found.law.words for found in laws)}"
     rest = search.unlisted
     if rest is None or rest.explains < MIN_EXPLAINED:
         return ""

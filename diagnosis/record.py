@@ -15,6 +15,7 @@ from diagnosis.detectability import Detectability
 from diagnosis.diagnose import Diagnosis, unlisted_law
 from xneck_foundation.parameter import Parameter
 
+_MAX_ALIKE_WORDS = 3
 _MAX_DRAWING_WORDS = 4
 """numbers of the drawing that are said in words, those that are off by more than their tolerance"""
 _LOOK_ALIKE_SHARE = 0.9
@@ -54,6 +55,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
         "remainder": [r.as_json() for r in d.remainder],
         "something_remains": d.something_remains,
         "unlisted": search.unlisted and search.unlisted.as_json(),
+        "found_laws": [found.as_json() for found in d.found_laws],
         "drawing": [f.as_json() for f in d.drawing],
         "explained": d.explained,
         "not_simulated": d.not_simulated or None,
@@ -131,7 +133,7 @@ def as_text(d: Diagnosis) -> str:
       motor equations, not fitted: ...
     """
     lines = [d.verdict + (f": {d.why}" if d.why else "")]
-    if d.verdict == "unknown" and not unlisted_law(d.search):
+    if d.verdict == "unknown" and not unlisted_law(d.search, d.found_laws):
         lines.append(f"  {signature_record.words(d.signature, d.extended.arm.M)}")
     for named, cause, parameters in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
         lines.append(f"  {cause.effect.name} ({cause.where.label}): {cause.effect.words}")
@@ -142,6 +144,15 @@ def as_text(d: Diagnosis) -> str:
         others = [c.effect.name for c in named.tied if c.effect is not cause.effect]
         if others:
             lines.append(f"    explains the data as well: {', '.join(others)}")
+    for found in d.found_laws:
+        lines += [f"  {found.law.words}: {found.law.equation}", f"    {found.numbers_in_words}"]
+        if g := found.gain:
+            lines.append(
+                f"    {g.measure}, not fitted: {g.before:.4g} -> {g.after:.4g} {g.unit} (noise {g.noise_floor:.4g})"
+            )
+        others = [law.words for law in found.law.alike[:_MAX_ALIKE_WORDS]]
+        if others:
+            lines.append(f"    explains the data as well: {'; '.join(others)}")
     for g in d.gains:
         lines.append(
             f"  {g.measure}, not fitted: {g.before:.4g} -> {g.after:.4g} {g.unit} (noise {g.noise_floor:.4g}, "

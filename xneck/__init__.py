@@ -4,6 +4,7 @@ Each function does what the command of its name does, and writes no files of its
 
 - `synchronise` a recording folder, or `read_dataset` of what `xneck sync` and `xneck run` wrote
 - `check` whether camera and motors agree, `identify` friction and elasticity, `simulate` the recorded forces
+- `discover` what law a residual follows, of this arm or of any other bench
 - `diagnose` what the simulation gets wrong; `in_words` and `as_record` give the diagnosis as text and ready for JSON
 
 An input that cannot be used raises `Refused`, which says which file, why, and what to do.
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from diagnosis.diagnose import diagnose
     from diagnosis.record import as_json as as_record
     from diagnosis.record import as_text as in_words
+    from discovery.discover import discover
     from identification.dataset.dataset_file import read_dataset, write_dataset
     from identification.estimates import estimate as identify
     from identification.model_file import read_model
@@ -43,6 +45,7 @@ __all__ = [
     "as_record",
     "check",
     "diagnose",
+    "discover",
     "identify",
     "in_words",
     "read_dataset",
@@ -56,6 +59,7 @@ _LOCATIONS = {
     "as_record": "diagnosis.record:as_json",
     "check": "synchronisation.check.from_dataset:check_dataset",
     "diagnose": "diagnosis.diagnose:diagnose",
+    "discover": "discovery.discover:discover",
     "identify": "identification.estimates:estimate",
     "in_words": "diagnosis.record:as_text",
     "read_dataset": "identification.dataset.dataset_file:read_dataset",

@@ -14,8 +14,8 @@ from tests.docs.pages import PAGES, ROOT, fenced
 
 PAGE = "new-effect.md"
 FOLDERS = (
-    "xneck", "vision", "synchronisation", "diagnosis", "state_estimation", "identification", "calibration", "mechanism",
-    "xneck_foundation", "samples", "tests", "docs", "benchmarks",
+    "xneck", "vision", "synchronisation", "diagnosis", "state_estimation", "identification", "calibration", "discovery",
+    "mechanism", "xneck_foundation", "samples", "tests", "docs", "benchmarks",
 )  # fmt: skip
 FILES = ("pyproject.toml", "README.md", "CHANGELOG.md", "Makefile")
 

@@ -18,7 +18,7 @@ from tests.docs.pages import PAGES
 
 ROOT = Path(__file__).parents[2]
 ROOMS = (
-    "calibration", "diagnosis", "identification", "mechanism", "state_estimation", "synchronisation", "vision", "xneck",
+    "calibration", "diagnosis", "discovery", "identification", "mechanism", "state_estimation", "synchronisation", "vision", "xneck",
     "xneck_foundation",
 )  # fmt: skip
 TAG = "(docs/thresholds.md)"

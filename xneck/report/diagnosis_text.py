@@ -26,7 +26,7 @@ def diagnosis_sentence(d: Diagnosis) -> str:
     """The verdict in words: the cause, where it is, its size, and the gain on recordings that were not fitted."""
     if d.verdict == "unknown":
         signed = signature_record.words(d.signature, d.extended.arm.M).replace("+-", "±")
-        told = unlisted_law(d.search) or signed
+        told = unlisted_law(d.search, d.found_laws) or signed
         return f"Something is wrong that no known cause explains: {told}.{_misfit_sentence(d)}"
     if d.verdict == "consistent":
         worst = int(d.before.ratio.argmax())

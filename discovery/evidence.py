@@ -1,0 +1,150 @@
+"""What blocks of time say of columns: their products, with which any sum of them is fitted, judged, and compared with chance."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+FOLDS = 5
+"""of the cross-validation, dealt by blocks in turn (docs/thresholds.md)"""
+_RIDGE = 1e-9
+"""of columns scaled to one, for those that nothing tells apart"""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """P columns that are always fitted, then K that are asked about, and the target last."""
+
+    products: Array
+    """by blocks, (B, P + K + 1, P + K + 1)"""
+    precision: Array
+    """of what is known of the first P numbers, (P,)"""
+
+    @classmethod
+    def of(cls, base: Array, precision: Array, asked: Array, target: Array, blocks: Index) -> "Evidence":
+        """From rows (rows, P), (rows, K) and (rows,) and the block of each."""
+        matrix = np.concatenate([base, asked, target[:, None]], axis=1)
+        order = np.argsort(blocks, kind="stable")
+        ends = np.cumsum(np.bincount(blocks))
+        parts = np.split(matrix[order], ends[:-1])
+        return cls(np.array([part.T @ part for part in parts]), precision)
+
+    @property
+    def fitted(self) -> int:
+        """P."""
+        return len(self.precision)
+
+    @cached_property
+    def total(self) -> Array:
+        """Of all blocks."""
+        return self.products.sum(axis=0)
+
+    @cached_property
+    def reduced(self) -> tuple[Array, Array]:
+        """x S x / 2 - v x of the columns asked about where the fitted ones are at their best: S (K, K), v (K,)."""
+        p, last = self.fitted, self.total.shape[0] - 1
+        G = self.total[p:last, p:last]
+        across = self._across
+        return G - self.total[p:last, :p] @ across, self.total[p:last, last] - across.T @ self.total[:p, last]
+
+    @cached_property
+    def _across(self) -> Array:
+        """How the fitted columns answer to those asked about, (P, K)."""
+        p, last = self.fitted, self.total.shape[0] - 1
+        return _solved(self.total[:p, :p] + np.diag(self.precision), self.total[:p, p:last])
+
+    def gains(self, functions: Array) -> Array:
+        """What each of n sums of columns (n, K, k) takes from the loss, (n,)."""
+        S, v = self.reduced
+        return _energy(S, v[:, None], functions)[:, 0]
+
+    def block_gradients(self, function: Array) -> Array:
+        """Of the columns asked about, reduced, by what is left with a function (K, k) fitted, by blocks, (B, K)."""
+        p, last = self.fitted, self.total.shape[0] - 1
+        x = np.append(-self.fit(function), 1.0)
+        turned = self.products @ (self._turned(function) @ x)
+        return turned[:, p:last] - turned[:, :p] @ self._across
+
+    def chance_gains(self, functions: Array, gradients: Array, signs: Array) -> Array:
+        """The most that any of n functions (n, K, k) takes where signs (worlds, B) turn the blocks over, (worlds,)."""
+        S, _ = self.reduced
+        return _energy(S, gradients.T @ signs.T, functions).max(axis=0)
+
+    def fit(self, function: Array) -> Array:
+        """Numbers of the fitted columns and of a function's (K, k), (P + k,)."""
+        return self._fit(self.total, self._turned(function))
+
+    def block_losses(self, function: Array) -> Array:
+        """Loss of every block where all folds but its own were fitted, (B,)."""
+        T = self._turned(function)
+        products = T.T @ self.products @ T
+        whole, fold = products.sum(axis=0), np.arange(len(products)) % FOLDS
+        out = np.zeros(len(products))
+        for f in range(min(FOLDS, len(products))):
+            left_out = products[fold == f]
+            x = np.append(-self._solve(whole - left_out.sum(axis=0)), 1.0)
+            out[fold == f] = np.einsum("i,bij,j->b", x, left_out, x)
+        return out
+
+    def loss(self, function: Array) -> float:
+        """With the fitted columns and a function's (K, k) at their best, what is known beforehand included."""
+        T = self._turned(function)
+        whole = T.T @ self.total @ T
+        return float(whole[-1, -1] - whole[-1, :-1] @ self._solve(whole))
+
+    def covariance(self, function: Array) -> Array:
+        """Of `fit`, by what blocks do to the numbers, and nowhere less than rows that are each for themselves, (P + k, P + k)."""
+        T = self._turned(function)
+        products = T.T @ self.products @ T
+        whole, x = products.sum(axis=0), np.append(-self.fit(function), 1.0)
+        size, count = len(x) - 1, len(products)
+        inverse = np.linalg.pinv(whole[:-1, :-1] + self._prior(size), rcond=1e-12, hermitian=True)
+        scores = (products @ x)[:, :-1]
+        spread = np.einsum("bi,bj->ij", scores, scores) * count / max(count - 1, 1)
+        known = inverse @ self._prior(size) @ inverse
+        by_blocks = inverse @ spread @ inverse
+        of_noise = inverse @ whole[:-1, :-1] @ inverse
+        widened = np.sqrt(np.maximum(np.diag(of_noise) / np.maximum(np.diag(by_blocks), 1e-300), 1.0))
+        return by_blocks * np.outer(widened, widened) + known
+
+    def _turned(self, function: Array) -> Array:
+        """From all columns to the fitted ones, a function's and the target, (P + K + 1, P + k + 1)."""
+        p, (rows, k) = self.fitted, function.shape
+        out = np.zeros((p + rows + 1, p + k + 1))
+        out[:p, :p] = np.eye(p)
+        out[p : p + rows, p : p + k] = function
+        out[-1, -1] = 1.0
+        return out
+
+    def _fit(self, total: Array, T: Array) -> Array:
+        return self._solve(T.T @ total @ T)
+
+    def _solve(self, whole: Array) -> Array:
+        return _solved(whole[:-1, :-1] + self._prior(len(whole) - 1), whole[:-1, -1])
+
+    def _prior(self, size: int) -> Array:
+        return np.diag(np.append(self.precision, np.zeros(size - self.fitted)))
+
+
+def _solved(G: Array, b: Array) -> Array:
+    """x of G x = b, G symmetric; directions that nothing tells stay near zero."""
+    scale = np.sqrt(np.where(np.diag(G) > 0, np.diag(G), 1.0))
+    factor = cho_factor(G / np.outer(scale, scale) + _RIDGE * np.eye(len(G)))
+    rows = scale if b.ndim == 1 else scale[:, None]
+    return np.asarray(cho_solve(factor, b / rows)) / rows
+
+
+def _energy(S: Array, v: Array, functions: Array) -> Array:
+    """v' F (F' S F)^-1 F' v of functions F (n, K, k) and vectors v (K, m), (n, m)."""
+    G = np.einsum("nik,ij,njl->nkl", functions, S, functions, optimize=True)
+    w = np.einsum("nik,im->nkm", functions, v)
+    diagonal = np.einsum("nkk->nk", G)
+    scale = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    G = G / (scale[:, :, None] * scale[:, None, :]) + 1e-7 * np.eye(G.shape[1])
+    w = w / scale[:, :, None]
+    return np.einsum("nkm,nkm->nm", w, np.linalg.solve(G, w))

@@ -1,0 +1,65 @@
+"""A variable's functions, all of them: fine columns of which every form is a sum, so that forms are compared without the rows."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Function = Callable[[Array], Array]
+"""of values (T,), to columns (T, k)"""
+
+HATS = 40
+"""pieces of a variable's range"""
+HARMONICS = 24
+"""of a turn"""
+_NODES = 4 * HARMONICS
+
+
+@dataclass(frozen=True, eq=False)
+class FineBasis:
+    """K columns of a variable: hats between knots, or what comes round with a turn."""
+
+    knots: Array
+    """values between which functions are straight, (K,); of a turn the nodes at which a function is read"""
+    is_turn: bool = False
+    reach: tuple[float, float] | None = None
+    """within which forms are tried, where that is less than the knots'"""
+
+    @classmethod
+    def of(cls, values: Sequence[Array], is_turn: bool) -> "FineBasis":
+        """For a variable's values in all rows, one array or several."""
+        if is_turn:
+            return cls(np.arange(_NODES) * 2 * np.pi / _NODES, is_turn=True)
+        rows = np.concatenate(list(values))
+        low, high = float(rows.min()), float(rows.max())
+        if high <= low:
+            low, high = low - 1.0, low + 1.0
+        return cls(np.linspace(low, high, HATS))
+
+    @property
+    def low(self) -> float:
+        """Lowest value there is."""
+        return float(self.knots[0]) if self.reach is None else self.reach[0]
+
+    @property
+    def high(self) -> float:
+        """Highest value there is."""
+        return float(self.knots[-1]) if self.reach is None else self.reach[1]
+
+    def columns(self, values: Array) -> Array:
+        """Of values (T,), (T, K)."""
+        if self.is_turn:
+            phase = values[:, None] * np.arange(1, HARMONICS + 1)
+            return np.concatenate([np.cos(phase), np.sin(phase)], axis=1)
+        at = np.interp(values, self.knots, np.arange(len(self.knots)))
+        return np.maximum(0.0, 1 - np.abs(at[:, None] - np.arange(len(self.knots))))
+
+    def coefficients(self, function: Function) -> Array:
+        """Of the fine columns, that add up to a function's, (K, k); of a turn without its mean."""
+        values = function(self.knots)
+        if not self.is_turn:
+            return values
+        phase = self.knots[:, None] * np.arange(1, HARMONICS + 1)
+        return 2 / _NODES * np.concatenate([np.cos(phase), np.sin(phase)], axis=1).T @ values

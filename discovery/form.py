@@ -1,0 +1,232 @@
+"""Forms of a law, simplest first: columns of one variable, each with an amount, under inner constants that say how it acts."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discovery.fine_basis import HARMONICS, FineBasis
+
+Array = NDArray[np.float64]
+Constants = Mapping[str, float]
+Kind = Literal["turn", "line", "time"]
+"""of a variable: what comes round with a turn, any other, and time"""
+
+_PLACES = np.linspace(0.08, 0.92, 15)
+"""shares of a variable's range at which a bump or a hinge is tried"""
+_WIDTHS = (0.04, 0.08, 0.15)
+"""of a bump, in shares of the range"""
+_TURN_PLACES, _TURN_WIDTHS = 24, (0.15, 0.3, 0.6, 1.0)
+"""rad"""
+_LEVELS = (0.08, 0.15, 0.3, 0.5, 0.8, 1.5)
+"""where a saturating law bends, in shares of the largest size"""
+_TIMES = (0.08, 0.15, 0.3, 0.6, 1.2)
+"""of an exponential, in shares of the time"""
+SMOOTH_PIECES = 9
+"""of a smooth function along its variable"""
+
+
+@dataclass(frozen=True)
+class Form:
+    """One form."""
+
+    name: str
+    kinds: tuple[Kind, ...]
+    rank: int
+    """the lower the simpler: where two explain alike, the simpler one is taken"""
+    amounts: tuple[str, ...]
+    """names of what it is in proportion to"""
+    columns: Callable[[Array, Constants], Array]
+    """of values (T,), (T, amounts)"""
+    starts: Callable[[FineBasis], tuple[Constants, ...]]
+    """inner constants that are tried"""
+    equation: str
+    """with x for the variable"""
+    fixed: tuple[str, ...] = ()
+    """inner constants that are counted, or that bound where the form is told: they are not fitted"""
+
+    def unit(self, name: str, target: str, variable: str) -> str:
+        """Of an amount or an inner constant."""
+        if name in self.amounts:
+            power = {"a1": 1, "a2": 2, "a3": 3, "slope": 1}.get(name, 0)
+            if power == 0 or variable == "1":
+                return target
+            return "1" if power == 1 and variable == target else f"{target}/{_powered(variable, power)}"
+        return "1" if name in ("count", "side", "exponent") else variable
+
+
+def _powered(unit: str, power: int) -> str:
+    plain = unit if not set("/ ") & set(unit) else f"({unit})"
+    return plain if power == 1 else f"{plain}^{power}"
+
+
+def _none(basis: FineBasis) -> tuple[Constants, ...]:
+    return ({},)
+
+
+def _stack(*columns: Array) -> Array:
+    return np.stack(columns, axis=-1)
+
+
+def _polynomial(degree: int) -> Form:
+    powers = range(1, degree + 1)
+    return Form(
+        name="polynomial",
+        kinds=("line", "time"),
+        rank=degree - 1,
+        amounts=tuple(f"a{n}" for n in powers),
+        columns=lambda x, c: _stack(*(x**n for n in powers)),
+        starts=_none,
+        equation=" + ".join(f"a{n} x^{n}" if n > 1 else "a1 x" for n in powers),
+    )
+
+
+def _harmonic_starts(basis: FineBasis) -> tuple[Constants, ...]:
+    return tuple({"count": float(n)} for n in range(1, HARMONICS + 1))
+
+
+def _bump(x: Array, c: Constants) -> Array:
+    return np.exp(-(((x - c["place"]) / c["width"]) ** 2))[:, None]
+
+
+def _bump_starts(basis: FineBasis) -> tuple[Constants, ...]:
+    span = basis.high - basis.low
+    return tuple({"place": basis.low + p * span, "width": w * span} for p in _PLACES for w in _WIDTHS)
+
+
+def _turn_bump(x: Array, c: Constants) -> Array:
+    away = np.abs(np.exp(1j * (x - c["place"])) - 1)
+    return np.exp(-((away / c["width"]) ** 2))[:, None]
+
+
+def _turn_bump_starts(basis: FineBasis) -> tuple[Constants, ...]:
+    places = np.arange(_TURN_PLACES) * 2 * np.pi / _TURN_PLACES
+    return tuple({"place": float(p), "width": w} for p in places for w in _TURN_WIDTHS)
+
+
+def _hinge_starts(basis: FineBasis) -> tuple[Constants, ...]:
+    span = basis.high - basis.low
+    return tuple({"place": basis.low + p * span, "side": side} for p in _PLACES for side in (1.0, -1.0))
+
+
+def _size(basis: FineBasis) -> float:
+    """The largest size of a variable, to two digits."""
+    return float(f"{max(abs(basis.low), abs(basis.high)):.1e}")
+
+
+def _power(x: Array, c: Constants) -> Array:
+    return (np.sign(x) * np.abs(x / c["size"]) ** c["exponent"])[:, None]
+
+
+def _levels(basis: FineBasis) -> tuple[Constants, ...]:
+    return tuple({"level": share * _size(basis)} for share in _LEVELS)
+
+
+def _times(basis: FineBasis) -> tuple[Constants, ...]:
+    return tuple({"tau": share * (basis.high - basis.low), "begin": basis.low} for share in _TIMES)
+
+
+def _smooth(x: Array, c: Constants) -> Array:
+    at = (np.clip(x, c["low"], c["high"]) - c["low"]) / (c["high"] - c["low"]) * (SMOOTH_PIECES - 1)
+    return np.maximum(0.0, 1 - np.abs(at[:, None] - np.arange(SMOOTH_PIECES)))
+
+
+FORMS = (
+    _polynomial(1),
+    Form(
+        name="harmonic",
+        kinds=("turn",),
+        rank=1,
+        amounts=("cosine", "sine"),
+        columns=lambda x, c: _stack(np.cos(c["count"] * x), np.sin(c["count"] * x)),
+        starts=_harmonic_starts,
+        equation="cosine cos(count x) + sine sin(count x)",
+        fixed=("count",),
+    ),
+    Form(
+        name="power",
+        kinds=("line",),
+        rank=1,
+        amounts=("height",),
+        columns=_power,
+        starts=lambda basis: tuple({"exponent": n, "size": _size(basis)} for n in (0.5, 1.5, 2.0, 2.5, 3.0)),
+        equation="height sign(x) (|x| / size)^exponent",
+        fixed=("size",),
+    ),
+    _polynomial(2),
+    Form(
+        name="exponential",
+        kinds=("time",),
+        rank=2,
+        amounts=("height",),
+        columns=lambda x, c: np.exp(-(x - c["begin"]) / c["tau"])[:, None],
+        starts=_times,
+        equation="height exp(-(x - begin) / tau)",
+        fixed=("begin",),
+    ),
+    Form(
+        name="hinge",
+        kinds=("line", "time"),
+        rank=2,
+        amounts=("slope",),
+        columns=lambda x, c: np.maximum(c["side"] * (x - c["place"]), 0.0)[:, None],
+        starts=_hinge_starts,
+        equation="slope max(side (x - place), 0)",
+        fixed=("side",),
+    ),
+    Form(
+        name="saturating",
+        kinds=("line",),
+        rank=2,
+        amounts=("height",),
+        columns=lambda x, c: np.tanh(x / c["level"])[:, None],
+        starts=_levels,
+        equation="height tanh(x / level)",
+    ),
+    _polynomial(3),
+    Form(
+        name="bump",
+        kinds=("line", "time"),
+        rank=3,
+        amounts=("height",),
+        columns=_bump,
+        starts=_bump_starts,
+        equation="height exp(-((x - place) / width)^2)",
+    ),
+    Form(
+        name="bump",
+        kinds=("turn",),
+        rank=3,
+        amounts=("height",),
+        columns=_turn_bump,
+        starts=_turn_bump_starts,
+        equation="height exp(-(|exp(i (x - place)) - 1| / width)^2)",
+    ),
+    Form(
+        name="levelling off",
+        kinds=("line",),
+        rank=3,
+        amounts=("slope", "height"),
+        columns=lambda x, c: _stack(x, np.tanh(x / c["level"])),
+        starts=_levels,
+        equation="slope x + height tanh(x / level)",
+    ),
+    Form(
+        name="smooth",
+        kinds=("line", "time"),
+        rank=9,
+        amounts=tuple(f"h{i}" for i in range(1, SMOOTH_PIECES + 1)),
+        columns=_smooth,
+        starts=lambda basis: ({"low": basis.low, "high": basis.high},),
+        equation="straight between h1 .. h9, evenly spaced from low to high",
+        fixed=("low", "high"),
+    ),
+)
+"""all, simplest first"""
+
+
+def forms_of(kind: Kind) -> tuple[Form, ...]:
+    """Those that a variable of a kind may take."""
+    return tuple(form for form in FORMS if kind in form.kinds)

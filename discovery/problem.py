@@ -1,0 +1,84 @@
+"""What a law is looked for in: a residual, what is fitted beside it, and what it may follow, all whitened and in blocks of time."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discovery.fine_basis import FineBasis, Function
+from discovery.form import Form, Kind, forms_of
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A variable in the equation where a law of it would act."""
+
+    where: str
+    """place, as `motor 3`, or `all`; nothing where there is one only"""
+    follows: tuple[str, ...]
+    """names of the variables"""
+    unit: str
+    """of the variable"""
+    kind: Kind
+    basis: FineBasis
+    target_unit: str = "1"
+    places: int = 1
+    """that each have amounts of their own, under inner constants that they share"""
+    factor: str = ""
+    """what multiplies the function, in words: `sign(motor_speed)`"""
+    detail: str = ""
+    """what else tells it from others with the same variables: the equation in which it acts"""
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        """That the function may have."""
+        return forms_of(self.kind)
+
+    @property
+    def variable(self) -> str:
+        """What the function is of; products are one variable."""
+        return " * ".join(name for name in self.follows if f"sign({name})" != self.factor) or self.follows[0]
+
+    def expanded(self, coefficients: Array) -> Array:
+        """Coefficients (K, k) of one place for all, each with its own amounts: (K places, k places)."""
+        return np.asarray(np.kron(coefficients, np.eye(self.places)), dtype=float)
+
+
+class Problem:
+    """Rows are whitened: noise of the target is of one size and not correlated, nearly."""
+
+    least_gain: float = 0.0
+    """what a law takes from the loss at least"""
+
+    @cached_property
+    def target(self) -> Array:
+        """The residual, (rows,)."""
+        raise NotImplementedError
+
+    @cached_property
+    def base(self) -> Array:
+        """Columns that are fitted beside any law, (rows, P)."""
+        raise NotImplementedError
+
+    @cached_property
+    def precision(self) -> Array:
+        """Of what is known beforehand of their numbers about zero, (P,)."""
+        raise NotImplementedError
+
+    @cached_property
+    def blocks(self) -> Index:
+        """The block of time of each row, counted from 0, (rows,)."""
+        raise NotImplementedError
+
+    @cached_property
+    def candidates(self) -> tuple[Candidate, ...]:
+        """What may be followed."""
+        raise NotImplementedError
+
+    def columns(self, candidate: Candidate, function: Function) -> Array:
+        """What a unit of each amount does to the target, (rows, k places): k columns of the function, each for every place."""
+        raise NotImplementedError
