@@ -1,7 +1,7 @@
 """Laws in a residual that is given as an array, beside variables that it may follow: no arm is needed."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -31,8 +31,8 @@ MAX_UNEXPLAINED = 1.2
 """times noise: what laws may leave and still be all (docs/thresholds.md)"""
 _ORDER = 8
 """of the autoregression by which noise is whitened"""
-_REST = 0.05
-"""of the largest speeds: where the direction's sign changes"""
+_RESTS = (0.005, 0.02, 0.05, 0.12)
+"""of the largest speeds: within which the direction's sign may change"""
 UNITS = {
     "motor_angle": "rad",
     "drum_angle": "rad",
@@ -136,9 +136,12 @@ def discover(
     values = {name: np.asarray(v, dtype=float) for name, v in variables.items()}
     _check(y, t, values)
     block = _blocks(t, blocks)
-    problem = _Arrays(y, values | {"time": t}, block, tuple(turns))
+    problems = [_Arrays(y, values | {"time": t}, block, tuple(turns), rest) for rest in _RESTS]
+    # how fast the direction's sign changes is told by what any functions leave
+    least = [problem.left_by_any_function() for problem in (problems if DIRECTION in values else problems[:1])]
+    best = int(np.argmin([np.sum(each**2) for each in least]))
+    problem, left = problems[best], least[best]
     laws: tuple[FoundLaw, ...] = ()
-    left = problem.left_by_any_function()
     for _ in range(2):  # noise is told apart from laws once these are known
         whitened = problem.whitened_by(left)
         laws = find_laws(whitened, seed)
@@ -188,6 +191,8 @@ class _Arrays(Problem):
     block: Index
     """of each row"""
     turns: tuple[str, ...]
+    rest: float
+    """of the largest speeds: within which the direction's sign changes"""
     filter: Array = field(default_factory=lambda: np.ones(1))
     scale: float = 1.0
 
@@ -203,9 +208,8 @@ class _Arrays(Problem):
             return self
         a = np.linalg.lstsq(lagged[inside], left[inside], rcond=1e-9)[0]
         innovation = left[inside] - lagged[inside] @ a
-        return _Arrays(
-            self.y, self.values, self.block, self.turns, np.append(1.0, -a), float(np.std(innovation)) or 1.0
-        )
+        scale = float(np.std(innovation)) or 1.0
+        return replace(self, filter=np.append(1.0, -a), scale=scale)
 
     @cached_property
     def blocks(self) -> Index:
@@ -250,7 +254,7 @@ class _Arrays(Problem):
         if candidate.factor:
             (name,) = (n for n in candidate.follows if n != DIRECTION)
             speed = self.values[DIRECTION]
-            rest = _REST * float(np.quantile(np.abs(speed), 0.95)) or 1.0
+            rest = self.rest * float(np.quantile(np.abs(speed), 0.95)) or 1.0
             return function(self.values[name]) * np.tanh(speed / rest)[:, None]
         values = self.values[candidate.follows[0]]
         for name in candidate.follows[1:]:

@@ -10,8 +10,8 @@ Array = NDArray[np.float64]
 Function = Callable[[Array], Array]
 """of values (T,), to columns (T, k)"""
 
-HATS = 40
-"""pieces of a variable's range"""
+HATS = 41
+"""along a variable's range: knots of smooth functions fall on some of theirs"""
 HARMONICS = 24
 """of a turn"""
 _NODES = 4 * HARMONICS

@@ -1,0 +1,68 @@
+"""Products by blocks against the same by rows."""
+
+import numpy as np
+import pytest
+
+from discovery.evidence import FOLDS, Evidence
+from discovery.fine_basis import FineBasis
+from discovery.form import FORMS, Form
+
+RNG = np.random.default_rng(3)
+ROWS, BLOCKS = 600, 20
+BASE, ASKED, TARGET = RNG.normal(size=(ROWS, 3)), RNG.normal(size=(ROWS, 6)), RNG.normal(size=ROWS)
+BLOCK = np.arange(ROWS) * BLOCKS // ROWS
+FUNCTION = RNG.normal(size=(6, 2))
+EVIDENCE = Evidence.of(BASE, np.zeros(3), ASKED, TARGET, BLOCK)
+
+
+def test_numbers_loss_and_gain_are_those_of_least_squares() -> None:
+    columns = np.column_stack([BASE, ASKED @ FUNCTION])
+    x, loss, *_ = np.linalg.lstsq(columns, TARGET)
+    _, without, *_ = np.linalg.lstsq(BASE, TARGET)
+    assert EVIDENCE.fit(FUNCTION) == pytest.approx(x, rel=1e-6)
+    assert EVIDENCE.loss(FUNCTION) == pytest.approx(loss[0], rel=1e-9)
+    assert EVIDENCE.gains(FUNCTION[None])[0] == pytest.approx(without[0] - loss[0], rel=1e-4)
+
+
+def test_losses_of_blocks_are_those_of_fits_to_the_others() -> None:
+    columns, fold = np.column_stack([BASE, ASKED @ FUNCTION]), BLOCK % FOLDS
+    expected = np.zeros(BLOCKS)
+    for f in range(FOLDS):
+        x = np.linalg.lstsq(columns[fold != f], TARGET[fold != f])[0]
+        expected += np.bincount(BLOCK, ((TARGET - columns @ x) ** 2) * (fold == f), BLOCKS)
+    assert EVIDENCE.block_losses(FUNCTION) == pytest.approx(expected, rel=1e-6)
+
+
+def test_sigma_of_white_noise_is_that_of_least_squares() -> None:
+    columns = np.column_stack([BASE, ASKED @ FUNCTION])
+    plain = np.sqrt(np.diag(np.linalg.inv(columns.T @ columns)))
+    # blocks tell a variance to a share of sqrt(2 / blocks), and rows for themselves are the least
+    assert np.sqrt(np.diag(EVIDENCE.covariance(FUNCTION))) == pytest.approx(plain, rel=1.0)
+    assert np.all(np.sqrt(np.diag(EVIDENCE.covariance(FUNCTION))) > 0.99 * plain)
+
+
+def test_what_is_known_beforehand_holds_numbers() -> None:
+    known = Evidence.of(BASE, np.full(3, 1e12), ASKED, TARGET, BLOCK)
+    assert known.fit(FUNCTION)[:3] == pytest.approx(0.0, abs=1e-8)
+
+
+def test_chance_takes_as_much_as_two_numbers_do() -> None:
+    gradients = EVIDENCE.block_gradients(FUNCTION)
+    signs = np.random.default_rng(4).choice([-1.0, 1.0], (2000, BLOCKS))
+    gains = EVIDENCE.chance_gains(FUNCTION[None], gradients, signs)
+    # chi square of two: mean 2; blocks of one draw of noise tell it to about a third
+    assert 1.2 < gains.mean() < 3.0
+
+
+@pytest.mark.parametrize("form", FORMS, ids=lambda f: f"{f.name} of {f.kinds[0]}, {len(f.amounts)}")
+def test_fine_columns_add_up_to_every_form(form: Form) -> None:
+    is_turn = "turn" in form.kinds
+    values = np.random.default_rng(5).uniform(-3, 3, 4000) * (4 if is_turn else 1)
+    basis = FineBasis.of([values], is_turn)
+    for constants in form.starts(basis)[:: max(1, len(form.starts(basis)) // 4)]:
+        if constants.get("width", 1) < (0.3 if is_turn else 0.5):
+            continue  # narrower ones are only roughly told by fine columns, and refined by rows
+        wanted = form.columns(values, constants)
+        made = basis.columns(values) @ basis.coefficients(lambda x, c=constants: form.columns(x, c))
+        error = (made - made.mean(axis=0)) - (wanted - wanted.mean(axis=0))
+        assert np.sqrt(np.mean(error**2)) < 0.02 * np.abs(wanted).max()
