@@ -52,9 +52,10 @@ class Cause:
         ]
         shape = dict(self.shape)
         for term, by in zip(self.effect.shape_terms, change[count:], strict=True):
-            # a shape term is a scale: one step at most halves or doubles it
-            old = shape[term.name]
-            shape[term.name] = float(clip_to_range(term, np.clip(old + by, old / 2, 2 * old)))
+            old, new = shape[term.name], shape[term.name] + by
+            if term.low > 0:  # of a scale one step at most halves or doubles it
+                new = np.clip(new, old / 2, 2 * old)
+            shape[term.name] = float(clip_to_range(term, new))
         return replace(self, amounts=np.array(amounts), shape=shape)
 
 

@@ -27,7 +27,7 @@ from identification.estimates import check_motion
 from identification.fitting import fit_by_least_squares, segment_starts
 from identification.unknowns import DELAY_SIGMA_S
 from identification.whitening import Whitener
-from mechanism.laws import LAWS
+from mechanism.laws import law_named
 from mechanism.laws.law import Law
 
 Array = NDArray[np.float64]
@@ -401,7 +401,7 @@ def _with_speeds(ensembles: Sequence[NoiseEnsemble], at: Linearisation) -> list[
 
 def _turns_motors(h: Hypothesis) -> bool:
     """Whether a law beyond the base changes what force turns the motors."""
-    laws = [type(LAWS[name]) for name in h.laws]
+    laws = [type(law_named(name)) for name in h.laws]
     return any(law.friction is not Law.friction or law.acting_force is not Law.acting_force for law in laws)
 
 

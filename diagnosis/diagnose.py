@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.cause import Cause, with_causes
+from diagnosis.cause_fit import FitStage
 from diagnosis.cause_search import MIN_EXPLAINED, Search, search_causes
 from diagnosis.detectability import Detectability, detectability
 from diagnosis.drawing_findings import DrawingFinding, drawing_findings
@@ -52,7 +53,9 @@ class Diagnosis:
     drawing: tuple[DrawingFinding, ...]
     """what the recordings say about numbers that have a tolerance"""
     extended: Hypothesis
-    """the description with the causes in it"""
+    """the description with the causes and the laws in it"""
+    extended_stage: FitStage
+    """the fit of these"""
     found_laws: tuple[GainedLaw, ...] = ()
     """laws that no catalogue holds, in what the causes leave"""
     not_simulated: str = ""
@@ -113,22 +116,22 @@ def diagnose(
     search = search_causes(h, fitted, seed)
     visible = detectability(search)
     progress("gain")
-    held = _held_out(search, h, others, progress)
+    held = _held_out(search, search.last, h, others, progress)
     taken_back: list[str] = []
     while held.worse and search.named:
         before, search = search, search.without_the_least()
         taken_back += [n.effect.name for n in before.named if n.effect not in {m.effect for m in search.named}]
-        held = _held_out(search, h, others, progress)
-    left = held.remainder or remainders(search.first.excess, search.last.excess, h.arm.M, held_out=False)
+        held = _held_out(search, search.last, h, others, progress)
     laws: tuple[GainedLaw, ...] = ()
-    if search.last.excess.above_noise:
-        progress("unlisted laws")
+    stage, holds = search.last, held.holds
+    if stage.excess.above_noise:
+        progress("laws that nobody listed")
         found = law_gains(search, h, others, held.residuals, seed)
-        laws = found.laws
-        if found.residuals is not None and held.base_residuals is not None:
-            before, after = (held_out_excess(side, found.residuals) for side in (held.base_residuals, found.residuals))
-            left = remainders(before, after, h.arm.M, held_out=True)
-    verdict, why = _verdict(search, visible, left, held.holds, laws)
+        if found is not None:
+            laws, stage = found.laws, found.stage
+            held = _held_out(search, stage, h, others, progress)
+    left = held.remainder or remainders(search.first.excess, stage.excess, h.arm.M, held_out=False)
+    verdict, why = _verdict(search, visible, left, holds, laws)
     if taken_back:
         names = ", ".join(taken_back)
         why = "; ".join(filter(None, [why, f"{names} would explain more, but not on recordings that were not fitted"]))
@@ -140,11 +143,12 @@ def diagnose(
         signature=signature(search.first, search.last),
         gains=held.gains,
         remainder=left,
-        drawing=drawing_findings(search.last),
-        extended=with_causes(h, search.last.causes),
+        drawing=drawing_findings(stage),
+        extended=with_causes(h, stage.causes),
+        extended_stage=stage,
         found_laws=laws,
         not_simulated=held.not_simulated,
-        simulated_shares=held.simulated_shares,
+        simulated_shares=held.simulated_shares[: len(search.last.causes)],
     )
 
 
@@ -175,18 +179,21 @@ class _HeldOut:
     """why"""
     simulated_shares: tuple[float | None, ...] = ()
     """of each cause, rad"""
-    base_residuals: HeldOutResiduals | None = None
-    """what the base model leaves"""
     residuals: HeldOutResiduals | None = None
     """what is left with the causes"""
 
 
 def _held_out(
-    search: Search, h: Hypothesis, ensembles: Sequence[NoiseEnsemble], progress: Callable[[str], object]
+    search: Search,
+    last: FitStage,
+    h: Hypothesis,
+    ensembles: Sequence[NoiseEnsemble],
+    progress: Callable[[str], object],
 ) -> _HeldOut:
+    """last: the stage whose causes are held against the first's."""
     if not ensembles:
         return _HeldOut()
-    first, last, extended = search.first, search.last, with_causes(h, search.last.causes)
+    first, extended = search.first, with_causes(h, last.causes)
     relaxed = bool(last.causes)
     old = held_out_residuals(first.comparison, first.fit, h, (), ensembles, search.fitter.whiten, relaxed)
     new = old
@@ -221,7 +228,6 @@ def _held_out(
         worse=worse,
         not_simulated=not_simulated,
         simulated_shares=shares,
-        base_residuals=old,
         residuals=new,
     )
 

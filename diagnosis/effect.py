@@ -19,7 +19,7 @@ from diagnosis.shown_by import ShownBy
 from identification.residuals import forces_of_moved_law, law_forces, residual_change
 from mechanism.arm import Arm, arm_of
 from mechanism.description import Neck
-from mechanism.laws import LAWS, Term
+from mechanism.laws import Term, law_named
 
 Array = NDArray[np.float64]
 Shape = Mapping[str, float]
@@ -247,5 +247,5 @@ class DescriptionEffect(Effect):
 
 def law_terms(law: str, *names: str) -> tuple[Term, ...]:
     """Terms of a law, by name."""
-    by_name = {term.name: term for term in LAWS[law].terms}
+    by_name = {term.name: term for term in law_named(law).terms}
     return tuple(by_name[name] for name in names)

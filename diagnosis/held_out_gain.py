@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from diagnosis.cause import Cause
 from diagnosis.comparison import ColumnFit, Comparison, compare
-from diagnosis.effect import Effect
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.judged_rows import judged
 from diagnosis.linearisation import Linearisation, corrected_signals, linearise
@@ -77,17 +76,15 @@ def held_out_residuals(
     ensembles: Sequence[NoiseEnsemble],
     whiten: Whitener,
     clock_relaxed: bool,
-    laws: Sequence[Effect] = (),
 ) -> HeldOutResiduals:
     """Of recordings read with a hypothesis and the numbers of its fit; pre-elongation, delay and clock are each recording's own.
 
-    clock_relaxed: whether clocks are in doubt because the base model's laws are wrong. laws: of no hypothesis, each as one column
-    that is there once."""
+    clock_relaxed: whether clocks are in doubt because the base model's laws are wrong."""
     residuals, noise, uncertain, frame_lags = [], [], [], []
     for recording in ensembles:
         ensemble = recording.with_motor_speeds(fitted.linearisation.machine, fitted.linearisation.recordings[0].delay)
         at = _transferred(fitted.linearisation, fit, h, ensemble)
-        comparison, own_fit = _with_fitted_arm(at, fitted, fit, whiten, clock_relaxed, laws)
+        comparison, own_fit = _with_fitted_arm(at, fitted, fit, whiten, clock_relaxed)
         for _ in range(_MAX_STEPS):
             step, of_base = np.zeros(comparison.base_count), own_fit.columns < comparison.base_count
             step[own_fit.columns[of_base]] = own_fit.numbers[of_base]
@@ -97,7 +94,7 @@ def held_out_residuals(
             lags = at.frame_lags + shifts
             signals = corrected_signals(h, [ensemble.data], lags)
             at = linearise(h, signals, at.p + at.unknowns.size * step, lags)
-            comparison, own_fit = _with_fitted_arm(at, fitted, fit, whiten, clock_relaxed, laws)
+            comparison, own_fit = _with_fitted_arm(at, fitted, fit, whiten, clock_relaxed)
         (read,) = at.recordings
         residual = judged(comparison.residuals_after(own_fit)[0], read.signals)
         draws = [judged(d, read.signals) for d in noise_residuals(at, [ensemble])[0]]
@@ -130,22 +127,14 @@ def _uncertainty(at: Comparison, fitted: Comparison, fit: ColumnFit) -> Array:
 
 
 def _with_fitted_arm(
-    at: Linearisation,
-    fitted: Comparison,
-    fit: ColumnFit,
-    whiten: Whitener,
-    clock_relaxed: bool,
-    laws: Sequence[Effect],
+    at: Linearisation, fitted: Comparison, fit: ColumnFit, whiten: Whitener, clock_relaxed: bool
 ) -> tuple[Comparison, ColumnFit]:
     """A recording with the arm's nuisances as they were fitted, and the fit of what it has for itself only."""
     count = fitted.nuisances.count
-    offered = [(law, {}) for law in laws]
-    comparison = compare(at, (), offered, nuisances_at(at), whiten, clock_relaxed=clock_relaxed)
+    comparison = compare(at, (), (), nuisances_at(at), whiten, clock_relaxed=clock_relaxed)
     numbers = np.zeros(len(comparison.prior_sigma))
     first = comparison.base_count
     numbers[first : first + count] = fit.numbers[fitted.base_count : fitted.base_count + count]
-    for group in comparison.groups:
-        numbers[group.columns] = 1.0
     comparison = comparison.with_fixed(numbers)
     return comparison, comparison.fit_of_recordings()
 

@@ -11,7 +11,7 @@ from identification.dataset.dataset import DataSet
 from identification.dataset.series import Series
 from mechanism.arm import Arm, arm_of
 from mechanism.description import Neck
-from mechanism.laws import LAWS
+from mechanism.laws import law_named
 
 Array = NDArray[np.float64]
 
@@ -81,9 +81,9 @@ def as_described(neck: Neck) -> Hypothesis:
 
 def inactive_values(arm: Arm, law: str) -> dict[str, Array]:
     """Values at which a law does nothing: amounts zero, shapes at their size; without terms that base laws share with it."""
-    terms = [term for term in LAWS[law].terms if term.name not in base_terms()]
+    terms = [term for term in law_named(law).terms if term.name not in base_terms()]
     return {t.name: np.full(t.count(arm), t.size if t.low > 0 else 0.0) for t in terms}
 
 
 def base_terms() -> set[str]:
-    return {term.name for name in BASE_LAWS for term in LAWS[name].terms}
+    return {term.name for name in BASE_LAWS for term in law_named(name).terms}

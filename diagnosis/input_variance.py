@@ -7,8 +7,8 @@ second: the error of the speed, which motor_speeds.py leaves, becomes one of the
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.residuals import motor_motion
 from identification.signals import Signals
-from mechanism.laws import MotorMotion
 from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
@@ -21,7 +21,7 @@ _MAX_INERTIA_HZ = 30.0
 
 def friction_slope(machine: Machine, s: Signals, tension: Array) -> Array:
     """Change of friction with speed, mean over each row, (T, M), N s/rad; tension: (T, M), N, under which motors rub."""
-    return machine.friction_slope(MotorMotion(s.speeds.mean, np.maximum(tension, 0.0), s.wrap)).mean(axis=0)
+    return machine.friction_slope(motor_motion(s, tension)).mean(axis=0)
 
 
 def input_variance(s: Signals, slope: Array) -> Array:

@@ -1,17 +1,18 @@
 """Laws that nobody listed, each with what it gains on recordings that were not fitted: what gains nothing there is not told."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from diagnosis.cause import with_causes
+from diagnosis.cause_fit import FitStage
 from diagnosis.cause_search import Search
 from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_residuals
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
-from diagnosis.unlisted_laws import unlisted_laws
+from diagnosis.unlisted_laws import as_fitted, causes_of, found_laws
 from discovery.found_law import FoundLaw
 
 MIN_LAW_GAIN_SIGMAS = 3.0
@@ -45,40 +46,36 @@ class GainedLaw:
 class LawGains:
     """The laws that hold where they were not fitted."""
 
-    laws: tuple[GainedLaw, ...] = ()
-    residuals: HeldOutResiduals | None = None
-    """of recordings that were not fitted, with all of these; None where there is no such law or recording"""
+    laws: tuple[GainedLaw, ...]
+    stage: FitStage
+    """with the causes, then the laws"""
 
 
 def law_gains(
     search: Search, h: Hypothesis, ensembles: Sequence[NoiseEnsemble], before: HeldOutResiduals | None, seed: int
-) -> LawGains:
+) -> LawGains | None:
     """Laws in what a search leaves; before: what it leaves of recordings that were not fitted, `ensembles`, if there are any."""
-    last, whiten = search.last, search.fitter.whiten
-    extended = with_causes(h, last.causes)
+    fitter, stage = search.fitter, search.last
     kept: list[GainedLaw] = []
-    for found in unlisted_laws(last, whiten, seed):
-        law = found.laws[-1]
-        if before is None:
-            kept = [GainedLaw(each, None) for each in found.laws]
-            continue
-        after = held_out_residuals(
-            last.comparison,
-            found.fit,
-            extended,
-            last.causes,
-            ensembles,
-            whiten,
-            clock_relaxed=True,
-            laws=[found.effect],
-        )
-        gained = gains(before, after, h.arm.M)
-        if not _holds(gained, law):
-            break
-        own = gained[_equations_of(law)]
-        kept = [*(GainedLaw(each, old.gain) for each, old in zip(found.laws, kept, strict=False)), GainedLaw(law, own)]
-        before = after
-    return LawGains(tuple(kept), before if kept else None)
+    laws = found_laws(stage, fitter.whiten, seed)
+    for count in range(1, len(laws) + 1):
+        causes = (*search.last.causes, *causes_of(laws[:count], h.arm))
+        tried = fitter.finished(fitter.fitted(search.last.comparison.linearisation, causes))
+        gain = None
+        if before is not None:
+            extended = with_causes(h, tried.causes)
+            after = held_out_residuals(
+                tried.comparison, tried.fit, extended, tried.causes, ensembles, fitter.whiten, clock_relaxed=True
+            )
+            gained = gains(before, after, h.arm.M)
+            if not _holds(gained, laws[count - 1]):
+                break
+            gain, before = gained[_equations_of(laws[count - 1])], after
+        kept, stage = [*kept, GainedLaw(laws[count - 1], gain)], tried
+    if not kept:
+        return None
+    numbered = as_fitted([each.law for each in kept], stage)
+    return LawGains(tuple(replace(each, law=law) for each, law in zip(kept, numbered, strict=True)), stage)
 
 
 def _equations_of(law: FoundLaw) -> int:

@@ -1,161 +1,124 @@
 """Laws that no catalogue holds, looked for in what all causes leave: in each motor's, cable's and joint's equation.
 
 What a law does to the equations is a sum over fine columns of its variable, which are formed once. Beside every law all numbers
-of the base model, of nuisances and of causes stay free.
+of the base model, of nuisances and of causes stay free. What is found is fitted as a cause is, as a law of the machine.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.cause import Cause
 from diagnosis.cause_fit import FitStage
 from diagnosis.cause_search import MIN_LOSS_SHARE
-from diagnosis.comparison import FOLD_BLOCK_S, ColumnFit
-from diagnosis.effect import Effect, Shape
+from diagnosis.comparison import FOLD_BLOCK_S
+from diagnosis.effect import LawEffect, Placement
 from diagnosis.linearisation import RecordingLinearisation
 from discovery.fine_basis import FineBasis, Function
-from discovery.form import Kind
 from discovery.found_law import FoundLaw
 from discovery.problem import Candidate, Problem
-from discovery.search import find_laws, fitted_laws
+from discovery.search import find_laws
 from identification.fitting import segment_starts
 from identification.residuals import LawForces, residual_change
 from identification.whitening import Whitener
+from mechanism.arm import Arm
 from mechanism.friction import dry
 from mechanism.laws import Term
+from mechanism.laws.unlisted import VARIABLES, UnlistedLaw, Variable, law_name, unlisted_laws
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
-Acts = Literal["friction", "pull", "resistance"]
-"""against the motors, in the cables' tension, or against the joints"""
-_EQUATIONS: dict[Acts, tuple[str, str, str]] = {
-    "friction": ("motor", "N", "against the motors"),
-    "pull": ("cable", "N", "in the cables"),
-    "resistance": ("joint", "N m", "against the joints"),
+_ACTS = {
+    "motor": ("friction", "against the motors"),
+    "cable": ("pull", "in the cables"),
+    "joint": ("resistance", "against the joints"),
 }
+"""of what is acted on: the force that changes, and words"""
+_VALUES: Mapping[str, Callable[[RecordingLinearisation], Array]] = {
+    "force": lambda r: r.signals.f,
+    "tension": lambda r: r.tension,
+    "motor_angle": lambda r: r.signals.theta,
+    "drum_angle": lambda r: r.signals.theta / r.signals.arm.gear,
+    "motor_speed": lambda r: r.signals.theta_d,
+    "joint_angle": lambda r: r.signals.alpha,
+    "joint_speed": lambda r: r.signals.alpha_d,
+    "time": lambda r: np.repeat(r.signals.since_began[:, None], max(r.signals.arm.M, r.signals.arm.N), axis=1),
+}
+"""in a recording's rows, (T, places), by the variable's name"""
 _UNIT_FORCE = Term("unit", "N", low=-np.inf, high=np.inf, size=1.0)
 _UNIT_TORQUE = Term("unit", "N m", low=-np.inf, high=np.inf, size=1.0, of="joint")
 
 
-@dataclass(frozen=True)
-class Followed:
-    """A variable in an equation, at all its places."""
+class UnlistedEffect(LawEffect):
+    """A law that was found, as a cause."""
 
-    acts: Acts
-    name: str
-    """as the contract has it"""
-    unit: str
-    kind: Kind
-    values: Callable[[RecordingLinearisation], Array]
-    """in a recording's rows, (T, places)"""
-    along_motion: bool = False
-    """whether it turns over with the motor's direction"""
+    may_sit_everywhere = True
 
-    @property
-    def detail(self) -> str:
-        """Where it acts, in words."""
-        return _EQUATIONS[self.acts][2]
-
-    @property
-    def follows(self) -> tuple[str, ...]:
-        """What a law of it follows: the motor's speed too, where it turns over with that."""
-        return (self.name, "motor_speed") if self.along_motion else (self.name,)
-
-    def places(self, recording: RecordingLinearisation) -> int:
-        """How many it has."""
-        arm = recording.signals.arm
-        return arm.N if self.acts == "resistance" else arm.M
-
-    def values_at(self, recording: RecordingLinearisation) -> Array:
-        """(T, places)."""
-        return self.values(recording)[:, : self.places(recording)]
-
-    def change(self, recording: RecordingLinearisation, pattern: Array) -> Array:
-        """What a force or torque (T, places) does to the residuals, place by place, (C, S, places)."""
-        s = recording.signals
-        if self.along_motion:
-            pattern = pattern * dry(s.speeds.mean).mean(axis=0)
-        nothing = np.zeros_like(s.f)
-        base = LawForces(nothing, nothing, nothing, np.zeros_like(s.alpha))
-        term = _UNIT_TORQUE if self.acts == "resistance" else _UNIT_FORCE
-        return residual_change(s, base, replace(base, **{self.acts: pattern}), term)
+    def __init__(self, law: UnlistedLaw, words: str) -> None:
+        self.name = self.law = law.name  # pyright: ignore[reportAttributeAccessIssue]
+        self.words, self.place = words, law.variable.acts  # pyright: ignore[reportAttributeAccessIssue]
+        self.terms = law.amount_terms  # pyright: ignore[reportAttributeAccessIssue]
+        fitted = (
+            t for name, t in zip(law.form.constants, law.constant_terms, strict=True) if name not in law.form.fixed
+        )
+        self.shape_terms = tuple(fitted)  # pyright: ignore[reportAttributeAccessIssue]
 
 
-def _drum_angle(recording: RecordingLinearisation) -> Array:
-    return recording.signals.theta / [motor.R for motor in recording.hypothesis.neck.motors]
+def causes_of(laws: Sequence[FoundLaw], arm: Arm) -> tuple[Cause, ...]:
+    """Laws as causes; of several of one kind each is a law of its own."""
+    out: list[Cause] = []
+    for law in laws:
+        variable, place = _variable_at(law.candidate)
+        same = [c for c in out if c.effect.name.startswith(law_name(variable, law.form))]
+        machine_law = unlisted_laws()[law_name(variable, law.form, len(same) + 1)]
+        effect = UnlistedEffect(machine_law, law.words)
+        count = effect.place_count(arm)
+        columns = range(len(law.amounts)) if place is None else range(place, len(law.amounts) * count, count)
+        shape = {machine_law.term_name(name): float(value) for name, value in law.constants.items()}
+        out.append(Cause(effect, Placement(law.candidate.where, tuple(columns)), law.amounts, shape))
+    return tuple(out)
 
 
-def _time(recording: RecordingLinearisation) -> Array:
-    s = recording.signals
-    return np.repeat((s.time - s.time[0])[:, None], max(s.arm.M, s.arm.N), axis=1)
+def as_fitted(laws: Sequence[FoundLaw], stage: FitStage) -> tuple[FoundLaw, ...]:
+    """With the numbers of a stage whose last causes they are; sigma is wider where something is left above noise."""
+    widening = float(stage.excess.ratio.max()) if stage.excess.above_noise else 1.0
+    arm, covariance = stage.comparison.linearisation.hypothesis.arm, stage.comparison.covariance(stage.fit)
+    out = []
+    first = len(stage.causes) - len(laws)
+    for law, cause, columns in zip(laws, stage.causes[first:], stage.columns_of_causes[first:], strict=True):
+        rows = np.searchsorted(stage.fit.columns, columns)
+        size = widening * cause.sizes(arm)
+        constants = {name.rsplit(".", 1)[-1]: value for name, value in cause.shape.items()}
+        own = covariance[np.ix_(rows, rows)] * np.outer(size, size)
+        out.append(replace(law, amounts=cause.amounts, constants=constants, covariance=own))
+    return tuple(out)
 
 
-FOLLOWED = (
-    Followed("friction", "force", "N", "line", lambda r: r.signals.f),
-    Followed("friction", "force", "N", "line", lambda r: r.signals.f, along_motion=True),
-    Followed("friction", "tension", "N", "line", lambda r: r.tension),
-    Followed("friction", "tension", "N", "line", lambda r: r.tension, along_motion=True),
-    Followed("friction", "motor_angle", "rad", "turn", lambda r: r.signals.theta),
-    Followed("friction", "motor_angle", "rad", "turn", lambda r: r.signals.theta, along_motion=True),
-    Followed("friction", "drum_angle", "rad", "turn", _drum_angle),
-    Followed("friction", "drum_angle", "rad", "turn", _drum_angle, along_motion=True),
-    Followed("friction", "motor_speed", "rad/s", "line", lambda r: r.signals.theta_d),
-    Followed("friction", "time", "s", "time", _time),
-    Followed("friction", "time", "s", "time", _time, along_motion=True),
-    Followed("pull", "drum_angle", "rad", "turn", _drum_angle),
-    Followed("pull", "tension", "N", "line", lambda r: r.tension),
-    Followed("resistance", "joint_angle", "rad", "line", lambda r: r.signals.alpha),
-    Followed("resistance", "joint_speed", "rad/s", "line", lambda r: r.signals.alpha_d),
-    Followed("resistance", "time", "s", "time", _time),
-)
-
-
-@dataclass(frozen=True)
-class UnlistedLaws:
-    """Laws beside a stage, and the stage's numbers with them."""
-
-    laws: tuple[FoundLaw, ...]
-    fit: ColumnFit
-    """of the base model, nuisances and causes with the laws"""
-    effect: "AsFound"
-    """all laws as one column"""
-
-
-class AsFound(Effect):
-    """Laws as they were found, as one column whose number is one."""
-
-    name = "found_laws"
-    words = "laws that nobody listed"
-    place = "arm"
-    terms = (_UNIT_FORCE,)
-
-    def __init__(self, laws: Sequence[FoundLaw]) -> None:
-        self._laws = tuple(laws)
-
-    def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
-        out = np.zeros((*recording.rows.residual.shape, 1))
-        for law in self._laws:
-            followed, place = _followed_at(law.candidate)
-            values = followed.values_at(recording)
-            count = law.candidate.places
-            pattern = np.zeros_like(values)
-            for i, j in enumerate(range(values.shape[1]) if place is None else [place]):
-                pattern[:, j] = law.function(values[:, j]) @ law.amounts[i::count]
-            out[..., 0] += followed.change(recording, pattern).sum(axis=2)
-        return out
-
-    def sizes(self, arm: object) -> Array:
-        return np.ones(1)
-
-
-def _followed_at(candidate: Candidate) -> tuple[Followed, int | None]:
+def _variable_at(candidate: Candidate) -> tuple[Variable, int | None]:
     """The variable of a candidate, and its place counted from 0; None for all."""
-    (followed,) = (f for f in FOLLOWED if (f.detail, f.follows) == (candidate.detail, candidate.follows))
-    return followed, None if candidate.where == "all" else int(candidate.where.split()[-1]) - 1
+    asked = candidate.detail, candidate.follows
+    (variable,) = (v for v in VARIABLES if (_ACTS[v.acts][1], v.follows) == asked)
+    return variable, None if candidate.where == "all" else int(candidate.where.split()[-1]) - 1
+
+
+def _values_at(variable: Variable, recording: RecordingLinearisation) -> Array:
+    """(T, places)."""
+    arm = recording.signals.arm
+    return _VALUES[variable.name](recording)[:, : arm.N if variable.acts == "joint" else arm.M]
+
+
+def _change(variable: Variable, recording: RecordingLinearisation, pattern: Array) -> Array:
+    """What a force or torque (T, places) does to the residuals, place by place, (C, S, places)."""
+    s = recording.signals
+    if variable.along_motion:
+        pattern = pattern * dry(s.speeds.mean).mean(axis=0)
+    nothing = np.zeros_like(s.f)
+    base = LawForces(nothing, nothing, nothing, np.zeros_like(s.alpha))
+    term = _UNIT_TORQUE if variable.acts == "joint" else _UNIT_FORCE
+    return residual_change(s, base, replace(base, **{_ACTS[variable.acts][0]: pattern}), term)
 
 
 @dataclass(frozen=True)
@@ -165,7 +128,7 @@ class _StageProblem(Problem):
     stage: FitStage
     whiten: Whitener
     least_gain: float = 0.0
-    _fine: dict[tuple[str, tuple[str, ...]], NDArray[np.float32]] = field(default_factory=dict)
+    _fine: dict[Variable, NDArray[np.float32]] = field(default_factory=dict)
     """whitened fine columns of every variable, (rows, K, places)"""
 
     @cached_property
@@ -201,61 +164,61 @@ class _StageProblem(Problem):
     @cached_property
     def candidates(self) -> tuple[Candidate, ...]:
         out = []
-        for followed in FOLLOWED:
-            values = [followed.values_at(r) for r in self._recordings]
-            place, unit, _ = _EQUATIONS[followed.acts]
+        for variable in VARIABLES:
+            values = [_values_at(variable, r) for r in self._recordings]
+            place = variable.acts
             count = values[0].shape[1]
             for where in (None, *range(count)):
                 seen = [v if where is None else v[:, where] for v in values]
-                basis = self._basis(followed)
+                basis = self._basis(variable)
                 if where is not None:  # forms are tried where this place went, in the columns of all
                     basis = replace(basis, reach=(float(min(v.min() for v in seen)), float(max(v.max() for v in seen))))
                 out.append(
                     Candidate(
                         where="all" if where is None else f"{place} {where + 1}",
-                        follows=followed.follows,
-                        unit=followed.unit,
-                        kind=followed.kind,
+                        follows=variable.follows,
+                        unit=variable.unit,
+                        kind=variable.kind,
                         basis=basis,
-                        target_unit=unit,
+                        target_unit=variable.unit_of_law,
                         places=count if where is None else 1,
-                        factor="sign(motor_speed)" if followed.along_motion else "",
-                        detail=followed.detail,
+                        factor="sign(motor_speed)" if variable.along_motion else "",
+                        detail=_ACTS[variable.acts][1],
                     )
                 )
         return tuple(out)
 
     def columns(self, candidate: Candidate, function: Function) -> Array:
-        followed, place = _followed_at(candidate)
+        variable, place = _variable_at(candidate)
         if function == candidate.basis.columns:
-            fine = self._fine_columns(followed)
+            fine = self._fine_columns(variable)
             chosen = fine.reshape(len(fine), -1) if place is None else fine[..., place]
             return chosen.astype(float)
         parts = []
         for recording in self._recordings:
-            values = followed.values_at(recording)
+            values = _values_at(variable, recording)
             patterns = np.stack([function(values[:, j]) for j in range(values.shape[1])], axis=-1)  # (T, k, places)
-            columns = [followed.change(recording, patterns[:, k]) for k in range(patterns.shape[1])]
+            columns = [_change(variable, recording, patterns[:, k]) for k in range(patterns.shape[1])]
             parts.append(self._white(recording, np.stack(columns, axis=2)))
         out = np.concatenate(parts)
         return out.reshape(len(out), -1) if place is None else out[..., place]
 
-    def _fine_columns(self, followed: Followed) -> NDArray[np.float32]:
-        key = followed.detail, followed.follows
+    def _fine_columns(self, variable: Variable) -> NDArray[np.float32]:
+        key = variable
         if key not in self._fine:
-            basis = self._basis(followed)
+            basis = self._basis(variable)
             parts = []
             for recording in self._recordings:
-                values = followed.values_at(recording)
+                values = _values_at(variable, recording)
                 patterns = np.stack([basis.columns(v) for v in values.T], axis=-1)
-                columns = [followed.change(recording, patterns[:, k]) for k in range(patterns.shape[1])]
+                columns = [_change(variable, recording, patterns[:, k]) for k in range(patterns.shape[1])]
                 parts.append(self._white(recording, np.stack(columns, axis=2)).astype(np.float32))
             self._fine[key] = np.concatenate(parts)
         return self._fine[key]
 
-    def _basis(self, followed: Followed) -> FineBasis:
+    def _basis(self, variable: Variable) -> FineBasis:
         """Common to all places."""
-        return FineBasis.of([followed.values_at(r).ravel() for r in self._recordings], followed.kind == "turn")
+        return FineBasis.of([_values_at(variable, r).ravel() for r in self._recordings], variable.kind == "turn")
 
     @cached_property
     def _matrix(self) -> Array:
@@ -272,13 +235,6 @@ class _StageProblem(Problem):
         return white.reshape(-1, *columns.shape[2:])
 
 
-def unlisted_laws(stage: FitStage, whiten: Whitener, seed: int = 0) -> tuple[UnlistedLaws, ...]:
-    """The laws beside a stage: the first alone, the first two, and so on, each time with all numbers fitted; none by chance."""
-    problem = _StageProblem(stage, whiten, MIN_LOSS_SHARE * stage.noise_loss)
-    laws = find_laws(problem, seed)
-    return tuple(_with_numbers(problem, laws[: n + 1]) for n in range(len(laws)))
-
-
-def _with_numbers(problem: _StageProblem, laws: tuple[FoundLaw, ...]) -> UnlistedLaws:
-    fitted, numbers, loss = fitted_laws(problem, laws)
-    return UnlistedLaws(fitted, ColumnFit(problem.columns_of_stage, numbers, loss), AsFound(fitted))
+def found_laws(stage: FitStage, whiten: Whitener, seed: int = 0) -> tuple[FoundLaw, ...]:
+    """The laws in what a stage leaves, in the order in which they were found; none where chance would do as much."""
+    return find_laws(_StageProblem(stage, whiten, MIN_LOSS_SHARE * stage.noise_loss), seed)

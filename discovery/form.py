@@ -39,13 +39,15 @@ class Form:
     amounts: tuple[str, ...]
     """names of what it is in proportion to"""
     columns: Callable[[Array, Constants], Array]
-    """of values (T,), (T, amounts)"""
+    """of values (..., T), (..., T, amounts); constants may be arrays that broadcast"""
     starts: Callable[[FineBasis], tuple[Constants, ...]]
     """inner constants that are tried"""
     equation: str
     """with x for the variable"""
+    constants: tuple[str, ...] = ()
+    """names of the inner constants"""
     fixed: tuple[str, ...] = ()
-    """inner constants that are counted, or that bound where the form is told: they are not fitted"""
+    """those that are counted, or that bound where the form is told: they are not fitted"""
 
     def unit(self, name: str, target: str, variable: str) -> str:
         """Of an amount or an inner constant."""
@@ -88,7 +90,7 @@ def _harmonic_starts(basis: FineBasis) -> tuple[Constants, ...]:
 
 
 def _bump(x: Array, c: Constants) -> Array:
-    return np.exp(-(((x - c["place"]) / c["width"]) ** 2))[:, None]
+    return np.exp(-(((x - c["place"]) / c["width"]) ** 2))[..., None]
 
 
 def _bump_starts(basis: FineBasis) -> tuple[Constants, ...]:
@@ -98,7 +100,7 @@ def _bump_starts(basis: FineBasis) -> tuple[Constants, ...]:
 
 def _turn_bump(x: Array, c: Constants) -> Array:
     away = np.abs(np.exp(1j * (x - c["place"])) - 1)
-    return np.exp(-((away / c["width"]) ** 2))[:, None]
+    return np.exp(-((away / c["width"]) ** 2))[..., None]
 
 
 def _turn_bump_starts(basis: FineBasis) -> tuple[Constants, ...]:
@@ -117,7 +119,7 @@ def _size(basis: FineBasis) -> float:
 
 
 def _power(x: Array, c: Constants) -> Array:
-    return (np.sign(x) * np.abs(x / c["size"]) ** c["exponent"])[:, None]
+    return (np.sign(x) * np.abs(x / c["size"]) ** c["exponent"])[..., None]
 
 
 def _levels(basis: FineBasis) -> tuple[Constants, ...]:
@@ -130,7 +132,7 @@ def _times(basis: FineBasis) -> tuple[Constants, ...]:
 
 def _smooth(x: Array, c: Constants) -> Array:
     at = (np.clip(x, c["low"], c["high"]) - c["low"]) / (c["high"] - c["low"]) * (SMOOTH_PIECES - 1)
-    return np.maximum(0.0, 1 - np.abs(at[:, None] - np.arange(SMOOTH_PIECES)))
+    return np.maximum(0.0, 1 - np.abs(at[..., None] - np.arange(SMOOTH_PIECES)))
 
 
 FORMS = (
@@ -143,6 +145,7 @@ FORMS = (
         columns=lambda x, c: _stack(np.cos(c["count"] * x), np.sin(c["count"] * x)),
         starts=_harmonic_starts,
         equation="cosine cos(count x) + sine sin(count x)",
+        constants=("count",),
         fixed=("count",),
     ),
     Form(
@@ -153,6 +156,7 @@ FORMS = (
         columns=_power,
         starts=lambda basis: tuple({"exponent": n, "size": _size(basis)} for n in (0.5, 1.5, 2.0, 2.5, 3.0)),
         equation="height sign(x) (|x| / size)^exponent",
+        constants=("exponent", "size"),
         fixed=("size",),
     ),
     _polynomial(2),
@@ -161,9 +165,10 @@ FORMS = (
         kinds=("time",),
         rank=2,
         amounts=("height",),
-        columns=lambda x, c: np.exp(-(x - c["begin"]) / c["tau"])[:, None],
+        columns=lambda x, c: np.exp(-(x - c["begin"]) / c["tau"])[..., None],
         starts=_times,
         equation="height exp(-(x - begin) / tau)",
+        constants=("tau", "begin"),
         fixed=("begin",),
     ),
     Form(
@@ -171,9 +176,10 @@ FORMS = (
         kinds=("line", "time"),
         rank=2,
         amounts=("slope",),
-        columns=lambda x, c: np.maximum(c["side"] * (x - c["place"]), 0.0)[:, None],
+        columns=lambda x, c: np.maximum(c["side"] * (x - c["place"]), 0.0)[..., None],
         starts=_hinge_starts,
         equation="slope max(side (x - place), 0)",
+        constants=("place", "side"),
         fixed=("side",),
     ),
     Form(
@@ -181,9 +187,10 @@ FORMS = (
         kinds=("line",),
         rank=2,
         amounts=("height",),
-        columns=lambda x, c: np.tanh(x / c["level"])[:, None],
+        columns=lambda x, c: np.tanh(x / c["level"])[..., None],
         starts=_levels,
         equation="height tanh(x / level)",
+        constants=("level",),
     ),
     _polynomial(3),
     Form(
@@ -194,6 +201,7 @@ FORMS = (
         columns=_bump,
         starts=_bump_starts,
         equation="height exp(-((x - place) / width)^2)",
+        constants=("place", "width"),
     ),
     Form(
         name="bump",
@@ -203,6 +211,7 @@ FORMS = (
         columns=_turn_bump,
         starts=_turn_bump_starts,
         equation="height exp(-(|exp(i (x - place)) - 1| / width)^2)",
+        constants=("place", "width"),
     ),
     Form(
         name="levelling off",
@@ -212,6 +221,7 @@ FORMS = (
         columns=lambda x, c: _stack(x, np.tanh(x / c["level"])),
         starts=_levels,
         equation="slope x + height tanh(x / level)",
+        constants=("level",),
     ),
     Form(
         name="smooth",
@@ -221,6 +231,7 @@ FORMS = (
         columns=_smooth,
         starts=lambda basis: ({"low": basis.low, "high": basis.high},),
         equation="straight between h1 .. h9, evenly spaced from low to high",
+        constants=("low", "high"),
         fixed=("low", "high"),
     ),
 )

@@ -11,7 +11,7 @@ from pydantic import Field, field_validator, model_validator
 
 from mechanism.arm import Arm
 from mechanism.friction import CM
-from mechanism.laws import LAWS
+from mechanism.laws import LAWS, is_law, law_named
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
 from xneck_foundation.parameter import Parameter
@@ -46,7 +46,7 @@ class Model(Strict):
     @classmethod
     def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         for name in names:
-            if name not in LAWS:
+            if not is_law(name):
                 raise ValueError(f"unknown law {quoted(name)}, {valid_words(name, LAWS)}")
         return names
 
@@ -91,7 +91,7 @@ def machine_of(model: Model, arm: Arm) -> Machine:
     """
     values: dict[str, np.ndarray] = {}
     for name in model.laws:
-        for term in LAWS[name].terms:
+        for term in law_named(name).terms:
             values[term.name] = np.maximum(_values(model, term.name, term.count(arm)), min(term.low, 0.0))
     if any(p.name == "x0" for p in model.parameters):
         arm = replace(arm, x0=_values(model, "x0", arm.M))

@@ -17,7 +17,7 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import geometry_of_poses, lengths
 from mechanism.dynamics import terms
 from mechanism.elasticity import elongation_rate
-from mechanism.laws import CableMotion
+from mechanism.laws import CableMotion, JointMotion
 from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
@@ -58,6 +58,7 @@ class ResidualSensitivity:
         self._alpha = s.alpha[kept], s.alpha_d[kept], s.alpha_dd[kept]
         self._jerk = np.gradient(s.alpha_dd, s.step, axis=0)[kept]
         self._theta = s.theta[kept], s.theta_d[kept]
+        self._since_began = s.since_began[kept][:, None]
         # where a cable rubs on its pulleys, a newton at the motor is not one at the arm
         felt = s.theta_dd / (1 + friction_by_tension(s, machine, forces.pull))
         self._theta_dd, self._felt_theta_dd = s.low_pass(s.theta_dd.T).T, s.low_pass(felt.T).T
@@ -87,11 +88,16 @@ class ResidualSensitivity:
         # the fitted x0 is beyond that of the signals' arm, and another arm may have another one
         x = ways.longer + arm.drum * theta + arm.x0 + self._x0
         machine = Machine(arm, self._laws, self._values)
-        pull = machine.pull(CableMotion(x, x_d, ways.length, arm, arm.drum * theta_d), self._memory)
+        at = CableMotion(x, x_d, ways.length, arm, arm.drum * theta_d, theta / arm.gear)
+        pull = machine.pull(at, self._memory)
         inertia = self._arm.motor_inertia / self._arm.drum
         more = arm.motor_inertia / arm.drum - inertia
         net = self._drive - inertia * self._theta_dd - more * self._felt_theta_dd
-        torque = np.einsum("tij,tj->ti", ways.Z, net) - load - machine.resistance(alpha_d)
+        torque = (
+            np.einsum("tij,tj->ti", ways.Z, net)
+            - load
+            - machine.resistance(JointMotion(alpha, alpha_d, self._since_began))
+        )
         return np.concatenate([(net - pull).T, torque.T])
 
 

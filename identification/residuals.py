@@ -17,7 +17,7 @@ from identification.cable_memory import memory_states
 from identification.dataset.series import interpolated
 from identification.signals import Signals
 from identification.unknowns import Unknowns, memory_starts
-from mechanism.laws import LAWS, CableMotion, Law, MotorMotion, Term
+from mechanism.laws import CableMotion, JointMotion, Law, MotorMotion, Term, law_named
 from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
@@ -70,7 +70,7 @@ def law_forces(
         acting=machine.acting_force(delayed_forces(s, delay), s.step),
         friction=_mean_friction(s, machine, pull if tension is None else tension),
         pull=pull,
-        resistance=np.broadcast_to(machine.resistance(s.alpha_d), s.alpha_d.shape),
+        resistance=np.broadcast_to(machine.resistance(joint_motion(s)), s.alpha_d.shape),
     )
 
 
@@ -88,12 +88,12 @@ def forces_of_moved_law(
 ) -> LawForces:
     """`law_forces` with one law's numbers moved; base: those with `values`, which share all that the law has no part in."""
     after = {**values, **moved}
-    overridden = {name for name in _METHODS if _overrides(LAWS[law], name)}
+    overridden = {name for name in _METHODS if _overrides(law_named(law), name)}
     machine = Machine(s.arm, names, after)
     if overridden == {"friction"}:
         return replace(base, friction=_mean_friction(s, machine, base.pull if tension is None else tension))
     if overridden == {"resistance"}:
-        return replace(base, resistance=np.broadcast_to(machine.resistance(s.alpha_d), s.alpha_d.shape))
+        return replace(base, resistance=np.broadcast_to(machine.resistance(joint_motion(s)), s.alpha_d.shape))
     if overridden == {"acting_force"}:
         return replace(base, acting=machine.acting_force(delayed_forces(s, delay), s.step))
     if overridden <= {"pull", "memory_rate"}:
@@ -109,7 +109,7 @@ def forces_of_other_cables(
     Friction is that of `base`: how far cables are wound around pulleys may differ by the noise of angles only.
     """
     machine = Machine(s.arm, names, values)
-    resistance = np.broadcast_to(machine.resistance(s.alpha_d), s.alpha_d.shape)
+    resistance = np.broadcast_to(machine.resistance(joint_motion(s)), s.alpha_d.shape)
     return replace(base, pull=_pull(s, machine, x0), resistance=resistance)
 
 
@@ -133,7 +133,7 @@ def _overrides(law: Law, method: str) -> bool:
 
 
 def _mean_friction(s: Signals, machine: Machine, tension: Array) -> Array:
-    turning = MotorMotion(s.speeds.mean, np.maximum(tension, 0.0), s.wrap)
+    turning = motor_motion(s, tension)
     return np.broadcast_to(machine.friction(turning), s.speeds.mean.shape).mean(axis=0)
 
 
@@ -144,9 +144,21 @@ def friction_by_tension(s: Signals, machine: Machine, tension: Array) -> Array:
     return _mean_friction(s, machine, np.maximum(tension, 0.0) + 1.0) - _mean_friction(s, machine, tension)
 
 
+def motor_motion(s: Signals, tension: Array) -> MotorMotion:
+    """The motion of a recording's motors, at several speeds within each row; tension: (T, M), N, under which they rub."""
+    return MotorMotion(
+        s.speeds.mean, np.maximum(tension, 0.0), s.wrap, s.theta, s.theta / s.arm.gear, s.f, s.since_began[:, None]
+    )
+
+
+def joint_motion(s: Signals) -> JointMotion:
+    """The motion of a recording's joints."""
+    return JointMotion(s.alpha, s.alpha_d, s.since_began[:, None])
+
+
 def cable_motion(s: Signals, x0: Array) -> CableMotion:
     """The motion of a recording's cables; x0: pre-elongation beyond the description's, (M,), m."""
-    return CableMotion(s.x + x0, s.x_d, s.length, s.arm, s.arm.drum * s.theta_d)
+    return CableMotion(s.x + x0, s.x_d, s.length, s.arm, s.arm.drum * s.theta_d, s.theta / s.arm.gear)
 
 
 def delayed_forces(s: Signals, delay: float) -> Array:
@@ -178,7 +190,7 @@ def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Residual
     z = memory_states(machine, cable_motion(s, x0), s.step)
     base = law_forces(s, u.laws, values, x0, delay, z)
     acting = replace(s, f=delayed_forces(s, delay))
-    laws = {term.name: name for name in u.laws for term in LAWS[name].terms}
+    laws = {term.name: name for name in u.laws for term in law_named(name).terms}
     starts = {term.name for term in memory_starts(u.laws)}
     residual = residuals_of(s, base)
     J = np.zeros((m + n, residual.shape[1], len(u.entries)))
@@ -196,7 +208,7 @@ def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Residual
             moved = _with_other_pull(s, base, started, _pull(s, started, x0))
         else:
             law, change = laws[name], {name: values[name] + h}
-            known = None if LAWS[law].states else z
+            known = None if law_named(law).states else z
             moved = forces_of_moved_law(acting, base, u.laws, values, law, change, x0, 0.0, known)
         J[:, :, slot] = residual_change(s, base, moved, term) / h
     return ResidualRows(residual, J)

@@ -79,6 +79,11 @@ class Signals:
         return np.ascontiguousarray(np.moveaxis(self.Z, 0, -1))
 
     @property
+    def since_began(self) -> Array:
+        """Time since the first row, (T,), s."""
+        return self.time - self.time[0]
+
+    @property
     def step(self) -> float:
         """Time between rows, s."""
         return float(self.time[1] - self.time[0])

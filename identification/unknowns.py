@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mechanism.arm import Arm
 from mechanism.friction import CM
-from mechanism.laws import LAWS, Term
+from mechanism.laws import LAWS, Term, is_law, law_named
 from xneck_foundation.errors import Refused
 from xneck_foundation.spelling import quoted, valid_words
 
@@ -89,12 +89,12 @@ class Unknowns:
 
 def terms_of(laws: Sequence[str]) -> tuple[Term, ...]:
     """The terms of laws, each once."""
-    return tuple({term.name: term for name in laws for term in LAWS[name].terms}.values())
+    return tuple({term.name: term for name in laws for term in law_named(name).terms}.values())
 
 
 def memory_starts(laws: Sequence[str]) -> tuple[Term, ...]:
     """What cables remember where a recording begins, by laws that do not forget it soon."""
-    return tuple(start for name in laws if (start := LAWS[name].memory_start))
+    return tuple(start for name in laws if (start := law_named(name).memory_start))
 
 
 def unknowns(
@@ -102,7 +102,7 @@ def unknowns(
 ) -> Unknowns:
     """The unknowns of laws by name; `held`: terms, of recordings too, that keep a value. Raises Refused for unknown names."""
     for name in laws:
-        if name not in LAWS:
+        if not is_law(name):
             raise Refused("identify", f"unknown law {quoted(name)}", valid_words(name, LAWS))
     of_recording = (X0, DELAY, *memory_starts(laws))
     terms = [(term, None) for term in terms_of(laws)] + [(term, r) for r in range(recordings) for term in of_recording]

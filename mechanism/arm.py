@@ -19,7 +19,7 @@ class Arm:
     top_com, shape (..., N, 2), m, in the bar's frame. Of the springs on the left and on the right, shape (..., 2, N):
     spring_stiffness in N/m, spring_free_length in m.
     Per cable and motor, shape (..., M): x0, cable_length in m; section in m^2; drum = rd/R in m/rad (cable travel per motor angle),
-    motor_inertia in kg m^2. gravity, shape (..., 2), m/s^2.
+    gear = R, motor_inertia in kg m^2. gravity, shape (..., 2), m/s^2.
     """
 
     L: Array
@@ -37,6 +37,7 @@ class Arm:
     cable_length: Array
     section: Array
     drum: Array
+    gear: Array
     motor_inertia: Array
     spring_slack: tuple[bool, ...]
     routes: tuple[tuple[str, ...], ...]
@@ -76,6 +77,7 @@ def arm_of(neck: Neck) -> Arm:
         cable_length=np.array([x.length for x in c]),
         section=np.array([x.section for x in c]),
         drum=np.array([x.rd / x.R for x in a]),
+        gear=np.array([float(x.R) for x in a]),
         motor_inertia=np.array([x.Ia for x in a]),
         spring_slack=tuple(x.springs.slack for x in m),
         routes=tuple(x.route for x in c),

@@ -1,11 +1,11 @@
 """Derivatives of a machine's laws by forward differences: each law acts on its own cable, motor or joint alone."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mechanism.arm import Array
-from mechanism.laws import CableMotion, MotorMotion
+from mechanism.laws import CableMotion, JointMotion, MotorMotion
 from mechanism.machine import Machine
 
 STEP_M, STEP_M_S, STEP_MOTOR_RAD_S, STEP_N, STEP_JOINT_RAD_S, STEP_MEMORY = 1e-7, 1e-6, 1e-5, 1e-4, 1e-6, 1e-6
@@ -32,20 +32,22 @@ class LawDerivatives:
 
 
 def law_derivatives(
-    machine: Machine, at: CableMotion, z: Array, theta_d: Array, wrap: Array, alpha_d: Array
+    machine: Machine, at: CableMotion, z: Array, motors: MotorMotion, joints: JointMotion
 ) -> LawDerivatives:
-    """Derivatives at a state in batch layout. A slack cable's are zero; memories of one cable do not drive each other."""
+    """Derivatives at a state in batch layout. A slack cable's are zero; memories of one cable do not drive each other.
+
+    What `motors` says of the tension is not used: it follows from the cables."""
 
     def pull(x: Array, x_d: Array, z: Array) -> Array:
-        return machine.pull(CableMotion(x, x_d, at.length, at.arm, at.travel_d), z)
+        return machine.pull(replace(at, x=x, x_d=x_d), z)
 
     def memory_rate(x: Array, x_d: Array, z: Array) -> Array:
-        return machine.memory_rate(CableMotion(x, x_d, at.length, at.arm, at.travel_d), z)
+        return machine.memory_rate(replace(at, x=x, x_d=x_d), z)
 
     def friction(theta_d: Array, t: Array) -> Array:
-        return machine.friction(MotorMotion(theta_d, t, wrap))
+        return machine.friction(replace(motors, theta_d=theta_d, tension=t))
 
-    x, x_d = at.x, at.x_d
+    x, x_d, theta_d = at.x, at.x_d, motors.theta_d
     pull_0 = pull(x, x_d, z)
     taut = pull_0 > 0
     t = pull_0 * taut
@@ -60,16 +62,15 @@ def law_derivatives(
         memory_rate_by_memory = (memory_rate(x, x_d, z + STEP_MEMORY) - memory_rate_0) / STEP_MEMORY
         memory_rate_by_x = (memory_rate(x + STEP_M, x_d, z) - memory_rate_0) / STEP_M
         memory_rate_by_x_d = (memory_rate(x, x_d + STEP_M_S, z) - memory_rate_0) / STEP_M_S
-    resistance_by_speed = (
-        machine.resistance(alpha_d + STEP_JOINT_RAD_S) - machine.resistance(alpha_d)
-    ) / STEP_JOINT_RAD_S
+    faster = replace(joints, alpha_d=joints.alpha_d + STEP_JOINT_RAD_S)
+    resistance_by_speed = (machine.resistance(faster) - machine.resistance(joints)) / STEP_JOINT_RAD_S
     return LawDerivatives(
         pull_by_x=taut * (pull(x + STEP_M, x_d, z) - pull_0) / STEP_M,
         pull_by_x_d=taut * (pull(x, x_d + STEP_M_S, z) - pull_0) / STEP_M_S,
         pull_by_memory=pull_by_memory,
         friction_by_speed=(friction(theta_d + STEP_MOTOR_RAD_S, t) - friction_0) / STEP_MOTOR_RAD_S,
         friction_by_tension=(friction(theta_d, t + STEP_N) - friction_0) / STEP_N,
-        resistance_by_speed=np.broadcast_to(resistance_by_speed, alpha_d.shape),
+        resistance_by_speed=np.broadcast_to(resistance_by_speed, joints.alpha_d.shape),
         memory_rate_by_x=memory_rate_by_x,
         memory_rate_by_x_d=memory_rate_by_x_d,
         memory_rate_by_memory=memory_rate_by_memory,

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from mechanism.arm import Arm, Array
-from mechanism.laws import LAWS, CableMotion, Law, MotorMotion
+from mechanism.laws import CableMotion, JointMotion, Law, MotorMotion, law_named
 
 SPEED_STEP_RAD_S = 1e-3
 """of the differences for friction's slope"""
@@ -24,7 +24,7 @@ class Machine:
     @cached_property
     def laws(self) -> tuple[Law, ...]:
         """The laws, in the order of `names`."""
-        return tuple(LAWS[name] for name in self.names)
+        return tuple(law_named(name) for name in self.names)
 
     @cached_property
     def states(self) -> int:
@@ -51,6 +51,11 @@ class Machine:
     def rubs_under_tension(self) -> bool:
         """Whether friction depends on the cables' tension and on how far they are wound around pulleys."""
         return any(law.rubs_under_tension for law in self.laws)
+
+    @property
+    def follows_force(self) -> bool:
+        """Whether friction depends on what the motors are told."""
+        return any(law.follows_force for law in self.laws)
 
     @property
     def without_actuator_laws(self) -> "Machine":
@@ -102,6 +107,6 @@ class Machine:
                 first += law.states
         return out
 
-    def resistance(self, alpha_d: Array) -> Array:
+    def resistance(self, at: JointMotion) -> Array:
         """Torque against the joints' motion, (..., N), N m."""
-        return sum((law.resistance(self.values, alpha_d) for law in self.laws), start=np.zeros(()))
+        return sum((law.resistance(self.values, at) for law in self.laws), start=np.zeros(()))

@@ -16,7 +16,7 @@ from mechanism.batched_ldl import ldl_factor, ldl_solve
 from mechanism.cable_lengths import CableGeometry
 from mechanism.dynamics import Terms
 from mechanism.law_derivatives import LawDerivatives, law_derivatives
-from mechanism.laws import CableMotion, MotorMotion
+from mechanism.laws import CableMotion, JointMotion, MotorMotion
 from mechanism.machine import Machine
 
 GAMMA = 0.43586652150845899941601945119356
@@ -27,11 +27,15 @@ WEIGHTS = (1.0, 6.1697947043828245592553615689730, -0.42772256543218573326238373
 
 @dataclass(frozen=True)
 class HeldPose:
-    """The pose whose geometry is held during a step: alpha there (N, B), rad, its cables, and the arm's terms."""
+    """The pose whose geometry is held during a step: alpha there (N, B), rad, its cables, and the arm's terms.
+
+    Motor angles (M, B), rad, and the time since the recording began, s, are held as well, for laws that follow these."""
 
     alpha: Array
     cables: CableGeometry
     terms: Terms
+    theta: Array
+    time: Array
 
 
 @dataclass(frozen=True)
@@ -113,17 +117,29 @@ class _HeldSystem:
     def cable_motion(self, c: _Coordinates) -> CableMotion:
         """Elongations and their rates."""
         x, x_d, theta_d = c.place[self.cable_rows], c.speed[self.cable_rows], c.speed[self.motor_rows]
-        return CableMotion(x, x_d, self.pose.cables.length, self.machine.arm, self.drum * theta_d)
+        arm, pose = self.machine.arm, self.pose
+        return CableMotion(x, x_d, pose.cables.length, arm, self.drum * theta_d, pose.theta / arm.gear)
+
+    def motor_motion(self, theta_d: Array, tension: Array) -> MotorMotion:
+        """At the held angles; where motors turn as given their friction is not asked for."""
+        pose, force = self.pose, self.motors.value
+        return MotorMotion(
+            theta_d, tension, pose.cables.wrap, pose.theta, pose.theta / self.machine.arm.gear, force, pose.time
+        )
+
+    def joint_motion(self, alpha_d: Array) -> JointMotion:
+        """At the held angles."""
+        return JointMotion(self.pose.alpha, alpha_d, self.pose.time)
 
     def rates(self, c: _Coordinates) -> _Rates:
         """By the laws."""
         machine, cables, terms = self.machine, self.pose.cables, self.pose.terms
         at, theta_d = self.cable_motion(c), c.speed[self.motor_rows]
         t = machine.tension(at, c.memory)
-        torque = cables.torque(t) - terms.c - terms.g - machine.resistance(c.speed[self.joint_rows])
+        torque = cables.torque(t) - terms.c - terms.g - machine.resistance(self.joint_motion(c.speed[self.joint_rows]))
         theta_dd = self.motors.value
         if not self.motors.is_acceleration:
-            friction = machine.friction(MotorMotion(theta_d, t, cables.wrap))
+            friction = machine.friction(self.motor_motion(theta_d, t))
             theta_dd = self.motor_lightness * (self.motors.value - friction - t)
         return _Rates(torque, theta_dd, machine.memory_rate(at, c.memory) if machine.states else c.memory)
 
@@ -174,7 +190,8 @@ def rosenbrock_step(
     """The state h seconds later; machine in batch layout, rest_length l(0) (M, B), m."""
     system = _HeldSystem(machine, pose, motors)
     at = system.coordinates(start, rest_length)
-    k = law_derivatives(machine, system.cable_motion(at), at.memory, start.theta_d, pose.cables.wrap, start.alpha_d)
+    motors_at = system.motor_motion(start.theta_d, np.zeros(()))
+    k = law_derivatives(machine, system.cable_motion(at), at.memory, motors_at, system.joint_motion(start.alpha_d))
     w = 1 / (GAMMA * h)
     elimination = system.eliminated(k, w)
     stages: list[_Coordinates] = []

@@ -63,15 +63,17 @@ def simulate(
     f: Array,
     max_step: float = MAX_STEP_S,
     progress: Progress = lambda samples: None,
+    began: Array | float = 0.0,
 ) -> Motion:
     """The motion from `start` under motor forces f.
 
     time: shape (T,), s, increasing. f: shape (..., T, M), N, f[k] held from time[k] to time[k + 1]. Batch axes of the
     machine's arm and values, of start and f broadcast. Steps are not longer than `max_step`. `progress` is called
-    with the number of samples done since the last call. Raises Refused where the motion leaves the mechanism's range.
+    with the number of samples done since the last call. began: (...,), s, when the recording began, in the same time, for laws
+    that follow the time. Raises Refused where the motion leaves the mechanism's range.
     """
     given = (_with_time_axis(machine).acting_force(f, _step(time)),)
-    return _simulated(machine, start, time, given, max_step, progress)
+    return _simulated(machine, start, time, given, max_step, progress, began)
 
 
 def simulate_given_angles(
@@ -81,12 +83,13 @@ def simulate_given_angles(
     theta: tuple[Array, Array, Array],
     max_step: float = MAX_STEP_S,
     progress: Progress = lambda samples: None,
+    began: Array | float = 0.0,
 ) -> Motion:
     """The motion of the arm under the pull of its cables while motors turn as given, and the forces that they need for it.
 
     theta: angles with two derivatives, each (..., T, M); what `start` says of the motors is not used. Else as `simulate`.
     """
-    motion = _simulated(machine, start, time, theta, max_step, progress)
+    motion = _simulated(machine, start, time, theta, max_step, progress, began)
     return replace(motion, f=_with_time_axis(machine).commanded_force(motion.f, _step(time)))
 
 
@@ -100,7 +103,13 @@ def _step(time: Array) -> float:
 
 
 def _simulated(
-    machine: Machine, start: State, time: Array, given: tuple[Array, ...], max_step: float, progress: Progress
+    machine: Machine,
+    start: State,
+    time: Array,
+    given: tuple[Array, ...],
+    max_step: float,
+    progress: Progress,
+    began: Array | float,
 ) -> Motion:
     """The motion, in batches of at most MAX_BATCH_OF_RUNS; given: f alone, or theta with its derivatives."""
     time, arm, m = np.asarray(time, dtype=float), machine.arm, machine.arm.M
@@ -109,6 +118,7 @@ def _simulated(
         batch_shape(arm, machine.values),
         *(np.shape(values)[:-1] for values in (start.alpha, start.alpha_d, start.theta, start.theta_d)),
         *(np.shape(rows)[:-2] for rows in (memory, *given)),
+        np.shape(began),
     )
     count, widths = int(np.prod(shape)), (arm.N, arm.N, m, m, m, m)
     out = np.empty((count, len(time), sum(widths)))
@@ -121,7 +131,14 @@ def _simulated(
             batch = replace(machine, arm=arm_batch_last(arm, shape, part), values=values)
             rows = [to_batch_last(values, shape, part, own_axes=2) for values in given]
             motors = GivenForces(*rows) if len(rows) == 1 else GivenAngles(*rows)
-            samples = integrate(batch, _batch_state(start, memory, part, shape), time, motors, max_step)
+            samples = integrate(
+                batch,
+                _batch_state(start, memory, part, shape),
+                time,
+                motors,
+                max_step,
+                np.broadcast_to(np.asarray(began, dtype=float), shape).reshape(-1)[part],
+            )
             for row, sample in enumerate(samples):
                 if not np.all(np.abs(sample[: arm.N]) < np.pi):
                     raise Refused(

@@ -20,7 +20,7 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, Z_dot, lengths, wrap_angles
 from mechanism.dynamics import terms
 from mechanism.geometry import check_angles
-from mechanism.laws import MotorMotion
+from mechanism.laws import JointMotion, MotorMotion
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
 
@@ -173,7 +173,7 @@ def _tension(
     """
     arm = machine.arm
     k = terms(arm, alpha, alpha_d)
-    torque = np.einsum("tij,tj->ti", k.M, alpha_dd) + k.c + k.g + machine.resistance(alpha_d)
+    torque = np.einsum("tij,tj->ti", k.M, alpha_dd) + k.c + k.g + machine.resistance(JointMotion(alpha, alpha_d))
     jacobian = Z(arm, alpha)
     inverse = np.linalg.pinv(jacobian)  # (T, M, N)
     width = tension_range[1] - tension_range[0]

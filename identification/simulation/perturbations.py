@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from identification.model_file import Model, covariance_of
 from identification.simulation.recording_parameters import RecordingParameters
 from identification.simulation.windows import Windows
-from mechanism.laws import LAWS
+from mechanism.laws import law_named
 from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
@@ -86,10 +86,11 @@ def perturbed_runs(
     for place, axis in enumerate(recording_axes, shared + len(law_axes)):
         x0[place] += axis[:m]
         delay[place] += axis[m]
-    for term in (term for name in machine.names for term in LAWS[name].terms):
+    for term in (term for name in machine.names for term in law_named(name).terms):
         # an axis has no sign: where it leads out of a law's range, as to a damping that feeds energy in, it is taken inwards
         limit = min(term.low, 0.0)
-        values[term.name] = limit + np.abs(values[term.name] - limit)
+        if np.isfinite(limit):
+            values[term.name] = limit + np.abs(values[term.name] - limit)
     arm = replace(machine.arm, x0=machine.arm.x0 + x0[:, None])
     perturbed = replace(machine, arm=arm, values={name: v[:, None] for name, v in values.items()})
     return PerturbedRuns(
@@ -113,7 +114,7 @@ def _rounding(windows: Windows, suffixes: Sequence[str]) -> list[tuple[int, int,
 
 def _law_axes(model: Model, machine: Machine) -> list[Mapping[tuple[str, int | None], float]]:
     """Principal axes of the laws' covariance, each as changes by name and index; infinite variances are left out."""
-    terms = {term.name for name in machine.names for term in LAWS[name].terms}
+    terms = {term.name for name in machine.names for term in law_named(name).terms}
     place = [i for i, p in enumerate(model.parameters) if p.name in terms]
     names = [(model.parameters[i].name, model.parameters[i].index) for i in place]
     covariance = covariance_of(model)[np.ix_(place, place)]

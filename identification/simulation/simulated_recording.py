@@ -140,8 +140,10 @@ def _run(windows: Windows, runs: PerturbedRuns, memory: Array | None, source: So
     )
     start = State(runs.alpha, runs.alpha_d, theta[..., 0, :], theta_d[..., 0, :], memory)
     if source == "theta":
-        return simulate_given_angles(runs.machine, start, windows.time, (theta, theta_d, theta_dd), progress=progress)
-    return simulate(runs.machine.without_actuator_laws, start, windows.time, _forces(windows, runs), progress=progress)
+        angles = (theta, theta_d, theta_dd)
+        return simulate_given_angles(runs.machine, start, windows.time, angles, progress=progress, began=windows.began)
+    machine = runs.machine.without_actuator_laws
+    return simulate(machine, start, windows.time, _forces(windows, runs), progress=progress, began=windows.began)
 
 
 def _forces(windows: Windows, runs: PerturbedRuns) -> Array:
@@ -181,6 +183,7 @@ def _memory(windows: Windows, machine: Machine, recording: RecordingParameters) 
         lengths(arm, alpha),
         of_recording.arm,
         arm.drum * s.matrix("theta", "_d"),
+        theta / arm.gear,
     )
     return memory_states(of_recording, at, windows.step)[windows.rows][:: windows.samples]
 

@@ -50,6 +50,12 @@ class Windows:
         """Times of a window's rows from its beginning, (samples,), s."""
         return self.step * np.arange(self.samples, dtype=float)
 
+    @property
+    def began(self) -> Array:
+        """When the recording began, in the time of each window, (windows,), s."""
+        first = self.rows.start + self.samples * np.arange(self.count)
+        return np.asarray(-self.step * first, dtype=float)
+
     @cached_property
     def state(self) -> Series:
         """The state in these windows."""

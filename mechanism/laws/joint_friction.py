@@ -3,7 +3,7 @@
 import numpy as np
 
 from mechanism.arm import Array
-from mechanism.laws.law import Law, Term, Values
+from mechanism.laws.law import JointMotion, Law, Term, Values
 
 _WOULD_TELL = "swing the joints fast, with cables of little friction"
 
@@ -22,6 +22,6 @@ class JointFriction(Law):
         Term("nj", "1", low=0.8, high=8.0, size=1.0, of="arm", would_tell=_WOULD_TELL),
     )
 
-    def resistance(self, p: Values, alpha_d: Array) -> Array:
-        s, n = alpha_d / p["vj"], p["nj"]
-        return p["cj"] * s / (1 + np.abs(s) ** n) ** (1 / n) + p["dj"] * alpha_d
+    def resistance(self, p: Values, at: JointMotion) -> Array:
+        s, n = at.alpha_d / p["vj"], p["nj"]
+        return p["cj"] * s / (1 + np.abs(s) ** n) ** (1 / n) + p["dj"] * at.alpha_d

@@ -5,7 +5,7 @@ are zero does nothing, so that each model is nested in the next.
 """
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -15,6 +15,10 @@ from mechanism.arm import Arm, Array
 Values = Mapping[str, Array]
 """By term: one number for each cable (..., M) or joint (..., N), or one for all (..., 1)"""
 Part = Literal["cable", "joint", "arm"]
+
+
+def _nothing() -> Array:
+    return np.zeros(())
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,14 @@ class MotorMotion:
     """N"""
     wrap: Array
     """angle by which the cable is wound around the pulleys of its route, rad"""
+    theta: Array = field(default_factory=_nothing)
+    """motor angle, rad"""
+    drum_angle: Array = field(default_factory=_nothing)
+    """of the drum behind the gear, rad"""
+    force: Array = field(default_factory=_nothing)
+    """that the motor is told, N"""
+    time: Array = field(default_factory=_nothing)
+    """since the recording began, s"""
 
 
 @dataclass(frozen=True)
@@ -65,17 +77,33 @@ class CableMotion:
     arm: Arm
     travel_d: Array
     """speed at which the drum winds the cable in, (rd/R) theta', m/s"""
+    drum_angle: Array = field(default_factory=_nothing)
+    """of the drum behind the gear, rad"""
+
+
+@dataclass(frozen=True)
+class JointMotion:
+    """Motion of the joints, (..., N)."""
+
+    alpha: Array
+    """rad"""
+    alpha_d: Array
+    """rad/s"""
+    time: Array = field(default_factory=_nothing)
+    """since the recording began, s"""
 
 
 class Law:
     """A law of the machine: it acts through the methods that it overrides; the others do nothing."""
 
-    name: ClassVar[str]
-    terms: ClassVar[tuple[Term, ...]]
+    name: str
+    terms: tuple[Term, ...]
     states: ClassVar[int] = 0
     """number of memory variables of each cable by this law"""
-    rubs_under_tension: ClassVar[bool] = False
+    rubs_under_tension: bool = False
     """whether its friction depends on the cable's tension and on how far it is wound around pulleys"""
+    follows_force: bool = False
+    """whether its friction depends on what the motor is told"""
     memory_bound: ClassVar[float] = np.inf
     """bound of their magnitude"""
     memory_start: ClassVar[Term | None] = None
@@ -101,6 +129,6 @@ class Law:
         """Rate of the memory variables, (..., M, states)."""
         return np.zeros_like(z)
 
-    def resistance(self, p: Values, alpha_d: Array) -> Array:
+    def resistance(self, p: Values, at: JointMotion) -> Array:
         """Torque against the joints' motion, (..., N), N m."""
         return np.zeros(())

@@ -10,7 +10,7 @@ import numpy as np
 from mechanism.cable_lengths import Z, lengths, wrap_angles
 from mechanism.dynamics import terms
 from mechanism.elasticity import elongation_rate
-from mechanism.laws import CableMotion, MotorMotion
+from mechanism.laws import CableMotion, JointMotion, MotorMotion
 from mechanism.machine import Machine
 from mechanism.simulation import State
 
@@ -27,7 +27,7 @@ def runge_kutta(machine: Machine, start: State, time: np.ndarray, f: np.ndarray,
         at = CableMotion(x, elongation_rate(arm, jacobian, y.alpha_d, y.theta_d), length, arm, arm.drum * y.theta_d)
         t = machine.tension(at, y.memory)
         k = terms(arm, y.alpha, y.alpha_d)
-        torque = jacobian @ t - k.c - k.g - machine.resistance(y.alpha_d)
+        torque = jacobian @ t - k.c - k.g - machine.resistance(JointMotion(y.alpha, y.alpha_d))
         alpha_dd = np.asarray(np.linalg.solve(k.M, torque), dtype=float)
         net = force - machine.friction(MotorMotion(y.theta_d, t, wrap_angles(arm, y.alpha))) - t
         return State(

@@ -7,7 +7,7 @@ from mechanism.arm import arm_of
 from mechanism.cable_lengths import wrap_angles
 from mechanism.description import read_neck
 from mechanism.law_derivatives import law_derivatives
-from mechanism.laws import LAWS, CableMotion, MotorMotion
+from mechanism.laws import LAWS, CableMotion, JointMotion, MotorMotion
 from mechanism.machine import Machine
 from mechanism.simulation import State, simulate
 from samples.generator.routes import piece
@@ -55,7 +55,8 @@ def test_play_whose_flank_is_reached_yields_as_its_spring_and_no_more(side: floa
     travel_d, length = np.full((4, 1), 0.02 * side), np.ones((4, 1))
     at = CableMotion(np.full((4, 1), 5e-3), np.zeros((4, 1)), length, ARM, travel_d)
     z = np.full((4, 1, 1), side)
-    found = law_derivatives(Machine(ARM, (*NAMES, "backlash"), values), at, z, 0 * length, length, np.zeros((3, 1)))
+    motors, joints = MotorMotion(0 * length, length, length), JointMotion(np.zeros((3, 1)), np.zeros((3, 1)))
+    found = law_derivatives(Machine(ARM, (*NAMES, "backlash"), values), at, z, motors, joints)
     np.testing.assert_allclose(found.pull_by_memory, -BASE["k"][0] * 1e-3 / 2, rtol=1e-3)
 
 
@@ -120,13 +121,13 @@ def test_creep_relaxes_with_its_time_constant() -> None:
 def test_dry_friction_of_joints_is_the_same_both_ways_and_never_more_than_whole(sooner: float) -> None:
     speed = np.linspace(-4, 4, 801)[:, None] * np.ones(3)
     values = {"cj": np.full(3, 0.02), "dj": np.zeros(3), "vj": np.array([0.1]), "nj": np.array([sooner])}
-    found = LAWS["joint_friction"].resistance(values, speed)
+    found = LAWS["joint_friction"].resistance(values, JointMotion(0 * speed, speed))
     np.testing.assert_allclose(found, -found[::-1], atol=1e-15)
     assert np.all(np.diff(found, axis=0) >= 0)
     assert np.all(np.abs(found) <= 0.02)
     # with n a forty-first of it is wanting at most at forty widths; at rest it rises by one in a width
     assert np.all(found[-1] > 0.02 * 40 / 41 * (1 - 1e-12))
-    near = LAWS["joint_friction"].resistance(values, np.full(3, 1e-7))
+    near = LAWS["joint_friction"].resistance(values, JointMotion(np.zeros(3), np.full(3, 1e-7)))
     np.testing.assert_allclose(near, 0.02 * 1e-7 / 0.1, rtol=1e-5)
     if sooner == 2.7:
         np.testing.assert_allclose(found, 0.02 * np.tanh(speed / 0.1), atol=0.02 * 0.02)

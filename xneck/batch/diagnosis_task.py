@@ -65,10 +65,10 @@ def _diagnose_into(
     }
     write_text(
         folder / EXTENDED_NECK,
-        extended_model.neck_yaml(extended_model.extended_description(diagnosis.search.last, diagnosis.extended)),
+        extended_model.neck_yaml(extended_model.extended_description(diagnosis.extended_stage, diagnosis.extended)),
     )
     write_model(
-        extended_model.extended_model(diagnosis.search.last, diagnosis.extended, origin), folder / EXTENDED_MODEL
+        extended_model.extended_model(diagnosis.extended_stage, diagnosis.extended, origin), folder / EXTENDED_MODEL
     )
     name = f"{' and '.join(map(_dataset_name, datasets))}, diagnosed"
     write_diagnosis_report(DiagnosisResult(name, diagnosis, origin), folder / DIAGNOSIS_PAGE)

@@ -1,0 +1,153 @@
+"""Laws that no catalogue lists: a form of one variable, against the motors, in the cables or against the joints.
+
+`diagnose` writes those that it finds under a name that says all: what it acts on, the form, and the variable, as
+`motor.harmonic.motor_angle` or, where it turns over with the motor's direction, `motor.bump.motor_angle.along`. A second law of the
+same kind ends in `.2`.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal, cast
+
+import numpy as np
+
+from discovery.form import Constants, Form, Kind, forms_of
+from mechanism.arm import Array
+from mechanism.friction import dry
+from mechanism.laws.law import CableMotion, JointMotion, Law, MotorMotion, Part, Term, Values
+
+Acts = Literal["motor", "cable", "joint"]
+COPIES = 4
+"""of one kind of law that a machine may have"""
+_UNITS: Mapping[Acts, str] = {"motor": "N", "cable": "N", "joint": "N m"}
+_SIZES: Mapping[Acts, float] = {"motor": 1.0, "cable": 1.0, "joint": 0.01}
+_PARTS: Mapping[Acts, Part] = {"motor": "cable", "cable": "cable", "joint": "joint"}
+
+
+@dataclass(frozen=True)
+class Variable:
+    """What a law may follow, and what it acts on."""
+
+    acts: Acts
+    name: str
+    """as results have it"""
+    unit: str
+    kind: Kind
+    along_motion: bool = False
+    """whether it turns over with the motor's direction"""
+
+    @property
+    def follows(self) -> tuple[str, ...]:
+        """Names of all that a law of it depends on."""
+        return (self.name, "motor_speed") if self.along_motion else (self.name,)
+
+    @property
+    def unit_of_law(self) -> str:
+        """N or N m."""
+        return _UNITS[self.acts]
+
+
+VARIABLES = (
+    Variable("motor", "force", "N", "line"),
+    Variable("motor", "force", "N", "line", along_motion=True),
+    Variable("motor", "tension", "N", "line"),
+    Variable("motor", "tension", "N", "line", along_motion=True),
+    Variable("motor", "motor_angle", "rad", "turn"),
+    Variable("motor", "motor_angle", "rad", "turn", along_motion=True),
+    Variable("motor", "drum_angle", "rad", "turn"),
+    Variable("motor", "drum_angle", "rad", "turn", along_motion=True),
+    Variable("motor", "motor_speed", "rad/s", "line"),
+    Variable("motor", "time", "s", "time"),
+    Variable("motor", "time", "s", "time", along_motion=True),
+    Variable("cable", "drum_angle", "rad", "turn"),
+    Variable("joint", "joint_angle", "rad", "line"),
+    Variable("joint", "joint_speed", "rad/s", "line"),
+    Variable("joint", "time", "s", "time"),
+)
+_OF_MOTOR: Mapping[str, Callable[[MotorMotion], Array]] = {
+    "force": lambda at: at.force,
+    "tension": lambda at: at.tension,
+    "motor_angle": lambda at: at.theta,
+    "drum_angle": lambda at: at.drum_angle,
+    "motor_speed": lambda at: at.theta_d,
+    "time": lambda at: at.time,
+}
+_OF_JOINT: Mapping[str, Callable[[JointMotion], Array]] = {
+    "joint_angle": lambda at: at.alpha,
+    "joint_speed": lambda at: at.alpha_d,
+    "time": lambda at: at.time,
+}
+
+
+class UnlistedLaw(Law):
+    """Amounts at each motor, cable or joint; inner constants are common to all."""
+
+    def __init__(self, variable: Variable, form: Form, copy: int) -> None:
+        self.variable, self.form = variable, form
+        self.name = law_name(variable, form, copy)
+        self.amount_terms = tuple(self._term(name) for name in form.amounts)
+        """what it is in proportion to"""
+        self.constant_terms = tuple(self._term(name) for name in form.constants)
+        """how it acts"""
+        self.terms = (*self.amount_terms, *self.constant_terms)
+        self.rubs_under_tension = variable.acts == "motor" and variable.name == "tension"
+        self.follows_force = variable.name == "force"
+
+    def term_name(self, name: str) -> str:
+        """Of an amount or inner constant, as no other law has it."""
+        return f"{self.name}.{name}"
+
+    def values(self, amounts: Array, constants: Mapping[str, float]) -> dict[str, Array]:
+        """A machine's values: amounts (k, places)."""
+        named = {self.term_name(name): a for name, a in zip(self.form.amounts, amounts, strict=True)}
+        return named | {self.term_name(name): np.full(1, value) for name, value in constants.items()}
+
+    def friction(self, p: Values, at: MotorMotion) -> Array:
+        if self.variable.acts != "motor":
+            return np.zeros(())
+        made = self._made(p, _OF_MOTOR[self.variable.name](at))
+        return made * dry(at.theta_d, p["cm"]) if self.variable.along_motion else made
+
+    def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
+        return self._made(p, at.drum_angle) if self.variable.acts == "cable" else np.zeros(())
+
+    def resistance(self, p: Values, at: JointMotion) -> Array:
+        return self._made(p, _OF_JOINT[self.variable.name](at)) if self.variable.acts == "joint" else np.zeros(())
+
+    def _made(self, p: Values, x: Array) -> Array:
+        # arrays that broadcast, as numbers do
+        constants = cast(Constants, {name: p[self.term_name(name)] for name in self.form.constants})
+        columns = self.form.columns(x, constants)
+        return sum((p[self.term_name(a)] * columns[..., i] for i, a in enumerate(self.form.amounts)), np.zeros(()))
+
+    def _term(self, name: str) -> Term:
+        unit = self.form.unit(name, self.variable.unit_of_law, self.variable.unit)
+        if name in self.form.amounts:
+            size, part = _SIZES[self.variable.acts], _PARTS[self.variable.acts]
+            return Term(self.term_name(name), unit, low=-np.inf, high=np.inf, size=size, of=part)
+        is_place = name in ("place", "begin", "low", "high", "side")
+        low = -np.inf if is_place else 1e-6
+        size = 0.1 if is_place else 1.0
+        return Term(self.term_name(name), unit, low=low, high=np.inf, size=size, of="arm", linear=False)
+
+
+def law_name(variable: Variable, form: Form, copy: int = 1) -> str:
+    """Of a law; copy counts those of the same kind from 1."""
+    parts = [variable.acts, form.name.replace(" ", "_"), variable.name]
+    parts += ["along"] if variable.along_motion else []
+    parts += [f"degree{len(form.amounts)}"] if form.name == "polynomial" else []
+    parts += [str(copy)] if copy > 1 else []
+    return ".".join(parts)
+
+
+@lru_cache(maxsize=1)
+def unlisted_laws() -> Mapping[str, UnlistedLaw]:
+    """All that there may be, by name."""
+    laws = [
+        UnlistedLaw(variable, form, copy)
+        for variable in VARIABLES
+        for form in forms_of(variable.kind)
+        for copy in range(1, COPIES + 1)
+    ]
+    return {law.name: law for law in laws}
