@@ -70,8 +70,13 @@ class Diagnosis:
 
     @property
     def after(self) -> NoiseExcess:
-        """What is left with the causes."""
-        return self.search.last.excess
+        """What is left with the causes and the laws."""
+        return self.extended_stage.excess
+
+    @property
+    def is_extended(self) -> bool:
+        """Whether the extended model has anything that the base model lacks."""
+        return bool(self.causes or self.found_laws)
 
     @property
     def causes(self) -> tuple[Cause, ...]:
@@ -86,7 +91,8 @@ class Diagnosis:
     @property
     def explained(self) -> float:
         """Share of what stood above noise that the causes take away."""
-        return 1 - self.after.energy / self.before.energy if self.before.energy else 0.0
+        left = self.search.last.excess.energy
+        return 1 - left / self.before.energy if self.before.energy else 0.0
 
 
 @one_blas_thread

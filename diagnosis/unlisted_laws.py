@@ -17,6 +17,7 @@ from diagnosis.cause_search import MIN_LOSS_SHARE
 from diagnosis.comparison import FOLD_BLOCK_S
 from diagnosis.effect import LawEffect, Placement
 from diagnosis.linearisation import RecordingLinearisation
+from diagnosis.shown_by import ShownBy
 from discovery.fine_basis import FineBasis, Function
 from discovery.found_law import FoundLaw
 from discovery.problem import Candidate, Problem
@@ -65,6 +66,25 @@ class UnlistedEffect(LawEffect):
             t for name, t in zip(law.form.constants, law.constant_terms, strict=True) if name not in law.form.fixed
         )
         self.shape_terms = tuple(fitted)  # pyright: ignore[reportAttributeAccessIssue]
+        self.shown_by = _shown_by(law.variable)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _shown_by(variable: Variable) -> ShownBy:
+    """Its variable, of the motor or joint on which it acts."""
+    is_turn = variable.kind == "turn"
+
+    def values(recording: RecordingLinearisation, place: int) -> Array:
+        kept = _VALUES[variable.name](recording)[recording.signals.low_pass.kept, place]
+        return kept / (2 * np.pi) % 1 if is_turn else kept
+
+    return ShownBy(
+        equation="joint" if variable.acts == "joint" else "motor",
+        name=variable.name.replace("_", " "),
+        unit="turn" if is_turn else variable.unit,
+        values=values,
+        along_motion=variable.along_motion,
+        is_cyclic=is_turn,
+    )
 
 
 def causes_of(laws: Sequence[FoundLaw], arm: Arm) -> tuple[Cause, ...]:

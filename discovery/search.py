@@ -24,10 +24,10 @@ MIN_GAIN_SIGMAS = 2.5
 """of the gain over blocks that were not fitted (docs/thresholds.md)"""
 MAX_LAWS = 8
 """that are looked for (docs/thresholds.md)"""
-ALIKE_SIGMAS, ALIKE_SHARE = 2.0, 0.01
-"""of the gain's difference, and of the gain, within which another law explains as well (docs/thresholds.md)"""
-SIMPLER_SIGMAS = 1.0
-"""of the gain's difference, within which a simpler law is taken for a better one (docs/thresholds.md)"""
+ALIKE_SIGMAS, ALIKE_SHARE = 2.0, 0.1
+"""of the gain's difference, and of what is left: another law that leaves no more explains as well (docs/thresholds.md)"""
+SIMPLER_SIGMAS, SIMPLER_SHARE = 1.0, 0.02
+"""the same, by which a simpler law may leave more and is taken for a better one (docs/thresholds.md)"""
 _CHANCE_OF_TWO = 4.0
 """of the loss: what two numbers more take by chance"""
 _NO_AMOUNT_SIGMAS = 4.0
@@ -151,21 +151,28 @@ def _chosen(rivals: Sequence[_Rival], chance: float, loss: float) -> FoundLaw | 
     if not proved:
         return None
     best = max(proved, key=lambda r: r.held_out_gain)
-    near = [r for r in proved if _is_alike(best, r, SIMPLER_SIGMAS, 0.0)]
+    left = loss - best.gain
+    near = [r for r in proved if _is_alike(best, r, SIMPLER_SIGMAS, SIMPLER_SHARE * left)]
     chosen = min(near, key=lambda r: (r.complexity, -r.held_out_gain))
-    alike = [r for r in proved if r is not chosen and _is_alike(best, r, ALIKE_SIGMAS, ALIKE_SHARE)]
+    alike = [r for r in proved if r is not chosen and _is_alike(best, r, ALIKE_SIGMAS, ALIKE_SHARE * left)]
     alike = sorted((r for r in alike if r.form.name != "smooth"), key=lambda r: -r.held_out_gain)
-    others = {(*r.candidate.follows, r.form.name): r for r in reversed(alike)}
+    others = {(*r.candidate.follows, r.form.name): r for r in reversed(alike) if not _is_same(r, chosen)}
     return replace(
         _as_law(chosen, loss),
         alike=tuple(_as_law(r, loss) for r in sorted(others.values(), key=lambda r: -r.held_out_gain)),
     )
 
 
-def _is_alike(best: _Rival, other: _Rival, sigmas: float, share: float) -> bool:
+def _is_same(a: _Rival, b: _Rival) -> bool:
+    """Whether they are of one variable and form, whatever their places."""
+    return (a.candidate.detail, a.candidate.follows, a.form) == (b.candidate.detail, b.candidate.follows, b.form)
+
+
+def _is_alike(best: _Rival, other: _Rival, sigmas: float, most: float) -> bool:
+    """Whether another one takes no less than chance may, nor than `most` of the loss."""
     less = best.block_gains - other.block_gains
     spread = float(np.std(less)) * np.sqrt(len(less))
-    return float(less.sum()) <= max(sigmas * spread, share * best.held_out_gain, _CHANCE_OF_TWO)
+    return float(less.sum()) <= max(min(sigmas * spread, most), _CHANCE_OF_TWO)
 
 
 def _sigmas(gains: Array) -> float:

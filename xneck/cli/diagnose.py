@@ -33,7 +33,7 @@ def command(
 
     from xneck.batch.diagnosis_task import run_diagnosis_task
 
-    with tqdm(total=4, desc="diagnose", disable=True if quiet else None, leave=False) as bar:
+    with tqdm(desc="diagnose", unit=" steps", disable=True if quiet else None, leave=False) as bar:
 
         def show_step(step: str) -> None:
             bar.set_postfix_str(step)

@@ -3,6 +3,7 @@
 from diagnosis.cause import Cause
 from diagnosis.cause_picture import CausePicture
 from diagnosis.free_function import FreeFit
+from diagnosis.law_gains import GainedLaw
 from mechanism.arm import Arm
 from xneck.report import style
 from xneck.report.arm_drawing import arm_panel, place_words
@@ -33,6 +34,18 @@ def cause_figure(cause: Cause, picture: CausePicture, arm: Arm, number: int, of:
     )
     panels = (_curve(picture, arm.M, f"cause{number}", "the cause as fitted"), arm_panel(arm, cause, f"arm{number}"))
     return FigureBlock(f"{words[0].upper()}{words[1:]}{where}", caption, panels, _legend("the cause as fitted"))
+
+
+def law_figure(found: GainedLaw, picture: CausePicture, motors: int, number: int) -> FigureBlock:
+    """Of a law that was found, the `number`-th."""
+    law, name = found.law, equation_name(picture.channel, motors)
+    caption = (
+        f"What the model leaves without this law, where it does most: {name}. Dots are means of rows that lie side by side along "
+        f"the variable; the line is the law as it was fitted, {law.equation}, by the same rows. {_band_words(picture)}"
+    )
+    words = law.words[0].upper() + law.words[1:]
+    panel = _curve(picture, motors, f"law{number}", "the law as fitted")
+    return FigureBlock(words.replace("_", " "), caption, (panel,), _legend("the law as fitted"))
 
 
 def unlisted_figure(fit: FreeFit, picture: CausePicture, motors: int) -> FigureBlock:

@@ -11,7 +11,7 @@ from diagnosis.cause_search import MIN_EXPLAINED
 from diagnosis.diagnose import Diagnosis
 from xneck.report import diagnosis_figures as figures
 from xneck.report import diagnosis_text
-from xneck.report.cause_figures import cause_figure, unlisted_figure
+from xneck.report.cause_figures import cause_figure, law_figure, unlisted_figure
 from xneck.report.figure_block import FigureBlock
 from xneck.report.figures_file import write_figures
 from xneck.report.provenance_table import input_file_rows, version_text
@@ -35,6 +35,7 @@ class DrawnFigures:
     """The figures of a page; None where it goes without."""
 
     proof: tuple[FigureBlock, ...]
+    laws: tuple[FigureBlock, ...]
     unlisted: FigureBlock | None
     confusion: FigureBlock
     over_time: FigureBlock
@@ -43,19 +44,19 @@ class DrawnFigures:
     @property
     def all(self) -> tuple[FigureBlock | None, ...]:
         """In the page's order."""
-        return (*self.proof, self.unlisted, self.confusion, self.over_time, self.by_condition)
+        return (*self.proof, *self.laws, self.unlisted, self.confusion, self.over_time, self.by_condition)
 
 
 def write_diagnosis_report(result: DiagnosisResult, path: Path) -> None:
     """The page with its figures' numbers beside it, whole or not at all; the same result gives the same bytes."""
     d = result.diagnosis
-    motors, changed = d.extended.arm.M, bool(d.search.named)
+    motors, changed = d.extended.arm.M, d.is_extended
     with drawing():
-        unlisted = d.search.unlisted and unlisted_figure(
-            d.search.unlisted, free_function_picture(d.search.last, d.search.unlisted), motors
-        )
+        rest = None if d.found_laws else d.search.unlisted
+        unlisted = rest and unlisted_figure(rest, free_function_picture(d.search.last, rest), motors)
         drawn = DrawnFigures(
             proof=_proof_figures(d),
+            laws=_law_figures(d),
             unlisted=unlisted,
             confusion=figures.confusion_matrix(d.detectability),
             over_time=figures.residuals_over_time(d.signature, motors, changed),
@@ -73,9 +74,20 @@ def _proof_figures(d: Diagnosis) -> tuple[FigureBlock, ...]:
             cause_figure(cause, picture, d.extended.arm, number, of=len(d.causes))
             for number, (cause, picture) in enumerate(pairs, start=1)
         )
+    if d.found_laws:
+        return ()
     if d.search.unlisted and d.search.unlisted.explains >= MIN_EXPLAINED:
         return ()
     return (figures.proof_figure(d.signature, d.extended.arm.M),)
+
+
+def _law_figures(d: Diagnosis) -> tuple[FigureBlock, ...]:
+    """One for each law that was found."""
+    if not d.found_laws:
+        return ()
+    pictures = cause_pictures(d.extended_stage)[len(d.causes) :]
+    pairs = enumerate(zip(d.found_laws, pictures, strict=True), start=1)
+    return tuple(law_figure(found, picture, d.extended.arm.M, number) for number, (found, picture) in pairs)
 
 
 def diagnosis_html(result: DiagnosisResult, drawn: DrawnFigures) -> str:
@@ -89,6 +101,7 @@ def diagnosis_html(result: DiagnosisResult, drawn: DrawnFigures) -> str:
         head=diagnosis_text.diagnosis_key_numbers(d),
         causes=diagnosis_text.cause_rows(d),
         shares=diagnosis_text.share_rows(d),
+        laws=diagnosis_text.law_rows(d),
         unlisted=diagnosis_text.unlisted_sentence(d),
         channels=diagnosis_text.channel_table(d),
         gains=diagnosis_text.gain_table(d),

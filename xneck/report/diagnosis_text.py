@@ -18,6 +18,8 @@ from xneck_foundation.parameter import Parameter
 
 _MAX_DRAWING = 12
 """numbers of the drawing that are listed"""
+_MAX_ALIKE = 3
+"""laws that explain as much, of each that is told"""
 _MAX_CONSIDERED = 10
 """causes in the table of what else it could be"""
 
@@ -103,7 +105,7 @@ def diagnosis_key_numbers(d: Diagnosis) -> list[KeyNumber]:
     else:
         numbers.append(KeyNumber("worst equation", name, f"{over_noise[worst]:.2f} times noise"))
     for g in d.gains:
-        gain = f"{number_text(g.before, 3)} → {number_text(g.after, 3)}" if d.search.named else number_text(g.before, 3)
+        gain = f"{number_text(g.before, 3)} → {number_text(g.after, 3)}" if d.is_extended else number_text(g.before, 3)
         gain = f"{gain} {g.unit}".replace("N m", "N\u00a0m")
         numbers.append(
             KeyNumber(f"{g.measure}, not fitted", gain, f"noise alone {number_text(g.noise_floor, 3)} {g.unit}")
@@ -140,6 +142,20 @@ def share_rows(d: Diagnosis) -> list[tuple[str, ...]]:
     ]
 
 
+def law_rows(d: Diagnosis) -> list[tuple[str, ...]]:
+    """Rows of the table of laws that no catalogue lists: law, number, value with sigma, unit, what explains as much."""
+    rows = []
+    for found in d.found_laws:
+        others = "; ".join(law.words for law in found.law.alike[:_MAX_ALIKE]).replace("_", " ")
+        for i, p in enumerate(found.law.parameters):
+            label = p.name if p.index is None else f"{p.name}({p.index})"
+            value = with_sigma(p.value, p.sigma) if p.sigma else number_text(p.value, 3)
+            unit = "" if p.unit == "1" else p.unit
+            words = found.law.words.replace("_", " ")
+            rows.append((words if i == 0 else "", label, value, unit, others if i == 0 else ""))
+    return rows
+
+
 def unlisted_sentence(d: Diagnosis) -> str:
     """What function of one variable would explain most of what is left; empty where nothing is plainly left."""
     rest = d.search.unlisted
@@ -161,10 +177,10 @@ def channel_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
     for k, name in enumerate(names):
         row = [name, "N" if k < d.extended.arm.M else "N m", number_text(float(floor[k]), 3)]
         row += [number_text(float(d.before.rms[k]), 3), f"{d.before.rms[k] / floor[k]:.2f}"]
-        if d.search.named:
+        if d.is_extended:
             row += [number_text(float(d.after.rms[k]), 3), f"{d.after.ratio[k]:.2f}"]
         rows.append(tuple(row))
-    return [*titles, *(["extended model", "over noise"] if d.search.named else [])], rows
+    return [*titles, *(["extended model", "over noise"] if d.is_extended else [])], rows
 
 
 def drawing_rows(d: Diagnosis) -> list[tuple[str, ...]]:
@@ -189,10 +205,10 @@ def gain_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
     titles, rows = ["equations", "unit", "noise alone", "base model"], []
     for g in d.gains:
         row = [g.measure, g.unit, number_text(g.noise_floor, 3), number_text(g.before, 3)]
-        if d.search.named:
+        if d.is_extended:
             row += [number_text(g.after, 3), with_sigma(g.before - g.after, g.sigma)]
         rows.append(tuple(row))
-    return [*titles, *(["extended model", "gain ± σ"] if d.search.named else [])], rows
+    return [*titles, *(["extended model", "gain ± σ"] if d.is_extended else [])], rows
 
 
 def considered_rows(d: Diagnosis) -> list[tuple[str, ...]]:
