@@ -239,7 +239,7 @@ def _held_out(
 
 
 def _verdict(
-    search: Search, visible: Detectability, left: Sequence[Remainder], holds: bool, laws: Sequence[GainedLaw]
+    search: Search, visible: Detectability, left: Sequence[Remainder], holds: bool, laws: Sequence[GainedLaw] = ()
 ) -> tuple[str, str]:
     """The verdict and why; holds: whether causes explain the recordings that were not fitted too, if there are any."""
     law = unlisted_law(search, laws)

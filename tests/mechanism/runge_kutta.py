@@ -15,21 +15,31 @@ from mechanism.machine import Machine
 from mechanism.simulation import State
 
 
-def runge_kutta(machine: Machine, start: State, time: np.ndarray, f: np.ndarray, step: float) -> list[State]:
-    """States at every time, of one machine without batch axes, under forces f (T, M) held from row to row."""
+def runge_kutta(
+    machine: Machine, start: State, time: np.ndarray, f: np.ndarray, step: float, began: float = 0.0
+) -> list[State]:
+    """States at every time, of one machine without batch axes, under forces f (T, M) held from row to row.
+
+    began: s, when the recording began, for laws that follow the time."""
     arm = machine.arm
     l0 = lengths(arm, np.zeros(arm.N))
 
-    def rate(y: State, force: np.ndarray) -> State:
+    def rate(y: State, force: np.ndarray, since: float) -> State:
         assert y.memory is not None
         jacobian, length = Z(arm, y.alpha), lengths(arm, y.alpha)
         x = length - l0 + arm.drum * y.theta + arm.x0
-        at = CableMotion(x, elongation_rate(arm, jacobian, y.alpha_d, y.theta_d), length, arm, arm.drum * y.theta_d)
+        x_d, drum_angle, since_began = (
+            elongation_rate(arm, jacobian, y.alpha_d, y.theta_d),
+            y.theta / arm.gear,
+            np.array(since),
+        )
+        at = CableMotion(x, x_d, length, arm, arm.drum * y.theta_d, drum_angle)
         t = machine.tension(at, y.memory)
         k = terms(arm, y.alpha, y.alpha_d)
-        torque = jacobian @ t - k.c - k.g - machine.resistance(JointMotion(y.alpha, y.alpha_d))
+        torque = jacobian @ t - k.c - k.g - machine.resistance(JointMotion(y.alpha, y.alpha_d, since_began))
         alpha_dd = np.asarray(np.linalg.solve(k.M, torque), dtype=float)
-        net = force - machine.friction(MotorMotion(y.theta_d, t, wrap_angles(arm, y.alpha))) - t
+        turning = MotorMotion(y.theta_d, t, wrap_angles(arm, y.alpha), y.theta, drum_angle, force, since_began)
+        net = force - machine.friction(turning) - t
         return State(
             y.alpha_d, alpha_dd, y.theta_d, arm.drum * net / arm.motor_inertia, machine.memory_rate(at, y.memory)
         )
@@ -39,11 +49,12 @@ def runge_kutta(machine: Machine, start: State, time: np.ndarray, f: np.ndarray,
     for row, interval in enumerate(np.diff(time)):
         count = int(np.ceil(interval / step - 1e-9))
         h = interval / count
-        for _ in range(count):
-            k1 = rate(y, f[row])
-            k2 = rate(_moved(y, k1, h / 2), f[row])
-            k3 = rate(_moved(y, k2, h / 2), f[row])
-            k4 = rate(_moved(y, k3, h), f[row])
+        for step_number in range(count):
+            at = float(time[row]) + step_number * h - began
+            k1 = rate(y, f[row], at)
+            k2 = rate(_moved(y, k1, h / 2), f[row], at + h / 2)
+            k3 = rate(_moved(y, k2, h / 2), f[row], at + h / 2)
+            k4 = rate(_moved(y, k3, h), f[row], at + h)
             for k, weight in ((k1, 1), (k2, 2), (k3, 2), (k4, 1)):
                 y = _moved(y, k, weight * h / 6)
             y = replace(y, memory=np.clip(np.asarray(y.memory), *machine.bounds))

@@ -1,0 +1,92 @@
+"""A law that no catalogue holds, hidden in an arm that the second generator integrates: found, fitted, written and simulated."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.forward_arm_runs import SETTINGS, seen
+from diagnosis.diagnose import Diagnosis, diagnose
+from diagnosis.extended_model import extended_description, extended_model
+from diagnosis.record import as_json, as_text
+from identification.dataset.dataset import DataSet
+from identification.model_file import machine_of, read_model, write_model
+from identification.simulation.simulated_recording import simulate_recording
+from mechanism.arm import arm_of
+from samples.forward_arms import outside
+from samples.forward_arms.arms import make_arms
+from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
+
+pytestmark = pytest.mark.slow
+
+SHORT = replace(SETTINGS, drawing_off=1.0, seconds=24.0, step=1e-3)
+POLES, FORCE = 7, 1.5
+
+
+@pytest.fixture(scope="module")
+def recordings() -> list[DataSet]:
+    (arm,) = make_arms([481], SHORT, [[outside.Cogging(FORCE, float(POLES))]])
+    return [seen(arm, SHORT, 0.03).synchronised(i) for i in range(2)]
+
+
+@pytest.fixture(scope="module")
+def found(recordings: list[DataSet]) -> Diagnosis:
+    return diagnose(recordings[:1], recordings[1:])
+
+
+def test_it_is_named_with_place_variable_form_and_numbers(found: Diagnosis) -> None:
+    (gained,) = found.found_laws
+    law = gained.law
+    assert (law.candidate.where, law.candidate.follows, law.form.name) == ("all", ("motor_angle",), "harmonic")
+    assert law.constants == {"count": POLES}
+    for p in law.parameters:
+        if p.name != "count":
+            assert abs(p.value - {"sine": FORCE, "cosine": 0.0}[p.name]) < 4 * p.sigma
+            assert p.sigma < 0.02 * FORCE
+    assert found.causes == ()
+    assert found.verdict == "unknown"
+
+
+def test_what_it_leaves_where_it_was_not_fitted_is_noise(found: Diagnosis) -> None:
+    (gained,) = found.found_laws
+    assert gained.gain is not None
+    assert gained.gain.before > 2 * gained.gain.noise_floor
+    assert all(r.held_out and 0.8 < r.ratio < 1.25 for r in found.remainder)
+    simulated = [g for g in found.gains if g.measure.startswith("simulated")]
+    assert len(simulated) == 2
+    assert all(g.after < 0.7 * g.before for g in simulated)
+
+
+def test_record_text_and_page_say_so(found: Diagnosis, tmp_path: Path) -> None:
+    (record,) = as_json(found)["found_laws"]
+    assert record["where"] == "all"
+    assert record["follows"] == ["motor_angle"]
+    assert {"form", "words", "terms", "gain"} <= record.keys()
+    assert {t["name"] for t in record["terms"]} == {"sine", "cosine", "count"}
+    assert "harmonic of motor_angle" in as_text(found)
+    write_diagnosis_report(DiagnosisResult("cogging", found, {"inputs": {}}), tmp_path / "diagnosis.html")
+    page = (tmp_path / "diagnosis.html").read_text()
+    assert "Laws that no catalogue lists" in page
+    assert "harmonic of motor angle" in page
+
+
+def test_it_is_written_with_the_model_and_simulated(
+    found: Diagnosis, recordings: list[DataSet], tmp_path: Path
+) -> None:
+    neck = extended_description(found.extended_stage, found.extended)
+    write_model(extended_model(found.extended_stage, found.extended, {}), tmp_path / "model.yaml")
+    model = read_model(tmp_path / "model.yaml")
+    assert "motor.harmonic.motor_angle" in model.laws
+    machine = machine_of(model, arm_of(neck))
+    np.testing.assert_allclose(machine.values["motor.harmonic.motor_angle.sine"], FORCE, rtol=0.02)
+    other = found.extended.corrected(recordings[1])
+    with_law = simulate_recording(replace(other, neck=neck), model, max_parts=1, noise_floor=False)
+    rest = tuple(p for p in model.parameters if not p.name.startswith("motor.harmonic"))
+    base = model.model_copy(update={"laws": ("dry_friction", "linear_cable"), "parameters": rest})
+    without = simulate_recording(replace(other, neck=neck), base, max_parts=1, noise_floor=False)
+    assert _theta_rms(with_law) < 0.5 * _theta_rms(without)
+
+
+def _theta_rms(simulated) -> float:
+    return float(np.sqrt(np.mean([c.rms**2 for c in simulated.channels if c.name.startswith("theta")])))

@@ -1,0 +1,128 @@
+"""Laws that no catalogue lists: every one there may be, by its name, in forces and in motion."""
+
+import numpy as np
+import pytest
+
+from mechanism.arm import arm_of
+from mechanism.description import read_neck
+from mechanism.friction import dry
+from mechanism.laws import LAWS, JointMotion, MotorMotion, is_law, law_named
+from mechanism.laws.unlisted import COPIES, UnlistedLaw, unlisted_laws
+from mechanism.machine import Machine
+from mechanism.simulation import simulate, simulate_given_angles
+from tests.mechanism.runge_kutta import runge_kutta
+from tests.mechanism.test_simulation import ARM, MACHINE, TIME, VALUES, moving
+from tests.paths import NECK_FILE
+
+CONSTANTS = {
+    "count": 7.0, "exponent": 1.5, "size": 50.0, "tau": 0.1, "begin": 0.0, "place": 0.05, "side": 1.0,
+    "level": 30.0, "width": 0.5, "low": -1.0, "high": 1.0,
+}  # fmt: skip
+FIRST = [
+    name for name, law in unlisted_laws().items() if not name.endswith(tuple(f".{n}" for n in range(2, COPIES + 1)))
+]
+
+
+def with_law(name: str, size: float) -> Machine:
+    """The machine with a law whose amounts are all of a size, in what a person would call a change."""
+    law = unlisted_laws()[name]
+    count = 3 if law.variable.acts == "joint" else 4
+    amounts = np.array([np.full(count, size * term.size) for term in law.amount_terms])
+    if law.form.name == "polynomial":  # of forces of 50 N, and angles of 0.1 rad
+        x = {"N": 50.0, "rad": 0.2, "rad/s": 20.0 if law.variable.acts == "motor" else 1.0, "s": 1.0}[law.variable.unit]
+        amounts = amounts / np.array([[x**n] for n in range(1, len(amounts) + 1)])
+    there = {"place": 25.0, "width": 20.0} if law.variable.unit == "N" else {}
+    constants = {name: (CONSTANTS | there)[name] for name in law.form.constants}
+    return Machine(ARM, (*MACHINE.names, name), VALUES | law.values(amounts, constants))
+
+
+def test_names_are_of_one_law_each_and_of_no_listed_one() -> None:
+    terms = [term.name for law in unlisted_laws().values() for term in law.terms]
+    assert len(terms) == len(set(terms))
+    assert not set(unlisted_laws()) & set(LAWS)
+    assert is_law("motor.harmonic.motor_angle")
+    assert not is_law("motor.harmonic.moon")
+    assert law_named("cable_creep") is LAWS["cable_creep"]
+
+
+@pytest.mark.parametrize("name", FIRST)
+def test_a_law_does_nothing_at_zero_and_moves_the_arm_elsewhere(name: str) -> None:
+    start, f = moving(30)
+    base = simulate(MACHINE, start, TIME[:30], f)
+    zero, there = (simulate(with_law(name, size), start, TIME[:30], f) for size in (0.0, 1.0))
+    np.testing.assert_allclose(zero.alpha, base.alpha, atol=1e-12)
+    assert np.abs(there.theta - base.theta).max() > 1e-7
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "motor.harmonic.motor_angle",
+        "motor.power.tension.along",
+        "motor.levelling_off.force",
+        "motor.exponential.time.along",
+        "cable.harmonic.drum_angle",
+        "joint.hinge.joint_angle",
+        "joint.power.joint_speed",
+    ],
+)
+def test_simulated_motions_are_those_of_runge_and_kutta(name: str) -> None:
+    """Of a window that begins 3 s after its recording: the error falls with the step as it does without the law."""
+    machine, (start, f) = with_law(name, 1.0), moving(40)
+    exact = runge_kutta(machine, start, TIME[:40], f, 2e-4, began=-0.1)[-1]
+    errors = [
+        np.max(np.abs(simulate(machine, start, TIME[:40], f, h, began=-0.1).alpha[-1] - exact.alpha))
+        for h in (2e-3, 5e-4)
+    ]
+    assert errors[0] < 1e-4
+    assert errors[1] < errors[0] / 4
+
+
+def test_windows_that_begin_at_different_times_are_a_batch() -> None:
+    machine, (start, f) = with_law("motor.exponential.time.along", 3.0), moving(30)
+    began = np.array([0.0, -0.2])
+    together = simulate(machine, start, TIME[:30], f, began=began)
+    for i, alone in enumerate(began):
+        np.testing.assert_allclose(together.alpha[i], simulate(machine, start, TIME[:30], f, began=alone).alpha)
+    assert np.abs(together.alpha[0] - together.alpha[1]).max() > 1e-5
+
+
+def test_motors_that_are_led_ask_for_the_force_that_friction_by_force_takes() -> None:
+    """Forces that lead to a motion, and the force that the led motion asks for, differ by no more than a step's error."""
+    machine, (start, f) = with_law("motor.polynomial.force.degree1", 4.0), moving(60)
+    free = simulate(machine, start, TIME[:60], f)
+    theta_dd = np.gradient(free.theta_d, TIME[:60], axis=0)
+    led = simulate_given_angles(machine, start, TIME[:60], (free.theta, free.theta_d, theta_dd))
+    plain = simulate_given_angles(MACHINE, start, TIME[:60], (free.theta, free.theta_d, theta_dd))
+    asked = (led.f - plain.f)[10:-10]
+    # a share of 4/50 of the force, of which it asks for itself too
+    np.testing.assert_allclose(asked, 0.08 * led.f[10:-10], rtol=1e-3)
+
+
+@pytest.mark.parametrize("copy", range(1, COPIES + 1))
+def test_copies_of_a_law_add_up(copy: int) -> None:
+    name = "motor.harmonic.motor_angle" + (f".{copy}" if copy > 1 else "")
+    law = unlisted_laws()[name]
+    at = MotorMotion(*(np.ones(4) for _ in range(3)), theta=np.array([0.1, 0.2, 0.3, 0.4]))
+    values = law.values(np.array([[0.0] * 4, [2.0] * 4]), {"count": float(copy)})
+    np.testing.assert_allclose(law.friction(values, at), 2 * np.sin(copy * at.theta))
+
+
+def test_along_the_motion_a_law_has_the_sign_of_dry_friction() -> None:
+    law: UnlistedLaw = unlisted_laws()["motor.polynomial.tension.along.degree1"]
+    speed, tension = np.array([-20.0, -0.1, 0.1, 20.0]), np.array([10.0, 20, 30, 40])
+    values = law.values(np.full((1, 4), 0.02), {}) | {"cm": np.array([0.5])}
+    found = law.friction(values, MotorMotion(speed, tension, np.zeros(4)))
+    np.testing.assert_allclose(found, 0.02 * tension * dry(speed))
+
+
+def test_a_hinge_holds_the_joint_beyond_its_place_only() -> None:
+    law = unlisted_laws()["joint.hinge.joint_angle"]
+    values = law.values(np.full((1, 3), 0.4), {"place": 0.1, "side": 1.0})
+    found = law.resistance(values, JointMotion(np.array([0.0, 0.1, 0.3]), np.zeros(3)))
+    np.testing.assert_allclose(found, [0.0, 0.0, 0.08])
+
+
+def test_the_gear_of_the_drawing_turns_the_drum() -> None:
+    neck = read_neck(NECK_FILE)
+    assert arm_of(neck).gear.tolist() == [motor.R for motor in neck.motors]
