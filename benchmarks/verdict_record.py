@@ -15,6 +15,7 @@ def verdict_record(found: Diagnosis) -> dict[str, Any]:
         "verdict": found.verdict,
         "why": found.why,
         "causes": [cause.effect.name for cause in found.causes],
+        "found_laws": [law.law.as_json() for law in found.found_laws],
         "probabilities": [probability(named) for named in found.search.named],
         "sets": [sorted({rival.effect.name for rival in named.tied}) for named in found.search.named],
         "motors_over_floor": found.before.ratio[:motors].tolist(),

@@ -26,6 +26,17 @@ BY_VARIABLE = {
     "joint's speed": "look for a damper, or for air that is moved",
 }
 """what to look for, by the variable that the rest follows"""
+_WORDS_OF_VARIABLES = {
+    "force": "force",
+    "tension": "tension",
+    "motor_angle": "motor's turn",
+    "drum_angle": "drum's turn",
+    "motor_speed": "motor's speed",
+    "time": "time",
+    "joint_angle": "joint's angle",
+    "joint_speed": "joint's speed",
+}
+"""as laws have them"""
 _BY_OTHER_SIGNATURES = "look at the equations and conditions shown above: there something acts that is not known"
 _PLAY = (
     "play motion.csv, which was made for this question within the limits of an arm like Fasquelle's, and diagnose its recording "
@@ -64,12 +75,14 @@ def advice(d: Diagnosis) -> tuple[Step, ...]:
         return (*_tell_apart(tuple(look_alikes.values())), *_GO_ON)
     if d.verdict == "unknown":
         look_for = _BY_SIGNATURE.get(d.signature.kind, _BY_OTHER_SIGNATURES)
-        if unlisted_law(d.search, d.found_laws) and d.search.unlisted:
+        if d.found_laws:
+            look_for = BY_VARIABLE[_WORDS_OF_VARIABLES[d.found_laws[0].law.candidate.follows[0]]]
+        elif unlisted_law(d.search, ()) and d.search.unlisted:
             look_for = BY_VARIABLE[d.search.unlisted.function.variable.name]
-        return (
-            Step(look_for),
-            Step("compare with a recording of the same motion on another day: what comes back belongs to the arm"),
+        another_day = Step(
+            "compare with a recording of the same motion on another day: what comes back belongs to the arm"
         )
+        return (Step(look_for), another_day, *(_GO_ON if d.found_laws else ()))
     if d.detectability.invisible:
         return _make_visible(d.detectability.invisible, d.verdict == "insufficient")
     return (Step("nothing: the model may be used as it is"),)

@@ -11,6 +11,7 @@ from diagnosis.cause_parameters import identified, parameters_of
 from diagnosis.hypothesis import Hypothesis
 from identification.model_file import Model, model_of
 from mechanism.description import Neck
+from mechanism.laws import law_named
 from xneck_foundation.parameter import Parameter
 
 Array = NDArray[np.float64]
@@ -35,10 +36,12 @@ def extended_model(stage: FitStage, h: Hypothesis, provenance: dict[str, Any]) -
         if e.recording is None
     ]
     of_causes = {(p.name, p.index): p for of_cause in parameters_of(stage) for p in of_cause}
+    units = {term.name: term.unit for law in h.laws for term in law_named(law).terms}
     for name, values in h.values.items():
         for i, v in enumerate(values):
             index = None if len(values) == 1 else i + 1
-            unknown = Parameter(name=name, index=index, value=float(v), unit="", sigma=float("inf"), identified=False)
+            unit = units.get(name, "")
+            unknown = Parameter(name=name, index=index, value=float(v), unit=unit, sigma=float("inf"), identified=False)
             parameters.append(of_causes.get((name, index), unknown))
     return model_of(parameters, u.laws, provenance)
 

@@ -12,7 +12,7 @@ from diagnosis.cause_picture import cause_pictures
 from diagnosis.cause_search import NamedCause, tie_tolerance
 from diagnosis.cause_share import cause_shares
 from diagnosis.detectability import Detectability
-from diagnosis.diagnose import Diagnosis, unlisted_law
+from diagnosis.diagnose import Diagnosis
 from xneck_foundation.parameter import Parameter
 
 _MAX_ALIKE_WORDS = 3
@@ -133,7 +133,7 @@ def as_text(d: Diagnosis) -> str:
       motor equations, not fitted: ...
     """
     lines = [d.verdict + (f": {d.why}" if d.why else "")]
-    if d.verdict == "unknown" and not unlisted_law(d.search, d.found_laws):
+    if d.verdict == "unknown" and not d.found_laws:
         lines.append(f"  {signature_record.words(d.signature, d.extended.arm.M)}")
     for named, cause, parameters in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
         lines.append(f"  {cause.effect.name} ({cause.where.label}): {cause.effect.words}")

@@ -86,7 +86,10 @@ class FoundLaw:
         """One line."""
         c = self.candidate
         factor = f", times {c.factor}" if c.factor else ""
-        place = f"{c.where}, {c.detail}: " if c.detail else ""
+        place = ""
+        if c.detail:  # `against the motors`: against all motors, or against motor 3
+            place = c.detail.replace(" the ", " all ") if c.where == "all" else f"{c.detail.split()[0]} {c.where}"
+            place += ": "
         return f"{place}{self.form.name} of {c.variable}{factor}"
 
     @property

@@ -9,11 +9,14 @@ from identification.identifiability import durbin_wu_hausman
 def as_text(estimates: Estimates) -> str:
     """A parameter a row, with its sigma, or why it is not identified and what motion would identify it."""
     lines = [f"Estimates that hold: {', '.join(name.replace('_', ' ') for name in estimates.laws)}"]
-    for p, verdict in estimates.with_identifiability:
-        label = p.name if p.index is None else f"{p.name}({p.index})"
+    labels = [p.name if p.index is None else f"{p.name}({p.index})" for p, _ in estimates.with_identifiability]
+    width = max(7, *(len(label) + 2 for label in labels))
+    for label, (p, verdict) in zip(labels, estimates.with_identifiability, strict=True):
         sigma = f"{p.sigma:.2g}" if np.isfinite(p.sigma) else "unknown"
-        words = "" if verdict.identified else f"  not identified: {verdict.why}; {verdict.record}"
-        lines.append(f"{label:7}{p.unit:9}{p.value:>12.5g} +- {sigma:8}{words}".rstrip())
+        words = (
+            "" if verdict.identified else f"  not identified: {'; '.join(filter(None, [verdict.why, verdict.record]))}"
+        )
+        lines.append(f"{label:{width}}{p.unit:9}{p.value:>12.5g} +- {sigma:8}{words}".rstrip())
     motor, arm = estimates.rms()
     lines.append(f"left of the motor equations {_listed(motor)} N, of the arm's {_listed(arm)} N m (rms)")
     _, probability = durbin_wu_hausman(estimates.solution)

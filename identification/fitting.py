@@ -253,7 +253,8 @@ def segment_starts(s: Signals) -> NDArray[np.bool_]:
 
 
 def _at_bound(u: Unknowns, p: Array) -> NDArray[np.bool_]:
-    margin = _BOUND_MARGIN * (u.high - u.low)
+    range_of = u.high - u.low
+    margin = np.where(np.isfinite(range_of), _BOUND_MARGIN * range_of, 0.0)  # what has no end is at none
     return (p <= u.low + margin) | (p >= u.high - margin)
 
 

@@ -1,6 +1,6 @@
 """model.yaml: identified laws and parameters, as a simulation takes them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -12,6 +12,7 @@ from pydantic import Field, field_validator, model_validator
 from mechanism.arm import Arm
 from mechanism.friction import CM
 from mechanism.laws import LAWS, is_law, law_named
+from mechanism.laws.unlisted import UnlistedLaw
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
 from xneck_foundation.parameter import Parameter
@@ -63,18 +64,30 @@ def model_of(
     laws: Sequence[str],
     provenance: dict[str, Any],
     covariance: np.ndarray | None = None,
+    held: Mapping[str, float] | None = None,
 ) -> Model:
     """The model that a fit's parameters make; friction's transition, where it was not fitted, is Fasquelle's (48).
 
-    covariance: (P, P) of the parameters in their order.
+    covariance: (P, P) of the parameters in their order. held: numbers of the laws that were given and not fitted, by name.
     """
     entries = [ModelParameter(**p.as_json()) for p in parameters]
+    units = {term.name: term.unit for name in laws for term in law_named(name).terms}
+    given = dict(held or {})
     if not any(p.name == "cm" for p in entries):
-        entries.append(
-            ModelParameter(
-                name="cm", index=None, value=CM, unit="s/rad", sigma=None, relative_sigma_percent=None, identified=False
-            )
+        given |= {"cm": CM}
+        units |= {"cm": "s/rad"}
+    entries += [
+        ModelParameter(
+            name=name,
+            index=None,
+            value=value,
+            unit=units[name],
+            sigma=None,
+            relative_sigma_percent=None,
+            identified=False,
         )
+        for name, value in given.items()
+    ]
     covariance_rows = None
     if covariance is not None:
         whole = np.full((len(entries), len(entries)), 0.0)
@@ -96,6 +109,13 @@ def machine_of(model: Model, arm: Arm) -> Machine:
     if any(p.name == "x0" for p in model.parameters):
         arm = replace(arm, x0=_values(model, "x0", arm.M))
     return Machine(arm, model.laws, values)
+
+
+def unlisted_laws_of(model: Model) -> tuple[tuple[str, ...], dict[str, float]]:
+    """Names of the model's laws that no catalogue lists, and their inner constants by name: how they act, not how much."""
+    laws = [law for name in model.laws if isinstance(law := law_named(name), UnlistedLaw)]
+    names = {term.name for law in laws for term in law.constant_terms}
+    return tuple(law.name for law in laws), {p.name: p.value for p in model.parameters if p.name in names}
 
 
 def covariance_of(model: Model) -> np.ndarray:

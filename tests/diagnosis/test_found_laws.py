@@ -11,7 +11,8 @@ from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.extended_model import extended_description, extended_model
 from diagnosis.record import as_json, as_text
 from identification.dataset.dataset import DataSet
-from identification.model_file import machine_of, read_model, write_model
+from identification.estimates import LAWS_BY_ELASTIC_MODEL, estimate
+from identification.model_file import machine_of, model_of, read_model, unlisted_laws_of, write_model
 from identification.simulation.simulated_recording import simulate_recording
 from mechanism.arm import arm_of
 from samples.forward_arms import outside
@@ -90,3 +91,17 @@ def test_it_is_written_with_the_model_and_simulated(
 
 def _theta_rms(simulated) -> float:
     return float(np.sqrt(np.mean([c.rms**2 for c in simulated.channels if c.name.startswith("theta")])))
+
+
+def test_it_is_identified_again_on_another_recording(
+    found: Diagnosis, recordings: list[DataSet], tmp_path: Path
+) -> None:
+    """Its amounts, with the inner constants of the model; the arm as drawn is off by its tolerances, which costs per cents."""
+    write_model(extended_model(found.extended_stage, found.extended, {}), tmp_path / "model.yaml")
+    laws, held = unlisted_laws_of(read_model(tmp_path / "model.yaml"))
+    assert held == {"motor.harmonic.motor_angle.count": POLES}
+    estimates = estimate(recordings[1:], (*LAWS_BY_ELASTIC_MODEL[1], *laws), held)
+    np.testing.assert_allclose(estimates.values("motor.harmonic.motor_angle.sine"), FORCE, rtol=0.06)
+    model = model_of(estimates.parameters, estimates.laws, {}, estimates.covariance, held)
+    again = machine_of(model, recordings[1].arm)
+    assert again.values["motor.harmonic.motor_angle.count"].tolist() == [POLES]

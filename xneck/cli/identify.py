@@ -18,11 +18,17 @@ from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 @click.option(
     "--neck-out", type=OUTPUT_FILE, help="neck.yaml with the pre-elongations x0 as identified, of one data set."
 )
+@click.option(
+    "--laws-of",
+    type=INPUT_FILE,
+    help="A model.yaml with laws that `xneck diagnose` found: their amounts are identified too, their inner constants stay.",
+)
 @result_options
 def command(
     datasets: tuple[Path, ...],
     out: Path,
     model: int,
+    laws_of: Path | None,
     export_as: str | None,
     neck_out: Path | None,
     json_out: Path | None,
@@ -34,16 +40,18 @@ def command(
     from identification.estimates import LAWS_BY_ELASTIC_MODEL, estimate
     from identification.fasquelle import tables
     from identification.fasquelle.method import fasquelle_identification
-    from identification.model_file import model_of, write_model
+    from identification.model_file import model_of, read_model, unlisted_laws_of, write_model
     from identification.parameters_file import write_mat, write_neck
     from xneck_foundation.provenance import note_inputs, provenance
 
-    inputs = note_inputs({f"dataset{i + 1}": path for i, path in enumerate(datasets)})
+    found = {"laws_of": laws_of} if laws_of else {}
+    inputs = note_inputs({f"dataset{i + 1}": path for i, path in enumerate(datasets)} | found)
     recordings = [read_dataset(path) for path in datasets]
     fasquelle = fasquelle_identification(recordings)
-    estimates = estimate(recordings, LAWS_BY_ELASTIC_MODEL[model])
+    laws, held = unlisted_laws_of(read_model(laws_of)) if laws_of else ((), {})
+    estimates = estimate(recordings, (*LAWS_BY_ELASTIC_MODEL[model], *laws), held)
     origin = provenance(inputs, {"model": model})
-    write_model(model_of(estimates.parameters, estimates.laws, origin, estimates.covariance), out)
+    write_model(model_of(estimates.parameters, estimates.laws, origin, estimates.covariance, held), out)
     if export_as:
         write_mat(estimates.parameters, estimates.laws, out.with_suffix(f".{export_as}"))
     if neck_out:

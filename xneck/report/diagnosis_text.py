@@ -26,6 +26,9 @@ _MAX_CONSIDERED = 10
 
 def diagnosis_sentence(d: Diagnosis) -> str:
     """The verdict in words: the cause, where it is, its size, and the gain on recordings that were not fitted."""
+    if d.verdict == "unknown" and d.found_laws:
+        told = ", and ".join(found.law.words for found in d.found_laws).replace("_", " ")
+        return f"Something is wrong that no known cause explains, and a law is found that it follows: {told}.{_gain_sentence(d)}"
     if d.verdict == "unknown":
         signed = signature_record.words(d.signature, d.extended.arm.M).replace("+-", "±")
         told = unlisted_law(d.search, d.found_laws) or signed
@@ -97,7 +100,11 @@ def diagnosis_key_numbers(d: Diagnosis) -> list[KeyNumber]:
     worst = int(over_noise.argmax())
     name = signature_record.channel_names(d.extended.arm.M, d.extended.arm.N)[worst]
     numbers = [KeyNumber("verdict", d.verdict, d.why or "one set of causes explains it")]
-    if d.search.named:
+    if not d.search.named and d.found_laws:
+        numbers.append(
+            KeyNumber("worst equation", name, f"{over_noise[worst]:.2f} times noise, now {d.after.ratio[worst]:.2f}")
+        )
+    elif d.search.named:
         numbers += [
             KeyNumber("explained", f"{100 * d.explained:.0f} %", "of what stood above noise"),
             KeyNumber("worst equation", name, f"{over_noise[worst]:.2f} times noise, now {d.after.ratio[worst]:.2f}"),
