@@ -32,6 +32,7 @@ TOPICS = {
         "budget",
         "check",
         "identification",
+        "laws",
         "simulation",
         "simulation_error",
         "growth",

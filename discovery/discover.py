@@ -61,6 +61,17 @@ class Discovery:
     """what the laws leave, (T,)"""
     busiest: tuple[float, float] = (0.0, 0.0)
     """begin and end, s, of the block in which most is left"""
+    rest: float = 0.0
+    """speed within which the direction's sign changes, in the unit of DIRECTION"""
+
+    def values(self, variables: Mapping[str, ArrayLike], time: ArrayLike) -> Array:
+        """What the laws make of variables (T,) at times (T,), s, of this recording or another, (T,)."""
+        every = {name: np.asarray(v, dtype=float) for name, v in variables.items()}
+        every["time"] = np.asarray(time, dtype=float)
+        out = np.zeros(len(every["time"]))
+        for law in self.laws:
+            out += _columns_of(law.candidate, law.function, every, self.rest) @ law.amounts
+        return out
 
     @property
     def something_remains(self) -> bool:
@@ -136,7 +147,9 @@ def discover(
     values = {name: np.asarray(v, dtype=float) for name, v in variables.items()}
     _check(y, t, values)
     block = _blocks(t, blocks)
-    problems = [_Arrays(y, values | {"time": t}, block, tuple(turns), rest) for rest in _RESTS]
+    largest = float(np.quantile(np.abs(values[DIRECTION]), 0.95)) if DIRECTION in values else 1.0
+    rests = [share * (largest or 1.0) for share in _RESTS]
+    problems = [_Arrays(y, values | {"time": t}, block, tuple(turns), rest) for rest in rests]
     # how fast the direction's sign changes is told by what any functions leave
     least = [problem.left_by_any_function() for problem in (problems if DIRECTION in values else problems[:1])]
     best = int(np.argmin([np.sum(each**2) for each in least]))
@@ -155,6 +168,7 @@ def discover(
         noise=noise,
         left=left,
         busiest=(float(t[busiest].min()), float(t[busiest].max())),
+        rest=problem.rest,
     )
 
 
@@ -182,6 +196,17 @@ def _blocks(t: Array, given: ArrayLike | None) -> Index:
     return block
 
 
+def _columns_of(candidate: Candidate, function: Function, values: Mapping[str, Array], rest: float) -> Array:
+    """A function's columns, (T, k); rest: as `Discovery` has it."""
+    if candidate.factor:
+        (name,) = (n for n in candidate.follows if n != DIRECTION)
+        return function(values[name]) * np.tanh(values[DIRECTION] / rest)[:, None]
+    product = values[candidate.follows[0]]
+    for name in candidate.follows[1:]:
+        product = product * values[name]
+    return function(product)
+
+
 @dataclass(frozen=True)
 class _Arrays(Problem):
     """The problem of `discover`; its rows are those given, whitened by an autoregression within blocks."""
@@ -192,7 +217,7 @@ class _Arrays(Problem):
     """of each row"""
     turns: tuple[str, ...]
     rest: float
-    """of the largest speeds: within which the direction's sign changes"""
+    """speed within which the direction's sign changes"""
     filter: Array = field(default_factory=lambda: np.ones(1))
     scale: float = 1.0
 
@@ -251,15 +276,7 @@ class _Arrays(Problem):
 
     def plain_columns(self, candidate: Candidate, function: Function) -> Array:
         """Not whitened, (T, k)."""
-        if candidate.factor:
-            (name,) = (n for n in candidate.follows if n != DIRECTION)
-            speed = self.values[DIRECTION]
-            rest = self.rest * float(np.quantile(np.abs(speed), 0.95)) or 1.0
-            return function(self.values[name]) * np.tanh(speed / rest)[:, None]
-        values = self.values[candidate.follows[0]]
-        for name in candidate.follows[1:]:
-            values = values * self.values[name]
-        return function(values)
+        return _columns_of(candidate, function, self.values, self.rest)
 
     def left_by_any_function(self) -> Array:
         """What smooth functions of all candidates at once leave of the target, (T,): noise, where laws are among them."""
