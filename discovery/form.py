@@ -69,7 +69,7 @@ def _none(basis: FineBasis) -> tuple[Constants, ...]:
 
 
 def _stack(*columns: Array) -> Array:
-    return np.stack(columns, axis=-1)
+    return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
 
 def _polynomial(degree: int) -> Form:

@@ -126,3 +126,16 @@ def test_a_hinge_holds_the_joint_beyond_its_place_only() -> None:
 def test_the_gear_of_the_drawing_turns_the_drum() -> None:
     neck = read_neck(NECK_FILE)
     assert arm_of(neck).gear.tolist() == [motor.R for motor in neck.motors]
+
+
+@pytest.mark.parametrize("name", FIRST)
+def test_a_batch_of_numbers_moves_as_each_alone(name: str) -> None:
+    """Amounts and inner constants of a batch differ, as where a simulation's sigma is told."""
+    one, (start, f) = with_law(name, 1.0), moving(6)
+    law = unlisted_laws()[name]
+    other = {k: v * 1.1 if k.startswith(law.name) else v for k, v in one.values.items()}
+    both = Machine(ARM, one.names, {k: np.stack([v, other[k]]) for k, v in one.values.items()})
+    together = simulate(both, start, TIME[:6], f)
+    for i, values in enumerate((one.values, other)):
+        alone = simulate(Machine(ARM, one.names, values), start, TIME[:6], f)
+        np.testing.assert_allclose(together.alpha[i], alone.alpha, atol=1e-12)
