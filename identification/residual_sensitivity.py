@@ -88,7 +88,7 @@ class ResidualSensitivity:
         # the fitted x0 is beyond that of the signals' arm, and another arm may have another one
         x = ways.longer + arm.drum * theta + arm.x0 + self._x0
         machine = Machine(arm, self._laws, self._values)
-        at = CableMotion(x, x_d, ways.length, arm, arm.drum * theta_d, theta / arm.gear)
+        at = CableMotion(x, x_d, ways.length, arm, arm.drum * theta_d, theta / arm.gear, theta, self._since_began)
         pull = machine.pull(at, self._memory)
         inertia = self._arm.motor_inertia / self._arm.drum
         more = arm.motor_inertia / arm.drum - inertia

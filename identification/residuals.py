@@ -158,7 +158,8 @@ def joint_motion(s: Signals) -> JointMotion:
 
 def cable_motion(s: Signals, x0: Array) -> CableMotion:
     """The motion of a recording's cables; x0: pre-elongation beyond the description's, (M,), m."""
-    return CableMotion(s.x + x0, s.x_d, s.length, s.arm, s.arm.drum * s.theta_d, s.theta / s.arm.gear)
+    drum_angle, since_began = s.theta / s.arm.gear, s.since_began[:, None]
+    return CableMotion(s.x + x0, s.x_d, s.length, s.arm, s.arm.drum * s.theta_d, drum_angle, s.theta, since_began)
 
 
 def delayed_forces(s: Signals, delay: float) -> Array:

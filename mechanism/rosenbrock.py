@@ -118,7 +118,9 @@ class _HeldSystem:
         """Elongations and their rates."""
         x, x_d, theta_d = c.place[self.cable_rows], c.speed[self.cable_rows], c.speed[self.motor_rows]
         arm, pose = self.machine.arm, self.pose
-        return CableMotion(x, x_d, pose.cables.length, arm, self.drum * theta_d, pose.theta / arm.gear)
+        return CableMotion(
+            x, x_d, pose.cables.length, arm, self.drum * theta_d, pose.theta / arm.gear, pose.theta, pose.time
+        )
 
     def motor_motion(self, theta_d: Array, tension: Array) -> MotorMotion:
         """At the held angles; where motors turn as given their friction is not asked for."""

@@ -118,7 +118,7 @@ def _output(
     arm, cables = machine.arm, cable_geometry(machine.arm, state.alpha)
     x = cables.length - rest_length + arm.drum * state.theta + arm.x0
     x_d = cables.stretch(arm.drum, state.alpha_d, state.theta_d)
-    at = CableMotion(x, x_d, cables.length, arm, arm.drum * state.theta_d, state.theta / arm.gear)
+    at = CableMotion(x, x_d, cables.length, arm, arm.drum * state.theta_d, state.theta / arm.gear, state.theta, time)
     t = machine.tension(at, state.memory)
     f = motors.force(row, machine, state, t, cables.wrap, time)
     return np.concatenate([state.alpha, state.alpha_d, state.theta, state.theta_d, t, f])

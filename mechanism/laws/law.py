@@ -79,6 +79,10 @@ class CableMotion:
     """speed at which the drum winds the cable in, (rd/R) theta', m/s"""
     drum_angle: Array = field(default_factory=_nothing)
     """of the drum behind the gear, rad"""
+    theta: Array = field(default_factory=_nothing)
+    """motor angle, rad"""
+    time: Array = field(default_factory=_nothing)
+    """since the recording began, s"""
 
 
 @dataclass(frozen=True)

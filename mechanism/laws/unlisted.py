@@ -60,7 +60,9 @@ VARIABLES = (
     Variable("motor", "motor_speed", "rad/s", "line"),
     Variable("motor", "time", "s", "time"),
     Variable("motor", "time", "s", "time", along_motion=True),
+    Variable("cable", "motor_angle", "rad", "turn"),
     Variable("cable", "drum_angle", "rad", "turn"),
+    Variable("cable", "time", "s", "time"),
     Variable("joint", "joint_angle", "rad", "line"),
     Variable("joint", "joint_speed", "rad/s", "line"),
     Variable("joint", "time", "s", "time"),
@@ -71,6 +73,11 @@ _OF_MOTOR: Mapping[str, Callable[[MotorMotion], Array]] = {
     "motor_angle": lambda at: at.theta,
     "drum_angle": lambda at: at.drum_angle,
     "motor_speed": lambda at: at.theta_d,
+    "time": lambda at: at.time,
+}
+_OF_CABLE: Mapping[str, Callable[[CableMotion], Array]] = {
+    "motor_angle": lambda at: at.theta,
+    "drum_angle": lambda at: at.drum_angle,
     "time": lambda at: at.time,
 }
 _OF_JOINT: Mapping[str, Callable[[JointMotion], Array]] = {
@@ -110,7 +117,7 @@ class UnlistedLaw(Law):
         return made * dry(at.theta_d, p["cm"]) if self.variable.along_motion else made
 
     def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
-        return self._made(p, at.drum_angle) if self.variable.acts == "cable" else np.zeros(())
+        return self._made(p, _OF_CABLE[self.variable.name](at)) if self.variable.acts == "cable" else np.zeros(())
 
     def resistance(self, p: Values, at: JointMotion) -> Array:
         return self._made(p, _OF_JOINT[self.variable.name](at)) if self.variable.acts == "joint" else np.zeros(())

@@ -33,7 +33,7 @@ def runge_kutta(
             y.theta / arm.gear,
             np.array(since),
         )
-        at = CableMotion(x, x_d, length, arm, arm.drum * y.theta_d, drum_angle)
+        at = CableMotion(x, x_d, length, arm, arm.drum * y.theta_d, drum_angle, y.theta, since_began)
         t = machine.tension(at, y.memory)
         k = terms(arm, y.alpha, y.alpha_d)
         torque = jacobian @ t - k.c - k.g - machine.resistance(JointMotion(y.alpha, y.alpha_d, since_began))

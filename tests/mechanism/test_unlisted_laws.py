@@ -62,6 +62,8 @@ def test_a_law_does_nothing_at_zero_and_moves_the_arm_elsewhere(name: str) -> No
         "motor.levelling_off.force",
         "motor.exponential.time.along",
         "cable.harmonic.drum_angle",
+        "cable.harmonic.motor_angle",
+        "cable.exponential.time",
         "joint.hinge.joint_angle",
         "joint.power.joint_speed",
     ],
