@@ -49,8 +49,18 @@ _VALUES: Mapping[str, Callable[[RecordingLinearisation], Array]] = {
     "time": lambda r: np.repeat(r.signals.since_began[:, None], max(r.signals.arm.M, r.signals.arm.N), axis=1),
 }
 """in a recording's rows, (T, places), by the variable's name"""
+MAX_BLOCKS = 60
+"""that are looked at for laws; what is found is fitted to all rows (docs/thresholds.md)"""
 _UNIT_FORCE = Term("unit", "N", low=-np.inf, high=np.inf, size=1.0)
 _UNIT_TORQUE = Term("unit", "N m", low=-np.inf, high=np.inf, size=1.0, of="joint")
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Rows of a recording that are looked at: their places, and the block of each."""
+
+    place: Index
+    block: Index
 
 
 class UnlistedEffect(LawEffect):
@@ -171,15 +181,26 @@ class _StageProblem(Problem):
 
     @cached_property
     def blocks(self) -> Index:
-        out, first = [], 0
+        parts = []
+        for recording, rows in zip(self._recordings, self._rows, strict=True):
+            parts.append(np.tile(rows.block, len(recording.rows.residual)))
+        return np.concatenate(parts)
+
+    @cached_property
+    def _rows(self) -> tuple["_Rows", ...]:
+        """Of each recording those that are looked at: of long ones MAX_BLOCKS blocks in all, evenly spread."""
+        of_rows, first = [], 0
         for recording in self._recordings:
             s = recording.signals
             length = max(1, round(FOLD_BLOCK_S / (s.step * s.low_pass.factor)))
-            channels, rows = recording.rows.residual.shape
-            of_rows = first + np.arange(rows) // length
-            out.append(np.tile(of_rows, channels))
-            first = int(of_rows[-1]) + 1
-        return np.concatenate(out)
+            of_rows.append(first + np.arange(recording.rows.residual.shape[1]) // length)
+            first = int(of_rows[-1][-1]) + 1
+        kept = np.unique(np.linspace(0, first - 1, min(first, MAX_BLOCKS)).round().astype(int))
+        out = []
+        for block in of_rows:
+            place = np.flatnonzero(np.isin(block, kept))
+            out.append(_Rows(place, np.searchsorted(kept, block[place])))
+        return tuple(out)
 
     @cached_property
     def candidates(self) -> tuple[Candidate, ...]:
@@ -250,9 +271,10 @@ class _StageProblem(Problem):
         return self.stage.comparison.linearisation.recordings
 
     def _white(self, recording: RecordingLinearisation, columns: Array) -> Array:
-        """Columns (C, S, ...) whitened, (C S, ...)."""
+        """Columns (C, S, ...) whitened, of the rows that are looked at, (C rows, ...)."""
         white = self.whiten(columns, segment_starts(recording.signals), recording.input_variance)
-        return white.reshape(-1, *columns.shape[2:])
+        number = next(i for i, r in enumerate(self._recordings) if r is recording)
+        return white[:, self._rows[number].place].reshape(-1, *columns.shape[2:])
 
 
 def found_laws(stage: FitStage, whiten: Whitener, seed: int = 0) -> tuple[FoundLaw, ...]:

@@ -13,7 +13,7 @@ from discovery.fine_basis import FineBasis, Function
 from discovery.form import SMOOTH_PIECES, Kind
 from discovery.found_law import FoundLaw
 from discovery.problem import Candidate, Problem
-from discovery.search import find_laws
+from discovery.search import MIN_BLOCKS, find_laws
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
@@ -25,8 +25,6 @@ DIRECTION = "motor_speed"
 """the variable whose sign turns a law over, where it is given"""
 BLOCKS = 40
 """of a recording, unless they are given (docs/thresholds.md)"""
-MIN_BLOCKS = 10
-"""below which nothing can be judged (docs/thresholds.md)"""
 MAX_UNEXPLAINED = 1.2
 """times noise: what laws may leave and still be all (docs/thresholds.md)"""
 _ORDER = 8

@@ -28,6 +28,8 @@ ALIKE_SIGMAS, ALIKE_SHARE = 2.0, 0.1
 """of the gain's difference, and of what is left: another law that leaves no more explains as well (docs/thresholds.md)"""
 SIMPLER_SIGMAS, SIMPLER_SHARE = 1.0, 0.02
 """the same, by which a simpler law may leave more and is taken for a better one (docs/thresholds.md)"""
+MIN_BLOCKS = 10
+"""below which nothing can be judged (docs/thresholds.md)"""
 _CHANCE_OF_TWO = 4.0
 """of the loss: what two numbers more take by chance"""
 _NO_AMOUNT_SIGMAS = 4.0
@@ -67,7 +69,11 @@ class _Rival:
 
 
 def find_laws(problem: Problem, seed: int = 0) -> tuple[FoundLaw, ...]:
-    """The laws that the target follows, in the order in which they were found; none where chance would do as much."""
+    """The laws that the target follows, in the order in which they were found; none where chance would do as much.
+
+    None either where there are fewer than MIN_BLOCKS blocks."""
+    if int(problem.blocks.max()) + 1 < MIN_BLOCKS:
+        return ()
     rng = np.random.default_rng(seed)
     laws: tuple[FoundLaw, ...] = ()
     while len(laws) < MAX_LAWS:
@@ -91,12 +97,14 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
     without: Array | None = None
     loss = most = 0.0
     for candidate in problem.candidates:
+        forms = [form for form in candidate.forms if candidate.places * len(form.amounts) < count]
+        if not forms:  # more numbers than blocks can judge
+            continue
         fine = problem.columns(candidate, candidate.basis.columns)
         evidence = Evidence.of(base, precision, fine, problem.target, problem.blocks)
         if without is None:
             nothing = np.zeros((fine.shape[1], 0))
             without, loss = evidence.block_losses(nothing), evidence.loss(nothing)
-        forms = [form for form in candidate.forms if candidate.places * len(form.amounts) < count]
         functions = [np.array([_coefficients(candidate, f, c) for c in f.starts(candidate.basis)]) for f in forms]
         gains = [evidence.gains(each) for each in functions]
         likeliest = int(np.argmax([each.max() for each in gains]))

@@ -1,0 +1,87 @@
+"""Laws of several places: one that all have is told of all, one that a single place has is told there."""
+
+from functools import cached_property
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from discovery.fine_basis import FineBasis, Function
+from discovery.problem import Candidate, Problem
+from discovery.search import find_laws
+
+Array = NDArray[np.float64]
+ROWS = 1200
+
+
+class Places(Problem):
+    """Each place has rows of its own, with white noise of one and a variable of its own."""
+
+    def __init__(self, amounts: list[float], blocks: int = 30) -> None:
+        rng = np.random.default_rng(8)
+        self._x = np.cumsum(rng.normal(0, 0.3, (ROWS, len(amounts))), axis=0)
+        self._y = np.sin(5 * self._x) * amounts + rng.normal(size=self._x.shape)
+        self._block = np.arange(ROWS) * blocks // ROWS
+
+    @cached_property
+    def target(self) -> Array:
+        return self._y.T.ravel()
+
+    @cached_property
+    def base(self) -> Array:
+        return np.ones((self._y.size, 1))
+
+    @cached_property
+    def precision(self) -> Array:
+        return np.zeros(1)
+
+    @cached_property
+    def blocks(self) -> NDArray[np.intp]:
+        return np.tile(self._block, self._x.shape[1]).astype(np.intp)
+
+    @cached_property
+    def candidates(self) -> tuple[Candidate, ...]:
+        count, basis = self._x.shape[1], FineBasis.of([self._x.ravel()], True)
+        every = Candidate("all", ("motor_angle",), "rad", "turn", basis, "N", count, detail="against the motors")
+        single = [
+            Candidate(f"motor {i + 1}", ("motor_angle",), "rad", "turn", basis, "N", detail="against the motors")
+            for i in range(count)
+        ]
+        return (every, *single)
+
+    def columns(self, candidate: Candidate, function: Function) -> Array:
+        count = self._x.shape[1]
+        parts = [function(x) for x in self._x.T]
+        out = np.zeros((count, ROWS, parts[0].shape[1], count))
+        for i, part in enumerate(parts):
+            out[i, :, :, i] = part
+        flat = out.reshape(count * ROWS, -1, count)
+        return flat.reshape(len(flat), -1) if candidate.where == "all" else flat[..., int(candidate.where[-2:]) - 1]
+
+
+def test_what_all_places_have_is_one_law() -> None:
+    (law,) = find_laws(Places([1.0, 0.8, 1.2, 0.9]))
+    assert (law.candidate.where, law.constants) == ("all", {"count": 5.0})
+    assert law.amounts[4:] == pytest.approx([1.0, 0.8, 1.2, 0.9], abs=0.2)
+    assert law.words == "against all motors: harmonic of motor_angle"
+    assert [p.index for p in law.parameters[:4]] == [1, 2, 3, 4]
+
+
+def test_what_one_place_has_is_told_there() -> None:
+    (law,) = find_laws(Places([0.0, 0.0, 1.5, 0.0]))
+    assert law.candidate.where == "motor 3"
+    assert law.words == "against motor 3: harmonic of motor_angle"
+    assert [p.index for p in law.parameters[:2]] == [None, None]
+
+
+def test_with_more_places_than_blocks_single_places_are_tried() -> None:
+    (law,) = find_laws(Places([0.0] * 11 + [2.0], blocks=12))
+    assert law.candidate.where == "motor 12"
+
+
+def test_with_few_blocks_nothing_is_told() -> None:
+    assert find_laws(Places([3.0, 3.0], blocks=9)) == ()
+
+
+def test_nothing_is_found_in_noise() -> None:
+    assert find_laws(Places([0.0, 0.0, 0.0])) == ()
