@@ -99,7 +99,6 @@ def test_numbers_are_those_that_were_hidden() -> None:
     assert numbers["count"] == (7.0, 0.0)
 
 
-@pytest.mark.slow
 def test_sigma_is_the_size_of_errors() -> None:
     """Of a hinge's slope and place, over 40 worlds: rms of error over sigma, which 80 numbers tell to 8 %."""
     off = []
