@@ -187,7 +187,7 @@ class _StageProblem(Problem):
         return np.concatenate(parts)
 
     @cached_property
-    def _rows(self) -> tuple["_Rows", ...]:
+    def _rows(self) -> tuple[_Rows, ...]:
         """Of each recording those that are looked at: of long ones MAX_BLOCKS blocks in all, evenly spread."""
         of_rows, first = [], 0
         for recording in self._recordings:
@@ -232,30 +232,22 @@ class _StageProblem(Problem):
     def columns(self, candidate: Candidate, function: Function) -> Array:
         variable, place = _variable_at(candidate)
         if function == candidate.basis.columns:
-            fine = self._fine_columns(variable)
-            chosen = fine.reshape(len(fine), -1) if place is None else fine[..., place]
-            return chosen.astype(float)
-        parts = []
-        for recording in self._recordings:
-            values = _values_at(variable, recording)
-            patterns = np.stack([function(values[:, j]) for j in range(values.shape[1])], axis=-1)  # (T, k, places)
-            columns = [_change(variable, recording, patterns[:, k]) for k in range(patterns.shape[1])]
-            parts.append(self._white(recording, np.stack(columns, axis=2)))
-        out = np.concatenate(parts)
-        return out.reshape(len(out), -1) if place is None else out[..., place]
+            if variable not in self._fine:
+                self._fine[variable] = self._columns_of_places(variable, function).astype(np.float32)
+            every = self._fine[variable]
+        else:
+            every = self._columns_of_places(variable, function)
+        chosen = every.reshape(len(every), -1) if place is None else every[..., place]
+        return chosen.astype(float, copy=False)
 
-    def _fine_columns(self, variable: Variable) -> NDArray[np.float32]:
-        key = variable
-        if key not in self._fine:
-            basis = self._basis(variable)
-            parts = []
-            for recording in self._recordings:
-                values = _values_at(variable, recording)
-                patterns = np.stack([basis.columns(v) for v in values.T], axis=-1)
-                columns = [_change(variable, recording, patterns[:, k]) for k in range(patterns.shape[1])]
-                parts.append(self._white(recording, np.stack(columns, axis=2)).astype(np.float32))
-            self._fine[key] = np.concatenate(parts)
-        return self._fine[key]
+    def _columns_of_places(self, variable: Variable, function: Function) -> Array:
+        """Of a function at every place, whitened, (rows, k, places)."""
+        parts = []
+        for recording, rows in zip(self._recordings, self._rows, strict=True):
+            patterns = np.stack([function(x) for x in _values_at(variable, recording).T], axis=-1)  # (T, k, places)
+            columns = [_change(variable, recording, patterns[:, k]) for k in range(patterns.shape[1])]
+            parts.append(self._white(recording, rows, np.stack(columns, axis=2)))
+        return np.concatenate(parts)
 
     def _basis(self, variable: Variable) -> FineBasis:
         """Common to all places."""
@@ -263,18 +255,17 @@ class _StageProblem(Problem):
 
     @cached_property
     def _matrix(self) -> Array:
-        pairs = zip(self.stage.comparison.matrices, self._recordings, strict=True)
-        return np.concatenate([self._white(recording, matrix) for matrix, recording in pairs])
+        each = zip(self._recordings, self._rows, self.stage.comparison.matrices, strict=True)
+        return np.concatenate([self._white(*of_recording) for of_recording in each])
 
     @property
     def _recordings(self) -> tuple[RecordingLinearisation, ...]:
         return self.stage.comparison.linearisation.recordings
 
-    def _white(self, recording: RecordingLinearisation, columns: Array) -> Array:
+    def _white(self, recording: RecordingLinearisation, rows: _Rows, columns: Array) -> Array:
         """Columns (C, S, ...) whitened, of the rows that are looked at, (C rows, ...)."""
         white = self.whiten(columns, segment_starts(recording.signals), recording.input_variance)
-        number = next(i for i, r in enumerate(self._recordings) if r is recording)
-        return white[:, self._rows[number].place].reshape(-1, *columns.shape[2:])
+        return white[:, rows.place].reshape(-1, *columns.shape[2:])
 
 
 def found_laws(stage: FitStage, whiten: Whitener, seed: int = 0) -> tuple[FoundLaw, ...]:

@@ -77,7 +77,8 @@ class Evidence:
 
     def fit(self, function: Array) -> Array:
         """Numbers of the fitted columns and of a function's (K, k), (P + k,)."""
-        return self._fit(self.total, self._turned(function))
+        T = self._turned(function)
+        return self._solve(T.T @ self.total @ T)
 
     def block_losses(self, function: Array) -> Array:
         """Loss of every block where all folds but its own were fitted, (B,)."""
@@ -120,9 +121,6 @@ class Evidence:
         out[p : p + rows, p : p + k] = function
         out[-1, -1] = 1.0
         return out
-
-    def _fit(self, total: Array, T: Array) -> Array:
-        return self._solve(T.T @ total @ T)
 
     def _solve(self, whole: Array) -> Array:
         return _solved(whole[:-1, :-1] + self._prior(len(whole) - 1), whole[:-1, -1])

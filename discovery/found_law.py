@@ -31,8 +31,6 @@ class FoundLaw:
     """of the amounts, then of the inner constants that are fitted"""
     alike: tuple["FoundLaw", ...] = ()
     """others that explain as well as far as these data tell, the likeliest first"""
-    gain: float = 0.0
-    """by how much the loss of blocks fell that were not fitted"""
     share: float = 0.0
     """of the loss before it"""
 

@@ -196,7 +196,6 @@ def _as_law(rival: _Rival, loss: float) -> FoundLaw:
         constants=dict(rival.constants),
         amounts=np.zeros(count),
         covariance=np.zeros((count + free, count + free)),
-        gain=rival.held_out_gain,
         share=rival.gain / loss if loss else 0.0,
     )
 
@@ -227,16 +226,14 @@ def _scale(law: FoundLaw, name: str) -> float:
 
 def _fitted(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[FoundLaw, ...]:
     """All numbers of all laws together, inner constants too; steps that do not help are halved."""
-    laws = _amounts(problem, laws)
-    loss = _loss(problem, laws)
+    laws, loss = _with_amounts(problem, laws)
     for _ in range(_STEPS):
         step, sigma = _step(problem, laws)
         moving = step[np.isfinite(sigma)]
         if not len(moving) or np.all(np.abs(step) < _SMALL_STEP * sigma):
             break
         for share in (1.0, 0.5, 0.25, 0.1):
-            moved = _amounts(problem, _moved(laws, share * step))
-            after = _loss(problem, moved)
+            moved, after = _with_amounts(problem, _moved(laws, share * step))
             if after < loss:
                 laws, loss = moved, after
                 break
@@ -245,31 +242,18 @@ def _fitted(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[FoundLaw, ...
     return _with_covariance(problem, laws)
 
 
-def fitted_laws(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[tuple[FoundLaw, ...], Array, float]:
-    """Laws with all their numbers fitted together, the numbers of the base columns beside them (P,), and the loss."""
-    laws = _fitted(problem, laws)
+def _with_amounts(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[tuple[FoundLaw, ...], float]:
+    """With amounts at their best under the inner constants, and the loss."""
     own = [problem.columns(law.candidate, law.function) for law in laws]
-    evidence = _evidence(problem, own)
-    every = np.eye(sum(c.shape[1] for c in own))
-    return laws, evidence.fit(every)[: evidence.fitted], evidence.loss(every)
-
-
-def _amounts(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[FoundLaw, ...]:
-    """With amounts at their best under the inner constants."""
-    own = [problem.columns(law.candidate, law.function) for law in laws]
-    x = _evidence(problem, own).fit(np.eye(sum(c.shape[1] for c in own)))[len(problem.precision) :]
+    evidence, every = _evidence(problem, own), np.eye(sum(c.shape[1] for c in own))
     ends = np.cumsum([c.shape[1] for c in own])[:-1]
-    return tuple(replace(law, amounts=a) for law, a in zip(laws, np.split(x, ends), strict=True))
+    amounts = np.split(evidence.fit(every)[evidence.fitted :], ends)
+    return tuple(replace(law, amounts=a) for law, a in zip(laws, amounts, strict=True)), evidence.loss(every)
 
 
 def _evidence(problem: Problem, columns: Sequence[Array]) -> Evidence:
     asked = np.concatenate(list(columns), axis=1)
     return Evidence.of(problem.base, problem.precision, asked, problem.target, problem.blocks)
-
-
-def _loss(problem: Problem, laws: Sequence[FoundLaw]) -> float:
-    evidence = _evidence(problem, [problem.columns(law.candidate, law.function) for law in laws])
-    return evidence.loss(np.eye(evidence.total.shape[0] - evidence.fitted - 1))
 
 
 def _step(problem: Problem, laws: Sequence[FoundLaw]) -> tuple[Array, Array]:
@@ -334,7 +318,7 @@ def _where_alone(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[FoundLaw
     place = int(np.flatnonzero(has)[0])
     alone = replace(law, candidate=siblings[place], amounts=law.amounts[place::places])
     fewer = _fitted(problem, (*others, alone))
-    more_loss = _loss(problem, fewer) - _loss(problem, laws)
+    more_loss = _with_amounts(problem, fewer)[1] - _with_amounts(problem, laws)[1]
     return fewer if more_loss < _CHANCE_OF_TWO * (len(law.amounts) - len(alone.amounts)) else laws
 
 

@@ -100,17 +100,10 @@ def diagnosis_key_numbers(d: Diagnosis) -> list[KeyNumber]:
     worst = int(over_noise.argmax())
     name = signature_record.channel_names(d.extended.arm.M, d.extended.arm.N)[worst]
     numbers = [KeyNumber("verdict", d.verdict, d.why or "one set of causes explains it")]
-    if not d.search.named and d.found_laws:
-        numbers.append(
-            KeyNumber("worst equation", name, f"{over_noise[worst]:.2f} times noise, now {d.after.ratio[worst]:.2f}")
-        )
-    elif d.search.named:
-        numbers += [
-            KeyNumber("explained", f"{100 * d.explained:.0f} %", "of what stood above noise"),
-            KeyNumber("worst equation", name, f"{over_noise[worst]:.2f} times noise, now {d.after.ratio[worst]:.2f}"),
-        ]
-    else:
-        numbers.append(KeyNumber("worst equation", name, f"{over_noise[worst]:.2f} times noise"))
+    if d.search.named:
+        numbers.append(KeyNumber("explained", f"{100 * d.explained:.0f} %", "of what stood above noise"))
+    now = f", now {d.after.ratio[worst]:.2f}" if d.is_extended else ""
+    numbers.append(KeyNumber("worst equation", name, f"{over_noise[worst]:.2f} times noise{now}"))
     for g in d.gains:
         gain = f"{number_text(g.before, 3)} → {number_text(g.after, 3)}" if d.is_extended else number_text(g.before, 3)
         gain = f"{gain} {g.unit}".replace("N m", "N\u00a0m")
