@@ -80,9 +80,10 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
         "rubbed by a part of the tension only",
     ),
     (
-        range(481, 483),
-        "laws that nobody listed: their forms, and what a law must gain",
+        range(481, 485),
+        "laws that nobody listed: their forms, and what a law must gain; with two at once, that one which does not hold ends nothing",
     ),
+    (range(1501, 1506), "counted first; then why two laws at once are not found was looked into"),
     (
         range(450, 481),
         "arms of 1 to 6 mechanisms and 1 to 8 cables: how well clocks take the motors' inertia to be known",

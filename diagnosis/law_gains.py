@@ -57,9 +57,8 @@ def law_gains(
     """Laws in what a search leaves; before: what it leaves of recordings that were not fitted, `ensembles`, if there are any."""
     fitter, stage = search.fitter, search.last
     kept: list[GainedLaw] = []
-    laws = found_laws(stage, fitter.whiten, seed)
-    for count in range(1, len(laws) + 1):
-        causes = (*search.last.causes, *causes_of(laws[:count], h.arm))
+    for law in found_laws(stage, fitter.whiten, seed):
+        causes = (*search.last.causes, *causes_of([*(each.law for each in kept), law], h.arm))
         tried = fitter.finished(fitter.fitted(search.last.comparison.linearisation, causes))
         gain = None
         if before is not None:
@@ -68,10 +67,10 @@ def law_gains(
                 tried.comparison, tried.fit, extended, tried.causes, ensembles, fitter.whiten, clock_relaxed=True
             )
             gained = gains(before, after, h.arm.M)
-            if not _holds(gained, laws[count - 1]):
-                break
-            gain, before = gained[_equations_of(laws[count - 1])], after
-        kept, stage = [*kept, GainedLaw(laws[count - 1], gain)], tried
+            if not _holds(gained, law):  # those found after it may hold without it
+                continue
+            gain, before = gained[_equations_of(law)], after
+        kept, stage = [*kept, GainedLaw(law, gain)], tried
     if not kept:
         return None
     numbered = as_fitted([each.law for each in kept], stage)
