@@ -81,7 +81,7 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
     ),
     (
         range(481, 485),
-        "laws that nobody listed: their forms, and what a law must gain; with two at once, that one which does not hold ends nothing",
+        "laws that nobody listed: their forms, and what a law must gain, and that one which does not hold ends nothing",
     ),
     (range(1501, 1506), "counted first; then why two laws at once are not found was looked into"),
     (

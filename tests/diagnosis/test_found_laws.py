@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.forward_arm_runs import SETTINGS, seen
+from diagnosis import law_gains
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.extended_model import extended_description, extended_model
 from diagnosis.record import as_json, as_text
@@ -55,6 +56,17 @@ def test_what_it_leaves_where_it_was_not_fitted_is_noise(found: Diagnosis) -> No
     simulated = [g for g in found.gains if g.measure.startswith("simulated")]
     assert len(simulated) == 2
     assert all(g.after < 0.7 * g.before for g in simulated)
+
+
+def test_a_law_that_does_not_hold_hides_none_after_it(
+    recordings: list[DataSet], found: Diagnosis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (gained,) = found.found_laws
+    judged, refused = law_gains._holds, iter([True])
+    monkeypatch.setattr(law_gains, "found_laws", lambda *_: (gained.law, gained.law))
+    monkeypatch.setattr(law_gains, "_holds", lambda *of_law: not next(refused, False) and judged(*of_law))
+    again = diagnose(recordings[:1], recordings[1:])
+    assert [each.law.words for each in again.found_laws] == [gained.law.words]
 
 
 def test_record_text_and_page_say_so(found: Diagnosis, tmp_path: Path) -> None:
