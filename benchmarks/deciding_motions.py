@@ -42,7 +42,7 @@ from xneck_foundation.errors import Refused
 from xneck_foundation.json_text import json_text, read_record
 from xneck_foundation.whole_file import write_text
 
-SEEDS = range(1500, 1502)
+SEEDS = range(1601, 1603)
 SCENES = (RUNG_1, *RUNG_2)
 NOISE_DEG = 0.03
 USUAL = replace(OFF_DRAWING, seconds=12.0, recordings=1, first_recording=1, step=1e-3, offset=(-0.2, 0.2), columns=128)
