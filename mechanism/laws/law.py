@@ -62,6 +62,8 @@ class MotorMotion:
     """that the motor is told, N"""
     time: Array = field(default_factory=_nothing)
     """since the recording began, s"""
+    arm: Arm | None = None
+    """of which they are; None where angles are not told either"""
 
 
 @dataclass(frozen=True)
