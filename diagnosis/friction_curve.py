@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from diagnosis.linearisation import RecordingLinearisation
 from identification.residuals import LawForces, residual_change
-from mechanism.friction import dry
 from mechanism.laws import Term
 
 Array = NDArray[np.float64]

@@ -151,7 +151,9 @@ def _forces(variable: Variable, recording: RecordingLinearisation, function: Fun
     """What a function's columns add at every place, by field of `LawForces`, (T, k, places)."""
     s, values = recording.signals, recording.values
     if variable.winds:
-        wound = Winding.of(variable, lambda x: np.moveaxis(function(x.ravel()).reshape(*x.shape, -1), -1, 0), s.theta, s.arm)
+        wound = Winding.of(
+            variable, lambda x: np.moveaxis(function(x.ravel()).reshape(*x.shape, -1), -1, 0), s.theta, s.arm
+        )
         damping = values["ca"] * wound.share_of_tension * s.arm.drum * s.theta_d
         pull, friction = values["k"] * wound.longer + damping, wound.share_of_tension * recording.tension
         return {"pull": np.moveaxis(pull, 0, 1), "friction": np.moveaxis(friction, 0, 1)}

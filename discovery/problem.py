@@ -41,7 +41,9 @@ class Candidate:
     @property
     def variable(self) -> str:
         """What the function is of; products are one variable."""
-        return " * ".join(name for name in self.follows if self.factor not in (name, f"sign({name})")) or self.follows[0]
+        return (
+            " * ".join(name for name in self.follows if self.factor not in (name, f"sign({name})")) or self.follows[0]
+        )
 
     def expanded(self, coefficients: Array) -> Array:
         """Coefficients (K, k) of one place for all, each with its own amounts: (K places, k places)."""

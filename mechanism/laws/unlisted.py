@@ -22,7 +22,8 @@ COPIES = 4
 """of one kind of law that a machine may have"""
 _UNITS: Mapping[Acts, str] = {"motor": "N", "cable": "N", "joint": "N m"}
 _SIZES: Mapping[Acts, float] = {"motor": 1.0, "cable": 1.0, "joint": 0.01}
-_ELONGATION_SIZE_M = 1e-4
+_ELONGATION_SIZES_M = {"drum_angle": 1e-4, "motor_angle": 1e-5}
+"""behind the gear it comes more slowly: sizes that change the torque by as much"""
 _ANGLE_STEP = 1e-4
 """rad, of the differences that give the rate of an elongation"""
 _PARTS: Mapping[Acts, Part] = {"motor": "cable", "cable": "cable", "joint": "joint"}
@@ -66,7 +67,7 @@ class Variable:
     @property
     def size_of_law(self) -> float:
         """What a person would call a change, in its unit."""
-        return _ELONGATION_SIZE_M if self.winds else _SIZES[self.acts]
+        return _ELONGATION_SIZES_M[self.name] if self.winds else _SIZES[self.acts]
 
 
 VARIABLES = (
