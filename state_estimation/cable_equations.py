@@ -183,8 +183,8 @@ def _whitener(spectrum: ErrorSpectrum, count: int, first: bool) -> sparse.csr_ar
     """Matrix that whitens `count` rows: (count, count) for the first of a recording, else without those that only precede."""
     taps, sigma = spectrum.whitener()
     order = len(taps) - 1
-    newest_last = [np.full(count - order, tap) for tap in taps[::-1]]
-    body = sparse.csr_array(sparse.diags(newest_last, range(order + 1), (count - order, count)))
+    repeated = np.repeat(taps[::-1, None], count, axis=1)
+    body = sparse.csr_array(sparse.dia_array((repeated, np.arange(order + 1)), shape=(count - order, count)))
     if not first:
         return body
     # the first rows have too few before them: all of them together weigh as much as one
