@@ -82,6 +82,7 @@ class LinkageFit:
                     "time_s": d.time,
                     "size_px": d.size_px,
                     "sigma_px": d.sigma_px,
+                    "scale": d.scale,
                     "change": {"rvec": d.change[:3].tolist(), "tvec_m": d.change[3:].tolist()},
                     "sentence": d.sentence,
                 }

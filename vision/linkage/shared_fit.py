@@ -15,6 +15,7 @@ from vision.linkage.camera_motion import (
     MotionCandidate,
     fit_camera_motion,
     locate_step,
+    scale_change,
     shift_size,
     squared_shift,
 )
@@ -218,7 +219,8 @@ def _drift_terms(
         columns = np.column_stack([columns, column])
         start = len(prior.mean) - 6 * (len(motions) - j)
         rows = slice(start, start + 6)
-        size, sigma = shift_size(fit.shared.drift[j], fit.covariance[rows, rows], square_px)
+        change, covariance = fit.shared.drift[j], fit.covariance[rows, rows]
+        size, sigma = shift_size(change, covariance, square_px)
         terms.append(
             DriftTerm(
                 kind=motion.kind,
@@ -226,7 +228,8 @@ def _drift_terms(
                 time=None if recording.time is None else float(recording.time[frame]),
                 size_px=size,
                 sigma_px=sigma,
-                change=fit.shared.drift[j],
+                change=change,
+                scale=scale_change(change, covariance, square_px, float(fit.shared.pose[5])),
             )
         )
     return columns, tuple(terms)
