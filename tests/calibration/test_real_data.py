@@ -38,6 +38,7 @@ def test_opencv_left():
     assert "left02.jpg" in [picture.name for picture in result.pictures if picture.used]
     rigid = next(c for c in result.candidates if c.board == "rigid" and c.lens == "k1 k2 p1 p2")
     assert rigid.fx == pytest.approx(533.0, abs=1.5), "published with a flat board"
+    assert result.camera.covariance is not None
     assert abs(result.camera.K[0, 0] - 533.0) < 3 * np.sqrt(result.camera.covariance[0, 0])
     assert rigid.rms_px < 0.170, "published: 0.39 with corners damaged by an 11 px window"
     assert rigid.held_out_rms_px < 0.175
@@ -94,6 +95,7 @@ def test_opencv_left_with_the_window_that_damages_left02(monkeypatch: pytest.Mon
     assert any("left02.jpg: corners 17, 26, 35" in note and "counted for little" in note for note in result.notes)
     by_view = {picture.name: picture.rms_px or 0.0 for picture in result.pictures}
     assert max(by_view, key=by_view.__getitem__) == "left02.jpg"
+    assert result.camera.covariance is not None
     assert abs(result.camera.K[0, 0] - 533.0) < 3 * np.sqrt(result.camera.covariance[0, 0])
 
 
@@ -104,6 +106,7 @@ def test_sony_chessboard():
     assert len(result.views) == 13
     # published without tangential distortion, from another corner finder and with a flat board; sigma of the focal length is 9 px
     assert result.lens == "k1 k2"
+    assert result.camera.covariance is not None
     sigma = np.sqrt(np.diag(result.camera.covariance)[:2])
     assert np.all(np.abs(result.camera.parameters[:2] - [701.01, 698.65]) < sigma)
     flat = next(c for c in result.candidates if c.board == "rigid" and c.lens == "k1 k2")
