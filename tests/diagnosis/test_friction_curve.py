@@ -26,12 +26,12 @@ def test_bumps_are_odd_and_one_at_their_speeds() -> None:
 
 
 def test_bumps_add_up_to_what_parts_a_hyperbola_from_the_arc_tangent() -> None:
-    """Of speed / (|speed| + 4 / pi), which has the arc tangent's tail, a tenth of what they differ by is left, by least squares."""
+    """Of speed / (|speed| + 4 / pi), which has the arc tangent's tail, a fifth of what they differ by is left at most, by least squares."""
     speed = np.geomspace(0.1, 150.0, 400)
     apart = speed / (speed + 4 / np.pi) - dry(speed)
     bumps = friction_bumps(speed)
     amounts = np.linalg.lstsq(bumps, apart, rcond=None)[0]
-    assert np.sqrt(np.mean((apart - bumps @ amounts) ** 2)) < 0.1 * np.sqrt(np.mean(apart**2))
+    assert np.sqrt(np.mean((apart - bumps @ amounts) ** 2)) < 0.2 * np.sqrt(np.mean(apart**2))
 
 
 @pytest.mark.slow

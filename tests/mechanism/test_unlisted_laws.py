@@ -148,7 +148,7 @@ def test_a_drum_that_winds_unevenly_does_no_work_of_its_own(variable: str) -> No
     """By virtual work: what the motor feels is the slope of the elastic energy, by central differences."""
     machine = with_law(f"cable.harmonic.{variable}", 3.0)
     law, drum, gear, k = law_named(f"cable.harmonic.{variable}"), ARM.drum, ARM.gear, VALUES["k"]
-    values = machine.values | {"ca": np.zeros(1)}
+    values = {**machine.values, "ca": np.zeros(1)}
     theta = np.random.default_rng(0).uniform(-60.0, 60.0, (50, 4))
     nothing, rest = np.zeros_like(theta), 0.004
 
