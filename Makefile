@@ -62,7 +62,8 @@ oldest: | $(BIN)/python
 	$(VENV)/oldest/bin/python -m pip install --quiet --constraint $(VENV)/oldest/oldest.txt $(DEV)
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(VENV)/oldest/bin/pytest -n 2 --dist loadfile $(SUBSET)
 
-NEWEST = $(shell for p in python3.13 python3.12; do $$p -c 'import venv' 2>/dev/null && echo $$p && break; done)
+# also those of pyenv, which shows only what is chosen
+NEWEST = $(shell for p in $(foreach v,3.13 3.12,python$(v) $(lastword $(wildcard $(HOME)/.pyenv/versions/$(v).*/bin/python))); do $$p -c 'import venv' 2>/dev/null && echo $$p && break; done)
 
 newest:
 	@test -n "$(NEWEST)" || { echo "NOT RUN: neither Python 3.13 nor 3.12 is installed"; exit 0; }; \
