@@ -8,7 +8,7 @@ PROJECT = Path(__file__).parents[1] / "pyproject.toml"
 
 
 def lower_bounds(project: Path) -> list[str]:
-    """Such as `numpy==2.1.*`, the oldest series that is allowed, one for each dependency. Raises ValueError where one has no lower bound."""
+    """Such as `numpy==2.1.*`, the oldest series that is allowed of each dependency. Raises ValueError where one has no bound."""
     out = []
     for dependency in tomllib.loads(project.read_text(encoding="utf-8"))["project"]["dependencies"]:
         found = re.match(r"([A-Za-z0-9._-]+)(?:\[[^\]]*\])?>=([0-9.]+)", dependency)

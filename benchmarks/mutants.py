@@ -3,8 +3,8 @@
     python -m benchmarks.mutants --package mechanism --sample 50
 
 A mutant is one change of one function: a sign, an index, a number, a left-out argument. It is noticed where a fast test of
-`tests/PACKAGE`, or one of those given, that calls the function fails, or does not end. What changes nothing that anyone could see is listed in
-`benchmarks/equivalent_mutants.py` with its reason, and is not counted. Everything happens in a copy of the sources.
+`tests/PACKAGE`, or one of those given, that calls the function fails or does not end. What changes nothing that anyone could
+see is listed in `benchmarks/equivalent_mutants.py` with its reason, and is not counted. All happens in a copy of the sources.
 """
 
 import json
@@ -29,7 +29,17 @@ ROOT = Path(__file__).parents[1]
 RECORD = ROOT / "benchmarks/record/mutants.json"
 _SURVIVED, _NO_TESTS = 0, 33
 """mutmut's exit codes of mutants that no test noticed; with the second no test calls the function at all"""
-_LEFT_OUT = (".git", ".venv", "__pycache__", "*.pyc", "out", ".pytest_cache", ".ruff_cache", "*.egg-info", "node_modules")
+_LEFT_OUT = (
+    ".git",
+    ".venv",
+    "__pycache__",
+    "*.pyc",
+    "out",
+    ".pytest_cache",
+    ".ruff_cache",
+    "*.egg-info",
+    "node_modules",
+)
 _CONFIGURATION = """
 [tool.mutmut]
 source_paths = ["{package}/"]
@@ -154,12 +164,16 @@ def as_markdown(scores: Sequence[Score]) -> str:
     for s in scores:
         equivalent = s.drawn - s.rate.of
         drawn = f"{s.drawn}" + (f", {equivalent} equivalent" if equivalent else "")
-        lines.append(f"| `{s.package}` | {s.mutants} | {drawn} | {s.rate.text} | {s.rate.percent} | {s.rate.interval} |")
+        lines.append(
+            f"| `{s.package}` | {s.mutants} | {drawn} | {s.rate.text} | {s.rate.percent} | {s.rate.interval} |"
+        )
     for s in scores:
         lines += ["", f"Not noticed in `{s.package}`:", ""] if s.survivors else []
         for survivor in s.survivors:
             why = survivor.equivalent or ("" if survivor.called else "no test calls it")
-            lines.append(f"- `{survivor.function}`: `{survivor.before}` -> `{survivor.after}`" + (f" ({why})" if why else ""))
+            lines.append(
+                f"- `{survivor.function}`: `{survivor.before}` -> `{survivor.after}`" + (f" ({why})" if why else "")
+            )
     return "\n".join(lines) + "\n"
 
 
@@ -170,7 +184,9 @@ def as_markdown(scores: Sequence[Score]) -> str:
 @click.option("--children", type=click.IntRange(1), default=2, show_default=True, help="processes at once")
 @click.option("--tests", multiple=True, help="a slow file of tests that is run too")
 @click.option("--record", is_flag=True, help="put the scores into benchmarks/record/mutants.json")
-def main(packages: tuple[str, ...], sample: int, seed: int, children: int, tests: tuple[str, ...], record: bool) -> None:
+def main(
+    packages: tuple[str, ...], sample: int, seed: int, children: int, tests: tuple[str, ...], record: bool
+) -> None:
     for package in packages:
         found = score(package, sample, seed, children, tests)
         print(as_markdown([found]), flush=True)
@@ -178,7 +194,9 @@ def main(packages: tuple[str, ...], sample: int, seed: int, children: int, tests
             known = json.loads(RECORD.read_text(encoding="utf-8")) if RECORD.exists() else {}
             day = datetime.now(UTC).date().isoformat()
             known[package] = asdict(found) | {"seed": seed, "day": day, "noticed": found.rate.text}
-            RECORD.write_text(json.dumps(dict(sorted(known.items())), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+            RECORD.write_text(
+                json.dumps(dict(sorted(known.items())), indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
+            )
 
 
 if __name__ == "__main__":

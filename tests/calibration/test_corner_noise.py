@@ -13,7 +13,10 @@ from calibration.stacked_views import StackedViews
 
 NOISE = 0.3
 ROWS, COLUMNS, VIEWS = 14, 20, 12
-BOARD = np.stack([*np.meshgrid(np.arange(COLUMNS), np.arange(ROWS)), np.zeros((ROWS, COLUMNS))], axis=-1).reshape(-1, 3) * 0.02
+BOARD = (
+    np.stack([*np.meshgrid(np.arange(COLUMNS), np.arange(ROWS)), np.zeros((ROWS, COLUMNS))], axis=-1).reshape(-1, 3)
+    * 0.02
+)
 MARGIN = 4 * 1.17 / np.sqrt(VIEWS * ROWS * COLUMNS)
 """four standard deviations of a median distance of so many corners, as a share of it"""
 

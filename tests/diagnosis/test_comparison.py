@@ -51,9 +51,7 @@ INFORMATION = OF_EFFECT - WITH_NUISANCE**2 / (OF_NUISANCE + 1)
 BY_DRAWING = (WITH_NUISANCE * (1 - OF_NUISANCE / (OF_NUISANCE + 1))) ** 2 / INFORMATION
 """of an error e of the drawing the fit takes back 9/10: the effect meets 6 e/10, squared over its information"""
 BY_NOISE = (
-    OF_EFFECT
-    - 2 * WITH_NUISANCE**2 / (OF_NUISANCE + 1)
-    + OF_NUISANCE * (WITH_NUISANCE / (OF_NUISANCE + 1)) ** 2
+    OF_EFFECT - 2 * WITH_NUISANCE**2 / (OF_NUISANCE + 1) + OF_NUISANCE * (WITH_NUISANCE / (OF_NUISANCE + 1)) ** 2
 ) / INFORMATION
 """of white noise of one: the variance of column less 6/10 of the nuisance's, over the information"""
 MARGIN = 4 * np.sqrt(2 / WORLDS)
@@ -72,7 +70,5 @@ def test_noise_and_errors_of_the_drawing_add_up(noise: float) -> None:
 
 def test_the_most_of_several_choices_is_no_less_than_of_one() -> None:
     one = comparison(1.0)
-    alone, both = (
-        one.chance_gains([np.array([1])] * count, np.random.default_rng(1), WORLDS) for count in (1, 2)
-    )
+    alone, both = (one.chance_gains([np.array([1])] * count, np.random.default_rng(1), WORLDS) for count in (1, 2))
     np.testing.assert_array_equal(alone, both)

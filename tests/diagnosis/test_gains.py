@@ -1,4 +1,4 @@
-"""The sigma of a gain on recordings that were not fitted, against the scatter of gains over many such recordings: from above and below."""
+"""The sigma of a gain on recordings that were not fitted, against the scatter of gains over many such recordings."""
 
 import numpy as np
 import pytest
@@ -28,8 +28,8 @@ def gained(seed: int, remembers: float, common: float) -> tuple[Gain, Gain]:
 @pytest.mark.parametrize("common", [0.0, 0.95])
 @pytest.mark.parametrize("remembers", [0.0, 0.6])
 def test_a_gains_sigma_is_the_scatter_of_gains(remembers: float, common: float) -> None:
-    """Over 150 worlds: their scatter is known to 1/sqrt(300), sigma's mean far better; four of it are allowed, and blocks of 50 rows
-    may miss a tenth of what rows remember. What both sides have in common is no part of it."""
+    """Over 150 worlds their scatter is known to 1/sqrt(300), sigma's mean far better. Four of it are allowed, and blocks of 50
+    rows may miss a tenth of what rows remember. What both sides have in common is no part of it."""
     for k in (0, 1):
         found = [gained(seed, remembers, common)[k] for seed in range(WORLDS)]
         scatter = float(np.std([g.before - g.after for g in found]))

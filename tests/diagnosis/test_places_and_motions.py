@@ -1,4 +1,7 @@
-"""Where an effect sits, two effects at once, and motions that show little: from files to the verdict, seeds chosen before they were run."""
+"""Where an effect sits, two effects at once, and motions that show little: from files to the verdict.
+
+Seeds were chosen before they were run.
+"""
 
 from pathlib import Path
 

@@ -34,7 +34,8 @@ def judged(value: float, sigma: float, correlation: float = 0.0, at_bound: bool 
 
 
 @pytest.mark.parametrize(
-    ("sigmas", "kind"), [(0.0, "nothing"), (1.5, "nothing"), (2.95, "nothing"), (3.05, "flat"), (-2.95, "nothing"), (-3.05, "flat")]
+    ("sigmas", "kind"),
+    [(0.0, "nothing"), (1.5, "nothing"), (2.95, "nothing"), (3.05, "flat"), (-2.95, "nothing"), (-3.05, "flat")],
 )
 def test_what_is_within_three_sigmas_of_zero_is_not_told_apart_from_it(sigmas: float, kind: str) -> None:
     found = judged(2.0 * sigmas, 2.0)

@@ -18,23 +18,27 @@ LAWS = ("dry_friction", "linear_cable")
 def made_up(recordings: int) -> Estimates:
     u = unknowns(ARM, LAWS, recordings)
     count = len(u.entries)
-    sigma = 0.1 * (1 + np.arange(count))
+    sigma = 0.1 * np.arange(1, count + 1, dtype=np.float64)
     return Estimates(
         laws=LAWS,
         unknowns=u,
         solution=FitSolution(
-            p=np.arange(count) + 0.5,
+            p=np.arange(count, dtype=np.float64) + 0.5,
             covariance=np.diag(sigma**2),
             least_squares=np.zeros(count),
             least_squares_covariance=np.eye(count),
             difference_covariance=np.eye(count),
             blocks=30,
             information=np.eye(count),
-            residuals=(np.array([[3.0, -3.0], [4.0, 4.0], [1.0, 7.0], [0.0, 0.0], [2.0, 2.0], [0.1, 0.1], [5.0, 5.0]]),),
+            residuals=(
+                np.array([[3.0, -3.0], [4.0, 4.0], [1.0, 7.0], [0.0, 0.0], [2.0, 2.0], [0.1, 0.1], [5.0, 5.0]]),
+            ),
             at_bound=np.zeros(count, dtype=bool),
             instrumented=np.zeros(count, dtype=bool),
         ),
-        identifiability=tuple(Identifiability(i % 2 == 0, "identified" if i % 2 == 0 else "flat") for i in range(count)),
+        identifiability=tuple(
+            Identifiability(i % 2 == 0, "identified" if i % 2 == 0 else "flat") for i in range(count)
+        ),
         x0=X0,
         seconds=(12.0,) * recordings,
     )

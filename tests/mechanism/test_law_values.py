@@ -1,4 +1,4 @@
-"""The numbers of every law, computed by hand with Python's own mathematics: where a term saturates, halves, or has its reference."""
+"""The numbers of every law, computed by hand: where a term saturates, halves, or has its reference."""
 
 import math
 
@@ -87,7 +87,7 @@ def test_a_linear_cable_is_a_spring_and_a_damper() -> None:
 
 
 def test_youngs_modulus_is_over_the_cables_own_length_or_the_one_in_the_pose() -> None:
-    """3 GPa and 1 MPa s, 1 mm and 2 mm/s: 3.002 MN/m ... times section over length."""
+    """3 GPa times 1 mm and 1 MPa s times 2 mm/s, times section over length."""
     values = of_cables(E=3e9, c=1e6)
     at = cable(1e-3, 2e-3, length=0.7)
     per_length = ARM.section * (3e6 + 2e3)
@@ -229,7 +229,7 @@ ARMS = {
 
 @pytest.mark.parametrize("name", LAWS)
 def test_terms_may_be_what_arms_have_and_not_much_else(name: str) -> None:
-    """Ranges hold it and not ten times as much; what is nothing or more never goes below; a change is a part of what there may be."""
+    """Ranges hold it and not ten times as much. What is never below nothing stays so. A change is a part of what there may be."""
     start = LAWS[name].memory_start
     for term in (*LAWS[name].terms, *([start] if start else [])):
         least, most = ARMS[term.name]

@@ -88,9 +88,7 @@ def test_time_never_runs_back_or_stands_still(
         shown(monkeypatch, tmp_path / "a.avi", pictures, "avi")
 
 
-def test_a_frame_of_another_size_or_without_a_stamp_is_refused(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_a_frame_of_another_size_or_without_a_stamp_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     with pytest.raises(Refused, match="frame 1 is 6x4, those before it are 8x4"):
         shown(monkeypatch, tmp_path / "a.mkv", [Picture(0), Picture(1, width=6)])
     with pytest.raises(Refused, match="frame 1 has no time stamp"):

@@ -34,7 +34,14 @@ def test_a_baseline_is_believed_to_twice_the_sigma_of_white_residuals_and_the_ro
     ],
 )
 def test_sizes_are_said_in_the_units_of_a_workshop(size: float, sigma: float, unit: str, said: str) -> None:
-    fault = {"fault": "pulley_radius", "where": "mechanism 2", "size": size, "sigma": sigma, "unit": unit, "fix": "measure"}
+    fault = {
+        "fault": "pulley_radius",
+        "where": "mechanism 2",
+        "size": size,
+        "sigma": sigma,
+        "unit": unit,
+        "fix": "measure",
+    }
     assert sentence(fault) == f"pulley_radius of mechanism 2: {said}; measure"
     others = {"or": [{"fault": "bar_length", "where": "mechanism 1"}], "when_s": 3.14159}
     assert sentence(fault | others) == (

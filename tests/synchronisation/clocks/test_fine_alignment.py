@@ -61,7 +61,9 @@ def test_noise_counts_as_the_fit_says(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found.delay_sigma == pytest.approx(np.hypot(1e-3, DELAY_BIAS_S), rel=1e-9)
 
 
-def test_models_that_explain_as_much_and_disagree_widen_the_sigma_by_their_spread(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_models_that_explain_as_much_and_disagree_widen_the_sigma_by_their_spread(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """One of two is 2 ms off: half of that squared twice, over one, is 2 ms^2, so sqrt(2) ms; of three at -d, 0, d it is d."""
     found = aligned(monkeypatch, 1e-12, [(2e-3, 0.0, 0.0)])
     assert found.offset_sigma == pytest.approx(np.hypot(np.sqrt(2) * 1e-3, BIAS_S), rel=1e-9)

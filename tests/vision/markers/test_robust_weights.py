@@ -16,7 +16,7 @@ def variance_said(by_block: float, own: float) -> float:
     # derivatives are alike within a block, as those of neighbouring pixels are
     D = np.repeat(rng.normal(size=(MARKERS, 8, BLOCKS)), WIDTH, axis=2)
     noise = np.repeat(rng.normal(0, by_block, (MARKERS, BLOCKS)), WIDTH, axis=1) + rng.normal(0, own, (MARKERS, n))
-    inverse = np.linalg.inv(D @ np.swapaxes(D, 1, 2))
+    inverse = np.asarray(np.linalg.inv(D @ np.swapaxes(D, 1, 2)), dtype=np.float64)
     fitted = np.swapaxes(D, 1, 2) @ inverse @ (D @ noise[..., None])
     residual = (noise - fitted[..., 0]).astype(np.float32)
     D, weight = D.astype(np.float32), np.ones((MARKERS, n), dtype=np.float32)
@@ -24,7 +24,9 @@ def variance_said(by_block: float, own: float) -> float:
 
 
 @pytest.mark.parametrize(("by_block", "own", "true"), [(0.0, 2.0, 4.0), (2.0, 0.0, 64.0), (1.0, 2.0, 20.0)])
-def test_errors_that_a_block_repeats_count_as_often_as_they_are_repeated(by_block: float, own: float, true: float) -> None:
+def test_errors_that_a_block_repeats_count_as_often_as_they_are_repeated(
+    by_block: float, own: float, true: float
+) -> None:
     """A sum of 16 equal errors has 16 times the variance of a sum of 16 independent ones.
 
     Eight directions of 40 markers: sqrt(2 / 320), of which four are allowed, and the leverage is known to some per cent."""
