@@ -87,14 +87,14 @@ class Score:
 def score(package: str, sample: int, seed: int, children: int = 2, tests: Sequence[str] = ()) -> Score:
     """Of a package by its path, such as `mechanism/laws`: so many mutants drawn at random.
 
-    tests: files that are run too though they are slow, beside the fast ones of the mirrored folder."""
+    tests: files that are run too though they are slow, beside the fast ones of the mirrored folder; all of it where none is."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "tree"
         shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(*_LEFT_OUT))
         others = sorted(path.name for path in copy.iterdir() if path.is_dir())
         text = _CONFIGURATION.format(
             package=package,
-            tests=json.dumps([*_fast_tests(copy / _tests_of(package), copy), *tests]),
+            tests=json.dumps([*_fast_tests(copy / _tests_of(package), copy), *tests] or [_tests_of(package)]),
             arguments=json.dumps(["-p", "no:cacheprovider"]),
             others=json.dumps(others),
         )

@@ -17,7 +17,7 @@ def test_equivalent_mutants_are_named_and_not_counted(monkeypatch: pytest.Monkey
     score = Score("mechanism", 800, 50, (SEEN, ALIKE, UNCALLED))
     assert score.rate.text == "47 of 49"
     page = as_markdown([score])
-    assert "| `mechanism` | 800 | 50, 1 equivalent | 47 of 49 | 96 % | 86 to 99.5 % |" in page
+    assert "| `mechanism` | 800 | 50, 1 equivalent | 47 of 49 | 95.9 % | 86 to 99.5 % |" in page
     assert "- `mechanism.geometry.span`: `a + b` -> `a - b`\n" in page
     assert "`x / 1` (one divides as it multiplies)" in page
     assert "`None` (no test calls it)" in page
