@@ -54,10 +54,10 @@ wheel-check: | $(BIN)/python
 	cd $(VENV)/wheel && env/bin/xneck --help && env/bin/xneck demo --out out
 
 CORE = tests/xneck_foundation tests/mechanism tests/discovery tests/identification tests/state_estimation tests/synchronisation
-SUBSET = $(CORE) tests/calibration tests/vision tests/xneck/recording tests/test_house.py -m "not slow" -q
+SUBSET = $(CORE) tests/calibration tests/vision tests/xneck/recording -m "not slow" -q
 
 # what these tests need of the development tools: some others ask for newer dependencies than the oldest that are allowed
-TOOLS = --editable . pytest pytest-xdist hypothesis playwright mujoco mcap-ros2-support pyapriltags import-linter
+TOOLS = --editable . pytest pytest-xdist hypothesis playwright mujoco mcap-ros2-support pyapriltags
 
 oldest: | $(BIN)/python
 	$(PYTHON) -m venv --clear $(VENV)/oldest
@@ -66,7 +66,7 @@ oldest: | $(BIN)/python
 	$(VENV)/oldest/bin/python -m pip install --quiet --constraint $(VENV)/oldest/oldest.txt $(TOOLS)
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(VENV)/oldest/bin/pytest -n 2 --dist loadfile $(SUBSET)
 
-# also those of pyenv, which shows only what is chosen
+# also those of pyenv, which has only the chosen one on the path
 NEWEST = $(shell for p in $(foreach v,3.13 3.12,python$(v) $(lastword $(wildcard $(HOME)/.pyenv/versions/$(v).*/bin/python))); do $$p -c 'import venv' 2>/dev/null && echo $$p && break; done)
 
 newest:
@@ -75,7 +75,7 @@ newest:
 	$(VENV)/newest/bin/python -m pip install --quiet --constraint .ci/dev-tools.txt $(TOOLS); \
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(VENV)/newest/bin/pytest -n 2 --dist loadfile $(SUBSET); }
 
-# nobody reads a copy, since a checkout may lie where nobody may go
+# `nobody` is given a copy: a checkout may lie where it may not go
 other-user: $(VENV)/.test
 	.ci/other-user $(BIN)/python
 
