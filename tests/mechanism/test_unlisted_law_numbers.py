@@ -104,6 +104,7 @@ CABLE = CableMotion(
     x=np.zeros(4), x_d=np.zeros(4), length=np.ones(4), arm=ARM, travel_d=np.zeros(4), drum_angle=np.full(4, 0.02),
     theta=np.full(4, 0.5), time=np.full(4, 3.0),
 )  # fmt: skip
+DRY = 2 / math.pi * math.atan(0.25 * 2.0)
 JOINT = JointMotion(alpha=np.full(3, 0.3), alpha_d=np.full(3, -0.7), time=np.full(3, 3.0))
 SEEN = {
     ("motor", "force"): 40.0, ("motor", "tension"): 30.0, ("motor", "motor_angle"): 0.5, ("motor", "drum_angle"): 0.02,
@@ -114,7 +115,7 @@ SEEN = {
 
 @pytest.mark.parametrize("v", VARIABLES, ids=lambda v: f"{v.acts}-{v.name}-{v.along_motion}")
 def test_a_law_acts_where_it_says_on_what_it_says(v: Variable) -> None:
-    """Three times the cosine and five times the sine of twice a turn, or seven times the variable; cm 0.5 at 2 rad/s is a half."""
+    """Three times the cosine and five times the sine of twice a turn, or seven times the variable; along the motion times (48)."""
     x = SEEN[v.acts, v.name]
     if v.kind == "turn":
         law, constants, amounts = UnlistedLaw(v, form("harmonic"), 1), {"count": 2.0}, [3.0, 5.0]
@@ -123,7 +124,7 @@ def test_a_law_acts_where_it_says_on_what_it_says(v: Variable) -> None:
         law, constants, amounts = UnlistedLaw(v, form("polynomial"), 1), {}, [7.0]
         expected = 7 * x
     places = 3 if v.acts == "joint" else 4
-    values = law.values(np.repeat(np.array(amounts)[:, None], places, axis=1), constants) | {"cm": np.array([0.5])}
+    values = law.values(np.repeat(np.array(amounts)[:, None], places, axis=1), constants) | {"cm": np.array([0.25])}
     found = {
         "motor": law.friction(values, MOTOR),
         "cable": law.pull(values, CABLE, np.zeros((4, 0))),
@@ -131,7 +132,9 @@ def test_a_law_acts_where_it_says_on_what_it_says(v: Variable) -> None:
     }
     for acts, force in found.items():
         if acts == v.acts:
-            np.testing.assert_allclose(force, np.full(places, expected / 2 if v.along_motion else expected), rtol=1e-12)
+            np.testing.assert_allclose(
+                force, np.full(places, expected * DRY if v.along_motion else expected), rtol=1e-12
+            )
         else:
             assert not np.any(force)
 
