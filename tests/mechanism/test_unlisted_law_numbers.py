@@ -88,20 +88,28 @@ def test_units_follow_from_powers_of_the_variable() -> None:
 
 
 def test_what_a_law_follows_is_known_of_it() -> None:
+    """A drum that winds unevenly has another lever at every angle: what its motor feels is in proportion to the tension."""
     told = {v: UnlistedLaw(v, FORMS[0], 1) for v in VARIABLES}
-    assert {(v.acts, v.name) for v, law in told.items() if law.rubs_under_tension} == {("motor", "tension")}
+    rubbing = {("motor", "tension"), ("cable", "motor_angle"), ("cable", "drum_angle")}
+    assert {(v.acts, v.name) for v, law in told.items() if law.rubs_under_tension} == rubbing
     assert {(v.acts, v.name) for v, law in told.items() if law.follows_force} == {("motor", "force")}
     assert variable("motor", "tension", True).follows == ("tension", "motor_speed")
     assert variable("motor", "tension").follows == ("tension",)
     assert [variable(acts, "time").unit_of_law for acts in ("motor", "cable", "joint")] == ["N", "N", "N m"]
+    assert [variable("cable", name).unit_of_law for name in ("drum_angle", "motor_angle")] == ["m", "m"]
+    sizes = [
+        UnlistedLaw(variable("cable", name), form("harmonic"), 1).terms[0].size
+        for name in ("drum_angle", "motor_angle")
+    ]
+    assert sizes == [1e-4, 1e-5]
 
 
 MOTOR = MotorMotion(
     theta_d=np.full(4, 2.0), tension=np.full(4, 30.0), wrap=np.zeros(4), theta=np.full(4, 0.5),
-    drum_angle=np.full(4, 0.02), force=np.full(4, 40.0), time=np.full(4, 3.0),
+    drum_angle=np.full(4, 0.02), force=np.full(4, 40.0), time=np.full(4, 3.0), arm=ARM,
 )  # fmt: skip
 CABLE = CableMotion(
-    x=np.zeros(4), x_d=np.zeros(4), length=np.ones(4), arm=ARM, travel_d=np.zeros(4), drum_angle=np.full(4, 0.02),
+    x=np.zeros(4), x_d=np.zeros(4), length=np.ones(4), arm=ARM, travel_d=np.full(4, 0.05), drum_angle=np.full(4, 0.02),
     theta=np.full(4, 0.5), time=np.full(4, 3.0),
 )  # fmt: skip
 DRY = 2 / math.pi * math.atan(0.25 * 2.0)
@@ -124,17 +132,23 @@ def test_a_law_acts_where_it_says_on_what_it_says(v: Variable) -> None:
         law, constants, amounts = UnlistedLaw(v, form("polynomial"), 1), {}, [7.0]
         expected = 7 * x
     places = 3 if v.acts == "joint" else 4
-    values = law.values(np.repeat(np.array(amounts)[:, None], places, axis=1), constants) | {"cm": np.array([0.25])}
+    numbers = {"cm": 0.25, "k": 800.0, "ca": 60.0}
+    values = law.values(np.repeat(np.array(amounts)[:, None], places, axis=1), constants)
+    values |= {name: np.full(1, value) for name, value in numbers.items()}
     found = {
         "motor": law.friction(values, MOTOR),
         "cable": law.pull(values, CABLE, np.zeros((4, 0))),
         "joint": law.resistance(values, JOINT),
     }
+    forces = {v.acts: expected * DRY if v.along_motion else expected}
+    if v.acts == "cable" and v.kind == "turn":
+        # so much longer is the cable, and by so much less than a radian's travel it is wound in a radian of the motor
+        gear = 25.0 if v.name == "drum_angle" else 1.0
+        share = (-6 * math.sin(2 * x) + 10 * math.cos(2 * x)) / (gear * 0.010 / 25.0)
+        forces = {"cable": 800 * expected + 60 * share * 0.05, "motor": share * 30.0}
     for acts, force in found.items():
-        if acts == v.acts:
-            np.testing.assert_allclose(
-                force, np.full(places, expected * DRY if v.along_motion else expected), rtol=1e-12
-            )
+        if acts in forces:
+            np.testing.assert_allclose(force, np.full(places, forces[acts]), rtol=1e-6)
         else:
             assert not np.any(force)
 
