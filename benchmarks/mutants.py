@@ -29,6 +29,8 @@ ROOT = Path(__file__).parents[1]
 RECORD = ROOT / "benchmarks/record/mutants.json"
 _SURVIVED, _NO_TESTS = 0, 33
 """mutmut's exit codes of mutants that no test noticed; with the second no test calls the function at all"""
+_NONE = "none.of.them"
+"""a name that no mutant has: mutmut then makes them all and learns which tests call what, and runs none"""
 _LEFT_OUT = (
     ".git",
     ".venv",
@@ -44,7 +46,7 @@ _CONFIGURATION = """
 [tool.mutmut]
 source_paths = ["{package}/"]
 pytest_add_cli_args_test_selection = {tests}
-pytest_add_cli_args = {arguments}
+pytest_add_cli_args = ["-p", "no:cacheprovider"]
 also_copy = {others}
 """
 
@@ -95,13 +97,14 @@ def score(package: str, sample: int, seed: int, children: int = 2, tests: Sequen
         text = _CONFIGURATION.format(
             package=package,
             tests=json.dumps([*_fast_tests(copy / _tests_of(package), copy), *tests] or [_tests_of(package)]),
-            arguments=json.dumps(["-p", "no:cacheprovider"]),
             others=json.dumps(others),
         )
         with (copy / "pyproject.toml").open("a", encoding="utf-8") as file:
             file.write(text)
-        _mutmut(copy, "run", "--max-children", str(children), "no.mutant.at.all")
+        said = _mutmut(copy, "run", "--max-children", str(children), _NONE)
         names = sorted(_exit_codes(copy))
+        if not names:
+            raise RuntimeError(f"mutmut made no mutants:\n{said[-2000:]}")
         rng = np.random.default_rng(seed)
         chosen = sorted(rng.choice(names, min(sample, len(names)), replace=False).tolist())
         _mutmut(copy, "run", "--max-children", str(children), *chosen)
@@ -132,8 +135,7 @@ def _mutmut(copy: Path, *words: str) -> str:
     one_thread = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": ""}
     command = [sys.executable, "-W", "ignore", "-m", "mutmut", *words]
     done = subprocess.run(command, cwd=copy, env=os.environ | one_thread, capture_output=True, text=True, check=False)
-    nothing_to_do = "no.mutant.at.all" in words
-    if done.returncode and not nothing_to_do:
+    if done.returncode and _NONE not in words:
         raise RuntimeError(f"mutmut {words[0]} failed:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
     return done.stdout
 
