@@ -7,12 +7,18 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.dataset.series import Series
 from synchronisation.csv_header import missing_columns, spelled_otherwise
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted
+
+Array = NDArray[np.float64]
+
+_ROWS_AT_ONCE = 50_000
+"""rows that are held as Python's numbers, which take ten times as much memory"""
 
 
 def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str] = ()) -> Series:
@@ -29,7 +35,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
             if not header:
                 raise Refused(path, "is empty", "expected a header and rows of numbers")
             at = _columns(path, header, rows, ("time", *required), optional)
-            places, table = list(at.values()), []
+            places, table, full = list(at.values()), list[list[float]](), list[Array]()
             for number, row in enumerate(rows, start=2):
                 if not row:
                     continue
@@ -46,14 +52,19 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
                     name = next(name for name, k in at.items() if not _is_number(row[k]))
                     what = f"row {number}, column {name}: {quoted(row[at[name]])} is not a number"
                     raise Refused(path, what) from None
+                if len(table) == _ROWS_AT_ONCE:
+                    full.append(np.array(table).T)
+                    table.clear()
     except UnicodeDecodeError as error:
         raise Refused(path, "cannot be read as CSV (not UTF-8 text)", "save it as UTF-8") from error
     except (OSError, csv.Error) as error:
         raise Refused(path, f"cannot be read as CSV ({getattr(error, 'strerror', None) or error})") from error
-    if not table:
+    full += [np.array(table).T] if table else []
+    if not full:
         raise Refused(path, "has a header but no rows")
-    values = np.array(table)
-    return Series(values[:, 0], {name: values[:, k] for k, name in enumerate(at) if k})
+    # each column in one piece, so that those which are replaced are freed
+    columns = {name: np.concatenate([part[k] for part in full]) for k, name in enumerate(at)}
+    return Series(columns.pop("time"), columns)
 
 
 def _columns(

@@ -22,6 +22,8 @@ from xneck_foundation.whole_file import whole_file
 _TOPICS = ("state", "fasquelle", "angles", "log")
 _NEEDED = ("state", "fasquelle")
 EXPORT_FORMATS = ("csv", "npz", "mat")
+_ROWS_AT_ONCE = 20_000
+"""rows of a CSV that are made at once"""
 EDGE_S = 1.0
 """s of frames and log beyond the rows of a part of a data set: splines through its frames reach over its rows"""
 
@@ -114,11 +116,13 @@ def export_series(series: Series, path: str | Path) -> None:
     path = Path(path)
     columns = {"time": series.time} | dict(series.columns)
     if path.suffix == ".csv":
-        with whole_file(path) as part, part.open("w", newline="", encoding="utf-8") as stream:
+        with whole_file(path) as file, file.open("w", newline="", encoding="utf-8") as stream:
             rows = csv.writer(stream)
             rows.writerow(columns)
-            table = np.stack(list(columns.values()), axis=1)
-            rows.writerows([["" if value != value else repr(value) for value in row] for row in table.tolist()])
+            for begin in range(0, len(series), _ROWS_AT_ONCE):
+                part = slice(begin, begin + _ROWS_AT_ONCE)
+                table = np.stack([column[part] for column in columns.values()], axis=1)
+                rows.writerows([["" if value != value else repr(value) for value in row] for row in table.tolist()])
     elif path.suffix == ".npz":
         with whole_file(path) as part, part.open("wb") as stream:
             np.savez_compressed(stream, **columns)  # type: ignore[arg-type]

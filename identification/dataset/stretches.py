@@ -83,19 +83,19 @@ def consecutive_spans(first: float, last: float, seconds: float = PART_S) -> lis
     return list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
 
 
-def parts_of(path: str | Path, seconds: float = PART_S) -> Iterator[DataSet]:
+def parts_of(path: str | Path, seconds: float = PART_S, overlap: float = 0.0) -> Iterator[DataSet]:
     """The consecutive parts of a data set, each read when it is asked for; one, the whole, where it is not longer.
 
-    Every row is in one part alone.
+    overlap: s by which each reaches into its neighbours. Without it every row is in one part alone.
     """
     span = state_span(path)
     spans = [] if span is None else consecutive_spans(*span, seconds)
     if len(spans) < 2:
         yield read_dataset(path)
         return
-    for k, (first, last) in enumerate(spans):
-        last = np.nextafter(last, first) if k + 1 < len(spans) else last
-        yield read_dataset(path, (first, last))
+    for first, last in spans:
+        end = last if last == spans[-1][1] else np.nextafter(last, first)
+        yield read_dataset(path, (first - overlap, end + overlap))
 
 
 def chosen_stretches(paths: Sequence[str | Path], seconds: float, count: int) -> list[Stretches]:

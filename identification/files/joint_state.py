@@ -99,7 +99,8 @@ def _table(topic: str, series: Series, log_time: Array) -> MessageTable:
     stamps = nanoseconds(series.time)
     messages = CdrTable(series, stamps)
     # MCAP times cannot be negative, the message's stamp can
-    logged, published = np.maximum(nanoseconds(log_time), 0), np.maximum(stamps, 0)
+    published = stamps if not len(stamps) or stamps.min() >= 0 else np.maximum(stamps, 0)
+    logged = published if log_time is series.time else np.maximum(nanoseconds(log_time), 0)
     return MessageTable(f"/{topic}", logged, published, messages.size, messages.rows)
 
 
