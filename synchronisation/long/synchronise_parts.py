@@ -200,11 +200,11 @@ def _part(recording: _Recording, begin: int, end: int, cutoff: float) -> _Part:
 
 
 def _frames_around(frames: FrameAngles, first: float, last: float) -> FrameAngles:
-    """Frames from first to last, s, and beyond: every joint is seen before and after, and OVERLAP_S more."""
+    """Frames from first to last, s, and those beyond in which every joint is seen before and after."""
     seen = [frames.time[np.isfinite(alpha)] for alpha in frames.alpha.T]
     before = min(float(time[max(int(np.searchsorted(time, first, side="right")) - 1, 0)]) for time in seen)
     after = max(float(time[min(int(np.searchsorted(time, last)), len(time) - 1)]) for time in seen)
-    return frames.within(before - OVERLAP_S, after + OVERLAP_S)
+    return frames.within(before, after)
 
 
 def _between(series: Series, first: float, last: float) -> Series:
