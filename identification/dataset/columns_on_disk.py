@@ -37,31 +37,35 @@ class ColumnOnDisk:
 
 
 class SeriesOnDisk:
-    """A series of T rows in a file without a name, which goes with it; written part by part, in any order."""
+    """A series in a file without a name, which goes with it; written part after part."""
 
-    def __init__(self, folder: Path, time: Array) -> None:
-        """folder: where the file is, on a disk that has room for it. time: (T,), s. Raises Refused where it cannot be made."""
-        self._time, self._names = time, list[str]()
+    def __init__(self, folder: Path, max_rows: int) -> None:
+        """folder: where the file is, on a disk that has room for it. Raises Refused where it cannot be made."""
+        self._time, self._names, self._max_rows = list[Array](), list[str](), max_rows
         try:
             self._file = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115, it lives as long as the series
         except OSError as error:
             raise Refused(folder, f"cannot be written ({error.strerror})") from error
 
-    def write(self, first: int, part: Series) -> None:
-        """Rows from number `first` on. Every part has the same columns."""
+    def write(self, part: Series) -> None:
+        """The next rows. Every part has the same columns."""
+        first = sum(map(len, self._time))
+        if first + len(part) > self._max_rows:
+            raise ValueError(f"more than {self._max_rows} rows")
+        self._time.append(part.time)
         self._names = self._names or list(part.columns)
         for k, name in enumerate(self._names):
             values = np.ascontiguousarray(part.columns[name], dtype=float)
             try:
-                os.pwrite(self._file.fileno(), values.tobytes(), _BYTES * (k * len(self._time) + first))
+                os.pwrite(self._file.fileno(), values.tobytes(), _BYTES * (k * self._max_rows + first))
             except OSError as error:
                 raise Refused("the disk of --out", f"cannot be written ({error.strerror})", "make room on it") from error
 
     def series(self) -> Series:
         """The series, once it is written. Its columns can be sliced, and become arrays where they are asked for whole."""
-        rows = len(self._time)
-        columns = [ColumnOnDisk(self._file.fileno(), k * rows, rows) for k in range(len(self._names))]
-        return _Held(self._time, dict(zip(self._names, cast(Sequence[Array], columns), strict=True)), self)
+        time = np.concatenate(self._time)
+        columns = [ColumnOnDisk(self._file.fileno(), k * self._max_rows, len(time)) for k in range(len(self._names))]
+        return _Held(time, dict(zip(self._names, cast(Sequence[Array], columns), strict=True)), self)
 
 
 class _Held(Series):

@@ -6,6 +6,7 @@ clock or of its camera's pose, is no smaller because the recording was cut: see 
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,8 @@ MAX_HELD_S = 600.0
 """s of all data sets of one identification or diagnosis together that are held at once (docs/thresholds.md)"""
 MIN_STRETCH_S = 20.0
 """s of a stretch at least (docs/thresholds.md)"""
+_BETWEEN_ROWS_S = 2e-4
+"""s by which an edge between windows is put before the row that begins the next one"""
 MAX_BYTES_WITHOUT_INDEX = 200_000_000
 """bytes of a file whose index is lost, beyond which it is not read whole (docs/thresholds.md)"""
 
@@ -77,19 +80,31 @@ def state_span(path: str | Path) -> tuple[float, float] | None:
     return float(begin["state"].time[0]), float(end["state"].time[-1])
 
 
+def is_long(path: str | Path) -> bool:
+    """Whether a data set has more than one of `parts_of`."""
+    span = state_span(path)
+    return span is not None and len(consecutive_spans(*span)) > 1
+
+
 def consecutive_spans(first: float, last: float, seconds: float = PART_S) -> list[tuple[float, float]]:
     """Spans of equal length, about `seconds` s each and no more than half as long again, that cover first to last."""
     edges = np.linspace(first, last, max(1, round((last - first) / seconds)) + 1)
     return list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
 
 
-def parts_of(path: str | Path, seconds: float = PART_S, overlap: float = 0.0) -> Iterator[DataSet]:
+def parts_of(path: str | Path, overlap: float = 0.0, window: float = 0.0) -> Iterator[DataSet]:
     """The consecutive parts of a data set, each read when it is asked for; one, the whole, where it is not longer.
 
-    overlap: s by which each reaches into its neighbours. Without it every row is in one part alone.
+    overlap: s by which each reaches into its neighbours. Without it every row is in one part alone. window: s, of which all parts
+    but the last are whole multiples, where it is given.
     """
     span = state_span(path)
-    spans = [] if span is None else consecutive_spans(*span, seconds)
+    spans = [] if span is None else consecutive_spans(*span)
+    if window and len(spans) > 1:
+        first = spans[0][0]
+        # between two rows, whatever the rounding of their times
+        inner = [first + window * round((begin - first) / window) - _BETWEEN_ROWS_S for begin, _ in spans[1:]]
+        spans = list(pairwise((first, *inner, spans[-1][1])))
     if len(spans) < 2:
         yield read_dataset(path)
         return

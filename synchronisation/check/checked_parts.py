@@ -15,6 +15,8 @@ from synchronisation.check.faults import FAULTS
 
 MIN_SHARE_OF_PARTS = 0.5
 """share of the parts that must show a lasting fault (docs/thresholds.md)"""
+OVERLAP_S = 3.0
+"""s by which the parts of a data set reach into their neighbours: at its ends a slip cannot be told (docs/thresholds.md)"""
 SAME_MOMENT_S = 1.0
 """s: faults of one moment that are no further apart are one, seen in two parts that overlap (docs/thresholds.md)"""
 

@@ -81,12 +81,12 @@ def synchronise_parts(
     clock = replace(clock, warnings=(*warnings, *clock.warnings[:MAX_WARNINGS], *more))
     recording = _Recording.of(neck, arm, angles, clock)
     first, last = recording.rows
-    state = SeriesOnDisk(scratch, recording.log.time[first:last])
+    state = SeriesOnDisk(scratch, last - first)
     others = list[_Part]()
     for begin, end in _row_spans(recording):
         part = _part(recording, begin, end, cutoff)
         assert part.state is not None
-        state.write(begin - first, part.state)
+        state.write(part.state)
         others.append(replace(part, state=None))
         progress(1)
     has_force = "f1" in log.columns
