@@ -21,10 +21,12 @@ _ROWS_AT_ONCE = 50_000
 """rows that are held as Python's numbers, which take ten times as much memory"""
 
 
-def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str] = ()) -> Series:
+def read_table(
+    path: str | Path, required: Sequence[str], optional: Sequence[str] = (), max_rows: int | None = None
+) -> Series:
     """Columns `time`, all of `required`, and those of `optional` that the file has; empty cells are NaN.
 
-    Raises Refused for missing or doubled columns and for cells that are not numbers, naming row and column.
+    max_rows: more are refused, before they are all in memory. Raises Refused for missing or doubled columns and for cells that are not numbers, naming row and column.
     """
     path = Path(path)
     check_input(path)
@@ -52,6 +54,8 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
                     name = next(name for name, k in at.items() if not _is_number(row[k]))
                     what = f"row {number}, column {name}: {quoted(row[at[name]])} is not a number"
                     raise Refused(path, what) from None
+                if max_rows is not None and len(full) * _ROWS_AT_ONCE + len(table) > max_rows:
+                    raise Refused(path, f"has more than {max_rows} rows", "cut log and angles in parts, hours each")
                 if len(table) == _ROWS_AT_ONCE:
                     full.append(np.array(table).T)
                     table.clear()

@@ -22,8 +22,6 @@ from xneck_foundation.errors import Refused
 
 PART_S = 120.0
 """s of a part of a recording that is worked through from begin to end (docs/thresholds.md)"""
-MAX_HELD_S = 600.0
-"""s of all data sets of one identification or diagnosis together that are held at once (docs/thresholds.md)"""
 MIN_STRETCH_S = 20.0
 """s of a stretch at least (docs/thresholds.md)"""
 _BETWEEN_ROWS_S = 2e-4
@@ -113,16 +111,16 @@ def parts_of(path: str | Path, overlap: float = 0.0, window: float = 0.0) -> Ite
         yield read_dataset(path, (first - overlap, end + overlap))
 
 
-def chosen_stretches(paths: Sequence[str | Path], seconds: float, count: int) -> list[Stretches]:
+def chosen_stretches(paths: Sequence[str | Path], seconds: float, count: int, held_s: float) -> list[Stretches]:
     """Of each recording the whole, or at most `count` stretches evenly spread that are `seconds` s together.
 
-    Less of each where all recordings would be more than MAX_HELD_S. Raises Refused where they are too many for that.
+    held_s: of all recordings together; each has less where they would be more. Raises Refused where they are too many for that.
     """
-    each = MAX_HELD_S / len(paths)
+    each = held_s / len(paths)
     if each < MIN_STRETCH_S:
         raise Refused(
             "data sets",
-            f"{len(paths)} recordings are more than are held at once ({int(MAX_HELD_S / MIN_STRETCH_S)})",
+            f"{len(paths)} recordings are more than are held at once ({int(held_s / MIN_STRETCH_S)})",
             "give fewer of them",
         )
     chosen = []

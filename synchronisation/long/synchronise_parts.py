@@ -40,8 +40,6 @@ Array = NDArray[np.float64]
 
 MAX_WHOLE_S = 1.5 * PART_S
 """s of a recording that is worked through at once (docs/thresholds.md)"""
-MAX_LOG_ROWS = 5_500_000
-"""rows of a log beyond which it is refused: three hours at 500 Hz (docs/thresholds.md)"""
 MAX_WARNINGS = 8
 """warnings that are listed of the parts of a recording (docs/thresholds.md)"""
 

@@ -32,8 +32,10 @@ from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.provenance import note_inputs, provenance
 from xneck_foundation.whole_file import check_output, write_text
 
-DIAGNOSED_S, DIAGNOSED_STRETCHES = 150.0, 3
+DIAGNOSED_S, DIAGNOSED_STRETCHES = 130.0, 3
 """s of a recording that are diagnosed, and number of stretches where it is longer (docs/thresholds.md)"""
+MAX_HELD_S = 300.0
+"""s of all recordings of a diagnosis together, fitted and held out (docs/thresholds.md)"""
 
 
 @one_blas_thread
@@ -87,7 +89,7 @@ def _diagnose_into(
 
 def _judged(datasets: Sequence[Path], held_out: Sequence[Path]) -> list[Stretches]:
     """What of each recording is held: all of those that are not longer than DIAGNOSED_S."""
-    return chosen_stretches((*datasets, *held_out), DIAGNOSED_S, DIAGNOSED_STRETCHES)
+    return chosen_stretches((*datasets, *held_out), DIAGNOSED_S, DIAGNOSED_STRETCHES, MAX_HELD_S)
 
 
 def _deciding_motion(file: Path, diagnosis: Diagnosis, fitted: Sequence[DataSet]) -> dict[str, Any] | None:

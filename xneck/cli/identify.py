@@ -9,6 +9,8 @@ from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 
 IDENTIFIED_S, IDENTIFIED_STRETCHES = 300.0, 5
 """s of a recording that are identified, and number of stretches where it is longer (docs/thresholds.md)"""
+MAX_HELD_S = 600.0
+"""s of all recordings together that are identified (docs/thresholds.md)"""
 
 
 @click.command(epilog="Example: xneck identify dataset.mcap --out model.yaml --json identified.json")
@@ -50,7 +52,7 @@ def command(
 
     found = {"laws_of": laws_of} if laws_of else {}
     inputs = note_inputs({f"dataset{i + 1}": path for i, path in enumerate(datasets)} | found)
-    judged = chosen_stretches(datasets, IDENTIFIED_S, IDENTIFIED_STRETCHES)
+    judged = chosen_stretches(datasets, IDENTIFIED_S, IDENTIFIED_STRETCHES, MAX_HELD_S)
     if neck_out and not all(one.whole for one in judged):
         raise Refused(neck_out, f"x0 is of one recording of at most {IDENTIFIED_S:.0f} s", "record a shorter one for it")
     recordings = [data for path, one in zip(datasets, judged, strict=True) for data in read_stretches(path, one)]

@@ -36,7 +36,7 @@ def command(
     from mechanism.description import read_neck
     from synchronisation.angles import read_angles
     from synchronisation.encoder_log import read_log
-    from synchronisation.long.synchronise_parts import MAX_LOG_ROWS, is_long, steps_of, synchronise_parts
+    from synchronisation.long.synchronise_parts import is_long, steps_of, synchronise_parts
     from synchronisation.synchronise import synchronise
     from xneck_foundation.errors import Refused
     from xneck_foundation.provenance import note_inputs, provenance
@@ -47,8 +47,6 @@ def command(
     angles, log = read_angles(angles_file, neck.N), read_log(log_file, neck)
     origin = provenance(inputs, {"cutoff_hz": cutoff})
     origin["recovered"] = recovered()
-    if len(log) > MAX_LOG_ROWS:
-        raise Refused(log_file, f"has {len(log)} rows, more than {MAX_LOG_ROWS}", "cut log and angles in parts")
     text = read_text(neck_file)
     if is_long(log):
         if export_as in ("npz", "mat"):
