@@ -26,7 +26,9 @@ def read_table(
 ) -> Series:
     """Columns `time`, all of `required`, and those of `optional` that the file has; empty cells are NaN.
 
-    max_rows: more are refused, before they are all in memory. Raises Refused for missing or doubled columns and for cells that are not numbers, naming row and column.
+    max_rows: more are refused, before they are all in memory.
+
+    Raises Refused for missing or doubled columns and for cells that are not numbers, naming row and column.
     """
     path = Path(path)
     check_input(path)

@@ -45,7 +45,9 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     else:
         forces = [f"f{j + 1}" for j in range(m)]
         further = f"theta{m + 1}"
-        series = read_table(path, [f"theta{j + 1}" for j in range(m)], optional=[*forces, LED, further], max_rows=MAX_LOG_ROWS)
+        series = read_table(
+            path, [f"theta{j + 1}" for j in range(m)], optional=[*forces, LED, further], max_rows=MAX_LOG_ROWS
+        )
         if further in series.columns:
             raise Refused(path, f"has {further}, and neck.yaml has {m} motors", "is it this arm's neck.yaml?")
         missing = [name for name in forces if name not in series.columns]

@@ -16,8 +16,8 @@ from vision.frame_quality import angle_gaps, frame_quality
 from vision.light_patch import LightPatch
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.linkage.linkage_fit import LinkageFit, fit_linkage
-from vision.linkage.observed_corners import Floats
 from vision.linkage.marker_placement import describe_placement
+from vision.linkage.observed_corners import Floats
 from vision.linkage.shared_fit import LinkageOptions, PlacementPrior, fit_shared
 from vision.markers.tracking import DOUBLED, REPEATED, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video

@@ -59,7 +59,9 @@ class SeriesOnDisk:
             try:
                 os.pwrite(self._file.fileno(), values.tobytes(), _BYTES * (k * self._max_rows + first))
             except OSError as error:
-                raise Refused("the disk of --out", f"cannot be written ({error.strerror})", "make room on it") from error
+                raise Refused(
+                    "the disk of --out", f"cannot be written ({error.strerror})", "make room on it"
+                ) from error
 
     def series(self) -> Series:
         """The series, once it is written. Its columns can be sliced, and become arrays where they are asked for whole."""

@@ -55,8 +55,9 @@ def dataset_series(data: DataSet) -> dict[str, Series]:
 def read_dataset(path: str | Path, within: tuple[float, float] | None = None) -> DataSet:
     """A data set from its MCAP; of a damaged file what can be read, with a warning `Recovered`.
 
-    within: first and last time on the log's clock, s, of the rows that are wanted, where not all are; only their part of the file is
-    read, and frames, log and covariance up to EDGE_S beyond them.
+    within: first and last time on the log's clock, s, of the rows that are wanted, where not all are. Only their part of the file
+    is read, and frames, log and covariance up to EDGE_S beyond them.
+
     Of state and fasquelle the longest stretch without a gap is taken, as they need even time steps. Raises Refused where the file
     is something else, or lacks state, fasquelle, clock or neck.yaml.
 

@@ -151,9 +151,9 @@ def read_stretches(path: str | Path, stretches: Stretches) -> list[DataSet]:
 def with_shared_errors(data: DataSet, count: int) -> DataSet:
     """One of `count` stretches of a recording, with the errors that they share as large as if each stretch had its own.
 
-    Whoever takes several data sets takes their clocks and cameras for independent. An error of variance s^2 that all stretches share
-    enters a weighted sum with s^2 (sum w)^2, which is at most s^2 count (sum w^2): what independent errors of variance count s^2
-    would give. The clock's error away from the recording's middle has that of the skew in it.
+    Whoever takes several data sets takes their clocks and cameras for independent. An error of variance s^2 that all stretches
+    share enters a weighted sum with s^2 (sum w)^2, which is at most s^2 count (sum w^2): what independent errors of variance
+    count s^2 would give. The clock's error away from the recording's middle has that of the skew in it.
     """
     clock = dict(data.clock)
     middle = (data.state.time[0] + data.state.time[-1]) / 2

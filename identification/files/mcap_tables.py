@@ -155,9 +155,7 @@ def _chunks(tables: Sequence[MessageTable], descriptions: bytes) -> Iterator[_Ch
             index[c + 1]["logged"], index[c + 1]["offset"] = table.logged[part], offsets[at]
         order = of_chunk.tolist()
         data = b"".join([next(records[c]) for c in order])
-        yield _ChunkContent(
-            descriptions + data, {c + 1: index[c + 1] for c in dict.fromkeys(order)}
-        )
+        yield _ChunkContent(descriptions + data, {c + 1: index[c + 1] for c in dict.fromkeys(order)})
         descriptions = b""
 
 
@@ -189,7 +187,9 @@ def _interleaved(counts: Sequence[int]) -> Iterator[NDArray[np.intp]]:
     for piece_end in range(_ROWS_INTERLEAVED, longest + _ROWS_INTERLEAVED, _ROWS_INTERLEAVED):
         # row i of n is (i + 1/2) / n along; here are those before piece_end / longest
         ends = [min(n, (2 * piece_end * n + longest - 1) // (2 * longest)) for n in counts]
-        share = np.concatenate([(np.arange(b, e) + 0.5) / max(n, 1) for b, e, n in zip(begins, ends, counts, strict=True)])
+        share = np.concatenate(
+            [(np.arange(b, e) + 0.5) / max(n, 1) for b, e, n in zip(begins, ends, counts, strict=True)]
+        )
         channel = np.repeat(np.arange(len(counts)), np.subtract(ends, begins))
         yield channel[np.argsort(share, kind="stable")]
         begins = ends

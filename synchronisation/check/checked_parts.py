@@ -1,7 +1,7 @@
 """The check of a recording from those of its consecutive parts.
 
-A fault of one moment counts wherever it is seen. A fault that is there all the time must be seen in at least half of the parts: among
-sixty parts chance shows some in one or two. What fewer parts show stands in the record, and is no verdict.
+A fault of one moment counts wherever it is seen. A fault that is there all the time must be seen in at least half of the parts:
+among sixty parts chance shows some in one or two. What fewer parts show stands in the record, and is no verdict.
 """
 
 from collections.abc import Sequence

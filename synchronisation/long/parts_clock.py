@@ -7,6 +7,7 @@ the parts' offsets scatter about the one clock by more than their sigmas, its si
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,9 +38,9 @@ from xneck_foundation.errors import Refused
 Array = NDArray[np.float64]
 
 OVERLAP_S = 4.0
-"""s by which parts reach beyond their spans: filters settle in it, and what happens at a seam is seen in both (docs/thresholds.md)"""
+"""s by which parts reach beyond their spans: filters settle in it, and what happens at a seam is seen twice (docs/thresholds.md)"""
 LOG_MARGIN_S = 3.0
-"""s of the log beyond a part's frames on either side, by as much as its clock may differ from its neighbour's (docs/thresholds.md)"""
+"""s of the log beyond a part's frames on either side: by as much its clock may differ from its neighbour's (docs/thresholds.md)"""
 UNEVEN_S = 1e-3
 """s, RMS, by which parts' clocks may scatter about one clock before a warning says so (docs/thresholds.md)"""
 
@@ -95,7 +96,9 @@ def clock_of_parts(
 def _video_speeds(arm: Arm, angles: Angles) -> CableSpeeds:
     known = angles.complete
     if known.sum() < 2:
-        raise Refused("sync", f"only {known.sum()} frames have all angles", "check the overlay for what hides the markers")
+        raise Refused(
+            "sync", f"only {known.sum()} frames have all angles", "check the overlay for what hides the markers"
+        )
     return cable_speeds(angles.time[known], cable_winding(arm, angles.alpha[known]))
 
 
@@ -107,7 +110,9 @@ def _anchor(
     stride = max(1, round(1 / (2 * SPEED_RATE_HZ * float(np.median(np.diff(log.time))))))
     thinned = log.part(slice(None, None, stride))
     of_log = cable_speeds(thinned.time, arm.drum * thinned.matrix("theta"))
-    of_parts = [CableSpeeds(video.first + (p := video.rows(span)).start / SPEED_RATE_HZ, video.values[p]) for span in spans]
+    of_parts = [
+        CableSpeeds(video.first + (p := video.rows(span)).start / SPEED_RATE_HZ, video.values[p]) for span in spans
+    ]
     anchor = int(np.argmax([np.mean(part.values**2) for part in of_parts]))
     return anchor, align_coarsely(of_parts[anchor], of_log)
 
@@ -133,7 +138,11 @@ def _part_clock(
 
 
 def _through(
-    parts: Sequence[PartClock], angles: Angles, coarse: CoarseAlignment, repaired: RepairedLog, warnings: tuple[str, ...]
+    parts: Sequence[PartClock],
+    angles: Angles,
+    coarse: CoarseAlignment,
+    repaired: RepairedLog,
+    warnings: tuple[str, ...],
 ) -> ClockEstimate:
     """One clock through those of the parts, with frames that were lost within parts and between them."""
     source = Counter(part.clock.source for part in parts).most_common(1)[0][0]
@@ -189,7 +198,7 @@ def _through(
 def _losses(parts: Sequence[PartClock], period: float) -> LostFrames:
     """Frames that were lost within parts; and where one ends and the next begins, by how far their clocks are apart there."""
     losses = list(parts[0].losses)
-    for before, after in zip(parts[:-1], parts[1:], strict=True):
+    for before, after in pairwise(parts):
         seam = np.array(after.span[0])
         frames = round(float(after.clock.log_time(seam) - before.clock.log_time(seam)) / period)
         losses += [FrameLoss(after.span[0], frames)] if frames else []

@@ -51,7 +51,9 @@ def row_time(
         return None
     frames = known[np.unique(np.linspace(0, len(known) - 1, MAX_FRAMES).astype(int))]
     near = np.unique(np.clip(frames[:, None] + [-1, 0, 1], 0, len(time) - 1))
-    moving = velocity_at(time[near], np.stack([fit.image[near].real, fit.image[near].imag], axis=-1), np.searchsorted(near, frames))
+    moving = velocity_at(
+        time[near], np.stack([fit.image[near].real, fit.image[near].imag], axis=-1), np.searchsorted(near, frames)
+    )
     rows = corners[frames, ..., 1] - (camera.height - 1) / 2
     column = np.nan_to_num(rows * (moving[..., 0] + 1j * moving[..., 1]))[..., None]
     if not column.any():

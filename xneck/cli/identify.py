@@ -54,7 +54,9 @@ def command(
     inputs = note_inputs({f"dataset{i + 1}": path for i, path in enumerate(datasets)} | found)
     judged = chosen_stretches(datasets, IDENTIFIED_S, IDENTIFIED_STRETCHES, MAX_HELD_S)
     if neck_out and not all(one.whole for one in judged):
-        raise Refused(neck_out, f"x0 is of one recording of at most {IDENTIFIED_S:.0f} s", "record a shorter one for it")
+        raise Refused(
+            neck_out, f"x0 is of one recording of at most {IDENTIFIED_S:.0f} s", "record a shorter one for it"
+        )
     recordings = [data for path, one in zip(datasets, judged, strict=True) for data in read_stretches(path, one)]
     fasquelle = fasquelle_identification(recordings)
     laws, held = unlisted_laws_of(read_model(laws_of)) if laws_of else ((), {})
