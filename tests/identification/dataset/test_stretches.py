@@ -41,7 +41,9 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     log = Series(long, numbered_columns("theta", motors) | numbered_columns("f", 40 + motors))
     clock = {"offset_s": OFFSET_S, "offset_sigma_s": 3e-5, "skew_sigma_ppm": 1.0, "camera_middle_s": 50.5}
     path = tmp_path_factory.mktemp("long") / "d.mcap"
-    write_dataset(DataSet(neck, NECK_FILE.read_text(), state, state.part(slice(None, None, 3)), angles, log, clock), path)
+    write_dataset(
+        DataSet(neck, NECK_FILE.read_text(), state, state.part(slice(None, None, 3)), angles, log, clock), path
+    )
     return path
 
 
@@ -119,9 +121,7 @@ def test_a_shared_error_is_no_smaller_by_cutting(file: Path) -> None:
     assert clock[0] == pytest.approx(np.sqrt(3) * np.hypot(3e-5, 1e-6 * away), rel=1e-3)
 
 
-def test_a_large_file_without_its_index_is_refused(
-    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_large_file_without_its_index_is_refused(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(file.read_bytes()[:-5000])
     assert state_span(cut) is None
