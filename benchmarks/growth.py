@@ -159,7 +159,7 @@ def main() -> None:
     parser.add_argument("--data", nargs="*", type=int, default=(), help=f"turns of angles and log, {TURN_S} s each")
     asked = parser.parse_args()
     lengths = (asked.video, asked.data) if asked.video or asked.data else (VIDEO_TURNS, TURNS)
-    print(measure(*lengths).text)
+    print(measure(*lengths).text())
 
 
 if __name__ == "__main__":

@@ -14,7 +14,8 @@ from mechanism.description import read_neck
 from samples.generator.prescribed import World, prescribe
 from samples.worlds.clock_worlds import NECK_FILE, NOISE_RAD
 from synchronisation.angles import Angles
-from synchronisation.long import parts_clock, synchronise_parts as module
+from synchronisation.long import parts_clock
+from synchronisation.long import synchronise_parts as module
 from synchronisation.long.synchronise_parts import synchronise_parts
 from synchronisation.synchronise import synchronise
 from xneck_foundation.errors import Refused
