@@ -27,6 +27,11 @@ from xneck_foundation.errors import Refused
 SECONDS, OFFSET_S = 90.0, 1.5
 
 
+def thrice(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same for a signal and its derivatives: only the file is at stake here."""
+    return values, values, values
+
+
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A data set of 90 s at 100 Hz; its log goes on for 20 s, its frames have a clock of their own."""
@@ -35,7 +40,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     long = 0.01 * np.arange(round((SECONDS + 20) / 0.01), dtype=float) + 7
     alpha, theta = 0.2 * np.sin(np.outer(t, [1.0, 2.0, 3.0])), np.sin(np.outer(t, [1.0, 2.0, 3.0, 4.0]))
     motors = np.sin(np.outer(long, [1.0, 2.0, 3.0, 4.0]))
-    state = state_series(arm_of(neck), t, (alpha,) * 3, (theta,) * 3, 40 + theta, (0.01 + alpha**2,) * 3)
+    state = state_series(arm_of(neck), t, thrice(alpha), thrice(theta), 40 + theta, thrice(0.01 + alpha**2))
     columns = numbered_columns("alpha", alpha[::3]) | numbered_columns("sigma", np.full_like(alpha[::3], 2e-3))
     angles = Series(t[::3] - OFFSET_S, columns | numbered_columns("common", np.full_like(alpha[::3], 1e-3)))
     log = Series(long, numbered_columns("theta", motors) | numbered_columns("f", 40 + motors))
