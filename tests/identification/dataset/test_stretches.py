@@ -24,7 +24,7 @@ from mechanism.description import read_neck
 from tests.paths import NECK_FILE
 from xneck_foundation.errors import Refused
 
-SECONDS, OFFSET_S = 90.0, 1.5
+SECONDS, OFFSET_S = 80.01, 1.5
 
 
 def thrice(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -34,7 +34,7 @@ def thrice(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A data set of 90 s at 100 Hz; its log goes on for 20 s, its frames have a clock of their own."""
+    """A data set of 80 s at 100 Hz, whose quarters end on rows; its log goes on for 20 s, its frames have a clock of their own."""
     neck = read_neck(NECK_FILE)
     t = 0.01 * np.arange(round(SECONDS / 0.01), dtype=float) + 7
     long = 0.01 * np.arange(round((SECONDS + 20) / 0.01), dtype=float) + 7
