@@ -2,7 +2,7 @@
 
 import csv
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -39,7 +39,8 @@ def read_table(
             if not header:
                 raise Refused(path, "is empty", "expected a header and rows of numbers")
             at = _columns(path, header, rows, ("time", *required), optional)
-            places, table, full = list(at.values()), list[list[float]](), list[Array]()
+            places, table, rows_before = list(at.values()), list[list[float]](), 0
+            columns = {name: list[Array]() for name in at}
             for number, row in enumerate(rows, start=2):
                 if not row:
                     continue
@@ -56,21 +57,29 @@ def read_table(
                     name = next(name for name, k in at.items() if not _is_number(row[k]))
                     what = f"row {number}, column {name}: {quoted(row[at[name]])} is not a number"
                     raise Refused(path, what) from None
-                if max_rows is not None and len(full) * _ROWS_AT_ONCE + len(table) > max_rows:
+                if max_rows is not None and rows_before + len(table) > max_rows:
                     raise Refused(path, f"has more than {max_rows} rows", "cut log and angles in parts, hours each")
                 if len(table) == _ROWS_AT_ONCE:
-                    full.append(np.array(table).T)
+                    _add_rows(columns, table)
+                    rows_before += len(table)
                     table.clear()
     except UnicodeDecodeError as error:
         raise Refused(path, "cannot be read as CSV (not UTF-8 text)", "save it as UTF-8") from error
     except (OSError, csv.Error) as error:
         raise Refused(path, f"cannot be read as CSV ({getattr(error, 'strerror', None) or error})") from error
-    full += [np.array(table).T] if table else []
-    if not full:
+    if not rows_before and not table:
         raise Refused(path, "has a header but no rows")
-    # each column in one piece, so that those which are replaced are freed
-    columns = {name: np.concatenate([part[k] for part in full]) for k, name in enumerate(at)}
-    return Series(columns.pop("time"), columns)
+    _add_rows(columns, table)
+    # column by column, each given up in its pieces as it is joined: not all is there twice
+    joined = {name: np.concatenate(columns.pop(name)) for name in at}
+    return Series(joined.pop("time"), joined)
+
+
+def _add_rows(columns: Mapping[str, list[Array]], table: Sequence[Sequence[float]]) -> None:
+    """Rows of numbers as one more piece of each column."""
+    if table:
+        for pieces, values in zip(columns.values(), np.array(table).T, strict=True):
+            pieces.append(values.copy())
 
 
 def _columns(
