@@ -4,7 +4,7 @@ Memory holds one part, or all stretches, but never a whole recording of hours. A
 clock or of its camera's pose, is no smaller because the recording was cut: see `with_shared_errors`.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -17,8 +17,10 @@ from identification.dataset.dataset_file import EDGE_S, read_dataset
 from identification.dataset.frames import white_sigma
 from identification.dataset.series import numbered_columns
 from identification.files import joint_state
+from identification.files.joint_state_channel import JointStateChannel
 from identification.files.mcap_records import logged_span
 from xneck_foundation.errors import Refused
+from xneck_foundation.recovery import collected_recoveries
 
 PART_S = 120.0
 """s of a part of a recording that is worked through from begin to end (docs/thresholds.md)"""
@@ -72,10 +74,19 @@ def state_span(path: str | Path) -> tuple[float, float] | None:
         if path.stat().st_size > MAX_BYTES_WITHOUT_INDEX:
             raise Refused(path, "has lost the index at its end, and is too large to be read whole", "copy it again")
         return None
-    begin, end = (joint_state.read(path, (ns / 1e9, ns / 1e9)).logs for ns in logged)
+    with collected_recoveries():  # what is lost is said once, when the rows are read
+        begin, end = (_logs_at(path, ns / 1e9) for ns in logged)
     if "state" not in begin or "state" not in end:
         return None
     return float(begin["state"].time[0]), float(end["state"].time[-1])
+
+
+def _logs_at(path: Path, time: float) -> Mapping[str, JointStateChannel]:
+    """Rows of the chunks that hold a log time, s; none where these are damaged."""
+    try:
+        return joint_state.read(path, (time, time)).logs
+    except Refused:
+        return {}
 
 
 def is_long(path: str | Path) -> bool:
