@@ -23,6 +23,8 @@ LED = "led"
 """column of a log, or joint of an MCAP, that says whether the light was on"""
 MAX_LOGGED_MAGNITUDE = 1e9
 """largest motor angle or force that a log may hold, in whatever unit it is logged (docs/thresholds.md)"""
+MAX_LOG_ROWS = 5_000_000
+"""rows of a log beyond which it is refused: nearly three hours at 500 Hz (docs/thresholds.md)"""
 
 _SHOWN = 60
 """characters of joints' names that are shown"""
@@ -43,7 +45,9 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     else:
         forces = [f"f{j + 1}" for j in range(m)]
         further = f"theta{m + 1}"
-        series = read_table(path, [f"theta{j + 1}" for j in range(m)], optional=[*forces, LED, further])
+        series = read_table(
+            path, [f"theta{j + 1}" for j in range(m)], optional=[*forces, LED, further], max_rows=MAX_LOG_ROWS
+        )
         if further in series.columns:
             raise Refused(path, f"has {further}, and neck.yaml has {m} motors", "is it this arm's neck.yaml?")
         missing = [name for name in forces if name not in series.columns]
@@ -53,6 +57,8 @@ def read_log(path: str | Path, neck: Neck) -> Series:
                 f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
                 "log the forces of all motors, or of none",
             )
+    if len(series) > MAX_LOG_ROWS:
+        raise Refused(path, f"has more than {MAX_LOG_ROWS} rows", "cut log and angles in parts, hours each")
     check_time_unit(series.time, str(path), "rows")
     check_time(series.time, str(path))
     check_log_rate(series.time, str(path))

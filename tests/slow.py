@@ -32,6 +32,7 @@ SLOW = (
     "state_estimation/test_state.py",
     "synchronisation/check",
     "synchronisation/clocks",
+    "synchronisation/long",
     "synchronisation/test_rates.py",
     "test_without_camera.py",
     "vision/linkage",

@@ -17,6 +17,7 @@ from vision.light_patch import LightPatch
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.linkage.linkage_fit import LinkageFit, fit_linkage
 from vision.linkage.marker_placement import describe_placement
+from vision.linkage.observed_corners import Floats
 from vision.linkage.shared_fit import LinkageOptions, PlacementPrior, fit_shared
 from vision.markers.tracking import DOUBLED, REPEATED, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
@@ -121,7 +122,7 @@ def extract(
     ids = [marker.id for marker in markers.on_bars]
     cells = np.stack([marker_cells(markers.dictionary, i) for i in ids]) if options.template else None
     seen = correct_lens_bow(camera, tracks.corners, cells)
-    covariance = None if tracks.covariance is None else tracks.covariance.astype(float)
+    covariance = tracks.covariance  # as single floats: hours of them as double ones would be most of memory
     linkage = LinkageOptions(options.placement, systematic_px=SYSTEMATIC_PX)
 
     def fitted(shutter: Shutter) -> tuple[Array, LinkageFit]:
@@ -264,7 +265,7 @@ def _angles(time: Array, fit: LinkageFit, notes: dict[str, Any], light: Array | 
 
 
 def _placement_warning(
-    neck: Neck, camera: Camera, corners: Array, covariance: Array | None, where: str, described: LinkageFit
+    neck: Neck, camera: Camera, corners: Array, covariance: Floats | None, where: str, described: LinkageFit
 ) -> str | None:
     """A sentence where markers that sit as neck.yaml says explain the corners much worse than markers free to sit elsewhere."""
     prior = PlacementPrior()

@@ -76,8 +76,12 @@ def track_video(
             for part in pool.map(_track_segment, tasks):
                 parts.append(part)
                 progress(len(part.time))
-    arrays = {name: _joined(np.concatenate, [getattr(part, name) for part in parts]) for name in _FIELDS}
-    return MarkerTracks(**arrays, foreign_ids=tuple(sorted({i for part in parts for i in part.foreign_ids})))
+    foreign_ids = tuple(sorted({i for part in parts for i in part.foreign_ids}))
+    # field by field, each given up in the parts as it is joined: not all of it is there twice
+    fields = [vars(part).copy() for part in parts]
+    parts.clear()
+    arrays = {name: _joined(np.concatenate, [of_part.pop(name) for of_part in fields]) for name in _FIELDS}
+    return MarkerTracks(**arrays, foreign_ids=foreign_ids)
 
 
 @one_blas_thread

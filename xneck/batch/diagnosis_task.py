@@ -8,7 +8,8 @@ from diagnosis import extended_model, record
 from diagnosis.deciding_motion import answers_json, deciding_motion
 from diagnosis.diagnose import Diagnosis, diagnose
 from identification.dataset.dataset import DataSet
-from identification.dataset.dataset_file import export_series, read_dataset
+from identification.dataset.dataset_file import export_series
+from identification.dataset.stretches import Stretches, chosen_stretches, read_stretches
 from identification.design.result import motion_series
 from identification.design.trajectory import USUAL_LIMITS
 from identification.model_file import write_model
@@ -30,6 +31,11 @@ from xneck_foundation.json_text import json_text, read_record
 from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.provenance import note_inputs, provenance
 from xneck_foundation.whole_file import check_output, write_text
+
+DIAGNOSED_S, DIAGNOSED_STRETCHES = 130.0, 3
+"""s of a recording that are diagnosed, and number of stretches where it is longer (docs/thresholds.md)"""
+MAX_HELD_S = 300.0
+"""s of all recordings of a diagnosis together, fitted and held out (docs/thresholds.md)"""
 
 
 @one_blas_thread
@@ -54,10 +60,14 @@ def _diagnose_into(
     folder: Path, datasets: Sequence[Path], held_out: Sequence[Path], progress: Callable[[str], object]
 ) -> tuple[dict[str, Any], str]:
     inputs = note_inputs(_input_paths(datasets, held_out))
-    fitted, unfitted = [read_dataset(p) for p in datasets], [read_dataset(p) for p in held_out]
+    judged = dict(zip((*datasets, *held_out), _judged(datasets, held_out), strict=True))
+    fitted, unfitted = (
+        [data for path in paths for data in read_stretches(path, judged[path])] for paths in (datasets, held_out)
+    )
     diagnosis = diagnose(fitted, unfitted, progress=progress)
     origin = provenance(inputs)
     result = record.as_json(diagnosis) | {
+        "judged": {str(path): one.record for path, one in judged.items()},
         "sentence": diagnosis_sentence(diagnosis),
         "motion": _deciding_motion(folder / DECIDING_MOTION, diagnosis, fitted),
         "provenance": origin,
@@ -73,7 +83,13 @@ def _diagnose_into(
     name = f"{' and '.join(map(_dataset_name, datasets))}, diagnosed"
     write_diagnosis_report(DiagnosisResult(name, diagnosis, origin), folder / DIAGNOSIS_PAGE)
     write_text(folder / DIAGNOSIS_RECORD, json_text(result))
-    return result, record.as_text(diagnosis)
+    partly = [f"{path}: {one.text}" for path, one in judged.items() if not one.whole]
+    return result, "\n".join([record.as_text(diagnosis), *partly])
+
+
+def _judged(datasets: Sequence[Path], held_out: Sequence[Path]) -> list[Stretches]:
+    """What of each recording is held: all of those that are not longer than DIAGNOSED_S."""
+    return chosen_stretches((*datasets, *held_out), DIAGNOSED_S, DIAGNOSED_STRETCHES, MAX_HELD_S)
 
 
 def _deciding_motion(file: Path, diagnosis: Diagnosis, fitted: Sequence[DataSet]) -> dict[str, Any] | None:
