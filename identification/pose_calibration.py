@@ -120,6 +120,14 @@ def calibrate_pose(recordings: Sequence[DataSet], model: Model, neck: Neck | Non
     return problem.result(p, covariance)
 
 
+def with_pose(model: Model, recordings: Sequence[DataSet], neck: Neck | None = None) -> Model:
+    """The model with the numbers by which motors tell the joints; as it is where these recordings do not tell them."""
+    try:
+        return model.model_copy(update={"pose": calibrate_pose(recordings, model, neck)})
+    except Refused:
+        return model
+
+
 def _rows(data: DataSet) -> _Rows:
     state = data.state
     log_step = float(np.mean(np.diff(state.time)))

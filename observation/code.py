@@ -104,6 +104,7 @@ def c_function(
         f"    const double {own} = {argument}[{i}];" for argument, own_names in inputs.items() for i, own in enumerate(own_names)
     ]
     lines += [f"    (void){own};" for own_names in inputs.values() for own in own_names]
+    lines += [f"    (void){argument};" for argument in (*inputs, *outputs)]
     lines += [f"    const double {target} = {right};" for target, right in assigned]
     place = 0
     for argument, part in outputs.items():

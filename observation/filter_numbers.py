@@ -22,15 +22,15 @@ POSE_TIME_S = 1.0
 """s, for which the pose's error lasts (docs/thresholds.md)"""
 POSE_RATE_HZ = 0.8
 """at which the pose's error varies, for the sigma of rates (docs/thresholds.md)"""
-LAG_SIGMA_S = 4e-4
+LAG_SIGMA_S = 3e-4
 """s: what a calibration leaves of the camera's clock beside the cables' damping (docs/thresholds.md)"""
 X0_DRIFT_M = 2e-6
 """m in a square root of a second, by which pre-elongations wander (docs/thresholds.md)"""
-KNOWN_X0_SIGMA_M = 2e-5
+KNOWN_X0_SIGMA_M = 2e-6
 """m, beside the pose's error, of a pre-elongation that a recording told (docs/thresholds.md)"""
-JOINT_NOISE = 2e-2
+JOINT_NOISE = 1.5e-3
 """(rad/s^2)^2 s, of torques that nobody describes (docs/thresholds.md)"""
-MOTOR_NOISE = 50.0
+MOTOR_NOISE = 100.0
 """(rad/s^2)^2 s: where a motor turns round within a row its friction is known to a part of it only (docs/thresholds.md)"""
 MEMORY_NOISE = 1e-3
 """share of a cable's memory bound, or N, in a square root of a second (docs/thresholds.md)"""

@@ -6,6 +6,7 @@ the step is L-stable. The state is that of StateLayout; the angle of a joint is 
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +31,9 @@ MAX_STEP_S = 4e-3
 """s: longer rows are gone through in several steps (docs/thresholds.md)"""
 MAX_GAP_S = 1.0
 """s without a row, after which the observer begins anew (docs/thresholds.md)"""
-_NEWTON_STEPS, _MAX_NEWTON_RAD, _AT_REST_RAD = 60, 0.1, 1e-10
-_RANGE_RAD = 2.8
+_MEMORY = ("state", "covariance", "_speed_d", "_force", "_acting", "_time", "_began")
+NEWTON_STEPS, MAX_NEWTON_RAD, AT_REST_RAD = 60, 0.1, 1e-10
+RANGE_RAD = 2.8
 """of a joint's angle, beyond which the mechanism has no pose"""
 
 
@@ -92,6 +94,9 @@ class Observer:
         self._acting: list[Array | None] = [None] * len(self.numbers.machine.laws)
         self._time = 0.0
         self._began = 0.0
+        self.transition: Array | None = None
+        """from the row before to this one, (size, size); None where the observer began"""
+        self.predicted, self.predicted_covariance = self.state, self.covariance
         self.innovation = np.zeros(self.numbers.layout.M)
         self.innovation_covariance = np.diag(self.numbers.theta_sigma**2)
 
@@ -118,6 +123,7 @@ class Observer:
             self._begin_anew()
             first = True
         if first:
+            self.transition = None
             self._began = at if self._force is None else self._began
             self._start(theta, angles)
         else:
@@ -133,11 +139,25 @@ class Observer:
         return out.alpha, out.alpha_d, out.covariance
 
     @property
+    def memory(self) -> dict[str, Any]:
+        """All that a row leaves for the next; setting it goes back to that row."""
+        return {name: getattr(self, name) for name in _MEMORY}
+
+    @memory.setter
+    def memory(self, values: dict[str, Any]) -> None:
+        for name in _MEMORY:
+            setattr(self, name, values[name])
+
+    @property
     def observed(self) -> Observed:
         """The joints at the last row."""
+        return self.observed_of(self.state, self.covariance)
+
+    def observed_of(self, s: Array, P: Array) -> Observed:
+        """The joints of a state (size,) with its covariance."""
         layout = self.numbers.layout
         a, v, b = layout.alpha, layout.alpha_d, layout.pose_error
-        n, P, s = layout.N, self.covariance, self.state
+        n = layout.N
         covariance = np.empty((2 * n, 2 * n))
         cross = P[a, b]
         covariance[:n, :n] = P[a, a] + P[b, b] + cross + cross.T
@@ -176,15 +196,15 @@ class Observer:
         told = s[a].copy()
         n = layout.N
         slope = np.eye(n)
-        for _ in range(_NEWTON_STEPS):
+        for _ in range(NEWTON_STEPS):
             _, rates, _ = self._formed(s, np.zeros(layout.M), 0.0)
             slope = self._by_state[:n, a]
             change = -np.linalg.solve(slope, rates[:n]) if np.linalg.det(slope) else np.zeros(n)
-            change *= min(1.0, _MAX_NEWTON_RAD / max(float(np.max(np.abs(change))), 1e-300))
+            change *= min(1.0, MAX_NEWTON_RAD / max(float(np.max(np.abs(change))), 1e-300))
             s[a] += change
-            if np.max(np.abs(change)) < _AT_REST_RAD:
+            if np.max(np.abs(change)) < AT_REST_RAD:
                 break
-        if not np.all(np.abs(s[a]) < _RANGE_RAD):
+        if not np.all(np.abs(s[a]) < RANGE_RAD):
             s[a] = told
         by_x0 = -np.linalg.solve(slope, self._by_state[:n, x0])
         P = self.covariance
@@ -202,10 +222,14 @@ class Observer:
 
     def _predict(self, interval: float) -> None:
         steps = max(1, int(np.ceil(interval / MAX_STEP_S)))
+        self.transition = None
         for step in range(steps):
-            self._predicted_step(interval / steps, self._time + (step + 0.5) * interval / steps - self._began)
+            F = self._predicted_step(interval / steps, self._time + (step + 0.5) * interval / steps - self._began)
+            self.transition = F if self.transition is None else F @ self.transition
+        self.predicted, self.predicted_covariance = self.state, self.covariance
 
-    def _predicted_step(self, h: float, since: float) -> None:
+    def _predicted_step(self, h: float, since: float) -> Array:
+        """Goes on by h; returns the transition."""
         layout = self.numbers.layout
         n, m, s = layout.N, layout.M, self.state
         a, v, theta, w, b = layout.alpha, layout.alpha_d, layout.theta, layout.theta_d, layout.pose_error
@@ -237,6 +261,7 @@ class Observer:
         if self._bounded:
             bound = self.numbers.memory_bound
             self.state[layout.memory] = np.clip(self.state[layout.memory], -bound, bound)
+        return F
 
     def _pose_noise(self, state: Array, tension: Array) -> Array:
         """Covariance of the pose's error, (N, N), rad^2."""

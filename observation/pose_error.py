@@ -34,7 +34,7 @@ _RANK = 10
 """columns of the factor"""
 RANGE_RAD = 0.6
 """of joint angles around straight, where no camera saw another"""
-WIDENED = 2.0
+WIDENED = 1.5
 """by how much the sigmas of numbers are widened: residuals of a fit say nothing of what all frames share (docs/thresholds.md)"""
 UNSEEN_X0_SIGMA_M = 5e-3
 """of a pre-elongation that no recording told: motors may have started anywhere (docs/thresholds.md)"""
