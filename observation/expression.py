@@ -229,7 +229,7 @@ _SLOPES: Mapping[str, Callable[..., tuple[Expression, ...]]] = {
     "divide": lambda e, a, b: (divide(ONE, b), -divide(e, b)),
     "negative": lambda e, a: (constant(-1.0),),
     "power": lambda e, a, b: (multiply(b, raised(a, subtract(b, ONE))), ZERO),
-    "sqrt": lambda e, a: (divide(constant(0.5), e),),
+    "sqrt": lambda e, a: (multiply(constant(0.5), apply("power", a, constant(-0.5))),),
     "sin": lambda e, a: (apply("cos", a),),
     "cos": lambda e, a: (-apply("sin", a),),
     "arctan": lambda e, a: (divide(ONE, add(ONE, multiply(a, a))),),

@@ -19,11 +19,11 @@ WINDOW_S = 8.0
 """s: some turns of every motor in lively motion (docs/thresholds.md)"""
 SETTLING_S = 2.0
 """s after a begin that are not judged: the observer finds its state first (docs/thresholds.md)"""
-MAX_MEAN_RATIO = 1.2
+MAX_MEAN_RATIO = 0.6
 """mean of a motor's unsaid force over a window, in sigmas of calibration (docs/thresholds.md)"""
 MAX_ALONG_RATIO = 0.9
 """its part along the motor's direction, in those sigmas (docs/thresholds.md)"""
-MAX_RMS_RATIO = 1.7
+MAX_RMS_RATIO = 1.5
 """its rms, in those sigmas (docs/thresholds.md)"""
 _MIN_TURNING_SHARE = 0.3
 """of a window in which a motor must turn, for its friction to be told"""

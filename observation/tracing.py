@@ -34,6 +34,19 @@ def _sum_of(a: Any, b: Any) -> Any:
     return a + b
 
 
+def _exp(a: Any) -> Any:
+    if not isinstance(a, ComplexExpression):
+        return apply("exp", as_expression(a))
+    size = apply("exp", a.real)
+    return ComplexExpression(size * apply("cos", a.imag), size * apply("sin", a.imag))
+
+
+def _absolute(a: Any) -> Any:
+    if not isinstance(a, ComplexExpression):
+        return apply("absolute", as_expression(a))
+    return apply("sqrt", a.real * a.real + a.imag * a.imag)
+
+
 _ELEMENTWISE: Mapping[str, Callable[..., Any]] = {
     **{name: _by_name(name) for name in OPERATIONS},
     "add": _sum_of,
@@ -42,6 +55,8 @@ _ELEMENTWISE: Mapping[str, Callable[..., Any]] = {
     "divide": lambda a, b: a / b,
     "negative": lambda a: -a,
     "power": lambda a, b: raised(as_expression(a), as_expression(b)),
+    "exp": _exp,
+    "absolute": _absolute,
     "square": lambda a: a * a,
     "less": lambda a, b: apply("greater", as_expression(b), as_expression(a)),
     "conjugate": lambda a: a if isinstance(a, Expression) else ComplexExpression(a.real, -a.imag),
