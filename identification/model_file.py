@@ -36,7 +36,7 @@ class ModelParameter(Strict):
 
 
 class PoseNumber(Strict):
-    """A number by which motors tell the joints: of a law or a cable as it is, of the drawing as a share (of a tilt in rad) to be added."""
+    """A number by which motors tell the joints: of a law or cable as it is, of the drawing as a share to be added (rad of a tilt)."""
 
     name: str
     index: int | None
@@ -154,7 +154,7 @@ def machine_of(model: Model, arm: Arm) -> Machine:
 
 
 def pose_machine(model: Model, neck: Neck, amounts: Mapping[int, float] | None = None) -> Machine:
-    """The arm with the numbers by which its motors tell its joints; amounts: what is added to some, by their place in the model's `pose`.
+    """The arm with the numbers by which its motors tell its joints; amounts: added to some, by their place in the model's `pose`.
 
     As the model and the description have it where no camera found such numbers.
     """
@@ -173,7 +173,9 @@ def pose_machine(model: Model, neck: Neck, amounts: Mapping[int, float] | None =
         elif number.kind == "law" and number.name in values and (number.index or 1) <= len(values[number.name]):
             values[number.name][(number.index or 1) - 1] = value
         else:
-            raise Refused("model", f"pose: {number.name}({number.index}) is none of this arm", "is it this arm's neck.yaml?")
+            raise Refused(
+                "model", f"pose: {number.name}({number.index}) is none of this arm", "is it this arm's neck.yaml?"
+            )
     arm = arm_of(moved(neck, [by_name[name] for name in drawing], list(drawing.values())))
     return Machine(replace(arm, x0=x0), machine.names, values)
 

@@ -1,14 +1,14 @@
 """Numbers of arm and laws by which motor angles tell the joints: what a camera leaves behind for when it is gone.
 
-`identify` asks what friction and elasticity are if the drawing is right. Where joints shall be told without a camera the question is
-another one: with which numbers, of laws and drawing together, does the arm stand where the camera saw it? With the motors' angles
-given, cables pull the arm to where
+`identify` asks what friction and elasticity are if the drawing is right. Where joints shall be told without a camera the question
+is another one: with which numbers, of laws and drawing together, does the arm stand where the camera saw it? With the motors'
+angles given, cables pull the arm to where
 
     Z t(alpha, theta) = M alpha'' + c + g + joint friction                                    (44), (53)
 
-so that numbers are sought which put every frame's angles there. Numbers of the drawing are known to their tolerance beforehand, those
-of the laws as `identify` left them; the motors' equation (43) tells the level of the tensions. Rows of correlated residuals count
-for what they are worth.
+so that numbers are sought which put every frame's angles there. Numbers of the drawing are known to their tolerance beforehand,
+those of the laws as `identify` left them; the motors' equation (43) tells the level of the tensions. Rows of correlated residuals
+count for what they are worth.
 """
 
 from collections.abc import Sequence
@@ -138,8 +138,9 @@ def _rows(data: DataSet) -> _Rows:
     margin = 2 / _ROWS_HZ
     frames = frames.within(state.time[0] + margin, state.time[-1] - margin)
     frames = frames.clear_of(data.clock.get("log_gaps", ()), margin)
-    bridged = interpolated(frames.time, state.time, state.matrix("bridged"))
-    alpha = np.where(bridged > 0, np.nan, frames.alpha) if bridged.size else frames.alpha
+    alpha, bridged = frames.alpha, state.matrix("bridged")
+    if bridged.size:  # where the state was not seen it is no place to linearise at
+        alpha = np.where(interpolated(frames.time, state.time, bridged) > 0, np.nan, alpha)
     names = [("alpha", s) for s in ("", "_d", "_dd")] + [("theta", s) for s in ("", "_d", "_dd")]
     alpha0, alpha_d, alpha_dd, theta, theta_d, theta_dd = (state.matrix(*name)[part] for name in names)
     sigma = data.clock.get("offset_sigma_s")
@@ -166,9 +167,7 @@ def is_shape(term: Term) -> bool:
 
 
 def _numbers(neck: Neck, model: Model, rows: Sequence[_Rows]) -> list[_Number]:
-    out = [
-        _Number(n.name, None, 0.0, n.sigma, -0.5, 0.5, drawing=n) for n in toleranced_numbers(neck) if n.sigma > 0
-    ]
+    out = [_Number(n.name, None, 0.0, n.sigma, -0.5, 0.5, drawing=n) for n in toleranced_numbers(neck) if n.sigma > 0]
     arm = arm_of(neck)
     values = machine_of(model, arm).values
     known = {(p.name, p.index): i for i, p in enumerate(model.parameters)}
@@ -215,7 +214,7 @@ class _Problem:
         self.shifted = [(r.alpha, r.alpha_d, r.alpha_dd) for r in rows]
         """the state of the joints, on the clock as it was found"""
         self.moved = [np.zeros_like(r.alpha) for r in rows]
-        """of each recording, (T, N), rad: from the state to the angles at which the equations are linearised, those that cables pull to"""
+        """of each recording, (T, N), rad: from the state to where cables pull the arm, where the equations are linearised"""
         self._sigmas: dict[int, tuple[Array, Array]] = {}
         self._drawing = [i for i, n in enumerate(numbers) if n.drawing]
         self._arms: dict[bytes, Arm] = {}
@@ -237,7 +236,6 @@ class _Problem:
         arm = self._arm(p)
         key = (p[self._drawing].tobytes(), r)
         if key not in self._loads:
-            rows = self.rows[r]
             alpha = self.shifted[r][0] + self.moved[r]
             g = geometry_of_poses(arm, alpha)
             k = terms(arm, alpha, self._speed(r))
@@ -379,9 +377,7 @@ class _Problem:
     def result(self, p: Array, covariance: Array) -> PoseModel:
         """As the model's file has it: numbers of arm and laws; x0 where there is one recording."""
         kept = [
-            i
-            for i, n in enumerate(self.numbers)
-            if n.recording is None or (len(self.rows) == 1 and n.name == "x0")
+            i for i, n in enumerate(self.numbers) if n.recording is None or (len(self.rows) == 1 and n.name == "x0")
         ]
         value = self.mean + p * self.sigma
         whole = covariance * np.outer(self.sigma, self.sigma)

@@ -92,16 +92,16 @@ def python_function(inputs: Sequence[Sequence[str]], outputs: Sequence[Expressio
     return scope["evaluated"]  # type: ignore[return-value]
 
 
-def c_function(
-    name: str, inputs: Mapping[str, Sequence[str]], outputs: Mapping[str, Sequence[Expression]]
-) -> str:
+def c_function(name: str, inputs: Mapping[str, Sequence[str]], outputs: Mapping[str, Sequence[Expression]]) -> str:
     """A C99 function `static void name(const double *in..., double *out...)`, pointers in the order of the mappings."""
     flat = [e for part in outputs.values() for e in part]
     assigned, names = _lines(flat, _c_line)
     given = [f"const double *{argument}" for argument in inputs] + [f"double *{argument}" for argument in outputs]
     lines = [f"static void {name}({', '.join(given)})", "{"]
     lines += [
-        f"    const double {own} = {argument}[{i}];" for argument, own_names in inputs.items() for i, own in enumerate(own_names)
+        f"    const double {own} = {argument}[{i}];"
+        for argument, own_names in inputs.items()
+        for i, own in enumerate(own_names)
     ]
     lines += [f"    (void){own};" for own_names in inputs.values() for own in own_names]
     lines += [f"    (void){argument};" for argument in (*inputs, *outputs)]

@@ -114,7 +114,9 @@ def _formed(
     lightness = arm.drum / arm.motor_inertia
     theta_dd = lightness * (f - machine.friction(turning) - tension - part("friction_error"))
     memory_d = machine.memory_rate(at, z) if layout.S else z
-    return tuple([_expression(e) for e in elements_of(v).ravel()] for v in (k.M, k.c, torque, theta_dd, memory_d, tension))
+    return tuple(
+        [_expression(e) for e in elements_of(v).ravel()] for v in (k.M, k.c, torque, theta_dd, memory_d, tension)
+    )
 
 
 def _check_laws(machine: Machine) -> None:

@@ -1,7 +1,7 @@
 """Expressions of scalars: what a formula does, kept so that it can be differentiated and written as code.
 
-An expression is a number, a named input, or an operation on other expressions. Sums and products with 0 and 1 are simplified as they
-are formed, and numbers among themselves are computed. Conditions are expressions too, 1 where they hold and 0 elsewhere.
+An expression is a number, a named input, or an operation on other expressions. Sums and products with 0 and 1 are simplified as
+they are formed, and numbers among themselves are computed. Conditions are expressions too, 1 where they hold and 0 elsewhere.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""All numbers of the observer's filter, which Python and exported C share: noises, times, the initial covariance, the pose's error."""
+"""All numbers of the observer's filter, which Python and exported C share: noises, times, first covariance, the pose's error."""
 
 from dataclasses import dataclass, replace
 

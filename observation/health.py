@@ -1,8 +1,8 @@
-"""Whether the arm is still the one that was identified: what its motors' laws leave unsaid, against what they left when it was calibrated.
+"""Whether the arm is still the one identified: what its motors' laws leave unsaid, against what they left when it was calibrated.
 
-The observer's friction error is the force by which a motor's equation misses its command. Over a window it is held against the sigma
-that calibration left: its mean (a pre-elongation that moved, a load), its part along the motor's direction (friction that changed),
-and its rms (anything). Windows follow each other; the first that is beyond a limit says from when on.
+The observer's friction error is the force by which a motor's equation misses its command. Over a window it is held against the
+sigma that calibration left: its mean (a pre-elongation that moved, a load), its part along the motor's direction (friction that
+changed), and its rms (anything). Windows follow each other; the first that is beyond a limit says from when on.
 """
 
 from dataclasses import dataclass, field

@@ -58,8 +58,8 @@ def observe_log(
 ) -> ObservedLog:
     """The joints in every row of a log with columns thetaJ and fJ.
 
-    frames: angles by a camera on the log's clock, where there are some. start: joint angles (N,), rad, where the log begins. smooth:
-    each row by the rows after it too. Raises Refused where the log holds no forces, or the model was not identified for this.
+    frames: angles by a camera on the log's clock, where there are some. start: joint angles (N,), rad, where the log begins.
+    smooth: each row by the rows after it too. Raises Refused where the log holds no forces, or the model was not identified for it.
 
     >>> import xneck
     >>> data = xneck.read_dataset("monday.mcap")
@@ -71,7 +71,9 @@ def observe_log(
     """
     theta, f = log.matrix("theta"), log.matrix("f")
     if theta.shape[1] != neck.M:
-        raise Refused("observe", f"the log holds {theta.shape[1]} motors, the arm has {neck.M}", "is it this arm's log?")
+        raise Refused(
+            "observe", f"the log holds {theta.shape[1]} motors, the arm has {neck.M}", "is it this arm's log?"
+        )
     if f.shape[1] != neck.M:
         raise Refused("observe", "the log holds no forces f", "log the force command of every motor")
     if start is not None and len(start) != neck.N:

@@ -1,8 +1,9 @@
 """Joint angles from motor angles and forces, row by row: an extended Kalman filter on the equations of motion.
 
-Each row predicts the state over the time since the row before, under the force that acted in it, by a linearly implicit step around the
-step's middle, and then takes the counted motor angles for what they are worth. Cables and arm are far stiffer than a row is short:
-the step is L-stable. The state is that of StateLayout; the angle of a joint is what its equations say plus the pose's error.
+Each row predicts the state over the time since the row before, under the force that acted in it, by a linearly implicit step
+around the step's middle, and then takes the counted motor angles for what they are worth. Cables and arm are far stiffer than a
+row is short: the step is L-stable. The state is that of StateLayout; the angle of a joint is what its equations say plus the
+pose's error.
 """
 
 from dataclasses import dataclass
@@ -188,7 +189,7 @@ class Observer:
 
     def _start(self, theta: Array, angles: Array | None) -> None:
         """At rest where the cables pull the arm to, from a told pose on."""
-        numbers, layout = self.numbers, self.numbers.layout
+        layout = self.numbers.layout
         a, x0, s = layout.alpha, layout.x0, self.state
         s[layout.theta] = theta
         if angles is not None:

@@ -1,8 +1,8 @@
 """How uncertain the pose is to which the model's cables pull the arm, over all poses: from the covariance of the model's numbers.
 
 A small change of the numbers moves each angle by the arm's compliance times the change of its torque, in a pose at rest. Over the
-range of poses that the camera saw, such movements are quadratic in the angles and linear in the tensions' level. Their covariance is
-kept as a factor A(pose), (N, R), with A A^T the covariance of the angles, which is linear in the features of the pose.
+range of poses that the camera saw, such movements are quadratic in the angles and linear in the tensions' level. Their covariance
+is kept as a factor A(pose), (N, R), with A A^T the covariance of the angles, which is linear in the features of the pose.
 """
 
 from dataclasses import dataclass, replace

@@ -1,7 +1,7 @@
 """The joints of a record afterwards: each row by the rows after it as well (Rauch, Tung and Striebel 1965).
 
-The filter runs once and is remembered now and then; from the end on, each stretch is run again and smoothed, so that memory does not
-grow with the record.
+The filter runs once and is remembered now and then; from the end on, each stretch is run again and smoothed, so that memory does
+not grow with the record.
 """
 
 import copy

@@ -1,8 +1,8 @@
 """Arrays of expressions that numpy takes for arrays: formulas written for numbers give the formulas themselves.
 
-A law or the arm's dynamics, called with a `TracedArray`, returns one: numpy hands its functions over to this class (NEP 13, NEP 18).
-So each formula stands in one place, and what is exported to code is what the simulation computes. A function that is not known here
-is refused by its name.
+A law or the arm's dynamics, called with a `TracedArray`, returns one: numpy hands its functions over to this class (NEP 13, NEP
+18). So each formula stands in one place, and what is exported to code is what the simulation computes. A function that is not
+known here is refused by its name.
 """
 
 from collections.abc import Callable, Mapping

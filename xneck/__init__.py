@@ -4,7 +4,7 @@ Each function does what the command of its name does, and writes no files of its
 
 - `synchronise` a recording folder, or `read_dataset` of what `xneck sync` and `xneck run` wrote
 - `check` whether camera and motors agree, `identify` friction and elasticity, `simulate` the recorded forces
-- `observe` the joints of a log without a camera, or `Observer` row by row in a controller; `calibrate_pose` makes a model fit for it
+- `observe` the joints of a log without a camera, or with `Observer` row by row; `calibrate_pose` finds what a model needs for it
 - `discover` what law a residual follows, of this arm or of any other bench
 - `diagnose` what the simulation gets wrong; `in_words` and `as_record` give the diagnosis as text and ready for JSON
 
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from identification.dataset.dataset_file import read_dataset, write_dataset
     from identification.estimates import estimate as identify
     from identification.model_file import read_model
-    from identification.simulation.simulated_recording import simulate_recording as simulate
     from identification.pose_calibration import calibrate_pose
+    from identification.simulation.simulated_recording import simulate_recording as simulate
     from observation.observed_log import observe_log as observe
     from observation.observer import Observer
     from synchronisation.check.from_dataset import check_dataset as check

@@ -122,7 +122,7 @@ class Law:
         return force
 
     def next_force(self, p: Values, f: Array, before: Array | None, step: float) -> Array:
-        """Force (M,), N, that acts in a row where the log says f, row by row of `acting_force`; before: that of the row before, if any."""
+        """`acting_force` row by row: the force (M,), N, that acts where the log says f; before: that of the row before, if any."""
         return self.acting_force(p, f[None], step)[0]
 
     def friction(self, p: Values, at: MotorMotion) -> Array:

@@ -25,7 +25,9 @@ def examples(tmp_path_factory: pytest.TempPathFactory) -> Path:
     xneck.write_dataset(monday, folder / "monday.mcap")
     xneck.write_dataset(tuesday, folder / "tuesday.mcap")
     found = xneck.identify([monday])
-    write_model(with_pose(model_of(found.parameters, found.laws, {}, found.covariance), [monday]), folder / "model.yaml")
+    write_model(
+        with_pose(model_of(found.parameters, found.laws, {}, found.covariance), [monday]), folder / "model.yaml"
+    )
     return folder
 
 

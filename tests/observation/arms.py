@@ -1,4 +1,4 @@
-"""Arms of the independent generator whose drawing is off, calibrated by their state without a camera's noise; and their motors alone.
+"""Arms of the independent generator whose drawing is off, calibrated on frames with noise; and their motors alone.
 
 Each is made once in a session: integration forward takes seconds.
 """
@@ -16,9 +16,9 @@ from identification.pose_calibration import with_pose
 from mechanism.arm import arm_of
 from mechanism.description import Neck
 from samples.forward_arms import Settings, make_arms
-from samples.forward_arms.arms import Recording
+from samples.forward_arms.arms import Arm, Recording
 from samples.forward_arms.drawing import neck as neck_of
-from samples.forward_arms.laws import Law
+from samples.forward_arms.laws import Law, Payload, ViscousFriction
 from xneck_foundation.strict_yaml import validate_document
 
 Array = NDArray[np.float64]
@@ -40,21 +40,28 @@ class Case:
     alpha_d: Array
 
 
-def settings(**changed: object) -> Settings:
-    return Settings(
-        seconds=float(changed.pop("seconds", 24.0)),  # type: ignore[arg-type]
-        drawing_off=1.0,
-        noise_deg=0.02,
-        step=1e-3,
-        recordings=int(changed.pop("recordings", 2)),  # type: ignore[call-overload]
-        **changed,  # type: ignore[arg-type]
-    )
+SEEDS = (5010, 5011)
+CHANGES: dict[str, Law] = {"load": Payload(0.3), "friction": ViscousFriction(np.full(4, 0.15))}
+"""what the second of the arms did not have when it was calibrated"""
+
+
+@cache
+def _made() -> dict[int, Arm]:
+    arms = make_arms(SEEDS, Settings(seconds=14.0, drawing_off=1.0, noise_deg=0.02, step=1e-3))
+    return {arm.seed: arm for arm in arms}
+
+
+@cache
+def _changed() -> dict[str, Arm]:
+    settings = Settings(seconds=11.0, drawing_off=1.0, step=1e-3, recordings=1, first_recording=1)
+    seeds = [SEEDS[1]] * len(CHANGES)
+    return dict(zip(CHANGES, make_arms(seeds, settings, hidden=[(law,) for law in CHANGES.values()]), strict=True))
 
 
 @cache
 def case(seed: int, calibrated: bool = True) -> Case:
     """An arm in lively motion."""
-    arm = next(iter(make_arms([seed], settings())))
+    arm = _made()[seed]
     described = validate_document(neck_of(arm.drawing), Neck, "neck.yaml")
     model = base_model(described, arm.drawing.stiffness)
     if calibrated:
@@ -62,12 +69,10 @@ def case(seed: int, calibrated: bool = True) -> Case:
     return Case(described, model, *_second(arm.recordings[1]))
 
 
-@cache
-def changed(seed: int, laws: tuple[Law, ...]) -> Case:
-    """The same arm with laws that it did not have when it was calibrated, in its second motion."""
-    arm = next(iter(make_arms([seed], settings(recordings=1, first_recording=1, seconds=20.0), hidden=[laws])))
-    before = case(seed)
-    return Case(before.neck, before.model, *_second(arm.recordings[0]))
+def changed(name: str) -> Case:
+    """The second arm with one of CHANGES, and the model that it had before."""
+    before = case(SEEDS[1])
+    return Case(before.neck, before.model, *_second(_changed()[name].recordings[0]))
 
 
 def _second(recording: Recording) -> tuple[Series, Array, Array]:
@@ -90,11 +95,19 @@ def base_model(neck: Neck, stiffness: Array) -> Model:
         ):
             parameters.append(
                 ModelParameter(
-                    name=name, index=j + 1, value=value, unit="", sigma=sigma, relative_sigma_percent=None, identified=sure
+                    name=name,
+                    index=j + 1,
+                    value=value,
+                    unit="",
+                    sigma=sigma,
+                    relative_sigma_percent=None,
+                    identified=sure,
                 )
             )
     parameters.append(
-        ModelParameter(name="cm", index=None, value=0.5, unit="s/rad", sigma=0.1, relative_sigma_percent=None, identified=True)
+        ModelParameter(
+            name="cm", index=None, value=0.5, unit="s/rad", sigma=0.1, relative_sigma_percent=None, identified=True
+        )
     )
     return Model(laws=("dry_friction", "viscous_friction", "linear_cable"), parameters=tuple(parameters))
 
@@ -121,8 +134,6 @@ def dataset(neck: Neck, recording: Recording, seed: int) -> DataSet:
     frames = np.arange(time[0] + 0.1, time[-1] - 0.1, 1 / 30)
     seen = np.stack([np.interp(frames + off, truth.time, column) for column in truth.alpha.T], axis=-1)
     seen = seen + NOISE_RAD * rng.standard_normal(seen.shape)
-    angles = Series(
-        frames, numbered_columns("alpha", seen) | numbered_columns("sigma", np.full_like(seen, NOISE_RAD))
-    )
+    angles = Series(frames, numbered_columns("alpha", seen) | numbered_columns("sigma", np.full_like(seen, NOISE_RAD)))
     nothing = Series(np.empty(0), {})
     return DataSet(neck, "", state, nothing, angles, nothing, clock={"offset_s": 0.0, "offset_sigma_s": 1e-3})

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mechanism.arm import arm_of
+from mechanism.description import read_neck
 from mechanism.dynamics import terms
 from mechanism.laws import LAWS, Law
 from mechanism.laws.unlisted import unlisted_laws
@@ -14,18 +15,21 @@ from mechanism.simulation import State, simulate
 from observation.code import python_function
 from observation.equations import traced_equations
 from observation.expression import OPERATIONS, Derivatives, apply, as_expression, variable
+from observation.observer import Observer
 from observation.tracing import TracedArray, Untraceable
-from tests.observation.arms import case
+from tests.observation.arms import base_model
+from tests.paths import SAMPLES
 
+NECK = read_neck(SAMPLES / "recording/neck.yaml")
 POINTS = {
-    "sqrt": (0.7,), "log": (0.7,), "arccos": (0.3,), "arcsin": (0.3,), "power": (1.3, 2.5), "arctan2": (0.4, -0.7), "where": (1.0, 0.4, 0.9),
-    "divide": (0.4, 0.9),
+    "sqrt": (0.7,), "log": (0.7,), "arccos": (0.3,), "arcsin": (0.3,), "power": (1.3, 2.5), "arctan2": (0.4, -0.7),
+    "where": (1.0, 0.4, 0.9), "divide": (0.4, 0.9),
 }  # fmt: skip
 
 
 def arm_and_values(names: tuple[str, ...]) -> Machine:
     """An arm of the generator with laws of the size that a person would call a change."""
-    arm = arm_of(case(5010, calibrated=False).neck)
+    arm = arm_of(NECK)
     values = {}
     for name in names:
         law = LAWS[name] if name in LAWS else unlisted_laws()[name]
@@ -56,7 +60,9 @@ def _arity(operation: str) -> int:
     return 1
 
 
-@pytest.mark.parametrize("name", [*sorted(LAWS), "motor.bump.motor_angle.along", "joint.saturating.joint_speed", "motor.smooth.tension"])
+@pytest.mark.parametrize(
+    "name", [*sorted(LAWS), "motor.bump.motor_angle.along", "joint.saturating.joint_speed", "motor.smooth.tension"]
+)
 def test_every_law_can_be_written_as_code_with_its_derivatives(name: str) -> None:
     base = ("dry_friction", "linear_cable")
     machine = arm_and_values(base if name in base else (*base, name))
@@ -98,22 +104,17 @@ def _coriolis(machine: Machine, s: np.ndarray, layout: object) -> np.ndarray:
 
 def test_the_filters_step_is_the_simulations() -> None:
     """Without a measurement the filter goes the way that the simulation goes, which is integrated with steps a tenth as long."""
-    from observation.observer import Observer
-
-    of = case(5010)
-    observer = Observer(of.neck, of.model)
-    theta, f = of.log.matrix("theta"), of.log.matrix("f")
-    for row in range(300):
-        observer.step(theta[row], f[row])
+    observer = Observer(NECK, base_model(NECK, np.full(4, 8e3)))
     numbers, layout = observer.numbers, observer.numbers.layout
+    observer.step(np.zeros(4), np.full(4, 25.0))
     s = observer.state.copy()
-    s[layout.friction_error] = 0.0
+    s[layout.theta_d] = [8.0, -6.0, 5.0, -9.0]
     observer.state = s.copy()
     arm = numbers.machine.arm
     machine = Machine(type(arm)(**{**vars(arm), "x0": s[layout.x0]}), numbers.machine.names, numbers.machine.values)
     start = State(s[layout.alpha], s[layout.alpha_d], s[layout.theta], s[layout.theta_d])
     time = 2e-3 * np.arange(26)
-    forces = f[300:326]
+    forces = 30.0 + 15.0 * np.sin(40 * time[:, None] + np.arange(4.0))
     exact = simulate(machine, start, time, forces, max_step=2e-4)
     for row in range(25):
         observer._force = forces[row]
@@ -123,7 +124,7 @@ def test_the_filters_step_is_the_simulations() -> None:
 
 
 def test_a_formula_that_cannot_be_traced_is_named() -> None:
-    with pytest.raises(Untraceable, match="interp|cumsum"):
+    with pytest.raises(Untraceable, match=r"cumsum"):
         np.cumsum(TracedArray([variable("x")]))
     assert not isinstance(Law().friction, TracedArray)
 

@@ -17,7 +17,14 @@ from tests.observation.arms import Case, case
 
 COMPILER = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
 SEED = 5010
-EXTENDED = ("cable_creep", "cable_hysteresis", "cable_hardening", "joint_friction", "stribeck_friction", "pulley_friction")
+EXTENDED = (
+    "cable_creep",
+    "cable_hysteresis",
+    "cable_hardening",
+    "joint_friction",
+    "stribeck_friction",
+    "pulley_friction",
+)
 NUMBERS = {"km": 800.0, "tau": 2.0, "h": 2.0, "xh": 2e-4, "k2": 2e5, "nh": 3.0, "cj": 0.004, "dj": 0.001, "vj": 0.05,
            "nj": 2.0, "fst": 2.0, "vs": 8.0, "ns": 2.0, "mu": 0.004, "taul": 4e-3, "g": 0.02, "fo": 0.5}  # fmt: skip
 
@@ -48,7 +55,9 @@ def pointer(values: np.ndarray) -> "ctypes._Pointer[ctypes.c_double]":
 
 @pytest.mark.skipif(COMPILER is None, reason="no C compiler on this machine")
 @pytest.mark.parametrize(
-    "laws", [(), EXTENDED, ("actuator_lag", "actuator_gain", "actuator_offset"), ("backlash",)], ids=["base", "extended", "actuators", "play"]
+    "laws",
+    [(), EXTENDED, ("actuator_lag", "actuator_gain", "actuator_offset"), ("backlash",)],
+    ids=["base", "extended", "actuators", "play"],
 )
 def test_c_and_python_agree(tmp_path: Path, laws: tuple[str, ...]) -> None:
     NUMBERS.update(play=3e-4, pb=0.5)

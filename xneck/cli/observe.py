@@ -27,7 +27,10 @@ def _c_file(options: Mapping[str, Any]) -> Mapping[str, Path | None]:
 @click.option("--model", "model_file", type=INPUT_FILE, required=True, help="model.yaml of `identify` or `diagnose`.")
 @click.option("--out", type=OUTPUT_FILE, required=True, help="state.mcap (also .csv, .npz, .mat).")
 @click.option(
-    "--angles", "angles_file", type=INPUT_FILE, help="Angles that a camera saw now and then: a data set, or a CSV on the log's clock."
+    "--angles",
+    "angles_file",
+    type=INPUT_FILE,
+    help="Angles that a camera saw now and then: a data set, or a CSV on the log's clock.",
 )
 @click.option("--start", metavar="RAD,RAD,...", help="Joint angles where the log begins; found by the cables without.")
 @click.option("--smooth", is_flag=True, help="Each row by the rows after it as well.")
@@ -92,7 +95,9 @@ def command(
     else:
         export_beside(observed.series, out, export_as)
     sigma = ", ".join(f"{np.degrees(s):.3f}" for s in record["sigma_alpha_rms_rad"])
-    lines = [f"{out}: {record['rows']} rows, sigma of the joints {sigma} deg rms; the arm is {_said(verdict(observed.health))}"]
+    lines = [
+        f"{out}: {record['rows']} rows, sigma of the joints {sigma} deg rms; the arm is {_said(verdict(observed.health))}"
+    ]
     lines += [f"  {line}" for line in sentences(observed.health)]
     report_result(record, "\n".join(lines), json_out, quiet)
 
