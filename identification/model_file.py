@@ -36,7 +36,7 @@ class ModelParameter(Strict):
 
 
 class PoseNumber(Strict):
-    """A number by which motors tell the joints: of a law or cable as it is, of the drawing as a share to be added (rad of a tilt)."""
+    """A number by which motors tell the joints: of a law or cable as it is, of the drawing a share to be added (rad of a tilt)."""
 
     name: str
     index: int | None

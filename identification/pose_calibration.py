@@ -305,8 +305,8 @@ class _Problem:
 
     def solved(self) -> tuple[Array, Array]:
         """Numbers in prior sigmas, with their covariance."""
-        p = np.zeros(len(self.numbers))
-        covariance = np.eye(len(p))
+        p: Array = np.zeros(len(self.numbers))
+        covariance: Array = np.eye(len(p))
         for iteration in range(_MAX_ITERATIONS):
             for r in range(len(self.rows)):
                 self._move(p, r)

@@ -17,7 +17,7 @@ from observation.observer import (
     RANGE_RAD,
     Observer,
 )
-from observation.tracing import TracedArray, Untraceable, elements_of
+from observation.tracing import Untraceable, elements_of, symbols
 from xneck_foundation.errors import Refused
 
 _TEMPLATE = """\
@@ -418,15 +418,15 @@ def _acting(observer: Observer) -> tuple[str, int]:
     laws = [law for law in machine.laws if type(law).acting_force is not Law.acting_force]
     texts: list[str] = []
     for name, is_first in (("first_acting", True), ("next_acting", False)):
-        f = TracedArray(np.array(told, dtype=object))
+        f = symbols(np.array(told, dtype=object))
         inputs: dict[str, list[str]] = {"f": [v.name for v in told]}
         before_names = [[f"b{k}_{j}" for j in range(m)] for k in range(len(laws))]
         inputs["before"] = [name for own in before_names for name in own]
         after: list[Expression] = []
         for law, names in zip(laws, before_names, strict=True):
-            before = None if is_first else TracedArray(np.array([variable(v) for v in names], dtype=object))
+            before = None if is_first else symbols(np.array([variable(v) for v in names], dtype=object))
             try:
-                f = law.next_force(machine.values, f, before, observer.step_s)  # type: ignore[arg-type, assignment]
+                f = law.next_force(machine.values, f, before, observer.step_s)
             except Untraceable as error:
                 raise Refused("observe", f"the law {law.name} cannot be written in C ({error})") from error
             after += list(elements_of(f).ravel())

@@ -9,6 +9,7 @@ which are small beside the cables'.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from mechanism.laws import CableMotion, JointMotion, MotorMotion
 from mechanism.machine import Machine
 from observation.expression import Derivatives, Expression, constant, variable
 from observation.state_layout import StateLayout, layout_of
-from observation.tracing import TracedArray, Untraceable, elements_of
+from observation.tracing import Untraceable, elements_of, symbols
 from xneck_foundation.errors import Refused
 
 
@@ -95,15 +96,15 @@ def _formed(
     """M, c, torques without c, theta'', rates of the memory, and tensions."""
     arm = machine.arm
 
-    def part(name: str) -> TracedArray:
-        return TracedArray(np.array(state[getattr(layout, name)], dtype=object)[:, None])
+    def part(name: str) -> Any:
+        return symbols(np.array(state[getattr(layout, name)], dtype=object)[:, None])
 
     alpha, alpha_d, theta, theta_d = (part(name) for name in ("alpha", "alpha_d", "theta", "theta_d"))
-    z = TracedArray(np.array(state[layout.memory], dtype=object).reshape(layout.M, 1, layout.S))
-    f, since = TracedArray(np.array(force, dtype=object)[:, None]), TracedArray([[time]])
+    z = symbols(np.array(state[layout.memory], dtype=object).reshape(layout.M, 1, layout.S))
+    f, since = symbols(np.array(force, dtype=object)[:, None]), symbols([[time]])
     cables = cable_geometry(arm, alpha)
     rest = cable_geometry(arm, np.zeros((layout.N, 1))).length
-    k = terms_batch_last(arm, alpha, alpha_d)
+    k: Any = terms_batch_last(arm, alpha, alpha_d)
     x = cables.length - rest + arm.drum * theta + part("x0")
     x_d = arm.drum * theta_d - _sum([cables.Z[i] * alpha_d[i] for i in range(layout.N)])
     at = CableMotion(x, x_d, cables.length, arm, arm.drum * theta_d, theta / arm.gear, theta, since)
@@ -123,10 +124,10 @@ def _check_laws(machine: Machine) -> None:
     """Refused where a law calls what cannot be traced."""
     m, n = machine.arm.M, machine.arm.N
     cable, joint = (
-        TracedArray(np.array([variable(f"v{i}") for i in range(count)], dtype=object)[:, None]) for count in (m, n)
+        symbols(np.array([variable(f"v{i}") for i in range(count)], dtype=object)[:, None]) for count in (m, n)
     )
     for law in machine.laws:
-        z = TracedArray(np.full((m, 1, law.states), variable("z"), dtype=object))
+        z = symbols(np.full((m, 1, law.states), variable("z"), dtype=object))
         at = CableMotion(cable, cable, cable, machine.arm, cable, cable, cable, cable)
         try:
             law.pull(machine.values, at, z)
@@ -137,7 +138,7 @@ def _check_laws(machine: Machine) -> None:
             raise Refused("observe", f"the law {law.name} cannot be written as code ({error})") from error
 
 
-def _sum(parts: list[TracedArray]) -> TracedArray:
+def _sum(parts: list[Any]) -> Any:
     total = parts[0]
     for other in parts[1:]:
         total = total + other

@@ -37,7 +37,7 @@ OPERATIONS: Mapping[str, Callable[..., float]] = {
     "expm1": math.expm1,
     "log": math.log,
     "tanh": math.tanh,
-    "absolute": abs,
+    "absolute": math.fabs,
     "sign": sign,
     "maximum": lambda a, b: a if a > b else b,
     "minimum": lambda a, b: a if a < b else b,

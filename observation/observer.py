@@ -231,9 +231,26 @@ class Observer:
 
     def _predicted_step(self, h: float, since: float) -> Array:
         """Goes on by h; returns the transition."""
+        layout, b = self.numbers.layout, self.numbers.layout.pose_error
+        change, F, V, noise = self.linearised(h, since)
+        P = F @ self.covariance @ F.T + (V * (self.numbers.noise * h)) @ V.T
+        P[b, b] += noise * (2 * h / POSE_TIME_S)
+        self.covariance = (P + P.T) / 2
+        self.state = self.state + change
+        self._speed_d[layout.alpha_d], self._speed_d[layout.theta_d] = (
+            change[layout.alpha_d] / h,
+            change[layout.theta_d] / h,
+        )
+        if self._bounded:
+            bound = self.numbers.memory_bound
+            self.state[layout.memory] = np.clip(self.state[layout.memory], -bound, bound)
+        return F
+
+    def linearised(self, h: float, since: float) -> tuple[Array, Array, Array, Array]:
+        """Change of the state over h, its derivative by the state, what noise is multiplied by, and the pose error's covariance."""
         layout = self.numbers.layout
         n, m, s = layout.N, layout.M, self.state
-        a, v, theta, w, b = layout.alpha, layout.alpha_d, layout.theta, layout.theta_d, layout.pose_error
+        a, v, theta, w = layout.alpha, layout.alpha_d, layout.theta, layout.theta_d
         half = self._speed_d * (h / 2)
         half[a], half[theta] = s[v] * (h / 2), s[w] * (h / 2)
         middle = s + half
@@ -254,15 +271,7 @@ class Observer:
         V2 = V @ V
         change = V2 @ (h * (g - GAMMA**2 * (hJ @ g)))
         F = V2 @ (self._identity + (1 - 2 * GAMMA) * hJ)
-        P = F @ self.covariance @ F.T + (V * (self.numbers.noise * h)) @ V.T
-        P[b, b] += self._pose_noise(middle, tension) * (2 * h / POSE_TIME_S)
-        self.covariance = (P + P.T) / 2
-        self.state = s + change
-        self._speed_d[v], self._speed_d[w] = change[v] / h, change[w] / h
-        if self._bounded:
-            bound = self.numbers.memory_bound
-            self.state[layout.memory] = np.clip(self.state[layout.memory], -bound, bound)
-        return F
+        return change, F, V, self._pose_noise(middle, tension)
 
     def _pose_noise(self, state: Array, tension: Array) -> Array:
         """Covariance of the pose's error, (N, N), rad^2."""

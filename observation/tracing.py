@@ -127,6 +127,11 @@ class TracedArray(NDArrayOperatorsMixin):
         return _FUNCTIONS[function.__name__](*args, **options)
 
 
+def symbols(elements: Any) -> Any:
+    """A traced array, for formulas that are typed for arrays of numbers."""
+    return TracedArray(elements)
+
+
 def elements_of(x: Any) -> Any:
     """Elements of a traced array, or numbers."""
     return x.elements if isinstance(x, TracedArray) else np.asarray(x).astype(object)

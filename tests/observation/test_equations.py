@@ -16,7 +16,7 @@ from observation.code import python_function
 from observation.equations import traced_equations
 from observation.expression import OPERATIONS, Derivatives, apply, as_expression, variable
 from observation.observer import Observer
-from observation.tracing import TracedArray, Untraceable
+from observation.tracing import TracedArray, Untraceable, symbols
 from tests.observation.arms import base_model
 from tests.paths import SAMPLES
 
@@ -113,7 +113,7 @@ def test_the_filters_step_is_the_simulations() -> None:
     arm = numbers.machine.arm
     machine = Machine(type(arm)(**{**vars(arm), "x0": s[layout.x0]}), numbers.machine.names, numbers.machine.values)
     start = State(s[layout.alpha], s[layout.alpha_d], s[layout.theta], s[layout.theta_d])
-    time = 2e-3 * np.arange(26)
+    time = np.arange(26, dtype=np.float64) * np.float64(2e-3)
     forces = 30.0 + 15.0 * np.sin(40 * time[:, None] + np.arange(4.0))
     exact = simulate(machine, start, time, forces, max_step=2e-4)
     for row in range(25):
@@ -125,7 +125,7 @@ def test_the_filters_step_is_the_simulations() -> None:
 
 def test_a_formula_that_cannot_be_traced_is_named() -> None:
     with pytest.raises(Untraceable, match=r"cumsum"):
-        np.cumsum(TracedArray([variable("x")]))
+        np.cumsum(symbols([variable("x")]))
     assert not isinstance(Law().friction, TracedArray)
 
 
