@@ -1,9 +1,9 @@
-"""Joints told by motors alone, on held-out recordings of arms that are off their drawing, beside rigid cables and an unscented filter.
+"""Joints told by motors alone, on held-out recordings of arms off their drawing, beside rigid cables and an unscented filter.
 
 Each arm of samples/forward_arms is recorded twice for a minute. The first recording goes through `synchronise`, `identify` and
-`calibrate_pose`; of the second the observer is given the log. Rigid cables are Fasquelle's own way: the angles at which cable lengths fit
-the motors best, with the mean elongation of the first recording. The unscented filter is filterpy's, on the same equations, noises and
-numbers, on the first seconds only, as it takes long.
+`calibrate_pose`; of the second the observer is given the log. Rigid cables are Fasquelle's own way: the angles at which cable
+lengths fit the motors best, with the mean elongation of the first recording. The unscented filter is filterpy's, on the same
+equations, noises and numbers, on the first seconds only, as it takes long.
 """
 
 import ctypes

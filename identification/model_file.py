@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import yaml
@@ -35,33 +35,36 @@ class ModelParameter(Strict):
     identified: bool
 
 
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
 class PoseNumber(Strict):
     """A number by which motors tell the joints: of a law or cable as it is, of the drawing a share to be added (rad of a tilt)."""
 
     name: str
     index: int | None
     kind: Literal["drawing", "law", "x0"]
-    value: float
-    sigma: float
+    value: Finite
+    sigma: Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
 class PoseResidual(Strict):
     """What the camera saw that these numbers do not say."""
 
-    angle_rad: tuple[float, ...]
+    angle_rad: tuple[Finite, ...]
     """of each joint, beyond the frames' own noise, rms"""
-    motor_N: tuple[float, ...]
+    motor_N: tuple[Finite, ...]
     """of each motor's equation, rms"""
-    low_alpha: tuple[float, ...]
+    low_alpha: tuple[Finite, ...]
     """least angle that was seen of each joint, rad"""
-    high_alpha: tuple[float, ...]
+    high_alpha: tuple[Finite, ...]
 
 
 class PoseModel(Strict):
     """Numbers of arm and laws by which motors tell the joints (identification/pose_calibration.py), with their covariance."""
 
     numbers: tuple[PoseNumber, ...]
-    covariance: tuple[tuple[float, ...], ...]
+    covariance: tuple[tuple[Finite, ...], ...]
     """in the order of the numbers"""
     residual: PoseResidual
 

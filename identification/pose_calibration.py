@@ -39,6 +39,8 @@ _ROWS_HZ = 50.0
 """rate at which the equations are formed"""
 _MAX_ITERATIONS, _TOLERANCE = 12, 0.01
 """of Gauss and Newton; prior sigmas of every number that the last step changes at most"""
+_MAX_STEP = 10.0
+"""prior sigmas by which a number moves at once"""
 _WEIGHTED_ANEW = 6
 """iterations in which weights follow the residuals"""
 _STEP = 1e-3
@@ -115,9 +117,15 @@ def calibrate_pose(recordings: Sequence[DataSet], model: Model, neck: Neck | Non
     rows = [_rows(data) for data in recordings]
     if not sum(np.isfinite(r.frames.alpha).all(axis=1).sum() for r in rows):
         raise Refused("identify", "no frame shows all joints", "record with every marker in view")
-    problem = _Problem(neck, model, rows, _numbers(neck, model, rows))
-    p, covariance = problem.solved()
-    return problem.result(p, covariance)
+    try:
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            problem = _Problem(neck, model, rows, _numbers(neck, model, rows))
+            p, covariance = problem.solved()
+            return problem.result(p, covariance)
+    except np.linalg.LinAlgError as error:
+        raise Refused(
+            "identify", f"motors cannot be made to tell the joints ({error})", "is a column in another unit?"
+        ) from error
 
 
 def with_pose(model: Model, recordings: Sequence[DataSet], neck: Neck | None = None) -> Model:
@@ -316,7 +324,12 @@ class _Problem:
             for r in range(len(self.rows)):
                 own_normal, own_gradient = self._normal_equations(p, r)
                 normal, gradient = normal + own_normal, gradient + own_gradient
+            if not (np.isfinite(normal).all() and np.isfinite(gradient).all()):
+                raise Refused(
+                    "identify", "no numbers put the arm where the camera saw it", "is it this arm's neck.yaml?"
+                )
             step = np.linalg.solve(normal, gradient)
+            step *= min(1.0, _MAX_STEP / max(float(np.max(np.abs(step))), 1e-300))
             best = np.clip(p + step, self.low, self.high)
             change = float(np.max(np.abs(best - p)))
             p, covariance = best, np.linalg.inv(normal)

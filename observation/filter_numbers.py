@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.model_file import Model, pose_machine
+from identification.model_file import Model, PoseModel, pose_machine
 from mechanism.description import Neck
 from mechanism.machine import Machine
 from observation.pose_error import UNSEEN_X0_SIGMA_M, PoseError, pose_error, pose_model
@@ -73,6 +73,7 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
     """Raises Refused where the model was not identified for this."""
     _check_identified(model)
     pose = pose_model(model, neck)
+    _check_counts(pose, neck)
     model = model.model_copy(update={"pose": pose})
     machine = pose_machine(model, neck)
     layout = layout_of(machine)
@@ -95,7 +96,11 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
     start_sigma[layout.x0] = x0_sigma
     # at rest friction holds any force up to its whole
     start_sigma[layout.friction_error] = np.hypot(friction_sigma, dry)
-    error = pose_error(model, neck)
+    try:
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            error = pose_error(model, neck)
+    except np.linalg.LinAlgError as failed:
+        raise Refused("model", f"its numbers give no pose ({failed})", "make it anew with `xneck identify`") from failed
     floor = np.hypot(np.array(pose.residual.angle_rad), MIN_POSE_SIGMA_RAD)
     middle = np.sqrt(np.sum(error.at(error.middle, error.tension[0]) ** 2, axis=1))
     if np.any(middle > MAX_POSE_SIGMA_RAD):
@@ -104,6 +109,10 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
             "model",
             f"leaves {np.degrees(middle[i]):.1f} deg of alpha{i + 1} open",
             "identify it from a recording with a camera: `xneck identify` writes what motors need to tell the joints",
+        )
+    if not (np.isfinite(error.factor).all() and np.isfinite(start).all() and np.isfinite(start_sigma).all()):
+        raise Refused(
+            "model", "its numbers give no pose", "is it this arm's neck.yaml? make it anew with `xneck identify`"
         )
     start_sigma[layout.pose_error] = np.hypot(middle, floor)
     return FilterNumbers(
@@ -119,6 +128,13 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
         memory_bound=bound,
         friction_sigma=friction_sigma,
     )
+
+
+def _check_counts(pose: PoseModel, neck: Neck) -> None:
+    """Refused where what was left is of another arm."""
+    left = pose.residual
+    if {len(v) for v in (left.angle_rad, left.low_alpha, left.high_alpha)} != {neck.N} or len(left.motor_N) != neck.M:
+        raise Refused("model", f"pose: it is of another arm than one with {neck.N} joints and {neck.M} motors")
 
 
 def _check_identified(model: Model) -> None:

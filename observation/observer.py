@@ -32,6 +32,7 @@ MAX_STEP_S = 4e-3
 """s: longer rows are gone through in several steps (docs/thresholds.md)"""
 MAX_GAP_S = 1.0
 """s without a row, after which the observer begins anew (docs/thresholds.md)"""
+_LEFT_RANGE = "is it this arm's model and neck.yaml, and are motors counted from the same zero?"
 _MEMORY = ("state", "covariance", "_speed_d", "_force", "_acting", "_time", "_began")
 NEWTON_STEPS, MAX_NEWTON_RAD, AT_REST_RAD = 60, 0.1, 1e-10
 RANGE_RAD = 2.8
@@ -136,6 +137,9 @@ class Observer:
             if sigma is None:
                 raise Refused("observe", "angles came without their sigma", "say how well they are known, in rad")
             self._measure_joints(np.asarray(angles, dtype=float), np.broadcast_to(np.asarray(sigma), angles.shape))
+        layout = self.numbers.layout
+        if not (np.isfinite(self.state).all() and np.abs(self.state[layout.alpha]).max() < np.pi):
+            raise Refused("observe", f"the arm leaves the range of its mechanisms at {at:.3f} s", _LEFT_RANGE)
         out = self.observed
         return out.alpha, out.alpha_d, out.covariance
 
@@ -215,7 +219,12 @@ class Observer:
 
     def _formed(self, state: Array, force: Array, since: float) -> tuple[Array, Array, Array]:
         """Mass matrix, rates and tensions; derivatives of the rates by the state go to `_by_state`."""
-        values = np.array(self._evaluated(state.tolist(), force.tolist(), (since,)))
+        try:
+            values = np.array(self._evaluated(state.tolist(), force.tolist(), (since,)))
+        except (ArithmeticError, ValueError) as error:  # roots of what is negative, beyond the range of a mechanism
+            raise Refused(
+                "observe", f"the arm leaves the range of its mechanisms at {since:.3f} s", _LEFT_RANGE
+            ) from error
         end_of_mass, end_of_rates, end_of_derivatives = self._split
         n = self.numbers.layout.N
         self._by_state.ravel()[self._flat] = values[end_of_rates:end_of_derivatives]
