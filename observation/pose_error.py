@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.model_file import Model, PoseModel, PoseNumber, PoseResidual, covariance_of, pose_machine
-from identification.pose_calibration import is_shape
+from identification.pose_numbers import is_shape
 from identification.unknowns import terms_of
 from mechanism.arm import Arm
 from mechanism.cable_lengths import geometry_of_poses, lengths
@@ -36,6 +36,8 @@ RANGE_RAD = 0.6
 """of joint angles around straight, where no camera saw another"""
 WIDENED = 1.5
 """by how much the sigmas of numbers are widened: residuals of a fit say nothing of what all frames share (docs/thresholds.md)"""
+UNSEEN_FRICTION_SIGMA_N = 4.0
+"""of what a motor's laws do not say, where no recording told (docs/thresholds.md)"""
 UNSEEN_X0_SIGMA_M = 5e-3
 """of a pre-elongation that no recording told: motors may have started anywhere (docs/thresholds.md)"""
 
@@ -95,7 +97,10 @@ def pose_model(model: Model, neck: Neck) -> PoseModel:
         numbers=tuple(numbers),
         covariance=tuple(tuple(float(v) for v in row) for row in whole),
         residual=PoseResidual(
-            angle_rad=(0.0,) * n, motor_N=(4.0,) * m, low_alpha=(-RANGE_RAD,) * n, high_alpha=(RANGE_RAD,) * n
+            angle_rad=(0.0,) * n,
+            motor_N=(UNSEEN_FRICTION_SIGMA_N,) * m,
+            low_alpha=(-RANGE_RAD,) * n,
+            high_alpha=(RANGE_RAD,) * n,
         ),
     )
 

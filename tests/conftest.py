@@ -46,6 +46,7 @@ SLOW = (
     "mechanism/test_mujoco_peer.py",
     "mechanism/test_simulation.py",
     "mechanism/test_unlisted_laws.py",
+    "observation",
     "robustness",
     "samples",
     "state_estimation/test_elongation_law.py",
