@@ -86,7 +86,7 @@ class _Fit:
     def solved(self) -> tuple[Array, Array]:
         """Numbers in prior sigmas, with their covariance."""
         p: Array = np.zeros(len(self.equations.numbers))
-        covariance: Array = np.eye(len(p))
+        covariance: Array = np.asarray(np.eye(len(p)), dtype=np.float64)
         for iteration in range(_MAX_ITERATIONS):
             for r in range(len(self.equations.rows)):
                 self.equations.move(p, r)
@@ -104,7 +104,7 @@ class _Fit:
             step *= min(1.0, _MAX_STEP / max(float(np.max(np.abs(step))), 1e-300))
             best = np.clip(p + step, self.equations.low, self.equations.high)
             change = float(np.max(np.abs(best - p)))
-            p, covariance = best, np.linalg.inv(normal)
+            p, covariance = best, np.asarray(np.linalg.inv(normal), dtype=np.float64)
             if change < _TOLERANCE:
                 break
         return p, covariance
