@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanism.friction import dry
+from observation.load_test import FoundLoad
 
 Array = NDArray[np.float64]
 
@@ -69,6 +70,8 @@ class HealthMonitor:
 
     sigma: Array
     findings: list[Finding] = field(default_factory=list)
+    loads: list[FoundLoad] = field(default_factory=list)
+    """by load_test.py, of the whole log"""
     windows: int = 0
     _began: float | None = None
     _rows: list[tuple[Array, Array]] = field(default_factory=list)
@@ -91,7 +94,7 @@ class HealthMonitor:
     @property
     def healthy(self) -> bool | None:
         """None where no window was whole."""
-        return None if not self.windows else not self.findings
+        return None if not self.windows else not (self.findings or self.loads)
 
     def _judge(self) -> None:
         errors, turning = (np.array(v) for v in zip(*self._rows, strict=True))
@@ -134,6 +137,13 @@ def sentences(monitor: HealthMonitor) -> list[str]:
             f"motor {motor} from {own[0].time:.1f} s on is not as identified: {worst.force:.1f} N {what[worst.kind]}, "
             f"where {worst.expected:.1f} N rms were left; {_WORDS[worst.kind]}"
         )
+    if monitor.loads:
+        load = max(monitor.loads, key=lambda found: abs(found.mass))
+        what = "heavier" if load.mass > 0 else "lighter"
+        lines.append(
+            f"from {monitor.loads[0].time:.1f} s on the tip is {abs(load.mass):.3f} +- {load.sigma:.3f} kg {what} than when "
+            "the arm was identified"
+        )
     return lines
 
 
@@ -143,5 +153,6 @@ def as_json(monitor: HealthMonitor) -> dict[str, Any]:
         "verdict": verdict(monitor),
         "windows": monitor.windows,
         "findings": [found.as_json() for found in monitor.findings],
+        "loads": [{"time_s": load.time, "mass_kg": load.mass, "sigma_kg": load.sigma} for load in monitor.loads],
         "words": sentences(monitor),
     }

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from identification.dataset.frames import FrameAngles
 from identification.dataset.series import Series, numbered_columns
-from identification.model_file import Model
+from identification.model_file import Model, pose_machine
 from mechanism.description import Neck
-from observation.health import HealthMonitor, as_json
+from observation.health import SETTLING_S, HealthMonitor, as_json
+from observation.load_test import find_loads
 from observation.observer import MAX_GAP_S, Observed, Observer
 from observation.smoother import smoothed
 from xneck_foundation.errors import Refused
@@ -21,6 +22,10 @@ Array = NDArray[np.float64]
 
 START_SIGMA_RAD = 0.05
 """rad, of a pose that is told where a log begins, where nobody says better (docs/thresholds.md)"""
+
+
+_LOAD_TEST_HZ = 10.0
+"""rows in a second in which a load is looked for"""
 
 
 @dataclass(frozen=True)
@@ -85,6 +90,9 @@ def observe_log(
     layout = observer.numbers.layout
     gaps = np.concatenate([[False], np.diff(log.time) > MAX_GAP_S])
 
+    every = max(1, round(1 / (_LOAD_TEST_HZ * step_s)))
+    kept: list[tuple[Any, ...]] = []
+
     def take(row: int) -> Observed:
         angles, sigma = None, None
         if row == 0 and start is not None:
@@ -102,11 +110,18 @@ def observe_log(
         if gaps[row]:
             monitor.restart()
         monitor.add(float(log.time[row]), observer.friction_error, observer.state[layout.theta_d])
+        if row % every == 0 and log.time[row] - log.time[0] >= SETTLING_S:
+            s = observer.state
+            kept.append((log.time[row], s[layout.alpha], s[layout.theta], s[layout.theta_d], s[layout.friction_error]))
         if row % 500 == 499:
             progress(500)
         return seen
 
     rows = [watched(row) for row in range(len(log))]
+    if kept:
+        monitor.loads = find_loads(
+            pose_machine(model, neck), *(np.array(v) for v in zip(*kept, strict=True)), monitor.sigma
+        )
     if smooth:
         observer.restart()
         rows = smoothed(observer, len(log), take)

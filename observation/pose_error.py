@@ -14,12 +14,12 @@ from identification.model_file import Model, PoseModel, PoseNumber, PoseResidual
 from identification.pose_numbers import is_shape
 from identification.unknowns import terms_of
 from mechanism.arm import Arm
-from mechanism.cable_lengths import geometry_of_poses, lengths
+from mechanism.cable_lengths import geometry_of_poses
 from mechanism.description import Neck
 from mechanism.dynamics import gravity_and_springs
-from mechanism.laws import CableMotion
 from mechanism.machine import Machine
 from mechanism.toleranced_numbers import toleranced_numbers
+from observation.resting_arm import cables_at_rest, compliance, missing_torque, pull_at_rest
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,6 @@ _TENSION_N = (10.0, 120.0)
 """of a cable, what levels are drawn from"""
 _STEP = 0.05
 """sigmas of a number: of the differences"""
-_DIFFERENCE_RAD = 1e-5
 _RANK = 10
 """columns of the factor"""
 RANGE_RAD = 0.6
@@ -117,16 +116,16 @@ def pose_error(model: Model, neck: Neck) -> PoseError:
     level = rng.uniform(*_TENSION_N, (_POSES, 1)) * np.ones(m)
     tension = _balanced(base.arm, alpha, level)
     theta = _motor_angles(base, alpha, tension)
-    torque, mean = _torque(base, alpha, theta)
-    compliance = _compliance(base, alpha, theta)
+    torque, mean = missing_torque(base, alpha, theta)
+    gives_way = compliance(base, alpha, theta)
     columns = []
     for place, number in enumerate(pose.numbers):
         step = _STEP * number.sigma
         if step == 0:
             columns.append(np.zeros((_POSES, n)))
             continue
-        moved_torque, _ = _torque(pose_machine(model, neck, {place: step}), alpha, theta)
-        columns.append(np.einsum("pij,pj->pi", compliance, (moved_torque - torque) / step))
+        moved_torque, _ = missing_torque(pose_machine(model, neck, {place: step}), alpha, theta)
+        columns.append(np.einsum("pij,pj->pi", gives_way, (moved_torque - torque) / step))
     root = _root(np.array(pose.covariance)) * WIDENED
     moves = np.stack(columns, axis=-1) @ root  # (poses, N, P): by each independent error
     tension_scale = (float(np.mean(mean)), float(max(np.std(mean), 1.0)))
@@ -152,42 +151,13 @@ def _balanced(arm: Arm, alpha: Array, about: Array) -> Array:
     return np.maximum(about + np.einsum("pji,pj->pi", np.linalg.pinv(Z).transpose(0, 2, 1), missing), 1.0)
 
 
-def _at(machine: Machine, alpha: Array, theta: Array) -> tuple[CableMotion, Array]:
-    """Cables at rest, in batch layout, and Z (poses, N, M)."""
-    arm, g = machine.arm, geometry_of_poses(machine.arm, alpha)
-    x = g.length - lengths(arm, np.zeros(arm.N)) + arm.drum * theta + arm.x0
-    still = np.zeros_like(x)
-    return CableMotion(x, still, g.length, arm, still, theta / arm.gear, theta, np.zeros(())), g.Z
-
-
-def _pull(machine: Machine, at: CableMotion) -> Array:
-    # of a cable at rest memory fades: creep has ended, strands stand anywhere
-    return np.broadcast_to(machine.pull(at, np.zeros((*at.x.shape, machine.states))), at.x.shape)
-
-
-def _torque(machine: Machine, alpha: Array, theta: Array) -> tuple[Array, Array]:
-    """What is missing to hold each pose, (poses, N), N m, and the mean tension there, (poses,), N."""
-    at, Z = _at(machine, alpha, theta)
-    t = np.maximum(_pull(machine, at), 0.0)
-    return np.einsum("pij,pj->pi", Z, t) - gravity_and_springs(machine.arm, alpha), t.mean(axis=1)
-
-
-def _compliance(machine: Machine, alpha: Array, theta: Array) -> Array:
-    columns = []
-    for i in range(machine.arm.N):
-        step = _DIFFERENCE_RAD * np.eye(machine.arm.N)[i]
-        change = _torque(machine, alpha + step, theta)[0] - _torque(machine, alpha - step, theta)[0]
-        columns.append(change / (2 * _DIFFERENCE_RAD))
-    return -np.linalg.pinv(np.stack(columns, axis=-1))
-
-
 def _motor_angles(machine: Machine, alpha: Array, tension: Array) -> Array:
     """At which cables at rest have tensions, by bisection, (poses, M), rad."""
     arm = machine.arm
-    straight, _ = _at(machine, alpha, np.zeros((len(alpha), arm.M)))
+    straight, _ = cables_at_rest(machine, alpha, np.zeros((len(alpha), arm.M)))
     low, high = (np.broadcast_to((x - straight.x) / arm.drum, tension.shape) for x in (-0.001, 0.05))
     for _ in range(50):
         theta = (low + high) / 2
-        short = _pull(machine, _at(machine, alpha, theta)[0]) < tension
+        short = pull_at_rest(machine, cables_at_rest(machine, alpha, theta)[0]) < tension
         low, high = np.where(short, theta, low), np.where(short, high, theta)
     return (low + high) / 2

@@ -69,6 +69,19 @@ def case(seed: int, calibrated: bool = True) -> Case:
     return Case(described, model, *_second(arm.recordings[1]))
 
 
+def built_stiffness(seed: int) -> Array:
+    """Of the cables as they are, (M,), N/m."""
+    return _made()[seed].plant.stiffness
+
+
+@cache
+def calibration_data(seed: int) -> tuple[DataSet, DataSet]:
+    """Both recordings with a camera."""
+    neck = case(seed, calibrated=False).neck
+    first, second = _made()[seed].recordings
+    return dataset(neck, first, seed), dataset(neck, second, seed + 1)
+
+
 def changed(name: str) -> Case:
     """The second arm with one of CHANGES, and the model that it had before."""
     before = case(SEEDS[1])
