@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 LOAD_STRETCH_S = 16.0
 """s of the log in which a load is looked for (docs/thresholds.md)"""
-MIN_LOAD_SIGMAS = 5.0
+MIN_LOAD_SIGMAS = 4.0
 """sigmas by which a load must differ from none (docs/thresholds.md)"""
 MIN_LOAD_KG = 0.03
 """kg: a lighter load is not spoken of; a law that was not quite right looks like it (docs/thresholds.md)"""

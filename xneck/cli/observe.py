@@ -40,8 +40,8 @@ def _c_file(options: Mapping[str, Any]) -> Mapping[str, Path | None]:
     type=click.Choice((*EXPORT_FORMATS, _C)),
     help="The same series beside --out for other tools; c: the observer itself, for a controller.",
 )
-@writes_also(_c_file)
 @result_options
+@writes_also(_c_file)
 def command(
     log_file: Path,
     neck_file: Path,
