@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from identification.dataset.series import Series
+from observation import load_test
 from observation.health import SETTLING_S, sentences, verdict
 from observation.observed_log import observe_log
 from tests.observation.arms import CHANGES, SEEDS, case, changed
@@ -44,3 +45,14 @@ def test_a_cable_that_slips_is_named() -> None:
     slipped = {**log.columns, "theta2": log.columns["theta2"] + np.where(log.time > log.time[1200], 3e-3 / drum, 0.0)}
     seen = observe_log(of.neck, of.model, Series(log.time, slipped))
     assert verdict(seen.health) == "changed"
+
+
+def test_a_load_is_weighed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """0.3 kg on the tip within a third, in a stretch of 8 s; and none where none hangs there."""
+    monkeypatch.setattr(load_test, "LOAD_STRETCH_S", 8.0)
+    of = changed("load")
+    (load, *_) = observe_log(of.neck, of.model, of.log.part(slice(0, ROWS))).health.loads
+    assert load.mass == pytest.approx(0.3, rel=1 / 3)
+    assert load.time == pytest.approx(of.log.time[0] + SETTLING_S, abs=0.2)
+    quiet = case(SEEDS[1])
+    assert not observe_log(quiet.neck, quiet.model, quiet.log.part(slice(0, ROWS))).health.loads
