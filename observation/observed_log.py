@@ -119,9 +119,9 @@ def observe_log(
 
     rows = [watched(row) for row in range(len(log))]
     if kept:
-        monitor.loads = find_loads(
-            pose_machine(model, neck), *(np.array(v) for v in zip(*kept, strict=True)), monitor.sigma
-        )
+        times, angles, turned, speeds, unsaid = (np.array(v) for v in zip(*kept, strict=True))
+        machine = pose_machine(model, neck)
+        monitor.loads = find_loads(machine, times, angles, turned, speeds, unsaid, monitor.sigma)
     if smooth:
         observer.restart()
         rows = smoothed(observer, len(log), take)
