@@ -24,6 +24,7 @@ SLOW = (
     "mechanism/test_mujoco_peer.py",
     "mechanism/test_simulation.py",
     "mechanism/test_unlisted_laws.py",
+    "observation",
     "packaging/test_skips.py",
     "robustness",
     "samples",

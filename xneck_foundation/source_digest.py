@@ -10,6 +10,7 @@ _COMPUTING = (
     "mechanism",
     "calibration",
     "identification",
+    "observation",
     "state_estimation",
     "diagnosis",
     "synchronisation",

@@ -13,6 +13,7 @@ from identification.dataset.stretches import Stretches, chosen_stretches, read_s
 from identification.design.result import motion_series
 from identification.design.trajectory import USUAL_LIMITS
 from identification.model_file import write_model
+from identification.pose_calibration import with_pose
 from xneck.recording.result_files import (
     DATASET,
     DECIDING_MOTION,
@@ -73,13 +74,10 @@ def _diagnose_into(
         "provenance": origin,
         "made_from": _made_from(origin),
     }
-    write_text(
-        folder / EXTENDED_NECK,
-        extended_model.neck_yaml(extended_model.extended_description(diagnosis.extended_stage, diagnosis.extended)),
-    )
-    write_model(
-        extended_model.extended_model(diagnosis.extended_stage, diagnosis.extended, origin), folder / EXTENDED_MODEL
-    )
+    neck = extended_model.extended_description(diagnosis.extended_stage, diagnosis.extended)
+    write_text(folder / EXTENDED_NECK, extended_model.neck_yaml(neck))
+    model = extended_model.extended_model(diagnosis.extended_stage, diagnosis.extended, origin)
+    write_model(with_pose(model, fitted, neck), folder / EXTENDED_MODEL)
     name = f"{' and '.join(map(_dataset_name, datasets))}, diagnosed"
     write_diagnosis_report(DiagnosisResult(name, diagnosis, origin), folder / DIAGNOSIS_PAGE)
     write_text(folder / DIAGNOSIS_RECORD, json_text(result))

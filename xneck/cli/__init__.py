@@ -24,6 +24,7 @@ COMMANDS = {
     "check": "Is vision consistent with the cable lengths of the pulley model?",
     "identify": "Friction and cable elasticity with their uncertainty.",
     "simulate": "The recorded forces through the model, beside what was measured.",
+    "observe": "Joint angles at the log's rate without a camera.",
     "design": "A motion within limits that tells the parameters best.",
     "diagnose": "What the simulation gets wrong, its cause, and what the model gains by it.",
     "run": "All of it for recording folders, and one report each.",

@@ -47,6 +47,7 @@ def command(
     from identification.fasquelle.method import fasquelle_identification
     from identification.model_file import model_of, read_model, unlisted_laws_of, write_model
     from identification.parameters_file import write_mat, write_neck
+    from identification.pose_calibration import with_pose
     from xneck_foundation.errors import Refused
     from xneck_foundation.provenance import note_inputs, provenance
 
@@ -62,7 +63,8 @@ def command(
     laws, held = unlisted_laws_of(read_model(laws_of)) if laws_of else ((), {})
     estimates = estimate(recordings, (*LAWS_BY_ELASTIC_MODEL[model], *laws), held)
     origin = provenance(inputs, {"model": model})
-    write_model(model_of(estimates.parameters, estimates.laws, origin, estimates.covariance, held), out)
+    found_model = model_of(estimates.parameters, estimates.laws, origin, estimates.covariance, held)
+    write_model(with_pose(found_model, recordings), out)
     if export_as:
         write_mat(estimates.parameters, estimates.laws, out.with_suffix(f".{export_as}"))
     if neck_out:
