@@ -28,7 +28,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
             header = [cell.strip() for cell in next(rows, [])]
             if not header:
                 raise Refused(path, "is empty", "expected a header and rows of numbers")
-            at = _columns(path, header, rows, ("time", *required), optional)
+            at = table_columns(path, header, rows, ("time", *required), optional)
             places, table = list(at.values()), []
             for number, row in enumerate(rows, start=2):
                 if not row:
@@ -38,7 +38,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
                         path, f"row {number} has {len(row)} cells, the header {len(header)}", "is it half-written?"
                     )
                 try:
-                    table.append(_numbers([row[k] for k in places]))
+                    table.append(row_numbers([row[k] for k in places]))
                 except ValueError:
                     if number == 2 and not any(_is_number(row[k]) for k in at.values()):
                         what = f"row 2 holds no numbers but {quoted(','.join(row))}, as units do"
@@ -56,7 +56,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
     return Series(values[:, 0], {name: values[:, k] for k, name in enumerate(at) if k})
 
 
-def _columns(
+def table_columns(
     path: Path, header: list[str], rows: Iterator[list[str]], required: Sequence[str], optional: Sequence[str]
 ) -> dict[str, int]:
     """Places of the columns that are read, by name. Raises Refused where one is missing, or any stands twice."""
@@ -71,7 +71,7 @@ def _columns(
     return {name: places[name] for name in (*required, *optional) if name in places}
 
 
-def _numbers(cells: list[str]) -> list[float]:
+def row_numbers(cells: list[str]) -> list[float]:
     """The numbers in cells, as `_number` gives each. Raises ValueError."""
     if "_" not in "".join(cells):
         # nearly all rows: one pass in C
