@@ -32,6 +32,7 @@ def frame_findings(times: Sequence[float]) -> list[Finding]:
         what = f"{lost[rows[-1]]:.0f} frames are missing after {at:.2f} s"
         findings.append(Finding("lost_frames", at + period, "camera", what, _DO, f"{at:.3f} s"))
     last = time[:-1] >= time[-1] - LOST_SHARE_S
+    lost[rows] = 0  # said by themselves
     count = float(lost[last].sum())
     if count > max(MAX_LOST_SHARE * (len(steps[last]) + count), MAX_LOST_IN_A_ROW):
         onset = float(time[:-1][last & (lost > 0)][0])

@@ -49,7 +49,7 @@ class GrowingVideo:
     def frames(self) -> Iterator[GrowingFrame]:
         """All frames in order, as they come, until the source ends. Raises Refused where it is damaged or no video."""
         try:
-            container = av.open(self._source, container_options=_OPTIONS, metadata_errors="replace")
+            container = av.open(self._source, "r", container_options=_OPTIONS, metadata_errors="replace")
         except (av.error.FFmpegError, ValueError) as error:
             raise refusal_of(self.path, getattr(error, "strerror", None) or str(error)) from error
         count = 0

@@ -35,6 +35,8 @@ MIN_WINDOW_TRAVEL_M = 3e-3
 """m that some cable must wind within the window, before log and video are compared (docs/thresholds.md)"""
 REPETITION_S = 6.0
 """s over which a motion is compared with itself (docs/thresholds.md)"""
+SAME_LIKENESS = 0.03
+"""difference of likeness within which the shorter of two periods is the period"""
 SMALL_MOTION_S = 8.0
 """s after which a recording in which no cable has wound by MIN_TRAVEL_M is said to show no motion (docs/thresholds.md)"""
 MIN_SHIFT_PERIODS, MIN_SHIFT_S = 0.6, 0.015
@@ -144,5 +146,6 @@ def _repetition(speeds: CableSpeeds) -> tuple[float, float]:
     peaks = peaks[lags[peaks] > MIN_PEAK_SEPARATION_S * SPEED_RATE_HZ]
     if not len(peaks):
         return 0.0, 0.0
-    best = int(peaks[np.argmax(alike[peaks])])
+    # multiples of a period are as much alike as the period
+    best = int(peaks[np.argmax(alike[peaks] > alike[peaks].max() - SAME_LIKENESS)])
     return float(lags[best]) / SPEED_RATE_HZ, float(alike[best])

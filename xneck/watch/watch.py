@@ -174,8 +174,7 @@ class _Watch:
             self._name([Finding("video", 0.0, "camera", what, "record into mkv or fragmented mp4 to have it watched")])
             while self._wait():
                 pass
-            if self._video.wait_for_end or self._stopped:
-                return
+            return
         try:
             self._follow_frames()
         except Refused as refusal:

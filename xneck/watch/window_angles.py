@@ -35,7 +35,7 @@ def window_angles(
     corners = at_middle_row(time, corners, camera.size[1], options.shutter)
     covariance = None
     if options.template:
-        covariance = np.stack([f.tracked.covariance for f in frames]).astype(float)
+        covariance = np.stack([c for f in frames if (c := f.tracked.covariance) is not None]).astype(float)
     linkage = LinkageOptions(options.placement, drift=False, systematic_px=SYSTEMATIC_PX)
     fit = fit_linkage(neck, camera, corners, where, covariance=covariance, options=linkage)
     known = np.isfinite(fit.alpha).all(axis=1)
