@@ -9,8 +9,9 @@ from xneck.watch.video_watch import SeenFrame
 
 MIN_LIGHT_S = 0.5
 """s for which light must be wrong before it is said (docs/thresholds.md)"""
-CLIPPED_LEVEL = 253.0
-"""grey level of a marker's white from which on it is clipped: edges move outwards (docs/thresholds.md)"""
+CLIPPED_LEVEL, CLIPPED_SPREAD = 233.0, 1.0
+"""grey level of a marker's white from which on it may be clipped, and between which levels all of it then lies: edges move outwards
+(docs/thresholds.md)"""
 MIN_CONTRAST = 40.0
 """grey levels between white and black of a marker, below which noise hides its edges (docs/thresholds.md)"""
 FLICKER_S = 2.0
@@ -40,8 +41,11 @@ def light_findings(frames: Sequence[SeenFrame]) -> list[Finding]:
 
 
 def _clipped(frame: SeenFrame) -> bool:
-    white = frame.white[np.isfinite(frame.white)]
-    return bool(np.median(white) >= CLIPPED_LEVEL if len(white) else frame.picture[0] >= CLIPPED_LEVEL)
+    seen = np.isfinite(frame.white)
+    if not seen.any():
+        return frame.picture[0] >= CLIPPED_LEVEL
+    clipped = (frame.white >= CLIPPED_LEVEL) & (frame.white - frame.bright <= CLIPPED_SPREAD)
+    return bool(np.mean(clipped[seen]) >= 0.5)
 
 
 def _faint(frame: SeenFrame) -> bool:

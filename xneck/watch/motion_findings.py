@@ -124,11 +124,8 @@ def untraced_loss(shifts: Sequence[Shift], window_s: float, period: float) -> Fi
     if abs(step) < max(MIN_SHIFT_PERIODS * period, MIN_SHIFT_S):
         return None
     onset = newest.time - window_s
-    what = f"video and log have moved apart by {1e3 * step:+.0f} ms since {onset:.1f} s" + (
-        f": about {step / period:.0f} frames were lost without a trace"
-        if step > 0
-        else ": the log lost rows, or a clock jumped"
-    )
+    reason = "frames were lost without a trace" if step > 0 else "the log lost rows, or a clock jumped"
+    what = f"video and log have moved apart by {1e3 * step:+.0f} ms or more since {onset:.1f} s: {reason}"
     return Finding(
         "lost_frames_untraced", onset, "camera", what, "does the program that records keep up?", f"{onset:.0f}"
     )

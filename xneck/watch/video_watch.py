@@ -27,7 +27,7 @@ MAX_BEHIND_S, CAUGHT_UP_S = 3.0, 1.0
 """s behind the newest frame from which on frames are skipped, and until when"""
 SKIPPED_OF = 5
 """while behind, one frame of so many is looked at"""
-WHITE_PERCENTILE, BLACK_PERCENTILE = 95, 5
+WHITE_PERCENTILE, BRIGHT_PERCENTILE, BLACK_PERCENTILE = 95, 75, 5
 _SAMPLED_PX = 8
 """of a picture without markers, one pixel of so many in each direction is looked at"""
 
@@ -41,6 +41,8 @@ class SeenFrame:
     """(markers,): grey level that the brightest twentieth of each marker exceeds, NaN where it was not found"""
     black: Array
     """(markers,): the same of the darkest"""
+    bright: Array
+    """(markers,): grey level that the brightest quarter of each marker exceeds; where white is clipped, it is `white`"""
     picture: tuple[float, float]
     """darkest and brightest twentieth of the whole picture"""
 
@@ -120,13 +122,13 @@ class VideoWatch:
 
 def _with_light(frame: Frame, tracked: TrackedFrame) -> SeenFrame:
     height, width = frame.grey.shape
-    levels = np.full((len(tracked.corners), 2), np.nan)
+    levels = np.full((len(tracked.corners), 3), np.nan)
     for k, corners in enumerate(tracked.corners):
         if np.isnan(corners).any():
             continue
         low, high = np.floor(corners.min(axis=0)).astype(int), np.ceil(corners.max(axis=0)).astype(int)
         x0, y0 = np.clip(low, 0, (width - 1, height - 1))
         x1, y1 = np.clip(high, (x0 + 1, y0 + 1), (width, height))
-        levels[k] = np.percentile(frame.grey[y0:y1, x0:x1], [BLACK_PERCENTILE, WHITE_PERCENTILE])
+        levels[k] = np.percentile(frame.grey[y0:y1, x0:x1], [BLACK_PERCENTILE, BRIGHT_PERCENTILE, WHITE_PERCENTILE])
     picture = np.percentile(frame.grey[::_SAMPLED_PX, ::_SAMPLED_PX], [BLACK_PERCENTILE, WHITE_PERCENTILE])
-    return SeenFrame(tracked, levels[:, 1], levels[:, 0], (float(picture[0]), float(picture[1])))
+    return SeenFrame(tracked, levels[:, 2], levels[:, 0], levels[:, 1], (float(picture[0]), float(picture[1])))

@@ -33,7 +33,7 @@ def test_a_log_that_comes_in_pieces_is_the_log(tmp_path: Path, name: str) -> Non
             log.poll()
             rows.append(log.rows)
     assert rows == sorted(rows)
-    assert len(set(rows)) > 5
+    assert len(set(rows)) >= 4  # an MCAP comes by chunks
     grown = log.since(-np.inf)
     assert grown is not None
     same_as(motor_log(grown, NECK, path), read_log(RECORDING / name, NECK))

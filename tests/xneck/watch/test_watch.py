@@ -123,7 +123,7 @@ def test_what_happens_before_the_camera_is_named(begin: Begin, tmp_path: Path) -
     assert gap["onset_s"] == pytest.approx(lost_at, abs=0.1)
     assert at < lost_at + 3
     ((at, bright),) = experiment.named("overexposed")
-    assert bright["onset_s"] == pytest.approx(6, abs=0.15)
+    assert bright["onset_s"] == pytest.approx(6, abs=0.5)
     assert at < 8.5
     assert set(experiment.findings) == {"marker_lost", "lost_frames", "overexposed"}
 
@@ -158,7 +158,8 @@ def test_frames_that_are_lost_without_a_trace_are_named(begin: Begin, tmp_path: 
     watched(experiment)
     (at, finding), *_ = experiment.named("lost_frames_untraced")
     assert 10 < at < 17
-    assert "2 frames" in finding["what"]
+    assert "frames were lost" in finding["what"]
+    assert 2 < finding["onset_s"] < 10
     assert set(experiment.findings) == {"lost_frames_untraced"}
 
 
