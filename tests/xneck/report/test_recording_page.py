@@ -11,6 +11,7 @@ import pytest
 from playwright.sync_api import Page
 
 from identification.fasquelle.reconstruction import reconstruct
+from identification.simulation.channels import Channel
 from tests.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
 from tests.xneck.report.sample_result import NASTY
 from xneck.recording.recording_result import RecordingResult
@@ -122,6 +123,28 @@ def test_a_fault_reaches_the_first_sentence(result: RecordingResult, tmp_path: P
     text = Elements((tmp_path / "fault.html").read_text(encoding="utf-8")).text
     assert "are inconsistent (theta sign at cable 2) over" in text
     assert "could as well be swapped_cables" in text
+
+
+def test_a_model_that_does_not_explain_the_arm_is_said_first_with_what_to_type(
+    result: RecordingResult, tmp_path: Path
+) -> None:
+    """At 101 times noise; at twice noise it is said to explain the arm, and nothing is to be typed."""
+    assert result.simulated is not None
+    for rms, explains in ((0.505, False), (0.01, True)):
+        channels = (*result.simulated.channels[:-1], Channel("theta4", rms, 0.005, "rad", 1.7))
+        page = tmp_path / "page.html"
+        write_recording_report(replace(result, simulated=replace(result.simulated, channels=channels)), page)
+        text = Elements(page.read_text(encoding="utf-8")).text
+        assert ("The model does not explain this arm" in text) is not explains
+        assert ("xneck diagnose dataset.mcap" in text) is not explains
+        assert ("simulates the angle of motor 4 at 101 times noise" in text) is not explains
+        assert ("The model explains this arm" in text) is explains
+
+
+def test_of_several_recordings_the_page_leads_to_the_summary(result: RecordingResult, tmp_path: Path) -> None:
+    write_recording_report(result, tmp_path / "page.html", "summary.html")
+    links = [a["href"] for tag, a in Elements((tmp_path / "page.html").read_text(encoding="utf-8")).tags if tag == "a"]
+    assert links[0] == "../summary.html"
 
 
 @pytest.mark.parametrize("width", [360, 1280])
