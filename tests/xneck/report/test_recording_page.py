@@ -154,6 +154,29 @@ def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
     assert browser_page.evaluate("[...document.images].map(i => i.complete && i.naturalWidth > 0)") == [True, True]
 
 
+def test_a_click_zooms_and_a_cursor_stands_at_one_moment_in_all_figures_of_time(
+    report: Path, browser_page: Page
+) -> None:
+    browser_page.goto(report.as_uri())
+    first = browser_page.locator("svg.plot[data-time]").first
+    first.hover()
+    lines = browser_page.evaluate(
+        """[...document.querySelectorAll('svg.plot[data-time]')].map(s => {
+            const [l, r, t, b, begin, end] = s.dataset.time.split(' ').map(Number);
+            const x = Number((s.querySelector('path.cursor').getAttribute('d') || 'MNaN').match(/M(\\S+)/)[1]);
+            return begin + (x - l) / (r - l) * (end - begin); })"""
+    )
+    shown = float(browser_page.locator("output.cursor").inner_text().removesuffix(" s"))
+    assert len(lines) > 10
+    inside = [moment for moment in lines if moment is not None]
+    np.testing.assert_allclose(inside, shown, atol=2e-3)
+    whole = first.get_attribute("viewBox")
+    first.click()
+    assert first.get_attribute("viewBox") != whole
+    browser_page.keyboard.press("Escape")
+    assert first.get_attribute("viewBox") == whole
+
+
 def test_no_label_leaves_its_figure(report: Path, browser_page: Page) -> None:
     faults = label_faults(browser_page, report)
     assert not faults, "\n".join(faults)
