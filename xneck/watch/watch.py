@@ -59,6 +59,12 @@ GROWING_S = 10.0
 """s without growth after which a video is no longer being written"""
 POLL_S = 0.2
 """s between looks at files that did not grow"""
+LIKELY_ENDED_S = 1.5
+"""s without growth after which the outcome is said (docs/thresholds.md)"""
+PAUSE_RATIO, MAX_PAUSE_S = 1.5, 20.0
+"""... and for so many times the longest pause before, and the longest that counts, s (docs/thresholds.md)"""
+SAME_FRAMES = 10
+"""frames that a decoder may have kept back until the end, and that change no outcome"""
 GAP_ROWS_S = 12.0
 """s of log that are looked through for gaps"""
 
@@ -130,6 +136,7 @@ class _Watch:
         self._last_video_size = self._video_file.size
         self._video_grown_at = -np.inf
         self._grown_at = self._log_grown_at = self._polled_at = clock.now()
+        self._longest_pause_s = 0.0
         self._log_longest_s: float | None = None
         self._video_s_at_log = -np.inf
         """time of the newest frame when the log grew last, s: what is later may not be in the log yet"""
@@ -140,9 +147,7 @@ class _Watch:
         """Until the recording ends."""
         with contextlib.suppress(KeyboardInterrupt):
             self._follow()
-        self._outcome = self._prepared_outcome()
-        outcome = self._outcome[1]
-        self._say({"event": "outcome", **outcome.as_json()})
+        outcome = self._say_outcome()
         tracked = self._keep_tracks(tracks_file) if tracks_file is not None else 0
         result = WatchResult(
             findings=tuple(self._findings.all),
@@ -300,6 +305,8 @@ class _Watch:
             if (stop := stopped_finding(silent, self._log_longest_s, self._log.newest_s, in_chunks)) is not None:
                 self._name([stop])
         if video_grew or log_grew:
+            if self._seen.frames or self._log.rows:
+                self._longest_pause_s = min(max(self._longest_pause_s, now - self._grown_at), MAX_PAUSE_S)
             self._grown_at = now
         return video_grew or log_grew
 
@@ -326,25 +333,32 @@ class _Watch:
             if self._poll():
                 return True
             idle = self._clock.now() - self._grown_at
-            something = self._seen.frames or self._log.rows
-            if something and idle >= self._ended_after_s:
-                return False
-            if something and idle >= self._ended_after_s / 4:
-                self._outcome = self._prepared_outcome()  # it is ready when the wait is over
+            # writers that collect seconds pause for as long
+            pause_s = PAUSE_RATIO * self._longest_pause_s
+            if self._seen.frames or self._log.rows:
+                if idle >= max(self._ended_after_s, pause_s):
+                    return False
+                if idle >= max(min(LIKELY_ENDED_S, self._ended_after_s), pause_s):
+                    self._say_outcome()  # at once, as it has most likely ended
             self._clock.sleep(POLL_S)
             return True
         except KeyboardInterrupt:
             self._stopped = True
             return False
 
-    def _prepared_outcome(self) -> tuple[tuple[int, int], Outcome]:
-        """The outcome of all that was read."""
+    def _say_outcome(self) -> Outcome:
+        """The outcome of all that was read, said once, and again where more was read since."""
         state = (self._seen.frames, self._log.rows)
-        if self._outcome is not None and self._outcome[0] == state:
-            return self._outcome
+        if self._outcome is not None:
+            (frames_before, rows_before), outcome = self._outcome
+            if rows_before == state[1] and state[0] - frames_before < SAME_FRAMES:
+                return outcome
         rows = self._log.since(self._log.newest_s - 45.0) if self._log_ok else None
         frames = list(self._seen.recent)
-        return state, outcome_of(self._recording, self._neck, self._camera, self._options, frames, rows)
+        outcome = outcome_of(self._recording, self._neck, self._camera, self._options, frames, rows)
+        self._outcome = state, outcome
+        self._say({"event": "outcome", **outcome.as_json()})
+        return outcome
 
     def _keep_tracks(self, file: Path) -> int:
         """Writes what `run` can go on from; the number of frames in it."""
