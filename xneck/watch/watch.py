@@ -16,6 +16,7 @@ import numpy as np
 from calibration.camera import Camera
 from mechanism.arm import arm_of
 from mechanism.description import markers_of, read_neck
+from synchronisation.angles import Angles
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.encoder_log import motor_log
 from vision.extract import ExtractionOptions
@@ -29,7 +30,7 @@ from xneck.watch.growing_file import GrowingFile
 from xneck.watch.growing_log import GrowingLog
 from xneck.watch.growing_video import GrowingVideo
 from xneck.watch.light_findings import light_findings
-from xneck.watch.log_findings import gap_findings, refused_finding, stopped_finding, time_finding
+from xneck.watch.log_findings import MIN_ROWS, gap_findings, refused_finding, stopped_finding, time_finding
 from xneck.watch.marker_findings import marker_findings
 from xneck.watch.motion_findings import (
     Shift,
@@ -48,6 +49,8 @@ from xneck_foundation.recovery import collected_recoveries
 
 WINDOW_S, MIN_WINDOW_S = 8.0, 6.0
 """s of the newest motion that are judged, and that there must be (docs/thresholds.md)"""
+MIN_WINDOW_FRAMES = 30
+"""frames of the window with all angles that are judged at least (docs/thresholds.md)"""
 CHECK_S = 1.5
 """s of video between judgements of the motion (docs/thresholds.md)"""
 WINDOW_HZ = 15.0
@@ -243,7 +246,7 @@ class _Watch:
             )
         except Refused:  # markers are out of sight, which is said by itself
             return
-        if len(angles.time) < MIN_WINDOW_S * 5:
+        if len(angles.time) < MIN_WINDOW_FRAMES:
             return
         winding = np.ptp(cable_winding(self._arm, angles.alpha), axis=0)
         self._largest_winding_m = max(self._largest_winding_m, float(winding.max()))
@@ -253,12 +256,12 @@ class _Watch:
         self._name([f for f in (small, repeated) if f is not None])
         # what the log has not told yet cannot be compared
         logged = angles.time <= self._video_s_at_log
-        if not self._log_ok or not self._log_time_ok or np.sum(logged) < MIN_WINDOW_S * 5:
+        if not self._log_ok or not self._log_time_ok or np.sum(logged) < MIN_WINDOW_FRAMES:
             return
-        known = type(angles)(angles.time[logged], angles.alpha[logged], angles.sigma[logged])
-        self._compare_with_log(known)
+        self._compare_with_log(Angles(angles.time[logged], angles.alpha[logged], angles.sigma[logged]))
 
-    def _compare_with_log(self, angles: Any) -> None:
+    def _compare_with_log(self, angles: Angles) -> None:
+        """What log and video say of one motion; of signs, units and labels what two looks in turn agree on."""
         rows = self._log.since(self._log.newest_s - WINDOW_S - LOG_REACH_S)
         if rows is None or rows.time[-1] - rows.time[0] < MIN_WINDOW_S:
             return
@@ -314,7 +317,7 @@ class _Watch:
         where = str(self._recording.log)
         if not self._log_time_ok:
             rows = self._log.since(-np.inf)
-            if rows is None or len(rows) < 100:
+            if rows is None or len(rows) < MIN_ROWS:
                 return
             if (finding := time_finding(rows, where)) is not None:
                 self._log_ok = False
