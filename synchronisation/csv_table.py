@@ -38,7 +38,7 @@ def read_table(
             header = [cell.strip() for cell in next(rows, [])]
             if not header:
                 raise Refused(path, "is empty", "expected a header and rows of numbers")
-            at = _columns(path, header, rows, ("time", *required), optional)
+            at = table_columns(path, header, rows, ("time", *required), optional)
             places, table, rows_before = list(at.values()), list[list[float]](), 0
             columns = {name: list[Array]() for name in at}
             for number, row in enumerate(rows, start=2):
@@ -49,7 +49,7 @@ def read_table(
                         path, f"row {number} has {len(row)} cells, the header {len(header)}", "is it half-written?"
                     )
                 try:
-                    table.append(_numbers([row[k] for k in places]))
+                    table.append(row_numbers([row[k] for k in places]))
                 except ValueError:
                     if number == 2 and not any(_is_number(row[k]) for k in at.values()):
                         what = f"row 2 holds no numbers but {quoted(','.join(row))}, as units do"
@@ -82,7 +82,7 @@ def _add_rows(columns: Mapping[str, list[Array]], table: Sequence[Sequence[float
             pieces.append(values.copy())
 
 
-def _columns(
+def table_columns(
     path: Path, header: list[str], rows: Iterator[list[str]], required: Sequence[str], optional: Sequence[str]
 ) -> dict[str, int]:
     """Places of the columns that are read, by name. Raises Refused where one is missing, or any stands twice."""
@@ -97,7 +97,7 @@ def _columns(
     return {name: places[name] for name in (*required, *optional) if name in places}
 
 
-def _numbers(cells: list[str]) -> list[float]:
+def row_numbers(cells: list[str]) -> list[float]:
     """The numbers in cells, as `_number` gives each. Raises ValueError."""
     if "_" not in "".join(cells):
         # nearly all rows: one pass in C

@@ -1,6 +1,6 @@
 """The controller's log: motor angles theta and forces f on its own clock, brought into our signs and units."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -39,24 +39,37 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     Raises Refused where columns or joints are missing, values not finite, or times do not increase.
     """
     path = Path(path)
-    m = neck.M
     if path.suffix == ".mcap":
-        series = _from_joint_states(path, neck)
-    else:
-        forces = [f"f{j + 1}" for j in range(m)]
-        further = f"theta{m + 1}"
-        series = read_table(
-            path, [f"theta{j + 1}" for j in range(m)], optional=[*forces, LED, further], max_rows=MAX_LOG_ROWS
+        return motor_log(motor_channel(joint_state.read(path).logs, neck, path), neck, path)
+    required, optional = log_columns(neck)
+    series = read_table(path, required, optional, max_rows=MAX_LOG_ROWS)
+    check_columns(path, series.columns, neck)
+    return motor_log(series, neck, path)
+
+
+def log_columns(neck: Neck) -> tuple[list[str], list[str]]:
+    """The columns that a CSV must have beside `time`, and those that are looked for."""
+    numbers = range(1, neck.M + 1)
+    return [f"theta{j}" for j in numbers], [*(f"f{j}" for j in numbers), LED, f"theta{neck.M + 1}"]
+
+
+def check_columns(path: Path, columns: Collection[str], neck: Neck) -> None:
+    """Raises Refused where a CSV has columns of more motors than neck.yaml, or forces of some only."""
+    m = neck.M
+    further = f"theta{m + 1}"
+    if further in columns:
+        raise Refused(path, f"has {further}, and neck.yaml has {m} motors", "is it this arm's neck.yaml?")
+    missing = [name for j in range(m) if (name := f"f{j + 1}") not in columns]
+    if 0 < len(missing) < m:
+        raise Refused(
+            path,
+            f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
+            "log the forces of all motors, or of none",
         )
-        if further in series.columns:
-            raise Refused(path, f"has {further}, and neck.yaml has {m} motors", "is it this arm's neck.yaml?")
-        missing = [name for name in forces if name not in series.columns]
-        if 0 < len(missing) < m:
-            raise Refused(
-                path,
-                f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
-                "log the forces of all motors, or of none",
-            )
+
+
+def motor_log(series: Series, neck: Neck, path: Path) -> Series:
+    """Columns as `path` holds them, in our signs and units: as `read_log` gives them, and refuses them."""
     if len(series) > MAX_LOG_ROWS:
         raise Refused(path, f"has more than {MAX_LOG_ROWS} rows", "cut log and angles in parts, hours each")
     check_time_unit(series.time, str(path), "rows")
@@ -83,9 +96,10 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     return Series(series.time, columns)
 
 
-def _from_joint_states(path: Path, neck: Neck) -> Series:
-    """Columns theta, f and led as logged, from the one topic that holds the motors: by their joints' names, or by their number."""
-    logs = joint_state.read(path).logs
+def motor_channel(logs: Mapping[str, JointStateChannel], neck: Neck, path: Path) -> Series:
+    """Columns theta, f and led as logged, from the one topic that holds the motors: by their joints' names, or by their number.
+
+    Raises Refused where none does, or several do."""
     joints = [motor.joint for motor in neck.motors if motor.joint is not None]
     topics = {joint: topic for joint in joints for topic in logs if joint.startswith(f"/{topic}/")}
     names = [joint.removeprefix(f"/{topics[joint]}/") if joint in topics else joint for joint in joints]

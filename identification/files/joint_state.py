@@ -50,7 +50,7 @@ int32 sec
 uint32 nanosec
 """
 
-_DECODERS = {"cdr": decode_cdr, "json": decode_json}
+DECODERS = {"cdr": decode_cdr, "json": decode_json}
 """by the encoding that a file names"""
 
 
@@ -116,10 +116,10 @@ def read(path: str | Path, within: tuple[float, float] | None = None) -> JointSt
 
     def take(name: str, topic: Topic) -> None:
         with _joint_state(path, name):
-            if topic.encoding not in _DECODERS:
+            if topic.encoding not in DECODERS:
                 raise ValueError(f"they are encoded as {topic.encoding!r}, expected cdr or json")
             before = sum(len(part.time) for part in parts.get(name, ()))
-            parts.setdefault(name, []).append(_DECODERS[topic.encoding](topic.messages, before))
+            parts.setdefault(name, []).append(DECODERS[topic.encoding](topic.messages, before))
 
     between = None if within is None else (int(within[0] * 1e9), int(within[1] * 1e9) + 1)
     records = read_records(path, "JointState", take, between)

@@ -27,6 +27,7 @@ COMMANDS = {
     "observe": "Joint angles at the log's rate without a camera.",
     "design": "A motion within limits that tells the parameters best.",
     "diagnose": "What the simulation gets wrong, its cause, and what the model gains by it.",
+    "watch": "A recording while it grows: is it going to be usable?",
     "run": "All of it for recording folders, and one report each.",
     "demo": "The same on the recording shipped in samples/.",
     "study": "Hides effects in generated data and counts how often they are found.",

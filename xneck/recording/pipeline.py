@@ -15,6 +15,7 @@ from synchronisation.synchronise import synchronise
 from xneck.recording.progress import StageProgress, no_progress
 from xneck.recording.recording_folder import Recording
 from xneck.recording.recording_result import RecordingResult
+from xneck.recording.result_files import WATCHED_TRACKS
 from xneck.recording.stages import recording_angles
 from xneck_foundation.errors import Refused
 from xneck_foundation.provenance import note_inputs, provenance
@@ -26,7 +27,7 @@ def run_stages(recording: Recording, out: Path, progress: StageProgress = no_pro
     inputs = note_inputs(recording.files)
     neck = read_neck(recording.neck)
     log = read_log(recording.log, neck)
-    angles, video = recording_angles(recording, neck, progress)
+    angles, video = recording_angles(recording, neck, progress, out / WATCHED_TRACKS)
     if video is not None:
         video.write_files(out)
     progress("sync")
