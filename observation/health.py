@@ -145,8 +145,8 @@ def sentences(monitor: HealthMonitor) -> list[str]:
         load = max(monitor.loads, key=lambda found: abs(found.mass))
         what = "heavier" if load.mass > 0 else "lighter"
         lines.append(
-            f"from {monitor.loads[0].time:.1f} s on the tip is {abs(load.mass):.3f} +- {load.sigma:.3f} kg {what} than when "
-            "the arm was identified"
+            f"from {monitor.loads[0].time:.1f} s on the tip is {abs(load.mass):.3f} +- {load.sigma:.3f} kg {what} than "
+            "the model has it"
         )
     return lines
 
