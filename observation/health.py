@@ -26,8 +26,10 @@ MAX_ALONG_RATIO = 0.9
 """its part along the motor's direction, in those sigmas (docs/thresholds.md)"""
 MAX_RMS_RATIO = 1.5
 """its rms, in those sigmas (docs/thresholds.md)"""
-_MIN_TURNING_SHARE = 0.3
-"""of a window in which a motor must turn, for its friction to be told"""
+TURNING_SHARE = 0.85
+"""of its whole that the seed's dry friction has where a motor counts as turning: faster than about 8 rad/s (docs/thresholds.md)"""
+MIN_FAST_SHARE = 0.15
+"""of a window in which a motor must turn each way, to be judged (docs/thresholds.md)"""
 _WORDS = {
     "mean": "a cable slipped, a load hangs on the arm, or a motor's force is off",
     "along": "friction changed (warmed, worn, oiled)",
@@ -93,28 +95,29 @@ class HealthMonitor:
 
     @property
     def healthy(self) -> bool | None:
-        """None where no window was whole."""
-        return None if not self.windows else not (self.findings or self.loads)
+        """None where no window was whole in which a motor turned."""
+        return False if self.findings or self.loads else True if self.windows else None
 
     def _judge(self) -> None:
         errors, turning = (np.array(v) for v in zip(*self._rows, strict=True))
-        self.windows += 1
-        mean, rms = errors.mean(axis=0), np.sqrt(np.mean(errors**2, axis=0))
-        power = np.sum(turning**2, axis=0)
-        along = np.sum((errors - mean) * turning, axis=0) / np.maximum(power, 1e-9)
-        along[power < _MIN_TURNING_SHARE * len(errors)] = 0.0
-        for j in range(len(mean)):
-            ratios = {
-                "mean": abs(mean[j]) / (MAX_MEAN_RATIO * self.sigma[j]),
-                "along": abs(along[j]) / (MAX_ALONG_RATIO * self.sigma[j]),
-                "rms": rms[j] / (MAX_RMS_RATIO * self.sigma[j]),
-            }
+        judged = False
+        for j, (error, turn) in enumerate(zip(errors.T, turning.T, strict=True)):
+            # near rest friction holds any force up to its whole: nothing is unsaid there
+            fast = np.abs(turn) > TURNING_SHARE
+            if min(np.mean(fast & (turn > 0)), np.mean(fast & (turn < 0))) < MIN_FAST_SHARE:
+                continue
+            judged = True
+            e, direction = error[fast], turn[fast]
+            mean, along = np.linalg.lstsq(np.stack([np.ones_like(e), direction], axis=1), e, rcond=None)[0]
+            forces = {"mean": float(mean), "along": float(along), "rms": float(np.sqrt(np.mean(e**2)))}
+            limits = {"mean": MAX_MEAN_RATIO, "along": MAX_ALONG_RATIO, "rms": MAX_RMS_RATIO}
+            ratios = {kind: abs(force) / (limits[kind] * float(self.sigma[j])) for kind, force in forces.items()}
             kind = max(ratios, key=lambda name: ratios[name])
             if ratios[kind] > 1:
-                force = {"mean": mean[j], "along": along[j], "rms": rms[j]}[kind]
                 assert self._began is not None
-                found = Finding(self._began, j + 1, kind, float(force), float(self.sigma[j]), float(ratios[kind]))
+                found = Finding(self._began, j + 1, kind, forces[kind], float(self.sigma[j]), ratios[kind])
                 self.findings.append(found)
+        self.windows += judged
 
 
 def verdict(monitor: HealthMonitor) -> str:
@@ -125,7 +128,8 @@ def verdict(monitor: HealthMonitor) -> str:
 def sentences(monitor: HealthMonitor) -> list[str]:
     """For a person: of each motor and kind the first window, and the worst."""
     if monitor.healthy is None:
-        return [f"the log is shorter than {SETTLING_S + WINDOW_S:g} s, so that nothing is said of the arm's health"]
+        shortest = SETTLING_S + WINDOW_S
+        return [f"the log is shorter than {shortest:g} s, or motors hardly turn: nothing is said of the arm's health"]
     lines = []
     first: dict[int, list[Finding]] = {}
     for found in monitor.findings:
@@ -141,8 +145,8 @@ def sentences(monitor: HealthMonitor) -> list[str]:
         load = max(monitor.loads, key=lambda found: abs(found.mass))
         what = "heavier" if load.mass > 0 else "lighter"
         lines.append(
-            f"from {monitor.loads[0].time:.1f} s on the tip is {abs(load.mass):.3f} +- {load.sigma:.3f} kg {what} than when "
-            "the arm was identified"
+            f"from {monitor.loads[0].time:.1f} s on the tip is {abs(load.mass):.3f} +- {load.sigma:.3f} kg {what} than "
+            "the model has it"
         )
     return lines
 

@@ -1,4 +1,4 @@
-"""Whether a load hangs on the arm's tip that was not there when it was calibrated.
+"""Whether a load hangs on the arm's tip that the model does not have.
 
 A load lowers the arm on its cables, and they pull otherwise than the model says: the motors' unsaid forces follow the pose in a way
 that is known in advance. They are fitted with it, beside a constant and a part along each motor's direction, over stretches of the
