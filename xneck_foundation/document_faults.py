@@ -83,8 +83,13 @@ def _fault(error: Any, meant: Mapping[Path, str], kind: type[BaseModel]) -> str:
         return f"{place}: unknown key, valid: {listed(_keys(kind, error['loc'][:-1]), limit=_SHOWN)}"
     message = error["msg"].removeprefix("Value error, ")
     message = message.replace("Input should be", "expected")
-    message = message[0].lower() + message[1:]
+    if message[1:2].islower():  # a sentence; L and b stay as they are
+        message = message[0].lower() + message[1:]
+    if error["type"] == "model_type":
+        message = "expected keys and values"
     found = error["input"]
+    if found is None:
+        return f"{place}: {message}, found nothing"
     if isinstance(found, dict | list | BaseModel):
         return f"{place}: {message}"
     hint = ""

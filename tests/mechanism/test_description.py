@@ -8,7 +8,8 @@ import pytest
 import yaml
 
 from mechanism.arm import arm_of
-from mechanism.description import Tolerance, read_neck
+from mechanism.description import read_neck
+from mechanism.tolerance import Tolerance
 from tests.paths import NECK_FILE
 from xneck_foundation.errors import Refused
 

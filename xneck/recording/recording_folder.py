@@ -24,20 +24,35 @@ class _Rectangle(Strict):
     height: Annotated[int, Field(ge=1)]
 
 
-class _File(Strict):
+class RecordingFile(Strict):
+    """recording.yaml; paths are relative to it."""
+
     log: str
+    """the controller's log: .csv or .mcap"""
     neck: str
+    """the description of the arm"""
     video: str | None = None
+    """the video; with camera, or with board and pictures"""
     camera: str | None = None
+    """camera.yaml, as xneck calibrate wrote it"""
     board: str | None = None
+    """board.yaml of the pictures from which the camera is calibrated on the way"""
     pictures: str | None = None
+    """folder of pictures of the board"""
     angles: str | None = None
+    """instead of video and camera: time,alpha1..alphaN[,sigma1..sigmaN] from elsewhere, rad"""
     exposure: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """s, how long a frame is exposed"""
     row_time: Annotated[float, Field(ge=-1e-3, le=1e-3)] = 0.0
+    """s from row to row of a rolling shutter; where it is not said, the motion of the arm tells it"""
     stamp: Stamp = "middle"
+    """which moment of the exposure a frame's time stands for"""
     placement: Literal["believed", "estimated"] = "believed"
+    """estimated: the motion tells where the markers sit on their bars"""
     corners: Literal["template", "edges"] = "template"
+    """edges: the edges of the markers' squares alone are measured; faster, less exact"""
     anchor: _Rectangle | None = None
+    """px, where in the picture the light is that the controller switches and logs as led"""
 
 
 @dataclass(frozen=True)
@@ -87,7 +102,7 @@ def read_recording(folder: str | Path) -> Recording:
     config = folder if folder.is_file() else folder / RECORDING_FILE
     if not config.is_file():
         raise Refused(folder, f"has no {RECORDING_FILE}", "write one with the keys video, log, camera, neck")
-    file = read_yaml(config, _File)
+    file = read_yaml(config, RecordingFile)
     _check_keys(config, file)
     paths = {key: _path_inside(config, key, getattr(file, key)) for key in _PATH_KEYS}
     log, neck, pictures = paths["log"], paths["neck"], paths["pictures"]
@@ -110,7 +125,7 @@ def read_recording(folder: str | Path) -> Recording:
     )
 
 
-def _check_keys(config: Path, file: _File) -> None:
+def _check_keys(config: Path, file: RecordingFile) -> None:
     """Refused where the keys name no angles and no complete video, or both."""
     if file.angles is None:
         if file.video is None:
