@@ -12,6 +12,7 @@ from xneck.cli.finite_range import FiniteRange
 from xneck.cli.output import report_result, result_options
 from xneck.cli.path_types import OUTPUT_FILE
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import counted
 
 _LENGTH = FiniteRange(0.001, 2)
 _KINDS = {
@@ -102,7 +103,7 @@ def _write_neck(out: Path, arm: tuple[int, int, float, float], schema: Path | No
     if schema is not None:
         text = f"# yaml-language-server: $schema={os.path.relpath(schema, out.parent)}\n{text}"
     write_text(out, text)
-    counts = f"{neck.N} mechanism{'s' * (neck.N > 1)} and {neck.M} cable{'s' * (neck.M > 1)}"
+    counts = f"{counted(neck.N, 'mechanism')} and {counted(neck.M, 'cable')}"
     lines = [f"{out}: {counts}, with example numbers: put in yours"]
     lines += [f"  cable {j + 1}: {', '.join(cable.route)}" for j, cable in enumerate(neck.cables)]
     lines.append(f"  then look at it: xneck show {out} --out {out.with_suffix('.svg')}")
