@@ -2,8 +2,11 @@
 
 from collections.abc import Sequence
 from itertools import groupby
+from typing import TypeVar
 
 from mechanism.description import Mechanism, Motor, Neck, Spring
+
+Part = TypeVar("Part", Mechanism, Motor)
 
 MAX_NAMED = 24
 """cables and markers that are named before the rest is counted"""
@@ -57,7 +60,7 @@ def gravity_line(neck: Neck) -> str:
     return f"gravity {abs(y):.4g} m/s² {'up' if y > 0 else 'down'}{aside}"
 
 
-def _alike(parts: Sequence[object]) -> list[tuple[str, "Mechanism | Motor"]]:
+def _alike(parts: Sequence[Part]) -> list[tuple[str, Part]]:
     """Runs of equal parts: `1`, `2-4`, and one of each."""
     runs: list[tuple[int, int]] = []
     for k, part in enumerate(parts):
@@ -65,7 +68,7 @@ def _alike(parts: Sequence[object]) -> list[tuple[str, "Mechanism | Motor"]]:
             runs[-1] = (runs[-1][0], k)
         else:
             runs.append((k, k))
-    return [(f"{a + 1}" if a == b else f"{a + 1}-{b + 1}", parts[a]) for a, b in runs]  # type: ignore[misc]
+    return [(f"{a + 1}" if a == b else f"{a + 1}-{b + 1}", parts[a]) for a, b in runs]
 
 
 def _lengths(m: Mechanism) -> str:
