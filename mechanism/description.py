@@ -149,10 +149,35 @@ class Motor(Strict):
     joint: str | None = None
     """name of the motor in a JointState log, with its topic before it (/joint_states/motor1) where several have it; without one,
     motor j is the j-th joint"""
+    theta_column: Annotated[str, Field(min_length=1)] | None = None
+    """column of a CSV or Parquet log with the motor's angle; without one, theta1 is that of motor 1, and so on"""
+    f_column: Annotated[str, Field(min_length=1)] | None = None
+    """column of a CSV or Parquet log with the force, as commanded; without one, f1 is that of motor 1, and so on"""
     theta_scale: Annotated[float, Field(gt=0)] = 1.0
     """rad of the motor per unit of the logged angle: 1 for rad, 0.0174533 for degrees, 6.28319 / counts for counts"""
     f_scale: float = 1.0
     """N on the cable per unit of the logged force: 1 for N, R / rd for N m of the motor"""
+
+
+class LogFormat(Strict):
+    """How a CSV or Parquet log is written, where not as `time,theta1..thetaM,f1..fM` in seconds, rad and N."""
+
+    time_column: Annotated[str, Field(min_length=1)] = "time"
+    """column with the time of each row"""
+    time_scale: Annotated[float, Field(gt=0)] = 1.0
+    """s per unit of that column: 1 for seconds, 0.001 for milliseconds, 1e-6 for microseconds, 1e-9 for nanoseconds"""
+    led_column: Annotated[str, Field(min_length=1)] = "led"
+    """column that is 1 while the light is on that the video shows; may be missing in the log"""
+    separator: Literal[",", ";", "\t", "|"] = ","
+    """what stands between the columns of a CSV"""
+    decimal: Literal[".", ","] = "."
+    """what stands before the decimals of a CSV's numbers"""
+
+    @model_validator(mode="after")
+    def _separators_differ(self) -> "LogFormat":
+        if self.separator == self.decimal:
+            raise ValueError("separator and decimal are both a comma: the file must tell columns from decimals")
+        return self
 
 
 class Neck(Strict):
@@ -170,6 +195,8 @@ class Neck(Strict):
     """one for each cable"""
     markers: Markers | None = None
     """the printed markers; leave it out where the joint angles come from elsewhere"""
+    log: LogFormat = LogFormat()
+    """how the log is written, where its columns have other names than time,theta1..thetaM,f1..fM; `xneck logs FILE` says it"""
     tolerance: Tolerance = Tolerance()
     """how well these numbers are known, one standard deviation each; what is left out is known as a workshop keeps it"""
 
@@ -184,9 +211,10 @@ class Neck(Strict):
             faults += beyond
         elif beyond:
             faults.append(f"mechanisms: {n} are too few, in {len(beyond)} places: {beyond[0]}")
-        named = [m.joint for m in self.motors if m.joint is not None]
-        if named and (len(named) != len(self.motors) or len(set(named)) != len(named)):
-            faults.append("motors[].joint: give every motor a name of its own, or none")
+        for key in ("joint", "theta_column", "f_column"):
+            named = [name for motor in self.motors if (name := getattr(motor, key)) is not None]
+            if named and (len(named) != len(self.motors) or len(set(named)) != len(named)):
+                faults.append(f"motors[].{key}: give every motor a name of its own, or none")
         ids = Counter(m.id for m in self.markers.on_bars) if self.markers else Counter[int]()
         repeated = [str(i) for i in sorted(ids) if ids[i] > 1]
         if repeated:

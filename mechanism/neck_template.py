@@ -1,12 +1,13 @@
 """A neck.yaml to fill in: a whole arm with example numbers, and a comment for every key."""
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from pydantic import BaseModel
 
-from mechanism.description import Bar, Cable, Mechanism, Motor, Neck, Springs, Top
+from mechanism.description import Bar, Cable, LogFormat, Mechanism, Motor, Neck, Springs, Top
 from mechanism.printed_markers import BarMarker, Markers
 from mechanism.tolerance import Tolerance
 from mechanism.usual_routes import usual_routes
@@ -22,7 +23,8 @@ What is alike is said once: `&motor` names a group of keys, `*motor` stands for 
 `{<<: *motor, theta_sign: -1}` takes it over but for one key.
 """
 _WIDTH = 118
-_MOTOR = {
+_USUAL_LOG = {"time_column": "time", "time_scale": 1.0}
+MOTOR = {
     "R": 25.0,
     "rd": 0.010,
     "Ia": 5.0e-6,
@@ -46,27 +48,40 @@ _TOLERANCE_OF: dict[type[BaseModel], dict[str, str]] = {
 _TOLERANCE_TEXT = {"tilt": "0.3 deg", "marker_angle": "0.3 deg"}
 _OPTIONAL = {
     Springs: {"right": {"stiffness": 400.0, "free_length": 0.05}},
-    Motor: {"fv": 0.005, "joint": "motor1"},
+    Motor: {"fv": 0.005, "joint": "motor1", "theta_column": "theta1", "f_column": "f1"},
+    LogFormat: {"led_column": "led", "separator": ";", "decimal": ","},
     BarMarker: {"depth": 0.0, "depth_sigma": 0.001, "diagonal": "A1"},
 }
 """examples of keys that are left out"""
 
 
-def neck_template(mechanisms: int, cables: int, L: float = DEFAULT_DIAGONAL, b: float = DEFAULT_BAR) -> str:
+@dataclass(frozen=True)
+class LogKeys:
+    """What a log says of neck.yaml: keys of `log`, and those of each motor."""
+
+    log: Mapping[str, Any]
+    motors: Sequence[Mapping[str, Any]]
+
+
+def neck_template(
+    mechanisms: int, cables: int, L: float = DEFAULT_DIAGONAL, b: float = DEFAULT_BAR, logged: LogKeys | None = None
+) -> str:
     """neck.yaml of an arm with example numbers, which the strict reader takes as it is; L and b, m, of every mechanism.
 
-    Whether L and b make an X-joint is for the reader to say.
+    logged: what a log is called, of as many motors as cables. Whether L and b make an X-joint is for the reader to say.
     """
+    log, named = (logged.log, logged.motors) if logged else (_USUAL_LOG, [{}] * cables)
     routes = usual_routes(mechanisms, cables)
     lines = [f"# {line}" for line in _HEAD.splitlines()]
     lines += _keys(Neck, {"xneck": 1, "gravity": [0.0, -9.81]}, "")
     lines += ["", *_comment(_said(Neck, "mechanisms"), ""), "mechanisms:"]
-    lines += _repeated("mechanism", Mechanism, _mechanism(L, b), mechanisms)
+    lines += _repeated("mechanism", Mechanism, [_mechanism(L, b)] * mechanisms)
     lines += ["", *_comment(_said(Neck, "cables"), ""), "cables:"]
     first, *others = (_cable(route, L) for route in routes)
     lines += [*_entry(Cable, first, "  "), *(f"  - {flow(cable)}" for cable in others)]
     lines += ["", *_comment(_said(Neck, "motors"), ""), "motors:"]
-    lines += _repeated("motor", Motor, _MOTOR, cables)
+    lines += _repeated("motor", Motor, [{**MOTOR, **keys} for keys in named])
+    lines += ["", *_comment(_said(Neck, "log"), ""), "log:" if log else "log: {}", *_keys(LogFormat, log, "  ")]
     lines += ["", *_comment(_said(Neck, "markers"), ""), "markers:"]
     printed = {"dictionary": "apriltag_36h11", "size": max(_rounded(0.6 * b), 0.002)}
     lines += [*_keys(Markers, printed, "  "), *_comment(_said(Markers, "on_bars"), "  "), "  on_bars:"]
@@ -104,9 +119,14 @@ def _marker(bar: int) -> dict[str, Any]:
     return {"id": bar, "bar": bar, "at": [0.0, 0.0], "angle": 0.0}
 
 
-def _repeated(name: str, kind: type[BaseModel], values: Mapping[str, Any], count: int) -> list[str]:
-    """A list of equal entries: the first with its comments, the others by its name."""
-    return [*_entry(kind, values, "  ", f" &{name}" if count > 1 else ""), *[f"  - *{name}"] * (count - 1)]
+def _repeated(name: str, kind: type[BaseModel], entries: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A list of entries that are nearly alike: the first with its comments, the others by its name and what differs."""
+    first, *others = entries
+    lines = _entry(kind, first, "  ", f" &{name}" if others else "")
+    for other in others:
+        differs = {key: value for key, value in other.items() if first.get(key) != value}
+        lines.append(f"  - {{<<: *{name}, {flow(differs)[1:]}" if differs else f"  - *{name}")
+    return lines
 
 
 def _entry(kind: type[BaseModel], values: Mapping[str, Any], indent: str, anchor: str = "") -> list[str]:

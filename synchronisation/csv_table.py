@@ -4,19 +4,34 @@ import csv
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from identification.dataset.series import Series
-from synchronisation.csv_header import missing_columns, spelled_otherwise
+from synchronisation.csv_header import ColumnsMissing, missing_columns, spelled_otherwise
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted
 
 
-def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str] = ()) -> Series:
-    """Columns `time`, all of `required`, and those of `optional` that the file has; empty cells are NaN.
+@dataclass(frozen=True)
+class CsvFormat:
+    """How a CSV is written."""
+
+    time_column: str = "time"
+    separator: str = ","
+    decimal: str = "."
+
+
+PLAIN = CsvFormat()
+
+
+def read_table(
+    path: str | Path, required: Sequence[str], optional: Sequence[str] = (), written: CsvFormat = PLAIN
+) -> Series:
+    """The time's column, all of `required`, and those of `optional` that the file has; empty cells are NaN.
 
     Raises Refused for missing or doubled columns and for cells that are not numbers, naming row and column.
     """
@@ -24,11 +39,11 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
     check_input(path)
     try:
         with path.open(newline="", encoding="utf-8-sig") as stream:
-            rows = csv.reader(stream)
+            rows = csv.reader(stream, delimiter=written.separator)
             header = [cell.strip() for cell in next(rows, [])]
             if not header:
                 raise Refused(path, "is empty", "expected a header and rows of numbers")
-            at = _columns(path, header, rows, ("time", *required), optional)
+            at = _columns(path, header, rows, (written.time_column, *required), optional)
             places, table = list(at.values()), []
             for number, row in enumerate(rows, start=2):
                 if not row:
@@ -37,6 +52,8 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
                     raise Refused(
                         path, f"row {number} has {len(row)} cells, the header {len(header)}", "is it half-written?"
                     )
+                if written.decimal != ".":
+                    row = [cell.replace(written.decimal, ".") for cell in row]
                 try:
                     table.append(_numbers([row[k] for k in places]))
                 except ValueError:
@@ -62,9 +79,9 @@ def _columns(
     """Places of the columns that are read, by name. Raises Refused where one is missing, or any stands twice."""
     places = {name: k for k, name in enumerate(header)}
     if any(name not in places for name in required):
-        raise Refused(path, *missing_columns(header, next(rows, []), required))
+        raise ColumnsMissing(path, *missing_columns(header, next(rows, []), required))
     if otherwise := spelled_otherwise(header, optional):
-        raise Refused(path, *missing_columns(header, next(rows, []), tuple(otherwise)))
+        raise ColumnsMissing(path, *missing_columns(header, next(rows, []), tuple(otherwise)))
     if len(places) < len(header):
         name, count = Counter(header).most_common(1)[0]
         raise Refused(path, f"has the column {quoted(name)} {count} times", "name each column once")

@@ -7,11 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series, check_size, check_time, numbered_columns
-from identification.files import joint_state
+from identification.files import joint_state, ros_bag
 from identification.files.joint_state import JointStateChannel
 from mechanism.description import Neck
-from synchronisation.csv_table import read_table
+from synchronisation.csv_header import ColumnsMissing
+from synchronisation.csv_table import CsvFormat, read_table
 from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
+from synchronisation.parquet_table import read_parquet
 from synchronisation.time_stamps import check_log_rate, check_time_unit, sampling_step
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
@@ -19,6 +21,8 @@ from xneck_foundation.recovery import warn_recovered
 
 Array = NDArray[np.float64]
 
+LOG_SUFFIXES = (".csv", ".parquet", ".mcap", ".bag", ".db3")
+"""of logs that are read"""
 LED = "led"
 """column of a log, or joint of an MCAP, that says whether the light was on"""
 MAX_LOGGED_MAGNITUDE = 1e9
@@ -29,7 +33,7 @@ _SHOWN = 60
 
 
 def read_log(path: str | Path, neck: Neck) -> Series:
-    """Columns theta1..M (rad, motor side, winding in positive) and f1..M (N) of a CSV or of an MCAP with JointState.
+    """Columns theta1..M (rad, motor side, winding in positive) and f1..M (N) of a CSV, Parquet, MCAP or ROS bag.
 
     A log without any f is accepted: then its clock is known to a few milliseconds only and nothing can be identified.
     A column `led` (in an MCAP the position of a joint of that name), 0 or 1, says whether a light was on that the video shows.
@@ -37,22 +41,12 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     Raises Refused where columns or joints are missing, values not finite, or times do not increase.
     """
     path = Path(path)
-    m = neck.M
     if path.suffix == ".mcap":
-        series = _from_joint_states(path, neck)
+        series = _from_joint_states(path, joint_state.read(path).logs, neck)
+    elif path.suffix in ros_bag.SUFFIXES:
+        series = _from_joint_states(path, ros_bag.read_bag(path), neck)
     else:
-        forces = [f"f{j + 1}" for j in range(m)]
-        further = f"theta{m + 1}"
-        series = read_table(path, [f"theta{j + 1}" for j in range(m)], optional=[*forces, LED, further])
-        if further in series.columns:
-            raise Refused(path, f"has {further}, and neck.yaml has {m} motors", "is it this arm's neck.yaml?")
-        missing = [name for name in forces if name not in series.columns]
-        if 0 < len(missing) < m:
-            raise Refused(
-                path,
-                f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
-                "log the forces of all motors, or of none",
-            )
+        series = _from_columns(path, neck)
     check_time_unit(series.time, str(path), "rows")
     check_time(series.time, str(path))
     check_log_rate(series.time, str(path))
@@ -77,9 +71,41 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     return Series(series.time, columns)
 
 
-def _from_joint_states(path: Path, neck: Neck) -> Series:
+def _from_columns(path: Path, neck: Neck) -> Series:
+    """Columns theta, f and led as logged, time in s, of a CSV or Parquet whose columns are named as neck.yaml says."""
+    m, log = neck.M, neck.log
+    angles = [motor.theta_column or f"theta{j + 1}" for j, motor in enumerate(neck.motors)]
+    forces = [motor.f_column or f"f{j + 1}" for j, motor in enumerate(neck.motors)]
+    named = any(motor.f_column for motor in neck.motors)
+    further = [] if neck.motors[0].theta_column else [f"theta{m + 1}"]
+    optional = [log.led_column, *further, *([] if named else forces)]
+    required = [*angles, *(forces if named else [])]
+    if path.suffix == ".parquet":
+        series = read_parquet(path, required, optional, log.time_column)
+    else:
+        try:
+            series = read_table(path, required, optional, CsvFormat(log.time_column, log.separator, log.decimal))
+        except ColumnsMissing as lack:
+            raise Refused(path, lack.what, f"{lack.do}; or let `xneck logs {path.name}` map it") from lack
+    if further and further[0] in series.columns:
+        raise Refused(path, f"has {further[0]}, and neck.yaml has {m} motors", "is it this arm's neck.yaml?")
+    missing = [name for name in forces if name not in series.columns]
+    if 0 < len(missing) < m:
+        raise Refused(
+            path,
+            f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
+            "log the forces of all motors, or of none",
+        )
+    columns = numbered_columns("theta", np.column_stack([series.columns[name] for name in angles]))
+    if not missing:
+        columns |= numbered_columns("f", np.column_stack([series.columns[name] for name in forces]))
+    if log.led_column in series.columns:
+        columns[LED] = series.columns[log.led_column]
+    return Series(series.time * log.time_scale, columns)
+
+
+def _from_joint_states(path: Path, logs: Mapping[str, JointStateChannel], neck: Neck) -> Series:
     """Columns theta, f and led as logged, from the one topic that holds the motors: by their joints' names, or by their number."""
-    logs = joint_state.read(path).logs
     joints = [motor.joint for motor in neck.motors if motor.joint is not None]
     topics = {joint: topic for joint in joints for topic in logs if joint.startswith(f"/{topic}/")}
     names = [joint.removeprefix(f"/{topics[joint]}/") if joint in topics else joint for joint in joints]

@@ -4,15 +4,18 @@ import importlib
 import os
 import sys
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from xneck.cli.finite_range import FiniteRange
 from xneck.cli.output import report_result, result_options
-from xneck.cli.path_types import OUTPUT_FILE
+from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import counted
+
+if TYPE_CHECKING:
+    from synchronisation.log_mapping import LogMapping
 
 _LENGTH = FiniteRange(0.001, 2)
 _KINDS = {
@@ -31,6 +34,7 @@ Number = TypeVar("Number", int, float)
 @click.option("--cables", type=_CABLES, help="Cables, each with a motor. [one more than mechanisms]")
 @click.option("--L", "L", type=_LENGTH, help="m, length of the diagonal bars. [0.1]")
 @click.option("--b", "b", type=_LENGTH, help="m, length of the bottom and top bars. [0.05]")
+@click.option("--log", "log_file", type=INPUT_FILE, help="A log of the arm: its columns and units go into neck.yaml.")
 @click.option("--out", type=OUTPUT_FILE, help="neck.yaml.")
 @click.option("--schema", type=OUTPUT_FILE, help="A JSON schema for editors; neck.yaml then names it.")
 @click.option(
@@ -42,6 +46,7 @@ def command(
     cables: int | None,
     L: float | None,
     b: float | None,
+    log_file: Path | None,
     out: Path | None,
     schema: Path | None,
     schema_of: str,
@@ -50,7 +55,8 @@ def command(
 ) -> None:
     """Write a neck.yaml to fill in: a whole arm with example numbers, a comment for every key, and usual routes.
 
-    What is not given is asked on a terminal. Elsewhere it is 3 mechanisms, one cable more than mechanisms, L = 0.1 and b = 0.05.
+    What is not given is asked on a terminal. Elsewhere it is 3 mechanisms, one cable more than mechanisms (or one for each motor of
+    --log), L = 0.1 and b = 0.05.
     """
     if out is None and schema is None:
         raise click.UsageError("nothing to write: give --out neck.yaml, or --schema FILE for an editor")
@@ -59,7 +65,9 @@ def command(
     if out is not None:
         asked = sys.stdin.isatty() and sys.stdout.isatty()
         named = schema if schema_of == "neck" else None
-        result, lines = _write_neck(out, _arm(asked, mechanisms, cables, L, b), named)
+        mapping = _mapping(log_file, cables)
+        arm = _arm(asked, mechanisms, mapping.motors if mapping else cables, L, b)
+        result, lines = _write_neck(out, arm, named, mapping)
     if schema is not None:
         _write_schema(schema, schema_of)
         result |= {"schema": str(schema)}
@@ -91,14 +99,33 @@ def _answer(asked: bool, question: str, usual: Number, kind: click.ParamType) ->
     return click.prompt(question, default=usual, type=kind) if asked else usual
 
 
-def _write_neck(out: Path, arm: tuple[int, int, float, float], schema: Path | None) -> tuple[dict[str, Any], list[str]]:
+def _mapping(log_file: Path | None, cables: int | None) -> "LogMapping | None":
+    """Which columns of the log are the motors'; None without one."""
+    if log_file is None:
+        return None
+    from synchronisation.log_contents import read_contents
+    from synchronisation.log_mapping import map_log
+
+    return map_log(log_file, read_contents(log_file), cables)
+
+
+def _write_neck(
+    out: Path, arm: tuple[int, int, float, float], schema: Path | None, mapping: "LogMapping | None"
+) -> tuple[dict[str, Any], list[str]]:
     """Writes neck.yaml, which names the schema where there is one; returns its record and its lines."""
-    from mechanism.description import Neck
-    from mechanism.neck_template import neck_template
+    from mechanism.description import Motor, Neck
+    from mechanism.neck_template import MOTOR, LogKeys, neck_template
     from xneck_foundation.strict_yaml import parse_yaml, validate_document
     from xneck_foundation.whole_file import write_text
 
-    text = neck_template(*arm)
+    logged, said = None, []
+    if mapping is not None:
+        from synchronisation.log_mapping import neck_keys
+        from synchronisation.log_words import mapping_lines
+
+        logged = LogKeys(*neck_keys(mapping, [Motor.model_validate(MOTOR)] * mapping.motors))
+        said = [f"  {line}" for line in mapping_lines(mapping)]
+    text = neck_template(*arm, logged)
     neck = validate_document(parse_yaml(text, "init"), Neck, "init", "give other --L and --b")
     if schema is not None:
         text = f"# yaml-language-server: $schema={os.path.relpath(schema, out.parent)}\n{text}"
@@ -106,6 +133,7 @@ def _write_neck(out: Path, arm: tuple[int, int, float, float], schema: Path | No
     counts = f"{counted(neck.N, 'mechanism')} and {counted(neck.M, 'cable')}"
     lines = [f"{out}: {counts}, with example numbers: put in yours"]
     lines += [f"  cable {j + 1}: {', '.join(cable.route)}" for j, cable in enumerate(neck.cables)]
+    lines += said
     lines.append(f"  then look at it: xneck show {out} --out {out.with_suffix('.svg')}")
     record = {"out": str(out), "mechanisms": neck.N, "cables": neck.M, "routes": [c.route for c in neck.cables]}
     return record, lines

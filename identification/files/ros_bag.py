@@ -1,0 +1,79 @@
+"""JointState in ROS bags of both kinds, .bag and .db3, through rosbags, which the extra `bags` brings."""
+
+import sqlite3
+import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from identification.files.joint_state_cdr import decode_cdr
+from identification.files.joint_state_channel import JointStateChannel
+from xneck_foundation.errors import Refused
+from xneck_foundation.extras import needs_extra
+from xneck_foundation.input_file import check_input
+from xneck_foundation.one_line import listed
+
+SUFFIXES = (".bag", ".db3")
+_JOINT_STATE = ("sensor_msgs/msg/JointState", "sensor_msgs/JointState")
+
+
+def read_bag(path: Path) -> dict[str, JointStateChannel]:
+    """The JointState topics of a bag, by their names without slash. Of ROS 2 name the .db3, with its metadata.yaml beside it.
+
+    Raises Refused where rosbags is missing, the bag is damaged, has several files, or holds no JointState.
+    """
+    check_input(path)
+    with needs_extra("bags", "rosbags", path):
+        import rosbags.rosbag1
+        import rosbags.rosbag2
+        from rosbags.serde import SerdeError
+        from rosbags.typesys import Stores, get_typestore
+    if path.suffix == ".db3":
+        _check_folder(path)
+    errors = (rosbags.rosbag1.ReaderError, rosbags.rosbag2.ReaderError, SerdeError)
+    messages: dict[str, list[bytes]] = {}
+    others: set[str] = set()
+    with _readable(path, errors):
+        bag = rosbags.rosbag1.Reader(path) if path.suffix == ".bag" else rosbags.rosbag2.Reader(path.parent)
+        store = get_typestore(Stores.ROS1_NOETIC)
+        with bag:
+            wanted = [c for c in bag.connections if c.msgtype in _JOINT_STATE]
+            others |= {c.topic for c in bag.connections} - {c.topic for c in wanted}
+            for connection, _, data in bag.messages(connections=wanted) if wanted else ():
+                raw = bytes(store.ros1_to_cdr(data, _JOINT_STATE[0])) if path.suffix == ".bag" else bytes(data)
+                messages.setdefault(connection.topic.removeprefix("/"), []).append(raw)
+    if not messages:
+        only = f"topics {listed(sorted(others))}" if others else "no messages"
+        raise Refused(path, f"holds no sensor_msgs/JointState, only {only}")
+    found = {}
+    for topic, raws in messages.items():
+        try:
+            found[topic] = decode_cdr(raws, 0)
+        except ValueError as error:
+            raise Refused(path, f"topic /{topic}: messages are not JointState ({error})") from error
+    return found
+
+
+def _check_folder(path: Path) -> None:
+    """Refused where a bag of ROS 2 is more than one file and its metadata, or one of them is a link to elsewhere."""
+    folder = path.parent.resolve()
+    if not (folder / "metadata.yaml").is_file():
+        raise Refused(path, "has no metadata.yaml beside it", "keep the bag's folder as ROS wrote it")
+    for file in (path, folder / "metadata.yaml"):
+        if file.resolve().parent != folder:
+            raise Refused(
+                path, f"{file.name} is a link that leads out of the bag's folder", "put the file itself there"
+            )
+    if sum(file.suffix == ".db3" for file in folder.iterdir()) > 1:
+        raise Refused(path, "is one of several files of its bag", "join them: ros2 bag convert, or give the .mcap")
+
+
+@contextmanager
+def _readable(path: Path, errors: tuple[type[Exception], ...]) -> Iterator[None]:
+    """Refused where a bag is damaged, or something else."""
+    damage = (sqlite3.Error, struct.error, ValueError, LookupError, TypeError, AssertionError, EOFError, OSError)
+    try:
+        yield
+    except (*errors, *damage, MemoryError) as error:
+        what = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise Refused(path, f"cannot be read as a ROS bag ({what})", "is it a whole file?") from error
