@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.dataset.series import PAUSE_S, Array
+from identification.dataset.series import Array
 from mechanism.description import LogFormat, Motor, Neck
 from synchronisation.column_meaning import ANGLE_SCALES, TIME_SCALES, Column, column_meaning
 from synchronisation.csv_table import CsvFormat
@@ -18,6 +18,8 @@ from xneck_foundation.one_line import listed
 
 _FORCE_SCALES = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
 _TORQUES = {"N m": 1.0, "mN m": 1e-3}
+_PAUSE_STEPS = 20
+"""times the median step, from which on a step is a pause that is named"""
 _PULLING_SHARE = 0.9
 """share of rows in which a force must be negative, to be logged with the other sign: cables only pull"""
 
@@ -167,7 +169,7 @@ def _mapping(
     topic: str | None,
 ) -> LogMapping:
     steps = np.diff(stamps)
-    pauses = np.flatnonzero(steps > PAUSE_S)
+    pauses = np.flatnonzero(steps > _PAUSE_STEPS * np.median(steps)) if len(steps) else np.empty(0, dtype=int)
     # a joint's force that was never logged is all NaN
     if values.size and np.isnan(values).all():
         forces = ()

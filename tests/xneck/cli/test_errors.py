@@ -227,8 +227,8 @@ def test_names_of_files_reach_no_terminal_raw(place: Path, capfd: pytest.Capture
 def test_wrong_usage_is_two_and_help_has_an_example(capfd: pytest.CaptureFixture[str]) -> None:
     assert run(capfd, "extract").status == 2
     assert run(capfd, "nonsense").status == 2
-    commands = ("init", "show", "logs", "board", "calibrate", "extract", "sync", "check", "identify", "simulate", "design", "run", "demo")
-    for name in commands:
+    names = "init show logs board calibrate extract sync check identify simulate design run demo"
+    for name in names.split():
         shown = run(capfd, name, "--help")
         assert shown.status == 0
         assert f"Example: xneck {name}" in shown.out
