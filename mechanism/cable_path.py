@@ -7,6 +7,7 @@ clockwise; over a strut it crosses to the other side, so that it turns the other
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,13 +31,13 @@ class Contact:
     end: float
 
     @property
-    def points(self) -> NDArray[np.complex128]:
+    def points(self) -> NDArray[np.complexfloating[Any, Any]]:
         """Along the arc, (P,), m."""
         count = max(2, int(np.ceil(abs(self.end - self.begin) / _ARC_STEP)) + 1)
         return self.centre + self.radius * np.exp(1j * np.linspace(self.begin, self.end, count))
 
 
-def bar_ends(arm: Arm, pose: Poses) -> NDArray[np.complex128]:
+def bar_ends(arm: Arm, pose: Poses) -> NDArray[np.complexfloating[Any, Any]]:
     """Ends of bars 0..N: left, then right, (N + 1, 2), m."""
     half = np.concatenate([arm.b[:1], arm.b]) / 2
     return pose.bar_middle[:, None] + half[:, None] * np.exp(1j * pose.bar_angle[:, None]) * np.array([-1.0, 1.0])
@@ -64,7 +65,7 @@ def cable_contacts(arm: Arm, alpha: Array, cable: int, wider: float = 0.0) -> li
     return contacts
 
 
-def path_points(contacts: list[Contact]) -> NDArray[np.complex128]:
+def path_points(contacts: list[Contact]) -> NDArray[np.complexfloating[Any, Any]]:
     """A cable's way as points, (P,), m; pieces between contacts are straight."""
     return np.concatenate([contact.points for contact in contacts])
 

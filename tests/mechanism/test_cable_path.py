@@ -45,7 +45,7 @@ def arm_with(routes: tuple[tuple[str, ...], ...], seed: int) -> Arm:
 
 def any_routes(seed: int) -> tuple[tuple[str, ...], ...]:
     rng = np.random.default_rng([seed, 1])
-    found = [("right",), ("left",)]
+    found: list[tuple[str, ...]] = [("right",), ("left",)]
     for _ in range(6):
         side = str(rng.choice(["right", "left"]))
         words = [str(rng.choice(WORDS[side])) for _ in range(rng.integers(0, 5))]

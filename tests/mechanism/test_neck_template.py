@@ -19,8 +19,8 @@ from xneck_foundation.strict_yaml import parse_yaml, validate_document
 MODELS = (Neck, Mechanism, Bar, Top, Spring, Springs, Cable, Motor, Markers, BarMarker, Tolerance)
 
 
-def described(mechanisms: int, cables: int, **lengths: float) -> Neck:
-    return validate_document(parse_yaml(neck_template(mechanisms, cables, **lengths), "neck.yaml"), Neck, "neck.yaml")
+def described(mechanisms: int, cables: int, L: float = 0.1, b: float = 0.05) -> Neck:
+    return validate_document(parse_yaml(neck_template(mechanisms, cables, L, b), "neck.yaml"), Neck, "neck.yaml")
 
 
 @pytest.mark.parametrize("mechanisms", [1, 2, 3, 6, 100])

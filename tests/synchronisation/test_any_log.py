@@ -23,7 +23,7 @@ ROWS = 1500
 
 def truth() -> Series:
     """Three seconds of motors that all move otherwise, and forces that only pull."""
-    time = 12.5 + 0.002 * np.arange(ROWS)
+    time = 12.5 + 0.002 * np.arange(ROWS, dtype=np.float64)
     columns = {}
     for j in range(4):
         columns[f"theta{j + 1}"] = 40.0 * np.sin((1.0 + 0.3 * j) * time + j)

@@ -105,7 +105,7 @@ class SharedFiles:
 
     def resolved(self) -> "SharedFiles":
         """With absolute paths, for processes that work elsewhere."""
-        return SharedFiles(*(path and path.resolve() for path in (self.neck, self.camera)))
+        return SharedFiles(*(None if path is None else path.resolve() for path in (self.neck, self.camera)))
 
 
 NOTHING_SHARED = SharedFiles()

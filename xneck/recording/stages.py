@@ -57,7 +57,7 @@ def synchronise_recording(
     Traceback (most recent call last):
     xneck_foundation.errors.Refused: samples/nowhere: has no recording.yaml; write one with the keys video, log, camera, neck
     """
-    recording = read_recording(folder, SharedFiles(neck and Path(neck), camera and Path(camera)))
+    recording = read_recording(folder, SharedFiles(*(None if path is None else Path(path) for path in (neck, camera))))
     inputs = note_inputs(recording.files)
     arm = read_neck(recording.neck)
     log = read_log(recording.log, arm)

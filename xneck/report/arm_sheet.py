@@ -170,7 +170,8 @@ def _draw_gravity(axes: RecordedAxes, neck: Neck, box: _Box) -> None:
     begin, end = (1e3 * (middle + side * span / 2 * pull / size) for side in (-1, 1))
     arrow = {"arrowstyle": "-|>", "color": style.MUTED, "linewidth": 1.2}
     axes.annotate("", xy=tuple(end), xytext=tuple(begin), arrowprops=arrow)
-    axes.text(*(1e3 * middle + 1e3 * np.array([0.25 * span, 0.0])), "g", color=style.MUTED, va="center")
+    x, y = 1e3 * middle
+    axes.text(x + 250 * span, y, "g", color=style.MUTED, va="center")
 
 
 def _apart(arm: Arm, alpha: Array) -> Array:

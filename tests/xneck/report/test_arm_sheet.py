@@ -79,7 +79,7 @@ def test_bars_and_markers_are_where_the_pose_has_them() -> None:
     along = np.exp(1j * pose.diagonal_angle[1, 1])
     corners = drawn["marker 9"] @ [1, 1j]
     np.testing.assert_allclose(corners.mean(), pose.diagonal_middle[1, 1] + (0.02 + 0.01j) * along, atol=1e-12)
-    np.testing.assert_allclose(np.abs(np.diff(corners)), neck.markers.size, rtol=1e-12)
+    np.testing.assert_allclose(np.abs(np.diff(corners)), placed.size, rtol=1e-12)
     np.testing.assert_allclose(np.angle((corners[1] - corners[0]) / along), 0.4, atol=1e-12)
 
 
