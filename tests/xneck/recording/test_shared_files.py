@@ -1,15 +1,17 @@
 """What the command line names may lie anywhere and serves all recordings; what a recording.yaml names stays in its folder."""
 
-import json
 import shutil
 from pathlib import Path
 
 import pytest
 
+from mechanism.description import read_neck
+from mechanism.neck_text import neck_text
 from tests.command import run
 from tests.paths import SAMPLES
 from xneck.recording.fingerprint import fingerprint, refreshed_if_unchanged
 from xneck.recording.recording_folder import SharedFiles, read_recording
+from xneck.recording.stages import synchronise_recording
 from xneck_foundation.errors import Refused
 
 NECK = SAMPLES / "held_out/neck.yaml"
@@ -96,14 +98,31 @@ def test_results_never_take_its_place(folder: Path, capfd: pytest.CaptureFixture
 
 
 @pytest.mark.slow
-def test_all_of_it_from_folders_that_hold_their_recording_alone(
-    folder: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    arm, out = folder.parent / "arm.yaml", folder.parent / "results"
+def test_a_data_set_is_made_with_it(folder: Path) -> None:
+    data = synchronise_recording(folder, neck=folder.parent / "arm.yaml")
+    assert data.neck == read_neck(NECK)
+    assert data.clock["offset_sigma_s"] < 1e-3
+
+
+@pytest.mark.slow
+def test_it_reaches_the_processes_of_a_batch(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Each of them refuses an arm of five motors for a log of four."""
+    neck = read_neck(NECK)
+    more = {"cables": (*neck.cables, neck.cables[0]), "motors": (*neck.motors, neck.motors[0])}
+    (folder.parent / "arm.yaml").write_text(neck_text(neck.model_copy(update=more)))
     shutil.copytree(folder, folder.parent / "tuesday")
-    ran = run(capfd, "run", folder, folder.parent / "tuesday", "--neck", arm, "--out", out, "--jobs", "1")
-    assert ran.status == 0, ran.err
-    summary = json.loads((out / "summary.json").read_text())
-    assert summary["done"] == 2
-    again = run(capfd, "run", folder, folder.parent / "tuesday", "--neck", arm, "--out", out, "--jobs", "1")
-    assert "2 of them known from before" in again.out
+    out = folder.parent / "results"
+    words = (
+        "run",
+        folder,
+        folder.parent / "tuesday",
+        "--neck",
+        folder.parent / "arm.yaml",
+        "--out",
+        out,
+        "--jobs",
+        "1",
+    )
+    ran = run(capfd, *words)
+    assert ran.status == 1
+    assert ran.err.count("no channel with 5 joints") == 2, ran.err
