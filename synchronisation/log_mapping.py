@@ -256,7 +256,9 @@ def _doubts(angles: Sequence[Column], forces: Sequence[Column], time: Column | N
     if forces and any(f.unit is None for f in forces):
         found.append("the forces' unit: taken for N on the cable; `xneck sync` tells another one from the arm's motion")
     if any(f.unit in _TORQUES for f in forces):
-        found.append("whose torque it is: taken for the motor's, so that f_scale is R / rd; of the drum it is 1 / rd")
+        found.append(
+            "whose torque it is: taken for the motor's, so that f_scale is R / rd and changes with them; of the drum it is 1 / rd"
+        )
     if any(f.unit in ("A", "mA") for f in forces):
         found.append("the motors' torque constant: f_scale is that (N m/A) times R / rd")
     if not forces:

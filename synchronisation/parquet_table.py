@@ -14,7 +14,7 @@ from xneck_foundation.one_line import listed
 from xneck_foundation.spelling import valid_words
 
 MAX_VALUES = 200_000_000
-"""most values of the columns that are read: six hours at 500 Hz of four motors have half as many; a small file can claim any number"""
+"""most values of the columns that are read: a day at 500 Hz of one motor has 130 million; a small file can claim any number"""
 
 
 def read_parquet(
