@@ -14,6 +14,8 @@ from scipy.special import erf
 _MAX_REACH_PX = 9
 """px: half side of the largest window, within which the lens bends edges by 1e-2 px"""
 _MAX_ITERATIONS = 20
+_TOLERANCE_PX = 1e-4
+"""px: a corner that a step moves by less stays"""
 _BLUR_RANGE_PX = (0.4, 8.0)
 """px: allowed values of s1 and s2"""
 
@@ -48,6 +50,8 @@ def fit_saddles(grey: np.ndarray, points: np.ndarray, squares: np.ndarray, reach
     weight = inside & (board.max(axis=2) < np.maximum(reach, 2.5 / scale))
     weight &= board.min(axis=2) < np.maximum(arm, 1.5 / scale)
     weight &= np.hypot(du[:, 0], du[:, 1]) <= _MAX_REACH_PX
+    columns, weight, values = _packed(weight, values)
+    du = du[columns]
     p = points - base
     normals = np.stack([-squares[:, 1], squares[:, 0]], axis=1)  # columns: across each side
     angles = np.arctan2(normals[:, 1], normals[:, 0])
@@ -57,34 +61,43 @@ def fit_saddles(grey: np.ndarray, points: np.ndarray, squares: np.ndarray, reach
     state = np.column_stack([state, linear])
     damping = np.full(k, 1e-3)
     residual, jacobian = _residuals(state, du, values, weights)
-    cost = np.sum(residual**2, axis=1)
+    cost, normal = np.sum(residual**2, axis=1), jacobian.transpose(0, 2, 1) @ jacobian
+    moving = np.arange(k)
     for _ in range(_MAX_ITERATIONS):
-        normal = np.einsum("kpi,kpj->kij", jacobian, jacobian)
-        diagonal = np.einsum("kii->ki", normal)
-        damped = normal + (damping[:, None] * diagonal + 1e-9)[:, :, None] * np.eye(10)
-        step = np.linalg.solve(damped, -np.einsum("kpi,kp->ki", jacobian, residual)[..., None])[..., 0]
-        trial = state + step
+        diagonal = np.einsum("kii->ki", normal[moving])
+        damped = normal[moving] + (damping[moving, None] * diagonal + 1e-9)[:, :, None] * np.eye(10)
+        gradient = jacobian[moving].transpose(0, 2, 1) @ residual[moving, :, None]
+        step = np.linalg.solve(damped, -gradient)[..., 0]
+        trial = state[moving] + step
         trial[:, 4:6] = np.clip(trial[:, 4:6], *_BLUR_RANGE_PX)
-        new_residual, new_jacobian = _residuals(trial, du, values, weights)
+        new_residual, new_jacobian = _residuals(trial, du[moving], values[moving], weights[moving])
         new_cost = np.sum(new_residual**2, axis=1)
-        better = new_cost < cost
-        state[better], residual[better] = trial[better], new_residual[better]
-        jacobian[better], cost[better] = new_jacobian[better], new_cost[better]
-        damping = np.where(better, damping / 10, damping * 10)
-        if np.all(np.abs(step[:, :2]).max(axis=1) < 1e-4):
+        better = new_cost < cost[moving]
+        moved, new_jacobian = moving[better], new_jacobian[better]
+        state[moved], residual[moved], jacobian[moved] = trial[better], new_residual[better], new_jacobian
+        cost[moved], normal[moved] = new_cost[better], new_jacobian.transpose(0, 2, 1) @ new_jacobian
+        damping[moving] *= np.where(better, 0.1, 10.0)
+        moving = moving[np.abs(step[:, :2]).max(axis=1) >= _TOLERANCE_PX]
+        if not len(moving):
             break
     count = weight.sum(axis=1)
     variance = cost / np.maximum(count - 10, 1)
-    normal = np.einsum("kpi,kpj->kij", jacobian, jacobian)
     covariance = np.linalg.pinv(normal, hermitian=True)[:, :2, :2] * variance[:, None, None]
     sigma = np.sqrt(np.einsum("kii->k", covariance) / 2)
     residual_share = np.sqrt(variance) / np.maximum(np.abs(state[:, 9]), 1e-6)
     return Saddles(base + state[:, :2], sigma, state[:, 4:6] / np.sqrt(2), residual_share)
 
 
+def _packed(weight: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The used pixels of each window, first in each row: their places, weights and values, shape (k, p) with p the most of any."""
+    most = max(1, int(weight.sum(axis=1).max(initial=0)))
+    places = np.argsort(~weight, axis=1, kind="stable")[:, :most]
+    return places, np.take_along_axis(weight, places, axis=1), np.take_along_axis(values, places, axis=1)
+
+
 def _saddle(state: np.ndarray, du: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """erf erf, shape (k, p), and its derivatives by (x, y, angle 1, angle 2, s1, s2), shape (k, p, 6)."""
-    offset = du[None] - state[:, None, :2]
+    """erf erf at pixels du (k, p, 2), shape (k, p), and its derivatives by (x, y, angle 1, angle 2, s1, s2), shape (k, p, 6)."""
+    offset = du - state[:, None, :2]
     cosine, sine = np.cos(state[:, None, 2:4]), np.sin(state[:, None, 2:4])
     s = state[:, None, 4:6]
     across = (cosine * offset[..., :1] + sine * offset[..., 1:]) / s
@@ -98,10 +111,9 @@ def _saddle(state: np.ndarray, du: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _linear(saddle: np.ndarray, du: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Level, slopes and contrast by linear least squares, shape (k, 4)."""
-    flat = np.broadcast_to(np.column_stack([np.ones(len(du)), du]), (*saddle.shape, 3))
-    columns = np.concatenate([flat, saddle[..., None]], axis=2) * weights[..., None]
-    normal = np.einsum("kpi,kpj->kij", columns, columns) + 1e-9 * np.eye(4)
-    return np.linalg.solve(normal, np.einsum("kpi,kp->ki", columns, values)[..., None])[..., 0]
+    columns = np.concatenate([np.ones_like(du[..., :1]), du, saddle[..., None]], axis=2) * weights[..., None]
+    turned = columns.transpose(0, 2, 1)
+    return np.linalg.solve(turned @ columns + 1e-9 * np.eye(4), turned @ values[..., None])[..., 0]
 
 
 def _residuals(
@@ -109,7 +121,7 @@ def _residuals(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Predicted less observed grey values, shape (k, p), and their derivatives by the ten unknowns, shape (k, p, 10)."""
     saddle, slopes = _saddle(state, du)
-    flat = np.broadcast_to(np.column_stack([np.ones(len(du)), du]), (*saddle.shape, 3))
-    predicted = np.einsum("kpi,ki->kp", flat, state[:, 6:9]) + state[:, 9, None] * saddle
-    jacobian = np.concatenate([state[:, 9, None, None] * slopes, flat, saddle[..., None]], axis=2)
+    level, contrast = state[:, 6, None], state[:, 9, None]
+    predicted = level + (du @ state[:, 7:9, None])[..., 0] + contrast * saddle
+    jacobian = np.concatenate([contrast[..., None] * slopes, np.ones_like(du[..., :1]), du, saddle[..., None]], axis=2)
     return (predicted - values) * weights, jacobian * weights[..., None]

@@ -28,7 +28,14 @@ from identification.whitening import Whitener
 from mechanism.arm import Arm
 from mechanism.friction import dry
 from mechanism.laws import Term
-from mechanism.laws.unlisted import VARIABLES, UnlistedLaw, Variable, law_name, unlisted_laws
+from mechanism.laws.unlisted import (
+    VARIABLES,
+    UnlistedLaw,
+    Variable,
+    Winding,
+    law_name,
+    unlisted_laws,
+)
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -140,15 +147,29 @@ def _values_at(variable: Variable, recording: RecordingLinearisation) -> Array:
     return _VALUES[variable.name](recording)[:, : arm.N if variable.acts == "joint" else arm.M]
 
 
-def _change(variable: Variable, recording: RecordingLinearisation, pattern: Array) -> Array:
-    """What a force or torque (T, places) does to the residuals, place by place, (C, S, places)."""
-    s = recording.signals
+def _forces(variable: Variable, recording: RecordingLinearisation, function: Function) -> dict[str, Array]:
+    """What a function's columns add at every place, by field of `LawForces`, (T, k, places)."""
+    s, values = recording.signals, recording.values
+    if variable.winds:
+        wound = Winding.of(
+            variable, lambda x: np.moveaxis(function(x.ravel()).reshape(*x.shape, -1), -1, 0), s.theta, s.arm
+        )
+        damping = values["ca"] * wound.share_of_tension * s.arm.drum * s.theta_d
+        pull, friction = values["k"] * wound.longer + damping, wound.share_of_tension * recording.tension
+        return {"pull": np.moveaxis(pull, 0, 1), "friction": np.moveaxis(friction, 0, 1)}
+    patterns = np.stack([function(x) for x in _values_at(variable, recording).T], axis=-1)
     if variable.along_motion:
-        pattern = pattern * dry(s.speeds.mean).mean(axis=0)
+        patterns = patterns * dry(s.speeds.mean).mean(axis=0)[:, None]
+    return {_ACTS[variable.acts][0]: patterns}
+
+
+def _change(variable: Variable, recording: RecordingLinearisation, forces: Mapping[str, Array]) -> Array:
+    """What forces or torques (T, places), by field of `LawForces`, do to the residuals, place by place, (C, S, places)."""
+    s = recording.signals
     nothing = np.zeros_like(s.f)
     base = LawForces(nothing, nothing, nothing, np.zeros_like(s.alpha))
     term = _UNIT_TORQUE if variable.acts == "joint" else _UNIT_FORCE
-    return residual_change(s, base, replace(base, **{_ACTS[variable.acts][0]: pattern}), term)
+    return residual_change(s, base, replace(base, **forces), term)
 
 
 @dataclass(frozen=True)
@@ -223,7 +244,7 @@ class _StageProblem(Problem):
                         basis=basis,
                         target_unit=variable.unit_of_law,
                         places=count if where is None else 1,
-                        factor="sign(motor_speed)" if variable.along_motion else "",
+                        factor=variable.factor,
                         detail=_ACTS[variable.acts][1],
                     )
                 )
@@ -244,8 +265,9 @@ class _StageProblem(Problem):
         """Of a function at every place, whitened, (rows, k, places)."""
         parts = []
         for recording, rows in zip(self._recordings, self._rows, strict=True):
-            patterns = np.stack([function(x) for x in _values_at(variable, recording).T], axis=-1)  # (T, k, places)
-            columns = [_change(variable, recording, patterns[:, k]) for k in range(patterns.shape[1])]
+            forces = _forces(variable, recording, function)
+            count = next(iter(forces.values())).shape[1]
+            columns = [_change(variable, recording, {n: f[:, k] for n, f in forces.items()}) for k in range(count)]
             parts.append(self._white(recording, rows, np.stack(columns, axis=2)))
         return np.concatenate(parts)
 

@@ -29,7 +29,7 @@ class Candidate:
     places: int = 1
     """that each have amounts of their own, under inner constants that they share"""
     factor: str = ""
-    """what multiplies the function, in words: `sign(motor_speed)`"""
+    """what multiplies the function, in words: `sign(motor_speed)`, `tension`"""
     detail: str = ""
     """what else tells it from others with the same variables: the equation in which it acts"""
 
@@ -41,7 +41,9 @@ class Candidate:
     @property
     def variable(self) -> str:
         """What the function is of; products are one variable."""
-        return " * ".join(name for name in self.follows if f"sign({name})" != self.factor) or self.follows[0]
+        return (
+            " * ".join(name for name in self.follows if self.factor not in (name, f"sign({name})")) or self.follows[0]
+        )
 
     def expanded(self, coefficients: Array) -> Array:
         """Coefficients (K, k) of one place for all, each with its own amounts: (K places, k places)."""

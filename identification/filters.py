@@ -1,5 +1,7 @@
 """The two recursive filters that all stages share: a zero-phase low-pass and a first-order lag, along the first axis."""
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfiltfilt
@@ -20,8 +22,14 @@ def low_pass(values: Array, rate: float, cutoff: float) -> Array:
 
     A signal shorter than EXTENSION_S is mirrored as a whole.
     """
-    sos = butter(ORDER, min(cutoff / (rate / 2), MAX_CUTOFF), output="sos")
-    return sosfiltfilt(sos, values, axis=0, padlen=min(len(values) - 1, int(EXTENSION_S * rate)))
+    sections = _butterworth(min(cutoff / (rate / 2), MAX_CUTOFF))
+    return sosfiltfilt(sections, values, axis=0, padlen=min(len(values) - 1, int(EXTENSION_S * rate)))
+
+
+@lru_cache(maxsize=64)
+def _butterworth(cutoff: float) -> Array:
+    """Second-order sections of the low-pass with its cutoff over half the sampling rate."""
+    return np.asarray(butter(ORDER, cutoff, output="sos"))
 
 
 def first_order_lag(values: Array, rate: float, tau: float | Array) -> Array:

@@ -147,7 +147,14 @@ def friction_by_tension(s: Signals, machine: Machine, tension: Array) -> Array:
 def motor_motion(s: Signals, tension: Array) -> MotorMotion:
     """The motion of a recording's motors, at several speeds within each row; tension: (T, M), N, under which they rub."""
     return MotorMotion(
-        s.speeds.mean, np.maximum(tension, 0.0), s.wrap, s.theta, s.theta / s.arm.gear, s.f, s.since_began[:, None]
+        s.speeds.mean,
+        np.maximum(tension, 0.0),
+        s.wrap,
+        s.theta,
+        s.theta / s.arm.gear,
+        s.f,
+        s.since_began[:, None],
+        s.arm,
     )
 
 

@@ -124,10 +124,8 @@ class _HeldSystem:
 
     def motor_motion(self, theta_d: Array, tension: Array) -> MotorMotion:
         """At the held angles; where motors turn as given their friction is not asked for."""
-        pose, force = self.pose, self.motors.value
-        return MotorMotion(
-            theta_d, tension, pose.cables.wrap, pose.theta, pose.theta / self.machine.arm.gear, force, pose.time
-        )
+        pose, force, arm = self.pose, self.motors.value, self.machine.arm
+        return MotorMotion(theta_d, tension, pose.cables.wrap, pose.theta, pose.theta / arm.gear, force, pose.time, arm)
 
     def joint_motion(self, alpha_d: Array) -> JointMotion:
         """At the held angles."""

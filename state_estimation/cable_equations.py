@@ -65,6 +65,12 @@ class CableMeasurements:
         """(41), (K, M), m, at angles (K, N)."""
         return lengths(self.arm, alpha) - lengths(self.arm, np.zeros(self.arm.N)) + self.travel
 
+    def linearisation_error(self, near: Array, alpha: Array) -> float:
+        """By how much lengths linearised about angles `near` (K, N) err at angles alpha (K, N): RMS of the worst cable, m."""
+        change = lengths(self.arm, alpha) - lengths(self.arm, near)
+        linear = -np.einsum("tij,ti->tj", Z(self.arm, near), alpha - near)
+        return float(np.max(np.sqrt(np.mean((change - linear) ** 2, axis=0))))
+
 
 @dataclass(frozen=True)
 class CableEquations:
@@ -177,8 +183,8 @@ def _whitener(spectrum: ErrorSpectrum, count: int, first: bool) -> sparse.csr_ar
     """Matrix that whitens `count` rows: (count, count) for the first of a recording, else without those that only precede."""
     taps, sigma = spectrum.whitener()
     order = len(taps) - 1
-    diagonals = [sparse.eye_array(count - order, count, k=k) * tap for k, tap in enumerate(taps[::-1])]
-    body = sparse.csr_array(sum(diagonals[1:], diagonals[0]))
+    repeated = np.repeat(taps[::-1, None], count, axis=1)
+    body = sparse.csr_array(sparse.dia_array((repeated, np.arange(order + 1)), shape=(count - order, count)))
     if not first:
         return body
     # the first rows have too few before them: all of them together weigh as much as one

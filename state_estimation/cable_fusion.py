@@ -17,7 +17,7 @@ from state_estimation.elongation_error_spectrum import ErrorSpectrum, fit_error_
 from state_estimation.elongation_law import ElongationLaw, fitted, law_of
 from state_estimation.elongation_regressors import TENSION
 from state_estimation.fast_motion import fast_motion_variance
-from state_estimation.fusion import SplineSolution, solve_splines, vision_misfit
+from state_estimation.fusion import SplineSolution, solve_splines, vision_equations, vision_misfit
 from state_estimation.motors import Motors
 from state_estimation.variance_components import estimate_variance_components
 
@@ -37,6 +37,8 @@ MAX_MISFIT_RATIO = 1.01
 (docs/thresholds.md)"""
 MIN_COMPLIANCE_SHARE = 0.1
 """of the cables' median compliance: what each has at the least where motors shake the arm through them (docs/thresholds.md)"""
+MAX_LINEARISATION_ERROR_M = 1e-9
+"""m, RMS of a cable: equations whose linearisation errs by more are linearised anew; errors of cables are hundreds of times that"""
 _UNUSED_ERROR_M = 1.0
 """m: error that takes all weight from a cable that is left out"""
 
@@ -58,11 +60,13 @@ def fuse_cables(
     components = estimate_variance_components(vision, frames, cables, spectra, ~poor)
     spectra, priors, cables = components.spectra, components.priors, cables.with_law(components.law)
 
-    def equations(near: SplineSolution) -> Iterator[CableEquations]:
-        return cable_rows(cables, vision.knots, near.alpha(time), vision.mean, spectra)
+    def equations(near: Array) -> Iterator[CableEquations]:
+        return cable_rows(cables, vision.knots, near, vision.mean, spectra)
 
-    fused = solve_splines(vision.knots, vision.mean, frames, priors, equations(vision))
-    fused = solve_splines(vision.knots, vision.mean, frames, priors, equations(fused))
+    of_frames, near = vision_equations(vision.knots, vision.mean, frames), components.alpha
+    fused = solve_splines(of_frames, priors, equations(near))
+    if cables.linearisation_error(near, fused.alpha(time)) > MAX_LINEARISATION_ERROR_M:
+        fused = solve_splines(of_frames, priors, equations(fused.alpha(time)))
     misfit_alone = vision_misfit(vision, frames)
     excess = vision_misfit(fused, frames) / misfit_alone - 1
     for _ in range(MAX_TRIES):
@@ -70,7 +74,7 @@ def fuse_cables(
             break
         # the law has an error that the residuals did not show: the cables count for less
         spectra = [s if unused else s.scaled(ERROR_FACTOR) for s, unused in zip(spectra, poor, strict=True)]
-        fused = solve_splines(vision.knots, vision.mean, frames, priors, equations(fused))
+        fused = solve_splines(of_frames, priors, equations(fused.alpha(time)))
         excess = vision_misfit(fused, frames) / misfit_alone - 1
     notes["cable_error_m"] = [
         None if unused else float(np.sqrt(s.variance)) for s, unused in zip(spectra, poor, strict=True)

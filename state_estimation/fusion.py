@@ -55,14 +55,21 @@ class SplineSolution:
         return self.solve(of_c, np.zeros((len(self.schur), of_c.shape[1])))[0]
 
 
-def solve_splines(
-    knots: Knots,
-    mean: Array,
-    frames: FrameAngles,
-    priors: list[TwoPartPrior],
-    cables: Iterable[CableEquations] | None = None,
-) -> SplineSolution:
-    """Splines by vision and priors, with the cables' equations where given."""
+@dataclass(frozen=True)
+class VisionEquations:
+    """Normal equations of the frames, for splines about a mean angle of each joint."""
+
+    knots: Knots
+    mean: Array
+    """(N,), rad"""
+    measured: list[Array]
+    """of each joint, the lower band of its angles' coefficients"""
+    right: Array
+    """of the coefficients of all parts, (n,)"""
+
+
+def vision_equations(knots: Knots, mean: Array, frames: FrameAngles) -> VisionEquations:
+    """Of frames, for splines about mean angles (N,), rad."""
     measured, right = [], np.zeros((knots.count, len(mean), PARTS))
     for i in range(len(mean)):
         known = ~np.isnan(frames.alpha[:, i])
@@ -71,8 +78,16 @@ def solve_splines(
         )
         measured.append(band)
         right[:, i] = of_samples[:, None]
+    return VisionEquations(knots, mean, measured, right.ravel())
+
+
+def solve_splines(
+    vision: VisionEquations, priors: list[TwoPartPrior], cables: Iterable[CableEquations] | None = None
+) -> SplineSolution:
+    """Splines by vision and priors, with the cables' equations where given."""
+    knots, mean, right = vision.knots, vision.mean, vision.right
     reach = BANDWIDTH if cables is None else rows_reach(knots.step)
-    band, right = joint_band(measured, [_bands(prior, knots) for prior in priors], reach), right.ravel()
+    band = joint_band(vision.measured, [_bands(prior, knots) for prior in priors], reach)
     unresolved = np.stack([prior.unresolved_variance(knots.step) for prior in priors], axis=-1)
     if cables is None:
         H, no_border = banded_cholesky(band), np.zeros((len(right), 0))

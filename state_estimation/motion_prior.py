@@ -6,11 +6,13 @@ is the sum of two processes (see spline.py), each with its own coefficients, sid
 rough one.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
+from scipy.optimize import OptimizeResult, minimize
 
 from state_estimation.banded import banded_cholesky
 from state_estimation.smoother import BANDWIDTH, normal_equations
@@ -40,6 +42,9 @@ _MIN_LOG_SIZE, _MAX_LOG_SIZE = -12.5, 3.5
 _BISECTIONS = 7
 MAX_EVALUATIONS = 150
 """of the likelihood, at most (docs/thresholds.md)"""
+SCREENING_EVALUATIONS, MAX_SCREENED_COST = 60, 600.0
+"""evaluations after which an order is given up whose best -2 log likelihood is worse by so much than another order's
+(docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -152,11 +157,8 @@ def fit_two_part_prior(time: Array, values: Array, variance: Array, step: float,
     best: tuple[float, int, Array] | None = None
     for order in SMOOTH_ORDERS:
         start = np.array([np.log(6.0 * np.sqrt(order)), 0.0, -6.0])
-        simplex = start + np.array([[0, 0, 0], [0.7, 0, 0], [0, 1.5, 0], [0, 0, 2.0]])
-        minimum = minimize(
-            lambda v, order=order: cost(order, v), start, method="Nelder-Mead",
-            options={"xatol": 0.05, "fatol": 0.1, "maxfev": MAX_EVALUATIONS, "initial_simplex": simplex},
-        )  # fmt: skip
+        hopeless = best[0] + MAX_SCREENED_COST if best else np.inf
+        minimum = _minimum(partial(cost, order), start, hopeless)
         if best is None or minimum.fun < best[0]:
             best = float(minimum.fun), order, minimum.x
     assert best is not None
@@ -169,3 +171,21 @@ def fit_two_part_prior(time: Array, values: Array, variance: Array, step: float,
         else:
             high = middle
     return prior(order, np.array([v[0], v[1], low]), step)
+
+
+def _minimum(cost: Callable[[Array], float], start: Array, hopeless: float) -> OptimizeResult:
+    """The likeliest parameters from a start; given up after SCREENING_EVALUATIONS where all have cost more than `hopeless`."""
+    evaluations = 0
+
+    def counted(v: Array) -> float:
+        nonlocal evaluations
+        evaluations += 1
+        return cost(v)
+
+    def give_up(intermediate_result: OptimizeResult) -> None:
+        if evaluations >= SCREENING_EVALUATIONS and intermediate_result.fun > hopeless:
+            raise StopIteration
+
+    simplex = start + np.array([[0, 0, 0], [0.7, 0, 0], [0, 1.5, 0], [0, 0, 2.0]])
+    options = {"xatol": 0.05, "fatol": 0.1, "maxfev": MAX_EVALUATIONS, "initial_simplex": simplex}
+    return minimize(counted, start, method="Nelder-Mead", callback=give_up, options=options)

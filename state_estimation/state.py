@@ -15,7 +15,7 @@ from identification.dataset.frames import FrameAngles
 from identification.dataset.series import Series, interpolated
 from mechanism.arm import Arm
 from state_estimation.cable_fusion import fuse_cables
-from state_estimation.fusion import SplineSolution, solve_splines
+from state_estimation.fusion import SplineSolution, solve_splines, vision_equations
 from state_estimation.motion_prior import ROUGHNESS_ALLOWANCE, TwoPartPrior, fit_two_part_prior
 from state_estimation.motors import Motors
 from state_estimation.smoother import check_span
@@ -140,7 +140,8 @@ def _solve_vision(frames: FrameAngles, priors: list[TwoPartPrior] | None = None)
         for i, (a, s) in enumerate(zip(frames.alpha.T, frames.sigma.T, strict=True))
         for known in [~np.isnan(a)]
     ]
-    return solve_splines(knots_over(frames.time[0], frames.time[-1], KNOT_S), mean, frames, priors)
+    knots = knots_over(frames.time[0], frames.time[-1], KNOT_S)
+    return solve_splines(vision_equations(knots, mean, frames), priors)
 
 
 def _bridged(frames: FrameAngles, at: Array) -> NDArray[np.bool_]:

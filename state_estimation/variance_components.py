@@ -13,7 +13,7 @@ from identification.dataset.frames import FrameAngles
 from state_estimation.cable_equations import CableEquations, CableMeasurements, cable_rows
 from state_estimation.elongation_error_spectrum import EDGES_HZ, MIN_RESIDUAL_SHARE, ErrorSpectrum
 from state_estimation.elongation_law import ElongationLaw
-from state_estimation.fusion import SplineSolution, solve_splines
+from state_estimation.fusion import SplineSolution, solve_splines, vision_equations
 from state_estimation.motion_prior import PARTS, ROUGH, ROUGH_ORDER, TwoPartPrior
 from state_estimation.spline import Knots, knots_over
 
@@ -43,6 +43,8 @@ class VarianceComponents:
     """of the joints' motion"""
     law: ElongationLaw
     """of the elongations, its friction and lags by vision and cables together"""
+    alpha: Array
+    """(K, N), rad, at the cables' times: those of vision alone beyond MAX_SPAN_S"""
 
 
 def estimate_variance_components(
@@ -56,12 +58,13 @@ def estimate_variance_components(
 
     vision: the solution without cables. spectra: where to start from; those of cables that are not `used` (M,) stay as they are.
     """
-    middle = (cables.time[0] + cables.time[-1]) / 2
+    everywhere, middle = vision.alpha(cables.time), (cables.time[0] + cables.time[-1]) / 2
     frames = frames.within(middle - MAX_SPAN_S / 2, middle + MAX_SPAN_S / 2)
     rows = (cables.time >= frames.time[0]) & (cables.time <= frames.time[-1])
     cables = cables.part(rows)
     knots = knots_over(frames.time[0], frames.time[-1], vision.knots.step)
-    alpha, priors = vision.alpha(cables.time), vision.priors
+    of_frames = vision_equations(knots, vision.mean, frames)
+    alpha, priors = everywhere[rows], vision.priors
     m = cables.arm.M
     probes = np.random.default_rng(0).normal(size=(m, len(cables.time), PROBE_COUNT))
     most = [MAX_DENSITY * s.density for s in spectra]
@@ -75,7 +78,7 @@ def estimate_variance_components(
             spectra = [replace(s, density=fast * s.density) if used[j] else s for j, s in enumerate(spectra)]
             priors = [replace(p, rough=p.rough.scaled(FIRST_ROUGHNESS)) for p in priors]
         equations = list(cable_rows(cables, knots, alpha, vision.mean, spectra))
-        solution = solve_splines(knots, vision.mean, frames, priors, equations)
+        solution = solve_splines(of_frames, priors, equations)
         alpha = solution.alpha(cables.time)
         if k >= SLOW_ITERATIONS and tells_motion:
             priors = [_resized(p, knots, solution, i, innovation_probes) for i, p in enumerate(priors)]
@@ -91,7 +94,8 @@ def estimate_variance_components(
         ]
         # of the first law: step after step it would drift to where it explains errors of the cables that no law has
         law = cables.law.corrected(cables.factors(solution.beta))
-    return VarianceComponents(spectra, priors, law)
+    everywhere[rows] = alpha
+    return VarianceComponents(spectra, priors, law, everywhere)
 
 
 def _resized(prior: TwoPartPrior, knots: Knots, solution: SplineSolution, joint: int, probes: Array) -> TwoPartPrior:

@@ -1,6 +1,6 @@
 """The controller's log: motor angles theta and forces f on its own clock, brought into our signs and units."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +27,8 @@ LED = "led"
 """column of a log, or joint of an MCAP, that says whether the light was on"""
 MAX_LOGGED_MAGNITUDE = 1e9
 """largest motor angle or force that a log may hold, in whatever unit it is logged (docs/thresholds.md)"""
+MAX_LOG_ROWS = 5_000_000
+"""rows of a log beyond which it is refused: nearly three hours at 500 Hz (docs/thresholds.md)"""
 
 _SHOWN = 60
 """characters of joints' names that are shown"""
@@ -42,11 +44,70 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     """
     path = Path(path)
     if path.suffix == ".mcap":
-        series = _from_joint_states(path, joint_state.read(path).logs, neck)
-    elif path.suffix in ros_bag.SUFFIXES:
-        series = _from_joint_states(path, ros_bag.read_bag(path), neck)
+        return motor_log(motor_channel(joint_state.read(path).logs, neck, path), neck, path)
+    if path.suffix in ros_bag.SUFFIXES:
+        return motor_log(motor_channel(ros_bag.read_bag(path), neck, path), neck, path)
+    required, optional = log_columns(neck)
+    if path.suffix == ".parquet":
+        series = read_parquet(path, required, optional, neck.log.time_column)
     else:
-        series = _from_columns(path, neck)
+        try:
+            series = read_table(path, required, optional, csv_format(neck), MAX_LOG_ROWS)
+        except ColumnsMissing as lack:
+            raise Refused(path, lack.what, f"{lack.do}; or let `xneck logs {path.name}` map it") from lack
+    check_columns(path, series.columns, neck)
+    return motor_log(mapped_columns(series, neck), neck, path)
+
+
+def csv_format(neck: Neck) -> CsvFormat:
+    """How neck.yaml says that a CSV is written."""
+    return CsvFormat(neck.log.time_column, neck.log.separator, neck.log.decimal)
+
+
+def log_columns(neck: Neck) -> tuple[list[str], list[str]]:
+    """The columns that a table must have beside its time, and those that are looked for, as neck.yaml names them."""
+    angles, forces = _named_columns(neck)
+    further = [] if neck.motors[0].theta_column else [f"theta{neck.M + 1}"]
+    if neck.motors[0].f_column:
+        return [*angles, *forces], [neck.log.led_column, *further]
+    return angles, [*forces, neck.log.led_column, *further]
+
+
+def _named_columns(neck: Neck) -> tuple[list[str], list[str]]:
+    """The columns of the motors' angles, and of their forces."""
+    angles = [motor.theta_column or f"theta{j + 1}" for j, motor in enumerate(neck.motors)]
+    return angles, [motor.f_column or f"f{j + 1}" for j, motor in enumerate(neck.motors)]
+
+
+def check_columns(path: Path, columns: Collection[str], neck: Neck) -> None:
+    """Raises Refused where a table has columns of more motors than neck.yaml, or forces of some only."""
+    further = f"theta{neck.M + 1}"
+    if further in columns and not neck.motors[0].theta_column:
+        raise Refused(path, f"has {further}, and neck.yaml has {neck.M} motors", "is it this arm's neck.yaml?")
+    missing = [name for name in _named_columns(neck)[1] if name not in columns]
+    if 0 < len(missing) < neck.M:
+        raise Refused(
+            path,
+            f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
+            "log the forces of all motors, or of none",
+        )
+
+
+def mapped_columns(series: Series, neck: Neck) -> Series:
+    """Columns theta, f and led of a table, whose columns are called as neck.yaml says; time in s."""
+    angles, forces = _named_columns(neck)
+    columns = numbered_columns("theta", np.column_stack([series.columns[name] for name in angles]))
+    if forces[0] in series.columns:
+        columns |= numbered_columns("f", np.column_stack([series.columns[name] for name in forces]))
+    if neck.log.led_column in series.columns:
+        columns[LED] = series.columns[neck.log.led_column]
+    return Series(series.time * neck.log.time_scale, columns)
+
+
+def motor_log(series: Series, neck: Neck, path: Path) -> Series:
+    """Columns as `path` holds them, in our signs and units: as `read_log` gives them, and refuses them."""
+    if len(series) > MAX_LOG_ROWS:
+        raise Refused(path, f"has more than {MAX_LOG_ROWS} rows", "cut log and angles in parts, hours each")
     check_time_unit(series.time, str(path), "rows")
     check_time(series.time, str(path))
     check_log_rate(series.time, str(path))
@@ -71,41 +132,10 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     return Series(series.time, columns)
 
 
-def _from_columns(path: Path, neck: Neck) -> Series:
-    """Columns theta, f and led as logged, time in s, of a CSV or Parquet whose columns are named as neck.yaml says."""
-    m, log = neck.M, neck.log
-    angles = [motor.theta_column or f"theta{j + 1}" for j, motor in enumerate(neck.motors)]
-    forces = [motor.f_column or f"f{j + 1}" for j, motor in enumerate(neck.motors)]
-    named = any(motor.f_column for motor in neck.motors)
-    further = [] if neck.motors[0].theta_column else [f"theta{m + 1}"]
-    optional = [log.led_column, *further, *([] if named else forces)]
-    required = [*angles, *(forces if named else [])]
-    if path.suffix == ".parquet":
-        series = read_parquet(path, required, optional, log.time_column)
-    else:
-        try:
-            series = read_table(path, required, optional, CsvFormat(log.time_column, log.separator, log.decimal))
-        except ColumnsMissing as lack:
-            raise Refused(path, lack.what, f"{lack.do}; or let `xneck logs {path.name}` map it") from lack
-    if further and further[0] in series.columns:
-        raise Refused(path, f"has {further[0]}, and neck.yaml has {m} motors", "is it this arm's neck.yaml?")
-    missing = [name for name in forces if name not in series.columns]
-    if 0 < len(missing) < m:
-        raise Refused(
-            path,
-            f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
-            "log the forces of all motors, or of none",
-        )
-    columns = numbered_columns("theta", np.column_stack([series.columns[name] for name in angles]))
-    if not missing:
-        columns |= numbered_columns("f", np.column_stack([series.columns[name] for name in forces]))
-    if log.led_column in series.columns:
-        columns[LED] = series.columns[log.led_column]
-    return Series(series.time * log.time_scale, columns)
+def motor_channel(logs: Mapping[str, JointStateChannel], neck: Neck, path: Path) -> Series:
+    """Columns theta, f and led as logged, from the one topic that holds the motors: by their joints' names, or by their number.
 
-
-def _from_joint_states(path: Path, logs: Mapping[str, JointStateChannel], neck: Neck) -> Series:
-    """Columns theta, f and led as logged, from the one topic that holds the motors: by their joints' names, or by their number."""
+    Raises Refused where none does, or several do."""
     joints = [motor.joint for motor in neck.motors if motor.joint is not None]
     topics = {joint: topic for joint in joints for topic in logs if joint.startswith(f"/{topic}/")}
     names = [joint.removeprefix(f"/{topics[joint]}/") if joint in topics else joint for joint in joints]

@@ -4,6 +4,7 @@ Each function does what the command of its name does, and writes no files of its
 
 - `synchronise` a recording folder, or `read_dataset` of what `xneck sync` and `xneck run` wrote
 - `check` whether camera and motors agree, `identify` friction and elasticity, `simulate` the recorded forces
+- `observe` the joints of a log without a camera, or with `Observer` row by row; `calibrate_pose` finds what a model needs for it
 - `discover` what law a residual follows, of this arm or of any other bench
 - `diagnose` what the simulation gets wrong; `in_words` and `as_record` give the diagnosis as text and ready for JSON
 
@@ -34,20 +35,26 @@ if TYPE_CHECKING:
     from identification.dataset.dataset_file import read_dataset, write_dataset
     from identification.estimates import estimate as identify
     from identification.model_file import read_model
+    from identification.pose_calibration import calibrate_pose
     from identification.simulation.simulated_recording import simulate_recording as simulate
+    from observation.observed_log import observe_log as observe
+    from observation.observer import Observer
     from synchronisation.check.from_dataset import check_dataset as check
     from xneck.recording.stages import synchronise_recording as synchronise
 
 __version__ = VERSION
 
 __all__ = [
+    "Observer",
     "Refused",
     "as_record",
+    "calibrate_pose",
     "check",
     "diagnose",
     "discover",
     "identify",
     "in_words",
+    "observe",
     "read_dataset",
     "read_model",
     "simulate",
@@ -56,12 +63,15 @@ __all__ = [
 ]
 
 _LOCATIONS = {
+    "Observer": "observation.observer:Observer",
     "as_record": "diagnosis.record:as_json",
+    "calibrate_pose": "identification.pose_calibration:calibrate_pose",
     "check": "synchronisation.check.from_dataset:check_dataset",
     "diagnose": "diagnosis.diagnose:diagnose",
     "discover": "discovery.discover:discover",
     "identify": "identification.estimates:estimate",
     "in_words": "diagnosis.record:as_text",
+    "observe": "observation.observed_log:observe_log",
     "read_dataset": "identification.dataset.dataset_file:read_dataset",
     "read_model": "identification.model_file:read_model",
     "simulate": "identification.simulation.simulated_recording:simulate_recording",

@@ -13,7 +13,7 @@ from typing import Literal, cast
 import numpy as np
 
 from discovery.form import Constants, Form, Kind, forms_of
-from mechanism.arm import Array
+from mechanism.arm import Arm, Array
 from mechanism.friction import dry
 from mechanism.laws.law import CableMotion, JointMotion, Law, MotorMotion, Part, Term, Values
 
@@ -22,6 +22,10 @@ COPIES = 4
 """of one kind of law that a machine may have"""
 _UNITS: Mapping[Acts, str] = {"motor": "N", "cable": "N", "joint": "N m"}
 _SIZES: Mapping[Acts, float] = {"motor": 1.0, "cable": 1.0, "joint": 0.01}
+_ELONGATION_SIZES_M = {"drum_angle": 1e-4, "motor_angle": 1e-5}
+"""behind the gear it comes more slowly: sizes that change the torque by as much"""
+_ANGLE_STEP = 1e-4
+"""rad, of the differences that give the rate of an elongation"""
 _PARTS: Mapping[Acts, Part] = {"motor": "cable", "cable": "cable", "joint": "joint"}
 
 
@@ -38,14 +42,32 @@ class Variable:
     """whether it turns over with the motor's direction"""
 
     @property
+    def factor(self) -> str:
+        """What multiplies a function of the variable, in words."""
+        return "sign(motor_speed)" if self.along_motion else ""
+
+    @property
     def follows(self) -> tuple[str, ...]:
         """Names of all that a law of it depends on."""
         return (self.name, "motor_speed") if self.along_motion else (self.name,)
 
     @property
+    def winds(self) -> bool:
+        """Whether a law of it says how much less cable a turn winds in than the drum's radius has it.
+
+        Where it does so its torque follows: a drum whose middle is off has another lever at every angle.
+        """
+        return self.acts == "cable" and self.kind == "turn"
+
+    @property
     def unit_of_law(self) -> str:
-        """N or N m."""
-        return _UNITS[self.acts]
+        """N, N m, or m of elongation."""
+        return "m" if self.winds else _UNITS[self.acts]
+
+    @property
+    def size_of_law(self) -> float:
+        """What a person would call a change, in its unit."""
+        return _ELONGATION_SIZES_M[self.name] if self.winds else _SIZES[self.acts]
 
 
 VARIABLES = (
@@ -98,7 +120,7 @@ class UnlistedLaw(Law):
         self.constant_terms = tuple(self._term(name) for name in form.constants)
         """how it acts"""
         self.terms = (*self.amount_terms, *self.constant_terms)
-        self.rubs_under_tension = variable.acts == "motor" and variable.name == "tension"
+        self.rubs_under_tension = variable.winds or (variable.acts == "motor" and variable.name == "tension")
         self.follows_force = variable.name == "force"
 
     def term_name(self, name: str) -> str:
@@ -111,13 +133,21 @@ class UnlistedLaw(Law):
         return named | {self.term_name(name): np.full(1, value) for name, value in constants.items()}
 
     def friction(self, p: Values, at: MotorMotion) -> Array:
+        if self.variable.winds and at.arm is not None:
+            wound = Winding.of(self.variable, lambda x: self._made(p, x), at.theta, at.arm)
+            return wound.share_of_tension * at.tension
         if self.variable.acts != "motor":
             return np.zeros(())
         made = self._made(p, _OF_MOTOR[self.variable.name](at))
         return made * dry(at.theta_d, p["cm"]) if self.variable.along_motion else made
 
     def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
-        return self._made(p, _OF_CABLE[self.variable.name](at)) if self.variable.acts == "cable" else np.zeros(())
+        if self.variable.acts != "cable":
+            return np.zeros(())
+        if not self.variable.winds:
+            return self._made(p, _OF_CABLE[self.variable.name](at))
+        wound = Winding.of(self.variable, lambda x: self._made(p, x), at.theta, at.arm)
+        return p["k"] * wound.longer + p["ca"] * wound.share_of_tension * at.travel_d
 
     def resistance(self, p: Values, at: JointMotion) -> Array:
         return self._made(p, _OF_JOINT[self.variable.name](at)) if self.variable.acts == "joint" else np.zeros(())
@@ -131,12 +161,30 @@ class UnlistedLaw(Law):
     def _term(self, name: str) -> Term:
         unit = self.form.unit(name, self.variable.unit_of_law, self.variable.unit)
         if name in self.form.amounts:
-            size, part = _SIZES[self.variable.acts], _PARTS[self.variable.acts]
+            size, part = self.variable.size_of_law, _PARTS[self.variable.acts]
             return Term(self.term_name(name), unit, low=-np.inf, high=np.inf, size=size, of=part)
         is_place = name in ("place", "begin", "low", "high", "side")
         low = -np.inf if is_place else 1e-6
         size = 0.1 if is_place else 1.0
         return Term(self.term_name(name), unit, low=low, high=np.inf, size=size, of="arm", linear=False)
+
+
+@dataclass(frozen=True)
+class Winding:
+    """How a drum winds where it does not as its radius has it, of each cable: (..., M), or with an axis more of functions."""
+
+    longer: Array
+    """what the cable is longer by, m"""
+    share_of_tension: Array
+    """its change by the cable that is wound in; by virtual work the motor feels as much more of the tension"""
+
+    @classmethod
+    def of(cls, variable: Variable, function: Callable[[Array], Array], theta: Array, arm: Arm) -> "Winding":
+        """By a function, m, of the motor's or of the drum's angle; theta: of the motors, (..., M), rad."""
+        gear = arm.gear if variable.name == "drum_angle" else np.ones(())
+        angle = theta / gear
+        slope = (function(angle + _ANGLE_STEP) - function(angle - _ANGLE_STEP)) / (2 * _ANGLE_STEP)
+        return cls(function(angle), slope / (gear * arm.drum))
 
 
 def law_name(variable: Variable, form: Form, copy: int = 1) -> str:

@@ -37,12 +37,15 @@ class TightPlace(Law):
 
 @dataclass(frozen=True)
 class EccentricDrum(Law):
-    """Drums whose middle is off by `share` of their radius: cables run in and out once a turn."""
+    """Drums whose middle is off by `share` of their radius: cables run in and out once a turn, and pull at another lever."""
 
     share: float
 
     def tension(self, s: Snapshot) -> Array:
         return s.stiffness * s.drum * self.share * np.sin(s.theta / s.gear)
+
+    def motor(self, s: Snapshot) -> Array:
+        return np.maximum(s.tension, 0.0) * self.share * np.cos(s.theta / s.gear)
 
 
 @dataclass(frozen=True)

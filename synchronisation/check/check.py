@@ -69,6 +69,10 @@ class Check:
     cables: tuple[CableCheck, ...]
     faults: tuple[dict[str, Any], ...]
     with_baseline: bool = False
+    parts: int = 1
+    """consecutive parts of the recording that were checked one by one"""
+    in_few_parts: tuple[dict[str, Any], ...] = ()
+    """faults that too few parts show to count (checked_parts.py)"""
 
     @property
     def verdict(self) -> str:
@@ -77,7 +81,8 @@ class Check:
 
     def as_json(self) -> dict[str, Any]:
         """The contract's record of a check."""
-        return {
+        by_parts = {"parts": self.parts, "in_few_parts": list(self.in_few_parts)} if self.parts > 1 else {}
+        return by_parts | {
             "verdict": self.verdict,
             "usable": usable(self.faults),
             "with_baseline": self.with_baseline,

@@ -36,8 +36,10 @@ def test_opencv_left():
     result = calibrate(observe_board(left_pictures(), LEFT))
     assert len(result.views) == 13
     assert "left02.jpg" in [picture.name for picture in result.pictures if picture.used]
-    assert result.camera.K[0, 0] == pytest.approx(533.0, abs=1.5)
     rigid = next(c for c in result.candidates if c.board == "rigid" and c.lens == "k1 k2 p1 p2")
+    assert rigid.fx == pytest.approx(533.0, abs=1.5), "published with a flat board"
+    assert result.camera.covariance is not None
+    assert abs(result.camera.K[0, 0] - 533.0) < 3 * np.sqrt(result.camera.covariance[0, 0])
     assert rigid.rms_px < 0.170, "published: 0.39 with corners damaged by an 11 px window"
     assert rigid.held_out_rms_px < 0.175
     assert result.board.model.name == "free", "a home-made board"
@@ -45,6 +47,28 @@ def test_opencv_left():
     jackknife = result.sigma_jackknife[:4] / result.sigma_least_squares[:4]
     assert np.all((jackknife > 1.2) & (jackknife < 6.0))
     assert any("leaving out views is larger" in note for note in result.notes)
+
+
+def test_two_cameras_see_one_board():
+    """What either set of pictures says of the print's deviations from flat squares, beside its place and size, agrees."""
+    deviations = []
+    for name in ("left", "right"):
+        pictures = read_pictures(sorted((DATA / "opencv_left_right").glob(f"{name}??.jpg")))
+        board = calibrate(observe_board(pictures, LEFT)).board
+        (x, y, _), (dx, dy, dz) = board.nominal.T, (board.points - board.nominal).T
+        one, none = np.ones_like(x), np.zeros_like(x)
+        placed = np.vstack([np.column_stack([one, none, x, y]), np.column_stack([none, one, y, -x])])
+        tilted = np.column_stack([one, x, y])
+        in_plane = np.concatenate([dx, dy])
+        deviations.append(
+            (
+                in_plane - placed @ np.linalg.lstsq(placed, in_plane, rcond=None)[0],
+                dz - tilted @ np.linalg.lstsq(tilted, dz, rcond=None)[0],
+            )
+        )
+    for left, right in zip(*deviations, strict=True):
+        # 0.96 and 0.93 where some views count from the other end of the board
+        assert np.corrcoef(left, right)[0, 1] > 0.97
 
 
 def test_half_of_the_pictures_holds_for_the_other_half_and_not_for_the_other_camera():
@@ -68,10 +92,11 @@ def test_opencv_left_with_the_window_that_damages_left02(monkeypatch: pytest.Mon
     monkeypatch.setattr(corner_finding, "fit_saddles", eleven)
     result = calibrate(observe_board(left_pictures(), LEFT))
     # a column of its corners is pulled off by up to 5 px: these, not the picture, are left out
-    assert any("left02.jpg: corners 8, 17, 26" in note and "counted for little" in note for note in result.notes)
+    assert any("left02.jpg: corners 17, 26, 35" in note and "counted for little" in note for note in result.notes)
     by_view = {picture.name: picture.rms_px or 0.0 for picture in result.pictures}
     assert max(by_view, key=by_view.__getitem__) == "left02.jpg"
-    assert result.camera.K[0, 0] == pytest.approx(533.0, abs=1.5)
+    assert result.camera.covariance is not None
+    assert abs(result.camera.K[0, 0] - 533.0) < 3 * np.sqrt(result.camera.covariance[0, 0])
 
 
 def test_sony_chessboard():
@@ -79,9 +104,11 @@ def test_sony_chessboard():
     observations = observe_board(read_pictures(files), Chessboard(kind="chessboard", columns=6, rows=4, square=0.03))
     result = calibrate(observations)
     assert len(result.views) == 13
-    # published without tangential distortion, from another corner finder; sigma of the focal length is 7.6 px
+    # published without tangential distortion, from another corner finder and with a flat board; sigma of the focal length is 9 px
     assert result.lens == "k1 k2"
-    np.testing.assert_allclose(result.camera.parameters[:2], [701.01, 698.65], atol=1.5)
+    assert result.camera.covariance is not None
+    sigma = np.sqrt(np.diag(result.camera.covariance)[:2])
+    assert np.all(np.abs(result.camera.parameters[:2] - [701.01, 698.65]) < sigma)
     flat = next(c for c in result.candidates if c.board == "rigid" and c.lens == "k1 k2")
     np.testing.assert_allclose([flat.fx, flat.fy], [701.01, 698.65], atol=1.5)
 

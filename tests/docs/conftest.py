@@ -11,6 +11,7 @@ import xneck
 from diagnosis.diagnose import Diagnosis
 from identification.dataset.dataset import DataSet
 from identification.model_file import model_of, write_model
+from identification.pose_calibration import with_pose
 from tests.docs.pages import ROOT
 
 
@@ -24,7 +25,9 @@ def examples(tmp_path_factory: pytest.TempPathFactory) -> Path:
     xneck.write_dataset(monday, folder / "monday.mcap")
     xneck.write_dataset(tuesday, folder / "tuesday.mcap")
     found = xneck.identify([monday])
-    write_model(model_of(found.parameters, found.laws, {}, found.covariance), folder / "model.yaml")
+    write_model(
+        with_pose(model_of(found.parameters, found.laws, {}, found.covariance), [monday]), folder / "model.yaml"
+    )
     return folder
 
 

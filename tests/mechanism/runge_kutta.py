@@ -38,7 +38,7 @@ def runge_kutta(
         k = terms(arm, y.alpha, y.alpha_d)
         torque = jacobian @ t - k.c - k.g - machine.resistance(JointMotion(y.alpha, y.alpha_d, since_began))
         alpha_dd = np.asarray(np.linalg.solve(k.M, torque), dtype=float)
-        turning = MotorMotion(y.theta_d, t, wrap_angles(arm, y.alpha), y.theta, drum_angle, force, since_began)
+        turning = MotorMotion(y.theta_d, t, wrap_angles(arm, y.alpha), y.theta, drum_angle, force, since_began, arm)
         net = force - machine.friction(turning) - t
         return State(
             y.alpha_d, alpha_dd, y.theta_d, arm.drum * net / arm.motor_inertia, machine.memory_rate(at, y.memory)

@@ -6,7 +6,7 @@ import pytest
 from mechanism.arm import arm_of
 from mechanism.description import read_neck
 from mechanism.friction import dry
-from mechanism.laws import LAWS, JointMotion, MotorMotion, is_law, law_named
+from mechanism.laws import LAWS, CableMotion, JointMotion, MotorMotion, is_law, law_named
 from mechanism.laws.unlisted import COPIES, UnlistedLaw, unlisted_laws
 from mechanism.machine import Machine
 from mechanism.simulation import simulate, simulate_given_angles
@@ -141,3 +141,25 @@ def test_a_batch_of_numbers_moves_as_each_alone(name: str) -> None:
     for i, values in enumerate((one.values, other)):
         alone = simulate(Machine(ARM, one.names, values), start, TIME[:6], f)
         np.testing.assert_allclose(together.alpha[i], alone.alpha, atol=1e-12)
+
+
+@pytest.mark.parametrize("variable", ["drum_angle", "motor_angle"])
+def test_a_drum_that_winds_unevenly_does_no_work_of_its_own(variable: str) -> None:
+    """By virtual work: what the motor feels is the slope of the elastic energy, by central differences."""
+    machine = with_law(f"cable.harmonic.{variable}", 3.0)
+    law, drum, gear, k = law_named(f"cable.harmonic.{variable}"), ARM.drum, ARM.gear, VALUES["k"]
+    values = {**machine.values, "ca": np.zeros(1)}
+    theta = np.random.default_rng(0).uniform(-60.0, 60.0, (50, 4))
+    nothing, rest = np.zeros_like(theta), 0.004
+
+    def pulled(theta: np.ndarray) -> np.ndarray:
+        x = rest + drum * theta
+        at = CableMotion(x, nothing, nothing, ARM, nothing, theta / gear, theta)
+        return k * x + law.pull(values, at, np.zeros((*theta.shape, 0)))
+
+    h = 1e-4
+    slope = (pulled(theta + h) ** 2 - pulled(theta - h) ** 2) / (2 * k) / (2 * h)
+    tension = pulled(theta)
+    felt = tension + law.friction(values, MotorMotion(nothing, tension, nothing, theta, theta / gear, arm=ARM))
+    assert np.abs(felt - tension).max() > 0.1 * np.abs(tension).max() / 5, "the lever differs"
+    np.testing.assert_allclose(felt * drum, slope, rtol=0, atol=1e-5 * np.abs(felt * drum).max())

@@ -37,6 +37,8 @@ MIN_APART = 5
 """frames of a fit from one step to the next: nearer ones cannot be told from each other (docs/thresholds.md)"""
 MIN_FRAMES = 40
 """frames below which no motion is sought (docs/thresholds.md)"""
+MAX_REST_SHARE = 0.1
+"""of the mean squared shift: what a change of the picture's scale may leave of a motion, beside chance (docs/thresholds.md)"""
 POSE_CHANGE_SIGMA = np.array([0.05, 0.05, 0.05, 0.05, 0.05, 0.05])
 """rad and m: prior standard deviation of a change of the pose (docs/thresholds.md)"""
 
@@ -57,12 +59,18 @@ class DriftTerm:
     """standard deviation of `size_px`"""
     change: Array
     """(6,): change of rvec (rad) and tvec (m)"""
+    scale: float | None = None
+    """relative change of the picture's scale, where that is all that the motion did"""
 
     @property
     def sentence(self) -> str:
         """What happened, in words."""
         when = f"at {self.time:.1f} s" if self.time is not None else f"at frame {self.frame}"
         size = f"{self.size_px:.2f} +- {self.sigma_px:.2f} px"
+        if self.scale is not None:
+            course = when if self.kind == "step" else "slowly"
+            what = f"the picture's scale changed {course} by {100 * self.scale:+.2f} %, {size}"
+            return f"{what}: a focus that breathes, or a camera that came nearer or went away; corrected"
         if self.kind == "step":
             return f"the camera moved against the base {when}, by {size} in the picture; corrected"
         return f"the camera drifted slowly against the base, by {size} in the picture in all; corrected"
@@ -198,6 +206,21 @@ def shift_size(change: Array, covariance: Array, square: Array) -> tuple[float, 
     size = float(np.sqrt(change @ square @ change))
     slope = square @ change / max(size, 1e-12)
     return size, float(np.sqrt(slope @ covariance @ slope))
+
+
+def scale_change(change: Array, covariance: Array, square: Array, distance: float) -> float | None:
+    """Relative change of the picture's scale by which a change of the pose (6,) is explained, None where more has moved.
+
+    Of a plane that faces the camera a lens of longer focal length and a camera that is nearer make one picture. square: as
+    `squared_shift` gives it; distance: m, of the base along the optical axis.
+    """
+    nearer = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+    amount = float(nearer @ square @ change / (nearer @ square @ nearer))
+    rest = change - amount * nearer
+    by_chance = float(np.trace(covariance @ square))
+    if rest @ square @ rest > MAX_REST_SHARE * (change @ square @ change) + MIN_SIZE_SIGMAS**2 * by_chance:
+        return None
+    return -amount / distance
 
 
 def locate_step(

@@ -16,6 +16,7 @@ from vision.linkage.camera_motion import (
     MotionCandidate,
     fit_camera_motion,
     locate_step,
+    scale_change,
     shift_size,
     squared_shift,
 )
@@ -28,7 +29,7 @@ from vision.linkage.gauss_newton import (
     shared_covariance,
 )
 from vision.linkage.initial_guess import initial_angles, initial_poses, select_frames
-from vision.linkage.observed_corners import ObservedCorners, normalise_corners, whiten_corners
+from vision.linkage.observed_corners import Floats, ObservedCorners, normalise_corners, whiten_corners
 from vision.linkage.offset_sensitivity import offset_sensitivity
 from vision.linkage.scene import Scene, SharedParameters, image_to_plane, nominal_parameters
 
@@ -120,7 +121,7 @@ def fit_shared(
     camera: Camera,
     corners: Array,
     where: str,
-    covariance: Array | None = None,
+    covariance: Floats | None = None,
     time: Array | None = None,
     options: LinkageOptions = LinkageOptions(),
 ) -> SharedFit:
@@ -219,7 +220,8 @@ def _drift_terms(
         columns = np.column_stack([columns, column])
         start = len(prior.mean) - 6 * (len(motions) - j)
         rows = slice(start, start + 6)
-        size, sigma = shift_size(fit.shared.drift[j], fit.covariance[rows, rows], square_px)
+        change, covariance = fit.shared.drift[j], fit.covariance[rows, rows]
+        size, sigma = shift_size(change, covariance, square_px)
         terms.append(
             DriftTerm(
                 kind=motion.kind,
@@ -227,7 +229,8 @@ def _drift_terms(
                 time=None if recording.time is None else float(recording.time[frame]),
                 size_px=size,
                 sigma_px=sigma,
-                change=fit.shared.drift[j],
+                change=change,
+                scale=scale_change(change, covariance, square_px, float(fit.shared.pose[5])),
             )
         )
     return columns, tuple(terms)

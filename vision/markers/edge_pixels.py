@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.markers.planar_motion import homography, pixel_slopes
+from vision.markers.planar_motion import pixel_slopes
 from vision.markers.template import (
     MARGIN_CELLS,
     PIXEL_VARIANCE,
@@ -73,10 +73,12 @@ class EdgePixels:
 
 
 def select_pixels(
-    grey: NDArray[np.uint8], cells: Sequence[NDArray[np.bool_]], corners: Array, motion: Array, optics: Optics
+    grey: NDArray[np.uint8], cells: Sequence[NDArray[np.bool_]], corners: Array, H: Array, motion: Array, optics: Optics
 ) -> EdgePixels:
-    """Pixels of markers with corners (M, 4, 2), px, that move by `motion` (M, 4, 2), px, during the exposure."""
-    H = homography(corners)
+    """Pixels of markers with corners (M, 4, 2), px, that move by `motion` (M, 4, 2), px, during the exposure.
+
+    H: (M, 3, 3), the `homography` of the corners.
+    """
     shift = motion.mean(axis=1)
     textures = _textures(cells, H, shift, optics)
     excess_variance = np.array([t.variance for t in textures]) - optics.sigma**2 - PIXEL_VARIANCE

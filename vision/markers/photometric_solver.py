@@ -192,7 +192,8 @@ def _iterate(
     optics: Optics,
 ) -> _Iteration:
     """Gauss-Newton until a step is small; arguments as in `fit_templates`."""
-    selected = select_pixels(grey, cells, corners, motion, optics)
+    H = homography(corners)
+    selected = select_pixels(grey, cells, corners, H, motion, optics)
     selected_at = corners
     prior = _Prior.of(selected, optics)
     reselect_px = RESELECT_PX if np.isnan(light).any() else RESELECT_LIT_PX
@@ -202,7 +203,6 @@ def _iterate(
         # the first step from a light that is known only brings the start nearer
         rough = fresh and not np.isnan(light).any()
         pixels = selected.thinned(ROUGH_PIXELS) if rough else selected
-        H = homography(corners)
         templates = MarkerTemplates.of(pixels, H)
         light = initial_light(templates, pixels, light)
         residual = pixels.grey - templates.under(light)
@@ -227,10 +227,11 @@ def _iterate(
         if (not fresh and last.step_px < LINEAR_PX) or iteration == MAX_ITERATIONS:
             return last
         # the prior of the perspective terms holds about the start, so its mean is carried along
-        prior.mean[:, 6:DOF] -= np.clip(np.nan_to_num(solution[:, 6:DOF]), -MAX_MOTION, MAX_MOTION)
+        prior.mean[:, 6:DOF] -= _motion(solution)[:, 6:]
         corners, light, fresh = last.corners, solution[:, LIGHT], False
+        H = homography(corners)
         if iteration <= RESELECTION_ITERATIONS and np.abs(corners - selected_at).max() > reselect_px:
-            selected = select_pixels(grey, cells, corners, motion, optics)
+            selected = select_pixels(grey, cells, corners, H, motion, optics)
             selected_at = corners
             prior.mean[:, BLUR_VARIANCE] = -selected.excess_variance
             light, fresh = np.full_like(light, np.nan), True
@@ -243,7 +244,13 @@ def _weights(residual: Single, scale: Array, pixels: EdgePixels) -> Single:
 
 def _moved(H: Array, solution: Array) -> Array:
     """Corners (M, 4, 2), px, after the motion of a solution."""
-    return move_corners(H, np.clip(np.nan_to_num(solution[:, :DOF]), -MAX_MOTION, MAX_MOTION))
+    return move_corners(H, _motion(solution))
+
+
+def _motion(solution: Array) -> Array:
+    """The marker's motion in a solution (M, COLUMNS), (M, DOF): at most MAX_MOTION, none where it is not a number."""
+    xi = solution[:, :DOF]
+    return np.clip(np.where(np.isnan(xi), 0.0, xi), -MAX_MOTION, MAX_MOTION)
 
 
 def _solve(D: Single, weight: Single, prior: _Prior, scale: Array) -> tuple[Array, Array, Single]:

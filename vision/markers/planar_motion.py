@@ -11,6 +11,8 @@ Array = NDArray[np.float64]
 
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 """corners of the black square in marker coordinates, in OpenCV's order"""
+TO_UNIT_SQUARE = np.array([[0.5, 0.0, 0.5], [0.0, 0.5, 0.5], [0.0, 0.0, 1.0]])
+"""from marker coordinates to those in which the corners are 0 and 1"""
 DOF = 8
 """numbers of a small motion"""
 
@@ -27,7 +29,7 @@ CORNER_DISPLACEMENTS = np.stack([np.column_stack(part) for part in unit_displace
 
 def homography(corners: Array) -> Array:
     """(M, 3, 3): homographies from marker coordinates to pixels, for corners (M, 4, 2), px; Heckbert's closed form."""
-    p0, p1, p2, p3 = np.moveaxis(corners, 1, 0)
+    p0, p1, p2, p3 = (corners[:, k] for k in range(4))
     d1, d2, s = p1 - p2, p3 - p2, p0 - p1 + p2 - p3
     det = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
     det = np.where(np.abs(det) > 1e-9, det, 1e-9)  # corners on a line: no marker, but no division by zero either
@@ -37,8 +39,8 @@ def homography(corners: Array) -> Array:
     H[:, :2, 0] = p1 - p0 + g[:, None] * p1
     H[:, :2, 1] = p3 - p0 + h[:, None] * p3
     H[:, :2, 2] = p0
-    H[:, 2] = np.column_stack([g, h, np.ones(len(g))])
-    return H @ np.array([[0.5, 0.0, 0.5], [0.0, 0.5, 0.5], [0.0, 0.0, 1.0]])
+    H[:, 2, 0], H[:, 2, 1], H[:, 2, 2] = g, h, 1.0
+    return H @ TO_UNIT_SQUARE
 
 
 def apply_homography(H: Array, points: Array) -> Array:

@@ -86,7 +86,7 @@ def marker_texture(cells: NDArray[np.bool_], blur_u: float, blur_v: float, bleed
     cells: (n, n), True is black. blur_u, blur_v: standard deviation of the whole blur along u and v, cells. bleed: px. sigma:
     standard deviation of the whole blur, px.
     """
-    rounded = [BLUR_STEP * round(np.log(b) / BLUR_STEP) for b in (blur_u, blur_v)]
+    rounded = [BLUR_STEP * round(float(np.log(b)) / BLUR_STEP) for b in (blur_u, blur_v)]
     wider = float(np.exp(np.mean(rounded))) / np.sqrt(blur_u * blur_v)
     made = _rounded_texture(cells.tobytes(), len(cells), *rounded, round(bleed / 0.01), round(sigma / 0.01))
     return replace(made, variance=(wider * sigma) ** 2)

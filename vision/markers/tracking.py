@@ -9,6 +9,7 @@ can share a video with the same result to the last bit.
 """
 
 from dataclasses import dataclass
+from math import prod
 
 import cv2
 import numpy as np
@@ -239,8 +240,8 @@ class MarkerTracker:
         predicted = self._past[-1][1]
         for count in (2, 3):
             if len(self._past) >= count:
-                times = np.array([t for t, _ in self._past[-count:]])
-                weights = [np.prod([(time - s) / (t - s) for s in times if s != t]) for t in times]
+                times = [t for t, _ in self._past[-count:]]
+                weights = [prod((time - s) / (t - s) for s in times if s != t) for t in times]
                 extrapolated = sum(w * c for w, (_, c) in zip(weights, self._past[-count:], strict=True))
                 predicted = np.where(np.isnan(extrapolated), predicted, extrapolated)
         return predicted

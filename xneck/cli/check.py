@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import report_result, result_options
+from xneck.cli.output import progress_bar, report_result, result_options
 from xneck.cli.path_types import INPUT_FILE
 
 
@@ -22,13 +22,19 @@ def command(dataset: Path, baseline: Path | None, json_out: Path | None, quiet: 
 
     A fault comes with its size, sigma and place, the others that would look the same, and what to do about it.
     """
-    from identification.dataset.dataset_file import read_dataset
+    from identification.dataset.stretches import parts_of
+    from synchronisation.check.checked_parts import OVERLAP_S, merged_checks
     from synchronisation.check.from_dataset import check_dataset
     from synchronisation.check.wording import sentence, usable
 
-    healthy = read_dataset(baseline) if baseline else None
-    check = check_dataset(read_dataset(dataset), healthy, str(baseline))
-    lines = [f"{dataset}: {check.verdict}"]
+    healthy = next(parts_of(baseline)) if baseline else None
+    checks = []
+    with progress_bar(None, "check", quiet) as done:
+        for part in parts_of(dataset, overlap=OVERLAP_S):
+            checks.append(check_dataset(part, healthy, str(baseline)))
+            done(1)
+    check = merged_checks(checks)
+    lines = [f"{dataset}: {check.verdict}" + (f", in {check.parts} parts one by one" if check.parts > 1 else "")]
     lines += [
         f"  cable {c.cable}: elongation {1e3 * c.elongation_mean:.2f} +- {1e3 * c.elongation_rms:.2f} mm, "
         f"unexplained {1e3 * c.unexplained_rms:.3f} mm (vision alone {1e3 * c.expected_rms:.3f}), "
@@ -36,6 +42,10 @@ def command(dataset: Path, baseline: Path | None, json_out: Path | None, quiet: 
         for c in check.cables
     ]
     lines += [f"  {sentence(fault)}" for fault in check.faults]
+    lines += [
+        f"  in {fault['parts']} of {check.parts} parts alone, and no verdict: {sentence(fault)}"
+        for fault in check.in_few_parts
+    ]
     if check.faults:
         fit = {True: "usable", False: "not usable as they are", "in part": "usable in part"}[usable(check.faults)]
         lines.append(f"  the data are {fit}")

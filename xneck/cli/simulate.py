@@ -9,6 +9,9 @@ from xneck.cli.finite_range import FiniteRange
 from xneck.cli.output import export_beside, export_option, progress_bar, report_result, result_options
 from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 
+MAX_WINDOW_S = 60.0
+"""s of a window of a long recording, which is simulated part by part (docs/thresholds.md)"""
+
 
 @click.command(epilog="Example: xneck simulate dataset.mcap --model model.yaml --out simulated.mcap")
 @click.argument("dataset", type=INPUT_FILE)
@@ -47,17 +50,29 @@ def command(
 
     Of every channel the error is held against its noise floor: what state, sensors and parameters leave unknown.
     """
-    from identification.dataset.dataset_file import read_dataset
+    from identification.dataset.stretches import is_long, parts_of
     from identification.files import joint_state
     from identification.model_file import read_model
     from identification.simulation.channels import as_text
+    from identification.simulation.simulated_parts import simulate_parts
     from identification.simulation.simulated_recording import simulate_recording
+    from xneck_foundation.errors import Refused
     from xneck_foundation.provenance import note_inputs, provenance
 
     inputs = note_inputs({"dataset": dataset, "model": model_file})
-    data, model = read_dataset(dataset), read_model(model_file)
-    with progress_bar(len(data.state) if free else None, "simulate", quiet) as done:
-        simulated = simulate_recording(data, model, None if free else window, source, done)
+    model, long = read_model(model_file), is_long(dataset)
+    if long and (free or window > MAX_WINDOW_S):
+        what = f"is simulated over windows of at most {MAX_WINDOW_S:.0f} s, as it is long"
+        raise Refused(dataset, what, "give a shorter --window, without --free, or a shorter recording")
+    if long and export_as in ("npz", "mat"):
+        raise Refused(out, f"a recording of this length is not exported as {export_as}", "export csv")
+    if long:
+        with progress_bar(None, "simulate", quiet) as done:
+            simulated = simulate_parts(parts_of(dataset, window=window), model, window, source, done, out.parent)
+    else:
+        data = next(parts_of(dataset))
+        with progress_bar(len(data.state) if free else None, "simulate", quiet) as done:
+            simulated = simulate_recording(data, model, None if free else window, source, done)
     origin = provenance(inputs, {"window_s": simulated.window_s, "from": source})
     joint_state.write(out, {"simulated": simulated.series}, {"provenance": origin})
     export_beside(simulated.series, out, export_as)

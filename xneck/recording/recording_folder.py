@@ -15,6 +15,8 @@ from xneck_foundation.strict_yaml import Strict, read_yaml
 RECORDING_FILE = "recording.yaml"
 _PATH_KEYS = ("log", "neck", "video", "camera", "board", "pictures", "angles")
 """in the order in which recording.yaml's files are looked for"""
+_RECORDED = ("log", "video")
+"""keys of the files that are written during the experiment"""
 
 
 class _Rectangle(Strict):
@@ -111,8 +113,10 @@ class SharedFiles:
 NOTHING_SHARED = SharedFiles()
 
 
-def read_recording(folder: str | Path, shared: SharedFiles = NOTHING_SHARED) -> Recording:
+def read_recording(folder: str | Path, shared: SharedFiles = NOTHING_SHARED, growing: bool = False) -> Recording:
     """The recording in a folder (or in a recording.yaml itself), with the files that are shared.
+
+    A `growing` one may lack its video and its log yet.
 
     Raises Refused where keys do not fit together, a file is missing, or a path of recording.yaml leaves the folder.
     """
@@ -126,7 +130,10 @@ def read_recording(folder: str | Path, shared: SharedFiles = NOTHING_SHARED) -> 
         replaced |= {"camera", "board", "pictures"}
     file = file.model_copy(update=dict.fromkeys(replaced))
     _check_keys(config, file, shared)
-    paths = {key: _path_inside(config, key, getattr(file, key)) for key in _PATH_KEYS}
+    paths = {
+        key: _path_inside(config, key, getattr(file, key), must_exist=not (growing and key in _RECORDED))
+        for key in _PATH_KEYS
+    }
     log, neck, pictures = paths["log"], shared.neck or paths["neck"], paths["pictures"]
     assert log is not None
     assert neck is not None
@@ -163,8 +170,8 @@ def _check_keys(config: Path, file: RecordingFile, shared: SharedFiles) -> None:
         raise Refused(config, "names both angles and a video", "leave one of them out")
 
 
-def _path_inside(config: Path, key: str, name: str | None) -> Path | None:
-    """The file that `key` names, in the folder of recording.yaml. Raises Refused where it is not there."""
+def _path_inside(config: Path, key: str, name: str | None, must_exist: bool = True) -> Path | None:
+    """The file that `key` names, in the folder of recording.yaml. Raises Refused where it is not there and must be."""
     if name is None:
         return None
     path = config.parent / name
@@ -174,7 +181,7 @@ def _path_inside(config: Path, key: str, name: str | None) -> Path | None:
         raise Refused(config, f"{key}: {name!r} is no file's name", "check the name") from error
     if not real.is_relative_to(os.path.realpath(config.parent)):
         raise Refused(config, f"{key}: {name} leaves the recording's folder", "keep its files inside")
-    if not exists:
+    if must_exist and not exists:
         raise Refused(config, f"{key}: {name} does not exist", "check the name")
     return path
 

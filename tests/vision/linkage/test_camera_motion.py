@@ -61,6 +61,28 @@ def test_a_tripod_that_sinks_slowly_is_a_ramp() -> None:
     assert np.max(np.abs(fit.alpha - alpha)) < np.radians(0.3)
 
 
+@pytest.mark.parametrize("kind", ["step", "ramp"])
+def test_a_focus_that_breathes_is_a_change_of_scale_and_a_turn_is_none(kind: str) -> None:
+    """Pixels are scaled about the principal point, which is what a longer focal length does and no motion of a camera exactly."""
+    alpha = motion(600, 30.0, 3)
+    share = np.linspace(0, 1, 600) if kind == "ramp" else (np.arange(600) >= 250).astype(float)
+    still = corners(NECK, alpha)
+    middle = np.array([SAMPLE_CAMERA.cx, SAMPLE_CAMERA.cy])
+    seen = middle + (1 + 0.004 * share)[:, None, None, None] * (still - middle)
+    seen = seen + np.random.default_rng(3).normal(0, NOISE_PX, seen.shape)
+    fit = fit_linkage(NECK, camera(), seen, "test")
+    (breath,) = fit.drift
+    assert breath.kind == kind
+    assert breath.scale is not None
+    assert abs(breath.scale - 0.004) < 0.0004
+    assert "scale" in breath.sentence
+    assert np.max(np.abs(np.mean(fit.alpha - alpha, axis=0))) < np.radians(0.1)
+    turned, _ = moved(NECK, alpha, share, 3, KNOCK)
+    (turn,) = fit_linkage(NECK, camera(), turned, "test").drift
+    assert turn.scale is None
+    assert "scale" not in turn.sentence
+
+
 def test_a_camera_that_stands_is_not_suspected() -> None:
     """Negative control: none of 20 recordings (in 20, a rate of one in twenty would show one in 64 % of all runs)."""
     for seed in range(20):

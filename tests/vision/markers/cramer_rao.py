@@ -21,7 +21,7 @@ def fisher_information(
     near = corners - low
     width, height = (int(e) + 41 for e in near.max(axis=0))
     empty = np.full((height, width), 128, dtype=np.uint8)
-    pixels = select_pixels(empty, [cells], near[None], motion[None], optics)
+    pixels = select_pixels(empty, [cells], near[None], homography(near[None]), motion[None], optics)
     u, v = (at[0] for at in pixels.marker_coordinates(np.linalg.inv(homography(near[None])).astype(float)))
     picture = sample_texture(pixels.textures[0], u, v)
     a, b = contrast * picture[1:3].astype(float) * pixels.used[0]

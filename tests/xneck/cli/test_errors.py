@@ -193,7 +193,7 @@ def test_one_line_exit_one_and_nothing_left(
     [
         (["idenify", "x"], "no command 'idenify'; did you mean identify?"),
         (["synchronise"], "no command 'synchronise'; did you mean sync?"),
-        (["nonsense"], "no command 'nonsense'; valid: init, show, "),
+        (["nonsense"], "no command 'nonsense'; valid: init, "),
         (["sync", "a", "b", "--nek", "c"], "--neck"),
         (["x\x1b[31m" * 300], r"no command 'x\x1b[31m"),
         (["sync", "--\x1b[31m" * 300], r"\x1b[31m"),
