@@ -12,7 +12,8 @@ from benchmarks.apriltag import apriltags
 from benchmarks.opencv import REFINEMENTS, Find, searching
 from benchmarks.table import Claim, Table
 from calibration.camera import Camera, camera_from
-from mechanism.description import Markers, Neck, markers_of, read_neck
+from mechanism.description import Neck, markers_of, read_neck
+from mechanism.printed_markers import Markers
 from samples.generator.camera import SAMPLE_CAMERA
 from vision.linkage.linkage_fit import fit_linkage
 from vision.markers.detection import MarkerDetector

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from benchmarks.apriltag import apriltags
 from benchmarks.hard import true_camera
 from benchmarks.table import Claim, Table
-from mechanism.description import WORKSHOP_DEPTH_SIGMA, Neck
+from mechanism.description import Neck
+from mechanism.printed_markers import WORKSHOP_DEPTH_SIGMA
 from samples.generator.mounted import MountedArm, mounted_arm
 from vision.extract import Extraction, ExtractionOptions, extract
 from vision.linkage.shared_fit import TILT_SIGMA

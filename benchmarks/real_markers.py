@@ -15,7 +15,7 @@ from benchmarks.marker_angle import in_plane_angle
 from benchmarks.opencv import REFINEMENTS, searching
 from benchmarks.table import Claim, Table
 from calibration.dictionaries import marker_cells, opencv_dictionary
-from mechanism.description import BarMarker, Markers
+from mechanism.printed_markers import BarMarker, Markers
 from vision.markers.detection import MarkerDetector
 from vision.markers.photometric import MarkerStart, fit_markers
 from vision.markers.template import Optics

@@ -14,6 +14,7 @@ from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.unlisted_laws import as_fitted, causes_of, found_laws
 from discovery.found_law import FoundLaw
+from xneck_foundation.unit_text import with_unit
 
 MIN_LAW_GAIN_SIGMAS = 3.0
 """standard deviations of the gain, by blocks, that a law takes from recordings that were not fitted (docs/thresholds.md)"""
@@ -35,9 +36,11 @@ class GainedLaw:
     def numbers_in_words(self) -> str:
         """What it is in proportion to, and its inner constants, with sigmas where they are fitted."""
         return ", ".join(
-            f"{p.name}{'' if p.index is None else f'({p.index})'} = {p.value:.4g}"
-            + (f" +- {p.sigma:.2g}" if p.sigma else "")
-            + (f" {p.unit}" if p.unit != "1" else "")
+            with_unit(
+                f"{p.name}{'' if p.index is None else f'({p.index})'} = {p.value:.4g}"
+                + (f" +- {p.sigma:.2g}" if p.sigma else ""),
+                p.unit,
+            )
             for p in self.law.parameters
         )
 

@@ -19,7 +19,8 @@ from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import Linearisation, RecordingLinearisation
 from identification.residual_sensitivity import AngleError
 from mechanism.arm import arm_of
-from mechanism.description import Neck, Tolerance
+from mechanism.description import Neck
+from mechanism.tolerance import Tolerance
 from mechanism.toleranced_numbers import TolerancedNumber, moved, toleranced_numbers
 from xneck_foundation.document_faults import described_faults
 from xneck_foundation.errors import Refused

@@ -14,6 +14,7 @@ from diagnosis.cause_share import cause_shares
 from diagnosis.detectability import Detectability
 from diagnosis.diagnose import Diagnosis
 from xneck_foundation.parameter import Parameter
+from xneck_foundation.unit_text import with_unit
 
 _MAX_ALIKE_WORDS = 3
 _MAX_DRAWING_WORDS = 4
@@ -138,7 +139,9 @@ def as_text(d: Diagnosis) -> str:
     for named, cause, parameters in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
         lines.append(f"  {cause.effect.name} ({cause.where.label}): {cause.effect.words}")
         lines += [
-            f"    {p.name}{'' if p.index is None else f'({p.index})'} = {p.value:.4g} +- {p.sigma:.2g} {p.unit}"
+            with_unit(
+                f"    {p.name}{'' if p.index is None else f'({p.index})'} = {p.value:.4g} +- {p.sigma:.2g}", p.unit
+            )
             for p in parameters
         ]
         others = [c.effect.name for c in named.tied if c.effect is not cause.effect]

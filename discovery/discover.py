@@ -15,6 +15,7 @@ from discovery.found_law import FoundLaw
 from discovery.problem import Candidate, Problem
 from discovery.search import MIN_BLOCKS, find_laws
 from xneck_foundation.errors import Refused
+from xneck_foundation.unit_text import product_unit
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -265,7 +266,7 @@ class _Arrays(Problem):
         for i, a in enumerate(lines):
             for b in lines[i + 1 :]:
                 basis = FineBasis.of([self.values[a] * self.values[b]], False)
-                unit = f"{UNITS.get(a, '1')} {UNITS.get(b, '1')}"
+                unit = product_unit(UNITS.get(a, "1"), UNITS.get(b, "1"))
                 out.append(Candidate("", (a, b), unit, "line", basis))
         return tuple(out)
 

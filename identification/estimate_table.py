@@ -4,6 +4,7 @@ import numpy as np
 
 from identification.estimates import MIN_UNBIASED_PROBABILITY, Estimates
 from identification.identifiability import durbin_wu_hausman
+from xneck_foundation.unit_text import printed_unit
 
 
 def as_text(estimates: Estimates) -> str:
@@ -16,7 +17,7 @@ def as_text(estimates: Estimates) -> str:
         words = (
             "" if verdict.identified else f"  not identified: {'; '.join(filter(None, [verdict.why, verdict.record]))}"
         )
-        lines.append(f"{label:{width}}{p.unit:9}{p.value:>12.5g} +- {sigma:8}{words}".rstrip())
+        lines.append(f"{label:{width}}{printed_unit(p.unit):9}{p.value:>12.5g} +- {sigma:8}{words}".rstrip())
     motor, arm = estimates.rms()
     lines.append(f"left of the motor equations {_listed(motor)} N, of the arm's {_listed(arm)} N m (rms)")
     _, probability = durbin_wu_hausman(estimates.solution)

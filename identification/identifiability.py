@@ -10,6 +10,7 @@ from identification.fasquelle.method import MAX_RELATIVE_SIGMA_PERCENT
 from identification.fitting import MAX_UNOBSERVED_SHARE, FitSolution, unobserved_projection
 from identification.unknowns import Unknown, Unknowns
 from mechanism.laws import LAWS, Law
+from xneck_foundation.unit_text import with_unit
 
 Array = NDArray[np.float64]
 
@@ -49,7 +50,7 @@ def _judged(u: Unknowns, solution: FitSolution, place: int, sigma: Array, correl
     entry, value, own_sigma = u.entries[place], float(solution.p[place]), float(sigma[place])
     record = entry.term.would_tell
     if solution.at_bound[place]:
-        return Identifiability(False, "bound", f"at its bound, {value:g} {entry.term.unit}", record)
+        return Identifiability(False, "bound", with_unit(f"at its bound, {value:g}", entry.term.unit), record)
     x0_at_bound = (
         entry.term.of == "cable" and entry.term.name in ELASTIC_TERMS and _x0_at_bound(u, solution, entry.index)
     )

@@ -1,12 +1,12 @@
 """neck.yaml: what the arm is made of, read strictly.
 
 Every length, mass, stiffness is checked against the magnitude it can have in SI units, so that millimetres given for
-metres are refused; all faults of a file are reported at once, each with its key's path.
+metres are refused; all faults of a file are reported at once, each with its key's path. The docstring of a key is what `xneck init`
+writes beside it, and what editors show of the JSON schema: meaning, unit, how to measure it.
 """
 
 from collections import Counter
 from itertools import pairwise
-from math import pi
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from mechanism.printed_markers import Markers
+from mechanism.tolerance import Tolerance
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
 from xneck_foundation.strict_yaml import Strict, read_yaml
 
 Length = Annotated[float, Field(ge=0.001, le=2.0)]
-Angle = Annotated[float, Field(ge=-pi, le=pi)]
 Word = Literal["right", "left", "right_through", "left_through", "strut", "strut_mirrored"]
 
 SIDE_OF = {
@@ -33,33 +34,41 @@ SIDE_OF = {
 
 
 class Bar(Strict):
-    """A diagonal bar: its mass and its inertia about its middle."""
+    """A diagonal bar, each of the two alike."""
 
     mass: Annotated[float, Field(ge=0, le=100)]
+    """kg, of one diagonal bar with all that moves with it; by a scale"""
     inertia: Annotated[float, Field(ge=0, le=10)]
+    """kg m^2, of one diagonal bar about its middle; mass L^2 / 12 for an even rod, else from CAD"""
 
 
 class Top(Strict):
-    """The top bar of a mechanism; `com` in the bar's frame (x along the bar), inertia about that point."""
+    """The top bar of a mechanism, which is the bottom bar of the next one."""
 
     mass: Annotated[float, Field(gt=0, le=100)]
+    """kg, of the top bar with its pulleys, axles and markers; by a scale"""
     inertia: Annotated[float, Field(ge=0, le=10)]
+    """kg m^2, of the top bar about its centre of mass; mass b^2 / 12 for an even rod, else from CAD"""
     com: tuple[Annotated[float, Field(ge=-1, le=1)], Annotated[float, Field(ge=-1, le=1)]] = (0.0, 0.0)
+    """m, centre of mass of the top bar from its middle: along the bar to the right, and up; balance it on an edge, or from CAD"""
 
 
 class Spring(Strict):
     """One spring."""
 
     stiffness: Annotated[float, Field(ge=0, le=1e6)]
+    """N/m, of each spring; hang two known weights on it: difference of force over difference of length"""
     free_length: Annotated[float, Field(ge=0, le=10)]
+    """m, length of a spring from hook to hook without force; of one wound with pretension, where its line of force meets zero"""
 
 
 class Springs(Spring):
-    """The two springs of a mechanism, one on each side, alike unless `right` says otherwise; with `slack` they cannot push."""
+    """The two springs of a mechanism, one on each side, alike unless `right` says otherwise."""
 
     slack: bool = False
+    """true where springs hang loose when they are shorter than free_length, false where they push then"""
     right: Spring | None = None
-    """the spring on the right, where it is not as the one on the left"""
+    """the spring on the right, where it is not as the one on the left: {stiffness: ..., free_length: ...}"""
 
     @property
     def sides(self) -> tuple[Spring, Spring]:
@@ -67,41 +76,21 @@ class Springs(Spring):
         return self, self.right or self
 
 
-class Tolerance(Strict):
-    """How well the numbers of the description are known, one standard deviation each; unless said as a workshop keeps them.
-
-    Relative to the number, but for `tilt` and `marker_angle`, rad.
-    """
-
-    mass: Annotated[float, Field(ge=0, le=1)] = 0.03
-    inertia: Annotated[float, Field(ge=0, le=1)] = 0.05
-    motor_inertia: Annotated[float, Field(ge=0, le=1)] = 0.1
-    stiffness: Annotated[float, Field(ge=0, le=1)] = 0.05
-    """of every spring by itself"""
-    free_length: Annotated[float, Field(ge=0, le=1)] = 0.01
-    length: Annotated[float, Field(ge=0, le=1)] = 0.002
-    """of L and b"""
-    pulley: Annotated[float, Field(ge=0, le=1)] = 0.01
-    drum: Annotated[float, Field(ge=0, le=1)] = 0.002
-    tilt: Annotated[float, Field(ge=0, le=pi)] = 0.3 * pi / 180
-    """of the base against gravity"""
-    marker_angle: Annotated[float, Field(ge=0, le=pi)] = 0.3 * pi / 180
-    """of the markers of one bar together against it, or of an angle's zero"""
-    friction_curve: Annotated[float, Field(ge=0, le=1)] = 0.01
-    """of dry friction: by how much its curve over speed may differ from the arc tangent (48)"""
-    cable_strands: Annotated[float, Field(ge=0, le=100)] = 0.05
-    """N: force by which strands that rub in a cable may lag behind its elongation"""
-
-
 class Mechanism(Strict):
     """One X-joint: an antiparallelogram of two bars of length b and two diagonals of length L."""
 
     L: Length
+    """m, length of the two diagonal bars from axle to axle; by a caliper"""
     b: Length
+    """m, length of the bottom and of the top bar from axle to axle; by a caliper"""
     r: Annotated[float, Field(ge=0, le=0.5)]
+    """m, radius of the pulleys on the bars' ends, to the middle of the cable: radius of the groove plus half the cable"""
     diagonal: Bar
+    """each of the two diagonal bars"""
     top: Top
+    """the top bar"""
     springs: Springs
+    """the springs on the left and on the right, from the end of the bottom bar to that of the top bar"""
 
     @model_validator(mode="after")
     def _pulleys_fit(self) -> "Mechanism":
@@ -115,12 +104,18 @@ class Mechanism(Strict):
 
 
 class Cable(Strict):
-    """A cable's way from the base up, its total length, section, and elongation x0 in the straight rest pose."""
+    """A cable, in the order of the motors."""
 
     route: Annotated[tuple[Word, ...], Field(min_length=1)]
+    """one word for each mechanism that the cable goes through, from the base up: right, left (ends at the upper pulley of that
+    side), right_through, left_through (goes on upwards on that side), strut, strut_mirrored (along the diagonal and back along
+    the top bar, then upwards on the right, or mirrored on the left)"""
     length: Annotated[float, Field(ge=0.01, le=100)]
+    """m, of the whole cable from the drum to its end, with the arm straight; by a tape"""
     section: Annotated[float, Field(ge=1e-9, le=1e-3)]
+    """m^2, cross-section that carries load; pi d^2 / 4 of its diameter d, less for a rope with gaps; elastic models 2, 3 use it"""
     x0: Annotated[float, Field(ge=-0.05, le=0.05)] = 0.0
+    """m, elongation of the cable when the arm stands straight at theta = 0; 0 where nobody knows: identify finds it"""
 
     @model_validator(mode="after")
     def _route_holds(self) -> "Cable":
@@ -137,93 +132,73 @@ class Cable(Strict):
 
 
 class Motor(Strict):
-    """A motor with its gear R, drum rd and rotor inertia Ia; the rest maps its encoder log into our convention."""
+    """A motor with its gear and drum, and what its encoder log says."""
 
     R: Annotated[float, Field(ge=0.1, le=1e4)]
+    """turns of the motor per turn of the drum; data sheet of the gear, 1 without a gear"""
     rd: Annotated[float, Field(ge=1e-4, le=1)]
+    """m, radius of the drum to the middle of the cable; wind ten turns and measure: length / (20 pi)"""
     Ia: Annotated[float, Field(ge=0, le=1)]
+    """kg m^2, inertia of all that turns with the motor's shaft, before the gear; data sheets of the rotor and of the gear"""
     counts: Annotated[int, Field(ge=1, le=2**31)]
+    """steps of the encoder per turn of the motor, as they are counted (four for each line of a quadrature encoder)"""
     theta_sign: Literal[-1, 1] = 1
+    """1 where theta grows as the cable is wound in, -1 where it grows as the cable is let out"""
     fv: Annotated[float, Field(ge=0, le=10)] | None = None
-    """viscous friction at the cable per motor speed, N s/rad, where it is known (from a run with the cables off, say)"""
+    """N s/rad, viscous friction at the cable per motor speed, where it is known; from a run with the cables off"""
     joint: str | None = None
-    """its name in a JointState log, with its topic before it (/joint_states/motor1) where several have it; without one, motor j is
-    the j-th joint"""
+    """name of the motor in a JointState log, with its topic before it (/joint_states/motor1) where several have it; without one,
+    motor j is the j-th joint"""
+    theta_column: Annotated[str, Field(min_length=1)] | None = None
+    """column of a CSV or Parquet log with the motor's angle; without one, theta1 is that of motor 1, and so on"""
+    f_column: Annotated[str, Field(min_length=1)] | None = None
+    """column of a CSV or Parquet log with the force, as commanded; without one, f1 is that of motor 1, and so on"""
     theta_scale: Annotated[float, Field(gt=0)] = 1.0
-    """rad on the motor side per unit in the log"""
+    """rad of the motor per unit of the logged angle: 1 for rad, 0.0174533 for degrees, 6.28319 / counts for counts"""
     f_scale: float = 1.0
-    """N on the cable per unit of effort in the log"""
+    """N on the cable per unit of the logged force: 1 for N, R / rd for N m of the motor"""
 
 
-WORKSHOP_DEPTH_SIGMA = 0.010
-"""m: how far from the arm's plane a marker sits, where nobody measured it (docs/thresholds.md)"""
-MEASURED_DEPTH_SIGMA = 0.001
-"""m, of a depth that was measured without saying how well (docs/thresholds.md)"""
+class LogFormat(Strict):
+    """How a CSV or Parquet log is written, where not as `time,theta1..thetaM,f1..fM` in seconds, rad and N."""
 
-
-class BarMarker(Strict):
-    """Where a marker sits: its middle `at` in its bar's frame, and its x axis' `angle` against the bar's.
-
-    A bar may lie before or behind the arm's plane, and its marker with it (`depth`).
-
-    Its bar is a horizontal one (`bar`: 0 is the base) or a diagonal one (`diagonal`: A2 is mechanism 2's from bottom left to
-    top right, B2 the one from bottom right to top left). A bar's frame has its origin at the bar's middle and x along it,
-    a diagonal's from its lower to its upper end.
-    """
-
-    id: Annotated[int, Field(ge=0, le=100_000)]
-    bar: Annotated[int, Field(ge=0)] | None = None
-    diagonal: Annotated[str, Field(pattern=r"^[AB][1-9][0-9]{0,2}$")] | None = None
-    at: tuple[Annotated[float, Field(ge=-1, le=1)], Annotated[float, Field(ge=-1, le=1)]] = (0.0, 0.0)
-    angle: Angle = 0.0
-    depth: Annotated[float, Field(ge=-0.5, le=0.5)] | None = None
-    """m from the arm's plane towards the camera, where it was measured"""
-    depth_sigma: Annotated[float, Field(gt=0, le=0.5)] | None = None
-    """m, of that measurement"""
-
-    @property
-    def depth_known(self) -> tuple[float, float]:
-        """What is known of the depth before any recording: its value and standard deviation, m."""
-        if self.depth is None:
-            return 0.0, self.depth_sigma or WORKSHOP_DEPTH_SIGMA
-        return self.depth, self.depth_sigma or MEASURED_DEPTH_SIGMA
+    time_column: Annotated[str, Field(min_length=1)] = "time"
+    """column with the time of each row"""
+    time_scale: Annotated[float, Field(gt=0)] = 1.0
+    """s per unit of that column: 1 for seconds, 0.001 for milliseconds, 1e-6 for microseconds, 1e-9 for nanoseconds"""
+    led_column: Annotated[str, Field(min_length=1)] = "led"
+    """column that is 1 while the light is on that the video shows; may be missing in the log"""
+    separator: Literal[",", ";", "\t", "|"] = ","
+    """what stands between the columns of a CSV"""
+    decimal: Literal[".", ","] = "."
+    """what stands before the decimals of a CSV's numbers"""
 
     @model_validator(mode="after")
-    def _one_bar(self) -> "BarMarker":
-        if (self.bar is None) == (self.diagonal is None):
-            found = "neither" if self.bar is None else f"bar: {self.bar} and diagonal: {self.diagonal}"
-            raise ValueError(f"expected either `bar` or `diagonal`, found {found}")
+    def _separators_differ(self) -> "LogFormat":
+        if self.separator == self.decimal:
+            raise ValueError("separator and decimal are both a comma: the file must tell columns from decimals")
         return self
-
-    @property
-    def mechanism(self) -> int | None:
-        """Number of the mechanism, from 1, whose diagonal bar carries the marker; None on a horizontal bar."""
-        return None if self.diagonal is None else int(self.diagonal[1:])
-
-    @property
-    def place(self) -> str:
-        """The bar in words: `bar 1`, `diagonal A2`."""
-        return f"bar {self.bar}" if self.diagonal is None else f"diagonal {self.diagonal}"
-
-
-class Markers(Strict):
-    """The printed markers: all of one dictionary and size (side of the black square)."""
-
-    dictionary: str
-    size: Annotated[float, Field(ge=0.002, le=1.0)]
-    on_bars: Annotated[tuple[BarMarker, ...], Field(min_length=1, max_length=4096)]
 
 
 class Neck(Strict):
     """The whole arm, as neck.yaml states it (contract; symbols are Fasquelle's)."""
 
     xneck: Literal[1]
+    """version of this format"""
     gravity: tuple[Annotated[float, Field(ge=-30, le=30)], Annotated[float, Field(ge=-30, le=30)]] = (0.0, -9.81)
+    """m/s^2, in the frame of the base bar: x to the right, y up; [0.0, -9.81] where the base is level and the arm stands on it"""
     mechanisms: Annotated[tuple[Mechanism, ...], Field(min_length=1, max_length=100)]
+    """from the base up"""
     cables: Annotated[tuple[Cable, ...], Field(min_length=1, max_length=200)]
+    """in the order of the motors"""
     motors: Annotated[tuple[Motor, ...], Field(min_length=1, max_length=200)]
+    """one for each cable"""
     markers: Markers | None = None
+    """the printed markers; leave it out where the joint angles come from elsewhere"""
+    log: LogFormat = LogFormat()
+    """how the log is written, where its columns have other names than time,theta1..thetaM,f1..fM; `xneck logs FILE` says it"""
     tolerance: Tolerance = Tolerance()
+    """how well these numbers are known, one standard deviation each; what is left out is known as a workshop keeps it"""
 
     @model_validator(mode="after")
     def _parts_agree(self) -> "Neck":
@@ -236,9 +211,10 @@ class Neck(Strict):
             faults += beyond
         elif beyond:
             faults.append(f"mechanisms: {n} are too few, in {len(beyond)} places: {beyond[0]}")
-        named = [m.joint for m in self.motors if m.joint is not None]
-        if named and (len(named) != len(self.motors) or len(set(named)) != len(named)):
-            faults.append("motors[].joint: give every motor a name of its own, or none")
+        for key in ("joint", "theta_column", "f_column"):
+            named = [name for motor in self.motors if (name := getattr(motor, key)) is not None]
+            if named and (len(named) != len(self.motors) or len(set(named)) != len(named)):
+                faults.append(f"motors[].{key}: give every motor a name of its own, or none")
         ids = Counter(m.id for m in self.markers.on_bars) if self.markers else Counter[int]()
         repeated = [str(i) for i in sorted(ids) if ids[i] > 1]
         if repeated:

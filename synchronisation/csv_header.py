@@ -3,8 +3,14 @@
 import re
 from collections.abc import Sequence
 
+from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
 from xneck_foundation.spelling import likely_spelling, quoted
+
+
+class ColumnsMissing(Refused):
+    """A table has other columns than those that are read."""
+
 
 SEPARATORS = ((";", "semicolons"), ("\t", "tabs"), ("|", "bars"))
 

@@ -4,27 +4,45 @@ import csv
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series
-from synchronisation.csv_header import missing_columns, spelled_otherwise
+from synchronisation.csv_header import ColumnsMissing, missing_columns, spelled_otherwise
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted
 
 Array = NDArray[np.float64]
 
+
+@dataclass(frozen=True)
+class CsvFormat:
+    """How a CSV is written."""
+
+    time_column: str = "time"
+    separator: str = ","
+    decimal: str = "."
+
+
+PLAIN = CsvFormat()
+
+
 _ROWS_AT_ONCE = 50_000
 """rows that are held as Python's numbers, which take ten times as much memory"""
 
 
 def read_table(
-    path: str | Path, required: Sequence[str], optional: Sequence[str] = (), max_rows: int | None = None
+    path: str | Path,
+    required: Sequence[str],
+    optional: Sequence[str] = (),
+    written: CsvFormat = PLAIN,
+    max_rows: int | None = None,
 ) -> Series:
-    """Columns `time`, all of `required`, and those of `optional` that the file has; empty cells are NaN.
+    """The time's column, all of `required`, and those of `optional` that the file has; empty cells are NaN.
 
     max_rows: more are refused, before they are all in memory.
 
@@ -34,11 +52,11 @@ def read_table(
     check_input(path)
     try:
         with path.open(newline="", encoding="utf-8-sig") as stream:
-            rows = csv.reader(stream)
+            rows = csv.reader(stream, delimiter=written.separator)
             header = [cell.strip() for cell in next(rows, [])]
             if not header:
                 raise Refused(path, "is empty", "expected a header and rows of numbers")
-            at = table_columns(path, header, rows, ("time", *required), optional)
+            at = table_columns(path, header, rows, (written.time_column, *required), optional)
             places, table, rows_before = list(at.values()), list[list[float]](), 0
             columns = {name: list[Array]() for name in at}
             for number, row in enumerate(rows, start=2):
@@ -48,6 +66,8 @@ def read_table(
                     raise Refused(
                         path, f"row {number} has {len(row)} cells, the header {len(header)}", "is it half-written?"
                     )
+                if written.decimal != ".":
+                    row = [cell.replace(written.decimal, ".") for cell in row]
                 try:
                     table.append(row_numbers([row[k] for k in places]))
                 except ValueError:
@@ -72,7 +92,7 @@ def read_table(
     _add_rows(columns, table)
     # column by column, each given up in its pieces as it is joined: not all is there twice
     joined = {name: np.concatenate(columns.pop(name)) for name in at}
-    return Series(joined.pop("time"), joined)
+    return Series(joined.pop(written.time_column), joined)
 
 
 def _add_rows(columns: Mapping[str, list[Array]], table: Sequence[Sequence[float]]) -> None:
@@ -88,9 +108,9 @@ def table_columns(
     """Places of the columns that are read, by name. Raises Refused where one is missing, or any stands twice."""
     places = {name: k for k, name in enumerate(header)}
     if any(name not in places for name in required):
-        raise Refused(path, *missing_columns(header, next(rows, []), required))
+        raise ColumnsMissing(path, *missing_columns(header, next(rows, []), required))
     if otherwise := spelled_otherwise(header, optional):
-        raise Refused(path, *missing_columns(header, next(rows, []), tuple(otherwise)))
+        raise ColumnsMissing(path, *missing_columns(header, next(rows, []), tuple(otherwise)))
     if len(places) < len(header):
         name, count = Counter(header).most_common(1)[0]
         raise Refused(path, f"has the column {quoted(name)} {count} times", "name each column once")

@@ -7,11 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series, check_size, check_time, numbered_columns
-from identification.files import joint_state
+from identification.files import joint_state, ros_bag
 from identification.files.joint_state import JointStateChannel
 from mechanism.description import Neck
-from synchronisation.csv_table import read_table
+from synchronisation.csv_header import ColumnsMissing
+from synchronisation.csv_table import CsvFormat, read_table
 from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
+from synchronisation.parquet_table import read_parquet
 from synchronisation.time_stamps import check_log_rate, check_time_unit, sampling_step
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
@@ -19,6 +21,8 @@ from xneck_foundation.recovery import warn_recovered
 
 Array = NDArray[np.float64]
 
+LOG_SUFFIXES = (".csv", ".parquet", ".mcap", ".bag", ".db3")
+"""of logs that are read"""
 LED = "led"
 """column of a log, or joint of an MCAP, that says whether the light was on"""
 MAX_LOGGED_MAGNITUDE = 1e9
@@ -31,7 +35,7 @@ _SHOWN = 60
 
 
 def read_log(path: str | Path, neck: Neck) -> Series:
-    """Columns theta1..M (rad, motor side, winding in positive) and f1..M (N) of a CSV or of an MCAP with JointState.
+    """Columns theta1..M (rad, motor side, winding in positive) and f1..M (N) of a CSV, Parquet, MCAP or ROS bag.
 
     A log without any f is accepted: then its clock is known to a few milliseconds only and nothing can be identified.
     A column `led` (in an MCAP the position of a joint of that name), 0 or 1, says whether a light was on that the video shows.
@@ -41,31 +45,63 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     path = Path(path)
     if path.suffix == ".mcap":
         return motor_log(motor_channel(joint_state.read(path).logs, neck, path), neck, path)
+    if path.suffix in ros_bag.SUFFIXES:
+        return motor_log(motor_channel(ros_bag.read_bag(path), neck, path), neck, path)
     required, optional = log_columns(neck)
-    series = read_table(path, required, optional, max_rows=MAX_LOG_ROWS)
+    if path.suffix == ".parquet":
+        series = read_parquet(path, required, optional, neck.log.time_column)
+    else:
+        try:
+            series = read_table(path, required, optional, csv_format(neck), MAX_LOG_ROWS)
+        except ColumnsMissing as lack:
+            raise Refused(path, lack.what, f"{lack.do}; or let `xneck logs {path.name}` map it") from lack
     check_columns(path, series.columns, neck)
-    return motor_log(series, neck, path)
+    return motor_log(mapped_columns(series, neck), neck, path)
+
+
+def csv_format(neck: Neck) -> CsvFormat:
+    """How neck.yaml says that a CSV is written."""
+    return CsvFormat(neck.log.time_column, neck.log.separator, neck.log.decimal)
 
 
 def log_columns(neck: Neck) -> tuple[list[str], list[str]]:
-    """The columns that a CSV must have beside `time`, and those that are looked for."""
-    numbers = range(1, neck.M + 1)
-    return [f"theta{j}" for j in numbers], [*(f"f{j}" for j in numbers), LED, f"theta{neck.M + 1}"]
+    """The columns that a table must have beside its time, and those that are looked for, as neck.yaml names them."""
+    angles, forces = _named_columns(neck)
+    further = [] if neck.motors[0].theta_column else [f"theta{neck.M + 1}"]
+    if neck.motors[0].f_column:
+        return [*angles, *forces], [neck.log.led_column, *further]
+    return angles, [*forces, neck.log.led_column, *further]
+
+
+def _named_columns(neck: Neck) -> tuple[list[str], list[str]]:
+    """The columns of the motors' angles, and of their forces."""
+    angles = [motor.theta_column or f"theta{j + 1}" for j, motor in enumerate(neck.motors)]
+    return angles, [motor.f_column or f"f{j + 1}" for j, motor in enumerate(neck.motors)]
 
 
 def check_columns(path: Path, columns: Collection[str], neck: Neck) -> None:
-    """Raises Refused where a CSV has columns of more motors than neck.yaml, or forces of some only."""
-    m = neck.M
-    further = f"theta{m + 1}"
-    if further in columns:
-        raise Refused(path, f"has {further}, and neck.yaml has {m} motors", "is it this arm's neck.yaml?")
-    missing = [name for j in range(m) if (name := f"f{j + 1}") not in columns]
-    if 0 < len(missing) < m:
+    """Raises Refused where a table has columns of more motors than neck.yaml, or forces of some only."""
+    further = f"theta{neck.M + 1}"
+    if further in columns and not neck.motors[0].theta_column:
+        raise Refused(path, f"has {further}, and neck.yaml has {neck.M} motors", "is it this arm's neck.yaml?")
+    missing = [name for name in _named_columns(neck)[1] if name not in columns]
+    if 0 < len(missing) < neck.M:
         raise Refused(
             path,
             f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
             "log the forces of all motors, or of none",
         )
+
+
+def mapped_columns(series: Series, neck: Neck) -> Series:
+    """Columns theta, f and led of a table, whose columns are called as neck.yaml says; time in s."""
+    angles, forces = _named_columns(neck)
+    columns = numbered_columns("theta", np.column_stack([series.columns[name] for name in angles]))
+    if forces[0] in series.columns:
+        columns |= numbered_columns("f", np.column_stack([series.columns[name] for name in forces]))
+    if neck.log.led_column in series.columns:
+        columns[LED] = series.columns[neck.log.led_column]
+    return Series(series.time * neck.log.time_scale, columns)
 
 
 def motor_log(series: Series, neck: Neck, path: Path) -> Series:

@@ -47,7 +47,8 @@ def check_time_unit(time: Array, where: str, what: str) -> None:
         )
     for name, unit in UNITS:
         if MIN_STEP_S <= step * unit <= MAX_STEP_S:
-            raise Refused(where, f"time is in {name}: {follow}", f"multiply time by {unit:g}")
+            by_neck = f", or write log: {{time_scale: {unit:g}}} into neck.yaml" if what == "rows" else ""
+            raise Refused(where, f"time is in {name}: {follow}", f"multiply time by {unit:g}{by_neck}")
     raise Refused(where, follow, f"write seconds, and at least {1 / MAX_STEP_S:g} {what} in each")
 
 

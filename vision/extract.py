@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from calibration.camera import Camera
 from calibration.dictionaries import marker_cells
 from identification.dataset.series import Series
-from mechanism.description import Markers, Neck, markers_of
+from mechanism.description import Neck, markers_of
+from mechanism.printed_markers import Markers
 from synchronisation.angles import Angles
 from vision.frame_quality import angle_gaps, frame_quality
 from vision.light_patch import LightPatch

@@ -17,7 +17,7 @@ from calibration.dictionaries import marker_cells
 from identification.dataset.dataset_file import export_series
 from identification.dataset.series import Series
 from identification.files import joint_state
-from mechanism.description import BarMarker, Markers
+from mechanism.printed_markers import BarMarker, Markers
 from vision.extract import refuse_other_size
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.markers.detection import MarkerDetector

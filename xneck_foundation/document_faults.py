@@ -55,10 +55,38 @@ def _at(document: Any, place: Sequence[str | int]) -> Any:
 
 def _keys(kind: type[BaseModel], place: Sequence[str | int]) -> list[str]:
     """Names of the keys that may stand at a path of a document."""
+    return list(_model_at(kind, place).model_fields)
+
+
+def _model_at(kind: type[BaseModel], place: Sequence[str | int]) -> type[BaseModel]:
+    """The model of what stands at a path of a document."""
     for part in place:
         if isinstance(part, str):
             kind = next(_models(kind.model_fields[part].annotation))
-    return list(kind.model_fields)
+    return kind
+
+
+def _belongs(kind: type[BaseModel], loc: Sequence[str | int]) -> str | None:
+    """Where an unknown key at a path may stand, if there is one place of least depth: below where it is, or in the document."""
+    *above, key = loc
+    inside = "".join("[]" if isinstance(part, int) else f".{part}" for part in above).removeprefix(".")
+    for model, start in ((_model_at(kind, above), f"{inside}." if inside else ""), (kind, "")):
+        places = sorted(_places(model, key, start), key=lambda place: place.count("."))
+        if places and (len(places) == 1 or places[0].count(".") < places[1].count(".")):
+            return places[0]
+    return None
+
+
+def _places(kind: type[BaseModel], key: str | int, above: str = "") -> list[str]:
+    """Where in a document a key of that name may stand, such as `mechanisms[].springs`."""
+    found = []
+    for name, field in kind.model_fields.items():
+        for model in _models(field.annotation):
+            listed_there = "tuple" in str(field.annotation).split(model.__name__)[0]
+            place = f"{above}{name}{'[]' * listed_there}"
+            found += [place] if key in model.model_fields else []
+            found += _places(model, key, f"{place}.")
+    return found
 
 
 def _models(annotation: Any) -> Iterator[type[BaseModel]]:
@@ -80,11 +108,18 @@ def _fault(error: Any, meant: Mapping[Path, str], kind: type[BaseModel]) -> str:
     if error["type"] == "extra_forbidden":
         if error["loc"] in meant:
             return f"{place}: unknown key, did you mean {meant[error['loc']]}?"
+        if elsewhere := _belongs(kind, error["loc"]):
+            return f"{place}: unknown key here, it belongs to {elsewhere}"
         return f"{place}: unknown key, valid: {listed(_keys(kind, error['loc'][:-1]), limit=_SHOWN)}"
     message = error["msg"].removeprefix("Value error, ")
     message = message.replace("Input should be", "expected")
-    message = message[0].lower() + message[1:]
+    if message[1:2].islower():  # a sentence; L and b stay as they are
+        message = message[0].lower() + message[1:]
+    if error["type"] == "model_type":
+        message = "expected keys and values"
     found = error["input"]
+    if found is None:
+        return f"{place}: {message}, found nothing"
     if isinstance(found, dict | list | BaseModel):
         return f"{place}: {message}"
     hint = ""

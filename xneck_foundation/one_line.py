@@ -28,6 +28,11 @@ def shortened(text: str, limit: int, head: float = 0.6) -> str:
     return text[:before] + mark + text[len(text) - (limit - len(mark) - before) :]
 
 
+def counted(count: int, word: str) -> str:
+    """`1 cable`, `6 cables`."""
+    return f"{count} {word}{'' if count == 1 else 's'}"
+
+
 def listed(words: Iterable[str], separator: str = ", ", limit: int = LIST_CHARACTERS) -> str:
     """`words` up to about `limit` characters, at least one of them, and how many more there are: `a, b, ... and 17 more`."""
     words = list(words)

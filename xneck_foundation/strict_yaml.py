@@ -1,7 +1,12 @@
-"""Strict YAML: scalars by YAML 1.2, no duplicate or unknown keys, and all faults of a file in one refusal."""
+"""Strict YAML: scalars by YAML 1.2, no duplicate or unknown keys, and all faults of a file in one refusal.
+
+What is alike may be said once: an anchor (`&motor`) names a value, an alias (`*motor`) stands for it, and a merge key
+(`<<: *motor`) takes its keys over, of which others may be given beside it. A document counts with its aliases written out.
+"""
 
 import json
 import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -14,7 +19,8 @@ from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted
 
 _MAX_BYTES = 1_000_000
-"""largest file: ours are some kB, and as many bytes are parsed in seconds (docs/thresholds.md)"""
+"""largest file, and most characters of its values with aliases written out: ours are some kB, and as many bytes are parsed in
+seconds (docs/thresholds.md)"""
 _MAX_DEPTH = 20
 """deepest nesting: ours are four deep (docs/thresholds.md)"""
 _MAX_VALUES = 50_000
@@ -23,52 +29,99 @@ _MAX_DIGITS = 400
 """longest whole number: more than the largest that a computer reckons with has (docs/thresholds.md)"""
 
 
+_TEXT, _MERGE = "tag:yaml.org,2002:str", "tag:yaml.org,2002:merge"
+
+
 class Strict(BaseModel):
     """Base of everything read from YAML: frozen, no unknown keys, finite numbers, no text taken for a number."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, strict=True, use_attribute_docstrings=True
+    )
 
 
 M = TypeVar("M", bound=BaseModel)
 
 
-class _Loader(yaml.SafeLoader):
-    """YAML 1.2's idea of scalars; duplicate keys, aliases and tags refused."""
+@dataclass(frozen=True)
+class _Size:
+    """What a value comes to with its aliases written out."""
 
-    depth = 0
-    values = 0
+    values: int
+    """keys and values in it, itself included"""
+    characters: int
+    depth: int
+    """levels that it has, itself included"""
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML 1.2's idea of scalars, aliases and merge keys; duplicate keys and tags refused."""
+
+    def __init__(self, stream: str) -> None:
+        super().__init__(stream)
+        self.depth = self.values = self.characters = 0
+        self.sizes: dict[yaml.Node, _Size] = {}
+        """of every value that is complete"""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         event = self.peek_event()
         if self.check_event(yaml.AliasEvent):
-            raise _at(event, "aliases are not read")
+            return self._compose_alias(event, parent, index)
         if event.tag is not None:
             raise _at(event, f"tags such as {quoted(event.tag)} are not read")
-        if self.depth == _MAX_DEPTH:
-            raise _at(event, f"nested more than {_MAX_DEPTH} deep")
-        self.values += 1
-        if self.values > _MAX_VALUES:
-            raise _at(event, f"more than {_MAX_VALUES} keys and values")
+        values, characters = self.values, self.characters
+        self._count(event, _Size(1, len(getattr(event, "value", "")), 1))
         self.depth += 1
-        node = super().compose_node(parent, index)
+        node: Any = super().compose_node(parent, index)
         self.depth -= 1
+        deepest = max((self.sizes[child].depth for child in _children(node)), default=0)
+        self.sizes[node] = _Size(self.values - values, self.characters - characters, deepest + 1)
         return node
 
-    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
-        keys: set[Any] = set()
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, str):
-                raise _at(key_node, f"key {quoted(str(key))} is not text")
-            if key in keys:
-                raise _at(key_node, f"key {quoted(key)} stands twice")
-            keys.add(key)
-        return super().construct_mapping(node, deep)
+    def _compose_alias(self, event: Any, parent: Any, index: Any) -> Any:
+        """The value of an alias; it counts as if it were written out there."""
+        node = super().compose_node(parent, index)
+        if node not in self.sizes:
+            raise _at(event, f"*{event.anchor} stands within what it stands for")
+        self._count(event, self.sizes[node])
+        return node
+
+    def _count(self, event: Any, size: _Size) -> None:
+        """Adds a value at an event to what the document comes to."""
+        self.values += size.values
+        self.characters += size.characters
+        if self.depth + size.depth > _MAX_DEPTH:
+            raise _at(event, f"nested more than {_MAX_DEPTH} deep")
+        if self.values > _MAX_VALUES:
+            raise _at(event, f"more than {_MAX_VALUES} keys and values")
+        if self.characters > _MAX_BYTES:
+            raise _at(event, f"more than {_MAX_BYTES} characters with aliases written out")
+
+    def compose_mapping_node(self, anchor: Any) -> yaml.MappingNode:
+        node = super().compose_mapping_node(anchor)
+        keys: set[str] = set()
+        for key, value in node.value:
+            if key.tag not in (_TEXT, _MERGE):
+                shown = key.value if isinstance(key, yaml.ScalarNode) else "that is none"
+                raise _at(key, f"key {quoted(shown)} is not text")
+            if key.value in keys:
+                raise _at(key, f"key {quoted(key.value)} stands twice")
+            if key.tag == _MERGE and not isinstance(value, yaml.MappingNode):
+                raise _at(value, "<< takes over one group of keys, such as <<: *motor")
+            keys.add(key.value)
+        return node
 
     def construct_whole_number(self, node: Any) -> int:
         if len(node.value) > _MAX_DIGITS:
             raise _at(node, f"a number of {len(node.value)} digits")
         return int(node.value)
+
+
+def _children(node: Any) -> list[Any]:
+    """The values that are directly in a node, with keys."""
+    if isinstance(node, yaml.ScalarNode):
+        return []
+    return [child for entry in node.value for child in (entry if isinstance(entry, tuple) else (entry,))]
 
 
 def _at(place: Any, problem: str) -> yaml.MarkedYAMLError:
@@ -80,6 +133,7 @@ _Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_whole_number)
 # PyYAML's own resolvers read 1e-3 as text, 012 as 10, 1:30 as 90, on as True: replaced by YAML 1.2's core schema
 _Loader.yaml_implicit_resolvers = {}
 for _tag, _pattern, _first in (
+    ("merge", r"<<", "<"),
     ("bool", r"true|True|TRUE|false|False|FALSE", "tTfF"),
     ("null", r"~|null|Null|NULL|", ["~", "n", "N", ""]),
     ("int", r"[-+]?(0|[1-9][0-9]*)", "-+0123456789"),

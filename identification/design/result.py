@@ -8,6 +8,7 @@ from identification.design.information import AngleNoise
 from identification.design.search import DesignedMotion
 from identification.design.trajectory import MotionLimits, Trajectory
 from identification.identifiability import term_label
+from xneck_foundation.unit_text import with_unit
 
 
 def motion_series(motion: Trajectory) -> Series:
@@ -58,7 +59,7 @@ def as_text(design: DesignedMotion) -> str:
     for i in design.target.chosen:
         e = u.entries[i]
         share = f" ({100 * design.sigma[i] / abs(p[i]):.2g} %)" if p[i] else ""
-        lines.append(f"  {term_label(e):8} {p[i]:10.6g} +- {design.sigma[i]:.2g} {e.term.unit}{share}")
+        lines.append(with_unit(f"  {term_label(e):8} {p[i]:10.6g} +- {design.sigma[i]:.2g}", e.term.unit) + share)
     angles = ", ".join(f"{math.degrees(a):.1f}" for a in reached["alpha_rad"])  # type: ignore[union-attr]
     lines.append(
         f"  angles up to {angles} deg, motors {reached['motor_speed_rad_s']:.0f} rad/s, "

@@ -6,7 +6,7 @@ from synchronisation.check.exchanges import Exchange
 from synchronisation.check.fault_search import NamedFault
 from synchronisation.check.faults import FAULTS
 
-_SHOWN = {"rad": (57.29578, "deg"), "1": (100.0, "%"), "m": (1e3, "mm"), "s": (1e3, "ms")}
+SHOWN_UNITS = {"rad": (57.29578, "deg"), "1": (100.0, "%"), "m": (1e3, "mm"), "s": (1e3, "ms")}
 """factor and unit in which a size is shown to people, by the unit of the record"""
 
 
@@ -49,7 +49,7 @@ def usable(faults: tuple[dict[str, Any], ...]) -> bool | str:
 
 def sentence(fault: dict[str, Any]) -> str:
     """One fault, its size, what else it could be, and what to do."""
-    factor, unit = _SHOWN.get(fault["unit"], (1.0, fault["unit"]))
+    factor, unit = SHOWN_UNITS.get(fault["unit"], (1.0, fault["unit"]))
     size = f"{factor * fault['size']:.3g} {unit} +- {factor * fault['sigma']:.2g}"
     when = f" at {fault['when_s']:.2f} s" if "when_s" in fault else ""
     others = "".join(f", or {o['fault']} of {o['where']}" for o in fault.get("or", []))

@@ -31,6 +31,8 @@ MAX_PERMUTED_JOINTS = 4
 MOVING_SHARE = 0.1
 """a cable moves if its speed's standard deviation is more than this share of the fastest one's (docs/thresholds.md)"""
 
+ALL_AGAINST = "all theta run against the camera (theta_sign of every motor, or a mirrored picture)"
+
 
 def check_labels(
     arm: Arm, time: Array, alpha: Array, video: CableSpeeds, log: CableSpeeds, alignment: CoarseAlignment
@@ -88,7 +90,7 @@ def _best_exchange(arm: Arm, time: Array, alpha: Array, log: CableSpeeds) -> tup
     for order, signs in _angle_exchanges(arm.N):
         video = cable_speeds(time, cable_winding(arm, alpha[:, list(order)] * signs))
         correlation, pairs = _paired(video.values, log.values)
-        words = _words(order, signs, pairs)
+        words = exchange_words(order, signs, pairs)
         tried.append((correlation, len(words), "; ".join(words)))
     best = max(correlation for correlation, _, _ in tried)
     good = sorted(
@@ -118,12 +120,12 @@ def _paired(a: Array, b: Array) -> tuple[float, list[tuple[int, int]]]:
     return float(np.mean(np.abs(table[rows, columns]))), pairs
 
 
-def _words(order: tuple[int, ...], signs: Array, pairs: list[tuple[int, int]]) -> list[str]:
+def exchange_words(order: tuple[int, ...], signs: Array, pairs: list[tuple[int, int]]) -> list[str]:
     """What an exchange of angles and a pairing of cables changes, a clause each."""
     n, columns = len(order), [k for k, _ in pairs]
     words = [f"angles are in the order {', '.join(str(i + 1) for i in order)}"] if order != (*range(n),) else []
     if np.all(signs < 0):
-        words.append("all theta run against the camera (theta_sign of every motor, or a mirrored picture)")
+        words.append(ALL_AGAINST)
     else:
         words += [f"alpha{i + 1} has the wrong sign" for i in range(n) if signs[i] < 0]
     moved = [j for j, k in enumerate(columns) if k != j]
@@ -131,8 +133,7 @@ def _words(order: tuple[int, ...], signs: Array, pairs: list[tuple[int, int]]) -
         words.append(f"theta{moved[0] + 1} and theta{moved[1] + 1} are swapped")
     elif moved:
         words.append(f"theta columns are in the order {', '.join(str(k + 1) for k in columns)}")
-    return words + [
-        f"theta{j + 1} runs against the camera (theta_sign of motors[{j}])"
-        for j, (_, sign) in enumerate(pairs)
-        if sign < 0
-    ]
+    against = [j for j, (_, sign) in enumerate(pairs) if sign < 0]
+    if len(against) == len(pairs) > 1 and not np.all(signs < 0):
+        return [*words, ALL_AGAINST]
+    return words + [f"theta{j + 1} runs against the camera (theta_sign of motors[{j}])" for j in against]

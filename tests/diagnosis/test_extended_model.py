@@ -14,7 +14,8 @@ from diagnosis.hypothesis import as_described
 from diagnosis.linearisation import base_unknowns, corrected_signals, linearise
 from diagnosis.nuisances import nuisances_at
 from identification.whitening import Whitener
-from mechanism.description import Tolerance, read_neck
+from mechanism.description import read_neck
+from mechanism.tolerance import Tolerance
 from tests.identification.test_estimates import recording
 from tests.paths import NECK_FILE
 

@@ -13,7 +13,7 @@ import pytest
 
 from benchmarks.thresholds.record import read_record
 from benchmarks.tuned_seeds import TUNED_SEEDS, TUNED_WORLDS
-from mechanism.description import Tolerance
+from mechanism.tolerance import Tolerance
 from tests.docs.pages import PAGES
 
 ROOT = Path(__file__).parents[2]

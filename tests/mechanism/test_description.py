@@ -8,7 +8,8 @@ import pytest
 import yaml
 
 from mechanism.arm import arm_of
-from mechanism.description import Tolerance, read_neck
+from mechanism.description import read_neck
+from mechanism.tolerance import Tolerance
 from tests.paths import NECK_FILE
 from xneck_foundation.errors import Refused
 
@@ -47,6 +48,12 @@ def test_the_sample_is_read() -> None:
         ({"mechanisms__0__r": 0.026}, ["mechanisms[0]", "do not fit"]),
         ({"mechanisms__0__L": 0.0502}, ["mechanisms[0]", "do not fit"]),
         ({"mechanisms__0__mass": 1.0}, ["mechanisms[0].mass: unknown key"]),
+        (
+            {"mechanisms__1__stiffness": 400.0},
+            ["mechanisms[1].stiffness: unknown key here, it belongs to mechanisms[].springs"],
+        ),
+        ({"motors__0__size": 0.03}, ["motors[0].size: unknown key here, it belongs to markers"]),
+        ({"at": [0, 0]}, ["at: unknown key here, it belongs to markers.on_bars[]"]),
         ({"mechanisms__2__springs__stiffness": None}, ["mechanisms[2].springs.stiffness: missing"]),
         ({"cables__0__route": ["upwards"]}, ["cables[0].route[0]", "'right'"]),
         ({"cables__1__route": ["right", "right"]}, ["cables[1]", "only be the last"]),

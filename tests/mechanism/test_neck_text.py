@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from mechanism.description import BarMarker, read_neck
+from mechanism.description import read_neck
 from mechanism.neck_text import neck_text
+from mechanism.printed_markers import BarMarker
 from tests.paths import NECK_FILE
 
 FILE = NECK_FILE

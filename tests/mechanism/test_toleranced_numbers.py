@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mechanism.arm import Arm, arm_of
-from mechanism.description import Spring, Tolerance, read_neck
+from mechanism.description import Spring, read_neck
+from mechanism.tolerance import Tolerance
 from mechanism.toleranced_numbers import moved, tilted, toleranced_numbers, with_springs_apart
 from tests.paths import NECK_FILE
 

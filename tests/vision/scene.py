@@ -5,7 +5,8 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 
-from mechanism.description import BarMarker, Neck
+from mechanism.description import Neck
+from mechanism.printed_markers import BarMarker
 from samples.generator.camera import SAMPLE_CAMERA
 from samples.generator.linkage import Bars, solve
 

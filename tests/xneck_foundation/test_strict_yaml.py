@@ -1,6 +1,7 @@
 """Configuration files mean what a person reads in them, and say all that is wrong at once."""
 
 import re
+import time
 from pathlib import Path
 from typing import Annotated
 
@@ -38,7 +39,13 @@ def test_what_yaml_1_1_turned_into_surprises_stays_text(text: str) -> None:
     ("text", "word"),
     [
         ("a: 1\na: 2", "stands twice"),
-        ("a: &x [1]\nb: *x", "aliases"),
+        ("a: *x", "undefined alias"),
+        ("a: &x [*x]", "within what it stands for"),
+        ("a: &x {<<: *x}", "within what it stands for"),
+        ("a: {<<: [1]}", "takes over one group of keys"),
+        ("a: &x {b: 1}\nc: {<<: *x, <<: *x}", "stands twice"),
+        ("a: &x {b: 1}\nc: {<<: *x, d: 1, d: 2}", "stands twice"),
+        ("? [1]\n: 2", "not text"),
         ("a: [1", "line"),
         ("1: 2", "not text"),
         ("a: !!python/object:os.system x", "tags such as"),
@@ -49,6 +56,42 @@ def test_what_yaml_1_1_turned_into_surprises_stays_text(text: str) -> None:
 def test_ambiguous_or_dangerous_yaml_is_refused_with_its_line(text: str, word: str) -> None:
     with pytest.raises(Refused, match=word):
         parse_yaml(text, "file.yaml")
+
+
+def test_what_is_alike_is_said_once() -> None:
+    """An alias stands for a value, a merge key takes keys over; those beside it go before, wherever they stand."""
+    text = "m:\n  - &a {R: 1, b: [1, 2]}\n  - *a\n  - {R: 3, <<: *a}\n  - &b {<<: *a, c: 4}\n  - {<<: *b, b: 5}"
+    a = {"R": 1, "b": [1, 2]}
+    assert parse_yaml(text, "x") == {"m": [a, a, a | {"R": 3}, a | {"c": 4}, a | {"c": 4, "b": 5}]}
+
+
+def chain(first: str, next_one: str, count: int) -> str:
+    """Lines of which each is made of the one before."""
+    lines = [f"a0: &a0 {first}", *(f"a{i}: &a{i} {next_one.replace('*', f'*a{i - 1}')}" for i in range(1, count))]
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        (chain("[x, x, x, x, x, x, x, x, x, x]", "[*, *, *, *, *, *, *, *, *, *]", 30), "keys and values"),
+        (chain("{k: 1, l: 2}", "{<<: *, x: {<<: *}, y: *}", 12), "keys and values"),
+        ("a: &a " + "x" * 300_000 + "\nb: [*a, *a, *a]", "characters with aliases written out"),
+        (chain("[1]", "[*]", 30), "nested more than"),
+        ("[" * 10 + "&a [[[[[[[[1]]]]]]]], *a" + "]" * 10, None),
+        ("[" * 15 + "&a [[[[1]]]], [[*a]]" + "]" * 15, "nested more than"),
+    ],
+    ids=["values", "merged values", "characters", "depth", "as deep as written out", "deeper by an alias"],
+)
+def test_bombs_of_aliases_are_refused_before_they_are_built(text: str, word: str | None) -> None:
+    """Each is a few kB, and some would be larger than any memory."""
+    start = time.perf_counter()
+    if word is None:
+        parse_yaml(text, "x")
+    else:
+        with pytest.raises(Refused, match=word):
+            parse_yaml(text, "x")
+    assert time.perf_counter() - start < 5
 
 
 def test_all_faults_of_a_file_are_named_with_their_paths(tmp_path: Path) -> None:

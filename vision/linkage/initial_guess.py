@@ -5,8 +5,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanism.arm import Arm
-from mechanism.description import Markers
 from mechanism.geometry import diagonal_angle
+from mechanism.printed_markers import Markers
 from vision.linkage.scene import Scene
 from xneck_foundation.errors import Refused
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanism.arm import Arm
-from mechanism.description import Markers
 from mechanism.geometry import poses
+from mechanism.printed_markers import Markers
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from calibration.camera import Camera
 from mechanism.arm import arm_of
-from mechanism.description import Markers, Neck, markers_of
+from mechanism.description import Neck, markers_of
+from mechanism.printed_markers import Markers
 from vision.linkage.block_covariance import frame_blocks
 from vision.linkage.camera_motion import (
     DriftTerm,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calibration.dictionaries import opencv_dictionary
-from mechanism.description import Markers
+from mechanism.printed_markers import Markers
 from vision.markers.edge_refinement import refine_by_edges
 
 Array = NDArray[np.float64]

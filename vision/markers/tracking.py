@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calibration.dictionaries import marker_cells
-from mechanism.description import Markers
+from mechanism.printed_markers import Markers
 from vision.markers.detection import MarkerDetector
 from vision.markers.edge_refinement import refine_by_edges
 from vision.markers.optics_estimate import estimate_optics

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanism.description import Markers
+from mechanism.printed_markers import Markers
 from vision.light_patch import LightPatch
 from vision.markers.tracking import BY_EDGES, MarkerTracker, TrackedFrame, TrackingOptions
 from vision.video import Segment, Video, read_segment

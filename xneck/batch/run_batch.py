@@ -8,7 +8,7 @@ from xneck.batch.cluster import Cluster
 from xneck.batch.outcome import RecordingOutcome
 from xneck.batch.worker_pool import available_cores, run_tasks, worker_pool
 from xneck.recording.progress import no_progress
-from xneck.recording.recording_folder import RECORDING_FILE, Recording, read_recording
+from xneck.recording.recording_folder import NOTHING_SHARED, RECORDING_FILE, Recording, SharedFiles, read_recording
 from xneck.recording.result_folder import remove_partial_files, stored_refusal, stored_result, without_folder
 from xneck_foundation.errors import Refused
 
@@ -27,6 +27,8 @@ class BatchOptions:
     """run again what has a result, and what was refused"""
     rerun: bool = False
     """write recording.rrd for Rerun too"""
+    shared: SharedFiles = NOTHING_SHARED
+    """files that are named once for all recordings"""
 
 
 def recordings_by_name(folders: Sequence[Path], out: Path) -> dict[str, Path]:
@@ -56,12 +58,12 @@ def run_batch(
     One with a result that still holds is not run again, nor one that was refused, unless `options.redo`. `progress` is called
     with the number of recordings that ended. Raises Refused where there are no workers, or they are lost.
     """
-    options = replace(options, out=options.out.resolve())
+    options = replace(options, out=options.out.resolve(), shared=options.shared.resolved())
     outcomes: dict[str, RecordingOutcome] = {}
     pending: dict[str, Recording] = {}
     for name, folder in folders.items():
         try:
-            recording = read_recording(folder.resolve())
+            recording = read_recording(folder.resolve(), options.shared)
             earlier = None if options.redo else _earlier_outcome(name, recording, options)
         except Refused as refusal:
             failure = without_folder(folder.resolve(), str(refusal))

@@ -17,6 +17,9 @@ from xneck_foundation.one_line import shortened
 from xneck_foundation.spelling import quoted, valid_words
 
 COMMANDS = {
+    "init": "Write a neck.yaml to fill in, with a comment for every key.",
+    "logs": "Say what is in a log, and how neck.yaml must map it.",
+    "show": "Draw the arm from its description, to check it with one's eyes.",
     "board": "Print a calibration board, or the arm's markers, at true scale.",
     "calibrate": "Calibrate the camera from pictures or a video of a board.",
     "extract": "Joint angles from a recorded video.",

@@ -10,6 +10,7 @@ from xneck.cli.files_apart import writes_also
 from xneck.cli.finite_range import FiniteRange
 from xneck.cli.output import progress_bar, report_result, result_options
 from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
+from xneck_foundation.unit_text import with_unit
 
 if TYPE_CHECKING:
     from calibration.calibration_quality import CalibrationQuality
@@ -186,7 +187,8 @@ def _summary_lines(
     """The calibration in lines for a terminal, from its machine-readable `result` and what it was made from."""
     lines = [f"{out}: reprojection {result['rms_px']:.3f} px, held out {result['held_out_rms_px']:.3f} px"]
     lines += [
-        f"  {p['name']:3} {p['value']:12.5g} {'+-' if p['sigma'] is not None else 'fixed'} {p['sigma'] or 0:.2g} {p['unit']}"
+        f"  {p['name']:3} {p['value']:12.5g} "
+        + with_unit(f"+- {p['sigma']:.2g}" if p["sigma"] is not None else "fixed", p["unit"])
         for p in result["parameters"]
     ]
     projection = quality.projection

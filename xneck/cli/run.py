@@ -31,6 +31,8 @@ _DIAGNOSIS_STEPS = 4
     show_default=True,
     help="A folder for each recording here.",
 )
+@click.option("--neck", type=INPUT_FILE, help="neck.yaml of all of them, in the place of those that they name.")
+@click.option("--camera", type=INPUT_FILE, help="camera.yaml of all of them, likewise.")
 @worker_options
 @click.option("--rerun", is_flag=True, help="Also recording.rrd for the Rerun viewer. Needs the extra `rerun`.")
 @click.option("--redo", is_flag=True, help="Do all again, also what has not changed, and what was refused.")
@@ -38,6 +40,8 @@ _DIAGNOSIS_STEPS = 4
 def command(
     folders: tuple[Path, ...],
     out: Path,
+    neck: Path | None,
+    camera: Path | None,
     jobs: int | None,
     cluster: "Cluster | None",
     redo: bool,
@@ -51,12 +55,16 @@ def command(
     paths. What is done stays done: run the same command again to go on after an interruption. Done again is what changed: an input,
     recording.yaml, or xneck. One that was refused is not tried again before it changes; one whose process died is.
 
+    One arm and one camera are named once, by --neck and --camera; a recording.yaml then need not name them.
+
     Exit status 0: every recording has its result. 1: one or more were refused or failed (a line each on standard error); the
     others have their results all the same, and summary.json says which.
     """
     from xneck.batch.run_batch import BatchOptions
+    from xneck.recording.recording_folder import SharedFiles
 
-    options = BatchOptions(out=out, jobs=jobs, cluster=cluster, redo=redo, rerun=rerun)
+    shared = SharedFiles(neck, camera)
+    options = BatchOptions(out=out, jobs=jobs, cluster=cluster, redo=redo, rerun=rerun, shared=shared)
     return run_recordings(folders, options, json_out, quiet)
 
 
@@ -88,7 +96,7 @@ def _run_single(name: str, source: Path, options: "BatchOptions", json_out: Path
     from xneck.recording.recording_folder import read_recording
     from xneck.recording.result_folder import stored_result
 
-    recording, folder = read_recording(source), options.out / name
+    recording, folder = read_recording(source, options.shared), options.out / name
     record = None if options.redo else stored_result(recording, folder, options.rerun)
     done_before = record is not None
     if record is None:

@@ -1,5 +1,6 @@
 """What a result was made from: the recording's files, and the software. Where both are unchanged, the result still holds."""
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -51,7 +52,8 @@ def _file_entry(path: Path, folder: Path) -> dict[str, Any]:
 
 def _file_status(path: Path, folder: Path) -> dict[str, Any]:
     stat = path.stat()
-    return {"file": path.relative_to(folder).as_posix(), "bytes": stat.st_size, "mtime_ns": stat.st_mtime_ns}
+    # what recordings share may lie outside of the folder
+    return {"file": Path(os.path.relpath(path, folder)).as_posix(), "bytes": stat.st_size, "mtime_ns": stat.st_mtime_ns}
 
 
 def _sha256(path: Path) -> str:

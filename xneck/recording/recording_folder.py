@@ -26,20 +26,35 @@ class _Rectangle(Strict):
     height: Annotated[int, Field(ge=1)]
 
 
-class _File(Strict):
+class RecordingFile(Strict):
+    """recording.yaml; paths are relative to it."""
+
     log: str
-    neck: str
+    """the controller's log: .csv or .mcap"""
+    neck: str | None = None
+    """the description of the arm; may be named once for all recordings instead: xneck run --neck"""
     video: str | None = None
+    """the video; with camera, or with board and pictures"""
     camera: str | None = None
+    """camera.yaml, as xneck calibrate wrote it; may be named once for all recordings instead: xneck run --camera"""
     board: str | None = None
+    """board.yaml of the pictures from which the camera is calibrated on the way"""
     pictures: str | None = None
+    """folder of pictures of the board"""
     angles: str | None = None
+    """instead of video and camera: time,alpha1..alphaN[,sigma1..sigmaN] from elsewhere, rad"""
     exposure: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """s, how long a frame is exposed"""
     row_time: Annotated[float, Field(ge=-1e-3, le=1e-3)] = 0.0
+    """s from row to row of a rolling shutter; where it is not said, the motion of the arm tells it"""
     stamp: Stamp = "middle"
+    """which moment of the exposure a frame's time stands for"""
     placement: Literal["believed", "estimated"] = "believed"
+    """estimated: the motion tells where the markers sit on their bars"""
     corners: Literal["template", "edges"] = "template"
+    """edges: the edges of the markers' squares alone are measured; faster, less exact"""
     anchor: _Rectangle | None = None
+    """px, where in the picture the light is that the controller switches and logs as led"""
 
 
 @dataclass(frozen=True)
@@ -80,24 +95,50 @@ class Recording:
         return files | {"video": self.video}
 
 
-def read_recording(folder: str | Path, growing: bool = False) -> Recording:
-    """The recording in a folder (or in a recording.yaml itself); a `growing` one may lack its video and its log yet.
+@dataclass(frozen=True)
+class SharedFiles:
+    """Files that recordings have in common, as a person named them: they take the place of what a recording.yaml names.
 
-    Raises Refused where keys do not fit together, a file is missing, or a path leaves the folder.
+    They may lie anywhere, as the person is trusted. What a recording.yaml names lies in its folder.
+    """
+
+    neck: Path | None = None
+    camera: Path | None = None
+
+    def resolved(self) -> "SharedFiles":
+        """With absolute paths, for processes that work elsewhere."""
+        return SharedFiles(*(None if path is None else path.resolve() for path in (self.neck, self.camera)))
+
+
+NOTHING_SHARED = SharedFiles()
+
+
+def read_recording(folder: str | Path, shared: SharedFiles = NOTHING_SHARED, growing: bool = False) -> Recording:
+    """The recording in a folder (or in a recording.yaml itself), with the files that are shared.
+
+    A `growing` one may lack its video and its log yet.
+
+    Raises Refused where keys do not fit together, a file is missing, or a path of recording.yaml leaves the folder.
     """
     folder = Path(folder)
     config = folder if folder.is_file() else folder / RECORDING_FILE
     if not config.is_file():
         raise Refused(folder, f"has no {RECORDING_FILE}", "write one with the keys video, log, camera, neck")
-    file = read_yaml(config, _File)
-    _check_keys(config, file)
+    file = read_yaml(config, RecordingFile)
+    replaced = {"neck"} if shared.neck else set[str]()
+    if shared.camera and file.angles is None:  # in the place of pictures of a board, too
+        replaced |= {"camera", "board", "pictures"}
+    file = file.model_copy(update=dict.fromkeys(replaced))
+    _check_keys(config, file, shared)
     paths = {
         key: _path_inside(config, key, getattr(file, key), must_exist=not (growing and key in _RECORDED))
         for key in _PATH_KEYS
     }
-    log, neck, pictures = paths["log"], paths["neck"], paths["pictures"]
+    log, neck, pictures = paths["log"], shared.neck or paths["neck"], paths["pictures"]
     assert log is not None
     assert neck is not None
+    if "camera" in replaced:
+        paths["camera"] = shared.camera
     return Recording(
         folder=config.parent,
         config=config,
@@ -115,13 +156,16 @@ def read_recording(folder: str | Path, growing: bool = False) -> Recording:
     )
 
 
-def _check_keys(config: Path, file: _File) -> None:
-    """Refused where the keys name no angles and no complete video, or both."""
+def _check_keys(config: Path, file: RecordingFile, shared: SharedFiles) -> None:
+    """Refused where the keys name no arm, no angles and no complete video, or both."""
+    if file.neck is None and shared.neck is None:
+        raise Refused(config, "names no `neck`", "name the arm's description there, or once for all: --neck neck.yaml")
     if file.angles is None:
         if file.video is None:
             raise Refused(config, "names neither a video nor angles", "give `video` and `camera`, or `angles`")
-        if (file.camera is None) == (file.board is None or file.pictures is None):
-            raise Refused(config, "a video needs `camera`, or `board` and `pictures` to calibrate it")
+        if shared.camera is None and (file.camera is None) == (file.board is None or file.pictures is None):
+            what = "a video needs `camera`, or `board` and `pictures` to calibrate it"
+            raise Refused(config, what, "name one there, or once for all: --camera camera.yaml")
     elif file.video or file.camera:
         raise Refused(config, "names both angles and a video", "leave one of them out")
 

@@ -9,7 +9,7 @@ from synchronisation.angles import Angles, read_angles
 from synchronisation.encoder_log import read_log
 from synchronisation.synchronise import synchronise
 from xneck.recording.progress import StageProgress, no_progress
-from xneck.recording.recording_folder import Recording, read_recording
+from xneck.recording.recording_folder import Recording, SharedFiles, read_recording
 from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.provenance import note_inputs, provenance
 from xneck_foundation.strict_yaml import read_text
@@ -34,10 +34,17 @@ def recording_angles(
 
 
 @one_blas_thread
-def synchronise_recording(folder: str | Path, stage: StageProgress = no_progress) -> DataSet:
+def synchronise_recording(
+    folder: str | Path,
+    stage: StageProgress = no_progress,
+    *,
+    neck: str | Path | None = None,
+    camera: str | Path | None = None,
+) -> DataSet:
     """The data set of a recording folder; its camera is calibrated and its video read on the way, and nothing is written.
 
-    `stage` is called with the name of each stage as it begins. Raises Refused with the file and the reason where one cannot be
+    `stage` is called with the name of each stage as it begins. neck, camera: files that recordings share, wherever they lie; they
+    take the place of what recording.yaml names. Raises Refused with the file and the reason where one cannot be
     used.
 
     >>> import xneck
@@ -50,10 +57,10 @@ def synchronise_recording(folder: str | Path, stage: StageProgress = no_progress
     Traceback (most recent call last):
     xneck_foundation.errors.Refused: samples/nowhere: has no recording.yaml; write one with the keys video, log, camera, neck
     """
-    recording = read_recording(folder)
+    recording = read_recording(folder, SharedFiles(*(None if path is None else Path(path) for path in (neck, camera))))
     inputs = note_inputs(recording.files)
-    neck = read_neck(recording.neck)
-    log = read_log(recording.log, neck)
-    angles, _ = recording_angles(recording, neck, stage)
+    arm = read_neck(recording.neck)
+    log = read_log(recording.log, arm)
+    angles, _ = recording_angles(recording, arm, stage)
     stage("sync")
-    return synchronise(neck, read_text(recording.neck), angles, log, provenance(inputs))
+    return synchronise(arm, read_text(recording.neck), angles, log, provenance(inputs))

@@ -6,7 +6,7 @@ from diagnosis.free_function import FreeFit
 from diagnosis.law_gains import GainedLaw
 from mechanism.arm import Arm
 from xneck.report import style
-from xneck.report.arm_drawing import arm_panel, place_words
+from xneck.report.cause_drawing import arm_panel, place_words
 from xneck.report.diagnosis_figures import AFTER, BEFORE, equation_colour, equation_name, equation_unit, unit_factor
 from xneck.report.figure_block import FigureBlock, LegendEntry
 from xneck.report.svg import SvgPanel, svg_panel

@@ -15,6 +15,7 @@ from xneck.report.key_number import KeyNumber
 from xneck.report.number_text import number_text, percent, with_sigma
 from xneck.report.words import join_words, with_spaces
 from xneck_foundation.parameter import Parameter
+from xneck_foundation.unit_text import printed_unit, with_unit
 
 _MAX_DRAWING = 12
 """numbers of the drawing that are listed"""
@@ -60,10 +61,9 @@ def _place(cause: Cause) -> str:
 def _sizes(cause: Cause, parameters: Sequence[Parameter]) -> str:
     """Such as `tilt = 0.0841 ± 0.0008 rad`; with all values where the cause acts in several places."""
     first = [p for p in parameters if p.name == cause.effect.terms[0].name]
-    unit = "" if first[0].unit == "1" else f" {first[0].unit}"
-    values = [with_sigma(p.value, p.sigma) for p in first]
+    values = ", ".join(with_sigma(p.value, p.sigma) for p in first)
     places = f" at {cause.effect.place}s {join_words([str(p.index) for p in first])}" if len(first) > 1 else ""
-    return f"{first[0].name} = {', '.join(values)}{unit}{places}"
+    return f"{first[0].name} = {with_unit(values, first[0].unit)}{places}"
 
 
 def worst_equations(gains: Sequence[Gain]) -> Gain | None:
@@ -122,9 +122,8 @@ def cause_rows(d: Diagnosis) -> list[tuple[str, ...]]:
             certainty = percent(100 * probability(named))
             value = with_sigma(p.value, p.sigma)
             identified = "identified" if p.identified else "not to 10 %"
-            rows.append(
-                (with_spaces(cause.effect.name), cause.where.label, label, value, p.unit, identified, certainty)
-            )
+            unit = printed_unit(p.unit)
+            rows.append((with_spaces(cause.effect.name), cause.where.label, label, value, unit, identified, certainty))
     return rows
 
 
@@ -150,9 +149,8 @@ def law_rows(d: Diagnosis) -> list[tuple[str, ...]]:
         for i, p in enumerate(found.law.parameters):
             label = p.name if p.index is None else f"{p.name}({p.index})"
             value = with_sigma(p.value, p.sigma) if p.sigma else number_text(p.value, 3)
-            unit = "" if p.unit == "1" else p.unit
             words = found.law.words.replace("_", " ")
-            rows.append((words if i == 0 else "", label, value, unit, others if i == 0 else ""))
+            rows.append((words if i == 0 else "", label, value, printed_unit(p.unit), others if i == 0 else ""))
     return rows
 
 

@@ -7,8 +7,9 @@ from identification.fasquelle.method import MAX_RELATIVE_SIGMA_PERCENT, Fasquell
 from identification.fasquelle.tables import table_rows
 from xneck.report import fasquelle_published
 from xneck.report.number_text import number_text, percent
+from xneck_foundation.unit_text import printed_unit
 
-PRINTED_UNITS = {"Pa": ("GPa", 1e-9), "Pa s": ("MPa s", 1e-6), "1": ("", 1.0)}
+PRINTED_UNITS = {"Pa": ("GPa", 1e-9), "Pa s": ("MPa s", 1e-6)}
 """units in which Fasquelle prints a table, by the SI unit, and the factor from SI"""
 
 
@@ -42,7 +43,7 @@ def fasquelle_table(
     reference = tuple(published) if cables == fasquelle_published.CABLES else ()
     rows = []
     for label, unit, parameters in table_rows(list(fits)):
-        printed, factor = PRINTED_UNITS.get(unit, (unit, 1.0))
+        printed, factor = PRINTED_UNITS.get(unit, (printed_unit(unit), 1.0))
         ours = tuple(
             Cell(number_text(factor * p.value), percent(p.relative_sigma_percent), p.identified) if p else EMPTY_CELL
             for p in parameters

@@ -5,9 +5,11 @@ import numpy as np
 from identification.dataset.clock_record import log_time
 from identification.estimates import Estimates
 from mechanism.description import Neck
+from synchronisation.check.wording import SHOWN_UNITS
 from xneck.recording.recording_result import RecordingResult
 from xneck.report.fasquelle_table import PRINTED_UNITS
 from xneck.report.number_text import number_text, with_sigma
+from xneck_foundation.unit_text import printed_unit
 
 
 def estimate_rows(estimates: Estimates) -> list[tuple[str, str, str, str]]:
@@ -15,7 +17,7 @@ def estimate_rows(estimates: Estimates) -> list[tuple[str, str, str, str]]:
     rows = []
     for p, verdict in estimates.with_identifiability:
         label = p.name if p.index is None else f"{p.name}({p.index})"
-        unit, factor = PRINTED_UNITS.get(p.unit, (p.unit, 1.0))
+        unit, factor = PRINTED_UNITS.get(p.unit, (printed_unit(p.unit), 1.0))
         value = (
             with_sigma(factor * p.value, factor * p.sigma) if np.isfinite(p.sigma) else number_text(factor * p.value)
         )
@@ -59,7 +61,8 @@ def fault_lines(result: RecordingResult) -> list[str]:
     """One line of text for each fault that the check found."""
     lines = []
     for fault in result.data.check["faults"]:
-        size = f"{number_text(fault['size'], 3)} {fault['unit']} (σ {number_text(fault['sigma'], 2)})"
+        factor, unit = SHOWN_UNITS.get(fault["unit"], (1.0, fault["unit"]))
+        size = f"{number_text(factor * fault['size'], 3)} {unit} (σ {number_text(factor * fault['sigma'], 2)})"
         others = fault["indistinguishable_from"]
         also = f"; could as well be {', '.join(others)}" if others else ""
         lines.append(f"{fault['where']}: {fault['fault'].replace('_', ' ')}, {size}{also}")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanism.description import Markers
+from mechanism.printed_markers import Markers
 from vision.extract import ExtractionOptions
 from vision.markers.tracking import MarkerTracker, TrackedFrame
 from vision.markers.video_tracking import MarkerTracks, tracks_of

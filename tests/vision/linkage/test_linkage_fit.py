@@ -9,7 +9,8 @@ import pytest
 
 from calibration.camera import Camera, camera_from
 from mechanism.arm import arm_of
-from mechanism.description import BarMarker, Neck, read_neck
+from mechanism.description import Neck, read_neck
+from mechanism.printed_markers import BarMarker
 from samples.generator.camera import SAMPLE_CAMERA
 from tests.paths import NECK_FILE
 from tests.vision.scene import NOISE_PX, corners

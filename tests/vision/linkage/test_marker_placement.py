@@ -4,7 +4,8 @@ from functools import cache
 
 import numpy as np
 
-from mechanism.description import BarMarker, Neck
+from mechanism.description import Neck
+from mechanism.printed_markers import BarMarker
 from tests.vision.linkage.test_linkage_fit import camera, with_markers
 from tests.vision.scene import corners
 from vision.linkage.linkage_fit import LinkageFit, fit_linkage

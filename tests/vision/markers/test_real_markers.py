@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from mechanism.description import BarMarker, Markers
+from mechanism.printed_markers import BarMarker, Markers
 from tests.paths import SHARED
 from vision.markers.detection import MarkerDetector
 from vision.video import read_frames

@@ -6,7 +6,8 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from mechanism.description import Markers, read_neck
+from mechanism.description import read_neck
+from mechanism.printed_markers import Markers
 from tests.paths import SAMPLES
 from tests.vision.scene import corners
 from vision.light_patch import LightPatch

@@ -1,6 +1,7 @@
 """The sample from pixels to parameters, by the commands, against a truth that only tests read."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
         call = [sys.executable, "-c", "from xneck.cli import main; main()", *map(str, words)]
         done = subprocess.run(call, capture_output=True, text=True, check=False)
         assert (done.returncode, done.stderr) == (0, ""), done.stderr
+        assert not re.search(r"(\+- \S+|fixed) 1\b(?![.\d])", done.stdout), done.stdout  # the unit of a ratio
     patch.undo()
     return folder
 

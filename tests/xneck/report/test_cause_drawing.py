@@ -10,7 +10,8 @@ from mechanism.arm import arm_of
 from mechanism.cable_lengths import lengths_without_pulleys
 from mechanism.description import read_neck
 from tests.paths import NECK_FILE
-from xneck.report.arm_drawing import arm_panel, upright
+from xneck.report.arm_drawing import drawn_arm
+from xneck.report.cause_drawing import arm_panel
 from xneck.report.style import drawing
 
 ARM = arm_of(read_neck(NECK_FILE))
@@ -18,14 +19,14 @@ ARM = arm_of(read_neck(NECK_FILE))
 
 def test_cables_go_the_way_that_their_lengths_say() -> None:
     """Above the base each is as long as the same cable around pulleys without a radius."""
-    drawn = upright(ARM)
+    drawn = drawn_arm(ARM)
     ways = [drawn.cable(j)[1:] for j in range(ARM.M)]
     long = [float(np.sum(np.linalg.norm(np.diff(way, axis=0), axis=1))) for way in ways]
     np.testing.assert_allclose(long, lengths_without_pulleys(ARM, np.zeros(ARM.N)), rtol=1e-9)
 
 
 def test_no_cable_crosses_another_below_the_base() -> None:
-    drawn = upright(ARM)
+    drawn = drawn_arm(ARM)
     ends = np.array([drawn.cable(j)[:2, 0] for j in range(ARM.M)])
     sides = ends[np.argsort(ends[:, 0])] > 0
     assert np.all(np.diff(sides[:, 1].astype(int)) >= 0)

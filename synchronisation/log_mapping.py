@@ -1,0 +1,266 @@
+"""Which columns of an unknown log are the motors', as far as names and values tell, and what neck.yaml must say for it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from identification.dataset.series import Array
+from mechanism.description import LogFormat, Motor, Neck
+from synchronisation.column_meaning import ANGLE_SCALES, TIME_SCALES, Column, column_meaning
+from synchronisation.csv_table import CsvFormat
+from synchronisation.encoder_log import LED
+from synchronisation.log_contents import LogContents
+from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import listed
+
+_FORCE_SCALES = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
+_TORQUES = {"N m": 1.0, "mN m": 1e-3}
+_PAUSE_STEPS = 20
+"""times the median step, from which on a step is a pause that is named"""
+_PULLING_SHARE = 0.9
+"""share of rows in which a force must be negative, to be logged with the other sign: cables only pull"""
+
+
+@dataclass(frozen=True)
+class LogMapping:
+    """The motors' columns, or joints of one topic, in the order of the motors."""
+
+    angles: tuple[Column, ...]
+    forces: tuple[Column, ...]
+    """as many as angles, or none"""
+    time: Column | None
+    """None where messages have stamps"""
+    light: Column | None
+    written: CsvFormat
+    topic: str | None
+    pushing: bool
+    """whether nearly all forces are negative"""
+    rate: float
+    """rows a second, median"""
+    seconds: float
+    gaps: tuple[tuple[float, float], ...]
+    """begin and length, s, of pauses"""
+    doubts: tuple[str, ...]
+    """what nothing in the log says"""
+
+    @property
+    def motors(self) -> int:
+        """How many motors are mapped."""
+        return len(self.angles)
+
+
+def survey(contents: LogContents) -> tuple[tuple[str, tuple[Column, ...]], ...]:
+    """What each column, or each topic's joints, likely mean: the topic (empty of a table), and its columns."""
+    if not contents.topics:
+        return (("", tuple(column_meaning(name, values) for name, values in contents.columns.items())),)
+    found = []
+    for topic, channel in contents.topics.items():
+        columns = [column_meaning(name, channel.position[:, k], "angle") for k, name in enumerate(channel.names)]
+        if channel.effort is not None:
+            columns += [column_meaning(name, channel.effort[:, k], "force") for k, name in enumerate(channel.names)]
+        found.append((topic, tuple(columns)))
+    return tuple(found)
+
+
+def map_log(path: Path, contents: LogContents, motors: int | None) -> LogMapping:
+    """The mapping that names and values suggest; motors: how many there are, where it is known.
+
+    Raises Refused where no columns can be the motors' angles, or none is the time.
+    """
+    return _of_topics(path, contents, motors) if contents.topics else _of_table(path, contents, motors)
+
+
+def mapped_neck(neck: Neck, mapping: LogMapping) -> Neck:
+    """The description with the mapping of a log of this arm in it."""
+    log, motors = neck_keys(mapping, neck.motors)
+    changed = tuple(m.model_copy(update=keys) for m, keys in zip(neck.motors, motors, strict=True))
+    return neck.model_copy(update={"motors": changed, **({"log": LogFormat(**log)} if log else {})})
+
+
+def neck_keys(mapping: LogMapping, motors_as_described: Sequence[Motor]) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Keys of `log`, and those of each motor, that say what the log is; scales follow from gears, drums and encoders."""
+    log: dict[str, Any] = {}
+    if mapping.time is not None:
+        log = {"time_column": mapping.time.name, "time_scale": TIME_SCALES.get(mapping.time.unit or "s", 1.0)}
+        if mapping.written.separator != ",":
+            log["separator"] = mapping.written.separator
+        if mapping.written.decimal != ".":
+            log["decimal"] = mapping.written.decimal
+        if mapping.light is not None and mapping.light.name != LED:
+            log["led_column"] = mapping.light.name
+    motors = []
+    for j, (angle, motor) in enumerate(zip(mapping.angles, motors_as_described, strict=True)):
+        keys: dict[str, Any] = {}
+        if mapping.topic is not None:
+            keys["joint"] = f"/{mapping.topic}/{angle.name}"
+        else:
+            keys["theta_column"] = angle.name
+        if angle.unit in ANGLE_SCALES:
+            keys["theta_scale"] = _six(ANGLE_SCALES[angle.unit])
+        elif angle.unit == "counts":
+            keys["theta_scale"] = _six(2 * np.pi / motor.counts)
+        if mapping.forces:
+            force = mapping.forces[j]
+            if mapping.topic is None:
+                keys["f_column"] = force.name
+            scale = _force_scale(force, motor.R / motor.rd)
+            keys["f_scale"] = -scale if mapping.pushing else scale
+        motors.append(keys)
+    return log, motors
+
+
+def _force_scale(force: Column, gear: float) -> float:
+    if force.unit in _TORQUES:
+        return _six(_TORQUES[force.unit] * gear)
+    return _FORCE_SCALES.get(force.unit or "N", 1.0)
+
+
+def _six(value: float) -> float:
+    return float(f"{value:.6g}")
+
+
+def _of_table(path: Path, contents: LogContents, motors: int | None) -> LogMapping:
+    ((_, columns),) = survey(contents)
+    time = _time_column(path, columns, contents)
+    angles = _group(columns, "angle", motors, prefer_commanded=False)
+    if not angles:
+        raise Refused(path, *_no_angles(columns, motors))
+    forces = _group(columns, "force", len(angles), prefer_commanded=True)
+    light = next((c for c in columns if c.kind == "light" and {c.low, c.high} <= {0.0, 1.0}), None)
+    stamps = contents.columns[time.name] * TIME_SCALES.get(time.unit or "s", 1.0)
+    values = np.column_stack([contents.columns[c.name] for c in forces]) if forces else np.empty((0, 0))
+    written = replace(contents.written, time_column=time.name)
+    return _mapping(stamps, angles, forces, values, time, light, written, None)
+
+
+def _of_topics(path: Path, contents: LogContents, motors: int | None) -> LogMapping:
+    """The topic with as many joints as motors, or the one with most rows."""
+    found = dict(survey(contents))
+    sizes = {topic: len(set(channel.names) - {LED}) for topic, channel in contents.topics.items()}
+    fitting = [topic for topic in found if motors is None or sizes[topic] >= motors]
+    if not fitting:
+        held = listed((f"/{topic} has {count}" for topic, count in sizes.items()), "; ")
+        raise Refused(path, f"no topic has {motors} joints ({held})", "is it this arm's neck.yaml?")
+    measured = [t for t in fitting if not column_meaning(t, np.empty(0)).commanded] or fitting
+    topic = max(measured, key=lambda t: (sizes[t] == motors, len(contents.topics[t].time)))
+    channel = contents.topics[topic]
+    columns = found[topic]
+    joints = tuple(c for c in columns if c.kind == "angle" and c.name != LED)
+    angles = _group(joints, "angle", motors, prefer_commanded=False) or joints[: motors or len(joints)]
+    by_name = {c.name: c for c in columns if c.kind == "force"}
+    forces = tuple(by_name[a.name] for a in angles if a.name in by_name)
+    values = np.empty((0, 0))
+    if channel.effort is not None:
+        values = channel.effort[:, [channel.names.index(c.name) for c in forces]]
+    return _mapping(channel.time, angles, forces, values, None, None, CsvFormat(), topic)
+
+
+def _mapping(
+    stamps: Array,
+    angles: tuple[Column, ...],
+    forces: tuple[Column, ...],
+    values: Array,
+    time: Column | None,
+    light: Column | None,
+    written: CsvFormat,
+    topic: str | None,
+) -> LogMapping:
+    steps = np.diff(stamps)
+    pauses = np.flatnonzero(steps > _PAUSE_STEPS * np.median(steps)) if len(steps) else np.empty(0, dtype=int)
+    # a joint's force that was never logged is all NaN
+    if values.size and np.isnan(values).all():
+        forces = ()
+    pushing = bool(forces) and float(np.mean(values < 0)) > _PULLING_SHARE
+    return LogMapping(
+        angles=angles,
+        forces=forces,
+        time=time,
+        light=light,
+        written=written,
+        topic=topic,
+        pushing=pushing,
+        rate=float(1 / np.median(steps)) if len(steps) and np.median(steps) > 0 else np.nan,
+        seconds=float(stamps[-1] - stamps[0]),
+        gaps=tuple((float(stamps[k] - stamps[0]), float(steps[k])) for k in pauses),
+        doubts=tuple(_doubts(angles, forces, time)),
+    )
+
+
+def _time_column(path: Path, columns: Sequence[Column], contents: LogContents) -> Column:
+    """The column of the time: one that is called so and grows, else any that grows evenly."""
+    growing = [c for c in columns if _grows(contents.columns[c.name])]
+    named = [c for c in growing if c.kind == "time"]
+    even = [c for c in growing if _even(contents.columns[c.name])]
+    if not (named or even):
+        names = listed(c.name for c in columns)
+        raise Refused(path, f"no column grows from row to row as a time does ({names})", "log the time of each row")
+    chosen = (named or even)[0]
+    return chosen if chosen.kind == "time" else column_meaning(chosen.name, contents.columns[chosen.name], "time")
+
+
+def _grows(values: Array) -> bool:
+    return bool(np.all(np.isfinite(values)) and np.all(np.diff(values) >= 0) and values[-1] > values[0])
+
+
+def _even(values: Array) -> bool:
+    steps = np.diff(values)
+    return bool(np.all(steps > 0) and np.quantile(steps, 0.9) < 2 * np.median(steps))
+
+
+def _group(columns: Sequence[Column], kind: str, motors: int | None, prefer_commanded: bool) -> tuple[Column, ...]:
+    """Columns of one kind whose names differ in a number alone, as many as motors, those that were commanded or not first."""
+    groups: dict[str, list[Column]] = {}
+    for column in columns:
+        if column.kind == kind:
+            groups.setdefault(column.stem, []).append(column)
+    numbered = [
+        g for g in groups.values() if len({c.number for c in g}) == len(g) and None not in {c.number for c in g}
+    ]
+    alone = [c for g in groups.values() for c in g if len(g) == 1]
+    candidates = [sorted(g, key=lambda c: c.number or 0) for g in numbered]
+    if len(alone) > 1:  # left_pos, right_pos: names without numbers, in the file's order
+        candidates.append(sorted(alone, key=list(columns).index))
+    fitting = [g for g in candidates if motors is None or len(g) == motors]
+    if not fitting:
+        return ()
+    return tuple(max(fitting, key=lambda g: (g[0].commanded == prefer_commanded, len(g))))
+
+
+def _no_angles(columns: Sequence[Column], motors: int | None) -> tuple[str, str]:
+    wanted = f"{motors} motors" if motors else "motors"
+    angles = [c.name for c in columns if c.kind == "angle"]
+    seen = f"only {listed(angles)}" if angles else f"columns are {listed(c.name for c in columns)}"
+    return (
+        f"no columns look like the angles of {wanted}; {seen}",
+        "name them in neck.yaml: motors[].theta_column, f_column",
+    )
+
+
+def _doubts(angles: Sequence[Column], forces: Sequence[Column], time: Column | None) -> list[str]:
+    """What nothing in the log says, and who tells it."""
+    found = []
+    if time is not None and time.unit is None:
+        found.append("the time's unit: taken for seconds")
+    if any(a.unit is None for a in angles):
+        found.append("the angles' unit: taken for rad of the motor; `xneck sync` tells another one from the video")
+    if any(a.unit == "counts" for a in angles):
+        found.append(
+            "counts of a turn: theta_scale is 6.28319 / counts of neck.yaml, if one step of theta is one count"
+        )
+    found.append(
+        "the angles' sense: taken for positive where cables are wound in; `xneck sync` tells which run the other way"
+    )
+    if forces and any(f.unit is None for f in forces):
+        found.append("the forces' unit: taken for N on the cable; `xneck sync` tells another one from the arm's motion")
+    if any(f.unit in _TORQUES for f in forces):
+        found.append(
+            "whose torque it is: taken for the motor's, so that f_scale is R / rd and changes with them; of the drum it is 1 / rd"
+        )
+    if any(f.unit in ("A", "mA") for f in forces):
+        found.append("the motors' torque constant: f_scale is that (N m/A) times R / rd")
+    if not forces:
+        found.append("forces: the log holds none, so that nothing can be identified")
+    return found
