@@ -26,6 +26,7 @@ COMMANDS = {
     "simulate": "The recorded forces through the model, beside what was measured.",
     "design": "A motion within limits that tells the parameters best.",
     "diagnose": "What the simulation gets wrong, its cause, and what the model gains by it.",
+    "export": "The arm for MuJoCo, figures for papers, a package for an archive.",
     "run": "All of it for recording folders, and one report each.",
     "demo": "The same on the recording shipped in samples/.",
     "study": "Hides effects in generated data and counts how often they are found.",
