@@ -53,6 +53,14 @@ def read_log(path: str | Path, neck: Neck) -> Series:
                 f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
                 "log the forces of all motors, or of none",
             )
+    return checked_log(series, neck, path)
+
+
+def checked_log(series: Series, neck: Neck, path: str | Path) -> Series:
+    """The log in our signs and units, from columns theta1..M and optional f1..M and led as logged; path: where they come from.
+
+    Raises Refused where values are not finite, times do not increase, or a counter wraps too fast to tell.
+    """
     check_time_unit(series.time, str(path), "rows")
     check_time(series.time, str(path))
     check_log_rate(series.time, str(path))
@@ -118,7 +126,7 @@ def _not_one_channel(
     )
 
 
-def _unwrapped(series: Series, neck: Neck, path: Path) -> Series:
+def _unwrapped(series: Series, neck: Neck, path: str | Path) -> Series:
     """Motor angles without the wraps of their counters, with a warning; Refused where they wrap too fast to tell."""
     columns, said = dict(series.columns), []
     for j, motor in enumerate(neck.motors):
@@ -139,7 +147,7 @@ def _unwrapped(series: Series, neck: Neck, path: Path) -> Series:
     return Series(series.time, columns)
 
 
-def _without_absurd_samples(series: Series, path: Path) -> Series:
+def _without_absurd_samples(series: Series, path: str | Path) -> Series:
     """The rows in which no angle and no force is absurd, with a warning about the others."""
     absurd, said = np.zeros(len(series), dtype=bool), []
     for stem, min_range in (("theta", THETA_OUTLIER_RANGE), ("f", F_OUTLIER_RANGE)):

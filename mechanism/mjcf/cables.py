@@ -7,8 +7,8 @@ A tendon of MuJoCo cannot be wound around a pulley several times. Its length is 
     (25)                        the side, and r alpha: a wrap around a pulley on each of the two hinges that make alpha
     (30)                        r (bar - A) by the same two: 2 psi - alpha = 2 pi - A + bar, up to a constant
 
-A wrap on a hinge covers less than half a turn at any angle of the joint, as MuJoCo needs. Constants do not matter: the elongation is
-told from the length in the straight pose.
+A wrap on a hinge covers less than half a turn at any angle of the joint, as MuJoCo needs. Constants do not matter: the elongation
+is told from the length in the straight pose.
 """
 
 from dataclasses import dataclass
@@ -124,7 +124,9 @@ def _write_wrap(hinge: _Hinge, cable: Element, name: str, sign: float, r: float)
     `covered` where the coordinate is zero.
     """
     covered = hinge.low if sign > 0 else pi - hinge.low
-    upper_angle = sign * covered - hinge.turned  # of the point where the cable leaves the pulley, in the upper body's frame
+    upper_angle = (
+        sign * covered - hinge.turned
+    )  # of the point where the cable leaves the pulley, in the upper body's frame
     child(hinge.lower, "site", name=f"{name}_from", pos=_tangent(hinge.centre, 0.0, -sign, r))
     child(hinge.lower, "site", name=f"{name}_side", pos=(hinge.centre[0], hinge.centre[1] + sign * 2 * r, 0))
     child(hinge.lower, "geom", name=name, class_="pulley", pos=(*hinge.centre, 0), size=(r, r))

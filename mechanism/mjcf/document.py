@@ -88,12 +88,12 @@ def _words(title: str, step: float) -> str:
 Controls: motor1..M, the motor forces at their cables as a log has them, N, held over a log's row. The other actuators are laws:
 they follow lengths and speeds and take no control.
 Sensors: alpha1..N, the joint angles, theta1..M, the motor angles on the motor's side, rad, and minus_tension1..M, N.
-Coordinates: hinges A, bar and B of each mechanism (alpha = A + bar), all zero in the straight pose, and slides motor1..M (m of cable
-wound in, (rd/R) theta). To begin in another pose set all of them: xneck.mujoco_start gives them.
+Coordinates: hinges A, bar and B of each mechanism (alpha = A + bar), all zero in the straight pose, and slides motor1..M (m of
+cable wound in, (rd/R) theta). To begin in another pose set all of them: xneck.mujoco_start gives them.
 
-cableJ is minus the tension: k x + ca x', never below zero. Its tendon has branches whose lengths add up to the pulley model's, up to
-a constant that biasprm takes away. Functions of one variable (friction by an arc tangent, stiffening cables) are sums of ramps, each
-an actuator with a limited force, {100 * TOLERANCE:g} % of the function's largest value off at most.
-Loops are closed by MuJoCo's constraints, which are springs. What is wrong by them and by its integrator shrinks in proportion to the
-timestep, {step:g} s here; the constraints' solref is two timesteps, so change both together.
+cableJ is minus the tension: k x + ca x', never below zero. Its tendon has branches whose lengths add up to the pulley model's, up
+to a constant that biasprm takes away. Functions of one variable (friction by an arc tangent, stiffening cables) are sums of ramps,
+each an actuator with a limited force, {100 * TOLERANCE:g} % of the function off at most.
+Loops are closed by MuJoCo's constraints, which are springs. What is wrong by them and by its integrator shrinks in proportion to
+the timestep, {step:g} s here; the constraints' solref is two timesteps, so change both together.
 """

@@ -182,7 +182,9 @@ def _write_ramps(
         part = child(actuator, "general", name=f"{name}_{number}", gainprm=(_NO_GAIN,), biastype="affine", biasprm=bias)
         part.attrib |= {at.kind: at.name, "forcelimited": "true", "forcerange": text_of(limits)}
     if constant:
-        whole = child(actuator, "general", name=f"{name}_0", gainprm=(_NO_GAIN,), biastype="affine", biasprm=(constant, 0, 0))
+        whole = child(
+            actuator, "general", name=f"{name}_0", gainprm=(_NO_GAIN,), biastype="affine", biasprm=(constant, 0, 0)
+        )
         whole.set(at.kind, at.name)
 
 

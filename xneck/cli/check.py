@@ -24,19 +24,7 @@ def command(dataset: Path, baseline: Path | None, json_out: Path | None, quiet: 
     """
     from identification.dataset.dataset_file import read_dataset
     from synchronisation.check.from_dataset import check_dataset
-    from synchronisation.check.wording import sentence, usable
 
     healthy = read_dataset(baseline) if baseline else None
     check = check_dataset(read_dataset(dataset), healthy, str(baseline))
-    lines = [f"{dataset}: {check.verdict}"]
-    lines += [
-        f"  cable {c.cable}: elongation {1e3 * c.elongation_mean:.2f} +- {1e3 * c.elongation_rms:.2f} mm, "
-        f"unexplained {1e3 * c.unexplained_rms:.3f} mm (vision alone {1e3 * c.expected_rms:.3f}), "
-        f"compliance {1e6 * c.compliance:.1f} +- {1e6 * c.compliance_sigma:.1f} um/N"
-        for c in check.cables
-    ]
-    lines += [f"  {sentence(fault)}" for fault in check.faults]
-    if check.faults:
-        fit = {True: "usable", False: "not usable as they are", "in part": "usable in part"}[usable(check.faults)]
-        lines.append(f"  the data are {fit}")
-    report_result(check.as_json(), "\n".join(lines), json_out, quiet)
+    report_result(check.as_json(), f"{dataset}: {check.as_text()}", json_out, quiet)

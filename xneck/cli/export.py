@@ -24,7 +24,9 @@ _ENDINGS = ("xml", "zip")
 @click.option(
     "--timestep", type=FiniteRange(1e-6, 2e-3), default=2e-4, show_default=True, help="Of the simulation in MuJoCo, s."
 )
-@click.option("--license", "licence", metavar="NAME", help="Of a package: an SPDX name, such as CC-BY-4.0, or an address.")
+@click.option(
+    "--license", "licence", metavar="NAME", help="Of a package: an SPDX name, such as CC-BY-4.0, or an address."
+)
 @click.option("--author", "authors", multiple=True, metavar="NAME", help="Of a package, repeatable; NAME <ORCID> too.")
 @click.option("--title", help="Of a package.  [the folder's name]")
 @click.option("--date", metavar="YYYY-MM-DD", help="Of a package's publication.  [today]")
@@ -43,11 +45,11 @@ def command(
 ) -> None:
     """Take results elsewhere. What is written follows from the ending of --out, or is asked for by --figures.
 
-    arm.xml: the arm of a folder of `xneck diagnose`, or of NECK.yaml and MODEL.yaml, with its laws, for MuJoCo. A law that MuJoCo has no
-    element for is refused by its name.
+    arm.xml: the arm of a folder of `xneck diagnose`, or of NECK.yaml and MODEL.yaml, with its laws, for MuJoCo. A law that MuJoCo
+    has no element for is refused by its name.
 
-    package.zip: a folder of results as a research object for an archive, with what each file is, its size and hash, what it was made
-    from and by which software. Whose it is and what others may do with it you say: --author, --license.
+    package.zip: a folder of results as a research object for an archive, with what each file is, its size and hash, what it was
+    made from and by which software. Whose it is and what others may do with it you say: --author, --license.
 
     --figures: the figures of all pages in a folder, each panel as a PDF with its fonts in it.
     """

@@ -40,7 +40,7 @@ def command(
     from identification.estimates import LAWS_BY_ELASTIC_MODEL, estimate
     from identification.fasquelle import tables
     from identification.fasquelle.method import fasquelle_identification
-    from identification.model_file import model_of, read_model, unlisted_laws_of, write_model
+    from identification.model_file import read_model, unlisted_laws_of, write_model
     from identification.parameters_file import write_mat, write_neck
     from xneck_foundation.provenance import note_inputs, provenance
 
@@ -51,7 +51,7 @@ def command(
     laws, held = unlisted_laws_of(read_model(laws_of)) if laws_of else ((), {})
     estimates = estimate(recordings, (*LAWS_BY_ELASTIC_MODEL[model], *laws), held)
     origin = provenance(inputs, {"model": model})
-    write_model(model_of(estimates.parameters, estimates.laws, origin, estimates.covariance, held), out)
+    write_model(estimates.model.model_copy(update={"provenance": origin}), out)
     if export_as:
         write_mat(estimates.parameters, estimates.laws, out.with_suffix(f".{export_as}"))
     if neck_out:

@@ -33,7 +33,7 @@ _KINDS = {
 _WORDS = {
     "angles.mcap": "Joint angles in each frame of the video, with standard deviations, on the camera's clock",
     "camera.yaml": "The calibrated camera, as a ROS camera_info",
-    "dataset.mcap": "Joint angles, motor angles and forces on the log's clock, with neck.yaml and provenance inside (ROS 2 JointState)",
+    "dataset.mcap": "Joint angles, motor angles and forces on the log's clock, with neck.yaml inside (ROS 2 JointState)",
     "diagnosis.html": "What the simulation gets wrong, and its cause, as a page",
     "diagnosis.json": "The diagnosis as a record",
     "model.yaml": "Laws and parameters of motors, cables and joints, with standard deviations",
@@ -194,7 +194,9 @@ def _actions(
 def _software(versions: Mapping[str, Any]) -> Entity:
     version = str(versions.get("xneck", VERSION))
     libraries = versions.get("libraries") or {}
-    words = ", ".join([f"Python {versions.get('python', '')}".strip(), *(f"{k} {v}" for k, v in libraries.items() if v)])
+    words = ", ".join(
+        [f"Python {versions.get('python', '')}".strip(), *(f"{k} {v}" for k, v in libraries.items() if v)]
+    )
     return {
         "@id": f"#xneck-{version}",
         "@type": "SoftwareApplication",
@@ -212,7 +214,9 @@ def _licence(text: str | None) -> Entity | None:
         return {"@id": text, "@type": "CreativeWork", "name": text}
     if re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.+-]*", text):
         return {"@id": f"https://spdx.org/licenses/{text}", "@type": "CreativeWork", "name": text}
-    raise Refused("--license", f"{text!r} is neither an SPDX name nor an address", "such as CC-BY-4.0, see spdx.org/licenses")
+    raise Refused(
+        "--license", f"{text!r} is neither an SPDX name nor an address", "such as CC-BY-4.0, see spdx.org/licenses"
+    )
 
 
 def _author(text: str, number: int) -> Entity:
@@ -222,7 +226,9 @@ def _author(text: str, number: int) -> Entity:
         raise Refused("--author", f"{text!r} is not NAME or NAME <ORCID>", "such as 'A. Person <0000-0002-1825-0097>'")
     name, orcid = found.groups()
     if orcid is not None and not _is_orcid(orcid):
-        raise Refused("--author", f"{orcid} is no ORCID", "copy it from orcid.org: four groups of four, the last one a check")
+        raise Refused(
+            "--author", f"{orcid} is no ORCID", "copy it from orcid.org: four groups of four, the last one a check"
+        )
     identity = f"https://orcid.org/{orcid}" if orcid else f"#author-{number}"
     return {"@id": identity, "@type": "Person", "name": name}
 

@@ -75,7 +75,7 @@ def write_figure_files(folder: Path, out: Path) -> list[dict[str, Any]]:
         check_output(out / name)
     with drawing(), matplotlib.rc_context(_PDF):  # type: ignore[arg-type]
         for name, (_, panel) in zip(names, figures, strict=True):
-            figure = redrawn(panel.svg, panel.legend)
+            figure = redrawn([panel.svg], panel.legend)
             with whole_file(out / name) as part:
                 figure.savefig(part, format="pdf", metadata={"Title": panel.words, "CreationDate": None})
     return [

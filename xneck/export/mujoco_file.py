@@ -40,7 +40,9 @@ def arm_files(sources: Sequence[Path]) -> ArmFiles:
                 raise Refused(sources[0], what, "give a folder of `xneck diagnose`, or NECK.yaml and MODEL.yaml")
         return files
     raise Refused(
-        ", ".join(map(str, sources)), "is no arm with its laws", "give one folder of `xneck diagnose`, or NECK.yaml MODEL.yaml"
+        ", ".join(map(str, sources)),
+        "is no arm with its laws",
+        "give one folder of `xneck diagnose`, or NECK.yaml MODEL.yaml",
     )
 
 
@@ -69,13 +71,20 @@ def mujoco_start(neck: Neck, alpha: ArrayLike, theta: ArrayLike | None = None) -
     0.2
     """
     arm = arm_of(neck)
-    angles, motors = np.asarray(alpha, dtype=float), np.zeros(arm.M) if theta is None else np.asarray(theta, dtype=float)
+    angles, motors = (
+        np.asarray(alpha, dtype=float),
+        np.zeros(arm.M) if theta is None else np.asarray(theta, dtype=float),
+    )
     for name, values, count in (("alpha", angles, arm.N), ("theta", motors, arm.M)):
         if values.shape != (count,):
             raise Refused("mujoco_start", f"{name} has the shape {values.shape}, expected ({count},)")
     check_angles(arm, angles, "mujoco_start")
     hinges = joint_coordinates(arm, angles).tolist()
-    start = {f"{name}{i + 1}": value for i, of in enumerate(hinges) for name, value in zip(("A", "bar", "B"), of, strict=True)}
+    start = {
+        f"{name}{i + 1}": value
+        for i, of in enumerate(hinges)
+        for name, value in zip(("A", "bar", "B"), of, strict=True)
+    }
     return start | {f"motor{j + 1}": float(value) for j, value in enumerate(arm.drum * motors)}
 
 

@@ -32,8 +32,8 @@ _RECORDS = ("result.json", "diagnosis.json", "study.json")
 def write_package(folder: Path, path: Path, options: PackageOptions) -> dict[str, Any]:
     """Writes the archive, whole or not at all, and returns what is in it and what it does not say, ready for JSON.
 
-    Hidden files and links are left out, and named. Raises Refused where the archive would lie in the folder, there is nothing in it,
-    licence, author or date cannot be read, or a file changes meanwhile.
+    Hidden files and links are left out, and named. Raises Refused where the archive would lie in the folder, there is nothing in
+    it, licence, author or date cannot be read, or a file changes meanwhile.
     """
     day = _date(options.date)
     if real_path(path).is_relative_to(real_path(folder)):
@@ -44,13 +44,12 @@ def write_package(folder: Path, path: Path, options: PackageOptions) -> dict[str
     if any(name.casefold() == METADATA for name in files):
         raise Refused(folder, f"holds a {METADATA} already", "it is packed: give the folder that xneck wrote")
     crate_metadata("", day, options, (), ())  # refuses licence and author before the work
-    with whole_file(path) as part:
-        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
-            packed = [_packed(folder / name, name, archive) for name in files]
-            metadata = crate_metadata(
-                options.title or folder.resolve().name, day, options, packed, list(_origins(folder, files))
-            )
-            archive.writestr(zipfile.ZipInfo(METADATA, _STAMP), json_text(metadata))
+    with whole_file(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+        packed = [_packed(folder / name, name, archive) for name in files]
+        metadata = crate_metadata(
+            options.title or folder.resolve().name, day, options, packed, list(_origins(folder, files))
+        )
+        archive.writestr(zipfile.ZipInfo(METADATA, _STAMP), json_text(metadata))
     return {
         "file": path.name,
         "format": "RO-Crate 1.1",

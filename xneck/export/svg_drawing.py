@@ -4,7 +4,7 @@ What is understood is what these write: paths, uses of a path, rectangles and ci
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from xml.etree.ElementTree import Element, fromstring
 
@@ -38,10 +38,11 @@ class _Within:
     clip: Rectangle | None
 
 
-def redrawn(svg: str, legend: tuple[tuple[str, str], ...] = ()) -> Figure:
-    """The panel as a figure of its own size, 1 unit a point; legend: the swatch (SVG) and words of each entry, below it."""
-    root = _parsed(svg)
-    width, height = (float(number) for number in root.attrib["viewBox"].split()[2:])
+def redrawn(svgs: Sequence[str], legend: Sequence[tuple[str, str]] = ()) -> Figure:
+    """Panels one under another as a figure of their size, 1 unit a point; legend: swatch (SVG) and words of each entry, below."""
+    roots = [_parsed(svg) for svg in svgs]
+    sizes = [[float(number) for number in root.attrib["viewBox"].split()[2:]] for root in roots]
+    width, height = max(w for w, _ in sizes), sum(h for _, h in sizes)
     rows = _legend_rows([words for _, words in legend], width)
     total = height + _ROW_PT * (max(row for row, _ in rows) + 1) + 4 if rows else height
     figure = Figure(figsize=(width / _POINTS_PER_INCH, total / _POINTS_PER_INCH))
@@ -49,7 +50,10 @@ def redrawn(svg: str, legend: tuple[tuple[str, str], ...] = ()) -> Figure:
     axes.set_xlim(0, width)
     axes.set_ylim(total, 0)
     axes.axis("off")
-    _draw(axes, root, Affine2D())
+    top = 0.0
+    for root, (_, h) in zip(roots, sizes, strict=True):
+        _draw(axes, root, Affine2D().translate(0, top))
+        top += h
     for (swatch, words), (row, x) in zip(legend, rows, strict=True):
         y = height + _ROW_PT * row
         _draw(axes, _parsed(swatch), Affine2D().scale(0.8).translate(x, y))
@@ -95,7 +99,9 @@ def _draw_children(axes: Axes, element: Element, within: _Within, named: Mapping
             case "use":
                 used = named[part.attrib["href"].removeprefix("#")]
                 x, y = (float(part.attrib.get(key, 0)) for key in ("x", "y"))
-                moved = replace(inner, move=Affine2D().translate(x, y) + inner.move, style={**inner.style, **_style(used)})
+                moved = replace(
+                    inner, move=Affine2D().translate(x, y) + inner.move, style={**inner.style, **_style(used)}
+                )
                 _draw_path(axes, _path(used.attrib["d"]), moved)
             case "text":
                 _draw_text(axes, part, inner)
@@ -177,11 +183,10 @@ def _draw_path(axes: Axes, path: Path, within: _Within) -> None:
 
 def _points_of_dots(path: Path) -> Array | None:
     """The points (K, 2) of a path of lines without length, which round ends show as dots; None of any other path."""
-    vertices = np.asarray(path.vertices, dtype=float)
-    if path.codes is None or len(vertices) < 2 or len(vertices) % 2 or set(path.codes[1::2]) != {Path.LINETO}:
+    vertices, codes = np.asarray(path.vertices, dtype=float), np.asarray(path.codes).tolist()
+    if path.codes is None or codes != [int(Path.MOVETO), int(Path.LINETO)] * (len(vertices) // 2):
         return None
-    are_dots = set(path.codes[::2]) == {Path.MOVETO} and np.array_equal(vertices[::2], vertices[1::2])
-    return vertices[::2] if are_dots else None
+    return vertices[::2] if np.array_equal(vertices[::2], vertices[1::2]) else None
 
 
 def _draw_text(axes: Axes, element: Element, within: _Within) -> None:

@@ -6,7 +6,7 @@ from identification.dataset.dataset_file import write_dataset
 from identification.estimates import estimate
 from identification.fasquelle.method import fasquelle_identification
 from identification.files import joint_state
-from identification.model_file import model_of, write_model
+from identification.model_file import write_model
 from identification.simulation.simulated_recording import simulate_recording
 from mechanism.description import read_neck
 from synchronisation.encoder_log import read_log
@@ -35,7 +35,7 @@ def run_stages(recording: Recording, out: Path, progress: StageProgress = no_pro
     progress("identify")
     fasquelle = fasquelle_identification([data])
     estimates = estimate([data])
-    model = model_of(estimates.parameters, estimates.laws, origin, estimates.covariance)
+    model = estimates.model.model_copy(update={"provenance": origin})
     write_model(model, out / "model.yaml")
     progress("simulate")
     simulated, reason = None, None

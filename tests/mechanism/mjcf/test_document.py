@@ -79,7 +79,9 @@ def test_cables_are_as_long_as_the_pulley_model_says(name: str) -> None:
         expected = lengths(arm, alpha) - lengths(arm, np.zeros(arm.N))
         assert bodies.data.ten_length[cables] - straight == pytest.approx(expected, abs=1e-12)
         assert bodies.sensed("alpha", arm.N) == pytest.approx(alpha, abs=1e-12)
-        ends = [bodies.data.site(f"end_B{i + 1}").xpos - bodies.data.site(f"top_left{i + 1}").xpos for i in range(arm.N)]
+        ends = [
+            bodies.data.site(f"end_B{i + 1}").xpos - bodies.data.site(f"top_left{i + 1}").xpos for i in range(arm.N)
+        ]
         assert np.abs(ends).max() < 1e-12
         if name == "sample":  # linear cables
             x = np.maximum(expected + arm.x0, 0.0)

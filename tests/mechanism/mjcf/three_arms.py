@@ -34,7 +34,7 @@ class Driven:
         """The motion by the equations of `mechanism`."""
         arm, f = self.machine.arm, self.forces(seconds)
         start = State(self.start, np.zeros(arm.N), np.zeros(arm.M), np.zeros(arm.M))
-        return simulate(self.machine, start, ROW_S * np.arange(len(f)), f, max_step=max_step)
+        return simulate(self.machine, start, ROW_S * np.arange(len(f), dtype=float), f, max_step=max_step)
 
 
 def _unlike(routes: list[list[str]], mechanisms: int) -> Neck:
