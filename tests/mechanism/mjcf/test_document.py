@@ -23,7 +23,7 @@ from tests.mechanism.mjcf.three_arms import ARMS, ROW_S, Driven, sample_arm
 from xneck_foundation.errors import Refused
 
 BOUND_RAD = float(np.radians(0.1))
-"""rms of all joint angles over 10 s of swings of 40 to 90 deg with taut cables; docs/python.md states it"""
+"""rms of all joint angles over 10 s of swings of 40 to 90 deg with taut cables; docs/export.md states it"""
 
 
 class InMujoco:
