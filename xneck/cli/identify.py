@@ -34,7 +34,7 @@ def command(
     json_out: Path | None,
     quiet: bool,
 ) -> None:
-    """Identify friction of the motors and elasticity of the cables: Fasquelle's tables, and estimates that hold."""
+    """Identify friction of the motors and elasticity of the cables: estimates that hold, and beside them Fasquelle's tables."""
     from identification import estimate_table
     from identification.dataset.dataset_file import read_dataset
     from identification.estimates import LAWS_BY_ELASTIC_MODEL, estimate
@@ -57,5 +57,5 @@ def command(
     if neck_out:
         write_neck(recordings[0].neck, estimates.parameters, ", ".join(path.name for path in datasets), neck_out)
     record = estimates.as_json() | {"fasquelle": tables.as_json(fasquelle, model)}
-    text = f"{tables.as_text(fasquelle)}\n\n{estimate_table.as_text(estimates)}\n{out}"
+    text = f"{estimate_table.as_text(estimates)}\n\n{tables.as_text(fasquelle)}\n{out}"
     report_result(record, text, json_out, quiet)
