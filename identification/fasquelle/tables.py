@@ -37,8 +37,8 @@ def as_text(identification: FasquelleIdentification) -> str:
     two = _table("Table 2: friction and elasticity", [identification.elastic[m] for m in ELASTIC_MODELS])
     errors = ", ".join(f"model {m} {identification.mean_error(m):.2f} N" for m in ELASTIC_MODELS)
     said = (
-        "For comparison, the same recordings by the method of Fasquelle's report, whose numbers may be biased; in brackets its relative "
-        "sigmas."
+        "For comparison, the same recordings by the method of Fasquelle's report, whose numbers may be biased; in brackets "
+        "its relative sigmas."
     )
     return f"{said}\n\n{one}\n\n{two}\nmean tension reconstruction error: {errors}"
 

@@ -89,8 +89,8 @@ class Check:
         """Verdict, cables and faults for a person, a line each."""
         lines = [self.verdict]
         lines += [
-            f"  cable {c.cable}: elongation {1e3 * c.elongation_mean:.2f} mm in the mean, {1e3 * c.elongation_rms:.2f} mm rms about it, "
-            f"unexplained {1e3 * c.unexplained_rms:.3f} mm (vision alone {1e3 * c.expected_rms:.3f}), "
+            f"  cable {c.cable}: elongation {1e3 * c.elongation_mean:.2f} mm in the mean, {1e3 * c.elongation_rms:.2f} mm rms "
+            f"about it, unexplained {1e3 * c.unexplained_rms:.3f} mm (vision alone {1e3 * c.expected_rms:.3f}), "
             f"compliance {1e6 * c.compliance:.1f} +- {1e6 * c.compliance_sigma:.1f} um/N"
             for c in self.cables
         ]
