@@ -90,15 +90,14 @@ def test_cables_are_as_long_as_the_pulley_model_says(name: str) -> None:
 
 def _within_bound(name: str, seconds: float) -> None:
     driven = ARMS[name]()
-    # four times shorter steps of the reference move it by less than a hundredth of the bound
-    reference, written = driven.by_xneck(seconds, 1e-3).alpha, swing(driven, seconds)
-    assert np.ptp(reference, axis=0).min() > 0.3, "the arm swings wide enough to feel every term"
+    reference, written = driven.by_xneck(seconds).alpha, swing(driven, seconds)
+    assert np.ptp(reference, axis=0).min() > 0.2, "the arm swings wide enough to feel every term"
     assert rms(written - reference) < BOUND_RAD
 
 
 @pytest.mark.parametrize("name", ARMS)
 def test_it_moves_as_the_simulation_does(name: str) -> None:
-    _within_bound(name, 1.5)
+    _within_bound(name, 1.0)
 
 
 @pytest.mark.slow
@@ -107,16 +106,17 @@ def test_it_moves_so_for_ten_seconds(name: str) -> None:
     _within_bound(name, 10.0)
 
 
+@pytest.mark.slow
 def test_what_differs_shrinks_with_the_step() -> None:
     """The error is MuJoCo's integration, in proportion to its step, and the ramps' share of the friction: nothing is left beside.
 
     What the ramps may do is what friction that is larger by their tolerance does.
     """
     driven = sample_arm()
-    reference = driven.by_xneck(1.0).alpha
-    coarse, fine = (rms(swing(driven, 1.0, step) - reference) for step in (4e-4, 1e-4))
+    reference = driven.by_xneck(0.6, 1.25e-4).alpha
+    coarse, fine = (rms(swing(driven, 0.6, step) - reference) for step in (4e-4, 1e-4))
     values = dict(driven.machine.values) | {"fs": driven.machine.values["fs"] * (1 + TOLERANCE)}
-    rubbing = replace(driven, machine=replace(driven.machine, values=values)).by_xneck(1.0).alpha
+    rubbing = replace(driven, machine=replace(driven.machine, values=values)).by_xneck(0.6, 1.25e-4).alpha
     by_ramps = rms(rubbing - reference)
     assert fine < coarse / 4 + by_ramps
     assert coarse < BOUND_RAD
@@ -127,7 +127,7 @@ def test_another_number_breaks_the_bound(term: str, factor: float) -> None:
     driven = sample_arm()
     values = dict(driven.machine.values) | {term: driven.machine.values[term] * factor}
     wrong = replace(driven, machine=replace(driven.machine, values=values))
-    assert rms(swing(wrong, 1.5) - driven.by_xneck(1.5).alpha) > BOUND_RAD
+    assert rms(swing(wrong, 0.8) - driven.by_xneck(0.8).alpha) > BOUND_RAD
 
 
 def test_an_actuator_with_a_lag_follows_its_command() -> None:
