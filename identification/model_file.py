@@ -69,7 +69,8 @@ class Model(Strict):
         for name, value in values.items():
             one_of("model", name, sorted(names), "parameter")
             places = [k for k, p in enumerate(entries) if p.name == name]
-            numbers = [float(value)] * len(places) if np.ndim(value) == 0 else list(map(float, np.asarray(value)))
+            numbers = np.atleast_1d(np.asarray(value, dtype=float)).tolist()
+            numbers = numbers * len(places) if np.ndim(value) == 0 else numbers
             if len(numbers) != len(places):
                 raise Refused(
                     "model", f"{name}: {len(numbers)} values for {len(places)}", "give one for all, or one for each"
