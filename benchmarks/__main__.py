@@ -35,6 +35,7 @@ TOPICS = {
         "laws",
         "simulation",
         "simulation_error",
+        "observer",
         "growth",
         "verdict_time",
         "clean_arms",

@@ -2,10 +2,14 @@
 
 Every stage is the command of that name in a process of its own, reading and writing files, on one core; decoding alone stands
 beside `extract`. The video is the sample's over and over, angles and log of the other stages are motions of 20 s one after the
-other. Time has what it takes to load Python's libraries in it, which counts in the short recordings. `diagnose` tries
-causes for minutes and is left out of the longest.
+other. Time has what it takes to load Python's libraries in it, which counts in the short recordings. `extract` is left out of
+the two hours, which it would take for hours.
+
+    python -m benchmarks.growth                     the whole table, an hour or more
+    python -m benchmarks.growth --data 1 6 60       without videos, up to 20 min
 """
 
+import argparse
 import os
 import subprocess
 import sys
@@ -29,10 +33,10 @@ from xneck_foundation.strict_yaml import parse_yaml
 SAMPLES = Path(__file__).parents[1] / "samples"
 VIDEO_S, TURN_S = 24, 20
 """one turn of the video, and of angles and log"""
-VIDEO_TURNS, TURNS = (1, 5, 50), (1, 6, 60)
-"""24 s or 20 s, 2 min, 20 min"""
-DIAGNOSED_S = 120
-"""the longest recording that is diagnosed"""
+VIDEO_TURNS, TURNS = (1, 5, 50), (1, 6, 60, 360)
+"""24 s or 20 s, 2 min, 20 min; of angles and log two hours too"""
+DATA_STAGES = ("sync", "check", "identify", "simulate", "diagnose")
+"""that need no video"""
 FLAT = 1.1
 """times the memory of the shortest recording, up to which that of the longest counts as the same"""
 COLUMNS = ("s", "ms per s", "peak MB")
@@ -61,12 +65,17 @@ def measure(video_turns: Sequence[int] = VIDEO_TURNS, turns: Sequence[int] = TUR
         for count in video_turns:
             found += _of_video(Path(folder), count)
         for count in turns:
-            found += _of_data(Path(folder), count)
+            found += of_data(Path(folder), count)
+    return table_of(found)
+
+
+def table_of(found: Sequence[Spent]) -> Table:
+    """Their figures stage by stage, the shortest recording first."""
     stages = {one.stage: [s for s in found if s.stage == one.stage] for one in found}
     ordered = [one for series in stages.values() for one in series]
     rows = tuple((f"{s.stage}, {minutes(s.length)}", (s.length, s.each, s.megabytes)) for s in ordered)
     title = f"Growth with length, {minutes(found[0].length)} to {minutes(max(s.length for s in found))}"
-    claims = tuple(claim for series in stages.values() for claim in _claims(series, stages["decode"]))
+    claims = tuple(claim for series in stages.values() for claim in _claims(series, stages.get("decode", ())))
     return Table(title, COLUMNS, rows, claims, tuple(map(words, stages.values())))
 
 
@@ -88,9 +97,11 @@ def minutes(seconds: float) -> str:
 
 def _claims(series: Sequence[Spent], decoding: Sequence[Spent]) -> Iterator[Claim]:
     """The longest recording beside the one before it, in time, and beside the shortest, in memory."""
+    if len(series) < 2:
+        return
     first, before, last = series[0], series[-2], series[-1]
     on, stage = minutes(last.length), last.stage
-    limit = ("decoding alone", decoding[-1].each) if stage == "extract" else None
+    limit = ("decoding alone", decoding[-1].each) if stage == "extract" and decoding else None
     yield Claim(f"{stage}: ms a second of the recording", on, last.each, (minutes(before.length), before.each), limit)
     yield Claim(f"{stage}: peak of memory, MB", on, last.megabytes, (minutes(first.length), first.megabytes))
 
@@ -104,16 +115,21 @@ def _of_video(folder: Path, turns: int) -> Iterator[Spent]:
     yield spent("extract", turns * VIDEO_S, video, *files, "--quiet")
 
 
-def _of_data(folder: Path, turns: int) -> Iterator[Spent]:
+def of_data(folder: Path, turns: int, stages: Sequence[str] = DATA_STAGES) -> Iterator[Spent]:
+    """What the stages took, files in `folder`; `sync` comes first, and is needed by the others."""
     length = turns * TURN_S
-    data, model = folder / "fitted.mcap", folder / "model.yaml"
+    data, model, simulated = folder / "fitted.mcap", folder / "model.yaml", folder / "simulated.mcap"
+    calls: dict[str, tuple[object, ...]] = {
+        "check": (data,),
+        "identify": (data, "--out", model),
+        "simulate": (data, "--model", model, "--out", simulated),
+        "diagnose": (data, "--held-out", folder / "held_out.mcap", "--out", folder / "diagnosis"),
+    }
     yield _synced(data, turns, 1)
-    yield spent("check", length, data, "--quiet")
-    yield spent("identify", length, data, "--out", model, "--quiet")
-    if length <= DIAGNOSED_S:
-        held_out = folder / "held_out.mcap"
-        _synced(held_out, turns, 2)
-        yield spent("diagnose", length, data, "--held-out", held_out, "--out", folder / "diagnosis", "--quiet")
+    if "diagnose" in stages:
+        _synced(folder / "held_out.mcap", turns, 2)
+    for stage in stages[1:]:
+        yield spent(stage, length, *calls[stage], "--quiet")
 
 
 def _synced(data: Path, turns: int, seed: int) -> Spent:
@@ -134,3 +150,17 @@ def spent(stage: str, length: float, *words: object) -> Spent:
         raise Refused(f"xneck {stage}, {minutes(length)}", " ".join(done.stderr.split("\n")[-2:]).strip())
     seconds, megabytes = done.stdout.splitlines()[-1].split()
     return Spent(stage, length, float(seconds), float(megabytes))
+
+
+def main() -> None:
+    """The table, of lengths that are asked for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--video", nargs="*", type=int, default=(), help=f"turns of the video, {VIDEO_S} s each")
+    parser.add_argument("--data", nargs="*", type=int, default=(), help=f"turns of angles and log, {TURN_S} s each")
+    asked = parser.parse_args()
+    lengths = (asked.video, asked.data) if asked.video or asked.data else (VIDEO_TURNS, TURNS)
+    print(measure(*lengths).text())
+
+
+if __name__ == "__main__":
+    main()

@@ -106,6 +106,10 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
         range(1301, 1306),
         "counted first; then the last step of a fit, steps of shapes, needless causes and the held-out floor were mended",
     ),
+    (
+        range(5000, 5012),
+        "noises, sigmas and limits of the observer and of what it is calibrated with; the tests stand on the last two",
+    ),
     (range(40, 52), "how far the state follows fast motion, and the variance of its cables' nuisances"),
 )
 

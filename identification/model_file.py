@@ -3,17 +3,19 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import yaml
 from pydantic import Field, field_validator, model_validator
 
-from mechanism.arm import Arm
+from mechanism.arm import Arm, arm_of
+from mechanism.description import Neck
 from mechanism.friction import CM
 from mechanism.laws import LAWS, is_law, law_named
 from mechanism.laws.unlisted import UnlistedLaw
 from mechanism.machine import Machine
+from mechanism.toleranced_numbers import moved, toleranced_numbers
 from xneck_foundation.errors import Refused, one_of
 from xneck_foundation.parameter import Parameter
 from xneck_foundation.spelling import quoted, valid_words
@@ -33,6 +35,47 @@ class ModelParameter(Strict):
     identified: bool
 
 
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class PoseNumber(Strict):
+    """A number by which motors tell the joints: of a law or cable as it is, of the drawing a share to be added (rad of a tilt)."""
+
+    name: str
+    index: int | None
+    kind: Literal["drawing", "law", "x0"]
+    value: Finite
+    sigma: Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class PoseResidual(Strict):
+    """What the camera saw that these numbers do not say."""
+
+    angle_rad: tuple[Finite, ...]
+    """of each joint, beyond the frames' own noise, rms"""
+    motor_N: tuple[Finite, ...]
+    """of each motor's equation, rms"""
+    low_alpha: tuple[Finite, ...]
+    """least angle that was seen of each joint, rad"""
+    high_alpha: tuple[Finite, ...]
+
+
+class PoseModel(Strict):
+    """Numbers of arm and laws by which motors tell the joints (identification/pose_calibration.py), with their covariance."""
+
+    numbers: tuple[PoseNumber, ...]
+    covariance: tuple[tuple[Finite, ...], ...]
+    """in the order of the numbers"""
+    residual: PoseResidual
+
+    @model_validator(mode="after")
+    def _square(self) -> "PoseModel":
+        rows = len(self.numbers)
+        if [len(row) for row in self.covariance] != [rows] * rows:
+            raise ValueError(f"covariance: expected {rows} rows of {rows} numbers, as many as numbers")
+        return self
+
+
 class Model(Strict):
     """The laws that one arm's motors, cables and joints obey, and their numbers."""
 
@@ -41,6 +84,8 @@ class Model(Strict):
     parameters: tuple[ModelParameter, ...]
     covariance: tuple[tuple[float | None, ...], ...] | None = None
     """covariance of the parameters, in their order and units; null where it is unknown"""
+    pose: PoseModel | None = None
+    """numbers by which motors tell the joints, for `xneck observe`; None where no camera was there to find them"""
     provenance: dict[str, Any] = Field(default_factory=dict)
 
     @field_validator("laws")
@@ -61,8 +106,8 @@ class Model(Strict):
     def with_(self, **values: float | Sequence[float]) -> "Model":
         """The model with other values of some parameters: one number for all cables or joints, or one for each.
 
-        What was set is exact: it has no sigma, and nothing covaries with it. Raises Refused where the model has no such parameter,
-        or has another number of it.
+        What was set is exact: it has no sigma, and nothing covaries with it; `pose` is dropped. Raises Refused where the model has
+        no such parameter, or has another number of it.
         """
         entries, names = list(self.parameters), {p.name for p in self.parameters}
         fixed: list[int] = []
@@ -85,7 +130,9 @@ class Model(Strict):
             tuple(0.0 if i in fixed or j in fixed else v for j, v in enumerate(row))
             for i, row in enumerate(self.covariance)
         )
-        return self.model_copy(update={"parameters": tuple(entries), "covariance": covariance})
+        # what motors tell of the joints was found with the numbers as they were
+        changed = {"parameters": tuple(entries), "covariance": covariance} | ({"pose": None} if fixed else {})
+        return self.model_copy(update=changed)
 
 
 def model_of(
@@ -139,6 +186,33 @@ def machine_of(model: Model, arm: Arm) -> Machine:
     if any(p.name == "x0" for p in model.parameters):
         arm = replace(arm, x0=_values(model, "x0", arm.M))
     return Machine(arm, model.laws, values)
+
+
+def pose_machine(model: Model, neck: Neck, amounts: Mapping[int, float] | None = None) -> Machine:
+    """The arm with the numbers by which its motors tell its joints; amounts: added to some, by their place in the model's `pose`.
+
+    As the model and the description have it where no camera found such numbers.
+    """
+    machine = machine_of(model, arm_of(neck))
+    if model.pose is None:
+        return machine
+    by_name = {number.name: number for number in toleranced_numbers(neck)}
+    values = {name: v.copy() for name, v in machine.values.items()}
+    x0, drawing = machine.arm.x0.copy(), {}
+    for place, number in enumerate(model.pose.numbers):
+        value = number.value + (amounts or {}).get(place, 0.0)
+        if number.kind == "drawing" and number.name in by_name:
+            drawing[number.name] = value
+        elif number.kind == "x0" and number.index is not None and number.index <= len(x0):
+            x0[number.index - 1] = value
+        elif number.kind == "law" and number.name in values and (number.index or 1) <= len(values[number.name]):
+            values[number.name][(number.index or 1) - 1] = value
+        else:
+            raise Refused(
+                "model", f"pose: {number.name}({number.index}) is none of this arm", "is it this arm's neck.yaml?"
+            )
+    arm = arm_of(moved(neck, [by_name[name] for name in drawing], list(drawing.values())))
+    return Machine(replace(arm, x0=x0), machine.names, values)
 
 
 def unlisted_laws_of(model: Model) -> tuple[tuple[str, ...], dict[str, float]]:

@@ -104,7 +104,9 @@ def cable_geometry(arm: Arm, alpha: Array) -> CableGeometry:
     """Lengths, angles of wrap and Z together; arm in batch layout, alpha (N, B)."""
     portion_of = portions(arm, alpha)
     shape = np.broadcast_shapes(alpha.shape, arm.L.shape, arm.b.shape, arm.r.shape)
-    length, wrap, jacobian = (np.zeros((*axes, *shape[1:])) for axes in ((arm.M,), (arm.M,), (arm.N, arm.M)))
+    length, wrap, jacobian = (
+        np.zeros_like(alpha, shape=(*axes, *shape[1:])) for axes in ((arm.M,), (arm.M,), (arm.N, arm.M))
+    )
     for j, route in enumerate(arm.routes):
         for i, word in enumerate(route):
             length[j] += portion_of[word].length[i]

@@ -78,7 +78,7 @@ def terms_batch_last(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:
     across = _cross(first, q)
     spin = across + second + _cross(foot, m * u) + folded / 2 + arm.diagonal_inertia
     fold = m * (s.d1**2 + h1**2 + (d**2 + h**2) / 4) / 2 + arm.diagonal_inertia * (0.5 + 2 * lean1**2)
-    M = np.empty((n, n, *np.broadcast_shapes(d.shape, mass.shape)[1:]))
+    M = np.empty_like(d, shape=(n, n, *np.broadcast_shapes(d.shape, mass.shape)[1:]))
     for i in range(n):
         M[:i, i] = M[i, :i] = spin[i] + _dot(q[:i], momentum[i])
         M[i, i] = (mass * _square(q) + 2 * across + second + fold)[i]
@@ -109,7 +109,7 @@ def _summed(values: Values) -> Values:
 
 
 def _unit(angle: Array) -> Complex:
-    out = np.empty(angle.shape, dtype=complex)
+    out = np.empty_like(angle, dtype=complex)
     out.real, out.imag = np.cos(angle), np.sin(angle)
     return out
 

@@ -99,7 +99,7 @@ class Machine:
 
     def memory_rate(self, at: CableMotion, z: Array) -> Array:
         """Rate of the cables' memory variables, (..., M, states)."""
-        out, first = np.empty(np.broadcast_shapes(z.shape, (*at.x.shape, self.states))), 0
+        out, first = np.empty_like(z, shape=np.broadcast_shapes(z.shape, (*at.x.shape, self.states))), 0
         for law in self.laws:
             if law.states:
                 part = slice(first, first + law.states)

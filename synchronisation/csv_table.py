@@ -2,11 +2,12 @@
 
 import csv
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.dataset.series import Series
 from synchronisation.csv_header import missing_columns, spelled_otherwise
@@ -14,9 +15,18 @@ from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted
 
+Array = NDArray[np.float64]
 
-def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str] = ()) -> Series:
+_ROWS_AT_ONCE = 50_000
+"""rows that are held as Python's numbers, which take ten times as much memory"""
+
+
+def read_table(
+    path: str | Path, required: Sequence[str], optional: Sequence[str] = (), max_rows: int | None = None
+) -> Series:
     """Columns `time`, all of `required`, and those of `optional` that the file has; empty cells are NaN.
+
+    max_rows: more are refused, before they are all in memory.
 
     Raises Refused for missing or doubled columns and for cells that are not numbers, naming row and column.
     """
@@ -28,8 +38,9 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
             header = [cell.strip() for cell in next(rows, [])]
             if not header:
                 raise Refused(path, "is empty", "expected a header and rows of numbers")
-            at = _columns(path, header, rows, ("time", *required), optional)
-            places, table = list(at.values()), []
+            at = table_columns(path, header, rows, ("time", *required), optional)
+            places, table, rows_before = list(at.values()), list[list[float]](), 0
+            columns = {name: list[Array]() for name in at}
             for number, row in enumerate(rows, start=2):
                 if not row:
                     continue
@@ -38,7 +49,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
                         path, f"row {number} has {len(row)} cells, the header {len(header)}", "is it half-written?"
                     )
                 try:
-                    table.append(_numbers([row[k] for k in places]))
+                    table.append(row_numbers([row[k] for k in places]))
                 except ValueError:
                     if number == 2 and not any(_is_number(row[k]) for k in at.values()):
                         what = f"row 2 holds no numbers but {quoted(','.join(row))}, as units do"
@@ -46,17 +57,32 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
                     name = next(name for name, k in at.items() if not _is_number(row[k]))
                     what = f"row {number}, column {name}: {quoted(row[at[name]])} is not a number"
                     raise Refused(path, what) from None
+                if max_rows is not None and rows_before + len(table) > max_rows:
+                    raise Refused(path, f"has more than {max_rows} rows", "cut log and angles in parts, hours each")
+                if len(table) == _ROWS_AT_ONCE:
+                    _add_rows(columns, table)
+                    rows_before += len(table)
+                    table.clear()
     except UnicodeDecodeError as error:
         raise Refused(path, "cannot be read as CSV (not UTF-8 text)", "save it as UTF-8") from error
     except (OSError, csv.Error) as error:
         raise Refused(path, f"cannot be read as CSV ({getattr(error, 'strerror', None) or error})") from error
-    if not table:
+    if not rows_before and not table:
         raise Refused(path, "has a header but no rows")
-    values = np.array(table)
-    return Series(values[:, 0], {name: values[:, k] for k, name in enumerate(at) if k})
+    _add_rows(columns, table)
+    # column by column, each given up in its pieces as it is joined: not all is there twice
+    joined = {name: np.concatenate(columns.pop(name)) for name in at}
+    return Series(joined.pop("time"), joined)
 
 
-def _columns(
+def _add_rows(columns: Mapping[str, list[Array]], table: Sequence[Sequence[float]]) -> None:
+    """Rows of numbers as one more piece of each column."""
+    if table:
+        for pieces, values in zip(columns.values(), np.array(table).T, strict=True):
+            pieces.append(values.copy())
+
+
+def table_columns(
     path: Path, header: list[str], rows: Iterator[list[str]], required: Sequence[str], optional: Sequence[str]
 ) -> dict[str, int]:
     """Places of the columns that are read, by name. Raises Refused where one is missing, or any stands twice."""
@@ -71,7 +97,7 @@ def _columns(
     return {name: places[name] for name in (*required, *optional) if name in places}
 
 
-def _numbers(cells: list[str]) -> list[float]:
+def row_numbers(cells: list[str]) -> list[float]:
     """The numbers in cells, as `_number` gives each. Raises ValueError."""
     if "_" not in "".join(cells):
         # nearly all rows: one pass in C

@@ -1,6 +1,6 @@
 """The controller's log: motor angles theta and forces f on its own clock, brought into our signs and units."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +23,8 @@ LED = "led"
 """column of a log, or joint of an MCAP, that says whether the light was on"""
 MAX_LOGGED_MAGNITUDE = 1e9
 """largest motor angle or force that a log may hold, in whatever unit it is logged (docs/thresholds.md)"""
+MAX_LOG_ROWS = 5_000_000
+"""rows of a log beyond which it is refused: nearly three hours at 500 Hz (docs/thresholds.md)"""
 
 _SHOWN = 60
 """characters of joints' names that are shown"""
@@ -37,30 +39,39 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     Raises Refused where columns or joints are missing, values not finite, or times do not increase.
     """
     path = Path(path)
-    m = neck.M
     if path.suffix == ".mcap":
-        series = _from_joint_states(path, neck)
-    else:
-        forces = [f"f{j + 1}" for j in range(m)]
-        further = f"theta{m + 1}"
-        series = read_table(path, [f"theta{j + 1}" for j in range(m)], optional=[*forces, LED, further])
-        if further in series.columns:
-            raise Refused(path, f"has {further}, and neck.yaml has {m} motors", "is it this arm's neck.yaml?")
-        missing = [name for name in forces if name not in series.columns]
-        if 0 < len(missing) < m:
-            raise Refused(
-                path,
-                f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
-                "log the forces of all motors, or of none",
-            )
-    return checked_log(series, neck, path)
+        return motor_log(motor_channel(joint_state.read(path).logs, neck, path), neck, path)
+    required, optional = log_columns(neck)
+    series = read_table(path, required, optional, max_rows=MAX_LOG_ROWS)
+    check_columns(path, series.columns, neck)
+    return motor_log(series, neck, path)
 
 
-def checked_log(series: Series, neck: Neck, path: str | Path) -> Series:
-    """The log in our signs and units, from columns theta1..M and optional f1..M and led as logged; path: where they come from.
+def log_columns(neck: Neck) -> tuple[list[str], list[str]]:
+    """The columns that a CSV must have beside `time`, and those that are looked for."""
+    numbers = range(1, neck.M + 1)
+    return [f"theta{j}" for j in numbers], [*(f"f{j}" for j in numbers), LED, f"theta{neck.M + 1}"]
 
-    Raises Refused where values are not finite, times do not increase, or a counter wraps too fast to tell.
-    """
+
+def check_columns(path: Path, columns: Collection[str], neck: Neck) -> None:
+    """Raises Refused where a CSV has columns of more motors than neck.yaml, or forces of some only."""
+    m = neck.M
+    further = f"theta{m + 1}"
+    if further in columns:
+        raise Refused(path, f"has {further}, and neck.yaml has {m} motors", "is it this arm's neck.yaml?")
+    missing = [name for j in range(m) if (name := f"f{j + 1}") not in columns]
+    if 0 < len(missing) < m:
+        raise Refused(
+            path,
+            f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
+            "log the forces of all motors, or of none",
+        )
+
+
+def motor_log(series: Series, neck: Neck, path: str | Path) -> Series:
+    """Columns as `path` holds them, in our signs and units: as `read_log` gives them, and refuses them."""
+    if len(series) > MAX_LOG_ROWS:
+        raise Refused(path, f"has more than {MAX_LOG_ROWS} rows", "cut log and angles in parts, hours each")
     check_time_unit(series.time, str(path), "rows")
     check_time(series.time, str(path))
     check_log_rate(series.time, str(path))
@@ -85,9 +96,10 @@ def checked_log(series: Series, neck: Neck, path: str | Path) -> Series:
     return Series(series.time, columns)
 
 
-def _from_joint_states(path: Path, neck: Neck) -> Series:
-    """Columns theta, f and led as logged, from the one topic that holds the motors: by their joints' names, or by their number."""
-    logs = joint_state.read(path).logs
+def motor_channel(logs: Mapping[str, JointStateChannel], neck: Neck, path: Path) -> Series:
+    """Columns theta, f and led as logged, from the one topic that holds the motors: by their joints' names, or by their number.
+
+    Raises Refused where none does, or several do."""
     joints = [motor.joint for motor in neck.motors if motor.joint is not None]
     topics = {joint: topic for joint in joints for topic in logs if joint.startswith(f"/{topic}/")}
     names = [joint.removeprefix(f"/{topics[joint]}/") if joint in topics else joint for joint in joints]

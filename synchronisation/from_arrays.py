@@ -8,7 +8,7 @@ from identification.dataset.series import Series, numbered_columns
 from mechanism.description import Neck
 from mechanism.neck_text import neck_text
 from synchronisation.angles import checked_angles
-from synchronisation.encoder_log import checked_log
+from synchronisation.encoder_log import motor_log
 from synchronisation.synchronise import synchronise
 from xneck_foundation.errors import Refused
 from xneck_foundation.provenance import note_inputs, provenance
@@ -52,7 +52,7 @@ def dataset_from_arrays(
         neck,
         neck_text(neck),
         checked_angles(angles, neck.N, _WHERE, {"source": _WHERE}),
-        checked_log(log, neck, _WHERE),
+        motor_log(log, neck, _WHERE),
         origin,
     )
 

@@ -65,7 +65,7 @@ def synchronise(
     has_force = "f1" in log.columns
     clock_sigma = (clock.offset_sigma, clock.skew_sigma)
     estimate = estimate_state(arm, frames, motors, even_log.time[inside], clock_sigma, fuse=has_force)
-    state = _state_columns(arm, estimate, motors, inside, frames)
+    state = state_columns(arm, estimate, motors, inside, frames)
     # what the log does not hold is no elongation
     logged = frames.clear_of(clock.repaired.gaps, GAP_MARGIN_S)
     check = check_elongations(arm, state, logged, clock.offset_sigma).as_json() if has_force else dict(UNCHECKED)
@@ -84,7 +84,7 @@ def synchronise(
     )
 
 
-def _state_columns(
+def state_columns(
     arm: Arm, estimate: StateEstimate, motors: Motors, inside: NDArray[np.bool_], frames: FrameAngles
 ) -> Series:
     """The state at the log's rows within the video, with the angles by vision alone and the motors' own sigmas beside it."""

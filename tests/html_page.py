@@ -10,6 +10,7 @@ from typing import Any
 
 from playwright.sync_api import Page
 
+from xneck.report import template
 from xneck.report.figures_file import figures_beside
 
 
@@ -75,6 +76,7 @@ class Tables(HTMLParser):
             self.under[self._heading][-1][-1] += data
 
 
+SCRIPT = Path(template.__file__).with_name("plot_cursor.js")
 SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 
@@ -86,13 +88,16 @@ def read_number(text: str) -> float:
 
 
 def check_alone(report: Path, elements: Elements) -> None:
-    """Ids are unique, every reference has its target, and nothing is fetched from elsewhere or run."""
+    """Ids are unique, every reference has its target, and nothing is fetched from elsewhere, nor run but the pages' own script."""
     ids = Counter(attributes["id"] for _, attributes in elements.tags if "id" in attributes)
     assert max(ids.values()) == 1
     text = report.read_text(encoding="utf-8")
     assert set(re.findall(r'(?:url\(#|href="#)([^")]+)', text)) <= set(ids)
+    assert re.findall(r"<script.*?</script>", text, re.DOTALL) == [
+        f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>"
+    ]
     for tag, attributes in elements.tags:
-        assert tag not in ("script", "iframe", "object", "base", "form")
+        assert tag not in ("iframe", "object", "base", "form")
         for name in ("src", "href", "xlink:href", "srcset", "action"):
             value = attributes.get(name)
             assert value is None or value.startswith(("#", "data:")), (tag, name, value)

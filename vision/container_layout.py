@@ -46,6 +46,21 @@ def truncation(path: Path) -> str | None:
         return longer if any(box.end > size for box in boxes if box.kind in _LARGE) else None
 
 
+def index_comes_last(path: Path) -> bool | None:
+    """Whether an mp4 or mov holds pictures before its index, so that it cannot be read before it is finished; None where it cannot
+    be told yet. False for other files. Raises OSError."""
+    with path.open("rb") as stream:
+        head = stream.read(12)
+        if len(head) < 12:
+            return None
+        if head[4:8] not in MP4_BEGINNINGS:
+            return False
+        for box in _boxes(stream, 0, path.stat().st_size):
+            if box.kind in (b"moov", b"mdat"):
+                return box.kind == b"mdat"
+    return None
+
+
 def is_joined(path: Path) -> bool:
     """Whether a second mp4 or Matroska video follows the first in the same file. Raises OSError."""
     size = path.stat().st_size

@@ -1,7 +1,8 @@
 """A recorded video to joint angles."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -17,13 +18,14 @@ from vision.light_patch import LightPatch
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.linkage.linkage_fit import LinkageFit, fit_linkage
 from vision.linkage.marker_placement import describe_placement
+from vision.linkage.observed_corners import Floats
 from vision.linkage.shared_fit import LinkageOptions, PlacementPrior, fit_shared
 from vision.markers.tracking import DOUBLED, REPEATED, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
 from vision.noise_by_frames import with_noise_by_frames
 from vision.repeated_pictures import repeated_pictures
 from vision.shutter import UNKNOWN_SHUTTER, Shutter, at_middle_row
-from vision.video import Video
+from vision.video import Segment, Video
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
 
@@ -53,6 +55,11 @@ class ExtractionOptions:
     """whether corners are fitted to all grey levels of a marker, or to the edges of its square only"""
     light: LightPatch | None = None
     """where a light that the controller switches is seen; its brightness is read from every frame"""
+
+    @property
+    def tracking(self) -> TrackingOptions:
+        """How markers are followed from frame to frame."""
+        return TrackingOptions(self.template, self.shutter.exposure_s)
 
 
 @dataclass(frozen=True)
@@ -96,8 +103,11 @@ def extract(
     options: ExtractionOptions = ExtractionOptions(),
     workers: int = 1,
     progress: Callable[[int], object] = lambda frames: None,
+    tracked: Mapping[Segment, MarkerTracks] = MappingProxyType({}),
 ) -> Extraction:
     """Angles of every frame of a video; `workers` processes share it, `progress` is called with each number of frames done.
+
+    `tracked` holds the tracks of segments that were tracked before, by `options.tracking`: these are not read again.
 
     Frames that show the picture before them again have no angles (`notes["repeated_frames"]`). Where neck.yaml's placement of the
     markers is believed, it is compared with what the motion shows (`notes["askew"]`).
@@ -113,15 +123,14 @@ def extract(
         )
     if options.light:
         options.light.refuse_outside(video.width, video.height, str(video.path))
-    tracking = TrackingOptions(options.template, options.shutter.exposure_s)
-    tracks = track_video(video, markers, tracking, workers, progress, options.light)
+    tracks = track_video(video, markers, options.tracking, workers, progress, options.light, tracked)
     _refuse_without_markers(video, markers, tracks)
     repeated = repeated_pictures(tracks.time, tracks.corners)
     tracks = _without(tracks, repeated)
     ids = [marker.id for marker in markers.on_bars]
     cells = np.stack([marker_cells(markers.dictionary, i) for i in ids]) if options.template else None
     seen = correct_lens_bow(camera, tracks.corners, cells)
-    covariance = None if tracks.covariance is None else tracks.covariance.astype(float)
+    covariance = tracks.covariance  # as single floats: hours of them as double ones would be most of memory
     linkage = LinkageOptions(options.placement, systematic_px=SYSTEMATIC_PX)
 
     def fitted(shutter: Shutter) -> tuple[Array, LinkageFit]:
@@ -264,7 +273,7 @@ def _angles(time: Array, fit: LinkageFit, notes: dict[str, Any], light: Array | 
 
 
 def _placement_warning(
-    neck: Neck, camera: Camera, corners: Array, covariance: Array | None, where: str, described: LinkageFit
+    neck: Neck, camera: Camera, corners: Array, covariance: Floats | None, where: str, described: LinkageFit
 ) -> str | None:
     """A sentence where markers that sit as neck.yaml says explain the corners much worse than markers free to sit elsewhere."""
     prior = PlacementPrior()

@@ -11,6 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+_FRAMES_AT_ONCE = 2000
+"""frames that are worked on at once, so that memory does not grow with the recording"""
 Stamp = Literal["start", "middle", "end"]
 
 
@@ -43,12 +46,24 @@ def at_middle_row(time: Array, corners: Array, height: int, shutter: Shutter) ->
 
 def velocity(time: Array, corners: Array) -> Array:
     """Velocity of corners in px/s by central differences; one-sided where a neighbour is missing, zero where both are."""
-    step = np.diff(time).reshape(-1, *[1] * (corners.ndim - 1))
-    between = np.diff(corners, axis=0) / step
-    nothing = np.full_like(corners[:1], np.nan)
-    before, after = np.concatenate([nothing, between]), np.concatenate([between, nothing])
+    parts = [
+        velocity_at(time, corners, np.arange(begin, min(begin + _FRAMES_AT_ONCE, len(corners))))
+        for begin in range(0, len(corners), _FRAMES_AT_ONCE)
+    ]
+    return np.concatenate(parts)
+
+
+def velocity_at(time: Array, corners: Array, frames: NDArray[np.intp]) -> Array:
+    """`velocity` in some of the frames alone."""
+    last = len(corners) - 1
+    earlier, later = np.maximum(frames - 1, 0), np.minimum(frames + 1, last)
+    shape = (-1, *[1] * (corners.ndim - 1))
+    first, end = (frames == 0).reshape(shape), (frames == last).reshape(shape)
+    gap, next_gap = (time[frames] - time[earlier]).reshape(shape), (time[later] - time[frames]).reshape(shape)
+    # before the first frame and after the last one nothing is known, and the interval is that of the other side
+    gap, next_gap = np.where(first, next_gap, gap), np.where(end, gap, next_gap)
+    before = np.where(first, np.nan, (corners[frames] - corners[earlier]) / gap)
+    after = np.where(end, np.nan, (corners[later] - corners[frames]) / next_gap)
     # weights by the other side's interval make the mean exact for a parabola
-    gap = np.concatenate([step[:1], step])
-    next_gap = np.concatenate([step, step[-1:]])
     both = (before * next_gap + after * gap) / (gap + next_gap)
     return np.nan_to_num(np.where(np.isnan(both), np.where(np.isnan(before), after, before), both))

@@ -59,7 +59,7 @@ class Video:
 
 
 @dataclass(frozen=True)
-class _FirstPicture:
+class FirstPicture:
     """What the first picture that can be decoded says of all."""
 
     stamp: int
@@ -163,7 +163,7 @@ def _decoded_frames(video: Video, segment: Segment) -> Iterator[Frame]:
                 time = float(picture.pts * picture.time_base)
                 if time <= last:
                     raise _not_later(path, at, time, container.format.name)
-                grey = np.rot90(_luma(picture), video.quarter_turns)
+                grey = upright(picture, video.quarter_turns)
                 if grey.shape != (video.height, video.width):
                     size = f"{grey.shape[1]}x{grey.shape[0]}, those before it are {video.width}x{video.height}"
                     raise Refused(path, f"frame {at} is {size}", "give each part by itself")
@@ -222,7 +222,7 @@ def _segments(stamps: list[int], keys: list[int], tick: float) -> tuple[Segment,
     return tuple(segments)
 
 
-def _first_picture(path: Path) -> _FirstPicture:
+def _first_picture(path: Path) -> FirstPicture:
     """What the first decoded picture says. Raises Refused where there is none, or it must be turned or mirrored oddly."""
     container, stream = open_video(path)
     with container:
@@ -232,6 +232,12 @@ def _first_picture(path: Path) -> _FirstPicture:
             raise Refused(path, f"is damaged at its first frame ({error.strerror})", "copy the file again") from error
     if picture is None or picture.pts is None:
         raise Refused(path, "has no frame that can be decoded", "is it whole?")
+    return first_picture_of(path, picture)
+
+
+def first_picture_of(path: Path, picture: av.VideoFrame) -> FirstPicture:
+    """What a decoded picture says of all. Raises Refused where it must be turned or mirrored oddly."""
+    assert picture.pts is not None
     if picture.rotation % 90:
         raise Refused(path, f"is tagged as turned by {picture.rotation} deg", "only quarter turns are read")
     matrix = picture.side_data.get("DISPLAYMATRIX")
@@ -239,7 +245,12 @@ def _first_picture(path: Path) -> _FirstPicture:
         a, b, _, c, d, *_ = struct.unpack("=9i", bytes(matrix))
         if a * d - b * c < 0:
             raise Refused(path, "is tagged as mirrored", "record without it: a marker's mirror image is no marker")
-    return _FirstPicture(picture.pts, picture.rotation // 90 % 4, picture.interlaced_frame)
+    return FirstPicture(picture.pts, picture.rotation // 90 % 4, picture.interlaced_frame)
+
+
+def upright(picture: av.VideoFrame, quarter_turns: int) -> Grey:
+    """Grey levels of a picture, turned as the rotation tag asks for, (height, width)."""
+    return np.rot90(_luma(picture), quarter_turns)
 
 
 def _luma(picture: av.VideoFrame) -> Grey:

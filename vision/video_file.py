@@ -67,7 +67,7 @@ def open_video(path: Path) -> tuple[av.container.InputContainer, VideoStream]:
         # an absolute name after the protocol: no name is taken for an address, a device or a list of names
         container = av.open(f"file:{path.absolute()}", container_options=_OPTIONS, metadata_errors="replace")
     except (av.error.FFmpegError, ValueError) as error:
-        raise _refusal(path, getattr(error, "strerror", None) or str(error)) from error
+        raise refusal_of(path, getattr(error, "strerror", None) or str(error)) from error
     streams = videos_in(container)
     if streams:
         return container, streams[0]
@@ -91,7 +91,7 @@ def refuse_incomplete(path: Path) -> None:
         raise Refused(path, "keeps its pictures in another file, which is not read", "save it with its pictures in it")
 
 
-def _refusal(path: Path, error: str) -> Refused:
+def refusal_of(path: Path, error: str) -> Refused:
     """Why FFmpeg did not open a file, by what the file begins with; `error` is what FFmpeg says."""
     try:
         with path.open("rb") as stream:

@@ -6,6 +6,7 @@ Each function does what the command of its name does, and writes no files of its
 - `check` whether camera and motors agree, `identify` friction and elasticity, `simulate` the recorded forces
 - `read_neck` and `read_model`; `neck.with_({...})` and `model.with_(k=...)` are the same with other numbers
 - `simulate_motion` that was designed and not played yet; `mujoco_model` is the arm for MuJoCo
+- `observe` the joints of a log without a camera, or with `Observer` row by row; `calibrate_pose` finds what a model needs for it
 - `discover` what law a residual follows, of this arm or of any other bench
 - `diagnose` what the simulation gets wrong
 - `in_words` and `as_record` give any of these results as text and ready for JSON, `figures` as matplotlib figures, `to_arrays`,
@@ -36,9 +37,12 @@ if TYPE_CHECKING:
     from identification.dataset.dataset_file import read_dataset, write_dataset
     from identification.estimates import estimate as identify
     from identification.model_file import read_model, write_model
+    from identification.pose_calibration import calibrate_pose
     from identification.simulation.simulated_motion import simulate_motion
     from identification.simulation.simulated_recording import simulate_recording as simulate
     from mechanism.description import read_neck
+    from observation.observed_log import observe_log as observe
+    from observation.observer import Observer
     from synchronisation.check.from_dataset import check_dataset as check
     from synchronisation.from_arrays import dataset_from_arrays
     from xneck.export.motion_file import read_motion
@@ -51,8 +55,10 @@ if TYPE_CHECKING:
 __version__ = VERSION
 
 __all__ = [
+    "Observer",
     "Refused",
     "as_record",
+    "calibrate_pose",
     "check",
     "dataset_from_arrays",
     "diagnose",
@@ -62,6 +68,7 @@ __all__ = [
     "in_words",
     "mujoco_model",
     "mujoco_start",
+    "observe",
     "read_dataset",
     "read_model",
     "read_motion",
@@ -78,6 +85,8 @@ __all__ = [
 
 _LOCATIONS = {
     "as_record": "xneck.export.result_words:as_record",
+    "Observer": "observation.observer:Observer",
+    "calibrate_pose": "identification.pose_calibration:calibrate_pose",
     "check": "synchronisation.check.from_dataset:check_dataset",
     "dataset_from_arrays": "synchronisation.from_arrays:dataset_from_arrays",
     "diagnose": "diagnosis.diagnose:diagnose",
@@ -87,6 +96,7 @@ _LOCATIONS = {
     "in_words": "xneck.export.result_words:in_words",
     "mujoco_model": "xneck.export.mujoco_file:mujoco_model",
     "mujoco_start": "xneck.export.mujoco_file:mujoco_start",
+    "observe": "observation.observed_log:observe_log",
     "read_dataset": "identification.dataset.dataset_file:read_dataset",
     "read_model": "identification.model_file:read_model",
     "read_motion": "xneck.export.motion_file:read_motion",

@@ -24,6 +24,7 @@ _COMMENTS = {
     **dict.fromkeys((".yaml", ".yml"), ("# ", "")),
     **dict.fromkeys((".html", ".svg", ".xml", ".md"), ("<!-- ", " -->")),
     ".pdf": ("% ", ""),
+    ".c": ("/* ", " */"),
 }
 """what begins and ends a comment on a line of its own, by suffix"""
 _TEXT = re.compile(r"xneck wrote what stands above, sha256 ([0-9a-f]{64})")

@@ -20,6 +20,11 @@ def json_text(value: Any) -> str:
     return _NOT_ASCII.sub(lambda found: found[0] if found[0].isprintable() else json.dumps(found[0])[1:-1], text)
 
 
+def json_line(value: Any) -> str:
+    """A value as JSON on one line; infinities and NaN become null, and characters beyond ASCII are escaped."""
+    return json.dumps(_plain(value))
+
+
 def read_record(path: Path) -> dict[str, Any]:
     """A record that xneck wrote, as it was before it was marked. Raises OSError, or ValueError where a file is not as written."""
     if not written_by_xneck(path):

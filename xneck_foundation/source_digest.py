@@ -10,6 +10,7 @@ _COMPUTING = (
     "mechanism",
     "calibration",
     "identification",
+    "observation",
     "state_estimation",
     "diagnosis",
     "synchronisation",
@@ -18,7 +19,7 @@ _COMPUTING = (
 )
 _SHOWING = ("cli", "report", "study", "viewers")
 """folders that change no number"""
-_SOURCES = (".py", ".jinja", ".css", ".yaml")
+_SOURCES = (".py", ".jinja", ".css", ".js", ".yaml")
 
 
 def source_digest(*folders: Path) -> str:

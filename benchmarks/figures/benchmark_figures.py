@@ -109,6 +109,7 @@ def _computing(claims: Claims) -> dict[str, str]:
         time, memory = claims.one("growth", f"{stage}: ms"), claims.one("growth", f"{stage}: peak")
         minutes = _minutes(memory.on) - _minutes((memory.peer or ("",))[0])
         figures |= {
+            f"growth.{stage}_on": memory.on,
             f"growth.{stage}_share": f"{_needed(time.ours) / 1000:.2g}",
             f"growth.{stage}_mb": f"{_needed(memory.ours):.0f}",
             f"growth.{stage}_mb_per_minute": f"{(_needed(memory.ours) - _peer(memory)) / minutes:.0f}",

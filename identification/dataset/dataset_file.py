@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.dataset.clock_record import log_time
+from identification.dataset.clock_record import log_time, validate_clock_record
 from identification.dataset.dataset import DataSet
 from identification.dataset.dataset_validation import validate_dataset
 from identification.dataset.series import Series, check_time
@@ -22,6 +22,10 @@ from xneck_foundation.whole_file import whole_file
 _TOPICS = ("state", "fasquelle", "angles", "log")
 _NEEDED = ("state", "fasquelle")
 EXPORT_FORMATS = ("csv", "npz", "mat")
+_ROWS_AT_ONCE = 20_000
+"""rows of a CSV that are made at once"""
+EDGE_S = 1.0
+"""s of frames and log beyond the rows of a part of a data set: splines through its frames reach over its rows"""
 
 
 def write_dataset(data: DataSet, path: str | Path) -> None:
@@ -48,8 +52,11 @@ def dataset_series(data: DataSet) -> dict[str, Series]:
     )
 
 
-def read_dataset(path: str | Path) -> DataSet:
+def read_dataset(path: str | Path, within: tuple[float, float] | None = None) -> DataSet:
     """A data set from its MCAP; of a damaged file what can be read, with a warning `Recovered`.
+
+    within: first and last time on the log's clock, s, of the rows that are wanted, where not all are. Only their part of the file
+    is read, and frames, log and covariance up to EDGE_S beyond them.
 
     Of state and fasquelle the longest stretch without a gap is taken, as they need even time steps. Raises Refused where the file
     is something else, or lacks state, fasquelle, clock or neck.yaml.
@@ -61,7 +68,8 @@ def read_dataset(path: str | Path) -> DataSet:
     >>> [name for name in state.columns if name.startswith("theta1")]  # rad, rad/s, rad/s^2
     ['theta1', 'theta1_d', 'theta1_dd']
     """
-    file = joint_state.read(path)
+    beyond = None if within is None else (within[0] - EDGE_S, within[1] + EDGE_S)
+    file = joint_state.read(path, beyond)
     needed = _NEEDED if file.lost else _TOPICS
     missing = [topic for topic in needed if topic not in file.logs]
     missing += [name for name, part in (("clock", file.metadata), ("neck.yaml", file.attached)) if name not in part]
@@ -76,6 +84,13 @@ def read_dataset(path: str | Path) -> DataSet:
         raise Refused(f"{path}:neck.yaml", "is not UTF-8 text") from error
     neck = strict_yaml.validate_document(strict_yaml.parse_yaml(text, f"{path}:neck.yaml"), Neck, f"{path}:neck.yaml")
     series = {topic: joint_state.as_series(log) for topic, log in file.logs.items()}
+    if within is not None and beyond is not None:
+        clock = file.metadata["clock"] if isinstance(file.metadata["clock"], dict) else {}
+        validate_clock_record(clock, f"{path}: clock")
+        for topic, one in series.items():
+            time = log_time(clock, one.time) if topic == "angles" and "offset_s" in clock else one.time
+            first, last = within if topic in _NEEDED else beyond
+            series[topic] = one.part((time >= first) & (time <= last))
     for topic in _NEEDED:
         check_time(series[topic].time, f"{path}:/{topic}")
         series[topic] = _longest_without_gap(series[topic]) if file.lost else series[topic]
@@ -102,11 +117,13 @@ def export_series(series: Series, path: str | Path) -> None:
     path = Path(path)
     columns = {"time": series.time} | dict(series.columns)
     if path.suffix == ".csv":
-        with whole_file(path) as part, part.open("w", newline="", encoding="utf-8") as stream:
+        with whole_file(path) as file, file.open("w", newline="", encoding="utf-8") as stream:
             rows = csv.writer(stream)
             rows.writerow(columns)
-            table = np.stack(list(columns.values()), axis=1)
-            rows.writerows([["" if value != value else repr(value) for value in row] for row in table.tolist()])
+            for begin in range(0, len(series), _ROWS_AT_ONCE):
+                part = slice(begin, begin + _ROWS_AT_ONCE)
+                table = np.stack([column[part] for column in columns.values()], axis=1)
+                rows.writerows([["" if value != value else repr(value) for value in row] for row in table.tolist()])
     elif path.suffix == ".npz":
         with whole_file(path) as part, part.open("wb") as stream:
             np.savez_compressed(stream, **columns)  # type: ignore[arg-type]

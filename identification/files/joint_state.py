@@ -50,7 +50,7 @@ int32 sec
 uint32 nanosec
 """
 
-_DECODERS = {"cdr": decode_cdr, "json": decode_json}
+DECODERS = {"cdr": decode_cdr, "json": decode_json}
 """by the encoding that a file names"""
 
 
@@ -99,13 +99,16 @@ def _table(topic: str, series: Series, log_time: Array) -> MessageTable:
     stamps = nanoseconds(series.time)
     messages = CdrTable(series, stamps)
     # MCAP times cannot be negative, the message's stamp can
-    logged, published = np.maximum(nanoseconds(log_time), 0), np.maximum(stamps, 0)
+    published = stamps if not len(stamps) or stamps.min() >= 0 else np.maximum(stamps, 0)
+    logged = published if log_time is series.time else np.maximum(nanoseconds(log_time), 0)
     return MessageTable(f"/{topic}", logged, published, messages.size, messages.rows)
 
 
-def read(path: str | Path) -> JointStateFile:
+def read(path: str | Path, within: tuple[float, float] | None = None) -> JointStateFile:
     """An MCAP file with JointState; where it is damaged or cut off, what can be read, with a warning `Recovered`.
 
+    within: first and last log time, s. Of a file with an index only the chunks are read that hold something between, so that rows
+    beyond are among what is returned, but no more than a chunk's on either side.
     Raises Refused where the file is missing, is something else, holds no JointState, or nothing of it can be read.
     """
     path = Path(path)
@@ -113,12 +116,13 @@ def read(path: str | Path) -> JointStateFile:
 
     def take(name: str, topic: Topic) -> None:
         with _joint_state(path, name):
-            if topic.encoding not in _DECODERS:
+            if topic.encoding not in DECODERS:
                 raise ValueError(f"they are encoded as {topic.encoding!r}, expected cdr or json")
             before = sum(len(part.time) for part in parts.get(name, ()))
-            parts.setdefault(name, []).append(_DECODERS[topic.encoding](topic.messages, before))
+            parts.setdefault(name, []).append(DECODERS[topic.encoding](topic.messages, before))
 
-    records = read_records(path, "JointState", take)
+    between = None if within is None else (int(within[0] * 1e9), int(within[1] * 1e9) + 1)
+    records = read_records(path, "JointState", take, between)
     logs = {}
     for name in list(parts):
         with _joint_state(path, name):

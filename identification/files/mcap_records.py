@@ -87,17 +87,20 @@ def checksummed(name: str, value: Any) -> dict[str, str]:
     return {"json": text, "crc32": _checksum(name, text)}
 
 
-def read_records(path: Path, kind: str, take: Callable[[str, Topic], object]) -> Records:
+def read_records(
+    path: Path, kind: str, take: Callable[[str, Topic], object], within: tuple[int, int] | None = None
+) -> Records:
     """Messages whose schema's name ends in `kind`, and all metadata and attachments.
 
     take: is called with a topic's name and the topic whenever it holds MAX_HELD_MESSAGES, and at the file's end; the messages are
-    dropped after it.
+    dropped after it. within: first and last log time, ns; chunks that hold nothing between are passed over, where the file has an
+    index.
     Raises Refused where the file is missing, not an MCAP, or where numbers without a checksum of their own are damaged.
     """
     check_input(path)
     try:
         with path.open("rb") as stream:
-            return _Reading(path, stream, kind).records(take)
+            return _Reading(path, stream, kind, within).records(take)
     except OSError as error:
         raise Refused(path, f"cannot be read ({error.strerror or error})") from error
 
@@ -105,12 +108,14 @@ def read_records(path: Path, kind: str, take: Callable[[str, Topic], object]) ->
 class _Reading:
     """One pass through a file."""
 
-    def __init__(self, path: Path, stream: BinaryIO, kind: str) -> None:
+    def __init__(self, path: Path, stream: BinaryIO, kind: str, within: tuple[int, int] | None = None) -> None:
         self.path, self.stream, self.kind = path, stream, kind
         self.size = path.stat().st_size
         if stream.read(len(MAGIC)) != MAGIC:
             raise Refused(path, "is not an MCAP file", "is it the right one, and copied as it was?")
         self.summary = _summary(stream, self.size)
+        self.passed_over = _chunks_outside(self.summary, within) if self.summary and within else frozenset[int]()
+        """where chunks begin that are not read"""
         self.channels: dict[int, Channel] = dict(self.summary.channels) if self.summary else {}
         self.schemas: dict[int, Schema] = dict(self.summary.schemas) if self.summary else {}
         self.topics: dict[str, Topic] = {}
@@ -143,7 +148,7 @@ class _Reading:
         hand_on(1)
         if self.nameless:
             self.damage.append(f"{self.nameless} messages are of channels whose description is lost")
-        for name, count in self._written().items():
+        for name, count in ({} if self.passed_over else self._written()).items():
             if count and name not in self.topics:
                 self.topics[name] = self._topic(next(c for c in self.channels.values() if _name(c) == name))
             if name in self.topics:
@@ -177,6 +182,9 @@ class _Reading:
                 self.damage.append(
                     f"{_KINDS.get(opcode, 'a record')} at byte {at} is larger than {MAX_CHUNK_BYTES >> 20} MiB"
                 )
+                at, crc = after, None
+                continue
+            if at in self.passed_over:
                 at, crc = after, None
                 continue
             content = self.stream.read(length)
@@ -299,6 +307,30 @@ def _index(summary: Summary) -> dict[int, int]:
     places |= {one.offset: int(Opcode.ATTACHMENT) for one in summary.attachment_indexes}
     places |= {one.offset: int(Opcode.METADATA) for one in summary.metadata_indexes}
     return dict(sorted(places.items()))
+
+
+def _chunks_outside(summary: Summary, within: tuple[int, int]) -> frozenset[int]:
+    """Where chunks begin that hold no message logged from the first to the last of two times, ns."""
+    first, last = within
+    return frozenset(
+        one.chunk_start_offset
+        for one in summary.chunk_indexes
+        if one.message_end_time < first or one.message_start_time > last
+    )
+
+
+def logged_span(path: Path) -> tuple[int, int] | None:
+    """First and last log time of a file's messages, ns, by the index at its end; None where it has none, or no messages."""
+    check_input(path)
+    try:
+        with path.open("rb") as stream:
+            summary = _summary(stream, path.stat().st_size) if stream.read(len(MAGIC)) == MAGIC else None
+    except OSError as error:
+        raise Refused(path, f"cannot be read ({error.strerror or error})") from error
+    if summary is None or not summary.chunk_indexes:
+        return None
+    chunks = summary.chunk_indexes
+    return min(one.message_start_time for one in chunks), max(one.message_end_time for one in chunks)
 
 
 def _why(error: BaseException) -> str:

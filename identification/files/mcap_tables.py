@@ -41,6 +41,8 @@ CHUNK_BYTES = 1 << 18
 COMPRESSION_LEVEL = -1
 """of zstd: a third of the default's time, for files that are 5 to 7 % larger"""
 
+_ROWS_INTERLEAVED = 20_000
+"""rows of the longest channel whose order is worked out at once"""
 _COMPRESSION = "zstd"
 _MESSAGE_HEAD = [
     ("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("logged", "<u8"), ("published", "<u8"),
@@ -139,16 +141,10 @@ class _ChunkContent:
 
 def _chunks(tables: Sequence[MessageTable], descriptions: bytes) -> Iterator[_ChunkContent]:
     """What chunks hold; the first one begins with `descriptions`, of schemas and channels."""
-    channel = _interleaved([len(table.logged) for table in tables])
     sizes = np.array([_HEAD_BYTES + table.size for table in tables], dtype=np.int64)
-    ends = len(descriptions) + np.cumsum(sizes[channel])
     done = [0] * len(tables)
-    begin, begin_byte = 0, 0
-    while begin < len(channel):
-        # a chunk ends with the message that exceeds it
-        end = min(int(np.searchsorted(ends, begin_byte + CHUNK_BYTES, side="right")) + 1, len(channel))
-        of_chunk = channel[begin:end]
-        offsets = ends[begin:end] - sizes[of_chunk] - begin_byte
+    for of_chunk in _chunk_channels(_interleaved([len(table.logged) for table in tables]), sizes, len(descriptions)):
+        offsets = len(descriptions) + np.cumsum(sizes[of_chunk]) - sizes[of_chunk]
         records, index = list[Iterator[bytes]](), dict[int, NDArray[np.void]]()
         for c, table in enumerate(tables):
             at = np.flatnonzero(of_chunk == c)
@@ -159,16 +155,44 @@ def _chunks(tables: Sequence[MessageTable], descriptions: bytes) -> Iterator[_Ch
             index[c + 1]["logged"], index[c + 1]["offset"] = table.logged[part], offsets[at]
         order = of_chunk.tolist()
         data = b"".join([next(records[c]) for c in order])
-        yield _ChunkContent(
-            descriptions + data if begin == 0 else data, {c + 1: index[c + 1] for c in dict.fromkeys(order)}
+        yield _ChunkContent(descriptions + data, {c + 1: index[c + 1] for c in dict.fromkeys(order)})
+        descriptions = b""
+
+
+def _chunk_channels(
+    pieces: Iterator[NDArray[np.intp]], sizes: NDArray[np.int64], begin_byte: int
+) -> Iterator[NDArray[np.intp]]:
+    """The messages' channels, chunk by chunk: one ends with the message that exceeds it. begin_byte: bytes before the first."""
+    waiting = np.empty(0, dtype=np.intp)
+    for piece in pieces:
+        waiting = np.concatenate([waiting, piece])
+        ends = begin_byte + np.cumsum(sizes[waiting])
+        done, done_byte = 0, 0
+        while (end := int(np.searchsorted(ends, done_byte + CHUNK_BYTES, side="right")) + 1) <= len(waiting):
+            yield waiting[done:end]
+            done, done_byte = end, int(ends[end - 1])
+            begin_byte = 0
+        waiting = waiting[done:]
+    if len(waiting):
+        yield waiting
+
+
+def _interleaved(counts: Sequence[int]) -> Iterator[NDArray[np.intp]]:
+    """Channels of all messages in their order, in pieces.
+
+    Channels of `counts` messages are interleaved so that all are equally far along.
+    """
+    longest = max(counts, default=0)
+    begins = [0] * len(counts)
+    for piece_end in range(_ROWS_INTERLEAVED, longest + _ROWS_INTERLEAVED, _ROWS_INTERLEAVED):
+        # row i of n is (i + 1/2) / n along; here are those before piece_end / longest
+        ends = [min(n, (2 * piece_end * n + longest - 1) // (2 * longest)) for n in counts]
+        share = np.concatenate(
+            [(np.arange(b, e) + 0.5) / max(n, 1) for b, e, n in zip(begins, ends, counts, strict=True)]
         )
-        begin, begin_byte = end, int(ends[end - 1])
-
-
-def _interleaved(counts: Sequence[int]) -> NDArray[np.intp]:
-    """Channels of all messages in their order, channels of `counts` messages interleaved so that all are equally far along."""
-    share = np.concatenate([(np.arange(n) + 0.5) / max(n, 1) for n in counts])
-    return np.repeat(np.arange(len(counts)), counts)[np.argsort(share, kind="stable")]
+        channel = np.repeat(np.arange(len(counts)), np.subtract(ends, begins))
+        yield channel[np.argsort(share, kind="stable")]
+        begins = ends
 
 
 def _add_chunk(stream: BinaryIO, content: _ChunkContent, compressor: zstandard.ZstdCompressor) -> ChunkIndex:

@@ -27,6 +27,10 @@ class ActuatorLag(Law):
             out[i] = lfilter([1 - d], [1, -d], force[i], axis=0, zi=d * force[i][:1])[0]
         return out
 
+    def next_force(self, p: Values, f: Array, before: Array | None, step: float) -> Array:
+        decay = np.exp(-step / np.maximum(p["taul"], _MIN_LAG_S))
+        return f if before is None else decay * before + (1 - decay) * f
+
     def commanded_force(self, p: Values, force: Array, step: float) -> Array:
         decay = np.exp(-step / np.maximum(p["taul"], _MIN_LAG_S))
         before = np.concatenate([force[..., :1, :], force[..., :-1, :]], axis=-2)

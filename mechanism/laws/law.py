@@ -123,6 +123,10 @@ class Law:
         """Forces that the log says where `force` (..., T, M), N, acts: the inverse of `acting_force`."""
         return force
 
+    def next_force(self, p: Values, f: Array, before: Array | None, step: float) -> Array:
+        """`acting_force` row by row: the force (M,), N, that acts where the log says f; before: that of the row before, if any."""
+        return self.acting_force(p, f[None], step)[0]
+
     def friction(self, p: Values, at: MotorMotion) -> Array:
         """Force that friction takes from the motor's command, (..., M), N."""
         return np.zeros(())

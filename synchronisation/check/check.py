@@ -69,6 +69,10 @@ class Check:
     cables: tuple[CableCheck, ...]
     faults: tuple[dict[str, Any], ...]
     with_baseline: bool = False
+    parts: int = 1
+    """consecutive parts of the recording that were checked one by one"""
+    in_few_parts: tuple[dict[str, Any], ...] = ()
+    """faults that too few parts show to count (checked_parts.py)"""
 
     @property
     def verdict(self) -> str:
@@ -77,7 +81,8 @@ class Check:
 
     def as_json(self) -> dict[str, Any]:
         """The contract's record of a check."""
-        return {
+        by_parts = {"parts": self.parts, "in_few_parts": list(self.in_few_parts)} if self.parts > 1 else {}
+        return by_parts | {
             "verdict": self.verdict,
             "usable": usable(self.faults),
             "with_baseline": self.with_baseline,
@@ -87,7 +92,7 @@ class Check:
 
     def as_text(self) -> str:
         """Verdict, cables and faults for a person, a line each."""
-        lines = [self.verdict]
+        lines = [self.verdict + (f", in {self.parts} parts one by one" if self.parts > 1 else "")]
         lines += [
             f"  cable {c.cable}: elongation {1e3 * c.elongation_mean:.2f} mm in the mean, {1e3 * c.elongation_rms:.2f} mm rms "
             f"about it, unexplained {1e3 * c.unexplained_rms:.3f} mm (vision alone {1e3 * c.expected_rms:.3f}), "
@@ -95,6 +100,10 @@ class Check:
             for c in self.cables
         ]
         lines += [f"  {sentence(fault)}" for fault in self.faults]
+        lines += [
+            f"  in {fault['parts']} of {self.parts} parts alone, and no verdict: {sentence(fault)}"
+            for fault in self.in_few_parts
+        ]
         if self.faults:
             fit = {True: "usable", False: "not usable as they are", "in part": "usable in part"}[usable(self.faults)]
             lines.append(f"  the data are {fit}")

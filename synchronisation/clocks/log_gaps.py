@@ -37,17 +37,19 @@ class RepairedLog:
 
 def repair_log(log: Series) -> RepairedLog:
     """Drops repeated samples (the first of each is true) and finds the gaps."""
-    values = np.stack(list(log.columns.values()), axis=1)
-    equal = np.all(np.diff(values, axis=0) == 0, axis=1)
+    equal = np.ones(len(log) - 1, dtype=bool)
+    for column in log.columns.values():
+        equal &= np.diff(column) == 0
     true = np.ones(len(log), dtype=bool)
-    moved = np.abs(np.diff(log.matrix("theta"), axis=0))
-    count = np.min(moved, axis=0, where=moved > 0, initial=np.inf)
+    theta = log.matrix("theta").T
+    moves = (np.abs(np.diff(column)) for column in theta)
+    count = np.array([np.min(moved, where=moved > 0, initial=np.inf) for moved in moves])
     edges = np.flatnonzero(np.diff(np.r_[False, equal, False].astype(int)))
     for begin, end in zip(edges[::2], edges[1::2], strict=True):  # rows begin..end are equal
         long = end - begin + 1 >= MIN_REPEATED_ROWS
-        if long and end < len(moved) and np.any(moved[end] > MIN_JUMP_COUNTS * count):
+        if long and end < len(equal) and np.any(np.abs(theta[:, end + 1] - theta[:, end]) > MIN_JUMP_COUNTS * count):
             true[begin + 1 : end + 1] = False
-    repaired = log.part(true)
+    repaired = log if true.all() else log.part(true)
     steps = np.diff(log.time)
     step = float(np.median(steps))
     gaps = np.flatnonzero(np.diff(repaired.time) > max(MIN_GAP_S, MIN_GAP_STEPS * step))

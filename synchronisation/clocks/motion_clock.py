@@ -63,7 +63,7 @@ def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array
     video_speeds, log_speeds = cable_speeds(time, winding), cable_speeds(log.time, travel)
     coarse = align_coarsely(video_speeds, log_speeds)
     check_labels(arm, time, alpha, video_speeds, log_speeds, coarse)
-    repetition = _check_repetition(coarse)
+    repetition = check_repetition(coarse)
     signals = log_signals_of(arm, log)
     motion = AlignedMotion(
         arm=arm,
@@ -109,7 +109,7 @@ def _check_motion(time: Array, winding: Array, log_time: Array, travel: Array) -
         raise Refused("sync", "the motors of the log stand still", "is it the log of this recording?")
 
 
-def _check_repetition(coarse: CoarseAlignment) -> tuple[str, ...]:
+def check_repetition(coarse: CoarseAlignment) -> tuple[str, ...]:
     """Refused where the motion repeats itself, a warning where it nearly does."""
     percent = 100 * coarse.second_peak
     if coarse.second_peak > MAX_SECOND_PEAK:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.growth import FLAT, Spent, spent, words
+from benchmarks.growth import FLAT, Spent, of_data, spent, words
 from benchmarks.long_recordings import chain, repeat_video
 from samples.generator.prescribed import World, prescribe
 from samples.worlds.clock_worlds import NECK_FILE, NOISE_RAD
@@ -64,3 +64,28 @@ def test_memory_is_flat_where_it_is() -> None:
     assert "20 s to 20 min" in said(100)
     assert "100 to 50 ms" in said(100)
     assert said(690).endswith("100 to 690 MB: 30 MB more a minute.")
+
+
+def test_two_hours_fit_into_a_gigabyte(tmp_path: Path) -> None:
+    """By the peaks of 4 and 8 minutes, in two and four parts of the same length.
+
+    From there the peak may grow, to stay below 1000 MB in two hours, by what is left of them in the share of the two hours that 4
+    minutes are; 40 MB are what one run differs from the next. A command that held the recording would take 240 MB more.
+    """
+    short, long = (
+        {one.stage: one for one in of_data(_folder(tmp_path, n), n, ("sync", "check", "identify"))} for n in (12, 24)
+    )
+    for stage, one in short.items():
+        more, seconds = long[stage].megabytes - one.megabytes, long[stage].length - one.length
+        left = (1000 - one.megabytes) * seconds / (7200 - one.length)
+        if stage == "identify":  # of 4 min it takes all, of 8 min stretches of 5
+            left += 75 * (300 - one.length) / 60
+        assert more < left + 40, (stage, one, long[stage])
+        # and time is no more than in proportion, loading of libraries in it
+        assert long[stage].each < 1.3 * one.each, (stage, one, long[stage])
+
+
+def _folder(inside: Path, turns: int) -> Path:
+    folder = inside / str(turns)
+    folder.mkdir()
+    return folder

@@ -70,3 +70,15 @@ def test_better_than_opencvs_default_iterations():
 
 def test_rendering_and_estimating_share_the_pixel_convention():
     assert lens.rays_to_pixels(np.zeros((1, 2)), P)[0] == pytest.approx(P[2:4])
+
+
+@pytest.mark.parametrize(("column", "power"), [(4, 2), (5, 4), (8, 6)])
+@pytest.mark.parametrize("size", [0.2, 0.6])
+def test_each_coefficient_folds_the_picture_back_where_its_slope_ends(column: int, power: int, size: float) -> None:
+    """r (1 - c r^n) rises until (n + 1) c r^n = 1, by hand; just within there is an inverse, just beyond there is none."""
+    p = np.array([900.0, 900.0, 640.0, 360.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    p[column] = -size
+    fold = (1 / ((power + 1) * size)) ** (1 / power)
+    turned = np.array([np.cos(1.0), np.sin(1.0)])
+    assert lens.is_invertible(0.99 * fold * turned[None], p)[0]
+    assert not lens.is_invertible(1.01 * fold * turned[None], p)[0]

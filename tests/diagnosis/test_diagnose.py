@@ -35,10 +35,10 @@ def synced(here: Path) -> Path:
 
 
 def diagnosed(
-    folder: Path, kinds: list[str], seed: int, seconds: tuple[float, float] = SECONDS
+    folder: Path, kinds: list[str], seed: int, seconds: tuple[float, float] = SECONDS, manner: str = "rich"
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """The record that `diagnose` writes, and the truth."""
-    hide(kinds, seed, folder, seconds=seconds)
+    hide(kinds, seed, folder, seconds=seconds, manner=manner)
     fitted, held_out = (synced(folder / name) for name in ("fitted", "held_out"))
     command("diagnose", fitted, "--held-out", held_out, "--out", folder / "out", "--quiet")
     return json.loads((folder / "out/diagnosis.json").read_text()), json.loads((folder / "truth.json").read_text())

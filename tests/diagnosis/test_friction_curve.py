@@ -26,7 +26,7 @@ def test_bumps_are_odd_and_one_at_their_speeds() -> None:
 
 
 def test_bumps_add_up_to_what_parts_a_hyperbola_from_the_arc_tangent() -> None:
-    """Of speed / (|speed| + 4 / pi), which has the arc tangent's tail, a fifth of what they differ by is left at most, by least squares."""
+    """Of speed / (|speed| + 4 / pi), whose tail is the arc tangent's, a fifth of what they differ by is left at most."""
     speed = np.geomspace(0.1, 150.0, 400)
     apart = speed / (speed + 4 / np.pi) - dry(speed)
     bumps = friction_bumps(speed)

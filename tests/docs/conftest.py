@@ -12,6 +12,7 @@ from diagnosis.diagnose import Diagnosis
 from identification.dataset.dataset import DataSet
 from identification.dataset.dataset_file import export_series
 from identification.dataset.series import Series
+from identification.pose_calibration import with_pose
 from identification.simulation.simulated_motion import motion_columns
 from tests.docs.pages import ROOT
 
@@ -25,7 +26,7 @@ def examples(tmp_path_factory: pytest.TempPathFactory) -> Path:
     monday, tuesday = (xneck.synchronise(folder / "samples" / name) for name in ("recording", "held_out"))
     xneck.write_dataset(monday, folder / "monday.mcap")
     xneck.write_dataset(tuesday, folder / "tuesday.mcap")
-    xneck.write_model(xneck.identify([monday]).model, folder / "model.yaml")
+    xneck.write_model(with_pose(xneck.identify([monday]).model, [monday]), folder / "model.yaml")
     moving = monday.state.part(slice(1000, 2000))  # two seconds of what was played, as a motion that was designed
     columns = {name: moving.columns[name] for name in motion_columns(monday.neck)}
     export_series(Series(moving.time, columns), folder / "motion.csv")

@@ -14,7 +14,8 @@ from tests.docs.pages import PAGES, ROOT, fenced
 
 PAGE = "new-effect.md"
 FOLDERS = (
-    "xneck", "vision", "synchronisation", "diagnosis", "state_estimation", "identification", "calibration", "discovery",
+    "xneck", "vision", "synchronisation", "diagnosis", "observation", "state_estimation", "identification", "calibration",
+    "discovery",
     "mechanism", "xneck_foundation", "samples", "tests", "docs", "benchmarks",
 )  # fmt: skip
 FILES = ("pyproject.toml", "README.md", "CHANGELOG.md", "Makefile")

@@ -18,8 +18,8 @@ from tests.docs.pages import PAGES
 
 ROOT = Path(__file__).parents[2]
 ROOMS = (
-    "calibration", "diagnosis", "discovery", "identification", "mechanism", "state_estimation", "synchronisation", "vision",
-    "xneck", "xneck_foundation",
+    "calibration", "diagnosis", "discovery", "identification", "mechanism", "observation", "state_estimation", "synchronisation",
+    "vision", "xneck", "xneck_foundation",
 )  # fmt: skip
 TAG = "(docs/thresholds.md)"
 """ends the docstring of a constant that decides"""

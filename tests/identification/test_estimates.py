@@ -74,6 +74,12 @@ def test_friction_stiffness_and_damping_are_the_truth_within_their_sigmas(found:
         assert np.max(np.abs(error) / sigma(found, name)) < 4, name
 
 
+def test_seconds_are_those_of_the_recording_but_for_the_ends_of_its_filter(data: DataSet, found: Estimates) -> None:
+    (seconds,) = found.seconds
+    recorded = data.state.time[-1] - data.state.time[0]
+    assert recorded - 1.5 < seconds <= recorded
+
+
 def test_least_squares_finds_too_little_stiffness_and_the_test_says_so(found: Estimates) -> None:
     s = found.solution
     slot = found.unknowns.slots["k", None]

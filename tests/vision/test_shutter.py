@@ -5,7 +5,7 @@ import numpy as np
 from mechanism.description import read_neck
 from tests.paths import NECK_FILE
 from tests.vision.scene import corners, rolled
-from vision.shutter import Shutter, at_middle_row
+from vision.shutter import Shutter, at_middle_row, velocity
 
 NECK = read_neck(NECK_FILE)
 ROW_S = 15e-6  # 11 ms for 720 rows
@@ -38,3 +38,15 @@ def test_stamps_mean_what_they_are_said_to_mean() -> None:
     shutter = {"exposure_s": 0.004, "row_s": 1e-5}
     for word, shift in (("start", 0.002 + 359.5e-5), ("middle", 0.0), ("end", -0.002 - 359.5e-5)):
         np.testing.assert_allclose(Shutter(**shutter, stamp=word).middle(TIME, 720) - TIME, shift, atol=1e-12)  # type: ignore[arg-type]
+
+
+def test_velocity_is_exact_for_a_parabola_whatever_the_gaps() -> None:
+    """Frames that were dropped leave uneven gaps, over which a slope weighted the wrong way round is off by the acceleration."""
+    time = np.array([0.0, 1.0, 3.0, 4.0, 8.0]) / 30
+    start, speed, acceleration = (np.random.default_rng(k).normal(0, 50, (1, 2, 4, 2)) for k in range(3))
+    t = time[:, None, None, None]
+    found = velocity(time, start + speed * t + acceleration * t**2 / 2)
+    np.testing.assert_allclose(found[1:-1], (speed + acceleration * t)[1:-1], rtol=1e-9, atol=1e-9)
+    # at the ends there is only the slope towards the neighbour: that of the middle between both
+    np.testing.assert_allclose(found[0], (speed + acceleration * t[1] / 2)[0], rtol=1e-9)
+    np.testing.assert_allclose(found[-1], (speed + acceleration * (t[-2] + t[-1]) / 2)[0], rtol=1e-9)

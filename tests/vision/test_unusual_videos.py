@@ -131,7 +131,7 @@ def test_sound_alone_and_a_cover_are_no_video(tmp_path: Path) -> None:
             if cover:
                 stream = out.add_stream("mjpeg", rate=1)
                 stream.width, stream.height, stream.pix_fmt = 96, 64, "yuvj420p"
-                stream.disposition = Disposition.attached_pic
+                stream.disposition = Disposition.attached_pic.value  # type: ignore[assignment]  # PyAV 17 takes numbers only
                 picture = av.VideoFrame.from_ndarray(np.full((96, 96), 99, np.uint8), format="yuvj420p")
                 picture.pts = 0
                 out.mux(stream.encode(picture))

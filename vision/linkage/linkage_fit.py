@@ -18,7 +18,7 @@ from vision.linkage.camera_motion import DriftTerm
 from vision.linkage.gauss_newton import fit_angles
 from vision.linkage.linkage_equations import degrees_of_freedom, inverse_normals
 from vision.linkage.marker_placement import MarkerPlacement, PlacedNumber, describe_depth, describe_placement
-from vision.linkage.observed_corners import CHUNK_FRAMES, whiten_corners
+from vision.linkage.observed_corners import CHUNK_FRAMES, Floats, whiten_corners
 from vision.linkage.offset_sensitivity import offset_sensitivity
 from vision.linkage.row_time import RowTime, row_time
 from vision.linkage.scene import poses_by_frame
@@ -101,7 +101,7 @@ def fit_linkage(
     corners: Array,
     where: str,
     *,
-    covariance: Array | None = None,
+    covariance: Floats | None = None,
     time: Array | None = None,
     options: LinkageOptions = LinkageOptions(),  # noqa: B008 (frozen)
 ) -> LinkageFit:
@@ -143,7 +143,7 @@ def fit_linkage(
 
 
 def _angles(
-    fit: SharedFit, camera: Camera, frames: NDArray[np.intp], stated: Array | None, focal: float, offset_sigma: float
+    fit: SharedFit, camera: Camera, frames: NDArray[np.intp], stated: Floats | None, focal: float, offset_sigma: float
 ) -> tuple[Array, Array, Array, Array]:
     """Of some frames: alpha, its covariance by noise and by the shared parameters, and the RMS residual in px.
 
@@ -172,8 +172,8 @@ def _angles(
     return alpha, noise, common, np.sqrt(squares / np.maximum(4 * observed.visible.sum(axis=1), 1))
 
 
-def _typical_px(covariance: Array) -> float:
+def _typical_px(covariance: Floats) -> float:
     """Median over all observations of the stated standard deviation of a corner's coordinate, px."""
-    spread = np.diagonal(covariance, axis1=-2, axis2=-1).mean(axis=-1)
+    spread = np.diagonal(covariance, axis1=-2, axis2=-1).mean(axis=-1, dtype=float)
     known = spread[np.isfinite(spread)]
     return float(np.sqrt(np.median(known))) if known.size else 1.0

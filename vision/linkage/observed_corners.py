@@ -9,6 +9,8 @@ from calibration import lens
 from calibration.camera import Camera
 
 Array = NDArray[np.float64]
+Floats = NDArray[np.floating]
+"""of single or double precision"""
 Complex = NDArray[np.complex128]
 
 CHUNK_FRAMES = 500
@@ -48,7 +50,7 @@ def normalise_corners(camera: Camera, corners: Array) -> Complex:
     return image
 
 
-def whiten_corners(camera: Camera, image: Complex, covariance: Array | None) -> ObservedCorners:
+def whiten_corners(camera: Camera, image: Complex, covariance: Floats | None) -> ObservedCorners:
     """Normalised corners (F, markers, 4) with the whitening by the covariance of their pixels, (F, markers, 8, 8), px^2.
 
     Without a covariance (None, or NaN for single markers) corners count as independent with 1 px each. A direction of zero

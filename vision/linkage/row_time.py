@@ -14,9 +14,9 @@ from calibration.camera import Camera
 from vision.linkage.block_covariance import clustered_covariance, frame_blocks
 from vision.linkage.gauss_newton import solve_scaled
 from vision.linkage.linkage_equations import linkage_equations
-from vision.linkage.observed_corners import whiten_corners
+from vision.linkage.observed_corners import Floats, whiten_corners
 from vision.linkage.shared_fit import SharedFit
-from vision.shutter import velocity
+from vision.shutter import velocity_at
 
 Array = NDArray[np.float64]
 
@@ -40,19 +40,22 @@ class RowTime:
 
 
 def row_time(
-    fit: SharedFit, camera: Camera, corners: Array, time: Array, alpha: Array, covariance: Array | None
+    fit: SharedFit, camera: Camera, corners: Array, time: Array, alpha: Array, covariance: Floats | None
 ) -> RowTime | None:
     """By a fit to corners (F, markers, 4, 2), px, at times (F,), s, with its angles (F, N), rad; None where nothing moves.
 
     covariance: of the corners, as `fit_linkage` takes it. The standard deviation follows from the scatter over the recording.
     """
-    moving = velocity(time, np.stack([fit.image.real, fit.image.imag], axis=-1))
-    rows = corners[..., 1] - (camera.height - 1) / 2
     known = np.flatnonzero(np.isfinite(alpha).all(axis=1))
     if len(known) < 2:
         return None
     frames = known[np.unique(np.linspace(0, len(known) - 1, MAX_FRAMES).astype(int))]
-    column = np.nan_to_num(rows[frames] * (moving[frames, ..., 0] + 1j * moving[frames, ..., 1]))[..., None]
+    near = np.unique(np.clip(frames[:, None] + [-1, 0, 1], 0, len(time) - 1))
+    moving = velocity_at(
+        time[near], np.stack([fit.image[near].real, fit.image[near].imag], axis=-1), np.searchsorted(near, frames)
+    )
+    rows = corners[frames, ..., 1] - (camera.height - 1) / 2
+    column = np.nan_to_num(rows * (moving[..., 0] + 1j * moving[..., 1]))[..., None]
     if not column.any():
         return None
     # in units in which it does about as much as the others

@@ -28,7 +28,7 @@ from vision.linkage.gauss_newton import (
     shared_covariance,
 )
 from vision.linkage.initial_guess import initial_angles, initial_poses, select_frames
-from vision.linkage.observed_corners import ObservedCorners, normalise_corners, whiten_corners
+from vision.linkage.observed_corners import Floats, ObservedCorners, normalise_corners, whiten_corners
 from vision.linkage.offset_sensitivity import offset_sensitivity
 from vision.linkage.scene import Scene, SharedParameters, image_to_plane, nominal_parameters
 
@@ -120,7 +120,7 @@ def fit_shared(
     camera: Camera,
     corners: Array,
     where: str,
-    covariance: Array | None = None,
+    covariance: Floats | None = None,
     time: Array | None = None,
     options: LinkageOptions = LinkageOptions(),
 ) -> SharedFit:

@@ -1,9 +1,10 @@
 """The markers of a whole video, its segments worked on one after the other or shared among processes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from mechanism.description import Markers
 from vision.light_patch import LightPatch
-from vision.markers.tracking import BY_EDGES, MarkerTracker, TrackingOptions
+from vision.markers.tracking import BY_EDGES, MarkerTracker, TrackedFrame, TrackingOptions
 from vision.video import Segment, Video, read_segment
 from xneck_foundation.one_blas_thread import one_blas_thread
 
@@ -61,23 +62,50 @@ def track_video(
     workers: int = 1,
     progress: Callable[[int], object] = lambda frames: None,
     light: LightPatch | None = None,
+    tracked: Mapping[Segment, MarkerTracks] = MappingProxyType({}),
 ) -> MarkerTracks:
     """The markers in every frame of `video`, and the brightness of a `light`; the result does not depend on `workers`.
 
+    `tracked` holds the tracks of segments that were tracked before, by the same options: these are not read again.
     `progress` is called with each number of frames done. Raises Refused for a damaged video.
     """
-    tasks = [_SegmentTask(video, segment, markers, options, light) for segment in video.segments]
-    if workers == 1 or len(tasks) == 1:
-        parts = [_track_segment(task, progress) for task in tasks]
-    else:
-        parts = []
-        # fresh processes: a fork of one that has threads (OpenCV's, FFmpeg's) may hang
-        with ProcessPoolExecutor(min(workers, len(tasks)), mp_context=get_context("spawn")) as pool:
-            for part in pool.map(_track_segment, tasks):
-                parts.append(part)
-                progress(len(part.time))
-    arrays = {name: _joined(np.concatenate, [getattr(part, name) for part in parts]) for name in _FIELDS}
-    return MarkerTracks(**arrays, foreign_ids=tuple(sorted({i for part in parts for i in part.foreign_ids})))
+    done = {segment: tracked[segment] for segment in video.segments if segment in tracked}
+    progress(sum(len(part.time) for part in done.values()))
+    rest = [segment for segment in video.segments if segment not in done]
+    done |= zip(rest, _track_segments(video, rest, markers, options, workers, progress, light), strict=True)
+    return joined_tracks([done.pop(segment) for segment in video.segments])
+
+
+def _track_segments(
+    video: Video,
+    segments: Sequence[Segment],
+    markers: Markers,
+    options: TrackingOptions,
+    workers: int,
+    progress: Callable[[int], object],
+    light: LightPatch | None,
+) -> list[MarkerTracks]:
+    """The tracks of each segment."""
+    tasks = [_SegmentTask(video, segment, markers, options, light) for segment in segments]
+    if workers == 1 or len(tasks) < 2:
+        return [_track_segment(task, progress) for task in tasks]
+    parts = []
+    # fresh processes: a fork of one that has threads (OpenCV's, FFmpeg's) may hang
+    with ProcessPoolExecutor(min(workers, len(tasks)), mp_context=get_context("spawn")) as pool:
+        for part in pool.map(_track_segment, tasks):
+            parts.append(part)
+            progress(len(part.time))
+    return parts
+
+
+def joined_tracks(parts: list[MarkerTracks]) -> MarkerTracks:
+    """Tracks of frames that follow each other, as one; the list is given up."""
+    foreign_ids = tuple(sorted({i for part in parts for i in part.foreign_ids}))
+    # field by field, each given up in the parts as it is joined: not all of it is there twice
+    fields = [vars(part).copy() for part in parts]
+    parts.clear()
+    arrays = {name: _joined(np.concatenate, [of_part.pop(name) for of_part in fields]) for name in _FIELDS}
+    return MarkerTracks(**arrays, foreign_ids=foreign_ids)
 
 
 @one_blas_thread
@@ -89,8 +117,13 @@ def _track_segment(task: _SegmentTask, progress: Callable[[int], object] = lambd
         if task.light:
             brightness.append(task.light.brightness(frame.grey))
         progress(1)
+    return tracks_of(tracked, brightness if task.light else None)
+
+
+def tracks_of(tracked: Sequence[TrackedFrame], brightness: Sequence[float] | None) -> MarkerTracks:
+    """Frames that were tracked one after the other, with the brightness of a switched light in each, as arrays over them."""
     arrays = {name: _joined(np.stack, [getattr(t, name) for t in tracked]) for name in _FRAME_FIELDS}
-    arrays["light"] = np.array(brightness) if task.light else None
+    arrays["light"] = None if brightness is None else np.array(brightness)
     return MarkerTracks(**arrays, foreign_ids=tuple(sorted({i for t in tracked for i in t.foreign_ids})))
 
 

@@ -1,17 +1,21 @@
 """One diagnosis as a task: its page, its record, and the arm's description and model with the cause in them, in one folder."""
 
-from collections.abc import Callable, Mapping, Sequence
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from diagnosis import extended_model, record
 from diagnosis.deciding_motion import answers_json, deciding_motion
 from diagnosis.diagnose import Diagnosis, diagnose
 from identification.dataset.dataset import DataSet
-from identification.dataset.dataset_file import export_series, read_dataset
+from identification.dataset.dataset_file import export_series
+from identification.dataset.stretches import Stretches, chosen_stretches, read_stretches
 from identification.design.result import motion_series
 from identification.design.trajectory import USUAL_LIMITS
 from identification.model_file import write_model
+from identification.pose_calibration import with_pose
 from xneck.recording.result_files import (
     DATASET,
     DECIDING_MOTION,
@@ -20,9 +24,11 @@ from xneck.recording.result_files import (
     DIAGNOSIS_RECORD,
     EXTENDED_MODEL,
     EXTENDED_NECK,
+    REPORT,
+    SUMMARY_PAGE,
 )
 from xneck.recording.software_versions import software_versions
-from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
+from xneck.report.diagnosis_page import DiagnosisResult, PageLink, write_diagnosis_report
 from xneck.report.diagnosis_text import diagnosis_sentence
 from xneck_foundation.errors import Refused
 from xneck_foundation.folder_lock import only_run_in
@@ -31,6 +37,11 @@ from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.provenance import note_inputs, provenance
 from xneck_foundation.whole_file import check_output, write_text
 
+DIAGNOSED_S, DIAGNOSED_STRETCHES = 130.0, 3
+"""s of a recording that are diagnosed, and number of stretches where it is longer (docs/thresholds.md)"""
+MAX_HELD_S = 300.0
+"""s of all recordings of a diagnosis together, fitted and held out (docs/thresholds.md)"""
+
 
 @one_blas_thread
 def run_diagnosis_task(
@@ -38,8 +49,11 @@ def run_diagnosis_task(
     datasets: Sequence[Path],
     held_out: Sequence[Path],
     progress: Callable[[str], object] = lambda step: None,
+    in_batch: bool = False,
 ) -> tuple[dict[str, Any], str]:
     """Writes all files of a diagnosis into `folder`, the record last; returns the record, and its text for a terminal.
+
+    in_batch: whether a summary stands in the folder above, to which the page leads.
 
     Raises Refused as `diagnose` does, and before it begins where another run is at work in `folder`, or a file is there that
     xneck did not write.
@@ -47,33 +61,55 @@ def run_diagnosis_task(
     with only_run_in(folder):
         for name in DIAGNOSIS_FILES:
             check_output(folder / name)
-        return _diagnose_into(folder, datasets, held_out, progress)
+        return _diagnose_into(folder, datasets, held_out, progress, in_batch)
 
 
 def _diagnose_into(
-    folder: Path, datasets: Sequence[Path], held_out: Sequence[Path], progress: Callable[[str], object]
+    folder: Path,
+    datasets: Sequence[Path],
+    held_out: Sequence[Path],
+    progress: Callable[[str], object],
+    in_batch: bool,
 ) -> tuple[dict[str, Any], str]:
     inputs = note_inputs(_input_paths(datasets, held_out))
-    fitted, unfitted = [read_dataset(p) for p in datasets], [read_dataset(p) for p in held_out]
+    judged = dict(zip((*datasets, *held_out), _judged(datasets, held_out), strict=True))
+    fitted, unfitted = (
+        [data for path in paths for data in read_stretches(path, judged[path])] for paths in (datasets, held_out)
+    )
     diagnosis = diagnose(fitted, unfitted, progress=progress)
     origin = provenance(inputs)
     result = record.as_json(diagnosis) | {
+        "judged": {str(path): one.record for path, one in judged.items()},
         "sentence": diagnosis_sentence(diagnosis),
         "motion": _deciding_motion(folder / DECIDING_MOTION, diagnosis, fitted),
         "provenance": origin,
         "made_from": _made_from(origin),
     }
-    write_text(
-        folder / EXTENDED_NECK,
-        extended_model.neck_yaml(extended_model.extended_description(diagnosis.extended_stage, diagnosis.extended)),
-    )
-    write_model(
-        extended_model.extended_model(diagnosis.extended_stage, diagnosis.extended, origin), folder / EXTENDED_MODEL
-    )
+    neck = extended_model.extended_description(diagnosis.extended_stage, diagnosis.extended)
+    write_text(folder / EXTENDED_NECK, extended_model.neck_yaml(neck))
+    model = extended_model.extended_model(diagnosis.extended_stage, diagnosis.extended, origin)
+    write_model(with_pose(model, fitted, neck), folder / EXTENDED_MODEL)
     name = f"{' and '.join(map(_dataset_name, datasets))}, diagnosed"
-    write_diagnosis_report(DiagnosisResult(name, diagnosis, origin), folder / DIAGNOSIS_PAGE)
+    pages = tuple(_recording_pages(folder, [*datasets, *held_out]))
+    summary = f"../{SUMMARY_PAGE}" if in_batch else None
+    write_diagnosis_report(DiagnosisResult(name, diagnosis, origin, pages, summary), folder / DIAGNOSIS_PAGE)
     write_text(folder / DIAGNOSIS_RECORD, json_text(result))
-    return result, record.as_text(diagnosis)
+    partly = [f"{path}: {one.text}" for path, one in judged.items() if not one.whole]
+    return result, "\n".join([record.as_text(diagnosis), *partly])
+
+
+def _judged(datasets: Sequence[Path], held_out: Sequence[Path]) -> list[Stretches]:
+    """What of each recording is held: all of those that are not longer than DIAGNOSED_S."""
+    return chosen_stretches((*datasets, *held_out), DIAGNOSED_S, DIAGNOSED_STRETCHES, MAX_HELD_S)
+
+
+def _recording_pages(folder: Path, datasets: Sequence[Path]) -> Iterator[PageLink]:
+    """The pages of recordings that lie beside their data sets, as seen from a folder."""
+    for dataset in datasets:
+        page = dataset.resolve().parent / REPORT
+        if page.is_file():
+            href = os.path.relpath(page, folder.resolve()).replace(os.sep, "/")
+            yield PageLink(page.parent.name, quote(href if href.startswith("../") else f"./{href}"))
 
 
 def _deciding_motion(file: Path, diagnosis: Diagnosis, fitted: Sequence[DataSet]) -> dict[str, Any] | None:

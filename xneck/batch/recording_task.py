@@ -13,7 +13,7 @@ from xneck.recording.pipeline import run_stages
 from xneck.recording.progress import StageProgress, no_progress
 from xneck.recording.recording_folder import Recording
 from xneck.recording.recording_result import RecordingResult
-from xneck.recording.result_files import DATASET, FOXGLOVE, PLOTJUGGLER, REFUSED, REPORT, RERUN, RESULT
+from xneck.recording.result_files import DATASET, FOXGLOVE, PLOTJUGGLER, REFUSED, REPORT, RERUN, RESULT, SUMMARY_PAGE
 from xneck.recording.result_folder import check_apart, file_sizes, remove_results, without_folder
 from xneck.report.recording_page import write_recording_report
 from xneck.viewers.foxglove import foxglove_layout
@@ -32,11 +32,16 @@ _TASK_LOCK = threading.Lock()
 
 @one_blas_thread
 def run_recording_task(
-    recording: Recording, folder: Path, rerun: bool = False, progress: StageProgress = no_progress
+    recording: Recording,
+    folder: Path,
+    rerun: bool = False,
+    progress: StageProgress = no_progress,
+    in_batch: bool = False,
 ) -> dict[str, Any]:
     """Writes all files of a recording into `folder` and returns the record in result.json. Earlier results are removed first.
 
-    `rerun`: whether to write recording.rrd too. Raises Refused; where the inputs are to blame, refused.json keeps the line, as
+    `rerun`: whether to write recording.rrd too. `in_batch`: whether a summary stands in the folder above, to which the page leads.
+    Raises Refused; where the inputs are to blame, refused.json keeps the line, as
     the next run would end the same.
     """
     with _TASK_LOCK, collected_recoveries() as warnings:
@@ -49,7 +54,7 @@ def run_recording_task(
         made_from = fingerprint(recording)
         try:
             result = run_stages(recording, folder, progress)
-            write_recording_report(result, folder / REPORT)
+            write_recording_report(result, folder / REPORT, SUMMARY_PAGE if in_batch else None)
             _write_viewer_files(result, folder, rerun)
         except Refused as refusal:
             if warnings:

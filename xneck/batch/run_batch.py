@@ -7,6 +7,7 @@ from pathlib import Path
 from xneck.batch.cluster import Cluster
 from xneck.batch.outcome import RecordingOutcome
 from xneck.batch.worker_pool import available_cores, run_tasks, worker_pool
+from xneck.recording.progress import no_progress
 from xneck.recording.recording_folder import RECORDING_FILE, Recording, read_recording
 from xneck.recording.result_folder import remove_partial_files, stored_refusal, stored_result, without_folder
 from xneck_foundation.errors import Refused
@@ -91,7 +92,9 @@ def _run_pending(pending: Mapping[str, Recording], options: BatchOptions) -> Ite
 
     files = [path for recording in pending.values() for path in (recording.config, *recording.files.values())]
     jobs = min(options.jobs or available_cores(), len(pending))
-    tasks = {name: (recording, options.out / name, options.rerun) for name, recording in pending.items()}
+    tasks = {
+        name: (recording, options.out / name, options.rerun, no_progress, True) for name, recording in pending.items()
+    }
     try:
         with worker_pool(jobs, options.cluster, options.out, files) as client:
             for task in run_tasks(client, run_recording_task, tasks):

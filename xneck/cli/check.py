@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from xneck.cli.output import report_result, result_options
+from xneck.cli.output import progress_bar, report_result, result_options
 from xneck.cli.path_types import INPUT_FILE
 
 
@@ -22,9 +22,15 @@ def command(dataset: Path, baseline: Path | None, json_out: Path | None, quiet: 
 
     A fault comes with its size, sigma and place, the others that would look the same, and what to do about it.
     """
-    from identification.dataset.dataset_file import read_dataset
+    from identification.dataset.stretches import parts_of
+    from synchronisation.check.checked_parts import OVERLAP_S, merged_checks
     from synchronisation.check.from_dataset import check_dataset
 
-    healthy = read_dataset(baseline) if baseline else None
-    check = check_dataset(read_dataset(dataset), healthy, str(baseline))
+    healthy = next(parts_of(baseline)) if baseline else None
+    checks = []
+    with progress_bar(None, "check", quiet) as done:
+        for part in parts_of(dataset, overlap=OVERLAP_S):
+            checks.append(check_dataset(part, healthy, str(baseline)))
+            done(1)
+    check = merged_checks(checks)
     report_result(check.as_json(), f"{dataset}: {check.as_text()}", json_out, quiet)

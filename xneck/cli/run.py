@@ -169,7 +169,7 @@ def _diagnose(out: Path, names: list[str], held_out: str, quiet: bool) -> dict[s
     record = stored_diagnosis(folder, fitted, unfitted)
     if record is None:
         with progress_bar(_DIAGNOSIS_STEPS, "diagnose", quiet) as step:
-            record, _ = run_diagnosis_task(folder, fitted, unfitted, lambda _: step(1))
+            record, _ = run_diagnosis_task(folder, fitted, unfitted, lambda _: step(1), in_batch=True)
     return record
 
 

@@ -12,6 +12,9 @@ from xneck_foundation.errors import Refused, one_of
 
 PICTURE_FORMATS = ("svg", "pdf", "png")
 
+MAX_WINDOW_S = 60.0
+"""s of a window of a long recording, which is simulated part by part (docs/thresholds.md)"""
+
 
 @click.command(
     epilog="Examples: xneck simulate dataset.mcap --model model.yaml --out simulated.mcap; "
@@ -71,17 +74,28 @@ def command(
         )
     if picture is not None:
         raise click.UsageError("--picture is of a motion, with --neck; of recordings `xneck run` makes pages")
-    from identification.dataset.dataset_file import read_dataset
+    from identification.dataset.stretches import is_long, parts_of
     from identification.files import joint_state
     from identification.model_file import read_model
+    from identification.simulation.simulated_parts import simulate_parts
     from identification.simulation.simulated_recording import simulate_recording
     from xneck.export.result_words import as_record, in_words
     from xneck_foundation.provenance import note_inputs, provenance
 
     inputs = note_inputs({"dataset": dataset, "model": model_file})
-    data, model = read_dataset(dataset), read_model(model_file)
-    with progress_bar(len(data.state) if free else None, "simulate", quiet) as done:
-        simulated = simulate_recording(data, model, None if free else window, source, done)
+    model, long = read_model(model_file), is_long(dataset)
+    if long and (free or window > MAX_WINDOW_S):
+        what = f"is simulated over windows of at most {MAX_WINDOW_S:.0f} s, as it is long"
+        raise Refused(dataset, what, "give a shorter --window, without --free, or a shorter recording")
+    if long and export_as in ("npz", "mat"):
+        raise Refused(out, f"a recording of this length is not exported as {export_as}", "export csv")
+    if long:
+        with progress_bar(None, "simulate", quiet) as done:
+            simulated = simulate_parts(parts_of(dataset, window=window), model, window, source, done, out.parent)
+    else:
+        data = next(parts_of(dataset))
+        with progress_bar(len(data.state) if free else None, "simulate", quiet) as done:
+            simulated = simulate_recording(data, model, None if free else window, source, done)
     origin = provenance(inputs, {"window_s": simulated.window_s, "from": source})
     joint_state.write(out, {"simulated": simulated.series}, {"provenance": origin})
     export_beside(simulated.series, out, export_as)

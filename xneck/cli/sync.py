@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from xneck.cli.finite_range import FiniteRange
-from xneck.cli.output import export_beside, export_option, recovered, report_result, result_options
+from xneck.cli.output import export_beside, export_option, progress_bar, recovered, report_result, result_options
 from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 
 
@@ -36,8 +36,10 @@ def command(
     from mechanism.description import read_neck
     from synchronisation.angles import read_angles
     from synchronisation.encoder_log import read_log
+    from synchronisation.long.synchronise_parts import is_long, steps_of, synchronise_parts
     from synchronisation.synchronise import synchronise
     from synchronisation.wording import as_text
+    from xneck_foundation.errors import Refused
     from xneck_foundation.provenance import note_inputs, provenance
     from xneck_foundation.strict_yaml import read_text
 
@@ -46,7 +48,14 @@ def command(
     angles, log = read_angles(angles_file, neck.N), read_log(log_file, neck)
     origin = provenance(inputs, {"cutoff_hz": cutoff})
     origin["recovered"] = recovered()
-    data = synchronise(neck, read_text(neck_file), angles, log, origin, cutoff)
+    text = read_text(neck_file)
+    if is_long(log):
+        if export_as in ("npz", "mat"):
+            raise Refused(out, f"a recording of this length is not exported as {export_as}", "export csv, or cut it")
+        with progress_bar(steps_of(angles), "sync", quiet) as done:
+            data = synchronise_parts(neck, text, angles, log, origin, out.parent, cutoff, done)
+    else:
+        data = synchronise(neck, text, angles, log, origin, cutoff)
     write_dataset(data, out)
     export_beside(data.state, out, export_as)
     report_result(dict(data.clock), f"{out}: {as_text(data)}", json_out, quiet)

@@ -19,8 +19,9 @@ from vision.linkage.shared_fit import PlacementPrior
 from vision.overlay import draw_overlay
 from vision.video import Video, describe_video, read_segment
 from xneck.recording.calibration_input import calibrate_from_files
-from xneck.recording.progress import StageProgress
+from xneck.recording.progress import StageProgress, no_progress
 from xneck.recording.recording_folder import Recording
+from xneck.recording.watched_tracks import read_watched_tracks
 
 ANNOTATED_FRAMES = 4
 """frames of the report that are spread over the video"""
@@ -52,23 +53,33 @@ class VideoResult:
         write_angles(self.extraction.angles, folder / "angles.mcap", self.extraction.quality)
 
 
-def process_video(recording: Recording, neck: Neck, progress: StageProgress) -> VideoResult:
-    """Camera and angles of a recording with a video; `progress` is told of each stage as it begins."""
+def process_video(
+    recording: Recording, neck: Neck, progress: StageProgress, watched: Path | None = None
+) -> VideoResult:
+    """Camera and angles of a recording with a video; `progress` is told of each stage as it begins.
+
+    watched: file with tracks that `xneck watch` made of it, which are gone on from where they still hold."""
     assert recording.video is not None
-    camera, calibration = _camera_of(recording, progress)
+    camera, calibration = camera_of(recording, progress)
     progress("extract")
     video = describe_video(recording.video)
-    options = ExtractionOptions(
+    options = extraction_options(recording)
+    tracked = read_watched_tracks(watched, video, neck, options)
+    extraction = extract(video, camera, neck, options, tracked=tracked)
+    return VideoResult(camera, calibration, extraction, _annotated_frames(video, neck, camera, extraction))
+
+
+def extraction_options(recording: Recording) -> ExtractionOptions:
+    """How recording.yaml says that angles are read."""
+    return ExtractionOptions(
         shutter=recording.shutter,
         placement=PlacementPrior() if recording.estimate_placement else None,
         template=recording.template,
         light=recording.light,
     )
-    extraction = extract(video, camera, neck, options)
-    return VideoResult(camera, calibration, extraction, _annotated_frames(video, neck, camera, extraction))
 
 
-def _camera_of(recording: Recording, progress: StageProgress) -> tuple[Camera, Calibration | None]:
+def camera_of(recording: Recording, progress: StageProgress = no_progress) -> tuple[Camera, Calibration | None]:
     """The camera as its file says, or calibrated from the pictures of a board."""
     if recording.camera is not None:
         return read_camera(recording.camera), None

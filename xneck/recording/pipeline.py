@@ -7,6 +7,7 @@ from identification.estimates import estimate
 from identification.fasquelle.method import fasquelle_identification
 from identification.files import joint_state
 from identification.model_file import write_model
+from identification.pose_calibration import with_pose
 from identification.simulation.simulated_recording import simulate_recording
 from mechanism.description import read_neck
 from synchronisation.encoder_log import read_log
@@ -14,6 +15,7 @@ from synchronisation.synchronise import synchronise
 from xneck.recording.progress import StageProgress, no_progress
 from xneck.recording.recording_folder import Recording
 from xneck.recording.recording_result import RecordingResult
+from xneck.recording.result_files import WATCHED_TRACKS
 from xneck.recording.stages import recording_angles
 from xneck_foundation.errors import Refused
 from xneck_foundation.provenance import note_inputs, provenance
@@ -25,7 +27,7 @@ def run_stages(recording: Recording, out: Path, progress: StageProgress = no_pro
     inputs = note_inputs(recording.files)
     neck = read_neck(recording.neck)
     log = read_log(recording.log, neck)
-    angles, video = recording_angles(recording, neck, progress)
+    angles, video = recording_angles(recording, neck, progress, out / WATCHED_TRACKS)
     if video is not None:
         video.write_files(out)
     progress("sync")
@@ -35,7 +37,7 @@ def run_stages(recording: Recording, out: Path, progress: StageProgress = no_pro
     progress("identify")
     fasquelle = fasquelle_identification([data])
     estimates = estimate([data])
-    model = estimates.model.model_copy(update={"provenance": origin})
+    model = with_pose(estimates.model.model_copy(update={"provenance": origin}), [data])
     write_model(model, out / "model.yaml")
     progress("simulate")
     simulated, reason = None, None

@@ -15,6 +15,8 @@ from xneck_foundation.strict_yaml import Strict, read_yaml
 RECORDING_FILE = "recording.yaml"
 _PATH_KEYS = ("log", "neck", "video", "camera", "board", "pictures", "angles")
 """in the order in which recording.yaml's files are looked for"""
+_RECORDED = ("log", "video")
+"""keys of the files that are written during the experiment"""
 
 
 class _Rectangle(Strict):
@@ -78,8 +80,8 @@ class Recording:
         return files | {"video": self.video}
 
 
-def read_recording(folder: str | Path) -> Recording:
-    """The recording in a folder (or in a recording.yaml itself).
+def read_recording(folder: str | Path, growing: bool = False) -> Recording:
+    """The recording in a folder (or in a recording.yaml itself); a `growing` one may lack its video and its log yet.
 
     Raises Refused where keys do not fit together, a file is missing, or a path leaves the folder.
     """
@@ -89,7 +91,10 @@ def read_recording(folder: str | Path) -> Recording:
         raise Refused(folder, f"has no {RECORDING_FILE}", "write one with the keys video, log, camera, neck")
     file = read_yaml(config, _File)
     _check_keys(config, file)
-    paths = {key: _path_inside(config, key, getattr(file, key)) for key in _PATH_KEYS}
+    paths = {
+        key: _path_inside(config, key, getattr(file, key), must_exist=not (growing and key in _RECORDED))
+        for key in _PATH_KEYS
+    }
     log, neck, pictures = paths["log"], paths["neck"], paths["pictures"]
     assert log is not None
     assert neck is not None
@@ -121,8 +126,8 @@ def _check_keys(config: Path, file: _File) -> None:
         raise Refused(config, "names both angles and a video", "leave one of them out")
 
 
-def _path_inside(config: Path, key: str, name: str | None) -> Path | None:
-    """The file that `key` names, in the folder of recording.yaml. Raises Refused where it is not there."""
+def _path_inside(config: Path, key: str, name: str | None, must_exist: bool = True) -> Path | None:
+    """The file that `key` names, in the folder of recording.yaml. Raises Refused where it is not there and must be."""
     if name is None:
         return None
     path = config.parent / name
@@ -132,7 +137,7 @@ def _path_inside(config: Path, key: str, name: str | None) -> Path | None:
         raise Refused(config, f"{key}: {name!r} is no file's name", "check the name") from error
     if not real.is_relative_to(os.path.realpath(config.parent)):
         raise Refused(config, f"{key}: {name} leaves the recording's folder", "keep its files inside")
-    if not exists:
+    if must_exist and not exists:
         raise Refused(config, f"{key}: {name} does not exist", "check the name")
     return path
 

@@ -12,6 +12,10 @@ VIEWER_FILES = (FOXGLOVE, PLOTJUGGLER, RERUN)
 DATASET = "dataset.mcap"
 STAGE_FILES = ("camera.yaml", "angles.mcap", DATASET, "model.yaml", "simulated.mcap")
 """files that the stages write, not all of them for every recording"""
+WATCHED_TRACKS = "watched.npz"
+"""tracks of markers that `xneck watch` made of the growing video, which `run` goes on from; not a result"""
+WATCH_FILES = (f"*/{WATCHED_TRACKS}",)
+"""files that `watch` writes into the folder of results"""
 ALL_FILES = (*STAGE_FILES, *VIEWER_FILES, REPORT, FIGURES, RESULT, REFUSED)
 
 DIAGNOSIS_PAGE = "diagnosis.html"

@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
 
 def recording_angles(
-    recording: Recording, neck: Neck, progress: StageProgress = no_progress
+    recording: Recording, neck: Neck, progress: StageProgress = no_progress, watched: Path | None = None
 ) -> "tuple[Angles, VideoResult | None]":
     """Angles on the camera's clock: as their file has them, or from the video, then with all that was made of it.
 
-    OpenCV and PyAV are imported for a video only.
+    OpenCV and PyAV are imported for a video only. watched: file with tracks that `xneck watch` made of it.
     """
     if recording.angles is not None:
         return read_angles(recording.angles, neck.N), None
     from xneck.recording.camera_stages import process_video
 
-    video = process_video(recording, neck, progress)
+    video = process_video(recording, neck, progress, watched)
     return video.extraction.angles, video
 
 

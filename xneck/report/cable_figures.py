@@ -28,7 +28,7 @@ def elongation_over_time(data: DataSet, elongation: ExplainedElongation) -> Figu
         for j in range(data.arm.M):
             style.line(axes, f"cable {j + 1}", at, 1e3 * values[:, j], style.cable_colour(j))
         axes.set_title(title)
-        axes.set_xlabel("time on the log's clock, s")
+        axes.set_xlabel(style.LOG_TIME)
         axes.set_ylabel("elongation x, mm" if key == "elongation" else "unexplained, mm")
         panels.append(svg_panel(figure, key, f"elongation of all cables over time: {title}"))
     return FigureBlock(

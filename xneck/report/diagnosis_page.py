@@ -22,12 +22,24 @@ from xneck_foundation.whole_file import write_text
 
 
 @dataclass(frozen=True)
+class PageLink:
+    """Another page that is there, by its name and its address relative to this one."""
+
+    name: str
+    href: str
+
+
+@dataclass(frozen=True)
 class DiagnosisResult:
     """Everything that the page of a diagnosis shows."""
 
     name: str
     diagnosis: Diagnosis
     provenance: Mapping[str, Any]
+    recordings: tuple[PageLink, ...] = ()
+    """pages of the recordings that it was made from, as far as they are there"""
+    summary: str | None = None
+    """address of the summary of all recordings, relative to this page; None where there is none"""
 
 
 @dataclass(frozen=True)
@@ -100,6 +112,8 @@ def diagnosis_html(result: DiagnosisResult, drawn: DrawnFigures) -> str:
         "diagnosis.html.jinja",
         result=result,
         verdict=d.verdict,
+        recordings=result.recordings,
+        summary=result.summary,
         sentence=diagnosis_text.diagnosis_sentence(d),
         head=diagnosis_text.diagnosis_key_numbers(d),
         causes=diagnosis_text.cause_rows(d),

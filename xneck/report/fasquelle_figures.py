@@ -43,7 +43,7 @@ def couples(reconstruction: Reconstruction) -> FigureBlock:
             "dashed",
         )
         axes.set_title(f"joint {i + 1}", color=style.joint_colour(i))
-        axes.set_xlabel("time on the log's clock, s")
+        axes.set_xlabel(style.LOG_TIME)
         axes.set_ylabel("couple (Z f), N m")
         panels.append(svg_panel(figure, f"couple{i}", f"couple on joint {i + 1}, measured and modelled"))
     return FigureBlock(
@@ -90,7 +90,7 @@ def tensions(reconstruction: Reconstruction) -> FigureBlock:
             name, elastic = f"elastic model {model}", reconstruction.tension_elastic[model][:, j]
             style.line(axes, name, reconstruction.time, elastic, style.MODELS[model], _STYLES[model])
         axes.set_title(f"cable {j + 1}", color=style.cable_colour(j))
-        axes.set_xlabel("time on the log's clock, s")
+        axes.set_xlabel(style.LOG_TIME)
         axes.set_ylabel("tension, N")
         panels.append(svg_panel(figure, f"tension{j}", f"tension of cable {j + 1} by forces and by elastic models"))
     return FigureBlock(

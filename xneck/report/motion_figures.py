@@ -43,7 +43,7 @@ def alpha_over_time(data: DataSet) -> FigureBlock:
         above.set_title(f"joint {i + 1}", color=colour)
         above.set_ylabel("alpha, deg")
         below.set_ylabel("frame − state")
-        below.set_xlabel("time on the log's clock, s")
+        below.set_xlabel(style.LOG_TIME)
         panels.append(svg_panel(figure, f"alpha{i}", f"alpha of joint {i + 1} over time"))
     typical = float(np.sqrt(np.mean(sigma**2)))
     where = f"{len(missing)} gaps are shaded" if missing else "no frame is missing"
@@ -83,7 +83,7 @@ def travel_on_both_clocks(data: DataSet, alignment: ClockAlignment) -> FigureBlo
         above.set_title(f"cable {j + 1}", color=style.cable_colour(j))
         above.set_ylabel("wound in, mm")
         below.set_ylabel("left, mm")
-        below.set_xlabel("time on the log's clock, s")
+        below.set_xlabel(style.LOG_TIME)
         panels.append(svg_panel(figure, f"travel{j}", f"travel of cable {j + 1} by log and by vision"))
     return FigureBlock(
         "Cable travel on one clock",
@@ -120,7 +120,7 @@ def clock_evidence(data: DataSet, alignment: ClockAlignment) -> FigureBlock:
     style.dots(axes, "longer interval", time[1:][is_long], interval_ms[is_long], style.CABLES[1], size=5.0)
     axes.set_ylim(0, 1.15 * float(interval_ms.max()))
     axes.set_title("frame intervals")
-    axes.set_xlabel("time on the log's clock, s")
+    axes.set_xlabel(style.LOG_TIME)
     axes.set_ylabel("since the last frame, ms")
     intervals = svg_panel(figure, "intervals", "time between frames")
     dropped = data.clock["frames_dropped"]

@@ -22,6 +22,7 @@ from xneck.report.clock_alignment import clock_alignment
 from xneck.report.fasquelle_table import fasquelle_table
 from xneck.report.figure_block import FigureBlock
 from xneck.report.figures_file import write_figures
+from xneck.report.model_adequacy import DIAGNOSE_COMMAND, UNEXPLAINED_RATIO, model_adequacy
 from xneck.report.number_text import number_text
 from xneck.report.provenance_table import input_file_rows, version_text
 from xneck.report.style import drawing
@@ -34,16 +35,22 @@ _NO_CAMERA: dict[str, object] = {"camera": None, "calibration": None, "extractio
 """the template's values where the angles came as a file"""
 
 
-def write_recording_report(result: RecordingResult, path: Path) -> None:
-    """The page with its figures' numbers beside it, whole or not at all; the same result gives the same bytes."""
+def write_recording_report(result: RecordingResult, path: Path, summary: str | None = None) -> None:
+    """The page with its figures' numbers beside it, whole or not at all; the same result gives the same bytes.
+
+    summary: name of the summary's page in the folder above, to which it leads; None where there is none.
+    """
     reconstruction = reconstruct(result.data, result.fasquelle)
     figures = _figures(result, reconstruction)
     write_figures(figures.values(), path)
-    write_text(path, recording_html(result, reconstruction, figures))
+    write_text(path, recording_html(result, reconstruction, figures, summary))
 
 
 def recording_html(
-    result: RecordingResult, reconstruction: Reconstruction, figures: Mapping[str, FigureBlock | None]
+    result: RecordingResult,
+    reconstruction: Reconstruction,
+    figures: Mapping[str, FigureBlock | None],
+    summary: str | None = None,
 ) -> str:
     """The HTML of a recording's page, with everything that it shows inside."""
     fasquelle, cables = result.fasquelle, result.data.neck.M
@@ -51,9 +58,13 @@ def recording_html(
     return render(
         "report.html.jinja",
         result=result,
+        summary=summary,
         data=result.data,
         sentence=recording_summary.summary_sentence(result),
         head=recording_summary.key_numbers(result),
+        adequacy=model_adequacy(result.simulated) if result.simulated and result.simulated.channels else None,
+        unexplained_ratio=UNEXPLAINED_RATIO,
+        diagnose_command=DIAGNOSE_COMMAND,
         tables=recording_tables,
         inputs=input_file_rows(result.data.provenance),
         versions=version_text(result.data.provenance),

@@ -90,8 +90,10 @@ def angle_rows(result: RecordingResult) -> list[tuple[str, ...]]:
     return rows
 
 
-def simulated_rows(result: RecordingResult) -> list[tuple[str, str, str, str]]:
-    """Rows of the table of the simulation: channel, RMS, noise floor, unit; alpha in degrees, theta as cable travel."""
+def simulated_rows(result: RecordingResult) -> list[tuple[str, ...]]:
+    """Rows of the table of the simulation: channel, unit, RMS, noise floor, their ratio, and what a true model stays below.
+
+    alpha in degrees, theta as cable travel."""
     if result.simulated is None:
         return []
     drum = result.data.arm.drum
@@ -100,5 +102,6 @@ def simulated_rows(result: RecordingResult) -> list[tuple[str, str, str, str]]:
         stem, index = channel.name.rstrip("0123456789"), int(channel.name[len(channel.name.rstrip("0123456789")) :])
         scale, unit = (np.degrees(1.0), "deg") if stem == "alpha" else (1e3 * float(drum[index - 1]), "mm of cable")
         rms, floor = number_text(scale * channel.rms, 3), number_text(scale * channel.noise_floor, 2)
-        rows.append((f"{stem} {index}", rms, floor, unit))
+        ratio, below = number_text(channel.ratio, 3), number_text(channel.ratio_95, 2)
+        rows.append((f"{stem} {index}", unit, rms, floor, ratio, below))
     return rows

@@ -29,7 +29,7 @@ def simulated_beside_measured(simulated: SimulatedRecording) -> FigureBlock:
         above.set_title(f"joint {i + 1}", color=colour)
         above.set_ylabel("alpha, deg")
         below.set_ylabel("error, deg")
-        below.set_xlabel("time on the log's clock, s")
+        below.set_xlabel(style.LOG_TIME)
         panels.append(svg_panel(figure, f"simulated{i}", f"alpha of joint {i + 1}, simulated and measured"))
     return FigureBlock(
         "Simulated beside measured",

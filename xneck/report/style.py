@@ -34,6 +34,8 @@ WIDTH = 4.6
 """in: narrow enough that a phone shows a panel's 8.5 pt labels at about their size"""
 _LEFT, _RIGHT, _BOTTOM, _TOP = 0.68, 0.12, 0.46, 0.30
 """in: margins"""
+LOG_TIME = "time on the log's clock, s"
+"""label of the axis along which a page's cursor runs"""
 MAX_POINTS = 1200
 """in a line: more than the pixels that it is drawn on"""
 MAX_DOTS = 1000

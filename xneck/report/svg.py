@@ -7,7 +7,8 @@ from io import StringIO
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
-from xneck.report.recorded_axes import AxesRecord, axes_records
+from xneck.report.recorded_axes import AxesRecord, RecordedAxes, axes_records
+from xneck.report.style import LOG_TIME
 
 _REFERRED = re.compile(r'(?:url\(#|href="#)([^")]+)')
 _NUMBERS = re.compile(r' (d|x|y)="([^"]*)"')
@@ -42,8 +43,21 @@ def svg_panel(figure: Figure, key: str, description: str) -> SvgPanel:
     text = re.sub(r">\s+<", "><", text)
     box = re.search(r'viewBox="[^"]*"', text)
     assert box is not None
-    head = f'<svg class="plot" {box[0]} role="img" aria-label="{escape(description)}">'
+    head = f'<svg class="plot" {box[0]}{_time_axis(figure)} role="img" aria-label="{escape(description)}">'
     return SvgPanel(Markup(re.sub(r"^<svg[^>]*>", lambda _: head, text).strip()), description, axes_records(figure))
+
+
+def _time_axis(figure: Figure) -> str:
+    """Where the recording's time runs in a figure: left, right, top and bottom in points, and the times at left and right, s."""
+    axes = [a for a in figure.axes if isinstance(a, RecordedAxes)]
+    if not any(a.get_xlabel() == LOG_TIME for a in axes):
+        return ""
+    width, height = 72 * figure.get_figwidth(), 72 * figure.get_figheight()
+    boxes = [a.get_position() for a in axes]
+    top, bottom = min(1 - box.y1 for box in boxes) * height, max(1 - box.y0 for box in boxes) * height
+    places = (boxes[0].x0 * width, boxes[0].x1 * width, top, bottom)
+    begin, end = axes[0].get_xlim()
+    return f' data-time="{" ".join(f"{place:.2f}" for place in places)} {begin:.4f} {end:.4f}"'
 
 
 def _shortened(match: re.Match[str]) -> str:

@@ -1,5 +1,7 @@
-"""The page templates beside this file, filled with values and the one style sheet."""
+"""The page templates beside this file, filled with values, the one style sheet and the one script."""
 
+import base64
+import hashlib
 from importlib.resources import files
 from pathlib import Path
 
@@ -25,4 +27,10 @@ def render(name: str | Path, **values: object) -> str:
         template = environment.from_string(name.read_text(encoding="utf-8"))
     else:
         template = environment.get_template(name)
-    return template.render(style_sheet=style_sheet, **values)
+    script = Markup(load("plot_cursor.js"))
+    return template.render(style_sheet=style_sheet, script=script, script_hash=_content_hash(script), **values)
+
+
+def _content_hash(script: str) -> Markup:
+    """By which a page's policy lets the browser run this script and no other (CSP level 2, hash-source)."""
+    return Markup("sha256-" + base64.b64encode(hashlib.sha256(script.encode()).digest()).decode())

@@ -56,7 +56,13 @@ def test_the_summary_leads_to_it(out: Path, browser_page: Page) -> None:
     browser_page.wait_for_url(diagnosis.as_uri())
     assert browser_page.locator("h1").inner_text() == "recording, diagnosed"
     assert browser_page.locator("p.verdict").inner_text() == told["sentence"]
-    watched.check([summary, diagnosis])
+    # across to a recording, and up again
+    recording = out / "recording/report.html"
+    browser_page.get_by_role("link", name="recording", exact=True).click()
+    browser_page.wait_for_url(recording.as_uri())
+    browser_page.get_by_role("link", name="all recordings").click()
+    browser_page.wait_for_url(summary.as_uri())
+    watched.check([summary, diagnosis, recording])
 
 
 def test_once_more_it_does_nothing_and_other_data_are_diagnosed_anew(

@@ -1,5 +1,6 @@
 """Partly written files go with the results, and nothing else."""
 
+import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -8,8 +9,9 @@ import pytest
 
 from tests.paths import SAMPLES
 from xneck.batch.recording_task import run_recording_task
+from xneck.recording.fingerprint import fingerprint
 from xneck.recording.recording_folder import read_recording
-from xneck.recording.result_folder import remove_partial_files, remove_results
+from xneck.recording.result_folder import file_sizes, remove_partial_files, remove_results, stored_result
 from xneck_foundation.errors import Refused
 from xneck_foundation.whole_file import replacing_any_file, whole_file, write_text
 
@@ -56,3 +58,24 @@ def test_a_persons_file_among_the_results_is_kept(tmp_path: Path) -> None:
 
 def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_a_result_that_was_cut_off_or_lost_does_not_count_as_done(tmp_path: Path) -> None:
+    """A disk that was full, a copy that broke off: a record beside files that are not what it says is none."""
+    recording, folder = read_recording(SAMPLES / "held_out"), tmp_path
+    for name in ("dataset.mcap", "model.yaml"):
+        (folder / name).write_bytes(b"0123456789")
+    record = {"made_from": fingerprint(recording), "files": file_sizes(folder), "verdict": "consistent"}
+    write_text(folder / "result.json", json.dumps(record))
+    stored = stored_result(recording, folder)
+    assert stored is not None
+    assert stored["verdict"] == "consistent"
+    assert stored["files"] == {"dataset.mcap": 10, "model.yaml": 10}
+    assert stored_result(recording, folder, rerun=True) is None
+    for damaged in (b"012345678", b"01234567890", b""):
+        (folder / "model.yaml").write_bytes(damaged)
+        assert stored_result(recording, folder) is None
+    (folder / "model.yaml").unlink()
+    assert stored_result(recording, folder) is None
+    (folder / "model.yaml").write_bytes(b"0123456789")
+    assert stored_result(recording, folder) == stored

@@ -11,6 +11,7 @@ import pytest
 from playwright.sync_api import Page
 
 from identification.fasquelle.reconstruction import reconstruct
+from identification.simulation.channels import Channel
 from tests.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
 from tests.xneck.report.sample_result import NASTY
 from xneck.recording.recording_result import RecordingResult
@@ -124,11 +125,56 @@ def test_a_fault_reaches_the_first_sentence(result: RecordingResult, tmp_path: P
     assert "could as well be swapped_cables" in text
 
 
+def test_a_model_that_does_not_explain_the_arm_is_said_first_with_what_to_type(
+    result: RecordingResult, tmp_path: Path
+) -> None:
+    """At 101 times noise; at twice noise it is said to explain the arm, and nothing is to be typed."""
+    assert result.simulated is not None
+    for rms, explains in ((0.505, False), (0.01, True)):
+        channels = (*result.simulated.channels[:-1], Channel("theta4", rms, 0.005, "rad", 1.7))
+        page = tmp_path / "page.html"
+        write_recording_report(replace(result, simulated=replace(result.simulated, channels=channels)), page)
+        text = Elements(page.read_text(encoding="utf-8")).text
+        assert ("The model does not explain this arm" in text) is not explains
+        assert ("xneck diagnose dataset.mcap" in text) is not explains
+        assert ("simulates the angle of motor 4 at 101 times noise" in text) is not explains
+        assert ("The model explains this arm" in text) is explains
+
+
+def test_of_several_recordings_the_page_leads_to_the_summary(result: RecordingResult, tmp_path: Path) -> None:
+    write_recording_report(result, tmp_path / "page.html", "summary.html")
+    links = [a["href"] for tag, a in Elements((tmp_path / "page.html").read_text(encoding="utf-8")).tags if tag == "a"]
+    assert links[0] == "../summary.html"
+
+
 @pytest.mark.parametrize("width", [360, 1280])
 def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
     look(browser_page, report, width)
     assert browser_page.title() == f"{NASTY}: xneck report"
     assert browser_page.evaluate("[...document.images].map(i => i.complete && i.naturalWidth > 0)") == [True, True]
+
+
+def test_a_click_zooms_and_a_cursor_stands_at_one_moment_in_all_figures_of_time(
+    report: Path, browser_page: Page
+) -> None:
+    browser_page.goto(report.as_uri())
+    first = browser_page.locator("svg.plot[data-time]").first
+    first.hover()
+    lines = browser_page.evaluate(
+        """[...document.querySelectorAll('svg.plot[data-time]')].map(s => {
+            const [l, r, t, b, begin, end] = s.dataset.time.split(' ').map(Number);
+            const x = Number((s.querySelector('path.cursor').getAttribute('d') || 'MNaN').match(/M(\\S+)/)[1]);
+            return begin + (x - l) / (r - l) * (end - begin); })"""
+    )
+    shown = float(browser_page.locator("output.cursor").inner_text().removesuffix(" s"))
+    assert len(lines) > 10
+    inside = [moment for moment in lines if moment is not None]
+    np.testing.assert_allclose(inside, shown, atol=2e-3)
+    whole = first.get_attribute("viewBox")
+    first.click()
+    assert first.get_attribute("viewBox") != whole
+    browser_page.keyboard.press("Escape")
+    assert first.get_attribute("viewBox") == whole
 
 
 def test_no_label_leaves_its_figure(report: Path, browser_page: Page) -> None:

@@ -1,0 +1,205 @@
+"""Numbers of arm and laws by which motor angles tell the joints: what a camera leaves behind for when it is gone.
+
+`identify` asks what friction and elasticity are if the drawing is right. Where joints shall be told without a camera the question
+is another one: with which numbers, of laws and drawing together, does the arm stand where the camera saw it? With the motors'
+angles given, cables pull the arm to where
+
+    Z t(alpha, theta) = M alpha'' + c + g + joint friction                                    (44), (53)
+
+so that numbers are sought which put every frame's angles there. Numbers of the drawing are known to their tolerance beforehand,
+those of the laws as `identify` left them; the motors' equation (43) tells the level of the tensions. Rows of correlated residuals
+count for what they are worth.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset.dataset import DataSet
+from identification.model_file import Model, PoseModel, PoseNumber, PoseResidual
+from identification.pose_equations import Misfit, PoseEquations
+from identification.pose_numbers import sought_numbers
+from identification.pose_rows import rows_of
+from mechanism.description import Neck
+from xneck_foundation.errors import Refused
+from xneck_foundation.one_blas_thread import one_blas_thread
+
+Array = NDArray[np.float64]
+
+_MAX_ITERATIONS, _TOLERANCE = 12, 0.01
+"""of Gauss and Newton; prior sigmas of every number that the last step changes at most"""
+_MAX_STEP = 10.0
+"""prior sigmas by which a number moves at once"""
+_WEIGHTED_ANEW = 6
+"""iterations in which weights follow the residuals"""
+_STEP = 1e-3
+"""prior sigmas: of the differences"""
+_LAGS = 60
+"""frames up to which residuals are taken to be correlated"""
+_MOTOR_HZ = 1.0
+"""independent values of the motors' equation in a second (docs/thresholds.md)"""
+
+
+@one_blas_thread
+def calibrate_pose(recordings: Sequence[DataSet], model: Model, neck: Neck | None = None) -> PoseModel:
+    """Numbers of arm and laws by which motors tell the joints, fitted to recordings of one arm.
+
+    neck: the description that the numbers are relative to; that of the recordings unless given. Raises Refused where no frame shows
+    all joints.
+
+    >>> import xneck
+    >>> pose = xneck.calibrate_pose([xneck.read_dataset("monday.mcap")], xneck.read_model("model.yaml"))
+    >>> max(pose.residual.angle_rad) < 0.01  # rad, what it leaves of each joint beyond the frames' noise
+    True
+    """
+    neck = neck or recordings[0].neck
+    rows = [rows_of(data) for data in recordings]
+    if not sum(np.isfinite(r.frames.alpha).all(axis=1).sum() for r in rows):
+        raise Refused("identify", "no frame shows all joints", "record with every marker in view")
+    try:
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            fit = _Fit(PoseEquations(neck, model, rows, sought_numbers(neck, model, rows)))
+            p, covariance = fit.solved()
+            return fit.result(p, covariance)
+    except np.linalg.LinAlgError as error:
+        raise Refused(
+            "identify", f"motors cannot be made to tell the joints ({error})", "is a column in another unit?"
+        ) from error
+
+
+def with_pose(model: Model, recordings: Sequence[DataSet], neck: Neck | None = None) -> Model:
+    """The model with the numbers by which motors tell the joints; as it is where these recordings do not tell them."""
+    try:
+        return model.model_copy(update={"pose": calibrate_pose(recordings, model, neck)})
+    except Refused:
+        return model
+
+
+class _Fit:
+    """Gauss and Newton on the equations."""
+
+    def __init__(self, equations: PoseEquations) -> None:
+        self.equations = equations
+        self._sigmas: dict[int, tuple[Array, Array]] = {}
+
+    def solved(self) -> tuple[Array, Array]:
+        """Numbers in prior sigmas, with their covariance."""
+        p: Array = np.zeros(len(self.equations.numbers))
+        covariance: Array = np.asarray(np.eye(len(p)), dtype=np.float64)
+        for iteration in range(_MAX_ITERATIONS):
+            for r in range(len(self.equations.rows)):
+                self.equations.move(p, r)
+                if iteration < _WEIGHTED_ANEW:
+                    self._sigmas[r] = self._sigma(p, r)
+            normal, gradient = np.eye(len(p)), -p
+            for r in range(len(self.equations.rows)):
+                own_normal, own_gradient = self._normal_equations(p, r)
+                normal, gradient = normal + own_normal, gradient + own_gradient
+            if not (np.isfinite(normal).all() and np.isfinite(gradient).all()):
+                raise Refused(
+                    "identify", "no numbers put the arm where the camera saw it", "is it this arm's neck.yaml?"
+                )
+            step = np.linalg.solve(normal, gradient)
+            step *= min(1.0, _MAX_STEP / max(float(np.max(np.abs(step))), 1e-300))
+            best = np.clip(p + step, self.equations.low, self.equations.high)
+            change = float(np.max(np.abs(best - p)))
+            p, covariance = best, np.asarray(np.linalg.inv(normal), dtype=np.float64)
+            if change < _TOLERANCE:
+                break
+        return p, covariance
+
+    def _sigma(self, p: Array, r: int) -> tuple[Array, Array]:
+        """Of the frames' angles (F, N), rad, and of the motors' equation in each row, (M,), N."""
+        misfit = self.equations.misfit(p, r, self.equations.compliance(p, r))
+        return self._angle_sigma(misfit, r), self._motor_sigma(misfit, r)
+
+    def _normal_equations(self, p: Array, r: int) -> tuple[Array, Array]:
+        compliance = self.equations.compliance(p, r)
+        base = self.equations.misfit(p, r, compliance)
+        seen = np.isfinite(base.angles)
+        weight, motor_weight = (1 / sigma for sigma in self._sigmas[r])
+        angle_columns, motor_columns = [], []
+        for i, n in enumerate(self.equations.numbers):
+            if n.recording not in (None, r):
+                angle_columns.append(np.zeros(int(seen.sum())))
+                motor_columns.append(np.zeros(base.motors.size))
+                continue
+            q = p.copy()
+            q[i] += _STEP
+            other = self.equations.misfit(q, r, compliance)
+            angle_columns.append((((base.angles - other.angles) / _STEP) * weight)[seen])
+            motor_columns.append((((base.motors - other.motors) / _STEP) * motor_weight).ravel())
+        H, G = np.stack(angle_columns, axis=1), np.stack(motor_columns, axis=1)
+        normal = H.T @ H + G.T @ G
+        gradient = H.T @ (base.angles * weight)[seen] + G.T @ (base.motors * motor_weight).ravel()
+        return normal, gradient
+
+    def _angle_sigma(self, misfit: Misfit, r: int) -> Array:
+        """Of each frame's angles, (F, N), rad, wider by how much residuals exceed the frames' noise and are correlated."""
+        sigma = self.equations.rows[r].frames.sigma
+        ratio = np.nanvar(misfit.angles / sigma, axis=0)
+        widened = np.sqrt(np.maximum(ratio, 1.0) * np.array([_correlation_time(a) for a in (misfit.angles / sigma).T]))
+        return sigma * widened
+
+    def _motor_sigma(self, misfit: Misfit, r: int) -> Array:
+        """Of the motors' equation, (M,), N, in each row."""
+        rows_each = max(1.0, 1 / (_MOTOR_HZ * self.equations.rows[r].step))
+        return np.maximum(np.sqrt(np.mean(misfit.motors**2, axis=0)), 0.1) * np.sqrt(rows_each)
+
+    def result(self, p: Array, covariance: Array) -> PoseModel:
+        """As the model's file has it: numbers of arm and laws; x0 where there is one recording."""
+        alone = len(self.equations.rows) == 1
+        entries = enumerate(self.equations.numbers)
+        kept = [i for i, n in entries if n.recording is None or (alone and n.name == "x0")]
+        value = self.equations.mean + p * self.equations.sigma
+        whole = covariance * np.outer(self.equations.sigma, self.equations.sigma)
+        misfits = [
+            self.equations.misfit(p, r, self.equations.compliance(p, r)) for r in range(len(self.equations.rows))
+        ]
+        left = [self._left(m, r) for r, m in enumerate(misfits)]
+        motor = np.sqrt(np.mean(np.concatenate([m.motors for m in misfits]) ** 2, axis=0))
+        return PoseModel(
+            numbers=tuple(
+                PoseNumber(
+                    name=n.name,
+                    index=n.index,
+                    kind="drawing" if n.drawing else ("x0" if n.name == "x0" else "law"),
+                    value=float(value[i]),
+                    sigma=float(np.sqrt(whole[i, i])),
+                )
+                for i, n in enumerate(self.equations.numbers)
+                if i in set(kept)
+            ),
+            covariance=tuple(tuple(float(v) for v in row) for row in whole[np.ix_(kept, kept)]),
+            residual=PoseResidual(
+                angle_rad=tuple(float(v) for v in np.sqrt(np.mean(np.square(left), axis=0))),
+                motor_N=tuple(float(v) for v in motor),
+                low_alpha=tuple(float(v) for v in np.min([r.alpha.min(axis=0) for r in self.equations.rows], axis=0)),
+                high_alpha=tuple(float(v) for v in np.max([r.alpha.max(axis=0) for r in self.equations.rows], axis=0)),
+            ),
+        )
+
+    def _left(self, misfit: Misfit, r: int) -> Array:
+        """What is left of the angles beyond the frames' own noise, (N,), rad: by successive frames, whose noise differs."""
+        out = []
+        for angles, sigma in zip(misfit.angles.T, self.equations.rows[r].frames.sigma.T, strict=True):
+            both = np.isfinite(angles[1:]) & np.isfinite(angles[:-1])
+            shared = float(np.mean((angles[1:] * angles[:-1])[both])) if both.any() else float(np.mean(sigma**2))
+            out.append(np.sqrt(max(shared, 0.0)))
+        return np.array(out)
+
+
+def _correlation_time(residual: Array) -> float:
+    """Rows of a residual (F,) that count as one, NaN where unknown: the sum of its correlations up to the first below zero."""
+    r = np.where(np.isfinite(residual), residual - np.nanmean(residual), 0.0)
+    power = float(r @ r)
+    if power == 0:
+        return 1.0
+    total = 1.0
+    for lag in range(1, min(_LAGS, len(r) - 1)):
+        correlation = float(r[lag:] @ r[:-lag]) / power
+        if correlation <= 0:
+            break
+        total += 2 * correlation
+    return total

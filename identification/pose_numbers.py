@@ -1,0 +1,78 @@
+"""The numbers that put the arm where the camera saw it: of the drawing, of the laws, and of each recording, with their priors."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.model_file import Model, covariance_of, machine_of
+from identification.pose_rows import SKEW_SIGMA, PoseRows
+from identification.unknowns import terms_of
+from mechanism.arm import arm_of
+from mechanism.description import Neck
+from mechanism.laws import Term
+from mechanism.toleranced_numbers import TolerancedNumber, toleranced_numbers
+
+_X0_SIGMA_M = 3e-3
+"""of a pre-elongation, before a recording; a motor's first row stands anywhere (docs/thresholds.md)"""
+_LAW_RANGE_SHARE = 0.25
+"""share of a law's range that is its number's prior sigma at most (docs/thresholds.md)"""
+_LAW_SIGMAS = 3.0
+"""by how much the sigmas of `identify` are widened: they hold if the drawing is right (docs/thresholds.md)"""
+_MIN_LAW_SIZES = 0.5
+"""sizes of a term that its prior sigma is at least (docs/thresholds.md)"""
+
+
+@dataclass(frozen=True)
+class SoughtNumber:
+    """One number that is sought: of the drawing, a law, or a recording."""
+
+    name: str
+    index: int | None
+    mean: float
+    sigma: float
+    low: float
+    high: float
+    drawing: TolerancedNumber | None = None
+    recording: int | None = None
+
+
+def is_shape(term: Term) -> bool:
+    """Whether a law's term says how it acts, not how much: such as a time constant. It stays as `identify` left it."""
+    return term.of == "arm" and (not term.linear or (term.low > 0 and term.name != "E"))
+
+
+def sought_numbers(neck: Neck, model: Model, rows: Sequence[PoseRows]) -> list[SoughtNumber]:
+    """All of them, in the order of the fit."""
+    out = [
+        SoughtNumber(n.name, None, 0.0, n.sigma, -0.5, 0.5, drawing=n) for n in toleranced_numbers(neck) if n.sigma > 0
+    ]
+    arm = arm_of(neck)
+    values = machine_of(model, arm).values
+    known = {(p.name, p.index): i for i, p in enumerate(model.parameters)}
+    variances = np.diag(covariance_of(model))
+    for term in terms_of(model.laws):
+        if is_shape(term):
+            continue
+        span = term.high - term.low
+        most = _LAW_RANGE_SHARE * span if np.isfinite(span) else np.inf
+        for i in range(term.count(arm)):
+            index = None if term.of == "arm" else i + 1
+            value = float(values[term.name][i])
+            place = known.get((term.name, index))
+            sigma = np.inf if place is None else float(np.sqrt(variances[place]))
+            sure = place is not None and model.parameters[place].identified
+            if not sure and term.name not in ("k", "E"):
+                value = min(max(value, -2 * term.size), 2 * term.size) if np.isfinite(span) else value
+            sigma = min(max(_LAW_SIGMAS * sigma, _MIN_LAW_SIZES * term.size), most)
+            if not np.isfinite(sigma):
+                sigma = max(abs(value), term.size)
+            out.append(SoughtNumber(term.name, index, value, sigma, term.low, term.high))
+    given = {p.index: p.value for p in model.parameters if p.name == "x0"}
+    for r, recording in enumerate(rows):
+        for j in range(arm.M):
+            mean = given.get(j + 1, float(arm.x0[j]))
+            out.append(SoughtNumber("x0", j + 1, mean, _X0_SIGMA_M, -0.05, 0.05, recording=r))
+        out.append(SoughtNumber("clock", None, 0.0, recording.clock_sigma, -0.05, 0.05, recording=r))
+        out.append(SoughtNumber("skew", None, 0.0, SKEW_SIGMA, -1e-3, 1e-3, recording=r))
+    return out

@@ -1,0 +1,82 @@
+"""Whether a load hangs on the arm's tip that was not there when it was calibrated.
+
+A load lowers the arm on its cables, and they pull otherwise than the model says: the motors' unsaid forces follow the pose in a way
+that is known in advance. They are fitted with it, beside a constant and a part along each motor's direction, over stretches of the
+log; blocks of a second say how sure that is.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechanism.dynamics import gravity_and_springs
+from mechanism.friction import dry
+from mechanism.machine import Machine
+from observation.resting_arm import cables_at_rest, compliance, pull_at_rest
+
+Array = NDArray[np.float64]
+
+LOAD_STRETCH_S = 16.0
+"""s of the log in which a load is looked for (docs/thresholds.md)"""
+MIN_LOAD_SIGMAS = 4.0
+"""sigmas by which a load must differ from none (docs/thresholds.md)"""
+MIN_LOAD_KG = 0.03
+"""kg: a lighter load is not spoken of; a law that was not quite right looks like it (docs/thresholds.md)"""
+_BLOCK_S = 1.0
+_SMALL = 1e-3
+
+
+@dataclass(frozen=True)
+class FoundLoad:
+    """Of one stretch."""
+
+    time: float
+    """s, where the stretch begins"""
+    mass: float
+    """kg, on the last bar; below zero where the arm became lighter"""
+    sigma: float
+
+
+def forces_of_load(machine: Machine, alpha: Array, theta: Array) -> Array:
+    """Change of the cables' tensions by a kilogram on the last bar, (T, M), N, at rest with the motors held."""
+    arm = machine.arm
+    heavier = replace(arm, top_mass=arm.top_mass + np.eye(arm.N)[-1])
+    torque = gravity_and_springs(heavier, alpha) - gravity_and_springs(arm, alpha)
+    lowered = -_SMALL * np.einsum("tij,tj->ti", compliance(machine, alpha, theta), torque)
+    before, after = (pull_at_rest(machine, cables_at_rest(machine, a, theta)[0]) for a in (alpha, alpha + lowered))
+    return (np.maximum(after, 0.0) - np.maximum(before, 0.0)) / _SMALL
+
+
+def find_loads(
+    machine: Machine, time: Array, alpha: Array, theta: Array, theta_d: Array, error: Array, sigma: Array
+) -> list[FoundLoad]:
+    """Stretches (T rows, evenly spaced) in which a load shows. error: the motors' unsaid forces (T, M), N; sigma: (M,), N."""
+    found = []
+    first, count = 0, int(np.ceil(LOAD_STRETCH_S / max(float(np.median(np.diff(time))), 1e-9))) if len(time) > 1 else 1
+    while first + count <= len(time):
+        part = slice(first, first + count)
+        signature = forces_of_load(machine, alpha[part], theta[part])
+        load = _fitted(time[part], signature / sigma, error[part] / sigma, dry(theta_d[part]))
+        if abs(load.mass) > max(MIN_LOAD_SIGMAS * load.sigma, MIN_LOAD_KG):
+            found.append(load)
+        first += count
+    return found
+
+
+def _fitted(time: Array, signature: Array, error: Array, turning: Array) -> FoundLoad:
+    """Mass by least squares, with what a constant and the direction explain taken from both sides."""
+    x, y = (np.stack([_without(column, turning[:, j]) for j, column in enumerate(v.T)]) for v in (signature, error))
+    power = float(np.sum(x**2))
+    if power == 0:
+        return FoundLoad(float(time[0]), 0.0, np.inf)
+    mass = float(np.sum(x * y)) / power
+    block = ((time - time[0]) / _BLOCK_S).astype(int)
+    pulls = np.bincount(block, weights=np.sum(x * (y - mass * x), axis=0))
+    count = len(pulls)
+    return FoundLoad(float(time[0]), mass, float(np.sqrt(np.sum(pulls**2) * count / max(count - 1, 1)) / power))
+
+
+def _without(column: Array, turning: Array) -> Array:
+    basis = np.stack([np.ones_like(turning), turning], axis=1)
+    return column - basis @ np.linalg.lstsq(basis, column, rcond=None)[0]

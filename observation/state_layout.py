@@ -1,0 +1,73 @@
+"""Places of what the observer estimates, in one vector."""
+
+from dataclasses import dataclass
+
+from mechanism.machine import Machine
+
+
+@dataclass(frozen=True)
+class StateLayout:
+    """N joints, M cables with as many motors, S memory variables of each cable."""
+
+    N: int
+    M: int
+    S: int
+
+    @property
+    def alpha(self) -> slice:
+        """Joint angles, rad."""
+        return slice(0, self.N)
+
+    @property
+    def alpha_d(self) -> slice:
+        """rad/s."""
+        return slice(self.N, 2 * self.N)
+
+    @property
+    def theta(self) -> slice:
+        """Motor angles, rad."""
+        return slice(2 * self.N, 2 * self.N + self.M)
+
+    @property
+    def theta_d(self) -> slice:
+        """rad/s."""
+        return self._after(self.theta, self.M)
+
+    @property
+    def memory(self) -> slice:
+        """Memory variables of the cables, one cable after the other."""
+        return self._after(self.theta_d, self.M * self.S)
+
+    @property
+    def x0(self) -> slice:
+        """Pre-elongations, m."""
+        return self._after(self.memory, self.M)
+
+    @property
+    def friction_error(self) -> slice:
+        """What the motors' laws do not say, N at the cable."""
+        return self._after(self.x0, self.M)
+
+    @property
+    def pose_error(self) -> slice:
+        """By how much a joint stands beside where the model's cables pull it to, rad."""
+        return self._after(self.friction_error, self.N)
+
+    @property
+    def size(self) -> int:
+        """Of the vector."""
+        return self.pose_error.stop
+
+    @property
+    def moving(self) -> slice:
+        """What the equations of motion drive: all up to the memory variables."""
+        return slice(0, self.memory.stop)
+
+    @staticmethod
+    def _after(before: slice, count: int) -> slice:
+        return slice(before.stop, before.stop + count)
+
+
+def layout_of(machine: Machine) -> StateLayout:
+    """Of a machine."""
+    return StateLayout(machine.arm.N, machine.arm.M, machine.states)

@@ -1,0 +1,26 @@
+"""Angles that a camera saw now and then while a log was written, on the log's clock."""
+
+from pathlib import Path
+
+from identification.dataset.dataset_file import read_dataset
+from identification.dataset.frames import FrameAngles, frame_angles
+from identification.files import joint_state
+from synchronisation.angles import read_angles
+from xneck_foundation.errors import Refused
+
+
+def read_frames_on_log(path: str | Path, joints: int) -> FrameAngles:
+    """Of a data set, whose clock is known, or of a CSV `time,alpha1..N[,sigma1..N]` whose times are the log's.
+
+    Raises Refused where the file is an angles.mcap, which is on the camera's clock, or of another arm.
+    """
+    path = Path(path)
+    if path.suffix != ".mcap":
+        angles = read_angles(path, joints)
+        return FrameAngles(angles.time, angles.alpha, angles.white_sigma, angles.shared)
+    if "state" not in joint_state.read(path).logs:
+        raise Refused(path, "is on the camera's own clock", "give the data set that `xneck sync` makes of it")
+    frames = frame_angles(read_dataset(path))
+    if frames.alpha.shape[1] != joints:
+        raise Refused(path, f"has {frames.alpha.shape[1]} angles, the arm has {joints}", "is it the right neck.yaml?")
+    return frames

@@ -1,0 +1,1 @@
+"""Synchronisation of recordings that are too long to be held in memory at once, part by part."""

@@ -1,0 +1,50 @@
+"""Where an effect sits, two effects at once, and motions that show little: from files to the verdict.
+
+Seeds were chosen before they were run.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from tests.diagnosis.test_diagnose import diagnosed
+
+pytestmark = pytest.mark.slow
+
+SECONDS = (24.0, 16.0)
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("drum_radius", 7011), ("marker_offset", 7013)])
+def test_an_effect_is_named_where_it_was_hidden(kind: str, seed: int, tmp_path: Path) -> None:
+    """Or in a set with it that nothing tells apart."""
+    found, truth = diagnosed(tmp_path, [kind], seed, SECONDS)
+    (hidden,) = truth["hidden"]
+    (cause,) = found["causes"]
+    assert kind in (cause["effect"], *cause["indistinguishable_from"])
+    if cause["effect"] == kind:
+        assert cause["where"] == hidden["where"]
+
+
+def test_of_two_effects_neither_is_taken_for_a_third(tmp_path: Path) -> None:
+    found, _ = diagnosed(tmp_path, ["viscous_friction", "tip_payload"], 7010, SECONDS)
+    sets = [{cause["effect"], *cause["indistinguishable_from"]} for cause in found["causes"]]
+    assert sets
+    assert all(names & {"viscous_friction", "tip_payload"} for names in sets)
+
+
+@pytest.mark.parametrize("manner", ["slow", "constant tension"])
+def test_a_motion_that_shows_little_gives_no_false_cause(manner: str, tmp_path: Path) -> None:
+    """Slow motions have no inertia to tell, and at one tension nothing stretches: no reason to name anything."""
+    found, _ = diagnosed(tmp_path, [], 7014, SECONDS, manner)
+    assert found["causes"] == []
+    assert found["verdict"] in ("consistent", "insufficient")
+
+
+@pytest.mark.parametrize("manner", ["slow", "constant tension"])
+def test_what_such_a_motion_shows_is_named_all_the_same(manner: str, tmp_path: Path) -> None:
+    """A load at the tip weighs as much in any motion."""
+    found, truth = diagnosed(tmp_path, ["tip_payload"], 7015, SECONDS, manner)
+    named = {name for cause in found["causes"] for name in (cause["effect"], *cause["indistinguishable_from"])}
+    assert found["causes"]
+    assert "tip_payload" in named
+    assert truth["hidden"][0]["effect"] == "tip_payload"

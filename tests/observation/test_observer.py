@@ -1,0 +1,114 @@
+"""Joints told by motors alone, on arms of a generator that shares no code with the observer, their drawings off."""
+
+import numpy as np
+import pytest
+
+from identification.dataset.frames import FrameAngles
+from identification.dataset.series import Series
+from observation.observed_log import observe_log
+from observation.observer import Observer
+from tests.observation.arms import NOISE_RAD, SEEDS, SETTLED, Case, case
+from xneck_foundation.errors import Refused
+
+ROWS = 3000
+
+
+def part(of: Case, rows: int = ROWS) -> Series:
+    return of.log.part(slice(0, rows))
+
+
+def errors(of: Case, seen: Series) -> tuple[np.ndarray, np.ndarray]:
+    """Of angles and rates once settled."""
+    judged = slice(SETTLED, len(seen))
+    return (seen.matrix("alpha") - of.alpha[: len(seen)])[judged], (
+        seen.matrix("alpha", "_d") - of.alpha_d[: len(seen)]
+    )[judged]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_joints_are_within_a_tenth_of_a_degree_and_rates_within_a_degree_and_a_half_a_second(seed: int) -> None:
+    of = case(seed)
+    seen = observe_log(of.neck, of.model, part(of)).series
+    angle, rate = errors(of, seen)
+    assert np.degrees(np.sqrt(np.mean(angle**2, axis=0))).max() < 0.1
+    assert np.degrees(np.sqrt(np.mean(rate**2, axis=0))).max() < 1.5
+    # sigma is no smaller than two thirds of the error, nor so wide that it says nothing
+    for stem, error in (("", angle), ("_d", rate)):
+        sigma = seen.matrix("sigma_alpha", stem)[SETTLED:]
+        assert np.sqrt(np.mean((error / sigma) ** 2)) < 1.5
+        assert np.degrees(sigma).mean() < (0.1 if not stem else 2.0)
+
+
+def test_without_calibration_the_error_is_many_times_larger_and_sigma_says_so() -> None:
+    """The negative control: the drawing and what `identify` alone says of the cables."""
+    of = case(SEEDS[0], calibrated=False)
+    seen = observe_log(of.neck, of.model, part(of, 1500)).series
+    angle, _ = errors(of, seen)
+    sigma = seen.matrix("sigma_alpha")[SETTLED:]
+    assert np.degrees(np.sqrt(np.mean(angle**2, axis=0))).max() > 0.3
+    assert np.sqrt(np.mean((angle / sigma) ** 2)) < 1.5
+
+
+def test_the_observer_is_causal_and_the_same_row_by_row() -> None:
+    of = case(SEEDS[0])
+    whole = observe_log(of.neck, of.model, part(of, 60)).series.matrix("alpha")
+    observer = Observer(of.neck, of.model)
+    theta, f = of.log.matrix("theta"), of.log.matrix("f")
+    rows = [observer.step(theta[row], f[row])[0] for row in range(60)]
+    np.testing.assert_allclose(np.array(rows), whole, atol=1e-9)
+
+
+def test_smoothing_is_no_worse_and_knows_it() -> None:
+    of = case(SEEDS[0])
+    filtered, smooth = (observe_log(of.neck, of.model, part(of, 1100), smooth=s).series for s in (False, True))
+    rms = [np.sqrt(np.mean(errors(of, s)[1] ** 2)) for s in (filtered, smooth)]
+    assert rms[1] < rms[0]
+    assert smooth.matrix("sigma_alpha", "_d").mean() < filtered.matrix("sigma_alpha", "_d").mean()
+
+
+def with_unknown_x0(of: Case) -> Case:
+    """The same arm after its motors were switched on anew: nobody knows where they stand."""
+    assert of.model.pose is not None
+    pose = of.model.pose
+    kept = [i for i, n in enumerate(pose.numbers) if n.kind != "x0"]
+    numbers = tuple(pose.numbers[i] for i in kept)
+    covariance = tuple(tuple(pose.covariance[i][j] for j in kept) for i in kept)
+    model = of.model.model_copy(update={"pose": pose.model_copy(update={"numbers": numbers, "covariance": covariance})})
+    return Case(of.neck, model, of.log, of.alpha, of.alpha_d)
+
+
+def test_a_frame_a_second_finds_pre_elongations_that_nobody_knows() -> None:
+    """Without a frame errors are degrees, and sigma says so; with one a second they are less than half of that."""
+    of = with_unknown_x0(case(SEEDS[0]))
+    log = part(of, 2000)
+    rows = np.arange(0, len(log), 500)
+    rng = np.random.default_rng(1)
+    alpha = of.alpha[rows] + NOISE_RAD * rng.standard_normal((len(rows), 3))
+    sigma = np.full_like(alpha, NOISE_RAD)
+    frames = FrameAngles(log.time[rows], alpha, sigma, np.zeros_like(sigma))
+    blind, helped = (observe_log(of.neck, of.model, log, frames=given).series for given in (None, frames))
+    assert np.sqrt(np.mean(errors(of, helped)[0] ** 2)) < np.sqrt(np.mean(errors(of, blind)[0] ** 2)) / 2
+    for seen in (blind, helped):
+        angle, _ = errors(of, seen)
+        assert np.sqrt(np.mean((angle / seen.matrix("sigma_alpha")[SETTLED:]) ** 2)) < 2
+
+
+def test_a_gap_of_the_log_begins_anew() -> None:
+    of = case(SEEDS[0])
+    log = of.log.part(np.r_[0:800, 2000:3000])
+    seen = observe_log(of.neck, of.model, log)
+    assert seen.restarts == 1
+    after = seen.series.matrix("alpha")[-400:] - of.alpha[2600:3000]
+    assert np.degrees(np.abs(after)).max() < 0.3
+
+
+def test_what_the_observer_cannot_do_is_refused() -> None:
+    of = case(SEEDS[0], calibrated=False)
+    unsure = tuple(p.model_copy(update={"identified": p.name != "k"}) for p in of.model.parameters)
+    with pytest.raises(Refused, match=r"k\(1\).* was not identified"):
+        Observer(of.neck, of.model.model_copy(update={"parameters": unsure}))
+    without = Series(of.log.time, {n: c for n, c in of.log.columns.items() if n.startswith("theta")})
+    with pytest.raises(Refused, match="no forces"):
+        observe_log(of.neck, of.model, without)
+    with pytest.raises(Refused, match="not finite"):
+        Observer(of.neck, of.model).step(np.full(4, np.nan), np.zeros(4))

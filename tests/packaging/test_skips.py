@@ -1,0 +1,42 @@
+"""A skip that nobody listed fails the run; one that is listed does not."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.paths import ROOT
+
+HOOKS = "pytest_collectreport, pytest_runtest_logreport, pytest_sessionfinish, pytest_terminal_summary"
+LISTED, UNLISTED = "needs strace", "too tired"
+
+
+def run(folder: Path, text: str, *words: str) -> subprocess.CompletedProcess[str]:
+    (folder / "conftest.py").write_text(f"from tests.skips import {HOOKS}\n", encoding="utf-8")
+    (folder / "test_it.py").write_text(f"import pytest\n{text}\n", encoding="utf-8")
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *words, str(folder / "test_it.py")]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("workers", [(), ("-n", "1")])
+@pytest.mark.parametrize(("reason", "status"), [(LISTED, 0), (UNLISTED, 1)])
+def test_a_skip_is_noticed_unless_it_is_listed(
+    reason: str, status: int, workers: tuple[str, ...], tmp_path: Path
+) -> None:
+    text = f"def test_done(): pass\n@pytest.mark.skip(reason={reason!r})\ndef test_skipped(): pass"
+    done = run(tmp_path, text, *workers)
+    assert done.returncode == status, done.stdout
+    assert ("too tired" in done.stdout and "does not list" in done.stdout) == bool(status)
+
+
+@pytest.mark.parametrize(("reason", "status"), [(LISTED, 0), (UNLISTED, 1)])
+def test_so_is_a_file_that_is_skipped_as_a_whole_and_a_skip_from_within(
+    reason: str, status: int, tmp_path: Path
+) -> None:
+    inside = run(tmp_path, f"def test_one(): pytest.skip({reason!r})\ndef test_two(): pass")
+    assert inside.returncode == status, inside.stdout
+    whole = run(tmp_path, f"pytest.skip({reason!r}, allow_module_level=True)\ndef test_one(): pass")
+    assert whole.returncode in ((0, 5) if status == 0 else (1,)), whole.stdout

@@ -1,0 +1,91 @@
+"""The clock's sigma has three parts: noise, spread of models, and bias. Fits are made up so that each part is large once."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synchronisation.clocks import fine_alignment
+from synchronisation.clocks.fine_alignment import FineAlignment, align_finely
+from synchronisation.clocks.gauss_newton_step import SKEW_SCALE
+
+FRAMES: Any = SimpleNamespace(time=np.linspace(0, 40, 1200))
+BIAS_S, DELAY_BIAS_S = 8e-6, 1e-5
+"""by filters, which no fit shows"""
+
+
+def fit(offset: float, skew: float, delay: float, sigma: float, misfit: float = 1.0) -> Any:
+    """A solution with `sigma` s of noise in offset and delay, and sigma/20 s in the skew."""
+    variance = sigma**2 * np.array([1.0, 1 / (20 * SKEW_SCALE) ** 2, 1.0])
+    return SimpleNamespace(
+        unknowns=SimpleNamespace(
+            offset=offset,
+            skew=skew,
+            delay=delay,
+            cable_error=misfit,
+            torque_error=np.ones(3),
+            cable_parameters=np.zeros((4, len(fine_alignment.REPORTED.law.names))),
+        ),
+        equations=SimpleNamespace(covariance=lambda count: np.diag(variance)[:count, :count]),
+        cables=SimpleNamespace(tau=0.0),
+    )
+
+
+def aligned(monkeypatch: pytest.MonkeyPatch, sigma: float, others: list[tuple[float, float, float]]) -> FineAlignment:
+    """With alternatives so far off the reported fit, in s, ratio and s."""
+    reported = fit(1.0, 1e-5, 2e-3, sigma)
+    alternatives = [fit(1.0 + o, 1e-5 + s, 2e-3 + d, sigma) for o, s, d in others]
+    nothing: Any = None
+    monkeypatch.setattr(fine_alignment, "CableEquation", lambda *_: nothing)
+    monkeypatch.setattr(fine_alignment, "initial_unknowns", lambda *_: nothing)
+    monkeypatch.setattr(fine_alignment, "solve_clock", lambda *_: reported)
+    monkeypatch.setattr(fine_alignment, "_with_arm", lambda *_: (reported, nothing))
+    monkeypatch.setattr(fine_alignment, "_alternatives", lambda *_: alternatives)
+    return align_finely(nothing, nothing, FRAMES, 1.0, np.zeros(4))
+
+
+def test_with_neither_noise_nor_spread_the_bias_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Which may differ from one end to the other: over half of 40 s it is a skew."""
+    for others in ([], [(0.0, 0.0, 0.0)] * 3):
+        found = aligned(monkeypatch, 1e-12, others)
+        assert found.offset_sigma == pytest.approx(BIAS_S, rel=1e-6)
+        assert found.skew_sigma == pytest.approx(BIAS_S / 20, rel=1e-6)
+        assert found.delay_sigma == pytest.approx(DELAY_BIAS_S, rel=1e-6)
+
+
+def test_noise_counts_as_the_fit_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = aligned(monkeypatch, 1e-3, [])
+    assert found.offset_sigma == pytest.approx(np.hypot(1e-3, BIAS_S), rel=1e-9)
+    assert found.skew_sigma == pytest.approx(np.hypot(1e-3, BIAS_S) / 20, rel=1e-9)
+    assert found.delay_sigma == pytest.approx(np.hypot(1e-3, DELAY_BIAS_S), rel=1e-9)
+
+
+def test_models_that_explain_as_much_and_disagree_widen_the_sigma_by_their_spread(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """One of two is 2 ms off: half of that squared twice, over one, is 2 ms^2, so sqrt(2) ms; of three at -d, 0, d it is d."""
+    found = aligned(monkeypatch, 1e-12, [(2e-3, 0.0, 0.0)])
+    assert found.offset_sigma == pytest.approx(np.hypot(np.sqrt(2) * 1e-3, BIAS_S), rel=1e-9)
+    assert found.skew_sigma == pytest.approx(BIAS_S / 20, rel=1e-6)
+    found = aligned(monkeypatch, 1e-12, [(0.0, 3e-5, -4e-3), (0.0, -3e-5, 4e-3)])
+    assert found.offset_sigma == pytest.approx(BIAS_S, rel=1e-6)
+    assert found.skew_sigma == pytest.approx(np.hypot(3e-5, BIAS_S / 20), rel=1e-9)
+    assert found.delay_sigma == pytest.approx(np.hypot(4e-3, DELAY_BIAS_S), rel=1e-9)
+    assert found.fit.unknowns.offset == 1.0
+
+
+@pytest.mark.parametrize(("misfit", "counts"), [(1.14, True), (1.16, False)])
+def test_a_model_that_explains_less_has_no_say(misfit: float, counts: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    reported, other = fit(1.0, 0.0, 0.0, 1e-6), fit(1.1, 0.0, 0.0, 1e-6, misfit)
+    monkeypatch.setattr(fine_alignment, "solve_clock", lambda *_, **__: other)
+    monkeypatch.setattr(fine_alignment, "CableEquation", lambda *_: None)
+    monkeypatch.setattr(fine_alignment, "replace", lambda one, **_: one)
+    rows: Any = SimpleNamespace(with_joint_width=lambda _: None)
+    found = fine_alignment._alternatives(SimpleNamespace(signals=None), reported, rows, 1.0)  # type: ignore[arg-type]
+    assert len(found) == (len(fine_alignment.ALTERNATIVES) if counts else 0)
+
+
+def test_misfit_is_in_cables_times_joints() -> None:
+    one = SimpleNamespace(cable_error=2.0, torque_error=np.array([1.0, 2.0, 4.0]))
+    assert fine_alignment.clock_misfit(one) == pytest.approx(4.0)  # type: ignore[arg-type]

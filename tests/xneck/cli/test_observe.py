@@ -1,0 +1,83 @@
+"""xneck observe on the sample: identified with a camera on one recording, told by the motors alone on another."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import xneck
+from identification.files import joint_state
+from tests.command import run
+from tests.paths import SAMPLES
+
+R, H = SAMPLES / "recording", SAMPLES / "held_out"
+STORED = np.load(SAMPLES / "truth.npz")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The recording without a video, as a data set and a model."""
+    import subprocess
+    import sys
+
+    folder = tmp_path_factory.mktemp("observe")
+    xneck.write_dataset(xneck.synchronise(H), folder / "dataset.mcap")
+    words = ["identify", "dataset.mcap", "--out", "model.yaml"]
+    call = [sys.executable, "-c", "from xneck.cli import main; main()", *words]
+    done = subprocess.run(call, capture_output=True, text=True, check=False, cwd=folder)
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    return folder
+
+
+def words(made: Path, out: Path, log: Path = R / "log.mcap") -> list[str | Path]:
+    return ["observe", log, "--neck", H / "neck.yaml", "--model", made / "model.yaml", "--out", out]
+
+
+def test_another_recordings_joints_are_told_within_a_third_of_a_degree(
+    made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """With 100 g on the tip that the description lacks: sigma is no smaller than half of the error."""
+    out = tmp_path / "state.mcap"
+    ran = run(capfd, *words(made, out), "--json", tmp_path / "state.json", "--export", "c")
+    assert (ran.status, ran.err) == (0, "")
+    assert "sigma of the joints" in ran.out
+    state = joint_state.as_series(joint_state.read(out).logs["state"])
+    for suffix, limit in (("", 0.33), ("_d", 1.5)):
+        true = STORED[f"recording_alpha{suffix}"]
+        true = np.stack([np.interp(state.time, STORED["recording_log_time"], c) for c in true.T], axis=-1)
+        error = (state.matrix("alpha", suffix) - true)[500:]
+        assert np.degrees(np.sqrt(np.mean(error**2, axis=0))).max() < limit
+        assert np.sqrt(np.mean((error / state.matrix("sigma_alpha", suffix)[500:]) ** 2)) < 2
+    record = json.loads((tmp_path / "state.json").read_text())
+    assert record["rows"] == len(state)
+    assert record["health"]["verdict"] in ("as identified", "changed")
+    assert "xneck_observer_step" in (tmp_path / "state.c").read_text()
+    assert run(capfd, *words(made, out), "--export", "c", "--quiet").status == 0  # its own file may be replaced
+
+
+def test_what_cannot_be_observed_is_refused_in_one_line(
+    made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text("time,theta1,theta2,theta3,theta4\n" + "".join(f"{0.002 * i:.3f},0,0,0,0\n" for i in range(50)))
+    for more, found in (
+        (words(made, tmp_path / "s.mcap", log), "holds no forces"),
+        ([*words(made, tmp_path / "s.mcap"), "--start", "0.1"], "1 angles to begin with, the arm has 3"),
+        (words(made, tmp_path / "s.xml"), "unknown suffix"),
+        ([*words(made, tmp_path / "s.mcap"), "--angles", H / "log.mcap"], "camera's own clock"),
+        (words(made, R / "log.mcap"), "is an input too"),
+    ):
+        ran = run(capfd, *more)
+        assert (ran.status, ran.out) == (1, ""), more
+        assert found in ran.err
+        assert ran.err.count("\n") == 1
+    assert run(capfd, *words(made, tmp_path / "s.mcap"), "--start", "a,b,c").status == 2
+
+
+def test_a_file_that_somebody_else_wrote_is_kept(made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "state.c").write_text("int main(void) { return 0; }\n")
+    ran = run(capfd, *words(made, tmp_path / "state.mcap"), "--export", "c")
+    assert ran.status == 1
+    assert "is not as xneck wrote it" in ran.err
+    assert not (tmp_path / "state.mcap").exists()

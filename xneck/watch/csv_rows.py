@@ -1,0 +1,64 @@
+"""The rows of a log as CSV while it is written: whole lines only, as the last one may be half."""
+
+import csv
+
+import numpy as np
+
+from identification.dataset.series import Series
+from mechanism.description import Neck
+from synchronisation.csv_table import row_numbers, table_columns
+from synchronisation.encoder_log import check_columns, log_columns
+from xneck.watch.growing_file import GrowingFile
+from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import shortened
+
+_BLOCK_BYTES = 1 << 20
+
+
+class CsvRows:
+    """New rows of a growing CSV."""
+
+    def __init__(self, source: GrowingFile, neck: Neck) -> None:
+        self._source, self._neck = source, neck
+        self._rest = b""
+        self._header: list[str] = []
+        self._places: dict[str, int] | None = None
+        self._number = 1
+        """of the line that was read last, from 1"""
+
+    def new(self) -> Series | None:
+        """Rows that came since the last call, as the file has them; None where none did. Raises Refused as `read_log` does."""
+        data = self._rest + self._source.read_available(_BLOCK_BYTES)
+        whole, newline, self._rest = data.rpartition(b"\n")
+        if not newline:
+            return None
+        try:
+            lines = [line for line in whole.decode("utf-8-sig" if not self._header else "utf-8").splitlines() if line]
+        except UnicodeDecodeError as error:
+            raise Refused(self._source.path, "cannot be read as CSV (not UTF-8 text)", "save it as UTF-8") from error
+        if not self._header and lines:
+            self._header = [cell.strip() for cell in next(csv.reader(lines[:1]))]
+            lines = lines[1:]
+        if not lines:
+            return None
+        rows = list(csv.reader(lines))
+        if self._places is None:
+            required, optional = log_columns(self._neck)
+            path = self._source.path
+            self._places = table_columns(path, self._header, iter(rows[:1]), ("time", *required), optional)
+            check_columns(path, self._places, self._neck)
+        values = np.array([self._numbers(row) for row in rows])
+        return Series(values[:, 0], {name: values[:, k] for k, name in enumerate(self._places) if k})
+
+    def _numbers(self, row: list[str]) -> list[float]:
+        assert self._places is not None
+        self._number += 1
+        try:
+            if len(row) != len(self._header):
+                raise ValueError
+            return row_numbers([row[k] for k in self._places.values()])
+        except ValueError:
+            shown = shortened(",".join(row), 60)
+            raise Refused(
+                self._source.path, f"row {self._number} is not {len(self._header)} numbers: {shown}"
+            ) from None
