@@ -132,7 +132,8 @@ def _check_laws(machine: Machine) -> None:
         try:
             law.pull(machine.values, at, z)
             law.memory_rate(machine.values, at, z)
-            law.friction(machine.values, MotorMotion(*[cable] * 7, machine.arm))
+            turning = MotorMotion(cable, cable, cable, cable, cable, cable, cable, machine.arm)
+            law.friction(machine.values, turning)
             law.resistance(machine.values, JointMotion(joint, joint, joint))
         except Untraceable as error:
             raise Refused("observe", f"the law {law.name} cannot be written as code ({error})") from error

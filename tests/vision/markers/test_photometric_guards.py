@@ -20,11 +20,11 @@ def test_pixels_that_are_cut_off_are_not_used() -> None:
     """0 and 255 say only that it was so dark or bright, or more; every other level is used."""
     grey, truth, start = views(60, CLEAN, 1, 1)[0]
     whole = np.clip(grey, 2, 253)
-    selected = select_pixels(whole, [start.cells], truth[None], REST[None], OPTICS).used[0]
+    selected = select_pixels(whole, [start.cells], truth[None], homography(truth[None]), REST[None], OPTICS).used[0]
     levels = whole.copy()
     levels[::3] = np.where(grey[::3] > 128, 255, 254)
     levels[1::3] = np.where(grey[1::3] > 128, 1, 0)
-    pixels = select_pixels(levels, [start.cells], truth[None], REST[None], OPTICS)
+    pixels = select_pixels(levels, [start.cells], truth[None], homography(truth[None]), REST[None], OPTICS)
     shown, used = pixels.grey[0][selected], pixels.used[0][selected]
     assert {0.0, 1.0, 254.0, 255.0} <= set(shown.tolist())
     np.testing.assert_array_equal(used, (shown > 0) & (shown < 255))
