@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from identification.dataset.dataset import DataSet
 from identification.fitting import FitSolution, fit_by_least_squares, fit_laws
 from identification.identifiability import Identifiability, durbin_wu_hausman, judge_identifiability, term_label
+from identification.model_file import Model, model_of
 from identification.motor_speeds import with_motor_speeds
 from identification.signals import Signals, signals_of
-from identification.unknowns import Unknowns, unknowns
+from identification.unknowns import Unknowns, terms_of, unknowns
 from mechanism.arm import Arm
 from mechanism.elasticity import ElasticModel
 from mechanism.laws import MotorMotion
@@ -20,6 +21,7 @@ from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
 from xneck_foundation.parameter import Parameter
+from xneck_foundation.provenance import versions
 
 Array = NDArray[np.float64]
 
@@ -69,6 +71,13 @@ class Estimates:
     def with_identifiability(self) -> tuple[tuple[Parameter, Identifiability], ...]:
         """`parameters`, each with whether it is identified."""
         return tuple((self._parameter(place), self.identifiability[place]) for place in self._reported)
+
+    @property
+    def model(self) -> Model:
+        """The model with these numbers, as `xneck identify` writes it, and those that were held."""
+        terms = {term.name for term in terms_of(self.laws)}
+        held = {name: value for name, value in self.unknowns.held.items() if name in terms}
+        return model_of(self.parameters, self.laws, versions(), self.covariance, held)
 
     @property
     def covariance(self) -> Array:
@@ -172,6 +181,8 @@ def estimate(
     array([10. ,  9. ,  8. ,  5.5])
     >>> {p.name for p in found.parameters if not p.identified}
     {'fv'}
+    >>> found.model.laws  # a model, as `read_model` gives it
+    ('dry_friction', 'viscous_friction', 'linear_cable')
     """
     arm = common_arm(recordings)
     signals = [signals_of(data) for data in recordings]

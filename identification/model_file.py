@@ -16,7 +16,7 @@ from mechanism.laws import LAWS, is_law, law_named
 from mechanism.laws.unlisted import UnlistedLaw
 from mechanism.machine import Machine
 from mechanism.toleranced_numbers import moved, toleranced_numbers
-from xneck_foundation.errors import Refused
+from xneck_foundation.errors import Refused, one_of
 from xneck_foundation.parameter import Parameter
 from xneck_foundation.spelling import quoted, valid_words
 from xneck_foundation.strict_yaml import Strict, read_yaml
@@ -103,13 +103,44 @@ class Model(Strict):
             raise ValueError(f"covariance: expected {rows} rows of {rows} numbers, as many as parameters")
         return self
 
+    def with_(self, **values: float | Sequence[float]) -> "Model":
+        """The model with other values of some parameters: one number for all cables or joints, or one for each.
+
+        What was set is exact: it has no sigma, and nothing covaries with it; `pose` is dropped. Raises Refused where the model has
+        no such parameter, or has another number of it.
+        """
+        entries, names = list(self.parameters), {p.name for p in self.parameters}
+        fixed: list[int] = []
+        for name, value in values.items():
+            one_of("model", name, sorted(names), "parameter")
+            places = [k for k, p in enumerate(entries) if p.name == name]
+            numbers = np.atleast_1d(np.asarray(value, dtype=float)).tolist()
+            numbers = numbers * len(places) if np.ndim(value) == 0 else numbers
+            if len(numbers) != len(places):
+                raise Refused(
+                    "model", f"{name}: {len(numbers)} values for {len(places)}", "give one for all, or one for each"
+                )
+            for k, number in zip(places, numbers, strict=True):
+                if not np.isfinite(number):
+                    raise Refused("model", f"{name}: {number} is no number")
+                fix = {"value": number, "sigma": None, "relative_sigma_percent": None, "identified": False}
+                entries[k] = entries[k].model_copy(update=fix)
+            fixed += places
+        covariance = self.covariance and tuple(
+            tuple(0.0 if i in fixed or j in fixed else v for j, v in enumerate(row))
+            for i, row in enumerate(self.covariance)
+        )
+        # what motors tell of the joints was found with the numbers as they were
+        changed = {"parameters": tuple(entries), "covariance": covariance} | ({"pose": None} if fixed else {})
+        return self.model_copy(update=changed)
+
 
 def model_of(
     parameters: Sequence[Parameter],
     laws: Sequence[str],
     provenance: dict[str, Any],
     covariance: np.ndarray | None = None,
-    held: Mapping[str, float] | None = None,
+    held: Mapping[str, float | np.ndarray] | None = None,
 ) -> Model:
     """The model that a fit's parameters make; friction's transition, where it was not fitted, is Fasquelle's (48).
 
@@ -124,14 +155,15 @@ def model_of(
     entries += [
         ModelParameter(
             name=name,
-            index=None,
-            value=value,
+            index=None if np.size(value) == 1 else index,
+            value=float(number),
             unit=units[name],
             sigma=None,
             relative_sigma_percent=None,
             identified=False,
         )
         for name, value in given.items()
+        for index, number in enumerate(np.atleast_1d(value), start=1)
     ]
     covariance_rows = None
     if covariance is not None:
@@ -210,7 +242,12 @@ def _values(model: Model, name: str, count: int) -> np.ndarray:
 
 
 def write_model(model: Model, path: str | Path) -> None:
-    """`model` as YAML, whole or not at all."""
+    """`model` as YAML, whole or not at all.
+
+    >>> import xneck
+    >>> stiffer = xneck.read_model("model.yaml").with_(k=9000.0)  # N/m, of all cables
+    >>> xneck.write_model(stiffer, "stiffer.yaml")
+    """
     write_text(path, yaml.safe_dump(model.model_dump(mode="json"), sort_keys=False, allow_unicode=True))
 
 

@@ -6,19 +6,21 @@ writes beside it, and what editors show of the JSON schema: meaning, unit, how t
 """
 
 from collections import Counter
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from mechanism.neck_path import set_at
 from mechanism.printed_markers import Markers
 from mechanism.tolerance import Tolerance
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
-from xneck_foundation.strict_yaml import Strict, read_yaml
+from xneck_foundation.strict_yaml import Strict, read_yaml, validate_document
 
 Length = Annotated[float, Field(ge=0.001, le=2.0)]
 Word = Literal["right", "left", "right_through", "left_through", "strut", "strut_mirrored"]
@@ -238,6 +240,17 @@ class Neck(Strict):
                 beyond.append(f"markers.on_bars[{k}].diagonal is {marker.diagonal}, but mechanisms are 1..{n}")
         return beyond
 
+    def with_(self, changes: Mapping[str, Any]) -> "Neck":
+        """The arm with other numbers, by their paths in neck.yaml: `mechanisms[0].L`; without a number, of all:
+        `mechanisms.top.mass`.
+
+        Raises Refused where there is no such key, or the arm would not be one.
+        """
+        tree = self.model_dump(exclude_unset=True)
+        for path, value in changes.items():
+            set_at(tree, path, np.asarray(value).tolist() if isinstance(value, np.generic | np.ndarray) else value)
+        return validate_document(tree, Neck, "neck")
+
     @property
     def N(self) -> int:
         """Number of mechanisms."""
@@ -255,7 +268,14 @@ class Neck(Strict):
 
 
 def read_neck(path: str | Path) -> Neck:
-    """neck.yaml as a Neck. Raises Refused with every fault, its key's path, what was found and what is expected."""
+    """neck.yaml as a Neck. Raises Refused with every fault, its key's path, what was found and what is expected.
+
+    >>> import xneck
+    >>> neck = xneck.read_neck("samples/recording/neck.yaml")
+    >>> heavier = neck.with_({"mechanisms[2].top.mass": 0.08, "gravity": [0.0, -9.81]})
+    >>> neck.N, neck.M, heavier.mechanisms[2].top.mass
+    (3, 4, 0.08)
+    """
     return read_yaml(path, Neck, "all in SI units: m, kg, N, rad")
 
 

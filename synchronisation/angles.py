@@ -81,6 +81,16 @@ def read_angles(path: str | Path, joints: int) -> Angles:
     """
     path = Path(path)
     series, notes, light = _from_mcap(path) if path.suffix == ".mcap" else _from_csv(path, joints)
+    return checked_angles(series, joints, path, notes, light)
+
+
+def checked_angles(
+    series: Series, joints: int, path: str | Path, notes: dict[str, Any], light: Array | None = None
+) -> Angles:
+    """Angles from columns alpha1..N and optional sigma1..N and common1..N; `path` says where they come from.
+
+    Raises Refused as `read_angles` does.
+    """
     check_time_unit(series.time, str(path), "frames")
     check_time(series.time, str(path))
     alpha, sigma, common = series.matrix("alpha"), series.matrix("sigma"), series.matrix("common")
@@ -133,7 +143,7 @@ def _from_csv(path: Path, joints: int) -> tuple[Series, dict[str, Any], Array | 
     return series, {"source": path.name}, series.columns.get("light")
 
 
-def _check_angles(alpha: Array, common: Array, joints: int, path: Path) -> None:
+def _check_angles(alpha: Array, common: Array, joints: int, path: str | Path) -> None:
     """Refused where angles (F, N), rad, are not those of an arm with `joints` mechanisms."""
     if alpha.shape[1] != joints:
         raise Refused(

@@ -104,7 +104,7 @@ def mapped_columns(series: Series, neck: Neck) -> Series:
     return Series(series.time * neck.log.time_scale, columns)
 
 
-def motor_log(series: Series, neck: Neck, path: Path) -> Series:
+def motor_log(series: Series, neck: Neck, path: str | Path) -> Series:
     """Columns as `path` holds them, in our signs and units: as `read_log` gives them, and refuses them."""
     if len(series) > MAX_LOG_ROWS:
         raise Refused(path, f"has more than {MAX_LOG_ROWS} rows", "cut log and angles in parts, hours each")
@@ -174,7 +174,7 @@ def _not_one_channel(
     )
 
 
-def _unwrapped(series: Series, neck: Neck, path: Path) -> Series:
+def _unwrapped(series: Series, neck: Neck, path: str | Path) -> Series:
     """Motor angles without the wraps of their counters, with a warning; Refused where they wrap too fast to tell."""
     columns, said = dict(series.columns), []
     for j, motor in enumerate(neck.motors):
@@ -195,7 +195,7 @@ def _unwrapped(series: Series, neck: Neck, path: Path) -> Series:
     return Series(series.time, columns)
 
 
-def _without_absurd_samples(series: Series, path: Path) -> Series:
+def _without_absurd_samples(series: Series, path: str | Path) -> Series:
     """The rows in which no angle and no force is absurd, with a warning about the others."""
     absurd, said = np.zeros(len(series), dtype=bool), []
     for stem, min_range in (("theta", THETA_OUTLIER_RANGE), ("f", F_OUTLIER_RANGE)):

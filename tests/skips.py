@@ -14,6 +14,7 @@ ALLOWED = {
     r"no real data (at|in) .*": "pictures and videos whose licence keeps them out of the repository",
     r"shared data not beside the checkout": "the same",
     r"needs node, and Foxglove's packages from npm under NODE_PATH": "npm needs a network",
+    r"could not import '(pandas|xarray)': .*": "extras, which an environment of an earlier day lacks",
     r"BLAS has no three threads here": "a machine with fewer cores",
 }
 """reasons, as regular expressions, each with why it may stand"""

@@ -163,12 +163,12 @@ def _is_signed_csv(path: Path) -> bool:
         return found is not None and found[1] == _csv_mark(stream, begin, end, float(cell))
 
 
-def _sign_npz(path: Path) -> None:
+def _sign_zip(path: Path) -> None:
     with zipfile.ZipFile(path, "a") as archive:
         archive.comment = MARK.encode()
 
 
-def _is_signed_npz(path: Path) -> bool:
+def _is_signed_zip(path: Path) -> bool:
     with zipfile.ZipFile(path) as archive:
         return archive.comment == MARK.encode()
 
@@ -194,12 +194,14 @@ def _has_mark(path: Path) -> bool:
 _SIGNERS: dict[str, Callable[[Path], None]] = {
     ".json": _sign_json,
     ".csv": _sign_csv,
-    ".npz": _sign_npz,
+    ".npz": _sign_zip,
+    ".zip": _sign_zip,
 }
 _READERS: dict[str, Callable[[Path], bool]] = {
     ".json": _is_signed_json,
     ".csv": _is_signed_csv,
-    ".npz": _is_signed_npz,
+    ".npz": _is_signed_zip,
+    ".zip": _is_signed_zip,
     ".mcap": _is_xneck_mcap,
     ".rrd": _is_xneck_rrd,
 }

@@ -32,11 +32,15 @@ def as_json(identification: FasquelleIdentification, model: ElasticModel = 1) ->
 
 
 def as_text(identification: FasquelleIdentification) -> str:
-    """Both tables, a parameter a row and a model a column."""
+    """Both tables with a sentence before them, a parameter a row and a model a column."""
     one = _table("Table 1: friction, from the arm equations", [identification.dry_and_viscous, identification.dry_only])
     two = _table("Table 2: friction and elasticity", [identification.elastic[m] for m in ELASTIC_MODELS])
     errors = ", ".join(f"model {m} {identification.mean_error(m):.2f} N" for m in ELASTIC_MODELS)
-    return f"{one}\n\n{two}\nmean tension reconstruction error: {errors}"
+    said = (
+        "For comparison, the same recordings by the method of Fasquelle's report, whose numbers may be biased; in brackets "
+        "its relative sigmas."
+    )
+    return f"{said}\n\n{one}\n\n{two}\nmean tension reconstruction error: {errors}"
 
 
 def table_rows(fits: list[FasquelleFit]) -> list[tuple[str, str, list[Parameter | None]]]:

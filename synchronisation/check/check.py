@@ -90,6 +90,25 @@ class Check:
             "cables": [vars(cable) for cable in self.cables],
         }
 
+    def as_text(self) -> str:
+        """Verdict, cables and faults for a person, a line each."""
+        lines = [self.verdict + (f", in {self.parts} parts one by one" if self.parts > 1 else "")]
+        lines += [
+            f"  cable {c.cable}: elongation {1e3 * c.elongation_mean:.2f} mm in the mean, {1e3 * c.elongation_rms:.2f} mm rms "
+            f"about it, unexplained {1e3 * c.unexplained_rms:.3f} mm (vision alone {1e3 * c.expected_rms:.3f}), "
+            f"compliance {1e6 * c.compliance:.1f} +- {1e6 * c.compliance_sigma:.1f} um/N"
+            for c in self.cables
+        ]
+        lines += [f"  {sentence(fault)}" for fault in self.faults]
+        lines += [
+            f"  in {fault['parts']} of {self.parts} parts alone, and no verdict: {sentence(fault)}"
+            for fault in self.in_few_parts
+        ]
+        if self.faults:
+            fit = {True: "usable", False: "not usable as they are", "in part": "usable in part"}[usable(self.faults)]
+            lines.append(f"  the data are {fit}")
+        return "\n".join(lines)
+
 
 def check_elongations(
     arm: Arm, state: Series, frames: FrameAngles, clock_sigma: float = 0.0, baseline: Baseline | None = None

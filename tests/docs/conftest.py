@@ -10,24 +10,26 @@ import pytest
 import xneck
 from diagnosis.diagnose import Diagnosis
 from identification.dataset.dataset import DataSet
-from identification.model_file import model_of, write_model
+from identification.dataset.dataset_file import export_series
+from identification.dataset.series import Series
 from identification.pose_calibration import with_pose
+from identification.simulation.simulated_motion import motion_columns
 from tests.docs.pages import ROOT
 
 
 @pytest.fixture(scope="session")
 def examples(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """samples/, monday.mcap (from the video), tuesday.mcap, and model.yaml as `xneck identify monday.mcap` writes it."""
+    """samples/, monday.mcap (from the video), tuesday.mcap, model.yaml as `xneck identify monday.mcap` writes it, motion.csv."""
     folder = tmp_path_factory.mktemp("examples")
     for name in ("recording", "held_out"):
         shutil.copytree(ROOT / "samples" / name, folder / "samples" / name)
     monday, tuesday = (xneck.synchronise(folder / "samples" / name) for name in ("recording", "held_out"))
     xneck.write_dataset(monday, folder / "monday.mcap")
     xneck.write_dataset(tuesday, folder / "tuesday.mcap")
-    found = xneck.identify([monday])
-    write_model(
-        with_pose(model_of(found.parameters, found.laws, {}, found.covariance), [monday]), folder / "model.yaml"
-    )
+    xneck.write_model(with_pose(xneck.identify([monday]).model, [monday]), folder / "model.yaml")
+    moving = monday.state.part(slice(1000, 2000))  # two seconds of what was played, as a motion that was designed
+    columns = {name: moving.columns[name] for name in motion_columns(monday.neck)}
+    export_series(Series(moving.time, columns), folder / "motion.csv")
     return folder
 
 

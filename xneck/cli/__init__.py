@@ -30,6 +30,7 @@ COMMANDS = {
     "observe": "Joint angles at the log's rate without a camera.",
     "design": "A motion within limits that tells the parameters best.",
     "diagnose": "What the simulation gets wrong, its cause, and what the model gains by it.",
+    "export": "The arm for MuJoCo, figures for papers, a package for an archive.",
     "watch": "A recording while it grows: is it going to be usable?",
     "run": "All of it for recording folders, and one report each.",
     "demo": "The same on the recording shipped in samples/.",

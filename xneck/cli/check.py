@@ -25,7 +25,6 @@ def command(dataset: Path, baseline: Path | None, json_out: Path | None, quiet: 
     from identification.dataset.stretches import parts_of
     from synchronisation.check.checked_parts import OVERLAP_S, merged_checks
     from synchronisation.check.from_dataset import check_dataset
-    from synchronisation.check.wording import sentence, usable
 
     healthy = next(parts_of(baseline)) if baseline else None
     checks = []
@@ -34,19 +33,4 @@ def command(dataset: Path, baseline: Path | None, json_out: Path | None, quiet: 
             checks.append(check_dataset(part, healthy, str(baseline)))
             done(1)
     check = merged_checks(checks)
-    lines = [f"{dataset}: {check.verdict}" + (f", in {check.parts} parts one by one" if check.parts > 1 else "")]
-    lines += [
-        f"  cable {c.cable}: elongation {1e3 * c.elongation_mean:.2f} +- {1e3 * c.elongation_rms:.2f} mm, "
-        f"unexplained {1e3 * c.unexplained_rms:.3f} mm (vision alone {1e3 * c.expected_rms:.3f}), "
-        f"compliance {1e6 * c.compliance:.1f} +- {1e6 * c.compliance_sigma:.1f} um/N"
-        for c in check.cables
-    ]
-    lines += [f"  {sentence(fault)}" for fault in check.faults]
-    lines += [
-        f"  in {fault['parts']} of {check.parts} parts alone, and no verdict: {sentence(fault)}"
-        for fault in check.in_few_parts
-    ]
-    if check.faults:
-        fit = {True: "usable", False: "not usable as they are", "in part": "usable in part"}[usable(check.faults)]
-        lines.append(f"  the data are {fit}")
-    report_result(check.as_json(), "\n".join(lines), json_out, quiet)
+    report_result(check.as_json(), f"{dataset}: {check.as_text()}", json_out, quiet)

@@ -39,13 +39,13 @@ def command(
     json_out: Path | None,
     quiet: bool,
 ) -> None:
-    """Identify friction of the motors and elasticity of the cables: Fasquelle's tables, and estimates that hold."""
+    """Identify friction of the motors and elasticity of the cables: estimates that hold, and beside them Fasquelle's tables."""
     from identification import estimate_table
     from identification.dataset.stretches import chosen_stretches, read_stretches
     from identification.estimates import LAWS_BY_ELASTIC_MODEL, estimate
     from identification.fasquelle import tables
     from identification.fasquelle.method import fasquelle_identification
-    from identification.model_file import model_of, read_model, unlisted_laws_of, write_model
+    from identification.model_file import read_model, unlisted_laws_of, write_model
     from identification.parameters_file import write_mat, write_neck
     from identification.pose_calibration import with_pose
     from xneck_foundation.errors import Refused
@@ -63,7 +63,7 @@ def command(
     laws, held = unlisted_laws_of(read_model(laws_of)) if laws_of else ((), {})
     estimates = estimate(recordings, (*LAWS_BY_ELASTIC_MODEL[model], *laws), held)
     origin = provenance(inputs, {"model": model})
-    found_model = model_of(estimates.parameters, estimates.laws, origin, estimates.covariance, held)
+    found_model = estimates.model.model_copy(update={"provenance": origin})
     write_model(with_pose(found_model, recordings), out)
     if export_as:
         write_mat(estimates.parameters, estimates.laws, out.with_suffix(f".{export_as}"))
@@ -71,6 +71,6 @@ def command(
         write_neck(recordings[0].neck, estimates.parameters, ", ".join(path.name for path in datasets), neck_out)
     record = estimates.as_json() | {"fasquelle": tables.as_json(fasquelle, model)}
     record["judged"] = [one.record for one in judged]
-    text = f"{tables.as_text(fasquelle)}\n\n{estimate_table.as_text(estimates)}\n{out}"
+    text = f"{estimate_table.as_text(estimates)}\n\n{tables.as_text(fasquelle)}\n{out}"
     text += "".join(f"\n{path}: {one.text}" for path, one in zip(datasets, judged, strict=True) if not one.whole)
     report_result(record, text, json_out, quiet)

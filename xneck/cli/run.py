@@ -95,6 +95,7 @@ def _run_single(name: str, source: Path, options: "BatchOptions", json_out: Path
 
     from xneck.recording.recording_folder import read_recording
     from xneck.recording.result_folder import stored_result
+    from xneck.report.batch_table import identified_lines
 
     recording, folder = read_recording(source, options.shared), options.out / name
     record = None if options.redo else stored_result(recording, folder, options.rerun)
@@ -116,7 +117,8 @@ def _run_single(name: str, source: Path, options: "BatchOptions", json_out: Path
     )
     _warn_recovered(name, record)
     result = {"recordings": {name: record | {"report": report}}, "failed": {}}
-    report_result(result, line + (" (done before)" if done_before else ""), json_out, quiet)
+    lines = [line + (" (done before)" if done_before else ""), *identified_lines(record["identify"]["parameters"])]
+    report_result(result, "\n".join(lines), json_out, quiet)
     return 0
 
 

@@ -8,15 +8,23 @@ import click
 from xneck.cli.finite_range import FiniteRange
 from xneck.cli.output import export_beside, export_option, progress_bar, report_result, result_options
 from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
+from xneck_foundation.errors import Refused, one_of
+
+PICTURE_FORMATS = ("svg", "pdf", "png")
 
 MAX_WINDOW_S = 60.0
 """s of a window of a long recording, which is simulated part by part (docs/thresholds.md)"""
 
 
-@click.command(epilog="Example: xneck simulate dataset.mcap --model model.yaml --out simulated.mcap")
-@click.argument("dataset", type=INPUT_FILE)
+@click.command(
+    epilog="Examples: xneck simulate dataset.mcap --model model.yaml --out simulated.mcap; "
+    "xneck simulate motion.csv --neck neck.yaml --model model.yaml --out simulated.mcap --picture motion.svg"
+)
+@click.argument("dataset", metavar="DATASET | MOTION.csv", type=INPUT_FILE)
 @click.option("--model", "model_file", type=INPUT_FILE, required=True, help="model.yaml from `xneck identify`.")
 @click.option("--out", type=OUTPUT_FILE, required=True, help="simulated.mcap.")
+@click.option("--neck", "neck_file", type=INPUT_FILE, help="neck.yaml of the arm that is to play a MOTION.csv.")
+@click.option("--picture", type=OUTPUT_FILE, help="The joints' angles of a motion as .svg, .pdf or .png.")
 @click.option(
     "--from",
     "source",
@@ -32,13 +40,17 @@ MAX_WINDOW_S = 60.0
     show_default=True,
     help="Restart from the measured state every so many seconds.",
 )
-@click.option("--free", is_flag=True, help="Never restart: free-running from the first sample.")
+@click.option(
+    "--free", is_flag=True, help="Never restart: free-running from the first sample, as a motion always does."
+)
 @export_option
 @result_options
 def command(
     dataset: Path,
     model_file: Path,
     out: Path,
+    neck_file: Path | None,
+    picture: Path | None,
     source: Literal["f", "theta"],
     window: float,
     free: bool,
@@ -49,14 +61,25 @@ def command(
     """Send the recorded forces, or the motor angles, through the model and lay the motion beside what was measured.
 
     Of every channel the error is held against its noise floor: what state, sensors and parameters leave unknown.
+
+    With --neck it takes a motion of `xneck design` that was not played yet, and lays what the arm would do beside what was
+    designed.
     """
+    if neck_file is not None:
+        _simulate_motion(dataset, neck_file, model_file, out, picture, source, export_as, json_out, quiet)
+        return
+    if dataset.suffix == ".csv":
+        raise Refused(
+            dataset, "is no data set", "of a motion by `xneck design` say which arm is to play it: --neck neck.yaml"
+        )
+    if picture is not None:
+        raise click.UsageError("--picture is of a motion, with --neck; of recordings `xneck run` makes pages")
     from identification.dataset.stretches import is_long, parts_of
     from identification.files import joint_state
     from identification.model_file import read_model
-    from identification.simulation.channels import as_text
     from identification.simulation.simulated_parts import simulate_parts
     from identification.simulation.simulated_recording import simulate_recording
-    from xneck_foundation.errors import Refused
+    from xneck.export.result_words import as_record, in_words
     from xneck_foundation.provenance import note_inputs, provenance
 
     inputs = note_inputs({"dataset": dataset, "model": model_file})
@@ -76,11 +99,38 @@ def command(
     origin = provenance(inputs, {"window_s": simulated.window_s, "from": source})
     joint_state.write(out, {"simulated": simulated.series}, {"provenance": origin})
     export_beside(simulated.series, out, export_as)
-    result = {
-        "window_s": simulated.window_s,
-        "from": source,
-        "channels": [channel.as_json() for channel in simulated.channels],
-        "rms": simulated.rms,
-    }
-    text = f"{out}: simulated less measured over windows of {simulated.window_s:.2f} s\n{as_text(simulated.channels)}"
-    report_result(result, text, json_out, quiet)
+    report_result(as_record(simulated), f"{out}: {in_words(simulated)}", json_out, quiet)
+
+
+def _simulate_motion(
+    file: Path,
+    neck_file: Path,
+    model_file: Path,
+    out: Path,
+    picture: Path | None,
+    source: Literal["f", "theta"],
+    export_as: str | None,
+    json_out: Path | None,
+    quiet: bool,
+) -> None:
+    """A motion that was designed, through the model."""
+    from identification.files import joint_state
+    from identification.model_file import read_model
+    from identification.simulation.simulated_motion import simulate_motion
+    from mechanism.description import read_neck
+    from xneck.export.motion_file import read_motion
+    from xneck_foundation.provenance import note_inputs, provenance
+
+    if picture is not None:
+        one_of(picture, picture.suffix.removeprefix("."), PICTURE_FORMATS, "suffix")
+    inputs = note_inputs({"motion": file, "neck": neck_file, "model": model_file})
+    neck, model = read_neck(neck_file), read_model(model_file)
+    simulated = simulate_motion(read_motion(file, neck), neck, model, source, file)
+    joint_state.write(out, {"simulated": simulated.series}, {"provenance": provenance(inputs, {"from": source})})
+    export_beside(simulated.series, out, export_as)
+    if picture is not None:
+        from xneck.export.result_figures import write_picture
+        from xneck.report.simulation_figures import simulated_beside_designed
+
+        write_picture(simulated_beside_designed, simulated, picture)
+    report_result(simulated.as_json(), f"{out}: {simulated.as_text()}", json_out, quiet)

@@ -38,6 +38,7 @@ def command(
     from synchronisation.encoder_log import read_log
     from synchronisation.long.synchronise_parts import is_long, steps_of, synchronise_parts
     from synchronisation.synchronise import synchronise
+    from synchronisation.wording import as_text
     from xneck_foundation.errors import Refused
     from xneck_foundation.provenance import note_inputs, provenance
     from xneck_foundation.strict_yaml import read_text
@@ -57,16 +58,4 @@ def command(
         data = synchronise(neck, text, angles, log, origin, cutoff)
     write_dataset(data, out)
     export_beside(data.state, out, export_as)
-    clock = data.clock
-    text = (
-        f"{out}: log = camera + {clock['offset_s']:.5f} s +- {1e3 * clock['offset_sigma_s']:.2f} ms, "
-        f"skew {clock['skew_ppm']:.0f} +- {clock['skew_sigma_ppm']:.0f} ppm; {len(data.state)} samples, "
-        f"{clock['frames_dropped']} frames dropped, {clock['log_rows_missing']} log rows missing; {data.check['verdict']}\n"
-        f"  from {clock['source']}"
-    )
-    if clock["force_delay_s"] is not None:
-        text += f"; forces act {1e3 * clock['force_delay_s']:.2f} +- {1e3 * clock['force_delay_sigma_s']:.2f} ms after their row"
-    text += f"; {clock['frames_lost']} frames lost without a trace" if clock["frames_lost"] else ""
-    text += f"; {clock['log_rows_held']} log rows repeated" if clock["log_rows_held"] else ""
-    text += "".join(f"\n  {warning}" for warning in clock["warnings"])
-    report_result(dict(clock), text, json_out, quiet)
+    report_result(dict(data.clock), f"{out}: {as_text(data)}", json_out, quiet)

@@ -6,7 +6,7 @@ from identification.dataset.dataset_file import write_dataset
 from identification.estimates import estimate
 from identification.fasquelle.method import fasquelle_identification
 from identification.files import joint_state
-from identification.model_file import model_of, write_model
+from identification.model_file import write_model
 from identification.pose_calibration import with_pose
 from identification.simulation.simulated_recording import simulate_recording
 from mechanism.description import read_neck
@@ -37,7 +37,7 @@ def run_stages(recording: Recording, out: Path, progress: StageProgress = no_pro
     progress("identify")
     fasquelle = fasquelle_identification([data])
     estimates = estimate([data])
-    model = with_pose(model_of(estimates.parameters, estimates.laws, origin, estimates.covariance), [data])
+    model = with_pose(estimates.model.model_copy(update={"provenance": origin}), [data])
     write_model(model, out / "model.yaml")
     progress("simulate")
     simulated, reason = None, None

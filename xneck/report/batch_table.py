@@ -51,6 +51,22 @@ def _identified_counts(parameters: Iterable[Mapping[str, Any]]) -> list[str]:
     return complete + [f"{name} {sum(identified[name])} of {len(identified[name])}" for name in partial]
 
 
+def identified_lines(parameters: Iterable[Mapping[str, Any]]) -> list[str]:
+    """A line for each main parameter that is identified of a cable: its values with sigma, in the order of cables."""
+    every = list(parameters)
+    lines = []
+    for name, words in MAIN_PARAMETERS.items():
+        named = [p for p in every if p["name"] == name]
+        if any(p["identified"] for p in named):
+            values = ", ".join(_with_sigma(p) if p["identified"] else "not identified" for p in named)
+            lines.append(f"  {words} {name}: {values} {named[0]['unit']}")
+    return lines
+
+
+def _with_sigma(p: Mapping[str, Any]) -> str:
+    return f"{p['value']:.5g} +- {p['sigma']:.2g}"
+
+
 def batch_sentence(rows: Iterable[Mapping[str, Any]]) -> str:
     """How many recordings there are, how many are done, failed, and were known from an earlier run."""
     every = list(rows)

@@ -61,21 +61,24 @@ class DrawnFigures:
 
 def write_diagnosis_report(result: DiagnosisResult, path: Path) -> None:
     """The page with its figures' numbers beside it, whole or not at all; the same result gives the same bytes."""
-    d = result.diagnosis
-    motors, changed = d.extended.arm.M, d.is_extended
     with drawing():
-        rest = None if d.found_laws else d.search.unlisted
-        unlisted = rest and unlisted_figure(rest, free_function_picture(d.search.last, rest), motors)
-        drawn = DrawnFigures(
-            proof=_proof_figures(d),
-            laws=_law_figures(d),
-            unlisted=unlisted,
-            confusion=figures.confusion_matrix(d.detectability),
-            over_time=figures.residuals_over_time(d.signature, motors, changed),
-            by_condition=figures.residuals_by_condition(d.signature, motors, changed),
-        )
+        drawn = diagnosis_figures(result.diagnosis)
     write_figures(drawn.all, path)
     write_text(path, diagnosis_html(result, drawn))
+
+
+def diagnosis_figures(d: Diagnosis) -> DrawnFigures:
+    """All figures of a diagnosis; to be called within `style.drawing`."""
+    motors, changed = d.extended.arm.M, d.is_extended
+    rest = None if d.found_laws else d.search.unlisted
+    return DrawnFigures(
+        proof=_proof_figures(d),
+        laws=_law_figures(d),
+        unlisted=rest and unlisted_figure(rest, free_function_picture(d.search.last, rest), motors),
+        confusion=figures.confusion_matrix(d.detectability),
+        over_time=figures.residuals_over_time(d.signature, motors, changed),
+        by_condition=figures.residuals_by_condition(d.signature, motors, changed),
+    )
 
 
 def _proof_figures(d: Diagnosis) -> tuple[FigureBlock, ...]:

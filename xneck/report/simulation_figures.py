@@ -1,8 +1,9 @@
-"""The recorded forces through the identified model, beside the angles that were measured."""
+"""The forces of a recording or of a designed motion through the model, beside the angles that were measured or designed."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.simulation.simulated_motion import SimulatedMotion
 from identification.simulation.simulated_recording import SimulatedRecording
 from xneck.report import style
 from xneck.report.figure_block import FigureBlock, LegendEntry
@@ -39,6 +40,32 @@ def simulated_beside_measured(simulated: SimulatedRecording) -> FigureBlock:
             LegendEntry("measured", style.UNDERLAY, "broad"),
             LegendEntry("simulated, a stretch a window", style.JOINTS[0]),
         ),
+    )
+
+
+def simulated_beside_designed(simulated: SimulatedMotion) -> FigureBlock:
+    """Of a motion that was not played yet, one panel a joint: both angles, and below their difference."""
+    s = simulated.series
+    alpha, designed = np.degrees(s.matrix("alpha")), np.degrees(s.matrix("alpha", "_designed"))
+    panels = []
+    for i in range(alpha.shape[1]):
+        colour = style.joint_colour(i)
+        figure, above, below = style.two_row_panel()
+        style.line(above, "designed", s.time, designed[:, i], style.UNDERLAY, width=style.UNDERLAY_WIDTH)
+        style.line(above, "simulated", s.time, alpha[:, i], colour)
+        below.axhline(0, color=style.MUTED, linewidth=0.7)
+        style.line(below, "simulated less designed", s.time, alpha[:, i] - designed[:, i], colour)
+        above.set_title(f"joint {i + 1}", color=colour)
+        above.set_ylabel("alpha, deg")
+        below.set_ylabel("error, deg")
+        below.set_xlabel("time, s")
+        panels.append(svg_panel(figure, f"designed{i}", f"alpha of joint {i + 1}, simulated and designed"))
+    given = {"f": "forces", "theta": "motor angles"}[simulated.source]
+    return FigureBlock(
+        "Simulated beside designed",
+        f"From its first row on, at rest, the model runs under the {given} of the motion; nothing brings it back.",
+        tuple(panels),
+        (LegendEntry("designed", style.UNDERLAY, "broad"), LegendEntry("simulated", style.JOINTS[0])),
     )
 
 

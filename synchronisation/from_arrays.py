@@ -1,0 +1,77 @@
+"""A data set from arrays that are in memory: joint angles from anywhere, and the motors' log."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from identification.dataset.dataset import DataSet
+from identification.dataset.series import Series, numbered_columns
+from mechanism.description import Neck
+from mechanism.neck_text import neck_text
+from synchronisation.angles import checked_angles
+from synchronisation.encoder_log import motor_log
+from synchronisation.synchronise import synchronise
+from xneck_foundation.errors import Refused
+from xneck_foundation.provenance import note_inputs, provenance
+
+Array = NDArray[np.float64]
+_WHERE = "arrays"
+
+
+def dataset_from_arrays(
+    neck: Neck,
+    frame_time: ArrayLike,
+    alpha: ArrayLike,
+    log_time: ArrayLike,
+    theta: ArrayLike,
+    f: ArrayLike | None = None,
+    sigma: ArrayLike | None = None,
+) -> DataSet:
+    """The data set of joint angles and a motors' log that are arrays, as `xneck sync` makes it of files.
+
+    frame_time (F,), s, on the clock of what measured the angles; alpha (F, N), rad, NaN where a joint was not measured; sigma (F,
+    N), rad, its standard deviation, where it is known. log_time (T,), s, on the controller's clock; theta (T, M), rad, of the
+    motors, and f (T, M), N at the cables, as they are logged: signs and units are those that `neck` says of the log. The clocks are
+    put on one, also where they are the same: the offset then comes out near zero, with its standard deviation.
+
+    Raises Refused where shapes do not fit the arm or each other, a value cannot be what it is said to be, or the clocks cannot be
+    aligned.
+
+    >>> import xneck
+    >>> monday = xneck.read_dataset("monday.mcap")
+    >>> frames, log = monday.angles, monday.log
+    >>> again = xneck.dataset_from_arrays(
+    ...     monday.neck, frames.time, frames.matrix("alpha"), log.time, log.matrix("theta"), log.matrix("f"), frames.matrix("sigma")
+    ... )
+    >>> abs(again.clock["offset_s"] - monday.clock["offset_s"]) < monday.clock["offset_sigma_s"]
+    True
+    """
+    angles = _series(frame_time, {"alpha": alpha, "sigma": sigma}, neck.N)
+    log = _series(log_time, {"theta": theta, "f": f}, neck.M)
+    origin = provenance(note_inputs({}))
+    return synchronise(
+        neck,
+        neck_text(neck),
+        checked_angles(angles, neck.N, _WHERE, {"source": _WHERE}),
+        motor_log(log, neck, _WHERE),
+        origin,
+    )
+
+
+def _series(time: ArrayLike, parts: dict[str, ArrayLike | None], count: int) -> Series:
+    """Numbered columns of arrays (T, count) by their stems; a part that is None is left out."""
+    at = np.array(time, dtype=float)
+    if at.ndim != 1 or len(at) < 2:
+        raise Refused(_WHERE, f"time has the shape {at.shape}, expected (T,)", "give a time for each row")
+    columns: dict[str, Array] = {}
+    for stem, part in parts.items():
+        if part is None:
+            continue
+        values = np.array(part, dtype=float)
+        if values.shape != (len(at), count):
+            raise Refused(
+                _WHERE,
+                f"{stem} has the shape {values.shape}, expected {(len(at), count)}",
+                "a row a time, a column a part of the arm",
+            )
+        columns |= numbered_columns(stem, values)
+    return Series(at, columns)

@@ -1,0 +1,195 @@
+"""What Python users do with results: tables, other numbers, words and records."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import xneck
+from identification.dataset.dataset import DataSet, state_series
+from identification.dataset.dataset_file import export_series
+from identification.dataset.series import Series
+from identification.design.trajectory import tension_levels
+from identification.model_file import covariance_of, machine_of
+from mechanism.arm import arm_of
+from mechanism.cable_lengths import Z
+from mechanism.dynamics import gravity_and_springs
+from tests.command import run
+from tests.paths import NECK_FILE
+from tests.xneck.export.test_mujoco_file import model
+from xneck_foundation.errors import Refused
+from xneck_foundation.whole_file import write_text
+
+NECK = xneck.read_neck(NECK_FILE)
+TIME = np.arange(200) / 500.0
+
+
+@pytest.fixture(scope="module")
+def data() -> DataSet:
+    """A data set of arrays that are nobody's motion."""
+    alpha = 0.1 * np.sin(np.outer(TIME, [5.0, 6.0, 7.0]))
+    theta = 10 * np.sin(np.outer(TIME, [5.0, 6.0, 7.0, 8.0]))
+    still, motors_still = np.zeros_like(alpha), np.zeros_like(theta)
+    motion = (alpha, still, still), (theta, motors_still, motors_still)
+    state = state_series(arm_of(NECK), TIME, *motion, 40 + theta)
+    empty = Series(np.empty(0), {})
+    return DataSet(NECK, "", state, state, empty, empty)
+
+
+def test_arrays_are_the_state(data: DataSet) -> None:
+    arrays = xneck.to_arrays(data)
+    assert next(iter(arrays)) == "time"
+    np.testing.assert_array_equal(arrays["theta2"], data.state.columns["theta2"])
+
+
+def test_pandas_and_xarray_hold_the_same(data: DataSet) -> None:
+    pandas, xarray = (pytest.importorskip(name) for name in ("pandas", "xarray"))
+    table, cube = xneck.to_pandas(data), xneck.to_xarray(data)
+    assert isinstance(table, pandas.DataFrame)
+    assert isinstance(cube, xarray.Dataset)
+    np.testing.assert_array_equal(table["f3"].to_numpy(), data.state.columns["f3"])
+    assert table.index.name == "time"
+    np.testing.assert_array_equal(cube["theta"].sel(cable=4).to_numpy(), data.state.columns["theta4"])
+    assert cube["alpha"].dims == ("time", "joint")
+    assert cube["alpha_d"].shape == (200, 3)
+    assert cube["x"].dims == ("time", "cable")
+
+
+@pytest.mark.parametrize("name", ["pandas", "xarray"])
+def test_a_library_that_lacks_is_one_line(name: str, data: DataSet, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(
+        Refused, match=f"^to_{name}: {name} is not installed; pip install {name}, or take xneck.to_arrays$"
+    ):
+        getattr(xneck, f"to_{name}")(data)
+
+
+def test_a_model_with_other_numbers() -> None:
+    base = model().model_copy(update={"covariance": tuple(tuple(float(i + j + 1) for i in range(4)) for j in range(4))})
+    changed = base.with_(k=8000.0, fs=12.0)
+    machine = machine_of(changed, arm_of(NECK))
+    assert machine.values["k"].tolist() == [8000.0] * 4
+    assert machine.values["fs"].tolist() == [12.0] * 4
+    assert machine_of(base, arm_of(NECK)).values["k"].tolist() == [9000.0] * 4, "the model itself is as it was"
+    # what was set is exact, and the rest covaries as before
+    covariance = covariance_of(changed)
+    places = [p.name for p in changed.parameters]
+    exact = [places.index("k"), places.index("fs")]
+    assert not covariance[exact].any()
+    assert not covariance[:, exact].any()
+    kept = [places.index("cm"), places.index("ca")]
+    np.testing.assert_array_equal(covariance[np.ix_(kept, kept)], covariance_of(base)[np.ix_(kept, kept)])
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [({"kk": 1.0}, "unknown parameter 'kk'"), ({"k": [1.0, 2.0]}, "2 values for 1"), ({"k": np.nan}, "is no number")],
+)
+def test_a_model_without_such_a_number_refuses(values: dict[str, float], words: str) -> None:
+    with pytest.raises(Refused, match=words):
+        model().with_(**values)
+
+
+def test_an_arm_with_other_numbers() -> None:
+    changed = NECK.with_({"mechanisms[1].L": 0.11, "mechanisms.top.mass": 0.06, "gravity": np.array([0.5, -9.8])})
+    assert [m.L for m in changed.mechanisms] == [NECK.mechanisms[0].L, 0.11, NECK.mechanisms[2].L]
+    assert [m.top.mass for m in changed.mechanisms] == [0.06] * 3
+    assert changed.gravity == (0.5, -9.8)
+    assert NECK.with_({}) == NECK
+    right = NECK.with_({"mechanisms[0].springs.right": {"stiffness": 300.0, "free_length": 0.05}})
+    assert right.mechanisms[0].springs.sides[1].stiffness == 300.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"mechanisms[7].L": 0.1}, r"has no mechanisms\[7\].L"),
+        ({"mechanisms[x].L": 0.1}, r"has no mechanisms\[x\].L"),
+        ({"mechanisms[0].M": 0.1}, "M"),
+        ({"mechanisms[0].L": 50.0}, "50"),
+        ({"gravity.x": 0.1}, "has no gravity.x"),
+    ],
+)
+def test_an_arm_that_is_none_refuses(changes: dict[str, float], words: str) -> None:
+    with pytest.raises(Refused, match=words):
+        NECK.with_(changes)
+
+
+def test_results_have_words_and_records(data: DataSet) -> None:
+    """Those that the examples of the face do not show."""
+    assert "k = 9000 N/m" in xneck.in_words(model())
+    assert xneck.as_record(model())["laws"] == ["dry_friction", "linear_cable"]
+    assert "mechanisms:" in xneck.in_words(NECK)
+    assert len(xneck.as_record(NECK)["mechanisms"]) == 3
+    assert xneck.in_words(data) == "200 samples; no clock of frames"
+    for function in (xneck.in_words, xneck.as_record, xneck.figures):
+        with pytest.raises(Refused, match="float"):
+            function(1.0)
+
+
+def still_motion() -> Series:
+    """The arm at rest: forces that hold it do not move it."""
+    machine = machine_of(model(), arm_of(NECK))
+    arm = machine.arm
+    level = 50 * tension_levels(arm)[:, 0]
+    t = level + np.linalg.pinv(Z(arm, np.zeros(3))) @ gravity_and_springs(arm, np.zeros(3))
+    theta = (t / machine.values["k"] - arm.x0) / arm.drum
+    assert t.min() > 0
+    columns = {f"alpha{i + 1}": np.zeros(200) for i in range(3)}
+    columns |= {f"theta{j + 1}": np.full(200, theta[j]) for j in range(4)} | {
+        f"f{j + 1}": np.full(200, t[j]) for j in range(4)
+    }
+    return Series(TIME, columns)
+
+
+def test_an_arm_that_is_held_stays_and_one_with_a_stronger_motor_does_not() -> None:
+    still = still_motion()
+    held = xneck.simulate_motion(still, NECK, model())
+    assert max(held.rms.values()) < 1e-6
+    stronger = replace(still, columns={**still.columns, "f1": still.columns["f1"] + 30})
+    assert xneck.simulate_motion(stronger, NECK, model()).rms["alpha1"] > 1e-3
+
+
+def test_the_command_simulates_a_motion(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    motion, out = tmp_path / "motion.csv", tmp_path / "simulated.mcap"
+    export_series(still_motion(), motion)
+    write_text(tmp_path / "neck.yaml", NECK_FILE.read_text())
+    xneck.write_model(model(), tmp_path / "model.yaml")
+    words = ("simulate", motion, "--model", tmp_path / "model.yaml", "--out", out)
+    ran = run(capfd, *words)
+    assert (ran.status, ran.err.count("--neck neck.yaml")) == (1, 1)
+    for suffix, head in (("svg", b"<?xml"), ("pdf", b"%PDF"), ("png", b"\x89PNG")):
+        picture = tmp_path / f"picture.{suffix}"
+        for _ in range(2):  # its own picture is replaced
+            ran = run(capfd, *words, "--neck", tmp_path / "neck.yaml", "--picture", picture)
+            assert (ran.status, ran.err) == (0, "")
+        assert picture.read_bytes().startswith(head)
+    ran = run(capfd, *words, "--neck", tmp_path / "neck.yaml", "--picture", tmp_path / "picture.gif")
+    assert (ran.status, len(ran.err.splitlines())) == (1, 1)
+    motion.write_text(motion.read_text().replace("theta2", "theta9"))
+    ran = run(capfd, *words, "--neck", tmp_path / "neck.yaml")
+    assert (ran.status, "theta2" in ran.err) == (1, True)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"alpha": np.zeros((50, 2))}, "alpha has the shape"),
+        ({"log_time": np.zeros((3, 3))}, "time has the shape"),
+        ({"theta": np.zeros((200, 5))}, "theta has the shape"),
+        ({"alpha": np.full((50, 3), 90.0)}, "these are degrees"),
+        ({"log_time": TIME[::-1]}, "time jumps back"),
+    ],
+)
+def test_arrays_that_are_no_recording_are_refused(change: dict[str, np.ndarray], words: str) -> None:
+    arrays = {
+        "frame_time": np.arange(50) / 30,
+        "alpha": np.zeros((50, 3)),
+        "log_time": TIME,
+        "theta": np.zeros((200, 4)),
+        "f": np.zeros((200, 4)),
+    }
+    with pytest.raises(Refused, match=words):
+        xneck.dataset_from_arrays(NECK, **(arrays | change))
