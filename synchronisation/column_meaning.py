@@ -152,7 +152,8 @@ def _words(name: str) -> list[str]:
 
 
 def _kind(words: list[str], finite: Array) -> Kind:
-    for kind in ("speed", "light", "force", "angle", "time"):
+    kinds: tuple[Kind, ...] = ("speed", "light", "force", "angle", "time")
+    for kind in kinds:
         if _WORDS[kind] & set(words):
             return kind
     units = {of for word in words if word in _UNITS and len(word) > 1 for of in _UNITS[word][1]}

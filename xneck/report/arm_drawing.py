@@ -58,7 +58,7 @@ def drawn_arm(arm: Arm, alpha: Array | None = None) -> DrawnArm:
     x = np.empty(arm.M)
     x[order] = (np.arange(arm.M) - (arm.M - 1) / 2) * 2.6 * radius
     drums = np.stack([x, np.full(arm.M, -0.6 * float(arm.L[0]))], axis=-1)
-    return DrawnArm(arm, np.stack([ends.real, ends.imag], axis=-1), drums, radius)
+    return DrawnArm(arm, np.stack([ends.real, ends.imag], axis=-1).astype(float), drums, radius)
 
 
 def draw_bars(axes: RecordedAxes, drawn: DrawnArm) -> None:
