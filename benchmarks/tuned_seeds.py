@@ -106,6 +106,7 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
         range(1301, 1306),
         "counted first; then the last step of a fit, steps of shapes, needless causes and the held-out floor were mended",
     ),
+    ((5114,), "counted first; then stiffness and pre-elongations that were not identified were begun anew"),
     (
         (5100, 5101, 5103),
         "counted first; then slow rows were left out of the observer's health, as two were said to be changed",

@@ -13,6 +13,8 @@ from mechanism.description import Neck
 from mechanism.laws import Term
 from mechanism.toleranced_numbers import TolerancedNumber, toleranced_numbers
 
+_UNTOLD_STIFFNESS = 5e3
+"""N/m: as `identify` begins"""
 _X0_SIGMA_M = 3e-3
 """of a pre-elongation, before a recording; a motor's first row stands anywhere (docs/thresholds.md)"""
 _LAW_RANGE_SHARE = 0.25
@@ -62,13 +64,16 @@ def sought_numbers(neck: Neck, model: Model, rows: Sequence[PoseRows]) -> list[S
             place = known.get((term.name, index))
             sigma = np.inf if place is None else float(np.sqrt(variances[place]))
             sure = place is not None and model.parameters[place].identified
+            if not sure and term.name == "k":
+                # what `identify` could not tell may have gone anywhere, and its sigma with it
+                value = sigma = _usual_stiffness(model)
             if not sure and term.name not in ("k", "E"):
                 value = min(max(value, -2 * term.size), 2 * term.size) if np.isfinite(span) else value
             sigma = min(max(_LAW_SIGMAS * sigma, _MIN_LAW_SIZES * term.size), most)
             if not np.isfinite(sigma):
                 sigma = max(abs(value), term.size)
             out.append(SoughtNumber(term.name, index, value, sigma, term.low, term.high))
-    given = {p.index: p.value for p in model.parameters if p.name == "x0"}
+    given = {p.index: p.value for p in model.parameters if p.name == "x0" and p.identified}
     for r, recording in enumerate(rows):
         for j in range(arm.M):
             mean = given.get(j + 1, float(arm.x0[j]))
@@ -76,3 +81,9 @@ def sought_numbers(neck: Neck, model: Model, rows: Sequence[PoseRows]) -> list[S
         out.append(SoughtNumber("clock", None, 0.0, recording.clock_sigma, -0.05, 0.05, recording=r))
         out.append(SoughtNumber("skew", None, 0.0, SKEW_SIGMA, -1e-3, 1e-3, recording=r))
     return out
+
+
+def _usual_stiffness(model: Model) -> float:
+    """Of the cables whose stiffness was identified, N/m; else as fits begin."""
+    told = [p.value for p in model.parameters if p.name == "k" and p.identified]
+    return float(np.median(told)) if told else _UNTOLD_STIFFNESS
