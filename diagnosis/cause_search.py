@@ -22,7 +22,7 @@ from diagnosis.free_function import FreeFit, FreeFits
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.remainder import MAX_REMAINDER
-from diagnosis.stepwise import Choices, Option, best_addition, chosen_jointly
+from diagnosis.stepwise import Choices, Option, Simpler, best_addition, chosen_jointly
 from identification.whitening import Whitener
 from mechanism.arm import Arm
 
@@ -184,7 +184,8 @@ def _with_all_causes(
     for _ in range(_MAX_CHOICES):
         choices, offered = _choices(last, beside, given_up)
         start, least_gains = list(range(len(last.causes))), _least_gains(last, offered, by_chance)
-        chosen = chosen_jointly(choices, start, least_gains, 1 - SINGLE_PLACE_SHARE)
+        simpler = _simpler(last)
+        chosen = chosen_jointly(choices, start, least_gains, simpler)
         if sorted(chosen) == start:
             fewer = _without_a_needless_one(fitter, last, choices, by_chance)
             if fewer is None:
@@ -194,7 +195,7 @@ def _with_all_causes(
         joint = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
         after = _without_impossible(fitter, joint)
         added = [i for i in chosen if i not in start]
-        alone = best_addition(choices, start, least_gains, 1 - SINGLE_PLACE_SHARE) if len(added) > 1 else None
+        alone = best_addition(choices, start, least_gains, simpler) if len(added) > 1 else None
         if alone is not None and not _is_better(after, last, by_chance):
             # where straight lines mislead, one cause may, and take a right one with it
             after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, alone]))
@@ -312,6 +313,15 @@ def _least_gains(stage: FitStage, offered: Sequence[Cause], by_chance: float) ->
         return by_chance if offered[i].effect.has_tolerance else max(by_chance, MIN_LOSS_SHARE * noise)
 
     return least_gain
+
+
+def _simpler(stage: FitStage) -> Simpler:
+    """One place is as good as all where it takes nearly as much, and leaves nothing that is worth a name."""
+    noise = stage.noise_loss
+    return Simpler(
+        1 - SINGLE_PLACE_SHARE,
+        lambda loss: max(MIN_LOSS_SHARE * noise, MIN_EXPLAINED_NEXT * (loss - noise)),
+    )
 
 
 def _with_look_alikes(fitter: CauseFitter, last: FitStage) -> tuple[tuple[NamedCause, ...], FitStage]:

@@ -13,7 +13,7 @@ from mechanism.laws import Term
 
 Array = NDArray[np.float64]
 
-BUMP_SPEEDS = (0.3, 1.2, 5.0, 20.0)
+BUMP_SPEEDS = (0.3, 1.2, 5.0)
 """rad/s of the motor, evenly in their logarithm (docs/thresholds.md)"""
 _BUMP_WIDTH = 0.5 * float(np.log(BUMP_SPEEDS[1] / BUMP_SPEEDS[0]))
 """in the logarithm of speed: bumps overlap where each is at 0.37 of its height, and add up to a smooth curve"""

@@ -64,19 +64,19 @@ def chosen_jointly(
     choices: Choices,
     start: Sequence[int],
     least_gain: Callable[[int, float], float],
-    simpler_share: float,
+    simpler: "Simpler",
 ) -> list[int]:
     """The options that are worth it together, by number, beginning with those of `start`.
 
     least_gain: what an option must take at least from the loss that it is added to, and one of `start`, which was fitted, be
-    surpassed by. simpler_share: of a gain, for which an option with fewer numbers is taken as well.
+    surpassed by. simpler: by how much less an option with fewer numbers may take and be taken all the same.
     """
     chosen = list(start)
     for _ in range(_MAX_ROUNDS):
         before = list(chosen)
         chosen = _without_needless(choices, chosen, least_gain)
-        chosen = _exchanged(choices, chosen, start, least_gain, simpler_share)
-        if (best := best_addition(choices, chosen, least_gain, simpler_share)) is not None:
+        chosen = _exchanged(choices, chosen, start, least_gain, simpler)
+        if (best := best_addition(choices, chosen, least_gain, simpler)) is not None:
             chosen.append(best)
         if sorted(chosen) == sorted(before):
             break
@@ -84,7 +84,7 @@ def chosen_jointly(
 
 
 def best_addition(
-    choices: Choices, chosen: Sequence[int], least_gain: Callable[[int, float], float], simpler_share: float
+    choices: Choices, chosen: Sequence[int], least_gain: Callable[[int, float], float], simpler: "Simpler"
 ) -> int | None:
     """The option that is best added to those chosen, by number; None where none is worth it. As `chosen_jointly`."""
     loss, taken = choices.loss(chosen), {choices.options[i].effect for i in chosen}
@@ -92,13 +92,24 @@ def best_addition(
         i: loss - choices.loss([*chosen, i]) for i, option in enumerate(choices.options) if option.effect not in taken
     }
     worth = {i: gain for i, gain in gains.items() if gain > least_gain(i, loss)}
-    return simplest(choices.options, worth, simpler_share) if worth else None
+    return simplest(choices.options, worth, loss, simpler) if worth else None
 
 
-def simplest(options: Sequence[Option], gains: dict[int, float], simpler_share: float) -> int:
-    """Of options that gain nearly as much as the best, the one with the fewest numbers."""
+@dataclass(frozen=True)
+class Simpler:
+    """By how much less an option with fewer numbers may take from the loss and be taken all the same."""
+
+    share: float
+    """of the most that any takes"""
+    least_loss: Callable[[float], float]
+    """of what the best one leaves: the loss that is worth a name, which a simpler one must not leave beside it"""
+
+
+def simplest(options: Sequence[Option], gains: dict[int, float], loss: float, simpler: Simpler) -> int:
+    """Of options that gain nearly as much as the best from a loss, the one with the fewest numbers."""
     most = max(gains.values())
-    near = [i for i, gain in gains.items() if gain >= (1 - simpler_share) * most]
+    less = min(simpler.share * most, simpler.least_loss(loss - most))
+    near = [i for i, gain in gains.items() if gain >= most - less]
     return min(near, key=lambda i: (options[i].number_count, -gains[i]))
 
 
@@ -122,7 +133,7 @@ def _exchanged(
     chosen: Sequence[int],
     fitted: Sequence[int],
     least_gain: Callable[[int, float], float],
-    simpler_share: float,
+    simpler: Simpler,
 ) -> list[int]:
     """With every option exchanged for another one that leaves less, as long as one does; what was fitted, for plainly less."""
     kept = list(chosen)
@@ -135,7 +146,7 @@ def _exchanged(
             for k, option in enumerate(choices.options)
             if option.effect not in taken
         }
-        best = simplest(choices.options, gains, simpler_share)
+        best = simplest(choices.options, gains, without, simpler)
         margin = least_gain(i, without - gains[i]) if i in fitted else 0.0
         if gains[best] > gains[i] + margin or choices.options[best].number_count < choices.options[i].number_count:
             kept[place] = best

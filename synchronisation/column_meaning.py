@@ -156,7 +156,7 @@ def _kind(words: list[str], finite: Array) -> Kind:
     for kind in kinds:
         if _WORDS[kind] & set(words):
             return kind
-    units = {of for word in words if word in _UNITS and len(word) > 1 for of in _UNITS[word][1]}
+    units: set[Kind] = {of for word in words if word in _UNITS and len(word) > 1 for of in _UNITS[word][1]}
     if len(units) == 1:
         return units.pop()
     rising = len(finite) > 1 and bool(np.all(np.diff(finite) > 0))

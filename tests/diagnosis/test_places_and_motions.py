@@ -37,9 +37,6 @@ def test_of_two_effects_both_are_named(hidden: str, named_of_two: list[set[str]]
     assert any(hidden in names for names in named_of_two)
 
 
-@pytest.mark.xfail(
-    strict=True, reason="joint_friction is named beside them since dry friction may differ from an arc tangent"
-)
 def test_of_two_effects_neither_is_taken_for_a_third(named_of_two: list[set[str]]) -> None:
     assert all(names & {"viscous_friction", "tip_payload"} for names in named_of_two)
 

@@ -13,7 +13,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 ROWS = 400
 LEAST_GAIN = 20.0
-SIMPLER_SHARE = 0.05
+SIMPLER = Simpler(0.05, lambda loss: 50.0)
 _BASE = 3
 """columns before those of the options"""
 
@@ -39,7 +39,7 @@ def choices(columns: Mapping[str, Array], residual: Array, low: float = -np.inf)
 def chosen(table: Choices, start: Sequence[str] = (), least_gain: float = LEAST_GAIN) -> list[str]:
     """Effects of the options, in the order of the table."""
     names = [option.effect for option in table.options]
-    found = chosen_jointly(table, [names.index(name) for name in start], lambda i, loss: least_gain, SIMPLER_SHARE)
+    found = chosen_jointly(table, [names.index(name) for name in start], lambda i, loss: least_gain, SIMPLER)
     return [names[i] for i in sorted(found)]
 
 
@@ -110,8 +110,17 @@ def test_one_place_that_takes_as_much_as_all_has_it_alone() -> None:
     table = choices({"everywhere": everywhere, "alone": alone}, residual)
     assert chosen(table) == ["alone"]
     assert chosen(table, ["everywhere"]) == ["alone"]
-    assert simplest(table.options, {0: 100.0, 1: 90.0}, SIMPLER_SHARE) == 0
-    assert simplest(table.options, {0: 100.0, 1: 96.0}, SIMPLER_SHARE) == 1
+    assert simplest(table.options, {0: 100.0, 1: 90.0}, 200.0, SIMPLER) == 0
+    assert simplest(table.options, {0: 100.0, 1: 96.0}, 200.0, SIMPLER) == 1
+
+
+def test_one_place_that_leaves_what_is_worth_a_name_does_not_have_it_alone() -> None:
+    """Nearly all of a large loss may leave more than another cause would be named for."""
+    columns = unit_columns(4)
+    residual = -300 * columns[:, 1] - 30 * columns[:, 2]
+    table = choices({"everywhere": columns, "alone": columns[:, 1:2]}, residual)
+    assert table.loss([1]) < 0.05 * table.loss([])
+    assert chosen(table) == ["everywhere"]
 
 
 def test_a_number_keeps_to_its_least_value() -> None:
