@@ -38,6 +38,7 @@ def found(monkeypatch: pytest.MonkeyPatch, misleading: set[str]) -> set[str]:
     monkeypatch.setattr(cause_search, "_without_a_needless_one", lambda *_: None)
     monkeypatch.setattr(cause_search, "_with_effects", lambda *_: None)
     monkeypatch.setattr(cause_search, "_least_gains", lambda *_: None)
+    monkeypatch.setattr(cause_search, "_simpler", lambda *_: None)
     monkeypatch.setattr(cause_search, "_choices", choices)
     monkeypatch.setattr(cause_search, "chosen_jointly", lambda *_: list(range(len(offered))))
     monkeypatch.setattr(cause_search, "best_addition", lambda choices, start, *_: len(start))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from diagnosis.comparison import Eliminated
-from diagnosis.stepwise import Choices, Option, chosen_jointly, simplest
+from diagnosis.stepwise import Choices, Option, Simpler, chosen_jointly, simplest
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
