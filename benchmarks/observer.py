@@ -42,7 +42,7 @@ from xneck_foundation.strict_yaml import validate_document
 
 Array = NDArray[np.float64]
 
-FIRST_COUNTED = 5104
+FIRST_COUNTED = 5120
 """nothing was set on these arms or on any after them"""
 SEEDS = range(FIRST_COUNTED, FIRST_COUNTED + 20)
 SETTINGS = Settings(seconds=60.0, drawing_off=1.0, noise_deg=0.02)
