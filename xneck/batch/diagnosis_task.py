@@ -79,7 +79,7 @@ def _diagnose_into(
     diagnosis = diagnose(fitted, unfitted, progress=progress)
     origin = provenance(inputs)
     result = record.as_json(diagnosis) | {
-        "judged": {str(path): one.record for path, one in judged.items()},
+        "judged": [{"dataset": path.name, "held_out": path in held_out, **one.record} for path, one in judged.items()],
         "sentence": diagnosis_sentence(diagnosis),
         "motion": _deciding_motion(folder / DECIDING_MOTION, diagnosis, fitted),
         "provenance": origin,

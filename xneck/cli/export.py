@@ -13,7 +13,7 @@ _ENDINGS = ("xml", "zip")
 
 
 @click.command(
-    epilog="Examples: xneck export diagnosis --out arm.xml; xneck export results/monday --figures figures; "
+    epilog="Example: xneck export diagnosis --out arm.xml; xneck export results/monday --figures figures; "
     "xneck export results --out results.zip --license CC-BY-4.0 --author 'A. Person'"
 )
 @click.argument("sources", metavar="FOLDER | NECK.yaml MODEL.yaml", nargs=-1, required=True, type=INPUT_FILE)

@@ -17,7 +17,7 @@ MAX_WINDOW_S = 60.0
 
 
 @click.command(
-    epilog="Examples: xneck simulate dataset.mcap --model model.yaml --out simulated.mcap; "
+    epilog="Example: xneck simulate dataset.mcap --model model.yaml --out simulated.mcap; "
     "xneck simulate motion.csv --neck neck.yaml --model model.yaml --out simulated.mcap --picture motion.svg"
 )
 @click.argument("dataset", metavar="DATASET | MOTION.csv", type=INPUT_FILE)

@@ -18,6 +18,7 @@ from mechanism.neck_text import neck_text
 from synchronisation.check.check import Check
 from synchronisation.wording import as_text as dataset_words
 from xneck_foundation.errors import Refused
+from xneck_foundation.unit_text import with_unit
 
 
 def in_words(result: object) -> str:
@@ -108,7 +109,8 @@ def _(result: Model) -> str:
     for p in result.parameters:
         label = p.name if p.index is None else f"{p.name}({p.index})"
         sigma = "" if p.sigma is None else f" +- {p.sigma:.2g}"
-        lines.append(f"  {label} = {p.value:.5g}{sigma} {p.unit}{'' if p.identified else ', not identified'}")
+        number = with_unit(f"{p.value:.5g}{sigma}", p.unit)
+        lines.append(f"  {label} = {number}{'' if p.identified else ', not identified'}")
     return "\n".join(lines)
 
 
