@@ -1,11 +1,10 @@
-"""What is known to a tolerance only: numbers of the drawing, the angles' zeros, the form of laws, and clocks.
+"""What is known to a tolerance only: numbers of the drawing, the angles' zeros, friction's curve, and clocks.
 
-Within its tolerance nothing is a cause.
-
-Each is a number with the tolerance as its prior's standard deviation, and no wall: how far it goes is what the recordings say.
+Within its tolerance nothing is a cause. Each is a number with the tolerance as its prior's standard deviation, and no wall: how far it
+goes is what the recordings say.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,14 +12,12 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from diagnosis.angle_zeros import angle_errors_of_bars
-from diagnosis.effects.cable_hysteresis import CableHysteresis
 from diagnosis.friction_curve import friction_curve_columns
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import Linearisation, RecordingLinearisation
 from identification.residual_sensitivity import AngleError
 from mechanism.arm import arm_of
 from mechanism.description import Neck
-from mechanism.tolerance import Tolerance
 from mechanism.toleranced_numbers import TolerancedNumber, moved, toleranced_numbers
 from xneck_foundation.document_faults import described_faults
 from xneck_foundation.errors import Refused
@@ -29,8 +26,6 @@ Array = NDArray[np.float64]
 
 _MIN_CLOCK_SIGMA_S = 1e-5
 """s: sigma of clocks that came without one (docs/thresholds.md)"""
-_STRANDS_M = 5e-4
-"""m: elongation over which strands turn over that rub within tolerance (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -42,7 +37,7 @@ class Nuisances:
     zero_sigma: float
     """rad, of the markers of each bar, from the base's on, against it; 0 where they are exact"""
     arm_columns: tuple[Array, ...]
-    """of each recording: what one sigma of each of the arm's, of the angles' and of what laws leave out does, (C, S, Q)"""
+    """of each recording: what one sigma of each of the arm's, of the angles' and of friction's curve does, (C, S, Q)"""
     clock_columns: tuple[Array, ...]
     """of each recording: what one sigma of its clock's offset and skew does, (C, S, 2)"""
     clock_sigma: tuple[float, ...]
@@ -52,11 +47,11 @@ class Nuisances:
 
     @property
     def count(self) -> int:
-        """Q, of the arm's, the angles' and of what laws leave out."""
+        """Q, of the arm's, the angles' and friction's curve."""
         return self.arm_columns[0].shape[2]
 
     def adjusted(self, h: Hypothesis, numbers: Array) -> Hypothesis:
-        """A hypothesis with the arm's and the angles' moved by numbers (Q,) of their sigmas; laws keep their form."""
+        """A hypothesis with the arm's and the angles' moved by numbers (Q,) of their sigmas; friction keeps its curve."""
         angles = angle_errors_of_bars(h.arm.N) if self.zero_sigma > 0 else np.zeros((0, h.arm.N))
         of_drawing, of_bars, _ = np.split(numbers, np.cumsum([len(self.drawing), len(angles)]))
         neck = moved(h.neck, self.drawing, [n.sigma * x for n, x in zip(self.drawing, of_drawing, strict=True)])
@@ -89,22 +84,16 @@ def nuisances_at(at: Linearisation) -> Nuisances:
 def _arm_columns(
     recording: RecordingLinearisation, neck: Neck, drawing: Sequence[TolerancedNumber], zero_sigma: float
 ) -> Array:
-    """What one sigma of the arm's numbers, the angles' zeros and what laws leave out does to the residuals, (C, S, Q)."""
+    """What one sigma of the arm's numbers, the angles' zeros and friction's curve does to the residuals, (C, S, Q)."""
     change = recording.sensitivity.residual_change
     columns = [change(arm=arm_of(number.moved(neck, number.sigma))) for number in drawing]
     if zero_sigma > 0:
         errors = zero_sigma * angle_errors_of_bars(neck.N)
         columns += [change(angle_error=AngleError(-error)) for error in errors]
     of_arm = np.stack(columns, axis=-1) if columns else np.zeros((*recording.rows.residual.shape, 0))
-    return np.concatenate([of_arm, *_law_columns(recording, neck.tolerance)], axis=2)
-
-
-def _law_columns(recording: RecordingLinearisation, tolerance: Tolerance) -> Iterator[Array]:
-    """What the base model's laws leave out within tolerance: of each motor's friction, and of each cable."""
-    if tolerance.friction_curve > 0:
-        yield friction_curve_columns(recording, tolerance.friction_curve)
-    if tolerance.cable_strands > 0:
-        yield tolerance.cable_strands * CableHysteresis().columns(recording, {"xh": _STRANDS_M})
+    if neck.tolerance.friction_curve == 0:
+        return of_arm
+    return np.concatenate([of_arm, friction_curve_columns(recording, neck.tolerance.friction_curve)], axis=2)
 
 
 def _clock_columns(recording: RecordingLinearisation, offset_sigma: float) -> Array:

@@ -36,5 +36,3 @@ class Tolerance(Strict):
     """rad, of the markers of one bar together against it, or of an angle's zero"""
     friction_curve: Annotated[float, Field(ge=0, le=1)] = 0.01
     """of dry friction: by how much its curve over speed may differ from the arc tangent (48)"""
-    cable_strands: Annotated[float, Field(ge=0, le=100)] = 0.05
-    """N: force by which strands that rub in a cable may lag behind its elongation"""
