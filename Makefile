@@ -57,7 +57,7 @@ CORE = tests/xneck_foundation tests/mechanism tests/discovery tests/identificati
 SUBSET = $(CORE) tests/calibration tests/vision tests/xneck/recording -m "not slow" -q
 
 # what these tests need of the development tools: some others ask for newer dependencies than the oldest that are allowed
-TOOLS = --editable . pytest pytest-xdist hypothesis playwright mujoco mcap-ros2-support pyapriltags
+TOOLS = --editable . pytest pytest-xdist hypothesis playwright mujoco mcap-ros2-support pyapriltags jsonschema rosbags pyarrow
 
 oldest: | $(BIN)/python
 	$(PYTHON) -m venv --clear $(VENV)/oldest
