@@ -1,7 +1,7 @@
 """What is known to a tolerance only: numbers of the drawing, the angles' zeros, friction's curve, and clocks.
 
-Within its tolerance nothing is a cause. Each is a number with the tolerance as its prior's standard deviation, and no wall: how far it
-goes is what the recordings say.
+Within its tolerance nothing is a cause. Each is a number with the tolerance as its prior's standard deviation, and no wall: how far
+it goes is what the recordings say.
 """
 
 from collections.abc import Sequence
