@@ -5,7 +5,7 @@ together, and what acts is not known. It also says where an unknown law acts, an
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -18,7 +18,7 @@ from diagnosis.judged_rows import judged
 from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.noise_excess import NoiseExcess, noise_excess
 from diagnosis.shown_by import ShownBy
-from identification.residuals import LawForces, residual_change
+from identification.residuals import change_by_forces
 from identification.whitening import Whitener
 from mechanism.friction import dry
 from mechanism.laws import Term
@@ -98,13 +98,11 @@ class FreeFunction(Effect):
 
     def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
         s = recording.signals
-        nothing = np.zeros_like(s.f)
-        base = LawForces(nothing, nothing, nothing, np.zeros_like(s.alpha))
         patterns = self.patterns(recording)
         if self.variable.along_motion:
             patterns = patterns * dry(s.speeds.mean).mean(axis=0)
         term = self.terms[0]
-        changes = [residual_change(s, base, replace(base, **{self.variable.acts: p}), term) for p in patterns]
+        changes = [change_by_forces(s, term, **{self.variable.acts: p}) for p in patterns]
         return np.concatenate(changes, axis=2)
 
     def patterns(self, recording: RecordingLinearisation) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.linearisation import RecordingLinearisation
-from identification.residuals import LawForces, residual_change
+from identification.residuals import change_by_forces
 from mechanism.laws import Term
 
 Array = NDArray[np.float64]
@@ -31,10 +31,4 @@ def friction_curve_columns(recording: RecordingLinearisation, share: float) -> A
     s = recording.signals
     size = share * np.broadcast_to(np.abs(recording.values["fs"]), s.f.shape[1:])
     bumps = friction_bumps(s.speeds.mean).mean(axis=0) * size[:, None]  # (T, M, bumps)
-    nothing = np.zeros_like(s.f)
-    base = LawForces(nothing, nothing, nothing, np.zeros_like(s.alpha))
-    changes = [
-        residual_change(s, base, LawForces(nothing, bump, nothing, base.resistance), _NEWTON)
-        for bump in np.moveaxis(bumps, -1, 0)
-    ]
-    return np.concatenate(changes, axis=2)
+    return np.concatenate([change_by_forces(s, _NEWTON, friction=bump) for bump in np.moveaxis(bumps, -1, 0)], axis=2)

@@ -33,6 +33,16 @@ class Option:
     """of numbers that it is fitted by: a shape's too, which has columns only where it was fitted"""
 
 
+@dataclass(frozen=True)
+class Simpler:
+    """By how much less an option with fewer numbers may take from the loss and be taken all the same."""
+
+    share: float
+    """of the most that any takes"""
+    least_loss: Callable[[float], float]
+    """of what the best one leaves: the loss that is worth a name, which a simpler one must not leave beside it"""
+
+
 class Choices:
     """The loss of any choice of options, none of which a hypothesis holds."""
 
@@ -64,7 +74,7 @@ def chosen_jointly(
     choices: Choices,
     start: Sequence[int],
     least_gain: Callable[[int, float], float],
-    simpler: "Simpler",
+    simpler: Simpler,
 ) -> list[int]:
     """The options that are worth it together, by number, beginning with those of `start`.
 
@@ -84,7 +94,7 @@ def chosen_jointly(
 
 
 def best_addition(
-    choices: Choices, chosen: Sequence[int], least_gain: Callable[[int, float], float], simpler: "Simpler"
+    choices: Choices, chosen: Sequence[int], least_gain: Callable[[int, float], float], simpler: Simpler
 ) -> int | None:
     """The option that is best added to those chosen, by number; None where none is worth it. As `chosen_jointly`."""
     loss, taken = choices.loss(chosen), {choices.options[i].effect for i in chosen}
@@ -93,16 +103,6 @@ def best_addition(
     }
     worth = {i: gain for i, gain in gains.items() if gain > least_gain(i, loss)}
     return simplest(choices.options, worth, loss, simpler) if worth else None
-
-
-@dataclass(frozen=True)
-class Simpler:
-    """By how much less an option with fewer numbers may take from the loss and be taken all the same."""
-
-    share: float
-    """of the most that any takes"""
-    least_loss: Callable[[float], float]
-    """of what the best one leaves: the loss that is worth a name, which a simpler one must not leave beside it"""
 
 
 def simplest(options: Sequence[Option], gains: dict[int, float], loss: float, simpler: Simpler) -> int:

@@ -23,7 +23,7 @@ from discovery.found_law import FoundLaw
 from discovery.problem import Candidate, Problem
 from discovery.search import find_laws
 from identification.fitting import segment_starts
-from identification.residuals import LawForces, residual_change
+from identification.residuals import change_by_forces
 from identification.whitening import Whitener
 from mechanism.arm import Arm
 from mechanism.friction import dry
@@ -165,11 +165,8 @@ def _forces(variable: Variable, recording: RecordingLinearisation, function: Fun
 
 def _change(variable: Variable, recording: RecordingLinearisation, forces: Mapping[str, Array]) -> Array:
     """What forces or torques (T, places), by field of `LawForces`, do to the residuals, place by place, (C, S, places)."""
-    s = recording.signals
-    nothing = np.zeros_like(s.f)
-    base = LawForces(nothing, nothing, nothing, np.zeros_like(s.alpha))
     term = _UNIT_TORQUE if variable.acts == "joint" else _UNIT_FORCE
-    return residual_change(s, base, replace(base, **forces), term)
+    return change_by_forces(recording.signals, term, **forces)
 
 
 @dataclass(frozen=True)

@@ -222,6 +222,13 @@ def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Residual
     return ResidualRows(residual, J)
 
 
+def change_by_forces(s: Signals, term: Term, **forces: Array) -> Array:
+    """Change of the residuals by forces beyond those of the laws, as `residual_change` has it; forces: fields of `LawForces`."""
+    nothing = np.zeros_like(s.f)
+    without = LawForces(nothing, nothing, nothing, np.zeros_like(s.alpha))
+    return residual_change(s, without, replace(without, **forces), term)
+
+
 def residual_change(s: Signals, base: LawForces, moved: LawForces, term: Term) -> Array:
     """Change of the residuals by that of a term, one column for each cable, joint or arm that has it, (C, S, count).
 

@@ -24,34 +24,42 @@ _PYTHON_CALLS = {
 _C_CALLS = _PYTHON_CALLS | {"absolute": "fabs", "sign": "sign_of", "power": "power_of"}
 
 
-def _python_line(operation: str, args: Sequence[str]) -> str:
+def _python_choice(condition: str, chosen: str, other: str) -> str:
+    return f"{chosen} if {condition} else {other}"
+
+
+def _c_choice(condition: str, chosen: str, other: str) -> str:
+    return f"{condition} ? {chosen} : {other}"
+
+
+def _line(
+    operation: str,
+    args: Sequence[str],
+    calls: Mapping[str, str],
+    choice: Callable[[str, str, str], str],
+    is_true: str,
+) -> str:
+    """The right side of an operation; is_true: what stands behind a number to ask whether it is not zero."""
     if operation in _INFIX:
         return f"{args[0]} {_INFIX[operation]} {args[1]}"
     if operation == "negative":
         return f"-{args[0]}"
     if operation in ("maximum", "minimum"):
-        sign_of = ">" if operation == "maximum" else "<"
-        return f"{args[0]} if {args[0]} {sign_of} {args[1]} else {args[1]}"
+        compared = ">" if operation == "maximum" else "<"
+        return choice(f"{args[0]} {compared} {args[1]}", args[0], args[1])
     if operation == "greater":
-        return f"1.0 if {args[0]} > {args[1]} else 0.0"
+        return choice(f"{args[0]} > {args[1]}", "1.0", "0.0")
     if operation == "where":
-        return f"{args[1]} if {args[0]} else {args[2]}"
-    return f"{_PYTHON_CALLS[operation]}({', '.join(args)})"
+        return choice(f"{args[0]}{is_true}", args[1], args[2])
+    return f"{calls[operation]}({', '.join(args)})"
+
+
+def _python_line(operation: str, args: Sequence[str]) -> str:
+    return _line(operation, args, _PYTHON_CALLS, _python_choice, "")
 
 
 def _c_line(operation: str, args: Sequence[str]) -> str:
-    if operation in _INFIX:
-        return f"{args[0]} {_INFIX[operation]} {args[1]}"
-    if operation == "negative":
-        return f"-{args[0]}"
-    if operation in ("maximum", "minimum"):
-        sign_of = ">" if operation == "maximum" else "<"
-        return f"{args[0]} {sign_of} {args[1]} ? {args[0]} : {args[1]}"
-    if operation == "greater":
-        return f"{args[0]} > {args[1]} ? 1.0 : 0.0"
-    if operation == "where":
-        return f"{args[0]} != 0.0 ? {args[1]} : {args[2]}"
-    return f"{_C_CALLS[operation]}({', '.join(args)})"
+    return _line(operation, args, _C_CALLS, _c_choice, " != 0.0")
 
 
 def _lines(
