@@ -27,10 +27,10 @@ def memory_states(machine: Machine, at: CableMotion, step: float) -> Array:
     safe = np.where(np.abs(b) * step > 1e-9, b, 1.0)
     added = a * np.where(np.abs(b) * step > 1e-9, (decay - 1) / safe, step)
     low, high = machine.bounds
-    return _accumulated(machine.memory_start, decay[:-1], added[:-1], low, high)
+    return accumulated(machine.memory_start, decay[:-1], added[:-1], low, high)
 
 
-def _accumulated(start: Array, decay: Array, added: Array, low: Array, high: Array) -> Array:
+def accumulated(start: Array, decay: Array, added: Array, low: Array, high: Array) -> Array:
     """z[i + 1] = decay[i] z[i] + added[i] clipped to the bounds, from a start on, (T + 1, ...).
 
     Successive steps compose to one step of the same form: they are composed within stretches of rows, all stretches at once, and

@@ -71,7 +71,8 @@ class ElongationLaw:
     @property
     def with_own_friction(self) -> "ElongationLaw":
         """The law with speeds within the rows as its own friction makes them by the motors' equations."""
-        dry, _, viscous = self.friction.T
+        dry, _, *bent, viscous = self.friction.T
+        dry = dry - np.sum(bent, axis=0)
         motors = self.motors.with_friction(self.arm, dry, viscous)
         return replace(self, motors=motors, signals=force_signals(self.arm, motors))
 

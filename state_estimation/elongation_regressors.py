@@ -4,7 +4,7 @@ The columns of X, in their order:
 1, t, t^2, t^3: a constant, the tension t, and a cable that stiffens;
 t', f': damping, or a lag that is wrong; and a command f that comes late;
 t behind by each of CREEP_S: creep;
-dry friction, its transition, viscous friction: an error of the friction that was taken off.
+dry friction, its transition, bristles that bend before it slides, viscous friction: an error of the friction that was taken off.
 
 The tension is t = n - friction with n = f - Ia (R/rd) theta''. Forces and friction may be behind by the lag of a spring
 beside a damper.
@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.bristles import BEND_WIDTHS_RAD, mean_bend
 from identification.filters import first_order_lag, low_pass
 from mechanism.arm import Arm
 from mechanism.friction import CM
@@ -28,8 +29,8 @@ CREEP_S = (1.5, 6.0)
 CUTOFF_HZ = 20.0
 """Hz: low-pass of all signals; above the motion, below the steps that friction's reversals make in each of them
 (docs/thresholds.md)"""
-FRICTION_TERMS = 3
-"""dry friction, its transition, viscous friction"""
+FRICTION_TERMS = 3 + len(BEND_WIDTHS_RAD)
+"""dry friction, its transition, what it is less than dry friction while bristles bend, viscous friction"""
 TENSION, TENSION_RATE = 1, 4
 """columns of X that hold t and its rate"""
 CREEP, FRICTION, VISCOUS = slice(6, 6 + len(CREEP_S)), slice(-FRICTION_TERMS, None), -1
@@ -48,8 +49,8 @@ class ForceSignals:
     """n = f - Ia (R/rd) theta'', N or another unit"""
     command: Array
     """f, in the unit of `force`"""
-    friction: tuple[Array, Array, Array]
-    """for 1 N: dry friction, its transition; and the speed theta', rad/s"""
+    friction: tuple[Array, ...]
+    """for 1 N: dry friction, its transition, bends of bristles less dry friction; and the speed theta', rad/s"""
 
     @property
     def rate(self) -> float:
@@ -62,10 +63,10 @@ class ForceSignals:
 
     def lagged(self, lag: Array) -> "ForceSignals":
         """These signals behind by the lag of each cable, (M,), s."""
-        force, command, dry, transition, speed = (
+        force, command, *friction = (
             first_order_lag(s, self.rate, lag) for s in (self.force, self.command, *self.friction)
         )
-        return replace(self, force=force, command=command, friction=(dry, transition, speed))
+        return replace(self, force=force, command=command, friction=tuple(friction))
 
     def tension(self, friction: Array) -> Array:
         """t (T, M) where friction's terms have the sizes (M, FRICTION_TERMS)."""
@@ -92,17 +93,16 @@ def force_signals(arm: Arm, motors: Motors) -> ForceSignals:
     """
     rate = 1 / float(np.mean(np.diff(motors.time)))
     if motors.within_rows is None:
-        at_rows, friction = motors.theta_d, friction_over_steps(motors.theta_d)
+        at_rows, (dry, transition, speed) = motors.theta_d, friction_over_steps(motors.theta_d)
     else:
         before, after = motors.within_rows.mean
-        at_rows, friction = (before + after) / 2, _friction_over_halves(after[:-1], before[1:])
+        at_rows, (dry, transition, speed) = (before + after) / 2, _friction_over_halves(after[:-1], before[1:])
+    bends = (mean_bend(motors.theta, width) - dry for width in BEND_WIDTHS_RAD)
     force = motors.f[:-1] - arm.motor_inertia / arm.drum * np.diff(at_rows, axis=0) * rate
-    means = (force, motors.f[:-1], *friction)
+    means = (force, motors.f[:-1], dry, transition, *bends, speed)
     # each column in one piece, as regressors are made of it again and again
-    force, command, dry, transition, speed = (
-        np.asfortranarray(at_step_ends(low_pass(mean, rate, CUTOFF_HZ))) for mean in means
-    )
-    return ForceSignals(time=motors.time, force=force, command=command, friction=(dry, transition, speed))
+    force, command, *friction = (np.asfortranarray(at_step_ends(low_pass(mean, rate, CUTOFF_HZ))) for mean in means)
+    return ForceSignals(time=motors.time, force=force, command=command, friction=tuple(friction))
 
 
 def friction_over_steps(theta_d: Array) -> tuple[Array, Array, Array]:

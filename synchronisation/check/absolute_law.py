@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.bristles import BEND_WIDTHS_RAD
 from identification.dataset.series import interpolated
 from mechanism.arm import Arm
 from state_estimation.elongation_law import PASSES
@@ -27,7 +28,8 @@ Array = NDArray[np.float64]
 
 NEWTON = 50.0
 """N: brings forces to the size of one"""
-BETA_SIGMA = np.array([0.1, 0.03, 0.01, 0.003, 5e-4, 2e-4, *([3e-3] * len(CREEP_S)), 3e-3, 2e-3, 1e-5])
+_CREEP_SIGMA, _BEND_SIGMA = [3e-3] * len(CREEP_S), [3e-3] * len(BEND_WIDTHS_RAD)
+BETA_SIGMA = np.array([0.1, 0.03, 0.01, 0.003, 5e-4, 2e-4, *_CREEP_SIGMA, 3e-3, 2e-3, *_BEND_SIGMA, 1e-5])
 """prior standard deviation of beta, (P,): m for each NEWTON of force, m s for rates, m for friction, m s/rad for the viscous one
 (docs/thresholds.md)"""
 ELONGATION_SIGMA_M = 5e-5

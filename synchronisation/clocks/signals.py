@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
+from identification.bristles import BEND_WIDTHS_RAD, mean_bend
 from identification.dataset.series import Series
 from identification.filters import low_pass
 from mechanism.arm import Arm
@@ -28,7 +29,7 @@ and a higher one lets counts of the encoder in (docs/thresholds.md)"""
 TURNOVER_RATIO = 3.0
 """ratio of the speeds over which friction turns over; sums of three such arc tangents come within 0.2 N of any curve that turns
 over once, of 14 N in all (docs/thresholds.md)"""
-FRICTION_FORMS = 3
+FRICTION_FORMS = 3 + len(BEND_WIDTHS_RAD)
 """forms of friction beside the arc tangent"""
 FRICTION_RATE_HZ = 500.0
 """Hz: rate at which friction is computed within the periods of slower logs"""
@@ -54,7 +55,7 @@ class LogSignals:
     """dry friction of 1 N, ratio"""
     friction_forms: tuple[BSpline, ...]
     """what makes of `dry_friction` any friction that turns over with the speed: its slope by log cm, and what friction has beyond
-    it that turns over at a third and at three times of its speed, ratios"""
+    it that turns over at a third and at three times of its speed, or after bristles have bent, ratios"""
     speed: BSpline
     """theta', rad/s"""
     has_force: bool
@@ -77,12 +78,14 @@ def log_signals_of(arm: Arm, log: Series) -> LogSignals:
     smooth = low_pass(theta, rate, SIGNAL_CUTOFF_HZ)
     fast = cubic_spline(log.time, low_pass(theta, rate, FRICTION_SPEED_CUTOFF_HZ))
     parts = max(1, round(FRICTION_RATE_HZ / rate))
-    fast_d = fast(np.linspace(log.time[0], log.time[-1], parts * (len(log) - 1) + 1), 1)
+    within = np.linspace(log.time[0], log.time[-1], parts * (len(log) - 1) + 1)
+    fast_d = fast(within, 1)
     dry, transition, _ = (_joined(means, parts) for means in friction_over_steps(fast_d))
     sharper, blunter = (
         _joined(friction_over_steps(ratio * fast_d)[0], parts) for ratio in (TURNOVER_RATIO, 1 / TURNOVER_RATIO)
     )
-    forms = (2 / np.pi * transition, sharper - dry, blunter - dry)
+    bends = (_joined(mean_bend(fast(within), width), parts) for width in BEND_WIDTHS_RAD)
+    forms = (2 / np.pi * transition, sharper - dry, blunter - dry, *(bend - dry for bend in bends))
     theta_dd = np.diff(fast_d[::parts], axis=0) * rate
     every = max(1, round(rate / GRID_HZ))
     time = log.time[::every]

@@ -1,0 +1,29 @@
+"""Bend of the bristles by which dry friction holds a motor before it slides, along a path of motor angles (Dahl 1968).
+
+The bend z follows z' = (theta' - |theta'| z) / width: of the greatest friction it says which share acts, and with which sign. It
+depends on the path alone, not on how fast the motor runs along it.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.cable_memory import accumulated
+
+Array = NDArray[np.float64]
+
+BEND_WIDTHS_RAD = (0.01, 0.04, 0.16)
+"""rad of the motor: sums of bends over these come near any that motors have (docs/thresholds.md)"""
+_MIN_TRAVEL = 1e-9
+"""of a step, in widths, below which the bend is the same at both of its ends"""
+
+
+def mean_bend(theta: Array, width: float | Array) -> Array:
+    """Means of the bend over the steps of a path, (T - 1, M), that runs straight between angles (T, M), rad; none at first.
+
+    width: rad, over which bristles bend, of all motors or of each (M,).
+    """
+    travel = np.diff(theta, axis=0) / width
+    length = np.maximum(np.abs(travel), _MIN_TRAVEL)
+    turned, end = -np.expm1(-length), np.sign(travel)
+    bend = accumulated(np.zeros(theta.shape[1]), 1 - turned, end * turned, -np.ones(()), np.ones(()))[:-1]
+    return end + (bend - end) * turned / length
