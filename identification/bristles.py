@@ -13,8 +13,6 @@ Array = NDArray[np.float64]
 
 BEND_WIDTHS_RAD = (0.01, 0.04, 0.16)
 """rad of the motor: sums of bends over these come near any that motors have (docs/thresholds.md)"""
-_MIN_TRAVEL = 1e-9
-"""of a step, in widths, below which the bend is the same at both of its ends"""
 
 
 def mean_bend(theta: Array, width: float | Array) -> Array:
@@ -23,7 +21,8 @@ def mean_bend(theta: Array, width: float | Array) -> Array:
     width: rad, over which bristles bend, of all motors or of each (M,).
     """
     travel = np.diff(theta, axis=0) / width
-    length = np.maximum(np.abs(travel), _MIN_TRAVEL)
-    turned, end = -np.expm1(-length), np.sign(travel)
+    turned, end = -np.expm1(-np.abs(travel)), np.sign(travel)
     bend = accumulated(np.zeros(theta.shape[1]), 1 - turned, end * turned, -np.ones(()), np.ones(()))[:-1]
-    return end + (bend - end) * turned / length
+    # of a bend that dies away over a step, the mean over the step
+    share = np.divide(turned, np.abs(travel), out=np.ones_like(travel), where=turned > 0)
+    return end + (bend - end) * share
