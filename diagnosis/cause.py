@@ -1,15 +1,16 @@
 """An effect that is taken for a cause: where it sits, and its numbers."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.effect import Effect, Placement, clip_to_range
+from diagnosis.effect import Effect, Placement, Shape, clip_to_range
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import RecordingLinearisation
 from mechanism.arm import Arm
+from mechanism.laws import Term
 
 Array = NDArray[np.float64]
 
@@ -22,27 +23,44 @@ class Cause:
     where: Placement
     amounts: Array
     """(len(where.columns),)"""
-    shape: Mapping[str, float]
+    shape: Shape
+
+    @property
+    def number_count(self) -> int:
+        """Its amounts and the numbers of its shape."""
+        return len(self.amounts) + self.effect.shape_count(len(self.where.columns) // len(self.effect.terms))
+
+    def shape_numbers(self, arm: Arm) -> list[tuple[Term, int | None, float]]:
+        """The numbers of its shape: term, place counted from 0, None of what is one for all, and value."""
+        count = self.effect.place_count(arm)
+        own = sorted({column % count for column in self.where.columns})
+        return [
+            (term, place, float(values[place or 0]))
+            for term in self.effect.shape_terms
+            for values in [np.broadcast_to(self.shape[term.name], term.count(arm))]
+            for place in ([None] if term.of == "arm" else own)
+        ]
 
     def columns(self, recording: RecordingLinearisation) -> Array:
         """What a person's change of each amount, then of each shape term, does to the residuals, (C, S, Q)."""
         amounts = self.effect.columns(recording, self.shape)[..., list(self.where.columns)]
-        columns = np.concatenate([amounts, self.effect.shape_columns(recording)], axis=2)
-        return columns * self.sizes(recording.signals.arm)
+        arm = recording.signals.arm
+        every = [(term.name, i) for term in self.effect.shape_terms for i in range(term.count(arm))]
+        own = [every.index((term.name, place or 0)) for term, place, _ in self.shape_numbers(arm)]
+        shapes = self.effect.shape_columns(recording)[..., own]
+        return np.concatenate([amounts, shapes], axis=2) * self.sizes(arm)
 
     def sizes(self, arm: Arm) -> Array:
-        """What a person would call a change of each amount, then of each shape term, (Q,)."""
+        """What a person would call a change of each amount, then of each number of the shape, (Q,)."""
         amounts = self.effect.sizes(arm)[list(self.where.columns)]
-        return np.append(amounts, [term.size for term in self.effect.shape_terms])
+        return np.append(amounts, [term.size for term, *_ in self.shape_numbers(arm)])
 
-    def at_limit(self) -> NDArray[np.bool_]:
-        """Which shape terms are at the end of their range, from where no straight step leads on."""
-        ends = ((term.low, term.high) for term in self.effect.shape_terms)
-        values = (self.shape[term.name] for term in self.effect.shape_terms)
-        return np.array([value in (low, high) for value, (low, high) in zip(values, ends, strict=True)], dtype=bool)
+    def at_limit(self, arm: Arm) -> NDArray[np.bool_]:
+        """Which numbers of the shape are at the end of their range, from where no straight step leads on."""
+        return np.array([value in (term.low, term.high) for term, _, value in self.shape_numbers(arm)], dtype=bool)
 
     def stepped(self, step: Array, arm: Arm) -> "Cause":
-        """With amounts and shape terms moved by a step (Q,), in their sizes."""
+        """With amounts and the shape's numbers moved by a step (Q,), in their sizes."""
         change = step * self.sizes(arm)
         count = len(self.amounts)
         terms = [self.effect.terms[c // len(self.effect.place_labels(arm))] for c in self.where.columns]
@@ -50,13 +68,14 @@ class Cause:
             float(clip_to_range(term, amount + by))
             for term, amount, by in zip(terms, self.amounts, change[:count], strict=True)
         ]
-        shape = dict(self.shape)
-        for term, by in zip(self.effect.shape_terms, change[count:], strict=True):
-            old, new = shape[term.name], shape[term.name] + by
+        shape = {t.name: np.broadcast_to(self.shape[t.name], t.count(arm)).copy() for t in self.effect.shape_terms}
+        for (term, place, old), by in zip(self.shape_numbers(arm), change[count:], strict=True):
+            new = old + by
             if term.low > 0:  # of a scale one step at most halves or doubles it
                 new = np.clip(new, old / 2, 2 * old)
-            shape[term.name] = float(clip_to_range(term, new))
-        return replace(self, amounts=np.array(amounts), shape=shape)
+            shape[term.name][place or 0] = clip_to_range(term, new)
+        values = {name: tuple(v.tolist()) if len(v) > 1 else float(v[0]) for name, v in shape.items()}
+        return replace(self, amounts=np.array(amounts), shape={**self.shape, **values})
 
 
 def with_causes(h: Hypothesis, causes: Sequence[Cause]) -> Hypothesis:

@@ -34,6 +34,8 @@ Array = NDArray[np.float64]
 
 _MAX_ROUNDS, _MAX_STEPS = 3, 24
 """of steps, and steps of a round"""
+_PATH_PASSES = 3
+"""at most, of telling speeds and fitting what remembers the motors' path, which speeds by the base model's friction bend"""
 _MIN_CLOCK_STEP_S = 1e-4
 """s: up to which frames need not be read anew, for what they show changes in proportion"""
 _MAX_START_X0_M = 5e-3
@@ -231,14 +233,16 @@ class CauseFitter:
 
     def _stage(self, start: Linearisation, causes: tuple[Cause, ...]) -> FitStage:
         ensembles, whiten = self._ensembles, self.whiten
-        turns_motors = _turns_motors(with_causes(self._h, causes))
-        rounds = 1 if turns_motors else _MAX_ROUNDS
-        comparison, causes = _refined(start, self._h, causes, self._data, whiten, rounds)
-        if turns_motors:
+        passes = _speed_passes(with_causes(self._h, causes))
+        comparison, causes = _refined(start, self._h, causes, self._data, whiten, 1 if passes else _MAX_ROUNDS)
+        for _ in range(passes):
             # speeds follow from the motors' laws: told with the base model's friction they would speak for that
+            before = comparison.profiled_loss
             ensembles = _with_speeds(ensembles, comparison.linearisation)
             data = [ensemble.data for ensemble in ensembles]
             comparison, causes = _refined(comparison.linearisation, self._h, causes, data, whiten)
+            if abs(comparison.profiled_loss / before - 1) < _MIN_LOSS_GAIN_FAR:
+                break
         at = comparison.linearisation
         noise = noise_residuals(at, ensembles)
         return FitStage(comparison, causes, tuple(noise), noise_loss(noise, at, whiten), comparison.fit())
@@ -399,10 +403,12 @@ def _with_speeds(ensembles: Sequence[NoiseEnsemble], at: Linearisation) -> list[
     return [e.with_motor_speeds(at.machine, r.delay) for e, r in zip(ensembles, at.recordings, strict=True)]
 
 
-def _turns_motors(h: Hypothesis) -> bool:
-    """Whether a law beyond the base changes what force turns the motors."""
+def _speed_passes(h: Hypothesis) -> int:
+    """How often speeds are told anew: where a law beyond the base changes what force turns the motors, or remembers their path."""
     laws = [type(law_named(name)) for name in h.laws]
-    return any(law.friction is not Law.friction or law.acting_force is not Law.acting_force for law in laws)
+    if any(law.remembers_path for law in laws):
+        return _PATH_PASSES
+    return int(any(law.friction is not Law.friction or law.acting_force is not Law.acting_force for law in laws))
 
 
 def _linearised(

@@ -5,6 +5,7 @@ import numpy as np
 from diagnosis.cause import Cause
 from diagnosis.cause_fit import FitStage
 from diagnosis.effect import DescriptionEffect
+from mechanism.arm import Arm
 from mechanism.laws import Term
 from xneck_foundation.parameter import Parameter
 
@@ -19,7 +20,7 @@ def parameters_of(stage: FitStage) -> tuple[tuple[Parameter, ...], ...]:
     arm = stage.comparison.linearisation.hypothesis.arm
     widening = float(stage.excess.ratio.max()) if stage.excess.above_noise else 1.0
     return tuple(
-        tuple(_parameters(cause, widening * sigma, len(cause.effect.place_labels(arm))))
+        tuple(_parameters(cause, widening * sigma, arm))
         for cause, sigma in zip(stage.causes, stage.sigma_of_causes, strict=True)
     )
 
@@ -29,8 +30,8 @@ def identified(value: float, sigma: float) -> bool:
     return bool(sigma <= MAX_RELATIVE_SIGMA * abs(value))
 
 
-def _parameters(cause: Cause, sigma: np.ndarray, places: int) -> list[Parameter]:
-    out = []
+def _parameters(cause: Cause, sigma: np.ndarray, arm: Arm) -> list[Parameter]:
+    out, places = [], len(cause.effect.place_labels(arm))
     # an amount that is a share of the described value stands for the value, of which the scale is a part
     is_share = isinstance(cause.effect, DescriptionEffect) and cause.effect.terms[0].unit == "1"
     for column, value, s in zip(cause.where.columns, cause.amounts, sigma, strict=False):
@@ -38,10 +39,9 @@ def _parameters(cause: Cause, sigma: np.ndarray, places: int) -> list[Parameter]
         index = None if places == 1 else place + cause.effect.first_index
         s = float(np.hypot(s, SCALE_SIGMA * (1 + abs(value)) if is_share else SCALE_SIGMA * value))
         out.append(_parameter(term, index, float(value), s))
-    for term, s in zip(cause.effect.shape_terms, sigma[len(cause.amounts) :], strict=True):
-        value = cause.shape[term.name]
-        s = float(np.hypot(s, SCALE_SIGMA * value))
-        out.append(_parameter(term, None, value, s))
+    for (term, place, value), s in zip(cause.shape_numbers(arm), sigma[len(cause.amounts) :], strict=True):
+        index = None if place is None else place + cause.effect.first_index
+        out.append(_parameter(term, index, value, float(np.hypot(s, SCALE_SIGMA * value))))
     return out
 
 

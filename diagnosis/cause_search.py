@@ -275,7 +275,7 @@ def _choices(stage: FitStage, comparison: Comparison, given_up: Collection[str])
     comparison: of the stage with every effect beside it."""
     arm = comparison.linearisation.hypothesis.arm
     offered, options = list(stage.causes), []
-    amounts = [np.append(c.amounts, np.zeros(len(c.effect.shape_terms))) / c.sizes(arm) for c in stage.causes]
+    amounts = [np.append(c.amounts, np.zeros(c.number_count - len(c.amounts))) / c.sizes(arm) for c in stage.causes]
     for cause, columns in zip(stage.causes, stage.columns_of_causes, strict=True):
         low = _least_numbers(cause.effect, cause.where, arm)
         # an option is a choice of amounts and shape: shape goes either way
@@ -286,9 +286,8 @@ def _choices(stage: FitStage, comparison: Comparison, given_up: Collection[str])
             continue
         for where in group.effect.placements(arm):
             columns, low = group.columns[list(where.columns)], _least_numbers(group.effect, where, arm)
-            count = len(columns) + len(group.effect.shape_terms)
-            options.append(Option(group.effect.name, columns, low, count))
             offered.append(Cause(group.effect, where, np.zeros(len(where.columns)), dict(group.shape)))
+            options.append(Option(group.effect.name, columns, low, offered[-1].number_count))
     without = comparison.with_causes_off(np.concatenate(amounts)) if amounts else comparison
     return Choices(without, options), offered
 
@@ -384,15 +383,11 @@ def indistinguishable(fitted: Sequence[tuple[Cause, FitStage]], gain: float) -> 
         for c, stage in fitted
         if stage.surplus <= limit and stage.excess.above_noise <= best.excess.above_noise
     ]
-    for c, stage in sorted(candidates, key=lambda fitted: _number_count(fitted[0])):
-        simpler = [s.surplus for k, s in kept if _number_count(k) < _number_count(c)]
+    for c, stage in sorted(candidates, key=lambda fitted: fitted[0].number_count):
+        simpler = [s.surplus for k, s in kept if k.number_count < c.number_count]
         if not simpler or stage.surplus < min(simpler) - tie_tolerance(best.fit.loss, gain):
             kept.append((c, stage))
     return sorted(kept, key=lambda fitted: fitted[1].surplus)
-
-
-def _number_count(cause: Cause) -> int:
-    return len(cause.amounts) + len(cause.effect.shape_terms)
 
 
 def _with_effects(stage: FitStage, whiten: Whitener) -> Comparison:

@@ -351,7 +351,7 @@ def compare(
     block_products, noise_products, row_count = _products(at, matrices, whiten, noise)
     prior_sigma, relaxed_sigma, prior_mean = _priors(at, nuisances, first, first + sum(widths))
     for cause, slot in zip(causes, slots, strict=False):
-        held = slot[len(cause.amounts) :][cause.at_limit()]
+        held = slot[len(cause.amounts) :][cause.at_limit(at.hypothesis.arm)]
         prior_sigma[held] = relaxed_sigma[held] = _HELD_SIGMA
     if clock_relaxed is None:
         clock_relaxed = bool(causes) and not any(cause.effect.is_clock for cause in causes)

@@ -22,8 +22,8 @@ from mechanism.description import Neck
 from mechanism.laws import Term, law_named
 
 Array = NDArray[np.float64]
-Shape = Mapping[str, float]
-"""numbers that say how an effect acts, not how much: by term"""
+Shape = Mapping[str, float | tuple[float, ...]]
+"""numbers that say how an effect acts, not how much: by term, one for all places, or one for each of them"""
 Numbers = dict[tuple[str, int | None], float]
 """by name and index, as in a record's parameters"""
 _SHAPE_STEP = 0.05
@@ -82,6 +82,10 @@ class Effect:
         """Number of places where it may sit."""
         return self.terms[0].count(arm)
 
+    def shape_count(self, places: int) -> int:
+        """How many numbers say how it acts where it sits in so many places."""
+        return sum(1 if term.of == "arm" else places for term in self.shape_terms)
+
     def place_labels(self, arm: Arm) -> tuple[str, ...]:
         """Names of its places, in the order of each term's columns."""
         if self.place_count(arm) == 1:
@@ -113,7 +117,7 @@ class Effect:
         raise NotImplementedError
 
     def shape_columns(self, recording: RecordingLinearisation) -> Array:
-        """What a unit of each shape term does where the hypothesis holds the cause, (C, S, number of shape terms)."""
+        """What a unit of each shape term does where the hypothesis holds the cause, each over its places, (C, S, columns)."""
         return np.zeros((*recording.rows.residual.shape, 0))
 
     def added_to(self, h: Hypothesis, amounts: Array, shape: Shape) -> Hypothesis:
@@ -163,7 +167,7 @@ class LawEffect(Effect):
     def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
         """By differences as large as what a person would call a change; in a shape that is not held, from nothing on."""
         held = recording.hypothesis.values
-        elsewhere = self.law in recording.laws and any(np.any(held[name] != value) for name, value in shape.items())
+        elsewhere = self.law in recording.laws and any(np.any(held[k] != np.asarray(v)) for k, v in shape.items())
         values = self._inactive(recording.hypothesis, shape) if elsewhere else self._values(recording.hypothesis, shape)
         return np.concatenate(
             [self._difference_quotient(recording, values, term, 1.0, elsewhere) for term in self.terms], axis=2
@@ -208,7 +212,7 @@ class LawEffect(Effect):
 
     def _inactive(self, h: Hypothesis, shape: Shape) -> dict[str, Array]:
         """The same as if the hypothesis did not hold the law."""
-        return {**inactive_values(h.arm, self.law), **{k: np.full(1, v) for k, v in shape.items()}}
+        return {**inactive_values(h.arm, self.law), **{k: np.atleast_1d(v) for k, v in shape.items()}}
 
     def added_to(self, h: Hypothesis, amounts: Array, shape: Shape) -> Hypothesis:
         values = self._values(h, shape)

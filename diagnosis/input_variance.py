@@ -4,6 +4,8 @@ Friction is known as well as the speed is. Where a motor is about to turn round,
 second: the error of the speed, which motor_speeds.py leaves, becomes one of the force for a few rows.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,19 +21,33 @@ _MAX_INERTIA_HZ = 30.0
 """up to which motor angles are followed, and rounding shows in the acceleration"""
 
 
-def friction_slope(machine: Machine, s: Signals, tension: Array) -> Array:
-    """Change of friction with speed, mean over each row, (T, M), N s/rad; tension: (T, M), N, under which motors rub."""
-    return machine.friction_slope(motor_motion(s, tension)).mean(axis=0)
+@dataclass(frozen=True)
+class FrictionSlopes:
+    """Change of friction with the motors' motion, in the mean over each row, (T, M)."""
+
+    by_speed: Array
+    """N s/rad"""
+    by_path: Array
+    """by the angle, as bristles bend, N/rad"""
+
+    @classmethod
+    def of(cls, machine: Machine, s: Signals, tension: Array) -> "FrictionSlopes":
+        """On a recording; tension: (T, M), N, under which motors rub."""
+        at = motor_motion(s, machine, tension)
+        return cls(machine.friction_slope(at).mean(axis=0), machine.friction_by_path(at).mean(axis=0))
 
 
-def input_variance(s: Signals, slope: Array) -> Array:
-    """Variance of every channel's rows by the error of friction, (C, S), N^2 and (N m)^2; slope as `friction_slope` gives it."""
+def input_variance(s: Signals, slopes: FrictionSlopes) -> Array:
+    """Variance of every channel's rows by the error of friction, (C, S), N^2 and (N m)^2."""
     density = s.speeds.error_density(_HERTZ, s.step) * np.gradient(_HERTZ)[:, None]
     lever = (s.Z[s.low_pass.kept] ** 2).transpose(1, 2, 0)
     motor = np.zeros(lever.shape[1:])
     for hertz, variance in zip(_HERTZ, density, strict=True):
         phase = 2 * np.pi * hertz * s.time
-        waves = np.stack([slope.T * np.cos(phase), slope.T * np.sin(phase)])
+        by_speed, by_path = slopes.by_speed.T, slopes.by_path.T / (2 * np.pi * hertz)
+        waves = np.stack(
+            [by_speed * np.cos(phase) + by_path * np.sin(phase), by_speed * np.sin(phase) - by_path * np.cos(phase)]
+        )
         motor = motor + variance[:, None] * np.sum(s.low_pass(waves) ** 2, axis=0)
     return np.concatenate([motor, np.einsum("nms,ms->ns", lever, motor)])
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.hypothesis import BASE_LAWS, Hypothesis
-from diagnosis.input_variance import friction_slope, input_variance
+from diagnosis.input_variance import FrictionSlopes, input_variance
 from identification.dataset.dataset import DataSet
 from identification.instruments import instrument_signals
 from identification.residual_sensitivity import ResidualSensitivity
@@ -34,8 +34,8 @@ class RecordingLinearisation:
     """the laws' forces on `motor_signals`"""
     tension: Array
     """(T, M), N, under which motors rub"""
-    friction_slope: Array
-    """(T, M), N s/rad, by which the error of motor speeds becomes one of friction"""
+    friction_slopes: FrictionSlopes
+    """by which the error of motor speeds becomes one of friction"""
     input_variance: Array
     """(C, S), variance of rows beyond noise, by that error"""
     sensitivity: ResidualSensitivity
@@ -89,7 +89,7 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
     tension = motor_forces.drive - s.inertial
     vision_forces = law_forces_at(s, u, p, recording, tension)
     values = u.values(p, recording)
-    slope = friction_slope(Machine(s.arm, u.laws, values), s, tension)
+    slopes = FrictionSlopes.of(Machine(s.arm, u.laws, values), s, tension)
     return RecordingLinearisation(
         hypothesis=h,
         signals=s,
@@ -97,8 +97,8 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
         forces=vision_forces,
         motor_forces=motor_forces,
         tension=tension,
-        friction_slope=slope,
-        input_variance=input_variance(s, slope),
+        friction_slopes=slopes,
+        input_variance=input_variance(s, slopes),
         sensitivity=ResidualSensitivity(s, u, p, recording),
         rows=ResidualRows(residuals_of(s, vision_forces), residual_rows(motor_signals, u, p, recording).jacobian),
         laws=u.laws,

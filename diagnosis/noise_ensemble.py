@@ -4,7 +4,7 @@ The state as estimated stands for the truth. What smoothing takes away from it, 
 draws; what the base model cannot say is not. That is the floor which a true model would reach.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from diagnosis.input_variance import residuals_of_friction, residuals_of_inertia
-from diagnosis.linearisation import Linearisation, corrected_signals
+from diagnosis.linearisation import Linearisation, RecordingLinearisation, corrected_signals
 from identification.dataset.dataset import DataSet
 from identification.dataset.frames import FrameAngles, spline_through_frames
 from identification.dataset.series import Series, numbered_columns
 from identification.fitting import segment_starts
 from identification.motor_speeds import with_motor_speeds
-from identification.residuals import forces_of_other_cables, law_forces_at, residuals_of
+from identification.residuals import forces_of_other_cables, law_forces_at, mean_friction, residuals_of
 from identification.whitening import Whitener, fit_whitener
 from mechanism.machine import Machine
 from state_estimation.state import VisionState, estimate_by_vision
@@ -104,9 +104,20 @@ def _drawn_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> l
         )
         s = recording.signals
         steady = [d - noise_free + residuals_of_inertia(s, rng) for d in noisy]
-        friction = [residuals_of_friction(s, recording.friction_slope * error) for error in s.speeds.errors]
+        friction = [residuals_of_friction(s, error) for error in _friction_errors(recording)]
         out.append(list(zip(steady, friction, strict=True)))
     return out
+
+
+def _friction_errors(at: RecordingLinearisation) -> Iterator[Array]:
+    """What each draw of the motors' speeds changes of friction, (T, M), N."""
+    s, machine = at.signals, Machine(at.signals.arm, at.laws, at.values)
+    for error in s.speeds.errors:
+        if machine.remembers_path:
+            drawn = replace(s, speeds=replace(s.speeds, mean=s.speeds.mean + error))
+            yield mean_friction(drawn, machine, at.tension) - mean_friction(s, machine, at.tension)
+        else:
+            yield at.friction_slopes.by_speed * error.mean(axis=0)
 
 
 def noise_loss(noise: list[list[Array]], at: Linearisation, whiten: Whitener) -> float:

@@ -14,6 +14,8 @@ from mechanism.cable_lengths import Z
 
 Array = NDArray[np.float64]
 
+_BENDS_SHOWN = 6.0
+"""widths of the bristles: up to there the picture goes after each reversal"""
 _CROSSINGS_SHOWN = 4.0
 """times the travel in which a motor crosses its play: up to there the picture goes after each reversal"""
 
@@ -67,16 +69,27 @@ def _tension_beyond_recent(recording: RecordingLinearisation, place: int) -> Arr
     return s.low_pass(tension - recent)
 
 
-def _travel_since_reversal(recording: RecordingLinearisation, place: int) -> Array:
-    """Cable that a motor wound or gave since it last turned round, m; NaN where that is far behind it."""
+def _angle_since_reversal(recording: RecordingLinearisation, place: int) -> Array:
+    """Angle that a motor has turned since it last turned round, rad."""
     s = recording.signals
     theta = s.theta[s.low_pass.kept, place]
     forward = s.theta_d[s.low_pass.kept, place] > 0
     turned = np.append(True, forward[1:] != forward[:-1])
     last = np.maximum.accumulate(np.where(turned, np.arange(len(theta)), 0))
-    travel = float(s.arm.drum[place]) * np.abs(theta - theta[last])
+    return np.abs(theta - theta[last])
+
+
+def _travel_since_reversal(recording: RecordingLinearisation, place: int) -> Array:
+    """Cable that a motor wound or gave since it last turned round, m; NaN where that is far behind it."""
+    travel = float(recording.signals.arm.drum[place]) * _angle_since_reversal(recording, place)
     crossing = 2 * abs(float(recording.values["play"][place])) * float(recording.values["pb"][0])
     return np.where(travel <= _CROSSINGS_SHOWN * crossing, travel, np.nan)
+
+
+def _bend_since_reversal(recording: RecordingLinearisation, place: int) -> Array:
+    """The motor's angle since it last turned round, rad; NaN where its bristles have long bent."""
+    angle, widths = _angle_since_reversal(recording, place), recording.values["wp"]
+    return np.where(angle <= _BENDS_SHOWN * widths[place % len(widths)], angle, np.nan)
 
 
 def _drum_turns(recording: RecordingLinearisation) -> Array:
@@ -104,6 +117,7 @@ TENSION_BEYOND_RECENT = ShownBy("motor", "tension beyond its recent mean", "N", 
 ELONGATION = ShownBy("motor", "elongation that the camera sees", "m", _filtered(lambda r: r.signals.x + r.x0))
 CABLE_RATE = ShownBy("motor", "rate of the cable by the joints", "m/s", _filtered(_cable_rate_by_joints))
 REVERSALS = ShownBy("motor", "travel since the motor turned round", "m", _travel_since_reversal, along_motion=True)
+BENDING = ShownBy("motor", "angle since the motor turned round", "rad", _bend_since_reversal, along_motion=True)
 DRUM_TURNS = ShownBy("motor", "turns of the drum", "turns", _filtered(_drum_turns))
 JOINT_ANGLE = ShownBy("joint", "angle of the joint", "rad", _filtered(lambda r: r.signals.alpha))
 JOINT_SPEED = ShownBy("joint", "speed of the joint", "rad/s", _filtered(lambda r: r.signals.alpha_d))

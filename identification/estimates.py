@@ -12,11 +12,11 @@ from identification.fitting import FitSolution, fit_by_least_squares, fit_laws
 from identification.identifiability import Identifiability, durbin_wu_hausman, judge_identifiability, term_label
 from identification.model_file import Model, model_of
 from identification.motor_speeds import with_motor_speeds
+from identification.residuals import mean_friction
 from identification.signals import Signals, signals_of
 from identification.unknowns import Unknowns, terms_of, unknowns
 from mechanism.arm import Arm
 from mechanism.elasticity import ElasticModel
-from mechanism.laws import MotorMotion
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
@@ -266,7 +266,7 @@ def _check_tension(signals: Sequence[Signals], u: Unknowns, solution: FitSolutio
     values = u.values(solution.p)
     tensions = []
     for s in signals:
-        friction = Machine(s.arm, u.laws, values).friction(MotorMotion(s.theta_d, np.zeros_like(s.theta_d), s.wrap))
+        friction = mean_friction(s, Machine(s.arm, u.laws, values), np.zeros_like(s.theta_d))
         tensions.append((s.f - s.inertial - friction)[s.low_pass.kept])
     tension = np.concatenate(tensions)
     wrong = np.mean(tension < -_PUSH_N, axis=0) > _PUSH_SHARE

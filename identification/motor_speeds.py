@@ -96,8 +96,8 @@ def motor_speeds(
     for _ in range(draws):
         counted = angles[::STEPS_PER_ROW] + count * rng.uniform(-0.5, 0.5, theta.shape)
         drawn = drive.smoothed(angles, counted, sigma, cutoff)
-        errors.append((_half_row_speeds(drawn, step) - mean).mean(axis=0))
-    return HalfRowSpeeds(mean, cutoff, sigma, np.array(errors).reshape(draws, *theta.shape))
+        errors.append(_half_row_speeds(drawn, step) - mean)
+    return HalfRowSpeeds(mean, cutoff, sigma, np.array(errors).reshape(draws, *mean.shape))
 
 
 def _half_row_speeds(angles: Array, step: float) -> Array:
@@ -155,7 +155,8 @@ class _Drive:
         return (net[:-1] + net[1:]) / 2 - self.inertia * np.diff(angles, 2, axis=0) / self.length**2
 
     def _turning(self, angles: Array) -> MotorMotion:
-        return replace(self.rubs, theta_d=np.diff(angles, axis=0) / self.length)
+        memory = self.machine.memory_on_path(angles) if self.machine.remembers_path else self.rubs.memory
+        return replace(self.rubs, theta_d=np.diff(angles, axis=0) / self.length, memory=memory)
 
     def smoothed(self, start: Array, measured: Array, sigma: Array, cutoff: Array) -> Array:
         """Angles (G, M), rad, by Gauss and Newton's steps from `start`; measured: at the rows, (T, M), rad."""
@@ -163,11 +164,16 @@ class _Drive:
         # a motor whose tension alone counts follows its angles up to the cutoff: |inertia w^4|^2 roughness = 1 / (sigma^2 row)
         root = np.sqrt(self.length / (sigma**2 * row)) / ((2 * np.pi * cutoff) ** 4 * self.inertia) / self.length**2
         for _ in range(_MAX_ITERATIONS):
-            slope = self.machine.friction_slope(self._turning(angles)) / self.length
+            turning = self._turning(angles)
+            by_speed = self.machine.friction_slope(turning) / self.length
+            by_path = self.machine.friction_by_path(turning) / 2
+            by_start, by_end = by_path - by_speed, by_path + by_speed
             rough = root * np.diff(self.tension(angles), 2, axis=0)
             change = np.empty_like(angles)
             for j in range(angles.shape[1]):
-                by_angles = root[j] * _roughness_by_angles(slope[:, j], self.inertia[j] / self.length**2)
+                by_angles = root[j] * _roughness_by_angles(
+                    by_start[:, j], by_end[:, j], self.inertia[j] / self.length**2
+                )
                 change[:, j] = _step(by_angles, rough[:, j], measured[:, j] - angles[::STEPS_PER_ROW, j], sigma[j])
             angles = angles + change
             if np.abs(np.diff(change, axis=0)).max() < _TOLERANCE_RAD_S * self.length:
@@ -175,13 +181,14 @@ class _Drive:
         return angles
 
 
-def _roughness_by_angles(slope: Array, inertia: float) -> Array:
+def _roughness_by_angles(by_start: Array, by_end: Array, inertia: float) -> Array:
     """Derivatives of the tension's second differences by the five angles that each depends on, (5, G - 4).
 
-    slope: of friction by the angle that ends each step, (G - 1,); inertia: Ia (R/rd) over the step squared.
+    by_start, by_end: slopes of friction by the angle where each step begins and ends, (G - 1,); inertia: Ia (R/rd) over the step
+    squared.
     """
     by_angles = np.stack(
-        [slope[:-1] / 2 - inertia, 2 * inertia - (slope[:-1] - slope[1:]) / 2, -slope[1:] / 2 - inertia]
+        [-by_start[:-1] / 2 - inertia, 2 * inertia - (by_end[:-1] + by_start[1:]) / 2, -by_end[1:] / 2 - inertia]
     )
     out = np.zeros((5, by_angles.shape[1] - 2))
     for place, weight in enumerate((1.0, -2.0, 1.0)):

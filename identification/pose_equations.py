@@ -114,6 +114,7 @@ class PoseEquations:
             rows.theta / arm.gear,
             rows.f,
             (rows.time - rows.time[0])[:, None],
+            memory=machine.memory_about_rows(rows.theta),
         )
         acting = machine.acting_force(rows.f, rows.step)
         forces = acting - machine.friction(turning) - arm.motor_inertia / arm.drum * rows.theta_dd - tension

@@ -68,7 +68,7 @@ def law_forces(
     pull = _pull(s, machine, x0, z)
     return LawForces(
         acting=machine.acting_force(delayed_forces(s, delay), s.step),
-        friction=_mean_friction(s, machine, pull if tension is None else tension),
+        friction=mean_friction(s, machine, pull if tension is None else tension),
         pull=pull,
         resistance=np.broadcast_to(machine.resistance(joint_motion(s)), s.alpha_d.shape),
     )
@@ -90,8 +90,8 @@ def forces_of_moved_law(
     after = {**values, **moved}
     overridden = {name for name in _METHODS if _overrides(law_named(law), name)}
     machine = Machine(s.arm, names, after)
-    if overridden == {"friction"}:
-        return replace(base, friction=_mean_friction(s, machine, base.pull if tension is None else tension))
+    if "friction" in overridden and overridden <= {"friction", "memory_rate"}:
+        return replace(base, friction=mean_friction(s, machine, base.pull if tension is None else tension))
     if overridden == {"resistance"}:
         return replace(base, resistance=np.broadcast_to(machine.resistance(joint_motion(s)), s.alpha_d.shape))
     if overridden == {"acting_force"}:
@@ -119,7 +119,7 @@ def _with_other_pull(
     """Forces where cables pull otherwise; tension: (T, M), N, under which motors rub all the same."""
     if tension is not None or not machine.rubs_under_tension:
         return replace(base, pull=pull)
-    return replace(base, pull=pull, friction=_mean_friction(s, machine, pull))
+    return replace(base, pull=pull, friction=mean_friction(s, machine, pull))
 
 
 def _pull(s: Signals, machine: Machine, x0: Array, z: Array | None = None) -> Array:
@@ -132,8 +132,9 @@ def _overrides(law: Law, method: str) -> bool:
     return getattr(type(law), method) is not getattr(Law, method)
 
 
-def _mean_friction(s: Signals, machine: Machine, tension: Array) -> Array:
-    turning = motor_motion(s, tension)
+def mean_friction(s: Signals, machine: Machine, tension: Array) -> Array:
+    """Friction of the motors in the mean over each row, (T, M), N; tension: (T, M), N, under which they rub."""
+    turning = motor_motion(s, machine, tension)
     return np.broadcast_to(machine.friction(turning), s.speeds.mean.shape).mean(axis=0)
 
 
@@ -141,11 +142,15 @@ def friction_by_tension(s: Signals, machine: Machine, tension: Array) -> Array:
     """Change of friction by a newton more than a tension (T, M), N, under which motors rub: (T, M)."""
     if not machine.rubs_under_tension:
         return np.zeros_like(tension)
-    return _mean_friction(s, machine, np.maximum(tension, 0.0) + 1.0) - _mean_friction(s, machine, tension)
+    return mean_friction(s, machine, np.maximum(tension, 0.0) + 1.0) - mean_friction(s, machine, tension)
 
 
-def motor_motion(s: Signals, tension: Array) -> MotorMotion:
+def motor_motion(s: Signals, machine: Machine, tension: Array) -> MotorMotion:
     """The motion of a recording's motors, at several speeds within each row; tension: (T, M), N, under which they rub."""
+    memory = np.zeros(())
+    if machine.remembers_path:
+        path = s.speeds.path(s.step)
+        memory = machine.memory_on_path(path).reshape(len(s.time), 2, s.arm.M, machine.states).swapaxes(0, 1)
     return MotorMotion(
         s.speeds.mean,
         np.maximum(tension, 0.0),
@@ -155,6 +160,7 @@ def motor_motion(s: Signals, tension: Array) -> MotorMotion:
         s.f,
         s.since_began[:, None],
         s.arm,
+        memory,
     )
 
 

@@ -25,6 +25,10 @@ class LawDerivatives:
     pull_by_memory: Array
     friction_by_speed: Array
     friction_by_tension: Array
+    friction_by_memory: Array
+    """of laws that remember the path, as is the next"""
+    memory_rate_by_speed: Array
+    """by the motor's"""
     resistance_by_speed: Array
     memory_rate_by_x: Array
     memory_rate_by_x_d: Array
@@ -44,15 +48,16 @@ def law_derivatives(
     def memory_rate(x: Array, x_d: Array, z: Array) -> Array:
         return machine.memory_rate(replace(at, x=x, x_d=x_d), z)
 
-    def friction(theta_d: Array, t: Array) -> Array:
-        return machine.friction(replace(motors, theta_d=theta_d, tension=t))
+    def friction(theta_d: Array, t: Array, z: Array) -> Array:
+        return machine.friction(replace(motors, theta_d=theta_d, tension=t, memory=z))
 
     x, x_d, theta_d = at.x, at.x_d, motors.theta_d
     pull_0 = pull(x, x_d, z)
     taut = pull_0 > 0
     t = pull_0 * taut
-    friction_0 = friction(theta_d, t)
+    friction_0 = friction(theta_d, t, z)
     pull_by_memory = memory_rate_by_memory = memory_rate_by_x = memory_rate_by_x_d = np.zeros(z.shape)
+    friction_by_memory = memory_rate_by_speed = np.zeros(z.shape)
     if machine.states:
         by_each = [
             taut * (pull(x, x_d, z + STEP_MEMORY * unit) - pull_0) / STEP_MEMORY for unit in np.eye(machine.states)
@@ -62,14 +67,22 @@ def law_derivatives(
         memory_rate_by_memory = (memory_rate(x, x_d, z + STEP_MEMORY) - memory_rate_0) / STEP_MEMORY
         memory_rate_by_x = (memory_rate(x + STEP_M, x_d, z) - memory_rate_0) / STEP_M
         memory_rate_by_x_d = (memory_rate(x, x_d + STEP_M_S, z) - memory_rate_0) / STEP_M_S
+    if machine.remembers_path:
+        by_each = [(friction(theta_d, t, z + STEP_MEMORY * unit) - friction_0) for unit in np.eye(machine.states)]
+        friction_by_memory = np.stack(np.broadcast_arrays(*by_each), axis=-1) / STEP_MEMORY
+        faster_drums = replace(at, travel_d=at.travel_d + STEP_MOTOR_RAD_S * machine.arm.drum)
+        by_speed = (machine.memory_rate(faster_drums, z) - machine.memory_rate(at, z)) / STEP_MOTOR_RAD_S
+        memory_rate_by_speed = np.where(friction_by_memory != 0, by_speed, 0.0)
     faster = replace(joints, alpha_d=joints.alpha_d + STEP_JOINT_RAD_S)
     resistance_by_speed = (machine.resistance(faster) - machine.resistance(joints)) / STEP_JOINT_RAD_S
     return LawDerivatives(
         pull_by_x=taut * (pull(x + STEP_M, x_d, z) - pull_0) / STEP_M,
         pull_by_x_d=taut * (pull(x, x_d + STEP_M_S, z) - pull_0) / STEP_M_S,
         pull_by_memory=pull_by_memory,
-        friction_by_speed=(friction(theta_d + STEP_MOTOR_RAD_S, t) - friction_0) / STEP_MOTOR_RAD_S,
-        friction_by_tension=(friction(theta_d, t + STEP_N) - friction_0) / STEP_N,
+        friction_by_speed=(friction(theta_d + STEP_MOTOR_RAD_S, t, z) - friction_0) / STEP_MOTOR_RAD_S,
+        friction_by_tension=(friction(theta_d, t + STEP_N, z) - friction_0) / STEP_N,
+        friction_by_memory=friction_by_memory,
+        memory_rate_by_speed=memory_rate_by_speed,
         resistance_by_speed=np.broadcast_to(resistance_by_speed, joints.alpha_d.shape),
         memory_rate_by_x=memory_rate_by_x,
         memory_rate_by_x_d=memory_rate_by_x_d,

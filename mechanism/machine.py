@@ -9,8 +9,8 @@ import numpy as np
 from mechanism.arm import Arm, Array
 from mechanism.laws import CableMotion, JointMotion, Law, MotorMotion, law_named
 
-SPEED_STEP_RAD_S = 1e-3
-"""of the differences for friction's slope"""
+SPEED_STEP_RAD_S, _PATH_STEP_RAD = 1e-3, 1e-6
+"""of the differences for friction's slopes"""
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,12 @@ class Machine:
         return sum(law.states for law in self.laws)
 
     @cached_property
+    def _parts(self) -> tuple[tuple[Law, slice], ...]:
+        """The laws, each with the place of its memory variables among those of all."""
+        ends = np.cumsum([law.states for law in self.laws]).tolist()
+        return tuple((law, slice(end - law.states, end)) for law, end in zip(self.laws, ends, strict=True))
+
+    @cached_property
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the memory variables, (states,) each."""
         bound = np.array([law.memory_bound for law in self.laws for _ in range(law.states)])
@@ -46,6 +52,11 @@ class Machine:
             for _ in range(law.states)
         ]
         return np.stack([np.broadcast_to(start, self.arm.M) for start in starts], axis=-1)
+
+    @property
+    def remembers_path(self) -> bool:
+        """Whether friction depends on memory variables."""
+        return any(law.remembers_path for law in self.laws)
 
     @property
     def rubs_under_tension(self) -> bool:
@@ -76,7 +87,23 @@ class Machine:
 
     def friction(self, at: MotorMotion) -> Array:
         """Force that friction takes from each motor's command, (..., M), N."""
-        return sum((law.friction(self.values, at) for law in self.laws), start=np.zeros(()))
+        total = np.zeros(())
+        for law, part in self._parts:
+            own = replace(at, memory=at.memory[..., part]) if law.remembers_path else at
+            total = total + law.friction(self.values, own)
+        return total
+
+    def memory_on_path(self, theta: Array) -> Array:
+        """Means of the memory variables on which friction depends, over the steps of a path of motor angles (T, M), rad.
+
+        Shape (T - 1, M, states); variables of other laws are zero."""
+        return np.concatenate([law.memory_on_path(self.values, theta) for law in self.laws], axis=-1)
+
+    def memory_about_rows(self, theta: Array) -> Array:
+        """`memory_on_path` from the middle before each row to the middle after it, (T, M, states); theta: at rows, (T, M), rad."""
+        if not self.remembers_path:
+            return np.zeros((*theta.shape, self.states))
+        return self.memory_on_path(np.concatenate([theta[:1], (theta[:-1] + theta[1:]) / 2, theta[-1:]]))
 
     def friction_slope(self, at: MotorMotion) -> Array:
         """Change of that force with the speed, (..., M), N s/rad, by differences."""
@@ -85,26 +112,32 @@ class Machine:
         )
         return np.broadcast_to((high - low) / (2 * SPEED_STEP_RAD_S), at.theta_d.shape)
 
+    def friction_by_path(self, at: MotorMotion) -> Array:
+        """Change of that force with the motor's angle by what it remembers of its path, (..., M), N/rad."""
+        if not self.remembers_path:
+            return np.zeros(at.theta_d.shape)
+        direction, still = np.sign(at.theta_d), np.zeros_like(at.theta_d)
+        turning = CableMotion(still, still, still, self.arm, self.arm.drum * direction)
+        further = _PATH_STEP_RAD * direction[..., None] * self.memory_rate(turning, at.memory)
+        return (self.friction(replace(at, memory=at.memory + further)) - self.friction(at)) / _PATH_STEP_RAD
+
     def tension(self, at: CableMotion, z: Array) -> Array:
         """Tension of each cable, (..., M), N, never below zero: a cable cannot push; z (..., M, states)."""
         return np.maximum(self.pull(at, z), 0.0)
 
     def pull(self, at: CableMotion, z: Array) -> Array:
         """Tension of each cable as if it could push, (..., M), N; z (..., M, states)."""
-        total, first = np.zeros(()), 0
-        for law in self.laws:
-            total = total + law.pull(self.values, at, z[..., first : first + law.states])
-            first += law.states
+        total = np.zeros(())
+        for law, part in self._parts:
+            total = total + law.pull(self.values, at, z[..., part])
         return total
 
     def memory_rate(self, at: CableMotion, z: Array) -> Array:
         """Rate of the cables' memory variables, (..., M, states)."""
-        out, first = np.empty_like(z, shape=np.broadcast_shapes(z.shape, (*at.x.shape, self.states))), 0
-        for law in self.laws:
+        out = np.empty_like(z, shape=np.broadcast_shapes(z.shape, (*at.x.shape, self.states)))
+        for law, part in self._parts:
             if law.states:
-                part = slice(first, first + law.states)
                 out[..., part] = law.memory_rate(self.values, at, z[..., part])
-                first += law.states
         return out
 
     def resistance(self, at: JointMotion) -> Array:

@@ -81,6 +81,8 @@ class _Elimination:
 
     memory_by_x_d: Array
     """change of the memory by that of x', (M, B, states)"""
+    memory_by_speed: Array
+    """change of the memory by that of the motor's speed, (M, B, states)"""
     tension_by_x_d: Array
     """change of the tension by that of x', memory included, (M, B)"""
     motor_inertia: Array
@@ -122,10 +124,11 @@ class _HeldSystem:
             x, x_d, pose.cables.length, arm, self.drum * theta_d, pose.theta / arm.gear, pose.theta, pose.time
         )
 
-    def motor_motion(self, theta_d: Array, tension: Array) -> MotorMotion:
+    def motor_motion(self, theta_d: Array, tension: Array, memory: Array) -> MotorMotion:
         """At the held angles; where motors turn as given their friction is not asked for."""
         pose, force, arm = self.pose, self.motors.value, self.machine.arm
-        return MotorMotion(theta_d, tension, pose.cables.wrap, pose.theta, pose.theta / arm.gear, force, pose.time, arm)
+        drum_angle = pose.theta / arm.gear
+        return MotorMotion(theta_d, tension, pose.cables.wrap, pose.theta, drum_angle, force, pose.time, arm, memory)
 
     def joint_motion(self, alpha_d: Array) -> JointMotion:
         """At the held angles."""
@@ -139,7 +142,7 @@ class _HeldSystem:
         torque = cables.torque(t) - terms.c - terms.g - machine.resistance(self.joint_motion(c.speed[self.joint_rows]))
         theta_dd = self.motors.value
         if not self.motors.is_acceleration:
-            friction = machine.friction(self.motor_motion(theta_d, t))
+            friction = machine.friction(self.motor_motion(theta_d, t, c.memory))
             theta_dd = self.motor_lightness * (self.motors.value - friction - t)
         return _Rates(torque, theta_dd, machine.memory_rate(at, c.memory) if machine.states else c.memory)
 
@@ -147,8 +150,9 @@ class _HeldSystem:
         """w: 1/(gamma h), 1/s."""
         cables, lightness = self.pose.cables, self.motor_lightness
         memory_by_x_d = (k.memory_rate_by_x / w + k.memory_rate_by_x_d) / (w - k.memory_rate_by_memory)
-        tension_by_x_d = k.pull_by_x / w + k.pull_by_x_d + _tension_of_memory(k, memory_by_x_d)
-        motor_inertia = w + lightness * k.friction_by_speed
+        tension_by_x_d = k.pull_by_x / w + k.pull_by_x_d + _of_memory(k.pull_by_memory, memory_by_x_d)
+        memory_by_speed = k.memory_rate_by_speed / (w - k.memory_rate_by_memory)
+        motor_inertia = w + lightness * (k.friction_by_speed + _of_memory(k.friction_by_memory, memory_by_speed))
         motor_by_tension = lightness * (1 + k.friction_by_tension) / motor_inertia
         share = 1 / (1 + self.drum * motor_by_tension * tension_by_x_d)
         A = w * self.pose.terms.M + np.einsum("ikb,jkb->ijb", cables.Z * (tension_by_x_d * share), cables.Z)
@@ -156,6 +160,7 @@ class _HeldSystem:
         A[diagonal, diagonal] += k.resistance_by_speed
         return _Elimination(
             memory_by_x_d=memory_by_x_d,
+            memory_by_speed=memory_by_speed,
             tension_by_x_d=tension_by_x_d,
             motor_inertia=motor_inertia,
             motor_by_tension=motor_by_tension,
@@ -175,13 +180,16 @@ class _HeldSystem:
             theta_dd = theta_dd + before.speed[self.motor_rows]
         x_change = place_d[self.cable_rows] / w
         memory = (memory_d + k.memory_rate_by_x * x_change[..., None]) / (w - k.memory_rate_by_memory)
-        tension = k.pull_by_x * x_change + _tension_of_memory(k, memory)
-        free_motors = theta_dd / e.motor_inertia - e.motor_by_tension * tension
+        tension = k.pull_by_x * x_change + _of_memory(k.pull_by_memory, memory)
+        rubbed = theta_dd - self.motor_lightness * _of_memory(k.friction_by_memory, memory)
+        free_motors = rubbed / e.motor_inertia - e.motor_by_tension * tension
         held_torque = cables.torque(tension + e.tension_by_x_d * e.share * self.drum * free_motors)
         joints_d = ldl_solve(e.factors, torque + held_torque)
         x_d = e.share * cables.stretch(self.drum, joints_d, free_motors)
-        speed_change = np.concatenate([joints_d, free_motors - e.motor_by_tension * e.tension_by_x_d * x_d, x_d])
-        return _Coordinates((place_d + speed_change) / w, speed_change, memory + e.memory_by_x_d * x_d[..., None])
+        motors_d = free_motors - e.motor_by_tension * e.tension_by_x_d * x_d
+        speed_change = np.concatenate([joints_d, motors_d, x_d])
+        memory = memory + e.memory_by_x_d * x_d[..., None] + e.memory_by_speed * motors_d[..., None]
+        return _Coordinates((place_d + speed_change) / w, speed_change, memory)
 
 
 def rosenbrock_step(
@@ -190,7 +198,7 @@ def rosenbrock_step(
     """The state h seconds later; machine in batch layout, rest_length l(0) (M, B), m."""
     system = _HeldSystem(machine, pose, motors)
     at = system.coordinates(start, rest_length)
-    motors_at = system.motor_motion(start.theta_d, np.zeros(()))
+    motors_at = system.motor_motion(start.theta_d, np.zeros(()), at.memory)
     k = law_derivatives(machine, system.cable_motion(at), at.memory, motors_at, system.joint_motion(start.alpha_d))
     w = 1 / (GAMMA * h)
     elimination = system.eliminated(k, w)
@@ -210,9 +218,9 @@ def rosenbrock_step(
     return BatchState(place[joints], speed[joints], place[cable_motors], speed[cable_motors], memory)
 
 
-def _tension_of_memory(k: LawDerivatives, memory: Array) -> Array:
-    """Change of the tension (M, B) with that of the memory (M, B, states)."""
-    return np.sum(k.pull_by_memory * memory, axis=-1) if memory.shape[-1] else np.zeros(())
+def _of_memory(slope: Array, memory: Array) -> Array:
+    """Change of a force (M, B) with that of the memory, by its slope; both (M, B, states)."""
+    return np.sum(slope * memory, axis=-1) if memory.shape[-1] else np.zeros(())
 
 
 def _combined(weights: Sequence[float], stages: Sequence[_Coordinates]) -> _Coordinates:

@@ -57,7 +57,7 @@ class GivenAngles:
         drum_angle, force = state.theta / machine.arm.gear, without
         for _ in range(_FORCE_PASSES if machine.follows_force else 1):
             force = without + machine.friction(
-                MotorMotion(state.theta_d, t, wrap, state.theta, drum_angle, force, time, machine.arm)
+                MotorMotion(state.theta_d, t, wrap, state.theta, drum_angle, force, time, machine.arm, state.memory)
             )
         return force
 

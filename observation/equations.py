@@ -109,7 +109,7 @@ def _formed(
     x_d = arm.drum * theta_d - _sum([cables.Z[i] * alpha_d[i] for i in range(layout.N)])
     at = CableMotion(x, x_d, cables.length, arm, arm.drum * theta_d, theta / arm.gear, theta, since)
     tension = machine.tension(at, z) + 0.0 * x
-    turning = MotorMotion(theta_d, tension, cables.wrap, theta, theta / arm.gear, f, since, arm)
+    turning = MotorMotion(theta_d, tension, cables.wrap, theta, theta / arm.gear, f, since, arm, z)
     resistance = machine.resistance(JointMotion(alpha, alpha_d, since))
     torque = -k.g - resistance + _sum([cables.Z[:, j] * tension[j] for j in range(layout.M)])
     lightness = arm.drum / arm.motor_inertia
@@ -132,7 +132,7 @@ def _check_laws(machine: Machine) -> None:
         try:
             law.pull(machine.values, at, z)
             law.memory_rate(machine.values, at, z)
-            turning = MotorMotion(cable, cable, cable, cable, cable, cable, cable, machine.arm)
+            turning = MotorMotion(cable, cable, cable, cable, cable, cable, cable, machine.arm, z)
             law.friction(machine.values, turning)
             law.resistance(machine.values, JointMotion(joint, joint, joint))
         except Untraceable as error:

@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.bristles import BEND_WIDTHS_RAD, mean_bend
 from identification.filters import first_order_lag, low_pass
 from mechanism.arm import Arm
+from mechanism.bristles import BEND_WIDTHS_RAD, mean_bend
 from mechanism.friction import CM
 from state_estimation.motors import Motors
 

@@ -26,7 +26,12 @@ class HalfRowSpeeds:
     rounding: Array
     """standard deviation of each motor's counted angle, (M,), rad"""
     errors: Array
-    """draws of the error of the rows' mean speed, (D, T, M), rad/s"""
+    """draws of the error of `mean`, (D, 2, T, M), rad/s"""
+
+    def path(self, step: float) -> Array:
+        """Angles at the ends of the half rows, (2 T + 1, M), rad, from zero on, of rows `step` s apart."""
+        speeds = self.mean.swapaxes(0, 1).reshape(-1, self.mean.shape[2])
+        return np.concatenate([np.zeros_like(speeds[:1]), np.cumsum(speeds, axis=0) * step / 2])
 
     def error_density(self, hertz: Array, step: float) -> Array:
         """One-sided density of the speeds' error, (K, M), (rad/s)^2/Hz, at frequencies (K,), of rows `step` s apart."""
@@ -50,5 +55,5 @@ def unrefined_speeds(theta_d: Array, count: Array) -> HalfRowSpeeds:
         np.stack([theta_d.T, theta_d.T]).swapaxes(1, 2),
         np.full(len(count), UNREFINED_HZ),
         count / np.sqrt(12),
-        np.zeros((0, *theta_d.shape)),
+        np.zeros((0, 2, *theta_d.shape)),
     )

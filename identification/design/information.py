@@ -14,12 +14,11 @@ from identification.cable_memory import memory_states
 from identification.dataset.half_row_speeds import unrefined_speeds
 from identification.decimation import CUTOFF_HZ, decimating_filter
 from identification.design.trajectory import Trajectory
-from identification.residuals import cable_motion, residual_rows
+from identification.residuals import cable_motion, mean_friction, residual_rows
 from identification.signals import Signals
 from identification.unknowns import Unknowns
 from mechanism.cable_lengths import Z, lengths, wrap_angles
 from mechanism.dynamics import mass_matrix, terms
-from mechanism.laws import MotorMotion
 from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
@@ -107,7 +106,7 @@ def _arm_noise_variance(s: Signals, u: Unknowns, values: dict[str, Array], noise
     """Variance in the arm's equation by errors of smoothed angles, (N,), (N m)^2: the factor is (S - M w^2) at each frequency w."""
     rows = s.low_pass.kept[::_ROW_STRIDE]
     alpha, at_rest = s.alpha[rows], np.zeros_like(s.alpha[rows])
-    friction = Machine(s.arm, u.laws, values).friction(MotorMotion(s.theta_d, np.zeros_like(s.theta_d), s.wrap))
+    friction = mean_friction(s, Machine(s.arm, u.laws, values), np.zeros_like(s.theta_d))
     net = (s.f - s.inertial - friction)[rows]
 
     def torque(alpha: Array) -> Array:

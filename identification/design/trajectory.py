@@ -202,7 +202,8 @@ def _with_motors(
     theta_d = (x_d + np.einsum("tij,ti->tj", jacobian, alpha_d)) / arm.drum
     winding = np.einsum("tij,ti->tj", jacobian, alpha_dd) + np.einsum("tij,ti->tj", Z_dot(arm, alpha, alpha_d), alpha_d)
     theta_dd = (backward_difference(x_d, step) + winding) / arm.drum
-    friction = machine.friction(MotorMotion(theta_d, tension, wrap_angles(arm, alpha)))
+    memory = machine.memory_about_rows(theta)
+    friction = machine.friction(MotorMotion(theta_d, tension, wrap_angles(arm, alpha), memory=memory))
     f = tension + friction + arm.motor_inertia / arm.drum * theta_dd
     return Trajectory(
         machine=machine,

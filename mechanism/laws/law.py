@@ -64,6 +64,8 @@ class MotorMotion:
     """since the recording began, s"""
     arm: Arm | None = None
     """of which they are; None where angles are not told either"""
+    memory: Array = field(default_factory=_nothing)
+    """memory variables, (..., M, states): of the machine, and where a law is asked, of its own"""
 
 
 @dataclass(frozen=True)
@@ -110,6 +112,8 @@ class Law:
     """whether its friction depends on the cable's tension and on how far it is wound around pulleys"""
     follows_force: bool = False
     """whether its friction depends on what the motor is told"""
+    remembers_path: ClassVar[bool] = False
+    """whether its friction depends on memory variables, which then follow from the path of the motor's angle alone"""
     memory_bound: ClassVar[float] = np.inf
     """bound of their magnitude"""
     memory_start: ClassVar[Term | None] = None
@@ -130,6 +134,12 @@ class Law:
     def friction(self, p: Values, at: MotorMotion) -> Array:
         """Force that friction takes from the motor's command, (..., M), N."""
         return np.zeros(())
+
+    def memory_on_path(self, p: Values, theta: Array) -> Array:
+        """Means of the memory variables over the steps of a path of motor angles (T, M), rad: (T - 1, M, states).
+
+        Of a law that remembers the path; others have none to tell."""
+        return np.zeros((len(theta) - 1, theta.shape[1], self.states))
 
     def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         """Part of a cable's tension by this law, (..., M), N; z: memory variables (..., M, states)."""

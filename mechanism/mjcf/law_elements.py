@@ -29,6 +29,7 @@ REFUSALS: Mapping[str, str] = {
     "backlash": "MuJoCo has no play between two bodies without contacts",
     "cable_creep": _MEMORY,
     "cable_hysteresis": _MEMORY,
+    "presliding_friction": "MuJoCo has no element that remembers how far a motor turned since it turned round",
     "pulley_friction": "MuJoCo has no friction in proportion to the tension of a tendon",
     "youngs_modulus_in_pose": "MuJoCo has no tendon whose stiffness follows its length",
 }

@@ -117,6 +117,16 @@ def with_creep(law: Stretch, compliance: Array, tau: float) -> Stretch:
     return stretch
 
 
+def bending(force: Array, angle: Array, sharpness: float) -> Friction:
+    """For dry friction of `force` (M,), N: elements that share it, stick, give way by `angle` (E, 1), rad of the motor, then slip."""
+
+    def law(at: Running) -> Array:
+        held = [(at.theta - play(at.theta, np.broadcast_to(a, at.theta.shape[1:]))) / a for a in angle]
+        return force * (np.mean(held, axis=0) - way(at.theta_d, sharpness))
+
+    return law
+
+
 def dry_and_viscous(fs: Array, fv: Array, sharpness: float = SHARPNESS) -> Friction:
     """fs (N) with a smooth change of sign, and fv (N s/rad), both (M,)."""
     return lambda at: fs * way(at.theta_d, sharpness) + fv * at.theta_d

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.bristles import BEND_WIDTHS_RAD
 from identification.dataset.series import interpolated
 from mechanism.arm import Arm
+from mechanism.bristles import BEND_WIDTHS_RAD
 from state_estimation.elongation_law import PASSES
 from state_estimation.elongation_regressors import (
     CREEP,

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
-from identification.bristles import BEND_WIDTHS_RAD, mean_bend
 from identification.dataset.series import Series
 from identification.filters import low_pass
 from mechanism.arm import Arm
+from mechanism.bristles import BEND_WIDTHS_RAD, mean_bend
 from state_estimation.elongation_regressors import at_step_ends, friction_over_steps
 
 Array = NDArray[np.float64]

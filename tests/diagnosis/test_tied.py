@@ -15,7 +15,7 @@ def one(name: str, loss: float, numbers: int = 1, above_noise: bool = False) -> 
     stage = SimpleNamespace(
         fit=SimpleNamespace(loss=loss), surplus=loss - NOISE_LOSS, excess=SimpleNamespace(above_noise=above_noise)
     )
-    return SimpleNamespace(effect=SimpleNamespace(name=name, shape_terms=()), amounts=[0.0] * numbers), stage
+    return SimpleNamespace(effect=SimpleNamespace(name=name), number_count=numbers), stage
 
 
 def names(*tried: Any, gain: float = 1e6) -> list[str]:

@@ -1,6 +1,7 @@
 """The numbers of every law, computed by hand: where a term saturates, halves, or has its reference."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -104,6 +105,18 @@ def test_a_hardening_cables_powers_agree_at_five_millimetres(power: float) -> No
     assert pull("cable_hardening", values, cable(5e-3)) == pytest.approx(5.0, rel=1e-12)
     assert pull("cable_hardening", values, cable(10e-3)) == pytest.approx(5.0 * 2**power, rel=1e-12)
     assert pull("cable_hardening", values, cable(-5e-3)) == 0.0
+
+
+def test_presliding_friction_follows_the_bend_in_place_of_the_speed() -> None:
+    """At 4 rad/s dry friction of 1 N is (2/pi) atan 2; bristles bent by half are 0.5 N; they turn over within a few wp."""
+    values = of_cables(fp=10.0, wp=0.05) | {"cm": np.array([0.5])}
+    at = replace(motor(4.0), memory=np.full((4, 1), 0.5))
+    expected = 10.0 * (0.5 - 2 / math.pi * math.atan(2.0))
+    assert friction("presliding_friction", values, at) == pytest.approx(expected, rel=1e-12)
+    turning = cable(travel_d=0.01 * ARM.drum[0])
+    assert rate("presliding_friction", values, turning) == pytest.approx(0.2, rel=1e-12)
+    assert rate("presliding_friction", values, turning, z=1.0) == pytest.approx(0.0, abs=1e-15)
+    assert rate("presliding_friction", values, turning, z=-1.0) == pytest.approx(0.4, rel=1e-12)
 
 
 def test_hysteresis_saturates_at_its_height() -> None:
@@ -216,6 +229,8 @@ ARMS = {
     "mu": (0.0, 0.1),
     "slack": (0.0, 1.0),
     "fst": (0.0, 20.0),
+    "fp": (0.0, 50.0),
+    "wp": (0.005, 0.5),
     "vs": (3.0, 100.0),
     "ns": (0.7, 20.0),
     "xt": (0.0, 5e-3),

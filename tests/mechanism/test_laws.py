@@ -1,5 +1,7 @@
 """Each law does what its formula promises in a motion that it did not choose: work, memory, nesting."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -66,6 +68,37 @@ def test_friction_takes_power_and_never_gives(name: str) -> None:
     at = MotorMotion(theta_d, np.full((41, 4), 60.0), wrap_angles(ARM, np.zeros(3)) * np.ones((41, 4)))
     power = LAWS[name].friction(some(name), at) * theta_d
     assert power.min() >= 0 < power.max()
+
+
+def test_friction_that_bends_loses_energy_in_a_cycle_as_bristles_and_dry_friction_do() -> None:
+    """The integral of friction dtheta over a long stroke and back: twice the stroke times the force, less what bends hold back."""
+    machine = Machine(ARM, ("dry_friction", "presliding_friction"), {
+        "fs": np.full(4, 12.0), "cm": np.array([0.5]), "fp": np.full(4, 12.0), "wp": np.full(4, 0.03),
+    })  # fmt: skip
+    stroke = 3.0
+    there = np.linspace(0, stroke, 20001)
+    path = np.concatenate([there, there[-2::-1], there[1:]])[:, None] * np.ones(4)
+    speed = np.diff(path, axis=0) * 1e3
+    at = MotorMotion(speed, np.zeros(()), np.zeros(()), memory=machine.memory_on_path(path))
+    force = machine.friction(at)[:, 0]
+    once_around = slice(20000, 60000)
+    work = float(np.sum(force[once_around] * np.diff(path[:, 0])[once_around]))
+    # along each way it is 12 (1 - 2 exp(-s / w)): what is missing is 24 w
+    np.testing.assert_allclose(work, 2 * (12 * stroke - 24 * 0.03), rtol=1e-4)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_step_knows_how_friction_bends(side: float) -> None:
+    """Slopes by the memory and by the motor's speed: of fp z and of (theta' - |theta'| z) / wp."""
+    values = {name: value[:, None] for name, value in (some("presliding_friction") | {"fp": np.full(4, 9.0)}).items()}
+    length, theta_d, z = np.ones((4, 1)), np.full((4, 1), 5.0 * side), np.full((4, 1, 1), 0.25)
+    at = CableMotion(0.01 * length, 0 * length, length, ARM, ARM.drum[:, None] * theta_d)
+    machine = Machine(replace(ARM, drum=ARM.drum[:, None]), (*NAMES, "presliding_friction"), values)
+    at = replace(at, arm=machine.arm)
+    motors, joints = MotorMotion(theta_d, length, length), JointMotion(np.zeros((3, 1)), np.zeros((3, 1)))
+    found = law_derivatives(machine, at, z, motors, joints)
+    np.testing.assert_allclose(found.friction_by_memory, 9.0, rtol=1e-5)
+    np.testing.assert_allclose(found.memory_rate_by_speed, (1 - side * 0.25) / values["wp"][..., None], rtol=1e-5)
 
 
 @pytest.mark.parametrize("name", ["cable_hysteresis", "cable_creep"])

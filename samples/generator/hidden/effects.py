@@ -8,7 +8,7 @@ import numpy as np
 
 from samples.generator.hidden.kind import Draw, Hidden, Kind, numbered, rubbing, writing
 from samples.generator.hidden.slack import slackening
-from samples.generator.laws import ahead, capstan, cubic, damped, fading, maxwell_slip, toe, way, with_creep
+from samples.generator.laws import ahead, bending, capstan, cubic, damped, fading, maxwell_slip, toe, way, with_creep
 from samples.generator.prescribed import World
 from samples.generator.routes import wrap_table
 from samples.generator.taut_string import Array
@@ -44,6 +44,13 @@ def stribeck_friction(world: World, d: Draw) -> tuple[World, Hidden]:
     fb, vs = d.sized(3, 6, 4), d.rng.uniform(5, 20)
     law = fading(fb, vs, d.arm.sharpness)
     return rubbing(world, law), Hidden("stribeck_friction", "all", numbered(fb=fb) | {"vs": float(vs)})
+
+
+def presliding_friction(world: World, d: Draw) -> tuple[World, Hidden]:
+    """Dry friction of all motors bends before it slides: three elements, of which each holds a third, after another angle."""
+    force, angle = d.sized(6, 10, 4), d.rng.uniform([[0.01], [0.04], [0.1]], [[0.03], [0.08], [0.2]])
+    bends = bending(force, angle, d.arm.sharpness)
+    return rubbing(world, bends), Hidden("presliding_friction", "all", numbered(force=force))
 
 
 def viscous_friction(world: World, d: Draw) -> tuple[World, Hidden]:
@@ -213,6 +220,7 @@ CATALOGUE: dict[str, Kind] = {
         cable_creep,
         cable_slack,
         stribeck_friction,
+        presliding_friction,
         viscous_friction,
         pulley_friction,
         joint_friction,

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from identification.bristles import mean_bend
+from mechanism.bristles import mean_bend
 
 WIDTH = 0.05
 """rad"""

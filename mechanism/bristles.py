@@ -5,11 +5,9 @@ depends on the path alone, not on how fast the motor runs along it.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from identification.cable_memory import accumulated
-
-Array = NDArray[np.float64]
+from mechanism.affine_steps import accumulated
+from mechanism.arm import Array
 
 BEND_WIDTHS_RAD = (0.01, 0.04, 0.16)
 """rad of the motor: sums of bends over these come near any that motors have (docs/thresholds.md)"""
@@ -22,7 +20,7 @@ def mean_bend(theta: Array, width: float | Array) -> Array:
     """
     travel = np.diff(theta, axis=0) / width
     turned, end = -np.expm1(-np.abs(travel)), np.sign(travel)
-    bend = accumulated(np.zeros(theta.shape[1]), 1 - turned, end * turned, -np.ones(()), np.ones(()))[:-1]
+    bend = accumulated(np.zeros(theta.shape[1]), 1 - turned, end * turned)[:-1]
     # of a bend that dies away over a step, the mean over the step
     share = np.divide(turned, np.abs(travel), out=np.ones_like(travel), where=turned > 0)
     return end + (bend - end) * share
