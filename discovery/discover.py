@@ -15,6 +15,7 @@ from discovery.found_law import FoundLaw
 from discovery.problem import Candidate, Problem
 from discovery.search import MIN_BLOCKS, find_laws
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import indexed
 from xneck_foundation.unit_text import product_unit
 
 Array = NDArray[np.float64]
@@ -82,7 +83,7 @@ class Discovery:
         """For a person."""
         lines = [f"{law.words}: {law.equation}" for law in self.laws]
         for law, at in zip(self.laws, range(len(lines)), strict=True):
-            numbers = ", ".join(f"{p.name}{_index(p.index)} = {p.value:.4g} +- {p.sigma:.2g}" for p in law.parameters)
+            numbers = ", ".join(f"{indexed(p.name, p.index)} = {p.value:.4g} +- {p.sigma:.2g}" for p in law.parameters)
             lines[at] += f"\n  {numbers}"
             if law.alike:
                 lines[at] += f"\n  explains it as well: {'; '.join(other.words for other in law.alike[:3])}"
@@ -108,10 +109,6 @@ class Discovery:
             "something_remains": self.something_remains,
             "busiest_s": list(self.busiest),
         }
-
-
-def _index(index: int | None) -> str:
-    return "" if index is None else f"({index})"
 
 
 def discover(

@@ -11,6 +11,7 @@ from mechanism.machine import Machine
 from observation.pose_error import UNSEEN_X0_SIGMA_M, PoseError, pose_error, pose_model
 from observation.state_layout import StateLayout, layout_of
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import indexed
 
 Array = NDArray[np.float64]
 
@@ -143,7 +144,7 @@ def _check_identified(model: Model) -> None:
         return
     unsure = [p for p in model.parameters if p.name in ("k", "E") and not p.identified]
     if unsure or not any(p.name in ("k", "E") for p in model.parameters):
-        names = ", ".join(p.name + ("" if p.index is None else f"({p.index})") for p in unsure) or "k"
+        names = ", ".join(indexed(p.name, p.index) for p in unsure) or "k"
         raise Refused(
             "model",
             f"{names} was not identified, and without it motors do not tell where the joints are",

@@ -17,6 +17,7 @@ from observation.observer import MAX_GAP_S, Observed, Observer
 from observation.smoother import smoothed
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
+from xneck_foundation.one_line import counted
 
 Array = NDArray[np.float64]
 
@@ -82,7 +83,9 @@ def observe_log(
     if f.shape[1] != neck.M:
         raise Refused("observe", "the log holds no forces f", "log the force command of every motor")
     if start is not None and len(start) != neck.N:
-        raise Refused("observe", f"{len(start)} angles to begin with, the arm has {neck.N}", "give one for each joint")
+        raise Refused(
+            "start", f"{counted(len(start), 'angle')} for {counted(neck.N, 'joint')}", "give one for each joint"
+        )
     step_s = float(np.median(np.diff(log.time)))
     observer = Observer(neck, model, step_s)
     at_rows = _frames_at_rows(frames, log.time)

@@ -102,6 +102,7 @@ class Observer:
         self.innovation = np.zeros(self.numbers.layout.M)
         self.innovation_covariance = np.diag(self.numbers.theta_sigma**2)
 
+    @np.errstate(over="ignore", invalid="ignore")  # of a model that is no arm's: refused below as what leaves its range
     def step(
         self,
         theta: Array,
