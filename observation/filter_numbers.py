@@ -15,8 +15,6 @@ from xneck_foundation.one_line import indexed
 
 Array = NDArray[np.float64]
 
-GAMMA = 1 - 1 / np.sqrt(2)
-"""of a step: exp(z) as (1 + (1 - 2 gamma) z) / (1 - gamma z)^2, of order 2 and L-stable (Hairer and Wanner, IV.3)"""
 FRICTION_TIME_S = 0.2
 """s, for which what friction's law does not say lasts (docs/thresholds.md)"""
 POSE_TIME_S = 1.0

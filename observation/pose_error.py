@@ -6,6 +6,7 @@ is kept as a factor A(pose), (N, R), with A A^T the covariance of the angles, wh
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,14 +55,25 @@ class PoseError:
     """(features, N, R), rad"""
 
     def at(self, alpha: Array, tension: float) -> Array:
-        """A(pose), (N, R), rad."""
-        return np.tensordot(self.features(alpha, tension), self.factor, axes=1)
+        """A of the pose at angles (N,), rad, and a mean tension, N: (N, R), rad."""
+        return (self.features(alpha, tension) @ self._flat_factor).reshape(self.factor.shape[1:])
 
     def features(self, alpha: Array, tension: float) -> Array:
-        """Of one pose, (features,)."""
+        """Features of the pose at angles (N,), rad, and a mean tension, N, (features,)."""
         u = (alpha - self.middle) / self.half_range
-        products = np.outer(u, u)[np.triu_indices(len(u))]
-        return np.concatenate([[1.0], u, products, [(tension - self.tension[0]) / self.tension[1]]])
+        first, second = self._pairs
+        scaled = (tension - self.tension[0]) / self.tension[1]
+        return np.concatenate([[1.0], u, u[first] * u[second], [scaled]])
+
+    # each row of a log asks for these
+    @cached_property
+    def _flat_factor(self) -> Array:
+        return self.factor.reshape(len(self.factor), -1)
+
+    @cached_property
+    def _pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Indices of the angles that are multiplied by each other."""
+        return np.triu_indices(len(self.middle))
 
 
 def pose_model(model: Model, neck: Neck) -> PoseModel:

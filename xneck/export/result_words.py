@@ -5,7 +5,7 @@ from typing import Any
 
 from diagnosis import record
 from diagnosis.diagnose import Diagnosis
-from discovery.discover import Discovery
+from discovery.discovery import Discovery
 from identification import estimate_table
 from identification.dataset.dataset import DataSet
 from identification.estimates import Estimates
