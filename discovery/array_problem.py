@@ -35,7 +35,7 @@ UNITS = {
 
 
 def columns_of(candidate: Candidate, function: Function, values: Mapping[str, Array], direction_width: float) -> Array:
-    """Columns (T, k) of a function of a candidate's variable, from variables (T,) by name; direction_width: as `Discovery` has it."""
+    """Columns (T, k) of a function of a candidate's variable; values: (T,) by name; direction_width: as `Discovery` has it."""
     if candidate.factor:
         (name,) = (n for n in candidate.follows if n != DIRECTION)
         return function(values[name]) * np.tanh(values[DIRECTION] / direction_width)[:, None]

@@ -18,7 +18,7 @@ from identification.dataset.frames import white_sigma
 from identification.dataset.series import numbered_columns
 from identification.files import joint_state
 from identification.files.joint_state_channel import JointStateChannel
-from identification.files.mcap_records import logged_span
+from identification.files.mcap_index import logged_span
 from xneck_foundation.errors import Refused
 from xneck_foundation.recovery import collected_recoveries
 
