@@ -121,7 +121,7 @@ def _priors(at: Linearisation, nuisances: Nuisances, first: int, count: int) -> 
 
 
 def _lower_bounds(at: Linearisation, count: int) -> Array:
-    """Of the numbers (count,): what is nothing at zero may come out a little below by chance, but no further."""
+    """Least values of the numbers, (count,): what is nothing at zero may come out a little below by chance, but no further."""
     lowest = [e.term.low - (e.term.size if e.term.linear and e.term.low == 0 else 0.0) for e in at.unknowns.entries]
     bounds = np.full(count, -np.inf)
     bounds[: len(lowest)] = np.minimum(np.array(lowest) - at.p, 0.0) / at.unknowns.size

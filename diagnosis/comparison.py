@@ -85,7 +85,7 @@ class Comparison:
 
     @cached_property
     def products(self) -> Array:
-        """Of all blocks, (K + 1, K + 1)."""
+        """Products of all blocks together, (K + 1, K + 1)."""
         return self.block_products.sum(axis=0)
 
     def fit(
@@ -96,7 +96,7 @@ class Comparison:
         return ColumnFit(use, *self._solve(self.products, use, sigma, damping))
 
     def fit_within(self, reach: float) -> ColumnFit:
-        """As `fit`, with nuisances of the drawing and of the angles' zeros that go no further than `reach` tolerances."""
+        """The fit of `fit`, with nuisances of the drawing and of the angles' zeros that go no further than `reach` tolerances."""
         free = self.fit()
         numbers, held = free.numbers.copy(), np.zeros(len(free.columns), dtype=bool)
         of_arm = (free.columns >= self.base_count) & (free.columns < self.base_count + self.nuisances.count)
@@ -135,13 +135,16 @@ class Comparison:
         return fold
 
     def with_held(self, columns: Index) -> "Comparison":
-        """With numbers of these columns that stay as they are."""
+        """The comparison with numbers of these columns (k,) that stay as they are."""
         prior, relaxed = self.prior_sigma.copy(), self.relaxed_sigma.copy()
         prior[columns] = relaxed[columns] = HELD_SIGMA
         return replace(self, prior_sigma=prior, relaxed_sigma=relaxed)
 
     def with_causes_off(self, numbers: Array) -> "Comparison":
-        """As if the causes that the linearisation holds were not there; numbers: their amounts and shapes, in columns' sizes."""
+        """The comparison without the causes that the linearisation holds.
+
+        numbers: their amounts and shapes, in columns' sizes.
+        """
         fixed = np.zeros(len(self.prior_sigma))
         fixed[self.cause_columns] = -numbers
         return self.with_fixed(fixed)
@@ -179,11 +182,14 @@ class Comparison:
         return float(np.sum(np.delete(beyond, use) ** 2))
 
     def plain_covariance(self, fit: ColumnFit) -> Array:
-        """Of a fit's numbers, if all that is left were noise alike in all blocks: nowhere wider than what is known beforehand."""
+        """Covariance of a fit's numbers, if all that is left were noise alike in all blocks.
+
+        It is nowhere wider than what is known beforehand.
+        """
         return self.temper * self._inverse(fit.columns)
 
     def covariance(self, fit: ColumnFit) -> Array:
-        """Of a fit's numbers: what blocks do to them, each for itself, and what is not known of nuisances."""
+        """Covariance of a fit's numbers: what blocks do to them, each for itself, and what is not known of nuisances."""
         use, last = fit.columns, len(self.prior_sigma)
         precision, inverse = 1 / self.sigma()[use] ** 2, self._inverse(use)
         score = self.block_products[:, use[:, None], use] @ fit.numbers + self.block_products[:, use, last]
@@ -196,7 +202,7 @@ class Comparison:
         return by_blocks * np.outer(widened, widened) + inverse @ np.diag(precision) @ inverse
 
     def _inverse(self, use: Index) -> Array:
-        """Of the products of columns in use with what is known beforehand."""
+        """Inverse of the products of columns in use (k,) with what is known beforehand, (k, k)."""
         H = self.products[np.ix_(use, use)] + np.diag(1 / self.sigma()[use] ** 2)
         H, scale = with_unit_diagonal(H)
         return np.linalg.inv(H + RIDGE * np.eye(len(use))) / np.outer(scale, scale)
@@ -206,7 +212,7 @@ class Comparison:
         return np.concatenate([np.arange(first), self.cause_columns, np.asarray(extra, dtype=int)])
 
     def sigma(self, clock_relaxed: bool | None = None) -> Array:
-        """Of what is known beforehand, tempered, (K,); clock_relaxed: is the clock in doubt, else as the named causes say."""
+        """Sigma of what is known beforehand, tempered, (K,); clock_relaxed: is the clock in doubt, else as causes say."""
         relaxed = self.clock_relaxed if clock_relaxed is None else clock_relaxed
         return (self.relaxed_sigma if relaxed else self.prior_sigma) / np.sqrt(self.temper)
 
@@ -252,7 +258,7 @@ class Comparison:
         return most
 
     def with_fixed(self, numbers: Array) -> "Comparison":
-        """With these numbers (K,) taken as given: only what they leave remains to be explained."""
+        """The comparison with these numbers (K,) taken as given: only what they leave remains to be explained."""
         products = self.block_products.copy()
         A, r = self.block_products[:, :-1, :-1], self.block_products[:, :-1, -1]
         products[:, :-1, -1] = products[:, -1, :-1] = r + A @ numbers
@@ -265,13 +271,13 @@ class Comparison:
         return replace(self, block_products=products, matrices=tuple(matrices))
 
     def with_zero_residual(self) -> "Comparison":
-        """With nothing to be explained: for asking what an effect would leave if there were nothing else."""
+        """The comparison with nothing to be explained: for asking what an effect would leave if there were nothing else."""
         products = self.products.copy()
         products[-1, :] = products[:, -1] = 0.0
         return replace(self, block_products=products[None], matrices=(), prior_mean=np.zeros_like(self.prior_mean))
 
     def fit_of_recordings(self) -> ColumnFit:
-        """Of what each recording has for itself only: pre-elongations, delay, clock."""
+        """The fit of what each recording has for itself only: pre-elongations, delay, clock."""
         entries = self.linearisation.unknowns.entries
         numbers = [i for i, e in enumerate(entries) if e.recording is not None]
         clocks = self.base_count + np.arange(self.nuisances.count, self.nuisance_count)

@@ -25,7 +25,7 @@ class WhitenedComparison:
         self._products = sum((w.T @ w for w in self._white), start=np.zeros(()))
 
     def beside(self, effect: Effect, shape: Shape) -> Comparison:
-        """With an effect's columns behind all others."""
+        """The comparison with an effect's columns behind all others."""
         c = self._comparison
         recordings, arm = c.linearisation.recordings, c.linearisation.hypothesis.arm
         further = [effect.columns(recording, shape) * effect.sizes(arm) for recording in recordings]

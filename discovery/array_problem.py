@@ -60,7 +60,7 @@ class ArrayProblem(Problem):
     scale: float = 1.0
 
     def whitened_by(self, left: Array) -> "ArrayProblem":
-        """With the filter that whitens `left`, (T,)."""
+        """This problem with the filter that whitens residuals `left`, (T,)."""
         starts = np.flatnonzero(np.diff(self.block, prepend=-1))
         lagged = np.stack([np.roll(left, k) for k in range(1, _ORDER + 1)], axis=1)
         inside = np.ones(len(left), dtype=bool)

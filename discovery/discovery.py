@@ -71,7 +71,7 @@ class Discovery:
         return "\n".join(lines)
 
     def as_json(self) -> dict[str, Any]:
-        """The same as a record."""
+        """Laws and residuals, ready for JSON."""
         return {
             "found_laws": [law.as_json() for law in self.laws],
             "before": self.before,

@@ -66,7 +66,7 @@ def fitted(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[FoundLaw, ...]
 
 
 def with_amounts(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[tuple[FoundLaw, ...], float]:
-    """With amounts at their best under the inner constants, and the loss."""
+    """Laws with amounts at their best under their inner constants, and the loss."""
     own = [problem.columns(law.candidate, law.function) for law in laws]
     evidence, every = evidence_of(problem, own), np.eye(sum(c.shape[1] for c in own))
     ends = np.cumsum([c.shape[1] for c in own])[:-1]
@@ -98,7 +98,7 @@ def _inner(laws: Sequence[FoundLaw], columns: Sequence[Array]) -> NDArray[np.boo
 
 
 def _moved(laws: Sequence[FoundLaw], step: Array) -> tuple[FoundLaw, ...]:
-    """With inner constants moved; scales at most halve or double."""
+    """Laws with inner constants moved by a step; scales at most halve or double."""
     out, first = [], 0
     for law in laws:
         constants = dict(law.constants)

@@ -114,7 +114,7 @@ def _where_alone(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[FoundLaw
 
 
 def _without_needless(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[FoundLaw, ...]:
-    """Without those that the others have made needless, one after the other."""
+    """Laws without those that the others have made needless, given up one after the other."""
     while len(laws) > 1:
         evidence = evidence_of(problem, [problem.columns(law.candidate, law.function) for law in laws])
         every = np.eye(sum(len(law.amounts) for law in laws))

@@ -92,10 +92,6 @@ class Observer:
         self._began = 0.0
         self._transition: Array | None = None
         self._predicted, self._predicted_covariance = self.state, self.covariance
-        self.innovation = np.zeros(layout.M)
-        """of the last row's motor angles, (M,), rad"""
-        self.innovation_covariance = np.diag(self.numbers.theta_sigma**2)
-        """(M, M), rad^2"""
 
     @np.errstate(over="ignore", invalid="ignore")  # of a model that is no arm's: refused below as what leaves its range
     def step(
@@ -227,12 +223,10 @@ class Observer:
 
     def _measure_motors(self, theta: Array) -> None:
         at, P = self.numbers.layout.theta, self.covariance
-        innovation = theta - self.state[at]
         S = P[at, at] + np.diag(self.numbers.theta_sigma**2)
         K = np.linalg.solve(S, P[at]).T
-        self.state = self.state + K @ innovation
+        self.state = self.state + K @ (theta - self.state[at])
         self.covariance = _symmetric(P - K @ P[at])
-        self.innovation, self.innovation_covariance = innovation, S
 
     def _measure_joints(self, angles: Array, sigma: Array) -> None:
         """Angles (N,), rad, one joint after the other; NaN where not seen."""

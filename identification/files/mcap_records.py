@@ -137,7 +137,14 @@ class _Reading:
                 self.topics[name].written = count
         wanted = {name: topic for name, topic in self.topics.items() if topic.schema.endswith(self.kind)}
         others = tuple(sorted(set(self.topics) - set(wanted)))
-        return Records(wanted, others, self.metadata, self.attached, tuple(self.damage), self.cut)
+        return Records(
+            topics=wanted,
+            others=others,
+            metadata=self.metadata,
+            attached=self.attached,
+            damage=tuple(self.damage),
+            cut=self.cut,
+        )
 
     def _framed(self) -> Iterator[tuple[int, bytes, int]]:
         """Opcode, content and place of one record after the other, up to the end of the data."""

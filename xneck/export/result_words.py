@@ -40,7 +40,7 @@ def in_words(result: object) -> str:
 
 
 def as_record(result: object) -> dict[str, Any]:
-    """The same as `--json` says it, ready for JSON.
+    """A result as `--json` has it, ready for JSON.
 
     >>> import xneck
     >>> monday, tuesday = xneck.read_dataset("monday.mcap"), xneck.read_dataset("tuesday.mcap")
