@@ -9,9 +9,9 @@ from importlib.resources import files
 import numpy as np
 
 from mechanism.laws import Law
-from observation.code import c_function
 from observation.expression import Expression, variable
 from observation.filter_numbers import LAG_SIGMA_S, POSE_RATE_HZ, POSE_TIME_S
+from observation.generated_code import c_function
 from observation.observer import MAX_GAP_S, MAX_STEP_S, Observer
 from observation.prediction import GAMMA
 from observation.start_at_rest import AT_REST_RAD, MAX_NEWTON_RAD, NEWTON_STEPS, RANGE_RAD

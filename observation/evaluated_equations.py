@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from observation.code import python_function
 from observation.equations import Equations
+from observation.generated_code import python_function
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]

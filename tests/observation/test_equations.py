@@ -13,9 +13,9 @@ from mechanism.laws import LAWS
 from mechanism.laws.unlisted import unlisted_laws
 from mechanism.machine import Machine
 from mechanism.simulation import State, simulate
-from observation.code import python_function
 from observation.equations import traced_equations
 from observation.expression import OPERATIONS, Derivatives, apply, as_expression, variable
+from observation.generated_code import python_function
 from observation.observer import Observer
 from observation.tracing import Untraceable, symbols
 from tests.observation.arms import base_model
