@@ -25,8 +25,8 @@ STEP_S = 2e-4
 def mjcf(machine: Machine, step: float = STEP_S) -> str:
     """The arm with its laws as MJCF text; `step`, s, is what MuJoCo integrates with.
 
-    Raises Refused where a law has no element in MuJoCo, with its name and the reason, and where a motor has no inertia or a cable no
-    stiffness.
+    Raises Refused where a law has no element in MuJoCo, with its name and the reason, and where a motor has no inertia or a cable
+    no stiffness.
     """
     arm = machine.arm
     refuse_unwritten(machine.names)
