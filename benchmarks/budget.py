@@ -84,7 +84,9 @@ class Reading:
         for suffix, values in zip(("", "_d", "_dd"), self.angles, strict=True):
             columns |= numbered_columns("vision", values, suffix)
         series = Series(time, columns)
-        data = DataSet(described, "", series, series, series, series, speeds=self.speeds)
+        data = DataSet(
+            neck=described, neck_yaml="", state=series, fasquelle=series, angles=series, log=series, speeds=self.speeds
+        )
         s = signals_of(data, load_by_frames=True)
         values = {"fs": plant.dry, "cm": np.array([0.5]), "k": plant.stiffness, "ca": plant.damping}
         return judged(residuals_of(s, law_forces(s, LAWS, values, plant.x0 - arm.x0, self.delay)), s)

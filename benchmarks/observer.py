@@ -136,20 +136,18 @@ def unscented(neck: Neck, model: Model, log: Series) -> tuple[Array, float]:
     observer.step(theta[0], f[0])
     layout, numbers, h = observer.numbers.layout, observer.numbers, float(np.median(np.diff(log.time)))
 
-    def moved(x: Array, dt: float, since: float) -> Array:
-        observer.state = x
-        return x + observer.linearised(dt, since)[0]
+    still = np.zeros(layout.size)
+
+    def moved(x: Array, dt: float, since: float, force: Array) -> Array:
+        return x + observer.prediction.step(x, still, force, dt, since).change
 
     points = MerweScaledSigmaPoints(layout.size, alpha=1.0, beta=2.0, kappa=0.0)
     ukf = UnscentedKalmanFilter(layout.size, layout.M, h, lambda x: x[layout.theta], moved, points)
     ukf.x, ukf.P, ukf.R = observer.state.copy(), observer.covariance.copy(), np.diag(numbers.theta_sigma**2)
     angles, begin = [ukf.x[layout.alpha] + ukf.x[layout.pose_error]], perf_counter()
     for row in range(1, len(theta)):
-        observer.state, observer._force = ukf.x.copy(), f[row - 1]
-        _, _, V, noise = observer.linearised(h, row * h)
-        ukf.Q = (V * (numbers.noise * h)) @ V.T
-        ukf.Q[layout.pose_error, layout.pose_error] += noise * 2 * h
-        ukf.predict(since=row * h)
+        ukf.Q = observer.prediction.noise(observer.prediction.step(ukf.x, still, f[row - 1], h, row * h))
+        ukf.predict(since=row * h, force=f[row - 1])
         ukf.update(theta[row])
         ukf.P = (ukf.P + ukf.P.T) / 2 + 1e-18 * np.eye(layout.size)
         angles.append(ukf.x[layout.alpha] + ukf.x[layout.pose_error])

@@ -5,7 +5,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from samples.worlds.wrong_logs import WRONG_LOGS, Outcome, WrongLog, outcome_of
+from samples.worlds.wrong_log import Outcome, WrongLog, outcome_of
+from samples.worlds.wrong_logs import WRONG_LOGS
 
 PAGE = Path(__file__).parents[1] / "docs/logs.md"
 BEGIN, END = "<!--wrong logs-->\n", "<!--end of wrong logs-->"

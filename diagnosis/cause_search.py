@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 
 from diagnosis.cause import Cause
 from diagnosis.cause_fit import CauseFitter, FitStage
-from diagnosis.comparison import Comparison, Index, compare
+from diagnosis.compare import compare
+from diagnosis.comparison import Comparison, Index
 from diagnosis.effect import Effect, Placement, Shape
 from diagnosis.effects import EFFECTS
+from diagnosis.elimination import eliminated
 from diagnosis.free_function import FreeFit, FreeFits
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
@@ -289,7 +291,7 @@ def _choices(stage: FitStage, comparison: Comparison, given_up: Collection[str])
             offered.append(Cause(group.effect, where, np.zeros(len(where.columns)), dict(group.shape)))
             options.append(Option(group.effect.name, columns, low, offered[-1].number_count))
     without = comparison.with_causes_off(np.concatenate(amounts)) if amounts else comparison
-    return Choices(without, options), offered
+    return Choices(eliminated(without), options), offered
 
 
 def _least_numbers(effect: Effect, where: Placement, arm: Arm) -> Array:

@@ -49,7 +49,15 @@ def drawing_findings(stage: FitStage) -> tuple[DrawingFinding, ...]:
     comparison, nuisances = stage.comparison, stage.comparison.nuisances
     numbers, sigma = stage.fit.numbers[comparison.base_count :], stage.sigma[comparison.base_count :]
     found = [
-        DrawingFinding(n.name, n.kind, n.where, n.sigma * float(x), _sigma(n.sigma * float(s), n.unit), n.unit, n.sigma)
+        DrawingFinding(
+            name=n.name,
+            kind=n.kind,
+            where=n.where,
+            value=n.sigma * float(x),
+            sigma=_sigma(n.sigma * float(s), n.unit),
+            unit=n.unit,
+            tolerance=n.sigma,
+        )
         for n, x, s in zip(nuisances.drawing, numbers, sigma, strict=False)
     ]
     found = [f for f in found if f.sigma < TELLING_SHARE * f.tolerance]

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.cause_fit import FitStage
-from diagnosis.comparison import WhitenedComparison
 from diagnosis.effect import Effect, Shape
 from diagnosis.judged_rows import judged
 from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.noise_excess import NoiseExcess, noise_excess
 from diagnosis.shown_by import ShownBy
+from diagnosis.whitened_comparison import WhitenedComparison
 from identification.residuals import change_by_forces
 from identification.whitening import Whitener
 from mechanism.friction import dry

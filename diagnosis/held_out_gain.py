@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.cause import Cause
-from diagnosis.comparison import ColumnFit, Comparison, compare
+from diagnosis.compare import compare
+from diagnosis.comparison import ColumnFit, Comparison
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.judged_rows import judged
 from diagnosis.linearisation import Linearisation, corrected_signals, linearise

@@ -14,6 +14,7 @@ from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.unlisted_laws import as_fitted, causes_of, found_laws
 from discovery.found_law import FoundLaw
+from xneck_foundation.one_line import indexed
 from xneck_foundation.unit_text import with_unit
 
 MIN_LAW_GAIN_SIGMAS = 3.0
@@ -37,8 +38,7 @@ class GainedLaw:
         """What it is in proportion to, and its inner constants, with sigmas where they are fitted."""
         return ", ".join(
             with_unit(
-                f"{p.name}{'' if p.index is None else f'({p.index})'} = {p.value:.4g}"
-                + (f" +- {p.sigma:.2g}" if p.sigma else ""),
+                f"{indexed(p.name, p.index)} = {p.value:.4g}" + (f" +- {p.sigma:.2g}" if p.sigma else ""),
                 p.unit,
             )
             for p in self.law.parameters

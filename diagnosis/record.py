@@ -13,6 +13,7 @@ from diagnosis.cause_search import NamedCause, tie_tolerance
 from diagnosis.cause_share import cause_shares
 from diagnosis.detectability import Detectability
 from diagnosis.diagnose import Diagnosis
+from xneck_foundation.one_line import indexed
 from xneck_foundation.parameter import Parameter
 from xneck_foundation.unit_text import with_unit
 
@@ -139,10 +140,7 @@ def as_text(d: Diagnosis) -> str:
     for named, cause, parameters in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
         lines.append(f"  {cause.effect.name} ({cause.where.label}): {cause.effect.words}")
         lines += [
-            with_unit(
-                f"    {p.name}{'' if p.index is None else f'({p.index})'} = {p.value:.4g} +- {p.sigma:.2g}", p.unit
-            )
-            for p in parameters
+            with_unit(f"    {indexed(p.name, p.index)} = {p.value:.4g} +- {p.sigma:.2g}", p.unit) for p in parameters
         ]
         others = [c.effect.name for c in named.tied if c.effect is not cause.effect]
         if others:

@@ -44,7 +44,14 @@ def remainders(before: NoiseExcess, after: NoiseExcess, motors: int, held_out: b
     """The motors' equations before the arm's; before and after on the same recordings."""
     names = channel_names(motors, len(after.rms) - motors)
     return tuple(
-        Remainder(name, "N" if j < motors else "N m", float(old), float(new), float(floor), held_out)
+        Remainder(
+            equation=name,
+            unit="N" if j < motors else "N m",
+            before=float(old),
+            after=float(new),
+            noise_floor=float(floor),
+            held_out=held_out,
+        )
         for j, (name, old, new, floor) in enumerate(zip(names, before.rms, after.rms, after.floor, strict=True))
     )
 

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.bounded_least_squares import bounded_minimum
-from diagnosis.comparison import Comparison, Index
+from diagnosis.comparison import Index
+from diagnosis.elimination import Eliminated
 
 Array = NDArray[np.float64]
 
@@ -46,8 +47,7 @@ class Simpler:
 class Choices:
     """The loss of any choice of options, none of which a hypothesis holds."""
 
-    def __init__(self, comparison: Comparison, options: Sequence[Option]) -> None:
-        system = comparison.eliminated()
+    def __init__(self, system: Eliminated, options: Sequence[Option]) -> None:
         self._G, self._b, self._loss, self._first = system.G, system.b, system.loss, system.first
         self.options = tuple(options)
         self._known: dict[tuple[int, ...], float] = {}

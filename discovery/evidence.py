@@ -41,7 +41,7 @@ class Evidence:
 
     @cached_property
     def total(self) -> Array:
-        """Of all blocks."""
+        """Products of all blocks together, (P + K + 1, P + K + 1)."""
         return self.products.sum(axis=0)
 
     @cached_property
@@ -64,7 +64,7 @@ class Evidence:
         return _energy(S, v[:, None], functions)[:, 0]
 
     def block_gradients(self, function: Array) -> Array:
-        """Of the columns asked about, reduced, by what is left with a function (K, k) fitted, by blocks, (B, K)."""
+        """Gradients of the columns asked about, reduced, by what is left with a function (K, k) fitted, by blocks, (B, K)."""
         p, last = self.fitted, self.total.shape[0] - 1
         x = np.append(-self.fit(function), 1.0)
         turned = self.products @ (self._turned(function) @ x)
@@ -93,13 +93,16 @@ class Evidence:
         return out
 
     def loss(self, function: Array) -> float:
-        """With the fitted columns and a function's (K, k) at their best, what is known beforehand included."""
+        """The loss with the fitted columns' numbers and a function's (K, k) at their best, what is known beforehand included."""
         T = self._turned(function)
         whole = T.T @ self.total @ T
         return float(whole[-1, -1] - whole[-1, :-1] @ self._solve(whole))
 
     def covariance(self, function: Array) -> Array:
-        """Of `fit`, by what blocks do to the numbers, and nowhere less than rows that are each for themselves, (P + k, P + k)."""
+        """Covariance of the numbers of `fit`, (P + k, P + k), by what blocks do to the numbers.
+
+        It is nowhere less than that of rows that are each for themselves.
+        """
         T = self._turned(function)
         products = T.T @ self.products @ T
         whole, x = products.sum(axis=0), np.append(-self.fit(function), 1.0)

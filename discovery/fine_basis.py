@@ -49,7 +49,7 @@ class FineBasis:
         return float(self.knots[-1]) if self.reach is None else self.reach[1]
 
     def columns(self, values: Array) -> Array:
-        """Of values (T,), (T, K)."""
+        """The basis at values (T,): (T, K)."""
         if self.is_turn:
             phase = values[:, None] * np.arange(1, HARMONICS + 1)
             return np.concatenate([np.cos(phase), np.sin(phase)], axis=1)
@@ -57,7 +57,7 @@ class FineBasis:
         return np.maximum(0.0, 1 - np.abs(at[:, None] - np.arange(len(self.knots))))
 
     def coefficients(self, function: Function) -> Array:
-        """Of the fine columns, that add up to a function's, (K, k); of a turn without its mean."""
+        """Coefficients of the fine columns that add up to a function's columns, (K, k); of a turn without its mean."""
         values = function(self.knots)
         if not self.is_turn:
             return values

@@ -50,7 +50,7 @@ class Form:
     """those that are counted, or that bound where the form is told: they are not fitted"""
 
     def unit(self, name: str, target: str, variable: str) -> str:
-        """Of an amount or an inner constant."""
+        """The unit of an amount or an inner constant."""
         if name in self.amounts:
             power = {"a1": 1, "a2": 2, "a3": 3, "slope": 1}.get(name, 0)
             if power == 0 or variable == "1":
@@ -239,5 +239,5 @@ FORMS = (
 
 
 def forms_of(kind: Kind) -> tuple[Form, ...]:
-    """Those that a variable of a kind may take."""
+    """The forms that a function of a variable of a kind may have."""
     return tuple(form for form in FORMS if kind in form.kinds)

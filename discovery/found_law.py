@@ -92,7 +92,7 @@ class FoundLaw:
 
     @property
     def equation(self) -> str:
-        """With its numbers' names; x is the variable."""
+        """The law with its numbers' names; x is the variable."""
         c = self.candidate
         inner = f"{c.factor} ({self.form.equation})" if c.factor else self.form.equation
         return f"{inner}, x = {c.variable}"

@@ -35,7 +35,7 @@ class Candidate:
 
     @property
     def forms(self) -> tuple[Form, ...]:
-        """That the function may have."""
+        """The forms that the function may have."""
         return forms_of(self.kind)
 
     @property
@@ -68,7 +68,7 @@ class Problem:
 
     @cached_property
     def precision(self) -> Array:
-        """Of what is known beforehand of their numbers about zero, (P,)."""
+        """Precision of what is known beforehand of the base columns' numbers about zero, (P,)."""
         raise NotImplementedError
 
     @cached_property

@@ -4,13 +4,14 @@ import numpy as np
 
 from identification.estimates import MIN_UNBIASED_PROBABILITY, Estimates
 from identification.identifiability import durbin_wu_hausman
+from xneck_foundation.one_line import indexed
 from xneck_foundation.unit_text import printed_unit
 
 
 def as_text(estimates: Estimates) -> str:
     """A parameter a row, with its sigma, or why it is not identified and what motion would identify it."""
     lines = [f"Estimates that hold: {', '.join(name.replace('_', ' ') for name in estimates.laws)}"]
-    labels = [p.name if p.index is None else f"{p.name}({p.index})" for p, _ in estimates.with_identifiability]
+    labels = [indexed(p.name, p.index) for p, _ in estimates.with_identifiability]
     width = max(7, *(len(label) + 2 for label in labels))
     for label, (p, verdict) in zip(labels, estimates.with_identifiability, strict=True):
         sigma = f"{p.sigma:.2g}" if np.isfinite(p.sigma) else "unknown"

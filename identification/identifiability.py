@@ -10,6 +10,7 @@ from identification.fasquelle.method import MAX_RELATIVE_SIGMA_PERCENT
 from identification.fitting import MAX_UNOBSERVED_SHARE, FitSolution, unobserved_projection
 from identification.unknowns import Unknown, Unknowns
 from mechanism.laws import LAWS, Law
+from xneck_foundation.one_line import indexed
 from xneck_foundation.unit_text import with_unit
 
 Array = NDArray[np.float64]
@@ -86,7 +87,7 @@ def _x0_at_bound(u: Unknowns, solution: FitSolution, index: int | None) -> bool:
 
 def term_label(entry: Unknown) -> str:
     """A term with its index, as tables write it: k(2)."""
-    return entry.term.name if entry.index is None else f"{entry.term.name}({entry.index})"
+    return indexed(entry.term.name, entry.index)
 
 
 def durbin_wu_hausman(solution: FitSolution) -> tuple[float, float]:

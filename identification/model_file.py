@@ -17,6 +17,7 @@ from mechanism.laws.unlisted import UnlistedLaw
 from mechanism.machine import Machine
 from mechanism.toleranced_numbers import moved, toleranced_numbers
 from xneck_foundation.errors import Refused, one_of
+from xneck_foundation.one_line import indexed, listed
 from xneck_foundation.parameter import Parameter
 from xneck_foundation.spelling import quoted, valid_words
 from xneck_foundation.strict_yaml import Strict, read_yaml
@@ -209,7 +210,9 @@ def pose_machine(model: Model, neck: Neck, amounts: Mapping[int, float] | None =
             values[number.name][(number.index or 1) - 1] = value
         else:
             raise Refused(
-                "model", f"pose: {number.name}({number.index}) is none of this arm", "is it this arm's neck.yaml?"
+                "model",
+                f"pose: {indexed(number.name, number.index)} is none of this arm's numbers",
+                "is it this arm's neck.yaml?",
             )
     arm = arm_of(moved(neck, [by_name[name] for name in drawing], list(drawing.values())))
     return Machine(replace(arm, x0=x0), machine.names, values)
@@ -237,7 +240,8 @@ def _values(model: Model, name: str, count: int) -> np.ndarray:
         return np.full(count, entries[0].value)
     by_index = {p.index: p.value for p in entries}
     if set(by_index) != set(range(1, count + 1)):
-        raise Refused("model", f"{name} is given for {sorted(map(str, by_index))}, the arm has {count} of it")
+        given = listed("all" if index is None else str(index) for index in by_index)
+        raise Refused("model", f"{name} is given for {given}; the arm has {count} of it", "is it this arm's neck.yaml?")
     return np.array([by_index[j + 1] for j in range(count)])
 
 

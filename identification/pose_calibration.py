@@ -110,7 +110,7 @@ class _Fit:
         return p, covariance
 
     def _sigma(self, p: Array, r: int) -> tuple[Array, Array]:
-        """Of the frames' angles (F, N), rad, and of the motors' equation in each row, (M,), N."""
+        """Sigma of the frames' angles, (F, N), rad, and of the motors' equation in each row, (M,), N."""
         misfit = self.equations.misfit(p, r, self.equations.compliance(p, r))
         return self._angle_sigma(misfit, r), self._motor_sigma(misfit, r)
 
@@ -136,19 +136,19 @@ class _Fit:
         return normal, gradient
 
     def _angle_sigma(self, misfit: Misfit, r: int) -> Array:
-        """Of each frame's angles, (F, N), rad, wider by how much residuals exceed the frames' noise and are correlated."""
+        """Sigma of each frame's angles, (F, N), rad, wider by how much residuals exceed the frames' noise and are correlated."""
         sigma = self.equations.rows[r].frames.sigma
         ratio = np.nanvar(misfit.angles / sigma, axis=0)
         widened = np.sqrt(np.maximum(ratio, 1.0) * np.array([_correlation_time(a) for a in (misfit.angles / sigma).T]))
         return sigma * widened
 
     def _motor_sigma(self, misfit: Misfit, r: int) -> Array:
-        """Of the motors' equation, (M,), N, in each row."""
+        """Sigma of the motors' equation in each row, (M,), N."""
         rows_each = max(1.0, 1 / (_MOTOR_HZ * self.equations.rows[r].step))
         return np.maximum(np.sqrt(np.mean(misfit.motors**2, axis=0)), 0.1) * np.sqrt(rows_each)
 
     def result(self, p: Array, covariance: Array) -> PoseModel:
-        """As the model's file has it: numbers of arm and laws; x0 where there is one recording."""
+        """The fit as the model's file has it: numbers of arm and laws; x0 where there is one recording."""
         alone = len(self.equations.rows) == 1
         entries = enumerate(self.equations.numbers)
         kept = [i for i, n in entries if n.recording is None or (alone and n.name == "x0")]

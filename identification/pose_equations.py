@@ -27,14 +27,16 @@ _DIFFERENCE_RAD = 1e-6
 
 @dataclass(frozen=True)
 class Misfit:
-    """Of one recording: angles of the frames less predicted ones (F, N), rad; motor forces less modelled ones (T, M), N."""
+    """What a recording's equations miss."""
 
     angles: Array
+    """of the frames less predicted ones, (F, N), rad"""
     motors: Array
+    """forces of the motors less modelled ones, (T, M), N"""
 
 
 class PoseEquations:
-    """Of numbers p in units of their prior sigmas, from their prior means."""
+    """The equations of several recordings, functions of numbers p (P,) in prior sigmas from their prior means."""
 
     def __init__(self, neck: Neck, model: Model, rows: Sequence[PoseRows], numbers: Sequence[SoughtNumber]) -> None:
         self.neck, self.model, self.rows, self.numbers = neck, model, rows, numbers
@@ -77,7 +79,7 @@ class PoseEquations:
         return self._loads[key]
 
     def _speed(self, r: int) -> Array:
-        """Of the joints where the equations are linearised, (T, N), rad/s."""
+        """Speeds of the joints where the equations are linearised, (T, N), rad/s."""
         return self.shifted[r][1]
 
     def _machine(self, p: Array, r: int) -> tuple[Machine, Array]:
@@ -95,7 +97,7 @@ class PoseEquations:
         return Machine(replace(self._arm(p), x0=x0), self.base.names, values), late
 
     def misfit(self, p: Array, r: int, compliance: Array) -> Misfit:
-        """Of a recording; compliance (T, N, N): of the arm on its cables, rad/(N m)."""
+        """How frames and forces of a recording miss the equations; compliance (T, N, N): of the arm on its cables, rad/(N m)."""
         rows = self.rows[r]
         machine, late = self._machine(p, r)
         wound, wrap, Z, load, length = self._geometry(p, r)
@@ -107,13 +109,13 @@ class PoseEquations:
         predicted = state + interpolated(rows.frames.time + late, rows.time, error)
         arm = machine.arm
         turning = MotorMotion(
-            rows.theta_d,
-            np.maximum(tension, 0.0),
-            wrap,
-            rows.theta,
-            rows.theta / arm.gear,
-            rows.f,
-            (rows.time - rows.time[0])[:, None],
+            theta_d=rows.theta_d,
+            tension=np.maximum(tension, 0.0),
+            wrap=wrap,
+            theta=rows.theta,
+            drum_angle=rows.theta / arm.gear,
+            force=rows.f,
+            time=(rows.time - rows.time[0])[:, None],
             memory=machine.memory_about_rows(rows.theta),
         )
         acting = machine.acting_force(rows.f, rows.step)
@@ -121,7 +123,7 @@ class PoseEquations:
         return Misfit(rows.frames.alpha - predicted, forces)
 
     def compliance(self, p: Array, r: int) -> Array:
-        """Of the arm on its cables at the rows, (T, N, N), rad/(N m)."""
+        """Compliance of the arm on its cables at the rows, (T, N, N), rad/(N m)."""
         rows = self.rows[r]
         machine, _ = self._machine(p, r)
         columns = []
@@ -158,7 +160,16 @@ def _torque(
     since = (rows.time - rows.time[0])[:, None]
     x = wound + arm.drum * rows.theta + arm.x0
     x_d = arm.drum * rows.theta_d - np.einsum("tij,ti->tj", Z, speed)
-    at = CableMotion(x, x_d, length, arm, arm.drum * rows.theta_d, rows.theta / arm.gear, rows.theta, since)
+    at = CableMotion(
+        x=x,
+        x_d=x_d,
+        length=length,
+        arm=arm,
+        travel_d=arm.drum * rows.theta_d,
+        drum_angle=rows.theta / arm.gear,
+        theta=rows.theta,
+        time=since,
+    )
     tension = np.broadcast_to(machine.tension(at, memory_states(machine, at, rows.step)), x.shape)
     resistance = machine.resistance(JointMotion(rows.alpha, speed, since))
     return np.einsum("tij,tj->ti", Z, tension) - load - resistance, tension

@@ -45,9 +45,11 @@ def is_shape(term: Term) -> bool:
 
 
 def sought_numbers(neck: Neck, model: Model, rows: Sequence[PoseRows]) -> list[SoughtNumber]:
-    """All of them, in the order of the fit."""
+    """The numbers that are sought, in the order of the fit."""
     out = [
-        SoughtNumber(n.name, None, 0.0, n.sigma, -0.5, 0.5, drawing=n) for n in toleranced_numbers(neck) if n.sigma > 0
+        SoughtNumber(name=n.name, index=None, mean=0.0, sigma=n.sigma, low=-0.5, high=0.5, drawing=n)
+        for n in toleranced_numbers(neck)
+        if n.sigma > 0
     ]
     arm = arm_of(neck)
     values = machine_of(model, arm).values
@@ -72,18 +74,24 @@ def sought_numbers(neck: Neck, model: Model, rows: Sequence[PoseRows]) -> list[S
             sigma = min(max(_LAW_SIGMAS * sigma, _MIN_LAW_SIZES * term.size), most)
             if not np.isfinite(sigma):
                 sigma = max(abs(value), term.size)
-            out.append(SoughtNumber(term.name, index, value, sigma, term.low, term.high))
+            out.append(SoughtNumber(name=term.name, index=index, mean=value, sigma=sigma, low=term.low, high=term.high))
     given = {p.index: p.value for p in model.parameters if p.name == "x0" and p.identified}
     for r, recording in enumerate(rows):
         for j in range(arm.M):
             mean = given.get(j + 1, float(arm.x0[j]))
-            out.append(SoughtNumber("x0", j + 1, mean, _X0_SIGMA_M, -0.05, 0.05, recording=r))
-        out.append(SoughtNumber("clock", None, 0.0, recording.clock_sigma, -0.05, 0.05, recording=r))
-        out.append(SoughtNumber("skew", None, 0.0, SKEW_SIGMA, -1e-3, 1e-3, recording=r))
+            out.append(
+                SoughtNumber(name="x0", index=j + 1, mean=mean, sigma=_X0_SIGMA_M, low=-0.05, high=0.05, recording=r)
+            )
+        out.append(
+            SoughtNumber(
+                name="clock", index=None, mean=0.0, sigma=recording.clock_sigma, low=-0.05, high=0.05, recording=r
+            )
+        )
+        out.append(SoughtNumber(name="skew", index=None, mean=0.0, sigma=SKEW_SIGMA, low=-1e-3, high=1e-3, recording=r))
     return out
 
 
 def _usual_stiffness(model: Model) -> float:
-    """Of the cables whose stiffness was identified, N/m; else as fits begin."""
+    """Median stiffness of the cables whose stiffness was identified, N/m; else that with which fits begin."""
     told = [p.value for p in model.parameters if p.name == "k" and p.identified]
     return float(np.median(told)) if told else _UNTOLD_STIFFNESS

@@ -39,7 +39,7 @@ class PoseRows:
 
 
 def rows_of(data: DataSet) -> PoseRows:
-    """Of a data set."""
+    """The rows and frames of a data set."""
     state = data.state
     log_step = float(np.mean(np.diff(state.time)))
     part = slice(None, None, max(1, round(1 / (_ROWS_HZ * log_step))))

@@ -11,9 +11,3 @@ CM = 0.5
 def dry(theta_d: Array, cm: float | Array = CM) -> Array:
     """(48) for fs = 1 N: (2/pi) atan(cm theta'), theta' in rad/s on the motor side; of the shape given."""
     return 2 / np.pi * np.arctan(cm * theta_d)
-
-
-def dry_by_log_cm(theta_d: Array) -> Array:
-    """Derivative of `dry` by the logarithm of cm, of the shape given: zero at rest and at speed."""
-    argument = CM * theta_d
-    return 2 / np.pi * argument / (1 + argument**2)

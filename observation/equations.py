@@ -47,12 +47,12 @@ class Equations:
 
     @property
     def outputs(self) -> tuple[Expression, ...]:
-        """All of them: mass, rates, derivatives, tension."""
+        """All expressions: mass, rates, derivatives, tension."""
         return (*self.mass, *self.rates, *self.derivatives, *self.tension)
 
 
 def traced_equations(machine: Machine) -> Equations:
-    """Of a machine. Raises Refused where a law cannot be traced, with its name."""
+    """The equations of a machine as expressions. Raises Refused where a law cannot be traced, with its name."""
     layout = layout_of(machine)
     arm = arm_batch_last(machine.arm, ())
     # pre-elongations are in the state; an arm's own would be counted twice
@@ -107,9 +107,28 @@ def _formed(
     k: Any = terms_batch_last(arm, alpha, alpha_d)
     x = cables.length - rest + arm.drum * theta + part("x0")
     x_d = arm.drum * theta_d - _sum([cables.Z[i] * alpha_d[i] for i in range(layout.N)])
-    at = CableMotion(x, x_d, cables.length, arm, arm.drum * theta_d, theta / arm.gear, theta, since)
+    at = CableMotion(
+        x=x,
+        x_d=x_d,
+        length=cables.length,
+        arm=arm,
+        travel_d=arm.drum * theta_d,
+        drum_angle=theta / arm.gear,
+        theta=theta,
+        time=since,
+    )
     tension = machine.tension(at, z) + 0.0 * x
-    turning = MotorMotion(theta_d, tension, cables.wrap, theta, theta / arm.gear, f, since, arm, z)
+    turning = MotorMotion(
+        theta_d=theta_d,
+        tension=tension,
+        wrap=cables.wrap,
+        theta=theta,
+        drum_angle=theta / arm.gear,
+        force=f,
+        time=since,
+        arm=arm,
+        memory=z,
+    )
     resistance = machine.resistance(JointMotion(alpha, alpha_d, since))
     torque = -k.g - resistance + _sum([cables.Z[:, j] * tension[j] for j in range(layout.M)])
     lightness = arm.drum / arm.motor_inertia
@@ -128,11 +147,23 @@ def _check_laws(machine: Machine) -> None:
     )
     for law in machine.laws:
         z = symbols(np.full((m, 1, law.states), variable("z"), dtype=object))
-        at = CableMotion(cable, cable, cable, machine.arm, cable, cable, cable, cable)
+        at = CableMotion(
+            x=cable, x_d=cable, length=cable, arm=machine.arm, travel_d=cable, drum_angle=cable, theta=cable, time=cable
+        )
         try:
             law.pull(machine.values, at, z)
             law.memory_rate(machine.values, at, z)
-            turning = MotorMotion(cable, cable, cable, cable, cable, cable, cable, machine.arm, z)
+            turning = MotorMotion(
+                theta_d=cable,
+                tension=cable,
+                wrap=cable,
+                theta=cable,
+                drum_angle=cable,
+                force=cable,
+                time=cable,
+                arm=machine.arm,
+                memory=z,
+            )
             law.friction(machine.values, turning)
             law.resistance(machine.values, JointMotion(joint, joint, joint))
         except Untraceable as error:

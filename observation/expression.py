@@ -114,7 +114,7 @@ def as_expression(x: Any) -> Expression:
 
 
 def _binary(operation: Callable[[Expression, Expression], Expression], a: Any, b: Any) -> Any:
-    """Of real operands; complex ones are left to what they are."""
+    """An operation on real operands; complex ones are left to ComplexExpression."""
     if isinstance(a, ComplexExpression) or isinstance(b, ComplexExpression):
         return NotImplemented
     if isinstance(a, complex) or isinstance(b, complex):
@@ -262,7 +262,7 @@ class Derivatives:
         self._by = by
 
     def of(self, e: Expression) -> Expression:
-        """Of an expression."""
+        """The derivative of an expression."""
         for node in in_order([e], self._known):
             if node.args:
                 slopes = _SLOPES[node.operation](node, *node.args)

@@ -11,11 +11,10 @@ from mechanism.machine import Machine
 from observation.pose_error import UNSEEN_X0_SIGMA_M, PoseError, pose_error, pose_model
 from observation.state_layout import StateLayout, layout_of
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import indexed
 
 Array = NDArray[np.float64]
 
-GAMMA = 1 - 1 / np.sqrt(2)
-"""of a step: exp(z) as (1 + (1 - 2 gamma) z) / (1 - gamma z)^2, of order 2 and L-stable (Hairer and Wanner, IV.3)"""
 FRICTION_TIME_S = 0.2
 """s, for which what friction's law does not say lasts (docs/thresholds.md)"""
 POSE_TIME_S = 1.0
@@ -42,16 +41,18 @@ MAX_POSE_SIGMA_RAD = np.radians(5.0)
 """rad: where the model leaves more of an angle in the middle of its range it tells nothing (docs/thresholds.md)"""
 COUNT_SIGMA = 1 / np.sqrt(12)
 """of a count: of what is rounded"""
+_START_ALPHA_RAD, _START_ALPHA_D_RAD_S, _START_THETA_D_RAD_S = 1e-4, 1e-2, 1.0
+"""sigmas of an arm at rest, beside what x0 does to its angles"""
 
 
 @dataclass(frozen=True)
 class FilterNumbers:
-    """Of one arm and model."""
+    """The filter of one arm and model, in numbers; size: of StateLayout."""
 
     layout: StateLayout
     machine: Machine
     theta_sigma: Array
-    """(M,), rad"""
+    """of counted motor angles, (M,), rad"""
     noise: Array
     """(size,), density of each entry of the state, its unit squared in a second"""
     decay: Array
@@ -62,72 +63,82 @@ class FilterNumbers:
     """(size,), but for the angles, which follow from x0"""
     pose_error: PoseError
     pose_floor: Array
-    """(N,), rad"""
+    """sigma of each joint's angle, however well it was calibrated, (N,), rad"""
     memory_bound: Array
-    """(M S,)"""
+    """largest magnitude of the cables' memory variables, (M S,), inf where there is none"""
     friction_sigma: Array
-    """(M,), N"""
+    """of the force that a motor's law does not say, (M,), N"""
 
 
 def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
-    """Raises Refused where the model was not identified for this."""
+    """The filter's numbers for an arm with a model. Raises Refused where the model was not identified for this."""
     _check_identified(model)
     pose = pose_model(model, neck)
     _check_counts(pose, neck)
     model = model.model_copy(update={"pose": pose})
     machine = pose_machine(model, neck)
     layout = layout_of(machine)
-    told = {number.index for number in pose.numbers if number.kind == "x0"}
-    x0_sigma = np.array([KNOWN_X0_SIGMA_M if j + 1 in told else UNSEEN_X0_SIGMA_M for j in range(layout.M)])
     friction_sigma = np.maximum(np.array(pose.residual.motor_N), MIN_FRICTION_SIGMA_N)
-    dry = np.broadcast_to(machine.values.get("fs", np.zeros(1)), (layout.M,))
-    noise, decay, start, start_sigma = (np.zeros(layout.size) for _ in range(4))
+    theta_sigma = neck.count_angles * COUNT_SIGMA
     bound = np.tile(machine.bounds[1], layout.M)
-    noise[layout.alpha_d], noise[layout.theta_d] = JOINT_NOISE, MOTOR_NOISE
-    noise[layout.memory] = (MEMORY_NOISE * np.where(np.isfinite(bound), bound, 1.0)) ** 2
-    noise[layout.x0] = X0_DRIFT_M**2
-    noise[layout.friction_error] = 2 * friction_sigma**2 / FRICTION_TIME_S
-    decay[layout.friction_error], decay[layout.pose_error] = 1 / FRICTION_TIME_S, 1 / POSE_TIME_S
-    start[layout.x0] = machine.arm.x0
-    start[layout.memory] = machine.memory_start.ravel() if layout.S else 0.0
-    start_sigma[layout.alpha], start_sigma[layout.alpha_d] = 1e-4, 1e-2
-    start_sigma[layout.theta], start_sigma[layout.theta_d] = neck.count_angles * COUNT_SIGMA, 1.0
-    start_sigma[layout.memory] = np.where(np.isfinite(bound), bound / 2, 1.0)
-    start_sigma[layout.x0] = x0_sigma
-    # at rest friction holds any force up to its whole
-    start_sigma[layout.friction_error] = np.hypot(friction_sigma, dry)
+    has_bound = np.isfinite(bound)
+    known_x0 = {number.index for number in pose.numbers if number.kind == "x0"}
+    error = _checked_pose_error(model, neck)
+    pose_floor = np.hypot(np.array(pose.residual.angle_rad), MIN_POSE_SIGMA_RAD)
+    numbers = FilterNumbers(
+        layout=layout,
+        machine=replace(machine, arm=replace(machine.arm, x0=np.zeros(layout.M))),
+        theta_sigma=theta_sigma,
+        noise=layout.vector(
+            alpha_d=JOINT_NOISE,
+            theta_d=MOTOR_NOISE,
+            memory=(MEMORY_NOISE * np.where(has_bound, bound, 1.0)) ** 2,
+            x0=X0_DRIFT_M**2,
+            friction_error=2 * friction_sigma**2 / FRICTION_TIME_S,
+        ),
+        decay=layout.vector(friction_error=1 / FRICTION_TIME_S, pose_error=1 / POSE_TIME_S),
+        start=layout.vector(x0=machine.arm.x0, memory=machine.memory_start.ravel() if layout.S else 0.0),
+        start_sigma=layout.vector(
+            alpha=_START_ALPHA_RAD,
+            alpha_d=_START_ALPHA_D_RAD_S,
+            theta=theta_sigma,
+            theta_d=_START_THETA_D_RAD_S,
+            memory=np.where(has_bound, bound / 2, 1.0),
+            x0=[KNOWN_X0_SIGMA_M if j + 1 in known_x0 else UNSEEN_X0_SIGMA_M for j in range(layout.M)],
+            # at rest friction holds any force up to its whole
+            friction_error=np.hypot(friction_sigma, machine.values.get("fs", np.zeros(1))),
+            pose_error=np.hypot(error.middle_sigma, pose_floor),
+        ),
+        pose_error=error,
+        pose_floor=pose_floor,
+        memory_bound=bound,
+        friction_sigma=friction_sigma,
+    )
+    if not all(np.isfinite(v).all() for v in (error.factor, numbers.start, numbers.start_sigma)):
+        raise _no_pose("")
+    return numbers
+
+
+def _checked_pose_error(model: Model, neck: Neck) -> PoseError:
+    """The pose's error of a model whose `pose` is known. Raises Refused where it says next to nothing of a joint."""
     try:
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             error = pose_error(model, neck)
     except np.linalg.LinAlgError as failed:
-        raise Refused("model", f"its numbers give no pose ({failed})", "make it anew with `xneck identify`") from failed
-    floor = np.hypot(np.array(pose.residual.angle_rad), MIN_POSE_SIGMA_RAD)
-    middle = np.sqrt(np.sum(error.at(error.middle, error.tension[0]) ** 2, axis=1))
-    if np.any(middle > MAX_POSE_SIGMA_RAD):
-        i = int(np.argmax(middle))
+        raise _no_pose(f" ({failed})") from failed
+    if np.any(error.middle_sigma > MAX_POSE_SIGMA_RAD):
+        i = int(np.argmax(error.middle_sigma))
         raise Refused(
             "model",
-            f"leaves {np.degrees(middle[i]):.1f} deg of alpha{i + 1} open",
+            f"leaves {np.degrees(error.middle_sigma[i]):.1f} deg of alpha{i + 1} open",
             "identify it from a recording with a camera: `xneck identify` writes what motors need to tell the joints",
         )
-    if not (np.isfinite(error.factor).all() and np.isfinite(start).all() and np.isfinite(start_sigma).all()):
-        raise Refused(
-            "model", "its numbers give no pose", "is it this arm's neck.yaml? make it anew with `xneck identify`"
-        )
-    start_sigma[layout.pose_error] = np.hypot(middle, floor)
-    return FilterNumbers(
-        layout=layout,
-        machine=replace(machine, arm=replace(machine.arm, x0=np.zeros(layout.M))),
-        theta_sigma=neck.count_angles * COUNT_SIGMA,
-        noise=noise,
-        decay=decay,
-        start=start,
-        start_sigma=start_sigma,
-        pose_error=error,
-        pose_floor=floor,
-        memory_bound=bound,
-        friction_sigma=friction_sigma,
-    )
+    return error
+
+
+def _no_pose(why: str) -> Refused:
+    do = "is it this arm's neck.yaml? make it anew with `xneck identify`"
+    return Refused("model", f"its numbers give no pose{why}", do)
 
 
 def _check_counts(pose: PoseModel, neck: Neck) -> None:
@@ -143,7 +154,7 @@ def _check_identified(model: Model) -> None:
         return
     unsure = [p for p in model.parameters if p.name in ("k", "E") and not p.identified]
     if unsure or not any(p.name in ("k", "E") for p in model.parameters):
-        names = ", ".join(p.name + ("" if p.index is None else f"({p.index})") for p in unsure) or "k"
+        names = ", ".join(indexed(p.name, p.index) for p in unsure) or "k"
         raise Refused(
             "model",
             f"{names} was not identified, and without it motors do not tell where the joints are",

@@ -1,12 +1,12 @@
-"""Whether the arm is still the one identified: what its motors' laws leave unsaid, against what they left when it was calibrated.
+"""Whether the arm is still the one identified: the forces that its motors' laws do not model, now and when it was calibrated.
 
-The observer's friction error is the force by which a motor's equation misses its command. Over a window it is held against the
-sigma that calibration left: its mean (a pre-elongation that moved, a load), its part along the motor's direction (friction that
-changed), and its rms (anything). Windows follow each other; the first that is beyond a limit says from when on.
+The observer's friction error is the force by which a motor's equation (43) misses its command. Over a window it is held against
+the sigma that calibration left: its mean (a pre-elongation that moved, a load), its part along the motor's direction (friction
+that changed), and its rms (anything). Windows follow each other; the first that is beyond a limit says from when on.
 """
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ WINDOW_S = 8.0
 SETTLING_S = 2.0
 """s after a begin that are not judged: the observer finds its state first (docs/thresholds.md)"""
 MAX_MEAN_RATIO = 0.6
-"""mean of a motor's unsaid force over a window, in sigmas of calibration (docs/thresholds.md)"""
+"""mean of a motor's unmodelled force over a window, in sigmas of calibration (docs/thresholds.md)"""
 MAX_ALONG_RATIO = 0.9
 """its part along the motor's direction, in those sigmas (docs/thresholds.md)"""
 MAX_RMS_RATIO = 1.5
@@ -30,7 +30,15 @@ TURNING_SHARE = 0.85
 """of its whole that the seed's dry friction has where a motor counts as turning: faster than about 8 rad/s (docs/thresholds.md)"""
 MIN_FAST_SHARE = 0.15
 """of a window in which a motor must turn each way, to be judged (docs/thresholds.md)"""
-_WORDS = {
+Kind = Literal["mean", "along", "rms"]
+"""of a deviation: the mean force, its part along the motor's direction, or its rms"""
+_LIMITS: dict[Kind, float] = {"mean": MAX_MEAN_RATIO, "along": MAX_ALONG_RATIO, "rms": MAX_RMS_RATIO}
+_DEVIATIONS: dict[Kind, str] = {
+    "mean": "are missing all the time",
+    "along": "act along its motion",
+    "rms": "rms are unexplained",
+}
+_CAUSES: dict[Kind, str] = {
     "mean": "a cable slipped, a load hangs on the arm, or a motor's force is off",
     "along": "friction changed (warmed, worn, oiled)",
     "rms": "a load hangs on the arm, or a law is no longer what it was",
@@ -45,8 +53,7 @@ class Finding:
     """s, of the log, where the window begins"""
     motor: int
     """from 1"""
-    kind: str
-    """mean, along or rms"""
+    kind: Kind
     force: float
     """N"""
     expected: float
@@ -62,21 +69,24 @@ class Finding:
             "kind": self.kind,
             "force_N": self.force,
             "expected_N": self.expected,
-            "may_be": _WORDS[self.kind],
+            "may_be": _CAUSES[self.kind],
         }
 
 
 @dataclass
 class HealthMonitor:
-    """Takes rows one by one; sigma: of each motor's unsaid force when it was calibrated, (M,), N."""
+    """Takes rows one by one, and judges each window of them when it is whole."""
 
     sigma: Array
+    """of each motor's unmodelled force when it was calibrated, (M,), N"""
     findings: list[Finding] = field(default_factory=list)
     loads: list[FoundLoad] = field(default_factory=list)
     """by load_test.py, of the whole log"""
     windows: int = 0
-    _began: float | None = None
-    _rows: list[tuple[Array, Array]] = field(default_factory=list)
+    """that were judged"""
+    _began: float | None = field(default=None, init=False)
+    _rows: list[tuple[Array, Array]] = field(default_factory=list, init=False)
+    """of the window so far: unmodelled forces, and the share of its dry friction that each motor turns with"""
 
     def add(self, time: float, error: Array, theta_d: Array) -> None:
         """error: the observer's friction error, (M,), N; theta_d: motor speeds, (M,), rad/s."""
@@ -102,20 +112,30 @@ class HealthMonitor:
         errors, turning = (np.array(v) for v in zip(*self._rows, strict=True))
         judged = False
         for j, (error, turn) in enumerate(zip(errors.T, turning.T, strict=True)):
-            # near rest friction holds any force up to its whole: nothing is unsaid there
+            # near rest friction holds any force up to its whole: no force is unmodelled there
             fast = np.abs(turn) > TURNING_SHARE
             if min(np.mean(fast & (turn > 0)), np.mean(fast & (turn < 0))) < MIN_FAST_SHARE:
                 continue
             judged = True
             e, direction = error[fast], turn[fast]
             mean, along = np.linalg.lstsq(np.stack([np.ones_like(e), direction], axis=1), e, rcond=None)[0]
-            forces = {"mean": float(mean), "along": float(along), "rms": float(np.sqrt(np.mean(e**2)))}
-            limits = {"mean": MAX_MEAN_RATIO, "along": MAX_ALONG_RATIO, "rms": MAX_RMS_RATIO}
-            ratios = {kind: abs(force) / (limits[kind] * float(self.sigma[j])) for kind, force in forces.items()}
-            kind = max(ratios, key=lambda name: ratios[name])
+            forces: dict[Kind, float] = {
+                "mean": float(mean),
+                "along": float(along),
+                "rms": float(np.sqrt(np.mean(e**2))),
+            }
+            ratios = {kind: abs(forces[kind]) / (_LIMITS[kind] * float(self.sigma[j])) for kind in get_args(Kind)}
+            kind: Kind = max(ratios, key=lambda name: ratios[name])
             if ratios[kind] > 1:
                 assert self._began is not None
-                found = Finding(self._began, j + 1, kind, forces[kind], float(self.sigma[j]), ratios[kind])
+                found = Finding(
+                    time=self._began,
+                    motor=j + 1,
+                    kind=kind,
+                    force=forces[kind],
+                    expected=float(self.sigma[j]),
+                    ratio=ratios[kind],
+                )
                 self.findings.append(found)
         self.windows += judged
 
@@ -136,10 +156,9 @@ def sentences(monitor: HealthMonitor) -> list[str]:
         first.setdefault(found.motor, []).append(found)
     for motor, own in sorted(first.items()):
         worst = max(own, key=lambda f: f.ratio)
-        what = {"mean": "are missing all the time", "along": "act along its motion", "rms": "rms are unexplained"}
         lines.append(
-            f"motor {motor} from {own[0].time:.1f} s on is not as identified: {worst.force:.1f} N {what[worst.kind]}, "
-            f"where {worst.expected:.1f} N rms were left; {_WORDS[worst.kind]}"
+            f"motor {motor} from {own[0].time:.1f} s on is not as identified: {worst.force:.1f} N {_DEVIATIONS[worst.kind]}, "
+            f"where {worst.expected:.1f} N rms were left; {_CAUSES[worst.kind]}"
         )
     if monitor.loads:
         load = max(monitor.loads, key=lambda found: abs(found.mass))

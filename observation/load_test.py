@@ -1,8 +1,8 @@
 """Whether a load hangs on the arm's tip that the model does not have.
 
-A load lowers the arm on its cables, and they pull otherwise than the model says: the motors' unsaid forces follow the pose in a way
-that is known in advance. They are fitted with it, beside a constant and a part along each motor's direction, over stretches of the
-log; blocks of a second say how sure that is.
+A load lowers the arm on its cables, and their tensions change with the pose in a way that is known in advance. Motor forces that
+the laws do not model are fitted by it, beside a constant and a part along each motor's direction, over stretches of the log. Blocks
+of a second tell the standard deviation.
 """
 
 from dataclasses import dataclass, replace
@@ -24,18 +24,21 @@ MIN_LOAD_SIGMAS = 4.0
 MIN_LOAD_KG = 0.03
 """kg: a lighter load is not spoken of; a law that was not quite right looks like it (docs/thresholds.md)"""
 _BLOCK_S = 1.0
-_SMALL = 1e-3
+"""s: blocks whose errors are independent, nearly"""
+_SMALL_KG = 1e-3
+"""kg, of the differences"""
 
 
 @dataclass(frozen=True)
 class FoundLoad:
-    """Of one stretch."""
+    """The load in one stretch of the log."""
 
     time: float
     """s, where the stretch begins"""
     mass: float
     """kg, on the last bar; below zero where the arm became lighter"""
     sigma: float
+    """kg"""
 
 
 def forces_of_load(machine: Machine, alpha: Array, theta: Array) -> Array:
@@ -43,15 +46,18 @@ def forces_of_load(machine: Machine, alpha: Array, theta: Array) -> Array:
     arm = machine.arm
     heavier = replace(arm, top_mass=arm.top_mass + np.eye(arm.N)[-1])
     torque = gravity_and_springs(heavier, alpha) - gravity_and_springs(arm, alpha)
-    lowered = -_SMALL * np.einsum("tij,tj->ti", compliance(machine, alpha, theta), torque)
+    lowered = -_SMALL_KG * np.einsum("tij,tj->ti", compliance(machine, alpha, theta), torque)
     before, after = (pull_at_rest(machine, cables_at_rest(machine, a, theta)[0]) for a in (alpha, alpha + lowered))
-    return (np.maximum(after, 0.0) - np.maximum(before, 0.0)) / _SMALL
+    return (np.maximum(after, 0.0) - np.maximum(before, 0.0)) / _SMALL_KG
 
 
 def find_loads(
     machine: Machine, time: Array, alpha: Array, theta: Array, theta_d: Array, error: Array, sigma: Array
 ) -> list[FoundLoad]:
-    """Stretches (T rows, evenly spaced) in which a load shows. error: the motors' unsaid forces (T, M), N; sigma: (M,), N."""
+    """Stretches in which a load shows, of T rows that are evenly spaced, with angles in rad and times in s.
+
+    error: the motors' unmodelled forces, (T, M), N; sigma: of these when the arm was calibrated, (M,), N.
+    """
     found = []
     first, count = 0, int(np.ceil(LOAD_STRETCH_S / max(float(np.median(np.diff(time))), 1e-9))) if len(time) > 1 else 1
     while first + count <= len(time):
@@ -78,5 +84,6 @@ def _fitted(time: Array, signature: Array, error: Array, turning: Array) -> Foun
 
 
 def _without(column: Array, turning: Array) -> Array:
+    """A column (T,) less what a constant and the motor's direction explain of it."""
     basis = np.stack([np.ones_like(turning), turning], axis=1)
     return column - basis @ np.linalg.lstsq(basis, column, rcond=None)[0]

@@ -17,20 +17,21 @@ from observation.observer import MAX_GAP_S, Observed, Observer
 from observation.smoother import smoothed
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
+from xneck_foundation.one_line import counted
 
 Array = NDArray[np.float64]
 
 START_SIGMA_RAD = 0.05
 """rad, of a pose that is told where a log begins, where nobody says better (docs/thresholds.md)"""
-
-
 _LOAD_TEST_HZ = 10.0
 """rows in a second in which a load is looked for"""
+_PROGRESS_ROWS = 500
+"""rows after which progress is told"""
 
 
 @dataclass(frozen=True)
 class ObservedLog:
-    """Columns alphaI, alphaI_d, sigma_alphaI, sigma_alphaI_d on the log's clock, and the arm's health."""
+    """Columns alphaI, alphaI_d, sigma_alphaI, sigma_alphaI_d on the log's clock, rad and rad/s, and the arm's health."""
 
     series: Series
     health: HealthMonitor
@@ -61,10 +62,11 @@ def observe_log(
     smooth: bool = False,
     progress: Callable[[int], object] = lambda rows: None,
 ) -> ObservedLog:
-    """The joints in every row of a log with columns thetaJ and fJ.
+    """The joints in every row of a log with columns thetaJ, rad, and fJ, N.
 
     frames: angles by a camera on the log's clock, where there are some. start: joint angles (N,), rad, where the log begins.
-    smooth: each row by the rows after it too. Raises Refused where the log holds no forces, or the model was not identified for it.
+    smooth: each row by the rows after it too. progress: called with the number of rows done since the last call. Raises Refused
+    where the log holds no forces, or the model was not identified for it.
 
     >>> import xneck
     >>> data = xneck.read_dataset("monday.mcap")
@@ -74,67 +76,96 @@ def observe_log(
     >>> seen.as_json()["health"]["verdict"]  # the sample carries something at its tip that its description lacks
     'changed'
     """
-    theta, f = log.matrix("theta"), log.matrix("f")
-    if theta.shape[1] != neck.M:
-        raise Refused(
-            "observe", f"the log holds {theta.shape[1]} motors, the arm has {neck.M}", "is it this arm's log?"
-        )
-    if f.shape[1] != neck.M:
-        raise Refused("observe", "the log holds no forces f", "log the force command of every motor")
-    if start is not None and len(start) != neck.N:
-        raise Refused("observe", f"{len(start)} angles to begin with, the arm has {neck.N}", "give one for each joint")
+    _check(neck, log, start)
     step_s = float(np.median(np.diff(log.time)))
     observer = Observer(neck, model, step_s)
-    at_rows = _frames_at_rows(frames, log.time)
+    rows = _Rows(observer, log, frames, start)
     monitor = HealthMonitor(observer.numbers.friction_sigma)
-    layout = observer.numbers.layout
-    gaps = np.concatenate([[False], np.diff(log.time) > MAX_GAP_S])
-
-    every = max(1, round(1 / (_LOAD_TEST_HZ * step_s)))
-    kept: list[tuple[Any, ...]] = []
-
-    def take(row: int) -> Observed:
-        angles, sigma = None, None
-        if row == 0 and start is not None:
-            angles, sigma = start, np.full(neck.N, START_SIGMA_RAD)
-        elif row in at_rows and frames is not None:
-            frame = at_rows[row]
-            moved = observer.observed.alpha_d * (log.time[row] - frames.time[frame]) if row else 0.0
-            angles = frames.alpha[frame] + moved
-            sigma = np.hypot(frames.sigma[frame], frames.common[frame])
-        observer.step(theta[row], f[row], float(log.time[row]), angles, sigma)
-        return observer.observed
-
-    def watched(row: int) -> Observed:
-        seen = take(row)
-        if gaps[row]:
+    after_gap = np.concatenate([[False], np.diff(log.time) > MAX_GAP_S])
+    each = max(1, round(1 / (_LOAD_TEST_HZ * step_s)))
+    observed: list[Observed] = []
+    load_rows, states = list[int](), list[Array]()
+    for row, time in enumerate(log.time.tolist()):
+        observed.append(rows.take(row))
+        if after_gap[row]:
             monitor.restart()
-        monitor.add(float(log.time[row]), observer.friction_error, observer.state[layout.theta_d])
-        if row % every == 0 and log.time[row] - log.time[0] >= SETTLING_S:
-            s = observer.state
-            kept.append((log.time[row], s[layout.alpha], s[layout.theta], s[layout.theta_d], s[layout.friction_error]))
-        if row % 500 == 499:
-            progress(500)
-        return seen
-
-    rows = [watched(row) for row in range(len(log))]
-    if kept:
-        times, angles, turned, speeds, unsaid = (np.array(v) for v in zip(*kept, strict=True))
-        machine = pose_machine(model, neck)
-        monitor.loads = find_loads(machine, times, angles, turned, speeds, unsaid, monitor.sigma)
+        monitor.add(time, observer.friction_error, observer.state[observer.numbers.layout.theta_d])
+        if row % each == 0 and time - log.time[0] >= SETTLING_S:
+            load_rows.append(row)
+            states.append(observer.state)
+        if row % _PROGRESS_ROWS == _PROGRESS_ROWS - 1:
+            progress(_PROGRESS_ROWS)
+    if states:
+        s, layout = np.array(states), observer.numbers.layout
+        monitor.loads = find_loads(
+            pose_machine(model, neck),
+            log.time[load_rows],
+            s[:, layout.alpha],
+            s[:, layout.theta],
+            s[:, layout.theta_d],
+            s[:, layout.friction_error],
+            monitor.sigma,
+        )
     if smooth:
         observer.restart()
-        rows = smoothed(observer, len(log), take)
-    alpha, alpha_d = np.array([r.alpha for r in rows]), np.array([r.alpha_d for r in rows])
-    sigma = np.sqrt(np.array([np.maximum(np.diag(r.covariance), 0.0) for r in rows]))
-    columns = numbered_columns("alpha", alpha) | numbered_columns("alpha", alpha_d, "_d")
-    columns |= numbered_columns("sigma_alpha", sigma[:, : neck.N])
-    columns |= numbered_columns("sigma_alpha", sigma[:, neck.N :], "_d")
-    return ObservedLog(Series(log.time, columns), monitor, len(at_rows), int(gaps.sum()))
+        observed = smoothed(observer, len(log), rows.take)
+    return ObservedLog(_columns(log.time, observed), monitor, len(rows.frame_at), int(after_gap.sum()))
+
+
+def _check(neck: Neck, log: Series, start: Array | None) -> None:
+    """Raises Refused where a log or the angles at its beginning are not this arm's."""
+    motors = log.matrix("theta").shape[1]
+    if motors != neck.M:
+        raise Refused(
+            "observe", f"the log holds {counted(motors, 'motor')}, the arm has {neck.M}", "is it this arm's log?"
+        )
+    if log.matrix("f").shape[1] != neck.M:
+        raise Refused("observe", "the log holds no forces f", "log the force command of every motor")
+    if start is not None and len(start) != neck.N:
+        what = f"{counted(len(start), 'angle')} for {counted(neck.N, 'joint')}"
+        raise Refused("start", what, "give one for each joint")
+
+
+class _Rows:
+    """The rows of a log, which an observer takes one after the other, with frames of a camera where they belong."""
+
+    def __init__(self, observer: Observer, log: Series, frames: FrameAngles | None, start: Array | None) -> None:
+        self._observer, self._log, self._frames, self._start = observer, log, frames, start
+        self._theta, self._f = log.matrix("theta"), log.matrix("f")
+        self.frame_at = _frames_at_rows(frames, log.time)
+        """frames by their rows"""
+
+    def take(self, row: int) -> Observed:
+        """Makes the observer, which has taken the row before, take this one."""
+        angles, sigma = self._seen_at(row)
+        self._observer.step(self._theta[row], self._f[row], float(self._log.time[row]), angles, sigma)
+        return self._observer.observed
+
+    def _seen_at(self, row: int) -> tuple[Array | None, Array | None]:
+        """Angles (N,), rad, that are told at a row, with their sigmas."""
+        if row == 0 and self._start is not None:
+            return self._start, np.full(len(self._start), START_SIGMA_RAD)
+        if self._frames is None or row not in self.frame_at:
+            return None, None
+        frames, frame = self._frames, self.frame_at[row]
+        # from the frame's time to the row's
+        moved = self._observer.observed.alpha_d * (self._log.time[row] - frames.time[frame]) if row else 0.0
+        return frames.alpha[frame] + moved, np.hypot(frames.sigma[frame], frames.common[frame])
+
+
+def _columns(time: Array, observed: list[Observed]) -> Series:
+    """Angles, rates, and the sigmas of both, at times (T,), s."""
+    n = len(observed[0].alpha)
+    sigma = np.sqrt(np.array([np.maximum(np.diag(o.covariance), 0.0) for o in observed]))
+    columns = numbered_columns("alpha", np.array([o.alpha for o in observed]))
+    columns |= numbered_columns("alpha", np.array([o.alpha_d for o in observed]), "_d")
+    columns |= numbered_columns("sigma_alpha", sigma[:, :n])
+    columns |= numbered_columns("sigma_alpha", sigma[:, n:], "_d")
+    return Series(time, columns)
 
 
 def _frames_at_rows(frames: FrameAngles | None, time: Array) -> dict[int, int]:
-    """Row of the log to the frame that is nearest to it, for frames within it that show something."""
+    """Frames within the log that show a joint, by the row that is nearest to each."""
     if frames is None:
         return {}
     out: dict[int, int] = {}

@@ -6,6 +6,7 @@ is kept as a factor A(pose), (N, R), with A A^T the covariance of the angles, wh
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,7 @@ _STEP = 0.05
 """sigmas of a number: of the differences"""
 _RANK = 10
 """columns of the factor"""
-RANGE_RAD = 0.6
+UNSEEN_RANGE_RAD = 0.6
 """of joint angles around straight, where no camera saw another"""
 WIDENED = 1.5
 """by how much the sigmas of numbers are widened: residuals of a fit say nothing of what all frames share (docs/thresholds.md)"""
@@ -43,25 +44,42 @@ UNSEEN_X0_SIGMA_M = 5e-3
 
 @dataclass(frozen=True)
 class PoseError:
-    """Features of a pose are 1, its N scaled angles, their N (N + 1) / 2 products, and the scaled mean tension."""
+    """The pose's error: features of a pose are 1, N scaled angles, their N (N + 1) / 2 products, and the scaled mean tension."""
 
     middle: Array
-    """(N,), rad, and half the range of the angles"""
+    """of the angles' range, (N,), rad"""
     half_range: Array
+    """(N,), rad"""
     tension: tuple[float, float]
     """N: middle and half range of the cables' mean tension"""
     factor: Array
     """(features, N, R), rad"""
 
     def at(self, alpha: Array, tension: float) -> Array:
-        """A(pose), (N, R), rad."""
-        return np.tensordot(self.features(alpha, tension), self.factor, axes=1)
+        """A of the pose at angles (N,), rad, and a mean tension, N: (N, R), rad."""
+        return (self.features(alpha, tension) @ self._flat_factor).reshape(self.factor.shape[1:])
 
     def features(self, alpha: Array, tension: float) -> Array:
-        """Of one pose, (features,)."""
+        """Features of the pose at angles (N,), rad, and a mean tension, N, (features,)."""
         u = (alpha - self.middle) / self.half_range
-        products = np.outer(u, u)[np.triu_indices(len(u))]
-        return np.concatenate([[1.0], u, products, [(tension - self.tension[0]) / self.tension[1]]])
+        first, second = self._pairs
+        scaled = (tension - self.tension[0]) / self.tension[1]
+        return np.concatenate([[1.0], u, u[first] * u[second], [scaled]])
+
+    @property
+    def middle_sigma(self) -> Array:
+        """Sigma of the angles in the middle of their range, (N,), rad."""
+        return np.sqrt(np.sum(self.at(self.middle, self.tension[0]) ** 2, axis=1))
+
+    # each row of a log asks for these
+    @cached_property
+    def _flat_factor(self) -> Array:
+        return self.factor.reshape(len(self.factor), -1)
+
+    @cached_property
+    def _pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Indices of the angles that are multiplied by each other."""
+        return np.triu_indices(len(self.middle))
 
 
 def pose_model(model: Model, neck: Neck) -> PoseModel:
@@ -98,14 +116,14 @@ def pose_model(model: Model, neck: Neck) -> PoseModel:
         residual=PoseResidual(
             angle_rad=(0.0,) * n,
             motor_N=(UNSEEN_FRICTION_SIGMA_N,) * m,
-            low_alpha=(-RANGE_RAD,) * n,
-            high_alpha=(RANGE_RAD,) * n,
+            low_alpha=(-UNSEEN_RANGE_RAD,) * n,
+            high_alpha=(UNSEEN_RANGE_RAD,) * n,
         ),
     )
 
 
 def pose_error(model: Model, neck: Neck) -> PoseError:
-    """Of a model whose `pose` is known."""
+    """The pose's error of a model whose `pose` is known."""
     assert model.pose is not None
     pose, base = model.pose, pose_machine(model, neck)
     n, m = neck.N, neck.M
@@ -138,6 +156,7 @@ def pose_error(model: Model, neck: Neck) -> PoseError:
 
 
 def _root(covariance: Array) -> Array:
+    """R (P, P) with R R^T the covariance, which may be singular."""
     sigma = np.sqrt(np.diag(covariance))
     scale = np.where(sigma > 0, sigma, 1.0)
     size, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))

@@ -11,6 +11,7 @@ from mechanism.machine import Machine
 Array = NDArray[np.float64]
 
 _DIFFERENCE_RAD = 1e-5
+"""rad, of derivatives by the angles"""
 
 
 def cables_at_rest(machine: Machine, alpha: Array, theta: Array) -> tuple[CableMotion, Array]:
@@ -18,11 +19,20 @@ def cables_at_rest(machine: Machine, alpha: Array, theta: Array) -> tuple[CableM
     arm, g = machine.arm, geometry_of_poses(machine.arm, alpha)
     x = g.length - lengths(arm, np.zeros(arm.N)) + arm.drum * theta + arm.x0
     still = np.zeros_like(x)
-    return CableMotion(x, still, g.length, arm, still, theta / arm.gear, theta, np.zeros(())), g.Z
+    return CableMotion(
+        x=x,
+        x_d=still,
+        length=g.length,
+        arm=arm,
+        travel_d=still,
+        drum_angle=theta / arm.gear,
+        theta=theta,
+        time=np.zeros(()),
+    ), g.Z
 
 
 def pull_at_rest(machine: Machine, at: CableMotion) -> Array:
-    """Of the cables as if they could push, (poses, M), N."""
+    """Tensions of the cables as if they could push, (poses, M), N."""
     # of a cable at rest memory fades: creep has ended, strands stand anywhere
     return np.broadcast_to(machine.pull(at, np.zeros((*at.x.shape, machine.states))), at.x.shape)
 

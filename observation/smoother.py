@@ -4,14 +4,12 @@ The filter runs once and is remembered now and then; from the end on, each stret
 not grow with the record.
 """
 
-import copy
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from observation.observer import Observed, Observer
+from observation.observer import FilteredRow, Observed, Observer
 
 Array = NDArray[np.float64]
 
@@ -19,42 +17,22 @@ STRETCH = 500
 """rows that are kept at once"""
 
 
-@dataclass(frozen=True)
-class _Row:
-    """Of one row: the filter's state, and the prediction that led to it."""
-
-    transition: Array | None
-    """None where the observer began"""
-    predicted: Array
-    predicted_covariance: Array
-    state: Array
-    covariance: Array
-
-
 def smoothed(observer: Observer, count: int, step: Callable[[int], object]) -> list[Observed]:
-    """Of all rows. step(row) makes the observer, which is at its beginning, take a row."""
+    """The joints at `count` rows, in their order. step(row) makes the observer, which is at its beginning, take a row."""
     kept = []
     for row in range(count):
         if row % STRETCH == 0:
-            kept.append(copy.deepcopy(observer.memory))
+            kept.append(observer.snapshot())
         step(row)
     out: list[Observed] = []
-    later: _Row | None = None
+    later: FilteredRow | None = None
     state, covariance = observer.state, observer.covariance
     for begin in range((count - 1) // STRETCH * STRETCH, -1, -STRETCH):
-        observer.memory = copy.deepcopy(kept[begin // STRETCH])
+        observer.restore(kept[begin // STRETCH])
         rows = []
         for row in range(begin, min(begin + STRETCH, count)):
             step(row)
-            rows.append(
-                _Row(
-                    observer.transition,
-                    observer.predicted,
-                    observer.predicted_covariance,
-                    observer.state,
-                    observer.covariance,
-                )
-            )
+            rows.append(observer.last_row)
         for own in reversed(rows):
             if later is None or later.transition is None:
                 state, covariance = own.state, own.covariance
@@ -65,8 +43,8 @@ def smoothed(observer: Observer, count: int, step: Callable[[int], object]) -> l
     return out[::-1]
 
 
-def _corrected(own: _Row, later: _Row, state: Array, covariance: Array) -> tuple[Array, Array]:
-    """A row's estimate by the smoothed estimate of the next."""
+def _corrected(own: FilteredRow, later: FilteredRow, state: Array, covariance: Array) -> tuple[Array, Array]:
+    """State (size,) and covariance (size, size) of a row, smoothed by those of the next, which are smoothed already."""
     assert later.transition is not None
     sigma = np.sqrt(np.maximum(np.diag(later.predicted_covariance), 1e-300))
     scaled = later.predicted_covariance / np.outer(sigma, sigma)

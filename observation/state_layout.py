@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from mechanism.machine import Machine
 
 
@@ -20,7 +23,7 @@ class StateLayout:
 
     @property
     def alpha_d(self) -> slice:
-        """rad/s."""
+        """Joint speeds, rad/s."""
         return slice(self.N, 2 * self.N)
 
     @property
@@ -30,7 +33,7 @@ class StateLayout:
 
     @property
     def theta_d(self) -> slice:
-        """rad/s."""
+        """Motor speeds, rad/s."""
         return self._after(self.theta, self.M)
 
     @property
@@ -55,13 +58,15 @@ class StateLayout:
 
     @property
     def size(self) -> int:
-        """Of the vector."""
+        """Entries of the vector."""
         return self.pose_error.stop
 
-    @property
-    def moving(self) -> slice:
-        """What the equations of motion drive: all up to the memory variables."""
-        return slice(0, self.memory.stop)
+    def vector(self, **parts: ArrayLike) -> NDArray[np.float64]:
+        """A vector (size,) of parts by their names, such as `theta`; the others are zero."""
+        out = np.zeros(self.size)
+        for name, values in parts.items():
+            out[getattr(self, name)] = values
+        return out
 
     @staticmethod
     def _after(before: slice, count: int) -> slice:
@@ -69,5 +74,5 @@ class StateLayout:
 
 
 def layout_of(machine: Machine) -> StateLayout:
-    """Of a machine."""
+    """The state of a machine."""
     return StateLayout(machine.arm.N, machine.arm.M, machine.states)

@@ -83,16 +83,23 @@ def read_table(
                     _add_rows(columns, table)
                     rows_before += len(table)
                     table.clear()
-    except UnicodeDecodeError as error:
-        raise Refused(path, "cannot be read as CSV (not UTF-8 text)", "save it as UTF-8") from error
-    except (OSError, csv.Error) as error:
-        raise Refused(path, f"cannot be read as CSV ({getattr(error, 'strerror', None) or error})") from error
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise unreadable(path, error) from error
     if not rows_before and not table:
-        raise Refused(path, "has a header but no rows")
+        raise Refused(path, "has a header but no rows", "record longer")
     _add_rows(columns, table)
     # column by column, each given up in its pieces as it is joined: not all is there twice
     joined = {name: np.concatenate(columns.pop(name)) for name in at}
     return Series(joined.pop(written.time_column), joined)
+
+
+def unreadable(path: Path, error: OSError | UnicodeDecodeError | csv.Error) -> Refused:
+    """The refusal of a file that cannot be read as CSV."""
+    if isinstance(error, UnicodeDecodeError):
+        return Refused(path, "cannot be read as CSV (not UTF-8 text)", "save it as UTF-8")
+    if isinstance(error, OSError):
+        return Refused(path, f"cannot be read ({error.strerror or error})")
+    return Refused(path, f"cannot be read as CSV ({error})", "is it a table of numbers below a header?")
 
 
 def _add_rows(columns: Mapping[str, list[Array]], table: Sequence[Sequence[float]]) -> None:

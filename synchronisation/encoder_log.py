@@ -159,7 +159,7 @@ def motor_channel(logs: Mapping[str, JointStateChannel], neck: Neck, path: Path)
 def _not_one_channel(
     logs: Mapping[str, JointStateChannel], fitting: Mapping[str, JointStateChannel], joints: list[str], motors: int
 ) -> tuple[str, str]:
-    """That none or several of a file's channels hold the motors, and what to write into neck.yaml."""
+    """The refusal where none or several of a file's channels hold the motors, with what to write into neck.yaml."""
     held = listed((f"/{topic} has {listed(log.names, limit=_SHOWN)}" for topic, log in logs.items()), "; ")
     expected = f"joints {listed(joints, limit=_SHOWN)}" if joints else f"{motors} joints"
     count = f"{len(fitting)} channels" if fitting else "no channel"

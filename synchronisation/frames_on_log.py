@@ -10,7 +10,7 @@ from xneck_foundation.errors import Refused
 
 
 def read_frames_on_log(path: str | Path, joints: int) -> FrameAngles:
-    """Of a data set, whose clock is known, or of a CSV `time,alpha1..N[,sigma1..N]` whose times are the log's.
+    """The frames of a data set, whose clock is known, or of a CSV `time,alpha1..N[,sigma1..N]` whose times are the log's.
 
     Raises Refused where the file is an angles.mcap, which is on the camera's clock, or of another arm.
     """

@@ -10,7 +10,7 @@ import numpy as np
 from identification.dataset.series import Array
 from identification.files import joint_state, ros_bag
 from synchronisation.csv_header import SEPARATORS
-from synchronisation.csv_table import PLAIN, CsvFormat
+from synchronisation.csv_table import PLAIN, CsvFormat, unreadable
 from synchronisation.encoder_log import LOG_SUFFIXES
 from synchronisation.parquet_table import numeric_columns
 from xneck_foundation.errors import Refused
@@ -45,7 +45,12 @@ def read_contents(path: Path) -> LogContents:
     if path.suffix == ".parquet":
         return LogContents(columns=numeric_columns(path))
     if path.suffix not in (".csv", ".txt", ".tsv", ".log"):
-        raise Refused(path, f"{quoted(path.suffix)} is no kind of log that is read", f"give {', '.join(LOG_SUFFIXES)}")
+        what = (
+            f"{quoted(path.suffix)} is no kind of log that is read"
+            if path.suffix
+            else "has no suffix that says its kind"
+        )
+        raise Refused(path, what, f"give {', '.join(LOG_SUFFIXES)}")
     return _csv_contents(path)
 
 
@@ -60,15 +65,13 @@ def _csv_contents(path: Path) -> LogContents:
             rows = csv.reader(stream, delimiter=separator)
             header = [cell.strip() for cell in next(rows)]
             table = [row for row in rows if len(row) == len(header)]
-    except UnicodeDecodeError as error:
-        raise Refused(path, "is no UTF-8 text", "save it as UTF-8") from error
-    except (OSError, csv.Error) as error:
-        raise Refused(path, f"cannot be read as CSV ({getattr(error, 'strerror', None) or error})") from error
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise unreadable(path, error) from error
     if all(_number(cell, decimal) is not None for cell in header):
         raise Refused(path, "has no header: its first row holds numbers", "begin it with a row of columns' names")
     units_row = bool(table) and all(_number(cell, decimal) is None for cell in table[0])
     if len(table) - units_row < 2:
-        raise Refused(path, "has a header and no two rows of numbers")
+        raise Refused(path, "has a header and no two rows of numbers", "record longer")
     columns: dict[str, Array] = {}
     texts = []
     for name, cells in zip(header, zip(*table[units_row:], strict=True), strict=True):

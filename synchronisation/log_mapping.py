@@ -128,6 +128,9 @@ def _of_table(path: Path, contents: LogContents, motors: int | None) -> LogMappi
     angles = _group(columns, "angle", motors, prefer_commanded=False)
     if not angles:
         raise Refused(path, *_no_angles(columns, motors))
+    if not any(np.isfinite(contents.columns[c.name]).any() for c in angles):
+        what = f"{listed(c.name for c in angles)} hold no numbers"
+        raise Refused(path, what, "is it what the controller wrote?")
     forces = _group(columns, "force", len(angles), prefer_commanded=True)
     light = next((c for c in columns if c.kind == "light" and {c.low, c.high} <= {0.0, 1.0}), None)
     stamps = contents.columns[time.name] * TIME_SCALES.get(time.unit or "s", 1.0)
@@ -195,6 +198,13 @@ def _time_column(path: Path, columns: Sequence[Column], contents: LogContents) -
     named = [c for c in growing if c.kind == "time"]
     even = [c for c in growing if _even(contents.columns[c.name])]
     if not (named or even):
+        names = [c.name for c in columns if c.kind == "time"]
+        if names:
+            values = contents.columns[names[0]]
+            row = int(np.argmin(np.diff(values, prepend=-np.inf) > 0)) + 1
+            raise Refused(
+                path, f"{names[0]} does not grow in row {row} as a time does", "is a row damaged? leave it out"
+            )
         names = listed(c.name for c in columns)
         raise Refused(path, f"no column grows from row to row as a time does ({names})", "log the time of each row")
     chosen = (named or even)[0]

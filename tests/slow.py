@@ -20,6 +20,7 @@ SLOW = (
     "identification/test_estimates.py",
     "identification/test_instruments.py",
     "identification/test_motor_speeds.py",
+    "identification/test_pose_calibration.py",
     "identification/test_recovery.py",
     "mechanism/test_mujoco_peer.py",
     "mechanism/test_simulation.py",

@@ -141,7 +141,9 @@ def track_markers(
     if tracks.covariance is not None:
         sigma = sigma * noise_factor(time, turn, sigma)
     duplicates = (tracks.status == DOUBLED).sum(axis=0)
-    return TracksOfMarkers(ids, time, corners, turn, sigma, spread, duplicates)
+    return TracksOfMarkers(
+        ids=ids, time=time, corners=corners, turn=turn, sigma_turn=sigma, sigma_px=spread, duplicates=duplicates
+    )
 
 
 def write_tracks(tracks: TracksOfMarkers, path: str | Path, notes: dict[str, Any]) -> None:

@@ -117,11 +117,15 @@ def _fault(error: Any, meant: Mapping[Path, str], kind: type[BaseModel]) -> str:
         message = message[0].lower() + message[1:]
     if error["type"] == "model_type":
         message = "expected keys and values"
+    if error["type"] == "too_short":
+        return f"{place}: expected at least {error['ctx']['min_length']}, found {error['ctx']['actual_length']}"
     found = error["input"]
     if found is None:
         return f"{place}: {message}, found nothing"
-    if isinstance(found, dict | list | BaseModel):
+    if isinstance(found, BaseModel):
         return f"{place}: {message}"
+    if isinstance(found, dict | list):
+        return f"{place}: {message}" + (", found keys and values" if isinstance(found, dict) else ", found a list")
     hint = ""
     if error["type"] == "literal_error" and isinstance(found, str):
         words = re.findall(r"'([^']*)'", error["ctx"]["expected"])

@@ -33,6 +33,11 @@ def counted(count: int, word: str) -> str:
     return f"{count} {word}{'' if count == 1 else 's'}"
 
 
+def indexed(name: str, index: int | None) -> str:
+    """A number's name with that of its cable, joint or motor from 1: `k(3)`; `cm` where there is one of a kind."""
+    return name if index is None else f"{name}({index})"
+
+
 def listed(words: Iterable[str], separator: str = ", ", limit: int = LIST_CHARACTERS) -> str:
     """`words` up to about `limit` characters, at least one of them, and how many more there are: `a, b, ... and 17 more`."""
     words = list(words)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 _COMPUTING = (
     "xneck_foundation",
+    "discovery",
     "mechanism",
     "calibration",
     "identification",

@@ -185,10 +185,17 @@ def read_yaml(path: str | Path, kind: type[M], hint: str = "") -> M:
     return validate_document(load_yaml(path), kind, path, hint)
 
 
+def _kind_of(document: Any) -> str:
+    """What a document is that has no keys, in words."""
+    if document is None:
+        return "nothing"
+    return "a list" if isinstance(document, list) else "a single value"
+
+
 def validate_document(document: Any, kind: type[M], where: str | Path, hint: str = "") -> M:
     """A loaded document as a `kind`; raises Refused with every fault, its path, what was found and what is expected."""
     if not isinstance(document, dict):
-        raise Refused(where, f"expected keys and values, found {type(document).__name__}")
+        raise Refused(where, f"expected keys and values, found {_kind_of(document)}", "is this the right file?")
     try:
         # by JSON's rules a list may become a tuple and an integer a float, but text is never a number
         return kind.model_validate_json(json.dumps(document))

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import counted
 
 Array = NDArray[np.float64]
 
@@ -72,9 +73,10 @@ PAUSE_S, MAX_PAUSE_RATIO = 10.0, 9.0
 def check_time(time: Array, where: str) -> None:
     """Raises Refused where times are fewer than two, not finite, or do not increase."""
     if len(time) < 2:
-        raise Refused(where, f"has {len(time)} rows", "record longer")
+        raise Refused(where, f"has {counted(len(time), 'row')}", "record longer")
     if not np.all(np.isfinite(time)):
-        raise Refused(where, f"time is not finite in row {int(np.argmin(np.isfinite(time))) + 1}")
+        row = int(np.argmin(np.isfinite(time))) + 1
+        raise Refused(where, f"time is not finite in row {row}", "leave such rows out")
     steps = np.diff(time)
     if np.any(steps <= 0):
         row = int(np.argmax(steps <= 0)) + 2

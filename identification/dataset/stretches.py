@@ -18,7 +18,7 @@ from identification.dataset.frames import white_sigma
 from identification.dataset.series import numbered_columns
 from identification.files import joint_state
 from identification.files.joint_state_channel import JointStateChannel
-from identification.files.mcap_records import logged_span
+from identification.files.mcap_index import logged_span
 from xneck_foundation.errors import Refused
 from xneck_foundation.recovery import collected_recoveries
 
@@ -55,7 +55,7 @@ class Stretches:
 
     @property
     def text(self) -> str:
-        """The same in words."""
+        """Which rows were judged, in words."""
         of = sum(last - first for first, last in self.spans)
         return (
             f"judged by {len(self.spans)} stretches of {of / len(self.spans):.0f} s, spread over the {self.seconds:.0f} s of the "
@@ -123,7 +123,7 @@ def parts_of(path: str | Path, overlap: float = 0.0, window: float = 0.0) -> Ite
 
 
 def chosen_stretches(paths: Sequence[str | Path], seconds: float, count: int, held_s: float) -> list[Stretches]:
-    """Of each recording the whole, or at most `count` stretches evenly spread that are `seconds` s together.
+    """For each recording all of it, or at most `count` stretches evenly spread that are `seconds` s together.
 
     held_s: of all recordings together; each has less where they would be more. Raises Refused where they are too many for that.
     """

@@ -4,6 +4,7 @@ from typing import Any
 
 from identification.fasquelle.method import FasquelleFit, FasquelleIdentification
 from mechanism.elasticity import ELASTIC_MODELS, ElasticModel
+from xneck_foundation.one_line import indexed
 from xneck_foundation.parameter import Parameter
 
 
@@ -22,7 +23,9 @@ def as_json(identification: FasquelleIdentification, model: ElasticModel = 1) ->
                     "title": fit.title,
                     "condition": fit.estimate.condition,
                     "rank": len(fit.estimate.base),
-                    "base_parameters": [_label(fit.parameters[i]) for i in fit.estimate.base],
+                    "base_parameters": [
+                        indexed(fit.parameters[i].name, fit.parameters[i].index) for i in fit.estimate.base
+                    ],
                     "parameters": [p.as_json() for p in fit.parameters],
                 }
                 for name, fit in fits.items()
@@ -51,18 +54,10 @@ def table_rows(fits: list[FasquelleFit]) -> list[tuple[str, str, list[Parameter 
             keys.setdefault((p.name, p.index), p.unit)
     out = []
     for (name, index), unit in keys.items():
-        label = _named(name, index)
+        label = indexed(name, index)
         parameters = [next((p for p in fit.parameters if (p.name, p.index) == (name, index)), None) for fit in fits]
         out.append((label, unit, parameters))
     return sorted(out, key=lambda row: (["fs", "fv", "k", "E", "ca", "c"].index(row[0].split("(")[0]), row[0]))
-
-
-def _label(p: Parameter) -> str:
-    return _named(p.name, p.index)
-
-
-def _named(name: str, index: int | None) -> str:
-    return name if index is None else f"{name}({index})"
 
 
 def _table(title: str, fits: list[FasquelleFit]) -> str:

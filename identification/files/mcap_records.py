@@ -5,7 +5,6 @@ found by their lengths alone: where one is wrong, the index at the file's end le
 """
 
 import json
-import struct
 import zlib
 from bisect import bisect_right
 from collections import Counter
@@ -15,34 +14,17 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import zstandard
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.reader import make_reader
 from mcap.records import Attachment, Channel, Chunk, McapRecord, Message, Metadata, Schema
-from mcap.summary import Summary
 
 from identification.files.mcap_chunks import MAX_CHUNK_BYTES, MAX_UNPACKING_RATIO, PREFIX, records_in, unpacked_chunk
+from identification.files.mcap_index import DAMAGE_ERRORS, MAGIC, chunks_outside, indexed_records, read_summary
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 
-MAGIC = b"\x89MCAP0\r\n"
 ROW_COUNTS_NAME = "rows"
 """name of the metadata with the number of rows that each channel was written with"""
-DAMAGE_ERRORS = (
-    McapError,
-    zstandard.ZstdError,
-    ValueError,
-    struct.error,
-    RuntimeError,
-    EOFError,
-    OverflowError,
-    MemoryError,
-)
-"""errors that the libraries raise on damaged bytes; their checksum errors are ValueErrors"""
-
-_FOOTER = struct.Struct("<BQQQI8s")
 _ENDS = {int(Opcode.DATA_END): 4, int(Opcode.FOOTER): 20}
 """lengths of records that end the data: a damaged opcode ends nothing"""
 _KINDS = {
@@ -113,8 +95,8 @@ class _Reading:
         self.size = path.stat().st_size
         if stream.read(len(MAGIC)) != MAGIC:
             raise Refused(path, "is not an MCAP file", "is it the right one, and copied as it was?")
-        self.summary = _summary(stream, self.size)
-        self.passed_over = _chunks_outside(self.summary, within) if self.summary and within else frozenset[int]()
+        self.summary = read_summary(stream, self.size)
+        self.passed_over = chunks_outside(self.summary, within) if self.summary and within else frozenset[int]()
         """where chunks begin that are not read"""
         self.channels: dict[int, Channel] = dict(self.summary.channels) if self.summary else {}
         self.schemas: dict[int, Schema] = dict(self.summary.schemas) if self.summary else {}
@@ -155,11 +137,18 @@ class _Reading:
                 self.topics[name].written = count
         wanted = {name: topic for name, topic in self.topics.items() if topic.schema.endswith(self.kind)}
         others = tuple(sorted(set(self.topics) - set(wanted)))
-        return Records(wanted, others, self.metadata, self.attached, tuple(self.damage), self.cut)
+        return Records(
+            topics=wanted,
+            others=others,
+            metadata=self.metadata,
+            attached=self.attached,
+            damage=tuple(self.damage),
+            cut=self.cut,
+        )
 
     def _framed(self) -> Iterator[tuple[int, bytes, int]]:
         """Opcode, content and place of one record after the other, up to the end of the data."""
-        index = _index(self.summary) if self.summary else {}
+        index = indexed_records(self.summary) if self.summary else {}
         places = list(index)
         at = len(MAGIC)
         crc: int | None = zlib.crc32(MAGIC)  # None once a record was passed over unread
@@ -198,7 +187,7 @@ class _Reading:
             at = after
 
     def _take(self, opcode: int, content: bytes) -> None:
-        """One record into what is found. Raises one of BROKEN where it is damaged."""
+        """One record into what is found. Raises one of DAMAGE_ERRORS where it is damaged."""
         stream = ReadDataStream(BytesIO(content))
         if opcode == Opcode.CHUNK:
             chunk = Chunk.read(stream)
@@ -281,56 +270,6 @@ def _name(channel: Channel) -> str:
 
 def _checksum(name: str, text: str) -> str:
     return f"{zlib.crc32(f'{name}={text}'.encode()):08x}"
-
-
-def _summary(stream: BinaryIO, size: int) -> Summary | None:
-    """The index at the file's end, None where it is missing or damaged."""
-    if size < len(MAGIC) + _FOOTER.size:
-        return None
-    stream.seek(size - _FOOTER.size)
-    opcode, _, start, _, crc, magic = _FOOTER.unpack(stream.read(_FOOTER.size))
-    if opcode != Opcode.FOOTER or magic != MAGIC or not len(MAGIC) < start < size:
-        return None
-    stream.seek(start)
-    if crc and zlib.crc32(stream.read(size - len(MAGIC) - 4 - start)) != crc:
-        return None
-    stream.seek(0)
-    try:
-        return make_reader(stream).get_summary()
-    except DAMAGE_ERRORS:
-        return None
-
-
-def _index(summary: Summary) -> dict[int, int]:
-    """Opcodes of indexed records by where they begin, in the file's order."""
-    places = {one.chunk_start_offset: int(Opcode.CHUNK) for one in summary.chunk_indexes}
-    places |= {one.offset: int(Opcode.ATTACHMENT) for one in summary.attachment_indexes}
-    places |= {one.offset: int(Opcode.METADATA) for one in summary.metadata_indexes}
-    return dict(sorted(places.items()))
-
-
-def _chunks_outside(summary: Summary, within: tuple[int, int]) -> frozenset[int]:
-    """Where chunks begin that hold no message logged from the first to the last of two times, ns."""
-    first, last = within
-    return frozenset(
-        one.chunk_start_offset
-        for one in summary.chunk_indexes
-        if one.message_end_time < first or one.message_start_time > last
-    )
-
-
-def logged_span(path: Path) -> tuple[int, int] | None:
-    """First and last log time of a file's messages, ns, by the index at its end; None where it has none, or no messages."""
-    check_input(path)
-    try:
-        with path.open("rb") as stream:
-            summary = _summary(stream, path.stat().st_size) if stream.read(len(MAGIC)) == MAGIC else None
-    except OSError as error:
-        raise Refused(path, f"cannot be read ({error.strerror or error})") from error
-    if summary is None or not summary.chunk_indexes:
-        return None
-    chunks = summary.chunk_indexes
-    return min(one.message_start_time for one in chunks), max(one.message_end_time for one in chunks)
 
 
 def _why(error: BaseException) -> str:

@@ -33,7 +33,7 @@ from mcap.records import (
 from numpy.typing import NDArray
 
 from identification.files.mcap_chunks import PREFIX
-from identification.files.mcap_records import MAGIC
+from identification.files.mcap_index import MAGIC
 
 CHUNK_BYTES = 1 << 18
 """bytes of rows that share a checksum and are lost together, a seventh of a second of a data set"""

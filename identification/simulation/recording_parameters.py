@@ -60,7 +60,9 @@ def fit_recording_parameters(data: DataSet, laws: tuple[str, ...], values: Mappi
     f = delayed_forces(signals, delay).copy()
     # a mean over two periods of the command smooths, simulated forces are those in the row: undone to second order
     f[1:-1] -= (f[2:] - 2 * f[1:-1] + f[:-2]) / 6
-    return RecordingParameters(solution.p[:m], delay, solution.covariance, f, starts, by_law)
+    return RecordingParameters(
+        x0=solution.p[:m], delay=delay, covariance=solution.covariance, f=f, memory_start=starts, by_law=by_law
+    )
 
 
 def _noise(

@@ -53,7 +53,7 @@ def write_cables(arm: Arm, bodies: Bodies, worldbody: Element, tendon: Element) 
     rest_lengths = []
     for j, route in enumerate(arm.routes):
         name = f"cable{j + 1}"
-        _write_motor(worldbody, j, float(arm.motor_inertia[j] / arm.drum[j] ** 2))
+        _write_motor(worldbody, j, float(arm.motor_mass[j]))
         cable = child(tendon, "spatial", name=name, rgba=(0.2, 0.2, 0.2, 1.0))
         child(cable, "site", site=f"anchor{j + 1}")
         child(cable, "site", site=f"wound{j + 1}")
@@ -90,8 +90,18 @@ def _write_portion(arm: Arm, bodies: Bodies, cable: Element, name: str, i: int, 
         lean = straight_lean(L, b)
         below, A, above = bodies.bars[i], bodies.diagonals[i], bodies.bars[i + 1]
         hinges = (
-            _Hinge("A", (-b / 2, 0.0), (0.0, 0.0), lean, lean, below, A),
-            _Hinge("bar", (L, 0.0), (b / 2, 0.0), -lean, pi - lean, A, above),
+            _Hinge(
+                name="A", centre=(-b / 2, 0.0), carried_centre=(0.0, 0.0), turned=lean, low=lean, lower=below, upper=A
+            ),
+            _Hinge(
+                name="bar",
+                centre=(L, 0.0),
+                carried_centre=(b / 2, 0.0),
+                turned=-lean,
+                low=pi - lean,
+                lower=A,
+                upper=above,
+            ),
         )
         for hinge, sign in zip(hinges, _ANGLES[word], strict=True):
             length += _write_wrap(hinge, cable, f"{name}_{number}{hinge.name}", sign, r)

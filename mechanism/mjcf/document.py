@@ -22,17 +22,18 @@ STEP_S = 2e-4
 """s: of the simulation in MuJoCo; its error is in proportion to it (docs/thresholds.md)"""
 
 
-def mjcf(machine: Machine, step: float = STEP_S, title: str = "") -> str:
+def mjcf(machine: Machine, step: float = STEP_S) -> str:
     """The arm with its laws as MJCF text; `step`, s, is what MuJoCo integrates with.
 
-    Raises Refused where a law has no element in MuJoCo, with its name and the reason, and where a motor has no inertia.
+    Raises Refused where a law has no element in MuJoCo, with its name and the reason, and where a motor has no inertia or a cable
+    no stiffness.
     """
     arm = machine.arm
     refuse_unwritten(machine.names)
     for j in np.flatnonzero(arm.motor_inertia <= 0):
         raise Refused("export to MJCF", f"motor {j + 1} has no inertia", "give its Ia in neck.yaml")
     root = Element("mujoco", model="xneck arm")
-    root.append(Comment(_words(title, step).replace("--", "- -")))
+    root.append(Comment(_words(step)))
     child(root, "compiler", angle="radian", autolimits=False, inertiafromgeom=False)
     option = child(
         root,
@@ -80,10 +81,10 @@ def _angle(tendon: Element, i: int) -> Element:
     return alpha
 
 
-def _words(title: str, step: float) -> str:
+def _words(step: float) -> str:
     """What a person needs to use the file."""
     return f"""
-{title or "An arm of X-joints"}. SI units and radians; x right, y up, z towards the viewer.
+An arm of X-joints. SI units and radians; x right, y up, z towards the viewer.
 
 Controls: motor1..M, the motor forces at their cables as a log has them, N, held over a log's row. The other actuators are laws:
 they follow lengths and speeds and take no control.

@@ -116,6 +116,10 @@ def write_cable_forces(machine: Machine, rest_lengths: tuple[float, ...], actuat
     arm = machine.arm
     linear = _only(machine, _LINEAR_CABLES)
     k, ca = (_pull(linear, *x) for x in (((1.0,), (0.0,)), ((0.0,), (1.0,))))
+    for j in np.flatnonzero(k[0] <= 0):
+        raise Refused(
+            "export to MJCF", f"cable {j + 1} has no stiffness above zero", "identify it from a livelier motion"
+        )
     further = _only(machine, _ELONGATION_LAWS)
     for j, rest in enumerate(rest_lengths):
         zero = rest - float(arm.x0[j])  # length of the tendon that is not stretched

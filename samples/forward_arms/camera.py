@@ -40,4 +40,14 @@ def film(settings: Settings, time: Array, alpha: Array, alpha_d: Array, rng: np.
     stamp, log_time = stamp[arrived], log_time[arrived]
     mean = (area(log_time + exposure / 2) - area(log_time - exposure / 2)) / exposure
     seen = mean + noise * rng.standard_normal(mean.shape)
-    return Film(stamp, log_time, mean, seen, offset, skew, exposure, noise, int(within.sum() - arrived.sum()))
+    return Film(
+        stamp=stamp,
+        log_time=log_time,
+        mean=mean,
+        seen=seen,
+        offset=offset,
+        skew=skew,
+        exposure=exposure,
+        noise=noise,
+        dropped=int(within.sum() - arrived.sum()),
+    )

@@ -34,7 +34,15 @@ def folded(plant: Plant, alpha: Array) -> Fold:
     mean = np.sqrt((plant.L - plant.b) * (plant.L + plant.b) + lean * lean)
     across = plant.b * cosine / 2
     mean1 = lean * across / mean
-    return Fold(half, mean, mean1, mean - lean, mean + lean, mean1 - across, mean1 + across)
+    return Fold(
+        half=half,
+        mean=mean,
+        mean1=mean1,
+        left=mean - lean,
+        right=mean + lean,
+        left1=mean1 - across,
+        right1=mean1 + across,
+    )
 
 
 @dataclass(frozen=True)

@@ -118,7 +118,7 @@ def with_creep(law: Stretch, compliance: Array, tau: float) -> Stretch:
 
 
 def bending(force: Array, angle: Array, sharpness: float) -> Friction:
-    """For dry friction of `force` (M,), N: elements that share it, stick, give way by `angle` (E, 1), rad of the motor, then slip."""
+    """For dry friction of `force` (M,), N: elements that share it, stick, give way by `angle` (E, 1), rad, then slip."""
 
     def law(at: Running) -> Array:
         held = [(at.theta - play(at.theta, np.broadcast_to(a, at.theta.shape[1:]))) / a for a in angle]

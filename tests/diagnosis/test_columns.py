@@ -7,7 +7,8 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from diagnosis.cause import Cause, with_causes
-from diagnosis.comparison import FOLDS, Comparison, compare
+from diagnosis.compare import compare
+from diagnosis.comparison import FOLDS, Comparison
 from diagnosis.effects import EFFECTS
 from diagnosis.hypothesis import Hypothesis, as_described
 from diagnosis.linearisation import Linearisation, base_unknowns, corrected_signals, linearise

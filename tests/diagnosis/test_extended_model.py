@@ -7,7 +7,7 @@ import pytest
 
 from diagnosis.cause import Cause, with_causes
 from diagnosis.cause_fit import FitStage
-from diagnosis.comparison import compare
+from diagnosis.compare import compare
 from diagnosis.effects import EFFECTS
 from diagnosis.extended_model import extended_description
 from diagnosis.hypothesis import as_described

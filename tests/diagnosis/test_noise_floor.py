@@ -45,7 +45,7 @@ def read(arm: Arm, noise_deg: float) -> DataSet:
         numbered_columns("alpha", film.seen) | numbered_columns("sigma", np.full_like(film.seen, film.noise)),
     )
     clock = {"offset_s": film.offset, "skew_ppm": 1e6 * film.skew, "camera_middle_s": 0.0}
-    return DataSet(described, "", state, state, angles, log, clock)
+    return DataSet(neck=described, neck_yaml="", state=state, fasquelle=state, angles=angles, log=log, clock=clock)
 
 
 @pytest.mark.parametrize("noise_deg", [0.005, 0.02, 0.1])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from diagnosis.cause_fit import CauseFitter
-from diagnosis.comparison import compare
+from diagnosis.compare import compare
 from diagnosis.deciding_motion import DecidingMotion, motion_for
 from diagnosis.effects import EFFECTS
 from diagnosis.hypothesis import as_described

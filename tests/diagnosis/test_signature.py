@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from diagnosis.cause_fit import FitStage
-from diagnosis.comparison import compare
+from diagnosis.compare import compare
 from diagnosis.explained_energy import Autocovariance, autocovariance, explained_energy
 from diagnosis.hypothesis import as_described
 from diagnosis.linearisation import (

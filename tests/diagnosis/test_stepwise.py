@@ -1,12 +1,11 @@
 """Causes that are chosen jointly, of columns made up: rows of one number each, noise of one."""
 
 from collections.abc import Mapping, Sequence
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from diagnosis.comparison import Eliminated
+from diagnosis.elimination import Eliminated
 from diagnosis.stepwise import Choices, Option, Simpler, chosen_jointly, simplest
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -32,8 +31,7 @@ def choices(columns: Mapping[str, Array], residual: Array, low: float = -np.inf)
         where = np.arange(first, first + each.shape[1])
         options.append(Option(name, where, np.full(len(where), low), len(where)))
         first += len(where)
-    comparison: Any = SimpleNamespace(eliminated=lambda: system)
-    return Choices(comparison, options)
+    return Choices(system, options)
 
 
 def chosen(table: Choices, start: Sequence[str] = (), least_gain: float = LEAST_GAIN) -> list[str]:

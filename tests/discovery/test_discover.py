@@ -84,7 +84,7 @@ def test_a_hidden_law_is_found_by_variable_and_form(name: str, memory: float) ->
     assert found.laws[0].form.name in forms
     # what is left is the noise, and little of the law
     own = noise(1, memory)
-    assert np.std(found.left - (own - own.mean())) < 0.2 * np.std(hidden)
+    assert np.std(found.residual_after - (own - own.mean())) < 0.2 * np.std(hidden)
 
 
 def test_numbers_are_those_that_were_hidden() -> None:

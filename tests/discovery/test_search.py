@@ -42,9 +42,26 @@ class Places(Problem):
     @cached_property
     def candidates(self) -> tuple[Candidate, ...]:
         count, basis = self._x.shape[1], FineBasis.of([self._x.ravel()], True)
-        every = Candidate("all", ("motor_angle",), "rad", "turn", basis, "N", count, detail="against the motors")
+        every = Candidate(
+            where="all",
+            follows=("motor_angle",),
+            unit="rad",
+            kind="turn",
+            basis=basis,
+            target_unit="N",
+            places=count,
+            detail="against the motors",
+        )
         single = [
-            Candidate(f"motor {i + 1}", ("motor_angle",), "rad", "turn", basis, "N", detail="against the motors")
+            Candidate(
+                where=f"motor {i + 1}",
+                follows=("motor_angle",),
+                unit="rad",
+                kind="turn",
+                basis=basis,
+                target_unit="N",
+                detail="against the motors",
+            )
             for i in range(count)
         ]
         return (every, *single)

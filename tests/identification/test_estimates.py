@@ -202,7 +202,14 @@ def by_hand(peak_deg: float, swing_n: float) -> DataSet:
     state = state_series(arm_of(NECK), made.log_time, (made.alpha + noise, made.alpha_d, made.alpha_dd), theta, made.f)
     seen = numbered_columns("bridged", np.zeros((len(state), 3)))
     nothing = Series(np.empty(0), {})
-    return DataSet(NECK, "", Series(state.time, dict(state.columns) | seen), nothing, nothing, nothing)
+    return DataSet(
+        neck=NECK,
+        neck_yaml="",
+        state=Series(state.time, dict(state.columns) | seen),
+        fasquelle=nothing,
+        angles=nothing,
+        log=nothing,
+    )
 
 
 def test_a_recording_that_is_too_quiet_is_insufficient() -> None:

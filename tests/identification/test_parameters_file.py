@@ -14,9 +14,19 @@ from xneck_foundation.parameter import Parameter
 
 
 def parameters(x0: float = 0.0051) -> list[Parameter]:
-    k = [Parameter("k", j, 1000.0 * j, "N/m", 2.0 * j, j != 3) for j in (1, 2, 3, 4)]
-    of_cables = [Parameter("x0", j, x0 + 1e-4 * j, "m", 1e-5, j != 2) for j in (1, 2, 3, 4)]
-    return [*k, Parameter("cm", None, 0.5, "s/rad", float("inf"), False), *of_cables]
+    k = [
+        Parameter(name="k", index=j, value=1000.0 * j, unit="N/m", sigma=2.0 * j, identified=j != 3)
+        for j in (1, 2, 3, 4)
+    ]
+    of_cables = [
+        Parameter(name="x0", index=j, value=x0 + 1e-4 * j, unit="m", sigma=1e-5, identified=j != 2)
+        for j in (1, 2, 3, 4)
+    ]
+    return [
+        *k,
+        Parameter(name="cm", index=None, value=0.5, unit="s/rad", sigma=float("inf"), identified=False),
+        *of_cables,
+    ]
 
 
 def test_matlab_finds_columns_by_the_names_of_the_seed(tmp_path: Path) -> None:

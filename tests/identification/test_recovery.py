@@ -21,7 +21,7 @@ from mcap.writer import CompressionType, Writer
 from identification.dataset.dataset import DataSet
 from identification.dataset.dataset_file import read_dataset, write_dataset
 from identification.dataset.series import Series
-from identification.files import joint_state, mcap_records
+from identification.files import joint_state, mcap_index
 from mechanism.description import read_neck
 from tests.paths import NECK_FILE
 from xneck_foundation.errors import Refused
@@ -275,6 +275,6 @@ def test_chunks_that_unpack_to_more_than_they_say_are_not_unpacked(tmp_path: Pat
         head = struct.pack("<QQQII", 0, 0, size, 0, len(name)) + name
         body = head + struct.pack("<Q", len(packed)) + packed
         path = tmp_path / "bomb.mcap"
-        path.write_bytes(mcap_records.MAGIC + struct.pack("<BQ", 6, len(body)) + body)
+        path.write_bytes(mcap_index.MAGIC + struct.pack("<BQ", 6, len(body)) + body)
         with pytest.raises(Refused, match=why):
             joint_state.read(path)

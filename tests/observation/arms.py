@@ -149,4 +149,12 @@ def dataset(neck: Neck, recording: Recording, seed: int) -> DataSet:
     seen = seen + NOISE_RAD * rng.standard_normal(seen.shape)
     angles = Series(frames, numbered_columns("alpha", seen) | numbered_columns("sigma", np.full_like(seen, NOISE_RAD)))
     nothing = Series(np.empty(0), {})
-    return DataSet(neck, "", state, nothing, angles, nothing, clock={"offset_s": 0.0, "offset_sigma_s": 1e-3})
+    return DataSet(
+        neck=neck,
+        neck_yaml="",
+        state=state,
+        fasquelle=nothing,
+        angles=angles,
+        log=nothing,
+        clock={"offset_s": 0.0, "offset_sigma_s": 1e-3},
+    )

@@ -26,7 +26,8 @@ EXTENDED = (
     "pulley_friction",
 )
 NUMBERS = {"km": 800.0, "tau": 2.0, "h": 2.0, "xh": 2e-4, "k2": 2e5, "nh": 3.0, "cj": 0.004, "dj": 0.001, "vj": 0.05,
-           "nj": 2.0, "fst": 2.0, "vs": 8.0, "ns": 2.0, "mu": 0.004, "taul": 4e-3, "g": 0.02, "fo": 0.5}  # fmt: skip
+           "nj": 2.0, "fst": 2.0, "vs": 8.0, "ns": 2.0, "mu": 0.004, "taul": 4e-3, "g": 0.02, "fo": 0.5,
+           "play": 3e-4, "pb": 0.5}  # fmt: skip
 
 
 def extended(of: Case, laws: tuple[str, ...]) -> Case:
@@ -60,7 +61,6 @@ def pointer(values: np.ndarray) -> "ctypes._Pointer[ctypes.c_double]":
     ids=["base", "extended", "actuators", "play"],
 )
 def test_c_and_python_agree(tmp_path: Path, laws: tuple[str, ...]) -> None:
-    NUMBERS.update(play=3e-4, pb=0.5)
     of = extended(case(SEED), laws)
     observer = Observer(of.neck, of.model)
     file = tmp_path / "observer.c"

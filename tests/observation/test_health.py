@@ -45,6 +45,7 @@ def test_a_cable_that_slips_is_named() -> None:
     slipped = {**log.columns, "theta2": log.columns["theta2"] + np.where(log.time > log.time[1200], 3e-3 / drum, 0.0)}
     seen = observe_log(of.neck, of.model, Series(log.time, slipped))
     assert verdict(seen.health) == "changed"
+    assert max(seen.health.findings, key=lambda found: found.ratio).motor == 2
 
 
 def test_a_load_is_weighed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,7 @@ from mcap.writer import CompressionType, Writer
 
 from identification.files import joint_state
 from identification.files.mcap_chunks import MAX_CHUNK_BYTES
-from identification.files.mcap_records import MAGIC
+from identification.files.mcap_index import MAGIC
 from synchronisation.csv_table import read_table
 from tests.robustness.judge import TRIED, read
 from tests.robustness.sources import H

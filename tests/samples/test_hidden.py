@@ -47,7 +47,15 @@ def read(folder: Path, name: str = "fitted") -> Files:
     seen = make_interp_spline(frames, angles[:, 1:4], k=5)
     time, theta, f = log[within, 0], log[within, 1:5], log[within, 5:9]
     alpha, alpha_d, alpha_dd = (seen.derivative(d)(time) if d else seen(time) for d in range(3))
-    return Files(arm_of(read_neck(folder / name / "neck.yaml")), time, theta, f, alpha, alpha_d, alpha_dd)
+    return Files(
+        arm=arm_of(read_neck(folder / name / "neck.yaml")),
+        time=time,
+        theta=theta,
+        f=f,
+        alpha=alpha,
+        alpha_d=alpha_d,
+        alpha_dd=alpha_dd,
+    )
 
 
 def residuals(folder: Path, name: str = "fitted", fitted: bool = False) -> tuple[Array, Array]:

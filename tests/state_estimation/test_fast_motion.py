@@ -64,7 +64,16 @@ def seen() -> tuple[Seen, ...]:
         inside = slice(*np.searchsorted(motors.time, (film.log_time[0] + 1, film.log_time[-1] - 1)))
         alpha, alpha_d, alpha_dd = (v[:: true.per_row][inside] for v in (true.alpha, true.alpha_d, true.alpha_dd))
         frames = FrameAngles(film.log_time, film.seen, sigma, np.zeros_like(sigma))
-        out.append(Seen(arm_of(described), made, motors, frames, inside, (alpha, alpha_d, alpha_dd)))
+        out.append(
+            Seen(
+                arm=arm_of(described),
+                made=made,
+                motors=motors,
+                frames=frames,
+                inside=inside,
+                truth=(alpha, alpha_d, alpha_dd),
+            )
+        )
     return tuple(out)
 
 

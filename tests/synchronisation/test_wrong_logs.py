@@ -15,7 +15,8 @@ from samples.generator.laws import dry_and_viscous, linear
 from samples.generator.prescribed import World, prescribe
 from samples.worlds.changed_recordings import faultless, files_of
 from samples.worlds.clock_worlds import NOISE_RAD
-from samples.worlds.wrong_logs import WRONG_LOGS, WrongLog, outcome_of
+from samples.worlds.wrong_log import WrongLog, outcome_of
+from samples.worlds.wrong_logs import WRONG_LOGS
 from synchronisation.angles import Angles, read_angles
 from synchronisation.csv_table import read_table
 from synchronisation.encoder_log import read_log, uniformly_sampled

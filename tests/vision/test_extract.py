@@ -99,7 +99,14 @@ def test_a_rolling_shutter_that_nobody_spoke_of_is_corrected_and_said(monkeypatc
     seen = rolled(neck, time, swinging(5), row_s) + noise
     nothing = np.zeros(seen.shape[:2], dtype=np.float32)
     tracks = MarkerTracks(
-        time, seen, None, nothing.astype(np.int8), nothing, nothing, nothing.astype(bool), foreign_ids=()
+        time=time,
+        corners=seen,
+        covariance=None,
+        status=nothing.astype(np.int8),
+        hidden=nothing,
+        clipped=nothing,
+        fell_back=nothing.astype(bool),
+        foreign_ids=(),
     )
     monkeypatch.setattr("vision.extract.track_video", lambda *args: tracks)
     video = describe_video(R / "video.mp4")

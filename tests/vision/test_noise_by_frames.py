@@ -21,7 +21,16 @@ def fit_of(seed: int, times: np.ndarray) -> tuple[LinkageFit, np.ndarray, np.nda
     noise = np.broadcast_to(np.diag(STATED**2), (FRAMES, 3, 3)).copy()
     alpha = motion + rng.normal(0, 1, (FRAMES, 3)) * times * STATED
     common = np.radians(0.1) ** 2 * np.eye(3)
-    fit = LinkageFit(alpha, noise + common, np.zeros(3), np.zeros(3), np.zeros(6), 0.03, np.zeros(FRAMES), noise)
+    fit = LinkageFit(
+        alpha=alpha,
+        covariance=noise + common,
+        rvec=np.zeros(3),
+        tvec=np.zeros(3),
+        pose_sigma=np.zeros(6),
+        corner_sigma_px=0.03,
+        residual_px=np.zeros(FRAMES),
+        noise=noise,
+    )
     return fit, time, motion
 
 
@@ -52,7 +61,14 @@ def test_a_sigma_that_is_right_stays() -> None:
 def test_frames_that_are_too_few_change_nothing() -> None:
     fit, time, _ = fit_of(1, 3 * np.ones(3))
     few = LinkageFit(
-        fit.alpha[:40], fit.covariance[:40], fit.rvec, fit.tvec, fit.pose_sigma, 0.03, np.zeros(40), fit.covariance[:40]
+        alpha=fit.alpha[:40],
+        covariance=fit.covariance[:40],
+        rvec=fit.rvec,
+        tvec=fit.tvec,
+        pose_sigma=fit.pose_sigma,
+        corner_sigma_px=0.03,
+        residual_px=np.zeros(40),
+        noise=fit.covariance[:40],
     )
     told = with_noise_by_frames(few, time[:40])
     np.testing.assert_array_equal(told.covariance, few.covariance)

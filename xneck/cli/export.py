@@ -8,6 +8,7 @@ from xneck.cli.finite_range import FiniteRange
 from xneck.cli.output import report_result, result_options
 from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE, OutputFolder
 from xneck_foundation.errors import Refused, one_of
+from xneck_foundation.one_line import counted
 
 _ENDINGS = ("xml", "zip")
 
@@ -58,20 +59,21 @@ def command(
 
         folder = _one_folder(sources)
         names = write_figure_files(folder, figures_folder)
-        report_result({"files": names}, f"{figures_folder}: {len(names)} figures", json_out, quiet)
+        report_result({"files": names}, f"{figures_folder}: {counted(len(names), 'figure')}", json_out, quiet)
     elif out is not None and figures_folder is None:
         if one_of(out, out.suffix.removeprefix(".").lower(), _ENDINGS, "ending") == "xml":
             from xneck.export.mujoco_file import arm_files, write_mujoco_file
 
             record = write_mujoco_file(arm_files(sources), out, timestep)
-            text = f"{out}: {record['mechanisms']} mechanisms, {record['cables']} cables; {', '.join(record['laws'])}"
+            counts = f"{counted(record['mechanisms'], 'mechanism')}, {counted(record['cables'], 'cable')}"
+            text = f"{out}: {counts}; {', '.join(record['laws'])}"
         else:
             from xneck.export.crate_metadata import PackageOptions
             from xneck.export.research_object import write_package
 
             options = PackageOptions(title=title, licence=licence, authors=authors, date=date)
             record = write_package(_one_folder(sources), out, options)
-            text = f"{out}: {len(record['files'])} files, {record['bytes']} bytes"
+            text = f"{out}: {counted(len(record['files']), 'file')}, {record['bytes']} bytes"
             text += "".join(f"\n  {line}" for line in record["missing"])
         report_result(record, text, json_out, quiet)
     else:

@@ -8,13 +8,11 @@ import click
 
 from identification.dataset.dataset_file import EXPORT_FORMATS
 from xneck.cli.files_apart import writes_also
-from xneck.cli.finite_range import FiniteRange
 from xneck.cli.output import export_beside, progress_bar, recovered, report_result, result_options
 from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 
 _C = "c"
 """format of the observer itself"""
-_ANGLE = FiniteRange(-3.2, 3.2)
 
 
 def _c_file(options: Mapping[str, Any]) -> Mapping[str, Path | None]:
@@ -32,7 +30,9 @@ def _c_file(options: Mapping[str, Any]) -> Mapping[str, Path | None]:
     type=INPUT_FILE,
     help="Angles that a camera saw now and then: a data set, or a CSV on the log's clock.",
 )
-@click.option("--start", metavar="RAD,RAD,...", help="Joint angles where the log begins; found by the cables without.")
+@click.option(
+    "--start", metavar="RAD,...", help="Joint angles where the log begins, or one for all; found by the cables without."
+)
 @click.option("--smooth", is_flag=True, help="Each row by the rows after it as well.")
 @click.option(
     "--export",
@@ -67,6 +67,7 @@ def command(
     from observation.observer import Observer
     from synchronisation.encoder_log import read_log
     from synchronisation.frames_on_log import read_frames_on_log
+    from xneck.cli.angle_list import angle_list
     from xneck_foundation.errors import Refused, one_of
     from xneck_foundation.provenance import note_inputs, provenance
     from xneck_foundation.whole_file import write_text
@@ -77,7 +78,7 @@ def command(
     neck, model = read_neck(neck_file), read_model(model_file)
     log = read_log(log_file, neck)
     frames = read_frames_on_log(angles_file, neck.N) if angles_file else None
-    pose = None if start is None else np.array(_angles(start))
+    pose = None if start is None else angle_list("--start", start, neck.N, "rad")
     with progress_bar(len(log), "observe", quiet) as done:
         observed = observe_log(neck, model, log, frames, pose, smooth, done)
     if frames is not None and not observed.frames_used:
@@ -104,11 +105,3 @@ def command(
 
 def _said(word: str) -> str:
     return {"as identified": "as identified", "changed": "not as identified"}.get(word, "not judged")
-
-
-def _angles(text: str) -> list[float]:
-    """Numbers of --start."""
-    try:
-        return [_ANGLE.convert(part, None, None) for part in text.split(",")]
-    except ValueError as error:
-        raise click.BadParameter(f"{text!r}: numbers in rad with commas between them are expected") from error

@@ -1,7 +1,6 @@
 """xneck show."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -9,15 +8,11 @@ from xneck.cli.output import report_result, result_options
 from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
 from xneck_foundation.one_line import counted
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
 
 @click.command(epilog="Example: xneck show neck.yaml --out neck.svg --alpha 20,-10,5")
 @click.argument("neck_file", metavar="NECK.yaml", type=INPUT_FILE)
 @click.option("--out", type=OUTPUT_FILE, required=True, help="The drawing: .svg, .png or .pdf.")
-@click.option("--alpha", metavar="DEG,...", help="Joint angles from the base up, deg, or one for all. [0: straight]")
+@click.option("--alpha", metavar="DEG,...", help="Joint angles from the base up, deg, or one for all.  [0: straight]")
 @result_options
 def command(neck_file: Path, out: Path, alpha: str | None, json_out: Path | None, quiet: bool) -> None:
     """Draw the arm from its description, to check it with one's eyes.
@@ -27,11 +22,12 @@ def command(neck_file: Path, out: Path, alpha: str | None, json_out: Path | None
     from mechanism.arm import arm_of
     from mechanism.cable_lengths import Z, lengths
     from mechanism.description import read_neck
+    from xneck.cli.angle_list import angle_list
     from xneck.report.arm_sheet import write_arm_sheet
     from xneck.report.description_text import route_text
 
     neck = read_neck(neck_file)
-    angles = _angles(alpha, neck.N)
+    angles = angle_list("--alpha", alpha or "0", neck.N, "deg")
     write_arm_sheet(neck, angles, out, neck_file.name)
     arm = arm_of(neck)
     long, lever = lengths(arm, angles), Z(arm, angles)
@@ -48,22 +44,3 @@ def command(neck_file: Path, out: Path, alpha: str | None, json_out: Path | None
     )
     record = {"out": str(out), "alpha": angles.tolist(), "cable_length_m": long.tolist(), "Z_m": lever.tolist()}
     report_result(record, "\n".join(lines), json_out, quiet)
-
-
-def _angles(text: str | None, joints: int) -> "NDArray[np.float64]":
-    """Joint angles (N,), rad, from degrees parted by commas. Raises Refused unless they are one for each joint, or one."""
-    import numpy as np
-
-    from xneck_foundation.errors import Refused
-    from xneck_foundation.spelling import quoted
-
-    words = (text or "0").split(",")
-    try:
-        degrees = [float(word) for word in words]
-    except ValueError:
-        raise Refused("--alpha", f"{quoted(str(text))} are no numbers", "write degrees such as 20,-10,5") from None
-    if len(degrees) not in (1, joints):
-        raise Refused(
-            "--alpha", f"{len(degrees)} angles for {joints} joints", "give one for each joint, or one for all"
-        )
-    return np.radians(np.resize(degrees, joints))

@@ -29,7 +29,7 @@ class ArmFiles:
 
 
 def arm_files(sources: Sequence[Path]) -> ArmFiles:
-    """Those of a folder of `xneck diagnose`, or the two that are given. Raises Refused where they are not that."""
+    """The files of a folder of `xneck diagnose`, or the two that are given. Raises Refused where they are neither."""
     if len(sources) == 2 and not any(source.is_dir() for source in sources):
         return ArmFiles(*sources)
     if len(sources) == 1 and sources[0].is_dir():

@@ -5,7 +5,7 @@ from typing import Any
 
 from diagnosis import record
 from diagnosis.diagnose import Diagnosis
-from discovery.discover import Discovery
+from discovery.discovery import Discovery
 from identification import estimate_table
 from identification.dataset.dataset import DataSet
 from identification.estimates import Estimates
@@ -18,6 +18,7 @@ from mechanism.neck_text import neck_text
 from synchronisation.check.check import Check
 from synchronisation.wording import as_text as dataset_words
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import indexed
 from xneck_foundation.unit_text import with_unit
 
 
@@ -39,7 +40,7 @@ def in_words(result: object) -> str:
 
 
 def as_record(result: object) -> dict[str, Any]:
-    """The same as `--json` says it, ready for JSON.
+    """A result as `--json` has it, ready for JSON.
 
     >>> import xneck
     >>> monday, tuesday = xneck.read_dataset("monday.mcap"), xneck.read_dataset("tuesday.mcap")
@@ -107,7 +108,7 @@ def _(result: SimulatedRecording) -> dict[str, Any]:
 def _(result: Model) -> str:
     lines = [", ".join(name.replace("_", " ") for name in result.laws)]
     for p in result.parameters:
-        label = p.name if p.index is None else f"{p.name}({p.index})"
+        label = indexed(p.name, p.index)
         sigma = "" if p.sigma is None else f" +- {p.sigma:.2g}"
         number = with_unit(f"{p.value:.5g}{sigma}", p.unit)
         lines.append(f"  {label} = {number}{'' if p.identified else ', not identified'}")

@@ -35,7 +35,7 @@ def to_arrays(result: Tabular) -> dict[str, Array]:
 
 
 def to_pandas(result: Tabular) -> Any:
-    """The same as a table of pandas, whose index is the time, s. Raises Refused where pandas is not installed.
+    """A result's series as a table of pandas, whose index is the time, s. Raises Refused where pandas is not installed.
 
     >>> import xneck
     >>> try:
@@ -51,7 +51,7 @@ def to_pandas(result: Tabular) -> Any:
 
 
 def to_xarray(result: Tabular) -> Any:
-    """The same as a data set of xarray, with dimensions time, joint and cable, both counted from 1.
+    """A result's series as a data set of xarray, with dimensions time, joint and cable, both counted from 1.
 
     Columns alpha1, alpha2, ... are one variable alpha of time and joint. Raises Refused where xarray is not installed.
 

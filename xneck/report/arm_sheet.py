@@ -47,7 +47,7 @@ _PLAIN_GAP = 0.02
 def write_arm_sheet(neck: Neck, alpha: Array, path: Path, title: str) -> None:
     """Writes the sheet as .svg, .png or .pdf; alpha (N,), rad. Raises Refused for another suffix, or a pose that cannot be."""
     suffix = one_of(path, path.suffix.removeprefix(".").lower(), SUFFIXES, "suffix")
-    check_angles(arm_of(neck), alpha, "--alpha")
+    check_angles(arm_of(neck), alpha)
     with style.drawing(), whole_file(path) as part:
         figure = arm_sheet(neck, alpha, title)
         figure.savefig(part, format=suffix, dpi=150, facecolor="white", metadata=_METADATA[suffix])

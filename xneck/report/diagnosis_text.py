@@ -14,6 +14,7 @@ from diagnosis.record import probability
 from xneck.report.key_number import KeyNumber
 from xneck.report.number_text import number_text, percent, with_sigma
 from xneck.report.words import join_words, with_spaces
+from xneck_foundation.one_line import indexed
 from xneck_foundation.parameter import Parameter
 from xneck_foundation.unit_text import printed_unit, with_unit
 
@@ -118,7 +119,7 @@ def cause_rows(d: Diagnosis) -> list[tuple[str, ...]]:
     rows = []
     for named, cause, parameters in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
         for p in parameters:
-            label = p.name if p.index is None else f"{p.name}({p.index})"
+            label = indexed(p.name, p.index)
             certainty = percent(100 * probability(named))
             value = with_sigma(p.value, p.sigma)
             identified = "identified" if p.identified else "not to 10 %"
@@ -147,7 +148,7 @@ def law_rows(d: Diagnosis) -> list[tuple[str, ...]]:
     for found in d.found_laws:
         others = "; ".join(law.words for law in found.law.alike[:_MAX_ALIKE]).replace("_", " ")
         for i, p in enumerate(found.law.parameters):
-            label = p.name if p.index is None else f"{p.name}({p.index})"
+            label = indexed(p.name, p.index)
             value = with_sigma(p.value, p.sigma) if p.sigma else number_text(p.value, 3)
             words = found.law.words.replace("_", " ")
             rows.append((words if i == 0 else "", label, value, printed_unit(p.unit), others if i == 0 else ""))

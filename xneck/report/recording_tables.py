@@ -9,6 +9,7 @@ from synchronisation.check.wording import SHOWN_UNITS
 from xneck.recording.recording_result import RecordingResult
 from xneck.report.fasquelle_table import PRINTED_UNITS
 from xneck.report.number_text import number_text, with_sigma
+from xneck_foundation.one_line import indexed
 from xneck_foundation.unit_text import printed_unit
 
 
@@ -16,7 +17,7 @@ def estimate_rows(estimates: Estimates) -> list[tuple[str, str, str, str]]:
     """Rows of the table of estimates: parameter, value with sigma, unit, identified or why not and what would help."""
     rows = []
     for p, verdict in estimates.with_identifiability:
-        label = p.name if p.index is None else f"{p.name}({p.index})"
+        label = indexed(p.name, p.index)
         unit, factor = PRINTED_UNITS.get(p.unit, (printed_unit(p.unit), 1.0))
         value = (
             with_sigma(factor * p.value, factor * p.sigma) if np.isfinite(p.sigma) else number_text(factor * p.value)

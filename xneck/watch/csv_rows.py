@@ -6,7 +6,7 @@ import numpy as np
 
 from identification.dataset.series import Series
 from mechanism.description import Neck
-from synchronisation.csv_table import row_numbers, table_columns
+from synchronisation.csv_table import row_numbers, table_columns, unreadable
 from synchronisation.encoder_log import check_columns, csv_format, log_columns, mapped_columns
 from xneck.watch.growing_file import GrowingFile
 from xneck_foundation.errors import Refused
@@ -38,14 +38,14 @@ class CsvRows:
             return None
         try:
             lines = [line for line in whole.decode("utf-8-sig" if not self._header else "utf-8").splitlines() if line]
-        except UnicodeDecodeError as error:
-            raise Refused(self._source.path, "cannot be read as CSV (not UTF-8 text)", "save it as UTF-8") from error
-        if not self._header and lines:
-            self._header = [cell.strip() for cell in next(csv.reader(lines[:1], delimiter=self._written.separator))]
-            lines = lines[1:]
-        if not lines:
+            if not self._header and lines:
+                self._header = [cell.strip() for cell in next(csv.reader(lines[:1], delimiter=self._written.separator))]
+                lines = lines[1:]
+            rows = list(csv.reader(lines, delimiter=self._written.separator))
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise unreadable(self._source.path, error) from error
+        if not rows:
             return None
-        rows = list(csv.reader(lines, delimiter=self._written.separator))
         if self._places is None:
             required, optional = log_columns(self._neck)
             path = self._source.path

@@ -12,7 +12,7 @@ from identification.dataset.series import Series
 from identification.files.joint_state import DECODERS
 from identification.files.joint_state_channel import JointStateChannel
 from identification.files.mcap_chunks import MAX_CHUNK_BYTES, PREFIX, records_in, unpacked_chunk
-from identification.files.mcap_records import DAMAGE_ERRORS, MAGIC
+from identification.files.mcap_index import DAMAGE_ERRORS, MAGIC
 from mechanism.description import Neck
 from synchronisation.encoder_log import motor_channel
 from xneck.watch.growing_file import GrowingFile

@@ -90,7 +90,9 @@ def _world(
     for name in (name for name in KINDS if name in kinds):
         stream = [seed, 5, zlib.crc32(name.encode())]
         rng, own = np.random.default_rng(stream), np.random.default_rng([*stream, number])
-        world, one = KINDS[name](world, Draw(arm, rng, own, seconds[number], max(seconds), size))
+        world, one = KINDS[name](
+            world, Draw(arm=arm, rng=rng, own=own, seconds=seconds[number], longest=max(seconds), size=size)
+        )
         hidden.append(one)
     return world, tuple(hidden)
 

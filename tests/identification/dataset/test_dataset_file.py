@@ -33,7 +33,17 @@ def data() -> DataSet:
     state = state_series(arm_of(neck), t, thrice(alpha), thrice(theta), 40 + theta, thrice(alpha**2))
     angles = Series(t[::16], numbered_columns("alpha", alpha[::16]))
     log = Series(t, numbered_columns("theta", theta) | numbered_columns("f", 40 + theta))
-    return DataSet(neck, NECK.read_text(), state, state, angles, log, {"offset_s": 1.5}, {"verdict": "consistent"}, {})
+    return DataSet(
+        neck=neck,
+        neck_yaml=NECK.read_text(),
+        state=state,
+        fasquelle=state,
+        angles=angles,
+        log=log,
+        clock={"offset_s": 1.5},
+        check={"verdict": "consistent"},
+        provenance={},
+    )
 
 
 def test_round_trip(tmp_path: Path, data: DataSet) -> None:

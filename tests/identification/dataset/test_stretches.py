@@ -47,7 +47,16 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     clock = {"offset_s": OFFSET_S, "offset_sigma_s": 3e-5, "skew_sigma_ppm": 1.0, "camera_middle_s": 50.5}
     path = tmp_path_factory.mktemp("long") / "d.mcap"
     write_dataset(
-        DataSet(neck, NECK_FILE.read_text(), state, state.part(slice(None, None, 3)), angles, log, clock), path
+        DataSet(
+            neck=neck,
+            neck_yaml=NECK_FILE.read_text(),
+            state=state,
+            fasquelle=state.part(slice(None, None, 3)),
+            angles=angles,
+            log=log,
+            clock=clock,
+        ),
+        path,
     )
     return path
 

@@ -49,7 +49,7 @@ def data() -> DataSet:
     alpha = t["frame_alpha"] + np.random.default_rng(0).normal(0, np.radians(0.05), t["frame_alpha"].shape)
     series = fasquelle_series(arm_of(NECK), log, frames, alpha)
     angles = Series(frames, numbered_columns("alpha", alpha))
-    return DataSet(NECK, "", series, series, angles, log)
+    return DataSet(neck=NECK, neck_yaml="", state=series, fasquelle=series, angles=angles, log=log)
 
 
 def test_arm_equation_holds_on_a_motion_that_another_engine_made_once_the_hidden_mass_is_known() -> None:

@@ -50,7 +50,12 @@ def by_the_library(head: FileHead, channels: list[MessageTable]) -> bytes:
 def test_bytes_are_the_librarys(counts: tuple[int, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("mcap.writer.zstandard.compress", zstandard.ZstdCompressor(level=COMPRESSION_LEVEL).compress)
     head = FileHead(
-        "ros2", "xneck", Schema(id=1, name="s", encoding="ros2msg", data=b"d"), "cdr", METADATA, ATTACHMENTS
+        profile="ros2",
+        library="xneck",
+        schema=Schema(id=1, name="s", encoding="ros2msg", data=b"d"),
+        encoding="cdr",
+        metadata=METADATA,
+        attachments=ATTACHMENTS,
     )
     stream = BytesIO()
     write_tables(stream, head, tables(counts))

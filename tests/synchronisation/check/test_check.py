@@ -250,11 +250,19 @@ def as_data_set(made: ClockRecording, case: FaultCase, late: float, frames: bool
     if frames:
         angles = Series(time, numbered_columns("alpha", seen.alpha) | numbered_columns("sigma", seen.sigma))
         clock = {"offset_s": 0.0, "skew_ppm": 0.0, "camera_middle_s": 0.0}
-        return DataSet(neck, "", state, state, angles, Series(np.empty(0), {}), clock)
+        return DataSet(
+            neck=neck,
+            neck_yaml="",
+            state=state,
+            fasquelle=state,
+            angles=angles,
+            log=Series(np.empty(0), {}),
+            clock=clock,
+        )
     alpha = np.stack([np.interp(state.time, time, column) for column in seen.alpha.T], axis=-1)
     moved = Series(state.time, {**state.columns, **numbered_columns("alpha", alpha)})
     none = Series(np.empty(0), {})
-    return DataSet(neck, "", moved, moved, none, none)
+    return DataSet(neck=neck, neck_yaml="", state=moved, fasquelle=moved, angles=none, log=none)
 
 
 @pytest.mark.parametrize(("late", "frames"), [(5e-3, True), (-10e-3, False)])
@@ -293,5 +301,7 @@ def test_a_data_set_made_by_hand_is_checked_from_its_state(made: ClockRecording,
     motors = [m.model_copy(update={"rd": float(d * m.R)}) for m, d in zip(neck.motors, case.arm.drum, strict=True)]
     neck = neck.model_copy(update={"motors": tuple(motors)})
     none = Series(np.empty(0), {})
-    result = check_dataset(DataSet(neck, "", state, state, none, none)).faults[0]
+    result = check_dataset(
+        DataSet(neck=neck, neck_yaml="", state=state, fasquelle=state, angles=none, log=none)
+    ).faults[0]
     assert (result["fault"], result["where"]) == case.fault

@@ -21,7 +21,17 @@ def decoded(true_time: np.ndarray, stamps: np.ndarray, disturbance: np.ndarray) 
     log_time = np.arange(-1, 14, 0.01)
     seen = winding(true_time) + disturbance
     nothing = np.zeros((len(stamps), 1, 1))
-    frames = FrameGeometry(stamps, seen, seen, seen, nothing, nothing, seen, nothing, 6.0)
+    frames = FrameGeometry(
+        time=stamps,
+        alpha=seen,
+        sigma=seen,
+        winding=seen,
+        Z=nothing,
+        pseudo_inverse=nothing,
+        turn_variance=seen,
+        winding_by_dimension=nothing,
+        middle=6.0,
+    )
     whitening = np.full((len(stamps), 1, 1), 1 / ERROR_M)
     return decode_lost_frames(frames, cubic_spline(log_time, winding(log_time)), (0.0, 0.0), whitening, PERIOD_S, 180)
 

@@ -72,7 +72,7 @@ def test_effects_of_all_kinds_are_told_from_each_other(tmp_path: Path, capfd: py
 
 def test_a_stiffer_model_is_wound_less(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Ten times as stiff as it is taken for without a model, at the same tensions: motors stand nearer to slack."""
-    stiff = [Parameter("k", j, 8.3e4, "N/m", 1.0, True) for j in (1, 2, 3, 4)]
+    stiff = [Parameter(name="k", index=j, value=8.3e4, unit="N/m", sigma=1.0, identified=True) for j in (1, 2, 3, 4)]
     write_model(model_of(stiff, ("linear_cable",), {}), tmp_path / "model.yaml")
     start = {}
     for name, words in (("soft", ()), ("stiff", ("--model", tmp_path / "model.yaml"))):

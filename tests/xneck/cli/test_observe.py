@@ -63,16 +63,20 @@ def test_what_cannot_be_observed_is_refused_in_one_line(
     log.write_text("time,theta1,theta2,theta3,theta4\n" + "".join(f"{0.002 * i:.3f},0,0,0,0\n" for i in range(50)))
     for more, found in (
         (words(made, tmp_path / "s.mcap", log), "holds no forces"),
-        ([*words(made, tmp_path / "s.mcap"), "--start", "0.1"], "1 angles to begin with, the arm has 3"),
+        ([*words(made, tmp_path / "s.mcap"), "--start", "0.1,0"], "--start: 2 angles for 3 joints"),
         (words(made, tmp_path / "s.xml"), "unknown suffix"),
         ([*words(made, tmp_path / "s.mcap"), "--angles", H / "log.mcap"], "camera's own clock"),
+        (
+            [*words(made, tmp_path / "s.mcap"), "--start", "a,b,c"],
+            "'a,b,c' is no list of numbers; write numbers in rad",
+        ),
+        ([*words(made, tmp_path / "s.mcap"), "--start", "nan"], "nan rad is not within +-180 deg"),
         (words(made, R / "log.mcap"), "is an input too"),
     ):
         ran = run(capfd, *more)
         assert (ran.status, ran.out) == (1, ""), more
         assert found in ran.err
         assert ran.err.count("\n") == 1
-    assert run(capfd, *words(made, tmp_path / "s.mcap"), "--start", "a,b,c").status == 2
 
 
 def test_a_file_that_somebody_else_wrote_is_kept(made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

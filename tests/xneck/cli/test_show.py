@@ -34,9 +34,9 @@ def test_it_is_drawn(suffix: str, begins: bytes, tmp_path: Path, capfd: pytest.C
     ("words", "says"),
     [
         (["--out", "a.svg", "--alpha", "1,2"], "2 angles for 3 joints"),
-        (["--out", "a.svg", "--alpha", "one"], "no numbers"),
-        (["--out", "a.svg", "--alpha", "190"], "singular pose"),
-        (["--out", "a.svg", "--alpha", "nan"], "not finite"),
+        (["--out", "a.svg", "--alpha", "one"], "'one' is no list of numbers; write numbers in deg"),
+        (["--out", "a.svg", "--alpha", "190"], "190 deg is not within +-180 deg"),
+        (["--out", "a.svg", "--alpha", "nan"], "nan deg is not within +-180 deg"),
         (["--out", "a.gif"], "unknown suffix"),
     ],
 )

@@ -35,7 +35,7 @@ def data() -> DataSet:
     motion = (alpha, still, still), (theta, motors_still, motors_still)
     state = state_series(arm_of(NECK), TIME, *motion, 40 + theta)
     empty = Series(np.empty(0), {})
-    return DataSet(NECK, "", state, state, empty, empty)
+    return DataSet(neck=NECK, neck_yaml="", state=state, fasquelle=state, angles=empty, log=empty)
 
 
 def test_arrays_are_the_state(data: DataSet) -> None:

@@ -53,7 +53,9 @@ def dataset(start: float, forces: bool = True) -> DataSet:
     seen[HIDDEN] = np.nan
     angles = Series(frames, numbered_columns("alpha", seen) | numbered_columns("sigma", np.full_like(seen, 1e-3)))
     log = Series(start + t, numbered_columns("theta", theta) | numbered_columns("f", f))
-    return DataSet(neck, NECK.read_text(), state, state, angles, log, clock)
+    return DataSet(
+        neck=neck, neck_yaml=NECK.read_text(), state=state, fasquelle=state, angles=angles, log=log, clock=clock
+    )
 
 
 def result(folder: Path, start: float = 3.0) -> RecordingResult:

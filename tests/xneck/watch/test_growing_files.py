@@ -100,3 +100,10 @@ def test_a_log_that_cannot_be_one_is_refused_with_its_first_rows(tmp_path: Path,
     path.write_text(text)
     with pytest.raises(Refused, match=words):
         GrowingLog(GrowingFile(path), NECK).poll()
+
+
+def test_a_line_that_is_no_row_of_a_table_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("time," + "x" * 200_000 + "\n1,2\n")
+    with pytest.raises(Refused, match="cannot be read as CSV"):
+        GrowingLog(GrowingFile(path), NECK).poll()

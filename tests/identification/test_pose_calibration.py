@@ -1,6 +1,7 @@
 """Numbers by which motors tell the joints: found on arms whose drawing, stiffness, friction and clock are all off."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -36,11 +37,9 @@ def test_several_recordings_have_a_pre_elongation_each_and_the_model_none() -> N
     assert np.abs(values(pose, "k") / built_stiffness(SEED) - 1).max() < 0.06
 
 
-def test_it_goes_through_the_models_file(tmp_path: object) -> None:
-    from pathlib import Path
-
+def test_it_goes_through_the_models_file(tmp_path: Path) -> None:
     of = case(SEED)
-    path = Path(str(tmp_path)) / "model.yaml"
+    path = tmp_path / "model.yaml"
     write_model(of.model, path)
     assert read_model(path) == of.model
 
