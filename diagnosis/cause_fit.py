@@ -33,8 +33,8 @@ from mechanism.laws.law import Law
 
 Array = NDArray[np.float64]
 
-_MAX_ROUNDS, _MAX_STEPS = 3, 24
-"""of steps, and steps of a round"""
+_MAX_ROUNDS, _MAX_STEPS, _FIRST_STEPS = 3, 24, 6
+"""of steps, steps of a round, and steps of one that only brings the laws near enough to tell speeds by"""
 _PATH_PASSES = 3
 """at most, of telling speeds and fitting what remembers the motors' path, which speeds by the base model's friction bend"""
 _MIN_CLOCK_STEP_S = 1e-4
@@ -233,17 +233,21 @@ class CauseFitter:
         return other, other.fitted(stage.comparison.linearisation, stage.causes)
 
     def _stage(self, start: Linearisation, causes: tuple[Cause, ...]) -> FitStage:
-        ensembles, whiten = self._ensembles, self.whiten
+        whiten = self.whiten
         passes = _speed_passes(with_causes(self._h, causes))
-        comparison, causes = _refined(start, self._h, causes, self._data, whiten, 1 if passes else _MAX_ROUNDS)
+        # speeds follow from the motors' laws: told with the base model's friction they would speak for that
+        tells_speeds = passes > 0 and start.machine.remembers_path
+        comparison, ensembles = None, self._ensembles
+        if not tells_speeds:
+            comparison, causes = _refined(start, self._h, causes, self._data, whiten, rough=passes > 0)
         for _ in range(passes):
-            # speeds follow from the motors' laws: told with the base model's friction they would speak for that
-            before = comparison.profiled_loss
-            ensembles = _with_speeds(ensembles, comparison.linearisation)
+            near, before = (comparison.linearisation, comparison.profiled_loss) if comparison else (start, np.inf)
+            ensembles = _with_speeds(ensembles, near)
             data = [ensemble.data for ensemble in ensembles]
-            comparison, causes = _refined(comparison.linearisation, self._h, causes, data, whiten)
+            comparison, causes = _refined(near, self._h, causes, data, whiten)
             if abs(comparison.profiled_loss / before - 1) < _MIN_LOSS_GAIN_FAR:
                 break
+        assert comparison is not None
         at = comparison.linearisation
         noise = noise_residuals(at, ensembles)
         return FitStage(comparison, causes, tuple(noise), noise_loss(noise, at, whiten), comparison.fit())
@@ -272,19 +276,19 @@ def _refined(
     causes: tuple[Cause, ...],
     data: Sequence[DataSet],
     whiten: Whitener,
-    rounds: int = _MAX_ROUNDS,
+    rough: bool = False,
 ) -> tuple[Comparison, tuple[Cause, ...]]:
     """The base model's numbers, the causes' and doubtful clocks fitted together, by Levenberg and Marquardt's steps.
 
-    What nuisances do changes little on the way: it is told anew where a round of steps has ended, unless there is one only."""
+    What nuisances do changes little on the way: it is told anew where a round of steps has ended. rough: one short round."""
     at = _linearised(start, with_causes(h, causes), data, start.p, start.frame_lags)
     current = compare(at, causes, (), nuisances_at(at), whiten)
-    for _ in range(rounds):
+    for _ in range(1 if rough else _MAX_ROUNDS):
         before = current.profiled_loss
         if _promised(current) < _least_promise(current):
             break
-        stepped, causes = _stepped_down(current, h, causes, data, whiten)
-        if rounds == 1:
+        stepped, causes = _stepped_down(current, h, causes, data, whiten, _FIRST_STEPS if rough else _MAX_STEPS)
+        if rough:
             return stepped, causes
         at = stepped.linearisation
         current = compare(at, causes, (), nuisances_at(at), whiten)
@@ -294,11 +298,16 @@ def _refined(
 
 
 def _stepped_down(
-    current: Comparison, h: Hypothesis, causes: tuple[Cause, ...], data: Sequence[DataSet], whiten: Whitener
+    current: Comparison,
+    h: Hypothesis,
+    causes: tuple[Cause, ...],
+    data: Sequence[DataSet],
+    whiten: Whitener,
+    max_steps: int,
 ) -> tuple[Comparison, tuple[Cause, ...]]:
     """One round of steps, with nuisances that act as where it begins."""
     damping, was_small = 0.0, False
-    for _ in range(_MAX_STEPS):
+    for _ in range(max_steps):
         if _promised(current) < _least_promise(current):
             break
         candidate, stepped = _after_step(current, damping, h, causes, data, whiten)

@@ -94,7 +94,9 @@ def motor_speeds(
     mean = _half_row_speeds(angles, step)
     rng, errors = np.random.default_rng(0), []
     for _ in range(draws):
-        counted = angles[::STEPS_PER_ROW] + count * rng.uniform(-0.5, 0.5, theta.shape)
+        # a motor that creeps within a count is counted alike for long: its rounding is no white noise
+        phase = rng.uniform(-0.5, 0.5, arm.M)
+        counted = count * (np.round(angles[::STEPS_PER_ROW] / count + phase) - phase)
         drawn = drive.smoothed(angles, counted, sigma, cutoff)
         errors.append(_half_row_speeds(drawn, step) - mean)
     return HalfRowSpeeds(mean, cutoff, sigma, np.array(errors).reshape(draws, *mean.shape))
