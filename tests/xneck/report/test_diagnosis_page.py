@@ -101,7 +101,8 @@ def test_the_sentence_says_what_where_how_much_and_what_it_gains(found: Diagnosi
     assert found.verdict == "cause"
     assert re.match(
         r"The arm carries something at its tip \(m = [\d.]+ ± [\d.]+ kg\)\. On recordings that were not fitted, "
-        r"the simulated motor angles are off by [\d.]+ rad in place of [\d.]+ \(gain [\d.]+ ± [\d.]+; noise alone: [\d.]+\)\.$",
+        r"the simulated motor angles are off by [\d.]+ rad in place of [\d.]+ \(gain [\d.]+ ± [\d.]+; noise alone: [\d.]+\)\. "
+        r"The simulated tip is off by [\d.]+ mm in place of [\d.]+\.$",
         diagnosis_sentence(found),
     )
     assert "none were given" in diagnosis_sentence(replace(found, gains=()))
