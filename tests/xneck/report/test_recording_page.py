@@ -13,7 +13,15 @@ from playwright.sync_api import Page
 from identification.dataset.clock_record import log_time
 from identification.fasquelle.reconstruction import reconstruct
 from identification.simulation.channels import Channel
-from tests.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
+from tests.html_page import (
+    Elements,
+    check_alone,
+    check_figures,
+    check_print,
+    label_faults,
+    look,
+    tables_wider_than_a_phone,
+)
 from tests.xneck.report.sample_result import NASTY
 from vision.overlay_video import MAX_FRAMES_PER_S
 from xneck.recording.recording_result import RecordingResult
@@ -262,6 +270,10 @@ def test_printed_or_without_a_camera_there_is_no_video(
 def test_no_label_leaves_its_figure(report: Path, browser_page: Page) -> None:
     faults = label_faults(browser_page, report)
     assert not faults, "\n".join(faults)
+
+
+def test_tables_fit_a_phone(report: Path, browser_page: Page) -> None:
+    assert tables_wider_than_a_phone(browser_page, report) == []
 
 
 def test_printed_nothing_is_cut_off(report: Path, browser_page: Page) -> None:
