@@ -72,6 +72,11 @@ def test_what_cannot_be_observed_is_refused_in_one_line(
         ),
         ([*words(made, tmp_path / "s.mcap"), "--start", "nan"], "nan rad is not within +-180 deg"),
         (words(made, R / "log.mcap"), "is an input too"),
+        (words(made, tmp_path / "s.mcap", H / "angles.csv"), "holds joint angles, not the motors' log"),
+        (
+            ["sync", R / "log.csv", H / "angles.csv", "--neck", H / "neck.yaml", "--out", tmp_path / "d.mcap"],
+            "not joint angles",
+        ),
     ):
         ran = run(capfd, *more)
         assert (ran.status, ran.out) == (1, ""), more
