@@ -21,6 +21,7 @@ import xneck
 from mechanism.description import read_neck
 from synchronisation.encoder_log import read_log
 from synchronisation.synchronise import synchronise
+from xneck.recording.drawn_video import draw_video
 from xneck.recording.recording_folder import read_recording
 from xneck.recording.stages import recording_angles
 from xneck.report import style
@@ -64,7 +65,9 @@ def measured(samples: Path) -> tuple[Picture, dict[str, Any]]:
     angles, video = recording_angles(recording, neck)
     assert video is not None
     bend = np.abs(angles.alpha).sum(axis=1)
-    frame = max(video.annotated_frames, key=lambda frame: bend[frame.index])
+    assert recording.video is not None
+    drawn_video = draw_video(recording.video, neck, video)
+    frame = max(drawn_video.frames, key=lambda frame: bend[frame.index])
     log = read_log(recording.log, neck)
     fitted = synchronise(neck, read_text(recording.neck), angles, log, provenance(inputs))
     held_out = xneck.synchronise(samples / "held_out")

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from diagnosis.arm_error import ArmError, arm_error
 from diagnosis.cause import Cause, with_causes
 from diagnosis.cause_fit import FitStage
 from diagnosis.cause_search import MIN_EXPLAINED, Search, search_causes
@@ -62,6 +63,8 @@ class Diagnosis:
     """why, where one of both models is none that moves"""
     simulated_shares: tuple[float | None, ...] = ()
     """of each cause, rad: by how much simulated joint angles differ without it; none where nothing was simulated"""
+    arm_error: ArmError | None = None
+    """how far the simulated arm is from the measured one; None where nothing was simulated"""
 
     @property
     def before(self) -> NoiseExcess:
@@ -155,6 +158,7 @@ def diagnose(
         found_laws=laws,
         not_simulated=held.not_simulated,
         simulated_shares=held.simulated_shares[: len(search.last.causes)],
+        arm_error=held.arm_error,
     )
 
 
@@ -185,6 +189,7 @@ class _HeldOut:
     """why"""
     simulated_shares: tuple[float | None, ...] = ()
     """of each cause, rad"""
+    arm_error: ArmError | None = None
     residuals: HeldOutResiduals | None = None
     """what is left with the causes"""
 
@@ -217,6 +222,7 @@ def _held_out(
     holds = after.energy_above_limit <= (1 - MIN_EXPLAINED) * before.energy_above_limit
     of_simulation: tuple[Gain, ...] = ()
     shares: tuple[float | None, ...] = ()
+    error: ArmError | None = None
     not_simulated = ""
     if not (worse and last.causes):
         progress("simulation")
@@ -225,6 +231,7 @@ def _held_out(
             without = SimulatedModel(first, h, old, ensembles, noise_floor=False) if last.causes else with_them
             of_simulation = simulated_gains(without, with_them)
             shares = simulated_shares(with_them, last.causes, h)
+            error = arm_error(without.simulated, with_them.simulated, h.arm)
         except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
             not_simulated = str(refused)
     return _HeldOut(
@@ -234,6 +241,7 @@ def _held_out(
         worse=worse,
         not_simulated=not_simulated,
         simulated_shares=shares,
+        arm_error=error,
         residuals=new,
     )
 

@@ -54,6 +54,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
         ],
         "gain": gain and gain.as_json(),
         "gains": [g.as_json() for g in d.gains],
+        "arm_error": d.arm_error and d.arm_error.as_json(),
         "remainder": [r.as_json() for r in d.remainder],
         "something_remains": d.something_remains,
         "unlisted": search.unlisted and search.unlisted.as_json(),

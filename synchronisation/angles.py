@@ -12,6 +12,7 @@ from identification.dataset.dataset_file import export_series
 from identification.dataset.frames import MAX_SIGMA_RAD, white_sigma
 from identification.dataset.series import Series, check_time, numbered_columns
 from identification.files import joint_state
+from synchronisation.csv_header import other_kind
 from synchronisation.csv_table import read_table
 from synchronisation.sigma_by_frames import sigma_by_frames
 from synchronisation.time_stamps import check_time_unit
@@ -119,10 +120,13 @@ def _from_mcap(path: Path) -> tuple[Series, dict[str, Any], Array | None]:
     """Columns, notes and the light's brightness of an angles.mcap."""
     recording = joint_state.read(path)
     if "angles" not in recording.logs:
+        names = {name for log in recording.logs.values() for name in log.names}
+        if told := other_kind(names, angles_expected=True):
+            raise Refused(path, *told)
         raise Refused(
             path,
             f"has no /angles, only {listed(f'/{name}' for name in recording.logs)}",
-            "make it with `xneck extract`",
+            "`xneck extract` makes one; where a log is given too, angles come first",
         )
     series = joint_state.as_series(recording.logs["angles"])
     light = None

@@ -1,7 +1,7 @@
 """What is wrong with a CSV's header that lacks columns: separators, spelling, or that there is none."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
@@ -10,6 +10,19 @@ from xneck_foundation.spelling import likely_spelling, quoted
 
 class ColumnsMissing(Refused):
     """A table has other columns than those that are read."""
+
+
+def other_kind(columns: Collection[str], angles_expected: bool) -> tuple[str, str] | None:
+    """What to say where joint angles were given in the place of the motors' log, or the other way round; None where neither was."""
+    held = ("alpha1" in columns, "theta1" in columns)
+    if held == (True, False) and not angles_expected:
+        return "has alpha1: it holds joint angles, not the motors' log", "give the controller's log here"
+    if held == (False, True) and angles_expected:
+        return (
+            "has theta1: it holds the motors' log, not joint angles",
+            "give angles here; where both are given, they come first",
+        )
+    return None
 
 
 SEPARATORS = ((";", "semicolons"), ("\t", "tabs"), ("|", "bars"))

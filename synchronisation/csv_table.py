@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series
-from synchronisation.csv_header import ColumnsMissing, missing_columns, spelled_otherwise
+from synchronisation.csv_header import ColumnsMissing, missing_columns, other_kind, spelled_otherwise
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted
@@ -115,6 +115,8 @@ def table_columns(
     """Places of the columns that are read, by name. Raises Refused where one is missing, or any stands twice."""
     places = {name: k for k, name in enumerate(header)}
     if any(name not in places for name in required):
+        if told := other_kind(header, angles_expected="alpha1" in required):
+            raise Refused(path, *told)
         raise ColumnsMissing(path, *missing_columns(header, next(rows, []), required))
     if otherwise := spelled_otherwise(header, optional):
         raise ColumnsMissing(path, *missing_columns(header, next(rows, []), tuple(otherwise)))

@@ -10,7 +10,7 @@ from identification.dataset.series import Series, check_size, check_time, number
 from identification.files import joint_state, ros_bag
 from identification.files.joint_state import JointStateChannel
 from mechanism.description import Neck
-from synchronisation.csv_header import ColumnsMissing
+from synchronisation.csv_header import ColumnsMissing, other_kind
 from synchronisation.csv_table import CsvFormat, read_table
 from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
 from synchronisation.parquet_table import read_parquet
@@ -164,6 +164,9 @@ def _not_one_channel(
     expected = f"joints {listed(joints, limit=_SHOWN)}" if joints else f"{motors} joints"
     count = f"{len(fitting)} channels" if fitting else "no channel"
     what = f"{count} with {expected} ({held})"
+    names = {name for log in logs.values() for name in log.names}
+    if not fitting and (told := other_kind(names, angles_expected=False)):
+        return told
     if not fitting:
         return what, "write the name that each motor has there into neck.yaml, motors[].joint"
     topic, log = next(iter(fitting.items()))

@@ -112,6 +112,17 @@ def neck_keys(mapping: LogMapping, motors_as_described: Sequence[Motor]) -> tupl
     return log, motors
 
 
+def scales_rest_on(mapping: LogMapping, motors: Sequence[Motor]) -> str:
+    """On which numbers of the motors scales rest, so that they change with them; empty where on none."""
+    told = []
+    if any(force.unit in _TORQUES for force in mapping.forces):
+        pairs = dict.fromkeys(f"R {m.R:g}, rd {m.rd:g} m" for m in motors)
+        told.append(f"f_scale is R / rd ({'; '.join(pairs)})")
+    if any(angle.unit == "counts" for angle in mapping.angles):
+        told.append(f"theta_scale is 2 pi / counts ({', '.join(dict.fromkeys(str(m.counts) for m in motors))})")
+    return f"{', '.join(told)}: change it with them" if told else ""
+
+
 def _force_scale(force: Column, gear: float) -> float:
     if force.unit in _TORQUES:
         return _six(_TORQUES[force.unit] * gear)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import Arm
 from mechanism.description import Neck
+from mechanism.neck_template import MOTOR
 from synchronisation.angles import Angles
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.clocks.usable_frames import MIN_FRAMES
@@ -20,6 +21,7 @@ from synchronisation.encoder_log import uniformly_sampled
 from synchronisation.log_regression import Factors, LoggedMotion, force_factors, logged_motion, travel_factors
 from synchronisation.log_units import Unit, force_units, theta_units, unit_of
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import counted
 
 Array = NDArray[np.float64]
 
@@ -62,7 +64,7 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
     if len(time) < MIN_FRAMES:
         return ()
     even = uniformly_sampled(log)
-    warnings = _constant_forces(even)
+    warnings = (*_example_scales(neck), *_constant_forces(even))
     motion = logged_motion(arm, time, alpha, even)
     if motion is None:
         _check_degrees(arm, time, alpha, even)
@@ -81,6 +83,23 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
     if np.any(yielding > WRONG_WAY_SIGMA) and not np.any(yielding < -WRONG_WAY_SIGMA):
         _check_mirrored(arm, time, alpha, even, factors.unexplained)
     return (*warnings, *_check_forces(neck, arm, motion, yielding))
+
+
+def _example_scales(neck: Neck) -> tuple[str, ...]:
+    """A warning where torques become forces by gear and drum of the example of `xneck init`, which the motors have not."""
+    example = MOTOR["R"] / MOTOR["rd"]
+    stale = [
+        j
+        for j, m in enumerate(neck.motors)
+        if np.isclose(abs(m.f_scale), example, rtol=1e-5) and not np.isclose(m.R / m.rd, example, rtol=1e-5)
+    ]
+    if not stale:
+        return ()
+    motor = neck.motors[stale[0]]
+    return (
+        f"f_scale of {counted(len(stale), 'motor')} is {example:.6g}, the R / rd of the example that `xneck init` writes, and "
+        f"neck.yaml has R / rd = {motor.R / motor.rd:.6g}: if f is the motor's torque, write that",
+    )
 
 
 def _constant_forces(log: Series) -> tuple[str, ...]:

@@ -122,6 +122,21 @@ def look(page: Page, report: Path, width: int) -> None:
     watched.check([report])
 
 
+PHONE = 390
+"""px, width of a usual phone"""
+
+
+def tables_wider_than_a_phone(page: Page, report: Path) -> list[str]:
+    """Tables that are not folded away and must be scrolled sideways on a phone, by how they begin."""
+    page.emulate_media(media="screen")
+    page.set_viewport_size({"width": PHONE, "height": 844})
+    page.goto(report.as_uri())
+    return page.evaluate(
+        """[...document.querySelectorAll('.scroll')].filter(s => s.checkVisibility() && s.scrollWidth > s.clientWidth)
+        .map(s => `${s.scrollWidth} of ${s.clientWidth}: ${s.textContent.trim().slice(0, 60)}`)"""
+    )
+
+
 NAMELESS = """[...document.querySelectorAll('img, svg, a, summary')]
     .filter(e => e.getAttribute('aria-hidden') !== 'true' && !(e.getAttribute('alt') || e.getAttribute('aria-label')
         || e.tagName !== 'svg' && e.textContent.trim())).map(e => e.outerHTML)"""

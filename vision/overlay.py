@@ -1,11 +1,7 @@
 """Markers, the fitted linkage and the angles in figures, drawn over the pictures of a video."""
 
-from collections.abc import Callable
-from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
-import av
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +11,6 @@ from mechanism.arm import arm_of
 from mechanism.description import Neck
 from mechanism.geometry import poses
 from vision.extract import Extraction
-from vision.video import Video, read_segments
-from xneck_foundation.authorship import MARK
-from xneck_foundation.whole_file import whole_file
 
 Array = NDArray[np.float64]
 Picture = NDArray[Any]
@@ -25,23 +18,13 @@ Picture = NDArray[Any]
 
 MARKER_COLOUR, BAR_COLOUR = (40, 200, 60), (30, 30, 230)  # BGR
 DIAGONAL_COLOUR, TEXT_COLOUR = (230, 140, 30), (255, 255, 255)  # BGR
-_REPRODUCIBLE = {"fflags": "+bitexact"}
-"""options of the file's writer, without which Matroska draws a random number for each file"""
-_ENCODER_THREADS = 4
-"""by default x264 takes as many as there are cores, and its bytes depend on them"""
 
 
 def draw_overlay(grey: Picture, index: int, neck: Neck, camera: Camera, extraction: Extraction) -> Picture:
     """Frame `index` as a BGR picture with its markers, bars, diagonals and angles."""
-    out = cv2.cvtColor(np.ascontiguousarray(grey), cv2.COLOR_GRAY2BGR)
-    for corners in extraction.corners[index]:
-        if not np.isnan(corners).any():
-            _polygon(out, corners, MARKER_COLOUR)
+    out = draw_linkage(grey, index, neck, camera, extraction)
     alpha, sigma = extraction.angles.alpha[index], extraction.angles.sigma[index]
     lines = [f"frame {index}  {extraction.angles.time[index]:.3f} s"]
-    if not np.isnan(alpha).any():
-        for points, colour in linkage_lines(neck, camera, frame_pose(extraction, index), alpha):
-            _polygon(out, points, colour)
     for i, (a, s) in enumerate(zip(alpha, sigma, strict=True)):
         shown = "not seen" if np.isnan(a) else f"{np.degrees(a):7.2f} +- {np.degrees(s):.2f} deg"
         lines.append(f"alpha{i + 1} {shown}")
@@ -51,30 +34,17 @@ def draw_overlay(grey: Picture, index: int, neck: Neck, camera: Camera, extracti
     return out
 
 
-def write_overlay(
-    video: Video,
-    out: str | Path,
-    neck: Neck,
-    camera: Camera,
-    extraction: Extraction,
-    progress: Callable[[int], object] = lambda frames: None,
-) -> None:
-    """Write the whole video with its overlay as H.264, every frame at the time stamp it has."""
-    with whole_file(out) as part, av.open(str(part), "w", options=_REPRODUCIBLE) as container:
-        container.metadata["comment"] = MARK
-        stream = container.add_stream("libx264", rate=30, options={"crf": "23", "preset": "veryfast"})
-        stream.width, stream.height = camera.width // 2 * 2, camera.height // 2 * 2
-        stream.pix_fmt = "yuv420p"
-        stream.codec_context.thread_count = _ENCODER_THREADS
-        stream.codec_context.time_base = Fraction(1, 90_000)
-        for frame in read_segments(video):
-            drawn = draw_overlay(frame.grey, frame.index, neck, camera, extraction)[: stream.height, : stream.width]
-            picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(drawn), format="bgr24")
-            picture.pts = round(frame.time * 90_000)
-            picture.time_base = Fraction(1, 90_000)
-            container.mux(stream.encode(picture))
-            progress(1)
-        container.mux(stream.encode(None))
+def draw_linkage(grey: Picture, index: int, neck: Neck, camera: Camera, extraction: Extraction) -> Picture:
+    """Frame `index` as a BGR picture with its markers, bars and diagonals."""
+    out = cv2.cvtColor(np.ascontiguousarray(grey), cv2.COLOR_GRAY2BGR)
+    for corners in extraction.corners[index]:
+        if not np.isnan(corners).any():
+            _polygon(out, corners, MARKER_COLOUR)
+    alpha = extraction.angles.alpha[index]
+    if not np.isnan(alpha).any():
+        for points, colour in linkage_lines(neck, camera, frame_pose(extraction, index), alpha):
+            _polygon(out, points, colour)
+    return out
 
 
 def frame_pose(extraction: Extraction, index: int) -> Array:

@@ -173,6 +173,7 @@ def noise_kept() -> Iterator[None]:
         stack.enter_context(patch.object(stage, "noise_ensemble", once))
         stack.enter_context(patch.object(stage, "simulated_gains", lambda *models: ()))
         stack.enter_context(patch.object(stage, "simulated_shares", lambda *of: ()))
+        stack.enter_context(patch.object(stage, "arm_error", lambda *of: None))
         yield
 
 

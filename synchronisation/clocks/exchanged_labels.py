@@ -89,14 +89,14 @@ def _best_exchange(arm: Arm, time: Array, alpha: Array, log: CableSpeeds) -> tup
     tried: list[tuple[float, int, str]] = []
     for order, signs in _angle_exchanges(arm.N):
         video = cable_speeds(time, cable_winding(arm, alpha[:, list(order)] * signs))
-        correlation, pairs = _paired(video.values, log.values)
-        words = exchange_words(order, signs, pairs)
-        tried.append((correlation, len(words), "; ".join(words)))
+        for correlation, pairs in _pairings(video.values, log.values):
+            words = exchange_words(order, signs, pairs)
+            tried.append((correlation, len(words), "; ".join(words)))
     best = max(correlation for correlation, _, _ in tried)
     good = sorted(
         (changes, -correlation, words) for correlation, changes, words in tried if correlation > best - MIN_LEAD
     )
-    fewest = [words for changes, _, words in good if changes == good[0][0]]
+    fewest = list(dict.fromkeys(words for changes, _, words in good if changes == good[0][0]))
     return fewest[0], best, fewest[1:]
 
 
@@ -108,14 +108,24 @@ def _angle_exchanges(n: int) -> Iterator[tuple[tuple[int, ...], Array]]:
             yield order, np.array(signs)
 
 
-def _paired(a: Array, b: Array) -> tuple[float, list[tuple[int, int]]]:
-    """The best pairing of columns at one common lag: its mean correlation, and for each column of a (column of b, sign)."""
+def _pairings(a: Array, b: Array) -> Iterator[tuple[float, list[tuple[int, int]]]]:
+    """The best pairing of columns at one common lag, and that of each column with its own: the mean correlation, and for each
+    column of a (column of b, sign).
+
+    Cables that are each other's mirror images run against each other, all but alike: that they are swapped, and that both run
+    the other way, explain the same log nearly as well.
+    """
     size = np.sqrt(np.sum(a**2, axis=0))[:, None] * np.sqrt(np.sum(b**2, axis=0))
     every = np.stack([[correlate(q, p, method="fft") for q in b.T] for p in a.T]) / np.maximum(size, 1e-12)[..., None]
     # the lag at which most columns have a partner
-    lag = int(np.argmax(np.abs(every).max(axis=1).sum(axis=0)))
-    table = every[:, :, lag]
-    rows, columns = linear_sum_assignment(-np.abs(table))
+    table = every[:, :, int(np.argmax(np.abs(every).max(axis=1).sum(axis=0)))]
+    yield _paired(table, *linear_sum_assignment(-np.abs(table)))
+    own = np.abs(every[np.arange(len(every)), np.arange(len(every))])
+    table = every[:, :, int(np.argmax(own.sum(axis=0)))]
+    yield _paired(table, np.arange(len(every)), np.arange(len(every)))
+
+
+def _paired(table: Array, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> tuple[float, list[tuple[int, int]]]:
     pairs = [(int(k), 1 if table[j, k] > 0 else -1) for j, k in zip(rows, columns, strict=True)]
     return float(np.mean(np.abs(table[rows, columns]))), pairs
 

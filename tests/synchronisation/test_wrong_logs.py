@@ -72,6 +72,11 @@ def test_what_is_to_be_written_makes_the_log_right(tmp_path: Path) -> None:
     neck_file, _, log_file = files_of(right, tmp_path / "right")
     mapped = read_neck(neck_file)
     assert check_log_meaning(mapped, arm_of(mapped), angles, read_log(log_file, mapped)) == ()
+    # gears of 20 in place of the example's 25, with as much travel, and f_scale left as it was
+    geared = [m.model_copy(update={"R": 20.0, "theta_scale": 0.8 * m.theta_scale}) for m in mapped.motors]
+    stale = mapped.model_copy(update={"motors": tuple(geared)})
+    (warning,) = check_log_meaning(stale, arm_of(stale), angles, read_log(log_file, stale))
+    assert re.search(r"f_scale of 4 motors is 2500.*R / rd = 2000: if f is the motor's torque, write that", warning)
 
 
 def test_a_factor_is_no_unit_where_it_is_not_one_of_them() -> None:

@@ -107,7 +107,7 @@ def command(
     from vision.extract import ExtractionOptions, extract
     from vision.light_patch import LightPatch
     from vision.linkage.shared_fit import PlacementPrior
-    from vision.overlay import write_overlay
+    from vision.overlay_video import write_overlay
     from vision.video import describe_video
     from xneck_foundation.provenance import note_inputs, provenance
     from xneck_foundation.whole_file import write_text

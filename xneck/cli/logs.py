@@ -23,7 +23,7 @@ def command(log_file: Path, neck_file: Path | None, out: Path | None, json_out: 
     from mechanism.neck_template import MOTOR
     from mechanism.neck_text import neck_text
     from synchronisation.log_contents import read_contents
-    from synchronisation.log_mapping import map_log, mapped_neck, neck_keys
+    from synchronisation.log_mapping import map_log, mapped_neck, neck_keys, scales_rest_on
     from synchronisation.log_words import contents_lines, mapping_lines, mapping_record, snippet
     from xneck_foundation.whole_file import write_text
 
@@ -42,7 +42,9 @@ def command(log_file: Path, neck_file: Path | None, out: Path | None, json_out: 
             f"scales are those of an example motor (R {MOTOR['R']:g}, rd {MOTOR['rd']:g} m); give --neck for yours"
         )
     if neck is not None and out is not None:
-        write_text(out, neck_text(mapped_neck(neck, mapping), f"{neck_file} with the columns of {log_file.name}"))
-        lines.append(f"{out}: {neck_file} with this mapping")
+        rests_on = scales_rest_on(mapping, neck.motors)
+        comment = ". ".join(filter(None, [f"{neck_file} with the columns of {log_file.name}", rests_on]))
+        write_text(out, neck_text(mapped_neck(neck, mapping), comment))
+        lines.append(f"{out}: {neck_file} with this mapping" + (f". {rests_on}" if rests_on else ""))
     record = mapping_record(contents, mapping, log, motors) | {"out": str(out) if out else None}
     report_result(record, "\n".join(lines), json_out, quiet)

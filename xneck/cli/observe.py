@@ -62,12 +62,12 @@ def command(
     from identification.model_file import read_model
     from mechanism.description import read_neck
     from observation.c_source import c_source
-    from observation.health import sentences, verdict
     from observation.observed_log import observe_log
     from observation.observer import Observer
     from synchronisation.encoder_log import read_log
     from synchronisation.frames_on_log import read_frames_on_log
     from xneck.cli.angle_list import angle_list
+    from xneck.export.result_words import in_words
     from xneck_foundation.errors import Refused, one_of
     from xneck_foundation.provenance import note_inputs, provenance
     from xneck_foundation.whole_file import write_text
@@ -95,13 +95,4 @@ def command(
         write_text(out.with_suffix(".c"), c_source(Observer(neck, model, step_s)))
     else:
         export_beside(observed.series, out, export_as)
-    sigma = ", ".join(f"{np.degrees(s):.3f}" for s in record["sigma_alpha_rms_rad"])
-    lines = [
-        f"{out}: {record['rows']} rows, sigma of the joints {sigma} deg rms; the arm is {_said(verdict(observed.health))}"
-    ]
-    lines += [f"  {line}" for line in sentences(observed.health)]
-    report_result(record, "\n".join(lines), json_out, quiet)
-
-
-def _said(word: str) -> str:
-    return {"as identified": "as identified", "changed": "not as identified"}.get(word, "not judged")
+    report_result(record, f"{out}: {in_words(observed)}", json_out, quiet)

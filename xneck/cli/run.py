@@ -93,6 +93,7 @@ def _run_single(name: str, source: Path, options: "BatchOptions", json_out: Path
     """Runs one recording in this process: no cluster to wait for, and an error is raised where it happens."""
     from tqdm import tqdm
 
+    from synchronisation.check.wording import sentence
     from xneck.recording.recording_folder import read_recording
     from xneck.recording.result_folder import stored_result
     from xneck.report.batch_table import identified_lines
@@ -117,7 +118,12 @@ def _run_single(name: str, source: Path, options: "BatchOptions", json_out: Path
     )
     _warn_recovered(name, record)
     result = {"recordings": {name: record | {"report": report}}, "failed": {}}
-    lines = [line + (" (done before)" if done_before else ""), *identified_lines(record["identify"]["parameters"])]
+    lines = [
+        line + (" (done before)" if done_before else ""),
+        *(f"  {sentence(fault)}" for fault in record["check"]["faults"]),
+        *(f"  warning: {warning}" for warning in record["sync"]["warnings"]),
+        *identified_lines(record["identify"]["parameters"]),
+    ]
     report_result(result, "\n".join(lines), json_out, quiet)
     return 0
 

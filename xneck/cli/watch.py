@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from xneck.cli.files_apart import refuse_shared_files
-from xneck.cli.path_types import FOLDER, STANDARD_OUTPUT, JsonOutput, OutputFolder
+from xneck.cli.path_types import FOLDER, INPUT_FILE, STANDARD_OUTPUT, JsonOutput, OutputFolder
 from xneck.cli.terminal import print_error, print_text
 from xneck.recording.result_files import WATCH_FILES, WATCHED_TRACKS
 from xneck_foundation.authorship import MARK
@@ -30,6 +30,8 @@ _LINES_SUFFIX = ".jsonl"
     show_default=True,
     help="What `run` goes on from is kept here, in a folder for the recording: give `run` the same.",
 )
+@click.option("--neck", type=INPUT_FILE, help="neck.yaml, in the place of the one that recording.yaml names.")
+@click.option("--camera", type=INPUT_FILE, help="camera.yaml, likewise.")
 @click.option(
     "--ended-after",
     type=click.FloatRange(0.5, 3600),
@@ -46,7 +48,16 @@ _LINES_SUFFIX = ".jsonl"
 )
 @click.option("--force", is_flag=True, help="Replace files too that xneck did not write. Inputs never.")
 @click.option("--quiet", is_flag=True, help="Print nothing but errors and warnings.")
-def command(folder: Path, out: Path, ended_after: float, json_out: Path | None, force: bool, quiet: bool) -> None:
+def command(
+    folder: Path,
+    out: Path,
+    neck: Path | None,
+    camera: Path | None,
+    ended_after: float,
+    json_out: Path | None,
+    force: bool,
+    quiet: bool,
+) -> None:
     """Watches a recording while the experiment runs, and says what will make it useless.
 
     That is: markers out of sight, wrong light, wrong signs or units, a motion that tells no clock, lost frames, gaps of the log.
@@ -55,10 +66,10 @@ def command(folder: Path, out: Path, ended_after: float, json_out: Path | None, 
     FOLDER has the recording.yaml; video and log may not be there yet. The video must be readable while it grows: mkv, MPEG-TS or
     fragmented mp4. Nothing is written to but --out and --json.
     """
-    from xneck.recording.recording_folder import read_recording
+    from xneck.recording.recording_folder import SharedFiles, read_recording
     from xneck.watch.watch import watch
 
-    recording = read_recording(folder, growing=True)
+    recording = read_recording(folder, SharedFiles(neck, camera), growing=True)
     if recording.video is None:
         raise Refused(recording.config, "names angles, which do not grow", "watch a recording with a video")
     with _replacing(force):

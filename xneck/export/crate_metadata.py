@@ -39,6 +39,7 @@ _WORDS = {
     "model.yaml": "Laws and parameters of motors, cables and joints, with standard deviations",
     "motion.csv": "A motion for the controller: joint angles, motor angles and forces",
     "neck.yaml": "Description of the arm",
+    "overlay.mp4": "The arm in the video, with markers and the fitted linkage drawn over it",
     "report.html": "One recording, from the camera to the identified parameters, as a page",
     "result.json": "Results of all stages of one recording as a record",
     "simulated.mcap": "The recorded forces through the identified model",

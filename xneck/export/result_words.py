@@ -3,6 +3,8 @@
 from functools import singledispatch
 from typing import Any
 
+import numpy as np
+
 from diagnosis import record
 from diagnosis.diagnose import Diagnosis
 from discovery.discovery import Discovery
@@ -15,6 +17,8 @@ from identification.simulation.simulated_motion import SimulatedMotion
 from identification.simulation.simulated_recording import SimulatedRecording
 from mechanism.description import Neck
 from mechanism.neck_text import neck_text
+from observation import health
+from observation.observed_log import ObservedLog
 from synchronisation.check.check import Check
 from synchronisation.wording import as_text as dataset_words
 from xneck_foundation.errors import Refused
@@ -23,7 +27,8 @@ from xneck_foundation.unit_text import with_unit
 
 
 def in_words(result: object) -> str:
-    """A result for a person, a few lines: of data sets, checks, estimates, simulations, diagnoses, found laws, models and arms.
+    """A result for a person, a few lines: of data sets, checks, estimates, simulations, observed logs, diagnoses, found laws,
+    models and arms.
 
     >>> import xneck
     >>> monday, tuesday = xneck.read_dataset("monday.mcap"), xneck.read_dataset("tuesday.mcap")
@@ -76,12 +81,24 @@ _record.register(Check, Check.as_json)
 _words.register(SimulatedMotion, SimulatedMotion.as_text)
 _record.register(SimulatedMotion, SimulatedMotion.as_json)
 _record.register(Discovery, Discovery.as_json)
+_record.register(ObservedLog, ObservedLog.as_json)
 _words.register(DataSet, dataset_words)
 
 
 @_words.register
 def _(result: Discovery) -> str:
     return result.words
+
+
+@_words.register
+def _(result: ObservedLog) -> str:
+    rms = np.sqrt(np.mean(result.series.matrix("sigma_alpha") ** 2, axis=0))
+    sigma = ", ".join(f"{s:.3f}" for s in np.degrees(rms))
+    arm = {"as identified": "as identified", "changed": "not as identified"}.get(
+        health.verdict(result.health), "not judged"
+    )
+    head = f"{len(result.series)} rows, sigma of the joints {sigma} deg rms; the arm is {arm}"
+    return "\n".join([head, *(f"  {line}" for line in health.sentences(result.health))])
 
 
 @_record.register

@@ -1,6 +1,7 @@
 """All stages of one recording in order, and their files: calibrate, extract, sync, check, identify, simulate."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from identification.dataset.dataset_file import write_dataset
 from identification.estimates import estimate
@@ -9,17 +10,21 @@ from identification.files import joint_state
 from identification.model_file import write_model
 from identification.pose_calibration import with_pose
 from identification.simulation.simulated_recording import simulate_recording
-from mechanism.description import read_neck
+from mechanism.description import Neck, read_neck
 from synchronisation.encoder_log import read_log
 from synchronisation.synchronise import synchronise
 from xneck.recording.progress import StageProgress, no_progress
 from xneck.recording.recording_folder import Recording
 from xneck.recording.recording_result import RecordingResult
-from xneck.recording.result_files import WATCHED_TRACKS
+from xneck.recording.result_files import OVERLAY, WATCHED_TRACKS
 from xneck.recording.stages import recording_angles
 from xneck_foundation.errors import Refused
 from xneck_foundation.provenance import note_inputs, provenance
 from xneck_foundation.strict_yaml import read_text
+
+if TYPE_CHECKING:
+    from xneck.recording.camera_stages import VideoResult
+    from xneck.recording.drawn_video import DrawnVideo
 
 
 def run_stages(recording: Recording, out: Path, progress: StageProgress = no_progress) -> RecordingResult:
@@ -28,8 +33,10 @@ def run_stages(recording: Recording, out: Path, progress: StageProgress = no_pro
     neck = read_neck(recording.neck)
     log = read_log(recording.log, neck)
     angles, video = recording_angles(recording, neck, progress, out / WATCHED_TRACKS)
+    drawn = None
     if video is not None:
         video.write_files(out)
+        drawn = _drawn_video(recording, neck, video, out / OVERLAY)
     progress("sync")
     origin = provenance(inputs)
     data = synchronise(neck, read_text(recording.neck), angles, log, origin)
@@ -50,6 +57,7 @@ def run_stages(recording: Recording, out: Path, progress: StageProgress = no_pro
         name=recording.folder.name,
         recording=recording,
         video=video,
+        drawn=drawn,
         angles=angles,
         data=data,
         fasquelle=fasquelle,
@@ -58,3 +66,13 @@ def run_stages(recording: Recording, out: Path, progress: StageProgress = no_pro
         simulated=simulated,
         simulation_refused=reason,
     )
+
+
+def _drawn_video(recording: Recording, neck: Neck, video: "VideoResult", file: Path) -> "DrawnVideo":
+    """The video with what was found drawn over it, of which the whole in small goes into `file`."""
+    from xneck.recording.drawn_video import draw_video  # needs OpenCV
+
+    assert recording.video is not None
+    drawn = draw_video(recording.video, neck, video)
+    drawn.write_file(file)
+    return drawn

@@ -13,6 +13,7 @@ from xneck.recording.recording_folder import Recording
 
 if TYPE_CHECKING:
     from xneck.recording.camera_stages import VideoResult
+    from xneck.recording.drawn_video import DrawnVideo
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,8 @@ class RecordingResult:
     recording: Recording
     video: "VideoResult | None"
     """None where the angles came as a file"""
+    drawn: "DrawnVideo | None"
+    """the video with what was found drawn over it; None where the angles came as a file"""
     angles: Angles
     data: DataSet
     fasquelle: FasquelleIdentification

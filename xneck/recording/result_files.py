@@ -10,7 +10,9 @@ PLOTJUGGLER = "plotjuggler.xml"
 VIEWER_FILES = (FOXGLOVE, PLOTJUGGLER, RERUN)
 """files for Foxglove, PlotJuggler and Rerun; the last on request only"""
 DATASET = "dataset.mcap"
-STAGE_FILES = ("camera.yaml", "angles.mcap", DATASET, "model.yaml", "simulated.mcap")
+OVERLAY = "overlay.mp4"
+"""the arm in small, with markers and linkage drawn over it"""
+STAGE_FILES = ("camera.yaml", "angles.mcap", OVERLAY, DATASET, "model.yaml", "simulated.mcap")
 """files that the stages write, not all of them for every recording"""
 WATCHED_TRACKS = "watched.npz"
 """tracks of markers that `xneck watch` made of the growing video, which `run` goes on from; not a result"""

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from vision.arm_region import arm_region
 from xneck.recording.camera_stages import VideoResult
+from xneck.recording.drawn_video import DrawnVideo
 from xneck.report.number_text import with_sigma
 
 MAX_SIDE_PX = 900
 """longer side of a cut"""
-_MARGIN = 0.12
-"""margin around the markers, as a share of the longer side of their region"""
 _JPEG_QUALITY = 85
-_MIN_SIDE_PX = 16
-"""a region that is narrower is not cut out"""
 
 
 @dataclass(frozen=True)
@@ -29,13 +27,13 @@ class FrameCut:
     uri: str
 
 
-def frame_cuts(video: VideoResult) -> list[FrameCut]:
+def frame_cuts(video: VideoResult, drawn: DrawnVideo) -> list[FrameCut]:
     """The annotated frames of a video, all cut to the same region."""
     cuts = []
     angles = video.extraction.angles
-    for frame in video.annotated_frames:
+    for frame in drawn.frames:
         height, width = frame.picture.shape[:2]
-        left, top, right, bottom = _arm_region(video.extraction.corners, width, height)
+        left, top, right, bottom = arm_region(video.extraction.corners, width, height)
         cut = np.ascontiguousarray(frame.picture[top:bottom, left:right])
         scale = MAX_SIDE_PX / max(cut.shape)
         if scale < 1:
@@ -50,18 +48,3 @@ def frame_cuts(video: VideoResult) -> list[FrameCut]:
         uri = "data:image/jpeg;base64," + base64.b64encode(jpeg.tobytes()).decode("ascii")
         cuts.append(FrameCut(frame.index, float(angles.time[frame.index]), tuple(lines), uri))
     return cuts
-
-
-def _arm_region(corners: np.ndarray, width: int, height: int) -> tuple[int, int, int, int]:
-    """Left, top, right, bottom of all markers in all frames with a margin, px; the whole picture where that is too small.
-
-    corners: (F, markers, 4, 2), px, NaN where not found.
-    """
-    points = corners[~np.isnan(corners).any(axis=-1)]
-    low, high = points.min(axis=0), points.max(axis=0)
-    margin = _MARGIN * float(np.max(high - low))
-    left, top = np.maximum(np.floor(low - margin), 0).astype(int).tolist()
-    right, bottom = np.minimum(np.ceil(high + margin), [width, height]).astype(int).tolist()
-    if right - left < _MIN_SIDE_PX or bottom - top < _MIN_SIDE_PX:
-        return 0, 0, width, height
-    return left, top, right, bottom

@@ -1,52 +1,15 @@
-"""The arm upright with the place of a cause marked."""
+"""Marks, on a drawing of the arm, of the places where a cause acts."""
 
-from matplotlib.figure import Figure
+import numpy as np
 
 from diagnosis.cause import Cause
 from mechanism.arm import Arm, Array
-from xneck.report import style
-from xneck.report.arm_drawing import (
-    DrawnArm,
-    draw_bars,
-    draw_drums,
-    draw_way,
-    drawn_arm,
-    name_joints,
-    ring,
-)
+from xneck.report.arm_drawing import DrawnArm, draw_way, ring
 from xneck.report.recorded_axes import RecordedAxes
-from xneck.report.svg import SvgPanel, svg_panel
 
 MARK = "#DDAA33"
 """colour of what is marked: Tol's high-contrast yellow, which stands out from bars and cables in grey print too"""
 _MARK_WIDTH = 7.0
-_HEIGHT = 3.2
-"""in"""
-
-
-def arm_panel(arm: Arm, cause: Cause, key: str) -> SvgPanel:
-    """The arm with the place of a cause marked."""
-    drawn = drawn_arm(arm)
-    height = float(drawn.ends[-1, 0, 1] - drawn.drums[0, 1])
-    figure = Figure(figsize=(style.WIDTH, _HEIGHT))
-    axes = RecordedAxes(
-        figure, (0.68 / style.WIDTH, 0.46 / _HEIGHT, (style.WIDTH - 0.8) / style.WIDTH, 1 - 0.76 / _HEIGHT)
-    )
-    axes.yaxis.set_label_coords((0.16 - 0.68) / (style.WIDTH - 0.8), 0.5)
-    _mark(axes, drawn, cause)
-    draw_bars(axes, drawn)
-    for j in range(arm.M):
-        draw_way(axes, f"cable {j + 1}", 1e3 * drawn.cable(j), style.cable_colour(j), 1.2)
-    draw_drums(axes, drawn)
-    name_joints(axes, drawn)
-    words = place_words(cause, arm)
-    axes.set_title(f"where it acts: {words}")
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.set_ylim(1e3 * (drawn.drums[0, 1] - 0.12 * height), 1e3 * (drawn.ends[-1, 0, 1] + 0.1 * height))
-    axes.set_ylabel("mm above the base")
-    axes.set_xlabel("mm to the right")
-    axes.grid(visible=False)
-    return svg_panel(figure, key, f"the arm, with {words} marked")
 
 
 def place_words(cause: Cause, arm: Arm) -> str:
@@ -56,13 +19,17 @@ def place_words(cause: Cause, arm: Arm) -> str:
     return f"all {cause.effect.place}s" if len(cause.effect.place_labels(arm)) > 1 else cause.effect.place
 
 
-def _mark(axes: RecordedAxes, drawn: DrawnArm, cause: Cause) -> None:
-    """What a cause is of, behind the arm and broad."""
+def cause_places(drawn: DrawnArm, cause: Cause) -> Array:
+    """A point of each place where a cause acts, (K, 2), m; none where that is no part of the arm."""
+    points = [_middle(drawn, cause.effect.part or cause.effect.place, place) for place in _places(drawn.arm, cause)]
+    return np.array([point for point in points if point is not None]).reshape(-1, 2)
+
+
+def mark_cause(axes: RecordedAxes, drawn: DrawnArm, cause: Cause) -> None:
+    """Marks what a cause is of, behind the arm and broad."""
     effect, arm = cause.effect, drawn.arm
-    count = len(effect.place_labels(arm))
-    places = sorted({column % count for column in cause.where.columns})
     name = f"{effect.name}, {cause.where.label}"
-    for place in places:
+    for place in _places(arm, cause):
         match effect.part or effect.place:
             case "motor":
                 _disc(axes, name, drawn.drums[place], 1.6 * drawn.drum_radius)
@@ -84,6 +51,34 @@ def _mark(axes: RecordedAxes, drawn: DrawnArm, cause: Cause) -> None:
                 draw_way(axes, name, 1e3 * 1.5 * drawn.ends[0], MARK, 1.6 * _MARK_WIDTH)
             case _:  # the camera, or another thing that is no part of the arm
                 pass
+
+
+def _places(arm: Arm, cause: Cause) -> list[int]:
+    count = len(cause.effect.place_labels(arm))
+    return sorted({column % count for column in cause.where.columns})
+
+
+def _middle(drawn: DrawnArm, part: str, place: int) -> Array | None:
+    """To which a line may lead, (2,), m."""
+    match part:
+        case "motor":
+            return drawn.drums[place] - np.array([1.6 * drawn.drum_radius, 0.0])
+        case "cable":
+            return drawn.cable(place)[:2].mean(axis=0)
+        case "joint":
+            return drawn.joint(place)
+        case "springs":
+            return drawn.side(place, 0).mean(axis=0)
+        case "pulleys":
+            return drawn.ends[place, 0]
+        case "bar":
+            return drawn.ends[place, 0]
+        case "tip":
+            return drawn.ends[-1].mean(axis=0)
+        case "base":
+            return 1.5 * drawn.ends[0, 0]
+        case _:
+            return None
 
 
 def _disc(axes: RecordedAxes, name: str, middle: Array, radius: float) -> None:

@@ -1,4 +1,4 @@
-"""The pictures that prove causes: what the base model leaves where each acts, beside the cause as fitted, and the arm."""
+"""The pictures that prove causes: what the base model leaves where each acts, beside the cause as fitted."""
 
 from diagnosis.cause import Cause
 from diagnosis.cause_picture import CausePicture
@@ -6,7 +6,7 @@ from diagnosis.free_function import FreeFit
 from diagnosis.law_gains import GainedLaw
 from mechanism.arm import Arm
 from xneck.report import style
-from xneck.report.cause_drawing import arm_panel, place_words
+from xneck.report.cause_drawing import place_words
 from xneck.report.diagnosis_figures import AFTER, BEFORE, equation_colour, equation_name, equation_unit, unit_factor
 from xneck.report.figure_block import FigureBlock, LegendEntry
 from xneck.report.svg import SvgPanel, svg_panel
@@ -32,8 +32,8 @@ def cause_figure(cause: Cause, picture: CausePicture, arm: Arm, number: int, of:
         f"What the model leaves without this cause{others}{most}. Dots are means of rows that lie side by side along "
         f"the variable; the line is what the cause does as it was fitted, by the same rows. {_band_words(picture)}"
     )
-    panels = (_curve(picture, arm.M, f"cause{number}", "the cause as fitted"), arm_panel(arm, cause, f"arm{number}"))
-    return FigureBlock(f"{words[0].upper()}{words[1:]}{where}", caption, panels, _legend("the cause as fitted"))
+    panel = _curve(picture, arm.M, f"cause{number}", "the cause as fitted")
+    return FigureBlock(f"{words[0].upper()}{words[1:]}{where}", caption, (panel,), _legend("the cause as fitted"))
 
 
 def law_figure(found: GainedLaw, picture: CausePicture, motors: int, number: int) -> FigureBlock:

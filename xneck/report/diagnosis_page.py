@@ -11,6 +11,7 @@ from diagnosis.cause_search import MIN_EXPLAINED
 from diagnosis.diagnose import Diagnosis
 from xneck.report import diagnosis_figures as figures
 from xneck.report import diagnosis_text
+from xneck.report.arm_overview import arm_overview
 from xneck.report.cause_figures import cause_figure, law_figure, unlisted_figure
 from xneck.report.figure_block import FigureBlock
 from xneck.report.figures_file import write_figures
@@ -46,6 +47,7 @@ class DiagnosisResult:
 class DrawnFigures:
     """The figures of a page; None where it goes without."""
 
+    overview: FigureBlock
     proof: tuple[FigureBlock, ...]
     laws: tuple[FigureBlock, ...]
     unlisted: FigureBlock | None
@@ -56,7 +58,15 @@ class DrawnFigures:
     @property
     def all(self) -> tuple[FigureBlock | None, ...]:
         """In the page's order."""
-        return (*self.proof, *self.laws, self.unlisted, self.confusion, self.over_time, self.by_condition)
+        return (
+            self.overview,
+            *self.proof,
+            *self.laws,
+            self.unlisted,
+            self.confusion,
+            self.over_time,
+            self.by_condition,
+        )
 
 
 def write_diagnosis_report(result: DiagnosisResult, path: Path) -> None:
@@ -72,6 +82,7 @@ def diagnosis_figures(d: Diagnosis) -> DrawnFigures:
     motors, changed = d.extended.arm.M, d.is_extended
     rest = None if d.found_laws else d.search.unlisted
     return DrawnFigures(
+        overview=arm_overview(d),
         proof=_proof_figures(d),
         laws=_law_figures(d),
         unlisted=rest and unlisted_figure(rest, free_function_picture(d.search.last, rest), motors),

@@ -11,6 +11,7 @@ from diagnosis.cause_share import cause_shares
 from diagnosis.diagnose import Diagnosis, unlisted_law
 from diagnosis.held_out_gain import Gain
 from diagnosis.record import probability
+from diagnosis.simulated_gain import MEASURES
 from xneck.report.key_number import KeyNumber
 from xneck.report.number_text import number_text, percent, with_sigma
 from xneck.report.words import join_words, with_spaces
@@ -77,11 +78,26 @@ def _gain_sentence(d: Diagnosis) -> str:
     g = worst_equations(d.gains)
     if g is None:
         return " Not tried on recordings that were not fitted: none were given."
-    before, after, noise = (number_text(rms, 3) for rms in (g.before, g.after, g.noise_floor))
+    shown = shown_gain(g)
+    before, after, noise = (number_text(rms, 3) for rms in (shown.before, shown.after, shown.noise_floor))
     return (
-        f" On recordings that were not fitted, the {g.measure} are off by {after} {g.unit} in place of {before} "
-        f"(gain {with_sigma(g.before - g.after, g.sigma)}; noise alone: {noise})."
+        f" On recordings that were not fitted, the {g.measure} are off by {after} {shown.unit} in place of {before} "
+        f"(gain {with_sigma(shown.before - shown.after, shown.sigma)}; noise alone: {noise}).{_tip_sentence(d)}"
     )
+
+
+def shown_gain(g: Gain) -> Gain:
+    """As people read it: joint angles in degrees."""
+    if g.measure != MEASURES["alpha"]:
+        return g
+    return Gain(g.measure, "deg", *map(degrees, (g.before, g.after, g.noise_floor, g.sigma)))
+
+
+def _tip_sentence(d: Diagnosis) -> str:
+    if d.arm_error is None:
+        return ""
+    before, after = (number_text(1e3 * off, 2) for off in (d.arm_error.tip_before, d.arm_error.tip_after))
+    return f" The simulated tip is off by {after} mm in place of {before}."
 
 
 def _misfit_sentence(d: Diagnosis) -> str:
@@ -89,8 +105,9 @@ def _misfit_sentence(d: Diagnosis) -> str:
     g = worst_equations(d.gains)
     if g is None:
         return ""
+    shown = shown_gain(g)
     return (
-        f" On recordings that were not fitted, the {g.measure} are off by {number_text(g.before, 3)} {g.unit}, "
+        f" On recordings that were not fitted, the {g.measure} are off by {number_text(shown.before, 3)} {shown.unit}, "
         f"{number_text(g.before / g.noise_floor, 3)} times noise."
     )
 
@@ -105,7 +122,7 @@ def diagnosis_key_numbers(d: Diagnosis) -> list[KeyNumber]:
         numbers.append(KeyNumber("explained", f"{100 * d.explained:.0f} %", "of what stood above noise"))
     now = f", now {d.after.ratio[worst]:.2f}" if d.is_extended else ""
     numbers.append(KeyNumber("worst equation", name, f"{over_noise[worst]:.2f} times noise{now}"))
-    for g in d.gains:
+    for g in map(shown_gain, d.gains):
         gain = f"{number_text(g.before, 3)} → {number_text(g.after, 3)}" if d.is_extended else number_text(g.before, 3)
         gain = f"{gain} {g.unit}".replace("N m", "N\u00a0m")
         numbers.append(
@@ -202,7 +219,7 @@ def drawing_rows(d: Diagnosis) -> list[tuple[str, ...]]:
 def gain_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
     """Columns and rows of the table of equations on recordings that were not fitted, with the gain and its sigma."""
     titles, rows = ["equations", "unit", "noise alone", "base model"], []
-    for g in d.gains:
+    for g in map(shown_gain, d.gains):
         row = [g.measure, g.unit, number_text(g.noise_floor, 3), number_text(g.before, 3)]
         if d.is_extended:
             row += [number_text(g.after, 3), with_sigma(g.before - g.after, g.sigma)]

@@ -31,7 +31,13 @@ from xneck_foundation.whole_file import write_text
 
 SIGNIFICANCE = 0.05
 """p below which the Durbin-Wu-Hausman test says that least squares would be biased (docs/thresholds.md)"""
-_NO_CAMERA: dict[str, object] = {"camera": None, "calibration": None, "extraction": None, "frame_cuts": []}
+_NO_CAMERA: dict[str, object] = {
+    "camera": None,
+    "calibration": None,
+    "extraction": None,
+    "frame_cuts": [],
+    "film": None,
+}
 """the template's values where the angles came as a file"""
 
 
@@ -122,8 +128,8 @@ def _calibration_figure(result: RecordingResult) -> FigureBlock | None:
 
 
 def _camera_section(result: RecordingResult) -> Mapping[str, object]:
-    if result.video is None:
+    if result.video is None or result.drawn is None:
         return _NO_CAMERA
     from xneck.report.camera_section import camera_section  # needs OpenCV
 
-    return camera_section(result.video)
+    return camera_section(result.video, result.drawn, result.data)

@@ -14,62 +14,35 @@ from typing import Any
 import numpy as np
 
 from calibration.camera import Camera
-from mechanism.arm import arm_of
 from mechanism.description import markers_of, read_neck
-from synchronisation.angles import Angles
-from synchronisation.clocks.frame_geometry import cable_winding
-from synchronisation.encoder_log import motor_log
 from vision.extract import ExtractionOptions
 from vision.video import describe_video
 from xneck.recording.camera_stages import camera_of, extraction_options
 from xneck.recording.recording_folder import Recording
 from xneck.recording.watched_tracks import write_watched_tracks
 from xneck.watch.finding import Finding, Findings
-from xneck.watch.frame_findings import frame_findings, repetition_findings
+from xneck.watch.frame_findings import frame_findings
 from xneck.watch.growing_file import GrowingFile
-from xneck.watch.growing_log import GrowingLog
 from xneck.watch.growing_video import GrowingVideo
+from xneck.watch.growth import Growth
 from xneck.watch.light_findings import light_findings
-from xneck.watch.log_findings import MIN_ROWS, gap_findings, refused_finding, stopped_finding, time_finding
+from xneck.watch.log_findings import refused_finding
+from xneck.watch.log_watch import LogWatch
 from xneck.watch.marker_findings import marker_findings
-from xneck.watch.motion_findings import (
-    Shift,
-    Window,
-    motion_findings,
-    repetition_finding,
-    small_motion_finding,
-    untraced_loss,
-)
+from xneck.watch.motion_watch import MotionWatch
 from xneck.watch.outcome import Outcome, outcome_of
 from xneck.watch.video_watch import VideoWatch
-from xneck.watch.window_angles import window_angles
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
-from xneck_foundation.recovery import collected_recoveries
 
-WINDOW_S, MIN_WINDOW_S = 8.0, 6.0
-"""s of the newest motion that are judged, and that there must be (docs/thresholds.md)"""
-MIN_WINDOW_FRAMES = 30
-"""frames of the window with all angles that are judged at least (docs/thresholds.md)"""
-CHECK_S = 1.5
-"""s of video between judgements of the motion (docs/thresholds.md)"""
-WINDOW_HZ = 15.0
-"""frames a second of the window that are used: the speeds compared are filtered at 6 Hz"""
-LOG_REACH_S = 14.0
-"""s of log before the window in which its motion is looked for: clocks differ by seconds, and writers keep some back
-(docs/thresholds.md)"""
-GROWING_S = 10.0
-"""s without growth after which a video is no longer being written"""
 POLL_S = 0.2
 """s between looks at files that did not grow"""
-LIKELY_ENDED_S = 1.5
-"""s without growth after which the outcome is said (docs/thresholds.md)"""
-PAUSE_RATIO, MAX_PAUSE_S = 1.5, 20.0
-"""... and for so many times the longest pause before, and the longest that counts, s (docs/thresholds.md)"""
 SAME_FRAMES = 10
 """frames that a decoder may have kept back until the end, and that change no outcome"""
-GAP_ROWS_S = 12.0
-"""s of log that are looked through for gaps"""
+_OUTCOME_ROWS_S = 45.0
+"""s of the newest log by which the outcome is told"""
+_LIGHT_FRAMES = 200
+"""newest frames whose light is judged"""
 
 Say = Callable[[dict[str, Any]], object]
 """told of every event, ready for JSON"""
@@ -119,28 +92,18 @@ class _Watch:
         self._recording, self._say, self._ended_after_s, self._clock = recording, say, ended_after_s, clock
         self._neck = read_neck(recording.neck)
         self._markers = markers_of(self._neck, str(recording.neck))
-        self._arm = arm_of(self._neck)
         self._options: ExtractionOptions = extraction_options(recording)
         self._camera: Camera = camera_of(recording)[0]
         self._video_file = GrowingFile(recording.video, self._wait)
         self._video = GrowingVideo(recording.video, self._video_file)
-        self._log = GrowingLog(GrowingFile(recording.log), self._neck)
+        self._log = LogWatch(GrowingFile(recording.log), self._neck)
         self._seen = VideoWatch(self._markers, self._options)
+        self._motion = MotionWatch(recording, self._neck, self._camera, self._options)
         self._findings = Findings()
         self._lost_since: dict[int, float] = {}
-        self._shifts: list[Shift] = []
-        self._suspects: set[str] = set()
-        """kinds that the last look at log and video would name: they are named if the next look says the same"""
         self._stopped = False
-        self._log_ok, self._log_time_ok = True, False
-        self._gap_after = -np.inf
-        self._last_check_s = -np.inf
-        self._largest_winding_m = 0.0
-        self._last_video_size = self._video_file.size
-        self._video_grown_at = -np.inf
-        self._grown_at = self._log_grown_at = self._polled_at = clock.now()
-        self._longest_pause_s = 0.0
-        self._log_longest_s: float | None = None
+        self._polled_at = clock.now()
+        self._growth = Growth(self._polled_at, self._video_file.size)
         self._video_s_at_log = -np.inf
         """time of the newest frame when the log grew last, s: what is later may not be in the log yet"""
         self._outcome: tuple[tuple[int, int], Outcome] | None = None
@@ -195,8 +158,7 @@ class _Watch:
             if self._seen.first_s is None:
                 self._refuse_other_size()
             was_catching_up = self._seen.catching_up
-            # what no longer grows can be read in peace
-            grows = self._clock.now() - self._video_grown_at < GROWING_S
+            grows = self._growth.video_grows(self._clock.now())
             behind = self._video.seconds_behind(growing.frame.time) if grows else 0.0
             seen = self._seen.take(growing, behind)
             if self._seen.catching_up != was_catching_up:
@@ -230,119 +192,41 @@ class _Watch:
         frames = list(self._seen.recent)
         ids = [marker.id for marker in self._markers.on_bars]
         self._name(marker_findings(frames, ids, self._lost_since))
-        self._name(light_findings(frames[-200:]))
+        self._name(light_findings(frames[-_LIGHT_FRAMES:]))
         assert self._seen.first_s is not None
-        if now_s - self._seen.first_s >= MIN_WINDOW_S and now_s - self._last_check_s >= CHECK_S:
-            self._last_check_s = now_s
-            self._check_motion(now_s)
-
-    def _check_motion(self, now_s: float) -> None:
-        """All that the newest seconds of the motion say."""
-        frames = [f for f in self._seen.recent if f.time > now_s - WINDOW_S]
-        self._name(repetition_findings(frames))
-        try:
-            angles = window_angles(
-                self._neck, self._camera, self._options, frames, str(self._recording.video), WINDOW_HZ
-            )
-        except Refused:  # markers are out of sight, which is said by itself
-            return
-        if len(angles.time) < MIN_WINDOW_FRAMES:
-            return
-        winding = np.ptp(cable_winding(self._arm, angles.alpha), axis=0)
-        self._largest_winding_m = max(self._largest_winding_m, float(winding.max()))
-        first_s = self._seen.first_s or 0.0
-        small = small_motion_finding(self._arm, angles, first_s, self._largest_winding_m)
-        repeated = repetition_finding(self._arm, angles)
-        self._name([f for f in (small, repeated) if f is not None])
-        # what the log has not told yet cannot be compared
-        logged = angles.time <= self._video_s_at_log
-        if not self._log_ok or not self._log_time_ok or np.sum(logged) < MIN_WINDOW_FRAMES:
-            return
-        self._compare_with_log(Angles(angles.time[logged], angles.alpha[logged], angles.sigma[logged]))
-
-    def _compare_with_log(self, angles: Angles) -> None:
-        """What log and video say of one motion; of signs, units and labels what two looks in turn agree on."""
-        rows = self._log.since(self._log.newest_s - WINDOW_S - LOG_REACH_S)
-        if rows is None or rows.time[-1] - rows.time[0] < MIN_WINDOW_S:
-            return
-        try:
-            with collected_recoveries() as recovered:
-                log = motor_log(rows, self._neck, self._recording.log)
-                found, shift = motion_findings(self._neck, self._arm, Window(angles, log))
-        except Refused as refusal:
-            self._name([refused_finding("log", refusal, float(rows.time[0]))])
-            return
-        self._name([Finding("log", float(rows.time[0]), "log", line, where=line) for line in recovered])
-        confirmed = [finding for finding in found if finding.kind in self._suspects]
-        self._suspects = {finding.kind for finding in found}
-        self._name(confirmed)
-        if shift is not None:
-            self._shifts = [*self._shifts[-20:], shift]
-            period = float(np.median(np.diff(self._seen.times)))
-            if (loss := untraced_loss(self._shifts, WINDOW_S, period)) is not None:
-                self._name([loss])
-                self._shifts = []
+        if self._motion.is_due(now_s, self._seen.first_s):
+            self._name(self._motion.look(now_s, self._seen, self._log, self._video_s_at_log))
 
     def _poll(self) -> bool:
         """Reads what is new of the log; whether anything grew."""
-        now = self._clock.now()
-        self._polled_at = now
-        size = self._video_file.size
-        video_grew, self._last_video_size = size != self._last_video_size, size
-        self._video_grown_at = now if video_grew else self._video_grown_at
-        log_grew = False
-        if self._log_ok:
-            try:
-                log_grew = self._log.poll()
-            except Refused as refusal:
-                self._log_ok = False
-                self._name([refused_finding("log", refusal, self._log.newest_s if self._log.rows else 0.0)])
+        now = self._polled_at = self._clock.now()
+        video_grew = self._growth.video_grew(now, self._video_file.size)
+        log_grew, findings = self._log.poll()
         if log_grew:
-            if self._log_longest_s is not None or now > self._log_grown_at:
-                self._log_longest_s = max(self._log_longest_s or 0.0, now - self._log_grown_at)
-            self._log_grown_at, self._video_s_at_log = now, self._newest_s
-            self._check_log()
-        elif self._log_ok and video_grew:
-            in_chunks = self._recording.log.suffix == ".mcap"
-            silent = now - self._log_grown_at
-            if (stop := stopped_finding(silent, self._log_longest_s, self._log.newest_s, in_chunks)) is not None:
-                self._name([stop])
+            self._growth.log_grew(now)
+            self._video_s_at_log = self._newest_s
+        elif video_grew:
+            findings += self._log.silence_findings(self._growth.log_silent_s(now), self._growth.log_longest_s)
+        self._name(findings)
         if video_grew or log_grew:
-            if self._seen.frames or self._log.rows:
-                self._longest_pause_s = min(max(self._longest_pause_s, now - self._grown_at), MAX_PAUSE_S)
-            self._grown_at = now
+            self._growth.grew(now, self._has_begun)
         return video_grew or log_grew
 
-    def _check_log(self) -> None:
-        where = str(self._recording.log)
-        if not self._log_time_ok:
-            rows = self._log.since(-np.inf)
-            if rows is None or len(rows) < MIN_ROWS:
-                return
-            if (finding := time_finding(rows, where)) is not None:
-                self._log_ok = False
-                self._name([finding])
-                return
-            self._log_time_ok = True
-        rows = self._log.since(self._log.newest_s - GAP_ROWS_S)
-        if rows is not None:
-            gaps = gap_findings(rows, self._gap_after)
-            self._name(gaps)
-            self._gap_after = max([self._gap_after, *(gap.onset_s for gap in gaps)])
+    @property
+    def _has_begun(self) -> bool:
+        return bool(self._seen.frames or self._log.rows)
 
     def _wait(self) -> bool:
         """Reads the log, and waits a little for more; False where the recording has ended or was interrupted."""
         try:
             if self._poll():
                 return True
-            idle = self._clock.now() - self._grown_at
-            # writers that collect seconds pause for as long
-            pause_s = PAUSE_RATIO * self._longest_pause_s
-            if self._seen.frames or self._log.rows:
-                if idle >= max(self._ended_after_s, pause_s):
+            if self._has_begun:
+                now = self._clock.now()
+                if self._growth.has_ended(now, self._ended_after_s):
                     return False
-                if idle >= max(min(LIKELY_ENDED_S, self._ended_after_s), pause_s):
-                    self._say_outcome()  # at once, as it has most likely ended
+                if self._growth.has_likely_ended(now, self._ended_after_s):
+                    self._say_outcome()
             self._clock.sleep(POLL_S)
             return True
         except KeyboardInterrupt:
@@ -356,7 +240,7 @@ class _Watch:
             (frames_before, rows_before), outcome = self._outcome
             if rows_before == state[1] and state[0] - frames_before < SAME_FRAMES:
                 return outcome
-        rows = self._log.since(self._log.newest_s - 45.0) if self._log_ok else None
+        rows = self._log.since(self._log.newest_s - _OUTCOME_ROWS_S) if self._log.is_readable else None
         frames = list(self._seen.recent)
         outcome = outcome_of(self._recording, self._neck, self._camera, self._options, frames, rows)
         self._outcome = state, outcome

@@ -8,6 +8,7 @@ import pytest
 
 import xneck
 from identification.files import joint_state
+from synchronisation.encoder_log import read_log
 from tests.command import run
 from tests.paths import SAMPLES
 
@@ -72,6 +73,11 @@ def test_what_cannot_be_observed_is_refused_in_one_line(
         ),
         ([*words(made, tmp_path / "s.mcap"), "--start", "nan"], "nan rad is not within +-180 deg"),
         (words(made, R / "log.mcap"), "is an input too"),
+        (words(made, tmp_path / "s.mcap", H / "angles.csv"), "holds joint angles, not the motors' log"),
+        (
+            ["sync", R / "log.csv", H / "angles.csv", "--neck", H / "neck.yaml", "--out", tmp_path / "d.mcap"],
+            "not joint angles",
+        ),
     ):
         ran = run(capfd, *more)
         assert (ran.status, ran.out) == (1, ""), more
@@ -85,3 +91,18 @@ def test_a_file_that_somebody_else_wrote_is_kept(made: Path, tmp_path: Path, cap
     assert ran.status == 1
     assert "is not as xneck wrote it" in ran.err
     assert not (tmp_path / "state.mcap").exists()
+
+
+def test_from_python_it_has_words_and_a_record(made: Path) -> None:
+    neck = xneck.read_neck(H / "neck.yaml")
+    log = read_log(R / "log.mcap", neck)
+    observed = xneck.observe(neck, xneck.read_model(made / "model.yaml"), log.part(np.arange(len(log)) < 1500))
+    record = xneck.as_record(observed)
+    assert record["rows"] == 1500
+    assert record["sigma_alpha_rms_rad"] == pytest.approx(
+        np.sqrt(np.mean(observed.series.matrix("sigma_alpha") ** 2, axis=0))
+    )
+    head, *lines = xneck.in_words(observed).splitlines()
+    shown = [float(s) for s in head.split("sigma of the joints ")[1].split(" deg")[0].split(", ")]
+    np.testing.assert_allclose(shown, np.degrees(record["sigma_alpha_rms_rad"]), atol=6e-4)
+    assert all(line.startswith("  ") for line in lines)

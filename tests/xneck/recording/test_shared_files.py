@@ -126,3 +126,14 @@ def test_it_reaches_the_processes_of_a_batch(folder: Path, capfd: pytest.Capture
     ran = run(capfd, *words)
     assert ran.status == 1
     assert ran.err.count("no channel with 5 joints") == 2, ran.err
+
+
+def test_watch_takes_them_as_run_does(folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Without them the folder is refused; with them it gets as far as the neck.yaml that was named, which is none."""
+    (folder / "recording.yaml").write_text("video: video.mkv\nlog: log.csv\n")
+    ran = run(capfd, "watch", folder, "--out", tmp_path / "results")
+    assert (ran.status, "names no `neck`" in ran.err) == (1, True)
+    none = tmp_path / "none.yaml"
+    none.write_text("xneck: 1\n")
+    ran = run(capfd, "watch", folder, "--neck", none, "--camera", none, "--out", tmp_path / "results")
+    assert (ran.status, "none.yaml" in ran.err) == (1, True)

@@ -1,5 +1,6 @@
 """A recording's result to make pages of: the start of a sample, with a calibration, frames and a simulation made up."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, cast
 
@@ -22,8 +23,11 @@ from tests.calibration.truth import synthetic_views
 from tests.paths import SAMPLES
 from vision.extract import Extraction
 from vision.linkage.linkage_fit import LinkageFit
+from vision.overlay_video import small_overlay
 from vision.shutter import Shutter
-from xneck.recording.camera_stages import AnnotatedFrame, VideoResult
+from vision.video import Frame
+from xneck.recording.camera_stages import VideoResult
+from xneck.recording.drawn_video import AnnotatedFrame, DrawnVideo
 from xneck.recording.recording_folder import Recording
 from xneck.recording.recording_result import RecordingResult
 from xneck_foundation.provenance import note_inputs, provenance
@@ -70,6 +74,12 @@ def some_simulation(data: DataSet) -> SimulatedRecording:
     return SimulatedRecording(Series(state.time[:kept], columns), channels, 1.0, "f", cast(Any, None))
 
 
+def _brightening(times: np.ndarray) -> Iterator[Frame]:
+    """Frames that grow brighter one by one, so that each tells its number."""
+    for index, time in enumerate(times.tolist()):
+        yield Frame(index, time, np.full((720, 1280), 16 + 200 * index // len(times), dtype=np.uint8))
+
+
 def sample_result(folder: Path) -> RecordingResult:
     """The start of the held-out sample through identification, with a calibration, frames and a simulation that are made up."""
     data, angles = sample_start(folder)
@@ -80,7 +90,7 @@ def sample_result(folder: Path) -> RecordingResult:
         alpha=angles.alpha,
         covariance=np.zeros((frames, joints, joints)),
         rvec=np.zeros(3),
-        tvec=np.zeros(3),
+        tvec=np.array([0.0, 0.0, 1.0]),
         pose_sigma=np.zeros(6),
         corner_sigma_px=0.07,
         residual_px=np.zeros(frames),
@@ -105,11 +115,10 @@ def sample_result(folder: Path) -> RecordingResult:
             template=False,
             light=None,
         ),
-        video=VideoResult(
-            calibration.camera,
-            calibration,
-            extraction,
+        video=VideoResult(calibration.camera, calibration, extraction),
+        drawn=DrawnVideo(
             (AnnotatedFrame(0, picture), AnnotatedFrame(frames - 1, picture)),
+            small_overlay(_brightening(angles.time), data.neck, calibration.camera, extraction),
         ),
         angles=angles,
         data=data,

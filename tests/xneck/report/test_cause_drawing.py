@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from diagnosis.cause import Cause
 from diagnosis.effect import Effect
@@ -11,8 +12,8 @@ from mechanism.cable_lengths import lengths_without_pulleys
 from mechanism.description import read_neck
 from tests.paths import NECK_FILE
 from xneck.report.arm_drawing import drawn_arm
-from xneck.report.cause_drawing import arm_panel
-from xneck.report.style import drawing
+from xneck.report.cause_drawing import cause_places, mark_cause
+from xneck.report.recorded_axes import RecordedAxes
 
 ARM = arm_of(read_neck(NECK_FILE))
 
@@ -38,9 +39,10 @@ def test_wherever_an_effect_may_sit_there_is_a_mark_on_the_arm(effect: Effect) -
     each = {"pulleys": 4, "springs": 2}.get(effect.part, 1)
     places = len(effect.place_labels(ARM))
     for where in effect.placements(ARM):
-        with drawing():
-            panel = arm_panel(ARM, Cause(effect, where, np.zeros(len(where.columns)), {}), "arm")
-        (axes,) = panel.axes
+        cause, drawn = Cause(effect, where, np.zeros(len(where.columns)), {}), drawn_arm(ARM)
+        axes = RecordedAxes(Figure(), (0.1, 0.1, 0.8, 0.8))
+        mark_cause(axes, drawn, cause)
+        assert len(cause_places(drawn, cause)) == len({column % places for column in where.columns})
         marks = [mark for mark in axes.marks if mark.name == f"{effect.name}, {where.label}"]
         assert len(marks) == each * len({column % places for column in where.columns})
         assert all(np.all(np.isfinite(mark.columns["x"])) for mark in marks)

@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from samples.generator.hidden.experiment import hide
 from tests.html_page import Elements, Tables, read_number
 from tests.xneck.report.hidden_recordings import read_recordings
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
+from xneck.report.figures_file import figures_beside
 from xneck_foundation.json_text import json_text
 from xneck_foundation.provenance import note_inputs, provenance
 
@@ -35,12 +37,17 @@ def said(found: Diagnosis) -> Record:
 
 
 @pytest.fixture(scope="module")
-def page(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> str:
+def report(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("inputs") / "monday.mcap"
     file.write_bytes(b"")
     path = tmp_path_factory.mktemp("report") / "diagnosis.html"
     write_diagnosis_report(DiagnosisResult("both", found, provenance(note_inputs({"dataset1": file}))), path)
-    return path.read_text(encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def page(report: Path) -> str:
+    return report.read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -107,11 +114,35 @@ def test_the_simulated_angles_tell_what_a_load_does(said: Record) -> None:
 def test_gains(tables: dict[str, list[list[str]]], said: Record) -> None:
     rows, gains = tables["On recordings that were not fitted (RMS)"], said["gains"]
     assert [row[0] for row in rows] == [g["measure"] for g in gains]
-    assert_shown(columns(rows, 2, 3, 4), [(g["noise_floor"], g["before"], g["after"]) for g in gains])
-    gained = [abs(read_number(row[5]) - g["before"] + g["after"]) for row, g in zip(rows, gains, strict=True)]
-    assert all(error <= 0.06 * g["gain_sigma"] for error, g in zip(gained, gains, strict=True))
+    shown = [np.degrees(1.0) if g["measure"] == "simulated joint angles" else 1.0 for g in gains]
+    assert [row[1] for row in rows] == [g["unit"] if k == 1 else "deg" for g, k in zip(gains, shown, strict=True)]
+    assert_shown(
+        columns(rows, 2, 3, 4),
+        [(k * g["noise_floor"], k * g["before"], k * g["after"]) for g, k in zip(gains, shown, strict=True)],
+    )
+    for row, g, k in zip(rows, gains, shown, strict=True):
+        assert abs(read_number(row[5]) - k * (g["before"] - g["after"])) <= 0.06 * k * g["gain_sigma"]
     held = max(gains, key=lambda g: g["before"] / g["noise_floor"])
     assert said["gain"] == held
+
+
+def test_how_far_the_arm_is_off_is_drawn_beside_it(report: Path, said: Record) -> None:
+    """At every joint in degrees and at the tip in mm; the joints' are those of the gain, and what was found takes most of it."""
+    figures = json.loads(figures_beside(report).read_text(encoding="utf-8"))["figures"]
+    (panel,) = (p for f in figures for p in f["panels"] if p["panel"].startswith("the arm, and how far it is off"))
+    shown = {mark["name"]: mark["x"] for axes in panel["axes"] for mark in axes["marks"]}
+    error = said["arm_error"]
+    assert shown["tip, mm"] == pytest.approx([1e3 * error["tip"]["before_m"], 1e3 * error["tip"]["after_m"]])
+    for k, joint in enumerate(error["joints"], start=1):
+        expected = np.degrees([joint["before_rad"], joint["after_rad"]])
+        assert shown[f"joint {k}, °"] == pytest.approx(expected.tolist())
+    gain = {g["measure"]: g for g in said["gains"]}["simulated joint angles"]
+    for key in ("before", "after", "noise_floor"):
+        rms = np.sqrt(np.mean([joint[f"{key}_rad"] ** 2 for joint in error["joints"]]))
+        assert rms == pytest.approx(gain[key])
+    assert error["tip"]["after_m"] < error["tip"]["before_m"] / 3
+    callouts = [name for name in shown if re.match(r"\d\u2002", name)]
+    assert len(callouts) == len(said["causes"])
 
 
 def test_the_drawing(tables: dict[str, list[list[str]]], said: Record) -> None:

@@ -16,7 +16,15 @@ from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.motion_questions import open_questions
 from diagnosis.planned_motion import loss_alone
 from samples.generator.hidden.experiment import hide
-from tests.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
+from tests.html_page import (
+    Elements,
+    check_alone,
+    check_figures,
+    check_print,
+    label_faults,
+    look,
+    tables_wider_than_a_phone,
+)
 from tests.xneck.report.hidden_recordings import read_recordings
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 from xneck.report.diagnosis_text import diagnosis_sentence
@@ -101,7 +109,8 @@ def test_the_sentence_says_what_where_how_much_and_what_it_gains(found: Diagnosi
     assert found.verdict == "cause"
     assert re.match(
         r"The arm carries something at its tip \(m = [\d.]+ ± [\d.]+ kg\)\. On recordings that were not fitted, "
-        r"the simulated motor angles are off by [\d.]+ rad in place of [\d.]+ \(gain [\d.]+ ± [\d.]+; noise alone: [\d.]+\)\.$",
+        r"the simulated motor angles are off by [\d.]+ rad in place of [\d.]+ \(gain [\d.]+ ± [\d.]+; noise alone: [\d.]+\)\. "
+        r"The simulated tip is off by [\d.]+ mm in place of [\d.]+\.$",
         diagnosis_sentence(found),
     )
     assert "none were given" in diagnosis_sentence(replace(found, gains=()))
@@ -173,6 +182,10 @@ def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
 def test_no_label_leaves_its_figure(report: Path, browser_page: Page) -> None:
     faults = label_faults(browser_page, report)
     assert not faults, "\n".join(faults)
+
+
+def test_tables_fit_a_phone(report: Path, browser_page: Page) -> None:
+    assert tables_wider_than_a_phone(browser_page, report) == []
 
 
 def test_printed_nothing_is_cut_off(report: Path, browser_page: Page) -> None:

@@ -10,10 +10,20 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page
 
+from identification.dataset.clock_record import log_time
 from identification.fasquelle.reconstruction import reconstruct
 from identification.simulation.channels import Channel
-from tests.html_page import Elements, check_alone, check_figures, check_print, label_faults, look
+from tests.html_page import (
+    Elements,
+    check_alone,
+    check_figures,
+    check_print,
+    label_faults,
+    look,
+    tables_wider_than_a_phone,
+)
 from tests.xneck.report.sample_result import NASTY
+from vision.overlay_video import MAX_FRAMES_PER_S
 from xneck.recording.recording_result import RecordingResult
 from xneck.report.recording_page import write_recording_report
 
@@ -92,7 +102,7 @@ def test_the_same_result_gives_the_same_bytes(result: RecordingResult, report: P
 
 
 def test_what_does_not_apply_is_said(result: RecordingResult, tmp_path: Path) -> None:
-    less = replace(result, video=None, simulated=None, simulation_refused="no <b>")
+    less = replace(result, video=None, drawn=None, simulated=None, simulation_refused="no <b>")
     write_recording_report(less, tmp_path / "less.html")
     page = Elements((tmp_path / "less.html").read_text(encoding="utf-8"))
     assert "No camera" in page.text
@@ -177,9 +187,93 @@ def test_a_click_zooms_and_a_cursor_stands_at_one_moment_in_all_figures_of_time(
     assert first.get_attribute("viewBox") == whole
 
 
+GREY = """() => { const v = document.querySelector('.film video'), c = document.createElement('canvas');
+    c.width = v.videoWidth; c.height = v.videoHeight; const g = c.getContext('2d'); g.drawImage(v, 0, 0);
+    return g.getImageData(c.width / 2, 4, 1, 1).data[0]; }"""
+"""of the picture that the video shows, near its upper edge"""
+
+
+def until(page: Page, holds: str) -> None:
+    """Waits for it for at most 10 s; the page's policy forbids what a browser's own waiting needs."""
+    for _ in range(200):
+        if page.evaluate(holds):
+            return
+        page.wait_for_timeout(50)
+    pytest.fail(f"never: {holds}")
+
+
+def test_the_video_shows_the_moment_that_the_cursor_is_at(
+    result: RecordingResult, report: Path, browser_page: Page
+) -> None:
+    """Frames of the made-up video grow brighter one by one: what is seen tells which one it is."""
+    assert result.drawn is not None
+    browser_page.set_viewport_size({"width": 1280, "height": 844})
+    browser_page.goto(report.as_uri())
+    frames = len(result.angles.time)
+    time = log_time(result.data.clock, result.data.angles.time)
+    plot = browser_page.locator("#angles svg.plot[data-time]").first
+    plot.scroll_into_view_if_needed()
+    for share in (0.3, 0.6, 0.9):
+        box = plot.bounding_box()
+        assert box is not None
+        browser_page.mouse.move(box["x"] + share * box["width"], box["y"] + 40)
+        until(browser_page, "!document.querySelector('.film video').seeking")
+        shown = float(browser_page.locator("output.cursor").inner_text().removesuffix(" s"))
+        browser_page.wait_for_timeout(200)
+        seen = (browser_page.evaluate(GREY) - 16) * frames / 200
+        number = np.searchsorted(time, shown)
+        assert seen == pytest.approx(
+            number, abs=8
+        )  # what a browser makes of the encoder's colours is off by some levels
+        at_s = time[0] + browser_page.evaluate("document.querySelector('.film video').currentTime")
+        assert at_s == pytest.approx(shown, abs=1.5 / MAX_FRAMES_PER_S)
+
+
+def test_the_video_comes_along_where_its_place_is_out_of_sight_and_goes_back(report: Path, browser_page: Page) -> None:
+    browser_page.set_viewport_size({"width": 1280, "height": 844})
+    browser_page.goto(report.as_uri())
+    video = browser_page.locator(".film video")
+    for section, docked in (("#simulation", True), ("#frames", False)):
+        browser_page.locator(f"{section} svg.plot, {section} .film").first.scroll_into_view_if_needed()
+        if docked:
+            browser_page.locator(f"{section} svg.plot[data-time]").first.hover()
+            box = video.bounding_box()
+            assert box is not None
+            assert box["y"] >= 0
+            assert box["y"] + box["height"] <= 844
+        else:
+            browser_page.mouse.move(2, 2)
+        assert ("docked" in (video.get_attribute("class") or "")) is docked
+
+
+def test_while_the_video_plays_the_cursor_runs_along(report: Path, browser_page: Page) -> None:
+    browser_page.goto(report.as_uri())
+    browser_page.mouse.move(2, 2)
+    browser_page.evaluate("document.querySelector('.film video').play()")
+    moment = "parseFloat(document.querySelector('output.cursor').textContent) > "
+    first = browser_page.locator(".film video").get_attribute("data-log-times")
+    assert first is not None
+    until(browser_page, moment + str(float(first.split()[0]) + 0.3))
+
+
+def test_printed_or_without_a_camera_there_is_no_video(
+    result: RecordingResult, report: Path, browser_page: Page, tmp_path: Path
+) -> None:
+    browser_page.emulate_media(media="print")
+    browser_page.goto(report.as_uri())
+    assert not browser_page.locator(".film").is_visible()
+    browser_page.emulate_media(media="screen")
+    write_recording_report(replace(result, video=None, drawn=None), tmp_path / "page.html")
+    assert "<video" not in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
 def test_no_label_leaves_its_figure(report: Path, browser_page: Page) -> None:
     faults = label_faults(browser_page, report)
     assert not faults, "\n".join(faults)
+
+
+def test_tables_fit_a_phone(report: Path, browser_page: Page) -> None:
+    assert tables_wider_than_a_phone(browser_page, report) == []
 
 
 def test_printed_nothing_is_cut_off(report: Path, browser_page: Page) -> None:

@@ -93,7 +93,8 @@ def result(folder: Path, start: float = 3.0) -> RecordingResult:
     return RecordingResult(
         name="made",
         recording=recording,
-        video=VideoResult(camera, None, extraction, ()),
+        video=VideoResult(camera, None, extraction),
+        drawn=None,
         angles=angles,
         data=data,
         fasquelle=not_shown,
