@@ -35,6 +35,7 @@ from samples.forward_arms.laws import (
     JointFriction,
     Law,
     Payload,
+    Presliding,
     PulleyFriction,
     Stribeck,
     Tilt,
@@ -64,6 +65,7 @@ def _described(field: str, rng: np.random.Generator, places: int, low: float, hi
 CATALOGUE: Mapping[str, Drawn] = {
     "cable_hardening": lambda p, rng: Hardening(rng.uniform(0.1, 0.3) * p.stiffness / _AT_M**2),
     "stribeck_friction": lambda p, rng: Stribeck(peak=rng.uniform(2.0, 4.0), width=rng.uniform(8.0, 20.0)),
+    "presliding_friction": lambda p, rng: Presliding(rng.uniform(0.02, 0.1, p.M)),
     "viscous_friction": lambda p, rng: ViscousFriction(rng.uniform(0.01, 0.04, p.M)),
     "pulley_friction": lambda p, rng: PulleyFriction(mu=rng.uniform(0.004, 0.012)),
     "joint_friction": lambda p, rng: JointFriction(dry=rng.uniform(0.01, 0.03), width=0.1),

@@ -22,6 +22,7 @@ from samples.forward_arms.laws import (
     Hardening,
     Law,
     Payload,
+    Presliding,
     PulleyFriction,
     Stribeck,
     Tilt,
@@ -40,6 +41,7 @@ def _described(law: Any, arm: Arm) -> tuple[str, Numbers]:
 _OF: Mapping[type[Law], Callable[[Any, Arm], tuple[str, Numbers]]] = {
     ViscousFriction: lambda law, arm: ("viscous_friction", {"fv": law.fv}),
     Stribeck: lambda law, arm: ("stribeck_friction", {"fst": np.full(arm.plant.M, law.peak), "vs": law.width}),
+    Presliding: lambda law, arm: ("presliding_friction", {"fp": arm.plant.dry, "wp": law.width}),
     PulleyFriction: lambda law, arm: ("pulley_friction", {"mu": np.full(arm.plant.M, law.mu)}),
     Hardening: lambda law, arm: ("cable_hardening", {"k2": AT_M * law.cubic, "nh": 3.0}),
     Creep: lambda law, arm: ("cable_creep", {"km": law.share * arm.plant.stiffness, "tau": law.time}),

@@ -136,6 +136,16 @@ class Stribeck(Law):
 
 
 @dataclass(frozen=True)
+class Presliding(Law):
+    """The motors' dry friction bends bristles over `width` (rad each) before it slides, whatever it was."""
+
+    width: Array
+
+    def altered(self, plant: Plant) -> Plant:
+        return replace(plant, presliding=self.width, hyperbola=np.zeros_like(plant.hyperbola))
+
+
+@dataclass(frozen=True)
 class Hardening(Law):
     """Cables that pull more by cubic (N/m^3 each) times the cube of their elongation."""
 
