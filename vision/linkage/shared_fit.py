@@ -31,7 +31,7 @@ from vision.linkage.gauss_newton import (
 from vision.linkage.initial_guess import initial_angles, initial_poses, select_frames
 from vision.linkage.observed_corners import Floats, ObservedCorners, normalise_corners, whiten_corners
 from vision.linkage.offset_sensitivity import offset_sensitivity
-from vision.linkage.scene import Scene, SharedParameters, image_to_plane, nominal_parameters
+from vision.linkage.scene import PLACEMENT, Scene, SharedParameters, image_to_plane, nominal_parameters
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -41,8 +41,8 @@ MAX_FRAMES = 600
 """frames, spread over the recording, from which the shared parameters are estimated at most"""
 INITIAL_FRAMES = 60
 """frames that decide between the two poses that one planar marker allows"""
-
-
+STANDING_SHARE = 0.02
+"""of its side: a marker that never goes further from its mean place stands still (docs/thresholds.md)"""
 TILT_SIGMA = float(np.radians(2.0))
 """rad: how far a marker is tilted out of the arm's plane, about either axis (docs/thresholds.md)"""
 
@@ -69,6 +69,8 @@ class LinkageOptions:
     """whether motions of the camera are sought and corrected"""
     systematic_px: float = 0.0
     """px: standard deviation of corner offsets that stay the same over the recording, which more frames do not average out"""
+    standing_px: float = 0.0
+    """px: standard deviation of the offset of a marker that stands still in the picture, where the same pixels err in every frame"""
 
 
 @dataclass(frozen=True)
@@ -139,7 +141,10 @@ def fit_shared(
         return whiten_corners(camera, image[frames], None if covariance is None else covariance[frames])
 
     recording = _Recording(scene, image, corners_of, time, float(np.sqrt(camera.K[0, 0] * camera.K[1, 1])))
-    prior = _prior(nominal_parameters(scene.arm, markers, np.zeros(6)), markers, placement)
+    nominal = nominal_parameters(scene.arm, markers, np.zeros(6))
+    prior = _prior(nominal, markers, placement)
+    if placement is None and options.standing_px:
+        prior = _with_standing_offsets(prior, scene, image[chosen], options.standing_px / recording.focal)
     fit = _fit_chosen(recording, chosen, prior, where)
     course = np.zeros((len(image), 0))
     terms: tuple[DriftTerm, ...] = ()
@@ -278,6 +283,24 @@ def _prior(nominal: SharedParameters, markers: Markers, placement: PlacementPrio
     free = known > 0
     free[:6] = True
     return SharedPrior(nominal.vector, information, free)
+
+
+def _with_standing_offsets(prior: SharedPrior, scene: Scene, image: Complex, offset: float) -> SharedPrior:
+    """The prior with the places of markers that stand still known to `offset` only, normalised coordinates.
+
+    image: normalised corners (F, markers, 4), NaN where not found. Such a marker counts as one measurement, not as one in every
+    frame: the motion of the others tells where its bar is.
+    """
+    middle = image.mean(axis=2)
+    side = np.nanmean(np.abs(np.roll(image, -1, axis=2) - image), axis=(0, 2))
+    far = np.nanmax(np.abs(middle - np.nanmean(middle, axis=0)), axis=0)
+    size = scene.markers.size
+    information, free = prior.information.copy(), prior.free.copy()
+    for k in np.flatnonzero(far < STANDING_SHARE * side):
+        row = 6 + PLACEMENT * int(k)
+        sigma = np.array([size, size, 2.0]) * offset / side[k]
+        information[row : row + 3], free[row : row + 3] = sigma**-2, True
+    return SharedPrior(prior.mean, information, free)
 
 
 def _initial_angles(scene: Scene, shared: SharedParameters, image: Complex) -> Array:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vision.markers.edge_pixels import EdgePixels
 from vision.markers.planar_motion import DOF
 from vision.markers.template import sample_texture
+from vision.markers.tone_curve import through_tone_curve
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -44,7 +45,7 @@ class MarkerTemplates:
         u, v = pixels.marker_coordinates(np.linalg.inv(H).astype(float))
         channels = np.empty((len(H), 5, u.shape[1]), dtype=np.float32)
         for k, texture in enumerate(pixels.textures):
-            channels[k] = sample_texture(texture, u[k], v[k])
+            channels[k] = through_tone_curve(sample_texture(texture, u[k], v[k]), pixels.tone)
         return cls(u, v, channels)
 
     def under(self, light: Array) -> Single:
