@@ -242,8 +242,8 @@ def _refuse_without_markers(video: Video, markers: Markers, tracks: MarkerTracks
     other = f", though others of the dictionary are (ids {ids})" if ids else ""
     raise Refused(
         video.path,
-        f"no marker of neck.yaml is in view in {len(tracks.time)} frames{other}",
-        f"check markers.dictionary ({markers.dictionary}) and the ids",
+        f"no marker of neck.yaml was found in {len(tracks.time)} frames{other}",
+        f"check markers.dictionary ({markers.dictionary}) and the ids; are markers sharp, and 2 px or more a cell?",
     )
 
 

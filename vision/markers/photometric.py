@@ -120,6 +120,7 @@ def _valid(fit: PhotometricFit, starts: Sequence[MarkerStart]) -> NDArray[np.boo
     contrast = fit.solution[:, WHITE]
     return np.asarray(
         np.isfinite(fit.covariance).all(axis=(1, 2))
+        & (np.diagonal(fit.covariance, axis1=1, axis2=2) > 0).all(axis=1)
         & fit.converged
         & (np.abs(fit.corners - begun).max(axis=(1, 2)) < reach)
         & (contrast > MIN_CONTRAST)
