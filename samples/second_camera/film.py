@@ -35,7 +35,9 @@ def write(
     path: str | Path, times: NDArray[np.float64], pictures: Iterator[NDArray[np.uint8]], size: tuple[int, int], coding: Coding
 ) -> None:
     """Pictures (h, w, 3), blue, green, red, stamped by times (F,), s."""
-    with av.open(str(path), "w", options={"video_track_timescale": str(TICKS)} if str(path).endswith("mp4") else {}) as container:
+    # the second scale is that of the first stamp, by default whole milliseconds
+    scales = {"video_track_timescale": str(TICKS), "movie_timescale": str(TICKS)}
+    with av.open(str(path), "w", options=scales if str(path).endswith((".mp4", ".mov")) else {}) as container:
         stream = container.add_stream(coding.codec, rate=30, options=dict(coding.options))
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
