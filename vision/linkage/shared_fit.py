@@ -188,9 +188,19 @@ def _fit_chosen(recording: _Recording, chosen: Frames, prior: SharedPrior, where
         start = nominal_parameters(scene.arm, scene.markers, pose)
         first = _initial_angles(scene, start, image[few])
         fits.append(fit_frames(scene, recording.corners_of(few), start, first, np.zeros((len(few), 0)), prior))
-    best = min(fits, key=lambda fit: fit.equations.variance).shared
+    freedom = 8 * int(np.count_nonzero(~np.isnan(image[few, :, 0])))
+    best = min(fits, key=lambda fit: _twice_negative_log(fit, prior, freedom)).shared
     first = _initial_angles(scene, best, image[chosen])
     return fit_frames(scene, recording.corners_of(chosen), best, first, np.zeros((len(chosen), 0)), prior)
+
+
+def _twice_negative_log(fit: LinkageSolution, prior: SharedPrior, freedom: int) -> float:
+    """-2 log of a fit's posterior, but for a constant: what it leaves of the corners, and how far it goes from what is known.
+
+    freedom: coordinates of the corners.
+    """
+    far = prior.information * (fit.shared.vector - prior.mean) ** 2
+    return freedom * float(np.log(fit.equations.variance)) + float(far.sum())
 
 
 def _drift_terms(
