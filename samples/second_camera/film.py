@@ -25,14 +25,18 @@ class Coding:
     """bit/s, for codecs without a quality"""
 
 
-def film(world: World, path: str | Path, coding: Coding = Coding()) -> None:  # noqa: B008 (frozen)
+def film(world: World, path: str | Path, coding: Coding = Coding()) -> None:
     """Write the world's pictures at their times. Frames of one time twice over are refused by containers."""
     studio = Studio(world)
     write(path, world.times, (studio.picture(float(t)) for t in world.times), world.lens.size, coding)
 
 
 def write(
-    path: str | Path, times: NDArray[np.float64], pictures: Iterator[NDArray[np.uint8]], size: tuple[int, int], coding: Coding
+    path: str | Path,
+    times: NDArray[np.float64],
+    pictures: Iterator[NDArray[np.uint8]],
+    size: tuple[int, int],
+    coding: Coding,
 ) -> None:
     """Pictures (h, w, 3), blue, green, red, stamped by times (F,), s."""
     # the second scale is that of the first stamp, by default whole milliseconds

@@ -22,7 +22,9 @@ MARGIN = 8
 """px around a plate that are drawn finely"""
 
 _LEVELS = np.arange(4096) / 4095
-_TONE_CURVE = np.where(_LEVELS < 0.0031308, 12.92 * _LEVELS, 1.055 * np.maximum(_LEVELS, 1e-9) ** (1 / 2.4) - 0.055).astype(np.float32)
+_TONE_CURVE = np.where(
+    _LEVELS < 0.0031308, 12.92 * _LEVELS, 1.055 * np.maximum(_LEVELS, 1e-9) ** (1 / 2.4) - 0.055
+).astype(np.float32)
 """sRGB's, of the sensor's 12 bits"""
 
 
@@ -37,10 +39,15 @@ class Studio:
         stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
         rays = cv2.undistortPoints(at.astype(float), world.lens.K, world.lens.distortion, criteria=stop)
         self._rays = rays.reshape(h, w, 2).astype(np.float32)
-        self._prints = {m["id"]: _print(world.neck["markers"]["dictionary"], m["id"]) for m in world.neck["markers"]["on_bars"]}
+        self._prints = {
+            m["id"]: _print(world.neck["markers"]["dictionary"], m["id"]) for m in world.neck["markers"]["on_bars"]
+        }
         self._spread = _point_spread(world.optics.defocus, world.optics.aberration)
         rng = np.random.default_rng([78, world.seed])
-        wall = sum(cv2.resize(rng.normal(0, a, (h // s + 2, w // s + 2)), (w, h), interpolation=cv2.INTER_CUBIC) for s, a in ((90, 0.05), (22, 0.03), (6, 0.015)))
+        wall = sum(
+            cv2.resize(rng.normal(0, a, (h // s + 2, w // s + 2)), (w, h), interpolation=cv2.INTER_CUBIC)
+            for s, a in ((90, 0.05), (22, 0.03), (6, 0.015))
+        )
         slope = world.optics.light_slope * ((u / w - 0.5) * rng.uniform(-1, 1) + (v / h - 0.5) * rng.uniform(-1, 1))
         self._wall = np.clip(0.33 + np.asarray(wall, np.float32), 0.03, 0.9)
         self._light = (1 + slope).astype(np.float32)
@@ -157,7 +164,9 @@ class Studio:
         if optics.glare:
             for marker in self.world.neck["markers"]["on_bars"][1:]:
                 middle, _ = links(np.zeros(len(self.world.neck["mechanisms"])), self.world.neck).carrier(marker)
-                x, y = self._pixels(np.array([[*middle, 0.0]]), t)[0] + 12 * np.array([np.sin(0.7 * t), np.cos(1.1 * t)])
+                x, y = self._pixels(np.array([[*middle, 0.0]]), t)[0] + 12 * np.array(
+                    [np.sin(0.7 * t), np.cos(1.1 * t)]
+                )
                 light += optics.glare * np.exp(-((u - x) ** 2 + (v - y) ** 2) / (2 * 9.0**2))
 
     def _developed(self, light: Single, t: float) -> NDArray[np.uint8]:
@@ -168,7 +177,10 @@ class Studio:
         h, w = signal.shape
         y, x = self._rng.integers(0, (h, w))
         electrons = signal * optics.full_well
-        noisy = signal + self._noise[y : y + h, x : x + w] * np.sqrt(electrons + optics.read_electrons**2) / optics.full_well
+        noisy = (
+            signal
+            + self._noise[y : y + h, x : x + w] * np.sqrt(electrons + optics.read_electrons**2) / optics.full_well
+        )
         raw = np.clip(noisy * 4095, 0, 4095).astype(np.uint16)
         if optics.coloured:
             raw = cv2.cvtColor(raw, cv2.COLOR_BayerRG2BGR)
@@ -178,8 +190,6 @@ class Studio:
         if optics.sharpening:
             colour = colour + optics.sharpening * (colour - cv2.GaussianBlur(colour, (0, 0), 1.0))
         return np.clip(np.rint(255 * colour), 0, 255).astype(np.uint8)
-
-
 
 
 def _mounted(pose: Links, marker: dict[str, Any]) -> tuple[Array, Array]:

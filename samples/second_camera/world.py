@@ -117,7 +117,7 @@ def drawn(
     roll_deg: float = 3.0,
     focal_of_width: float = 1.0,
     size: tuple[int, int] = (928, 528),
-    optics: Optics = Optics(),  # noqa: B008 (frozen)
+    optics: Optics = Optics(),
 ) -> World:
     """Mounting, motion and the camera's place anew for each seed.
 
@@ -131,7 +131,9 @@ def drawn(
     joints = len(neck["mechanisms"])
     height = sum(float(np.sqrt(m["L"] ** 2 - m["b"] ** 2)) for m in neck["mechanisms"])
     f = focal_of_width * size[0]
-    K = np.array([[f, 0, size[0] / 2 + rng.uniform(-12, 12)], [0, f * 1.001, size[1] / 2 + rng.uniform(-12, 12)], [0, 0, 1]])
+    K = np.array(
+        [[f, 0, size[0] / 2 + rng.uniform(-12, 12)], [0, f * 1.001, size[1] / 2 + rng.uniform(-12, 12)], [0, 0, 1]]
+    )
     distortion = np.array([rng.uniform(-0.2, 0.05), rng.uniform(0, 0.1), *rng.uniform(-5e-4, 5e-4, 2), 0.0])
     pitch, yaw, roll = np.radians(rng.uniform((-8, -15, -roll_deg), (8, 15, roll_deg)))
     facing = np.diag([1.0, -1.0, -1.0])

@@ -70,7 +70,7 @@ class LinkageOptions:
     systematic_px: float = 0.0
     """px: standard deviation of corner offsets that stay the same over the recording, which more frames do not average out"""
     standing_px: float = 0.0
-    """px: standard deviation of the offset of a marker that stands still in the picture, where the same pixels err in every frame"""
+    """px: standard deviation of the offset of a marker that stands still in the picture: the same pixels err in every frame"""
 
 
 @dataclass(frozen=True)

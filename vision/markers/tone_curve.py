@@ -1,8 +1,8 @@
 """The curve by which a camera turns light into grey levels.
 
-Cameras for people write a power of the light, about 1 / 2.2; those for measuring mostly the light itself. On a blurred edge between
-ink and paper the power looks as if the paper had grown. At the corners of cells it does not, and a marker whose corners lie unevenly
-comes out turned by hundredths of a degree where the curve is left out.
+Cameras for people write a power of the light, about 1 / 2.2; those for measuring mostly the light itself. On a blurred edge
+between ink and paper the power looks as if the paper had grown. At the corners of cells it does not, and a marker whose corners
+lie unevenly comes out turned by hundredths of a degree where the curve is left out.
 """
 
 import numpy as np

@@ -30,4 +30,3 @@ def estimate_tone(grey: NDArray[np.uint8], starts: Sequence[MarkerStart], start:
     near = slice(best - 1, best + 2)
     curvature, slope, _ = np.polyfit(EXPONENTS[near], left[near], 2)
     return float(np.clip(-slope / (2 * curvature), EXPONENTS[best + 1], EXPONENTS[best - 1]))
-

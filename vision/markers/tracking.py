@@ -220,7 +220,7 @@ class MarkerTracker:
         return [MarkerStart(corners[k], self._cells[k], motion[k], x) for k, x in zip(indices, light, strict=True)]
 
     def _fits_by_tone(self, frame: Frame, corners: Array, fits: dict[int, MarkerFit]) -> dict[int, MarkerFit]:
-        """Find the camera's tone curve by the clear ones of these fits, and fit all markers anew by it; none where none is clear."""
+        """The markers fitted anew by the camera's tone curve, which the clear ones of these fits tell; none where none is clear."""
         clear = [k for k, fit in fits.items() if fit.is_clear]
         tone = estimate_tone(frame.grey, self._starts(frame, corners, clear), self._optics)
         if tone is None:
