@@ -4,9 +4,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
+from typing import cast
 
 import av
 import numpy as np
+from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 from samples.second_camera.picture import Studio
@@ -42,7 +44,7 @@ def write(
     # the second scale is that of the first stamp, by default whole milliseconds
     scales = {"video_track_timescale": str(TICKS), "movie_timescale": str(TICKS)}
     with av.open(str(path), "w", options=scales if str(path).endswith((".mp4", ".mov")) else {}) as container:
-        stream = container.add_stream(coding.codec, rate=30, options=dict(coding.options))
+        stream = cast(VideoStream, container.add_stream(coding.codec, rate=30, options=dict(coding.options)))
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
         if coding.codec not in ("mpeg4", "mjpeg"):

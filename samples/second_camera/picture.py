@@ -73,7 +73,7 @@ class Studio:
                 self._bar(canvas, t, a, b, 0.55, 9)
         for left, right in pose.ends:
             self._bar(canvas, t, left, right, 0.12, 13)
-        return cv2.GaussianBlur(canvas, (0, 0), 0.8)
+        return np.asarray(cv2.GaussianBlur(canvas, (0, 0), 0.8), np.float32)
 
     def _bar(self, canvas: Single, t: float, a: Array, b: Array, level: float, wide: int) -> None:
         ends = self._pixels(np.array([[*a, -0.012], [*b, -0.012]]), t)
@@ -83,7 +83,8 @@ class Studio:
     def _pixels(self, points: Array, t: float) -> Array:
         rvec, tvec = self.world.pose_at(t)
         lens = self.world.lens
-        return cv2.projectPoints(points, rvec, tvec, lens.K, lens.distortion)[0].reshape(-1, 2)
+        pixels = cv2.projectPoints(points, rvec, tvec, lens.K, lens.distortion)[0]
+        return np.asarray(pixels, dtype=float).reshape(-1, 2)
 
     def _lay(self, light: Single, marker: dict[str, Any], t: float, moments: Array) -> None:
         """One marker's plate over the picture."""
@@ -106,7 +107,8 @@ class Studio:
         wide, tall = (x1 - x0) * FINE, (y1 - y0) * FINE
         u = ((np.arange(wide) + 0.5) / FINE - 0.5 + x0).astype(np.float32)
         v = ((np.arange(tall) + 0.5) / FINE - 0.5 + y0).astype(np.float32)
-        rays = cv2.remap(self._rays, *np.meshgrid(u, v), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        U, V = np.meshgrid(u, v)
+        rays = np.asarray(cv2.remap(self._rays, U, V, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.float32)
         value, cover = np.zeros((tall, wide), np.float32), np.zeros((tall, wide), np.float32)
         rows = (v - (h - 1) / 2) * optics.row_s
         share = ((v - v[0]) / (v[-1] - v[0]))[:, None].astype(np.float32)
@@ -121,9 +123,10 @@ class Studio:
             x, y = place[0] * per_metre + middle, middle - place[1] * per_metre
             black = cv2.remap(print_, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
             inside = ((np.abs(place[0]) < half) & (np.abs(place[1]) < half)).astype(np.float32)
-            value += inside * (optics.ink + (optics.paper - optics.ink) * black)
+            value += inside * (optics.ink + (optics.paper - optics.ink) * np.asarray(black, np.float32))
             cover += inside
-        value, cover = value / len(moments), cover / len(moments)
+        value /= np.float32(len(moments))
+        cover /= np.float32(len(moments))
         if optics.cable:
             self._cable(value, cover, marker, t, (x0, y0))
         both = cv2.filter2D(np.dstack([value, cover]), -1, self._spread)

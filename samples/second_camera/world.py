@@ -140,7 +140,7 @@ def drawn(
     R = _about(2, roll) @ _about(0, pitch) @ _about(1, yaw) @ facing
     away = f * float(neck["markers"]["size"]) / marker_px
     aim = np.array([0.0, height / 2, 0.0])
-    times = (np.arange(round(seconds * rate)) + 0.0) / rate
+    times = np.arange(round(seconds * rate), dtype=float) / rate
     swings = np.stack(
         [
             np.radians(rng.uniform(4, 12, (joints, 3))),
@@ -150,7 +150,9 @@ def drawn(
     )
     return World(
         neck=neck | {"markers": neck["markers"] | {"on_bars": on_bars}},
-        lens=Lens(size, K, distortion, cv2.Rodrigues(R)[0].ravel(), np.array([0, 0, away]) - R @ aim),
+        lens=Lens(
+            size, K, distortion, np.asarray(cv2.Rodrigues(R)[0], dtype=float).ravel(), np.array([0, 0, away]) - R @ aim
+        ),
         optics=optics,
         swings=swings,
         times=times,
