@@ -301,15 +301,17 @@ def _with_standing_offsets(prior: SharedPrior, scene: Scene, image: Complex, off
     image: normalised corners (F, markers, 4), NaN where not found. Such a marker counts as one measurement, not as one in every
     frame: the motion of the others tells where its bar is.
     """
-    middle = image.mean(axis=2)
-    side = np.nanmean(np.abs(np.roll(image, -1, axis=2) - image), axis=(0, 2))
-    far = np.nanmax(np.abs(middle - np.nanmean(middle, axis=0)), axis=0)
     size = scene.markers.size
     information, free = prior.information.copy(), prior.free.copy()
-    for k in np.flatnonzero(far < STANDING_SHARE * side):
-        row = 6 + PLACEMENT * int(k)
-        sigma = np.array([size, size, 2.0]) * offset / side[k]
-        information[row : row + 3], free[row : row + 3] = sigma**-2, True
+    for k in range(image.shape[1]):
+        found = image[~np.isnan(image[:, k]).any(axis=1), k]
+        if not len(found):
+            continue
+        middle = found.mean(axis=1)
+        side = float(np.abs(np.roll(found, -1, axis=1) - found).mean())
+        if np.abs(middle - middle.mean()).max() < STANDING_SHARE * side:
+            row = slice(6 + PLACEMENT * k, 9 + PLACEMENT * k)
+            information[row], free[row] = (np.array([size, size, 2.0]) * offset / side) ** -2, True
     return SharedPrior(prior.mean, information, free)
 
 
