@@ -128,3 +128,15 @@ FIRST_COUNTED_FORWARD_ARM = 1003
 
 FIRST_COUNTED_WORLD = 2000
 """The seed from which these benchmarks count, some dozens of them: nothing was ever set on these."""
+
+_TONE = "the tone curve, markers that stand still, systematic offsets, and small markers' first light were mended on it"
+
+TUNED_FILMS: Mapping[int, str] = dict.fromkeys((*range(100, 119), *range(2001, 2005), *range(5001, 5005)), _TONE) | {
+    3015: "counted first; then the least size of a motion of the camera was set by its false one"
+}
+"""Worlds of samples/second_camera: seed, and what was set on it."""
+
+TUNED_MOUNTED_ARMS: Mapping[int, str] = dict.fromkeys(
+    range(7301, 7307), "markers that stand still, and the fastest rolling shutter, were set on it"
+)
+"""Arms of samples/generator/mounted.py: seed, and what was set on it."""

@@ -32,8 +32,11 @@ from xneck_foundation.one_blas_thread import one_blas_thread
 
 Array = NDArray[np.float64]
 
-SYSTEMATIC_PX = 0.01
+SYSTEMATIC_PX = 0.006
 """px: standard deviation of corner offsets that stay the same over the whole recording (docs/thresholds.md)"""
+STANDING_PX = 0.02
+"""px: standard deviation of the offset of a marker that stands still, by the codec and the place of its edges among the pixels
+(docs/thresholds.md)"""
 MAX_PLACEMENT_ERROR_RATIO = 1.5
 """corner error with the placement of neck.yaml over that with a free placement, from which on the placement is called wrong
 (docs/thresholds.md)"""
@@ -132,7 +135,7 @@ def extract(
     cells = np.stack([marker_cells(markers.dictionary, i) for i in ids]) if options.template else None
     seen = correct_lens_bow(camera, tracks.corners, cells)
     covariance = tracks.covariance  # as single floats: hours of them as double ones would be most of memory
-    linkage = LinkageOptions(options.placement, systematic_px=SYSTEMATIC_PX)
+    linkage = LinkageOptions(options.placement, systematic_px=SYSTEMATIC_PX, standing_px=STANDING_PX)
 
     def fitted(shutter: Shutter) -> tuple[Array, LinkageFit]:
         corners, kept = seen.copy(), ~repeated  # the motion of the others is that from one of them to the next
@@ -239,8 +242,8 @@ def _refuse_without_markers(video: Video, markers: Markers, tracks: MarkerTracks
     other = f", though others of the dictionary are (ids {ids})" if ids else ""
     raise Refused(
         video.path,
-        f"no marker of neck.yaml is in view in {len(tracks.time)} frames{other}",
-        f"check markers.dictionary ({markers.dictionary}) and the ids",
+        f"no marker of neck.yaml was found in {len(tracks.time)} frames{other}",
+        f"check markers.dictionary ({markers.dictionary}) and the ids; are markers sharp, and 2 px or more a cell?",
     )
 
 

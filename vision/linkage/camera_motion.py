@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 MIN_STATISTIC = 32.0
 """least score statistic of a motion: the largest of many chi-squares with six degrees of freedom (docs/thresholds.md)"""
-MIN_SIZE_PX = 0.1
+MIN_SIZE_PX = 0.2
 """px: least RMS shift of the corners that counts as a motion; detection and lens can imitate smaller ones (docs/thresholds.md)"""
 MIN_SIZE_UNCHECKED_PX = 0.5
 """px: the same in recordings too short to tell how errors come and go (docs/thresholds.md)"""

@@ -32,7 +32,11 @@ def select_frames(markers: Markers, visible: NDArray[np.bool_], count: int, wher
         raise Refused(where, "not a single marker of the arm is in view", "check markers.dictionary and the light")
     with_base = visible[:, base].any(axis=1)
     if not with_base.any():
-        raise Refused(where, "the base bar's marker is never in view", "place the camera so that it is")
+        raise Refused(
+            where,
+            "the base bar's marker was found in no frame, though others were",
+            "is it in the picture, uncovered, sharp, and 2 px or more a cell?",
+        )
     counts = np.where(with_base, visible.sum(axis=1), 0)
     selected = np.zeros(len(visible), dtype=bool)
     for least in range(counts.max(), 0, -1):

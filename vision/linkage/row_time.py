@@ -22,6 +22,9 @@ Array = NDArray[np.float64]
 
 MAX_FRAMES = 600
 """frames, spread over the recording, that are asked"""
+MIN_READOUT_S = 1.5e-3
+"""s: no rolling shutter goes over its rows faster; what looks like a faster one is what compression and light do to moving markers
+(docs/thresholds.md)"""
 SURE_SIGMAS = 6.0
 """standard deviations from which a row time is one (docs/thresholds.md)"""
 
@@ -32,11 +35,13 @@ class RowTime:
 
     seconds: float
     sigma: float
+    rows: int
+    """of the picture"""
 
     @property
     def is_sure(self) -> bool:
         """Whether chance, and what the arm's model lacks, would hardly look like it."""
-        return abs(self.seconds) > SURE_SIGMAS * self.sigma
+        return abs(self.seconds) > max(SURE_SIGMAS * self.sigma, MIN_READOUT_S / self.rows)
 
 
 def row_time(
@@ -75,4 +80,4 @@ def row_time(
     np.add.at(by_block[0], block, information)
     np.add.at(by_block[1], block, score - information @ change)
     spread = clustered_covariance(*by_block, known_before, fit.variance)
-    return RowTime(size * float(change[-1]), size * float(np.sqrt(spread[-1, -1])))
+    return RowTime(size * float(change[-1]), size * float(np.sqrt(spread[-1, -1])), camera.height)

@@ -31,7 +31,7 @@ from vision.linkage.gauss_newton import (
 from vision.linkage.initial_guess import initial_angles, initial_poses, select_frames
 from vision.linkage.observed_corners import Floats, ObservedCorners, normalise_corners, whiten_corners
 from vision.linkage.offset_sensitivity import offset_sensitivity
-from vision.linkage.scene import Scene, SharedParameters, image_to_plane, nominal_parameters
+from vision.linkage.scene import PLACEMENT, Scene, SharedParameters, image_to_plane, nominal_parameters
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -41,8 +41,8 @@ MAX_FRAMES = 600
 """frames, spread over the recording, from which the shared parameters are estimated at most"""
 INITIAL_FRAMES = 60
 """frames that decide between the two poses that one planar marker allows"""
-
-
+STANDING_SHARE = 0.02
+"""of its side: a marker that never goes further from its mean place stands still (docs/thresholds.md)"""
 TILT_SIGMA = float(np.radians(2.0))
 """rad: how far a marker is tilted out of the arm's plane, about either axis (docs/thresholds.md)"""
 
@@ -69,6 +69,8 @@ class LinkageOptions:
     """whether motions of the camera are sought and corrected"""
     systematic_px: float = 0.0
     """px: standard deviation of corner offsets that stay the same over the recording, which more frames do not average out"""
+    standing_px: float = 0.0
+    """px: standard deviation of the offset of a marker that stands still in the picture: the same pixels err in every frame"""
 
 
 @dataclass(frozen=True)
@@ -139,7 +141,10 @@ def fit_shared(
         return whiten_corners(camera, image[frames], None if covariance is None else covariance[frames])
 
     recording = _Recording(scene, image, corners_of, time, float(np.sqrt(camera.K[0, 0] * camera.K[1, 1])))
-    prior = _prior(nominal_parameters(scene.arm, markers, np.zeros(6)), markers, placement)
+    nominal = nominal_parameters(scene.arm, markers, np.zeros(6))
+    prior = _prior(nominal, markers, placement)
+    if placement is None and options.standing_px:
+        prior = _with_standing_offsets(prior, scene, image[chosen], options.standing_px / recording.focal)
     fit = _fit_chosen(recording, chosen, prior, where)
     course = np.zeros((len(image), 0))
     terms: tuple[DriftTerm, ...] = ()
@@ -183,9 +188,19 @@ def _fit_chosen(recording: _Recording, chosen: Frames, prior: SharedPrior, where
         start = nominal_parameters(scene.arm, scene.markers, pose)
         first = _initial_angles(scene, start, image[few])
         fits.append(fit_frames(scene, recording.corners_of(few), start, first, np.zeros((len(few), 0)), prior))
-    best = min(fits, key=lambda fit: fit.equations.variance).shared
+    freedom = 8 * int(np.count_nonzero(~np.isnan(image[few, :, 0])))
+    best = min(fits, key=lambda fit: _twice_negative_log(fit, prior, freedom)).shared
     first = _initial_angles(scene, best, image[chosen])
     return fit_frames(scene, recording.corners_of(chosen), best, first, np.zeros((len(chosen), 0)), prior)
+
+
+def _twice_negative_log(fit: LinkageSolution, prior: SharedPrior, freedom: int) -> float:
+    """-2 log of a fit's posterior, but for a constant: what it leaves of the corners, and how far it goes from what is known.
+
+    freedom: coordinates of the corners.
+    """
+    far = prior.information * (fit.shared.vector - prior.mean) ** 2
+    return freedom * float(np.log(fit.equations.variance)) + float(far.sum())
 
 
 def _drift_terms(
@@ -278,6 +293,26 @@ def _prior(nominal: SharedParameters, markers: Markers, placement: PlacementPrio
     free = known > 0
     free[:6] = True
     return SharedPrior(nominal.vector, information, free)
+
+
+def _with_standing_offsets(prior: SharedPrior, scene: Scene, image: Complex, offset: float) -> SharedPrior:
+    """The prior with the places of markers that stand still known to `offset` only, normalised coordinates.
+
+    image: normalised corners (F, markers, 4), NaN where not found. Such a marker counts as one measurement, not as one in every
+    frame: the motion of the others tells where its bar is.
+    """
+    size = scene.markers.size
+    information, free = prior.information.copy(), prior.free.copy()
+    for k in range(image.shape[1]):
+        found = image[~np.isnan(image[:, k]).any(axis=1), k]
+        if not len(found):
+            continue
+        middle = found.mean(axis=1)
+        side = float(np.abs(np.roll(found, -1, axis=1) - found).mean())
+        if np.abs(middle - middle.mean()).max() < STANDING_SHARE * side:
+            row = slice(6 + PLACEMENT * k, 9 + PLACEMENT * k)
+            information[row], free[row] = (np.array([size, size, 2.0]) * offset / side) ** -2, True
+    return SharedPrior(prior.mean, information, free)
 
 
 def _initial_angles(scene: Scene, shared: SharedParameters, image: Complex) -> Array:

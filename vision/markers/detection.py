@@ -16,7 +16,7 @@ from vision.markers.edge_refinement import refine_by_edges
 
 Array = NDArray[np.float64]
 
-OCCLUSION_WIDTHS_PX = (5, 9)
+OCCLUSION_WIDTHS_PX = (4, 6, 9)
 """px: dark lines up to these widths, a cable across a marker, are filled where a marker is missing (docs/thresholds.md)"""
 ENLARGED = 2
 """times: small markers are searched in a picture so much larger, where one is missing (docs/thresholds.md)"""

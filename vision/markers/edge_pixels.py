@@ -51,6 +51,8 @@ class EdgePixels:
     """(M,), px^2: variance of the textures' blur above that of the optics, since blurs are rounded"""
     textures: tuple[Texture, ...]
     """of each marker, the motion during the exposure included"""
+    tone: float
+    """exponent of the camera's tone curve"""
 
     @property
     def xy(self) -> tuple[Single, Single]:
@@ -110,6 +112,7 @@ def select_pixels(
         clipped_share=clipped,
         excess_variance=excess_variance,
         textures=textures,
+        tone=optics.tone,
     )
 
 

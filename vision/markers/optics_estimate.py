@@ -16,7 +16,7 @@ def estimate_optics(start: Optics, fits: Sequence[MarkerFit]) -> Optics:
 
     The fits must have begun with wide standard deviations of the optics, as their prior is counted with each of them.
     """
-    usable = [f for f in fits if not (f.fell_back or f.blurred) and f.hidden < 0.2 and f.clipped < 0.2]
+    usable = [f for f in fits if f.is_clear]
     if not usable:
         return start
     values = np.array([[f.sigma, f.bleed] for f in usable])
@@ -24,4 +24,6 @@ def estimate_optics(start: Optics, fits: Sequence[MarkerFit]) -> Optics:
     mean = np.sum(precision * values, axis=0) / precision.sum(axis=0)
     scatter = np.sum(precision * (values - mean) ** 2, axis=0) / precision.sum(axis=0)
     sd = np.sqrt(MARKER_SCATTER_PX**2 + 1 / precision.sum(axis=0) + scatter)
-    return Optics(float(mean[0]), float(mean[1]), float(sd[0]), float(sd[1]))
+    return Optics(
+        sigma=float(mean[0]), bleed=float(mean[1]), sigma_sd=float(sd[0]), bleed_sd=float(sd[1]), tone=start.tone
+    )

@@ -28,6 +28,8 @@ BLURRED_PX = 1.5
 """px of motion during the exposure, from which on a marker counts as blurred (docs/thresholds.md)"""
 EDGE_SD_PX = 0.15
 """px: standard deviation of corners by the square's edges, where the grey levels could not be fitted (docs/thresholds.md)"""
+MAX_CLEAR_LOSS = 0.2
+"""share of a marker that may be hidden, or clipped, where it is to show the optics"""
 NEXT_CORNER = [1, 2, 3, 0]
 
 
@@ -74,6 +76,11 @@ class MarkerFit:
     fell_back: bool
     """whether the grey levels could not be fitted, so that the corners are those of the edges"""
 
+    @property
+    def is_clear(self) -> bool:
+        """Whether the marker was fitted, sharp, and nearly whole, so that it shows the optics."""
+        return not (self.fell_back or self.blurred) and self.hidden < MAX_CLEAR_LOSS and self.clipped < MAX_CLEAR_LOSS
+
 
 def fit_markers(grey: NDArray[np.uint8], starts: Sequence[MarkerStart], optics: Optics) -> list[MarkerFit]:
     """Markers of one picture, (height, width) uint8; all are fitted side by side."""
@@ -113,6 +120,7 @@ def _valid(fit: PhotometricFit, starts: Sequence[MarkerStart]) -> NDArray[np.boo
     contrast = fit.solution[:, WHITE]
     return np.asarray(
         np.isfinite(fit.covariance).all(axis=(1, 2))
+        & (np.diagonal(fit.covariance, axis1=1, axis2=2) > 0).all(axis=1)
         & fit.converged
         & (np.abs(fit.corners - begun).max(axis=(1, 2)) < reach)
         & (contrast > MIN_CONTRAST)

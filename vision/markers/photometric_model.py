@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vision.markers.edge_pixels import EdgePixels
 from vision.markers.planar_motion import DOF
 from vision.markers.template import sample_texture
+from vision.markers.tone_curve import through_tone_curve
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -23,6 +24,10 @@ WHITE = DOF + 5
 """column of white's level over black"""
 LIGHT_SLOPES = [DOF + 3, DOF + 4, DOF + 6, DOF + 7]
 UNKNOWN_LIGHT = np.full(6, np.nan)
+DARK = 0.15
+"""template's value, from black (0) to white (1), below which a pixel shows the level of black; white's likewise"""
+DARKEST_SHARE = 0.1
+"""of the pixels that show black where fewer are below DARK"""
 MIN_LEVEL_PIXELS = 20
 """pixels of black or of white, below which their level is not taken"""
 
@@ -44,7 +49,7 @@ class MarkerTemplates:
         u, v = pixels.marker_coordinates(np.linalg.inv(H).astype(float))
         channels = np.empty((len(H), 5, u.shape[1]), dtype=np.float32)
         for k, texture in enumerate(pixels.textures):
-            channels[k] = sample_texture(texture, u[k], v[k])
+            channels[k] = through_tone_curve(sample_texture(texture, u[k], v[k]), pixels.tone)
         return cls(u, v, channels)
 
     def under(self, light: Array) -> Single:
@@ -54,14 +59,20 @@ class MarkerTemplates:
 
 
 def initial_light(templates: MarkerTemplates, pixels: EdgePixels, light: Array) -> Array:
-    """Light (M, 6); where it is not known, from the median levels of the pixels that should be black and white."""
+    """Light (M, 6); where it is not known, from the median levels of the pixels that should be darkest and brightest."""
     light = light.copy()
     for k in np.flatnonzero(np.isnan(light[:, 0])):
-        value, grey, used = templates.channels[k, 0], pixels.grey[k], pixels.used[k]
-        black, white = grey[used & (value < 0.15)], grey[used & (value > 0.85)]
-        enough = min(len(black), len(white)) >= MIN_LEVEL_PIXELS
-        low, high = (float(np.median(black)), float(np.median(white))) if enough else (0.0, 0.0)
-        light[k] = [low, 0.0, 0.0, max(high - low, 1.0), 0.0, 0.0]
+        used = pixels.used[k]
+        value, grey = templates.channels[k, 0][used], pixels.grey[k][used]
+        low, high = (0.0, 0.0) if not len(value) else np.quantile(value, (DARKEST_SHARE, 1 - DARKEST_SHARE))
+        # small cells are nowhere quite black or white
+        dark, bright = value < max(DARK, float(low)), value > min(1 - DARK, float(high))
+        contrast, black = 1.0, 0.0
+        if min(np.count_nonzero(dark), np.count_nonzero(bright)) >= MIN_LEVEL_PIXELS:
+            (v0, g0), (v1, g1) = ((float(np.median(value[m])), float(np.median(grey[m]))) for m in (dark, bright))
+            contrast = max((g1 - g0) / max(v1 - v0, DARK), 1.0)
+            black = g0 - contrast * v0
+        light[k] = [black, 0.0, 0.0, contrast, 0.0, 0.0]
     return light
 
 

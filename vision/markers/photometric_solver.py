@@ -228,7 +228,9 @@ def _iterate(
             return last
         # the prior of the perspective terms holds about the start, so its mean is carried along
         prior.mean[:, 6:DOF] -= _motion(solution)[:, 6:]
-        corners, light, fresh = last.corners, solution[:, LIGHT], False
+        # where no pixel has weight the start was too far off for the first scale: nothing was learnt of the light either
+        informed = np.any(weight, axis=1, keepdims=True)
+        corners, light, fresh = last.corners, np.where(informed, solution[:, LIGHT], light), False
         H = homography(corners)
         if iteration <= RESELECTION_ITERATIONS and np.abs(corners - selected_at).max() > reselect_px:
             selected = select_pixels(grey, cells, corners, H, motion, optics)

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from vision.markers.tone_curve import LINEAR
+
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
@@ -41,7 +43,7 @@ BLUR_STEP = 0.06
 
 @dataclass(frozen=True)
 class Optics:
-    """Blur and ink bleed of the whole recording, with their standard deviations."""
+    """Blur, ink bleed and tone curve of the whole recording, with standard deviations of the first two."""
 
     sigma: float = 0.85
     """standard deviation of the lens' blur, px; the pixels' area comes on top"""
@@ -51,6 +53,8 @@ class Optics:
     """standard deviation of sigma, px"""
     bleed_sd: float = 0.3
     """standard deviation of bleed, px"""
+    tone: float = LINEAR
+    """exponent of the camera's tone curve"""
 
 
 @dataclass(frozen=True)

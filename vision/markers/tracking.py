@@ -8,7 +8,7 @@ Tracking begins with a full search in every segment of a video and uses nothing 
 can share a video with the same result to the last bit.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import prod
 
 import cv2
@@ -23,6 +23,8 @@ from vision.markers.optics_estimate import estimate_optics
 from vision.markers.photometric import MarkerFit, MarkerStart, fit_markers
 from vision.markers.planar_motion import homography
 from vision.markers.template import Optics
+from vision.markers.tone_curve import LINEAR
+from vision.markers.tone_estimate import estimate_tone
 from vision.video import Frame
 
 Array = NDArray[np.float64]
@@ -102,6 +104,7 @@ class MarkerTracker:
         self._lost_for = 0
         self._options = options
         self._optics = Optics()
+        self._tone_is_known = False
         self._optics_fits: list[MarkerFit] | None = []
         self._optics_frames = 0
         self._light = np.full((len(self._ids), 6), np.nan)
@@ -125,6 +128,8 @@ class MarkerTracker:
         if self._options.template:
             rest = [k for k in np.flatnonzero(~np.isnan(corners[:, 0, 0])).tolist() if k not in fits]
             fits |= self._fit_templates(frame, corners, rest)
+            if not self._tone_is_known:
+                fits |= self._fits_by_tone(frame, corners, fits)
             lost = [k for k in fits if np.isnan(fits[k].corners).any()]
             corners[lost], status[lost] = np.nan, LOST
             fits = {k: fit for k, fit in fits.items() if k not in lost}
@@ -205,10 +210,23 @@ class MarkerTracker:
 
     def _fit_templates(self, frame: Frame, corners: Array, indices: list[int]) -> dict[int, MarkerFit]:
         """Template fits of the markers with these indices, which are near `corners` (markers, 4, 2), px."""
+        starts = self._starts(frame, corners, indices)
+        return dict(zip(indices, fit_markers(frame.grey, starts, self._optics), strict=True))
+
+    def _starts(self, frame: Frame, corners: Array, indices: list[int]) -> list[MarkerStart]:
+        """Where the template fits of the markers with these indices begin."""
         motion = np.nan_to_num(self._velocity(frame.time, corners)) * self._options.exposure_s
         light = [None if np.isnan(self._light[k, 0]) else self._light[k] for k in indices]
-        starts = [MarkerStart(corners[k], self._cells[k], motion[k], x) for k, x in zip(indices, light, strict=True)]
-        return dict(zip(indices, fit_markers(frame.grey, starts, self._optics), strict=True))
+        return [MarkerStart(corners[k], self._cells[k], motion[k], x) for k, x in zip(indices, light, strict=True)]
+
+    def _fits_by_tone(self, frame: Frame, corners: Array, fits: dict[int, MarkerFit]) -> dict[int, MarkerFit]:
+        """The markers fitted anew by the camera's tone curve, which the clear ones of these fits tell; none where none is clear."""
+        clear = [k for k, fit in fits.items() if fit.is_clear]
+        tone = estimate_tone(frame.grey, self._starts(frame, corners, clear), self._optics)
+        if tone is None:
+            return {}
+        self._tone_is_known, self._optics = True, replace(self._optics, tone=tone)
+        return {} if tone == LINEAR else self._fit_templates(frame, corners, list(fits))
 
     def _learn(self, fits: dict[int, MarkerFit]) -> None:
         """Keep the light for the next frame, and estimate the optics from the first frames."""

@@ -112,7 +112,7 @@ def test_without_the_base_marker_the_angles_have_no_reference() -> None:
         fit_linkage(neck, camera(), corners(neck, motion(40)), "test")
     hidden = corners(NECK, motion(40))
     hidden[:, 0] = np.nan
-    with pytest.raises(Refused, match="never in view"):
+    with pytest.raises(Refused, match="found in no frame"):
         fit_linkage(NECK, camera(), hidden, "test")
 
 

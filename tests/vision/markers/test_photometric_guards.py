@@ -87,3 +87,17 @@ def test_corners_of_the_edges_alone_are_as_unsure_as_they_are_smeared(smear_px: 
     np.testing.assert_allclose(fit.covariance, (EDGE_SD_PX**2 + smear_px**2 / 12) * np.eye(8))
     assert fit.fell_back
     assert fit.blurred == (smear_px > 1.5)
+
+
+def test_a_light_that_was_wrong_is_found_anew_or_the_fit_is_none() -> None:
+    """Where the light of the frame before explains no pixel of this one, as when the gain halves, nothing is learnt from none:
+    such a fit had a covariance of zero."""
+    cells = views(40, CLEAN, 1, 1)[0][2].cells
+    corners = square(40.0, 0.2, np.full(2, 48.0))
+    dim = replace(CLEAN, black=15.0, white=60.0, ground=30.0)
+    grey = picture(cells, corners, 96, dim, np.random.default_rng(4))
+    too_bright = np.array([150.0, 0.0, 0.0, 20.0, 0.0, 0.0])
+    fit = fit_markers(grey, [MarkerStart(corners + 0.2, cells, REST, too_bright)], OPTICS)[0]
+    assert not fit.fell_back
+    assert np.abs(fit.corners - corners).max() < 0.5
+    assert np.diag(fit.covariance).min() > 1e-5

@@ -159,7 +159,7 @@ CASES: dict[Callable[[Path], list[str | Path]], str] = {
     missing_video: r"none\.mp4: does not exist",
     text_named_mp4: r"v\.mp4: is no video in mp4, mov, mkv",
     truncated_mp4: r"v\.mp4: is truncated",
-    video_without_a_marker: r"v\.mp4: no marker of neck\.yaml is in view in 6 frames",
+    video_without_a_marker: r"v\.mp4: no marker of neck\.yaml was found in 6 frames",
     bar_of_fifty_metres: r"neck\.yaml: mechanisms\[0\]\.b: expected .* 2, found 50.*SI units",
     missing_column: r"log\.csv: lacks the column f3",
     swapped_theta: r"theta1 and theta2 are swapped",
