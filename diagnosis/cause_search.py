@@ -264,7 +264,8 @@ def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:
         return False
     taken, known = before.surplus - after.surplus, {cause.effect.name for cause in before.causes}
     if len(after.causes) < len(before.causes):
-        return taken > -by_chance or not after.excess.above_noise
+        as_noise = not after.excess.above_noise and after.surplus < MIN_LOSS_SHARE * after.noise_loss
+        return taken > -by_chance or as_noise
     new = [cause.effect for cause in after.causes if cause.effect.name not in known]
     if taken < MIN_LOSS_SHARE * after.noise_loss and not all(effect.has_tolerance for effect in new):
         return taken > 0 and after.excess.energy < (1 - MIN_EXPLAINED) * before.excess.energy
