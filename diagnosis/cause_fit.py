@@ -57,6 +57,8 @@ _MIN_LOSS_GAIN, _MIN_LOSS_GAIN_FAR = 1e-3, 1e-2
 """of the loss: a step that took less away was the last; and where far more than noise is left"""
 _NEARER_SHARE = 0.3
 """of what a straight step promised: what is promised after a good one"""
+_LOST = 1.5
+"""times the least loss of a round: one that ends there has lost its way"""
 _FAR = 4.0
 """losses of noise from which a fit is far"""
 MAX_TOLERANCES = 4.0
@@ -140,8 +142,9 @@ class FitStage:
     def surplus(self) -> float:
         """Loss beyond what noise alone makes, which differs from stage to stage: a heavier arm makes more of the angles' noise.
 
-        Of all blocks as they were fitted: what a single one of them tells may be anything where that is left out."""
-        return self.comparison.profiled_loss - self.noise_loss
+        Of all blocks as they were fitted: what a single one of them tells may be anything where that is left out. Noise far beyond
+        the weights' is no excuse: laws that are wrong may make much of the rounding of counts."""
+        return self.comparison.profiled_loss - min(self.noise_loss, _FAR * self.comparison.row_count)
 
     @cached_property
     def excess(self) -> NoiseExcess:
@@ -306,7 +309,7 @@ def _stepped_down(
     max_steps: int,
 ) -> tuple[Comparison, tuple[Cause, ...]]:
     """One round of steps, with nuisances that act as where it begins."""
-    damping, was_small = 0.0, False
+    damping, was_small, best = 0.0, False, (current, causes)
     for _ in range(max_steps):
         if _promised(current) < _least_promise(current):
             break
@@ -319,6 +322,7 @@ def _stepped_down(
                 candidate, stepped, gain = settled, so_far, _gain(settled, current)
         if gain > 0 or _is_nearer(candidate, current):
             current, causes = candidate, stepped
+            best = min(best, (current, causes), key=lambda at: at[0].profiled_loss)
             damping = damping / _DAMPING_DECREASE if damping > _FIRST_DAMPING else 0.0
             is_small = gain < _least_loss_gain(current)
             if is_small and (damping == 0 or was_small):
@@ -330,7 +334,8 @@ def _stepped_down(
             damping = max(_FIRST_DAMPING, _DAMPING_INCREASE * damping)
             if damping > _MAX_DAMPING:
                 break
-    return current, causes
+    # steps along a bent valley may leave it for good
+    return best if current.profiled_loss > _LOST * best[0].profiled_loss else (current, causes)
 
 
 def _gain(candidate: Comparison, current: Comparison) -> float:

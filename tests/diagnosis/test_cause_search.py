@@ -15,7 +15,9 @@ NOISE_LOSS = 1000.0
 
 def stage(*names: str, surplus: float = 0.0, possible: bool = True, energy: float = 0.0) -> Any:
     return SimpleNamespace(
-        causes=tuple(SimpleNamespace(effect=EFFECTS[name], where=None, amounts=np.zeros(1)) for name in names),
+        causes=tuple(
+            SimpleNamespace(effect=EFFECTS[name], where=None, amounts=np.zeros(1), number_count=1) for name in names
+        ),
         comparison=SimpleNamespace(linearisation=None, nuisances=None),
         noise=(),
         noise_loss=NOISE_LOSS,
