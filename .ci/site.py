@@ -28,7 +28,7 @@ COMMENT = re.compile(r"(`[^`]*`)|<!--.*?-->", re.DOTALL)
 
 
 def page(text: str) -> str:
-    """The same page for MkDocs: without the marks around figures, which begin a block there, and with the notebook's page in links."""
+    """A page as MkDocs takes it: no marks around figures, which would begin a block, and links to the notebook's page."""
     return COMMENT.sub(lambda found: found[1] or "", text).replace("tutorial.ipynb)", "tutorial.md)")
 
 

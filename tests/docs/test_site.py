@@ -89,3 +89,9 @@ def test_a_broken_link_fails(tmp_path: Path, link: str) -> None:
     broken = built(project, tmp_path / "broken")
     assert broken.returncode == 1
     assert "docs/viewers.md" in broken.stderr
+
+
+def test_no_table_falls_apart(site: Path) -> None:
+    """A row outside its table becomes a paragraph that begins with a bar."""
+    for page in site.rglob("*.html"):
+        assert "<p>|" not in page.read_text(encoding="utf-8"), page
