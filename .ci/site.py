@@ -19,6 +19,7 @@ AS_THEY_ARE = [
     "LICENSE",
     "CITATION.cff",
     "docs/images/*.png",
+    "docs/site/*.css",
     "benchmarks/record/*.json",
     "benchmarks/tuned_seeds.py",
 ]

@@ -95,3 +95,10 @@ def test_no_table_falls_apart(site: Path) -> None:
     """A row outside its table becomes a paragraph that begins with a bar."""
     for page in site.rglob("*.html"):
         assert "<p>|" not in page.read_text(encoding="utf-8"), page
+
+
+def test_every_own_style_is_there(site: Path) -> None:
+    for page in site.rglob("*.html"):
+        for style in re.findall(r'<link [^>]*href="([^":?#]+\.css)"', page.read_text(encoding="utf-8")):
+            root = site if style.startswith("/") else page.parent
+            assert (root / style.lstrip("/")).is_file(), (page, style)
