@@ -5,6 +5,7 @@
 # make oldest: core tests with the oldest run-time dependencies that pyproject.toml allows
 # make newest: core tests on the newest Python that is installed
 # make other-user: what root may not skip, as another user
+# make site: the pages as a site in site/; a broken link fails
 # make mutants: how many small slips in the core its tests notice; PACKAGE=mechanism SAMPLE=50
 # make lock: holds the development tools to the versions that are in the environment now
 # PYTHON=python3.12 chooses another interpreter, VENV=folder another place
@@ -79,6 +80,9 @@ newest:
 other-user: $(VENV)/.test
 	.ci/other-user $(BIN)/python
 
+site: $(VENV)/.test
+	$(BIN)/python .ci/site.py site
+
 mutants: $(VENV)/.test
 	$(BIN)/python -m pip install --quiet --constraint .ci/dev-tools.txt '.[mutation]'
 	$(BIN)/python -m benchmarks.mutants $(if $(PACKAGE),--package $(PACKAGE)) $(if $(SAMPLE),--sample $(SAMPLE))
@@ -98,4 +102,4 @@ $(VENV)/.test: pyproject.toml .ci/dev-tools.txt | $(BIN)/python
 	$(BIN)/python -m pip install --quiet $(DEV)
 	@touch $@ $(VENV)/.demo
 
-.PHONY: demo check test lint types fast-tests bench samples wheel-check oldest newest other-user mutants lock
+.PHONY: demo check test lint types fast-tests bench samples wheel-check oldest newest other-user site mutants lock
