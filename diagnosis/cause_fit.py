@@ -65,6 +65,8 @@ MAX_TOLERANCES = 4.0
 """standard deviations up to which a number may be off its drawing in the base model (docs/thresholds.md)"""
 IMPOSSIBLE_SIGMAS = 3.0
 """standard deviations below its least value from which an amount is impossible (docs/thresholds.md)"""
+UNTOLD_SIGMAS = 2.0
+"""standard deviations within which all amounts of a cause are nothing (docs/thresholds.md)"""
 MAX_OPPOSED_SHARE = 0.2
 """of what a cause does in the equations: what amounts below their least value may do (docs/thresholds.md)"""
 _MAX_NOISE_CHANGE = 1.5
@@ -124,6 +126,16 @@ class FitStage:
             if np.any(beyond & (np.abs(does) > MAX_OPPOSED_SHARE * np.linalg.norm(does))):
                 out.append(i)
         return tuple(out)
+
+    @property
+    def untold(self) -> tuple[int, ...]:
+        """Which causes the recordings do not tell from nothing: no amount stands clear of its own sigma."""
+        told = zip(self.causes, self.sigma_of_causes, strict=True)
+        return tuple(
+            i
+            for i, (cause, sigma) in enumerate(told)
+            if np.all(np.abs(cause.amounts) < UNTOLD_SIGMAS * sigma[: len(cause.amounts)])
+        )
 
     @cached_property
     def columns_of_causes(self) -> tuple[NDArray[np.intp], ...]:

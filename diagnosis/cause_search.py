@@ -149,6 +149,9 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
         fitter, last = fitter.reweighted(last)
     if causes:
         last = fitter.finished(last)
+        if told := _without_untold(fitter, last):
+            causes = tuple(cause for i, cause in enumerate(causes) if i not in last.untold)
+            last = fitter.finished(told)
     return Search(
         first=first,
         last=last,
@@ -243,6 +246,17 @@ def _without_impossible(fitter: CauseFitter, stage: FitStage) -> FitStage:
         rest = tuple(cause for i, cause in enumerate(stage.causes) if i not in stage.impossible)
         stage = fitter.fitted(stage.comparison.linearisation, rest)
     return stage
+
+
+def _without_untold(fitter: CauseFitter, stage: FitStage) -> FitStage | None:
+    """The fit without causes that the recordings do not tell from nothing, if others stay; None where there is none of them.
+
+    Beside a law whose noise is not white they may take a part of the loss all the same."""
+    rest = tuple(cause for i, cause in enumerate(stage.causes) if i not in stage.untold)
+    if not 0 < len(rest) < len(stage.causes):
+        return None
+    without = fitter.fitted(stage.comparison.linearisation, rest)
+    return without if without.possible else None
 
 
 def _without_a_needless_one(fitter: CauseFitter, last: FitStage, choices: Choices, by_chance: float) -> FitStage | None:

@@ -184,7 +184,8 @@ def _gauss_newton_step(problem: _Problem, whiten: Whitener, rows: list[ResidualR
     prior_rows = np.concatenate([np.diag(prior.weight * u.size), (prior.weight * (p - prior.mean))[:, None]], axis=1)
     damping = np.eye(len(p), len(p) + 1) / _MAX_STEP
     R = np.asarray(np.linalg.qr(np.concatenate([*pieces, prior_rows, damping]), mode="r"))
-    low, high = np.maximum((u.low - p) / u.size, -_MAX_STEP), np.minimum((u.high - p) / u.size, _MAX_STEP)
+    # a start may lie beyond the bounds, as a cause's amount that chance took below nothing does
+    low, high = (np.clip((end - p) / u.size, -_MAX_STEP, _MAX_STEP) for end in (u.low, u.high))
     step = lsq_linear(R[:, :-1], -R[:, -1], (low - 1e-12, high + 1e-12))
     return np.clip(p + u.size * step.x, u.low, u.high)
 

@@ -80,10 +80,7 @@ class Unknowns:
         """Start of the fit, (P,): cables of medium stiffness and nothing else; transitions and time constants at their size."""
         initial = {"k": 5e3, "cm": CM, "delay": 0.0, "x0": 0.0, "E": 3e9}
         initial |= {term.name: 0.0 for term in memory_starts(self.laws)}
-        values = [
-            initial.get(e.term.name, e.term.size if e.term.of == "arm" and e.term.low > 0 else max(e.term.low, 0.0))
-            for e in self.entries
-        ]
+        values = [initial.get(e.term.name, e.term.size if e.term.low > 0 else 0.0) for e in self.entries]
         return np.array(values)
 
 

@@ -26,7 +26,7 @@ FORCE_SCALE_N = 50.0
 MAX_LAG_S = 0.5
 """s: the most that a damped cable may lag behind its force; a lower limit pulls the clock where it is met (docs/thresholds.md)"""
 PRIOR_SIGMA = {
-    "c": 0.1, "g": 0.05, "h": 2.0, "w": 1.0, "i": MOTOR_INERTIA_SIGMA, "ca": 10.0, "creep": 0.01, "start": 0.005,
+    "c": 0.1, "g": 0.05, "h": 2.0, "w": 0.4, "i": MOTOR_INERTIA_SIGMA, "ca": 10.0, "creep": 0.01, "start": 0.005,
     "drum": 0.1,
 }  # fmt: skip
 """weak prior of each kind of parameter, in m and FORCE_SCALE_N; a ratio for a drum and for a motor's inertia"""

@@ -144,7 +144,7 @@ ROWS: dict[str, tuple[Callable[[list[str]], list[str]], str]] = {
     "underscore": (lambda rows: [*rows[:9], rows[9].replace(",", ",1_", 1), *rows[10:]], r"column theta1: '1_.*' is not a number"),
     "infinite": (lambda rows: [*rows[:9], "0.018,inf" + ",0" * 7], r"theta1 is not a number in sample 10"),
     "beyond": (lambda rows: [*rows[:9], "0.018,1e308" + ",0" * 7], r"theta1 has a value of 1e\+308"),
-    "one row": (lambda rows: rows[:1], r"has 1 rows"),
+    "one row": (lambda rows: rows[:1], r"has 1 row;"),
 }  # fmt: skip
 
 

@@ -69,11 +69,11 @@ def command(
     from xneck.recording.recording_folder import SharedFiles, read_recording
     from xneck.watch.watch import watch
 
-    recording = read_recording(folder, SharedFiles(neck, camera), growing=True)
-    if recording.video is None:
-        raise Refused(recording.config, "names angles, which do not grow", "watch a recording with a video")
     with _replacing(force):
         refuse_shared_files(click.get_current_context(), {})
+        recording = read_recording(folder, SharedFiles(neck, camera), growing=True)
+        if recording.video is None:
+            raise Refused(recording.config, "names angles, which do not grow", "watch a recording with a video")
         tracks = out / (folder.resolve().name if folder.is_dir() else recording.folder.resolve().name) / WATCHED_TRACKS
         if tracks.parent.is_dir():
             check_output(tracks)

@@ -27,6 +27,8 @@ def cut_short(folder: Path) -> None:
 def worker_of(command: int) -> int | None:
     """The process in which a command's tasks run."""
     for process in psutil.Process(command).children(recursive=True):
-        if "spawn_main" in " ".join(process.cmdline()):
+        words = " ".join(process.cmdline()).lower()
+        # where setproctitle is installed, as mutmut asks, Dask renames it
+        if "spawn_main" in words or "dask worker" in words:
             return process.pid
     return None

@@ -44,10 +44,11 @@ def words(name: str, folder: Path, changed: dict[str, Path]) -> list[str]:
         changed = {param: folder / f"{param}.yaml" for param in TOGETHER} | changed
     for param in command(name).params:
         is_file = param.type is INPUT_FILE or isinstance(param.type, type(OUTPUT_FILE) | OutputFolder)
-        wanted = param.name in changed or (is_file and param.required)
+        is_folder = isinstance(param, click.Argument) and not is_file and param.required
+        wanted = param.name in changed or (is_file and param.required) or is_folder
         if not wanted:
             continue
-        path = changed.get(str(param.name), folder / f"{param.name}.yaml")
+        path = changed.get(str(param.name), folder if is_folder else folder / f"{param.name}.yaml")
         told += [str(path)] if isinstance(param, click.Argument) else [param.opts[0], str(path)]
     return told
 

@@ -103,7 +103,7 @@ def test_the_seeds_friction_and_stiffness_are_within_fifteen_per_cent(made: Path
 
 def test_estimates_that_hold_are_within_half_a_per_cent_of_a_motion_that_another_engine_made(made: Path) -> None:
     """fs and k by a twentieth of Fasquelle's errors, with 100 g on the tip that the description lacks; damping to 0.1 ms of clock,
-    k dt = 1 N s/m, twice that allowed; there is no viscous friction and none is found."""
+    k dt = 1 N s/m, two and a half times that allowed; there is no viscous friction and none is found."""
     found = record(made, "identify")["parameters"]
 
     def off(name: str) -> np.ndarray:
@@ -112,7 +112,7 @@ def test_estimates_that_hold_are_within_half_a_per_cent_of_a_motion_that_another
     for name in ("fs", "k"):
         assert np.max(np.abs(off(name) / TRUTH["recording"]["hidden"][name])) < 5e-3
         assert all(p["identified"] for p in found if p["name"] == name)
-    assert np.max(np.abs(off("ca"))) < 2
+    assert np.max(np.abs(off("ca"))) < 2.5
     viscous = [p for p in found if p["name"] == "fv"]
     assert not any(p["identified"] for p in viscous)
     assert all(p["why"] and p["would_tell"] for p in viscous)
