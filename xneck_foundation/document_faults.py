@@ -122,7 +122,7 @@ def _fault(error: Any, meant: Mapping[Path, str], kind: type[BaseModel]) -> str:
     found = error["input"]
     if found is None:
         return f"{place}: {message}, found nothing"
-    if isinstance(found, BaseModel):
+    if isinstance(found, BaseModel) or (error["type"] == "value_error" and isinstance(found, dict | list)):
         return f"{place}: {message}"
     if isinstance(found, dict | list):
         return f"{place}: {message}" + (", found keys and values" if isinstance(found, dict) else ", found a list")

@@ -128,4 +128,4 @@ def test_one_mechanism_too_few_is_one_fault(tmp_path: Path) -> None:
     with pytest.raises(Refused) as caught:
         read_neck(changed(tmp_path, mechanisms__2=None))
     text = str(caught.value)
-    assert "mechanisms: 2 are too few, in 3 places: cables[2].route crosses 3 mechanisms of 2" in text
+    assert "mechanisms: 2 are too few, in 3 places: cables[2].route crosses 3 mechanisms of 2; all in SI" in text
