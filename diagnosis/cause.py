@@ -30,15 +30,18 @@ class Cause:
         """Its amounts and the numbers of its shape."""
         return len(self.amounts) + self.effect.shape_count(len(self.where.columns) // len(self.effect.terms))
 
+    def places(self, arm: Arm) -> list[int]:
+        """Where it sits, counted from 0."""
+        count = len(self.effect.place_labels(arm))
+        return sorted({column % count for column in self.where.columns})
+
     def shape_numbers(self, arm: Arm) -> list[tuple[Term, int | None, float]]:
         """The numbers of its shape: term, place counted from 0, None of what is one for all, and value."""
-        count = self.effect.place_count(arm)
-        own = sorted({column % count for column in self.where.columns})
         return [
             (term, place, float(values[place or 0]))
             for term in self.effect.shape_terms
             for values in [np.broadcast_to(self.shape[term.name], term.count(arm))]
-            for place in ([None] if term.of == "arm" else own)
+            for place in ([None] if term.of == "arm" else self.places(arm))
         ]
 
     def columns(self, recording: RecordingLinearisation) -> Array:

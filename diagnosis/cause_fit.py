@@ -127,7 +127,7 @@ class FitStage:
                 out.append(i)
         return tuple(out)
 
-    @property
+    @cached_property
     def untold(self) -> tuple[int, ...]:
         """Which causes the recordings do not tell from nothing: no amount stands clear of its own sigma."""
         told = zip(self.causes, self.sigma_of_causes, strict=True)
@@ -248,24 +248,31 @@ class CauseFitter:
         return other, other.fitted(stage.comparison.linearisation, stage.causes)
 
     def _stage(self, start: Linearisation, causes: tuple[Cause, ...]) -> FitStage:
-        whiten = self.whiten
-        passes = _speed_passes(with_causes(self._h, causes))
-        # speeds follow from the motors' laws: told with the base model's friction they would speak for that
-        tells_speeds = passes > 0 and start.machine.remembers_path
-        comparison, ensembles = None, self._ensembles
-        if not tells_speeds:
-            comparison, causes = _refined(start, self._h, causes, self._data, whiten, rough=passes > 0)
-        for _ in range(passes):
-            near, before = (comparison.linearisation, comparison.profiled_loss) if comparison else (start, np.inf)
-            ensembles = _with_speeds(ensembles, near)
-            data = [ensemble.data for ensemble in ensembles]
-            comparison, causes = _refined(near, self._h, causes, data, whiten)
-            if abs(comparison.profiled_loss / before - 1) < _MIN_LOSS_GAIN_FAR:
-                break
-        assert comparison is not None
+        passes, ensembles = _speed_passes(with_causes(self._h, causes)), self._ensembles
+        if passes:
+            comparison, causes, ensembles = self._refined_with_speeds(start, causes, passes)
+        else:
+            comparison, causes = _refined(start, self._h, causes, self._data, self.whiten)
         at = comparison.linearisation
         noise = noise_residuals(at, ensembles)
-        return FitStage(comparison, causes, tuple(noise), noise_loss(noise, at, whiten), comparison.fit())
+        return FitStage(comparison, causes, tuple(noise), noise_loss(noise, at, self.whiten), comparison.fit())
+
+    def _refined_with_speeds(
+        self, near: Linearisation, causes: tuple[Cause, ...], passes: int, before: float = np.inf
+    ) -> tuple[Comparison, tuple[Cause, ...], list[NoiseEnsemble]]:
+        """As `_refined`, with speeds by the causes' laws: told with the base model's friction they would speak for that.
+
+        passes: of telling speeds and fitting, at most; before: the loss that was left so far."""
+        if np.isinf(before) and not near.machine.remembers_path:
+            rough, causes = _refined(near, self._h, causes, self._data, self.whiten, rough=True)
+            near, before = rough.linearisation, rough.profiled_loss
+        ensembles = _with_speeds(self._ensembles, near)
+        data = [ensemble.data for ensemble in ensembles]
+        comparison, causes = _refined(near, self._h, causes, data, self.whiten)
+        loss = comparison.profiled_loss
+        if passes == 1 or abs(loss / before - 1) < _MIN_LOSS_GAIN_FAR:
+            return comparison, causes, ensembles
+        return self._refined_with_speeds(comparison.linearisation, causes, passes - 1, loss)
 
 
 def _base_model_start(h: Hypothesis, data: Sequence[DataSet], start: Array | None = None) -> Linearisation:

@@ -125,8 +125,7 @@ class Search:
         named = (*self.named[:least], *self.named[least + 1 :])
         last = self.first
         if named:
-            causes = (*self.last.causes[:least], *self.last.causes[least + 1 :])
-            last = self.fitter.finished(self.fitter.fitted(self.last.comparison.linearisation, causes))
+            last = self.fitter.finished(_without(self.fitter, self.last, [least]))
             if last.excess.above_noise and _is_outweighed(self.first, last, self.fitter.whiten, self.free_fits):
                 named, last = (), self.first
         return replace(self, named=named, last=last, unlisted=_unlisted(last, self.fitter.whiten, self.free_fits))
@@ -228,13 +227,19 @@ def _by_chance(comparison: Comparison, seed: int) -> float:
     return float(np.quantile(gains, 1 - CHANCE_LEVEL))
 
 
+def _without(fitter: CauseFitter, stage: FitStage, left_out: Collection[int]) -> FitStage:
+    """The fit without the causes at these places of a stage."""
+    rest = tuple(cause for i, cause in enumerate(stage.causes) if i not in left_out)
+    return fitter.fitted(stage.comparison.linearisation, rest)
+
+
 def _without_the_least(
     fitter: CauseFitter, last: FitStage, choices: Choices, needless: Sequence[int], by_chance: float
 ) -> FitStage | None:
     """The fit without one of the causes that straight lines can do without, if not without all; None where there is none."""
     everything = range(len(last.causes))
     for i in sorted(needless, key=lambda i: choices.loss([k for k in everything if k != i])):
-        stage = fitter.fitted(last.comparison.linearisation, (*last.causes[:i], *last.causes[i + 1 :]))
+        stage = _without(fitter, last, [i])
         if _is_better(stage, last, by_chance):
             return stage
     return None
@@ -243,8 +248,7 @@ def _without_the_least(
 def _without_impossible(fitter: CauseFitter, stage: FitStage) -> FitStage:
     """Without causes that do surely less than nothing, if others stay: straight lines had them do a little good."""
     while 0 < len(stage.impossible) < len(stage.causes):
-        rest = tuple(cause for i, cause in enumerate(stage.causes) if i not in stage.impossible)
-        stage = fitter.fitted(stage.comparison.linearisation, rest)
+        stage = _without(fitter, stage, stage.impossible)
     return stage
 
 
@@ -252,10 +256,9 @@ def _without_untold(fitter: CauseFitter, stage: FitStage) -> FitStage | None:
     """The fit without causes that the recordings do not tell from nothing, if others stay; None where there is none of them.
 
     Beside a law whose noise is not white they may take a part of the loss all the same."""
-    rest = tuple(cause for i, cause in enumerate(stage.causes) if i not in stage.untold)
-    if not 0 < len(rest) < len(stage.causes):
+    if not 0 < len(stage.untold) < len(stage.causes):
         return None
-    without = fitter.fitted(stage.comparison.linearisation, rest)
+    without = _without(fitter, stage, stage.untold)
     return without if without.possible else None
 
 
@@ -265,7 +268,7 @@ def _without_a_needless_one(fitter: CauseFitter, last: FitStage, choices: Choice
     if len(everything) < 2:
         return None
     least = min(everything, key=lambda i: choices.loss([k for k in everything if k != i]))
-    stage = fitter.fitted(last.comparison.linearisation, (*last.causes[:least], *last.causes[least + 1 :]))
+    stage = _without(fitter, last, [least])
     return stage if stage.possible and stage.surplus < last.surplus + by_chance else None
 
 

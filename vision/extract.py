@@ -135,7 +135,7 @@ def extract(
     cells = np.stack([marker_cells(markers.dictionary, i) for i in ids]) if options.template else None
     seen = correct_lens_bow(camera, tracks.corners, cells)
     covariance = tracks.covariance  # as single floats: hours of them as double ones would be most of memory
-    linkage = LinkageOptions(options.placement, systematic_px=SYSTEMATIC_PX, standing_px=STANDING_PX)
+    linkage = linkage_options(options)
 
     def fitted(shutter: Shutter) -> tuple[Array, LinkageFit]:
         corners, kept = seen.copy(), ~repeated  # the motion of the others is that from one of them to the next
@@ -169,6 +169,11 @@ def extract(
         notes["light"] = {**asdict(options.light), "exposure_s": options.shutter.exposure_s, "later_s": delay}
     quality = frame_quality(tracks, ids, fit.residual_px, options.shutter.exposure_s)
     return Extraction(_angles(time, fit, notes, tracks.light), fit, corners, quality)
+
+
+def linkage_options(options: ExtractionOptions, drift: bool = True) -> LinkageOptions:
+    """What a linkage is fitted with; drift: whether motions of the camera are sought."""
+    return LinkageOptions(options.placement, drift=drift, systematic_px=SYSTEMATIC_PX, standing_px=STANDING_PX)
 
 
 def refuse_other_size(video: Video, camera: Camera) -> None:

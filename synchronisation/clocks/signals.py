@@ -79,12 +79,12 @@ def log_signals_of(arm: Arm, log: Series) -> LogSignals:
     fast = cubic_spline(log.time, low_pass(theta, rate, FRICTION_SPEED_CUTOFF_HZ))
     parts = max(1, round(FRICTION_RATE_HZ / rate))
     within = np.linspace(log.time[0], log.time[-1], parts * (len(log) - 1) + 1)
-    fast_d = fast(within, 1)
+    path, fast_d = fast(within), fast(within, 1)
     dry, transition, _ = (_joined(means, parts) for means in friction_over_steps(fast_d))
     sharper, blunter = (
         _joined(friction_over_steps(ratio * fast_d)[0], parts) for ratio in (TURNOVER_RATIO, 1 / TURNOVER_RATIO)
     )
-    bends = (_joined(mean_bend(fast(within), width), parts) for width in BEND_WIDTHS_RAD)
+    bends = (_joined(mean_bend(path, width), parts) for width in BEND_WIDTHS_RAD)
     forms = (2 / np.pi * transition, sharper - dry, blunter - dry, *(bend - dry for bend in bends))
     theta_dd = np.diff(fast_d[::parts], axis=0) * rate
     every = max(1, round(rate / GRID_HZ))

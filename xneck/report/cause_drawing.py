@@ -21,7 +21,7 @@ def place_words(cause: Cause, arm: Arm) -> str:
 
 def cause_places(drawn: DrawnArm, cause: Cause) -> Array:
     """A point of each place where a cause acts, (K, 2), m; none where that is no part of the arm."""
-    points = [_middle(drawn, cause.effect.part or cause.effect.place, place) for place in _places(drawn.arm, cause)]
+    points = [_middle(drawn, cause.effect.part or cause.effect.place, place) for place in cause.places(drawn.arm)]
     return np.array([point for point in points if point is not None]).reshape(-1, 2)
 
 
@@ -29,7 +29,7 @@ def mark_cause(axes: RecordedAxes, drawn: DrawnArm, cause: Cause) -> None:
     """Marks what a cause is of, behind the arm and broad."""
     effect, arm = cause.effect, drawn.arm
     name = f"{effect.name}, {cause.where.label}"
-    for place in _places(arm, cause):
+    for place in cause.places(arm):
         match effect.part or effect.place:
             case "motor":
                 _disc(axes, name, drawn.drums[place], 1.6 * drawn.drum_radius)
@@ -51,11 +51,6 @@ def mark_cause(axes: RecordedAxes, drawn: DrawnArm, cause: Cause) -> None:
                 draw_way(axes, name, 1e3 * 1.5 * drawn.ends[0], MARK, 1.6 * _MARK_WIDTH)
             case _:  # the camera, or another thing that is no part of the arm
                 pass
-
-
-def _places(arm: Arm, cause: Cause) -> list[int]:
-    count = len(cause.effect.place_labels(arm))
-    return sorted({column % count for column in cause.where.columns})
 
 
 def _middle(drawn: DrawnArm, part: str, place: int) -> Array | None:

@@ -9,10 +9,9 @@ from calibration.camera import Camera
 from calibration.dictionaries import marker_cells
 from mechanism.description import Neck, markers_of
 from synchronisation.angles import Angles
-from vision.extract import STANDING_PX, SYSTEMATIC_PX, ExtractionOptions
+from vision.extract import ExtractionOptions, linkage_options
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.linkage.linkage_fit import fit_linkage
-from vision.linkage.shared_fit import LinkageOptions
 from vision.shutter import at_middle_row
 from xneck.watch.video_watch import SeenFrame
 
@@ -36,7 +35,7 @@ def window_angles(
     covariance = None
     if options.template:
         covariance = np.stack([c for f in frames if (c := f.tracked.covariance) is not None]).astype(float)
-    linkage = LinkageOptions(options.placement, drift=False, systematic_px=SYSTEMATIC_PX, standing_px=STANDING_PX)
+    linkage = linkage_options(options, drift=False)
     fit = fit_linkage(neck, camera, corners, where, covariance=covariance, options=linkage)
     known = np.isfinite(fit.alpha).all(axis=1)
     variance = np.diagonal(fit.covariance, axis1=1, axis2=2)[known]
