@@ -178,12 +178,18 @@ def machine_of(model: Model, arm: Arm) -> Machine:
     """The arm with the model's laws, for the simulation, and its x0 where it has them. Terms that the model leaves out are zero.
 
     A parameter that was not identified may be estimated below its law's range, such as a negative damping that would feed energy
-    in: then it is taken at the limit of that range. Raises Refused where a term is not given for each of its cables or joints.
+    in: then it is taken at the limit of that range. Raises Refused where a term is not given for each of its cables or joints, and
+    where one by which a law divides is given and not above zero.
     """
     values: dict[str, np.ndarray] = {}
     for name in model.laws:
         for term in law_named(name).terms:
-            values[term.name] = np.maximum(_values(model, term.name, term.count(arm)), min(term.low, 0.0))
+            given = _values(model, term.name, term.count(arm))
+            if term.low > 0 and any(p.name == term.name for p in model.parameters) and np.min(given) <= 0:
+                where = indexed(term.name, int(np.argmin(given)) + 1 if len(given) > 1 else None)
+                what = f"{where} of {name} is {given.min():g}, and must be above zero"
+                raise Refused("model", what, "give it as `xneck identify` writes it")
+            values[term.name] = np.maximum(given, min(term.low, 0.0))
     if any(p.name == "x0" for p in model.parameters):
         arm = replace(arm, x0=_values(model, "x0", arm.M))
     return Machine(arm, model.laws, values)

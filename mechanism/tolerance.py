@@ -36,3 +36,7 @@ class Tolerance(Strict):
     """rad, of the markers of one bar together against it, or of an angle's zero"""
     friction_curve: Annotated[float, Field(ge=0, le=1)] = 0.01
     """of dry friction: by how much its curve over speed may differ from the arc tangent (48)"""
+
+
+EXACT = Tolerance(**dict.fromkeys(Tolerance.model_fields, 0.0))
+"""of a description that is right in every number"""

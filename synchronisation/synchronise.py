@@ -68,7 +68,9 @@ def synchronise(
     state = state_columns(arm, estimate, motors, inside, frames)
     # what the log does not hold is no elongation
     logged = frames.clear_of(clock.repaired.gaps, GAP_MARGIN_S)
-    check = check_elongations(arm, state, logged, clock.offset_sigma).as_json() if has_force else dict(UNCHECKED)
+    check = dict(UNCHECKED)
+    if has_force:
+        check = check_elongations(arm, state, logged, clock.offset_sigma, tolerance=neck.tolerance).as_json()
     bridged = {"rows_bridged": int(estimate.bridged.any(axis=1).sum())}
     return DataSet(
         neck=neck,

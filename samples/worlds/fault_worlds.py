@@ -62,15 +62,15 @@ def fault_cases(made: ClockRecording, seed: int) -> list[FaultCase]:
     slipped = counted(lambda t, _: np.where(t > 10 + seed % 40, slip, 0.0)[:, None])
     lost = counted(lambda _, th: -1e-3 * np.cumsum(np.maximum(np.diff(th, axis=0, prepend=th[:1]), 0), axis=0))
     drum = replace(plain, drum=plain.drum * (1 + 0.02 * sign * np.eye(4)[j]))
-    pulley = replace(plain, r=plain.r + 3e-4 * sign * np.eye(3)[i])
+    pulley = replace(plain, r=plain.r + 6e-4 * sign * np.eye(3)[i])
     mechanism, cable = f"mechanism {i + 1}", f"cable {j + 1}"
     return [
         FaultCase(HEALTHY, None, a, log, plain),
         FaultCase(f"{HEALTHY}, baseline", None, a, log, plain, baseline=True),
-        FaultCase("joint angle off by 1.6 deg", ("marker_offset", mechanism), off(1.6), log, plain),
+        FaultCase("joint angle off by 3 deg", ("marker_offset", mechanism), off(3.0), log, plain),
         FaultCase("by 0.15 deg, baseline", ("marker_offset", mechanism), off(0.15), log, plain, baseline=True),
         FaultCase("drum radius off by 2 %", ("drum_radius", cable), a, log, drum),
-        FaultCase("pulley radius off by 0.3 mm", ("pulley_radius", mechanism), a, log, pulley),
+        FaultCase("pulley radius off by 0.6 mm", ("pulley_radius", mechanism), a, log, pulley),
         FaultCase("slip of 0.5 mm", ("winch_slip", cable), a, slipped, plain),
         FaultCase("0.1 % of counts missed", ("missed_counts", cable), a, lost, plain),
     ]

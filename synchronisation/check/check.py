@@ -14,6 +14,7 @@ from identification.dataset.frames import FrameAngles
 from identification.dataset.series import Series
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
+from mechanism.tolerance import Tolerance
 from state_estimation.motors import motors_in
 from synchronisation.check.exchanges import find_exchange
 from synchronisation.check.explained_elongation import explain
@@ -111,13 +112,18 @@ class Check:
 
 
 def check_elongations(
-    arm: Arm, state: Series, frames: FrameAngles, clock_sigma: float = 0.0, baseline: Baseline | None = None
+    arm: Arm,
+    state: Series,
+    frames: FrameAngles,
+    clock_sigma: float = 0.0,
+    baseline: Baseline | None = None,
+    tolerance: Tolerance | None = None,
 ) -> Check:
     """Checks frames on the log's clock against the motors of a data set's `state` (theta with derivatives, f).
 
-    clock_sigma: of the offset between both, s.
+    clock_sigma: of the offset between both, s. tolerance: of the arm's drawing, a workshop's where it is not said.
     """
-    observation = observe(arm, frames, motors_in(state), clock_sigma, baseline and baseline.friction)
+    observation = observe(arm, frames, motors_in(state), clock_sigma, baseline and baseline.friction, tolerance)
     cables = _cable_checks(arm, state)
     exchange = find_exchange(observation)
     if exchange is not None:
@@ -136,10 +142,15 @@ def check_elongations(
 
 
 def baseline_of(
-    arm: Arm, state: Series, frames: FrameAngles, clock_sigma: float = 0.0, where: str = "baseline"
+    arm: Arm,
+    state: Series,
+    frames: FrameAngles,
+    clock_sigma: float = 0.0,
+    where: str = "baseline",
+    tolerance: Tolerance | None = None,
 ) -> Baseline:
     """The baseline that a healthy recording gives. Raises Refused where it is not healthy: it would hide the fault sought."""
-    observation = observe(arm, frames, motors_in(state), clock_sigma)
+    observation = observe(arm, frames, motors_in(state), clock_sigma, tolerance=tolerance)
     exchange = find_exchange(observation)
     named, fit = name_faults(observation)
     if exchange or named:

@@ -1,14 +1,23 @@
 """Which faults there are: the best one, those that noise cannot tell from it, then the next one with the first fitted along."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechanism.tolerance import EXACT
 from synchronisation.check.momentary_faults import missed_counts, slacks, slips, slips_near
 from synchronisation.check.observation import ElongationObservation
-from synchronisation.check.scoring import CandidateScore, LawFit, LawPrior, fit_law, score_candidates, threshold
+from synchronisation.check.scoring import (
+    CandidateScore,
+    LawFit,
+    LawPrior,
+    adjusted,
+    fit_law,
+    score_candidates,
+    threshold,
+)
 from synchronisation.check.signatures import FaultCandidate, candidates
 
 Array = NDArray[np.float64]
@@ -22,7 +31,7 @@ RIVAL_SIGMA = 3.0
 RIVAL_GAIN_SHARE = 0.05
 """share of the gain by which a rival must explain less as well, since laws and signatures are not exact (docs/thresholds.md)"""
 MIN_GAIN_SHARE = 0.1
-"""share of the first fault's gain that a further one must reach (docs/thresholds.md)"""
+"""share of the first fault's gain that a further one must reach, the drawing held exact (docs/thresholds.md)"""
 MIN_SEPARATION_S = 3.0
 """s between two events of one cable: a step leaves a trace around it, since motor angles are smoothed (docs/thresholds.md)"""
 CORRELATION_FACTOR = 4.0
@@ -43,10 +52,12 @@ def name_faults(
     observation: ElongationObservation, prior: LawPrior | None = None
 ) -> tuple[tuple[NamedFault, ...], LawFit]:
     """Faults in the order in which they stand out, none on a healthy arm, and the law's fit with them."""
+    observation = adjusted(observation, fit_law(observation, prior))
     remaining = [*candidates(observation), *missed_counts(observation)]
     for j in range(observation.arm.M):
         remaining += [*slips(observation, j), *slacks(observation, j)]
     named: list[NamedFault] = []
+    gains: list[float] = []
     fit = fit_law(observation, prior)
     while len(named) < MAX_FAULTS:
         scores = score_candidates(fit, remaining)
@@ -64,7 +75,8 @@ def name_faults(
             fit = fit_law(observation, prior, fitted_along, error)
             scores = score_candidates(fit, (*remaining, *slips_near(observation, best.candidate)))
             best = _best(scores)
-        if named and best.gain < MIN_GAIN_SHARE * named[0].best.gain:
+        gains.append(_gain_with_exact_drawing(observation, prior, fitted_along, best.candidate, fit.error))
+        if gains[-1] < MIN_GAIN_SHARE * gains[0]:
             break
         named.append(NamedFault(best, _rivals(best, scores)))
         remaining = [c for c in remaining if _is_separate(c, best.candidate)]
@@ -92,6 +104,23 @@ def _unmasking_fault(
     fit = fit_law(observation, prior, [*signatures, other.candidate.signature])
     scores = score_candidates(fit, (masked, *others))
     return other if scores[0].z >= threshold(scores) else None
+
+
+def _gain_with_exact_drawing(
+    observation: ElongationObservation,
+    prior: LawPrior | None,
+    fitted_along: Sequence[Array],
+    candidate: FaultCandidate,
+    error: Array,
+) -> float:
+    """What a fault explains where nothing else of the arm may be off, so that faults with and without a tolerance compare.
+
+    error: each cable's own, (M,), m. A baseline tells the drawing already.
+    """
+    exact = observation if prior else replace(observation, tolerance=EXACT)
+    fit = fit_law(exact, prior, fitted_along, error)
+    (score,) = score_candidates(fit, (candidate,))
+    return score.gain
 
 
 def _jointly_estimated(
@@ -137,9 +166,9 @@ def _rivals(best: CandidateScore, scores: Sequence[CandidateScore]) -> tuple[Can
 
 
 def law_prior_of(observation: ElongationObservation, fit: LawFit) -> LawPrior:
-    """A healthy recording's law as prior for the next one's."""
-    regressors = observation.law.X.shape[2]
-    size = observation.arm.M * regressors
-    covariance = CORRELATION_FACTOR * fit.inverse[:size, :size]
-    covariance[range(size), range(size)] += np.where(np.arange(size) % regressors == 0, REST_SIGMA_M**2, 0.0)
-    return LawPrior(fit.beta[:size], covariance)
+    """A healthy recording's law, and the arm's drawing as it tells it, as prior for the next one's."""
+    own = slice(fit.of_arm)
+    covariance = CORRELATION_FACTOR * fit.inverse[own, own]
+    rest = np.arange(observation.arm.M) * observation.law.X.shape[2]
+    covariance[rest, rest] += REST_SIGMA_M**2
+    return LawPrior(fit.beta[own], covariance)

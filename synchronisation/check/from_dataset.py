@@ -36,19 +36,19 @@ def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "
     healthy: Baseline | None = None
     if baseline is not None:
         frames = _logged_frames(baseline)
-        healthy = baseline_of(arm, baseline.state, frames, _clock_sigma(baseline), where)
+        healthy = baseline_of(arm, baseline.state, frames, _clock_sigma(baseline), where, data.neck.tolerance)
         clock_fault = find_clock_fault(arm, frames, motors_in(baseline.state), fv)
         if clock_fault is not None:
             raise not_healthy(where, clock_fault)
     frames = _logged_frames(data)
-    check = check_elongations(arm, data.state, frames, _clock_sigma(data), healthy)
+    check = check_elongations(arm, data.state, frames, _clock_sigma(data), healthy, data.neck.tolerance)
     if check.faults and check.faults[0]["fault"] in EXCHANGES:
         return check
     clock_fault = find_clock_fault(arm, frames, motors_in(data.state), fv)
     if clock_fault is None:
         return check
     shifted = shifted_frames(frames, clock_fault)
-    remaining = check_elongations(arm, data.state, shifted, clock_fault["sigma"], healthy)
+    remaining = check_elongations(arm, data.state, shifted, clock_fault["sigma"], healthy, data.neck.tolerance)
     return replace(remaining, faults=(clock_fault, *remaining.faults))
 
 

@@ -30,7 +30,9 @@ def missed_counts(observation: ElongationObservation) -> Iterator[FaultCandidate
     travel = np.diff(observation.theta, axis=0, prepend=observation.theta[:1]) * observation.arm.drum
     for wound in (np.maximum(travel, 0.0), np.minimum(travel, 0.0)):
         for j, cable in enumerate(np.eye(observation.arm.M)):
-            yield FaultCandidate("missed_counts", f"cable {j + 1}", "1", -np.cumsum(wound, axis=0) * cable)
+            # counts lost one way look like counts gained the other and a drum within its tolerance: none are gained
+            signature = -np.cumsum(wound, axis=0) * cable
+            yield FaultCandidate("missed_counts", f"cable {j + 1}", "1", signature, smallest=0.0)
 
 
 def slips(observation: ElongationObservation, cable: int) -> Iterator[FaultCandidate]:

@@ -10,6 +10,7 @@ from identification.dataset.series import interpolated
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.elasticity import elongation
+from mechanism.tolerance import Tolerance
 from state_estimation.elongation_regressors import VISCOUS
 from state_estimation.motors import Motors
 from synchronisation.check.absolute_law import AbsoluteLaw, absolute_law
@@ -29,7 +30,10 @@ class ElongationObservation:
     time: Array
     """(F,), s"""
     alpha: Array
-    """(F, N), rad"""
+    """as seen, (F, N), rad"""
+    adjusted: Array
+    """(F, N), rad: as the cables have them too, once these were fitted; what an error of the arm does is computed there, for at
+    angles as seen it would share their noise with x"""
     theta: Array
     """(F, M), rad"""
     theta_d: Array
@@ -43,6 +47,8 @@ class ElongationObservation:
     x: Array
     """elongation (41), (F, M), m"""
     law: AbsoluteLaw
+    tolerance: Tolerance
+    """of the drawing and the markers"""
 
     @property
     def vision(self) -> Array:
@@ -51,16 +57,23 @@ class ElongationObservation:
         return np.einsum("tij,ti,tik->tjk", levers, self.variance, levers)
 
     def elongation(self, arm: Arm | None = None, alpha: Array | None = None) -> Array:
-        """(41) with the dimensions of another arm, or at other angles, (F, M), m."""
+        """(41) with the dimensions of another arm, or at other angles than the adjusted ones, (F, M), m."""
         arm = arm or self.arm
-        alpha = self.alpha if alpha is None else alpha
+        alpha = self.adjusted if alpha is None else alpha
         return elongation(arm, alpha, self.theta)
 
 
 def observe(
-    arm: Arm, frames: FrameAngles, motors: Motors, clock_sigma: float = 0.0, friction: Array | None = None
+    arm: Arm,
+    frames: FrameAngles,
+    motors: Motors,
+    clock_sigma: float = 0.0,
+    friction: Array | None = None,
+    tolerance: Tolerance | None = None,
 ) -> ElongationObservation:
     """The observation of frames within the motors' time; friction (M, FRICTION_TERMS), N, where a baseline gives it.
+
+    tolerance: a workshop's where it is not said.
 
     Raises Refused where there are too few frames with all angles.
     """
@@ -77,6 +90,7 @@ def observe(
         arm=arm,
         time=time,
         alpha=alpha,
+        adjusted=alpha,
         theta=theta,
         theta_d=law.X[..., VISCOUS],
         variance=frames.sigma[complete] ** 2,
@@ -84,4 +98,5 @@ def observe(
         clock_sigma=clock_sigma,
         x=x,
         law=law,
+        tolerance=tolerance or Tolerance(),
     )

@@ -1,11 +1,12 @@
 """How much each fault would explain of what healthy cables leave, and how much noise would explain as well.
 
 Rows are whitened with the full covariance of each frame: vision's noise through Z, which all cables share, and each cable's own
-error, which is estimated. The law's factors are projected out under their priors. Correlation in time enters through blocks.
+error, which is estimated. The law's factors, and the numbers of the drawing within their tolerance, are projected out under their
+priors. Correlation in time enters through blocks.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from mechanism.cable_lengths import Z
 from synchronisation.check.absolute_law import BETA_SIGMA
 from synchronisation.check.faults import FAULTS
 from synchronisation.check.observation import ElongationObservation
-from synchronisation.check.signatures import FaultCandidate
+from synchronisation.check.signatures import FaultCandidate, tolerated
 
 Array = NDArray[np.float64]
 
@@ -28,7 +29,7 @@ DRIFT_TERMS, DRIFT_SIGMA_M = 8, 5e-6
 """half waves over the recording by which a healthy cable may drift, and the standard deviation of each, m (docs/thresholds.md)"""
 BLOCK_S = 2.0
 """s within which residuals may be correlated (docs/thresholds.md)"""
-MIN_INFORMATION_SHARE = 1e-7
+MIN_INFORMATION_SHARE = 1e-9
 """share of a signature's information that the law, and faults fitted along, must leave for its size to be estimated
 (docs/thresholds.md)"""
 FALSE_ALARM_RATE, DRAWS = 0.005, 2000
@@ -40,7 +41,7 @@ _SCORED_AT_ONCE = 32
 
 @dataclass(frozen=True)
 class LawPrior:
-    """Factors of the law (M P,) as another recording gave them, with their covariance."""
+    """Factors of the law and numbers of the drawing, (M P + K,), as another recording gave them, with their covariance."""
 
     beta: Array
     covariance: Array
@@ -59,7 +60,9 @@ class LawFit:
     inverse: Array
     """of the normal matrix, (p, p)"""
     beta: Array
-    """all unknowns, (p,), those of the law first"""
+    """all unknowns, (p,), those of the law first, and then those of the drawing"""
+    of_arm: int
+    """M P + K, how many these are"""
     whitened_residuals: Array
     """(F M,)"""
     error: Array
@@ -106,6 +109,8 @@ class _Unknowns:
     """(p,)"""
     precision: Array
     """(p, p)"""
+    of_arm: int
+    """how many are of the law and of the drawing, the first ones"""
 
 
 def fit_law(
@@ -135,6 +140,7 @@ def fit_law(
         prior=unknowns.precision,
         inverse=inverse,
         beta=beta,
+        of_arm=unknowns.of_arm,
         whitened_residuals=y - A @ beta,
         error=error,
         blocks=np.unique(starts[starts < F * M]),
@@ -143,15 +149,30 @@ def fit_law(
     )
 
 
+def adjusted(observation: ElongationObservation, fit: LawFit) -> ElongationObservation:
+    """The observation with angles adjusted to the cables, whose law leaves what the angles' noise and the cables' own errors make.
+
+    The adjusted observations of least squares with conditions between them (Gauss-Helmert).
+    """
+    covariance = observation.vision + np.diag(fit.error**2)
+    share = np.linalg.solve(covariance, fit.residuals[..., None])[..., 0]
+    noise = -observation.variance * np.einsum("tij,tj->ti", Z(observation.arm, observation.alpha), share)
+    return replace(observation, adjusted=observation.alpha - noise)
+
+
 def _unknowns(observation: ElongationObservation, prior: LawPrior | None, faults: Sequence[Array]) -> _Unknowns:
     M, P = observation.x.shape[1], observation.law.X.shape[2]
     columns = [np.eye(M)[j] * observation.law.X[:, j, p][:, None] for j in range(M) for p in range(P)]
-    mean, law_precision = np.zeros(M * P), np.diag(np.tile(BETA_SIGMA**-2.0, M))
+    drawing = list(tolerated(observation, observation.tolerance))
+    columns += [signature for signature, _ in drawing]
+    of_arm = len(columns)
+    sigma = np.concatenate([np.tile(BETA_SIGMA, M), [sigma for _, sigma in drawing]])
+    mean, arm_precision = np.zeros(of_arm), np.diag(sigma**-2.0)
     if prior is not None:
-        mean, law_precision = prior.beta, np.linalg.inv(prior.covariance)
+        mean, arm_precision = prior.beta, np.linalg.inv(prior.covariance)
     # signatures with the precision of their size: faults, constant errors of angles, the clock's error, slow drift of cables
     further: list[tuple[Array, float]] = [(s, 0.0) for s in faults]
-    slope, common = -Z(observation.arm, observation.alpha), observation.common
+    slope, common = -Z(observation.arm, observation.adjusted), observation.common
     further += [(slope[:, i], 1 / common[i] ** 2) for i in range(observation.arm.N) if common[i] > 0]
     if observation.clock_sigma > 0:
         further.append((observation.theta_d * observation.arm.drum, observation.clock_sigma**-2.0))
@@ -160,9 +181,9 @@ def _unknowns(observation: ElongationObservation, prior: LawPrior | None, faults
         further += [(np.cos(k * phase) * cable, DRIFT_SIGMA_M**-2.0) for cable in np.eye(M)]
     D = np.stack([*columns, *(s for s, _ in further)], axis=-1)
     precision = np.zeros((D.shape[-1],) * 2)
-    precision[: M * P, : M * P] = law_precision
-    precision[range(M * P, len(precision)), range(M * P, len(precision))] = [p for _, p in further]
-    return _Unknowns(D, np.concatenate([mean, np.zeros(len(further))]), precision)
+    precision[:of_arm, :of_arm] = arm_precision
+    precision[range(of_arm, len(precision)), range(of_arm, len(precision))] = [p for _, p in further]
+    return _Unknowns(D, np.concatenate([mean, np.zeros(len(further))]), precision, of_arm)
 
 
 def _solve(x: Array, vision: Array, error: Array, unknowns: _Unknowns) -> tuple[Array, Array, Array, Array, Array]:
@@ -194,18 +215,18 @@ def _scored_together(fit: LawFit, candidates: Sequence[FaultCandidate]) -> list[
     S = fit.whitened(np.stack([candidate.signature for candidate in candidates], axis=-1))
     Q = fit.inverse @ (fit.A.T @ S)
     free = S - fit.A @ Q
-    information = np.einsum("rc,rc->c", S, free)
+    by_prior = np.einsum("pc,pc->c", Q, fit.prior @ Q)
+    information = np.einsum("rc,rc->c", free, free) + by_prior
     estimable = information > MIN_INFORMATION_SHARE * np.einsum("rc,rc->c", S, S)
     information = np.where(estimable, information, 1.0)
     size = fit.whitened_residuals @ S / information
     # the residual with this fault fitted shows how much correlated noise moves its size
     parts = np.add.reduceat(free * (fit.whitened_residuals[:, None] - size * free), fit.blocks, axis=0)
-    by_prior = np.einsum("pc,pc->c", Q, fit.prior @ Q)
     variance = np.maximum(np.sum(parts**2, axis=0) + by_prior, information)
     spread = np.sqrt(variance)
     scores = []
     for k, candidate in enumerate(candidates):
-        if not estimable[k] or abs(size[k]) > candidate.largest:
+        if not estimable[k] or size[k] < candidate.smallest or abs(size[k]) > candidate.largest:
             scores.append(_unestimable(candidate, len(fit.blocks)))
             continue
         fault = FAULTS[candidate.fault]
@@ -224,7 +245,7 @@ def _scored_together(fit: LawFit, candidates: Sequence[FaultCandidate]) -> list[
 
 
 def _unestimable(candidate: FaultCandidate, blocks: int) -> CandidateScore:
-    """Of a candidate whose signature the law takes up whole, or that would have to be larger than it can be."""
+    """Of a candidate whose signature the law takes up whole, or that would have to be larger or smaller than it can be."""
     return CandidateScore(
         candidate=candidate,
         size=0.0,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanism.arm import Arm
+from mechanism.tolerance import Tolerance
 from synchronisation.check.observation import ElongationObservation
 
 Array = NDArray[np.float64]
@@ -18,8 +19,8 @@ STEP_M, STEP_RAD = 1e-5, 1e-4
 """steps of the finite differences"""
 MAX_RELATIVE_SIZE = 0.3
 """share of itself by which a drum, a length or a scale may be off and still be called that (docs/thresholds.md)"""
-_LENGTHS = (("pulley_radius", "r"), ("diagonal_length", "L"), ("bar_length", "b"))
-"""faults of lengths, and the fields of the arm that they are of"""
+_LENGTHS = (("pulley_radius", "r", "pulley"), ("diagonal_length", "L", "length"), ("bar_length", "b", "length"))
+"""faults of lengths, the fields of the arm that they are of, and their keys in the tolerance"""
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,8 @@ class FaultCandidate:
     """(F, M), m for one unit"""
     when: float | None = None
     """log time, s, of a fault that happens at one moment"""
+    smallest: float = -np.inf
+    """size below which it is not this fault"""
     largest: float = np.inf
     """size beyond which it is not this fault: what is changed so much is another part, and a signature is of small changes"""
 
@@ -43,42 +46,54 @@ def candidates(observation: ElongationObservation) -> Iterator[FaultCandidate]:
     arm = observation.arm
     for i in range(arm.N):
         yield FaultCandidate("marker_offset", f"mechanism {i + 1}", "rad", _by_angles(observation, np.eye(arm.N)[i]))
-    for i in range(1, arm.N):
-        # a marker of an inner bar enters the angle below it and, turned, the one above it
-        yield FaultCandidate(
-            "marker_offset", f"bar {i}", "rad", _by_angles(observation, np.eye(arm.N)[i - 1] - np.eye(arm.N)[i])
-        )
-    yield from _dimensions(observation)
+    yield from _inner_bars(observation)
+    yield from (candidate for candidate, _, _ in _dimensions(observation))
     yield FaultCandidate("drum_radius", "all", "1", -observation.theta * arm.drum, largest=MAX_RELATIVE_SIZE)
-    for name, field in _LENGTHS:
+    for name, field, _ in _LENGTHS:
         largest = MAX_RELATIVE_SIZE * float(np.min(getattr(arm, field)))
         yield FaultCandidate(name, "all", "m", _by_arm(observation, field, np.ones(arm.N)), largest=largest)
     yield FaultCandidate(
-        "angle_scale", "all", "1", _by_angles(observation, observation.alpha), largest=MAX_RELATIVE_SIZE
+        "angle_scale", "all", "1", _by_angles(observation, observation.adjusted), largest=MAX_RELATIVE_SIZE
     )
-    gamma = np.cumsum(observation.alpha, axis=1)
+    gamma = np.cumsum(observation.adjusted, axis=1)
     tilt = np.diff(np.sin(2 * gamma) / 2, axis=1, prepend=0.0)
     yield FaultCandidate("plane_tilt", "all", "1", _by_angles(observation, tilt), largest=MAX_RELATIVE_SIZE)
     yield FaultCandidate("clock_offset", "all", "s", observation.theta_d * arm.drum)
 
 
-def _dimensions(observation: ElongationObservation) -> Iterator[FaultCandidate]:
-    """Every drum, pulley radius and length of the arm by itself."""
+def tolerated(observation: ElongationObservation, tolerance: Tolerance) -> Iterator[tuple[Array, float]]:
+    """What neck.yaml and the markers are known to: the signature (F, M) of each number, and its standard deviation above 0."""
+    joints = np.eye(observation.arm.N)
+    of_bars = [_by_angles(observation, joints[0]), *(c.signature for c in _inner_bars(observation))]
+    known = [(signature, tolerance.marker_angle) for signature in (*of_bars, _by_angles(observation, -joints[-1]))]
+    known += [(c.signature, getattr(tolerance, kind) * described) for c, kind, described in _dimensions(observation)]
+    return ((signature, sigma) for signature, sigma in known if sigma > 0)
+
+
+def _inner_bars(observation: ElongationObservation) -> Iterator[FaultCandidate]:
+    """A marker of an inner bar enters the angle below it and, turned, the one above it."""
+    joints = np.eye(observation.arm.N)
+    for i in range(1, observation.arm.N):
+        yield FaultCandidate("marker_offset", f"bar {i}", "rad", _by_angles(observation, joints[i - 1] - joints[i]))
+
+
+def _dimensions(observation: ElongationObservation) -> Iterator[tuple[FaultCandidate, str, float]]:
+    """Every drum, pulley radius and length of the arm by itself, with its key in the tolerance and its described value."""
     arm = observation.arm
     for j, cable in enumerate(np.eye(arm.M)):
-        yield FaultCandidate(
-            "drum_radius", f"cable {j + 1}", "1", -observation.theta * arm.drum * cable, largest=MAX_RELATIVE_SIZE
-        )
-    for name, field in _LENGTHS:
+        signature = -observation.theta * arm.drum * cable
+        yield FaultCandidate("drum_radius", f"cable {j + 1}", "1", signature, largest=MAX_RELATIVE_SIZE), "drum", 1.0
+    for name, field, kind in _LENGTHS:
         for i in range(arm.N):
-            largest = MAX_RELATIVE_SIZE * float(getattr(arm, field)[i])
+            described = float(getattr(arm, field)[i])
             signature = _by_arm(observation, field, np.eye(arm.N)[i])
-            yield FaultCandidate(name, f"mechanism {i + 1}", "m", signature, largest=largest)
+            largest = MAX_RELATIVE_SIZE * described
+            yield FaultCandidate(name, f"mechanism {i + 1}", "m", signature, largest=largest), kind, described
 
 
 def _by_angles(observation: ElongationObservation, change: Array) -> Array:
     """Signature of observed angles that are off by `change`, (N,) or (F, N), times the size."""
-    up, down = (observation.elongation(alpha=observation.alpha + sign * STEP_RAD * change) for sign in (1, -1))
+    up, down = (observation.elongation(alpha=observation.adjusted + sign * STEP_RAD * change) for sign in (1, -1))
     return (up - down) / (2 * STEP_RAD)
 
 

@@ -182,7 +182,7 @@ def _part(recording: _Recording, begin: int, end: int, cutoff: float) -> _Part:
     check = None
     if has_force:
         near = frames.within(at[0], at[-1]).clear_of(clock.repaired.gaps, GAP_MARGIN_S)
-        check = check_elongations(arm, state, near, clock_sigma[0])
+        check = check_elongations(arm, state, near, clock_sigma[0], tolerance=neck.tolerance)
     own = slice(begin - from_row, end - from_row)
     seen = np.isfinite(frames.alpha).all(axis=1)
     to_time = log.time[end] if end < last else np.inf

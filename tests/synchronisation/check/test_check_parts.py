@@ -11,15 +11,15 @@ from synchronisation.check.wording import sentence, usable
 
 
 def test_a_baseline_is_believed_to_twice_the_sigma_of_white_residuals_and_the_rope_to_five_micrometres() -> None:
-    """Residuals of neighbouring frames are alike: four times the variance. Of 2 cables with 3 factors each the first is the rest
-    length, which differs from recording to recording. What was fitted along is no part of the law."""
+    """Residuals of neighbouring frames are alike: four times the variance. Of 2 cables with 2 factors each the first is the rest
+    length, which differs from recording to recording. Two are of the drawing; what was fitted along is no part of it."""
     inverse = np.diag(np.arange(1.0, 9.0)) * 1e-12 + 1e-13
-    fit: Any = SimpleNamespace(inverse=inverse, beta=np.arange(8.0))
-    observation: Any = SimpleNamespace(arm=SimpleNamespace(M=2), law=SimpleNamespace(X=np.zeros((10, 2, 3))))
+    fit: Any = SimpleNamespace(inverse=inverse, beta=np.arange(8.0), of_arm=6)
+    observation: Any = SimpleNamespace(arm=SimpleNamespace(M=2), law=SimpleNamespace(X=np.zeros((10, 2, 2))))
     prior = law_prior_of(observation, fit)
     np.testing.assert_array_equal(prior.beta, np.arange(6.0))
     expected = 4 * inverse[:6, :6]
-    expected[[0, 3], [0, 3]] += 25e-12
+    expected[[0, 2], [0, 2]] += 25e-12
     np.testing.assert_allclose(prior.covariance, expected, rtol=1e-12)
 
 
