@@ -131,9 +131,8 @@ def test_results_have_words_and_records(data: DataSet) -> None:
 
 @pytest.mark.parametrize("stiffness", [0.0, -9000.0])
 def test_a_number_that_a_law_divides_by_is_refused_where_it_is_not_above_zero(stiffness: float) -> None:
-    with pytest.raises(
-        Refused, match=rf"^model: k\(1\) of linear_cable is {stiffness:g}, and must be above zero; 
-    ):
+    said = rf"^model: k\(1\) of linear_cable is {stiffness:g}, and must be above zero; "
+    with pytest.raises(Refused, match=said):
         machine_of(model().with_(k=stiffness), arm_of(NECK))
 
 
