@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanism.arm import Arm
-from mechanism.tolerance import Tolerance
 from synchronisation.check.observation import ElongationObservation
 
 Array = NDArray[np.float64]
@@ -61,9 +60,9 @@ def candidates(observation: ElongationObservation) -> Iterator[FaultCandidate]:
     yield FaultCandidate("clock_offset", "all", "s", observation.theta_d * arm.drum)
 
 
-def tolerated(observation: ElongationObservation, tolerance: Tolerance) -> Iterator[tuple[Array, float]]:
+def tolerated(observation: ElongationObservation) -> Iterator[tuple[Array, float]]:
     """What neck.yaml and the markers are known to: the signature (F, M) of each number, and its standard deviation above 0."""
-    joints = np.eye(observation.arm.N)
+    joints, tolerance = np.eye(observation.arm.N), observation.tolerance
     of_bars = [_by_angles(observation, joints[0]), *(c.signature for c in _inner_bars(observation))]
     known = [(signature, tolerance.marker_angle) for signature in (*of_bars, _by_angles(observation, -joints[-1]))]
     known += [(c.signature, getattr(tolerance, kind) * described) for c, kind, described in _dimensions(observation)]
