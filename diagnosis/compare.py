@@ -12,7 +12,6 @@ from diagnosis.effect import Effect, Shape
 from diagnosis.linearisation import Linearisation
 from diagnosis.nuisances import Nuisances
 from identification.fitting import segment_starts
-from identification.unknowns import DELAY_SIGMA_S
 from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
@@ -109,8 +108,8 @@ def _priors(at: Linearisation, nuisances: Nuisances, first: int, count: int) -> 
     sigma, mean = np.full(count, np.inf), np.zeros(count)
     sigma[len(size) : first] = 1.0
     for i, entry in enumerate(at.unknowns.entries):
-        if entry.term.name == "delay":
-            sigma[i], mean[i] = DELAY_SIGMA_S / entry.term.size, -at.p[i] / entry.term.size
+        if np.isfinite(entry.term.sigma):
+            sigma[i], mean[i] = entry.term.sigma / entry.term.size, -at.p[i] / entry.term.size
     relaxed = sigma.copy()
     recordings = len(at.recordings)
     for r in range(recordings):

@@ -11,17 +11,17 @@ Without friction and commands this is a smoothing spline. Its cutoff follows fro
 Where cables rub on pulleys, friction depends on the tension itself: on that of a first estimate without it.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solveh_banded
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import welch
 
 from identification.dataset.dataset import DataSet
 from identification.dataset.half_row_speeds import HalfRowSpeeds, smoother_response
 from identification.held_commands import mean_held_force
+from identification.motor_drive import STEPS_PER_ROW, MotorDrive
 from mechanism.arm import Arm
 from mechanism.cable_lengths import wrap_angles
 from mechanism.laws import MotorMotion
@@ -29,8 +29,6 @@ from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
 
-STEPS_PER_ROW = 2
-"""steps of the angles within a row of the log: friction is taken at each step's mean speed"""
 LOWEST_CUTOFF_HZ = 4.0
 """Hz: the lowest cutoff that is tried (docs/thresholds.md)"""
 HIGHEST_CUTOFF_HZ = 25.0
@@ -38,9 +36,6 @@ HIGHEST_CUTOFF_HZ = 25.0
 _SPECTRUM_S = 2.0
 """s: length of the stretches whose spectra are averaged (docs/thresholds.md)"""
 _SMOOTHED_BINS = 9
-_MAX_ITERATIONS = 8
-_TOLERANCE_RAD_S = 1e-3
-"""rad/s: a step of Gauss and Newton that changes no speed by more was the last (docs/thresholds.md)"""
 
 
 def with_motor_speeds(data: DataSet, machine: Machine, delay: float, draws: int = 0) -> DataSet:
@@ -74,6 +69,7 @@ def motor_speeds(
     theta: (T, M), rad, as measured, at rows `step` s apart; f: (T, M), N, each from its row and a delay, s, on; count: of
     each encoder, (M,), rad; wrap: of each cable around its pulleys, (T, M), rad, where the machine rubs there.
     """
+    machine = machine.of_motors
     force = machine.acting_force(f, step)
     inertia = np.broadcast_to(arm.motor_inertia / arm.drum, (arm.M,))
     grid = (len(theta) - 1) * STEPS_PER_ROW + 1
@@ -82,23 +78,23 @@ def motor_speeds(
     start = np.stack([np.interp(np.arange(grid), rows, column) for column in theta.T]).T
     held = mean_held_force(force, np.arange(grid) / STEPS_PER_ROW - delay / step)
     slack = np.zeros_like(held)
-    drive = _Drive(machine, held, inertia, step / STEPS_PER_ROW, MotorMotion(slack, slack, slack))
+    drive = MotorDrive(machine, held, inertia, step / STEPS_PER_ROW, MotorMotion(slack, slack, slack))
     sigma, cutoff = count / np.sqrt(12), np.full(arm.M, HIGHEST_CUTOFF_HZ)
     # with the widest cutoff first: it shows down to which frequency the tension can be told from rounding
-    wide = drive.smoothed(start, theta, sigma, cutoff)
+    wide = drive.smoothed(start, machine.memory_start, theta, sigma, cutoff)
     if wrap is not None and machine.rubs_under_tension:
-        drive = drive.rubbing(drive.tension(wide), wrap)
-        wide = drive.smoothed(wide, theta, sigma, cutoff)
-    cutoff = _cutoff(drive.tension(wide), inertia, sigma, step)
-    angles = drive.smoothed(wide, theta, sigma, cutoff)
-    mean = _half_row_speeds(angles, step)
+        drive = drive.rubbing(wide.tension, wrap)
+        wide = drive.smoothed(wide.angles, wide.memory_start, theta, sigma, cutoff)
+    cutoff = _cutoff(wide.tension, inertia, sigma, step)
+    smooth = drive.smoothed(wide.angles, wide.memory_start, theta, sigma, cutoff)
+    angles, mean = smooth.angles, _half_row_speeds(smooth.angles, step)
     rng, errors = np.random.default_rng(0), []
     for _ in range(draws):
         # a motor that creeps within a count is counted alike for long: its rounding is no white noise
         phase = rng.uniform(-0.5, 0.5, arm.M)
         counted = count * (np.round(angles[::STEPS_PER_ROW] / count + phase) - phase)
-        drawn = drive.smoothed(angles, counted, sigma, cutoff)
-        errors.append(_half_row_speeds(drawn, step) - mean)
+        drawn = drive.smoothed(angles, smooth.memory_start, counted, sigma, cutoff)
+        errors.append(_half_row_speeds(drawn.angles, step) - mean)
     return HalfRowSpeeds(mean, cutoff, sigma, np.array(errors).reshape(draws, *mean.shape))
 
 
@@ -128,84 +124,3 @@ def _cutoff(tension: Array, inertia: Array, sigma: Array, step: float) -> Array:
     let_in = np.sum(passed**2 * rounding * to_speed, axis=1)
     error = let_in + np.sum((1 - passed) ** 2 * own * to_speed, axis=1)
     return choices[np.argmin(error, axis=0)]
-
-
-@dataclass(frozen=True)
-class _Drive:
-    """What turns the motors, on G angles that are half a row apart."""
-
-    machine: Machine
-    held: Array
-    """forces between the angles, (G - 1, M), N"""
-    inertia: Array
-    """Ia (R/rd), (M,)"""
-    length: float
-    """s, from angle to angle"""
-    rubs: MotorMotion
-    """under which tension, and wound how far, cables rub on their pulleys between the angles; its speeds are not used"""
-
-    def rubbing(self, tension: Array, wrap: Array) -> "_Drive":
-        """The same under a tension at the inner angles, (G - 2, M), N, and wound by `wrap`, (T, M), rad, at the rows."""
-        pulled = np.concatenate([tension[:1], (tension[:-1] + tension[1:]) / 2, tension[-1:]])
-        rows, between = np.arange(len(wrap)), (np.arange(len(self.held)) + 0.5) / STEPS_PER_ROW
-        wound = np.stack([np.interp(between, rows, column) for column in wrap.T], axis=-1)
-        return replace(self, rubs=MotorMotion(np.zeros_like(pulled), np.maximum(pulled, 0.0), wound))
-
-    def tension(self, angles: Array) -> Array:
-        """At the inner angles, (G - 2, M), N."""
-        net = self.held - self.machine.friction(self._turning(angles))
-        return (net[:-1] + net[1:]) / 2 - self.inertia * np.diff(angles, 2, axis=0) / self.length**2
-
-    def _turning(self, angles: Array) -> MotorMotion:
-        memory = self.machine.memory_on_path(angles) if self.machine.remembers_path else self.rubs.memory
-        return replace(self.rubs, theta_d=np.diff(angles, axis=0) / self.length, memory=memory)
-
-    def smoothed(self, start: Array, measured: Array, sigma: Array, cutoff: Array) -> Array:
-        """Angles (G, M), rad, by Gauss and Newton's steps from `start`; measured: at the rows, (T, M), rad."""
-        angles, row = start, self.length * STEPS_PER_ROW
-        # a motor whose tension alone counts follows its angles up to the cutoff: |inertia w^4|^2 roughness = 1 / (sigma^2 row)
-        root = np.sqrt(self.length / (sigma**2 * row)) / ((2 * np.pi * cutoff) ** 4 * self.inertia) / self.length**2
-        for _ in range(_MAX_ITERATIONS):
-            turning = self._turning(angles)
-            by_speed = self.machine.friction_slope(turning) / self.length
-            by_path = self.machine.friction_by_path(turning) / 2
-            by_start, by_end = by_path - by_speed, by_path + by_speed
-            rough = root * np.diff(self.tension(angles), 2, axis=0)
-            change = np.empty_like(angles)
-            for j in range(angles.shape[1]):
-                by_angles = root[j] * _roughness_by_angles(
-                    by_start[:, j], by_end[:, j], self.inertia[j] / self.length**2
-                )
-                change[:, j] = _step(by_angles, rough[:, j], measured[:, j] - angles[::STEPS_PER_ROW, j], sigma[j])
-            angles = angles + change
-            if np.abs(np.diff(change, axis=0)).max() < _TOLERANCE_RAD_S * self.length:
-                break
-        return angles
-
-
-def _roughness_by_angles(by_start: Array, by_end: Array, inertia: float) -> Array:
-    """Derivatives of the tension's second differences by the five angles that each depends on, (5, G - 4).
-
-    by_start, by_end: slopes of friction by the angle where each step begins and ends, (G - 1,); inertia: Ia (R/rd) over the step
-    squared.
-    """
-    by_angles = np.stack(
-        [-by_start[:-1] / 2 - inertia, 2 * inertia - (by_end[:-1] + by_start[1:]) / 2, -by_end[1:] / 2 - inertia]
-    )
-    out = np.zeros((5, by_angles.shape[1] - 2))
-    for place, weight in enumerate((1.0, -2.0, 1.0)):
-        out[place : place + 3] += weight * by_angles[:, place : by_angles.shape[1] - 2 + place]
-    return out
-
-
-def _step(by_angles: Array, rough: Array, misfit: Array, sigma: float) -> Array:
-    """Gauss and Newton's change of the angles, (G,)."""
-    count = len(rough) + 4
-    band, gradient = np.zeros((5, count)), np.zeros(count)
-    band[0, ::STEPS_PER_ROW] = 1 / sigma**2
-    gradient[::STEPS_PER_ROW] = misfit / sigma**2
-    for a, row in enumerate(by_angles):
-        gradient[a : a + len(rough)] -= row * rough
-        for b in range(a + 1):
-            band[a - b, b : b + len(rough)] += row * by_angles[b]
-    return solveh_banded(band, gradient, lower=True, check_finite=False)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from identification.cable_memory import memory_states
 from identification.dataset.series import interpolated
 from identification.signals import Signals
-from identification.unknowns import Unknowns, memory_starts
+from identification.unknowns import Unknowns
 from mechanism.laws import CableMotion, JointMotion, Law, MotorMotion, Term, law_named
 from mechanism.machine import Machine
 
@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 _STEP = 1e-3
 """step of the differences in sizes of a term: laws are smooth on it, most are linear"""
+_KEPT_PATH_MEMORIES = 4
+"""of one recording's speeds, with other numbers each"""
 _METHODS = ("friction", "pull", "memory_rate", "acting_force", "resistance")
 """by which a law takes part"""
 
@@ -147,10 +149,7 @@ def friction_by_tension(s: Signals, machine: Machine, tension: Array) -> Array:
 
 def motor_motion(s: Signals, machine: Machine, tension: Array) -> MotorMotion:
     """The motion of a recording's motors, at several speeds within each row; tension: (T, M), N, under which they rub."""
-    memory = np.zeros(())
-    if machine.remembers_path:
-        path = s.speeds.path(s.step)
-        memory = machine.memory_on_path(path).reshape(len(s.time), 2, s.arm.M, machine.states).swapaxes(0, 1)
+    memory = _path_memory(s, machine) if machine.remembers_path else np.zeros(())
     return MotorMotion(
         s.speeds.mean,
         np.maximum(tension, 0.0),
@@ -162,6 +161,19 @@ def motor_motion(s: Signals, machine: Machine, tension: Array) -> MotorMotion:
         s.arm,
         memory,
     )
+
+
+def _path_memory(s: Signals, machine: Machine) -> Array:
+    """Memory of the motors' path in the mean over each half row, (2, T, M, states).
+
+    It is kept with the speeds: of the many numbers by which friction is asked for, few change it."""
+    kept, numbers = s.speeds.path_memories, machine.path_numbers
+    if numbers not in kept:
+        if len(kept) == _KEPT_PATH_MEMORIES:
+            kept.clear()
+        memory = machine.memory_on_path(s.speeds.path(s.step))
+        kept[numbers] = memory.reshape(len(s.time), 2, s.arm.M, machine.states).swapaxes(0, 1)
+    return kept[numbers]
 
 
 def joint_motion(s: Signals) -> JointMotion:
@@ -205,7 +217,7 @@ def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Residual
     base = law_forces(s, u.laws, values, x0, delay, z)
     acting = replace(s, f=delayed_forces(s, delay))
     laws = {term.name: name for name in u.laws for term in law_named(name).terms}
-    starts = {term.name for term in memory_starts(u.laws)}
+    starts = {start.name: law for name in u.laws if (start := (law := law_named(name)).memory_start)}
     residual = residuals_of(s, base)
     J = np.zeros((m + n, residual.shape[1], len(u.entries)))
     for (name, of), slot in u.slots.items():
@@ -219,7 +231,10 @@ def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Residual
             moved = _with_other_pull(s, base, machine, _pull(s, machine, x0 + h, z))
         elif name in starts:
             started = Machine(s.arm, u.laws, values | {name: values[name] + h})
-            moved = _with_other_pull(s, base, started, _pull(s, started, x0))
+            if starts[name].remembers_path:
+                moved = replace(base, friction=mean_friction(s, started, base.pull))
+            else:
+                moved = _with_other_pull(s, base, started, _pull(s, started, x0))
         else:
             law, change = laws[name], {name: values[name] + h}
             known = None if law_named(law).states else z

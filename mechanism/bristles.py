@@ -6,21 +6,29 @@ depends on the path alone, not on how fast the motor runs along it.
 
 import numpy as np
 
-from mechanism.affine_steps import accumulated
 from mechanism.arm import Array
+from mechanism.path_memory import PathSteps
 
 BEND_WIDTHS_RAD = (0.01, 0.04, 0.16)
 """rad of the motor: sums of bends over these come near any that motors have (docs/thresholds.md)"""
 
 
-def mean_bend(theta: Array, width: float | Array) -> Array:
-    """Means of the bend over the steps of a path, (T - 1, M), that runs straight between angles (T, M), rad; none at first.
+def bend_steps(travel: Array, width: float | Array) -> PathSteps:
+    """What steps of a travel (S, M), rad, do to the bend, (S, M, 1).
 
     width: rad, over which bristles bend, of all motors or of each (M,).
     """
-    travel = np.diff(theta, axis=0) / width
-    turned, end = -np.expm1(-np.abs(travel)), np.sign(travel)
-    bend = accumulated(np.zeros(theta.shape[1]), 1 - turned, end * turned)[:-1]
+    widths = np.abs(travel) / width
+    turned, end = -np.expm1(-widths), np.sign(travel)
     # of a bend that dies away over a step, the mean over the step
-    share = np.divide(turned, np.abs(travel), out=np.ones_like(travel), where=turned > 0)
-    return end + (bend - end) * share
+    share = np.divide(turned, widths, out=np.ones_like(widths), where=turned > 0)
+    return PathSteps(*(part[..., None] for part in (1 - turned, end * turned, share, end * (1 - share))))
+
+
+def mean_bend(theta: Array, width: float | Array) -> Array:
+    """Means of the bend over the steps of a path, (T - 1, M), that runs straight between angles (T, M), rad; none at first.
+
+    width: as in `bend_steps`.
+    """
+    steps = bend_steps(np.diff(theta, axis=0), width)
+    return steps.means(steps.starts())[..., 0]

@@ -1,13 +1,14 @@
 """An arm with the laws that its motors, cables and joints obey, and their numbers."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
 
 from mechanism.arm import Arm, Array
 from mechanism.laws import CableMotion, JointMotion, Law, MotorMotion, law_named
+from mechanism.path_memory import PathMemory, PathSteps
 
 SPEED_STEP_RAD_S, _PATH_STEP_RAD = 1e-3, 1e-6
 """of the differences for friction's slopes"""
@@ -46,12 +47,11 @@ class Machine:
     @property
     def memory_start(self) -> Array:
         """Memory variables where a recording begins, (M, states): nothing where `values` do not say."""
-        starts = [
-            self.values.get(law.memory_start.name, np.zeros(1)) if law.memory_start else np.zeros(1)
-            for law in self.laws
-            for _ in range(law.states)
-        ]
-        return np.stack([np.broadcast_to(start, self.arm.M) for start in starts], axis=-1)
+        starts = np.zeros((self.arm.M, self.states))
+        for law, part in self._parts:
+            if law.memory_start and law.memory_start.name in self.values:
+                starts[:, part] = np.broadcast_to(self.values[law.memory_start.name], self.arm.M)[:, None]
+        return starts
 
     @property
     def remembers_path(self) -> bool:
@@ -67,6 +67,24 @@ class Machine:
     def follows_force(self) -> bool:
         """Whether friction depends on what the motors are told."""
         return any(law.follows_force for law in self.laws)
+
+    @property
+    def of_motors(self) -> "Machine":
+        """This machine with the laws alone by which forces act on the motors and rub there."""
+        methods = ("friction", "acting_force")
+        acting = [law for law in self.laws if any(getattr(type(law), m) is not getattr(Law, m) for m in methods)]
+        return replace(self, names=tuple(law.name for law in acting))
+
+    def memory_along(self, travel: Array, first: Array) -> PathMemory:
+        """Memory variables on which friction depends along steps of a travel of the motors' angles, (S, M), rad.
+
+        first: where the first step begins, (M, states). Of laws of the motors alone (`of_motors`): the memory of others follows
+        the cables."""
+        return PathMemory.along(travel, self._path_steps, first)
+
+    def _path_steps(self, travel: Array) -> PathSteps:
+        steps = [law.path_steps(self.values, travel) for law in self.laws if law.remembers_path]
+        return PathSteps(*(np.concatenate([getattr(s, f.name) for s in steps], axis=-1) for f in fields(PathSteps)))
 
     @property
     def without_actuator_laws(self) -> "Machine":
@@ -96,8 +114,19 @@ class Machine:
     def memory_on_path(self, theta: Array) -> Array:
         """Means of the memory variables on which friction depends, over the steps of a path of motor angles (T, M), rad.
 
-        Shape (T - 1, M, states); variables of other laws are zero."""
-        return np.concatenate([law.memory_on_path(self.values, theta) for law in self.laws], axis=-1)
+        Shape (T - 1, M, states), from `memory_start` on; variables of other laws are zero."""
+        travel, means = np.diff(theta, axis=0), np.zeros((len(theta) - 1, theta.shape[1], self.states))
+        for law, part in self._parts:
+            if law.remembers_path:
+                steps = law.path_steps(self.values, travel)
+                means[..., part] = steps.means(steps.starts(self.memory_start[..., part]))
+        return means
+
+    @property
+    def path_numbers(self) -> Hashable:
+        """What memory of the motors' path depends on: the laws in their order, and the numbers of those that remember it."""
+        terms = [term.name for law in self.laws if law.remembers_path for term in law.terms]
+        return self.names, self.memory_start.tobytes(), *(np.asarray(self.values[name]).tobytes() for name in terms)
 
     def memory_about_rows(self, theta: Array) -> Array:
         """`memory_on_path` from the middle before each row to the middle after it, (T, M, states); theta: at rows, (T, M), rad."""

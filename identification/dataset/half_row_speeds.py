@@ -1,6 +1,8 @@
 """Motor speeds within the rows of a log, as motor_speeds.py estimates them."""
 
+from collections.abc import Hashable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,11 @@ class HalfRowSpeeds:
     """standard deviation of each motor's counted angle, (M,), rad"""
     errors: Array
     """draws of the error of `mean`, (D, 2, T, M), rad/s"""
+
+    @cached_property
+    def path_memories(self) -> dict[Hashable, Array]:
+        """What friction remembers of this path, by the numbers of its laws: whoever computes it keeps it here."""
+        return {}
 
     def path(self, step: float) -> Array:
         """Angles at the ends of the half rows, (2 T + 1, M), rad, from zero on, of rows `step` s apart."""

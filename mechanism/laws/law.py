@@ -11,6 +11,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from mechanism.arm import Arm, Array
+from mechanism.path_memory import PathSteps
 
 Values = Mapping[str, Array]
 """By term: one number for each cable (..., M) or joint (..., N), or one for all (..., 1)"""
@@ -36,6 +37,8 @@ class Term:
     """what has a number of its own: every cable (with its motor), every joint, or the arm as a whole"""
     linear: bool = True
     """whether a law is in proportion to it where it may be zero: an estimate may then come out below, by chance"""
+    sigma: float = np.inf
+    """standard deviation before any fit"""
     would_tell: str = ""
     """what to record or to measure where it is not identified"""
 
@@ -135,11 +138,9 @@ class Law:
         """Force that friction takes from the motor's command, (..., M), N."""
         return np.zeros(())
 
-    def memory_on_path(self, p: Values, theta: Array) -> Array:
-        """Means of the memory variables over the steps of a path of motor angles (T, M), rad: (T - 1, M, states).
-
-        Of a law that remembers the path; others have none to tell."""
-        return np.zeros((len(theta) - 1, theta.shape[1], self.states))
+    def path_steps(self, p: Values, travel: Array) -> PathSteps:
+        """What steps of a motor angle's travel (S, M), rad, do to the memory variables, of a law that remembers the path."""
+        raise NotImplementedError
 
     def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         """Part of a cable's tension by this law, (..., M), N; z: memory variables (..., M, states)."""

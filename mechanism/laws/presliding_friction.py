@@ -3,9 +3,10 @@
 import numpy as np
 
 from mechanism.arm import Array
-from mechanism.bristles import mean_bend
+from mechanism.bristles import bend_steps
 from mechanism.friction import dry
 from mechanism.laws.law import CableMotion, Law, MotorMotion, Term, Values
+from mechanism.path_memory import PathSteps
 
 _WOULD_TELL = "reverse the motors often, by little and by much"
 
@@ -23,6 +24,8 @@ class PreslidingFriction(Law):
     )
     states = 1
     remembers_path = True
+    # an arm rests bent, as it was left: until a motor turns, friction holds it by no more than its greatest
+    memory_start = Term("bend0", "1", low=-1.0, high=1.0, size=0.1, sigma=0.6, would_tell=_WOULD_TELL)
 
     def friction(self, p: Values, at: MotorMotion) -> Array:
         return p["fp"] * (at.memory[..., 0] - dry(at.theta_d, p["cm"]))
@@ -31,5 +34,5 @@ class PreslidingFriction(Law):
         theta_d = at.travel_d / at.arm.drum
         return ((theta_d - np.abs(theta_d) * z[..., 0]) / p["wp"])[..., None]
 
-    def memory_on_path(self, p: Values, theta: Array) -> Array:
-        return mean_bend(theta, p["wp"])[..., None]
+    def path_steps(self, p: Values, travel: Array) -> PathSteps:
+        return bend_steps(travel, p["wp"])

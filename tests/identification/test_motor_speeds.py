@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from identification.dataset.half_row_speeds import HalfRowSpeeds, unrefined_speeds
 from identification.decimation import decimating_filter
+from identification.motor_drive import STEPS_PER_ROW, MotorDrive
 from identification.motor_speeds import motor_speeds
 from mechanism.arm import Arm, arm_of
 from mechanism.description import read_neck
+from mechanism.laws import MotorMotion
 from mechanism.machine import Machine
 from state_estimation.smoother import smooth_signal
 from tests.identification.test_estimates import FILE
@@ -22,6 +24,10 @@ Array = NDArray[np.float64]
 ROW, FINE = 0.002, 20
 FS, CM = np.array([11.0, 14.0, 17.0, 19.0]), 0.5
 COUNT = 2 * np.pi / 2048
+WIDTHS = np.array([0.02, 0.03, 0.05, 0.1])
+"""rad, over which bristles bend where motors have some"""
+BENT = np.array([0.8, -0.5, 0.3, -0.9])
+"""how far, of their greatest bend, they are bent where the recording begins"""
 
 
 def arm() -> Arm:
@@ -30,6 +36,12 @@ def arm() -> Arm:
 
 def machine(fs: Array = FS) -> Machine:
     return Machine(arm(), ("dry_friction",), {"fs": fs, "cm": np.array([CM])})
+
+
+def bristly() -> Machine:
+    """All of the friction bends bristles before it slides."""
+    names = ("dry_friction", "presliding_friction")
+    return Machine(arm(), names, {"fs": FS, "cm": np.array([CM]), "fp": FS, "wp": WIDTHS, "bend0": BENT})
 
 
 @dataclass(frozen=True)
@@ -41,6 +53,8 @@ class Turned:
     f: Array
     speed: Array
     """((T - 1) FINE + 1, M)"""
+    friction: Array
+    """of the same shape, N"""
 
     @property
     def counted(self) -> Array:
@@ -49,13 +63,12 @@ class Turned:
     @property
     def friction_over_rows(self) -> Array:
         """Mean dry friction from half a row before each inner row to half a row after it, (T - 2, M), N."""
-        friction = FS * 2 / np.pi * np.arctan(CM * self.speed)
-        area = np.vstack([np.zeros(4), np.cumsum((friction[1:] + friction[:-1]) / 2, axis=0)]) / FINE
+        area = np.vstack([np.zeros(4), np.cumsum((self.friction[1:] + self.friction[:-1]) / 2, axis=0)]) / FINE
         return area[FINE // 2 + FINE :: FINE][: len(self.theta) - 2] - area[FINE // 2 :: FINE][: len(self.theta) - 2]
 
 
 @cache
-def turned(seed: int, seconds: float = 6.0) -> Turned:
+def turned(seed: int, seconds: float = 6.0, bristles: bool = False) -> Turned:
     """By Heun's rule under a controller that sees counts and is fed most of the friction; tension has little above 3 Hz."""
     rng, a = np.random.default_rng(seed), arm()
     rows, step, rate = round(seconds / ROW) + 1, ROW / FINE, a.drum / a.motor_inertia
@@ -66,11 +79,18 @@ def turned(seed: int, seconds: float = 6.0) -> Turned:
         size * np.sin(2 * np.pi * hertz * time[:, None, None] + rng.uniform(0, 6, hertz.shape)), axis=1
     )
     wanted = 30 * np.sin(2 * np.pi * 0.9 * time[::FINE, None] + rng.uniform(0, 6, 4)) * np.sin(0.7 * time[::FINE, None])
-    theta, speed = np.zeros((len(time), 4)), np.zeros((len(time), 4))
+    theta, speed, bend, rubs = (np.zeros((len(time), 4)) for _ in range(4))
+    bend[0], rubs[0] = BENT, FS * BENT * bristles
     f, counted = np.zeros((rows, 4)), np.zeros((2, 4))
 
-    def rise(v: Array, i: int, force: Array) -> Array:
-        return rate * (force - FS * 2 / np.pi * np.arctan(CM * v) - tension[i])
+    def friction(v: Array, z: Array) -> Array:
+        return FS * z if bristles else FS * 2 / np.pi * np.arctan(CM * v)
+
+    def rise(v: Array, z: Array, i: int, force: Array) -> Array:
+        return rate * (force - friction(v, z) - tension[i])
+
+    def bending(v: Array, z: Array) -> Array:
+        return (v - np.abs(v) * z) / WIDTHS
 
     for n in range(rows):
         i = n * FINE
@@ -80,11 +100,14 @@ def turned(seed: int, seconds: float = 6.0) -> Turned:
         if n == rows - 1:
             break
         for k in range(i, i + FINE):
-            first = rise(speed[k], k, f[n])
-            second = rise(speed[k] + step * first, k + 1, f[n])
-            speed[k + 1] = speed[k] + step * (first + second) / 2
+            first, bends = rise(speed[k], bend[k], k, f[n]), bending(speed[k], bend[k])
+            then = speed[k] + step * first
+            bent = bend[k] + step * bends
+            speed[k + 1] = speed[k] + step * (first + rise(then, bent, k + 1, f[n])) / 2
+            bend[k + 1] = bend[k] + step * (bends + bending(then, bent)) / 2
             theta[k + 1] = theta[k] + step * (speed[k] + speed[k + 1]) / 2
-    return Turned(theta[::FINE], f, speed)
+            rubs[k + 1] = friction(speed[k + 1], bend[k + 1])
+    return Turned(theta[::FINE], f, speed, rubs)
 
 
 def speeds_of(made: Turned, theta: Array, fs: Array = FS) -> HalfRowSpeeds:
@@ -92,9 +115,25 @@ def speeds_of(made: Turned, theta: Array, fs: Array = FS) -> HalfRowSpeeds:
 
 
 def friction_error(made: Turned, mean: Array) -> Array:
-    """RMS error of friction within the equations' band, (M,), N."""
-    error = FS * (2 / np.pi * np.arctan(CM * mean)).mean(axis=0)[1:-1] - made.friction_over_rows
+    """RMS error of dry friction within the equations' band, (M,), N."""
+    return band_error(made, FS * (2 / np.pi * np.arctan(CM * mean)).mean(axis=0))
+
+
+def bristles_error(made: Turned, speeds: HalfRowSpeeds) -> Array:
+    """The same of friction that bends bristles."""
+    memory = bristly().memory_on_path(speeds.path(ROW))
+    return band_error(made, FS * memory[..., 0].reshape(-1, 2, 4).mean(axis=1))
+
+
+def band_error(made: Turned, friction: Array) -> Array:
+    error = friction[1:-1] - made.friction_over_rows
     return np.sqrt(np.mean(decimating_filter(ROW, np.ones(len(error), bool))(error.T) ** 2, axis=1))
+
+
+def spline_speeds(made: Turned) -> Array:
+    """Speeds of a spline through the counts, at the rows, (T, M), rad/s."""
+    sigma, time = np.full(len(made.theta), COUNT / np.sqrt(12)), ROW * np.arange(len(made.theta), dtype=float)
+    return np.stack([smooth_signal(time, c, sigma, time, 0.01).d1 for c in made.counted.T], axis=-1)
 
 
 def test_friction_at_reversals_comes_nearer_to_the_truth_than_by_a_spline() -> None:
@@ -102,15 +141,42 @@ def test_friction_at_reversals_comes_nearer_to_the_truth_than_by_a_spline() -> N
     made = turned(1)
     reversals = np.sum(np.diff(np.sign(made.speed[::FINE]), axis=0) != 0, axis=0)
     assert reversals.min() > 10
-    knots, sigma, time = (
-        0.01,
-        np.full(len(made.theta), COUNT / np.sqrt(12)),
-        ROW * np.arange(len(made.theta), dtype=float),
-    )
-    spline = np.stack([smooth_signal(time, c, sigma, time, knots).d1 for c in made.counted.T], axis=-1)
-    by_spline = friction_error(made, unrefined_speeds(spline, np.full(4, COUNT)).mean)
+    by_spline = friction_error(made, unrefined_speeds(spline_speeds(made), np.full(4, COUNT)).mean)
     by_equation = friction_error(made, speeds_of(made, made.counted).mean)
     assert np.sqrt(np.mean(by_equation**2)) < np.sqrt(np.mean(by_spline**2)) / 2
+
+
+def test_friction_that_bends_comes_nearer_to_the_truth_than_by_a_spline() -> None:
+    """Bristles make friction depend on all of the path: half of what a spline through the counts leaves, at most."""
+    made = turned(1, bristles=True)
+    by_equation = motor_speeds(arm(), bristly(), made.counted, made.f, ROW, np.full(4, COUNT))
+    by_spline = unrefined_speeds(spline_speeds(made), np.full(4, COUNT))
+    one, other = (np.sqrt(np.mean(bristles_error(made, speeds) ** 2)) for speeds in (by_equation, by_spline))
+    assert one < other / 2
+
+
+def test_speeds_do_not_depend_on_where_the_search_for_them_begins() -> None:
+    """With bristles, from the counts and from the true angles: within a tenth of what rounding leaves unknown."""
+    made, step = turned(2, bristles=True), ROW / STEPS_PER_ROW
+    rows = np.arange(STEPS_PER_ROW * (len(made.theta) - 1) + 1) / STEPS_PER_ROW
+    held = np.repeat(made.f[:-1], STEPS_PER_ROW, axis=0)
+    a, still = arm(), np.zeros_like(held)
+    inertia = np.broadcast_to(a.motor_inertia / a.drum, (4,))
+    drive = MotorDrive(bristly(), held, inertia, step, MotorMotion(still, still, still))
+    true = np.vstack([np.zeros(4), np.cumsum((made.speed[1:] + made.speed[:-1]) / 2, axis=0)]) * ROW / FINE
+    starts = [
+        np.stack([np.interp(rows, np.arange(len(c)), c) for c in made.counted.T], axis=-1),
+        true[:: FINE // STEPS_PER_ROW],
+    ]
+    sigma = np.full(4, COUNT / np.sqrt(12))
+    one, other = (
+        np.diff(drive.smoothed(s, np.full((4, 1), bend), made.counted, sigma, np.full(4, 15.0)).angles, axis=0)
+        for s, bend in zip(starts, (0.5, -0.5), strict=True)
+    )
+    hertz = np.linspace(0.05, 60, 1200)
+    unknown = HalfRowSpeeds(np.zeros((2, 1, 4)), np.full(4, 15.0), sigma, np.zeros((0, 2, 1, 4)))
+    speed_sigma = np.sqrt(np.trapezoid(unknown.error_density(hertz, ROW), hertz, axis=0))
+    assert np.all(np.sqrt(np.mean((one - other) ** 2, axis=0)) / step < speed_sigma / 10)
 
 
 def test_what_rounding_leaves_unknown_of_speeds_is_as_large_as_said() -> None:

@@ -238,6 +238,7 @@ ARMS = {
     "E": (5e8, 3e11),
     "c": (0.0, 5e9),
     "z0": (-300.0, 300.0),
+    "bend0": (-1.0, 1.0),
 }
 """what motors, cables and joints from a workshop have: least and most, in the terms' units"""
 
