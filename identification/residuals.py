@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 _STEP = 1e-3
 """step of the differences in sizes of a term: laws are smooth on it, most are linear"""
-_KEPT_PATH_MEMORIES = 4
+_KEPT_PATH_MEMORIES = 2
 """of one recording's speeds, with other numbers each"""
 _METHODS = ("friction", "pull", "memory_rate", "acting_force", "resistance")
 """by which a law takes part"""
@@ -160,6 +160,7 @@ def motor_motion(s: Signals, machine: Machine, tension: Array) -> MotorMotion:
         s.since_began[:, None],
         s.arm,
         memory,
+        s.speeds.kept_shares,
     )
 
 

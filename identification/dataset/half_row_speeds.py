@@ -7,6 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from mechanism.laws.law import KeptShares
+
 Array = NDArray[np.float64]
 
 SMOOTHER_ORDER = 8
@@ -29,6 +31,11 @@ class HalfRowSpeeds:
     """standard deviation of each motor's counted angle, (M,), rad"""
     errors: Array
     """draws of the error of `mean`, (D, 2, T, M), rad/s"""
+
+    @cached_property
+    def kept_shares(self) -> KeptShares:
+        """Dry friction's shares at these speeds that were asked for of late."""
+        return []
 
     @cached_property
     def path_memories(self) -> dict[Hashable, Array]:

@@ -1,7 +1,6 @@
 """Dry friction with a smooth change of sign."""
 
 from mechanism.arm import Array
-from mechanism.friction import dry
 from mechanism.laws.law import Law, MotorMotion, Term, Values
 
 
@@ -15,4 +14,4 @@ class DryFriction(Law):
     )
 
     def friction(self, p: Values, at: MotorMotion) -> Array:
-        return p["fs"] * dry(at.theta_d, p["cm"])
+        return p["fs"] * at.share(p["cm"])

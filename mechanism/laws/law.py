@@ -11,6 +11,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from mechanism.arm import Arm, Array
+from mechanism.friction import dry
 from mechanism.path_memory import PathSteps
 
 Values = Mapping[str, Array]
@@ -69,6 +70,20 @@ class MotorMotion:
     """of which they are; None where angles are not told either"""
     memory: Array = field(default_factory=_nothing)
     """memory variables, (..., M, states): of the machine, and where a law is asked, of its own"""
+    kept_shares: "KeptShares" = field(default_factory=list, repr=False, compare=False)
+    """by speeds and cm, what `share` gave of late"""
+
+    def share(self, cm: float | Array) -> Array:
+        """Dry friction's share of its greatest, (48) for fs = 1 N: several laws ask for it, and for the same one many times."""
+        for speed, slope, share in self.kept_shares:
+            if speed is self.theta_d and slope is cm:
+                return share
+        share = dry(self.theta_d, cm)
+        self.kept_shares[:] = [(self.theta_d, cm, share), *self.kept_shares[:1]]
+        return share
+
+
+KeptShares = list[tuple[Array, float | Array, Array]]
 
 
 @dataclass(frozen=True)

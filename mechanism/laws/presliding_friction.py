@@ -4,7 +4,6 @@ import numpy as np
 
 from mechanism.arm import Array
 from mechanism.bristles import bend_steps
-from mechanism.friction import dry
 from mechanism.laws.law import CableMotion, Law, MotorMotion, Term, Values
 from mechanism.path_memory import PathSteps
 
@@ -28,7 +27,7 @@ class PreslidingFriction(Law):
     memory_start = Term("bend0", "1", low=-1.0, high=1.0, size=0.1, sigma=0.6, would_tell=_WOULD_TELL)
 
     def friction(self, p: Values, at: MotorMotion) -> Array:
-        return p["fp"] * (at.memory[..., 0] - dry(at.theta_d, p["cm"]))
+        return p["fp"] * (at.memory[..., 0] - at.share(p["cm"]))
 
     def memory_rate(self, p: Values, at: CableMotion, z: Array) -> Array:
         theta_d = at.travel_d / at.arm.drum

@@ -3,7 +3,6 @@
 import numpy as np
 
 from mechanism.arm import Array
-from mechanism.friction import dry
 from mechanism.laws.law import Law, MotorMotion, Term, Values
 
 
@@ -15,4 +14,4 @@ class PulleyFriction(Law):
     terms = (Term("mu", "1/rad", low=0.0, high=0.3, size=0.005, would_tell="vary the tension while the motors turn"),)
 
     def friction(self, p: Values, at: MotorMotion) -> Array:
-        return np.expm1(p["mu"] * at.wrap * dry(at.theta_d, p["cm"])) * at.tension
+        return np.expm1(p["mu"] * at.wrap * at.share(p["cm"])) * at.tension

@@ -1,7 +1,6 @@
 """Friction that is larger near rest (Stribeck 1902)."""
 
 from mechanism.arm import Array
-from mechanism.friction import dry
 from mechanism.laws.law import Law, MotorMotion, Term, Values
 
 _WOULD_TELL = "creep through rest as well as move fast"
@@ -22,4 +21,4 @@ class Stribeck(Law):
 
     def friction(self, p: Values, at: MotorMotion) -> Array:
         faded = (1 + (at.theta_d / p["vs"]) ** 2 / p["ns"]) ** -p["ns"]
-        return p["fst"] * faded * dry(at.theta_d, p["cm"])
+        return p["fst"] * faded * at.share(p["cm"])

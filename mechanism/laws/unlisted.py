@@ -14,7 +14,6 @@ import numpy as np
 
 from discovery.form import Constants, Form, Kind, forms_of
 from mechanism.arm import Arm, Array
-from mechanism.friction import dry
 from mechanism.laws.law import CableMotion, JointMotion, Law, MotorMotion, Part, Term, Values
 
 Acts = Literal["motor", "cable", "joint"]
@@ -139,7 +138,7 @@ class UnlistedLaw(Law):
         if self.variable.acts != "motor":
             return np.zeros(())
         made = self._made(p, _OF_MOTOR[self.variable.name](at))
-        return made * dry(at.theta_d, p["cm"]) if self.variable.along_motion else made
+        return made * at.share(p["cm"]) if self.variable.along_motion else made
 
     def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         if self.variable.acts != "cable":
