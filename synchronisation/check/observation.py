@@ -22,7 +22,7 @@ MIN_FRAMES = 30
 """frames with all angles, as for the clock: a second, and more than the law has unknowns (docs/thresholds.md)"""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ElongationObservation:
     """Frames in which all angles were seen, on the log's clock."""
 

@@ -163,7 +163,7 @@ def adjusted(observation: ElongationObservation, fit: LawFit) -> ElongationObser
 def _unknowns(observation: ElongationObservation, prior: LawPrior | None, faults: Sequence[Array]) -> _Unknowns:
     M, P = observation.x.shape[1], observation.law.X.shape[2]
     columns = [np.eye(M)[j] * observation.law.X[:, j, p][:, None] for j in range(M) for p in range(P)]
-    drawing = list(tolerated(observation))
+    drawing = tolerated(observation)
     columns += [signature for signature, _ in drawing]
     of_arm = len(columns)
     sigma = np.concatenate([np.tile(BETA_SIGMA, M), [sigma for _, sigma in drawing]])

@@ -5,6 +5,7 @@ A signature is dx / dsize, (F, M), where the size is the true value less that of
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,13 +61,17 @@ def candidates(observation: ElongationObservation) -> Iterator[FaultCandidate]:
     yield FaultCandidate("clock_offset", "all", "s", observation.theta_d * arm.drum)
 
 
-def tolerated(observation: ElongationObservation) -> Iterator[tuple[Array, float]]:
-    """What neck.yaml and the markers are known to: the signature (F, M) of each number, and its standard deviation above 0."""
+@lru_cache(maxsize=2)
+def tolerated(observation: ElongationObservation) -> tuple[tuple[Array, float], ...]:
+    """What neck.yaml and the markers are known to: the signature (F, M) of each number, and its standard deviation above 0.
+
+    Every fit of one observation asks for them: they are kept, and those with an exact drawing beside them.
+    """
     joints, tolerance = np.eye(observation.arm.N), observation.tolerance
     of_bars = [_by_angles(observation, joints[0]), *(c.signature for c in _inner_bars(observation))]
     known = [(signature, tolerance.marker_angle) for signature in (*of_bars, _by_angles(observation, -joints[-1]))]
     known += [(c.signature, getattr(tolerance, kind) * described) for c, kind, described in _dimensions(observation)]
-    return ((signature, sigma) for signature, sigma in known if sigma > 0)
+    return tuple((signature, sigma) for signature, sigma in known if sigma > 0)
 
 
 def _inner_bars(observation: ElongationObservation) -> Iterator[FaultCandidate]:

@@ -100,7 +100,7 @@ def test_what_nobody_knows_is_unknown(tmp_path: Path) -> None:
 
 
 def test_teeth_that_nobody_knows_are_counted(tmp_path: Path) -> None:
-    found, truth = diagnosed(tmp_path, ["cogging"], 7005)
+    found, truth = diagnosed(tmp_path, ["cogging"], 7005, (24.0, 16.0))
     assert found["verdict"] == "unknown"
     signed = found["signature"]
     assert signed["kind"] == "periodic"
