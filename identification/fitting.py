@@ -157,7 +157,8 @@ def fit_laws(
 
 
 def _problem(recordings: Sequence[Signals], u: Unknowns, priors: Mapping[int, tuple[float, float]] | None) -> _Problem:
-    return _Problem(recordings, u, _Prior(u, priors or {}), [segment_starts(s) for s in recordings])
+    known = u.start_priors | dict(priors or {})
+    return _Problem(recordings, u, _Prior(u, known), [segment_starts(s) for s in recordings])
 
 
 def _least_squares(problem: _Problem, start: Array, noise: Sequence[Array] | None = None) -> tuple[Array, Whitener]:
@@ -210,6 +211,8 @@ def _influences(
 ) -> tuple[Array, Array, Array]:
     """What each block, each prior and each shared error adds to the parameters: (B, P), (K, P), (E, P).
 
+    Of a memory with which a recording begins, K has what white residuals leave of it.
+
     Of each recording, all whitened: instruments Z and Jacobian J (C, S, P), residuals e (C, S), shared errors (C, S, E).
     """
     first, size = problem.recordings[0], problem.unknowns.size
@@ -221,9 +224,12 @@ def _influences(
     A = blocks.slope.sum(axis=0) + problem.prior.information
     inverse = _inverse(A, free, size)
     of_shared = [np.einsum("csp,cse->ep", z, c) for z, c in zip(Z, shared, strict=True)]
+    # the first block alone tells with what memory a recording begins: without it nothing would
+    starts = np.isin(np.arange(len(size)), list(problem.unknowns.start_priors))
+    of_starts = np.diag(np.sqrt(np.abs(np.diag(inverse))))[starts & free]
     return (
-        jackknife_influence(blocks, A, free, size),
-        problem.prior.roots @ inverse.T,
+        jackknife_influence(blocks, A, free & ~starts, size),
+        np.concatenate([problem.prior.roots @ inverse.T, of_starts]),
         np.concatenate(of_shared) @ inverse.T,
     )
 

@@ -58,6 +58,13 @@ class Unknowns:
         """Sizes of the terms, (P,): what a person would call a change."""
         return np.array([e.term.size for e in self.entries])
 
+    @property
+    def start_priors(self) -> dict[int, tuple[float, float]]:
+        """Mean and standard deviation, by place, of what is known of the memory with which recordings begin: few rows tell it."""
+        starts = memory_starts(self.laws)
+        known = [i for i, e in enumerate(self.entries) if e.term in starts and np.isfinite(e.term.sigma)]
+        return {i: (0.0, self.entries[i].term.sigma) for i in known}
+
     def get(self, p: Array, name: str, recording: int | None = None) -> Array:
         """Values of a term, fitted or held."""
         slot = self.slots.get((name, recording))
