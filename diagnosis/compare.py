@@ -12,6 +12,7 @@ from diagnosis.effect import Effect, Shape
 from diagnosis.linearisation import Linearisation
 from diagnosis.nuisances import Nuisances
 from identification.fitting import segment_starts
+from identification.unknowns import DELAY, DELAY_SIGMA_S
 from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
@@ -108,8 +109,9 @@ def _priors(at: Linearisation, nuisances: Nuisances, first: int, count: int) -> 
     sigma, mean = np.full(count, np.inf), np.zeros(count)
     sigma[len(size) : first] = 1.0
     for i, entry in enumerate(at.unknowns.entries):
-        if np.isfinite(entry.term.sigma):
-            sigma[i], mean[i] = entry.term.sigma / entry.term.size, -at.p[i] / entry.term.size
+        known_to = DELAY_SIGMA_S if entry.term is DELAY else entry.term.sigma
+        if np.isfinite(known_to):
+            sigma[i], mean[i] = known_to / entry.term.size, -at.p[i] / entry.term.size
     relaxed = sigma.copy()
     recordings = len(at.recordings)
     for r in range(recordings):

@@ -16,12 +16,10 @@ Array = NDArray[np.float64]
 
 X0 = Term("x0", "m", low=-0.05, high=0.05, size=1e-3, would_tell="vary the cable's tension by tens of newtons")
 """pre-elongation of each cable beyond the description's, one for each recording"""
-DELAY_SIGMA_S = 1e-3
-"""s: standard deviation of a delay before any fit; forces act no more than a row or two of the log later (docs/thresholds.md)"""
-DELAY = Term(
-    "delay", "s", low=-0.01, high=0.05, size=1e-3, of="arm", sigma=DELAY_SIGMA_S, would_tell="reverse the motors often"
-)
+DELAY = Term("delay", "s", low=-0.01, high=0.05, size=1e-3, of="arm", would_tell="reverse the motors often")
 """time by which forces act later than the log says, one for each recording; below zero only by error"""
+DELAY_SIGMA_S = 1e-3
+"""s: standard deviation of that delay before any fit; forces act no more than a row or two of the log later (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)

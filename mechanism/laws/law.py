@@ -39,7 +39,7 @@ class Term:
     linear: bool = True
     """whether a law is in proportion to it where it may be zero: an estimate may then come out below, by chance"""
     sigma: float = np.inf
-    """standard deviation before any fit"""
+    """standard deviation about zero before any fit"""
     would_tell: str = ""
     """what to record or to measure where it is not identified"""
 
