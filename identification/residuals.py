@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from identification.cable_memory import memory_states
 from identification.dataset.series import interpolated
 from identification.signals import Signals
-from identification.unknowns import Unknowns
+from identification.unknowns import Unknowns, memory_starts
 from mechanism.laws import CableMotion, JointMotion, Law, MotorMotion, Term, law_named
 from mechanism.machine import Machine
 
@@ -218,7 +218,7 @@ def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Residual
     base = law_forces(s, u.laws, values, x0, delay, z)
     acting = replace(s, f=delayed_forces(s, delay))
     laws = {term.name: name for name in u.laws for term in law_named(name).terms}
-    starts = {start.name: law for name in u.laws if (start := (law := law_named(name)).memory_start)}
+    starts = {term.name for term in memory_starts(u.laws)}
     residual = residuals_of(s, base)
     J = np.zeros((m + n, residual.shape[1], len(u.entries)))
     for (name, of), slot in u.slots.items():
@@ -231,11 +231,7 @@ def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Residual
         elif name == "x0":
             moved = _with_other_pull(s, base, machine, _pull(s, machine, x0 + h, z))
         elif name in starts:
-            started = Machine(s.arm, u.laws, values | {name: values[name] + h})
-            if starts[name].remembers_path:
-                moved = replace(base, friction=mean_friction(s, started, base.pull))
-            else:
-                moved = _with_other_pull(s, base, started, _pull(s, started, x0))
+            moved = law_forces(s, u.laws, values | {name: values[name] + h}, x0, delay)
         else:
             law, change = laws[name], {name: values[name] + h}
             known = None if law_named(law).states else z

@@ -115,11 +115,12 @@ class Machine:
         """Means of the memory variables on which friction depends, over the steps of a path of motor angles (T, M), rad.
 
         Shape (T - 1, M, states), from `memory_start` on; variables of other laws are zero."""
-        travel, means = np.diff(theta, axis=0), np.zeros((len(theta) - 1, theta.shape[1], self.states))
+        travel, start = np.diff(theta, axis=0), self.memory_start
+        means = np.zeros((*travel.shape, self.states))
         for law, part in self._parts:
             if law.remembers_path:
                 steps = law.path_steps(self.values, travel)
-                means[..., part] = steps.means(steps.starts(self.memory_start[..., part]))
+                means[..., part] = steps.means(steps.starts(start[..., part]))
         return means
 
     @property

@@ -67,5 +67,4 @@ def test_where_they_are_bent_from_the_start_the_first_rows_are_explained_as_well
 ) -> None:
     """Taken for nothing, it leaves newtons until the motor turns."""
     bent, forced = (estimate(recordings[1:], LAWS, held) for held in (None, {"bend0": 0.0}))
-    print(told(bent, "bend0"), first_rows(bent), first_rows(forced))
     assert first_rows(bent) < 2.0 < first_rows(forced)
