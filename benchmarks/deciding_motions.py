@@ -45,8 +45,8 @@ from xneck_foundation.whole_file import write_text
 SEEDS = range(1601, 1603)
 SCENES = (RUNG_1, *RUNG_2)
 NOISE_DEG = 0.03
-USUAL = replace(OFF_DRAWING, seconds=12.0, recordings=1, first_recording=1, step=1e-3, offset=(-0.2, 0.2), columns=128)
-"""the motion of the usual kind; clocks that begin closer together and steps that are longer than the ladder's save half the time"""
+USUAL = replace(OFF_DRAWING, seconds=12.0, recordings=1, first_recording=1, offset=(-0.2, 0.2), columns=128)
+"""the motion of the usual kind; clocks that begin closer together save time"""
 POOR = replace(USUAL, first_recording=0, motion="slow", tension="constant", peak_deg=(7.0, 12.0))
 LIMITS = replace(USUAL_LIMITS, speed=USUAL.motor_speed)
 """of the designed motion: no faster than the usual one, and no further than that goes on the mean"""

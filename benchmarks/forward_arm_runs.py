@@ -25,7 +25,7 @@ from samples.forward_arms.arms import Arm, Recording, make_arms
 from samples.forward_arms.camera import Film
 from samples.forward_arms.drawing import drawn, neck
 from samples.forward_arms.laws import Law
-from samples.forward_arms.plant import Plant
+from samples.forward_arms.plant import ROW, Plant
 from samples.forward_arms.settings import Settings
 from synchronisation.angles import Angles
 from synchronisation.synchronise import synchronise
@@ -38,7 +38,7 @@ Record = dict[str, Any]
 
 FOLDER_VARIABLE = "XNECK_ARM_RUNS"
 """environment variable: folder in which topics keep their runs, whatever sources these were made by"""
-SETTINGS = Settings(base="exact", seconds=60.0, recordings=2, sigma_columns=True, columns=64)
+SETTINGS = Settings(base="exact", seconds=60.0, recordings=2, sigma_columns=True, step=ROW, columns=64)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ State (rows, B): alpha, alpha', theta, theta', bend of the bristles, memory of t
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from samples.forward_arms.cables import lengths, levers, wraps
 from samples.forward_arms.dynamics import Equations, equations
 from samples.forward_arms.friction import Friction, friction
 from samples.forward_arms.joints import folded, placed
-from samples.forward_arms.laws import Gathered, Snapshot
+from samples.forward_arms.laws import Gathered, Law, Snapshot
 from samples.forward_arms.plant import Array, Plant
 from samples.forward_arms.symmetric import factor, solve
 
@@ -44,6 +44,10 @@ class System:
         self.bend = slice(2 * n + 2 * m, 2 * n + 3 * m)
         self.memory = slice(2 * n + 3 * m, None)
         self.size = 2 * n + 3 * m + sum(g.rows.stop - g.rows.start for g in laws)
+        acts = ("tension", "memory_d", "motor", "joint")
+        self._that_have = {
+            name: [g for g in laws if getattr(type(g.law), name) is not getattr(Law, name)] for name in acts
+        }
         self.straight = lengths(plant, folded(plant, np.zeros_like(plant.L)), np.zeros_like(plant.L))
 
     def rates(self, time: float, y: Array, f: Array) -> Rates:
@@ -65,34 +69,32 @@ class System:
         if self.laws:
             added, resisting, driving = np.zeros_like(tension), np.zeros_like(tension), np.zeros_like(alpha)
             memory, memory_d = y[self.memory], state_d[self.memory]
-            wrap = wraps(plant, fold, alpha)
-            seen = []
-            for g in self.laws:
-                c = g.columns
-                s = Snapshot(
-                    time=time,
-                    alpha=alpha[:, c],
-                    alpha_d=alpha_d[:, c],
-                    theta=theta[:, c],
-                    theta_d=theta_d[:, c],
-                    x=x[:, c],
-                    x_d=x_d[:, c],
-                    tension=tension[:, c],
-                    wrap=wrap[:, c],
-                    memory=memory[g.rows][:, c],
-                    f=f[:, c],
-                    gear=plant.gear[:, c],
-                    stiffness=plant.stiffness[:, c],
-                    drum=plant.drum[:, c],
-                )
-                added[:, c] += g.law.tension(s)
-                memory_d[g.rows] = 0.0
-                memory_d[g.rows, c] = g.law.memory_d(s)
-                seen.append(s)
+            whole = {
+                "alpha": alpha,
+                "alpha_d": alpha_d,
+                "theta": theta,
+                "theta_d": theta_d,
+                "x": x,
+                "x_d": x_d,
+                "tension": tension,
+                "wrap": wraps(plant, fold, alpha),
+                "memory": memory,
+                "f": f,
+                "gear": plant.gear,
+                "stiffness": plant.stiffness,
+                "drum": plant.drum,
+            }
+            memory_d[:] = 0.0
+            for g in self._that_have["tension"]:
+                added[:, g.columns] += g.law.tension(Snapshot(time, whole, g.columns, g.rows))
+            for g in self._that_have["memory_d"]:
+                memory_d[g.rows, g.columns] = g.law.memory_d(Snapshot(time, whole, g.columns, g.rows))
             # what rubs by the tension rubs by all of it, whichever law it is of
-            for g, s in zip(self.laws, seen, strict=True):
-                s = replace(s, tension=(tension + added)[:, g.columns])
-                resisting[:, g.columns] += g.law.motor(s)
+            whole["tension"] = tension + added
+            for g in self._that_have["motor"]:
+                resisting[:, g.columns] += g.law.motor(Snapshot(time, whole, g.columns, g.rows))
+            for g in self._that_have["joint"]:
+                s = Snapshot(time, whole, g.columns, g.rows)
                 driving[:, g.columns] += g.law.joint(s)
                 damping[:, g.columns] += g.law.joint_damping(s)
             tension, resistance, joint = tension + added, resistance + resisting, driving

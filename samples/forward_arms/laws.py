@@ -5,7 +5,7 @@ resists a motor, to what drives a joint, or turn what the encoder sees, as a fun
 states of its own.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Self
 
@@ -15,30 +15,53 @@ from samples.forward_arms.friction import turning
 from samples.forward_arms.plant import Array, Plant
 
 
-@dataclass(frozen=True)
+class _Picked:
+    """A value of some arms among those of all, picked out when a law first looks: most laws look at one or two."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, s: "Snapshot", owner: type) -> Array:
+        value = s.whole[self.name]
+        if self.name == "memory":
+            value = value[s.rows]
+        # stands before this descriptor from now on
+        s.__dict__[self.name] = value = value[:, s.columns]
+        return value
+
+
 class Snapshot:
     """What a law may depend on: joints (N, B), motors and cables (M, B) and memory (rows, B) of the B arms that have it."""
 
-    time: float
-    alpha: Array
-    alpha_d: Array
-    theta: Array
-    theta_d: Array
-    x: Array
-    x_d: Array
-    tension: Array
+    alpha = _Picked()
+    alpha_d = _Picked()
+    theta = _Picked()
+    theta_d = _Picked()
+    x = _Picked()
+    x_d = _Picked()
+    tension = _Picked()
     """of the base law alone, N"""
-    wrap: Array
+    wrap = _Picked()
     """rad, over which cables lie on the pulleys of their routes"""
-    memory: Array
-    f: Array
+    memory = _Picked()
+    f = _Picked()
     """N at the cable, as commanded to the motors"""
-    gear: Array
+    gear = _Picked()
     """turns of each motor by turn of its drum"""
-    stiffness: Array
+    stiffness = _Picked()
     """N/m, of the base law"""
-    drum: Array
+    drum = _Picked()
     """m, radius of each drum"""
+
+    def __init__(
+        self,
+        time: float,
+        whole: Mapping[str, Array],
+        columns: slice | np.ndarray = slice(None),
+        rows: slice = slice(None),
+    ) -> None:
+        """whole: of all arms; columns: those that have the law; rows: of the memory, those of the law."""
+        self.time, self.whole, self.columns, self.rows = time, whole, columns, rows
 
 
 @dataclass(frozen=True)

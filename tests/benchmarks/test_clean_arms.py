@@ -15,7 +15,7 @@ from samples.forward_arms.arms import make_arms
 from xneck_foundation.json_text import json_text
 from xneck_foundation.whole_file import write_text
 
-SHORT = replace(SETTINGS, seconds=10.0, step=1e-3, offset=(-0.3, 0.3))
+SHORT = replace(SETTINGS, seconds=10.0, offset=(-0.3, 0.3))
 NOISE_DEG = 0.02
 
 

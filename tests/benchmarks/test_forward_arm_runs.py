@@ -13,10 +13,9 @@ from benchmarks.hidden_by_noise import SCENES, named_alone, named_in_set
 from benchmarks.tuned_seeds import FIRST_COUNTED_FORWARD_ARM
 from diagnosis.effects import EFFECTS
 from samples.forward_arms.laws import Payload
-from samples.forward_arms.plant import ROW
 from xneck_foundation.errors import Refused
 
-TINY = replace(SETTINGS, mechanisms=1, seconds=0.2, step=ROW, recordings=1, offset=(-0.05, 0.05))
+TINY = replace(SETTINGS, mechanisms=1, seconds=0.2, recordings=1, offset=(-0.05, 0.05))
 BOTH = (Scene("clean"), Scene("tip_payload", lambda drawing: [Payload(drawing.bar_mass[-1])]))
 
 

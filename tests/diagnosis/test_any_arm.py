@@ -20,7 +20,7 @@ from synchronisation.check.signatures import MAX_RELATIVE_SIZE
 pytestmark = pytest.mark.slow
 
 NOISE_DEG = 0.03
-SHORT = replace(SETTINGS, drawing_off=1.0, seconds=12.0, step=2e-3, unlike=True, unlike_motors=True)
+SHORT = replace(SETTINGS, drawing_off=1.0, seconds=12.0, unlike=True, unlike_motors=True)
 MAX_CLOCK_SIGMAS = 4.0
 MAX_CLOCK_SIGMA_S = 5e-3
 ONE_JOINT = replace(SHORT, mechanisms=1, routes=(("right",), ("left",)))

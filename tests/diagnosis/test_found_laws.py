@@ -20,7 +20,7 @@ from samples.forward_arms import outside
 from samples.forward_arms.arms import make_arms
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 
-SHORT = replace(SETTINGS, drawing_off=1.0, seconds=24.0, step=1e-3)
+SHORT = replace(SETTINGS, drawing_off=1.0, seconds=24.0)
 POLES, FORCE = 7, 1.5
 
 

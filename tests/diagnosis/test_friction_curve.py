@@ -37,7 +37,7 @@ def test_bumps_add_up_to_what_parts_a_hyperbola_from_the_arc_tangent() -> None:
 @pytest.mark.slow
 def test_a_small_difference_of_curves_is_no_cause_and_a_peak_is() -> None:
     """Friction 0.05 N rms from the arc tangent, which noise would show; then with a peak of 3 N beside it."""
-    settings = replace(SETTINGS, base="almost", drawing_off=1.0, seconds=SECONDS, step=1e-3)
+    settings = replace(SETTINGS, base="almost", drawing_off=1.0, seconds=SECONDS)
     named = []
     for arm in make_arms([ARM, ARM], settings, [[], [Stribeck(peak=3.0, width=12.0)]]):
         recordings = [seen(arm, settings, NOISE_DEG).synchronised(i) for i in range(2)]

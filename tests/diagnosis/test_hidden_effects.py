@@ -21,7 +21,7 @@ from samples.forward_arms.drawing import drawn
 
 pytestmark = pytest.mark.slow
 
-SHORT = replace(SETTINGS, base="almost", drawing_off=1.0, seconds=24.0, step=1e-3)
+SHORT = replace(SETTINGS, base="almost", drawing_off=1.0, seconds=24.0)
 """friction is a tenth of the way from the estimator's own curve to another one: nothing hidden is no inverse crime"""
 NOISE_DEG = 0.03
 NOTHING_HIDDEN = 2

@@ -20,7 +20,7 @@ from samples.forward_arms.settings import Settings
 from state_estimation.motors import motors_of
 
 SECONDS = 16.0
-SETTINGS = Settings(base="exact", seconds=SECONDS, recordings=1, step=1e-3, offset=(-0.3, 0.3))
+SETTINGS = Settings(base="exact", seconds=SECONDS, recordings=1, step=2e-3, offset=(-0.3, 0.3))
 
 
 @pytest.fixture(scope="module")

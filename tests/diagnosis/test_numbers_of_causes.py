@@ -13,7 +13,7 @@ from samples.forward_arms.laws import Hardening, JointFriction, Law, Tilt
 
 pytestmark = pytest.mark.slow
 
-SHORT = replace(SETTINGS, drawing_off=1.0, seconds=24.0, step=1e-3)
+SHORT = replace(SETTINGS, drawing_off=1.0, seconds=24.0)
 SEED = 1302
 HIDDEN: dict[str, tuple[Law, ...]] = {
     "nothing": (),

@@ -13,7 +13,7 @@ from samples.forward_arms.laws import ActuatorOffset
 
 pytestmark = pytest.mark.slow
 
-SHORT = replace(SETTINGS, base="presliding", seconds=14.0, recordings=1, step=1e-3)
+SHORT = replace(SETTINGS, base="presliding", seconds=14.0, recordings=1)
 SEED = 443
 LAWS = ("dry_friction", "linear_cable", "presliding_friction")
 FIRST_S = 0.5

@@ -47,13 +47,13 @@ CHANGES: dict[str, Law] = {"load": Payload(0.3), "friction": ViscousFriction(np.
 
 @cache
 def _made() -> dict[int, Arm]:
-    arms = make_arms(SEEDS, Settings(seconds=14.0, drawing_off=1.0, noise_deg=0.02, step=1e-3))
+    arms = make_arms(SEEDS, Settings(seconds=14.0, drawing_off=1.0, noise_deg=0.02, step=2e-3))
     return {arm.seed: arm for arm in arms}
 
 
 @cache
 def _changed() -> dict[str, Arm]:
-    settings = Settings(seconds=11.0, drawing_off=1.0, step=1e-3, recordings=1, first_recording=1)
+    settings = Settings(seconds=11.0, drawing_off=1.0, step=2e-3, recordings=1, first_recording=1)
     seeds = [SEEDS[1]] * len(CHANGES)
     return dict(zip(CHANGES, make_arms(seeds, settings, hidden=[(law,) for law in CHANGES.values()]), strict=True))
 

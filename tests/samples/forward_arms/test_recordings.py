@@ -51,6 +51,18 @@ def test_commands_may_come_late() -> None:
     assert errors_of_hold(arm.recordings[0].f, t, arm.plant, late=0) > 0.1
 
 
+def test_steps_of_a_row_go_where_steps_of_a_quarter_of_it_go() -> None:
+    """Until a count that rounds the other way moves the motors by less than itself: joints differ by .001 deg, of noise of .01."""
+
+    def joints(per_row: int) -> Array:
+        settings = replace(SHORT, base="presliding", seconds=2.0, step=ROW / per_row)
+        t = next(make_arms([21], settings)).recordings[0].truth.within_log()
+        return t.alpha[:: t.per_row]
+
+    apart = np.degrees(joints(1) - joints(4))
+    assert 0 < np.sqrt(np.mean(apart**2)) < 1e-3
+
+
 def test_frames_are_means_over_exposures_on_their_own_clock(arms: list[Arm]) -> None:
     recording = arms[0].recordings[0]
     settings = replace(
