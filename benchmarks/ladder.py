@@ -37,6 +37,7 @@ from samples.forward_arms.laws import (
     Payload,
     Presliding,
     PulleyFriction,
+    RouteFriction,
     Stribeck,
     Tilt,
     ViscousFriction,
@@ -49,6 +50,8 @@ OFF_DRAWING = replace(SETTINGS, drawing_off=1.0, columns=128)
 Drawn = Callable[[Plant, np.random.Generator], Law]
 _AT_M = 0.005
 """elongation at which the share of a hardening cable is said"""
+_SLIDING_M_S = (3e-4, 3e-3)
+"""m/s: within which a cable's friction on a pulley turns over"""
 
 
 def _one(plant: Plant, rng: np.random.Generator, low: float, high: float) -> Array:
@@ -62,12 +65,20 @@ def _described(field: str, rng: np.random.Generator, places: int, low: float, hi
     return Described(field, int(rng.integers(places)), float(1 + rng.choice([-1, 1]) * rng.uniform(low, high)))
 
 
+def _on_pulleys(plant: Plant, rng: np.random.Generator) -> Law:
+    """Where the elastic part of a cable is decides which friction its motor feels: either."""
+    mu = rng.uniform(0.004, 0.012)
+    if rng.random() < 0.5:
+        return PulleyFriction(mu)
+    return RouteFriction(np.full(plant.M, mu), width=np.exp(rng.uniform(*np.log(_SLIDING_M_S))))
+
+
 CATALOGUE: Mapping[str, Drawn] = {
     "cable_hardening": lambda p, rng: Hardening(rng.uniform(0.1, 0.3) * p.stiffness / _AT_M**2),
     "stribeck_friction": lambda p, rng: Stribeck(peak=rng.uniform(2.0, 4.0), width=rng.uniform(8.0, 20.0)),
     "presliding_friction": lambda p, rng: Presliding(rng.uniform(0.02, 0.1, p.M)),
     "viscous_friction": lambda p, rng: ViscousFriction(rng.uniform(0.01, 0.04, p.M)),
-    "pulley_friction": lambda p, rng: PulleyFriction(mu=rng.uniform(0.004, 0.012)),
+    "pulley_friction": _on_pulleys,
     "joint_friction": lambda p, rng: JointFriction(dry=rng.uniform(0.01, 0.03), width=0.1),
     "base_tilt": lambda p, rng: Tilt(float(rng.choice([-1, 1]) * np.radians(rng.uniform(2.0, 5.0)))),
     "tip_payload": lambda p, rng: Payload(rng.uniform(0.05, 0.15)),

@@ -67,7 +67,7 @@ class PoseEquations:
         return self._arms[key]
 
     def _geometry(self, p: Array, r: int) -> tuple[Array, ...]:
-        """Length, wrap, Z, M alpha'' + c + g of a recording's rows."""
+        """Length, wraps, Z, M alpha'' + c + g of a recording's rows."""
         arm = self._arm(p)
         key = (p[self._drawing].tobytes(), r)
         if key not in self._loads:
@@ -75,7 +75,7 @@ class PoseEquations:
             g = geometry_of_poses(arm, alpha)
             k = terms(arm, alpha, self._speed(r))
             load = np.einsum("tij,tj->ti", k.M, self.shifted[r][2]) + k.c + k.g
-            self._loads[key] = (g.length - lengths(arm, np.zeros(arm.N)), g.wrap, g.Z, load, g.length)
+            self._loads[key] = (g.length - lengths(arm, np.zeros(arm.N)), g.wraps, g.Z, load, g.length)
         return self._loads[key]
 
     def _speed(self, r: int) -> Array:
@@ -100,8 +100,8 @@ class PoseEquations:
         """How frames and forces of a recording miss the equations; compliance (T, N, N): of the arm on its cables, rad/(N m)."""
         rows = self.rows[r]
         machine, late = self._machine(p, r)
-        wound, wrap, Z, load, length = self._geometry(p, r)
-        torque, tension = _torque(machine, rows, self._speed(r), wound, Z, load, length)
+        wound, wraps, Z, load, length = self._geometry(p, r)
+        torque, tension = _torque(machine, rows, self._speed(r), wound, wraps, Z, load, length)
         error = self.moved[r] + np.einsum("tij,tj->ti", compliance, torque)
         # frames are later than their stamps say, and so is the state that was made of them
         seen_at = rows.frames.time + late - self.late[r]
@@ -111,7 +111,7 @@ class PoseEquations:
         turning = MotorMotion(
             theta_d=rows.theta_d,
             tension=np.maximum(tension, 0.0),
-            wrap=wrap,
+            wrap=wraps.sum(axis=1),
             theta=rows.theta,
             drum_angle=rows.theta / arm.gear,
             force=rows.f,
@@ -134,7 +134,7 @@ class PoseEquations:
                 g = geometry_of_poses(machine.arm, alpha)
                 load = terms(machine.arm, alpha, np.zeros_like(alpha)).g
                 wound = g.length - lengths(machine.arm, np.zeros(machine.arm.N))
-                torques.append(_torque(machine, rows, self._speed(r), wound, g.Z, load, g.length)[0])
+                torques.append(_torque(machine, rows, self._speed(r), wound, g.wraps, g.Z, load, g.length)[0])
             columns.append((torques[0] - torques[1]) / (2 * _DIFFERENCE_RAD))
         # torque falls as the angle grows
         return -np.linalg.pinv(np.stack(columns, axis=-1))
@@ -146,14 +146,14 @@ class PoseEquations:
         alpha, alpha_d, alpha_dd = (interpolated(at, rows.log_time, values) for values in rows.state)
         self.shifted[r], self.late[r] = (alpha, alpha_d, alpha_dd), late
         self._loads.clear()
-        wound, _, Z, load, length = self._geometry(p, r)
-        torque = _torque(machine, rows, self._speed(r), wound, Z, load, length)[0]
+        wound, wraps, Z, load, length = self._geometry(p, r)
+        torque = _torque(machine, rows, self._speed(r), wound, wraps, Z, load, length)[0]
         self.moved[r] = self.moved[r] + np.einsum("tij,tj->ti", self.compliance(p, r), torque)
         self._loads.clear()
 
 
 def _torque(
-    machine: Machine, rows: PoseRows, speed: Array, wound: Array, Z: Array, load: Array, length: Array
+    machine: Machine, rows: PoseRows, speed: Array, wound: Array, wraps: Array, Z: Array, load: Array, length: Array
 ) -> tuple[Array, Array]:
     """What cables pull beyond what the arm needs, (T, N), N m, and their tensions (T, M), N."""
     arm = machine.arm
@@ -172,4 +172,5 @@ def _torque(
     )
     tension = np.broadcast_to(machine.tension(at, memory_states(machine, at, rows.step)), x.shape)
     resistance = machine.resistance(JointMotion(rows.alpha, speed, since))
-    return np.einsum("tij,tj->ti", Z, tension) - load - resistance, tension
+    arrives = Z * (1 - machine.ratios_lost(Z, speed, wraps)) if machine.loses_on_the_way else Z
+    return np.einsum("tij,tj->ti", arrives, tension) - load - resistance, tension

@@ -98,6 +98,9 @@ class ResidualSensitivity:
             - load
             - machine.resistance(JointMotion(alpha, alpha_d, self._since_began))
         )
+        if machine.loses_on_the_way:
+            lost = ways.Z * machine.ratios_lost(ways.Z, alpha_d, ways.wraps)
+            torque = torque - np.einsum("tij,tj->ti", lost, np.maximum(pull, 0.0))
         return np.concatenate([(net - pull).T, torque.T])
 
 
@@ -109,11 +112,12 @@ class _Ways:
     length: Array
     longer: Array
     """than in the straight pose"""
+    wraps: Array
 
     @classmethod
     def of(cls, arm: Arm, alpha: Array) -> "_Ways":
         cables = geometry_of_poses(arm, alpha)
-        return cls(cables.Z, cables.length, cables.length - lengths(arm, np.zeros(arm.N)))
+        return cls(cables.Z, cables.length, cables.length - lengths(arm, np.zeros(arm.N)), cables.wraps)
 
 
 def _load(arm: Arm, alpha: Array, alpha_d: Array, alpha_dd: Array) -> Array:

@@ -26,7 +26,7 @@ _STEP = 1e-3
 """step of the differences in sizes of a term: laws are smooth on it, most are linear"""
 _KEPT_PATH_MEMORIES = 2
 """of one recording's speeds, with other numbers each"""
-_METHODS = ("friction", "pull", "memory_rate", "acting_force", "resistance")
+_METHODS = ("friction", "pull", "memory_rate", "acting_force", "resistance", "loss")
 """by which a law takes part"""
 
 
@@ -38,6 +38,8 @@ class LawForces:
     friction: Array
     pull: Array
     resistance: Array
+    lost: Array | None = None
+    """torque that cables lose on the way to each mechanism, (T, N, M), N m; None where they lose nothing"""
 
     @property
     def drive(self) -> Array:
@@ -73,6 +75,7 @@ def law_forces(
         friction=mean_friction(s, machine, pull if tension is None else tension),
         pull=pull,
         resistance=np.broadcast_to(machine.resistance(joint_motion(s)), s.alpha_d.shape),
+        lost=torque_lost(s, machine, pull if tension is None else tension),
     )
 
 
@@ -92,8 +95,10 @@ def forces_of_moved_law(
     after = {**values, **moved}
     overridden = {name for name in _METHODS if _overrides(law_named(law), name)}
     machine = Machine(s.arm, names, after)
-    if "friction" in overridden and overridden <= {"friction", "memory_rate"}:
-        return replace(base, friction=mean_friction(s, machine, base.pull if tension is None else tension))
+    if "friction" in overridden and overridden <= {"friction", "memory_rate", "loss"}:
+        under = base.pull if tension is None else tension
+        lost = torque_lost(s, machine, under) if "loss" in overridden else base.lost
+        return replace(base, friction=mean_friction(s, machine, under), lost=lost)
     if overridden == {"resistance"}:
         return replace(base, resistance=np.broadcast_to(machine.resistance(joint_motion(s)), s.alpha_d.shape))
     if overridden == {"acting_force"}:
@@ -112,7 +117,8 @@ def forces_of_other_cables(
     """
     machine = Machine(s.arm, names, values)
     resistance = np.broadcast_to(machine.resistance(joint_motion(s)), s.alpha_d.shape)
-    return replace(base, pull=_pull(s, machine, x0), resistance=resistance)
+    pull = _pull(s, machine, x0)
+    return replace(base, pull=pull, resistance=resistance, lost=torque_lost(s, machine, pull))
 
 
 def _with_other_pull(
@@ -121,7 +127,7 @@ def _with_other_pull(
     """Forces where cables pull otherwise; tension: (T, M), N, under which motors rub all the same."""
     if tension is not None or not machine.rubs_under_tension:
         return replace(base, pull=pull)
-    return replace(base, pull=pull, friction=mean_friction(s, machine, pull))
+    return replace(base, pull=pull, friction=mean_friction(s, machine, pull), lost=torque_lost(s, machine, pull))
 
 
 def _pull(s: Signals, machine: Machine, x0: Array, z: Array | None = None) -> Array:
@@ -138,6 +144,13 @@ def mean_friction(s: Signals, machine: Machine, tension: Array) -> Array:
     """Friction of the motors in the mean over each row, (T, M), N; tension: (T, M), N, under which they rub."""
     turning = motor_motion(s, machine, tension)
     return np.broadcast_to(machine.friction(turning), s.speeds.mean.shape).mean(axis=0)
+
+
+def torque_lost(s: Signals, machine: Machine, tension: Array) -> Array | None:
+    """Torque that cables lose on the way to each mechanism, (T, N, M), N m, under tensions (T, M), N."""
+    if not machine.loses_on_the_way:
+        return None
+    return s.Z * machine.ratios_lost(s.Z, s.alpha_d, s.wraps) * np.maximum(tension, 0.0)[:, None]
 
 
 def friction_by_tension(s: Signals, machine: Machine, tension: Array) -> Array:
@@ -199,6 +212,8 @@ def residuals_of(s: Signals, forces: LawForces) -> Array:
     """Residuals of one recording with the laws' forces, (C, S)."""
     net = (forces.drive - s.inertial).T
     torque = np.einsum("ijt,jt->it", s.levers, net) - (s.load + forces.resistance).T
+    if forces.lost is not None:
+        torque = torque - forces.lost.sum(axis=-1).T
     return np.concatenate([s.low_pass(net - forces.pull.T), s.low_pass(torque)])
 
 
@@ -261,14 +276,19 @@ def residual_change(s: Signals, base: LawForces, moved: LawForces, term: Term) -
         out[m + np.arange(n), :, np.arange(n)] = -s.low_pass(resistance)
         return out
     motor = s.low_pass(drive - pull)
+    lost = None if moved.lost is None else moved.lost - (0.0 if base.lost is None else base.lost)
     if term.of == "cable":
         out = np.zeros((m + n, count, m))
         out[np.arange(m), :, np.arange(m)] = motor
         if drive.any():
             out[m:] = np.moveaxis(s.low_pass(s.levers * drive), 1, 2)
+        if lost is not None and lost.any():
+            out[m:] -= np.moveaxis(s.low_pass(np.moveaxis(lost, 0, -1)), 1, 2)
         return out
     out = np.zeros((m + n, count, 1))
     out[:m, :, 0] = motor
     if drive.any() or resistance.any():
         out[m:, :, 0] = s.low_pass(np.einsum("ijt,jt->it", s.levers, drive) - resistance)
+    if lost is not None and lost.any():
+        out[m:, :, 0] -= s.low_pass(lost.sum(axis=-1).T)
     return out

@@ -57,8 +57,8 @@ class Signals:
     """(T, N, M), m"""
     load: Array
     """M alpha'' + c + g, (T, N), N m"""
-    wrap: Array
-    """(T, M), rad"""
+    wraps: Array
+    """on the pulleys before each mechanism's span, (T, N, M), rad"""
     length: Array
     """(T, M), m"""
     x: Array
@@ -72,6 +72,11 @@ class Signals:
     """s: sigma of the offset if the laws that aligned the clocks were wrong; the same as clock_sigma where a light aligned them"""
     angle_sigma: Array
     """standard deviation of the error that all frames share, (N,), rad"""
+
+    @cached_property
+    def wrap(self) -> Array:
+        """On all of a cable's pulleys, (T, M), rad."""
+        return self.wraps.sum(axis=1)
 
     @cached_property
     def levers(self) -> Array:
@@ -140,7 +145,7 @@ def signals_of(data: DataSet, load_by_frames: bool = False) -> Signals:
         inertial=arm.motor_inertia / arm.drum * theta_dd,
         Z=cables.Z,
         load=np.einsum("tij,tj->ti", k.M, acceleration) + k.c + k.g,
-        wrap=cables.wrap,
+        wraps=cables.wraps,
         length=cables.length,
         x=seen.length - lengths(arm, np.zeros(arm.N)) + arm.drum * theta + arm.x0,
         x_d=elongation_rate(arm, seen.Z, vision_alpha_d, theta_d),

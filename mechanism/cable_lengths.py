@@ -24,6 +24,8 @@ class Portion:
     length: Array
     d1: Array
     wrap: Array
+    wrap_above: Array
+    """of that angle, what lies beyond the span that the mechanism changes: there the cable slides by what changes above"""
 
 
 def lengths(arm: Arm, alpha: Array) -> Array:
@@ -64,32 +66,47 @@ def lengths_without_pulleys(arm: Arm, alpha: Array) -> Array:
 
 @dataclass(frozen=True)
 class PoseGeometry:
-    """All cables in many poses: lengths (..., M), m, angles of wrap (..., M), rad, and Z (..., N, M), m."""
+    """All cables in many poses: lengths (..., M), m, angles of wrap (..., N, M), rad, and Z (..., N, M), m."""
 
     length: Array
-    wrap: Array
+    wraps: Array
+    """on the pulleys before each mechanism's span and behind the last one's"""
     Z: Array
+
+    @property
+    def wrap(self) -> Array:
+        """In all, (..., M), rad."""
+        return self.wraps.sum(axis=-2)
 
 
 def geometry_of_poses(arm: Arm, alpha: Array) -> PoseGeometry:
     """Lengths, angles of wrap and Z together; alpha of shape (..., N), rad."""
     shape = np.broadcast_shapes(np.shape(alpha)[:-1], batch_shape(arm, {}))
     count = int(np.prod(shape))
-    length, wrap, jacobian = np.empty((arm.M, count)), np.empty((arm.M, count)), np.empty((arm.N, arm.M, count))
+    length, wraps, jacobian = np.empty((arm.M, count)), *(np.empty((arm.N, arm.M, count)) for _ in range(2))
     for begin in range(0, count, MAX_BATCH_OF_POSES):
         part = slice(begin, min(begin + MAX_BATCH_OF_POSES, count))
         g = cable_geometry(arm_batch_last(arm, shape, part), to_batch_last(alpha, shape, part))
-        length[:, part], wrap[:, part], jacobian[..., part] = g.length, g.wrap, g.Z
-    return PoseGeometry(*(from_batch_last(values, shape) for values in (length, wrap, jacobian)))
+        length[:, part], wraps[..., part], jacobian[..., part] = g.length, g.wraps, g.Z
+    return PoseGeometry(*(from_batch_last(values, shape) for values in (length, wraps, jacobian)))
 
 
 @dataclass(frozen=True)
 class CableGeometry:
-    """All cables in one pose, in batch layout: lengths (M, B), m, angles of wrap (M, B), rad, and Z (N, M, B), m."""
+    """All cables in one pose, in batch layout: lengths (M, B), m, angles of wrap (N, M, B), rad, and Z (N, M, B), m."""
 
     length: Array
-    wrap: Array
+    wraps: Array
+    """as in `PoseGeometry`"""
     Z: Array
+
+    @property
+    def wrap(self) -> Array:
+        """In all, (M, B), rad."""
+        total = self.wraps[0]
+        for more in self.wraps[1:]:
+            total = total + more
+        return total
 
     def stretch(self, drum: Array, joints: Array, motors: Array) -> Array:
         """(42): (rd/R) motors - Z^T joints, (M, B): change, or rate, of the elongations by those of joints and motors."""
@@ -104,15 +121,17 @@ def cable_geometry(arm: Arm, alpha: Array) -> CableGeometry:
     """Lengths, angles of wrap and Z together; arm in batch layout, alpha (N, B)."""
     portion_of = portions(arm, alpha)
     shape = np.broadcast_shapes(alpha.shape, arm.L.shape, arm.b.shape, arm.r.shape)
-    length, wrap, jacobian = (
-        np.zeros_like(alpha, shape=(*axes, *shape[1:])) for axes in ((arm.M,), (arm.M,), (arm.N, arm.M))
+    length, wraps, jacobian = (
+        np.zeros_like(alpha, shape=(*axes, *shape[1:])) for axes in ((arm.M,), (arm.N, arm.M), (arm.N, arm.M))
     )
     for j, route in enumerate(arm.routes):
         for i, word in enumerate(route):
             length[j] += portion_of[word].length[i]
-            wrap[j] += portion_of[word].wrap[i]
             jacobian[i, j] = -portion_of[word].d1[i]
-    return CableGeometry(length, wrap, jacobian)
+            above = portion_of[word].wrap_above[i]
+            wraps[i, j] += portion_of[word].wrap[i] - above
+            wraps[min(i + 1, arm.N - 1), j] += above
+    return CableGeometry(length, wraps, jacobian)
 
 
 def portions(arm: Arm, alpha: Array) -> dict[str, Portion]:
@@ -128,7 +147,7 @@ def _ends(side: Array, d1: Array, arm: Arm, alpha: Array, sign: float) -> Portio
     t = np.sqrt(side**2 - r**2)
     wrap = np.pi + sign * alpha / 2 - np.arctan2(t, r)
     # d/dl of t - r atan(t/r) is t/l: the tangent's share of the side
-    return Portion(t + r * wrap, d1 * t / side + sign * r / 2, wrap)
+    return Portion(t + r * wrap, d1 * t / side + sign * r / 2, wrap, 0.0 * wrap)
 
 
 def _ends_d2(side: Array, d1: Array, d2: Array, arm: Arm) -> Array:
@@ -140,7 +159,7 @@ def _ends_d2(side: Array, d1: Array, d2: Array, arm: Arm) -> Array:
 def _passes(side: Array, d1: Array, arm: Arm, alpha: Array, sign: float) -> Portion:
     """(25): along a side and on upwards, with the full turn on the upper pulley."""
     wrap = 2 * np.pi + sign * alpha
-    return Portion(side + arm.r * wrap, d1 + sign * arm.r, wrap)
+    return Portion(side + arm.r * wrap, d1 + sign * arm.r, wrap, 1.5 * np.pi + sign * alpha / 2)
 
 
 def _strut(arm: Arm, alpha: Array, s: Sides) -> Portion:
@@ -151,7 +170,7 @@ def _strut(arm: Arm, alpha: Array, s: Sides) -> Portion:
     straight = 2 * np.sqrt((arm.L / 2) ** 2 - r**2) + 2 * np.sqrt((arm.b / 2) ** 2 - r**2)
     # 2 psi - alpha = 2 (pi - lean)
     wrap = 4 * np.pi - 2 * lean - 2 * a3 - 2 * a5
-    return Portion(straight + r * wrap, _strut_d1(arm, alpha, s), wrap)
+    return Portion(straight + r * wrap, _strut_d1(arm, alpha, s), wrap, 0.0 * wrap)
 
 
 def _strut_d1(arm: Arm, alpha: Array, s: Sides) -> Array:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechanism.arm import Array
+from mechanism.cable_lengths import CableGeometry
 from mechanism.laws import CableMotion, JointMotion, MotorMotion
 from mechanism.machine import Machine
 
@@ -88,3 +89,15 @@ def law_derivatives(
         memory_rate_by_x_d=memory_rate_by_x_d,
         memory_rate_by_memory=memory_rate_by_memory,
     )
+
+
+def lost_by_speed(machine: Machine, cables: CableGeometry, t: Array, alpha_d: Array) -> Array:
+    """Change of the torque that cables lose on their way by the joints' speeds, its symmetric part, (N, N, B); t: (M, B), N."""
+    columns = []
+    for unit in np.eye(len(alpha_d))[:, :, None]:
+        low, high = (
+            machine.torque_lost(t, cables, alpha_d + step * unit) for step in (-STEP_JOINT_RAD_S, STEP_JOINT_RAD_S)
+        )
+        columns.append((high - low) / (2 * STEP_JOINT_RAD_S))
+    slope = np.stack(columns, axis=1)
+    return (slope + np.swapaxes(slope, 0, 1)) / 2

@@ -7,7 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from mechanism.arm import Arm, Array
-from mechanism.laws import CableMotion, JointMotion, Law, MotorMotion, law_named
+from mechanism.cable_lengths import CableGeometry
+from mechanism.laws import CableMotion, JointMotion, Law, MotorMotion, Sliding, law_named
 from mechanism.path_memory import PathMemory, PathSteps
 
 SPEED_STEP_RAD_S, _PATH_STEP_RAD = 1e-3, 1e-6
@@ -169,6 +170,38 @@ class Machine:
             if law.states:
                 out[..., part] = law.memory_rate(self.values, at, z[..., part])
         return out
+
+    @cached_property
+    def loses_on_the_way(self) -> bool:
+        """Whether less of a cable's tension arrives at the spans of its mechanisms than it has at the drum."""
+        return any(type(law).loss is not Law.loss for law in self.laws)
+
+    def losses(self, Z: Array, alpha_d: Array, wraps: Array) -> list[Array]:
+        """Logarithm of a cable's tension at the drum over what arrives at each mechanism's span, N arrays (..., M).
+
+        Z, wraps: (N, ..., M), m and rad, mechanisms first; alpha_d: (N, ...) to be multiplied with them, rad/s.
+        """
+        losing = [law for law in self.laws if type(law).loss is not Law.loss]
+        speeds = [Z[-1] * alpha_d[-1]]
+        for i in range(len(Z) - 2, -1, -1):
+            speeds.insert(0, speeds[0] + Z[i] * alpha_d[i])
+        out: list[Array] = []
+        for speed, wrap in zip(speeds, wraps, strict=True):
+            here = sum((law.loss(self.values, Sliding(speed, wrap)) for law in losing), start=np.zeros(()))
+            out.append(out[-1] + here if out else here)
+        return out
+
+    def ratios_lost(self, Z: Array, alpha_d: Array, wraps: Array) -> Array:
+        """Share of a cable's tension that is lost on the way to each mechanism, (..., N, M).
+
+        Z, wraps: (..., N, M), m and rad; alpha_d: (..., N), rad/s."""
+        mechanisms_first = (np.moveaxis(v, -2, 0) for v in (Z, np.asarray(alpha_d)[..., None], wraps))
+        return -np.expm1(-np.stack(np.broadcast_arrays(*self.losses(*mechanisms_first)), axis=-2))
+
+    def torque_lost(self, t: Array, cables: CableGeometry, alpha_d: Array) -> Array:
+        """Torque that tensions t (M, B), N, lose on the way, (N, B), N m, in batch layout; alpha_d: (N, B), rad/s."""
+        losses = self.losses(cables.Z, alpha_d[:, None], cables.wraps)
+        return np.stack([np.sum(Z * t * -np.expm1(-loss), axis=0) for Z, loss in zip(cables.Z, losses, strict=True)])
 
     def resistance(self, at: JointMotion) -> Array:
         """Torque against the joints' motion, (..., N), N m."""

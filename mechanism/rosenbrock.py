@@ -15,7 +15,7 @@ from mechanism.arm import Array
 from mechanism.batched_ldl import ldl_factor, ldl_solve
 from mechanism.cable_lengths import CableGeometry
 from mechanism.dynamics import Terms
-from mechanism.law_derivatives import LawDerivatives, law_derivatives
+from mechanism.law_derivatives import LawDerivatives, law_derivatives, lost_by_speed
 from mechanism.laws import CableMotion, JointMotion, MotorMotion
 from mechanism.machine import Machine
 
@@ -139,15 +139,18 @@ class _HeldSystem:
         machine, cables, terms = self.machine, self.pose.cables, self.pose.terms
         at, theta_d = self.cable_motion(c), c.speed[self.motor_rows]
         t = machine.tension(at, c.memory)
-        torque = cables.torque(t) - terms.c - terms.g - machine.resistance(self.joint_motion(c.speed[self.joint_rows]))
+        alpha_d = c.speed[self.joint_rows]
+        torque = cables.torque(t) - terms.c - terms.g - machine.resistance(self.joint_motion(alpha_d))
+        if machine.loses_on_the_way:
+            torque = torque - machine.torque_lost(t, cables, alpha_d)
         theta_dd = self.motors.value
         if not self.motors.is_acceleration:
             friction = machine.friction(self.motor_motion(theta_d, t, c.memory))
             theta_dd = self.motor_lightness * (self.motors.value - friction - t)
         return _Rates(torque, theta_dd, machine.memory_rate(at, c.memory) if machine.states else c.memory)
 
-    def eliminated(self, k: LawDerivatives, w: float) -> _Elimination:
-        """w: 1/(gamma h), 1/s."""
+    def eliminated(self, k: LawDerivatives, w: float, lost: Array | None) -> _Elimination:
+        """w: 1/(gamma h), 1/s; lost: change of the torque that cables lose by the joints' speeds, (N, N, B), if they lose any."""
         cables, lightness = self.pose.cables, self.motor_lightness
         memory_by_x_d = (k.memory_rate_by_x / w + k.memory_rate_by_x_d) / (w - k.memory_rate_by_memory)
         tension_by_x_d = k.pull_by_x / w + k.pull_by_x_d + _of_memory(k.pull_by_memory, memory_by_x_d)
@@ -158,6 +161,8 @@ class _HeldSystem:
         A = w * self.pose.terms.M + np.einsum("ikb,jkb->ijb", cables.Z * (tension_by_x_d * share), cables.Z)
         diagonal = np.arange(self.machine.arm.N)
         A[diagonal, diagonal] += k.resistance_by_speed
+        if lost is not None:
+            A += lost
         return _Elimination(
             memory_by_x_d=memory_by_x_d,
             memory_by_speed=memory_by_speed,
@@ -201,7 +206,11 @@ def rosenbrock_step(
     motors_at = system.motor_motion(start.theta_d, np.zeros(()), at.memory)
     k = law_derivatives(machine, system.cable_motion(at), at.memory, motors_at, system.joint_motion(start.alpha_d))
     w = 1 / (GAMMA * h)
-    elimination = system.eliminated(k, w)
+    lost = None
+    if machine.loses_on_the_way:
+        t = machine.tension(system.cable_motion(at), at.memory)
+        lost = lost_by_speed(machine, pose.cables, t, start.alpha_d)
+    elimination = system.eliminated(k, w, lost)
     stages: list[_Coordinates] = []
     rates, speed = system.rates(at), at.speed
     for number, c in enumerate(C):

@@ -16,7 +16,7 @@ import numpy as np
 from mechanism.batch_layout import arm_batch_last, to_batch_last
 from mechanism.cable_lengths import cable_geometry
 from mechanism.dynamics import terms_batch_last
-from mechanism.laws import CableMotion, JointMotion, MotorMotion
+from mechanism.laws import CableMotion, JointMotion, MotorMotion, Sliding
 from mechanism.machine import Machine
 from observation.expression import Derivatives, Expression, constant, variable
 from observation.state_layout import StateLayout, layout_of
@@ -131,6 +131,11 @@ def _formed(
     )
     resistance = machine.resistance(JointMotion(alpha, alpha_d, since))
     torque = -k.g - resistance + _sum([cables.Z[:, j] * tension[j] for j in range(layout.M)])
+    if machine.loses_on_the_way:
+        losses = machine.losses(cables.Z, alpha_d[:, None], cables.wraps)
+        for i, loss in enumerate(losses):
+            lost = cables.Z[i] * tension * (1 - np.exp(-loss))
+            torque[i] = torque[i] - _sum([lost[j] for j in range(layout.M)])
     lightness = arm.drum / arm.motor_inertia
     theta_dd = lightness * (f - machine.friction(turning) - tension - part("friction_error"))
     memory_d = machine.memory_rate(at, z) if layout.S else z
@@ -166,6 +171,7 @@ def _check_laws(machine: Machine) -> None:
             )
             law.friction(machine.values, turning)
             law.resistance(machine.values, JointMotion(joint, joint, joint))
+            law.loss(machine.values, Sliding(cable, cable))
         except Untraceable as error:
             raise Refused("observe", f"the law {law.name} cannot be written as code ({error})") from error
 

@@ -2,6 +2,7 @@
 
 from diagnosis.effect import LawEffect, law_terms
 from diagnosis.shown_by import TENSION_ALONG_MOTION
+from mechanism.laws.pulley_friction import SLIDING_M_S
 
 
 class PulleyFriction(LawEffect):
@@ -12,5 +13,7 @@ class PulleyFriction(LawEffect):
     place = "cable"
     shown_by = TENSION_ALONG_MOTION
     law = "pulley_friction"
-    terms = law_terms("pulley_friction", "mu")
+    terms = law_terms("pulley_friction", "mu", "ma")
+    shape_terms = law_terms("pulley_friction", "vp")
+    start_shapes = ({"vp": SLIDING_M_S},)
     order = 4

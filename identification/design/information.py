@@ -17,7 +17,7 @@ from identification.design.trajectory import Trajectory
 from identification.residuals import cable_motion, mean_friction, residual_rows
 from identification.signals import Signals
 from identification.unknowns import Unknowns
-from mechanism.cable_lengths import Z, lengths, wrap_angles
+from mechanism.cable_lengths import Z, geometry_of_poses, lengths
 from mechanism.dynamics import mass_matrix, terms
 from mechanism.machine import Machine
 
@@ -65,7 +65,7 @@ def noise_free_signals(motion: Trajectory, clock_sigma: tuple[float, float] = (0
         inertial=arm.motor_inertia / arm.drum * motion.theta_dd,
         Z=jacobian,
         load=np.einsum("tij,tj->ti", k.M, motion.alpha_dd) + k.c + k.g,
-        wrap=wrap_angles(arm, motion.alpha),
+        wraps=geometry_of_poses(arm, motion.alpha).wraps,
         length=lengths(arm, motion.alpha),
         x=motion.x,
         x_d=motion.x_d,

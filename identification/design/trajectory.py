@@ -17,7 +17,7 @@ from scipy.optimize import linprog
 from identification.design.elongations import backward_difference, elongations_for
 from identification.design.fourier import FourierShape, fourier_signal
 from mechanism.arm import Arm
-from mechanism.cable_lengths import Z, Z_dot, lengths, wrap_angles
+from mechanism.cable_lengths import Z, Z_dot, geometry_of_poses, lengths, wrap_angles
 from mechanism.dynamics import terms
 from mechanism.geometry import check_angles
 from mechanism.laws import JointMotion, MotorMotion
@@ -174,7 +174,10 @@ def _tension(
     arm = machine.arm
     k = terms(arm, alpha, alpha_d)
     torque = np.einsum("tij,tj->ti", k.M, alpha_dd) + k.c + k.g + machine.resistance(JointMotion(alpha, alpha_d))
-    jacobian = Z(arm, alpha)
+    cables = geometry_of_poses(arm, alpha)
+    jacobian = cables.Z
+    if machine.loses_on_the_way:
+        jacobian = jacobian * (1 - machine.ratios_lost(cables.Z, alpha_d, cables.wraps))
     inverse = np.linalg.pinv(jacobian)  # (T, M, N)
     width = tension_range[1] - tension_range[0]
     low, high = tension_range[0] + _CLEARANCE * width, tension_range[1] - _CLEARANCE * width

@@ -4,11 +4,22 @@ One definition serves simulation, identification and diagnosis. `LAWS` holds eve
 name; which of them act, and in which order, is for each machine to say.
 """
 
-from mechanism.laws.law import CableMotion, JointMotion, Law, MotorMotion, Term, Values
+from mechanism.laws.law import CableMotion, JointMotion, Law, MotorMotion, Sliding, Term, Values
 from mechanism.laws.unlisted import UnlistedLaw, unlisted_laws
 from xneck_foundation.class_discovery import classes_in
 
-__all__ = ["LAWS", "CableMotion", "JointMotion", "Law", "MotorMotion", "Term", "Values", "is_law", "law_named"]
+__all__ = [
+    "LAWS",
+    "CableMotion",
+    "JointMotion",
+    "Law",
+    "MotorMotion",
+    "Sliding",
+    "Term",
+    "Values",
+    "is_law",
+    "law_named",
+]
 
 LAWS: dict[str, Law] = {law.name: law() for law in classes_in(__name__, __path__, Law) if law is not UnlistedLaw}
 

@@ -119,6 +119,16 @@ class JointMotion:
     """since the recording began, s"""
 
 
+@dataclass(frozen=True)
+class Sliding:
+    """Cables that slide over the pulleys before a mechanism's span, all (..., M)."""
+
+    speed: Array
+    """m/s, towards the drum"""
+    wrap: Array
+    """angle by which they are wound around those pulleys, rad"""
+
+
 class Law:
     """A law of the machine: it acts through the methods that it overrides; the others do nothing."""
 
@@ -164,6 +174,10 @@ class Law:
     def memory_rate(self, p: Values, at: CableMotion, z: Array) -> Array:
         """Rate of the memory variables, (..., M, states)."""
         return np.zeros_like(z)
+
+    def loss(self, p: Values, at: Sliding) -> Array:
+        """Logarithm of the ratio of a cable's tension before pulleys to that behind them, (..., M)."""
+        return np.zeros(())
 
     def resistance(self, p: Values, at: JointMotion) -> Array:
         """Torque against the joints' motion, (..., N), N m."""

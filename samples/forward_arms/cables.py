@@ -32,6 +32,19 @@ def wraps(plant: Plant, fold: Fold, alpha: Array) -> Array:
     return _routed(plant, _turns(plant, fold, alpha)).sum(axis=0)
 
 
+def wraps_before_spans(plant: Plant, fold: Fold, alpha: Array) -> Array:
+    """Of that angle, what lies before the span of each mechanism and behind the one below it, (N, M, B), rad.
+
+    A string that passes on lies on the upper pulley over all but the first quarter of its turn: behind the span."""
+    turns = _turns(plant, fold, alpha)
+    behind = np.zeros_like(turns)
+    for place, turn in ((2, alpha), (3, -alpha)):
+        behind[place] = 3 * np.pi / 2 + turn / 2
+    before, after = _routed(plant, turns - behind), _routed(plant, behind)
+    before[1:] += after[:-1]
+    return before
+
+
 def _turns(plant: Plant, fold: Fold, alpha: Array) -> Array:
     """Of every word on every mechanism, (word, N, B), rad."""
     r, b, L = plant.r, plant.b, plant.L

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from samples.forward_arms.cables import lengths, levers, wraps
+from samples.forward_arms.cables import lengths, levers, wraps, wraps_before_spans
 from samples.forward_arms.dynamics import Equations, equations
 from samples.forward_arms.friction import Friction, friction
 from samples.forward_arms.joints import folded, placed
@@ -29,7 +29,7 @@ class Rates:
     friction: Friction
     taut: Array
     joint_damping: Array
-    """(N, B), of the laws, N m s/rad"""
+    """(N, N, B), of the laws, N m s/rad"""
 
 
 class System:
@@ -65,7 +65,7 @@ class System:
         resistance = rub.force
         state_d = np.empty_like(y)
         joint: Array | float = 0.0
-        damping = np.zeros_like(alpha)
+        damping = np.zeros((len(alpha), *alpha.shape))
         if self.laws:
             added, resisting, driving = np.zeros_like(tension), np.zeros_like(tension), np.zeros_like(alpha)
             memory, memory_d = y[self.memory], state_d[self.memory]
@@ -78,6 +78,8 @@ class System:
                 "x_d": x_d,
                 "tension": tension,
                 "wrap": wraps(plant, fold, alpha),
+                "wraps": wraps_before_spans(plant, fold, alpha),
+                "Z": Z,
                 "memory": memory,
                 "f": f,
                 "gear": plant.gear,
@@ -96,7 +98,7 @@ class System:
             for g in self._that_have["joint"]:
                 s = Snapshot(time, whole, g.columns, g.rows)
                 driving[:, g.columns] += g.law.joint(s)
-                damping[:, g.columns] += g.law.joint_damping(s)
+                damping[..., g.columns] += g.law.joint_damping(s)
             tension, resistance, joint = tension + added, resistance + resisting, driving
         taut = tension > 0
         if self.slack:
@@ -162,8 +164,7 @@ class Implicit:
         self.inertia = plant.motor_inertia + g * plant.travel * (plant.travel * self.both + drag)
         series = self.both * (1 - g * plant.travel**2 * self.both / self.inertia)
         damped = self.mass + g * np.einsum("imb,mb,jmb->ijb", at.Z, series, at.Z)
-        diagonal = np.arange(plant.N)
-        damped[diagonal, diagonal] += g * at.joint_damping
+        damped += g * at.joint_damping
         self.factors = factor(damped)
 
     def solve(self, r: Array) -> Array:

@@ -26,7 +26,7 @@ class _Picked:
         if self.name == "memory":
             value = value[s.rows]
         # stands before this descriptor from now on
-        s.__dict__[self.name] = value = value[:, s.columns]
+        s.__dict__[self.name] = value = value[..., s.columns]
         return value
 
 
@@ -43,6 +43,10 @@ class Snapshot:
     """of the base law alone, N"""
     wrap = _Picked()
     """rad, over which cables lie on the pulleys of their routes"""
+    wraps = _Picked()
+    """(N, M, B): of that, before the span of each mechanism"""
+    Z = _Picked()
+    """(N, M, B), m: how fast a span gives cable where a joint turns"""
     memory = _Picked()
     f = _Picked()
     """N at the cable, as commanded to the motors"""
@@ -89,7 +93,7 @@ class Law:
         return 0.0
 
     def joint_damping(self, s: Snapshot) -> Array | float:
-        """N m s/rad, how steeply `joint` falls with the joints' own speeds: a step that knows it may be longer."""
+        """(N, N, B), N m s/rad, how steeply `joint` falls with the joints' speeds: a step that knows it may be longer."""
         return 0.0
 
     def encoder(self, time: float, theta: Array) -> Array:
@@ -189,7 +193,8 @@ class JointFriction(Law):
         return -self.dry * np.tanh(s.alpha_d / self.width)
 
     def joint_damping(self, s: Snapshot) -> Array:
-        return self.dry / self.width * (1 - np.tanh(s.alpha_d / self.width) ** 2)
+        steep = self.dry / self.width * (1 - np.tanh(s.alpha_d / self.width) ** 2)
+        return np.eye(len(steep))[..., None] * steep
 
 
 @dataclass(frozen=True)
@@ -204,6 +209,31 @@ class PulleyFriction(Law):
     def motor(self, s: Snapshot) -> Array:
         pulled = np.maximum(s.tension, 0.0)
         return pulled * np.expm1(self.mu * s.wrap * turning(s.theta_d))
+
+
+@dataclass(frozen=True)
+class RouteFriction(Law):
+    """Cables that rub on the pulleys of their route, by the way in which a cable slides over each, within `width` (m/s).
+
+    The cable gives at the motor's end: motors feel what stretches it, spans pull with what the pulleys before them leave.
+    """
+
+    mu: Array
+    width: float
+
+    def joint(self, s: Snapshot) -> Array:
+        left = np.exp(-np.cumsum(self.mu * s.wraps * np.tanh(self._sliding(s) / self.width), axis=0))
+        return np.einsum("imb,imb,mb->ib", s.Z, left - 1, np.maximum(s.tension, 0.0))
+
+    def joint_damping(self, s: Snapshot) -> Array:
+        steep = self.mu * s.wraps / self.width * (1 - np.tanh(self._sliding(s) / self.width) ** 2)
+        joints = np.arange(len(s.Z))
+        before_both = np.cumsum(steep, axis=0)[np.minimum(joints[:, None], joints)]
+        return np.einsum("imb,kmb,ikmb,mb->ikb", s.Z, s.Z, before_both, np.maximum(s.tension, 0.0))
+
+    def _sliding(self, s: Snapshot) -> Array:
+        """(N, M, B), m/s, towards the drum: what the spans from there on give."""
+        return np.cumsum((s.Z * s.alpha_d[:, None])[::-1], axis=0)[::-1]
 
 
 @dataclass(frozen=True)

@@ -91,7 +91,7 @@ class AirDrag(Law):
         return -self.by_square * s.alpha_d * np.abs(s.alpha_d)
 
     def joint_damping(self, s: Snapshot) -> Array:
-        return 2 * self.by_square * np.abs(s.alpha_d)
+        return np.eye(len(s.alpha_d))[..., None] * 2 * self.by_square * np.abs(s.alpha_d)
 
 
 @dataclass(frozen=True)

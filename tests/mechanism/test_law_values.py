@@ -8,7 +8,7 @@ import pytest
 
 from mechanism.arm import arm_of
 from mechanism.description import read_neck
-from mechanism.laws import LAWS, CableMotion, JointMotion, MotorMotion
+from mechanism.laws import LAWS, CableMotion, JointMotion, MotorMotion, Sliding
 from tests.paths import NECK_FILE
 
 ARM = arm_of(read_neck(NECK_FILE))
@@ -80,6 +80,19 @@ def test_pulley_friction_is_eytelweins() -> None:
     assert given_way == pytest.approx(-10 * (1 - math.exp(-math.pi)), rel=1e-7)
     slowly = friction("pulley_friction", values, motor(4.0, 10.0, 5 * math.pi))
     assert slowly == pytest.approx(10 * (math.exp(math.pi / 2) - 1), rel=1e-12)
+
+
+def test_along_the_arm_a_cable_loses_by_the_way_it_slides() -> None:
+    """0.2 a radian over half a turn: e^-0.628 = 0.533 of the tension arrives where it is drawn in; half of the log at 0.53 vp."""
+    values = of_cables(ma=0.2, vp=1e-3)
+
+    def loss(speed: float) -> float:
+        return _one(LAWS["pulley_friction"].loss(values, Sliding(np.full(4, speed), np.full(4, math.pi))))
+
+    assert math.exp(-loss(1.0)) == pytest.approx(0.5335, rel=1e-4)
+    assert loss(-1.0) == pytest.approx(-loss(1.0), rel=1e-12)
+    half = 1e-3 * (2**2.7 - 1) ** (-1 / 2.7)
+    assert loss(half) == pytest.approx(0.5 * loss(1.0), rel=1e-5)
 
 
 def test_a_linear_cable_is_a_spring_and_a_damper() -> None:
@@ -227,6 +240,8 @@ ARMS = {
     "k": (500.0, 5e5),
     "ca": (0.0, 1000.0),
     "mu": (0.0, 0.1),
+    "ma": (0.0, 0.1),
+    "vp": (3e-4, 5e-3),
     "slack": (0.0, 1.0),
     "fst": (0.0, 20.0),
     "fp": (0.0, 50.0),

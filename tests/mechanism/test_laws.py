@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mechanism.arm import arm_of
-from mechanism.cable_lengths import wrap_angles
+from mechanism.cable_lengths import geometry_of_poses, wrap_angles
 from mechanism.description import read_neck
 from mechanism.law_derivatives import law_derivatives
 from mechanism.laws import LAWS, CableMotion, JointMotion, MotorMotion
@@ -68,6 +68,20 @@ def test_friction_takes_power_and_never_gives(name: str) -> None:
     at = MotorMotion(theta_d, np.full((41, 4), 60.0), wrap_angles(ARM, np.zeros(3)) * np.ones((41, 4)))
     power = LAWS[name].friction(some(name), at) * theta_d
     assert power.min() >= 0 < power.max()
+
+
+def test_cables_that_rub_along_the_arm_take_power_in_all_their_spans_together() -> None:
+    """Each of them, whichever way the joints turn; where it slides one way at every pulley, Eytelwein's ratio arrives."""
+    machine = Machine(
+        ARM, ("pulley_friction",), some("pulley_friction") | {"ma": np.full(4, 0.02), "vp": np.array([1e-3])}
+    )
+    rng = np.random.default_rng(2)
+    alpha, alpha_d = rng.uniform(-0.8, 0.8, (2, 200, 3))
+    cables = geometry_of_poses(ARM, alpha)
+    lost = machine.ratios_lost(cables.Z, alpha_d, cables.wraps)
+    assert np.all(np.einsum("tij,tij,ti->tj", cables.Z, lost, alpha_d) > 0)
+    fast = machine.ratios_lost(cables.Z, 1e4 * np.sign(cables.Z[..., 0]) * np.array([1.0, 0.0, 0.0]), cables.wraps)
+    np.testing.assert_allclose(1 - fast[:, 0, 0], np.exp(-0.02 * cables.wraps[:, 0, 0]), rtol=1e-6)
 
 
 def test_friction_that_bends_loses_energy_in_a_cycle_as_bristles_and_dry_friction_do() -> None:

@@ -52,7 +52,7 @@ class Seen:
 
 @cache
 def seen() -> tuple[Seen, ...]:
-    settings = Settings(base="exact", seconds=SECONDS, recordings=1, noise_deg=0.02, step=2e-3)
+    settings = Settings(base="exact", seconds=SECONDS, recordings=1, noise_deg=0.02, step=1e-3)
     out = []
     for made in make_arms(SEEDS, settings):
         described = Neck.model_validate_json(json.dumps(neck(made.drawing)))

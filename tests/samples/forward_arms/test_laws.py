@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from benchmarks.ladder import OUTSIDE
 from mechanism import cable_lengths
-from samples.forward_arms.cables import lengths, wraps
+from samples.forward_arms.cables import lengths, levers, wraps, wraps_before_spans
 from samples.forward_arms.dynamics import equations
 from samples.forward_arms.forward import System
 from samples.forward_arms.integration import rosenbrock_step
@@ -20,6 +20,7 @@ from samples.forward_arms.laws import (
     Law,
     Payload,
     PulleyFriction,
+    RouteFriction,
     Snapshot,
     Stribeck,
     Tilt,
@@ -207,15 +208,40 @@ def test_pulleys_take_what_the_capstan_takes() -> None:
 def test_wraps_are_those_of_the_packages(tmp_path: Path) -> None:
     drawing, alpha = odd_plant(), np.random.default_rng(7).uniform(-0.8, 0.8, (3, 20))
     plant = side_by_side([drawing])
-    expected = cable_lengths.wrap_angles(read_arm(drawing, tmp_path), alpha.T)
-    np.testing.assert_allclose(wraps(plant, folded(plant, alpha), alpha).T, expected, atol=1e-12)
+    fold, arm = folded(plant, alpha), read_arm(drawing, tmp_path)
+    np.testing.assert_allclose(wraps(plant, fold, alpha).T, cable_lengths.wrap_angles(arm, alpha.T), atol=1e-12)
+    before_spans = np.moveaxis(wraps_before_spans(plant, fold, alpha), -1, 0)
+    np.testing.assert_allclose(before_spans, cable_lengths.geometry_of_poses(arm, alpha.T).wraps, atol=1e-12)
 
 
 def test_joint_friction_is_as_steep_as_it_says() -> None:
     law, e = JointFriction(dry=0.03, width=0.05), 1e-6
     speed = np.random.default_rng(8).uniform(-0.2, 0.2, (3, 20))
     one, other = (law.joint(snapshot(alpha_d=speed + s * e)) for s in (1, -1))
-    np.testing.assert_allclose(law.joint_damping(snapshot(alpha_d=speed)), (other - one) / (2 * e), rtol=1e-6)
+    slope = np.einsum("iib->ib", law.joint_damping(snapshot(alpha_d=speed)))
+    np.testing.assert_allclose(slope, (other - one) / (2 * e), rtol=1e-6)
+
+
+def test_a_cable_loses_power_on_its_pulleys_whichever_way_joints_turn() -> None:
+    """In all of its spans together; a step is told of the slope, to the first order in what is lost."""
+    plant = side_by_side([odd_plant()])
+    rng, e = np.random.default_rng(9), 1e-7
+    alpha, speed = rng.uniform(-0.8, 0.8, (2, 3, 20))
+    fold = folded(plant, alpha)
+    whole = {
+        "wraps": wraps_before_spans(plant, fold, alpha),
+        "Z": levers(plant, fold),
+        "tension": rng.uniform(5, 80, (plant.M, 20)),
+    }
+    law = RouteFriction(np.full((plant.M, 1), 1e-4), 2e-3)
+
+    def torque(alpha_d: Array) -> Array:
+        return law.joint(snapshot(alpha_d=alpha_d, **whole))
+
+    assert np.all(np.sum(torque(speed) * speed, axis=0) < 0)
+    slopes = [(torque(speed - e * u) - torque(speed + e * u)) / (2 * e) for u in np.eye(3)[..., None]]
+    told = law.joint_damping(snapshot(alpha_d=speed, **whole))
+    np.testing.assert_allclose(told, np.stack(slopes, axis=1), rtol=0.01, atol=1e-3 * np.abs(told).max())
 
 
 @dataclass(frozen=True)
@@ -223,7 +249,7 @@ class SteepJointFriction(JointFriction):
     """The same with a slope that no step is told of."""
 
     def joint_damping(self, s: Snapshot) -> Array:
-        return np.zeros_like(s.alpha_d)
+        return np.zeros((len(s.alpha_d), *s.alpha_d.shape))
 
 
 def test_steps_may_be_long_where_the_joints_friction_is_steep() -> None:
