@@ -9,7 +9,7 @@ from benchmarks.forward_arm_runs import SETTINGS, seen
 from diagnosis.cause_parameters import parameters_of
 from diagnosis.diagnose import Diagnosis, diagnose
 from samples.forward_arms.arms import Arm, make_arms
-from samples.forward_arms.laws import Hardening, JointFriction, Law, Tilt
+from samples.forward_arms.laws import Hardening, JointFriction, Law, RouteFriction, Tilt
 
 pytestmark = pytest.mark.slow
 
@@ -20,6 +20,7 @@ HIDDEN: dict[str, tuple[Law, ...]] = {
     "hardening": (Hardening(np.array([3.9e7, 3.5e7, 4.5e7, 6.9e7])),),
     "tilt": (Tilt(0.067),),
     "joint": (JointFriction(dry=0.0166, width=0.1),),
+    "pulleys": (RouteFriction(np.full(4, 0.01), width=1e-3),),
 }
 
 
@@ -80,6 +81,15 @@ def test_a_cause_has_the_last_step_of_its_fit(cases: dict[str, Case]) -> None:
 def test_what_resembles_a_cause_is_given_up_beside_it(cases: dict[str, Case]) -> None:
     """A little backlash stood beside joint friction: straight lines from a shape that is not yet right called it needed."""
     assert [cause.effect.name for cause in cases["joint"].found.causes] == ["joint_friction"]
+
+
+def test_friction_on_pulleys_is_told_from_that_of_the_motors_and_of_the_joints(cases: dict[str, Case]) -> None:
+    """Each pulley rubs by the way the cable slides over it, and motors feel none of it; the law turns over a little otherwise."""
+    case = cases["pulleys"]
+    assert [cause.effect.name for cause in case.found.causes] == ["pulley_friction"]
+    along_the_arm, at_the_motors = case.numbers("ma"), case.numbers("mu")
+    assert [value for value, _ in along_the_arm] == pytest.approx([0.01] * 4, rel=0.06)
+    assert all(abs(value) < 4 * sigma < 4 * 1e-3 for value, sigma in at_the_motors)
 
 
 def test_another_motion_asks_for_no_more_than_the_floor_says(cases: dict[str, Case]) -> None:
