@@ -11,6 +11,8 @@ from mechanism.machine import Machine
 
 STEP_M, STEP_M_S, STEP_MOTOR_RAD_S, STEP_N, STEP_JOINT_RAD_S, STEP_MEMORY = 1e-7, 1e-6, 1e-5, 1e-4, 1e-6, 1e-6
 """steps of the differences: far below what laws change on, far above rounding"""
+CHORD_RAD_S = 0.2
+"""rad/s: half of the chord by which what cables lose is softened, about what it takes from a joint's speed in a step"""
 
 
 @dataclass(frozen=True)
@@ -91,13 +93,26 @@ def law_derivatives(
     )
 
 
-def lost_by_speed(machine: Machine, cables: CableGeometry, t: Array, alpha_d: Array) -> Array:
-    """Change of the torque that cables lose on their way by the joints' speeds, its symmetric part, (N, N, B); t: (M, B), N."""
+@dataclass(frozen=True)
+class Losses:
+    """What cables lose on their way along the arm, at one state of a batch."""
+
+    arriving: Array
+    """share of a cable's tension that is left at each mechanism, (N, M, B)"""
+    torque_by_speed: Array
+    """change of the torque that is lost by the joints' speeds, (N, N, B), N m s/rad: the slope and a chord's together
+
+    A joint that friction brings to rest within a step does not know it by the slope where it begins, and would turn back."""
+
+
+def losses_at(machine: Machine, cables: CableGeometry, t: Array, alpha_d: Array) -> Losses:
+    """At tensions t (M, B), N, and joint speeds (N, B), rad/s."""
     columns = []
     for unit in np.eye(len(alpha_d))[:, :, None]:
-        low, high = (
-            machine.torque_lost(t, cables, alpha_d + step * unit) for step in (-STEP_JOINT_RAD_S, STEP_JOINT_RAD_S)
-        )
-        columns.append((high - low) / (2 * STEP_JOINT_RAD_S))
-    slope = np.stack(columns, axis=1)
-    return (slope + np.swapaxes(slope, 0, 1)) / 2
+        slopes = []
+        for step in (STEP_JOINT_RAD_S, CHORD_RAD_S):
+            low, high = (machine.torque_lost(t, cables, alpha_d + s * unit) for s in (-step, step))
+            slopes.append((high - low) / (2 * step))
+        columns.append(sum(slopes))
+    arriving = np.exp(-np.stack(machine.losses(cables.Z, alpha_d[:, None], cables.wraps)))
+    return Losses(arriving, np.stack(columns, axis=1))

@@ -174,14 +174,14 @@ class Machine:
     @cached_property
     def loses_on_the_way(self) -> bool:
         """Whether less of a cable's tension arrives at the spans of its mechanisms than it has at the drum."""
-        return any(type(law).loss is not Law.loss for law in self.laws)
+        return any(law.loses(self.values) for law in self.laws)
 
     def losses(self, Z: Array, alpha_d: Array, wraps: Array) -> list[Array]:
         """Logarithm of a cable's tension at the drum over what arrives at each mechanism's span, N arrays (..., M).
 
         Z, wraps: (N, ..., M), m and rad, mechanisms first; alpha_d: (N, ...) to be multiplied with them, rad/s.
         """
-        losing = [law for law in self.laws if type(law).loss is not Law.loss]
+        losing = [law for law in self.laws if law.loses(self.values)]
         speeds = [Z[-1] * alpha_d[-1]]
         for i in range(len(Z) - 2, -1, -1):
             speeds.insert(0, speeds[0] + Z[i] * alpha_d[i])

@@ -15,7 +15,7 @@ from mechanism.arm import Array
 from mechanism.batched_ldl import ldl_factor, ldl_solve
 from mechanism.cable_lengths import CableGeometry
 from mechanism.dynamics import Terms
-from mechanism.law_derivatives import LawDerivatives, law_derivatives, lost_by_speed
+from mechanism.law_derivatives import LawDerivatives, Losses, law_derivatives, losses_at
 from mechanism.laws import CableMotion, JointMotion, MotorMotion
 from mechanism.machine import Machine
 
@@ -91,8 +91,22 @@ class _Elimination:
     """loss of the motor's speed by the tension, (M, B)"""
     share: Array
     """of an elongation's change that stays when its motor gives way, (M, B)"""
-    factors: Array
-    """of the joints' system, (N, N, B), as `ldl_factor` gives them"""
+    arriving: Array
+    """Z of what cables lose nothing of on their way, (N, M, B), m"""
+    joints: Array
+    """the joints' system, (N, N, B): as `ldl_factor` gives it, or itself where cables lose on their way and it is not symmetric"""
+    symmetric: bool
+
+    def torque(self, t: Array) -> Array:
+        """Of tensions (M, B), N, on the joints, (N, B), N m."""
+        return np.einsum("ijb,jb->ib", self.arriving, t)
+
+    def solved(self, torque: Array) -> Array:
+        """The joints' part of a stage, (N, B), for its torques, (N, B)."""
+        if self.symmetric:
+            return ldl_solve(self.joints, torque)
+        solution = np.linalg.solve(np.moveaxis(self.joints, -1, 0), torque.T[..., None])
+        return np.asarray(solution[..., 0].T, dtype=float)
 
 
 class _HeldSystem:
@@ -149,8 +163,8 @@ class _HeldSystem:
             theta_dd = self.motor_lightness * (self.motors.value - friction - t)
         return _Rates(torque, theta_dd, machine.memory_rate(at, c.memory) if machine.states else c.memory)
 
-    def eliminated(self, k: LawDerivatives, w: float, lost: Array | None) -> _Elimination:
-        """w: 1/(gamma h), 1/s; lost: change of the torque that cables lose by the joints' speeds, (N, N, B), if they lose any."""
+    def eliminated(self, k: LawDerivatives, w: float, losses: Losses | None) -> _Elimination:
+        """w: 1/(gamma h), 1/s; losses: where cables lose on their way."""
         cables, lightness = self.pose.cables, self.motor_lightness
         memory_by_x_d = (k.memory_rate_by_x / w + k.memory_rate_by_x_d) / (w - k.memory_rate_by_memory)
         tension_by_x_d = k.pull_by_x / w + k.pull_by_x_d + _of_memory(k.pull_by_memory, memory_by_x_d)
@@ -158,11 +172,12 @@ class _HeldSystem:
         motor_inertia = w + lightness * (k.friction_by_speed + _of_memory(k.friction_by_memory, memory_by_speed))
         motor_by_tension = lightness * (1 + k.friction_by_tension) / motor_inertia
         share = 1 / (1 + self.drum * motor_by_tension * tension_by_x_d)
-        A = w * self.pose.terms.M + np.einsum("ikb,jkb->ijb", cables.Z * (tension_by_x_d * share), cables.Z)
+        arriving = cables.Z if losses is None else cables.Z * losses.arriving
+        A = w * self.pose.terms.M + np.einsum("ikb,jkb->ijb", arriving * (tension_by_x_d * share), cables.Z)
         diagonal = np.arange(self.machine.arm.N)
         A[diagonal, diagonal] += k.resistance_by_speed
-        if lost is not None:
-            A += lost
+        if losses is not None:
+            A += losses.torque_by_speed
         return _Elimination(
             memory_by_x_d=memory_by_x_d,
             memory_by_speed=memory_by_speed,
@@ -170,7 +185,9 @@ class _HeldSystem:
             motor_inertia=motor_inertia,
             motor_by_tension=motor_by_tension,
             share=share,
-            factors=ldl_factor(A),
+            arriving=arriving,
+            joints=ldl_factor(A) if losses is None else A,
+            symmetric=losses is None,
         )
 
     def stage(
@@ -188,8 +205,8 @@ class _HeldSystem:
         tension = k.pull_by_x * x_change + _of_memory(k.pull_by_memory, memory)
         rubbed = theta_dd - self.motor_lightness * _of_memory(k.friction_by_memory, memory)
         free_motors = rubbed / e.motor_inertia - e.motor_by_tension * tension
-        held_torque = cables.torque(tension + e.tension_by_x_d * e.share * self.drum * free_motors)
-        joints_d = ldl_solve(e.factors, torque + held_torque)
+        held_torque = e.torque(tension + e.tension_by_x_d * e.share * self.drum * free_motors)
+        joints_d = e.solved(torque + held_torque)
         x_d = e.share * cables.stretch(self.drum, joints_d, free_motors)
         motors_d = free_motors - e.motor_by_tension * e.tension_by_x_d * x_d
         speed_change = np.concatenate([joints_d, motors_d, x_d])
@@ -206,11 +223,10 @@ def rosenbrock_step(
     motors_at = system.motor_motion(start.theta_d, np.zeros(()), at.memory)
     k = law_derivatives(machine, system.cable_motion(at), at.memory, motors_at, system.joint_motion(start.alpha_d))
     w = 1 / (GAMMA * h)
-    lost = None
+    losses = None
     if machine.loses_on_the_way:
-        t = machine.tension(system.cable_motion(at), at.memory)
-        lost = lost_by_speed(machine, pose.cables, t, start.alpha_d)
-    elimination = system.eliminated(k, w, lost)
+        losses = losses_at(machine, pose.cables, machine.tension(system.cable_motion(at), at.memory), start.alpha_d)
+    elimination = system.eliminated(k, w, losses)
     stages: list[_Coordinates] = []
     rates, speed = system.rates(at), at.speed
     for number, c in enumerate(C):

@@ -12,6 +12,8 @@ from mechanism.laws import CableMotion, MotorMotion
 from mechanism.machine import Machine
 from mechanism.rosenbrock import BatchState, HeldPose, MotorInput, rosenbrock_step
 
+LOSSES_STEP_S = 1e-3
+"""s: longest step where cables lose on their way. It brings a joint to rest within less than a row (docs/thresholds.md)"""
 _FORCE_PASSES = 4
 """for forces on which friction depends: each pass is nearer by the share of the force that friction takes"""
 
@@ -77,6 +79,8 @@ def integrate(
     Where the arm has left the range of its mechanisms the angles are not finite or beyond pi.
     """
     rest_length = cable_geometry(machine.arm, np.zeros((machine.arm.N, 1))).length
+    if machine.loses_on_the_way:
+        max_step = min(max_step, LOSSES_STEP_S)
     state = motors.at(0, state)
     alpha_dd = np.zeros_like(state.alpha)
     yield _output(machine, state, rest_length, motors, 0, time[0] - began)

@@ -175,6 +175,10 @@ class Law:
         """Rate of the memory variables, (..., M, states)."""
         return np.zeros_like(z)
 
+    def loses(self, p: Values) -> bool:
+        """Whether `loss` is anything but zero."""
+        return False
+
     def loss(self, p: Values, at: Sliding) -> Array:
         """Logarithm of the ratio of a cable's tension before pulleys to that behind them, (..., M)."""
         return np.zeros(())

@@ -13,7 +13,7 @@ _WOULD_TELL = "vary the tension while the motors turn"
 
 
 class PulleyFriction(Law):
-    """A cable that slides over pulleys by an angle pulls exp(mu angle) times as much where it is drawn from.
+    """A cable that slides over pulleys by an angle pulls exp(mu angle) times as much where it is drawn to.
 
     The elastic part of a cable may be behind its pulleys or before them. Behind them, a motor that winds in pulls exp(mu wrap)
     times the cable's tension, one that gives way exp(-mu wrap) times. Before them the motor feels the cable's tension, and at the
@@ -31,6 +31,9 @@ class PulleyFriction(Law):
 
     def friction(self, p: Values, at: MotorMotion) -> Array:
         return np.expm1(p["mu"] * at.wrap * at.share(p["cm"])) * at.tension
+
+    def loses(self, p: Values) -> bool:
+        return bool(np.any(p["ma"]))
 
     def loss(self, p: Values, at: Sliding) -> Array:
         s = at.speed / p["vp"]

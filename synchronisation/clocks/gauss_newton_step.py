@@ -33,7 +33,7 @@ _FIXED = 1e-9
 _FIRST_TORQUE_ERROR = 0.01
 """N m: error of the arm's equation before friction is estimated, when the residual is mostly friction"""
 _LEAST_ROWS_OF_A_CLASS = 40
-"""rows of the arm's equation, of two unknowns or three each second, by which an error is estimated"""
+"""rows of the arm's equation, three seconds of them, by which an error is estimated"""
 _DATA_RIDGE = 1e-12
 """of columns scaled to one: keeps unknowns that nothing excites in their place"""
 
@@ -218,14 +218,14 @@ def _with_torque_error(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -
     errors = np.full(residual.shape, _FIRST_TORQUE_ERROR)
     if estimated:
         errors = np.stack([_by_class(r, slow) for r, slow in zip(residual.T, arm.slow.T, strict=True)], axis=1)
-    error = np.where(arm.slow.all(axis=0), errors.max(axis=0), np.where(arm.slow, np.inf, errors).min(axis=0))
-    return replace(unknowns, torque_error=error), residual, errors
+    # of both classes as the likelihood has it
+    return replace(unknowns, torque_error=np.exp(np.mean(np.log(errors), axis=0))), residual, errors
 
 
 def _by_class(residual: Array, slow: NDArray[np.bool_]) -> Array:
     """Standard deviation of a joint's residuals, (K,), where it moves and where it hardly does; one where either are few."""
     if min(slow.sum(), (~slow).sum()) < _LEAST_ROWS_OF_A_CLASS:
-        return np.full(len(residual), np.std(residual))
+        return np.full(len(residual), float(np.std(residual)))
     of_slow, of_others = float(np.std(residual[slow])), float(np.std(residual[~slow]))
     return np.where(slow, of_slow, of_others)
 
