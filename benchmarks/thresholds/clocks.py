@@ -248,7 +248,7 @@ def _thresholds() -> list[Threshold]:
         *of("gauss_newton_step", "SKEW_SIGMA", "BLOCK_S", "FV_SIGMA"),
         *scaled("identification.unknowns", "DELAY_SIGMA_S"),
         *scaled("mechanism.drawing_errors", "MAX_DRAWING_ERROR"),
-        *of("arm_equation", "PAYLOAD_SIGMA", "TILT_SIGMA_RAD", "GAIN_SIGMA", "LOSS_SIGMA", "SLOW_JOINT_RAD_S"),
+        *of("arm_equation", "PAYLOAD_SIGMA", "TILT_SIGMA_RAD"),
         *of("frame_geometry", "MIN_CABLE_ERROR_M", "MIN_NOISE_SCALE"),
         *of("light", "MIN_SWITCHES", "MIN_CONTRAST", "SEARCH_RANGE_S", "MAX_SEARCHED_SKEW", "MIN_BRIGHTNESS_NOISE"),
         *of("light", "MAX_DEVIATION_SIGMA", "MAX_MISFIT"),

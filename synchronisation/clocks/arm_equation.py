@@ -2,8 +2,7 @@
 
 In t = n - fs dry(theta') - fv theta' the force n comes late by a delay. Through the cables alone fv looks like an offset (5 ms
 for 0.02 N s/rad); here it turns the joints by Z fv theta', which no friction of the joints does. Masses, springs, a load at the
-tip, the base's tilt, the motors' inertia and gain, what cables lose on their pulleys on the way along the arm, and joint friction
-with the speed at which it turns over are nuisances. So are the arm's
+tip, the base's tilt, the motors' inertia, and joint friction with the speed at which it turns over are nuisances. So are the arm's
 dimensions and the form of the motors' friction, which the cables' equation holds too: if each had a form of its own, the two would
 trade viscosity for the clock. Both sides pass the same filters.
 """
@@ -13,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
-from scipy.ndimage import minimum_filter1d
 
 from identification.dataset.series import clear_of_gaps
 from identification.filters import low_pass
@@ -21,7 +19,6 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.drawing_errors import MAX_DRAWING_ERROR, MOTOR_INERTIA_SIGMA
 from mechanism.dynamics import terms
-from mechanism.laws.pulley_friction import SLIDING_M_S
 from synchronisation.clocks.angles_between_frames import missed_by_spline
 from synchronisation.clocks.frame_geometry import DIMENSION_STEP, enlarged_arms
 from synchronisation.clocks.signals import LogSignals, cubic_spline
@@ -49,15 +46,6 @@ PAYLOAD_SIGMA = 3.0
 """relative standard deviation of the last top bar's mass and inertia: what hangs there is not in neck.yaml (docs/thresholds.md)"""
 TILT_SIGMA_RAD = 0.05
 """rad: standard deviation of the base's tilt against gravity (docs/thresholds.md)"""
-GAIN_SIGMA = 0.1
-"""relative standard deviation of the force by which a motor answers to its command (docs/thresholds.md)"""
-LOSS_SIGMA = 0.1
-"""standard deviation of the share of its tension that a cable loses on the pulleys before one mechanism's span
-(docs/thresholds.md)"""
-SLOW_JOINT_RAD_S = 0.02
-"""rad/s: friction may hold a slower joint by any torque, so what its rows miss is a class of its own (docs/thresholds.md)"""
-_SLOW_PRODUCTS = 5
-"""products, about a row, in none of which the joint is slow"""
 _OFFSET_STEP_S = 2e-3
 """s: change of the offset whose effect gives its slope"""
 _MASS_FIELDS = (("top_mass", "top_inertia"), ("diagonal_mass", "diagonal_inertia"), ("spring_stiffness",))
@@ -82,8 +70,7 @@ class ArmRows:
     by_form: Array
     """(K, N, M, W): by the forms of the motors' friction, N, which the cables' equation holds too"""
     by_nuisance: Array
-    """(K, N, Q): parts of the arm, tilt, motors' inertia, gain, losses on pulleys, joints' dry friction, its turning over, viscous,
-    constant friction"""
+    """(K, N, Q): parts of the arm, tilt, motors' inertia, joints' dry friction, its turning over, viscous, constant friction"""
     nuisance_sigma: Array
     """(Q,): standard deviation of each nuisance around zero; infinite where nothing is known"""
     time: Array
@@ -94,8 +81,6 @@ class ArmRows:
     """(T, N), rad/s: joint speeds where the products are formed"""
     kept: NDArray[np.bool_]
     """(T,): products that are clear of gaps and ends"""
-    slow: NDArray[np.bool_]
-    """(K, N): rows about which the joint hardly moves"""
 
     def residual_at(self, unknowns: ClockUnknowns, forms: Array) -> Array:
         """Residuals (K, N), N m, at an estimate near the one that the rows were made with; forms: (M, W), N, of friction."""
@@ -168,13 +153,10 @@ def arm_equation_rows(
         by_part,
         _tilt_torque(arm, a)[..., None],
         jacobian * motion.inertial[:, None, :],
-        jacobian * motion.force[:, None, :],
-        _losses(arm, jacobian, motion.force, joint_speed),
         _joint_dry_friction(joint_speed, joint_width),
         a_d[..., None] * per_joint,
         np.ones_like(a_d)[..., None] * per_joint,
     ]
-    slowest = minimum_filter1d(np.abs(joint_speed), _SLOW_PRODUCTS, axis=0)
     return ArmRows(
         residual=_rows_of(residual, kept),
         by_offset=_rows_of((later - residual) / _OFFSET_STEP_S, kept),
@@ -189,7 +171,6 @@ def arm_equation_rows(
         offset=offset,
         joint_speed=joint_speed,
         kept=kept,
-        slow=(slowest < SLOW_JOINT_RAD_S)[::PRODUCTS_PER_ROW][kept[::PRODUCTS_PER_ROW]],
     )
 
 
@@ -256,21 +237,6 @@ def _torque_by_dimension(arm: Arm, motion: _Motion, fs: Array) -> Array:
     return np.stack([unbalanced(other) - described for other in enlarged_arms(arm)], axis=-1) / DIMENSION_STEP
 
 
-def _losses(arm: Arm, jacobian: Array, force: Array, joint_speed: Array) -> Array:
-    """Torque that each cable loses where the pulleys before each of its spans hold all of it, (T, N, spans), N m.
-
-    The ratio is lost at that span and at those behind it, by the way in which the cable slides over the pulleys."""
-    gives = np.einsum("tnm,tn->tnm", jacobian, joint_speed)
-    columns = []
-    for j, route in enumerate(arm.routes):
-        for i in range(len(route)):
-            sliding = gives[:, i:, j].sum(axis=1)
-            lost = jacobian[:, :, j] * (force[:, j] * sliding / np.hypot(sliding, SLIDING_M_S))[:, None]
-            lost[:, :i] = 0.0
-            columns.append(lost)
-    return np.stack(columns, axis=-1)
-
-
 def _joint_dry_friction(speed: Array, width: float) -> Array:
     """Dry friction of 1 N m of each joint, then its slopes by log(1 / width), (T, N, 2 N), for joint speeds (T, N), rad/s."""
     relative, per_joint = speed / width, np.eye(speed.shape[1])
@@ -283,8 +249,7 @@ def _nuisance_sigma(arm: Arm) -> Array:
     parts = np.full(len(_MASS_FIELDS) * arm.N, MAX_DRAWING_ERROR)
     parts[arm.N - 1] = PAYLOAD_SIGMA
     friction = np.full(4 * arm.N, np.inf)
-    gains, losses = np.full(arm.M, GAIN_SIGMA), np.full(sum(map(len, arm.routes)), LOSS_SIGMA)
-    return np.concatenate([parts, [TILT_SIGMA_RAD], np.full(arm.M, MOTOR_INERTIA_SIGMA), gains, losses, friction])
+    return np.concatenate([parts, [TILT_SIGMA_RAD], np.full(arm.M, MOTOR_INERTIA_SIGMA), friction])
 
 
 def _rows_of(values: Array, kept: NDArray[np.bool_]) -> Array:

@@ -32,8 +32,6 @@ _FIXED = 1e-9
 """standard deviation of an unknown that a step must not move"""
 _FIRST_TORQUE_ERROR = 0.01
 """N m: error of the arm's equation before friction is estimated, when the residual is mostly friction"""
-_LEAST_ROWS_OF_A_CLASS = 40
-"""rows of the arm's equation, three seconds of them, by which an error is estimated"""
 _DATA_RIDGE = 1e-12
 """of columns scaled to one: keeps unknowns that nothing excites in their place"""
 
@@ -96,14 +94,15 @@ def gauss_newton_step(
     """The unknowns after one step, but for cable_error and noise_scale, and the equations that it solved.
 
     fv: (M,), N s/rad, NaN where not given."""
-    arm, residual, error = rows.arm, None, None
+    arm, residual = rows.arm, None
     if arm is not None:
-        unknowns, residual, error = _with_torque_error(unknowns, arm, assumptions.law)
+        unknowns, residual = _with_torque_error(unknowns, arm, assumptions.law)
     columns = _Columns.of(unknowns, arm)
     sums = _NormalSums(columns.count, rows.frames.time)
     _add_cables(sums, columns, rows)
-    if arm is not None and residual is not None and error is not None:
-        sums.add(columns.of_arm(arm, assumptions.law) / error[..., None], residual / error, arm.time - unknowns.offset)
+    if arm is not None and residual is not None:
+        J = columns.of_arm(arm, assumptions.law) / unknowns.torque_error[:, None]
+        sums.add(J, residual / unknowns.torque_error, arm.time - unknowns.offset)
     centre, sigma = _prior(columns, unknowns, assumptions, fv, arm, skew_fixed)
     vector = columns.vector(unknowns)
     products = sums.products.sum(axis=0)
@@ -203,10 +202,8 @@ class _Columns:
         return np.concatenate([common, rows.by_dimension, rows.by_fv, cables, rows.by_fs, rows.by_nuisance], axis=-1)
 
 
-def _with_torque_error(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -> tuple[ClockUnknowns, Array, Array]:
-    """The unknowns with the parameters and the error of the arm's equation, its residuals and their errors, (K, N), N m.
-
-    Rows in which a joint hardly moves have an error of their own: friction that holds it is any torque up to its greatest."""
+def _with_torque_error(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -> tuple[ClockUnknowns, Array]:
+    """The unknowns with the parameters and the error of the arm's equation, and its residuals (K, N), N m."""
     if not len(unknowns.arm_parameters):
         count = arm.by_fs.shape[-1] + arm.by_nuisance.shape[-1]
         unknowns = replace(unknowns, arm_parameters=np.zeros(count))
@@ -215,19 +212,8 @@ def _with_torque_error(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -
         forms = FORCE_SCALE_N * unknowns.cable_parameters[:, law.form_columns]
     residual = arm.residual_at(unknowns, forms)
     estimated = np.any(unknowns.arm_parameters)
-    errors = np.full(residual.shape, _FIRST_TORQUE_ERROR)
-    if estimated:
-        errors = np.stack([_by_class(r, slow) for r, slow in zip(residual.T, arm.slow.T, strict=True)], axis=1)
-    # of both classes as the likelihood has it
-    return replace(unknowns, torque_error=np.exp(np.mean(np.log(errors), axis=0))), residual, errors
-
-
-def _by_class(residual: Array, slow: NDArray[np.bool_]) -> Array:
-    """Standard deviation of a joint's residuals, (K,), where it moves and where it hardly does; one where either are few."""
-    if min(slow.sum(), (~slow).sum()) < _LEAST_ROWS_OF_A_CLASS:
-        return np.full(len(residual), float(np.std(residual)))
-    of_slow, of_others = float(np.std(residual[slow])), float(np.std(residual[~slow]))
-    return np.where(slow, of_slow, of_others)
+    error = np.std(residual, axis=0) if estimated else np.full(residual.shape[1], _FIRST_TORQUE_ERROR)
+    return replace(unknowns, torque_error=error), residual
 
 
 def _prior(
