@@ -172,5 +172,4 @@ def _torque(
     )
     tension = np.broadcast_to(machine.tension(at, memory_states(machine, at, rows.step)), x.shape)
     resistance = machine.resistance(JointMotion(rows.alpha, speed, since))
-    arrives = Z * (1 - machine.ratios_lost(Z, speed, wraps)) if machine.loses_on_the_way else Z
-    return np.einsum("tij,tj->ti", arrives, tension) - load - resistance, tension
+    return np.einsum("tij,tj->ti", machine.arriving(Z, speed, wraps), tension) - load - resistance, tension

@@ -8,7 +8,7 @@ sign of filtered theta' is not the filtered sign of theta'.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,8 +38,8 @@ class LawForces:
     friction: Array
     pull: Array
     resistance: Array
-    lost: Array | None = None
-    """torque that cables lose on the way to each mechanism, (T, N, M), N m; None where they lose nothing"""
+    lost: Array = field(default_factory=lambda: np.zeros(()))
+    """torque that cables lose on the way to each mechanism, (T, N, M), N m; one zero where they lose nothing"""
 
     @property
     def drive(self) -> Array:
@@ -146,10 +146,10 @@ def mean_friction(s: Signals, machine: Machine, tension: Array) -> Array:
     return np.broadcast_to(machine.friction(turning), s.speeds.mean.shape).mean(axis=0)
 
 
-def torque_lost(s: Signals, machine: Machine, tension: Array) -> Array | None:
-    """Torque that cables lose on the way to each mechanism, (T, N, M), N m, under tensions (T, M), N."""
+def torque_lost(s: Signals, machine: Machine, tension: Array) -> Array:
+    """Torque that cables lose on the way to each mechanism under tensions (T, M), N, as `LawForces` has it."""
     if not machine.loses_on_the_way:
-        return None
+        return np.zeros(())
     return s.Z * machine.ratios_lost(s.Z, s.alpha_d, s.wraps) * np.maximum(tension, 0.0)[:, None]
 
 
@@ -212,7 +212,7 @@ def residuals_of(s: Signals, forces: LawForces) -> Array:
     """Residuals of one recording with the laws' forces, (C, S)."""
     net = (forces.drive - s.inertial).T
     torque = np.einsum("ijt,jt->it", s.levers, net) - (s.load + forces.resistance).T
-    if forces.lost is not None:
+    if forces.lost.any():
         torque = torque - forces.lost.sum(axis=-1).T
     return np.concatenate([s.low_pass(net - forces.pull.T), s.low_pass(torque)])
 
@@ -276,19 +276,19 @@ def residual_change(s: Signals, base: LawForces, moved: LawForces, term: Term) -
         out[m + np.arange(n), :, np.arange(n)] = -s.low_pass(resistance)
         return out
     motor = s.low_pass(drive - pull)
-    lost = None if moved.lost is None else moved.lost - (0.0 if base.lost is None else base.lost)
+    lost = moved.lost - base.lost
     if term.of == "cable":
         out = np.zeros((m + n, count, m))
         out[np.arange(m), :, np.arange(m)] = motor
         if drive.any():
             out[m:] = np.moveaxis(s.low_pass(s.levers * drive), 1, 2)
-        if lost is not None and lost.any():
+        if lost.any():
             out[m:] -= np.moveaxis(s.low_pass(np.moveaxis(lost, 0, -1)), 1, 2)
         return out
     out = np.zeros((m + n, count, 1))
     out[:m, :, 0] = motor
     if drive.any() or resistance.any():
         out[m:, :, 0] = s.low_pass(np.einsum("ijt,jt->it", s.levers, drive) - resistance)
-    if lost is not None and lost.any():
+    if lost.any():
         out[m:, :, 0] -= s.low_pass(lost.sum(axis=-1).T)
     return out

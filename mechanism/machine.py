@@ -198,6 +198,10 @@ class Machine:
         mechanisms_first = (np.moveaxis(v, -2, 0) for v in (Z, np.asarray(alpha_d)[..., None], wraps))
         return -np.expm1(-np.stack(np.broadcast_arrays(*self.losses(*mechanisms_first)), axis=-2))
 
+    def arriving(self, Z: Array, alpha_d: Array, wraps: Array) -> Array:
+        """Z of what arrives of each cable's tension, (..., N, M), m; arguments as in `ratios_lost`."""
+        return Z * (1 - self.ratios_lost(Z, alpha_d, wraps)) if self.loses_on_the_way else Z
+
     def torque_lost(self, t: Array, cables: CableGeometry, alpha_d: Array) -> Array:
         """Torque that tensions t (M, B), N, lose on the way, (N, B), N m, in batch layout; alpha_d: (N, B), rad/s."""
         losses = self.losses(cables.Z, alpha_d[:, None], cables.wraps)

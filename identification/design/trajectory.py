@@ -175,9 +175,7 @@ def _tension(
     k = terms(arm, alpha, alpha_d)
     torque = np.einsum("tij,tj->ti", k.M, alpha_dd) + k.c + k.g + machine.resistance(JointMotion(alpha, alpha_d))
     cables = geometry_of_poses(arm, alpha)
-    jacobian = cables.Z
-    if machine.loses_on_the_way:
-        jacobian = jacobian * (1 - machine.ratios_lost(cables.Z, alpha_d, cables.wraps))
+    jacobian = machine.arriving(cables.Z, alpha_d, cables.wraps)
     inverse = np.linalg.pinv(jacobian)  # (T, M, N)
     width = tension_range[1] - tension_range[0]
     low, high = tension_range[0] + _CLEARANCE * width, tension_range[1] - _CLEARANCE * width

@@ -36,9 +36,7 @@ def runge_kutta(
         at = CableMotion(x, x_d, length, arm, arm.drum * y.theta_d, drum_angle, y.theta, since_began)
         t = machine.tension(at, y.memory)
         k = terms(arm, y.alpha, y.alpha_d)
-        arrives = jacobian
-        if machine.loses_on_the_way:
-            arrives = jacobian * (1 - machine.ratios_lost(jacobian, y.alpha_d, geometry_of_poses(arm, y.alpha).wraps))
+        arrives = machine.arriving(jacobian, y.alpha_d, geometry_of_poses(arm, y.alpha).wraps)
         torque = arrives @ t - k.c - k.g - machine.resistance(JointMotion(y.alpha, y.alpha_d, since_began))
         alpha_dd = np.asarray(np.linalg.solve(k.M, torque), dtype=float)
         turning = MotorMotion(y.theta_d, t, wrap_angles(arm, y.alpha), y.theta, drum_angle, force, since_began, arm)
