@@ -111,6 +111,7 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
         (5100, 5101, 5103),
         "counted first; then slow rows were left out of the observer's health, as two were said to be changed",
     ),
+    ((345304,), "of a test that is drawn anew with each commit; then pulleys became free before another arm is tried"),
     (
         range(5000, 5012),
         "noises, sigmas and limits of the observer and of what it is calibrated with; the tests stand on the last two",

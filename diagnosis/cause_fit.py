@@ -97,12 +97,16 @@ class FitStage:
 
     @cached_property
     def sigma_of_causes(self) -> tuple[Array, ...]:
-        """Of each cause's amounts, then its shape terms, in their units."""
+        """Of each cause's amounts, then its shape terms, in their units; infinite at the end of a shape's range."""
         c = self.comparison
         arm, sigma = c.linearisation.hypothesis.arm, self.sigma[c.base_count + c.nuisance_count :]
-        sizes = [cause.sizes(arm) for cause in self.causes]
-        parts = np.split(sigma, np.cumsum([len(size) for size in sizes]))
-        return tuple(size * part for size, part in zip(sizes, parts[:-1], strict=True))
+        out = []
+        for cause in self.causes:
+            sizes = cause.sizes(arm)
+            of_amounts, of_shape = np.split(sizes * sigma[: len(sizes)], [len(cause.amounts)])
+            out.append(np.append(of_amounts, np.where(cause.at_limit(arm), np.inf, of_shape)))
+            sigma = sigma[len(sizes) :]
+        return tuple(out)
 
     @property
     def possible(self) -> bool:

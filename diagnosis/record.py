@@ -92,6 +92,14 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
     }
 
 
+def _number_words(p: Parameter) -> str:
+    """Its value and sigma; that it is not told, where it ended at the end of its range."""
+    number = f"{indexed(p.name, p.index)} = {p.value:.4g}"
+    if not np.isfinite(p.sigma):
+        return f"{with_unit(number, p.unit)}, not told"
+    return with_unit(f"{number} +- {p.sigma:.2g}", p.unit)
+
+
 def _cause_json(named: NamedCause, cause: Cause, parameters: tuple[Parameter, ...]) -> dict[str, Any]:
     return {
         "effect": cause.effect.name,
@@ -140,9 +148,7 @@ def as_text(d: Diagnosis) -> str:
         lines.append(f"  {signature_record.words(d.signature, d.extended.arm.M)}")
     for named, cause, parameters in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
         lines.append(f"  {cause.effect.name} ({cause.where.label}): {cause.effect.words}")
-        lines += [
-            with_unit(f"    {indexed(p.name, p.index)} = {p.value:.4g} +- {p.sigma:.2g}", p.unit) for p in parameters
-        ]
+        lines += [f"    {_number_words(p)}" for p in parameters]
         others = [c.effect.name for c in named.tied if c.effect is not cause.effect]
         if others:
             lines.append(f"    explains the data as well: {', '.join(others)}")

@@ -30,6 +30,8 @@ HEALTHY_M = 3e-5
 """m: another arm's cables may leave at most this for it to be taken for the true one (docs/thresholds.md)"""
 MAX_ERROR_RATIO = 0.35
 """another arm may leave at most this share of what the described one leaves (docs/thresholds.md)"""
+PULLEY_SIGMA = 0.1
+"""ratio: standard deviation of the described arm's pulleys (docs/thresholds.md)"""
 MAX_FRAMES = 600
 """frames that suffice to tell arms apart"""
 
@@ -40,8 +42,8 @@ def check_alternative_arms(arm: Arm, problem: ClockProblem, starts: Sequence[flo
     starts: offsets to fit from, s; law: of the cables."""
     step = max(1, len(problem.frames.time) // MAX_FRAMES)
     problem = replace(problem, frames=problem.frames.part(slice(None, None, step)))
-    # drums are free for the described arm alone: one that is off must not look like another arm
-    error = _smallest_error(problem, starts, replace(law, drum=True), SUSPICIOUS_M)
+    # drums and pulleys are free for the described arm alone: one that is off must not look like another arm
+    error = _smallest_error(problem, starts, replace(law, drum=True), SUSPICIOUS_M, PULLEY_SIGMA)
     if error < SUSPICIOUS_M:
         return
     at = np.clip(problem.frames.time + starts[0], problem.signals.time[0], problem.signals.time[-1])
@@ -66,14 +68,16 @@ def check_alternative_arms(arm: Arm, problem: ClockProblem, starts: Sequence[flo
             )
 
 
-def _smallest_error(problem: ClockProblem, starts: Sequence[float], law: CableTerms, enough: float = 0.0) -> float:
+def _smallest_error(
+    problem: ClockProblem, starts: Sequence[float], law: CableTerms, enough: float = 0.0, pulley_sigma: float = 0.0
+) -> float:
     """The least that the cables leave unexplained from any of the starts, m; infinite where no fit succeeds.
 
-    enough: m; from a start that leaves less, no further one is tried."""
+    enough: m; from a start that leaves less, no further one is tried; pulley_sigma: as in `ModelAssumptions`."""
     cables, least = CableEquation(problem.signals, law), np.inf
     for start in starts:
         with suppress(ClockUndetermined):
-            least = min(least, _error(fit_cables(problem, start, cables)))
+            least = min(least, _error(fit_cables(problem, start, cables, pulley_sigma)))
         if least < enough:
             break
     return least

@@ -4,7 +4,8 @@ In t = n - fs dry(theta') - fv theta' the force n comes late by a delay. Through
 for 0.02 N s/rad); here it turns the joints by Z fv theta', which no friction of the joints does. Masses, springs, a load at the
 tip, the base's tilt, the motors' inertia, and joint friction with the speed at which it turns over are nuisances. So are the arm's
 dimensions and the form of the motors' friction, which the cables' equation holds too: if each had a form of its own, the two would
-trade viscosity for the clock. Both sides pass the same filters.
+trade viscosity for the clock. Gains of motors and what cables lose on pulleys along the arm are nuisances of lossy arms alone. Both
+sides pass the same filters.
 """
 
 from dataclasses import dataclass, replace
@@ -12,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
+from scipy.ndimage import minimum_filter1d
 
 from identification.dataset.series import clear_of_gaps
 from identification.filters import low_pass
@@ -19,6 +21,7 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.drawing_errors import MAX_DRAWING_ERROR, MOTOR_INERTIA_SIGMA
 from mechanism.dynamics import terms
+from mechanism.laws.pulley_friction import SLIDING_M_S
 from synchronisation.clocks.angles_between_frames import missed_by_spline
 from synchronisation.clocks.frame_geometry import DIMENSION_STEP, enlarged_arms
 from synchronisation.clocks.signals import LogSignals, cubic_spline
@@ -46,6 +49,15 @@ PAYLOAD_SIGMA = 3.0
 """relative standard deviation of the last top bar's mass and inertia: what hangs there is not in neck.yaml (docs/thresholds.md)"""
 TILT_SIGMA_RAD = 0.05
 """rad: standard deviation of the base's tilt against gravity (docs/thresholds.md)"""
+GAIN_SIGMA = 0.1
+"""relative standard deviation of the force by which a motor answers to its command (docs/thresholds.md)"""
+LOSS_SIGMA = 0.1
+"""standard deviation of the share of its tension that a cable loses on the pulleys before one mechanism's span
+(docs/thresholds.md)"""
+SLOW_JOINT_RAD_S = 0.02
+"""rad/s: friction may hold a slower joint by any torque, so what its rows miss is a class of its own (docs/thresholds.md)"""
+_SLOW_PRODUCTS = 5
+"""products, about a row, in none of which the joint is slow"""
 _OFFSET_STEP_S = 2e-3
 """s: change of the offset whose effect gives its slope"""
 _MASS_FIELDS = (("top_mass", "top_inertia"), ("diagonal_mass", "diagonal_inertia"), ("spring_stiffness",))
@@ -70,9 +82,12 @@ class ArmRows:
     by_form: Array
     """(K, N, M, W): by the forms of the motors' friction, N, which the cables' equation holds too"""
     by_nuisance: Array
-    """(K, N, Q): parts of the arm, tilt, motors' inertia, joints' dry friction, its turning over, viscous, constant friction"""
+    """(K, N, Q): parts of the arm, tilt, motors' inertia, gain, losses on pulleys, joints' dry friction, its turning over, viscous,
+    constant friction"""
     nuisance_sigma: Array
     """(Q,): standard deviation of each nuisance around zero; infinite where nothing is known"""
+    of_lossy: NDArray[np.bool_]
+    """(Q,): nuisances of lossy arms alone"""
     time: Array
     """(K,), s, log clock"""
     offset: float
@@ -81,6 +96,8 @@ class ArmRows:
     """(T, N), rad/s: joint speeds where the products are formed"""
     kept: NDArray[np.bool_]
     """(T,): products that are clear of gaps and ends"""
+    may_be_held: NDArray[np.bool_]
+    """(K, N): rows about which the joint hardly moves, so that friction may hold it by any torque; of lossy arms alone"""
 
     def residual_at(self, unknowns: ClockUnknowns, forms: Array) -> Array:
         """Residuals (K, N), N m, at an estimate near the one that the rows were made with; forms: (M, W), N, of friction."""
@@ -89,6 +106,17 @@ class ArmRows:
         out = self.residual + self.by_offset * (unknowns.offset - self.offset) + self.by_delay * unknowns.delay
         out = out + self.by_dimension @ unknowns.dimensions + np.einsum("knmw,mw->kn", self.by_form, forms)
         return out + self.by_fv @ unknowns.fv + self.by_fs @ fs + self.by_nuisance @ nuisances
+
+    def of_sound_arm(self) -> "ArmRows":
+        """The same rows where every motor pulls as it is told, cables lose nothing on their way and nothing holds a joint."""
+        kept = ~self.of_lossy
+        return replace(
+            self,
+            by_nuisance=self.by_nuisance[..., kept],
+            nuisance_sigma=self.nuisance_sigma[kept],
+            of_lossy=self.of_lossy[kept],
+            may_be_held=np.zeros_like(self.may_be_held),
+        )
 
     def with_joint_width(self, width: float) -> "ArmRows":
         """The same rows where a joint's dry friction turns over at another speed, rad/s."""
@@ -153,10 +181,14 @@ def arm_equation_rows(
         by_part,
         _tilt_torque(arm, a)[..., None],
         jacobian * motion.inertial[:, None, :],
+        jacobian * motion.force[:, None, :],
+        _losses(arm, jacobian, motion.force, joint_speed),
         _joint_dry_friction(joint_speed, joint_width),
         a_d[..., None] * per_joint,
         np.ones_like(a_d)[..., None] * per_joint,
     ]
+    nuisance_sigma, of_lossy = _nuisance_sigma(arm)
+    slowest = minimum_filter1d(np.abs(joint_speed), _SLOW_PRODUCTS, axis=0)
     return ArmRows(
         residual=_rows_of(residual, kept),
         by_offset=_rows_of((later - residual) / _OFFSET_STEP_S, kept),
@@ -166,11 +198,13 @@ def arm_equation_rows(
         by_fv=_rows_of(jacobian * motion.speed[:, None, :], kept),
         by_form=_rows_of(np.stack([jacobian * form[:, None, :] for form in motion.friction_forms], axis=-1), kept),
         by_nuisance=_rows_of(np.concatenate(nuisances, axis=-1), kept),
-        nuisance_sigma=_nuisance_sigma(arm),
+        nuisance_sigma=nuisance_sigma,
+        of_lossy=of_lossy,
         time=motion.time[::PRODUCTS_PER_ROW][kept[::PRODUCTS_PER_ROW]],
         offset=offset,
         joint_speed=joint_speed,
         kept=kept,
+        may_be_held=(slowest < SLOW_JOINT_RAD_S)[::PRODUCTS_PER_ROW][kept[::PRODUCTS_PER_ROW]],
     )
 
 
@@ -237,6 +271,21 @@ def _torque_by_dimension(arm: Arm, motion: _Motion, fs: Array) -> Array:
     return np.stack([unbalanced(other) - described for other in enlarged_arms(arm)], axis=-1) / DIMENSION_STEP
 
 
+def _losses(arm: Arm, jacobian: Array, force: Array, joint_speed: Array) -> Array:
+    """Torque that each cable loses where the pulleys before each of its spans hold all of it, (T, N, spans), N m.
+
+    The ratio is lost at that span and at those behind it, by the way in which the cable slides over the pulleys."""
+    gives = np.einsum("tnm,tn->tnm", jacobian, joint_speed)
+    columns = []
+    for j, route in enumerate(arm.routes):
+        for i in range(len(route)):
+            sliding = gives[:, i:, j].sum(axis=1)
+            lost = jacobian[:, :, j] * (force[:, j] * sliding / np.hypot(sliding, SLIDING_M_S))[:, None]
+            lost[:, :i] = 0.0
+            columns.append(lost)
+    return np.stack(columns, axis=-1)
+
+
 def _joint_dry_friction(speed: Array, width: float) -> Array:
     """Dry friction of 1 N m of each joint, then its slopes by log(1 / width), (T, N, 2 N), for joint speeds (T, N), rad/s."""
     relative, per_joint = speed / width, np.eye(speed.shape[1])
@@ -244,12 +293,15 @@ def _joint_dry_friction(speed: Array, width: float) -> Array:
     return 2 / np.pi * np.concatenate([v[..., None] * per_joint for v in (np.arctan(relative), turnover)], axis=-1)
 
 
-def _nuisance_sigma(arm: Arm) -> Array:
-    """Standard deviations of the nuisances, (Q,), in the order of `ArmRows.by_nuisance`."""
+def _nuisance_sigma(arm: Arm) -> tuple[Array, NDArray[np.bool_]]:
+    """Standard deviations of the nuisances, (Q,), in the order of `ArmRows.by_nuisance`, and which are of lossy arms alone."""
     parts = np.full(len(_MASS_FIELDS) * arm.N, MAX_DRAWING_ERROR)
     parts[arm.N - 1] = PAYLOAD_SIGMA
     friction = np.full(4 * arm.N, np.inf)
-    return np.concatenate([parts, [TILT_SIGMA_RAD], np.full(arm.M, MOTOR_INERTIA_SIGMA), friction])
+    gains, losses = np.full(arm.M, GAIN_SIGMA), np.full(sum(map(len, arm.routes)), LOSS_SIGMA)
+    sigma = [parts, np.array([TILT_SIGMA_RAD]), np.full(arm.M, MOTOR_INERTIA_SIGMA), gains, losses, friction]
+    of_lossy = [np.full(len(values), values is gains or values is losses) for values in sigma]
+    return np.concatenate(sigma), np.concatenate(of_lossy)
 
 
 def _rows_of(values: Array, kept: NDArray[np.bool_]) -> Array:

@@ -34,6 +34,8 @@ ALTERNATIVE_STEPS = 2
 """Gauss-Newton steps of each alternative, from the reported estimate on"""
 MAX_MISFIT_RATIO = 1.15
 """an alternative counts if its misfit is at most so many times the reported one's (docs/thresholds.md)"""
+MAX_LOSSY_MISFIT = 0.8
+"""an arm is lossy where that leaves at most this share of what a sound arm leaves (docs/thresholds.md)"""
 LINEAR_OFFSET_S = 2e-4
 """s: a larger change of the offset makes the rows of the arm's equation anew: viscous motors move it by milliseconds
 (docs/thresholds.md)"""
@@ -69,7 +71,7 @@ def align_finely(
     cables = CableEquation(signals, REPORTED.law)
     assumptions = replace(REPORTED, skew_scale=skew_scale)
     from_cables = solve_clock(problem, initial_unknowns(problem, offset, cables), assumptions, cables)
-    reported, rows = _with_arm(arm, problem, from_cables, assumptions)
+    reported, rows = _sound_or_lossy(arm, problem, from_cables, assumptions)
     fits = [reported, *_alternatives(problem, reported, rows, skew_scale)]
     spread = [
         float(np.std([getattr(fit.unknowns, name) for fit in fits], ddof=1)) if len(fits) > 1 else 0.0
@@ -83,18 +85,36 @@ def align_finely(
     return FineAlignment(reported, float(offset_sigma), float(skew_sigma), float(delay_sigma), frames)
 
 
-def _with_arm(
+def _sound_or_lossy(
     arm: Arm, problem: ClockProblem, from_cables: ClockSolution, assumptions: ModelAssumptions
 ) -> tuple[ClockSolution, ArmRows]:
-    """The fit to both equations, and the rows of the arm's, which are linear in the offset: made anew where that has moved far."""
-    rows = _arm_rows_at(arm, problem, from_cables)
-    fit = solve_clock(problem, from_cables.unknowns, assumptions, from_cables.cables, rows)
-    for _ in range(MAX_LINEARISATIONS - 1):
-        if abs(fit.unknowns.offset - rows.offset) < LINEAR_OFFSET_S:
-            break
+    """The fit to both equations and the rows of the arm's: of a lossy arm only where a sound one leaves much unexplained.
+
+    Gains and losses share much with the offset, so that a sound arm's clock would be several times as uncertain with them."""
+    sound, rows = _with_arm(arm, problem, from_cables, assumptions, lossy=False)
+    known = np.concatenate([np.ones(len(problem.fv), dtype=bool), ~rows.of_lossy])
+    parameters = np.zeros(len(known))
+    parameters[known] = sound.unknowns.arm_parameters
+    start = replace(sound.unknowns, arm_parameters=parameters)
+    lossy = solve_clock(problem, start, assumptions, sound.cables, rows, max_steps=ALTERNATIVE_STEPS)
+    if clock_misfit(lossy.unknowns) > MAX_LOSSY_MISFIT * clock_misfit(sound.unknowns):
+        return sound, rows.of_sound_arm()
+    return _with_arm(arm, problem, lossy, assumptions, lossy=True)
+
+
+def _with_arm(
+    arm: Arm, problem: ClockProblem, start: ClockSolution, assumptions: ModelAssumptions, lossy: bool
+) -> tuple[ClockSolution, ArmRows]:
+    """The fit to both equations from a start, and the rows of the arm's with all nuisances.
+
+    Rows are linear in the offset: made anew where that has moved far."""
+    fit, linearisations = start, 0
+    while True:
         rows = _arm_rows_at(arm, problem, fit)
-        fit = solve_clock(problem, fit.unknowns, assumptions, fit.cables, rows)
-    return fit, rows
+        fit = solve_clock(problem, fit.unknowns, assumptions, fit.cables, rows if lossy else rows.of_sound_arm())
+        linearisations += 1
+        if linearisations == MAX_LINEARISATIONS or abs(fit.unknowns.offset - rows.offset) < LINEAR_OFFSET_S:
+            return fit, rows
 
 
 def clock_misfit(unknowns: ClockUnknowns) -> float:

@@ -109,6 +109,13 @@ def frame_geometry(arm: Arm, time: Array, alpha: Array, sigma: Array, middle: fl
     )
 
 
+def of_pulleys(dimensions: slice) -> slice:
+    """Which of an arm's dimensions, which stand at a slice of a vector, are its pulleys' radii."""
+    count = (dimensions.stop - dimensions.start) // len(DIMENSIONS)
+    first = dimensions.start + DIMENSIONS.index("r") * count
+    return slice(first, first + count)
+
+
 def cable_winding(arm: Arm, alpha: Array) -> Array:
     """-(l(alpha) - l(0)), (..., M), m, at angles (..., N), rad: what rigid cables have been wound in since the straight pose."""
     return lengths(arm, np.zeros(arm.N)) - lengths(arm, alpha)

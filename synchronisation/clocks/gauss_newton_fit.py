@@ -54,13 +54,14 @@ class ClockSolution:
     """with the lag that was found"""
 
 
-def fit_cables(problem: ClockProblem, offset: float, cables: CableEquation) -> ClockSolution:
+def fit_cables(problem: ClockProblem, offset: float, cables: CableEquation, pulley_sigma: float = 0.0) -> ClockSolution:
     """The offset around the frames' middle from the cables alone, the skew at zero; from a start, s.
 
-    cables: the equation of the problem's signals, with no lag yet. Raises ClockUndetermined where the fit leaves the
-    neighbourhood of the start."""
+    cables: the equation of the problem's signals, with no lag yet; pulley_sigma: as in `ModelAssumptions`. Raises
+    ClockUndetermined where the fit leaves the neighbourhood of the start."""
     unknowns = initial_unknowns(problem, offset, cables)
-    return solve_clock(problem, unknowns, ModelAssumptions(cables.law), cables, skew_fixed=True)
+    assumptions = ModelAssumptions(cables.law, pulley_sigma=pulley_sigma)
+    return solve_clock(problem, unknowns, assumptions, cables, skew_fixed=True)
 
 
 def initial_unknowns(problem: ClockProblem, offset: float, cables: CableEquation) -> ClockUnknowns:

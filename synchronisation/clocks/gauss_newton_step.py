@@ -9,7 +9,7 @@ from identification.unknowns import DELAY_SIGMA_S
 from mechanism.drawing_errors import MAX_DRAWING_ERROR
 from synchronisation.clocks.arm_equation import ArmRows
 from synchronisation.clocks.cable_equation import FORCE_SCALE_N, CableRows, CableTerms
-from synchronisation.clocks.frame_geometry import FrameGeometry
+from synchronisation.clocks.frame_geometry import FrameGeometry, of_pulleys
 from synchronisation.clocks.unknowns import ClockUnknowns
 
 Array = NDArray[np.float64]
@@ -32,6 +32,8 @@ _FIXED = 1e-9
 """standard deviation of an unknown that a step must not move"""
 _FIRST_TORQUE_ERROR = 0.01
 """N m: error of the arm's equation before friction is estimated, when the residual is mostly friction"""
+_LEAST_ROWS_OF_A_CLASS = 40
+"""rows of the arm's equation, three seconds of them, by which an error is estimated"""
 _DATA_RIDGE = 1e-12
 """of columns scaled to one: keeps unknowns that nothing excites in their place"""
 
@@ -48,6 +50,8 @@ class ModelAssumptions:
     """by how much larger than usual errors of masses and springs in neck.yaml may be"""
     skew_scale: float = 1.0
     """by how much further than usual clocks may run apart"""
+    pulley_sigma: float = 0.0
+    """relative standard deviation of pulleys' radii where the cables alone are fitted"""
 
 
 @dataclass(frozen=True)
@@ -94,15 +98,14 @@ def gauss_newton_step(
     """The unknowns after one step, but for cable_error and noise_scale, and the equations that it solved.
 
     fv: (M,), N s/rad, NaN where not given."""
-    arm, residual = rows.arm, None
+    arm, residual, error = rows.arm, None, None
     if arm is not None:
-        unknowns, residual = _with_torque_error(unknowns, arm, assumptions.law)
+        unknowns, residual, error = _with_torque_error(unknowns, arm, assumptions.law)
     columns = _Columns.of(unknowns, arm)
     sums = _NormalSums(columns.count, rows.frames.time)
     _add_cables(sums, columns, rows)
-    if arm is not None and residual is not None:
-        J = columns.of_arm(arm, assumptions.law) / unknowns.torque_error[:, None]
-        sums.add(J, residual / unknowns.torque_error, arm.time - unknowns.offset)
+    if arm is not None and residual is not None and error is not None:
+        sums.add(columns.of_arm(arm, assumptions.law) / error[..., None], residual / error, arm.time - unknowns.offset)
     centre, sigma = _prior(columns, unknowns, assumptions, fv, arm, skew_fixed)
     vector = columns.vector(unknowns)
     products = sums.products.sum(axis=0)
@@ -202,8 +205,8 @@ class _Columns:
         return np.concatenate([common, rows.by_dimension, rows.by_fv, cables, rows.by_fs, rows.by_nuisance], axis=-1)
 
 
-def _with_torque_error(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -> tuple[ClockUnknowns, Array]:
-    """The unknowns with the parameters and the error of the arm's equation, and its residuals (K, N), N m."""
+def _with_torque_error(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -> tuple[ClockUnknowns, Array, Array]:
+    """The unknowns with the parameters and the error of the arm's equation, its residuals and their errors, (K, N), N m."""
     if not len(unknowns.arm_parameters):
         count = arm.by_fs.shape[-1] + arm.by_nuisance.shape[-1]
         unknowns = replace(unknowns, arm_parameters=np.zeros(count))
@@ -211,9 +214,20 @@ def _with_torque_error(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -
     if law.friction_forms:
         forms = FORCE_SCALE_N * unknowns.cable_parameters[:, law.form_columns]
     residual = arm.residual_at(unknowns, forms)
-    estimated = np.any(unknowns.arm_parameters)
-    error = np.std(residual, axis=0) if estimated else np.full(residual.shape[1], _FIRST_TORQUE_ERROR)
-    return replace(unknowns, torque_error=error), residual
+    error = np.full(residual.shape, _FIRST_TORQUE_ERROR)
+    if np.any(unknowns.arm_parameters):
+        error = np.stack([_by_class(r, held) for r, held in zip(residual.T, arm.may_be_held.T, strict=True)], axis=1)
+    # of both classes as the likelihood has it
+    return replace(unknowns, torque_error=np.exp(np.mean(np.log(error), axis=0))), residual, error
+
+
+def _by_class(residual: Array, held: NDArray[np.bool_]) -> Array:
+    """Standard deviation of a joint's residuals, (K,): one, or two where it is larger in rows in which the joint may be held."""
+    if min(held.sum(), (~held).sum()) >= _LEAST_ROWS_OF_A_CLASS:
+        of_held, of_others = float(np.std(residual[held])), float(np.std(residual[~held]))
+        if of_held > of_others:
+            return np.where(held, of_held, of_others)
+    return np.full(len(residual), float(np.std(residual)))
 
 
 def _prior(
@@ -234,6 +248,7 @@ def _prior(
         sigma[1] = assumptions.skew_scale * SKEW_SIGMA / SKEW_SCALE
     if arm is None:
         sigma[2], sigma[columns.dimensions] = _FIXED, _FIXED
+        sigma[of_pulleys(columns.dimensions)] = max(_FIXED, assumptions.pulley_sigma)
         fv_sigma = np.where(given, GIVEN_FV_SIGMA * np.abs(fv), _FIXED)
     else:
         sigma[2], sigma[columns.dimensions] = DELAY_SIGMA_S, MAX_DRAWING_ERROR

@@ -5,7 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from diagnosis.cause import Cause
 from diagnosis.cause_fit import MAX_START_DELAY_S, CauseFitter
+from diagnosis.cause_parameters import parameters_of
+from diagnosis.effects import EFFECTS
 from diagnosis.hypothesis import as_described
 from diagnosis.noise_ensemble import noise_ensemble
 from identification.dataset.dataset import DataSet
@@ -32,3 +35,19 @@ def test_forces_that_are_later_than_expected_are_found_so(stale: DataSet) -> Non
     logged_late = -stage.comparison.linearisation.recordings[0].delay
     assert logged_late == pytest.approx(LATE_ROWS * 2e-3, abs=5e-4)
     assert logged_late > MAX_START_DELAY_S
+
+
+def test_a_number_that_ended_at_the_end_of_its_range_has_no_sigma() -> None:
+    """The fit holds it there: a sigma of what is held would say that it is known to some parts in a million."""
+    data = recording(2000)
+    fitter = CauseFitter(as_described(data.neck), [noise_ensemble(data, frame_angles(data), 0)])
+    effect = EFFECTS["pulley_friction"]
+    (term,) = effect.shape_terms
+    everywhere = effect.placements(as_described(data.neck).arm)[0]
+    sigmas = {}
+    for value in (term.low, 3 * term.low):
+        cause = Cause(effect, everywhere, np.zeros(len(everywhere.columns)), {term.name: value})
+        (numbers,) = parameters_of(fitter.fitted(fitter.base_model().comparison.linearisation, (cause,)))
+        (sigmas[value],) = (p.sigma for p in numbers if p.name == term.name)
+    assert np.isinf(sigmas[term.low])
+    assert np.isfinite(sigmas[3 * term.low])

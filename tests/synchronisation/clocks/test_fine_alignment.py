@@ -40,7 +40,7 @@ def aligned(monkeypatch: pytest.MonkeyPatch, sigma: float, others: list[tuple[fl
     monkeypatch.setattr(fine_alignment, "CableEquation", lambda *_: nothing)
     monkeypatch.setattr(fine_alignment, "initial_unknowns", lambda *_: nothing)
     monkeypatch.setattr(fine_alignment, "solve_clock", lambda *_: reported)
-    monkeypatch.setattr(fine_alignment, "_with_arm", lambda *_: (reported, nothing))
+    monkeypatch.setattr(fine_alignment, "_sound_or_lossy", lambda *_: (reported, nothing))
     monkeypatch.setattr(fine_alignment, "_alternatives", lambda *_: alternatives)
     return align_finely(nothing, nothing, FRAMES, 1.0, np.zeros(4))
 
