@@ -103,6 +103,10 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
         "where the rounds that tell rough motion from errors of cables begin; the last was only looked at",
     ),
     (
+        (1702,),
+        "counted first; then angles entered what a clock leaves unexplained, and motors that would drive its sigma",
+    ),
+    (
         range(1301, 1306),
         "counted first; then the last step of a fit, steps of shapes, needless causes and the held-out floor were mended",
     ),

@@ -36,6 +36,8 @@ MAX_MISFIT_RATIO = 1.15
 """an alternative counts if its misfit is at most so many times the reported one's (docs/thresholds.md)"""
 MAX_LOSSY_MISFIT = 0.8
 """an arm is lossy where that leaves at most this share of what a sound arm leaves (docs/thresholds.md)"""
+MAX_DRIVING_FV = 0.06
+"""N s/rad: a viscosity further below zero is none; sigma holds how far the arm's equation moved the clock (docs/thresholds.md)"""
 LINEAR_OFFSET_S = 2e-4
 """s: a larger change of the offset makes the rows of the arm's equation anew: viscous motors move it by milliseconds
 (docs/thresholds.md)"""
@@ -81,6 +83,9 @@ def align_finely(
     # the offset's bias may differ between the two ends of a recording, which biases the skew
     half_duration = float(np.ptp(frames.time)) / 2
     bias = [OFFSET_BIAS_SIGMA_S, OFFSET_BIAS_SIGMA_S / half_duration, DELAY_BIAS_SIGMA_S]
+    if reported.unknowns.fv.min() < -MAX_DRIVING_FV:
+        # no motor drives so: what bent the arm's equation moved the clock along
+        bias[0] = float(np.hypot(bias[0], reported.unknowns.offset - from_cables.unknowns.offset))
     offset_sigma, skew_sigma, delay_sigma = np.hypot(np.hypot(statistical, spread), bias)
     return FineAlignment(reported, float(offset_sigma), float(skew_sigma), float(delay_sigma), frames)
 
@@ -118,8 +123,11 @@ def _with_arm(
 
 
 def clock_misfit(unknowns: ClockUnknowns) -> float:
-    """What cables and arm leave unexplained, m times N m: the measure by which fits of one recording are compared."""
-    return float(unknowns.cable_error * np.exp(np.mean(np.log(unknowns.torque_error))))
+    """What cables, angles and arm leave unexplained, m times N m: the measure by which fits of one recording are compared.
+
+    Angles count along: what a wrong clock leaves of the cables, turns of the joints explain for the most part."""
+    torque_error = np.exp(np.mean(np.log(unknowns.torque_error)))
+    return float(unknowns.cable_error * unknowns.noise_scale * torque_error)
 
 
 def _alternatives(

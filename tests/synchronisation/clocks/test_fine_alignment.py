@@ -24,6 +24,8 @@ def fit(offset: float, skew: float, delay: float, sigma: float, misfit: float = 
             skew=skew,
             delay=delay,
             cable_error=misfit,
+            fv=np.zeros(4),
+            noise_scale=1.0,
             torque_error=np.ones(3),
             cable_parameters=np.zeros((4, len(fine_alignment.REPORTED.law.names))),
         ),
@@ -32,14 +34,21 @@ def fit(offset: float, skew: float, delay: float, sigma: float, misfit: float = 
     )
 
 
-def aligned(monkeypatch: pytest.MonkeyPatch, sigma: float, others: list[tuple[float, float, float]]) -> FineAlignment:
-    """With alternatives so far off the reported fit, in s, ratio and s."""
+def aligned(
+    monkeypatch: pytest.MonkeyPatch,
+    sigma: float,
+    others: list[tuple[float, float, float]],
+    from_cables: float = 1.0,
+    fv: float = 0.0,
+) -> FineAlignment:
+    """With alternatives so far off the reported fit, in s, ratio and s; from_cables: s, the offset by these alone."""
     reported = fit(1.0, 1e-5, 2e-3, sigma)
+    reported.unknowns.fv = np.array([0.0, fv, 0.0, 0.0])
     alternatives = [fit(1.0 + o, 1e-5 + s, 2e-3 + d, sigma) for o, s, d in others]
     nothing: Any = None
     monkeypatch.setattr(fine_alignment, "CableEquation", lambda *_: nothing)
     monkeypatch.setattr(fine_alignment, "initial_unknowns", lambda *_: nothing)
-    monkeypatch.setattr(fine_alignment, "solve_clock", lambda *_: reported)
+    monkeypatch.setattr(fine_alignment, "solve_clock", lambda *_: fit(from_cables, 0.0, 0.0, sigma))
     monkeypatch.setattr(fine_alignment, "_sound_or_lossy", lambda *_: (reported, nothing))
     monkeypatch.setattr(fine_alignment, "_alternatives", lambda *_: alternatives)
     return align_finely(nothing, nothing, FRAMES, 1.0, np.zeros(4))
@@ -86,6 +95,16 @@ def test_a_model_that_explains_less_has_no_say(misfit: float, counts: bool, monk
     assert len(found) == (len(fine_alignment.ALTERNATIVES) if counts else 0)
 
 
-def test_misfit_is_in_cables_times_joints() -> None:
-    one = SimpleNamespace(cable_error=2.0, torque_error=np.array([1.0, 2.0, 4.0]))
-    assert fine_alignment.clock_misfit(one) == pytest.approx(4.0)  # type: ignore[arg-type]
+def test_misfit_is_in_cables_times_angles_times_joints() -> None:
+    """A clock with a false loss left less of the cables, and of the angles twice as much as the true one."""
+    one = SimpleNamespace(cable_error=2.0, noise_scale=3.0, torque_error=np.array([1.0, 2.0, 4.0]))
+    assert fine_alignment.clock_misfit(one) == pytest.approx(12.0)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("fv", "counts"), [(-0.1, 1.0), (-0.01, 0.0)])
+def test_motors_that_would_drive_widen_the_sigma_by_what_they_moved(
+    fv: float, counts: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = aligned(monkeypatch, 1e-12, [], from_cables=1.003, fv=fv)
+    assert found.offset_sigma == pytest.approx(np.hypot(3e-3 * counts, BIAS_S), rel=1e-6)
+    assert found.skew_sigma == pytest.approx(BIAS_S / 20, rel=1e-6)
