@@ -28,7 +28,7 @@ check: $(VENV)/.test
 
 test: $(VENV)/.test
 	$(MAKE) --no-print-directory VENV=$(VENV) lint types
-	$(PYTEST) -n auto --maxprocesses 4 --dist loadfile
+	$(PYTEST) -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 lint: $(VENV)/.test
 	$(BIN)/ruff check .

@@ -13,7 +13,7 @@ from tests.skips import (  # noqa: F401 (hooks)
     pytest_sessionfinish,
     pytest_terminal_summary,
 )
-from tests.slow import SLOW
+from tests.slow import LONGEST, SLOW
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
@@ -31,11 +31,12 @@ def browser_page() -> Iterator[Page]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Marks the slow tests."""
+    """Marks the slow tests, and begins with the longest, so that no core waits for another's last."""
     here = Path(__file__).parent
-    slow = [here / name for name in SLOW]
-    if missing := [str(place) for place in slow if not place.exists()]:
+    slow, longest = ([here / name for name in names] for names in (SLOW, LONGEST))
+    if missing := [str(place) for place in (*slow, *longest) if not place.exists()]:
         raise pytest.UsageError(f"{', '.join(missing)}: named slow, and not there")
     for item in items:
         if any(item.path.is_relative_to(place) for place in slow):
             item.add_marker(pytest.mark.slow)
+    items.sort(key=lambda item: not any(item.path.is_relative_to(place) for place in longest))

@@ -1,4 +1,4 @@
-"""Which tests the quick lane leaves out."""
+"""Which tests the quick lane leaves out, and which are begun first."""
 
 SLOW = (
     "benchmarks/test_clean_arms.py",
@@ -47,3 +47,16 @@ SLOW = (
     "xneck/viewers",
 )
 """files and folders whose tests take more than about five seconds of one core together: `make check` leaves them to `make test`"""
+
+LONGEST = (
+    "diagnosis",
+    "benchmarks/test_growth.py",
+    "identification/simulation",
+    "mechanism/mjcf",
+    "robustness",
+    "synchronisation/long",
+    "xneck/batch",
+    "xneck/cli",
+    "xneck/test_same_bytes.py",
+)
+"""files of a minute and more"""
