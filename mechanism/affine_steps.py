@@ -1,7 +1,7 @@
 """Steps z -> decay z + added, one after another along a recording, without a loop over its rows."""
 
 import numpy as np
-from scipy.linalg.lapack import dtbtrs
+from scipy.linalg.lapack import dtbtrs  # pyright: ignore[reportAttributeAccessIssue] (made when imported)
 
 from mechanism.arm import Array
 
