@@ -119,10 +119,12 @@ def run_tasks(
         for future in [future for future in running if future.done()]:
             name = running.pop(future)
             if future.status == "finished":
-                result, refusal = future.result()
+                with _scheduler_there():
+                    result, refusal = future.result()
                 yield TaskOutcome(name, result, refusal)
                 continue
-            deaths[name] += _worker_deaths(future)
+            with _scheduler_there():
+                deaths[name] += _worker_deaths(future)
             if 0 < deaths[name] <= _MAX_WORKER_DEATHS:
                 pending.append(name)
             else:
@@ -139,9 +141,19 @@ def _worker_deaths(future: Any) -> int:
 
 def _thread_count(client: Any) -> int:
     """Threads of all workers that are connected, at least one."""
-    try:
+    with _scheduler_there():
         return max(1, sum(client.nthreads().values()))
-    except OSError as error:
+
+
+@contextmanager
+def _scheduler_there() -> Iterator[None]:
+    """Around what is asked of the scheduler, which may die between any two questions.
+
+    Raises Refused where it is gone; an OSError of a task is its result, and none of these.
+    """
+    try:
+        yield
+    except (OSError, CancelledError) as error:
         raise Refused("the cluster", "its scheduler is gone", "start it, then the same command again") from error
 
 

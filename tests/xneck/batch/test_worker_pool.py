@@ -6,12 +6,14 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from distributed import LocalCluster
+from distributed import Future, LocalCluster
+from distributed.comm.core import CommClosedError
 
 from xneck.batch import worker_pool as module
 from xneck.batch.cluster import Cluster
@@ -142,6 +144,19 @@ def test_a_scheduler_that_is_lost_ends_it_in_one_line(tmp_path: Path, monkeypatc
             elsewhere.kill()
             with pytest.raises(Refused, match="its scheduler is gone"):
                 list(outcomes)
+
+
+@pytest.mark.parametrize("error", [CommClosedError("in <TCP (closed)>"), CancelledError("k")])
+def test_a_scheduler_that_dies_before_a_result_is_fetched_ends_it_so_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    def lost(_: Any) -> None:
+        raise error
+
+    with worker_pool(1, None, tmp_path) as client:
+        monkeypatch.setattr(Future, "result", lost)
+        with pytest.raises(Refused, match="its scheduler is gone"):
+            list(run_tasks(client, square, {"1": (1,)}))
 
 
 def test_no_cluster_and_one_without_workers_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
