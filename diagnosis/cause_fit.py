@@ -239,7 +239,8 @@ class CauseFitter:
             if _promised(candidate) > _promised(current):
                 break
             current, causes = candidate, stepped
-        return replace(stage, comparison=current, causes=causes, fit=current.fit())
+        # numbers of causes stay where they are in the model that is written: the others are the best beside these
+        return replace(stage, comparison=current, causes=causes, fit=current.with_held(current.cause_columns).fit())
 
     def _whitener(self, stage: FitStage) -> Whitener:
         at = stage.comparison.linearisation

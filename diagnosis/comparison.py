@@ -176,6 +176,12 @@ class Comparison:
         use = np.arange(self.base_count + self.nuisance_count)
         return self._solve(self.products, use, self.sigma(), 0.0)[1] + self._prior_of_rest(use)
 
+    @cached_property
+    def loss_with_clocks_at_best(self) -> float:
+        """Loss of the linearisation point as it is, but for each recording's clock and skew."""
+        use = np.arange(self.base_count + self.nuisances.count, self.base_count + self.nuisance_count)
+        return self._solve(self.products, use, self.sigma(), 0.0)[1] + self._prior_of_rest(use)
+
     def _prior_of_rest(self, use: Index) -> float:
         """The part of the loss that is of what is known beforehand of numbers that are not fitted."""
         beyond = self.prior_mean / self.sigma()

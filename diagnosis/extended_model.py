@@ -1,5 +1,6 @@
 """The model with its causes in it: neck.yaml and model.yaml, from which simulation and identification go on."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,11 @@ def extended_model(stage: FitStage, h: Hypothesis, provenance: dict[str, Any]) -
         for e, v, s in zip(u.entries, value, sigma, strict=True)
         if e.recording is None
     ]
-    of_causes = {(p.name, p.index): p for of_cause in parameters_of(stage) for p in of_cause}
+    column = {(e.term.name, e.index): place for place, e in enumerate(u.entries) if e.recording is None}
+    numbers = [p for of_cause in parameters_of(stage) for p in of_cause]
+    of_causes = {(p.name, p.index): p for p in numbers}
+    first = stage.comparison.base_count + stage.comparison.nuisance_count
+    column |= {(p.name, p.index): place for place, p in enumerate(numbers, first)}
     units = {term.name: term.unit for law in h.laws for term in law_named(law).terms}
     for name, values in h.values.items():
         for i, v in enumerate(values):
@@ -43,7 +48,23 @@ def extended_model(stage: FitStage, h: Hypothesis, provenance: dict[str, Any]) -
             unit = units.get(name, "")
             unknown = Parameter(name=name, index=index, value=float(v), unit=unit, sigma=float("inf"), identified=False)
             parameters.append(of_causes.get((name, index), unknown))
-    return model_of(parameters, u.laws, provenance)
+    places = [column.get((p.name, p.index)) for p in parameters]
+    return model_of(parameters, u.laws, provenance, _covariance(stage, [p.sigma for p in parameters], places))
+
+
+def _covariance(stage: FitStage, sigma: Sequence[float], places: Sequence[int | None]) -> Array:
+    """Of numbers with these sigmas (P,), (P, P): correlated as the fit's numbers in these places are; nothing is where None is."""
+    of_fit = stage.comparison.covariance(stage.fit)
+    correlation = np.eye(len(sigma))
+    told = [i for i, place in enumerate(places) if place is not None]
+    rows = [place for place in places if place is not None]
+    correlation[np.ix_(told, told)] = (of_fit / np.outer(stage.sigma, stage.sigma))[np.ix_(rows, rows)]
+    np.fill_diagonal(correlation, 1.0)
+    known = np.isfinite(sigma)
+    finite = np.where(known, sigma, 0.0)
+    covariance = np.outer(finite, finite) * correlation
+    covariance[~known, ~known] = np.inf
+    return covariance
 
 
 def adjusted_hypothesis(stage: FitStage, h: Hypothesis) -> Hypothesis:

@@ -1,7 +1,8 @@
 """What an extended model gains where it was not fitted: the same equations on other recordings, before, after, and noise alone."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,8 @@ EQUATIONS = ("motor equations", "arm equations")
 _MAX_STEPS = 6
 _MIN_STEP, _MIN_CLOCK_STEP_S = 0.02, 2e-5
 """in sizes of the numbers, and of a clock, s: steps that are smaller need not be taken"""
+_SHORTER = 0.25
+"""a step that does not lessen the loss is tried again, so much shorter"""
 _BLOCKS = 30
 """of rows, each left out in turn for the gain's sigma"""
 
@@ -85,17 +88,10 @@ def held_out_residuals(
     for recording in ensembles:
         ensemble = recording.with_motor_speeds(fitted.linearisation.machine, fitted.linearisation.recordings[0].delay)
         at = _transferred(fitted.linearisation, fit, h, ensemble)
-        comparison, own_fit = _with_fitted_arm(at, fitted, fit, whiten, clock_relaxed)
-        for _ in range(_MAX_STEPS):
-            step, of_base = np.zeros(comparison.base_count), own_fit.columns < comparison.base_count
-            step[own_fit.columns[of_base]] = own_fit.numbers[of_base]
-            shifts = comparison.clock_shifts(own_fit)
-            if np.all(np.abs(step) < _MIN_STEP) and np.all(np.abs(shifts) < _MIN_CLOCK_STEP_S):
-                break
-            lags = at.frame_lags + shifts
-            signals = corrected_signals(h, [ensemble.data], lags)
-            at = linearise(h, signals, at.p + at.unknowns.size * step, lags)
-            comparison, own_fit = _with_fitted_arm(at, fitted, fit, whiten, clock_relaxed)
+        comparison, own_fit = _with_own_numbers(
+            at, ensemble, partial(_with_fitted_arm, fitted, fit, whiten, clock_relaxed)
+        )
+        at = comparison.linearisation
         (read,) = at.recordings
         residual = judged(comparison.residuals_after(own_fit)[0], read.signals)
         draws = [judged(d, read.signals) for d in noise_residuals(at, [ensemble])[0]]
@@ -106,6 +102,33 @@ def held_out_residuals(
         uncertain.append(weights**2 * _uncertainty(with_causes, fitted, fit))
         frame_lags.append(float(at.frame_lags[0]))
     return HeldOutResiduals(tuple(residuals), tuple(noise), tuple(uncertain), tuple(frame_lags))
+
+
+def _with_own_numbers(
+    at: Linearisation, ensemble: NoiseEnsemble, compared: Callable[[Linearisation], tuple[Comparison, ColumnFit]]
+) -> tuple[Comparison, ColumnFit]:
+    """A recording at the pre-elongations, delay and clock that suit it best, by steps each of which lessens its loss.
+
+    compared: a linearisation, with the arm's nuisances as they were fitted, and the fit of what the recording has for itself.
+    """
+    current, own_fit = compared(at)
+    for _ in range(_MAX_STEPS):
+        step, of_base = np.zeros(current.base_count), own_fit.columns < current.base_count
+        step[own_fit.columns[of_base]] = own_fit.numbers[of_base]
+        shifts = current.clock_shifts(own_fit)
+        share = 1.0
+        while np.any(np.abs(share * step) >= _MIN_STEP) or np.any(np.abs(share * shifts) >= _MIN_CLOCK_STEP_S):
+            at = current.linearisation
+            lags = at.frame_lags + share * shifts
+            signals = corrected_signals(at.hypothesis, [ensemble.data], lags)
+            candidate = compared(linearise(at.hypothesis, signals, at.p + share * at.unknowns.size * step, lags))
+            if candidate[0].loss_with_clocks_at_best < current.loss_with_clocks_at_best:
+                break
+            share *= _SHORTER  # of laws that bend a whole step may lead to slack cables
+        else:
+            break
+        current, own_fit = candidate
+    return current, own_fit
 
 
 def _uncertainty(at: Comparison, fitted: Comparison, fit: ColumnFit) -> Array:
@@ -128,7 +151,7 @@ def _uncertainty(at: Comparison, fitted: Comparison, fit: ColumnFit) -> Array:
 
 
 def _with_fitted_arm(
-    at: Linearisation, fitted: Comparison, fit: ColumnFit, whiten: Whitener, clock_relaxed: bool
+    fitted: Comparison, fit: ColumnFit, whiten: Whitener, clock_relaxed: bool, at: Linearisation
 ) -> tuple[Comparison, ColumnFit]:
     """A recording with the arm's nuisances as they were fitted, and the fit of what it has for itself only."""
     count = fitted.nuisances.count

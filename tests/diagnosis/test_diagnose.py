@@ -18,7 +18,7 @@ from samples.generator.hidden.experiment import hide
 from xneck.cli import group
 from xneck_foundation.errors import Refused
 
-SECONDS = (40.0, 25.0)
+SECONDS = (24.0, 16.0)
 
 
 def command(*words: object) -> None:
@@ -80,8 +80,8 @@ def test_stiffening_cables_are_named_by_a_law_of_another_form(tmp_path: Path) ->
     assert [c["effect"] for c in found["causes"]] == ["cable_hardening"]
     gain = {g["measure"]: g for g in found["gains"]}["motor equations"]
     assert by_channel(found, "after").max() < 1.25 < by_channel(found, "before").max()
-    # at tensions that were not fitted a power and an exponential part ways: no worse there, but not down to noise
-    assert gain["after"] < gain["before"]
+    # a cable that hardens much had another stiffness than the power that was fitted with it, and the rest moved along its valley
+    assert gain["after"] < 1.1 * gain["noise_floor"] < 0.8 * gain["before"]
     assert "cable_hardening" in read_model(tmp_path / "out/model.yaml").laws
 
 
@@ -93,14 +93,14 @@ def test_what_nobody_knows_is_unknown(tmp_path: Path) -> None:
     signed = found["signature"]
     assert signed["kind"] == "episodes"
     assert {"joint 1", "joint 2"} <= set(signed["where"])
-    assert 6 <= len(signed["episodes"]) <= 13
+    assert 3 <= len(signed["episodes"]) <= 10
     assert sum(e["to_s"] - e["from_s"] for e in signed["episodes"]) < SECONDS[0] / 2
     page = (tmp_path / "out/diagnosis.html").read_text(encoding="utf-8")
     assert "in short episodes" in page
 
 
 def test_teeth_that_nobody_knows_are_counted(tmp_path: Path) -> None:
-    found, truth = diagnosed(tmp_path, ["cogging"], 7005, (24.0, 16.0))
+    found, truth = diagnosed(tmp_path, ["cogging"], 7005)
     assert found["verdict"] == "unknown"
     signed = found["signature"]
     assert signed["kind"] == "periodic"
@@ -113,7 +113,7 @@ def test_teeth_that_nobody_knows_are_counted(tmp_path: Path) -> None:
 
 
 def test_friction_that_warms_up_is_a_drift(tmp_path: Path) -> None:
-    found, _ = diagnosed(tmp_path, ["warming_friction"], 7006)
+    found, _ = diagnosed(tmp_path, ["warming_friction"], 7006, (40.0, 25.0))
     assert found["verdict"] == "unknown"
     assert found["signature"]["kind"] == "drift"
     assert all(name.startswith("motor") for name in found["signature"]["where"])

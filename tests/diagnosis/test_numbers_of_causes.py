@@ -9,6 +9,8 @@ from benchmarks.clean_arms import clock_record
 from benchmarks.forward_arm_runs import SETTINGS, Record, seen
 from diagnosis.cause_parameters import parameters_of
 from diagnosis.diagnose import Diagnosis, diagnose
+from diagnosis.extended_model import extended_model
+from identification.model_file import covariance_of
 from samples.forward_arms.arms import Arm, make_arms
 from samples.forward_arms.laws import Hardening, JointFriction, Law, RouteFriction, Tilt
 
@@ -68,6 +70,19 @@ def test_a_power_is_found_along_the_bent_valley_of_its_loss(cases: dict[str, Cas
     for (value, of), true in zip(case.numbers("k2"), law.cubic * 5e-3, strict=True):
         assert abs(value - true) < 4 * of
     assert case.held_out["motor equations"] < 1.25
+
+
+def test_the_model_says_how_its_numbers_go_together(cases: dict[str, Case]) -> None:
+    """A larger power with smaller parts of it pulls as much: each alone would make the simulation far less certain than it is."""
+    found = cases["hardening"].found
+    model = extended_model(found.extended_stage, found.extended, {})
+    covariance, names = covariance_of(model), [p.name for p in model.parameters]
+    known = [i for i, p in enumerate(model.parameters) if p.sigma is not None]
+    assert np.sqrt(np.diag(covariance)[known]) == pytest.approx([model.parameters[i].sigma or 0.0 for i in known])
+    correlation = covariance[np.ix_(known, known)] / np.sqrt(np.outer(*[np.diag(covariance)[known]] * 2))
+    assert np.linalg.eigvalsh(correlation).min() > -1e-6
+    rows = [known.index(i) for i, name in enumerate(names) if name == "k2"]
+    assert np.median(correlation[rows, known.index(names.index("nh"))]) < -0.8
 
 
 def test_a_cause_has_the_last_step_of_its_fit(cases: dict[str, Case]) -> None:

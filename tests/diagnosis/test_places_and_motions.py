@@ -11,13 +11,11 @@ from tests.diagnosis.test_diagnose import diagnosed
 
 pytestmark = pytest.mark.slow
 
-SECONDS = (24.0, 16.0)
-
 
 @pytest.mark.parametrize(("kind", "seed"), [("drum_radius", 7011), ("marker_offset", 7013)])
 def test_an_effect_is_named_where_it_was_hidden(kind: str, seed: int, tmp_path: Path) -> None:
     """Or in a set with it that nothing tells apart."""
-    found, truth = diagnosed(tmp_path, [kind], seed, SECONDS)
+    found, truth = diagnosed(tmp_path, [kind], seed)
     (hidden,) = truth["hidden"]
     (cause,) = found["causes"]
     assert kind in (cause["effect"], *cause["indistinguishable_from"])
@@ -28,7 +26,7 @@ def test_an_effect_is_named_where_it_was_hidden(kind: str, seed: int, tmp_path: 
 @pytest.fixture(scope="module")
 def named_of_two(tmp_path_factory: pytest.TempPathFactory) -> list[set[str]]:
     """The sets that are named where two effects are hidden."""
-    found, _ = diagnosed(tmp_path_factory.mktemp("two"), ["viscous_friction", "tip_payload"], 7010, SECONDS)
+    found, _ = diagnosed(tmp_path_factory.mktemp("two"), ["viscous_friction", "tip_payload"], 7010)
     return [{cause["effect"], *cause["indistinguishable_from"]} for cause in found["causes"]]
 
 
@@ -44,7 +42,7 @@ def test_of_two_effects_neither_is_taken_for_a_third(named_of_two: list[set[str]
 @pytest.mark.parametrize("manner", ["slow", "constant tension"])
 def test_a_motion_that_shows_little_gives_no_false_cause(manner: str, tmp_path: Path) -> None:
     """Slow motions have no inertia to tell, and at one tension nothing stretches: no reason to name anything."""
-    found, _ = diagnosed(tmp_path, [], 7014, SECONDS, manner)
+    found, _ = diagnosed(tmp_path, [], 7014, manner=manner)
     assert found["causes"] == []
     assert found["verdict"] in ("consistent", "insufficient")
 
@@ -52,7 +50,7 @@ def test_a_motion_that_shows_little_gives_no_false_cause(manner: str, tmp_path: 
 @pytest.mark.parametrize("manner", ["slow", "constant tension"])
 def test_what_such_a_motion_shows_is_named_all_the_same(manner: str, tmp_path: Path) -> None:
     """A load at the tip weighs as much in any motion."""
-    found, truth = diagnosed(tmp_path, ["tip_payload"], 7015, SECONDS, manner)
+    found, truth = diagnosed(tmp_path, ["tip_payload"], 7015, manner=manner)
     named = {name for cause in found["causes"] for name in (cause["effect"], *cause["indistinguishable_from"])}
     assert found["causes"]
     assert "tip_payload" in named

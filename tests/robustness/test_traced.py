@@ -25,7 +25,8 @@ def traced(folder: Path, *words: str | Path) -> tuple[int, set[Path], list[str]]
     """Exit status of a command in `folder`, the files that it and its processes opened there, and lines of calls to a network."""
     log = folder.parent / "trace"
     command = [sys.executable, "-c", "from xneck.cli import main; main()", *map(str, words)]
-    prefix = ["strace", "-f", "-qq", "-s", "4096", "-e", "trace=open,openat,creat,connect", "-o", str(log)]
+    tracer = "strace -f --seccomp-bpf -qq -s 4096 -e trace=open,openat,creat,connect -o"
+    prefix = [*tracer.split(), str(log)]
     ended = subprocess.run(
         [*prefix, *command], cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)}, timeout=600, check=False
     )

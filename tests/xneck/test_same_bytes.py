@@ -78,7 +78,7 @@ def test_a_calibration_has_the_same_bytes(tmp_path: Path) -> None:
 def test_all_stages_have_the_same_bytes(tmp_path: Path) -> None:
     """Two recordings by one process or two, data sets, models, pages and a diagnosis."""
     hide((), 1, tmp_path, seconds=(9.0, 9.0))
-    for k, settings in enumerate(WAYS[1:]):
+    for k, settings in enumerate(WAYS[:2]):
         out = tmp_path / f"out{k}"
         xneck(settings, tmp_path, "run", "fitted", "held_out", "--out", out, "--jobs", str(1 + k % 2))
         words = [f"{out.name}/fitted/dataset.mcap", "--held-out", f"{out.name}/held_out/dataset.mcap"]
