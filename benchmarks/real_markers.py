@@ -130,9 +130,20 @@ def _all_in_picture(family: str, count: int) -> list[Callable[[Grey], list[Array
         Markers(dictionary=family, size=0.02, on_bars=tuple(BarMarker(id=i, bar=0) for i in range(count)))
     )
 
+    def every(grey: Grey) -> list[tuple[int, Array]]:
+        """With those that are found only where small ones are searched, as `extract` does for one that is missing."""
+        plain = detector.detect_all(grey)
+        middles = np.array([c.mean(axis=0) for _, c in plain]).reshape(-1, 2)
+        small = [
+            (i, c)
+            for i, c in detector.detect_small(grey)
+            if np.all(np.linalg.norm(middles - c.mean(axis=0), axis=1) > NEAR)
+        ]
+        return plain + small
+
     def template(grey: Grey) -> list[Array]:
         rest = np.zeros((4, 2))
-        starts = [MarkerStart(c, marker_cells(family, i), rest) for i, c in detector.detect_all(grey)]
+        starts = [MarkerStart(c, marker_cells(family, i), rest) for i, c in every(grey)]
         return [fit.corners for fit in fit_markers(grey, starts, Optics())]
 
     def opencv(refinement: str) -> Callable[[Grey], list[Array]]:
@@ -141,7 +152,7 @@ def _all_in_picture(family: str, count: int) -> list[Callable[[Grey], list[Array
         detector = cv2.aruco.ArucoDetector(opencv_dictionary(family), parameters)
         return lambda grey: [np.asarray(c, dtype=float).reshape(4, 2) for c in detector.detectMarkers(grey)[0]]
 
-    ours = [lambda grey: [c for _, c in detector.detect_all(grey)], template]
+    ours = [lambda grey: [c for _, c in every(grey)], template]
     return [*ours, *(opencv(name) for name in REFINEMENTS), _apriltags(family)]
 
 

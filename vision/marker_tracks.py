@@ -167,7 +167,7 @@ def _ids_in_view(video: Video, dictionary: str) -> tuple[int, ...]:
         if frame.index % every:
             continue
         looked += 1
-        sightings.update({i for i, _ in detector.detect_all(frame.grey) or detector.detect_small(frame.grey)})
+        sightings.update({i for i, _ in detector.detect_all(frame.grey) + detector.detect_small(frame.grey)})
     return tuple(sorted(i for i, count in sightings.items() if count >= min(MIN_SIGHTINGS, looked)))
 
 

@@ -3,9 +3,11 @@
 import json
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 
+from calibration.dictionaries import marker_cells
 from tests.command import run
 from tests.paths import SAMPLES, SHARED
 from tests.vision.markers.test_tracking import NECK, VIDEO
@@ -46,6 +48,25 @@ def test_the_samples_markers_are_where_they_were_rendered(truth: np.ndarray) -> 
 def test_no_marker_of_the_dictionary_is_refused() -> None:
     with pytest.raises(Refused, match="shows no marker of aruco_5x5_100 in 40 frames"):
         track_markers(describe_video(VIDEO), TracksOptions("aruco_5x5_100"))
+
+
+def test_a_small_marker_beside_large_ones_is_followed(tmp_path: Path) -> None:
+    """Of 11 px, which a search of the picture as it is does not find: small ones were searched only where there was none at all."""
+    picture = np.full((240, 320), 220, dtype=np.uint8)
+    for marker_id, side, x in ((3, 80, 40), (5, 11, 220)):
+        cells = marker_cells(FAMILY, marker_id)
+        whole = np.kron(np.where(cells, 25, 220), np.ones((side, side))).astype(np.uint8)
+        whole = whole.reshape(side, len(cells), side, len(cells))
+        picture[90 : 90 + side, x : x + side] = whole.mean(axis=(1, 3))
+    with av.open(str(tmp_path / "a.mkv"), "w") as out:
+        stream = out.add_stream("libx264", rate=30, options={"crf": "12"})
+        stream.width, stream.height, stream.pix_fmt = 320, 240, "yuv420p"
+        for _ in range(6):
+            out.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p")))
+        out.mux(stream.encode(None))
+    found = track_markers(describe_video(tmp_path / "a.mkv"), TracksOptions(FAMILY))
+    assert found.ids == (3, 5)
+    assert np.abs(found.corners[:, 1, 0] - (219.5, 89.5)).max() < 0.3
 
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="shared data not beside the checkout")

@@ -10,8 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from calibration.dictionaries import opencv_dictionary
+from calibration.dictionaries import marker_cells, opencv_dictionary
 from mechanism.printed_markers import Markers
+from vision.markers.cell_reading import read_cells
 from vision.markers.edge_refinement import refine_by_edges
 
 Array = NDArray[np.float64]
@@ -45,7 +46,7 @@ class MarkerDetector:
     def __init__(self, markers: Markers) -> None:
         self._ids = {m.id for m in markers.on_bars}
         family = opencv_dictionary(markers.dictionary)
-        self._cells = family.markerSize + 2
+        self._dictionary, self._cells = markers.dictionary, family.markerSize + 2
         self._plain, self._fine = (cv2.aruco.ArucoDetector(family, _parameters(fine)) for fine in (False, True))
 
     def detect_all(self, grey: NDArray[np.uint8], fill_px: int = 0) -> list[tuple[int, Array]]:
@@ -86,8 +87,12 @@ class MarkerDetector:
         return DetectedMarkers(unique, duplicates, tuple(sorted(set(counts) - self._ids)))
 
     def _refined(self, grey: NDArray[np.uint8], corners: Sequence[Any], ids: Any) -> list[tuple[int, Array]]:
-        marker_ids = [] if ids is None else [int(i) for i in np.ravel(ids)]
+        if ids is None:
+            return []
         rough = np.array(corners, dtype=float).reshape(-1, 4, 2)
+        black = np.array([marker_cells(self._dictionary, int(i)) for i in np.ravel(ids)])
+        printed = read_cells(grey, rough, black).is_printed
+        marker_ids, rough = [int(i) for i in np.ravel(ids)[printed]], rough[printed]
         refined = refine_by_edges(grey, rough, self._cells)
         return list(zip(marker_ids, np.where(np.isnan(refined), rough, refined), strict=True))
 

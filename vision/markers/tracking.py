@@ -11,17 +11,16 @@ can share a video with the same result to the last bit.
 from dataclasses import dataclass, replace
 from math import prod
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from calibration.dictionaries import marker_cells
 from mechanism.printed_markers import Markers
+from vision.markers.cell_reading import read_cells
 from vision.markers.detection import MarkerDetector
 from vision.markers.edge_refinement import refine_by_edges
 from vision.markers.optics_estimate import estimate_optics
 from vision.markers.photometric import MarkerFit, MarkerStart, fit_markers
-from vision.markers.planar_motion import homography
 from vision.markers.template import Optics
 from vision.markers.tone_curve import LINEAR
 from vision.markers.tone_estimate import estimate_tone
@@ -42,8 +41,6 @@ SEARCH_MARGIN_SIDES = 1.0
 """in sides of a marker: how far around its predicted place a lost marker is searched"""
 MIN_CELL_SHARE = 0.85
 """share of a marker's cells that must have the right colour for it to be the marker (docs/thresholds.md)"""
-MIN_CELL_CONTRAST = 10
-"""grey levels between a marker's black and white cells, below which they are not read (docs/thresholds.md)"""
 MIN_SEARCH_PX = 12
 """px: side of a search window below which a lost marker is not searched"""
 LEARNING_FRAMES = 12
@@ -95,10 +92,6 @@ class MarkerTracker:
         self._detector = MarkerDetector(markers)
         self._ids = [marker.id for marker in markers.on_bars]
         self._cells = np.stack([marker_cells(markers.dictionary, i) for i in self._ids])
-        self._black = self._cells.reshape(len(self._ids), -1)
-        n = self._cells.shape[1]
-        centre = (2 * np.arange(n) + 1) / n - 1  # marker coordinates, -1 to 1
-        self._centres = np.stack([np.tile(centre, n), np.repeat(centre, n), np.ones(n * n)])
         self._past: list[tuple[float, Array]] = []
         self._since_search = self._since_small = 0
         self._lost_for = 0
@@ -268,17 +261,9 @@ class MarkerTracker:
         """Share of the cells of the markers with these indices that are as dark or bright as they should be, (len(indices),)."""
         if not len(indices):
             return np.empty(0)
-        places = homography(corners) @ self._centres
-        x, y = ((places[:, axis] / places[:, 2]).astype(np.float32) for axis in range(2))
-        samples = cv2.remap(grey, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
-        black = self._black[indices]
-        count = np.count_nonzero(black, axis=1)
-        dark, every = np.einsum("kc,kc->k", samples, black), samples.sum(axis=1)
-        dark, bright = dark / count, (every - dark) / np.maximum(black.shape[1] - count, 1)
-        threshold = ((dark + bright) / 2)[:, None]
-        share = np.mean((samples < threshold) == black, axis=1)
+        read = read_cells(grey, corners, self._cells[indices])
         inside = np.all((corners > 0) & (corners < np.array(grey.shape[::-1]) - 1), axis=(1, 2))
-        return np.where(inside & (bright - dark > MIN_CELL_CONTRAST), share, 0.0)
+        return np.where(inside & read.is_readable, read.right_share, 0.0)
 
     def _search_nearby(self, grey: Grey, predicted: Array, marker_id: int) -> Array | None:
         """Corners of the marker searched around its predicted place, (4, 2), px; None where it is not found exactly once."""

@@ -63,3 +63,15 @@ def test_markers_on_two_wooden_bars() -> None:
     ]
     assert len(seen) == 10
     assert seen[0] == 17
+
+
+@pytest.mark.parametrize("dictionary", ["aruco_original", "aruco_4x4_50", "apriltag_16h5", "apriltag_36h11"])
+def test_pictures_without_markers_have_none(dictionary: str) -> None:
+    """Boards of dots and squares; the search for small ones took dark squares of five of them for marker 0 of aruco_original."""
+    detector = finder(dictionary, range(1))
+    folders = [SHARED / "calibration" / name for name in ("zhang_1998", "opencv_left_right")]
+    pictures = sorted(path for folder in folders for path in folder.rglob("*") if path.suffix in (".png", ".jpg"))
+    assert len(pictures) > 20
+    for path in pictures:
+        grey = np.asarray(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
+        assert detector.detect_all(grey) + detector.detect_small(grey) == [], path.name

@@ -1,0 +1,59 @@
+"""What a picture shows of a marker's cells: whether they are as dark and bright as they should be, beside the white margin."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.markers.planar_motion import homography
+
+Array = NDArray[np.float64]
+
+MIN_CONTRAST_GREY = 10.0
+"""grey levels between black and white cells, below which they are not read (docs/thresholds.md)"""
+MAX_CONTRAST_RATIO = 3.0
+"""of white cells and of the white margin, over black, either way: one paper in one light (docs/thresholds.md)"""
+
+
+@dataclass(frozen=True)
+class CellReading:
+    """Of K markers."""
+
+    right_share: Array
+    """of the cells that are on the right side of the middle between black and white, (K,)"""
+    contrast: Array
+    """white cells over black ones, grey levels, (K,)"""
+    margin_contrast: Array
+    """the margin, half a cell outside, over black cells, (K,)"""
+
+    @property
+    def is_readable(self) -> NDArray[np.bool_]:
+        """Whether there is anything to read, (K,)."""
+        return self.contrast > MIN_CONTRAST_GREY
+
+    @property
+    def is_printed(self) -> NDArray[np.bool_]:
+        """Whether white cells and margin stand out from black as one paper does, (K,): noise in a dark square does not."""
+        alike = self.contrast < MAX_CONTRAST_RATIO * self.margin_contrast
+        return self.is_readable & alike & (self.margin_contrast < MAX_CONTRAST_RATIO * self.contrast)
+
+
+def read_cells(grey: NDArray[np.uint8], corners: Array, black: NDArray[np.bool_]) -> CellReading:
+    """Of markers at these corners, (K, 4, 2), px, with these cells, (K, n, n), border included; read at the cells' middles."""
+    n = black.shape[1]
+    centre = (2 * np.arange(n) + 1) / n - 1  # marker coordinates, -1 to 1
+    outside = np.repeat([-1 - 1 / n, 1 + 1 / n], n)
+    beside = np.tile(centre, 2)
+    u = np.concatenate([np.tile(centre, n), beside, outside])
+    v = np.concatenate([np.repeat(centre, n), outside, beside])
+    places = homography(corners) @ np.stack([u, v, np.ones_like(u)])
+    x, y = ((places[:, axis] / places[:, 2]).astype(np.float32) for axis in range(2))
+    samples = cv2.remap(grey, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
+    cells, margin = samples[:, : n * n], np.median(samples[:, n * n :], axis=1)
+    flat = black.reshape(len(black), -1)
+    count = np.count_nonzero(flat, axis=1)
+    dark, every = np.einsum("kc,kc->k", cells, flat), cells.sum(axis=1)
+    dark, bright = dark / count, (every - dark) / np.maximum(n * n - count, 1)
+    threshold = ((dark + bright) / 2)[:, None]
+    return CellReading(np.mean((cells < threshold) == flat, axis=1), bright - dark, margin - dark)
