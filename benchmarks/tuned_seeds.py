@@ -107,6 +107,10 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
         "counted first; then angles entered what a clock leaves unexplained, and motors that would drive its sigma",
     ),
     (
+        range(1710, 1712),
+        "counted first; then numbers of the drawing kept to their tolerances beside causes, and fits of hardening were looked into",
+    ),
+    (
         range(1301, 1306),
         "counted first; then the last step of a fit, steps of shapes, needless causes and the held-out floor were mended",
     ),

@@ -62,7 +62,7 @@ _LOST = 1.5
 _FAR = 4.0
 """losses of noise from which a fit is far"""
 MAX_TOLERANCES = 4.0
-"""standard deviations up to which a number may be off its drawing in the base model (docs/thresholds.md)"""
+"""standard deviations up to which a number may be off its drawing (docs/thresholds.md)"""
 IMPOSSIBLE_SIGMAS = 3.0
 """standard deviations below its least value from which an amount is impossible (docs/thresholds.md)"""
 UNTOLD_SIGMAS = 2.0
@@ -198,9 +198,7 @@ class CauseFitter:
 
     def base_model(self) -> FitStage:
         """Fitted without a cause: the arm as drawn, within MAX_TOLERANCES."""
-        stage = self.fitted(self._start, ())
-        # an arm far beyond what its drawing is good for is not the one that was drawn
-        return replace(stage, fit=stage.comparison.fit_within(MAX_TOLERANCES))
+        return self.fitted(self._start, ())
 
     def fitted(self, start: Linearisation, causes: tuple[Cause, ...]) -> FitStage:
         """Fitted with these causes, whose shapes are where the fit begins, from a linearisation on; each choice is fitted once."""
@@ -240,7 +238,8 @@ class CauseFitter:
                 break
             current, causes = candidate, stepped
         # numbers of causes stay where they are in the model that is written: the others are the best beside these
-        return replace(stage, comparison=current, causes=causes, fit=current.with_held(current.cause_columns).fit())
+        fit = current.with_held(current.cause_columns).fit_within(MAX_TOLERANCES)
+        return replace(stage, comparison=current, causes=causes, fit=fit)
 
     def _whitener(self, stage: FitStage) -> Whitener:
         at = stage.comparison.linearisation
@@ -260,7 +259,9 @@ class CauseFitter:
             comparison, causes = _refined(start, self._h, causes, self._data, self.whiten)
         at = comparison.linearisation
         noise = noise_residuals(at, ensembles)
-        return FitStage(comparison, causes, tuple(noise), noise_loss(noise, at, self.whiten), comparison.fit())
+        # an arm far beyond what its drawing is good for is not the one that was drawn
+        fit = comparison.fit_within(MAX_TOLERANCES)
+        return FitStage(comparison, causes, tuple(noise), noise_loss(noise, at, self.whiten), fit)
 
     def _refined_with_speeds(
         self, near: Linearisation, causes: tuple[Cause, ...], passes: int, before: float = np.inf

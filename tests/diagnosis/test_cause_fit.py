@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from diagnosis.cause import Cause
-from diagnosis.cause_fit import MAX_START_DELAY_S, CauseFitter
+from diagnosis.cause_fit import MAX_START_DELAY_S, MAX_TOLERANCES, CauseFitter
 from diagnosis.cause_parameters import parameters_of
 from diagnosis.effects import EFFECTS
 from diagnosis.hypothesis import as_described
@@ -51,3 +51,27 @@ def test_a_number_that_ended_at_the_end_of_its_range_has_no_sigma() -> None:
         (sigmas[value],) = (p.sigma for p in numbers if p.name == term.name)
     assert np.isinf(sigmas[term.low])
     assert np.isfinite(sigmas[3 * term.low])
+
+
+def test_numbers_of_the_drawing_go_no_further_than_four_tolerances_whatever_is_named() -> None:
+    """A spring of 60 % more than described is not the one that was drawn: what it does beyond four tolerances stays above noise.
+
+    Where it went as far as it liked, a motor's offset was given up again: two free lengths at 6.5 tolerances left as little.
+    """
+    data = recording(2000)
+    springs = data.neck.mechanisms[0].springs
+    weaker = springs.model_copy(update={"stiffness": springs.stiffness / 1.6})
+    first = data.neck.mechanisms[0].model_copy(update={"springs": weaker})
+    neck = data.neck.model_copy(update={"mechanisms": (first, *data.neck.mechanisms[1:])})
+    wrong = replace(data, neck=neck)
+    h = as_described(neck)
+    fitter = CauseFitter(h, [noise_ensemble(wrong, frame_angles(wrong), 0)])
+    beside = fitter.base_model().comparison.linearisation
+    effect = EFFECTS["viscous_friction"]
+    viscous = Cause(effect, effect.placements(h.arm)[0], np.zeros(h.arm.M), {})
+    for stage in (fitter.base_model(), fitter.fitted(beside, ()), fitter.fitted(beside, (viscous,))):
+        for one in (stage, fitter.finished(stage)):
+            of_arm = slice(one.comparison.base_count, one.comparison.base_count + one.comparison.nuisances.count)
+            assert np.abs(one.fit.numbers[of_arm]).max() == pytest.approx(MAX_TOLERANCES)
+            assert one.excess.above_noise
+            assert np.abs(one.comparison.fit().numbers[of_arm]).max() > MAX_TOLERANCES + 1
