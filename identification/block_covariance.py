@@ -65,9 +65,16 @@ def student_inflated(influences: Array) -> Array:
 
 
 def shared_error_residuals(s: Signals, u: Unknowns, p: Array, recording: int) -> Array:
-    """Change of the residuals, (C, S, E), by one sigma of each error that all rows share: clock, skew, each joint's angle."""
+    """Change of the residuals, (C, S, E), by one sigma of each error that all rows share.
+
+    Those of clock, skew, each joint's angle, and of the law of cables that the angles follow from."""
     sensitivity = ResidualSensitivity(s, u, p, recording)
     from_middle = s.time[s.low_pass.kept] - s.time.mean()
     errors = [sensitivity.error_of_lag(s.clock_sigma[0]), sensitivity.error_of_lag(s.clock_sigma[1] * from_middle)]
     errors += [AngleError(sigma * np.eye(s.arm.N)[i]) for i, sigma in enumerate(s.angle_sigma)]
-    return np.stack([sensitivity.residual_change(angle_error=error) for error in errors], axis=-1)
+    changes = [sensitivity.residual_change(angle_error=error) for error in errors]
+    for alpha in sensitivity.errors_by_cables(s):
+        change = sensitivity.residual_change(angle_error=AngleError(alpha))
+        change[: s.arm.M] = 0.0  # the motors' equations have elongations by vision alone
+        changes.append(change)
+    return np.stack(changes, axis=-1)

@@ -17,6 +17,7 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import geometry_of_poses, lengths
 from mechanism.dynamics import terms
 from mechanism.elasticity import elongation_rate
+from mechanism.friction import dry
 from mechanism.laws import CableMotion, JointMotion
 from mechanism.machine import Machine
 
@@ -71,6 +72,14 @@ class ResidualSensitivity:
         lag = np.broadcast_to(lag, len(self._kept))[:, None]
         _, alpha_d, alpha_dd = self._alpha
         return AngleError(lag * alpha_d, lag * alpha_dd, lag * self._jerk)
+
+    def errors_by_cables(self, s: Signals) -> list[Array]:
+        """Errors of the angles, each (S, N), rad, by what is uncertain of the law of the cables that they follow from."""
+        if s.elongation_errors is None:
+            return []
+        tension = self._drive - self._arm.motor_inertia / self._arm.drum * self._theta_dd
+        command, friction = s.low_pass(s.f.T).T, s.low_pass(dry(s.speeds.mean).mean(axis=0).T).T
+        return s.elongation_errors.of_angles(self._ways.Z, tension, command, friction, self._theta[1])
 
     def residual_change(self, arm: Arm | None = None, angle_error: AngleError = _NO_ERROR) -> Array:
         """Change of the residuals with another arm or other angles, (C, S)."""

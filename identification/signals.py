@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from identification.dataset.dataset import DataSet
 from identification.dataset.half_row_speeds import HalfRowSpeeds, unrefined_speeds
 from identification.decimation import DecimatingFilter, decimating_filter
+from identification.elongation_errors import ElongationErrors
 from mechanism.arm import Arm
 from mechanism.cable_lengths import geometry_of_poses, lengths
 from mechanism.dynamics import terms
@@ -72,6 +73,8 @@ class Signals:
     """s: sigma of the offset if the laws that aligned the clocks were wrong; the same as clock_sigma where a light aligned them"""
     angle_sigma: Array
     """standard deviation of the error that all frames share, (N,), rad"""
+    elongation_errors: ElongationErrors | None = None
+    """of the cables that angles follow from, if they do"""
 
     @cached_property
     def wrap(self) -> Array:
@@ -152,5 +155,6 @@ def signals_of(data: DataSet, load_by_frames: bool = False) -> Signals:
         low_pass=filtered,
         clock_sigma=(offset_sigma, 1e-6 * float(clock.get("skew_sigma_ppm") or 0.0)),
         relaxed_clock_sigma=offset_sigma if clock.get("source") == "light" else max(offset_sigma, TRAVEL_CLOCK_SIGMA_S),
+        elongation_errors=ElongationErrors.of(data, cables.Z),
         angle_sigma=np.sqrt(np.nanmean(common**2, axis=0)) if common.shape[1] else np.zeros(arm.N),
     )

@@ -4,16 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.frames import FrameAngles
+from identification.elongation_errors import NUISANCE_VARIANCE_RATIO
 from state_estimation.banded import inverse_windows
 from state_estimation.fusion import SplineSolution
 from state_estimation.motion_prior import PARTS
 from state_estimation.spline import SUPPORT
 
 Array = NDArray[np.float64]
-
-NUISANCE_VARIANCE_RATIO = 1.7
-"""of the cables' nuisances over what errors independent of their regressors would give: rounding of counts enters both
-(docs/thresholds.md)"""
 
 
 def state_covariance(

@@ -154,7 +154,8 @@ def test_what_it_is_for_decides() -> None:
 
 def test_predicted_sigmas_are_those_of_an_identification_of_the_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     """The generator makes the motion by other geometry, dynamics and integration: motor angles and forces are those of the table,
-    friction and stiffness of every cable are claimed with the sigmas predicted within a factor 2.5, and lie within 4 of them.
+    stiffness of every cable is claimed with the sigmas predicted within a factor 2.5, friction with larger ones, as what is
+    uncertain of the cables' law is not predicted; and both lie within 4 of those claimed.
 
     Claimed sigmas are themselves known to a sixth at best, 30 blocks of a second, and to less where few blocks count, as slow
     reversals do for friction: of eight other recordings they lie between half and 1.7 times what is predicted.
@@ -181,8 +182,9 @@ def test_predicted_sigmas_are_those_of_an_identification_of_the_motion(monkeypat
     claimed = estimate([synchronise(NECK, "", seen, log, {})])
     for name in ("fs", "k"):
         sigma, own = found.sigma[u.slots[name, None]], claimed.sigma[claimed.unknowns.slots[name, None]]
-        assert np.all((sigma / own > 1 / 2.5) & (sigma / own < 2.5)), (name, sigma / own)
-        assert np.max(np.abs(claimed.values(name) - values[name]) / sigma) < 4
+        least = {"fs": 0.1, "k": 1 / 2.5}[name]
+        assert np.all((sigma / own > least) & (sigma / own < 2.5)), (name, sigma / own)
+        assert np.max(np.abs(claimed.values(name) - values[name]) / own) < 4
 
 
 def test_more_cables_than_one_over_are_tensioned_in_every_way() -> None:
