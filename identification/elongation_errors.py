@@ -35,9 +35,9 @@ class ElongationErrors:
     @classmethod
     def of(cls, data: DataSet, Z: Array) -> "ElongationErrors | None":
         """None where angles are by vision alone. Z: of the rows, (T, N, M), m."""
-        own = data.clock.get("state", {}).get("cable_error_m")
-        sigma = data.angles.matrix("sigma")
-        if data.clock.get("state", {}).get("method") != "fused" or own is None or not sigma.size:
+        state, sigma = data.clock.get("state") or {}, data.angles.matrix("sigma")
+        own = state.get("cable_error_m")
+        if state.get("method") != "fused" or own is None or not sigma.size:
             return None
         of_frames = np.nanmean(sigma**2, axis=0)
         return cls(
@@ -66,7 +66,7 @@ class ElongationErrors:
 
 def _independent(X: Array) -> Array:
     """Errors X beta, (E, S), of one sigma each: beta errs as a fit to X does if the mean of all rows has a variance of one."""
-    X = X / np.sqrt(np.mean(X**2, axis=0))
+    X = X / np.maximum(np.sqrt(np.mean(X**2, axis=0)), np.finfo(float).tiny)
     size, axes = np.linalg.eigh(X.T @ X / len(X))
     told = size > _MIN_EIGENVALUE
     return np.sqrt(NUISANCE_VARIANCE_RATIO) * (X @ (axes[:, told] / np.sqrt(size[told]))).T
