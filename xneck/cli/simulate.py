@@ -65,6 +65,9 @@ def command(
     With --neck it takes a motion of `xneck design` that was not played yet, and lays what the arm would do beside what was
     designed.
     """
+    if neck_file is not None and dataset.suffix == ".mcap":
+        what = "is a data set, and no motion by `xneck design`"
+        raise Refused(dataset, what, "leave --neck out: a data set holds its arm's description")
     if neck_file is not None:
         _simulate_motion(dataset, neck_file, model_file, out, picture, source, export_as, json_out, quiet)
         return

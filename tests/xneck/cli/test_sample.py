@@ -136,6 +136,12 @@ def test_check_simulate_and_export_by_command(made: Path, capfd: pytest.CaptureF
     assert set(rms) == {f"alpha{i}" for i in (1, 2, 3)} | {f"theta{j}" for j in (1, 2, 3, 4)}
     assert max(rms[f"alpha{i}"] for i in (1, 2, 3)) < np.radians(5)
     assert "tension4" in np.load(made / "simulated.npz")
+    # --neck is of a motion that was only designed
+    words = ("--model", made / "model.yaml", "--neck", R / "neck.yaml", "--out", made / "none.mcap")
+    refused = run(capfd, "simulate", made / "dataset.mcap", *words)
+    assert refused.status == 1
+    assert "is a data set, and no motion" in refused.err
+    assert not (made / "none.mcap").exists()
 
 
 def test_from_pixels_to_the_hidden_cause(made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
