@@ -23,6 +23,8 @@ MAX_OUTLIER_SHARE, MIN_OUTLIER_SHARE = 0.3, 0.01
 weight below which patches are not counted (docs/thresholds.md)"""
 SCALE_STRIDE = 3
 """the scale is taken from every so many-th residual"""
+_LEAST_SHARE = 1e-12
+"""of the largest variance of a combination of numbers: less is rounding"""
 
 
 def residual_scale(residual: Single, used: NDArray[np.bool_]) -> Array:
@@ -79,8 +81,11 @@ def block_variance(
     Scores (derivatives times weight times residual) are summed over `blocks` of the picture, since errors within a block are
     correlated; with their covariance B and the normal matrix's inverse A this is trace(A B) / 8, the size of the sandwich.
     """
-    half = np.linalg.cholesky(inverse[:, :8, :8] + 1e-15 * np.eye(8))
-    Q = np.linalg.solve(half, inverse[:, :8]).astype(np.float32) @ D  # unit information: sum of w Q Q^T is 1
+    variance, axes = np.linalg.eigh(inverse[:, :8, :8])
+    # of a marker of few pixels rounding may take what little there is of a direction below zero
+    variance = np.maximum(variance, _LEAST_SHARE * variance[:, -1:])
+    half = np.swapaxes(axes / np.sqrt(variance)[:, None], 1, 2)
+    Q = (half @ inverse[:, :8]).astype(np.float32) @ D  # unit information: sum of w Q Q^T is 1
     share = np.einsum("mpn,mpn->mn", Q, Q)
     share *= weight
     Q *= (weight * residual)[:, None]

@@ -51,3 +51,17 @@ def test_the_scale_of_residuals_does_not_see_a_thing_across() -> None:
     assert clean == pytest.approx(3.05, rel=4 * 1.17 / np.sqrt(3000))
     residual[:, ::10] = 200
     assert clean < float(residual_scale(residual, used)[0]) < 1.25 * clean
+
+
+def test_rounding_below_zero_is_no_end_of_the_measurement() -> None:
+    """The normal matrix of a tag of 11 px was not positive any more in some builds of numpy, and a video ended in a traceback."""
+    rng = np.random.default_rng(4)
+    D = rng.normal(size=(1, 8, 400)).astype(np.float32)
+    weight, residual = np.ones((1, 400), np.float32), rng.normal(size=(1, 400)).astype(np.float32)
+    inverse = np.asarray(np.linalg.inv(D.astype(float) @ np.swapaxes(D, 1, 2)), dtype=np.float64)
+    right = block_variance(D, inverse, weight, residual, [np.arange(0, 400, 10)])
+    size, axes = np.linalg.eigh(inverse[0])
+    size[0] = -1e-9 * size[-1]
+    rounded = (axes * size) @ axes.T
+    assert np.isfinite(block_variance(D, rounded[None], weight, residual, [np.arange(0, 400, 10)])).all()
+    assert 0.3 < right[0] < 3.0
