@@ -167,19 +167,21 @@ class Comparison:
     @cached_property
     def profiled_loss(self) -> float:
         """Loss of the linearisation point as it is, with nuisances at their best."""
-        use = np.arange(self.base_count, self.base_count + self.nuisance_count)
-        return self._solve(self.products, use, self.sigma(), 0.0)[1] + self._prior_of_rest(use)
+        return self._loss_with_best_from(self.base_count)
 
     @cached_property
     def loss_with_fixed_causes(self) -> float:
         """Loss with the base model's numbers at their best, and the causes' at the linearisation point's."""
-        use = np.arange(self.base_count + self.nuisance_count)
-        return self._solve(self.products, use, self.sigma(), 0.0)[1] + self._prior_of_rest(use)
+        return self._loss_with_best_from(0)
 
     @cached_property
     def loss_with_clocks_at_best(self) -> float:
         """Loss of the linearisation point as it is, but for each recording's clock and skew."""
-        use = np.arange(self.base_count + self.nuisances.count, self.base_count + self.nuisance_count)
+        return self._loss_with_best_from(self.base_count + self.nuisances.count)
+
+    def _loss_with_best_from(self, first: int) -> float:
+        """Loss of the linearisation point with the numbers of columns from `first` to the last nuisance at their best."""
+        use = np.arange(first, self.base_count + self.nuisance_count)
         return self._solve(self.products, use, self.sigma(), 0.0)[1] + self._prior_of_rest(use)
 
     def _prior_of_rest(self, use: Index) -> float:
