@@ -1,7 +1,7 @@
 """Two fixed steps: one that stiff cables do not limit, and Runge's as a witness.
 
 The first is ROS34PW2 (Rang and Angermann 2005): four stages, L-stable, third order for whatever matrix stands in its linear
-systems.
+systems. Its second order beside it tells where a step was too long.
 """
 
 import numpy as np
@@ -27,14 +27,16 @@ _GAMMA = np.array(
     ]
 )
 _B = np.array([0.24212380706095346, -1.2232505839045147, 1.5452602553351020, _G])
+_B_OF_SECOND_ORDER = np.array([0.37810903145819369, -0.096042292212423178, 0.5, 0.21793326075422950])
 # of u = Gamma k, so that no product with the matrix is needed
 _STAGE = _ALPHA @ np.linalg.inv(_GAMMA)
 _CARRY = np.diag(1 / np.diag(_GAMMA)) - np.linalg.inv(_GAMMA)
 _END = _B @ np.linalg.inv(_GAMMA)
+_ERROR = (_B - _B_OF_SECOND_ORDER) @ np.linalg.inv(_GAMMA)
 
 
-def rosenbrock_step(system: System, time: float, y: Array, f: Array, h: float) -> tuple[Array, Rates]:
-    """State after h (s) under forces f held, and the rates at its begin."""
+def rosenbrock_step(system: System, time: float, y: Array, f: Array, h: float) -> tuple[Array, Rates, Array]:
+    """State after h (s) under forces f held, the rates at its begin, and by how much the state's second order differs."""
     g = _G * h
     first = system.rates(time, y, f)
     matrix = system.implicit(first, g)
@@ -43,7 +45,7 @@ def rosenbrock_step(system: System, time: float, y: Array, f: Array, h: float) -
         at = y + sum(_STAGE[i, j] * u[j] for j in range(i))
         here = system.rates(time + h * _ALPHA[i].sum(), at, f).state_d
         u.append(matrix.solve(g * here + _G * sum(_CARRY[i, j] * u[j] for j in range(i))))
-    return y + sum(_END[i] * u[i] for i in range(4)), first
+    return y + sum(_END[i] * u[i] for i in range(4)), first, sum(_ERROR[i] * u[i] for i in range(4))
 
 
 def runge_step(system: System, time: float, y: Array, f: Array, h: float) -> tuple[Array, Rates]:
