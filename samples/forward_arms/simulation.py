@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from samples.forward_arms.controller import Loop, Plan
-from samples.forward_arms.forward import System
+from samples.forward_arms.forward import Rates, System
 from samples.forward_arms.integration import rosenbrock_step
 from samples.forward_arms.laws import Law, gathered
 from samples.forward_arms.plant import ROW, Array, Plant, side_by_side
@@ -14,9 +14,9 @@ from samples.forward_arms.settings import Settings
 
 SETTLING = 0.3
 """s, that arms are at rest before anything sees them"""
-_MAX_STEP_ERROR, _SHORTER_STEPS = 0.003, 8
-"""rad/s by which a step may err in a joint's speed, and the steps in its place where it does: friction that turns over within less
-than a step's change of speed would have arms chatter, by 1 rad/s where motions are smooth (smooth steps err by .0001)"""
+_MAX_STEP_ERROR, _HALVINGS = 0.003, 6
+"""rad/s by which a step may err in a joint's speed, and how often it is halved at most where it does: friction that turns over
+within less than a step's change of speed has arms chatter by 1 rad/s (smooth steps err by .0001)"""
 
 
 @dataclass(frozen=True)
@@ -85,10 +85,7 @@ def play(
             f = before + new * (coming - before)
             s = n * per_row + k
             begin = y
-            y, at, error = rosenbrock_step(system, time + k * settings.step, begin, f, settings.step)
-            too_long = np.any(np.abs(error[system.alpha_d]) > _MAX_STEP_ERROR, axis=0)
-            if np.any(too_long):
-                y = np.where(too_long, _in_shorter_steps(system, time + k * settings.step, begin, f, settings.step), y)
+            y, at = _stepped(system, time + k * settings.step, begin, f, settings.step)
             of_joints["alpha"][s], of_joints["alpha_d"][s] = begin[system.alpha], begin[system.alpha_d]
             of_motors["theta"][s], of_motors["theta_d"][s] = begin[system.theta], begin[system.theta_d]
             of_joints["alpha_dd"][s], of_motors["tension"][s] = at.alpha_dd, at.tension
@@ -101,11 +98,17 @@ def play(
     return Played(time=fine, **of_joints, **of_motors, row_time=rows, counted=counted, command=commands)
 
 
-def _in_shorter_steps(system: System, time: float, y: Array, f: Array, h: float) -> Array:
-    """State after h (s)."""
-    for k in range(_SHORTER_STEPS):
-        y, _, _ = rosenbrock_step(system, time + k * h / _SHORTER_STEPS, y, f, h / _SHORTER_STEPS)
-    return y
+def _stepped(
+    system: System, time: float, begin: Array, f: Array, h: float, halvings: int = _HALVINGS
+) -> tuple[Array, Rates]:
+    """State after h (s), and the rates at its begin; halves of the step where it errs."""
+    y, at, error = rosenbrock_step(system, time, begin, f, h)
+    errs = np.any(np.abs(error[system.alpha_d]) > _MAX_STEP_ERROR, axis=0)
+    if halvings and np.any(errs):
+        middle, _ = _stepped(system, time, begin, f, h / 2, halvings - 1)
+        halved, _ = _stepped(system, time + h / 2, middle, f, h / 2, halvings - 1)
+        y = np.where(errs, halved, y)
+    return y, at
 
 
 def _lateness(settings: Settings, seeds: Sequence[Sequence[int]], rows: int, delay: float) -> Array:
