@@ -53,6 +53,8 @@ _SETTLING_STEPS = 4
 """for given shapes: most numbers are all but linear"""
 _MAX_LAST_STEPS, _LEAST_LAST_PROMISE = 3, 0.01
 """of the fit that is reported: steps at most, and of the loss, a tenth of a sigma of a number"""
+MAX_MISSED = 0.1
+"""of the loss that noise makes: what a straight step may promise at the end of a fit (docs/thresholds.md)"""
 _MIN_LOSS_GAIN, _MIN_LOSS_GAIN_FAR = 1e-3, 1e-2
 """of the loss: a step that took less away was the last; and where far more than noise is left"""
 _NEARER_SHARE = 0.3
@@ -155,6 +157,11 @@ class FitStage:
         return float(self.comparison.block_losses().sum()) + self.comparison.prior_loss() + max(0.0, missed)
 
     @property
+    def is_astray(self) -> bool:
+        """Whether a straight step promises far more than the fit has found: it ended, but nowhere near a least loss."""
+        return self.comparison.profiled_loss - self.fit.loss > MAX_MISSED * self.noise_loss
+
+    @property
     def surplus(self) -> float:
         """Loss beyond what noise alone makes, which differs from stage to stage: a heavier arm makes more of the angles' noise.
 
@@ -204,7 +211,11 @@ class CauseFitter:
         """Fitted with these causes, whose shapes are where the fit begins, from a linearisation on; each choice is fitted once."""
         key = tuple((c.effect.name, c.where.label, *sorted(c.shape.items())) for c in causes)
         if key not in self._stages:
-            self._stages[key] = self._stage(start, causes)
+            stage = self._stage(start, causes)
+            if stage.is_astray and start is not self._start:
+                # along a bent valley a fit may end anywhere: one that begins where no other has been may not
+                stage = min(stage, self._stage(self._start, causes), key=lambda stage: stage.surplus)
+            self._stages[key] = stage
         return self._stages[key]
 
     def is_ill_weighted(self, stage: FitStage) -> bool:
