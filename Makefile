@@ -27,8 +27,8 @@ check: $(VENV)/.test
 	$(MAKE) --no-print-directory --jobs 2 --output-sync=target VENV=$(VENV) lint types fast-tests
 
 test: $(VENV)/.test
-	$(MAKE) --no-print-directory VENV=$(VENV) lint types
-	$(PYTEST) -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
+	$(MAKE) --no-print-directory VENV=$(VENV) lint
+	$(MAKE) --no-print-directory --jobs 2 VENV=$(VENV) types all-tests
 
 lint: $(VENV)/.test
 	$(BIN)/ruff check .
@@ -37,6 +37,9 @@ lint: $(VENV)/.test
 
 types: $(VENV)/.test
 	$(BIN)/pyright --pythonpath $(BIN)/python
+
+all-tests: $(VENV)/.test
+	$(PYTEST) -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 fast-tests: $(VENV)/.test
 	$(PYTEST) -m "not slow" -q
@@ -102,4 +105,4 @@ $(VENV)/.test: pyproject.toml .ci/dev-tools.txt | $(BIN)/python
 	$(BIN)/python -m pip install --quiet $(DEV)
 	@touch $@ $(VENV)/.demo
 
-.PHONY: demo check test lint types fast-tests bench samples wheel-check oldest newest other-user site mutants lock
+.PHONY: demo check test lint types all-tests fast-tests bench samples wheel-check oldest newest other-user site mutants lock
