@@ -190,9 +190,9 @@ class LawEffect(Effect):
         elsewhere: bool = False,
     ) -> Array:
         """Of the residuals by one term, whose step is in its sizes, (C, S, places); elsewhere: not where the hypothesis is."""
-        signals, base, tension = recording.motor_signals, recording.motor_forces, None
+        signals, base, tension = recording.motor_signals, recording.motor_forces, recording.tension
         if self.from_vision:
-            signals, base, tension = recording.signals, recording.forces, recording.tension
+            signals, base = recording.signals, recording.forces
         # a law does nothing where its amounts are zero, whatever its shape
         laws = recording.laws if self.law in recording.laws else (*recording.laws, self.law)
         h = step * term.size

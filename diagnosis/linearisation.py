@@ -84,9 +84,9 @@ def linearise(h: Hypothesis, recordings: Sequence[Signals], p: Array, frame_lags
 
 def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> RecordingLinearisation:
     motor_signals = instrument_signals(s, u, p, recording)
-    motor_forces = law_forces_at(motor_signals, u, p, recording)
     # as it follows from the motors: vision's noise in it would go through friction into the arm's equation
-    tension = motor_forces.drive - s.inertial
+    tension = law_forces_at(motor_signals, u, p, recording).drive - s.inertial
+    motor_forces = law_forces_at(motor_signals, u, p, recording, tension)
     vision_forces = law_forces_at(s, u, p, recording, tension)
     values = u.values(p, recording)
     slopes = FrictionSlopes.of(Machine(s.arm, u.laws, values), s, tension)
@@ -100,7 +100,9 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
         friction_slopes=slopes,
         input_variance=input_variance(s, slopes),
         sensitivity=ResidualSensitivity(s, u, p, recording),
-        rows=ResidualRows(residuals_of(s, vision_forces), residual_rows(motor_signals, u, p, recording).jacobian),
+        rows=ResidualRows(
+            residuals_of(s, vision_forces), residual_rows(motor_signals, u, p, recording, tension).jacobian
+        ),
         laws=u.laws,
         values=values,
         x0=u.get(p, "x0", recording),

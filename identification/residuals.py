@@ -218,19 +218,19 @@ def residuals_of(s: Signals, forces: LawForces) -> Array:
 
 
 def law_forces_at(s: Signals, u: Unknowns, p: Array, recording: int, tension: Array | None = None) -> LawForces:
-    """The laws' forces on one recording at the vector p; tension as in `forces`."""
+    """The laws' forces on one recording at the vector p; tension as in `law_forces`."""
     delay = float(u.get(p, "delay", recording)[0])
     return law_forces(s, u.laws, u.values(p, recording), u.get(p, "x0", recording), delay, tension=tension)
 
 
-def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int) -> ResidualRows:
-    """Residuals of one recording at the vector p, and their derivatives."""
+def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int, tension: Array | None = None) -> ResidualRows:
+    """Residuals of one recording at the vector p, and their derivatives; tension as in `law_forces`, the same wherever p is."""
     n, m = s.arm.N, s.arm.M
     values, x0 = u.values(p, recording), u.get(p, "x0", recording)
     delay = float(u.get(p, "delay", recording)[0])
     machine = Machine(s.arm, u.laws, values)
     z = memory_states(machine, cable_motion(s, x0), s.step)
-    base = law_forces(s, u.laws, values, x0, delay, z)
+    base = law_forces(s, u.laws, values, x0, delay, z, tension)
     acting = replace(s, f=delayed_forces(s, delay))
     laws = {term.name: name for name in u.laws for term in law_named(name).terms}
     starts = {term.name for term in memory_starts(u.laws)}
@@ -244,13 +244,13 @@ def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int) -> Residual
         if name == "delay":
             moved = replace(base, acting=machine.acting_force(delayed_forces(s, delay + h), s.step))
         elif name == "x0":
-            moved = _with_other_pull(s, base, machine, _pull(s, machine, x0 + h, z))
+            moved = _with_other_pull(s, base, machine, _pull(s, machine, x0 + h, z), tension)
         elif name in starts:
-            moved = law_forces(s, u.laws, values | {name: values[name] + h}, x0, delay)
+            moved = law_forces(s, u.laws, values | {name: values[name] + h}, x0, delay, tension=tension)
         else:
             law, change = laws[name], {name: values[name] + h}
             known = None if law_named(law).states else z
-            moved = forces_of_moved_law(acting, base, u.laws, values, law, change, x0, 0.0, known)
+            moved = forces_of_moved_law(acting, base, u.laws, values, law, change, x0, 0.0, known, tension)
         J[:, :, slot] = residual_change(s, base, moved, term) / h
     return ResidualRows(residual, J)
 

@@ -79,7 +79,7 @@ def test_numbers_of_the_drawing_go_no_further_than_four_tolerances_whatever_is_n
 
 
 def test_a_fit_that_went_astray_begins_again() -> None:
-    """Of a hardening cable stiffness, pre-elongation and power make a bent valley: from its far end no steps lead to the least loss.
+    """Of a hardening cable stiffness, pre-elongation and power make a bent valley: no steps lead out of its far end.
 
     On arm 1711 of samples/forward_arms such a fit left 4.6 times noise with all right causes named, and hid a base that leans.
     """

@@ -69,7 +69,9 @@ def test_arms_do_not_chatter_where_friction_turns_over_within_a_step() -> None:
     """Steps of a row beside steps of a quarter: without shorter ones in their place joints' speeds differ by .4 rad/s."""
 
     def speeds(per_row: int) -> Array:
-        settings = Settings(base="exact", drawing_off=1.0, seconds=0.5, recordings=1, offset=(0.0, 0.0), step=ROW / per_row)
+        settings = Settings(
+            base="exact", drawing_off=1.0, seconds=0.5, recordings=1, offset=(0.0, 0.0), step=ROW / per_row
+        )
         rubbing = [RouteFriction(np.full(4, 0.012), width=3e-4)]
         t = next(make_arms([1710], settings, [rubbing])).recordings[0].truth.within_log()
         return t.alpha_d[:: t.per_row]
