@@ -45,7 +45,8 @@ def rosenbrock_step(system: System, time: float, y: Array, f: Array, h: float) -
         at = y + sum(_STAGE[i, j] * u[j] for j in range(i))
         here = system.rates(time + h * _ALPHA[i].sum(), at, f).state_d
         u.append(matrix.solve(g * here + _G * sum(_CARRY[i, j] * u[j] for j in range(i))))
-    return y + sum(_END[i] * u[i] for i in range(4)), first, sum(_ERROR[i] * u[i] for i in range(4))
+    error = sum((_ERROR[i] * u[i] for i in range(1, 4)), _ERROR[0] * u[0])
+    return y + sum(_END[i] * u[i] for i in range(4)), first, error
 
 
 def runge_step(system: System, time: float, y: Array, f: Array, h: float) -> tuple[Array, Rates]:
