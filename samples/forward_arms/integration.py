@@ -45,7 +45,7 @@ def rosenbrock_step(system: System, time: float, y: Array, f: Array, h: float) -
         at = y + sum(_STAGE[i, j] * u[j] for j in range(i))
         here = system.rates(time + h * _ALPHA[i].sum(), at, f).state_d
         u.append(matrix.solve(g * here + _G * sum(_CARRY[i, j] * u[j] for j in range(i))))
-    error = sum((_ERROR[i] * u[i] for i in range(1, 4)), _ERROR[0] * u[0])
+    error = np.tensordot(_ERROR, np.stack(u), axes=1)
     return y + sum(_END[i] * u[i] for i in range(4)), first, error
 
 
