@@ -124,6 +124,10 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
         range(5000, 5012),
         "noises, sigmas and limits of the observer and of what it is calibrated with; the tests stand on the last two",
     ),
+    (
+        (1555, 1564),
+        "counted first at 0.005 deg; then causes that no amount tells were given up where nothing is above noise",
+    ),
     (range(40, 52), "how far the state follows fast motion, and the variance of its cables' nuisances"),
 )
 

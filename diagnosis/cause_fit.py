@@ -135,13 +135,14 @@ class FitStage:
 
     @cached_property
     def untold(self) -> tuple[int, ...]:
-        """Which causes the recordings do not tell from nothing: no amount stands clear of its own sigma."""
-        told = zip(self.causes, self.sigma_of_causes, strict=True)
-        return tuple(
-            i
-            for i, (cause, sigma) in enumerate(told)
-            if np.all(np.abs(cause.amounts) < UNTOLD_SIGMAS * sigma[: len(cause.amounts)])
-        )
+        """Which causes the recordings do not tell from nothing: no amount stands clear of its sigma, on the side it may be on."""
+        arm, out = self.comparison.linearisation.hypothesis.arm, []
+        for i, (cause, sigma) in enumerate(zip(self.causes, self.sigma_of_causes, strict=True)):
+            from_nothing = cause.effect.lower_bounds(arm)[list(cause.where.columns)] == 0
+            does = np.where(from_nothing, cause.amounts, np.abs(cause.amounts))
+            if np.all(does < UNTOLD_SIGMAS * sigma[: len(does)]):
+                out.append(i)
+        return tuple(out)
 
     @cached_property
     def columns_of_causes(self) -> tuple[NDArray[np.intp], ...]:

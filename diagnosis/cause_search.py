@@ -148,7 +148,9 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
         fitter, last = fitter.reweighted(last)
     if causes:
         last = fitter.finished(last)
-        if told := _without_untold(fitter, last):
+        if len(last.untold) == len(causes) and not first.excess.above_noise:
+            causes, last = (), first
+        elif told := _without_untold(fitter, last):
             causes = tuple(cause for i, cause in enumerate(causes) if i not in last.untold)
             last = fitter.finished(told)
     return Search(
