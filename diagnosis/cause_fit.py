@@ -154,13 +154,17 @@ class FitStage:
     @cached_property
     def loss(self) -> float:
         """Of blocks where all but their fold were fitted, of nuisances beyond tolerance, and what a last step would have taken."""
-        missed = self.comparison.profiled_loss - self.fit.loss
-        return float(self.comparison.block_losses().sum()) + self.comparison.prior_loss() + max(0.0, missed)
+        return float(self.comparison.block_losses().sum()) + self.comparison.prior_loss() + max(0.0, self._missed)
+
+    @property
+    def _missed(self) -> float:
+        """What a last step would take from the loss, by straight lines."""
+        return self.comparison.profiled_loss - self.fit.loss
 
     @property
     def is_astray(self) -> bool:
         """Whether a straight step promises far more than the fit has found: it ended, but nowhere near a least loss."""
-        return self.comparison.profiled_loss - self.fit.loss > MAX_MISSED * self.noise_loss
+        return self._missed > MAX_MISSED * self.noise_loss
 
     @property
     def surplus(self) -> float:

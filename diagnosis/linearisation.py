@@ -85,11 +85,14 @@ def linearise(h: Hypothesis, recordings: Sequence[Signals], p: Array, frame_lags
 def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> RecordingLinearisation:
     motor_signals = instrument_signals(s, u, p, recording)
     # as it follows from the motors: vision's noise in it would go through friction into the arm's equation
-    tension = law_forces_at(motor_signals, u, p, recording).drive - s.inertial
-    motor_forces = law_forces_at(motor_signals, u, p, recording, tension)
-    vision_forces = law_forces_at(s, u, p, recording, tension)
+    motor_forces = law_forces_at(motor_signals, u, p, recording)
+    tension = motor_forces.drive - s.inertial
     values = u.values(p, recording)
-    slopes = FrictionSlopes.of(Machine(s.arm, u.laws, values), s, tension)
+    machine = Machine(s.arm, u.laws, values)
+    if machine.rubs_under_tension:
+        motor_forces = law_forces_at(motor_signals, u, p, recording, tension)
+    vision_forces = law_forces_at(s, u, p, recording, tension)
+    slopes = FrictionSlopes.of(machine, s, tension)
     return RecordingLinearisation(
         hypothesis=h,
         signals=s,

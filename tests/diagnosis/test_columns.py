@@ -216,8 +216,8 @@ def test_a_motors_inertia_changes_what_rubs_on_pulleys(at: Linearisation, data: 
 def test_what_motors_rub_by_does_not_change_with_the_cables(name: str, data: DataSet) -> None:
     """The tension that friction on pulleys depends on is the motors': a cable's numbers do nothing to the arm's equations.
 
-    Where their columns said so all the same, fits with this friction went to where nothing is least: motors were left with 2 to 7
-    times noise in recordings that had not been fitted.
+    What dry friction does to that tension is left out, a fiftieth of its column. Where the cables' columns said that they do, fits
+    with this friction went to where nothing is least: motors were left with 2 to 7 times noise in recordings not fitted.
     """
     h = as_described(data.neck)
     h = h.with_law("pulley_friction", {"mu": np.full(h.arm.M, 0.01), "ma": np.zeros(h.arm.M), "vp": np.array([1e-3])})
