@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from diagnosis.cause import Cause, with_causes
 from diagnosis.compare import compare
-from diagnosis.comparison import ColumnFit, Comparison
+from diagnosis.comparison import ColumnFit, Comparison, Index
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.judged_rows import judged
 from diagnosis.linearisation import Linearisation, base_unknowns, corrected_signals, linearise, with_laws_of
@@ -53,6 +53,8 @@ _SETTLING_STEPS = 4
 """for given shapes: most numbers are all but linear"""
 _MAX_LAST_STEPS, _LEAST_LAST_PROMISE = 3, 0.01
 """of the fit that is reported: steps at most, and of the loss, a tenth of a sigma of a number"""
+_MAX_LAST_CHANGE = 0.5
+"""of a number that acts by its ratio: change that a straight step tells of"""
 MAX_MISSED = 0.1
 """of the loss that noise makes: what a straight step may promise at the end of a fit (docs/thresholds.md)"""
 _MIN_LOSS_GAIN, _MIN_LOSS_GAIN_FAR = 1e-3, 1e-2
@@ -254,8 +256,7 @@ class CauseFitter:
                 break
             current, causes = candidate, stepped
         # numbers of causes stay where they are in the model that is written: the others are the best beside these
-        fit = current.with_held(current.cause_columns).fit_within(MAX_TOLERANCES)
-        return replace(stage, comparison=current, causes=causes, fit=fit)
+        return replace(stage, comparison=current, causes=causes, fit=last_fit(current, current.cause_columns))
 
     def _whitener(self, stage: FitStage) -> Whitener:
         at = stage.comparison.linearisation
@@ -275,9 +276,7 @@ class CauseFitter:
             comparison, causes = _refined(start, self._h, causes, self._data, self.whiten)
         at = comparison.linearisation
         noise = noise_residuals(at, ensembles)
-        # an arm far beyond what its drawing is good for is not the one that was drawn
-        fit = comparison.fit_within(MAX_TOLERANCES)
-        return FitStage(comparison, causes, tuple(noise), noise_loss(noise, at, self.whiten), fit)
+        return FitStage(comparison, causes, tuple(noise), noise_loss(noise, at, self.whiten), last_fit(comparison))
 
     def _refined_with_speeds(
         self, near: Linearisation, causes: tuple[Cause, ...], passes: int, before: float = np.inf
@@ -442,6 +441,20 @@ def _is_nearer(candidate: Comparison, current: Comparison) -> bool:
 def _promised(current: Comparison) -> float:
     """What a straight step would take from the loss."""
     return current.profiled_loss - current.fit().loss
+
+
+def last_fit(current: Comparison, held: Index | None = None) -> ColumnFit:
+    """The fit with which steps end, a straight one: but columns that are held (k,), and numbers that it would take far, stay.
+
+    A number that acts by its ratio, as the speed over which friction turns over, goes anywhere by a straight step where nothing
+    tells it, and may do much there to other recordings. An arm far beyond what its drawing is good for is not the one drawn.
+    """
+    fit, u = current.fit(), current.linearisation.unknowns
+    step, value = np.abs(u.size * fit.numbers[: current.base_count]), current.linearisation.p
+    acts_by_ratio = np.array([entry.term.low > 0 for entry in u.entries])
+    far = np.flatnonzero(acts_by_ratio & (step > _MAX_LAST_CHANGE * value))
+    columns = far if held is None else np.append(held, far)
+    return (current.with_held(columns) if len(columns) else current).fit_within(MAX_TOLERANCES)
 
 
 def _least_loss_gain(current: Comparison) -> float:

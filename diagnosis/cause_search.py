@@ -185,18 +185,19 @@ def _with_all_causes(
     """Causes chosen jointly, fitted together, and chosen anew where they then are, until the choice stands.
 
     A wrong model's noise is another one: weights are told anew where that of a better one is."""
-    last, given_up = first, set[str]()
-    beside, by_chance = every_effect, _by_chance(every_effect, seed)
+    last, given_up, beside = first, set[str](), every_effect
     for _ in range(_MAX_CHOICES):
+        by_chance = _by_chance(beside, last.causes, seed)
         choices, offered = _choices(last, beside, given_up)
         start, least_gains = list(range(len(last.causes))), _least_gains(last, offered, by_chance)
         simpler = _simpler(last)
         chosen = chosen_jointly(choices, start, least_gains, simpler)
         if sorted(chosen) == start:
-            fewer = _without_a_needless_one(fitter, last, choices, by_chance)
-            if fewer is None:
+            other = _without_a_needless_one(fitter, last, choices, by_chance)
+            other = other or _with_one_far_off(fitter, last, choices, offered, by_chance)
+            if other is None:
                 break
-            last, beside = fewer, _with_effects(fewer, fitter.whiten)
+            last, beside = other, _with_effects(other, fitter.whiten)
             continue
         joint = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
         after = _without_impossible(fitter, joint)
@@ -212,19 +213,18 @@ def _with_all_causes(
             after = _without_the_least(fitter, last, choices, [i for i in start if i not in chosen], by_chance)
             if after is None:
                 break
-        last, is_ill_weighted = after, fitter.is_ill_weighted(after)
-        if is_ill_weighted:
+        last = after
+        if fitter.is_ill_weighted(last):
             fitter, last = fitter.reweighted(last)
         beside = _with_effects(last, fitter.whiten)
-        if is_ill_weighted:
-            by_chance = _by_chance(beside, seed)
     return fitter, last
 
 
-def _by_chance(comparison: Comparison, seed: int) -> float:
-    """What the most telling of all effects takes from the loss where nothing is wrong, but in a share of CHANCE_LEVEL."""
-    arm = comparison.linearisation.hypothesis.arm
-    choices = [g.columns[list(w.columns)] for g in comparison.groups for w in g.effect.placements(arm)]
+def _by_chance(comparison: Comparison, named: Sequence[Cause], seed: int) -> float:
+    """What the most telling effect that is not named takes where nothing more is wrong, but in a share of CHANCE_LEVEL."""
+    arm, names = comparison.linearisation.hypothesis.arm, {cause.effect.name for cause in named}
+    groups = (group for group in comparison.groups if group.effect.name not in names)
+    choices = [g.columns[list(w.columns)] for g in groups for w in g.effect.placements(arm)]
     gains = comparison.chance_gains(choices, np.random.default_rng(seed), _CHANCE_WORLDS)
     return float(np.quantile(gains, 1 - CHANCE_LEVEL))
 
@@ -272,6 +272,28 @@ def _without_a_needless_one(fitter: CauseFitter, last: FitStage, choices: Choice
     least = min(everything, key=lambda i: choices.loss([k for k in everything if k != i]))
     stage = _without(fitter, last, [least])
     return stage if stage.possible and stage.surplus < last.surplus + by_chance else None
+
+
+def _with_one_far_off(
+    fitter: CauseFitter, last: FitStage, choices: Choices, offered: Sequence[Cause], by_chance: float
+) -> FitStage | None:
+    """The fit with one number more that lies far beyond its tolerance, where plainly more than noise is left, and much less so.
+
+    Straight lines let it go there beside any causes, as what is known to a tolerance, and as a cause it takes no more than that
+    cost. But a change as large is no straight line, and what the bend leaves may be all that is left."""
+    if last.excess.ratio.max() < MAX_REMAINDER:
+        return None
+    start = list(range(len(last.causes)))
+
+    def least_gain(i: int, _: float) -> float:
+        return by_chance if offered[i].effect.has_tolerance else np.inf
+
+    farthest = best_addition(choices, start, least_gain, _simpler(last))
+    if farthest is None:
+        return None
+    stage = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, farthest]))
+    is_worth_it = last.surplus - stage.surplus > max(by_chance, MIN_EXPLAINED_NEXT * last.surplus)
+    return stage if stage.possible and is_worth_it else None
 
 
 def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:

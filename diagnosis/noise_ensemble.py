@@ -97,11 +97,9 @@ def _drawn_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> l
         signals = corrected_signals(at.hypothesis, data, np.full(len(data), at.frame_lags[r]))
         tension = at.recordings[r].tension
         recording = at.recordings[r]
+        laws = recording.laws, recording.values, recording.x0, tension
         first = law_forces_at(signals[0], at.unknowns, at.p, r, tension)
-        noise_free, *noisy = (
-            residuals_of(s, forces_of_other_cables(s, first, recording.laws, recording.values, recording.x0))
-            for s in signals
-        )
+        noise_free, *noisy = (residuals_of(s, forces_of_other_cables(s, first, *laws)) for s in signals)
         s = recording.signals
         steady = [d - noise_free + residuals_of_inertia(s, rng) for d in noisy]
         friction = [residuals_of_friction(s, error) for error in _friction_errors(recording)]

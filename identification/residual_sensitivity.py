@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.cable_memory import memory_states
+from identification.decimation import CUTOFF_HZ
 from identification.residuals import cable_motion, friction_by_tension, law_forces
 from identification.signals import Signals
 from identification.unknowns import Unknowns
@@ -49,6 +50,7 @@ class ResidualSensitivity:
     def __init__(self, s: Signals, u: Unknowns, p: Array, recording: int) -> None:
         kept = s.low_pass.kept
         self._arm, self._kept = s.arm, kept
+        self._low_pass, self._step = s.low_pass, s.step
         self._values, self._x0, self._laws = u.values(p, recording), u.get(p, "x0", recording), u.laws
         delay = float(u.get(p, "delay", recording)[0])
         machine = Machine(s.arm, u.laws, self._values)
@@ -102,14 +104,13 @@ class ResidualSensitivity:
         inertia = self._arm.motor_inertia / self._arm.drum
         more = arm.motor_inertia / arm.drum - inertia
         net = self._drive - inertia * self._theta_dd - more * self._felt_theta_dd
-        torque = (
-            np.einsum("tij,tj->ti", ways.Z, net)
-            - load
-            - machine.resistance(JointMotion(alpha, alpha_d, self._since_began))
-        )
+        torque = np.einsum("tij,tj->ti", ways.Z, net) - load
+        rubbing = machine.resistance(JointMotion(alpha, alpha_d, self._since_began))
         if machine.loses_on_the_way:
             lost = ways.Z * machine.ratios_lost(ways.Z, alpha_d, ways.wraps)
-            torque = torque - np.einsum("tij,tj->ti", lost, np.maximum(pull, 0.0))
+            rubbing = rubbing + np.einsum("tij,tj->ti", lost, np.maximum(net, 0.0))
+        if rubbing.ndim:  # it turns over between one kept row and the next
+            torque = torque - self._low_pass.slower(rubbing.T, self._step, CUTOFF_HZ).T
         return np.concatenate([(net - pull).T, torque.T])
 
 

@@ -109,16 +109,15 @@ def forces_of_moved_law(
 
 
 def forces_of_other_cables(
-    s: Signals, base: LawForces, names: tuple[str, ...], values: Mapping[str, Array], x0: Array
+    s: Signals, base: LawForces, names: tuple[str, ...], values: Mapping[str, Array], x0: Array, tension: Array
 ) -> LawForces:
-    """`law_forces` where only the cables' and the joints' motion is another one than that of `base`.
+    """`law_forces` where only the cables' and the joints' motion is another one than that of `base`; tension: the same as there.
 
     Friction is that of `base`: how far cables are wound around pulleys may differ by the noise of angles only.
     """
     machine = Machine(s.arm, names, values)
     resistance = np.broadcast_to(machine.resistance(joint_motion(s)), s.alpha_d.shape)
-    pull = _pull(s, machine, x0)
-    return replace(base, pull=pull, resistance=resistance, lost=torque_lost(s, machine, pull))
+    return replace(base, pull=_pull(s, machine, x0), resistance=resistance, lost=torque_lost(s, machine, tension))
 
 
 def _with_other_pull(
