@@ -206,7 +206,8 @@ def _with_all_causes(
         if alone is not None and not _is_better(after, last, by_chance):
             # where straight lines mislead, one cause may, and take a right one with it
             after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, alone]))
-        if not _is_better(after, last, by_chance):
+        only_lost = after is not joint and _places(after) == _places(last)
+        if only_lost or not _is_better(after, last, by_chance):
             if added:
                 given_up |= {offered[i].effect.name for i in added}
                 continue
@@ -218,6 +219,11 @@ def _with_all_causes(
             fitter, last = fitter.reweighted(last)
         beside = _with_effects(last, fitter.whiten)
     return fitter, last
+
+
+def _places(stage: FitStage) -> set[tuple[str, str]]:
+    """Which causes a stage has, and where."""
+    return {(cause.effect.name, cause.where.label) for cause in stage.causes}
 
 
 def _by_chance(comparison: Comparison, named: Sequence[Cause], seed: int) -> float:
