@@ -271,11 +271,16 @@ def _without_untold(fitter: CauseFitter, stage: FitStage) -> FitStage | None:
 
 
 def _without_a_needless_one(fitter: CauseFitter, last: FitStage, choices: Choices, by_chance: float) -> FitStage | None:
-    """The fit without the cause that takes least, where that leaves as much but for chance: straight lines may call it needed."""
+    """The fit without the cause that takes least, where that leaves as much but for chance: straight lines may call it needed.
+
+    They are not wrong by as much as all that noise makes."""
     everything = range(len(last.causes))
     if len(everything) < 2:
         return None
-    least = min(everything, key=lambda i: choices.loss([k for k in everything if k != i]))
+    without = {i: choices.loss([k for k in everything if k != i]) for i in everything}
+    least = min(everything, key=without.__getitem__)
+    if without[least] - choices.loss(everything) > last.noise_loss:
+        return None
     stage = _without(fitter, last, [least])
     return stage if stage.possible and stage.surplus < last.surplus + by_chance else None
 

@@ -12,6 +12,7 @@ Where cables rub on pulleys, friction depends on the tension itself: on that of 
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from scipy.signal import welch
 from identification.dataset.dataset import DataSet
 from identification.dataset.half_row_speeds import HalfRowSpeeds, smoother_response
 from identification.held_commands import mean_held_force
-from identification.motor_drive import STEPS_PER_ROW, MotorDrive
+from identification.motor_drive import STEPS_PER_ROW, DrivenMotion, MotorDrive
 from mechanism.arm import Arm
 from mechanism.cable_lengths import wrap_angles
 from mechanism.laws import MotorMotion
@@ -42,7 +43,7 @@ def with_motor_speeds(data: DataSet, machine: Machine, delay: float, draws: int 
     """A data set with its motors' speeds within the rows.
 
     machine: laws of friction and of the command, with their numbers.
-    delay: s, by which forces act later than the log says; draws: how often the speeds' error is drawn.
+    delay: s, by which forces act later than the log says; draws: how often the speeds' error is drawn, once it is asked for.
     """
     state = data.state
     theta, f = state.matrix("theta"), state.matrix("f")
@@ -64,7 +65,7 @@ def motor_speeds(
     draws: int = 0,
     wrap: Array | None = None,
 ) -> HalfRowSpeeds:
-    """Speeds of the motors within the rows of a log. Their error is drawn by rounding the estimate anew and smoothing that.
+    """Speeds of the motors within the rows of a log. Their error is drawn, where asked for, by rounding the estimate anew.
 
     theta: (T, M), rad, as measured, at rows `step` s apart; f: (T, M), N, each from its row and a delay, s, on; count: of
     each encoder, (M,), rad; wrap: of each cable around its pulleys, (T, M), rad, where the machine rubs there.
@@ -87,15 +88,21 @@ def motor_speeds(
         wide = drive.smoothed(wide.angles, wide.memory_start, theta, sigma, cutoff)
     cutoff = _cutoff(wide.tension, inertia, sigma, step)
     smooth = drive.smoothed(wide.angles, wide.memory_start, theta, sigma, cutoff)
-    angles, mean = smooth.angles, _half_row_speeds(smooth.angles, step)
-    rng, errors = np.random.default_rng(0), []
+    drawn = partial(_drawn_errors, drive, smooth, count, cutoff, draws) if draws else None
+    return HalfRowSpeeds(_half_row_speeds(smooth.angles, step), cutoff, sigma, drawn)
+
+
+def _drawn_errors(drive: MotorDrive, smooth: DrivenMotion, count: Array, cutoff: Array, draws: int) -> Array:
+    """Errors of half rows' speeds, (draws, 2, T, M), rad/s: those of the estimate, rounded to counts anew and smoothed."""
+    rng, errors, step = np.random.default_rng(0), [], drive.length * STEPS_PER_ROW
+    mean = _half_row_speeds(smooth.angles, step)
     for _ in range(draws):
         # a motor that creeps within a count is counted alike for long: its rounding is no white noise
-        phase = rng.uniform(-0.5, 0.5, arm.M)
-        counted = count * (np.round(angles[::STEPS_PER_ROW] / count + phase) - phase)
-        drawn = drive.smoothed(angles, smooth.memory_start, counted, sigma, cutoff)
+        phase = rng.uniform(-0.5, 0.5, len(count))
+        counted = count * (np.round(smooth.angles[::STEPS_PER_ROW] / count + phase) - phase)
+        drawn = drive.smoothed(smooth.angles, smooth.memory_start, counted, count / np.sqrt(12), cutoff)
         errors.append(_half_row_speeds(drawn.angles, step) - mean)
-    return HalfRowSpeeds(mean, cutoff, sigma, np.array(errors).reshape(draws, *mean.shape))
+    return np.array(errors)
 
 
 def _half_row_speeds(angles: Array, step: float) -> Array:

@@ -1,6 +1,6 @@
 """Motor speeds within the rows of a log, as motor_speeds.py estimates them."""
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -29,8 +29,13 @@ class HalfRowSpeeds:
     """of the smoother for each motor, (M,), Hz"""
     rounding: Array
     """standard deviation of each motor's counted angle, (M,), rad"""
-    errors: Array
-    """draws of the error of `mean`, (D, 2, T, M), rad/s"""
+    draw_errors: Callable[[], Array] | None = None
+    """draws the error of `mean` some times, (D, 2, T, M), rad/s: as long as the speeds themselves take"""
+
+    @cached_property
+    def errors(self) -> Array:
+        """Draws of the error of `mean`, (D, 2, T, M), rad/s; D is zero where none can be drawn."""
+        return self.draw_errors() if self.draw_errors else np.zeros((0, *self.mean.shape))
 
     @cached_property
     def kept_shares(self) -> KeptShares:
@@ -69,5 +74,4 @@ def unrefined_speeds(theta_d: Array, count: Array) -> HalfRowSpeeds:
         np.stack([theta_d.T, theta_d.T]).swapaxes(1, 2),
         np.full(len(count), UNREFINED_HZ),
         count / np.sqrt(12),
-        np.zeros((0, 2, *theta_d.shape)),
     )

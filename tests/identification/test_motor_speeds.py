@@ -174,7 +174,7 @@ def test_speeds_do_not_depend_on_where_the_search_for_them_begins() -> None:
         for s, bend in zip(starts, (0.5, -0.5), strict=True)
     )
     hertz = np.linspace(0.05, 60, 1200)
-    unknown = HalfRowSpeeds(np.zeros((2, 1, 4)), np.full(4, 15.0), sigma, np.zeros((0, 2, 1, 4)))
+    unknown = HalfRowSpeeds(np.zeros((2, 1, 4)), np.full(4, 15.0), sigma)
     speed_sigma = np.sqrt(np.trapezoid(unknown.error_density(hertz, ROW), hertz, axis=0))
     assert np.all(np.sqrt(np.mean((one - other) ** 2, axis=0)) / step < speed_sigma / 10)
 

@@ -42,9 +42,7 @@ def signals(rng: np.random.Generator, count: int = 1000) -> Signals:
     known |= {"theta": some(4, 5.0), "theta_dd": some(4, 99.0)}
     known |= {"length": 1 + some(4, 0.1), "x": 5e-3 + some(4, 3e-3), "x_d": some(4, 2e-2)}
     half = some(4, 0.5) * np.array([-1.0, 1.0])[:, None, None]
-    known["speeds"] = HalfRowSpeeds(
-        known["theta_d"] + half, np.full(4, 10.0), np.full(4, 1e-3), np.zeros((0, count, 4))
-    )
+    known["speeds"] = HalfRowSpeeds(known["theta_d"] + half, np.full(4, 10.0), np.full(4, 1e-3))
     Z = 0.03 + 0.01 * rng.normal(size=(3, 4)) + np.zeros((count, 1, 1))
     return Signals(
         arm=a,
