@@ -128,6 +128,14 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
         (1555, 1564),
         "counted first at 0.005 deg; then causes that no amount tells were given up where nothing is above noise",
     ),
+    (
+        range(1720, 1722),
+        "counted first; then a cause that turned out impossible was no more chosen again, and needed ones no more fitted without",
+    ),
+    (
+        (1729, 1741),
+        "counted first; then looked into for the time that fits take, and for a law of another form in a cause's place",
+    ),
     (range(40, 52), "how far the state follows fast motion, and the variance of its cables' nuisances"),
 )
 
