@@ -443,7 +443,7 @@ def _promised(current: Comparison) -> float:
     return current.profiled_loss - current.fit().loss
 
 
-def last_fit(current: Comparison, held: Index | None = None) -> ColumnFit:
+def last_fit(current: Comparison, held: Sequence[int] | Index = ()) -> ColumnFit:
     """The fit with which steps end, a straight one: but columns that are held (k,), and numbers that it would take far, stay.
 
     A number that acts by its ratio, as the speed over which friction turns over, goes anywhere by a straight step where nothing
@@ -453,8 +453,7 @@ def last_fit(current: Comparison, held: Index | None = None) -> ColumnFit:
     step, value = np.abs(u.size * fit.numbers[: current.base_count]), current.linearisation.p
     acts_by_ratio = np.array([entry.term.low > 0 for entry in u.entries])
     far = np.flatnonzero(acts_by_ratio & (step > _MAX_LAST_CHANGE * value))
-    columns = far if held is None else np.append(held, far)
-    return (current.with_held(columns) if len(columns) else current).fit_within(MAX_TOLERANCES)
+    return current.with_held(np.append(np.asarray(held, dtype=np.intp), far)).fit_within(MAX_TOLERANCES)
 
 
 def _least_loss_gain(current: Comparison) -> float:

@@ -132,12 +132,7 @@ def test_a_number_far_beyond_its_tolerance_is_tried_where_more_than_noise_is_lef
     A pulley 19 % too small beside cables that rub took 351 of 4170, and 3320 once fitted. Laws have no tolerance that hides them.
     """
     last, after = stage("joint_friction"), stage("joint_friction", effect)
-    last.surplus, last.excess, last.noise_loss, after.surplus = (
-        1000.0,
-        SimpleNamespace(ratio=np.full(7, ratio)),
-        900.0,
-        left,
-    )
+    last.surplus, last.excess, after.surplus = 1000.0, SimpleNamespace(ratio=np.full(7, ratio)), left
     offered: Any = [SimpleNamespace(effect=EFFECTS[name], number_count=1) for name in ("joint_friction", effect)]
     options = [SimpleNamespace(effect=cause.effect.name, number_count=1) for cause in offered]
     choices: Any = SimpleNamespace(loss=lambda kept: 1900.0 - 40.0 * (1 in kept), options=options)
