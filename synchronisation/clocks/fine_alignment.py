@@ -57,10 +57,17 @@ class FineAlignment:
     """s"""
     skew_sigma: float
     """ratio"""
+    delay: float
+    """s, by which forces act later than the log says"""
     delay_sigma: float
     """s"""
     frames: FrameGeometry
     """the frames that were fitted"""
+
+    @property
+    def offset(self) -> float:
+        """s, at the frames' middle."""
+        return self.fit.unknowns.offset
 
 
 def align_finely(
@@ -87,7 +94,14 @@ def align_finely(
         # no motor drives so: what bent the arm's equation moved the clock along
         bias[0] = float(np.hypot(bias[0], reported.unknowns.offset - from_cables.unknowns.offset))
     offset_sigma, skew_sigma, delay_sigma = np.hypot(np.hypot(statistical, spread), bias)
-    return FineAlignment(reported, float(offset_sigma), float(skew_sigma), float(delay_sigma), frames)
+    return FineAlignment(
+        fit=reported,
+        offset_sigma=float(offset_sigma),
+        skew_sigma=float(skew_sigma),
+        delay=reported.unknowns.delay,
+        delay_sigma=float(delay_sigma),
+        frames=frames,
+    )
 
 
 def _sound_or_lossy(

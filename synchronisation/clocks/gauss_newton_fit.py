@@ -6,9 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synchronisation.clocks.arm_equation import ArmRows
-from synchronisation.clocks.cable_equation import CableEquation, CableTerms
+from synchronisation.clocks.cable_equation import CableEquation, CableRows, CableTerms
 from synchronisation.clocks.frame_geometry import FrameGeometry
-from synchronisation.clocks.gauss_newton_step import ModelAssumptions, NormalEquations, StepRows, gauss_newton_step
+from synchronisation.clocks.gauss_newton_step import (
+    ModelAssumptions,
+    NormalEquations,
+    Step,
+    StepRows,
+    gauss_newton_step,
+)
 from synchronisation.clocks.signals import LogSignals
 from synchronisation.clocks.undetermined import ClockUndetermined
 from synchronisation.clocks.unknowns import ClockUnknowns
@@ -18,6 +24,10 @@ Array = NDArray[np.float64]
 OFFSET_TOLERANCE_S = 1e-6
 """s: a fit ends with a step that moves the offset by less"""
 MAX_STEPS = 12
+MIN_STEP = 1 / 64
+"""share of a step that is taken in any case"""
+MAX_RISE = 1.01
+"""ratio by which a step may raise what it should lessen: its slopes hold some terms to first order only"""
 OUTLIER_SIGMA = 4.0
 """size of a whole frame's residual, over the median one, beyond which its weight falls (docs/thresholds.md)"""
 MAX_OFFSET_CHANGE_S = 2.0
@@ -101,8 +111,9 @@ def solve_clock(
         whitening = frames.whitening(unknowns.cable_error, unknowns.noise_scale) * frame_weight[:, None, None]
         offset_before = unknowns.offset
         step_rows = StepRows(frames, rows, whitening, arm)
-        unknowns, equations = gauss_newton_step(step_rows, unknowns, assumptions, problem.fv, skew_fixed)
-        rows = cables.rows(frames, unknowns)
+        gauss_newton = gauss_newton_step(step_rows, unknowns, assumptions, problem.fv, skew_fixed)
+        equations = gauss_newton.equations
+        unknowns, rows = _downhill(gauss_newton, step_rows, cables)
         if step:
             white = np.einsum("fij,fj->fi", whitening, rows.residual)
             frame_weight = _frame_weight(np.sqrt(np.mean(white**2, axis=1)) / frame_weight)
@@ -123,6 +134,21 @@ def solve_clock(
         )
     assert equations is not None
     return ClockSolution(unknowns, equations, rows.residual, cables)
+
+
+def _downhill(step: Step, before: StepRows, cables: CableEquation) -> tuple[ClockUnknowns, CableRows]:
+    """The unknowns after the largest of the halved shares of a step that does not lead uphill, and their rows.
+
+    Far from the solution powers of the tension and the damping of the cables bend the equation, and a whole step may lead
+    anywhere."""
+    cost_before = step.cost(step.taken(0.0), before.cables.residual)
+    share = 1.0
+    while True:
+        unknowns = step.taken(share)
+        rows = cables.rows(before.frames, unknowns)
+        if share < MIN_STEP or step.cost(unknowns, rows.residual) <= MAX_RISE * cost_before:
+            return unknowns, rows
+        share /= 2
 
 
 def _frame_weight(size: Array) -> Array:

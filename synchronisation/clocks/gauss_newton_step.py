@@ -92,12 +92,40 @@ class NormalEquations:
         return (changes.T @ changes + by_prior @ by_prior.T) / np.outer(self.size[:count], self.size[:count])
 
 
+@dataclass(frozen=True)
+class Step:
+    """A Gauss-Newton step, which may be taken in part."""
+
+    equations: NormalEquations
+    """that it solved"""
+    _columns: "_Columns"
+    _unknowns: ClockUnknowns
+    _change: Array
+    _centre: Array
+    _sigma: Array
+    _rows: StepRows
+    _torque_weight: Array | None
+    _law: CableTerms
+
+    def taken(self, share: float = 1.0) -> ClockUnknowns:
+        """The unknowns after a share of the step, but for cable_error and noise_scale."""
+        return self._columns.moved(self._unknowns, self._columns.vector(self._unknowns) + share * self._change)
+
+    def cost(self, unknowns: ClockUnknowns, residual: Array) -> float:
+        """What the step lessens, of unknowns with residuals (F, M), m, of the cables' equation: squares over their variances."""
+        white = np.einsum("fij,fj->fi", self._rows.whitening, residual)
+        of_prior = (self._columns.vector(unknowns) - self._centre) / self._sigma
+        cost = float(np.sum(white**2) + np.sum(of_prior**2))
+        if self._rows.arm is None or self._torque_weight is None:
+            return cost
+        torque = self._rows.arm.residual_at(unknowns, _forms(unknowns, self._rows.arm, self._law))
+        return cost + float(np.sum((torque * self._torque_weight) ** 2))
+
+
 def gauss_newton_step(
     rows: StepRows, unknowns: ClockUnknowns, assumptions: ModelAssumptions, fv: Array, skew_fixed: bool
-) -> tuple[ClockUnknowns, NormalEquations]:
-    """The unknowns after one step, but for cable_error and noise_scale, and the equations that it solved.
-
-    fv: (M,), N s/rad, NaN where not given."""
+) -> Step:
+    """The step from an estimate. fv: (M,), N s/rad, NaN where not given."""
     arm, residual, error = rows.arm, None, None
     if arm is not None:
         unknowns, residual, error = _with_torque_error(unknowns, arm, assumptions.law)
@@ -118,7 +146,8 @@ def gauss_newton_step(
     gradient = scores.sum(axis=0) + weight * size * (vector - centre)
     step = -np.asarray(np.linalg.solve(information, gradient), dtype=float) / size
     equations = NormalEquations(scores, sums.products / scaled, information, weight, size)
-    return columns.moved(unknowns, vector + step), equations
+    torque_weight = None if error is None else 1 / error
+    return Step(equations, columns, unknowns, step, centre, sigma, rows, torque_weight, assumptions.law)
 
 
 class _NormalSums:
@@ -210,15 +239,19 @@ def _with_torque_error(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -
     if not len(unknowns.arm_parameters):
         count = arm.by_fs.shape[-1] + arm.by_nuisance.shape[-1]
         unknowns = replace(unknowns, arm_parameters=np.zeros(count))
-    forms = np.zeros(arm.by_form.shape[2:])
-    if law.friction_forms:
-        forms = FORCE_SCALE_N * unknowns.cable_parameters[:, law.form_columns]
-    residual = arm.residual_at(unknowns, forms)
+    residual = arm.residual_at(unknowns, _forms(unknowns, arm, law))
     error = np.full(residual.shape, _FIRST_TORQUE_ERROR)
     if np.any(unknowns.arm_parameters):
         error = np.stack([_by_class(r, held) for r, held in zip(residual.T, arm.may_be_held.T, strict=True)], axis=1)
     # of both classes as the likelihood has it
     return replace(unknowns, torque_error=np.exp(np.mean(np.log(error), axis=0))), residual, error
+
+
+def _forms(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -> Array:
+    """Weights of friction's forms as the arm's equation takes them, N."""
+    if not law.friction_forms:
+        return np.zeros(arm.by_form.shape[2:])
+    return FORCE_SCALE_N * unknowns.cable_parameters[:, law.form_columns]
 
 
 def _by_class(residual: Array, held: NDArray[np.bool_]) -> Array:

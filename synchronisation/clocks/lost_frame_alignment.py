@@ -24,6 +24,7 @@ from synchronisation.clocks.fine_alignment import (
 from synchronisation.clocks.frame_geometry import FrameGeometry
 from synchronisation.clocks.gauss_newton_fit import LINEAR, ClockProblem, ClockSolution, fit_cables
 from synchronisation.clocks.gauss_newton_step import SKEW_SIGMA
+from synchronisation.clocks.late_forces import despite_late_forces
 from synchronisation.clocks.log_gaps import RepairedLog
 from synchronisation.clocks.lost_frames import decode_lost_frames, lost_frames_of, skew_despite_losses
 from synchronisation.clocks.signals import LogSignals
@@ -121,6 +122,9 @@ def align_with_lost_frames(motion: AlignedMotion) -> tuple[LostFrames, FineAlign
             lost, fine = motion.no_loss, without
     if _runs_apart(fine):
         fine = _with_clocks_that_run_alike(motion, lost, fine)
+    fine = despite_late_forces(
+        motion.signals, fine, lambda late, offset: replace(motion, signals=late).aligned(lost, offset)
+    )
     _check_plausible(fine)
     if not too_slow:
         return lost, fine, []

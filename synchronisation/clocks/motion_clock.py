@@ -141,7 +141,7 @@ def _from_cables_and_arm(motion: AlignedMotion, log: Series) -> ClockEstimate:
         lost=explanation.lost,
         repaired=motion.repaired,
         warnings=explanation.warnings,
-        delay=(unknowns.delay, fine.delay_sigma),
+        delay=(fine.delay, fine.delay_sigma),
     )
 
 

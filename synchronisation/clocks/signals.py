@@ -6,7 +6,7 @@ over within less than a step; its values at the rows alone would miss that.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
 from identification.dataset.series import Series
-from identification.filters import low_pass
+from identification.filters import first_order_lag, low_pass
 from mechanism.arm import Arm
 from mechanism.bristles import BEND_WIDTHS_RAD, mean_bend
 from state_estimation.elongation_regressors import at_step_ends, friction_over_steps
@@ -67,6 +67,16 @@ class LogSignals:
         curves = (self.force, self.dry_friction, *self.friction_forms, self.speed)
         values = [*(curve(self.time) for curve in curves), self.command(self.time, 1), self.inertial(self.time)]
         return np.stack(values, axis=1)
+
+    def late(self, by: float, smeared: bool) -> "LogSignals":
+        """The signals if commands acted later by `by`, s, than the log says: all at once, or smeared by a first-order lag."""
+        rate = (len(self.time) - 1) / float(self.time[-1] - self.time[0])
+        if smeared:
+            acting = first_order_lag(self.command(self.time), rate, by)
+        else:
+            acting = self.command(np.clip(self.time - by, self.time[0], self.time[-1]))
+        command = cubic_spline(self.time, acting)
+        return replace(self, command=command, force=cubic_spline(self.time, acting - self.inertial(self.time)))
 
 
 def log_signals_of(arm: Arm, log: Series) -> LogSignals:
