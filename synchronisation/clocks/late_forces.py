@@ -16,9 +16,11 @@ from synchronisation.clocks.undetermined import ClockUndetermined
 
 LINEAR_DELAY_S = 2e-3
 """s: a longer delay is not left to the equations' first order (docs/thresholds.md)"""
-SETTLED_DELAY_S = 3e-4
+SETTLED_DELAY_S = 1e-4
 """s: forces are late enough once they would have to be later by less (docs/thresholds.md)"""
-MAX_ROUNDS = 4
+SECANT_RANGE = (-0.5, 2.0)
+"""share of the last step that the next one may be"""
+MAX_ROUNDS = 6
 """times that forces are made later"""
 
 Aligning = Callable[[LogSignals, float], FineAlignment]
@@ -42,18 +44,21 @@ def despite_late_forces(signals: LogSignals, fine: FineAlignment, aligned: Align
 
 def _late(signals: LogSignals, fine: FineAlignment, aligned: Aligning, smeared: bool) -> FineAlignment | None:
     """The clock with forces that lag (`smeared`) or are delayed; None where none is found, or it explains no better."""
-    lateness, late = fine.delay, fine
+    late, lateness, step, left = fine, 0.0, fine.delay, fine.delay
     for _ in range(MAX_ROUNDS):
+        lateness += step
         if smeared and lateness <= 0:
             return None
         try:
             late = aligned(signals.late(lateness, smeared), late.offset)
         except ClockUndetermined:
             return None
-        left, late = late.delay, replace(late, delay=late.delay + lateness)
+        left_before, left = left, late.delay
+        late = replace(late, delay=lateness + left)
         if abs(left) < SETTLED_DELAY_S:
             break
-        lateness += left
+        # a lag does less than a delay as long: by the secant, held to where it may be trusted
+        step *= float(np.clip(left / (left_before - left), *SECANT_RANGE)) if left_before != left else 1.0
     return late if _misfit(late) < _misfit(fine) else None
 
 

@@ -35,6 +35,8 @@ FRICTION_RATE_HZ = 500.0
 """Hz: rate at which friction is computed within the periods of slower logs"""
 GRID_HZ = 100.0
 """Hz: rate at which the filtered signals are kept"""
+LAG_STEPS = 8
+"""steps, of those at which signals are kept, in which a lagging command is taken for a straight line"""
 
 
 @dataclass(frozen=True)
@@ -70,9 +72,10 @@ class LogSignals:
 
     def late(self, by: float, smeared: bool) -> "LogSignals":
         """The signals if commands acted later by `by`, s, than the log says: all at once, or smeared by a first-order lag."""
-        rate = (len(self.time) - 1) / float(self.time[-1] - self.time[0])
         if smeared:
-            acting = first_order_lag(self.command(self.time), rate, by)
+            finely = np.linspace(self.time[0], self.time[-1], LAG_STEPS * (len(self.time) - 1) + 1)
+            rate = (len(finely) - 1) / float(finely[-1] - finely[0])
+            acting = first_order_lag(self.command(finely), rate, by)[::LAG_STEPS]
         else:
             acting = self.command(np.clip(self.time - by, self.time[0], self.time[-1]))
         command = cubic_spline(self.time, acting)
