@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from mechanism.neck_path import set_at
 from mechanism.printed_markers import Markers
@@ -33,6 +33,16 @@ SIDE_OF = {
     "left_through": "left",
     "strut_mirrored": "left",
 }
+
+
+def _not_zero(value: float) -> float:
+    if value == 0:
+        raise ValueError("must not be 0, which makes every force nothing")
+    return value
+
+
+LEAD_KG_M3 = 11340.0
+"""kg/m^3: no part is denser in the mean"""
 
 
 class Bar(Strict):
@@ -104,6 +114,22 @@ class Mechanism(Strict):
             raise ValueError(f"pulleys of r = {self.r} m do not fit: the sides are too short even when straight")
         return self
 
+    @model_validator(mode="after")
+    def _bodies_are_possible(self) -> "Mechanism":
+        most = LEAD_KG_M3 * self.L**3
+        for name, body in (("diagonal", self.diagonal), ("top", self.top)):
+            if body.mass > most:
+                raise ValueError(
+                    f"{name}.mass of {body.mass:g} kg is more than a cube of lead as wide as L = {self.L:g} m weighs: "
+                    "is it in g?"
+                )
+            if body.inertia > body.mass * (self.L + self.b) ** 2:
+                raise ValueError(
+                    f"{name}.inertia of {body.inertia:g} kg m^2 is more than {body.mass:g} kg can have within "
+                    f"L + b = {self.L + self.b:g} m: is it in kg mm^2 or g cm^2?"
+                )
+        return self
+
 
 class Cable(Strict):
     """A cable, in the order of the motors."""
@@ -157,7 +183,7 @@ class Motor(Strict):
     """column of a CSV or Parquet log with the force, as commanded; without one, f1 is that of motor 1, and so on"""
     theta_scale: Annotated[float, Field(gt=0)] = 1.0
     """rad of the motor per unit of the logged angle: 1 for rad, 0.0174533 for degrees, 6.28319 / counts for counts"""
-    f_scale: float = 1.0
+    f_scale: Annotated[float, AfterValidator(_not_zero)] = 1.0
     """N on the cable per unit of the logged force: 1 for N, R / rd for N m of the motor"""
 
 

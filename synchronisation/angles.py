@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.dataset_file import export_series
-from identification.dataset.frames import MAX_SIGMA_RAD, white_sigma
+from identification.dataset.frames import MAX_SIGMA_RAD, ordinary_frames, white_sigma
 from identification.dataset.series import Series, check_time, numbered_columns
 from identification.files import joint_state
 from synchronisation.csv_header import other_kind
 from synchronisation.csv_table import read_table
+from synchronisation.held_frames import held_frames
 from synchronisation.sigma_by_frames import sigma_by_frames
 from synchronisation.time_stamps import check_time_unit
 from xneck_foundation.errors import Refused
@@ -21,6 +22,8 @@ from xneck_foundation.one_line import listed
 
 Array = NDArray[np.float64]
 
+MAX_TURNS = 2
+"""turns by which angles may be wound up that are called radians still"""
 MAX_DEGREES = 180.0
 """largest angle that is thought to be in degrees where it cannot be in rad (docs/thresholds.md)"""
 
@@ -43,6 +46,8 @@ class Angles:
     """(F, N), rad: the part of sigma that all frames share (camera pose, placement of markers); None where not known"""
     noise: Mapping[str, Any] | None = None
     """what sigma is by the scatter of the frames (sigma_by_frames.py, tested_sigma.py); None until that was looked at"""
+    held: int = 0
+    """frames that are left out because they hold the angles of the frame before (held_frames.py)"""
 
     @property
     def series(self) -> Series:
@@ -64,6 +69,11 @@ class Angles:
     def complete(self) -> NDArray[np.bool_]:
         """Frames in which every angle is known, (F,)."""
         return np.asarray(np.isfinite(self.alpha).all(axis=1))
+
+    @property
+    def ordinary(self) -> NDArray[np.bool_]:
+        """Frames that have a say in the clock, (F,)."""
+        return ordinary_frames(self.alpha, self.sigma)
 
 
 def write_angles(angles: Angles, path: str | Path, quality: Series | None = None) -> None:
@@ -96,6 +106,8 @@ def checked_angles(
     check_time(series.time, str(path))
     alpha, sigma, common = series.matrix("alpha"), series.matrix("sigma"), series.matrix("common")
     _check_angles(alpha, common, joints, path)
+    held = held_frames(alpha)
+    alpha = np.where(held[:, None], np.nan, alpha)
     noise = None
     if sigma.shape[1] != joints:
         by_frames = sigma_by_frames(series.time, alpha)
@@ -113,6 +125,7 @@ def checked_angles(
         light=light,
         common=common if common.shape[1] == joints else None,
         noise=noise,
+        held=int(held.sum()),
     )
 
 
@@ -159,13 +172,30 @@ def _check_angles(alpha: Array, common: Array, joints: int, path: str | Path) ->
         raise Refused(
             path, "has an infinite common1..N", "give the part of sigma that all frames share, in rad, or none"
         )
-    if (largest := float(np.nanmax(np.abs(alpha)))) > np.pi:
-        degrees = largest <= MAX_DEGREES
+    if (largest := float(np.nanmax(np.abs(alpha)))) <= np.pi:
+        return
+    what = f"has an angle of {largest:.4g}, and angles are radians, within +-pi"
+    if _turned_round(alpha):
         raise Refused(
-            path,
-            f"has an angle of {largest:.4g}, and angles are radians, within +-pi" + ": these are degrees" * degrees,
-            "multiply alpha1..N by 0.0174533" if degrees else "is it alpha, of one bar against the one below?",
+            path, f"{what}: some are a whole turn too large", "bring alpha1..N to within +-pi, by whole turns"
         )
+    degrees = largest <= MAX_DEGREES
+    raise Refused(
+        path,
+        what + ": these are degrees" * degrees,
+        "multiply alpha1..N by 0.0174533" if degrees else "is it alpha, of one bar against the one below?",
+    )
+
+
+def _turned_round(alpha: Array) -> bool:
+    """Whether angles (F, N) are radians but for whole turns: all that are beyond +-pi are near a turn, as no degrees all are.
+
+    An X-joint turns by less than a right angle, so that its angle less whole turns is within +-pi/2; of degrees half are not."""
+    beyond = alpha[np.abs(alpha) > np.pi]
+    turns = np.rint(beyond / (2 * np.pi))
+    return bool(
+        np.all((np.abs(turns) >= 1) & (np.abs(turns) <= MAX_TURNS) & (np.abs(beyond - 2 * np.pi * turns) < np.pi / 2))
+    )
 
 
 def _light(time: Array, quality: Series) -> Array | None:

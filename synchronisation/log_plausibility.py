@@ -37,6 +37,8 @@ MAX_FORCE_RATIO = 3.0
 TRAVEL_TOLERANCE, TRAVEL_TOLERANCE_WITHOUT_FORCE, FORCE_TOLERANCE = 0.2, 0.5, 0.35
 """log of the ratio between a measured factor and a unit's, within which the unit may be it: elasticity, friction and a load that
 nobody described make a factor smaller by as much (docs/thresholds.md)"""
+SURE_TOLERANCE = 0.1
+"""the same log ratio, within which a unit is said to be it; beyond, that it may be it (docs/thresholds.md)"""
 MIN_EXPLAINED = 0.6
 """share of the variance that a regression must explain, before a factor is believed (docs/thresholds.md)"""
 MAX_RELATIVE_SIGMA = 0.2
@@ -52,6 +54,7 @@ STUCK_SHARE, MIN_STUCK_M = 0.4, 5e-3
 """share of a cable's whole way, and m, that it must move meanwhile in the video: elasticity does not do that
 (docs/thresholds.md)"""
 
+_UNSURE = "may be"
 _WRONG_WAY = "cables would be the shorter the more they are pulled"
 
 
@@ -59,8 +62,8 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
     """Warnings; Refused, with what to write into neck.yaml, where theta or f cannot mean what they should.
 
     Says nothing where log and video do not show one motion, whatever the units: the clock's checks say why."""
-    known = angles.complete
-    time, alpha = angles.time[known], angles.alpha[known]
+    ordinary = angles.ordinary
+    time, alpha = angles.time[ordinary], angles.alpha[ordinary]
     if len(time) < MIN_FRAMES:
         return ()
     even = uniformly_sampled(log)
@@ -189,10 +192,13 @@ def _wrong_travel(motion: LoggedMotion, factors: Factors) -> NDArray[np.intp]:
 def _check_theta_units(neck: Neck, motion: LoggedMotion, factor: Array, wrong: NDArray[np.intp]) -> None:
     """Refused where the motors that move their cables by another factor than one all have their angles in one other unit."""
     tolerance = TRAVEL_TOLERANCE if motion.force.shape[1] else TRAVEL_TOLERANCE_WITHOUT_FORCE
-    units = [unit_of(factor[j] * neck.motors[j].theta_scale, theta_units(neck.motors[j]), tolerance) for j in wrong]
-    if named := _unit_named("theta", wrong, units, neck.M):
+    measured = [factor[j] * neck.motors[j].theta_scale for j in wrong]
+    units = [unit_of(m, theta_units(neck.motors[j]), tolerance) for j, m in zip(wrong, measured, strict=True)]
+    if named := _unit_named("theta", wrong, units, measured, neck.M):
         to_write = _to_write("theta_scale", wrong, [u.scale for u in units if u], neck.M)
-        raise Refused("log", f"{named}: {_travel_words(factor, wrong)}", to_write)
+        raise Refused(
+            "log", f"{named}: {_travel_words(factor, wrong)}", _if_so(named, to_write, "theta_scale", measured)
+        )
 
 
 def _travel_words(factor: Array, motors: NDArray[np.intp]) -> str:
@@ -231,16 +237,18 @@ def _check_force_units(neck: Neck, factor: Array, wrong_sign: NDArray[np.bool_])
     if not len(wrong):
         return
     scales = [motor.f_scale for motor in neck.motors]
-    units = [unit_of(factor[j] * abs(scales[j]), force_units(neck.motors[j]), FORCE_TOLERANCE) for j in wrong]
+    measured = [factor[j] * abs(scales[j]) for j in wrong]
+    units = [unit_of(m, force_units(neck.motors[j]), FORCE_TOLERANCE) for j, m in zip(wrong, measured, strict=True)]
     what = f"the arm needs {_times(factor[wrong])} the force of {_columns('f', wrong)} to move as it does"
     if np.any(wrong_sign[wrong]):
         what += f", and {_columns('f', wrong[wrong_sign[wrong]])} the other way round"
-    if (named := _unit_named("f", wrong, units, neck.M)) is None:
+    if (named := _unit_named("f", wrong, units, measured, neck.M)) is None:
         raise Refused("log", what, "say in neck.yaml what its unit is in N on the cable: motors[].f_scale")
     signed = [
         np.copysign(u.scale, scales[j]) * (-1 if wrong_sign[j] else 1) for j, u in zip(wrong, units, strict=True) if u
     ]
-    raise Refused("log", f"{named}: {what}", _to_write("f_scale", wrong, signed, neck.M))
+    to_write = _to_write("f_scale", wrong, signed, neck.M)
+    raise Refused("log", f"{named}: {what}", _if_so(named, to_write, "f_scale", measured))
 
 
 def _times(ratios: Array) -> str:
@@ -254,13 +262,25 @@ def _columns(stem: str, motors: NDArray[np.intp]) -> str:
     return ", ".join(f"{stem}{j + 1}" for j in motors)
 
 
-def _unit_named(stem: str, motors: NDArray[np.intp], units: Sequence[Unit | None], count: int) -> str | None:
-    """That columns are in a unit, in words; None where one is in none, or they differ."""
-    names = {None if unit is None else unit.name for unit in units}
-    if len(names) > 1 or None in names:
+def _unit_named(
+    stem: str, motors: NDArray[np.intp], units: Sequence[Unit | None], measured: Sequence[float], count: int
+) -> str | None:
+    """That columns are in a unit, or may be, in words; None where one is in none, or they differ. measured: their scales."""
+    found = [(unit, scale) for unit, scale in zip(units, measured, strict=True) if unit is not None]
+    names = {unit.name for unit, _ in found}
+    if len(found) < len(units) or len(names) > 1:
         return None
     columns = stem if len(motors) == count else _columns(stem, motors)
-    return f"{columns} {'is' if len(motors) in (1, count) else 'are'} in {names.pop()}"
+    sure = all(abs(np.log(scale / unit.scale)) < SURE_TOLERANCE for unit, scale in found)
+    verb = ("is" if len(motors) in (1, count) else "are") if sure else _UNSURE
+    return f"{columns} {verb} in {names.pop()}"
+
+
+def _if_so(named: str, to_write: str, key: str, measured: Sequence[float]) -> str:
+    """What to write, and what else where it is not sure that columns are in the unit that was named."""
+    if f" {_UNSURE} in " not in named:
+        return to_write
+    return f"if so, {to_write}; else motors[].{key} is what one of its own unit is, which comes to about {np.median(measured):.3g}"
 
 
 def _to_write(key: str, motors: NDArray[np.intp], scales: Sequence[float], count: int) -> str:

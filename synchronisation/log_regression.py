@@ -5,7 +5,7 @@ torques, M alpha'' + c + g, are regressed on Z f of every motor. Friction, elast
 more than a rough clock.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,7 +95,7 @@ def logged_motion(arm: Arm, time: Array, alpha: Array, log: Series) -> LoggedMot
     # each motor as fast as its cable: a log may have its motors in different units
     scale = np.std(video.values, axis=0) / np.where(size > 0, size, 1.0)
     for signs in _senses(video, motors):
-        alignment = align_coarsely(video, CableSpeeds(motors.first, motors.values * scale * signs))
+        alignment = align_coarsely(video, replace(motors, values=motors.values * scale * signs))
         if alignment.correlation >= MIN_CORRELATION:
             break
     else:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from mechanism.description import Motor
 
@@ -26,10 +27,14 @@ MAX_WRAP_RATIO = 2.0
 """ratio of the largest move at a wrap to the largest elsewhere: a jump to anywhere is no wrap (docs/thresholds.md)"""
 MIN_LEVELS = 20
 """different values that a counter takes at least, before a jump is thought to be a wrap (docs/thresholds.md)"""
+OUTLIER_WIDTH = 11
+"""samples about one whose median it is compared with"""
+MAX_OUTLYING = 0.02
+"""share of samples that may be absurd (docs/thresholds.md)"""
 OUTLIER_RATIO = 40.0
-"""distance of an absurd sample from the middle of its neighbours, over that of 99 % of the samples (docs/thresholds.md)"""
+"""distance of an absurd sample from the median of those about it, over that of nearly all samples (docs/thresholds.md)"""
 THETA_OUTLIER_RANGE, F_OUTLIER_RANGE = 0.02, 3.0
-"""the same distance over the range of 99.8 % of the samples, at least: a motor cannot be back within a row, while a force can be
+"""the same distance over the range of nearly all samples, at least: a motor cannot be back within a row, while a force can be
 (docs/thresholds.md)"""
 
 
@@ -69,19 +74,15 @@ def unwrapped(theta: Array, motor: Motor) -> Counter:
 
 
 def absurd_samples(values: Array, min_range: float) -> NDArray[np.bool_]:
-    """Which samples (T,) are far from both neighbours, which agree with each other; min_range: at least so many ranges away."""
-    absurd = np.zeros(len(values), dtype=bool)
+    """Which samples (T,) are far from the median of those about them; min_range: at least so many ranges away.
+
+    The median follows motion, steps and turns; up to OUTLIER_WIDTH // 2 absurd samples in turn do not move it."""
     if len(values) < 100:
-        return absurd
-    distance = np.zeros(len(values))
-    distance[1:-1] = np.abs(values[1:-1] - (values[:-2] + values[2:]) / 2)
-    low, high = np.quantile(values, [0.001, 0.999])
-    limit = max(OUTLIER_RATIO * float(np.quantile(distance, 0.99)), min_range * float(high - low))
-    if limit == 0:
-        return absurd
-    between = np.zeros(len(values))
-    between[1:-1] = np.abs(values[2:] - values[:-2])
-    return (distance > limit) & (between < distance / 4)
+        return np.zeros(len(values), dtype=bool)
+    distance = np.abs(values - median_filter(values, OUTLIER_WIDTH, mode="reflect"))
+    low, high = np.quantile(values, [MAX_OUTLYING, 1 - MAX_OUTLYING])
+    limit = max(OUTLIER_RATIO * float(np.quantile(distance, 1 - MAX_OUTLYING)), min_range * float(high - low))
+    return distance > limit if limit else np.zeros(len(values), dtype=bool)
 
 
 def _periods(motor: Motor) -> list[float]:

@@ -37,7 +37,7 @@ def with_tested_sigma(angles: Angles) -> tuple[Angles, tuple[str, ...]]:
     result. Raises Refused where sigma is in degrees.
     """
     if angles.noise is not None:
-        return angles, _of_record(angles.noise)
+        return angles, (*_held(angles.held), *_of_record(angles.noise))
     white = angles.white_sigma
     noise = frame_noise(angles.time, angles.alpha, white)
     stated = np.array([np.median(s[np.isfinite(s)]) if np.isfinite(s).any() else np.nan for s in white.T])
@@ -48,8 +48,16 @@ def with_tested_sigma(angles: Angles) -> tuple[Angles, tuple[str, ...]]:
     sigma = np.sqrt(angles.sigma**2 + true_white**2 - white**2)
     record = noise_record("file", noise, factor * stated)
     tested = replace(angles, sigma=sigma, noise=record)
-    warnings = (*_too_small(factor), *_too_large(noise.ratio, noise.bound), *_outlying(record))
+    warnings = (*_held(angles.held), *_too_small(factor), *_too_large(noise.ratio, noise.bound), *_outlying(record))
     return tested, warnings
+
+
+def _held(count: int) -> tuple[str, ...]:
+    """A warning of frames that hold the angles of the frame before."""
+    if not count:
+        return ()
+    what = "1 frame holds" if count == 1 else f"{count} frames hold"
+    return (f"{what} the angles of the frame before while the arm moves, and count as not seen: write each angle once",)
 
 
 def _of_record(record: Mapping[str, Any]) -> tuple[str, ...]:

@@ -17,6 +17,8 @@ DEFAULT_SIGMA_RAD = np.radians(0.1)
 """rad: sigma assumed for angles that come without one; the data set says so (docs/thresholds.md)"""
 MAX_SIGMA_RAD = 2 * np.pi
 """rad: largest sigma that an angle may have; at it nothing is known (docs/thresholds.md)"""
+MAX_ORDINARY_SIGMA = 4.0
+"""times the median sigma beyond which a frame has no say in clock and check (docs/thresholds.md)"""
 STATE_AS_FRAMES_HZ = 25.0
 """Hz: rate at which the state replaces the frames of a data set that has none"""
 _MIN_WHITE_SHARE = 0.05
@@ -75,6 +77,17 @@ def spline_through_frames(frames: Array, alpha: Array, time: Array) -> tuple[Arr
     splines = [make_interp_spline(frames[k], a[k], k=5) for k, a in zip(measured.T, alpha.T, strict=True)]
     value, rate, acceleration = (np.stack([s(time, d) for s in splines]).T for d in range(3))
     return value, rate, acceleration
+
+
+def ordinary_frames(alpha: Array, sigma: Array) -> NDArray[np.bool_]:
+    """Frames (F,) in which all angles are known, and none has a much larger sigma than in most, as of a frame that stands out.
+
+    alpha, sigma: (F, N), rad. Where that leaves fewer than half, all that are known."""
+    known = np.isfinite(alpha).all(axis=1)
+    if not known.any():
+        return known
+    ordinary = known & np.all(np.nan_to_num(sigma) <= MAX_ORDINARY_SIGMA * np.median(sigma[known], axis=0), axis=1)
+    return ordinary if ordinary.sum() > known.sum() / 2 else known
 
 
 def white_sigma(sigma: Array, common: Array) -> Array:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset.frames import FrameAngles
+from identification.dataset.frames import FrameAngles, ordinary_frames
 from identification.dataset.series import interpolated
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
@@ -77,7 +77,7 @@ def observe(
 
     Raises Refused where there are too few frames with all angles.
     """
-    complete = np.isfinite(frames.alpha).all(axis=1)
+    complete = ordinary_frames(frames.alpha, frames.sigma)
     complete &= (frames.time >= motors.time[0]) & (frames.time <= motors.time[-1])
     if np.sum(complete) < MIN_FRAMES:
         count = f"only {np.sum(complete)} frames with all angles are within the log's time"

@@ -3,13 +3,14 @@
 It also says how well the motions correlate there, whether another shift does nearly as well, and how each cable does by itself.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import correlate
 
-from identification.dataset.series import interpolated
+from identification.dataset.series import clear_of_gaps, interpolated
 from identification.filters import low_pass
 
 Array = NDArray[np.float64]
@@ -22,6 +23,8 @@ MIN_OVERLAP_S = 5.0
 """s of common motion that a shift must leave (docs/thresholds.md)"""
 MIN_PEAK_SEPARATION_S = 0.25
 """s: peaks of the correlation that are nearer than this are one (docs/thresholds.md)"""
+MAX_BRIDGED_S = 0.5
+"""s without a sample that speeds are interpolated over (docs/thresholds.md)"""
 WINDOW_S = 12.0
 """s of video that are aligned alone where the whole does not correlate, as after lost frames (docs/thresholds.md)"""
 SHORT_WINDOW_S = 5.0
@@ -42,7 +45,14 @@ class CableSpeeds:
     first: float
     """s: time of the first row"""
     values: Array
-    """(T, M), m/s"""
+    """(T, M), m/s; zero where not known"""
+    known: NDArray[np.bool_]
+    """(T,): rows that are in no long gap"""
+
+    def part(self, rows: slice) -> "CableSpeeds":
+        """Some of the rows, in one piece."""
+        begin = rows.start or 0
+        return CableSpeeds(self.first + begin / SPEED_RATE_HZ, self.values[rows], self.known[rows])
 
     @property
     def last(self) -> float:
@@ -74,11 +84,17 @@ class CoarseAlignment:
     """camera times that were compared, s"""
 
 
-def cable_speeds(time: Array, travel: Array) -> CableSpeeds:
-    """Speeds of travels (F, M), m, at increasing times (F,), s: interpolated linearly, filtered, differentiated."""
+def cable_speeds(time: Array, travel: Array, gaps: Sequence[tuple[float, float]] = ()) -> CableSpeeds:
+    """Speeds of travels (F, M), m, at increasing times (F,), s: interpolated linearly, filtered, differentiated.
+
+    They are not known in gaps longer than MAX_BRIDGED_S: between two times, or those that are given, s."""
+    wide = np.diff(time) > MAX_BRIDGED_S
+    gaps = [g for g in (*gaps, *zip(time[:-1][wide], time[1:][wide], strict=True)) if g[1] - g[0] > MAX_BRIDGED_S]
     grid = np.arange(time[0], time[-1], 1 / SPEED_RATE_HZ)
     smooth = low_pass(interpolated(grid, time, travel), SPEED_RATE_HZ, SPEED_CUTOFF_HZ)
-    return CableSpeeds(float(grid[0]), np.gradient(smooth, 1 / SPEED_RATE_HZ, axis=0))
+    known = clear_of_gaps(grid, gaps, 0.0)
+    speeds = np.gradient(smooth, 1 / SPEED_RATE_HZ, axis=0)
+    return CableSpeeds(float(grid[0]), np.where(known[:, None], speeds, 0.0), known)
 
 
 def align_coarsely(video: CableSpeeds, log: CableSpeeds) -> CoarseAlignment:
@@ -99,9 +115,7 @@ def _lively_windows(video: CableSpeeds, length: int) -> list[CableSpeeds]:
     """The windows of so many rows, half overlapping, that hold at least half of an average one's motion."""
     starts = range(0, len(video.values) - length + 1, length // 2)
     min_energy = 0.5 * length / len(video.values) * np.sum(video.values**2)
-    windows = [
-        CableSpeeds(video.first + start / SPEED_RATE_HZ, video.values[start : start + length]) for start in starts
-    ]
+    windows = [video.part(slice(start, start + length)) for start in starts]
     return [window for window in windows if np.sum(window.values**2) > min_energy]
 
 
@@ -121,7 +135,8 @@ def shift_near(
 def _align(video: CableSpeeds, log: CableSpeeds) -> CoarseAlignment:
     """The shift of the correlation's peak, by a parabola through its top."""
     a, b = video.values, log.values
-    correlation = _normalised_cross_correlation(a, b)
+    known = video.known, log.known
+    correlation = _normalised_cross_correlation(a, b, *known)
     lags = np.arange(len(correlation)) - (len(a) - 1)
     best = int(np.argmax(correlation))
     away = np.abs(lags - lags[best]) > MIN_PEAK_SEPARATION_S * SPEED_RATE_HZ
@@ -131,7 +146,7 @@ def _align(video: CableSpeeds, log: CableSpeeds) -> CoarseAlignment:
     left, middle, right = correlation[best - 1 : best + 2] if 0 < best < len(correlation) - 1 else (0.0, 1.0, 0.0)
     curvature = left - 2 * middle + right
     fraction = 0.5 * (left - right) / curvature if curvature else 0.0
-    of_cables = [_normalised_cross_correlation(a[:, [j]], b[:, [j]]) for j in range(a.shape[1])]
+    of_cables = [_normalised_cross_correlation(a[:, [j]], b[:, [j]], *known) for j in range(a.shape[1])]
     return CoarseAlignment(
         shift=log.first - video.first + float(lags[best] + fraction) / SPEED_RATE_HZ,
         correlation=float(correlation[best]),
@@ -143,13 +158,13 @@ def _align(video: CableSpeeds, log: CableSpeeds) -> CoarseAlignment:
     )
 
 
-def _normalised_cross_correlation(a: Array, b: Array) -> Array:
-    """Correlation of speeds a (T, M) and b (S, M) over all lags of b against a, (T + S - 1,).
+def _normalised_cross_correlation(a: Array, b: Array, known_a: NDArray[np.bool_], known_b: NDArray[np.bool_]) -> Array:
+    """Correlation of speeds a (T, M) and b (S, M) over all lags of b against a, (T + S - 1,), where both are known.
 
     Zero where too little of either overlaps, or moves in the overlap."""
     min_rows = min(MIN_OVERLAP_S * SPEED_RATE_HZ, 0.5 * len(a))
     product = sum(correlate(b[:, j], a[:, j]) for j in range(a.shape[1]))
-    ones_a, ones_b = np.ones(len(a)), np.ones(len(b))
+    ones_a, ones_b = known_a.astype(float), known_b.astype(float)
     energy_a = correlate(ones_b, np.sum(a**2, axis=1))
     energy_b = correlate(np.sum(b**2, axis=1), ones_a)
     overlap = np.rint(correlate(ones_b, ones_a))

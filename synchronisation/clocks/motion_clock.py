@@ -51,7 +51,7 @@ def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array
     """The clock from angles and log; fv: (M,), N s/rad, NaN where not known.
 
     Raises ClockUndetermined where the motion does not determine it, Refused where what was recorded contradicts itself."""
-    known = angles.complete
+    known = angles.ordinary
     time, alpha, sigma = angles.time[known], angles.alpha[known], angles.sigma[known]
     if len(time) < MIN_FRAMES:
         raise Refused(
@@ -60,7 +60,7 @@ def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array
     log = uniformly_sampled(repaired.log)
     winding, travel = cable_winding(arm, alpha), arm.drum * log.matrix("theta")
     _check_motion(time, winding, log.time, travel)
-    video_speeds, log_speeds = cable_speeds(time, winding), cable_speeds(log.time, travel)
+    video_speeds, log_speeds = cable_speeds(time, winding), cable_speeds(log.time, travel, repaired.gaps)
     coarse = align_coarsely(video_speeds, log_speeds)
     check_labels(arm, time, alpha, video_speeds, log_speeds, coarse)
     repetition = check_repetition(coarse)
@@ -182,5 +182,5 @@ def _from_rigid_cables(motion: AlignedMotion, log: Series) -> ClockEstimate:
         source="cables without forces",
         lost=lost,
         repaired=motion.repaired,
-        warnings=tuple(slip.warning() for slip in slips),
+        warnings=tuple(slip.warning(signals.has_force) for slip in slips),
     )

@@ -11,6 +11,7 @@ from synchronisation.clocks.frame_geometry import FrameGeometry
 from synchronisation.clocks.log_gaps import RepairedLog
 from synchronisation.clocks.signals import LogSignals
 from synchronisation.clocks.undetermined import ClockUndetermined
+from xneck_foundation.one_line import counted
 
 Array = NDArray[np.float64]
 
@@ -30,14 +31,27 @@ def usable_frames(
     offset: s, a rough one. Raises ClockUndetermined where log and video overlap too little."""
     true_time = lost.corrected(frames.time)
     usable = _inner(true_time + offset, signals.time) & _inner(true_time, true_time)
-    usable &= repaired.clear_of_gaps(true_time + offset, GAP_MARGIN_S)
-    overlap = float(np.ptp(true_time[usable])) if usable.any() else 0.0
-    if usable.sum() < MIN_FRAMES or overlap < MIN_OVERLAP_S - 2 * EDGE_S:
+    overlap = _span(true_time[usable])
+    if overlap < MIN_OVERLAP_S - 2 * EDGE_S:
         raise ClockUndetermined(
             "sync", f"log and video overlap by {overlap:.1f} s", f"record at least {MIN_OVERLAP_S:.0f} s of both"
         )
+    within = int(usable.sum())
+    usable &= repaired.clear_of_gaps(true_time + offset, GAP_MARGIN_S)
+    if usable.sum() < MIN_FRAMES or _span(true_time[usable]) < MIN_OVERLAP_S - 2 * EDGE_S:
+        raise ClockUndetermined(
+            "sync",
+            f"of {within} frames within the log {usable.sum()} are {GAP_MARGIN_S:g} s clear of its "
+            f"{counted(len(repaired.gaps), 'gap')}, too few for a clock",
+            "record more frames, or a log without pauses of 10 ms and more",
+        )
     middle = float(true_time[usable][0] + true_time[usable][-1]) / 2
     return replace(frames, time=true_time, middle=middle).part(usable)
+
+
+def _span(time: Array) -> float:
+    """From the first to the last of times, s; zero of none."""
+    return float(np.ptp(time)) if len(time) else 0.0
 
 
 def _inner(time: Array, span: Array) -> NDArray[np.bool_]:

@@ -54,10 +54,11 @@ class WinchSlip:
         """Begin and end of its trace in filtered signals, s, log clock."""
         return self.time - TRACE_S, self.time + TRACE_S
 
-    def warning(self) -> str:
-        """The slip in words."""
+    def warning(self, forces: bool = True) -> str:
+        """The slip in words; without forces nobody knows how far a cable stretched."""
+        moved = "moved on its drum" if forces else "moved on its drum, or stretched,"
         return (
-            f"cable {self.cable + 1} seems to have moved on its drum by {1e3 * self.size:+.1f} mm at {self.time:.1f} s: "
+            f"cable {self.cable + 1} seems to have {moved} by {1e3 * self.size:+.1f} mm at {self.time:.1f} s: "
             "the clock is fitted as if it had not"
         )
 

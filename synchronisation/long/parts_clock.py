@@ -94,7 +94,7 @@ def clock_of_parts(
 
 
 def _video_speeds(arm: Arm, angles: Angles) -> CableSpeeds:
-    known = angles.complete
+    known = angles.ordinary
     if known.sum() < 2:
         raise Refused(
             "sync", f"only {known.sum()} frames have all angles", "check the overlay for what hides the markers"
@@ -110,9 +110,7 @@ def _anchor(
     stride = max(1, round(1 / (2 * SPEED_RATE_HZ * float(np.median(np.diff(log.time))))))
     thinned = log.part(slice(None, None, stride))
     of_log = cable_speeds(thinned.time, arm.drum * thinned.matrix("theta"))
-    of_parts = [
-        CableSpeeds(video.first + (p := video.rows(span)).start / SPEED_RATE_HZ, video.values[p]) for span in spans
-    ]
+    of_parts = [video.part(video.rows(span)) for span in spans]
     anchor = int(np.argmax([np.mean(part.values**2) for part in of_parts]))
     return anchor, align_coarsely(of_parts[anchor], of_log)
 

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
-from synchronisation.angles import Angles, read_angles
+from identification.dataset.frames import ordinary_frames
+from identification.dataset.series import Series, numbered_columns
+from synchronisation.angles import Angles, checked_angles, read_angles
 from synchronisation.frame_noise import frame_noise
+from synchronisation.held_frames import held_frames
 from synchronisation.tested_sigma import with_tested_sigma
 from xneck_foundation.errors import Refused
 
@@ -105,3 +108,38 @@ def test_what_no_frames_tell_is_said(tmp_path) -> None:
     (warning,) = with_tested_sigma(angles)[1]
     assert "too far apart" in warning
     assert np.nanmax(angles.sigma) <= np.radians(0.1)
+
+
+def test_angles_that_a_slower_tracker_holds_are_left_out(tmp_path) -> None:
+    """Every second frame holds the angles of the frame before; those that are left are what the tracker saw."""
+    time, alpha = _film()
+    held = alpha.copy()
+    held[1::2] = alpha[: 2 * (len(alpha) // 2) : 2]
+    columns = numbered_columns("alpha", held)
+    angles = checked_angles(Series(time, columns), alpha.shape[1], "angles.csv", {})
+    seen = np.isfinite(angles.alpha).all(axis=1)
+    assert seen[::2].all()
+    assert seen[1::2].mean() < 0.05
+    assert any("hold the angles of the frame before" in w for w in with_tested_sigma(angles)[1])
+
+
+def test_an_arm_at_rest_holds_no_angles() -> None:
+    """To the last digit, in rests of 2 and 3 s before and between motions; of 20 held frames 19 are found."""
+    time = np.arange(0, 20, 1 / 30)
+    moves = (time > 2) & (time < 9) | (time > 12)
+    swing = np.where(moves, 0.3 * (1 - np.cos(2 * np.pi * np.where(time < 10, time - 2, time - 12) / 1.4)), 0.0)
+    alpha = np.round(np.stack([swing, 0.5 * swing], axis=1), 4)
+    assert not held_frames(alpha).any()
+    stuck = alpha.copy()
+    stuck[100:120] = alpha[100]
+    assert np.flatnonzero(held_frames(stuck)).tolist() == list(range(101, 120))
+
+
+def test_frames_of_a_far_larger_sigma_have_no_say_where_others_do() -> None:
+    alpha = np.zeros((100, 2))
+    sigma = np.full((100, 2), 1e-3)
+    sigma[::50, 1] = 0.3
+    alpha[3, 0] = np.nan
+    assert np.flatnonzero(~ordinary_frames(alpha, sigma)).tolist() == [0, 3, 50]
+    sigma[10:70, 0] = 1e-2  # most of them: what is usual is what most have
+    assert ordinary_frames(alpha, sigma).sum() == 97

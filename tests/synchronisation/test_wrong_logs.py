@@ -88,6 +88,21 @@ def test_a_factor_is_no_unit_where_it_is_not_one_of_them() -> None:
     assert named.name == "degrees"
 
 
+@pytest.mark.parametrize(("newtons", "says"), [(2500 / 1.02, "f is in N m of"), (2500 / 1.25, "f may be in N m of")])
+def test_a_unit_is_said_to_be_it_only_where_the_factor_is_its_own(newtons: float, says: str, tmp_path: Path) -> None:
+    """A motor's current is in no unit that is known; where N m of the motor come near, its own factor is said beside."""
+    recording = faultless()
+    log = {k: v / newtons if k[0] == "f" else v for k, v in recording.log.items()}
+    neck_file, _, _ = files_of(recording, tmp_path)
+    neck = read_neck(neck_file)
+    as_logged = Series(log["time"], {k: v for k, v in log.items() if k != "time"})
+    with pytest.raises(Refused, match=says) as refused:
+        check_log_meaning(neck, arm_of(neck), read_angles(tmp_path / "angles.csv", 3), as_logged)
+    its_own = re.search(r"else motors\[\]\.f_scale .* comes to about (.*)$", str(refused.value))
+    assert (its_own is None) == (newtons > 2400)
+    assert its_own is None or float(its_own[1]) == pytest.approx(newtons, rel=0.1)
+
+
 @pytest.mark.parametrize("forces", [True, False])
 def test_the_sample_is_not_doubted(forces: bool) -> None:
     folder = SAMPLES / "held_out"
@@ -166,6 +181,13 @@ def test_a_sample_that_its_neighbours_contradict_is_found_and_no_other() -> None
     spoiled[[100, 7000]] = [1e6, 0.0]
     assert np.flatnonzero(absurd_samples(spoiled, 0.02)).tolist() == [100, 7000]
     assert not absurd_samples(theta, 0.02).any()
+    for begin, end in ((0, 1), (len(theta) - 1, len(theta)), (300, 305)):
+        spoiled = theta.copy()
+        spoiled[begin:end] = 1e6
+        assert np.flatnonzero(absurd_samples(spoiled, 0.02)).tolist() == list(range(begin, end))
+    spoiled = theta.copy()
+    spoiled[::97] = -1e6
+    assert np.flatnonzero(absurd_samples(spoiled, 0.02)).tolist() == list(range(0, len(theta), 97))
     slipped = theta + np.where(time > 10, 5.0, 0.0)
     assert not absurd_samples(slipped, 0.02).any()
 
