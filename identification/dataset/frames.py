@@ -83,10 +83,11 @@ def ordinary_frames(alpha: Array, sigma: Array) -> NDArray[np.bool_]:
     """Frames (F,) in which all angles are known, and none has a much larger sigma than in most, as of a frame that stands out.
 
     alpha, sigma: (F, N), rad. Where that leaves fewer than half, all that are known."""
-    known = np.isfinite(alpha).all(axis=1)
+    known = np.asarray(np.isfinite(alpha).all(axis=1))
     if not known.any():
         return known
-    ordinary = known & np.all(np.nan_to_num(sigma) <= MAX_ORDINARY_SIGMA * np.median(sigma[known], axis=0), axis=1)
+    within = np.nan_to_num(sigma) <= MAX_ORDINARY_SIGMA * np.median(sigma[known], axis=0)
+    ordinary = known & np.asarray(within.all(axis=1))
     return ordinary if ordinary.sum() > known.sum() / 2 else known
 
 

@@ -117,7 +117,7 @@ def test_angles_that_a_slower_tracker_holds_are_left_out(tmp_path) -> None:
     held[1::2] = alpha[: 2 * (len(alpha) // 2) : 2]
     columns = numbered_columns("alpha", held)
     angles = checked_angles(Series(time, columns), alpha.shape[1], "angles.csv", {})
-    seen = np.isfinite(angles.alpha).all(axis=1)
+    seen = angles.complete
     assert seen[::2].all()
     assert seen[1::2].mean() < 0.05
     assert any("hold the angles of the frame before" in w for w in with_tested_sigma(angles)[1])
