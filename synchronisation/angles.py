@@ -17,10 +17,13 @@ from synchronisation.csv_table import read_table
 from synchronisation.sigma_by_frames import sigma_by_frames
 from synchronisation.time_stamps import check_time_unit
 from xneck_foundation.errors import Refused
+from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.one_line import listed
 
 Array = NDArray[np.float64]
 
+ANGLES_SUFFIXES = (".csv", ".mcap")
+"""of angles that are read"""
 MAX_DEGREES = 180.0
 """largest angle that is thought to be in degrees where it cannot be in rad (docs/thresholds.md)"""
 
@@ -68,7 +71,7 @@ class Angles:
 
 def write_angles(angles: Angles, path: str | Path, quality: Series | None = None) -> None:
     """Writes MCAP (.mcap, with the notes and each frame's quality), or .csv, .npz, .mat with the columns alone."""
-    if Path(path).suffix == ".mcap":
+    if Path(path).suffix.lower() == ".mcap":
         series = {"angles": angles.series} | ({"quality": quality} if quality else {})
         joint_state.write(path, series, {"angles": angles.notes})
     else:
@@ -81,7 +84,7 @@ def read_angles(path: str | Path, joints: int) -> Angles:
     Raises Refused for missing columns, times that do not increase, or values that cannot be radians.
     """
     path = Path(path)
-    series, notes, light = _from_mcap(path) if path.suffix == ".mcap" else _from_csv(path, joints)
+    series, notes, light = _from_mcap(path) if path.suffix.lower() == ".mcap" else _from_csv(path, joints)
     return checked_angles(series, joints, path, notes, light)
 
 
@@ -141,6 +144,7 @@ def _from_csv(path: Path, joints: int) -> tuple[Series, dict[str, Any], Array | 
     """Columns, notes and the light's brightness of anyone's CSV."""
     optional = [f"{stem}{i + 1}" for stem in ("sigma", "common") for i in range(joints)]
     further = f"alpha{joints + 1}"
+    refuse_other_kind(path, ANGLES_SUFFIXES)
     series = read_table(path, [f"alpha{i + 1}" for i in range(joints)], optional=[*optional, "light", further])
     if further in series.columns:
         raise Refused(path, f"has {further}, the arm has {joints} mechanisms", "is it the right neck.yaml?")

@@ -16,6 +16,7 @@ from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE,
 from synchronisation.parquet_table import read_parquet
 from synchronisation.time_stamps import check_log_rate, check_time_unit, sampling_step
 from xneck_foundation.errors import Refused
+from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.one_line import listed
 from xneck_foundation.recovery import warn_recovered
 
@@ -43,14 +44,15 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     Raises Refused where columns or joints are missing, values not finite, or times do not increase.
     """
     path = Path(path)
-    if path.suffix == ".mcap":
+    if path.suffix.lower() == ".mcap":
         return motor_log(motor_channel(joint_state.read(path).logs, neck, path), neck, path)
-    if path.suffix in ros_bag.SUFFIXES:
+    if path.suffix.lower() in ros_bag.SUFFIXES:
         return motor_log(motor_channel(ros_bag.read_bag(path), neck, path), neck, path)
     required, optional = log_columns(neck)
-    if path.suffix == ".parquet":
+    if path.suffix.lower() == ".parquet":
         series = read_parquet(path, required, optional, neck.log.time_column)
     else:
+        refuse_other_kind(path, LOG_SUFFIXES)
         try:
             series = read_table(path, required, optional, csv_format(neck), MAX_LOG_ROWS)
         except ColumnsMissing as lack:

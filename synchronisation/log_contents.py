@@ -14,6 +14,7 @@ from synchronisation.csv_table import PLAIN, CsvFormat, unreadable
 from synchronisation.encoder_log import LOG_SUFFIXES
 from synchronisation.parquet_table import numeric_columns
 from xneck_foundation.errors import Refused
+from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted
 
@@ -38,19 +39,20 @@ class LogContents:
 def read_contents(path: Path) -> LogContents:
     """What a log holds. Raises Refused where it is of no kind that is read, or is damaged."""
     check_input(path)
-    if path.suffix == ".mcap":
+    if path.suffix.lower() == ".mcap":
         return LogContents(topics=joint_state.read(path).logs)
-    if path.suffix in ros_bag.SUFFIXES:
+    if path.suffix.lower() in ros_bag.SUFFIXES:
         return LogContents(topics=ros_bag.read_bag(path))
-    if path.suffix == ".parquet":
+    if path.suffix.lower() == ".parquet":
         return LogContents(columns=numeric_columns(path))
-    if path.suffix not in (".csv", ".txt", ".tsv", ".log"):
+    if path.suffix.lower() not in (".csv", ".txt", ".tsv", ".log"):
         what = (
             f"{quoted(path.suffix)} is no kind of log that is read"
             if path.suffix
             else "has no suffix that says its kind"
         )
         raise Refused(path, what, f"give {', '.join(LOG_SUFFIXES)}")
+    refuse_other_kind(path, LOG_SUFFIXES)
     return _csv_contents(path)
 
 
