@@ -1,6 +1,6 @@
 """Joint angles over the camera's own clock: what extraction gives, and what angles from elsewhere are read into."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from identification.dataset.dataset_file import export_series
 from identification.dataset.frames import MAX_SIGMA_RAD, white_sigma
-from identification.dataset.series import Series, check_time, numbered_columns
+from identification.dataset.series import Series, check_time, from_one, numbered_columns
 from identification.files import joint_state
 from synchronisation.csv_header import other_kind
-from synchronisation.csv_table import read_table
+from synchronisation.csv_lines import file_line
+from synchronisation.csv_table import PLAIN, read_table
 from synchronisation.sigma_by_frames import sigma_by_frames
-from synchronisation.time_stamps import check_time_unit
+from synchronisation.time_stamps import check_repeated_rows, check_time_unit
 from xneck_foundation.errors import Refused
 from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.one_line import listed
@@ -84,19 +85,28 @@ def read_angles(path: str | Path, joints: int) -> Angles:
     Raises Refused for missing columns, times that do not increase, or values that cannot be radians.
     """
     path = Path(path)
-    series, notes, light = _from_mcap(path) if path.suffix.lower() == ".mcap" else _from_csv(path, joints)
-    return checked_angles(series, joints, path, notes, light)
+    if path.suffix.lower() == ".mcap":
+        series, notes, light = _from_mcap(path)
+        return checked_angles(series, joints, path, notes, light)
+    series, notes, light = _from_csv(path, joints)
+    return checked_angles(series, joints, path, notes, light, file_line(path, PLAIN.separator))
 
 
 def checked_angles(
-    series: Series, joints: int, path: str | Path, notes: dict[str, Any], light: Array | None = None
+    series: Series,
+    joints: int,
+    path: str | Path,
+    notes: dict[str, Any],
+    light: Array | None = None,
+    number: Callable[[int], int] = from_one,
 ) -> Angles:
     """Angles from columns alpha1..N and optional sigma1..N and common1..N; `path` says where they come from.
 
-    Raises Refused as `read_angles` does.
+    number: what a person calls a row, which is counted from 0. Raises Refused as `read_angles` does.
     """
+    check_repeated_rows(series, str(path), "frames")
     check_time_unit(series.time, str(path), "frames")
-    check_time(series.time, str(path))
+    check_time(series.time, str(path), number)
     alpha, sigma, common = series.matrix("alpha"), series.matrix("sigma"), series.matrix("common")
     _check_angles(alpha, common, joints, path)
     noise = None

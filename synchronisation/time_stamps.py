@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset.series import PAUSE_S
+from identification.dataset.series import PAUSE_S, Series
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
@@ -22,6 +22,17 @@ MIN_LOG_HZ = 45.0
 """rows a second of a log at least, 50 less a tenth: of logs with 25 one clock in 12 was a third of a second off
 (docs/thresholds.md)"""
 UNITS = (("milliseconds", 1e-3), ("microseconds", 1e-6), ("nanoseconds", 1e-9))
+
+
+def check_repeated_rows(series: Series, where: str, what: str) -> None:
+    """Refused where rows repeat the one before, time and all, and no others have its time; what: `rows` or `frames`."""
+    stands = np.diff(series.time) == 0
+    if len(stands) == 0 or np.mean(stands) <= MAX_REPEATED_SHARE:
+        return
+    rows = np.flatnonzero(stands)
+    if all(np.array_equal(c[rows], c[rows + 1], equal_nan=True) for c in series.columns.values()):
+        share = f"{100 * np.mean(stands):.0f} % of its {what}"
+        raise Refused(where, f"{share} repeat the one before, its time too", f"write each of the {what} once")
 
 
 def check_time_unit(time: Array, where: str, what: str) -> None:

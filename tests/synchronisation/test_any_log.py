@@ -146,7 +146,7 @@ def test_what_is_no_log_is_refused(text: str, says: str, tmp_path: Path) -> None
 
 def test_a_row_of_units_is_noticed(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("time,theta1\ns,rad\n1,2\n1.1,3\n1.2,4\n")
-    assert read_contents(tmp_path / "log.csv").units_row
+    assert read_contents(tmp_path / "log.csv").units_row == 2
 
 
 def test_columns_that_lack_are_answered_with_the_command_that_maps(tmp_path: Path) -> None:
