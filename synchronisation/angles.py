@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from identification.dataset.dataset_file import export_series
 from identification.dataset.frames import MAX_SIGMA_RAD, white_sigma
 from identification.dataset.series import Series, check_time, from_one, numbered_columns
+from identification.dataset.time_unit import check_repeated_rows, check_time_unit
 from identification.files import joint_state
 from synchronisation.csv_header import other_kind
 from synchronisation.csv_lines import file_line
 from synchronisation.csv_table import PLAIN, read_table
 from synchronisation.sigma_by_frames import sigma_by_frames
-from synchronisation.time_stamps import check_repeated_rows, check_time_unit
 from xneck_foundation.errors import Refused
 from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.one_line import listed

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series, check_size, check_time, from_one, numbered_columns
+from identification.dataset.time_unit import check_repeated_rows, check_time_unit
 from identification.files import joint_state, ros_bag
 from identification.files.joint_state import JointStateChannel
 from mechanism.description import Neck
@@ -15,7 +16,7 @@ from synchronisation.csv_lines import file_line
 from synchronisation.csv_table import CsvFormat, read_table
 from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
 from synchronisation.parquet_table import read_parquet
-from synchronisation.time_stamps import check_log_rate, check_repeated_rows, check_time_unit, sampling_step
+from synchronisation.time_stamps import check_log_rate, sampling_step
 from xneck_foundation.errors import Refused
 from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.one_line import listed

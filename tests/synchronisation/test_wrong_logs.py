@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from identification.dataset.series import Series, numbered_columns
+from identification.dataset.time_unit import check_repeated_rows, check_time_unit
 from mechanism.arm import arm_of
 from mechanism.description import read_neck
 from samples.generator.laws import dry_and_viscous, linear
@@ -26,7 +27,6 @@ from synchronisation.log_mapping import map_log
 from synchronisation.log_plausibility import check_log_meaning
 from synchronisation.log_units import theta_units, unit_of
 from synchronisation.motor_counters import absurd_samples, unwrapped
-from synchronisation.time_stamps import check_repeated_rows, check_time_unit
 from tests.paths import SAMPLES
 from xneck_foundation.errors import Refused
 from xneck_foundation.recovery import collected_recoveries

@@ -159,6 +159,27 @@ def test_an_arm_that_is_held_stays_and_one_with_a_stronger_motor_does_not() -> N
     assert xneck.simulate_motion(stronger, NECK, model()).rms["alpha1"] > 1e-3
 
 
+def test_a_motion_in_other_units_of_time_or_with_a_gap_is_refused_before_it_is_simulated(tmp_path: Path) -> None:
+    """In milliseconds it would be 1000 times as long, and over a gap its forces would be held."""
+    still = still_motion()
+    with_gap = still.part(np.abs(TIME - 0.2) > 0.051)
+    for motion, says in (
+        (Series(1000 * TIME, still.columns), "time is in milliseconds.*multiply time by 0.001$"),
+        (with_gap, r"rows are missing before row 7[67], which is 0\.104 s after"),
+    ):
+        export_series(motion, tmp_path / "motion.csv")
+        with pytest.raises(Refused, match=rf"motion\.csv: {says}"):
+            xneck.read_motion(tmp_path / "motion.csv", NECK)
+        with pytest.raises(Refused, match=f"motion: {says}"):
+            xneck.simulate_motion(motion, NECK, model())
+        (tmp_path / "motion.csv").unlink()
+
+
+def test_a_source_that_is_none_is_refused() -> None:
+    with pytest.raises(Refused, match="unknown source 'Theta'; did you mean theta"):
+        xneck.simulate_motion(still_motion(), NECK, model(), source="Theta")  # type: ignore[arg-type]
+
+
 def test_the_command_simulates_a_motion(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     motion, out = tmp_path / "motion.csv", tmp_path / "simulated.mcap"
     export_series(still_motion(), motion)
