@@ -3,6 +3,7 @@
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -209,9 +210,16 @@ def test_the_command_simulates_a_motion(tmp_path: Path, capfd: pytest.CaptureFix
         ({"theta": np.zeros((200, 5))}, "theta has the shape"),
         ({"alpha": np.full((50, 3), 90.0)}, "these are degrees"),
         ({"log_time": TIME[::-1]}, "time jumps back"),
+        ({"theta": np.ma.masked_greater_equal(np.zeros((200, 4)), 0.0)}, "theta1 is not a number in row 1;"),
+        # a masked value is none, whatever stands below the mask: what is refused is that nothing moves
+        ({"alpha": np.ma.masked_equal([[90.0] * 3] + [[0.0] * 3] * 49, 90.0)}, r"are needed|seconds|shows no motion"),
+        ({"alpha": np.zeros((50, 3), complex)}, "alpha holds complex numbers"),
+        ({"log_time": np.datetime64("2026-11-02") + np.arange(200)}, "time holds dates"),
+        ({"f": np.full((200, 4), "x")}, "f holds text"),
+        ({"theta": [[0.0], [0.0, 1.0]]}, "theta is no array of numbers"),
     ],
 )
-def test_arrays_that_are_no_recording_are_refused(change: dict[str, np.ndarray], words: str) -> None:
+def test_arrays_that_are_no_recording_are_refused(change: dict[str, Any], words: str) -> None:
     arrays = {
         "frame_time": np.arange(50) / 30,
         "alpha": np.zeros((50, 3)),
