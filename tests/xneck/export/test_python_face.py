@@ -1,6 +1,8 @@
 """What Python users do with results: tables, other numbers, words and records."""
 
+import pickle
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +27,9 @@ from xneck_foundation.whole_file import write_text
 
 NECK = xneck.read_neck(NECK_FILE)
 TIME = np.arange(200) / 500.0
+FACE: Any = xneck
+"""for arguments that a type checker would refuse"""
+ANY_MODEL: Any = model()
 
 
 @pytest.fixture(scope="module")
@@ -229,3 +234,29 @@ def test_arrays_that_are_no_recording_are_refused(change: dict[str, Any], words:
     }
     with pytest.raises(Refused, match=words):
         xneck.dataset_from_arrays(NECK, **(arrays | change))
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda data: FACE.identify(data), "identify: recordings is a DataSet, expected a list of DataSet; put it into a list"),
+        (lambda data: FACE.identify([]), "identify: recordings is empty"),
+        (lambda data: FACE.identify(["d.mcap"]), "a list of str, expected a list of DataSet; read it first"),
+        (lambda data: FACE.check("d.mcap"), "check: data is 'd.mcap', expected DataSet; read it first: xneck.read_dataset"),
+        (lambda data: FACE.check(data, "d.mcap"), "check: baseline is 'd.mcap', expected DataSet or None; read it first"),
+        (lambda data: FACE.simulate(data, None), "simulate: model is None, expected Model"),
+        (lambda data: FACE.synchronise(["a"]), "synchronise: folder is a list of str, expected str or Path"),
+        (lambda data: FACE.simulate(data, model(), "1"), "simulate: window_s is '1', expected float or None"),
+        (lambda data: ANY_MODEL.with_(k="a"), "model: k: 'a' is no number"),
+        (lambda data: model().with_(k=True), "model: k: 'True' is no number"),
+    ],
+)  # fmt: skip
+def test_arguments_of_another_kind_are_refused_in_one_line(
+    call: Callable[[DataSet], object], says: str, data: DataSet
+) -> None:
+    with pytest.raises(Refused, match=says):
+        call(data)
+
+
+def test_functions_are_those_of_the_face_to_other_processes_too() -> None:
+    assert pickle.loads(pickle.dumps(xneck.identify)) is xneck.identify
