@@ -108,13 +108,17 @@ class Model(Strict):
         """The model with other values of some parameters: one number for all cables or joints, or one for each.
 
         What was set is exact: it has no sigma, and nothing covaries with it; `pose` is dropped. Raises Refused where the model has
-        no such parameter, or has another number of it.
+        no such parameter, or another number of it, and where a value is none.
         """
         entries, names = list(self.parameters), {p.name for p in self.parameters}
         fixed: list[int] = []
         for name, value in values.items():
             one_of("model", name, sorted(names), "parameter")
             places = [k for k, p in enumerate(entries) if p.name == name]
+            if np.asarray(value).dtype.kind not in "fiu":
+                raise Refused(
+                    "model", f"{name}: {quoted(str(value))} is no number", "give a number for all, or one for each"
+                )
             numbers = np.atleast_1d(np.asarray(value, dtype=float)).tolist()
             numbers = numbers * len(places) if np.ndim(value) == 0 else numbers
             if len(numbers) != len(places):

@@ -1,6 +1,6 @@
 """Joint angles over the camera's own clock: what extraction gives, and what angles from elsewhere are read into."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,20 +10,24 @@ from numpy.typing import NDArray
 
 from identification.dataset.dataset_file import export_series
 from identification.dataset.frames import MAX_SIGMA_RAD, ordinary_frames, white_sigma
-from identification.dataset.series import Series, check_time, numbered_columns
+from identification.dataset.series import Series, check_time, from_one, numbered_columns
+from identification.dataset.time_unit import check_repeated_rows, check_time_unit
 from identification.files import joint_state
 from synchronisation.csv_header import other_kind
-from synchronisation.csv_table import read_table
+from synchronisation.csv_lines import file_line
+from synchronisation.csv_table import PLAIN, read_table
 from synchronisation.held_frames import held_frames
 from synchronisation.sigma_by_frames import sigma_by_frames
-from synchronisation.time_stamps import check_time_unit
 from xneck_foundation.errors import Refused
+from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.one_line import listed
 
 Array = NDArray[np.float64]
 
 MAX_TURNS = 2
 """turns by which angles may be wound up that are called radians still"""
+ANGLES_SUFFIXES = (".csv", ".mcap")
+"""of angles that are read"""
 MAX_DEGREES = 180.0
 """largest angle that is thought to be in degrees where it cannot be in rad (docs/thresholds.md)"""
 
@@ -78,7 +82,7 @@ class Angles:
 
 def write_angles(angles: Angles, path: str | Path, quality: Series | None = None) -> None:
     """Writes MCAP (.mcap, with the notes and each frame's quality), or .csv, .npz, .mat with the columns alone."""
-    if Path(path).suffix == ".mcap":
+    if Path(path).suffix.lower() == ".mcap":
         series = {"angles": angles.series} | ({"quality": quality} if quality else {})
         joint_state.write(path, series, {"angles": angles.notes})
     else:
@@ -91,19 +95,28 @@ def read_angles(path: str | Path, joints: int) -> Angles:
     Raises Refused for missing columns, times that do not increase, or values that cannot be radians.
     """
     path = Path(path)
-    series, notes, light = _from_mcap(path) if path.suffix == ".mcap" else _from_csv(path, joints)
-    return checked_angles(series, joints, path, notes, light)
+    if path.suffix.lower() == ".mcap":
+        series, notes, light = _from_mcap(path)
+        return checked_angles(series, joints, path, notes, light)
+    series, notes, light = _from_csv(path, joints)
+    return checked_angles(series, joints, path, notes, light, file_line(path, PLAIN.separator))
 
 
 def checked_angles(
-    series: Series, joints: int, path: str | Path, notes: dict[str, Any], light: Array | None = None
+    series: Series,
+    joints: int,
+    path: str | Path,
+    notes: dict[str, Any],
+    light: Array | None = None,
+    number: Callable[[int], int] = from_one,
 ) -> Angles:
     """Angles from columns alpha1..N and optional sigma1..N and common1..N; `path` says where they come from.
 
-    Raises Refused as `read_angles` does.
+    number: what a person calls a row, which is counted from 0. Raises Refused as `read_angles` does.
     """
+    check_repeated_rows(series, str(path), "frames")
     check_time_unit(series.time, str(path), "frames")
-    check_time(series.time, str(path))
+    check_time(series.time, str(path), number)
     alpha, sigma, common = series.matrix("alpha"), series.matrix("sigma"), series.matrix("common")
     _check_angles(alpha, common, joints, path)
     held = held_frames(alpha)
@@ -154,6 +167,7 @@ def _from_csv(path: Path, joints: int) -> tuple[Series, dict[str, Any], Array | 
     """Columns, notes and the light's brightness of anyone's CSV."""
     optional = [f"{stem}{i + 1}" for stem in ("sigma", "common") for i in range(joints)]
     further = f"alpha{joints + 1}"
+    refuse_other_kind(path, ANGLES_SUFFIXES)
     series = read_table(path, [f"alpha{i + 1}" for i in range(joints)], optional=[*optional, "light", further])
     if further in series.columns:
         raise Refused(path, f"has {further}, the arm has {joints} mechanisms", "is it the right neck.yaml?")

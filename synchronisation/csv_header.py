@@ -62,6 +62,16 @@ def missing_columns(header: Sequence[str], row: Sequence[str], names: Sequence[s
     )
 
 
+def parted_by_spaces(header: Sequence[str], row: Sequence[str]) -> tuple[str, str] | None:
+    """What to say where a header and the row below it are one cell each of several words, those of the row numbers."""
+    if len(header) != 1 or len(row) != 1:
+        return None
+    names, cells = ([word for word in text.strip().split(" ") if word] for text in (header[0], row[0]))
+    if min(len(names), len(cells)) < 2 or not all(map(_is_number, cells)):
+        return None
+    return "its columns are parted by spaces", "write commas between columns"
+
+
 def _plain(cell: str) -> str:
     """A column's name without capitals, units in brackets, and what is neither letter nor digit."""
     return re.sub(r"[^a-z0-9]", "", re.sub(r"[\[(].*?[\])]", "", cell.lower()))

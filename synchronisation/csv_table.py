@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series
-from synchronisation.csv_header import ColumnsMissing, missing_columns, other_kind, spelled_otherwise
+from synchronisation.csv_cell import not_a_number
+from synchronisation.csv_header import ColumnsMissing, missing_columns, other_kind, parted_by_spaces, spelled_otherwise
+from synchronisation.csv_lines import is_number, number_in, numbered_rows
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted
@@ -52,45 +54,60 @@ def read_table(
     check_input(path)
     try:
         with path.open(newline="", encoding="utf-8-sig") as stream:
-            rows = csv.reader(stream, delimiter=written.separator)
-            header = [cell.strip() for cell in next(rows, [])]
+            rows = numbered_rows(stream, path, written.separator)
+            header = [cell.strip() for cell in next(rows, (1, []))[1]]
             if not header:
                 raise Refused(path, "is empty", "expected a header and rows of numbers")
-            at = table_columns(path, header, rows, (written.time_column, *required), optional)
-            places, table, rows_before = list(at.values()), list[list[float]](), 0
-            columns = {name: list[Array]() for name in at}
-            for number, row in enumerate(rows, start=2):
-                if not row:
-                    continue
-                if len(row) != len(header):
-                    raise Refused(
-                        path, f"row {number} has {len(row)} cells, the header {len(header)}", "is it half-written?"
-                    )
-                if written.decimal != ".":
-                    row = [cell.replace(written.decimal, ".") for cell in row]
-                try:
-                    table.append(row_numbers([row[k] for k in places]))
-                except ValueError:
-                    if number == 2 and not any(_is_number(row[k]) for k in at.values()):
-                        what = f"row 2 holds no numbers but {quoted(','.join(row))}, as units do"
-                        raise Refused(path, what, "leave that row out") from None
-                    name = next(name for name, k in at.items() if not _is_number(row[k]))
-                    what = f"row {number}, column {name}: {quoted(row[at[name]])} is not a number"
-                    raise Refused(path, what) from None
-                if max_rows is not None and rows_before + len(table) > max_rows:
-                    raise Refused(path, f"has more than {max_rows} rows", "cut log and angles in parts, hours each")
-                if len(table) == _ROWS_AT_ONCE:
-                    _add_rows(columns, table)
-                    rows_before += len(table)
-                    table.clear()
+            if written.decimal != ".":
+                rows = ((line, [cell.replace(written.decimal, ".") for cell in row]) for line, row in rows)
+            below = (row for _, row in rows)
+            at = table_columns(path, header, below, (written.time_column, *required), optional)
+            columns = _columns(path, header, rows, at, max_rows)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise unreadable(path, error) from error
-    if not rows_before and not table:
+    if not columns[written.time_column]:
         raise Refused(path, "has a header but no rows", "record longer")
-    _add_rows(columns, table)
     # column by column, each given up in its pieces as it is joined: not all is there twice
     joined = {name: np.concatenate(columns.pop(name)) for name in at}
     return Series(joined.pop(written.time_column), joined)
+
+
+def _columns(
+    path: Path,
+    header: Sequence[str],
+    rows: Iterator[tuple[int, list[str]]],
+    at: Mapping[str, int],
+    max_rows: int | None,
+) -> dict[str, list[Array]]:
+    """The columns that stand at the places `at`, each in pieces."""
+    places, table, rows_before = list(at.values()), list[list[float]](), 0
+    columns = {name: list[Array]() for name in at}
+    for line, row in rows:
+        if len(row) != len(header):
+            raise Refused(path, f"row {line} has {len(row)} cells, the header {len(header)}", "is it half-written?")
+        try:
+            table.append(row_numbers([row[k] for k in places]))
+        except ValueError:
+            below = next(rows, (line, []))[1] if not table and not rows_before else []
+            raise _no_numbers(path, line, {name: row[k] for name, k in at.items()}, row, below) from None
+        if max_rows is not None and rows_before + len(table) > max_rows:
+            raise Refused(path, f"has more than {max_rows} rows", "cut log and angles in parts, hours each")
+        if len(table) == _ROWS_AT_ONCE:
+            _add_rows(columns, table)
+            rows_before += len(table)
+            table.clear()
+    _add_rows(columns, table)
+    return columns
+
+
+def _no_numbers(path: Path, line: int, cells: Mapping[str, str], row: Sequence[str], below: Sequence[str]) -> Refused:
+    """The refusal of a row of which not all `cells`, by column, are numbers; below: the row after the first one, else empty."""
+    if any(map(is_number, below)) and not any(map(is_number, cells.values())):
+        what = f"row {line} holds no numbers but {quoted(','.join(row))}, as units do"
+        return Refused(path, what, "leave that row out")
+    name, cell = next(((name, cell) for name, cell in cells.items() if not is_number(cell)), next(iter(cells.items())))
+    what, do = not_a_number(cell)
+    return Refused(path, f"row {line}, column {name}: {quoted(cell)} {what}", do)
 
 
 def unreadable(path: Path, error: OSError | UnicodeDecodeError | csv.Error) -> Refused:
@@ -117,7 +134,10 @@ def table_columns(
     if any(name not in places for name in required):
         if told := other_kind(header, angles_expected="alpha1" in required):
             raise Refused(path, *told)
-        raise ColumnsMissing(path, *missing_columns(header, next(rows, []), required))
+        row = next(rows, [])
+        if parted := parted_by_spaces(header, row):
+            raise Refused(path, *parted)
+        raise ColumnsMissing(path, *missing_columns(header, row, required))
     if otherwise := spelled_otherwise(header, optional):
         raise ColumnsMissing(path, *missing_columns(header, next(rows, []), tuple(otherwise)))
     if len(places) < len(header):
@@ -127,24 +147,9 @@ def table_columns(
 
 
 def row_numbers(cells: list[str]) -> list[float]:
-    """The numbers in cells, as `_number` gives each. Raises ValueError."""
+    """The numbers in cells, as `number_in` gives each. Raises ValueError."""
     if "_" not in "".join(cells):
         # nearly all rows: one pass in C
         with suppress(ValueError):
             return list(map(float, cells))
-    return [_number(cell) for cell in cells]
-
-
-def _number(cell: str) -> float:
-    """The number in a cell, NaN for an empty one. Raises ValueError, also for 1_0, which Python alone takes for 10."""
-    if "_" in cell:
-        raise ValueError(cell)
-    return float(cell) if cell.strip() else np.nan
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        _number(cell)
-    except ValueError:
-        return False
-    return True
+    return [number_in(cell) for cell in cells]

@@ -1,21 +1,24 @@
 """The controller's log: motor angles theta and forces f on its own clock, brought into our signs and units."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset.series import Series, check_size, check_time, numbered_columns
+from identification.dataset.series import Series, check_size, check_time, from_one, numbered_columns
+from identification.dataset.time_unit import check_repeated_rows, check_time_unit
 from identification.files import joint_state, ros_bag
 from identification.files.joint_state import JointStateChannel
 from mechanism.description import Neck
 from synchronisation.csv_header import ColumnsMissing, other_kind
+from synchronisation.csv_lines import file_line
 from synchronisation.csv_table import CsvFormat, read_table
 from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
 from synchronisation.parquet_table import read_parquet
-from synchronisation.time_stamps import check_log_rate, check_time_unit, sampling_step
+from synchronisation.time_stamps import check_log_rate, sampling_step
 from xneck_foundation.errors import Refused
+from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.one_line import listed
 from xneck_foundation.recovery import warn_recovered
 
@@ -43,20 +46,23 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     Raises Refused where columns or joints are missing, values not finite, or times do not increase.
     """
     path = Path(path)
-    if path.suffix == ".mcap":
+    if path.suffix.lower() == ".mcap":
         return motor_log(motor_channel(joint_state.read(path).logs, neck, path), neck, path)
-    if path.suffix in ros_bag.SUFFIXES:
+    if path.suffix.lower() in ros_bag.SUFFIXES:
         return motor_log(motor_channel(ros_bag.read_bag(path), neck, path), neck, path)
     required, optional = log_columns(neck)
-    if path.suffix == ".parquet":
+    number: Callable[[int], int] = from_one
+    if path.suffix.lower() == ".parquet":
         series = read_parquet(path, required, optional, neck.log.time_column)
     else:
+        number = file_line(path, neck.log.separator)
+        refuse_other_kind(path, LOG_SUFFIXES)
         try:
             series = read_table(path, required, optional, csv_format(neck), MAX_LOG_ROWS)
         except ColumnsMissing as lack:
             raise Refused(path, lack.what, f"{lack.do}; or let `xneck logs {path.name}` map it") from lack
     check_columns(path, series.columns, neck)
-    return motor_log(mapped_columns(series, neck), neck, path)
+    return motor_log(mapped_columns(series, neck), neck, path, number)
 
 
 def csv_format(neck: Neck) -> CsvFormat:
@@ -104,17 +110,23 @@ def mapped_columns(series: Series, neck: Neck) -> Series:
     return Series(series.time * neck.log.time_scale, columns)
 
 
-def motor_log(series: Series, neck: Neck, path: str | Path) -> Series:
-    """Columns as `path` holds them, in our signs and units: as `read_log` gives them, and refuses them."""
+def motor_log(series: Series, neck: Neck, path: str | Path, number: Callable[[int], int] = from_one) -> Series:
+    """Columns as `path` holds them, in our signs and units: as `read_log` gives them, and refuses them.
+
+    number: what a person calls a row, which is counted from 0."""
     if len(series) > MAX_LOG_ROWS:
         raise Refused(path, f"has more than {MAX_LOG_ROWS} rows", "cut log and angles in parts, hours each")
+    check_repeated_rows(series, str(path), "rows")
     check_time_unit(series.time, str(path), "rows")
-    check_time(series.time, str(path))
+    check_time(series.time, str(path), number)
     check_log_rate(series.time, str(path))
     for name, values in series.columns.items():
         if not np.all(np.isfinite(values)):
-            row = int(np.argmin(np.isfinite(values))) + 1
-            raise Refused(path, f"{name} is not a number in sample {row}", "leave such rows out")
+            row = number(int(np.argmin(np.isfinite(values))))
+            raise Refused(path, f"{name} is not a number in row {row}", "leave such rows out")
+    neither = ~np.isin(series.columns.get(LED, np.empty(0)), (0, 1))
+    if neither.any():
+        raise Refused(path, f"{LED} is neither 0 nor 1 in row {number(int(np.argmax(neither)))}")
     # an absurd sample hides what wraps, and a wrap is none: angles are unwrapped before and after
     series = _without_absurd_samples(_unwrapped(series, neck, path), path)
     series = _unwrapped(series, neck, path)
@@ -125,10 +137,7 @@ def motor_log(series: Series, neck: Neck, path: str | Path) -> Series:
     if "f1" in series.columns:
         columns |= numbered_columns("f", series.matrix("f") * f_scale)
     if LED in series.columns:
-        light = series.columns[LED]
-        if not np.all((light == 0) | (light == 1)):
-            raise Refused(path, f"{LED} is neither 0 nor 1 in sample {int(np.argmax((light != 0) & (light != 1))) + 1}")
-        columns[LED] = light
+        columns[LED] = series.columns[LED]
     return Series(series.time, columns)
 
 

@@ -15,7 +15,7 @@ def read_frames_on_log(path: str | Path, joints: int) -> FrameAngles:
     Raises Refused where the file is an angles.mcap, which is on the camera's clock, or of another arm.
     """
     path = Path(path)
-    if path.suffix != ".mcap":
+    if path.suffix.lower() != ".mcap":
         angles = read_angles(path, joints)
         return FrameAngles(angles.time, angles.alpha, angles.white_sigma, angles.shared)
     if "state" not in joint_state.read(path).logs:

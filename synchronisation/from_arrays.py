@@ -15,6 +15,8 @@ from xneck_foundation.provenance import note_inputs, provenance
 
 Array = NDArray[np.float64]
 _WHERE = "arrays"
+_OTHER_KINDS = {"M": "dates", "m": "durations", "U": "text", "S": "bytes", "c": "complex numbers", "b": "truth values"}
+"""what is no number, by the letter that NumPy has for it"""
 
 
 def dataset_from_arrays(
@@ -28,10 +30,10 @@ def dataset_from_arrays(
 ) -> DataSet:
     """The data set of joint angles and a motors' log that are arrays, as `xneck sync` makes it of files.
 
-    frame_time (F,), s, on the clock of what measured the angles; alpha (F, N), rad, NaN where a joint was not measured; sigma (F,
-    N), rad, its standard deviation, where it is known. log_time (T,), s, on the controller's clock; theta (T, M), rad, of the
-    motors, and f (T, M), N at the cables, as they are logged: signs and units are those that `neck` says of the log. The clocks are
-    put on one, also where they are the same: the offset then comes out near zero, with its standard deviation.
+    frame_time (F,), s, on the clock of what measured the angles; alpha (F, N), rad, NaN or masked where a joint was not measured;
+    sigma (F, N), rad, its standard deviation, where it is known. log_time (T,), s, on the controller's clock; theta (T, M), rad, of
+    the motors, and f (T, M), N at the cables, as they are logged: signs and units are those that `neck` says of the log. The clocks
+    are put on one, also where they are the same: the offset then comes out near zero, with its standard deviation.
 
     Raises Refused where shapes do not fit the arm or each other, a value cannot be what it is said to be, or the clocks cannot be
     aligned.
@@ -59,14 +61,14 @@ def dataset_from_arrays(
 
 def _series(time: ArrayLike, parts: dict[str, ArrayLike | None], count: int) -> Series:
     """Numbered columns of arrays (T, count) by their stems; a part that is None is left out."""
-    at = np.array(time, dtype=float)
+    at = _numbers("time", time)
     if at.ndim != 1 or len(at) < 2:
         raise Refused(_WHERE, f"time has the shape {at.shape}, expected (T,)", "give a time for each row")
     columns: dict[str, Array] = {}
     for stem, part in parts.items():
         if part is None:
             continue
-        values = np.array(part, dtype=float)
+        values = _numbers(stem, part)
         if values.shape != (len(at), count):
             raise Refused(
                 _WHERE,
@@ -75,3 +77,16 @@ def _series(time: ArrayLike, parts: dict[str, ArrayLike | None], count: int) -> 
             )
         columns |= numbered_columns(stem, values)
     return Series(at, columns)
+
+
+def _numbers(what: str, values: ArrayLike) -> Array:
+    """An array of numbers, NaN where it is masked. Raises Refused where it holds something else."""
+    try:
+        array = np.ma.asarray(values)
+        if array.dtype.kind in _OTHER_KINDS:
+            raise Refused(_WHERE, f"{what} holds {_OTHER_KINDS[array.dtype.kind]}", "give numbers: s, rad, N")
+        return np.ma.filled(array.astype(float), np.nan)
+    except (TypeError, ValueError) as error:
+        raise Refused(
+            _WHERE, f"{what} is no array of numbers ({error})", "give rows of equal length: s, rad, N"
+        ) from error

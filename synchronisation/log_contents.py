@@ -1,19 +1,22 @@
 """All that is in a log of any kind, whatever its columns or joints are called: to look at it before it is mapped."""
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.dataset.series import Array
 from identification.files import joint_state, ros_bag
-from synchronisation.csv_header import SEPARATORS
+from synchronisation.csv_header import SEPARATORS, parted_by_spaces
+from synchronisation.csv_lines import numbered_rows
 from synchronisation.csv_table import PLAIN, CsvFormat, unreadable
 from synchronisation.encoder_log import LOG_SUFFIXES
 from synchronisation.parquet_table import numeric_columns
 from xneck_foundation.errors import Refused
+from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted
 
@@ -26,62 +29,89 @@ class LogContents:
 
     columns: Mapping[str, Array] = field(default_factory=dict)
     """of a CSV or Parquet: all that are numbers, as they stand in the file"""
-    texts: tuple[str, ...] = ()
-    """columns of a CSV that are no numbers"""
+    texts: Mapping[str, str] = field(default_factory=dict)
+    """columns of a CSV that are no numbers, with what stands in their first row"""
     written: CsvFormat = PLAIN
     topics: Mapping[str, joint_state.JointStateChannel] = field(default_factory=dict)
     """of an MCAP or a ROS bag"""
-    units_row: bool = False
-    """whether the row below a CSV's header holds units instead of numbers"""
+    units_row: int | None = None
+    """line of a CSV's row below the header, where it holds units instead of numbers"""
+    lines: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    """(T,): of a CSV, the line of each row; empty of other files"""
+    odd_rows: tuple[int, ...] = ()
+    """lines of a CSV that have more or fewer cells than the header, and were left out"""
+
+    def number(self, row: int) -> int:
+        """What a person calls a row, which is counted from 0: its line in a CSV, else the number from 1."""
+        return int(self.lines[row]) if len(self.lines) else row + 1
 
 
 def read_contents(path: Path) -> LogContents:
     """What a log holds. Raises Refused where it is of no kind that is read, or is damaged."""
     check_input(path)
-    if path.suffix == ".mcap":
+    if path.suffix.lower() == ".mcap":
         return LogContents(topics=joint_state.read(path).logs)
-    if path.suffix in ros_bag.SUFFIXES:
+    if path.suffix.lower() in ros_bag.SUFFIXES:
         return LogContents(topics=ros_bag.read_bag(path))
-    if path.suffix == ".parquet":
+    if path.suffix.lower() == ".parquet":
         return LogContents(columns=numeric_columns(path))
-    if path.suffix not in (".csv", ".txt", ".tsv", ".log"):
+    if path.suffix.lower() not in (".csv", ".txt", ".tsv", ".log"):
         what = (
             f"{quoted(path.suffix)} is no kind of log that is read"
             if path.suffix
             else "has no suffix that says its kind"
         )
         raise Refused(path, what, f"give {', '.join(LOG_SUFFIXES)}")
+    refuse_other_kind(path, LOG_SUFFIXES)
     return _csv_contents(path)
 
 
 def _csv_contents(path: Path) -> LogContents:
     try:
         with path.open(newline="", encoding="utf-8-sig") as stream:
-            head = stream.read(_SNIFFED_BYTES).splitlines()
-            if not head or not head[0].strip():
-                raise Refused(path, "is empty", "expected a header and rows of numbers")
-            separator, decimal = _written(head)
+            lines = stream.read(_SNIFFED_BYTES).splitlines()
+            separator, decimal = _written([line for line in lines if line.strip() and line[0] != "#"] or [""])
             stream.seek(0)
-            rows = csv.reader(stream, delimiter=separator)
-            header = [cell.strip() for cell in next(rows)]
-            table = [row for row in rows if len(row) == len(header)]
+            rows = list(numbered_rows(stream, path, separator))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise unreadable(path, error) from error
+    if not rows:
+        raise Refused(path, "is empty", "expected a header and rows of numbers")
+    (_, header), *rows = rows
+    header = [cell.strip() for cell in header]
     if all(_number(cell, decimal) is not None for cell in header):
         raise Refused(path, "has no header: its first row holds numbers", "begin it with a row of columns' names")
-    units_row = bool(table) and all(_number(cell, decimal) is None for cell in table[0])
-    if len(table) - units_row < 2:
+    if parted := parted_by_spaces(header, rows[0][1] if rows else []):
+        raise Refused(path, *parted)
+    table = [(line, row) for line, row in rows if len(row) == len(header)]
+    units_row = _units_row(table, decimal)
+    table = table[1:] if units_row else table
+    if len(table) < 2:
         raise Refused(path, "has a header and no two rows of numbers", "record longer")
     columns: dict[str, Array] = {}
-    texts = []
-    for name, cells in zip(header, zip(*table[units_row:], strict=True), strict=True):
+    texts: dict[str, str] = {}
+    for name, cells in zip(header, zip(*(row for _, row in table), strict=True), strict=True):
         values = [_number(cell, decimal) for cell in cells]
         if sum(value is None for value in values) > len(values) / 2:
-            texts.append(name)
+            texts[name] = cells[0]
         else:
             columns[name] = np.array([np.nan if value is None else value for value in values])
-    written = CsvFormat(separator=separator, decimal=decimal)
-    return LogContents(columns=columns, texts=tuple(texts), written=written, units_row=units_row)
+    return LogContents(
+        columns=columns,
+        texts=texts,
+        written=CsvFormat(separator=separator, decimal=decimal),
+        units_row=units_row,
+        lines=np.array([line for line, _ in table]),
+        odd_rows=tuple(line for line, row in rows if len(row) != len(header)),
+    )
+
+
+def _units_row(table: Sequence[tuple[int, list[str]]], decimal: str) -> int | None:
+    """The line of the first row where it holds units: no numbers, and the row below does."""
+    if len(table) < 2:
+        return None
+    numbers = [[_number(cell, decimal) is not None for cell in row] for _, row in table[:2]]
+    return table[0][0] if any(numbers[1]) and not any(numbers[0]) else None
 
 
 def _written(head: list[str]) -> tuple[str, str]:

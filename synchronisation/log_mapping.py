@@ -10,11 +10,13 @@ import numpy as np
 from identification.dataset.series import Array
 from mechanism.description import LogFormat, Motor, Neck
 from synchronisation.column_meaning import ANGLE_SCALES, TIME_SCALES, Column, column_meaning
+from synchronisation.csv_cell import not_a_number
 from synchronisation.csv_table import CsvFormat
 from synchronisation.encoder_log import LED
 from synchronisation.log_contents import LogContents
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
+from xneck_foundation.spelling import quoted
 
 _FORCE_SCALES = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
 _TORQUES = {"N m": 1.0, "mN m": 1e-3}
@@ -43,6 +45,8 @@ class LogMapping:
     seconds: float
     gaps: tuple[tuple[float, float], ...]
     """begin and length, s, of pauses"""
+    repeated: int
+    """rows with the time of the one before"""
     doubts: tuple[str, ...]
     """what nothing in the log says"""
 
@@ -183,7 +187,8 @@ def _mapping(
     topic: str | None,
 ) -> LogMapping:
     steps = np.diff(stamps)
-    pauses = np.flatnonzero(steps > _PAUSE_STEPS * np.median(steps)) if len(steps) else np.empty(0, dtype=int)
+    step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else np.nan
+    pauses = np.flatnonzero(steps > _PAUSE_STEPS * step)
     # a joint's force that was never logged is all NaN
     if values.size and np.isnan(values).all():
         forces = ()
@@ -196,9 +201,10 @@ def _mapping(
         written=written,
         topic=topic,
         pushing=pushing,
-        rate=float(1 / np.median(steps)) if len(steps) and np.median(steps) > 0 else np.nan,
+        rate=1 / step,
         seconds=float(stamps[-1] - stamps[0]),
         gaps=tuple((float(stamps[k] - stamps[0]), float(steps[k])) for k in pauses),
+        repeated=int(np.sum(steps == 0)),
         doubts=tuple(_doubts(angles, forces, time)),
     )
 
@@ -208,18 +214,28 @@ def _time_column(path: Path, columns: Sequence[Column], contents: LogContents) -
     growing = [c for c in columns if _grows(contents.columns[c.name])]
     named = [c for c in growing if c.kind == "time"]
     even = [c for c in growing if _even(contents.columns[c.name])]
+    if not named:
+        _refuse_time_in_words(path, contents)
     if not (named or even):
         names = [c.name for c in columns if c.kind == "time"]
         if names:
             values = contents.columns[names[0]]
-            row = int(np.argmin(np.diff(values, prepend=-np.inf) > 0)) + 1
+            row = contents.number(int(np.argmin(np.diff(values, prepend=-np.inf) > 0)))
             raise Refused(
                 path, f"{names[0]} does not grow in row {row} as a time does", "is a row damaged? leave it out"
             )
-        names = listed(c.name for c in columns)
-        raise Refused(path, f"no column grows from row to row as a time does ({names})", "log the time of each row")
+        held = f" ({listed(c.name for c in columns)})" if columns else ": none holds numbers"
+        raise Refused(path, f"no column grows from row to row as a time does{held}", "log the time of each row")
     chosen = (named or even)[0]
     return chosen if chosen.kind == "time" else column_meaning(chosen.name, contents.columns[chosen.name], "time")
+
+
+def _refuse_time_in_words(path: Path, contents: LogContents) -> None:
+    """Raises Refused where a column that is called a time, or all columns, hold dates or numbers in a way that is not read."""
+    for name, cell in contents.texts.items():
+        what, do = not_a_number(cell)
+        if do and (not contents.columns or column_meaning(name, np.empty(0)).kind == "time"):
+            raise Refused(path, f"row {contents.number(0)}, column {name}: {quoted(cell)} {what}", do)
 
 
 def _grows(values: Array) -> bool:

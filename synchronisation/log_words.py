@@ -43,12 +43,17 @@ def contents_lines(path: Path, contents: LogContents) -> Iterator[str]:
     if contents.texts:
         yield f"  no numbers: {listed(contents.texts)}"
     if contents.units_row:
-        yield "  row 2 holds units: leave that row out, so that it can be read"
+        yield f"  row {contents.units_row} holds units: leave that row out, so that it can be read"
+    if contents.odd_rows:
+        rows = listed(map(str, contents.odd_rows), limit=40)
+        yield f"  more or fewer cells than the header in row {rows}: mend them or leave them out, so that it can be read"
 
 
 def mapping_lines(mapping: LogMapping) -> Iterator[str]:
     """What is taken for what, and what nothing in the log says."""
     yield f"{mapping.seconds:.1f} s at {mapping.rate:.4g} rows a second; {_gap_words(mapping)}"
+    if mapping.repeated:
+        yield f"{counted(mapping.repeated, 'row')} with the time of the one before: each row must have a time of its own"
     yield f"angles of {counted(mapping.motors, 'motor')}: {listed(a.name for a in mapping.angles)}"
     if mapping.forces:
         turned = ", nearly all negative: turned over, as cables only pull" if mapping.pushing else ""

@@ -1,4 +1,4 @@
-"""What stamps of rows or frames mean: seconds or another unit, times of sampling or of receipt."""
+"""What stamps of rows mean: times of sampling or of receipt, often enough or too rare."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,12 +8,6 @@ from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
-MAX_STEP_S = 0.25
-"""s from row to row, or from frame to frame, in the median: more is another unit than seconds, or too rare (docs/thresholds.md)"""
-MIN_STEP_S = 5e-4
-"""s: a shorter step is not thought of where a unit is named (docs/thresholds.md)"""
-MAX_REPEATED_SHARE = 0.1
-"""share of stamps equal to the one before, beyond which digits are missing (docs/thresholds.md)"""
 MAX_BURST_SHARE = 0.3
 """share of steps that may be shorter than BURST_STEP_RATIO of the mean one (docs/thresholds.md)"""
 BURST_STEP_RATIO = 0.2
@@ -21,35 +15,6 @@ BURST_STEP_RATIO = 0.2
 MIN_LOG_HZ = 45.0
 """rows a second of a log at least, 50 less a tenth: of logs with 25 one clock in 12 was a third of a second off
 (docs/thresholds.md)"""
-UNITS = (("milliseconds", 1e-3), ("microseconds", 1e-6), ("nanoseconds", 1e-9))
-
-
-def check_time_unit(time: Array, where: str, what: str) -> None:
-    """Refused where finite stamps (T,) are in no seconds, number what they stamp, or lack digits; what: `rows` or `frames`."""
-    steps = np.diff(time)
-    if len(steps) == 0 or not np.all(np.isfinite(time)) or not np.any(steps > 0):
-        return
-    if (share := float(np.mean(steps == 0))) > MAX_REPEATED_SHARE:
-        raise Refused(
-            where,
-            f"{100 * share:.0f} % of its {what} have the time of the one before: time is written with too few digits",
-            "write it in seconds with six digits behind the point",
-        )
-    step = float(np.median(steps[steps > 0]))
-    if step <= MAX_STEP_S:
-        return
-    follow = f"{what} follow each other every {step:.6g} in the median, and times must be seconds"
-    if step == 1.0 and np.all(steps == np.rint(steps)):
-        raise Refused(
-            where,
-            f"time grows by one from {what[:-1]} to {what[:-1]}: it counts {what}, or milliseconds at 1000 Hz",
-            f"write each {what[:-1]}'s time in seconds",
-        )
-    for name, unit in UNITS:
-        if MIN_STEP_S <= step * unit <= MAX_STEP_S:
-            by_neck = f", or write log: {{time_scale: {unit:g}}} into neck.yaml" if what == "rows" else ""
-            raise Refused(where, f"time is in {name}: {follow}", f"multiply time by {unit:g}{by_neck}")
-    raise Refused(where, follow, f"write seconds, and at least {1 / MAX_STEP_S:g} {what} in each")
 
 
 def sampling_step(time: Array, where: str) -> float:

@@ -148,7 +148,7 @@ def track_markers(
 
 def write_tracks(tracks: TracksOfMarkers, path: str | Path, notes: dict[str, Any]) -> None:
     """Writes MCAP (.mcap, with the notes), or .csv, .npz, .mat with the columns alone."""
-    if Path(path).suffix == ".mcap":
+    if Path(path).suffix.lower() == ".mcap":
         joint_state.write(path, {"markers": tracks.series}, {"markers": notes})
     else:
         export_series(tracks.series, path)

@@ -117,7 +117,10 @@ def __getattr__(name: str) -> Any:
     if name not in _LOCATIONS:
         raise AttributeError(f"module 'xneck' has no attribute {name!r}")
     module, attribute = _LOCATIONS[name].split(":")
-    value = globals()[name] = getattr(importlib.import_module(module), attribute)
+    value = getattr(importlib.import_module(module), attribute)
+    if not isinstance(value, type):
+        value = importlib.import_module("xneck.argument_kinds").checked(value, name)
+    globals()[name] = value
     return value
 
 

@@ -56,6 +56,14 @@ def written_by_xneck(path: Path) -> bool:
         return False
 
 
+def yaml_kind(path: Path) -> str:
+    """What a YAML file is, by its key of a format such as `xneck_model`, else by its first key; empty where it has none."""
+    with path.open("rb") as stream:
+        head = stream.read(_SEARCHED_BYTES).decode(errors="replace")
+    keys = re.findall(r"^([A-Za-z_]\w*):", head, re.MULTILINE)
+    return next((key for key in keys if re.fullmatch(r"xneck(_\w+)?", key)), keys[0] if keys else "")
+
+
 def _kind(path: Path, suffix: str) -> str:
     """The suffix that tells the format; .json where the name has none and the content begins as JSON does."""
     if suffix:

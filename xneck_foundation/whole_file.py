@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
-from xneck_foundation.authorship import sign, written_by_xneck
+from xneck_foundation.authorship import sign, written_by_xneck, yaml_kind
 from xneck_foundation.errors import Refused
 
 try:
@@ -20,6 +20,11 @@ except ImportError:  # Windows
 _STEM = 40
 """characters of a file's name that its temporary file takes over, so that its name is not too long"""
 
+
+_YAML = (".yaml", ".yml")
+NECK_KIND, MODEL_KIND = "xneck", "xneck_model"
+"""keys of the formats of neck.yaml and model.yaml"""
+_YAML_KINDS = {NECK_KIND: "the description of an arm", MODEL_KIND: "a model"}
 
 _REPLACING_ANY: ContextVar[bool] = ContextVar("replacing any file", default=False)
 
@@ -42,6 +47,15 @@ def check_output(path: Path) -> None:
         raise Refused(path, what, "name another file, or give --force")
 
 
+def check_kind(path: Path, kind: str) -> None:
+    """Raises Refused where a YAML file is at `path` that is of another kind than the one that is to be written there."""
+    if path.suffix.lower() not in _YAML or not path.is_file() or not path.stat().st_size or _REPLACING_ANY.get():
+        return
+    if (there := yaml_kind(path)) != kind:
+        names = [_YAML_KINDS.get(one, f"a file of `{one}`") for one in (there, kind)]
+        raise Refused(path, f"is {names[0]}, and would be replaced by {names[1]}", "name another file, or give --force")
+
+
 def check_place(path: Path) -> None:
     """Raises Refused where no file can be written at `path`."""
     if path.is_dir():
@@ -60,7 +74,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
 
     The file is marked as xneck's (xneck_foundation/authorship.py). Temporary files of earlier attempts at `path` that were
     killed are removed. Raises Refused where the folder does not exist or cannot be written, a file is there that xneck did
-    not write, or the disk is full.
+    not write or that is a YAML of another kind, or the disk is full.
     """
     path = Path(path)
     check_output(path)
@@ -74,6 +88,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         with os.fdopen(handle, "rb") as held:
             lock_file(held.fileno())
             yield part
+            check_kind(path, yaml_kind(part))
             sign(part, path.suffix)
             os.fsync(held.fileno())
         part.chmod(0o644)

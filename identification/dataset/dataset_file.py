@@ -116,7 +116,7 @@ def export_series(series: Series, path: str | Path) -> None:
     """A series as .csv, .npz or .mat (columns as variables, `time` first), by the path's suffix."""
     path = Path(path)
     columns = {"time": series.time} | dict(series.columns)
-    if path.suffix == ".csv":
+    if path.suffix.lower() == ".csv":
         with whole_file(path) as file, file.open("w", newline="", encoding="utf-8") as stream:
             rows = csv.writer(stream)
             rows.writerow(columns)
@@ -124,10 +124,10 @@ def export_series(series: Series, path: str | Path) -> None:
                 part = slice(begin, begin + _ROWS_AT_ONCE)
                 table = np.stack([column[part] for column in columns.values()], axis=1)
                 rows.writerows([["" if value != value else repr(value) for value in row] for row in table.tolist()])
-    elif path.suffix == ".npz":
+    elif path.suffix.lower() == ".npz":
         with whole_file(path) as part, part.open("wb") as stream:
             np.savez_compressed(stream, **columns)  # type: ignore[arg-type]
-    elif path.suffix == ".mat":
+    elif path.suffix.lower() == ".mat":
         write_mat_file(columns, path)
     else:
         raise Refused(

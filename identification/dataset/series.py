@@ -1,6 +1,6 @@
 """Series of named columns over time, which every exchange file holds, whichever its format."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,24 +70,29 @@ PAUSE_S, MAX_PAUSE_RATIO = 10.0, 9.0
 (docs/thresholds.md)"""
 
 
-def check_time(time: Array, where: str) -> None:
-    """Raises Refused where times are fewer than two, not finite, or do not increase."""
+def from_one(row: int) -> int:
+    """What a person calls a row, which is counted from 0, where it stands in no file that has lines."""
+    return row + 1
+
+
+def check_time(time: Array, where: str, number: Callable[[int], int] = from_one) -> None:
+    """Raises Refused where times are fewer than two, not finite, or do not increase; number: what a person calls a row."""
     if len(time) < 2:
         raise Refused(where, f"has {counted(len(time), 'row')}", "record longer")
     if not np.all(np.isfinite(time)):
-        row = int(np.argmin(np.isfinite(time))) + 1
-        raise Refused(where, f"time is not finite in row {row}", "leave such rows out")
+        row = int(np.argmin(np.isfinite(time)))
+        raise Refused(where, f"time is not finite in row {number(row)}", "leave such rows out")
     steps = np.diff(time)
     if np.any(steps <= 0):
-        row = int(np.argmax(steps <= 0)) + 2
-        word = "stands still" if steps[row - 2] == 0 else "jumps back"
-        raise Refused(where, f"time {word} in row {row}", "give each row a later time than the one before")
+        row = int(np.argmax(steps <= 0)) + 1
+        word = "stands still" if steps[row - 1] == 0 else "jumps back"
+        raise Refused(where, f"time {word} in row {number(row)}", "give each row a later time than the one before")
     if np.max(np.abs(time)) > MAX_TIME_S:
         raise Refused(where, f"has a time of {np.max(np.abs(time)):.3g}", "times are seconds")
     pauses = steps[steps > PAUSE_S]
     if np.sum(pauses) > MAX_PAUSE_RATIO * (time[-1] - time[0] - np.sum(pauses)):
         row = int(np.argmax(steps))
-        raise Refused(where, f"time jumps by {steps[row]:.6g} s in row {row + 2}", "cut it in two there")
+        raise Refused(where, f"time jumps by {steps[row]:.6g} s in row {number(row + 1)}", "cut it in two there")
 
 
 def check_size(columns: Mapping[str, Array], limit: float, where: str) -> None:

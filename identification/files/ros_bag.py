@@ -37,13 +37,13 @@ def read_bag(path: Path) -> dict[str, JointStateChannel]:
         import rosbags.rosbag1
         import rosbags.rosbag2
         from rosbags.serde import SerdeError
-    if path.suffix == ".db3":
+    if path.suffix.lower() == ".db3":
         _check_folder(path)
     errors = (rosbags.rosbag1.ReaderError, rosbags.rosbag2.ReaderError, SerdeError)
     messages: dict[str, list[bytes]] = {}
     others: set[str] = set()
     with _readable(path, errors):
-        bag = rosbags.rosbag1.Reader(path) if path.suffix == ".bag" else rosbags.rosbag2.Reader(path.parent)
+        bag = rosbags.rosbag1.Reader(path) if path.suffix.lower() == ".bag" else rosbags.rosbag2.Reader(path.parent)
         with bag:
             wanted = [c for c in bag.connections if c.msgtype == _JOINT_STATE]
             others |= {c.topic for c in bag.connections} - {c.topic for c in wanted}
@@ -55,7 +55,7 @@ def read_bag(path: Path) -> dict[str, JointStateChannel]:
     found = {}
     for topic, raws in messages.items():
         try:
-            found[topic] = _decode_ros1(raws) if path.suffix == ".bag" else decode_cdr(raws, 0)
+            found[topic] = _decode_ros1(raws) if path.suffix.lower() == ".bag" else decode_cdr(raws, 0)
         except (ValueError, SerdeError) as error:
             raise Refused(path, f"topic /{topic}: messages are not JointState ({error})") from error
     return found
@@ -89,7 +89,7 @@ def _check_folder(path: Path) -> None:
             raise Refused(
                 path, f"{file.name} is a link that leads out of the bag's folder", "put the file itself there"
             )
-    if sum(file.suffix == ".db3" for file in folder.iterdir()) > 1:
+    if sum(file.suffix.lower() == ".db3" for file in folder.iterdir()) > 1:
         raise Refused(path, "is one of several files of its bag", "join them: ros2 bag convert, or give the .mcap")
 
 

@@ -1,19 +1,23 @@
 """A motion that was designed and not yet played, through a model: what the arm would do under its forces."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, get_args
 
 import numpy as np
 
-from identification.dataset.series import Series, check_time, numbered_columns
+from identification.dataset.series import Series, check_time, from_one, numbered_columns
+from identification.dataset.time_unit import check_time_unit
+from identification.files.mcap_losses import rows_after_gaps
 from identification.model_file import Model, machine_of
+from identification.simulation.simulated_recording import Source
 from mechanism.arm import arm_of
 from mechanism.description import Neck
 from mechanism.geometry import check_angles
 from mechanism.simulation import State, simulate, simulate_given_angles
-from xneck_foundation.errors import Refused
+from xneck_foundation.errors import Refused, one_of
 from xneck_foundation.one_blas_thread import one_blas_thread
 
 
@@ -23,7 +27,7 @@ class SimulatedMotion:
 
     series: Series
     """columns alphaI, thetaJ, tensionJ and fJ as simulated, and alphaI_designed, thetaJ_designed, fJ_designed"""
-    source: Literal["f", "theta"]
+    source: Source
 
     @property
     def rms(self) -> dict[str, float]:
@@ -72,15 +76,33 @@ def motion_columns(neck: Neck) -> list[str]:
     return [f"{stem}{k + 1}" for stem, count in stems for k in range(count)]
 
 
+def check_motion(motion: Series, neck: Neck, where: str | Path, number: Callable[[int], int] = from_one) -> None:
+    """Raises Refused where a motion of this arm lacks a column, a number or rows, or its time is in no seconds.
+
+    number: what a person calls a row, which is counted from 0."""
+    check_time_unit(motion.time, str(where), "samples")
+    check_time(motion.time, str(where), number)
+    if gaps := rows_after_gaps(motion.time):
+        seconds = motion.time[gaps[0]] - motion.time[gaps[0] - 1]
+        what = f"rows are missing before row {number(gaps[0])}, which is {seconds:.3g} s after the one before"
+        raise Refused(where, what, "give rows of even steps")
+    for name in motion_columns(neck):
+        if name not in motion.columns:
+            raise Refused(where, f"lacks the column {name}", "is it a motion of this arm, by `xneck design`?")
+        if not np.all(np.isfinite(motion.columns[name])):
+            row = number(int(np.argmin(np.isfinite(motion.columns[name]))))
+            raise Refused(where, f"{name} is not a number in row {row}", "give a number in every row")
+
+
 @one_blas_thread
 def simulate_motion(
-    motion: Series, neck: Neck, model: Model, source: Literal["f", "theta"] = "f", where: str | Path = "motion"
+    motion: Series, neck: Neck, model: Model, source: Source = "f", where: str | Path = "motion"
 ) -> SimulatedMotion:
     """The arm with the model's laws from the motion's first row on, at rest there, under its forces or with its motor angles.
 
     motion: columns alphaI, rad, thetaJ, rad, and fJ, N, as `xneck design` writes them. It runs freely: nothing brings it back to
-    the designed motion, so that what it does under the forces alone may drift from that. Raises Refused where a column is missing
-    or not finite, and where the arm leaves the range of its mechanisms.
+    the designed motion, so that what it does under the forces alone may drift from that. Raises Refused as `check_motion` does, and
+    where the arm leaves the range of its mechanisms.
 
     >>> import xneck
     >>> neck, model = xneck.read_neck("samples/recording/neck.yaml"), xneck.read_model("model.yaml")
@@ -88,13 +110,8 @@ def simulate_motion(
     >>> simulated.rms["alpha1"] < 0.01  # rad
     True
     """
-    check_time(motion.time, str(where))
-    for name in motion_columns(neck):
-        if name not in motion.columns:
-            raise Refused(where, f"lacks the column {name}", "is it a motion of this arm, by `xneck design`?")
-        if not np.all(np.isfinite(motion.columns[name])):
-            row = int(np.argmin(np.isfinite(motion.columns[name]))) + 1
-            raise Refused(where, f"{name} is not a number in row {row}", "give a number in every row")
+    one_of("simulate", source, get_args(Source), "source")
+    check_motion(motion, neck, where)
     alpha, theta, f = (motion.matrix(stem) for stem in ("alpha", "theta", "f"))
     check_angles(arm_of(neck), alpha, str(where))
     machine = machine_of(model, arm_of(neck))

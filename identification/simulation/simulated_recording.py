@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,7 @@ from mechanism.elasticity import elongation, elongation_rate
 from mechanism.laws import CableMotion
 from mechanism.machine import Machine
 from mechanism.simulation import Motion, State, simulate, simulate_given_angles
-from xneck_foundation.errors import Refused
+from xneck_foundation.errors import Refused, one_of
 from xneck_foundation.one_blas_thread import one_blas_thread
 
 Array = NDArray[np.float64]
@@ -87,6 +87,7 @@ def simulate_recording(
     >>> worst.ratio > 10  # times what noise alone would leave: this model lacks something
     True
     """
+    one_of("simulate", source, get_args(Source), "source")
     if not len(data.state.matrix("f").T):
         raise Refused("simulate", "the data set holds no forces f", "log the force command of every motor")
     windows = windows_of(data, window_s)

@@ -19,6 +19,10 @@ MIN_GAP_STEPS = 1.5
 """steps of the log between two rows that make a gap, however slow the log is: a row is missing (docs/thresholds.md)"""
 
 
+_FOLLOWED_ROWS = 10
+"""rows over which the even grid of a log follows its stamps, as their mean step is not known exactly"""
+
+
 @dataclass(frozen=True)
 class RepairedLog:
     """The log without repeated samples, and the spans in which it holds nothing true."""
@@ -56,6 +60,26 @@ def repair_log(log: Series) -> RepairedLog:
     return RepairedLog(
         log=repaired,
         repeated_rows=int(np.sum(~true)),
-        missing_rows=int(np.maximum(np.rint(steps / step) - 1, 0).sum()),
+        missing_rows=_missing_rows(log.time, step),
         gaps=tuple((float(repaired.time[k]), float(repaired.time[k + 1])) for k in gaps),
     )
+
+
+def _missing_rows(time: Array, step: float) -> int:
+    """Rows that are missing between stamps (T,), s, which follow each other every `step` in the median.
+
+    Each stamp is held against the even grid on which rows are due. A stamp that is late by jitter is followed by one that is due,
+    and none after a lost row is.
+    """
+    steps = np.diff(time)
+    if np.all(steps < 1.5 * step):
+        return 0
+    period = float(np.mean(steps[steps < 2 * step]))
+    due, missing = float(time[0]), 0
+    for at in time[1:].tolist():
+        due += period
+        late = max(round((at - due) / period), 0)
+        missing += late
+        due += late * period
+        due += (at - due) / _FOLLOWED_ROWS
+    return missing

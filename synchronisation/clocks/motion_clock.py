@@ -96,10 +96,19 @@ def stamped_period(angles: Angles) -> float:
     return float(np.mean(steps[np.rint(steps / np.median(steps)) == 1]))
 
 
+def _too_short(time: Array, log_time: Array) -> tuple[str, str]:
+    """Which of frames' and rows' times, s, end before MIN_OVERLAP_S have passed, and what to do."""
+    name, short = min(("video", time), ("log", log_time), key=lambda named: named[1][-1] - named[1][0])
+    seconds = short[-1] - short[0]
+    what = f"the {name} is {seconds:.3g} s long, at {len(short) / seconds:.3g} times a second; {MIN_OVERLAP_S:.0f} s are needed"
+    in_minutes = bool(60 * seconds >= MIN_OVERLAP_S)
+    return what, "record longer" + ", or write seconds, if its time is in minutes" * in_minutes
+
+
 def _check_motion(time: Array, winding: Array, log_time: Array, travel: Array) -> None:
     """Refused where video or log is too short, or shows no motion."""
     if min(time[-1] - time[0], log_time[-1] - log_time[0]) < MIN_OVERLAP_S:
-        raise ClockUndetermined("sync", f"video or log is shorter than {MIN_OVERLAP_S:.0f} s", "record longer")
+        raise ClockUndetermined("sync", *_too_short(time, log_time))
     moved = np.ptp(winding, axis=0).max()
     if moved < MIN_TRAVEL_M:
         raise ClockUndetermined(

@@ -13,7 +13,7 @@ from synchronisation.column_meaning import column_meaning
 from synchronisation.encoder_log import read_log
 from synchronisation.log_contents import read_contents
 from synchronisation.log_mapping import map_log, mapped_neck
-from tests.paths import NECK_FILE
+from tests.paths import NECK_FILE, SAMPLES
 from xneck_foundation.errors import Refused
 
 NECK = read_neck(NECK_FILE)
@@ -146,7 +146,7 @@ def test_what_is_no_log_is_refused(text: str, says: str, tmp_path: Path) -> None
 
 def test_a_row_of_units_is_noticed(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("time,theta1\ns,rad\n1,2\n1.1,3\n1.2,4\n")
-    assert read_contents(tmp_path / "log.csv").units_row
+    assert read_contents(tmp_path / "log.csv").units_row == 2
 
 
 def test_columns_that_lack_are_answered_with_the_command_that_maps(tmp_path: Path) -> None:
@@ -243,6 +243,57 @@ def test_parquet_is_read_by_its_columns(tmp_path: Path) -> None:
     (tmp_path / "log.parquet").write_bytes(b"PAR1 and nothing more")
     with pytest.raises(Refused, match="cannot be read as Parquet"):
         read_log(tmp_path / "log.parquet", with_columns(NECK))
+
+
+def test_durations_of_a_parquet_are_seconds_and_a_wrong_column_is_the_one_that_is_named(tmp_path: Path) -> None:
+    import pyarrow
+    import pyarrow.parquet
+
+    series, log = truth(), tmp_path / "log.parquet"
+    ms = pyarrow.array(np.rint(series.time * 1e3).astype("int64")).cast(pyarrow.duration("ms"))
+    pyarrow.parquet.write_table(pyarrow.table({"time": ms, **series.columns}), log)
+    np.testing.assert_allclose(read_log(log, NECK).time, series.time, atol=1e-9)
+    words = {**series.columns, "theta3": ["up"] * ROWS}
+    pyarrow.parquet.write_table(pyarrow.table({"time": series.time, **words}), log)
+    with pytest.raises(Refused, match="column 'theta3' cannot be read as numbers"):
+        read_log(log, NECK)
+    twice = [("time", series.time), *series.columns.items(), ("theta1", series.time)]
+    pyarrow.parquet.write_table(pyarrow.table([v for _, v in twice], names=[n for n, _ in twice]), log)
+    with pytest.raises(Refused, match="has the column 'theta1' 2 times"):
+        read_log(log, NECK)
+
+
+@pytest.mark.parametrize(
+    ("begins", "kind", "do"),
+    [
+        (b"\x1f\x8b\x08", "packed by gzip", "unpack it"),
+        (b"PAR1", "a Parquet file", r"let its name end in \.parquet"),
+        (b"\x89MCAP0\r\n", "an MCAP file", r"let its name end in \.mcap"),
+        (b"#ROSBAG V2.0\n", "a ROS bag", r"let its name end in \.bag"),
+        (b"ARROW1\0\0", "an Arrow", "export it as CSV"),
+        (b"PK\x03\x04", r"a ZIP archive, as \.xlsx", "export it as CSV"),
+        ("time,theta1\n".encode("utf-16"), "text in UTF-16", "save it as UTF-8"),
+    ],
+)
+def test_a_file_of_another_kind_that_is_called_csv_is_named_by_its_true_kind(
+    begins: bytes, kind: str, do: str, tmp_path: Path
+) -> None:
+    log = tmp_path / "log.csv"
+    log.write_bytes(begins + bytes(range(256)))
+    for read in (lambda: read_log(log, NECK), lambda: read_contents(log)):
+        with pytest.raises(Refused, match=rf"is no CSV but {kind}.*; {do}"):
+            read()
+
+
+def test_capitals_of_a_suffix_do_not_matter(tmp_path: Path) -> None:
+    import shutil
+
+    series = truth()
+    of_csv = table(tmp_path / "LOG.CSV", [("time", series.time), *series.columns.items()])
+    shutil.copy(SAMPLES / "held_out/log.mcap", tmp_path / "LOG.MCAP")
+    for log in (of_csv, tmp_path / "LOG.MCAP"):
+        contents = read_contents(log)
+        assert len(read_log(log, NECK)) == len(contents.columns.get("time", ())) or contents.topics
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from identification.dataset.series import Series, numbered_columns
+from identification.dataset.time_unit import check_repeated_rows, check_time_unit
 from mechanism.arm import arm_of
 from mechanism.description import read_neck
 from samples.generator.laws import dry_and_viscous, linear
@@ -20,12 +22,14 @@ from samples.worlds.wrong_logs import WRONG_LOGS
 from synchronisation.angles import Angles, read_angles
 from synchronisation.csv_table import read_table
 from synchronisation.encoder_log import read_log, uniformly_sampled
+from synchronisation.log_contents import read_contents
+from synchronisation.log_mapping import map_log
 from synchronisation.log_plausibility import check_log_meaning
 from synchronisation.log_units import theta_units, unit_of
 from synchronisation.motor_counters import absurd_samples, unwrapped
-from synchronisation.time_stamps import check_time_unit
 from tests.paths import SAMPLES
 from xneck_foundation.errors import Refused
+from xneck_foundation.recovery import collected_recoveries
 
 READ = ("time", "header", "topics", "rate")
 """kinds that are refused when they are read"""
@@ -213,3 +217,90 @@ def test_forces_in_capitals_are_not_taken_for_forces_that_are_not_logged(tmp_pat
     (tmp_path / "log.csv").write_text("time,theta1,F1\n0,0,0\n1,1,1\n")
     with pytest.raises(Refused, match="f1 as 'F1'"):
         read_table(tmp_path / "log.csv", ["theta1"], optional=["f1"])
+
+
+LINES = [f"{100 + 0.002 * k:.6f},{0.01 * k:.6f}" for k in range(3000)]
+"""a time and an angle, well but for what a test does to them"""
+
+
+def read_and_survey(path: Path) -> list[str]:
+    """What the two readers of a table say where they refuse it, else what they warn of."""
+    said = []
+    for read in (lambda: read_table(path, ["theta1"]), lambda: map_log(path, read_contents(path), None)):
+        with collected_recoveries() as warned:
+            try:
+                read()
+            except Refused as refusal:
+                warned.append(str(refusal))
+        said.append("; ".join(warned))
+    return said
+
+
+def test_lines_that_hold_nothing_and_comments_are_passed_over(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    rows = "\n".join([*LINES[:50], "", "# the motors are switched on", *LINES[50:], ",", ""])
+    for before in ("\n\n", ",,\n", '# controller v3, a "test\n', "#\n"):
+        log.write_text(f"{before}time,theta1\n{rows}")
+        np.testing.assert_allclose(read_table(log, ["theta1"]).columns["theta1"], 0.01 * np.arange(3000))
+        assert len(read_contents(log).columns["theta1"]) == 3000
+    log.write_text("# time,theta1\n" + rows)  # as NumPy's savetxt writes it
+    assert "its header spells time as '# time'" in read_and_survey(log)[0]
+
+
+@pytest.mark.parametrize(
+    ("header", "change", "says"),
+    [
+        ("time theta1", lambda row: row.replace(",", " "), "columns are parted by spaces; write commas"),
+        ("time,theta1", lambda row: f"2026-11-02T09:01:40.{row}", r"row 2, column time: .* is a date; write the time in seconds"),
+        ("time,theta1", lambda row: f"09:01:{row[1:]}", "row 2, column time: .* is a time of day"),
+        ("time,theta1", lambda row: '"' + row.replace(",", '","').replace(".", ",") + '"', "row 2.*has a decimal comma"),
+        ("time,theta1", lambda row: f"0x1.9p+6{row[10:]}", "row 2.*is a hexadecimal number"),
+    ],
+)  # fmt: skip
+def test_numbers_and_columns_in_another_way_of_writing_are_named(
+    header: str, change: Callable[[str], str], says: str, tmp_path: Path
+) -> None:
+    (tmp_path / "log.csv").write_text("\n".join([header, *map(change, LINES), ""]))
+    for said in read_and_survey(tmp_path / "log.csv"):
+        assert re.search(says, said)
+        assert "xneck logs" not in said  # which says the same
+
+
+def test_rows_that_are_written_twice_are_no_lack_of_digits(tmp_path: Path) -> None:
+    twice = np.repeat(np.linspace(0, 6, 3000), 2)
+    with pytest.raises(Refused, match=r"50 % of its rows repeat the one before.*write each of the rows once"):
+        check_repeated_rows(Series(twice, {"theta1": twice}), "log", "rows")
+    check_repeated_rows(Series(twice, {"theta1": np.linspace(0, 1, 6000)}), "log", "rows")
+    (tmp_path / "log.csv").write_text("\n".join(["time,theta1", *(row for row in LINES for _ in range(2)), ""]))
+    mapping = map_log(tmp_path / "log.csv", read_contents(tmp_path / "log.csv"), None)
+    assert mapping.rate == pytest.approx(500)
+    assert (mapping.gaps, mapping.repeated) == ((), 3000)
+
+
+def test_rows_are_called_by_their_lines_in_the_file(tmp_path: Path) -> None:
+    """Behind a blank line and a comment too, by every check."""
+    neck, log = read_neck(SAMPLES / "held_out/neck.yaml"), tmp_path / "log.csv"
+    header = ["# of the controller", "", "time,theta1,theta2,theta3,theta4"]
+    lines = [f"{row},0,{0.02 * k},1" for k, row in enumerate(LINES)]
+    for wrong, says in (
+        ("NULL,0,0,0,1", "row 1004, column time"),
+        ("nan,0,0,0,1", "time is not finite in row 1004"),
+        (lines[999], "time stands still in row 1004"),
+        (f"{LINES[1000]},nan,0,1", "theta2 is not a number in row 1004"),
+        ("1,2", "row 1004 has 2 cells"),
+    ):
+        log.write_text("\n".join([*header, *lines[:1000], wrong, *lines[1001:], ""]))
+        with pytest.raises(Refused, match=says):
+            read_log(log, neck)
+    assert read_contents(log).odd_rows == (1004,)
+
+
+def test_a_last_line_that_may_be_cut_in_a_number_is_left_out_and_that_is_said(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join(["time,theta1", *LINES])[:-5])
+    for said in read_and_survey(log):
+        assert re.search("row 3001, the last, has no line end: it may be cut", said)
+    with collected_recoveries():
+        assert read_table(log, ["theta1"]).columns["theta1"][-1] == 29.98
+    log.write_text("\r\n".join(["time,theta1", *LINES, ""]))
+    assert read_and_survey(log) == ["", ""]

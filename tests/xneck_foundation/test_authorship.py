@@ -97,6 +97,24 @@ def test_what_somebody_else_wrote_is_refused(name: str, content: bytes, tmp_path
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_a_yaml_is_not_replaced_by_one_of_another_kind(tmp_path: Path) -> None:
+    """A description with a comment above its first key, a model, and a camera as ROS has it."""
+    kinds = {"xneck": "# an arm\nxneck: 1\n", "model": "xneck_model: 1\n", "camera": "image_width: 640\n"}
+    path = tmp_path / "a.yaml"
+    for there in kinds:
+        for other in kinds:
+            with replacing_any_file():
+                write_text(path, kinds[there])
+            if other == there:
+                write_text(path, kinds[other] + "more: 1\n")
+                continue
+            before = path.read_bytes()
+            with pytest.raises(Refused, match=r"is .*, and would be replaced by "):
+                write_text(path, kinds[other])
+            assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
 def test_an_empty_file_has_nothing_to_lose(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").touch()
     write_text(tmp_path / "a.yaml", "a: 1\n")

@@ -82,7 +82,7 @@ def command(
     from mechanism.description import read_neck
     from xneck_foundation.errors import Refused, one_of
 
-    one_of(out, out.suffix.removeprefix("."), EXPORT_FORMATS, "suffix")
+    one_of(out, out.suffix.removeprefix(".").lower(), EXPORT_FORMATS, "suffix")
     if not tension[0] < tension[1]:
         raise Refused("design", f"--tension {tension[0]:g} {tension[1]:g} leaves no range", "give the lower one first")
     neck = read_neck(neck_file)

@@ -9,7 +9,7 @@ from click.core import ParameterSource
 
 from xneck.cli.finite_range import FiniteRange
 from xneck.cli.output import export_beside, export_option, progress_bar, report_result, result_options
-from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
+from xneck.cli.path_types import INPUT_FILE, NECK_OUTPUT, OUTPUT_FILE
 
 if TYPE_CHECKING:
     from vision.shutter import Shutter
@@ -62,7 +62,7 @@ _ARM_ONLY = ("overlay", "light", "placement", "corrected_neck")
     help="Rectangle (px) with a light that the controller switches and logs as `led`.",
 )
 @click.option("--placement", is_flag=True, help="Estimate from the motion where each marker sits on its bar.")
-@click.option("--corrected-neck", type=OUTPUT_FILE, help="Write neck.yaml with the markers where they were found.")
+@click.option("--corrected-neck", type=NECK_OUTPUT, help="Write neck.yaml with the markers where they were found.")
 @click.option(
     "--workers", type=click.IntRange(1, 1024), default=1, show_default=True, help="Processes that share the video."
 )

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from xneck.cli.output import report_result, result_options
-from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
+from xneck.cli.path_types import INPUT_FILE, MODEL_OUTPUT, NECK_OUTPUT
 
 IDENTIFIED_S, IDENTIFIED_STRETCHES = 300.0, 5
 """s of a recording that are identified, and number of stretches where it is longer (docs/thresholds.md)"""
@@ -15,13 +15,13 @@ MAX_HELD_S = 600.0
 
 @click.command(epilog="Example: xneck identify dataset.mcap --out model.yaml --json identified.json")
 @click.argument("datasets", metavar="DATASET...", nargs=-1, required=True, type=INPUT_FILE)
-@click.option("--out", type=OUTPUT_FILE, required=True, help="model.yaml, which `xneck simulate` takes.")
+@click.option("--out", type=MODEL_OUTPUT, required=True, help="model.yaml, which `xneck simulate` takes.")
 @click.option(
     "--model", type=click.IntRange(1, 3), default=1, show_default=True, help="Elastic model of Fasquelle 2021."
 )
 @click.option("--export", "export_as", type=click.Choice(["mat"]), help="The parameters beside --out as arrays.")
 @click.option(
-    "--neck-out", type=OUTPUT_FILE, help="neck.yaml with the pre-elongations x0 as identified, of one data set."
+    "--neck-out", type=NECK_OUTPUT, help="neck.yaml with the pre-elongations x0 as identified, of one data set."
 )
 @click.option(
     "--laws-of",

@@ -10,7 +10,7 @@ import click
 
 from xneck.cli.finite_range import FiniteRange
 from xneck.cli.output import report_result, result_options
-from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
+from xneck.cli.path_types import INPUT_FILE, NECK_OUTPUT, OUTPUT_FILE
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import counted
 
@@ -35,7 +35,7 @@ Number = TypeVar("Number", int, float)
 @click.option("--L", "L", type=_LENGTH, help="m, length of the diagonal bars. [0.1]")
 @click.option("--b", "b", type=_LENGTH, help="m, length of the bottom and top bars. [0.05]")
 @click.option("--log", "log_file", type=INPUT_FILE, help="A log of the arm: its columns and units go into neck.yaml.")
-@click.option("--out", type=OUTPUT_FILE, help="neck.yaml.")
+@click.option("--out", type=NECK_OUTPUT, help="neck.yaml.")
 @click.option("--schema", type=OUTPUT_FILE, help="A JSON schema for editors; neck.yaml then names it.")
 @click.option(
     "--schema-of", type=click.Choice(list(_KINDS)), default="neck", show_default=True, help="Which file it describes."

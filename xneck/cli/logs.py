@@ -5,13 +5,13 @@ from pathlib import Path
 import click
 
 from xneck.cli.output import report_result, result_options
-from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
+from xneck.cli.path_types import INPUT_FILE, NECK_OUTPUT
 
 
 @click.command(epilog="Example: xneck logs controller.csv --neck neck.yaml --out mapped.yaml")
 @click.argument("log_file", metavar="LOG", type=INPUT_FILE)
 @click.option("--neck", "neck_file", type=INPUT_FILE, help="neck.yaml of the arm, whose motors are looked for.")
-@click.option("--out", type=OUTPUT_FILE, help="A new neck.yaml, that of --neck with the mapping in it.")
+@click.option("--out", type=NECK_OUTPUT, help="A new neck.yaml, that of --neck with the mapping in it.")
 @result_options
 def command(log_file: Path, neck_file: Path | None, out: Path | None, json_out: Path | None, quiet: bool) -> None:
     """Say what is in a log, and how neck.yaml must map it: CSV, Parquet, MCAP, or a ROS bag (.bag, .db3).

@@ -72,7 +72,7 @@ def command(
     from xneck_foundation.provenance import note_inputs, provenance
     from xneck_foundation.whole_file import write_text
 
-    one_of(out, out.suffix.removeprefix("."), ("mcap", *EXPORT_FORMATS), "suffix")
+    one_of(out, out.suffix.removeprefix(".").lower(), ("mcap", *EXPORT_FORMATS), "suffix")
     given = {"angles": angles_file} if angles_file else {}
     inputs = note_inputs({"log": log_file, "neck": neck_file, "model": model_file} | given)
     neck, model = read_neck(neck_file), read_model(model_file)
@@ -86,7 +86,7 @@ def command(
     origin = provenance(inputs, {"smooth": smooth, "start": start})
     origin["recovered"] = recovered()
     record = observed.as_json()
-    if out.suffix == ".mcap":
+    if out.suffix.lower() == ".mcap":
         joint_state.write(out, {"state": observed.series}, {"provenance": origin, "observer": record})
     else:
         export_series(observed.series, out)

@@ -65,13 +65,13 @@ def command(
     With --neck it takes a motion of `xneck design` that was not played yet, and lays what the arm would do beside what was
     designed.
     """
-    if neck_file is not None and dataset.suffix == ".mcap":
+    if neck_file is not None and dataset.suffix.lower() == ".mcap":
         what = "is a data set, and no motion by `xneck design`"
         raise Refused(dataset, what, "leave --neck out: a data set holds its arm's description")
     if neck_file is not None:
         _simulate_motion(dataset, neck_file, model_file, out, picture, source, export_as, json_out, quiet)
         return
-    if dataset.suffix == ".csv":
+    if dataset.suffix.lower() == ".csv":
         raise Refused(
             dataset, "is no data set", "of a motion by `xneck design` say which arm is to play it: --neck neck.yaml"
         )
@@ -125,7 +125,7 @@ def _simulate_motion(
     from xneck_foundation.provenance import note_inputs, provenance
 
     if picture is not None:
-        one_of(picture, picture.suffix.removeprefix("."), PICTURE_FORMATS, "suffix")
+        one_of(picture, picture.suffix.removeprefix(".").lower(), PICTURE_FORMATS, "suffix")
     inputs = note_inputs({"motion": file, "neck": neck_file, "model": model_file})
     neck, model = read_neck(neck_file), read_model(model_file)
     simulated = simulate_motion(read_motion(file, neck), neck, model, source, file)

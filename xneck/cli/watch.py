@@ -125,7 +125,7 @@ def _lines(json_out: Path | None) -> Iterator[Callable[[dict[str, Any]], None]]:
     if str(json_out) == STANDARD_OUTPUT:
         yield lambda event: click.echo(json_line(event))
         return
-    if json_out.suffix != _LINES_SUFFIX:
+    if json_out.suffix.lower() != _LINES_SUFFIX:
         raise Refused(json_out, "lines of JSON are no JSON file", f"name it with {_LINES_SUFFIX}")
     check_output(json_out)
     with json_out.open("w", encoding="utf-8") as stream:

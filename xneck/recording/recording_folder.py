@@ -121,6 +121,8 @@ def read_recording(folder: str | Path, shared: SharedFiles = NOTHING_SHARED, gro
     Raises Refused where keys do not fit together, a file is missing, or a path of recording.yaml leaves the folder.
     """
     folder = Path(folder)
+    if not folder.exists():
+        raise Refused(folder, "does not exist", "check the name")
     config = folder if folder.is_file() else folder / RECORDING_FILE
     if not config.is_file():
         raise Refused(folder, f"has no {RECORDING_FILE}", "write one with the keys video, log, camera, neck")

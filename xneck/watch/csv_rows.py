@@ -24,8 +24,7 @@ class CsvRows:
         self._header: list[str] = []
         self._written = csv_format(neck)
         self._places: dict[str, int] | None = None
-        self._number = 1
-        """of the line that was read last, from 1"""
+        self._lines_read = 0
 
     def new(self) -> Series | None:
         """Rows that came since the last call, in columns theta, f and led; None where none did.
@@ -37,11 +36,15 @@ class CsvRows:
         if not newline:
             return None
         try:
-            lines = [line for line in whole.decode("utf-8-sig" if not self._header else "utf-8").splitlines() if line]
-            if not self._header and lines:
-                self._header = [cell.strip() for cell in next(csv.reader(lines[:1], delimiter=self._written.separator))]
-                lines = lines[1:]
-            rows = list(csv.reader(lines, delimiter=self._written.separator))
+            lines = (whole + newline).decode("utf-8" if self._lines_read else "utf-8-sig").splitlines()
+            numbered = [
+                (k, line) for k, line in enumerate(lines, self._lines_read + 1) if line.strip() and line[0] != "#"
+            ]
+            self._lines_read += len(lines)
+            if not self._header and numbered:
+                (_, header), *numbered = numbered
+                self._header = [cell.strip() for cell in next(csv.reader([header], delimiter=self._written.separator))]
+            rows = list(csv.reader([line for _, line in numbered], delimiter=self._written.separator))
         except (UnicodeDecodeError, csv.Error) as error:
             raise unreadable(self._source.path, error) from error
         if not rows:
@@ -53,13 +56,12 @@ class CsvRows:
                 path, self._header, iter(rows[:1]), (self._written.time_column, *required), optional
             )
             check_columns(path, self._places, self._neck)
-        values = np.array([self._numbers(row) for row in rows])
+        values = np.array([self._numbers(line, row) for (line, _), row in zip(numbered, rows, strict=True)])
         series = Series(values[:, 0], {name: values[:, k] for k, name in enumerate(self._places) if k})
         return mapped_columns(series, self._neck)
 
-    def _numbers(self, row: list[str]) -> list[float]:
+    def _numbers(self, line: int, row: list[str]) -> list[float]:
         assert self._places is not None
-        self._number += 1
         try:
             if len(row) != len(self._header):
                 raise ValueError
@@ -69,6 +71,4 @@ class CsvRows:
             return row_numbers(cells)
         except ValueError:
             shown = shortened(",".join(row), 60)
-            raise Refused(
-                self._source.path, f"row {self._number} is not {len(self._header)} numbers: {shown}"
-            ) from None
+            raise Refused(self._source.path, f"row {line} is not {len(self._header)} numbers: {shown}") from None

@@ -17,7 +17,7 @@ class GrowingLog:
 
     def __init__(self, source: GrowingFile, neck: Neck) -> None:
         self.source = source
-        kind = McapRows if source.path.suffix == ".mcap" else CsvRows
+        kind = McapRows if source.path.suffix.lower() == ".mcap" else CsvRows
         self._rows = kind(source, neck)
         self._parts: list[Series] = []
         self.rows = 0

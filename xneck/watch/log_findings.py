@@ -3,8 +3,9 @@
 import numpy as np
 
 from identification.dataset.series import Series, check_time
+from identification.dataset.time_unit import check_time_unit
 from synchronisation.clocks.log_gaps import repair_log
-from synchronisation.time_stamps import check_log_rate, check_time_unit
+from synchronisation.time_stamps import check_log_rate
 from xneck.watch.finding import Finding
 from xneck_foundation.errors import Refused
 

@@ -59,7 +59,7 @@ class LogWatch:
         """Where the video grows and the log has not for `silent_s`, and for `longest_s` at most before."""
         if not self.is_readable:
             return []
-        stopped = stopped_finding(silent_s, longest_s, self.newest_s, self.path.suffix == ".mcap")
+        stopped = stopped_finding(silent_s, longest_s, self.newest_s, self.path.suffix.lower() == ".mcap")
         return [] if stopped is None else [stopped]
 
     def _new_rows_findings(self) -> list[Finding]:

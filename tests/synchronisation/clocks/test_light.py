@@ -113,10 +113,10 @@ def test_the_light_of_a_log_and_its_place_in_a_recording_are_read(tmp_path: Path
         ",".join([str(0.002 * k), *["1.5"] * 8, str(k % 2)]) for k in range(9)
     ]
     path = tmp_path / "log.csv"
-    path.write_text("\n".join(rows))
+    path.write_text("\n".join([*rows, ""]))
     np.testing.assert_array_equal(read_log(path, neck).columns["led"], np.arange(9) % 2)
-    path.write_text("\n".join([*rows[:-1], rows[-1][:-1] + "7"]))
-    with pytest.raises(Refused, match="led is neither 0 nor 1 in sample 9"):
+    path.write_text("\n".join([*rows[:-1], rows[-1][:-1] + "7", ""]))
+    with pytest.raises(Refused, match="led is neither 0 nor 1 in row 10"):
         read_log(path, neck)
     (tmp_path / "neck.yaml").write_text(NECK_FILE.read_text())
     for name in ("video.mp4", "camera.yaml"):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identification.dataset.series import Series
 from samples.worlds.clock_worlds import arm, clock_recording
 from synchronisation.clocks.clock import fit_clock
 from synchronisation.clocks.gauss_newton_step import NormalEquations
@@ -37,6 +38,19 @@ def test_rows_of_a_slow_log_are_no_gaps_and_a_missing_one_is() -> None:
     cut = repair_log(log.part(kept))
     assert cut.gaps == ((log.time[199], log.time[201]),)
     assert cut.missing_rows == 1
+
+
+@pytest.mark.parametrize("hz", [500.0, 300.0])
+def test_stamps_of_whole_milliseconds_that_jitter_miss_no_rows_and_lost_rows_are_counted(hz: float) -> None:
+    """Stamps that are late by up to half a period: steps of 1, 2 and 3 ms at 500 Hz."""
+    rng = np.random.default_rng(0)
+    time = np.unique(np.rint(1e3 * (np.arange(6000) + rng.uniform(0, 0.5, 6000)) / hz)) / 1e3
+    turned = {f"theta{j}": np.sin(j * time) for j in (1, 2)}
+    log = Series(time, turned)
+    assert len(log) == 6000
+    assert repair_log(log).missing_rows == 0
+    kept = ~np.isin(np.arange(6000), [1000, 2000, 2001, 2002, 2010, 4000])
+    assert repair_log(log.part(kept)).missing_rows == 6
 
 
 def test_the_period_is_as_exact_as_the_stamps_allow() -> None:

@@ -1,8 +1,11 @@
 """What Python users do with results: tables, other numbers, words and records."""
 
+import pickle
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,6 +27,9 @@ from xneck_foundation.whole_file import write_text
 
 NECK = xneck.read_neck(NECK_FILE)
 TIME = np.arange(200) / 500.0
+FACE: Any = xneck
+"""for arguments that a type checker would refuse"""
+ANY_MODEL: Any = model()
 
 
 @pytest.fixture(scope="module")
@@ -159,6 +165,27 @@ def test_an_arm_that_is_held_stays_and_one_with_a_stronger_motor_does_not() -> N
     assert xneck.simulate_motion(stronger, NECK, model()).rms["alpha1"] > 1e-3
 
 
+def test_a_motion_in_other_units_of_time_or_with_a_gap_is_refused_before_it_is_simulated(tmp_path: Path) -> None:
+    """In milliseconds it would be 1000 times as long, and over a gap its forces would be held."""
+    still = still_motion()
+    with_gap = still.part(np.abs(TIME - 0.2) > 0.051)
+    for motion, says in (
+        (Series(1000 * TIME, still.columns), "time is in milliseconds.*multiply time by 0.001$"),
+        (with_gap, r"rows are missing before row 7[67], which is 0\.104 s after"),
+    ):
+        export_series(motion, tmp_path / "motion.csv")
+        with pytest.raises(Refused, match=rf"motion\.csv: {says}"):
+            xneck.read_motion(tmp_path / "motion.csv", NECK)
+        with pytest.raises(Refused, match=f"motion: {says}"):
+            xneck.simulate_motion(motion, NECK, model())
+        (tmp_path / "motion.csv").unlink()
+
+
+def test_a_source_that_is_none_is_refused() -> None:
+    with pytest.raises(Refused, match="unknown source 'Theta'; did you mean theta"):
+        xneck.simulate_motion(still_motion(), NECK, model(), source="Theta")  # type: ignore[arg-type]
+
+
 def test_the_command_simulates_a_motion(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     motion, out = tmp_path / "motion.csv", tmp_path / "simulated.mcap"
     export_series(still_motion(), motion)
@@ -188,9 +215,16 @@ def test_the_command_simulates_a_motion(tmp_path: Path, capfd: pytest.CaptureFix
         ({"theta": np.zeros((200, 5))}, "theta has the shape"),
         ({"alpha": np.full((50, 3), 90.0)}, "these are degrees"),
         ({"log_time": TIME[::-1]}, "time jumps back"),
+        ({"theta": np.ma.masked_greater_equal(np.zeros((200, 4)), 0.0)}, "theta1 is not a number in row 1;"),
+        # a masked value is none, whatever stands below the mask: what is refused is that nothing moves
+        ({"alpha": np.ma.masked_equal([[90.0] * 3] + [[0.0] * 3] * 49, 90.0)}, r"are needed|seconds|shows no motion"),
+        ({"alpha": np.zeros((50, 3), complex)}, "alpha holds complex numbers"),
+        ({"log_time": np.datetime64("2026-11-02") + np.arange(200)}, "time holds dates"),
+        ({"f": np.full((200, 4), "x")}, "f holds text"),
+        ({"theta": [[0.0], [0.0, 1.0]]}, "theta is no array of numbers"),
     ],
 )
-def test_arrays_that_are_no_recording_are_refused(change: dict[str, np.ndarray], words: str) -> None:
+def test_arrays_that_are_no_recording_are_refused(change: dict[str, Any], words: str) -> None:
     arrays = {
         "frame_time": np.arange(50) / 30,
         "alpha": np.zeros((50, 3)),
@@ -200,3 +234,29 @@ def test_arrays_that_are_no_recording_are_refused(change: dict[str, np.ndarray],
     }
     with pytest.raises(Refused, match=words):
         xneck.dataset_from_arrays(NECK, **(arrays | change))
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda data: FACE.identify(data), "identify: recordings is a DataSet, expected a list of DataSet; put it into a list"),
+        (lambda data: FACE.identify([]), "identify: recordings is empty"),
+        (lambda data: FACE.identify(["d.mcap"]), "a list of str, expected a list of DataSet; read it first"),
+        (lambda data: FACE.check("d.mcap"), "check: data is 'd.mcap', expected DataSet; read it first: xneck.read_dataset"),
+        (lambda data: FACE.check(data, "d.mcap"), "check: baseline is 'd.mcap', expected DataSet or None; read it first"),
+        (lambda data: FACE.simulate(data, None), "simulate: model is None, expected Model"),
+        (lambda data: FACE.synchronise(["a"]), "synchronise: folder is a list of str, expected str or Path"),
+        (lambda data: FACE.simulate(data, model(), "1"), "simulate: window_s is '1', expected float or None"),
+        (lambda data: ANY_MODEL.with_(k="a"), "model: k: 'a' is no number"),
+        (lambda data: model().with_(k=True), "model: k: 'True' is no number"),
+    ],
+)  # fmt: skip
+def test_arguments_of_another_kind_are_refused_in_one_line(
+    call: Callable[[DataSet], object], says: str, data: DataSet
+) -> None:
+    with pytest.raises(Refused, match=says):
+        call(data)
+
+
+def test_functions_are_those_of_the_face_to_other_processes_too() -> None:
+    assert pickle.loads(pickle.dumps(xneck.identify)) is xneck.identify

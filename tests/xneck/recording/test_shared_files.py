@@ -137,3 +137,8 @@ def test_watch_takes_them_as_run_does(folder: Path, tmp_path: Path, capfd: pytes
     none.write_text("xneck: 1\n")
     ran = run(capfd, "watch", folder, "--neck", none, "--camera", none, "--out", tmp_path / "results")
     assert (ran.status, "none.yaml" in ran.err) == (1, True)
+
+
+def test_a_folder_that_is_not_there_does_not_lack_a_file(tmp_path: Path) -> None:
+    with pytest.raises(Refused, match="monday: does not exist"):
+        read_recording(tmp_path / "monday")

@@ -1,0 +1,56 @@
+"""Whether times of rows or frames are in seconds, each row's its own: other units and rows that are written twice are named."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.dataset.series import Series
+from xneck_foundation.errors import Refused
+
+Array = NDArray[np.float64]
+
+MAX_STEP_S = 0.25
+"""s from row to row, or from frame to frame, in the median: more is another unit than seconds, or too rare (docs/thresholds.md)"""
+MIN_STEP_S = 5e-4
+"""s: a shorter step is not thought of where a unit is named (docs/thresholds.md)"""
+MAX_REPEATED_SHARE = 0.1
+"""share of stamps equal to the one before, beyond which digits are missing (docs/thresholds.md)"""
+UNITS = (("milliseconds", 1e-3), ("microseconds", 1e-6), ("nanoseconds", 1e-9))
+
+
+def check_repeated_rows(series: Series, where: str, what: str) -> None:
+    """Refused where rows repeat the one before, time and all, and no others have its time; what: `rows` or `frames`."""
+    stands = np.diff(series.time) == 0
+    if len(stands) == 0 or np.mean(stands) <= MAX_REPEATED_SHARE:
+        return
+    rows = np.flatnonzero(stands)
+    if all(np.array_equal(c[rows], c[rows + 1], equal_nan=True) for c in series.columns.values()):
+        share = f"{100 * np.mean(stands):.0f} % of its {what}"
+        raise Refused(where, f"{share} repeat the one before, its time too", f"write each of the {what} once")
+
+
+def check_time_unit(time: Array, where: str, what: str) -> None:
+    """Refused where finite stamps (T,) are in no seconds, number what they stamp, or lack digits; what: `rows` or `frames`."""
+    steps = np.diff(time)
+    if len(steps) == 0 or not np.all(np.isfinite(time)) or not np.any(steps > 0):
+        return
+    if (share := float(np.mean(steps == 0))) > MAX_REPEATED_SHARE:
+        raise Refused(
+            where,
+            f"{100 * share:.0f} % of its {what} have the time of the one before: time is written with too few digits",
+            "write it in seconds with six digits behind the point",
+        )
+    step = float(np.median(steps[steps > 0]))
+    if step <= MAX_STEP_S:
+        return
+    follow = f"{what} follow each other every {step:.6g} in the median, and times must be seconds"
+    if step == 1.0 and np.all(steps == np.rint(steps)):
+        raise Refused(
+            where,
+            f"time grows by one from {what[:-1]} to {what[:-1]}: it counts {what}, or milliseconds at 1000 Hz",
+            f"write each {what[:-1]}'s time in seconds",
+        )
+    for name, unit in UNITS:
+        if MIN_STEP_S <= step * unit <= MAX_STEP_S:
+            by_neck = f", or write log: {{time_scale: {unit:g}}} into neck.yaml" if what == "rows" else ""
+            raise Refused(where, f"time is in {name}: {follow}", f"multiply time by {unit:g}{by_neck}")
+    raise Refused(where, follow, f"write seconds, and at least {1 / MAX_STEP_S:g} {what} in each")

@@ -1,0 +1,19 @@
+"""What a cell of a table is that is no number, as far as it looks like something known."""
+
+import re
+
+_KINDS = (
+    (r"\d{4}-\d\d?-\d\d?([T ].*)?", "is a date", "write the time in seconds, of any beginning"),
+    (r"\d\d?[/.]\d\d?[/.]\d{4}.*", "is a date", "write the time in seconds, of any beginning"),
+    (r"\d+:\d\d(:\d\d([.,]\d+)?)?", "is a time of day", "write the time in seconds, of any beginning"),
+    (r"[+-]?0[xX][0-9a-fA-F.]+([pP][+-]?\d+)?", "is a hexadecimal number", "write decimal numbers"),
+    (r"[+-]?\d+,\d*([eE][+-]?\d+)?", "has a decimal comma", "write points in numbers"),
+)
+
+
+def not_a_number(cell: str) -> tuple[str, str]:
+    """What to say of a cell that is no number, and what to do, which is empty where nothing is known."""
+    for pattern, what, do in _KINDS:
+        if re.fullmatch(pattern, cell.strip()):
+            return what, do
+    return "is not a number", ""

@@ -1,0 +1,53 @@
+"""What kind of file it is by its first bytes, whatever its name says."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from xneck_foundation.errors import Refused
+from xneck_foundation.input_file import check_input
+
+
+@dataclass(frozen=True)
+class FileKind:
+    """A kind of file that is no text in UTF-8."""
+
+    begins: bytes
+    name: str
+    suffix: str = ""
+    """that such files have; empty where nothing here reads them under any name"""
+    do: str = "export it as CSV"
+    """where it cannot be read, whatever its name"""
+
+
+_KINDS = (
+    FileKind(b"\x89MCAP0\r\n", "an MCAP file", ".mcap"),
+    FileKind(b"PAR1", "a Parquet file", ".parquet"),
+    FileKind(b"#ROSBAG", "a ROS bag", ".bag"),
+    FileKind(b"SQLite format 3\0", "an SQLite file, as bags of ROS 2 are", ".db3"),
+    FileKind(b"ARROW1", "an Arrow (Feather) file"),
+    FileKind(b"\x89HDF\r\n\x1a\n", "an HDF5 file, as MATLAB's newer .mat are"),
+    FileKind(b"MATLAB 5.0 MAT-file", "a MATLAB file"),
+    FileKind(b"\x93NUMPY", "a NumPy file"),
+    FileKind(b"PK\x03\x04", "a ZIP archive, as .xlsx and .npz are"),
+    FileKind(b"\x1f\x8b", "packed by gzip", do="unpack it first"),
+    FileKind(b"\x28\xb5\x2f\xfd", "packed by zstd", do="unpack it first"),
+    FileKind(b"\xfd7zXZ", "packed by xz", do="unpack it first"),
+    FileKind(b"BZh", "packed by bzip2", do="unpack it first"),
+    FileKind(b"\xff\xfe", "text in UTF-16", do="save it as UTF-8"),
+    FileKind(b"\xfe\xff", "text in UTF-16", do="save it as UTF-8"),
+)
+
+
+def refuse_other_kind(path: Path, readable: Sequence[str]) -> None:
+    """Raises Refused where a file that is to be read as CSV is of another kind; readable: suffixes that are read there."""
+    check_input(path)
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(32)
+    except OSError as error:
+        raise Refused(path, f"cannot be read ({error.strerror or error})") from error
+    for kind in _KINDS:
+        if head.startswith(kind.begins):
+            do = f"let its name end in {kind.suffix}" if kind.suffix and kind.suffix in readable else kind.do
+            raise Refused(path, f"is no CSV but {kind.name}", do)
