@@ -56,6 +56,12 @@ def dictionary_size(name: str) -> int:
     return int(opencv_dictionary(name).bytesList.shape[0])
 
 
+def check_marker_id(name: str, marker_id: int) -> None:
+    """Raises Refused where the dictionary has no marker of that id."""
+    if not 0 <= marker_id < dictionary_size(name):
+        raise Refused(f"marker {marker_id}", f"{name} has the ids 0 to {dictionary_size(name) - 1}")
+
+
 def check_dictionary(name: str, needed: int) -> str:
     """The name of a dictionary with `needed` markers or more; raises ValueError, for validators."""
     if name not in dictionary_names():
@@ -75,7 +81,6 @@ def marker_cells(name: str, marker_id: int, border: int = 1) -> np.ndarray:
 
     Shape (n + 2 border, n + 2 border) for markers of n x n bits.
     """
+    check_marker_id(name, marker_id)
     family = opencv_dictionary(name)
-    if not 0 <= marker_id < family.bytesList.shape[0]:
-        raise Refused(f"marker {marker_id}", f"{name} has the ids 0 to {family.bytesList.shape[0] - 1}")
     return cv2.aruco.generateImageMarker(family, marker_id, family.markerSize + 2 * border, borderBits=border) == 0

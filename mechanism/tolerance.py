@@ -1,11 +1,26 @@
 """How well the numbers of a description are known."""
 
-from math import pi
+from math import degrees, pi, radians
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from xneck_foundation.strict_yaml import Strict
+
+_MAX_ANGLE_RAD = 0.1
+"""6 deg: no workshop is that far off, and 0.3 is what the manual's table has in degrees"""
+
+
+def _in_radians(angle: float) -> float:
+    """Raises ValueError, for validators, where an angle is likely in degrees."""
+    if angle > _MAX_ANGLE_RAD:
+        raise ValueError(
+            f"{angle:g} rad are {degrees(angle):.3g} deg; if {angle:g} deg are meant, write {radians(angle):.3g}"
+        )
+    return angle
+
+
+SmallAngle = Annotated[float, Field(ge=0), AfterValidator(_in_radians)]
 
 
 class Tolerance(Strict):
@@ -30,9 +45,9 @@ class Tolerance(Strict):
     """of every mechanism's r, relative"""
     drum: Annotated[float, Field(ge=0, le=1)] = 0.002
     """of every motor's rd, relative"""
-    tilt: Annotated[float, Field(ge=0, le=pi)] = 0.3 * pi / 180
+    tilt: SmallAngle = 0.3 * pi / 180
     """rad, of the base against gravity"""
-    marker_angle: Annotated[float, Field(ge=0, le=pi)] = 0.3 * pi / 180
+    marker_angle: SmallAngle = 0.3 * pi / 180
     """rad, of the markers of one bar together against it, or of an angle's zero"""
     friction_curve: Annotated[float, Field(ge=0, le=1)] = 0.01
     """of dry friction: by how much its curve over speed may differ from the arc tangent (48)"""

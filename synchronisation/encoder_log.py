@@ -176,6 +176,8 @@ def _not_one_channel(
     names = {name for log in logs.values() for name in log.names}
     if not fitting and (told := other_kind(names, angles_expected=False)):
         return told
+    if not fitting and _spread_over_topics(logs, joints, motors):
+        return f"its motors are spread over several topics ({held})", "put them into one topic, or write a CSV"
     if not fitting:
         return what, "write the name that each motor has there into neck.yaml, motors[].joint"
     topic, log = next(iter(fitting.items()))
@@ -184,6 +186,14 @@ def _not_one_channel(
         what,
         f"say in neck.yaml which one was measured, for every motor: motors[0].joint: /{topic}/{name}, and so on",
     )
+
+
+def _spread_over_topics(logs: Mapping[str, JointStateChannel], joints: list[str], motors: int) -> bool:
+    """Whether several channels together hold the joints that are named, or as many as there are motors, and none holds all."""
+    held = [(topic, name) for topic, log in logs.items() for name in set(log.names) - {LED}]
+    if joints:
+        return set(joints) <= {called for topic, name in held for called in (name, f"/{topic}/{name}")}
+    return len(logs) > 1 and len(held) == motors
 
 
 def _unwrapped(series: Series, neck: Neck, path: str | Path) -> Series:

@@ -28,7 +28,8 @@ def described_faults(errors: Sequence[Any], kind: type[BaseModel], document: Any
     above = {error["loc"][:depth] for error in errors for depth in range(len(error["loc"]))}
     follows = {"missing": followed, "too_short": above}
     faults = [e for e in errors if e["loc"] not in follows.get(e["type"], ())]
-    return listed((_fault(e, meant, kind) for e in faults), "; ", _FAULT_CHARACTERS)
+    doubled = _doubled(errors, kind, document, meant)
+    return listed((_fault(e, meant, doubled, kind) for e in faults), "; ", _FAULT_CHARACTERS)
 
 
 def _meant(errors: Sequence[Any], kind: type[BaseModel], document: Any) -> dict[Path, str]:
@@ -38,11 +39,25 @@ def _meant(errors: Sequence[Any], kind: type[BaseModel], document: Any) -> dict[
     unknown = [e["loc"] for e in errors if e["type"] == "extra_forbidden"]
     for *place, key in unknown[:_COMPARED]:
         given = _at(document, place)
+        if likely_spelling(str(key), _keys(kind, place)) in given:
+            continue
         absent = [name for name in _keys(kind, place) if name not in given and (*place, name) not in taken]
         likely = likely_spelling(str(key), absent)
         if likely is not None:
             found[*place, key] = likely
             taken.add((*place, likely))
+    return found
+
+
+def _doubled(errors: Sequence[Any], kind: type[BaseModel], document: Any, meant: Mapping[Path, str]) -> dict[Path, str]:
+    """For each other unknown key, by its path, the key that it is likely another spelling of, of those that are there."""
+    found: dict[Path, str] = {}
+    unknown = [e["loc"] for e in errors if e["type"] == "extra_forbidden" and e["loc"] not in meant]
+    for *place, key in unknown[:_COMPARED]:
+        given = _at(document, place)
+        likely = likely_spelling(str(key), [name for name in _keys(kind, place) if name in given])
+        if likely is not None:
+            found[*place, key] = likely
     return found
 
 
@@ -97,7 +112,7 @@ def _models(annotation: Any) -> Iterator[type[BaseModel]]:
         yield from _models(argument)
 
 
-def _fault(error: Any, meant: Mapping[Path, str], kind: type[BaseModel]) -> str:
+def _fault(error: Any, meant: Mapping[Path, str], doubled: Mapping[Path, str], kind: type[BaseModel]) -> str:
     place = ""
     for part in error["loc"]:
         shown = part if isinstance(part, int) else shortened(part, _SHOWN)
@@ -108,6 +123,8 @@ def _fault(error: Any, meant: Mapping[Path, str], kind: type[BaseModel]) -> str:
     if error["type"] == "extra_forbidden":
         if error["loc"] in meant:
             return f"{place}: unknown key, did you mean {meant[error['loc']]}?"
+        if error["loc"] in doubled:
+            return f"{place}: unknown key, {doubled[error['loc']]} is there already, leave one out"
         if elsewhere := _belongs(kind, error["loc"]):
             return f"{place}: unknown key here, it belongs to {elsewhere}"
         return f"{place}: unknown key, valid: {listed(_keys(kind, error['loc'][:-1]), limit=_SHOWN)}"
@@ -119,6 +136,8 @@ def _fault(error: Any, meant: Mapping[Path, str], kind: type[BaseModel]) -> str:
         message = "expected keys and values"
     if error["type"] == "too_short":
         return f"{place}: expected at least {error['ctx']['min_length']}, found {error['ctx']['actual_length']}"
+    if error["type"] == "too_long" and isinstance(error["input"], list | tuple):
+        return f"{place}: expected at most {error['ctx']['max_length']}, found {len(error['input'])}"
     found = error["input"]
     if found is None:
         return f"{place}: {message}, found nothing"

@@ -84,6 +84,23 @@ WRONG_FILES: tuple[WrongLog, ...] = (
     ),
     WrongLog(
         "topics",
+        "a topic for each motor",
+        as_topics(*((f"/m{j}", (motor,), 1.0) for j, motor in enumerate(MOTORS))),
+        "refused",
+        "spread over several topics.*one topic, or write a CSV",
+    ),
+    WrongLog(
+        "topics",
+        "the same, and neck.yaml names their topics",
+        as_topics(
+            *((f"/m{j}", (motor,), 1.0) for j, motor in enumerate(MOTORS)),
+            joints=tuple(f"/m{j}/{motor}" for j, motor in enumerate(MOTORS)),
+        ),
+        "refused",
+        "spread over several topics.*one topic, or write a CSV",
+    ),
+    WrongLog(
+        "topics",
         "a gripper among the motors",
         as_topics(("/joint_states", ("gripper", *MOTORS), 1.0)),
         "refused",

@@ -81,6 +81,9 @@ def test_the_sample_is_read() -> None:
         ({"mechanisms__0__b": "0.05"}, ["mechanisms[0].b", "number"]),
         ({"xneck": 2}, ["xneck"]),
         ({"tolerance": {"masses": 0.02}}, ["tolerance.masses: unknown key, did you mean mass?"]),
+        ({"tolerance": {"tilt": 0.3}}, ["tolerance.tilt: 0.3 rad are 17.2 deg; if 0.3 deg are meant, write 0.00524"]),
+        ({"gravity": [0.0, 0.0, -9.81]}, ["gravity: expected at most 2, found 3"]),
+        ({"motors__0__thetaSign": 1}, ["motors[0].thetaSign: unknown key, theta_sign is there already, leave one out"]),
         ({"tolerance": {"drum": -0.01}}, ["tolerance.drum", "-0.01"]),
         ({"mechanisms__0__springs__right": {"stiffness": 50.0}}, ["mechanisms[0].springs.right.free_length: missing"]),
         (

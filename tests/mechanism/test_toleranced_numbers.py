@@ -64,10 +64,10 @@ def test_every_kind_is_a_key_of_the_tolerance_and_has_its_sigma() -> None:
     kinds = {number.kind for number in NUMBERS.values()}
     # markers are what angles are read with, and forms of laws are no lengths or masses: neither is a number of the arm
     assert kinds == set(Tolerance.model_fields) - {"marker_angle", "friction_curve"}
-    well_known = NECK.model_copy(update={"tolerance": Tolerance(mass=0.5, tilt=0.25)})
+    well_known = NECK.model_copy(update={"tolerance": Tolerance(mass=0.5, tilt=0.05)})
     sigma = {number.name: number.sigma for number in toleranced_numbers(well_known)}
     assert sigma["mass of top bar 1"] == sigma["mass of diagonals 3"] == 0.5
-    assert sigma["tilt of the base"] == 0.25
+    assert sigma["tilt of the base"] == 0.05
     assert sigma["L of mechanism 1"] == Tolerance().length
 
 

@@ -118,11 +118,11 @@ def test_all_faults_of_a_file_are_named_with_their_paths(tmp_path: Path) -> None
         ("name: a\nprats: []\n", "prats: unknown key, did you mean parts?"),
         ("name: a\nparts: [{mas: 1}]\n", "parts[0].mas: unknown key, did you mean mass?"),
         ("name: a\nparts: [{mass: 1, colour: red}]\n", "parts[0].colour: unknown key, valid: mass, at"),
-        ("name: a\nparts: [{mass: 1, Mass: 2}]\n", "parts[0].Mass: unknown key, valid: mass, at"),
+        ("name: a\nparts: [{mass: 1, Mass: 2}]\n", "parts[0].Mass: unknown key, mass is there already, leave one out"),
     ],
 )
 def test_a_misspelt_key_is_one_fault(text: str, says: str, tmp_path: Path) -> None:
-    """What was likely meant is not said to be missing besides; what is there already was not meant."""
+    """What was likely meant is not said to be missing besides; what is there already is said to be."""
     file = tmp_path / "w.yaml"
     file.write_text(text)
     with pytest.raises(Refused) as caught:

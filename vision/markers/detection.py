@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from calibration.dictionaries import marker_cells, opencv_dictionary
+from calibration.dictionaries import check_marker_id, marker_cells, opencv_dictionary
 from mechanism.printed_markers import Markers
 from vision.markers.cell_reading import read_cells
 from vision.markers.edge_refinement import refine_by_edges
@@ -46,6 +46,8 @@ class MarkerDetector:
     def __init__(self, markers: Markers) -> None:
         self._ids = {m.id for m in markers.on_bars}
         family = opencv_dictionary(markers.dictionary)
+        for marker_id in sorted(self._ids):
+            check_marker_id(markers.dictionary, marker_id)
         self._dictionary, self._cells = markers.dictionary, family.markerSize + 2
         self._plain, self._fine = (cv2.aruco.ArucoDetector(family, _parameters(fine)) for fine in (False, True))
 

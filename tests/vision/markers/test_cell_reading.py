@@ -7,6 +7,7 @@ from calibration.dictionaries import marker_cells
 from mechanism.printed_markers import BarMarker, Markers
 from vision.markers.cell_reading import read_cells
 from vision.markers.detection import MarkerDetector
+from xneck_foundation.errors import Refused
 
 SIDE, CELL = 160, 10
 CELLS = marker_cells("aruco_4x4_50", 7)  # 6 x 6, border included
@@ -53,3 +54,12 @@ def test_the_detector_leaves_it_out() -> None:
     for search in (MarkerDetector(markers).detect_all, MarkerDetector(markers).detect_small):
         assert [i for i, _ in search(picture(230, 20))] == [7]
         assert search(faint) == []
+
+
+def test_markers_that_are_in_no_dictionary_are_refused_before_a_picture_is_looked_at() -> None:
+    for dictionary, marker_id, says in (
+        ("apriltag_36h11", 99999, "marker 99999: apriltag_36h11 has the ids 0 to 586"),
+        ("apriltag_36H11", 0, "unknown dictionary 'apriltag_36H11'; did you mean apriltag_36h11"),
+    ):
+        with pytest.raises(Refused, match=says):
+            MarkerDetector(Markers(dictionary=dictionary, size=0.02, on_bars=(BarMarker(id=marker_id, bar=0),)))
