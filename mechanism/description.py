@@ -43,6 +43,8 @@ def _not_zero(value: float) -> float:
 
 LEAD_KG_M3 = 11340.0
 """kg/m^3: no part is denser in the mean"""
+ANY_PART_KG = 0.01
+"""kg that a part of the smallest arm may weigh, with axles and pulleys larger than itself"""
 
 
 class Bar(Strict):
@@ -116,11 +118,11 @@ class Mechanism(Strict):
 
     @model_validator(mode="after")
     def _bodies_are_possible(self) -> "Mechanism":
-        most = LEAD_KG_M3 * self.L**3
+        most = max(LEAD_KG_M3 * self.L**3, ANY_PART_KG)
         for name, body in (("diagonal", self.diagonal), ("top", self.top)):
             if body.mass > most:
                 raise ValueError(
-                    f"{name}.mass of {body.mass:g} kg is more than a cube of lead as wide as L = {self.L:g} m weighs: "
+                    f"{name}.mass of {body.mass:g} kg is more than a cube of lead as wide as L = {self.L:g} m: "
                     "is it in g?"
                 )
             if body.inertia > body.mass * (self.L + self.b) ** 2:
