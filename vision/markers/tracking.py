@@ -43,6 +43,8 @@ MIN_CELL_SHARE = 0.85
 """share of a marker's cells that must have the right colour for it to be the marker (docs/thresholds.md)"""
 MIN_SEARCH_PX = 12
 """px: side of a search window below which a lost marker is not searched"""
+MAX_FOCUS_ROUNDS = 8
+"""times that the markers of a first frame are fitted anew, each from the blur that the last fits told"""
 LEARNING_FRAMES = 12
 """first frames of a segment, from which the lens' blur and the ink's bleed are estimated (docs/thresholds.md)"""
 
@@ -97,7 +99,7 @@ class MarkerTracker:
         self._lost_for = 0
         self._options = options
         self._optics = Optics()
-        self._tone_is_known = False
+        self._focus_is_known = self._tone_is_known = False
         self._optics_fits: list[MarkerFit] | None = []
         self._optics_frames = 0
         self._light = np.full((len(self._ids), 6), np.nan)
@@ -121,6 +123,8 @@ class MarkerTracker:
         if self._options.template:
             rest = [k for k in np.flatnonzero(~np.isnan(corners[:, 0, 0])).tolist() if k not in fits]
             fits |= self._fit_templates(frame, corners, rest)
+            if not self._focus_is_known:
+                fits |= self._fits_by_focus(frame, corners, fits)
             if not self._tone_is_known:
                 fits |= self._fits_by_tone(frame, corners, fits)
             lost = [k for k in fits if np.isnan(fits[k].corners).any()]
@@ -211,6 +215,19 @@ class MarkerTracker:
         motion = np.nan_to_num(self._velocity(frame.time, corners)) * self._options.exposure_s
         light = [None if np.isnan(self._light[k, 0]) else self._light[k] for k in indices]
         return [MarkerStart(corners[k], self._cells[k], motion[k], x) for k, x in zip(indices, light, strict=True)]
+
+    def _fits_by_focus(self, frame: Frame, corners: Array, fits: dict[int, MarkerFit]) -> dict[int, MarkerFit]:
+        """The markers fitted anew until the blur stays that the clear ones of these fits tell; none where none is clear.
+
+        Fits are pulled to where they begin, in a picture out of focus by much more than their standard deviations."""
+        for _ in range(MAX_FOCUS_ROUNDS):
+            found = estimate_optics(self._optics, list(fits.values()))
+            self._focus_is_known |= any(fit.is_clear for fit in fits.values())
+            if abs(found.sigma - self._optics.sigma) <= self._optics.sigma_sd:
+                break
+            self._optics = replace(self._optics, sigma=found.sigma, bleed=found.bleed)
+            fits = self._fit_templates(frame, corners, list(fits))
+        return fits
 
     def _fits_by_tone(self, frame: Frame, corners: Array, fits: dict[int, MarkerFit]) -> dict[int, MarkerFit]:
         """The markers fitted anew by the camera's tone curve, which the clear ones of these fits tell; none where none is clear."""

@@ -11,7 +11,7 @@ from calibration.pictures import Picture, picture_files, read_pictures
 from vision.video import read_frames
 from xneck_foundation.errors import Refused
 
-VIDEO_SUFFIXES = (".mp4", ".mkv", ".mov", ".avi", ".webm", ".m4v")
+VIDEO_SUFFIXES = (".mp4", ".mkv", ".mov", ".avi", ".webm", ".m4v", ".ts", ".mts", ".m2ts", ".mpg", ".mpeg", ".3gp")
 
 
 def list_board_files(sources: Sequence[Path]) -> list[Path]:
