@@ -128,7 +128,7 @@ def test_the_number_of_processes_changes_nothing(workers: int) -> None:
 @pytest.mark.parametrize("blur_px", [0.0, 2.0, 2.5])
 def test_a_lens_out_of_focus_puts_no_corner_off(blur_px: float) -> None:
     """What frames do not average out stays below 0.03 px; with a blur pulled to that of a sharp lens it is 0.05 and 0.08."""
-    shown = [Frame(f.index, f.time, gaussian_filter(f.grey, blur_px)) for f in film()[:40]]
+    shown = [Frame(f.index, f.time, np.asarray(gaussian_filter(f.grey, blur_px), dtype=np.uint8)) for f in film()[:40]]
     tracker = MarkerTracker(markers(), TrackingOptions(template=True))
     found = np.stack([tracker.track(frame).corners for frame in shown])[1:]
     assert np.isfinite(found).all()
