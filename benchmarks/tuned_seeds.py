@@ -136,6 +136,10 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
         (1729, 1741),
         "counted first; then looked into for the time that fits take, and for a law of another form in a cause's place",
     ),
+    (
+        (1725, 1728),
+        "counted first; then clocks of lagging motors, and what sends a clock's fit away, were mended",
+    ),
     (range(40, 52), "how far the state follows fast motion, and the variance of its cables' nuisances"),
 )
 
