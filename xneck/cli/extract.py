@@ -10,6 +10,7 @@ from click.core import ParameterSource
 from xneck.cli.finite_range import FiniteRange
 from xneck.cli.output import export_beside, export_option, progress_bar, report_result, result_options
 from xneck.cli.path_types import INPUT_FILE, NECK_OUTPUT, OUTPUT_FILE
+from xneck_foundation.one_line import counted
 
 if TYPE_CHECKING:
     from vision.shutter import Shutter
@@ -183,16 +184,21 @@ def _marker_line(marker: dict[str, Any]) -> str:
     if marker["sigma_turn_median_rad"] is not None:
         line += f", turn to {degrees(marker['sigma_turn_median_rad']):.3f} deg"
         line += f", corners to {marker['sigma_px_median']:.3f} px (one sigma)"
-    if marker["duplicates"]:
-        line += f"; twice in view in {marker['duplicates']} frames, and left out there"
-    return line
+    return line + _twice_in_view(marker)
+
+
+def _twice_in_view(marker: dict[str, Any]) -> str:
+    """That a marker was left out where it was in view twice; empty where it never was."""
+    if not marker["duplicates"]:
+        return ""
+    return f" (twice in view in {counted(marker['duplicates'], 'frame')}, left out there)"
 
 
 def _summary(out: Path, result: dict[str, Any]) -> str:
     """The extraction in lines for a terminal."""
     median = result["sigma_alpha_median_rad"]
     sigma_deg = degrees(median) if median else nan
-    shares = ", ".join(f"id {m['id']} {100 * m['seen_share']:.1f} %" for m in result["markers"])
+    shares = ", ".join(f"id {m['id']} {100 * m['seen_share']:.1f} %{_twice_in_view(m)}" for m in result["markers"])
     lines = [
         f"{out}: {result['frames_with_all_angles']} of {result['frames']} frames with all angles, "
         f"sigma {sigma_deg:.3f} deg, corners {result['corner_sigma_px']:.3f} px",
