@@ -165,7 +165,7 @@ WRONG_VALUES: tuple[WrongLog, ...] = (
         "a row of NaN",
         columns_changed("theta", lambda th: with_sample(th, 7000, np.nan)),
         "refused",
-        "not a number in sample 7001",
+        "not a number in row 7002",
     ),
     WrongLog(
         "counter", "a gap of 1 s", log_changed(lambda log: without_rows(log, 7000, 7500)), "warned", "gaps of the log"

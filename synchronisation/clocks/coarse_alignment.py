@@ -24,7 +24,7 @@ MIN_OVERLAP_S = 5.0
 MIN_PEAK_SEPARATION_S = 0.25
 """s: peaks of the correlation that are nearer than this are one (docs/thresholds.md)"""
 MAX_BRIDGED_S = 0.5
-"""s without a sample that speeds are interpolated over (docs/thresholds.md)"""
+"""s without a sample that speeds are interpolated over"""
 WINDOW_S = 12.0
 """s of video that are aligned alone where the whole does not correlate, as after lost frames (docs/thresholds.md)"""
 SHORT_WINDOW_S = 5.0

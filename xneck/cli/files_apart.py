@@ -11,7 +11,7 @@ from identification.dataset.dataset_file import EXPORT_FORMATS
 from xneck.cli.path_types import STANDARD_OUTPUT, JsonOutput, OutputFile, OutputFolder
 from xneck_foundation.errors import Refused
 from xneck_foundation.same_file import real_path, same_file
-from xneck_foundation.whole_file import check_output
+from xneck_foundation.whole_file import check_kind, check_output
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 _WRITES_ALSO = "writes_also"
@@ -36,6 +36,7 @@ def outputs_written_also(function: Callable[..., Any], options: Mapping[str, Any
 def refuse_shared_files(ctx: click.Context, written_also: Mapping[str, Path]) -> None:
     """Raises Refused where a file that the command would write is one that it reads, or writes already."""
     inputs, outputs, folders = [], list(written_also.items()), []
+    kinds: list[tuple[Path, str]] = []
     for param in ctx.command.params:
         given = ctx.params.get(str(param.name))
         name = param.opts[0] if isinstance(param, click.Option) else param.human_readable_name
@@ -46,6 +47,7 @@ def refuse_shared_files(ctx: click.Context, written_also: Mapping[str, Path]) ->
                 folders.append((path, param.type.files))
             elif isinstance(param.type, OutputFile):
                 outputs.append((name, path))
+                kinds += [(path, param.type.yaml_kind)] if param.type.yaml_kind else []
             else:
                 inputs.append((name, path))
     out, export_as = ctx.params.get("out"), ctx.params.get("export_as")
@@ -54,6 +56,8 @@ def refuse_shared_files(ctx: click.Context, written_also: Mapping[str, Path]) ->
     _refuse_shared(inputs, outputs, folders)
     for _, path in outputs:
         check_output(path)
+    for path, kind in kinds:
+        check_kind(path, kind)
 
 
 def _refuse_shared(

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from xneck_foundation.errors import Refused
-from xneck_foundation.whole_file import MODEL_KIND, NECK_KIND, check_kind, check_place
+from xneck_foundation.whole_file import MODEL_KIND, NECK_KIND, check_place
 
 STANDARD_OUTPUT = "-"
 
@@ -20,13 +20,11 @@ class OutputFile(click.ParamType):
     name = "file"
 
     def __init__(self, yaml_kind: str | None = None) -> None:
-        """yaml_kind: what is written, where it is a YAML whose place no other kind of YAML may lose, before any work."""
-        self._yaml_kind = yaml_kind
+        """yaml_kind: what is written, where it is a YAML whose place no other kind of YAML may lose."""
+        self.yaml_kind = yaml_kind
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         check_place(Path(value))
-        if self._yaml_kind is not None:
-            check_kind(Path(value), self._yaml_kind)
         return Path(value)
 
 

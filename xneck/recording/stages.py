@@ -55,7 +55,7 @@ def synchronise_recording(
     True
     >>> xneck.synchronise("samples/nowhere")
     Traceback (most recent call last):
-    xneck_foundation.errors.Refused: samples/nowhere: has no recording.yaml; write one with the keys video, log, camera, neck
+    xneck_foundation.errors.Refused: samples/nowhere: does not exist; check the name
     """
     recording = read_recording(folder, SharedFiles(*(None if path is None else Path(path) for path in (neck, camera))))
     inputs = note_inputs(recording.files)

@@ -168,7 +168,7 @@ CASES: dict[Callable[[Path], list[str | Path]], str] = {
     angles_in_degrees: r"a\.csv: .*radians",
     log_without_a_whole_chunk: r"log\.mcap: not one row of it can be read: is cut off",
     too_little_of_a_log: r"the same motion .*log\.mcap: is cut off; /joint_states has \d+ rows",
-    time_that_jumps_back: r"log\.csv: time jumps back in row 500",
+    time_that_jumps_back: r"log\.csv: time jumps back in row 501",
     two_pictures_for_a_camera: r"2",
     results_into_nowhere: r"nowhere does not exist",
     folder_without_recording: r"recording\.yaml",
