@@ -148,4 +148,4 @@ def test_results_in_a_folder_spare_inputs_and_the_record(tmp_path: Path) -> None
 def test_every_folder_for_results_says_which_files_go_there() -> None:
     for name in COMMANDS:
         out = [param for param in command(name).params if param.name == "out"]
-        assert not out or isinstance(out[0].type, OutputFile | OutputFolder), name
+        assert not out or isinstance(out[0].type, type(OUTPUT_FILE) | OutputFolder), name
