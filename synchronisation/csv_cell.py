@@ -1,4 +1,4 @@
-"""What a cell of a table is that is no number, as far as it looks like something known."""
+"""What a cell of a table is: a number, or what else it looks like."""
 
 import re
 
@@ -17,3 +17,19 @@ def not_a_number(cell: str) -> tuple[str, str]:
         if re.fullmatch(pattern, cell.strip()):
             return what, do
     return "is not a number", ""
+
+
+def number_in(cell: str) -> float:
+    """The number in a cell, NaN for an empty one. Raises ValueError, also for 1_0, which Python alone takes for 10."""
+    if "_" in cell:
+        raise ValueError(cell)
+    return float(cell) if cell.strip() else float("nan")
+
+
+def is_number(cell: str) -> bool:
+    """Whether a cell holds a number, or nothing."""
+    try:
+        number_in(cell)
+    except ValueError:
+        return False
+    return True

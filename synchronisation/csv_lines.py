@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TextIO
 
+from synchronisation.csv_cell import is_number
 from xneck_foundation.recovery import warn_recovered
 
 
@@ -50,19 +51,3 @@ def file_line(path: Path, separator: str) -> Callable[[int], int]:
             return next(line for number, line in enumerate(lines, start=-1) if number == row)
 
     return of_row
-
-
-def number_in(cell: str) -> float:
-    """The number in a cell, NaN for an empty one. Raises ValueError, also for 1_0, which Python alone takes for 10."""
-    if "_" in cell:
-        raise ValueError(cell)
-    return float(cell) if cell.strip() else float("nan")
-
-
-def is_number(cell: str) -> bool:
-    """Whether a cell holds a number, or nothing."""
-    try:
-        number_in(cell)
-    except ValueError:
-        return False
-    return True

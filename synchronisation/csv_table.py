@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series
-from synchronisation.csv_cell import not_a_number
+from synchronisation.csv_cell import is_number, not_a_number, number_in
 from synchronisation.csv_header import ColumnsMissing, missing_columns, other_kind, parted_by_spaces, spelled_otherwise
-from synchronisation.csv_lines import is_number, number_in, numbered_rows
+from synchronisation.csv_lines import numbered_rows
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted

@@ -54,7 +54,6 @@ STUCK_SHARE, MIN_STUCK_M = 0.4, 5e-3
 """share of a cable's whole way, and m, that it must move meanwhile in the video: elasticity does not do that
 (docs/thresholds.md)"""
 
-_UNSURE = "may be"
 _WRONG_WAY = "cables would be the shorter the more they are pulled"
 
 
@@ -194,11 +193,11 @@ def _check_theta_units(neck: Neck, motion: LoggedMotion, factor: Array, wrong: N
     tolerance = TRAVEL_TOLERANCE if motion.force.shape[1] else TRAVEL_TOLERANCE_WITHOUT_FORCE
     measured = [factor[j] * neck.motors[j].theta_scale for j in wrong]
     units = [unit_of(m, theta_units(neck.motors[j]), tolerance) for j, m in zip(wrong, measured, strict=True)]
-    if named := _unit_named("theta", wrong, units, measured, neck.M):
+    sure = _is_sure(units, measured)
+    if named := _unit_named("theta", wrong, units, neck.M, sure):
         to_write = _to_write("theta_scale", wrong, [u.scale for u in units if u], neck.M)
-        raise Refused(
-            "log", f"{named}: {_travel_words(factor, wrong)}", _if_so(named, to_write, "theta_scale", measured)
-        )
+        do = to_write if sure else _if_so(to_write, "theta_scale", measured)
+        raise Refused("log", f"{named}: {_travel_words(factor, wrong)}", do)
 
 
 def _travel_words(factor: Array, motors: NDArray[np.intp]) -> str:
@@ -242,13 +241,14 @@ def _check_force_units(neck: Neck, factor: Array, wrong_sign: NDArray[np.bool_])
     what = f"the arm needs {_times(factor[wrong])} the force of {_columns('f', wrong)} to move as it does"
     if np.any(wrong_sign[wrong]):
         what += f", and {_columns('f', wrong[wrong_sign[wrong]])} the other way round"
-    if (named := _unit_named("f", wrong, units, measured, neck.M)) is None:
+    sure = _is_sure(units, measured)
+    if (named := _unit_named("f", wrong, units, neck.M, sure)) is None:
         raise Refused("log", what, "say in neck.yaml what its unit is in N on the cable: motors[].f_scale")
     signed = [
         np.copysign(u.scale, scales[j]) * (-1 if wrong_sign[j] else 1) for j, u in zip(wrong, units, strict=True) if u
     ]
     to_write = _to_write("f_scale", wrong, signed, neck.M)
-    raise Refused("log", f"{named}: {what}", _if_so(named, to_write, "f_scale", measured))
+    raise Refused("log", f"{named}: {what}", to_write if sure else _if_so(to_write, "f_scale", measured))
 
 
 def _times(ratios: Array) -> str:
@@ -262,24 +262,26 @@ def _columns(stem: str, motors: NDArray[np.intp]) -> str:
     return ", ".join(f"{stem}{j + 1}" for j in motors)
 
 
-def _unit_named(
-    stem: str, motors: NDArray[np.intp], units: Sequence[Unit | None], measured: Sequence[float], count: int
-) -> str | None:
-    """That columns are in a unit, or may be, in words; None where one is in none, or they differ. measured: their scales."""
+def _is_sure(units: Sequence[Unit | None], measured: Sequence[float]) -> bool:
+    """Whether measured scales are those of the units to within SURE_TOLERANCE."""
     found = [(unit, scale) for unit, scale in zip(units, measured, strict=True) if unit is not None]
-    names = {unit.name for unit, _ in found}
-    if len(found) < len(units) or len(names) > 1:
+    return all(abs(np.log(scale / unit.scale)) < SURE_TOLERANCE for unit, scale in found)
+
+
+def _unit_named(
+    stem: str, motors: NDArray[np.intp], units: Sequence[Unit | None], count: int, sure: bool
+) -> str | None:
+    """That columns are in a unit, or may be where that is not sure, in words; None where one is in none, or they differ."""
+    names = {None if unit is None else unit.name for unit in units}
+    if len(names) > 1 or None in names:
         return None
     columns = stem if len(motors) == count else _columns(stem, motors)
-    sure = all(abs(np.log(scale / unit.scale)) < SURE_TOLERANCE for unit, scale in found)
-    verb = ("is" if len(motors) in (1, count) else "are") if sure else _UNSURE
+    verb = ("is" if len(motors) in (1, count) else "are") if sure else "may be"
     return f"{columns} {verb} in {names.pop()}"
 
 
-def _if_so(named: str, to_write: str, key: str, measured: Sequence[float]) -> str:
-    """What to write, and what else where it is not sure that columns are in the unit that was named."""
-    if f" {_UNSURE} in " not in named:
-        return to_write
+def _if_so(to_write: str, key: str, measured: Sequence[float]) -> str:
+    """What to write where columns may be in a unit, and what else where they are in one of their own."""
     return f"if so, {to_write}; else motors[].{key} is what one of its own unit is, which comes to about {np.median(measured):.3g}"
 
 

@@ -107,7 +107,7 @@ class Step:
     _torque_weight: Array | None
     _law: CableTerms
 
-    def taken(self, share: float = 1.0) -> ClockUnknowns:
+    def taken(self, share: float) -> ClockUnknowns:
         """The unknowns after a share of the step, but for cable_error and noise_scale."""
         return self._columns.moved(self._unknowns, self._columns.vector(self._unknowns) + share * self._change)
 
