@@ -184,8 +184,9 @@ def _with_all_causes(
 ) -> tuple[CauseFitter, FitStage]:
     """Causes chosen jointly, fitted together, and chosen anew where they then are, until the choice stands.
 
-    A wrong model's noise is another one: weights are told anew where that of a better one is."""
-    last, given_up, beside = first, set[str](), every_effect
+    A wrong model's noise is another one: weights are told anew where that of a better one is. What was given up beside other
+    causes is offered once more before the choice stands: what they did not explain may have driven it where nothing can be."""
+    last, given_up, beside = first, dict[str, FitStage](), every_effect
     for _ in range(_MAX_CHOICES):
         by_chance = _by_chance(beside, last.causes, seed)
         choices, offered = _choices(last, beside, given_up)
@@ -193,27 +194,28 @@ def _with_all_causes(
         simpler = _simpler(last)
         chosen = chosen_jointly(choices, start, least_gains, simpler)
         if sorted(chosen) == start:
-            other = _without_a_needless_one(fitter, last, choices, by_chance)
-            other = other or _with_one_far_off(fitter, last, choices, offered, by_chance)
-            if other is None:
+            after = _without_a_needless_one(fitter, last, choices, by_chance)
+            after = after or _with_one_far_off(fitter, last, choices, offered, by_chance)
+        else:
+            joint = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
+            after = _without_impossible(fitter, joint)
+            added = [i for i in chosen if i not in start]
+            alone = best_addition(choices, start, least_gains, simpler) if len(added) > 1 else None
+            if alone is not None and not _is_better(after, last, by_chance):
+                # where straight lines mislead, one cause may, and take a right one with it
+                after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, alone]))
+            only_lost = after is not joint and _places(after) == _places(last)
+            if only_lost or not _is_better(after, last, by_chance):
+                if added:
+                    given_up |= {offered[i].effect.name: last for i in added}
+                    continue
+                after = _without_the_least(fitter, last, choices, [i for i in start if i not in chosen], by_chance)
+        if after is None:
+            here = {name: stage for name, stage in given_up.items() if stage is last}
+            if len(here) == len(given_up) or not last.excess.above_noise:
                 break
-            last, beside = other, _with_effects(other, fitter.whiten)
+            given_up = here
             continue
-        joint = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
-        after = _without_impossible(fitter, joint)
-        added = [i for i in chosen if i not in start]
-        alone = best_addition(choices, start, least_gains, simpler) if len(added) > 1 else None
-        if alone is not None and not _is_better(after, last, by_chance):
-            # where straight lines mislead, one cause may, and take a right one with it
-            after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, alone]))
-        only_lost = after is not joint and _places(after) == _places(last)
-        if only_lost or not _is_better(after, last, by_chance):
-            if added:
-                given_up |= {offered[i].effect.name for i in added}
-                continue
-            after = _without_the_least(fitter, last, choices, [i for i in start if i not in chosen], by_chance)
-            if after is None:
-                break
         last = after
         if fitter.is_ill_weighted(last):
             fitter, last = fitter.reweighted(last)

@@ -9,11 +9,12 @@ import numpy as np
 from diagnosis.cause import with_causes
 from diagnosis.cause_fit import FitStage
 from diagnosis.cause_search import Search
-from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_residuals
+from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_excess, held_out_residuals
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.unlisted_laws import as_fitted, causes_of, found_laws
 from discovery.found_law import FoundLaw
+from mechanism.arm import Arm
 from xneck_foundation.one_line import indexed
 from xneck_foundation.unit_text import with_unit
 
@@ -70,8 +71,8 @@ def law_gains(
                 tried.comparison, tried.fit, extended, tried.causes, ensembles, fitter.whiten, clock_relaxed=True
             )
             gained = gains(before, after, h.arm.M)
-            if not _holds(gained, law):  # those found after it may hold without it
-                continue
+            if not (_holds(gained, law) and _leaves_less_beyond_noise(before, after, law, h.arm)):
+                continue  # those found after it may hold without it
             gain, before = gained[_equations_of(law)], after
         kept, stage = [*kept, GainedLaw(law, gain)], tried
     if not kept:
@@ -91,3 +92,15 @@ def _holds(gained: Sequence[Gain], law: FoundLaw) -> bool:
     better = own.before - own.after > MIN_LAW_GAIN_SIGMAS * own.sigma
     worse = any(g.after - g.before > MIN_LAW_GAIN_SIGMAS * g.sigma for g in gained)
     return better and not worse and np.isfinite(own.after)
+
+
+def _leaves_less_beyond_noise(before: HeldOutResiduals, after: HeldOutResiduals, law: FoundLaw, arm: Arm) -> bool:
+    """Whether its equations are left with less beyond the noise that each model itself makes of the measurements.
+
+    A law that makes forces smaller makes all that is wrong smaller with them, and noise more so."""
+    of_law = slice(arm.M, None) if _equations_of(law) else slice(0, arm.M)
+    left, was_left = (
+        float(np.sum((excess.rms**2 - excess.floor**2)[of_law]))
+        for excess in (held_out_excess(after, after), held_out_excess(before, before))
+    )
+    return left < was_left
