@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from diagnosis.cause import Cause, with_causes
 from diagnosis.compare import compare
 from diagnosis.comparison import ColumnFit, Comparison, Index
+from diagnosis.held_joints import held_share, square_at_rows
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.judged_rows import judged
 from diagnosis.linearisation import Linearisation, base_unknowns, corrected_signals, linearise, with_laws_of
@@ -75,6 +76,8 @@ MAX_OPPOSED_SHARE = 0.2
 """of what a cause does in the equations: what amounts below their least value may do (docs/thresholds.md)"""
 _MAX_NOISE_CHANGE = 1.5
 """times the loss that noise makes by its weights, from which the weights are told anew (docs/thresholds.md)"""
+_MAX_HELD_CHANGE = 0.02
+"""of the square of what dry friction may hold joints at rest by: change from which weights are told anew (docs/thresholds.md)"""
 _FIRST_DAMPING, _MAX_DAMPING = 1e-3, 10.0
 _DAMPING_DECREASE, _DAMPING_INCREASE = 3.0, 8.0
 
@@ -225,10 +228,18 @@ class CauseFitter:
             self._stages[key] = stage
         return self._stages[key]
 
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """To which causes are added, with what is seen of dry friction that holds joints at rest."""
+        return self._h
+
     def is_ill_weighted(self, stage: FitStage) -> bool:
-        """Whether noise with a stage's laws is plainly louder or softer than the weights by which it was fitted say."""
+        """Whether noise with a stage's laws is plainly louder or softer than the weights by which it was fitted say.
+
+        Or whether dry friction is seen to hold joints at rest by more, or by less."""
         level = stage.noise_loss / stage.comparison.row_count
-        return not 1 / _MAX_NOISE_CHANGE < level < _MAX_NOISE_CHANGE
+        holds_otherwise = abs(_held_share(stage) - self._h.held_share) > _MAX_HELD_CHANGE
+        return holds_otherwise or not 1 / _MAX_NOISE_CHANGE < level < _MAX_NOISE_CHANGE
 
     def reweighted(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
         """The same causes fitted anew with noise as it is with them, and what fits others so."""
@@ -238,6 +249,8 @@ class CauseFitter:
         """As `reweighted`, where a channel with more than noise counts by what it has.
 
         Else clocks and friction would give way to what no number mends where a law's form leaves something."""
+        if self.is_ill_weighted(stage):
+            self, stage = self.reweighted(stage)
         at, whiten = stage.comparison.linearisation, self._whitener(stage)
         residuals = zip(at.recordings, stage.comparison.residuals_after(stage.fit), strict=True)
         white = [whiten(r, segment_starts(rec.signals), rec.input_variance) for rec, r in residuals]
@@ -265,7 +278,7 @@ class CauseFitter:
 
     def _reweighted(self, stage: FitStage, whiten: Whitener) -> "tuple[CauseFitter, FitStage]":
         other = copy(self)
-        other.whiten, other._stages = whiten, {}
+        other.whiten, other._stages, other._h = whiten, {}, replace(self._h, held_share=_held_share(stage))
         return other, other.fitted(stage.comparison.linearisation, stage.causes)
 
     def _stage(self, start: Linearisation, causes: tuple[Cause, ...]) -> FitStage:
@@ -294,6 +307,17 @@ class CauseFitter:
         if passes == 1 or abs(loss / before - 1) < _MIN_LOSS_GAIN_FAR:
             return comparison, causes, ensembles
         return self._refined_with_speeds(comparison.linearisation, causes, passes - 1, loss)
+
+
+def _held_share(stage: FitStage) -> float:
+    """What is seen of dry friction that holds joints at rest."""
+    at = stage.comparison.linearisation
+    excess = [
+        (residual**2 - np.mean(np.square(draws), axis=0))[at.hypothesis.arm.M :]
+        for residual, draws in zip(stage.comparison.residuals_after(stage.fit), stage.noise, strict=True)
+    ]
+    beyond = held_share(excess, [square_at_rows(r.held, r.signals) for r in at.recordings])
+    return float(np.clip(at.hypothesis.held_share + beyond, 0.0, 1.0))
 
 
 def _base_model_start(h: Hypothesis, data: Sequence[DataSet], start: Array | None = None) -> Linearisation:

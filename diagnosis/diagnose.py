@@ -125,20 +125,20 @@ def diagnose(
     search = search_causes(h, fitted, seed)
     visible = detectability(search)
     progress("gain")
-    held = _held_out(search, search.last, h, others, progress)
+    held = _held_out(search, search.last, others, progress)
     taken_back: list[str] = []
     while held.worse and search.named:
         before, search = search, search.without_the_least()
         taken_back += [n.effect.name for n in before.named if n.effect not in {m.effect for m in search.named}]
-        held = _held_out(search, search.last, h, others, progress)
+        held = _held_out(search, search.last, others, progress)
     laws: tuple[GainedLaw, ...] = ()
     stage, holds = search.last, held.holds
     if stage.excess.above_noise:
         progress("laws that nobody listed")
-        found = law_gains(search, h, others, held.residuals, seed)
+        found = law_gains(search, others, held.residuals, seed)
         if found is not None:
             laws, stage = found.laws, found.stage
-            held = _held_out(search, stage, h, others, progress)
+            held = _held_out(search, stage, others, progress)
     left = held.remainder or remainders(search.first.excess, stage.excess, h.arm.M, held_out=False)
     verdict, why = _verdict(search, visible, left, holds, laws)
     if taken_back:
@@ -153,7 +153,7 @@ def diagnose(
         gains=held.gains,
         remainder=left,
         drawing=drawing_findings(stage),
-        extended=with_causes(h, stage.causes),
+        extended=with_causes(search.fitter.hypothesis, stage.causes),
         extended_stage=stage,
         found_laws=laws,
         not_simulated=held.not_simulated,
@@ -197,13 +197,13 @@ class _HeldOut:
 def _held_out(
     search: Search,
     last: FitStage,
-    h: Hypothesis,
     ensembles: Sequence[NoiseEnsemble],
     progress: Callable[[str], object],
 ) -> _HeldOut:
     """last: the stage whose causes are held against the first's."""
     if not ensembles:
         return _HeldOut()
+    h = search.fitter.hypothesis
     first, extended = search.first, with_causes(h, last.causes)
     relaxed = bool(last.causes)
     old = held_out_residuals(first.comparison, first.fit, h, (), ensembles, search.fitter.whiten, relaxed)

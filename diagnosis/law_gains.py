@@ -10,7 +10,6 @@ from diagnosis.cause import with_causes
 from diagnosis.cause_fit import FitStage
 from diagnosis.cause_search import Search
 from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_excess, held_out_residuals
-from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.unlisted_laws import as_fitted, causes_of, found_laws
 from discovery.found_law import FoundLaw
@@ -56,10 +55,10 @@ class LawGains:
 
 
 def law_gains(
-    search: Search, h: Hypothesis, ensembles: Sequence[NoiseEnsemble], before: HeldOutResiduals | None, seed: int
+    search: Search, ensembles: Sequence[NoiseEnsemble], before: HeldOutResiduals | None, seed: int
 ) -> LawGains | None:
     """Laws in what a search leaves; before: what it leaves of recordings that were not fitted, `ensembles`, if there are any."""
-    fitter, stage = search.fitter, search.last
+    fitter, stage, h = search.fitter, search.last, search.fitter.hypothesis
     kept: list[GainedLaw] = []
     for law in found_laws(stage, fitter.whiten, seed):
         causes = (*search.last.causes, *causes_of([*(each.law for each in kept), law], h.arm))

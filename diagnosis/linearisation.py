@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.held_joints import square_at_rows
 from diagnosis.hypothesis import BASE_LAWS, Hypothesis
 from diagnosis.input_variance import FrictionSlopes, input_variance
 from identification.dataset.dataset import DataSet
 from identification.instruments import instrument_signals
 from identification.residual_sensitivity import ResidualSensitivity
-from identification.residuals import LawForces, ResidualRows, law_forces_at, residual_rows, residuals_of
+from identification.residuals import LawForces, ResidualRows, joint_motion, law_forces_at, residual_rows, residuals_of
 from identification.signals import Signals, signals_of
 from identification.unknowns import Unknowns, unknowns
 from mechanism.machine import Machine
@@ -37,7 +38,9 @@ class RecordingLinearisation:
     friction_slopes: FrictionSlopes
     """by which the error of motor speeds becomes one of friction"""
     input_variance: Array
-    """(C, S), variance of rows beyond noise, by that error"""
+    """(C, S), variance of rows beyond noise, by that error and by joints that are held at rest"""
+    held: Array
+    """(T, N), N m, torque by which dry friction may hold joints at rest otherwise than the laws say"""
     sensitivity: ResidualSensitivity
     rows: ResidualRows
     laws: tuple[str, ...]
@@ -93,6 +96,9 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
         motor_forces = law_forces_at(motor_signals, u, p, recording, tension)
     vision_forces = law_forces_at(s, u, p, recording, tension)
     slopes = FrictionSlopes.of(machine, s, tension)
+    held = machine.held_torque(joint_motion(s), s.Z, s.wraps, tension)
+    variance = input_variance(s, slopes)
+    variance[s.arm.M :] += h.held_share * square_at_rows(held, s)
     return RecordingLinearisation(
         hypothesis=h,
         signals=s,
@@ -101,7 +107,8 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
         motor_forces=motor_forces,
         tension=tension,
         friction_slopes=slopes,
-        input_variance=input_variance(s, slopes),
+        input_variance=variance,
+        held=held,
         sensitivity=ResidualSensitivity(s, u, p, recording),
         rows=ResidualRows(
             residuals_of(s, vision_forces), residual_rows(motor_signals, u, p, recording, tension).jacobian

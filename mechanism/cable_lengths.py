@@ -162,15 +162,19 @@ def _passes(side: Array, d1: Array, arm: Arm, alpha: Array, sign: float) -> Port
     return Portion(side + arm.r * wrap, d1 + sign * arm.r, wrap, 1.5 * np.pi + sign * alpha / 2)
 
 
-def _strut(arm: Arm, alpha: Array, s: Sides) -> Portion:
-    """(30) with acos for A3 and A5 (the tangents beside them need it); even in alpha, so the mirrored strut's as well."""
+def _strut(arm: Arm, alpha: Array, s: Sides, sign: float) -> Portion:
+    """(30) with acos for A3 and A5 (the tangents beside them need it); sign +1, and -1 of the mirrored strut.
+
+    Its length is even in alpha. Two of its three pulleys are on the upper bar: what is wound around them slides as the cable above.
+    """
     r = arm.r
     lean = np.arctan2(s.d, arm.b * np.cos(alpha / 2))
     a3, a5 = np.arccos(2 * r / arm.L), np.arccos(2 * r / arm.b)
     straight = 2 * np.sqrt((arm.L / 2) ** 2 - r**2) + 2 * np.sqrt((arm.b / 2) ** 2 - r**2)
     # 2 psi - alpha = 2 (pi - lean)
     wrap = 4 * np.pi - 2 * lean - 2 * a3 - 2 * a5
-    return Portion(straight + r * wrap, _strut_d1(arm, alpha, s), wrap, 0.0 * wrap)
+    above = 2.5 * np.pi - lean - sign * alpha / 2 - a3 - 2 * a5
+    return Portion(straight + r * wrap, _strut_d1(arm, alpha, s), wrap, above)
 
 
 def _strut_d1(arm: Arm, alpha: Array, s: Sides) -> Array:
@@ -186,8 +190,8 @@ _PORTION = {
     "right": lambda arm, alpha, s: _ends(s.right, s.right1, arm, alpha, 1.0),
     "left_through": lambda arm, alpha, s: _passes(s.left, s.left1, arm, alpha, -1.0),
     "right_through": lambda arm, alpha, s: _passes(s.right, s.right1, arm, alpha, 1.0),
-    "strut": _strut,
-    "strut_mirrored": _strut,
+    "strut": lambda arm, alpha, s: _strut(arm, alpha, s, 1.0),
+    "strut_mirrored": lambda arm, alpha, s: _strut(arm, alpha, s, -1.0),
 }
 
 _SECOND_DERIVATIVE = {

@@ -11,3 +11,15 @@ CM = 0.5
 def dry(theta_d: Array, cm: float | Array = CM) -> Array:
     """(48) for fs = 1 N: (2/pi) atan(cm theta'), theta' in rad/s on the motor side; of the shape given."""
     return 2 / np.pi * np.arctan(cm * theta_d)
+
+
+def turned_over(s: Array, power: float | Array) -> Array:
+    """Share of its greatest that dry friction has at a speed of s times that over which it changes sign; of the shape given.
+
+    power: how soon it is whole, 1 slowly, 2.7 much as tanh, 8 almost at once."""
+    return s / (1 + np.abs(s) ** power) ** (1 / power)
+
+
+def share_at_rest(turned: Array) -> Array:
+    """Of its greatest, by which dry friction may be off its share `turned`: it holds what rests against any torque up to there."""
+    return np.sqrt(np.maximum(1 - turned**2, 0.0))

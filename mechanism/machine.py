@@ -182,14 +182,28 @@ class Machine:
         Z, wraps: (N, ..., M), m and rad, mechanisms first; alpha_d: (N, ...) to be multiplied with them, rad/s.
         """
         losing = [law for law in self.laws if law.loses(self.values)]
-        speeds = [Z[-1] * alpha_d[-1]]
-        for i in range(len(Z) - 2, -1, -1):
-            speeds.insert(0, speeds[0] + Z[i] * alpha_d[i])
         out: list[Array] = []
-        for speed, wrap in zip(speeds, wraps, strict=True):
-            here = sum((law.loss(self.values, Sliding(speed, wrap)) for law in losing), start=np.zeros(()))
+        for at in _sliding(Z, alpha_d, wraps):
+            here = sum((law.loss(self.values, at) for law in losing), start=np.zeros(()))
             out.append(out[-1] + here if out else here)
         return out
+
+    def held_torque(self, at: JointMotion, Z: Array, wraps: Array, tension: Array) -> Array:
+        """By which dry friction may hold each joint at rest otherwise than the laws say, (T, N), N m.
+
+        Z, wraps: (T, N, M), m and rad; tension: (T, M), N. What holds a cable at several pulleys of its way adds up in squares."""
+        square = np.zeros_like(at.alpha_d)
+        for law in self.laws:
+            square = square + law.held_torque(self.values, at) ** 2
+        if self.loses_on_the_way:
+            mechanisms_first = (np.moveaxis(v, -2, 0) for v in (Z, at.alpha_d[..., None], wraps))
+            held = [
+                sum((law.held_loss(self.values, sliding) ** 2 for law in self.laws), start=np.zeros(()))
+                for sliding in _sliding(*mechanisms_first)
+            ]
+            on_the_way = np.moveaxis(np.cumsum(held, axis=0), 0, -2)
+            square = square + np.sum((Z * np.maximum(tension, 0.0)[:, None]) ** 2 * on_the_way, axis=-1)
+        return np.sqrt(square)
 
     def ratios_lost(self, Z: Array, alpha_d: Array, wraps: Array) -> Array:
         """Share of a cable's tension that is lost on the way to each mechanism, (..., N, M).
@@ -210,3 +224,11 @@ class Machine:
     def resistance(self, at: JointMotion) -> Array:
         """Torque against the joints' motion, (..., N), N m."""
         return sum((law.resistance(self.values, at) for law in self.laws), start=np.zeros(()))
+
+
+def _sliding(Z: Array, alpha_d: Array, wraps: Array) -> list[Sliding]:
+    """How cables slide over the pulleys before each mechanism's span; arguments as in `Machine.losses`."""
+    speeds = [Z[-1] * alpha_d[-1]]
+    for i in range(len(Z) - 2, -1, -1):
+        speeds.insert(0, speeds[0] + Z[i] * alpha_d[i])
+    return [Sliding(speed, wrap) for speed, wrap in zip(speeds, wraps, strict=True)]

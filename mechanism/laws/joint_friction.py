@@ -1,8 +1,7 @@
 """Friction in the joints of the arm itself."""
 
-import numpy as np
-
 from mechanism.arm import Array
+from mechanism.friction import share_at_rest, turned_over
 from mechanism.laws.law import JointMotion, Law, Term, Values
 
 _WOULD_TELL = "swing the joints fast, with cables of little friction"
@@ -23,5 +22,7 @@ class JointFriction(Law):
     )
 
     def resistance(self, p: Values, at: JointMotion) -> Array:
-        s, n = at.alpha_d / p["vj"], p["nj"]
-        return p["cj"] * s / (1 + np.abs(s) ** n) ** (1 / n) + p["dj"] * at.alpha_d
+        return p["cj"] * turned_over(at.alpha_d / p["vj"], p["nj"]) + p["dj"] * at.alpha_d
+
+    def held_torque(self, p: Values, at: JointMotion) -> Array:
+        return p["cj"] * share_at_rest(turned_over(at.alpha_d / p["vj"], p["nj"]))

@@ -186,3 +186,11 @@ class Law:
     def resistance(self, p: Values, at: JointMotion) -> Array:
         """Torque against the joints' motion, (..., N), N m."""
         return np.zeros(())
+
+    def held_torque(self, p: Values, at: JointMotion) -> Array:
+        """By which dry friction may hold a joint at rest otherwise than `resistance` says, (..., N), N m: nothing where it slides."""
+        return np.zeros(())
+
+    def held_loss(self, p: Values, at: Sliding) -> Array:
+        """By which dry friction may hold a cable at rest on its pulleys otherwise than `loss` says, (..., M)."""
+        return np.zeros(())

@@ -3,6 +3,7 @@
 import numpy as np
 
 from mechanism.arm import Array
+from mechanism.friction import share_at_rest, turned_over
 from mechanism.laws.law import Law, MotorMotion, Sliding, Term, Values
 
 SLIDING_M_S = 1e-3
@@ -36,5 +37,7 @@ class PulleyFriction(Law):
         return bool(np.any(p["ma"]))
 
     def loss(self, p: Values, at: Sliding) -> Array:
-        s = at.speed / p["vp"]
-        return p["ma"] * at.wrap * s / (1 + np.abs(s) ** _ABRUPT) ** (1 / _ABRUPT)
+        return p["ma"] * at.wrap * turned_over(at.speed / p["vp"], _ABRUPT)
+
+    def held_loss(self, p: Values, at: Sliding) -> Array:
+        return p["ma"] * at.wrap * share_at_rest(turned_over(at.speed / p["vp"], _ABRUPT))

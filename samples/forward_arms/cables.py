@@ -35,11 +35,15 @@ def wraps(plant: Plant, fold: Fold, alpha: Array) -> Array:
 def wraps_before_spans(plant: Plant, fold: Fold, alpha: Array) -> Array:
     """Of that angle, what lies before the span of each mechanism and behind the one below it, (N, M, B), rad.
 
-    A string that passes on lies on the upper pulley over all but the first quarter of its turn: behind the span."""
-    turns = _turns(plant, fold, alpha)
+    A string that passes on lies on the upper pulley over all but the first quarter of its turn: behind the span. Of a strut's three
+    pulleys two are on the upper bar."""
+    r, turns = plant.r, _turns(plant, fold, alpha)
     behind = np.zeros_like(turns)
     for place, turn in ((2, alpha), (3, -alpha)):
         behind[place] = 3 * np.pi / 2 + turn / 2
+    from_entry = turns[4] / 2 + np.arcsin(2 * r / plant.b)
+    for place, turn in ((4, alpha), (5, -alpha)):
+        behind[place] = from_entry - turn / 2
     before, after = _routed(plant, turns - behind), _routed(plant, behind)
     before[1:] += after[:-1]
     return before

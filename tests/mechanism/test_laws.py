@@ -200,3 +200,16 @@ def test_wraps_are_those_of_taut_strings() -> None:
             radii = np.array([w.radius > 0 for w in string.wheels])
             expected[:, j] += string.wound @ radii
     np.testing.assert_allclose(wrap_angles(ARM, alpha), expected, atol=1e-12)
+
+
+def test_what_is_wound_around_pulleys_of_an_upper_bar_slides_as_the_cable_above() -> None:
+    """Taut strings again: of each mechanism's pulleys the first is on its lower bar."""
+    alpha = np.random.default_rng(1).uniform(-0.6, 0.6, (20, 3))
+    expected = np.zeros((20, 3, 4))
+    for j, route in enumerate(ARM.routes):
+        for i, word in enumerate(route):
+            string = piece(word, alpha[:, i], ARM.L[i], ARM.b[i], ARM.r[i]).string
+            first, *above = (w.radius > 0 for w in string.wheels)
+            expected[:, i, j] += string.wound[:, 0] * first
+            expected[:, min(i + 1, 2), j] += string.wound[:, 1:] @ np.array(above)
+    np.testing.assert_allclose(geometry_of_poses(ARM, alpha).wraps, expected, atol=1e-12)
