@@ -188,7 +188,7 @@ class Law:
         return np.zeros(())
 
     def held_torque(self, p: Values, at: JointMotion) -> Array:
-        """By which dry friction may hold a joint at rest otherwise than `resistance` says, (..., N), N m: nothing where it slides."""
+        """By which dry friction may hold a joint at rest otherwise than `resistance` says, (..., N), N m: none where it slides."""
         return np.zeros(())
 
     def held_loss(self, p: Values, at: Sliding) -> Array:
