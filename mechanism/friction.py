@@ -6,6 +6,7 @@ from mechanism.arm import Array
 
 CM = 0.5
 """s/rad: slope of the arc tangent around rest (48), on the motor side"""
+_ALMOST_AT_ONCE = 4.0
 
 
 def dry(theta_d: Array, cm: float | Array = CM) -> Array:
@@ -20,6 +21,8 @@ def turned_over(s: Array, power: float | Array) -> Array:
     return s / (1 + np.abs(s) ** power) ** (1 / power)
 
 
-def share_at_rest(turned: Array) -> Array:
-    """Of its greatest, by which dry friction may be off its share `turned`: it holds what rests against any torque up to there."""
-    return np.sqrt(np.maximum(1 - turned**2, 0.0))
+def share_at_rest(s: Array) -> Array:
+    """Of its greatest, by which dry friction may be off what a law says at a speed of s times that over which it changes sign.
+
+    It holds what rests against any force up to its greatest; what slides at twice that speed it does not hold, however its law."""
+    return np.sqrt(1 - turned_over(s, _ALMOST_AT_ONCE) ** 2)

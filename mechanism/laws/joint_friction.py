@@ -25,4 +25,4 @@ class JointFriction(Law):
         return p["cj"] * turned_over(at.alpha_d / p["vj"], p["nj"]) + p["dj"] * at.alpha_d
 
     def held_torque(self, p: Values, at: JointMotion) -> Array:
-        return p["cj"] * share_at_rest(turned_over(at.alpha_d / p["vj"], p["nj"]))
+        return p["cj"] * share_at_rest(at.alpha_d / p["vj"])

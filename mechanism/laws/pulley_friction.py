@@ -40,4 +40,4 @@ class PulleyFriction(Law):
         return p["ma"] * at.wrap * turned_over(at.speed / p["vp"], _ABRUPT)
 
     def held_loss(self, p: Values, at: Sliding) -> Array:
-        return p["ma"] * at.wrap * share_at_rest(turned_over(at.speed / p["vp"], _ABRUPT))
+        return p["ma"] * at.wrap * share_at_rest(at.speed / p["vp"])
