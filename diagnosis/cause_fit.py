@@ -117,14 +117,15 @@ class FitStage:
 
     @property
     def possible(self) -> bool:
-        """Whether no cause does surely less than nothing."""
+        """Whether no cause does surely less than nothing, or more than any such thing does."""
         return not self.impossible
 
     @cached_property
     def impossible(self) -> tuple[int, ...]:
-        """Which causes do surely less than nothing: friction that drives, a mass that lifts.
+        """Which causes do surely less than nothing, as friction that drives or a mass that lifts, or more than any such thing does.
 
-        A small part of a cause may: it mends the form of the law, which nobody knows better.
+        A small part of a cause may do less: it mends the form of the law, which nobody knows better. What ends where its range does
+        stands in for something else.
         """
         out = []
         c = self.comparison
@@ -134,7 +135,8 @@ class FitStage:
             bounds, count = cause.effect.lower_bounds(arm)[list(cause.where.columns)], len(cause.amounts)
             does = cause.amounts / cause.sizes(arm)[:count] * norm[columns[:count]]
             beyond = cause.amounts < bounds - IMPOSSIBLE_SIGMAS * sigma[:count]
-            if np.any(beyond & (np.abs(does) > MAX_OPPOSED_SHARE * np.linalg.norm(does))):
+            is_opposed = np.any(beyond & (np.abs(does) > MAX_OPPOSED_SHARE * np.linalg.norm(does)))
+            if is_opposed or np.any(cause.amounts >= cause.effect.upper_bounds(arm)[list(cause.where.columns)]):
                 out.append(i)
         return tuple(out)
 

@@ -112,6 +112,10 @@ class Effect:
         """What each amount may be at least, but for chance, (Q,)."""
         return np.repeat([term.low for term in self.terms], len(self.place_labels(arm)))
 
+    def upper_bounds(self, arm: Arm) -> Array:
+        """What no amount reaches, (Q,)."""
+        return np.repeat([term.high for term in self.terms], len(self.place_labels(arm)))
+
     def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
         """What a unit of each amount does to the residuals of a recording, (C, S, Q)."""
         raise NotImplementedError

@@ -61,6 +61,15 @@ def test_windows_of_the_inverse_are_the_inverses() -> None:
     np.testing.assert_allclose(banded_cholesky(band).solve(right), whole @ right, atol=1e-12)
 
 
+def test_blocks_in_which_no_window_begins_give_none() -> None:
+    """The last knots of a recording lie beyond its last row: where they fill a part of their own, no row is in it."""
+    n, first = 1700, np.array([0, 3, 100, 1500])
+    band = np.zeros((5, n))
+    band[0] = 12.0
+    found = [rows for rows, _ in inverse_windows(banded_cholesky(band), 6, first, 5)]
+    assert found == [slice(0, 4)]
+
+
 def test_halves_of_a_solution_multiply_to_the_inverses_form() -> None:
     """Also of no right sides at all, and of one that is a vector."""
     rng = np.random.default_rng(1)
