@@ -14,6 +14,7 @@ from identification.dataset.series import Series
 from mechanism.description import Neck, markers_of
 from mechanism.printed_markers import Markers
 from synchronisation.angles import Angles
+from vision.arm_reach import arm_reach
 from vision.frame_quality import angle_gaps, frame_quality
 from vision.light_patch import LightPatch
 from vision.linkage.lens_bow import correct_lens_bow
@@ -21,10 +22,11 @@ from vision.linkage.linkage_fit import LinkageFit, fit_linkage
 from vision.linkage.marker_placement import describe_placement
 from vision.linkage.observed_corners import Floats
 from vision.linkage.shared_fit import LinkageOptions, PlacementPrior, fit_shared
-from vision.markers.tracking import DOUBLED, REPEATED, TrackingOptions
+from vision.markers.tracking import DOUBLED, OTHER_PRINT, REPEATED, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
 from vision.noise_by_frames import with_noise_by_frames
 from vision.repeated_pictures import repeated_pictures
+from vision.second_prints import second_print_warnings, second_prints, without_second_prints
 from vision.shutter import UNKNOWN_SHUTTER, Shutter, at_middle_row
 from vision.video import Segment, Video
 from xneck_foundation.errors import Refused
@@ -129,6 +131,8 @@ def extract(
         options.light.refuse_outside(video.width, video.height, str(video.path))
     tracks = track_video(video, markers, options.tracking, workers, progress, options.light, tracked)
     _refuse_without_markers(video, markers, tracks)
+    others = second_prints(tracks.time, tracks.corners, tracks.status, tracks.prints, arm_reach(neck))
+    tracks = without_second_prints(tracks, others)
     repeated = repeated_pictures(tracks.time, tracks.corners)
     tracks = _without(tracks, repeated)
     ids = [marker.id for marker in markers.on_bars]
@@ -160,6 +164,7 @@ def extract(
     notes["row_time"] = _row_time_note(fit, shutter)
     notes["warnings"] = [
         *video.warnings,
+        *second_print_warnings(time, others, ids),
         *_repetition_warning(time, repeated),
         *_row_time_warning(fit, options.shutter, shutter, video.height),
     ]
@@ -190,16 +195,8 @@ def _without(tracks: MarkerTracks, repeated: NDArray[np.bool_]) -> MarkerTracks:
     """The tracks without what repeated frames show: it is true of an earlier moment than that of their stamps."""
     if not repeated.any():
         return tracks
-    frame = repeated[:, None, None]
-    return replace(
-        tracks,
-        corners=np.where(frame[..., None], np.nan, tracks.corners),
-        covariance=None
-        if tracks.covariance is None
-        else np.where(frame[..., None], np.float32(np.nan), tracks.covariance),
-        status=np.where(repeated[:, None], np.int8(REPEATED), tracks.status),
-        light=None if tracks.light is None else np.where(repeated, np.nan, tracks.light),
-    )
+    tracks = tracks.without(np.broadcast_to(repeated[:, None], tracks.status.shape), REPEATED)
+    return replace(tracks, light=None if tracks.light is None else np.where(repeated, np.nan, tracks.light))
 
 
 def _repetition_warning(time: Array, repeated: NDArray[np.bool_]) -> list[str]:
@@ -255,11 +252,16 @@ def _refuse_without_markers(video: Video, markers: Markers, tracks: MarkerTracks
 def _notes(video: Video, markers: Markers, tracks: MarkerTracks, corners: Array, fit: LinkageFit) -> dict[str, Any]:
     """What angles.mcap says of the source, the markers, the camera's pose and the fit."""
     shares = (~np.isnan(corners[:, :, 0, 0])).mean(axis=0)
-    doubled = (tracks.status == DOUBLED).sum(axis=0)
+    doubled, other = ((tracks.status == status).sum(axis=0) for status in (DOUBLED, OTHER_PRINT))
     return {
         "source": video.path.name,
         "markers": [
-            {"id": marker.id, "seen_share": float(shares[k]), "duplicates": int(doubled[k])}
+            {
+                "id": marker.id,
+                "seen_share": float(shares[k]),
+                "duplicates": int(doubled[k]),
+                "other_prints": int(other[k]),
+            }
             for k, marker in enumerate(markers.on_bars)
         ],
         "foreign_ids": list(tracks.foreign_ids)[:50],
