@@ -22,6 +22,7 @@ from vision.linkage.linkage_fit import LinkageFit, fit_linkage
 from vision.linkage.marker_placement import describe_placement
 from vision.linkage.observed_corners import Floats
 from vision.linkage.shared_fit import LinkageOptions, PlacementPrior, fit_shared
+from vision.markers.dictionary_in_view import dictionary_in_view
 from vision.markers.tracking import DOUBLED, OTHER_PRINT, REPEATED, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
 from vision.noise_by_frames import with_noise_by_frames
@@ -242,6 +243,13 @@ def _refuse_without_markers(video: Video, markers: Markers, tracks: MarkerTracks
         return
     ids = list(tracks.foreign_ids)[:8]
     other = f", though others of the dictionary are (ids {ids})" if ids else ""
+    name = None if ids else dictionary_in_view(video)
+    if name not in (None, markers.dictionary):
+        raise Refused(
+            video.path,
+            f"no marker of neck.yaml was found in {len(tracks.time)} frames, which show markers of {name}",
+            f"correct markers.dictionary ({markers.dictionary})",
+        )
     raise Refused(
         video.path,
         f"no marker of neck.yaml was found in {len(tracks.time)} frames{other}",

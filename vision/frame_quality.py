@@ -24,9 +24,9 @@ def frame_quality(tracks: MarkerTracks, ids: list[int], residual_px: Array, expo
     """Quality columns over the frames.
 
     `residual_px` of the linkage's fit; `blur_px`, the distance that the fastest corner moves during the exposure; for each
-    marker `how_id` (0 followed, 1 searched, 2 not found, 3 lost, 4 doubled, 5 repeated, 6 another print). Where corners
-    were fitted by the template also, for each marker, the shares of it that are hidden and clipped, and whether the fit fell back to
-    the edges; and the grey level of a switched light.
+    marker `how_id` (0 followed, 1 searched, 2 not found, 3 lost, 4 doubled, 5 repeated, 6 another print). Where corners were fitted
+    by the template also, for each marker, the shares of it that are hidden and clipped, and whether the fit fell back to the edges;
+    and the grey level of a switched light.
     """
     shift = np.abs(np.gradient(tracks.corners, tracks.time, axis=0)) * exposure_s
     filled = np.nan_to_num(shift, nan=-1.0)

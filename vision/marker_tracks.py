@@ -21,6 +21,7 @@ from mechanism.printed_markers import BarMarker, Markers
 from vision.extract import refuse_other_size
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.markers.detection import MarkerDetector
+from vision.markers.dictionary_in_view import dictionary_in_view
 from vision.markers.tracking import DOUBLED, OTHER_PRINT, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
 from vision.noise_by_frames import noise_factor
@@ -125,10 +126,12 @@ def track_markers(
         refuse_other_size(video, camera)
     ids = _ids_in_view(video, options.dictionary)
     if not ids:
+        other = dictionary_in_view(video)
         raise Refused(
             video.path,
-            f"shows no marker of {options.dictionary} in {min(LOOKED_AT, video.frames)} frames spread over it",
-            "name the dictionary that they were printed from",
+            f"shows no marker of {options.dictionary} in {min(LOOKED_AT, video.frames)} frames spread over it"
+            + (f", but markers of {other}" if other else ""),
+            f"give --dictionary {other}" if other else "name the dictionary that they were printed from",
         )
     markers = _markers(options.dictionary, ids)
     tracking = TrackingOptions(options.template, options.shutter.exposure_s)

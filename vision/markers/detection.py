@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from calibration.dictionaries import check_marker_id, marker_cells, opencv_dictionary
 from mechanism.printed_markers import Markers
-from vision.markers.cell_reading import read_cells
+from vision.markers.cell_reading import pattern_correlation, read_cells
 from vision.markers.edge_refinement import refine_by_edges
 
 Array = NDArray[np.float64]
@@ -25,6 +25,9 @@ CELL_SAMPLES_PX = 8
 CELL_MARGIN = 0.3
 """share of a cell, at each of its sides, that is not read in the picture as it is: there small cells are blurred
 (docs/thresholds.md)"""
+
+MIN_CORRELATION = 0.63
+"""correlation of a marker's grey levels with its pattern, below which it is a marker of another dictionary (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -99,9 +102,13 @@ class MarkerDetector:
         rough = np.array(corners, dtype=float).reshape(-1, 4, 2)
         black = np.array([marker_cells(self._dictionary, int(i)) for i in np.ravel(ids)])
         printed = read_cells(grey, rough, black).is_printed
-        marker_ids, rough = [int(i) for i in np.ravel(ids)[printed]], rough[printed]
+        marker_ids, rough, black = np.ravel(ids)[printed], rough[printed], black[printed]
         refined = refine_by_edges(grey, rough, self._cells)
-        return list(zip(marker_ids, np.where(np.isnan(refined), rough, refined), strict=True))
+        found = np.where(np.isnan(refined), rough, refined)
+        if not len(found):
+            return []
+        alike = pattern_correlation(grey, found, black) > MIN_CORRELATION
+        return [(int(i), c) for i, c in zip(marker_ids[alike], found[alike], strict=True)]
 
 
 def _parameters(fine: bool) -> cv2.aruco.DetectorParameters:
