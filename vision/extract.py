@@ -16,6 +16,7 @@ from mechanism.printed_markers import Markers
 from synchronisation.angles import Angles
 from vision.arm_reach import arm_reach
 from vision.frame_quality import angle_gaps, frame_quality
+from vision.interlacing import refuse_interlaced
 from vision.light_patch import LightPatch
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.linkage.linkage_fit import LinkageFit, fit_linkage
@@ -119,8 +120,8 @@ def extract(
     Frames that show the picture before them again have no angles (`notes["repeated_frames"]`). Where neck.yaml's placement of the
     markers is believed, it is compared with what the motion shows (`notes["askew"]`).
 
-    Raises Refused for a damaged video, one of a single frame, a picture size that is not the camera's, or where no marker of the
-    arm is in view.
+    Raises Refused for a damaged video, one of a single frame or of woven fields, a picture size that is not the
+    camera's, or where no marker of the arm is in view.
     """
     markers = markers_of(neck, "neck.yaml")
     refuse_other_size(video, camera)
@@ -132,6 +133,7 @@ def extract(
         options.light.refuse_outside(video.width, video.height, str(video.path))
     tracks = track_video(video, markers, options.tracking, workers, progress, options.light, tracked)
     _refuse_without_markers(video, markers, tracks)
+    refuse_interlaced(video.path, tracks.time, tracks.corners, tracks.row_shift)
     others = second_prints(tracks.time, tracks.corners, tracks.status, tracks.prints, arm_reach(neck))
     tracks = without_second_prints(tracks, others)
     repeated = repeated_pictures(tracks.time, tracks.corners)

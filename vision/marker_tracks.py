@@ -19,6 +19,7 @@ from identification.dataset.series import Series
 from identification.files import joint_state
 from mechanism.printed_markers import BarMarker, Markers
 from vision.extract import refuse_other_size
+from vision.interlacing import refuse_interlaced
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.markers.detection import MarkerDetector
 from vision.markers.dictionary_in_view import dictionary_in_view
@@ -120,7 +121,8 @@ def track_markers(
 ) -> TracksOfMarkers:
     """All markers of a dictionary in a video; with a camera their turns are free of the lens' distortion.
 
-    Raises Refused for a damaged video, a picture size that is not the camera's, or where no marker of the dictionary is in view.
+    Raises Refused for a damaged video, one of woven fields, a picture size that is not the camera's,
+    or where no marker of the dictionary is in view.
     """
     if camera is not None:
         refuse_other_size(video, camera)
@@ -136,6 +138,7 @@ def track_markers(
     markers = _markers(options.dictionary, ids)
     tracking = TrackingOptions(options.template, options.shutter.exposure_s)
     tracks = track_video(video, markers, tracking, workers, progress)
+    refuse_interlaced(video.path, tracks.time, tracks.corners, tracks.row_shift)
     others = second_prints(tracks.time, tracks.corners, tracks.status, tracks.prints, None)
     tracks = without_second_prints(tracks, others)
     corners = tracks.corners

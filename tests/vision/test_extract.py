@@ -106,6 +106,7 @@ def test_a_rolling_shutter_that_nobody_spoke_of_is_corrected_and_said(monkeypatc
         hidden=nothing,
         clipped=nothing,
         fell_back=nothing.astype(bool),
+        row_shift=np.zeros(seen.shape[:2], dtype=np.float32),
         prints=np.empty((0, 4)),
         foreign_ids=(),
     )

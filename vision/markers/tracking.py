@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from calibration.dictionaries import marker_cells
 from mechanism.printed_markers import Markers
+from vision.interlacing import row_shift
 from vision.markers.cell_reading import read_cells
 from vision.markers.detection import DetectedMarkers, MarkerDetector
 from vision.markers.edge_refinement import refine_by_edges
@@ -77,6 +78,8 @@ class TrackedFrame:
     """(markers, 8, 8), px^2, of x1, y1, x2, ..., NaN where not found; None where the edges alone were used"""
     status: NDArray[np.int8]
     """(markers,): TRACKED .. DOUBLED"""
+    row_shift: NDArray[np.float32]
+    """(markers,): how far odd rows are right of even ones around a marker, px; NaN where not found"""
     prints: Array
     """(n, 4) of the prints of markers that are DOUBLED: time (s), index of the marker, x and y of the print's middle (px)"""
     hidden: NDArray[np.float32]
@@ -150,6 +153,7 @@ class MarkerTracker:
             hidden=hidden,
             clipped=clipped,
             fell_back=fell_back,
+            row_shift=row_shift(frame.grey, corners).astype(np.float32),
             prints=self._prints(frame.time, detected),
             foreign_ids=detected.foreign_ids if detected else (),
         )

@@ -34,6 +34,7 @@ class MarkerTracks:
     hidden: NDArray[np.float32]
     clipped: NDArray[np.float32]
     fell_back: NDArray[np.bool_]
+    row_shift: NDArray[np.float32]
     prints: Array
     """(n, 4), one row for each print of a marker in a frame that shows the marker more than once: time (s), index of the marker,
     x and y of the print's middle (px)"""
@@ -68,7 +69,7 @@ class _SegmentTask:
     light: LightPatch | None
 
 
-_FRAME_FIELDS = ("time", "corners", "covariance", "status", "hidden", "clipped", "fell_back")
+_FRAME_FIELDS = ("time", "corners", "covariance", "status", "hidden", "clipped", "fell_back", "row_shift")
 _FIELDS = (*_FRAME_FIELDS, "prints", "light")
 
 

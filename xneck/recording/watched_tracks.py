@@ -30,6 +30,7 @@ _ARRAYS = (
     "hidden",
     "clipped",
     "fell_back",
+    "row_shift",
     "prints",
     "foreign_ids",
     "light",
