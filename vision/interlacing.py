@@ -1,8 +1,8 @@
 """Pictures in which even and odd rows show two moments, told from the markers in motion; the stream's own flag is often missing.
 
 An interlaced camera exposes the even rows, and half a frame later the odd ones. Woven into one picture, odd rows are ahead of
-even ones by half of what a marker moves from frame to frame, and turn round as the marker does. Nothing else does that: a rolling shutter
-shears a picture and leaves each row between its neighbours; noise and compression do not know which way a marker moves.
+even ones by half of what a marker moves from frame to frame, and turn round as the marker does. Nothing else does that: a rolling
+shutter shears a picture and leaves each row between its neighbours; noise and compression do not know which way a marker moves.
 """
 
 from pathlib import Path
