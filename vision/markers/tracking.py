@@ -49,9 +49,10 @@ MAX_FOCUS_ROUNDS = 8
 LEARNING_FRAMES = 12
 """first frames of a segment, from which the lens' blur and the ink's bleed are estimated (docs/thresholds.md)"""
 
-TRACKED, SEARCHED, NOT_FOUND, LOST, DOUBLED, REPEATED, OTHER_PRINT = range(7)
+TRACKED, SEARCHED, NOT_FOUND, LOST, DOUBLED, REPEATED, OTHER_PRINT, LATE = range(8)
 """status of a marker in a frame: tracked, found by a search, not found, lost while tracked, in view twice and left out, left out
-as the frame repeats the picture before it, and left out as another print of the marker may have been followed"""
+as the frame repeats the picture before it, as another print of the marker may have been followed, and as the frame shows another
+moment than its stamp says"""
 
 
 @dataclass(frozen=True)
