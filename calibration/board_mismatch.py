@@ -8,6 +8,7 @@ import numpy as np
 from calibration.board import AprilGrid, Board, Charuco, Chessboard
 from calibration.dictionaries import dictionary_names, dictionary_size, opencv_dictionary
 from calibration.pictures import Picture
+from calibration.plain_chessboard import plain_chessboard
 
 _MIN_MARKERS = 4
 """markers of a dictionary in one picture, from which on it is named (docs/thresholds.md)"""
@@ -24,7 +25,8 @@ def describe_mismatch(board: Board, pictures: Sequence[Picture]) -> str | None:
     if len(ids) < _MIN_MARKERS:
         name, ids, centres = _most_markers(pictures, border)
     if len(ids) < _MIN_MARKERS:
-        return None
+        sizes = [size for picture in pictures if (size := plain_chessboard(picture.grey))]
+        return f"a chessboard of {sizes[0][0]} x {sizes[0][1]} inner corners, without markers" if sizes else None
     columns = _columns(board, ids, centres)
     if name != board.dictionary:
         return f"markers of {name}, not of {board.dictionary}"

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from calibration.picture_header import read_header
+from calibration.png_chunks import PNG_SIGNATURE, png_damage
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 
@@ -15,6 +16,7 @@ SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pgm", "
 MAX_PIXELS = 250_000_000
 """pixels of a picture: more than any camera has; a file of some kB may state any number (docs/thresholds.md)"""
 _FLAGS = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
+_TIFF = (b"II*\0", b"MM\0*")
 
 
 @dataclass(frozen=True)
@@ -83,10 +85,17 @@ def _decoded(file: Path, content: bytes) -> np.ndarray:
         raise Refused(
             file, "is tagged as turned, and would not be read as the sensor delivered it", "save it without the tag"
         )
+    if content.startswith(PNG_SIGNATURE) and (damage := png_damage(content)):
+        raise Refused(file, f"is damaged {damage}", "copy it again")
+    log_level = cv2.utils.logging.getLogLevel()
     try:
+        if not content.startswith(_TIFF):  # of which OpenCV reads a part and says so
+            cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
         grey = cv2.imdecode(np.frombuffer(content, np.uint8), _FLAGS)
     except cv2.error as error:
         raise Refused(file, f"cannot be decoded ({error.err})", "save it as PNG") from error
+    finally:
+        cv2.utils.logging.setLogLevel(log_level)
     if grey is None:
         raise Refused(
             file, "is damaged, or of a kind of its format that is not read", "copy it again, or save it as PNG"

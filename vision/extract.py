@@ -14,17 +14,22 @@ from identification.dataset.series import Series
 from mechanism.description import Neck, markers_of
 from mechanism.printed_markers import Markers
 from synchronisation.angles import Angles
+from vision.arm_reach import arm_reach
 from vision.frame_quality import angle_gaps, frame_quality
+from vision.interlacing import refuse_interlaced
+from vision.late_pictures import late_pictures
 from vision.light_patch import LightPatch
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.linkage.linkage_fit import LinkageFit, fit_linkage
 from vision.linkage.marker_placement import describe_placement
 from vision.linkage.observed_corners import Floats
 from vision.linkage.shared_fit import LinkageOptions, PlacementPrior, fit_shared
-from vision.markers.tracking import DOUBLED, REPEATED, TrackingOptions
+from vision.markers.dictionary_in_view import dictionary_in_view
+from vision.markers.tracking import DOUBLED, LATE, OTHER_PRINT, REPEATED, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
 from vision.noise_by_frames import with_noise_by_frames
 from vision.repeated_pictures import repeated_pictures
+from vision.second_prints import second_print_warnings, second_prints, without_second_prints
 from vision.shutter import UNKNOWN_SHUTTER, Shutter, at_middle_row
 from vision.video import Segment, Video
 from xneck_foundation.errors import Refused
@@ -89,6 +94,7 @@ class Extraction:
             "markers": angles.notes["markers"],
             "gaps": angles.notes["gaps"],
             "repeated_frames": angles.notes["repeated_frames"],
+            "late_frames": angles.notes["late_frames"],
             "warnings": angles.notes["warnings"],
             "drift": angles.notes["drift"],
             "placement": angles.notes.get("placement"),
@@ -113,11 +119,12 @@ def extract(
 
     `tracked` holds the tracks of segments that were tracked before, by `options.tracking`: these are not read again.
 
-    Frames that show the picture before them again have no angles (`notes["repeated_frames"]`). Where neck.yaml's placement of the
+    Frames that show the picture before them again, or another moment than their stamps say, have no angles
+    (`notes["repeated_frames"]`, `notes["late_frames"]`). Where neck.yaml's placement of the
     markers is believed, it is compared with what the motion shows (`notes["askew"]`).
 
-    Raises Refused for a damaged video, one of a single frame, a picture size that is not the camera's, or where no marker of the
-    arm is in view.
+    Raises Refused for a damaged video, one of a single frame or of woven fields, a picture size that is not the
+    camera's, or where no marker of the arm is in view.
     """
     markers = markers_of(neck, "neck.yaml")
     refuse_other_size(video, camera)
@@ -129,8 +136,14 @@ def extract(
         options.light.refuse_outside(video.width, video.height, str(video.path))
     tracks = track_video(video, markers, options.tracking, workers, progress, options.light, tracked)
     _refuse_without_markers(video, markers, tracks)
+    refuse_interlaced(video.path, tracks.time, tracks.corners, tracks.row_shift)
+    others = second_prints(tracks.time, tracks.corners, tracks.status, tracks.prints, arm_reach(neck))
+    tracks = without_second_prints(tracks, others)
     repeated = repeated_pictures(tracks.time, tracks.corners)
-    tracks = _without(tracks, repeated)
+    tracks = _without(tracks, repeated, REPEATED)
+    late = np.full(len(tracks.time), np.nan)
+    late[~repeated] = late_pictures(tracks.time[~repeated], tracks.corners[~repeated])
+    tracks = _without(tracks, ~np.isnan(late), LATE)
     ids = [marker.id for marker in markers.on_bars]
     cells = np.stack([marker_cells(markers.dictionary, i) for i in ids]) if options.template else None
     seen = correct_lens_bow(camera, tracks.corners, cells)
@@ -138,7 +151,10 @@ def extract(
     linkage = linkage_options(options)
 
     def fitted(shutter: Shutter) -> tuple[Array, LinkageFit]:
-        corners, kept = seen.copy(), ~repeated  # the motion of the others is that from one of them to the next
+        corners, kept = (
+            seen.copy(),
+            ~repeated & np.isnan(late),
+        )  # the motion of the others is that from one of them to the next
         corners[kept] = at_middle_row(tracks.time[kept], corners[kept], video.height, shutter)
         time = shutter.middle(tracks.time, video.height)
         fit = fit_linkage(neck, camera, corners, str(video.path), covariance=covariance, time=time, options=linkage)
@@ -157,10 +173,15 @@ def extract(
     warn = options.placement is None
     notes["askew"] = _placement_warning(neck, camera, corners, covariance, str(video.path), fit) if warn else None
     notes["repeated_frames"] = [{"frame": int(k), "time_s": float(time[k])} for k in np.flatnonzero(repeated).tolist()]
+    notes["late_frames"] = [
+        {"frame": int(k), "time_s": float(time[k]), "late_s": float(late[k])} for k in np.flatnonzero(~np.isnan(late))
+    ]
     notes["row_time"] = _row_time_note(fit, shutter)
     notes["warnings"] = [
         *video.warnings,
+        *second_print_warnings(time, others, ids),
         *_repetition_warning(time, repeated),
+        *_late_warning(time, late),
         *_row_time_warning(fit, options.shutter, shutter, video.height),
     ]
     notes["gaps"] = angle_gaps(time, fit.alpha, ids, tracks.status)
@@ -186,20 +207,26 @@ def refuse_other_size(video: Video, camera: Camera) -> None:
         )
 
 
-def _without(tracks: MarkerTracks, repeated: NDArray[np.bool_]) -> MarkerTracks:
-    """The tracks without what repeated frames show: it is true of an earlier moment than that of their stamps."""
-    if not repeated.any():
+def _without(tracks: MarkerTracks, frames: NDArray[np.bool_], status: int) -> MarkerTracks:
+    """The tracks without what these frames show, which is true of another moment than that of their stamps."""
+    if not frames.any():
         return tracks
-    frame = repeated[:, None, None]
-    return replace(
-        tracks,
-        corners=np.where(frame[..., None], np.nan, tracks.corners),
-        covariance=None
-        if tracks.covariance is None
-        else np.where(frame[..., None], np.float32(np.nan), tracks.covariance),
-        status=np.where(repeated[:, None], np.int8(REPEATED), tracks.status),
-        light=None if tracks.light is None else np.where(repeated, np.nan, tracks.light),
-    )
+    tracks = tracks.without(np.broadcast_to(frames[:, None], tracks.status.shape), status)
+    return replace(tracks, light=None if tracks.light is None else np.where(frames, np.nan, tracks.light))
+
+
+def _late_warning(time: Array, late: Array) -> list[str]:
+    """A sentence on frames that were taken so much, s, before their times (F,), s; none where there are none."""
+    off = late[~np.isnan(late)]
+    if not len(off):
+        return []
+    moments = ", ".join(f"{t:.2f}" for t in time[~np.isnan(late)][:_MAX_MOMENTS])
+    more = ", ..." if len(off) > _MAX_MOMENTS else ""
+    shows, their = ("frame shows", "its stamp") if len(off) == 1 else ("frames show", "their stamps")
+    return [
+        f"{len(off)} of {len(time)} {shows} another moment than {their}, by up to {1e3 * np.abs(off).max():.0f} ms "
+        f"(at {moments}{more} s): no angles there; are frames stamped when they are taken, or when they arrive?"
+    ]
 
 
 def _repetition_warning(time: Array, repeated: NDArray[np.bool_]) -> list[str]:
@@ -245,6 +272,13 @@ def _refuse_without_markers(video: Video, markers: Markers, tracks: MarkerTracks
         return
     ids = list(tracks.foreign_ids)[:8]
     other = f", though others of the dictionary are (ids {ids})" if ids else ""
+    name = None if ids else dictionary_in_view(video)
+    if name not in (None, markers.dictionary):
+        raise Refused(
+            video.path,
+            f"no marker of neck.yaml was found in {len(tracks.time)} frames, which show markers of {name}",
+            f"correct markers.dictionary ({markers.dictionary})",
+        )
     raise Refused(
         video.path,
         f"no marker of neck.yaml was found in {len(tracks.time)} frames{other}",
@@ -255,11 +289,16 @@ def _refuse_without_markers(video: Video, markers: Markers, tracks: MarkerTracks
 def _notes(video: Video, markers: Markers, tracks: MarkerTracks, corners: Array, fit: LinkageFit) -> dict[str, Any]:
     """What angles.mcap says of the source, the markers, the camera's pose and the fit."""
     shares = (~np.isnan(corners[:, :, 0, 0])).mean(axis=0)
-    doubled = (tracks.status == DOUBLED).sum(axis=0)
+    doubled, other = ((tracks.status == status).sum(axis=0) for status in (DOUBLED, OTHER_PRINT))
     return {
         "source": video.path.name,
         "markers": [
-            {"id": marker.id, "seen_share": float(shares[k]), "duplicates": int(doubled[k])}
+            {
+                "id": marker.id,
+                "seen_share": float(shares[k]),
+                "duplicates": int(doubled[k]),
+                "other_prints": int(other[k]),
+            }
             for k, marker in enumerate(markers.on_bars)
         ],
         "foreign_ids": list(tracks.foreign_ids)[:50],

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series
-from vision.markers.tracking import DOUBLED, LOST, NOT_FOUND, REPEATED
+from vision.markers.tracking import DOUBLED, LATE, LOST, NOT_FOUND, OTHER_PRINT, REPEATED
 from vision.markers.video_tracking import MarkerTracks
 
 Array = NDArray[np.float64]
@@ -16,6 +16,8 @@ CAUSES = {
     LOST: "lost while followed (covered, or glare)",
     DOUBLED: "in view twice",
     REPEATED: "in the picture before, shown again",
+    LATE: "of another moment than the frame's stamp",
+    OTHER_PRINT: "in view on another print of it, or perhaps so",
 }
 
 
@@ -23,9 +25,9 @@ def frame_quality(tracks: MarkerTracks, ids: list[int], residual_px: Array, expo
     """Quality columns over the frames.
 
     `residual_px` of the linkage's fit; `blur_px`, the distance that the fastest corner moves during the exposure; for each
-    marker `how_id` (0 followed, 1 searched, 2 not found, 3 lost, 4 doubled, 5 repeated). Where corners were fitted by the
-    template also, for each marker, the shares of it that are hidden and clipped, and whether the fit fell back to the edges; and
-    the grey level of a switched light.
+    marker `how_id` (0 followed, 1 searched, 2 not found, 3 lost, 4 doubled, 5 repeated, 6 another print, 7 of another moment).
+    Where corners were fitted by the template also, for each marker, the shares of it that are hidden and clipped, and whether the
+    fit fell back to the edges; and the grey level of a switched light.
     """
     shift = np.abs(np.gradient(tracks.corners, tracks.time, axis=0)) * exposure_s
     filled = np.nan_to_num(shift, nan=-1.0)

@@ -19,11 +19,14 @@ from identification.dataset.series import Series
 from identification.files import joint_state
 from mechanism.printed_markers import BarMarker, Markers
 from vision.extract import refuse_other_size
+from vision.interlacing import refuse_interlaced
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.markers.detection import MarkerDetector
-from vision.markers.tracking import DOUBLED, TrackingOptions
+from vision.markers.dictionary_in_view import dictionary_in_view
+from vision.markers.tracking import DOUBLED, OTHER_PRINT, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
 from vision.noise_by_frames import noise_factor
+from vision.second_prints import second_print_warnings, second_prints, without_second_prints
 from vision.shutter import UNKNOWN_SHUTTER, Shutter, at_middle_row
 from vision.video import Video, read_frames
 from xneck_foundation.errors import Refused
@@ -69,6 +72,10 @@ class TracksOfMarkers:
     """(F, markers): standard deviation of a corner's coordinate as the grey levels tell it; NaN as above"""
     duplicates: NDArray[np.intp]
     """(markers,): frames that show a marker twice and more, and in which it is left out"""
+    other_prints: NDArray[np.intp]
+    """(markers,): frames that may show another print of a marker than the others do, and in which it is left out"""
+    warnings: tuple[str, ...] = ()
+    """sentences on what is left out"""
 
     @property
     def series(self) -> Series:
@@ -95,6 +102,7 @@ class TracksOfMarkers:
                     "id": i,
                     "seen_share": float(found[:, k].mean()),
                     "duplicates": int(self.duplicates[k]),
+                    "other_prints": int(self.other_prints[k]),
                     "sigma_turn_median_rad": _median(self.sigma_turn[:, k]),
                     "sigma_px_median": _median(self.sigma_px[:, k]),
                 }
@@ -113,20 +121,26 @@ def track_markers(
 ) -> TracksOfMarkers:
     """All markers of a dictionary in a video; with a camera their turns are free of the lens' distortion.
 
-    Raises Refused for a damaged video, a picture size that is not the camera's, or where no marker of the dictionary is in view.
+    Raises Refused for a damaged video, one of woven fields, a picture size that is not the camera's,
+    or where no marker of the dictionary is in view.
     """
     if camera is not None:
         refuse_other_size(video, camera)
     ids = _ids_in_view(video, options.dictionary)
     if not ids:
+        other = dictionary_in_view(video)
         raise Refused(
             video.path,
-            f"shows no marker of {options.dictionary} in {min(LOOKED_AT, video.frames)} frames spread over it",
-            "name the dictionary that they were printed from",
+            f"shows no marker of {options.dictionary} in {min(LOOKED_AT, video.frames)} frames spread over it"
+            + (f", but markers of {other}" if other else ""),
+            f"give --dictionary {other}" if other else "name the dictionary that they were printed from",
         )
     markers = _markers(options.dictionary, ids)
     tracking = TrackingOptions(options.template, options.shutter.exposure_s)
     tracks = track_video(video, markers, tracking, workers, progress)
+    refuse_interlaced(video.path, tracks.time, tracks.corners, tracks.row_shift)
+    others = second_prints(tracks.time, tracks.corners, tracks.status, tracks.prints, None)
+    tracks = without_second_prints(tracks, others)
     corners = tracks.corners
     if camera is not None:
         cells = np.stack([marker_cells(options.dictionary, i) for i in ids]) if options.template else None
@@ -140,9 +154,16 @@ def track_markers(
     turn = _unwrapped(turn)
     if tracks.covariance is not None:
         sigma = sigma * noise_factor(time, turn, sigma)
-    duplicates = (tracks.status == DOUBLED).sum(axis=0)
     return TracksOfMarkers(
-        ids=ids, time=time, corners=corners, turn=turn, sigma_turn=sigma, sigma_px=spread, duplicates=duplicates
+        ids=ids,
+        time=time,
+        corners=corners,
+        turn=turn,
+        sigma_turn=sigma,
+        sigma_px=spread,
+        duplicates=(tracks.status == DOUBLED).sum(axis=0),
+        other_prints=(tracks.status == OTHER_PRINT).sum(axis=0),
+        warnings=tuple(second_print_warnings(time, others, ids)),
     )
 
 

@@ -15,6 +15,9 @@ Array = NDArray[np.float64]
 
 STILL_PX = 0.1
 """px: markers that all moved by less stand still (docs/thresholds.md)"""
+STILL_SHARE = 0.05
+"""of what a marker moved in the frame before, by which it may move further and stand still: that far a codec changes the copy of a
+fast marker (docs/thresholds.md)"""
 MIN_MOTION_PX = 0.5
 """px: a marker that moves by more, in the frame before and in the frame after, shows that a stop is none (docs/thresholds.md)"""
 MIN_CATCH_UP = 1.5
@@ -45,12 +48,16 @@ def repeated_pictures(time: Array, corners: Array) -> NDArray[np.bool_]:
 
 
 def _stops(places: Array) -> list[_Stop]:
-    """All frames, those together in which no marker is further than STILL_PX from where it is in the first of them."""
-    firsts = [0]
+    """All frames, those together in which markers are where they are in the first of them.
+
+    That is within STILL_PX, and a share of what they moved in the frame before it."""
+    firsts, still_px = [0], np.full(places.shape[1], STILL_PX)
     for frame in range(1, len(places)):
         moved = np.linalg.norm(places[frame] - places[firsts[-1]], axis=-1)
-        if np.isnan(moved).all() or np.nanmax(moved) > STILL_PX:
+        if np.isnan(moved).all() or np.nanmax(moved - still_px) > 0:
             firsts.append(frame)
+            arrival = np.linalg.norm(places[frame] - places[frame - 1], axis=-1)
+            still_px = STILL_PX + STILL_SHARE * np.nan_to_num(arrival)
     return [_Stop(first, after - 1) for first, after in pairwise([*firsts, len(places)])]
 
 

@@ -10,6 +10,7 @@ from calibration.board import AprilGrid, Board, Charuco, Chessboard
 from calibration.estimation import calibrate
 from calibration.observations import distinct_views, observe_board, without_hidden_corners
 from calibration.pictures import Picture
+from calibration.plain_chessboard import plain_chessboard
 from calibration.sheets import board_sheet
 from tests.calibration.truth import CAMERA, SIZE, picture, poses, project, raster, svg_blacks
 from xneck_foundation.errors import Refused
@@ -132,6 +133,22 @@ def test_a_hidden_corner_has_no_say(charuco):
 def test_says_what_it_saw_instead(charuco, changes: dict[str, object], says: str):
     with pytest.raises(Refused, match=says):
         observe_board(charuco[0][:2], CHARUCO.model_copy(update=changes))
+
+
+@pytest.mark.parametrize("board", [CHARUCO, GRID], ids=["charuco", "aprilgrid"])
+def test_a_chessboard_in_the_place_of_a_board_with_markers_is_named(tmp_path: Path, board: Charuco | AprilGrid):
+    pictures, _ = rendered(CHESSBOARD, tmp_path, 3, 4)
+    with pytest.raises(
+        Refused, match="the pictures show a chessboard of 8 x 5 inner corners, without markers; describe"
+    ):
+        observe_board(pictures, board)
+
+
+def test_a_board_with_markers_is_no_chessboard(charuco):
+    """Though OpenCV finds one in some of the pictures."""
+    greys = [picture.grey for picture in charuco[0][:4]]
+    assert any(cv2.findChessboardCornersSBWithMeta(grey, (3, 3), cv2.CALIB_CB_LARGER)[0] for grey in greys)
+    assert [plain_chessboard(grey) for grey in greys] == [None] * 4
 
 
 @pytest.mark.parametrize(

@@ -82,6 +82,35 @@ def test_refuses_a_picture_cut_short(tmp_path: Path, suffix: str):
         list(read_pictures([path]))
 
 
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".bmp", ".pgm", ".webp"])
+@pytest.mark.parametrize("without", [4, 20, 200])
+def test_the_refusal_of_a_cut_picture_is_all_that_is_printed(
+    tmp_path: Path, suffix: str, without: int, capfd: pytest.CaptureFixture[str]
+):
+    """libpng and OpenCV print lines of their own, past Python."""
+    path = save(tmp_path / f"a{suffix}")
+    path.write_bytes(path.read_bytes()[:-without])
+    with pytest.raises(Refused, match=rf"a{suffix}: is damaged"):
+        list(read_pictures([path]))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_changed_byte_of_a_png_is_refused_where_the_picture_needs_it(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+):
+    whole = save(tmp_path / "a.png").read_bytes()
+    (tmp_path / "a.png").write_bytes(whole[:200] + bytes([whole[200] ^ 1]) + whole[201:])
+    with pytest.raises(Refused, match=r"a.png: is damaged after \d+ of its \d+ bytes: their checksum is wrong"):
+        list(read_pictures([tmp_path / "a.png"]))
+    assert capfd.readouterr() == ("", "")
+    note = b"tEXtTitle\0of the board"
+    noted = whole[:33] + (len(note) - 4).to_bytes(4, "big") + note + zlib.crc32(note).to_bytes(4, "big") + whole[33:]
+    for ending in (b"", b"what a camera appends"):
+        (tmp_path / "a.png").write_bytes(noted + ending)
+        (picture,) = read_pictures([tmp_path / "a.png"])
+        np.testing.assert_array_equal(picture.grey, GREY)
+
+
 def test_refuses_missing_files_before_reading_any(tmp_path: Path):
     with pytest.raises(Refused, match=r"gone.png: is not a file and 1 more"):
         read_pictures([save(tmp_path / "a.png"), tmp_path / "gone.png", tmp_path / "too.png"])

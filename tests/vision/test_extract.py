@@ -14,7 +14,7 @@ from mechanism.description import markers_of, read_neck
 from samples.generator.camera import SAMPLE_CAMERA
 from tests.paths import ROOT
 from tests.vision.linkage.test_row_time import swinging
-from tests.vision.scene import NOISE_PX, rolled
+from tests.vision.scene import NOISE_PX, corners, rolled
 from tests.vision.test_video import film
 from vision.extract import Extraction, ExtractionOptions, extract
 from vision.markers.video_tracking import MarkerTracks
@@ -91,14 +91,10 @@ def test_a_video_of_one_frame_is_refused(tmp_path: Path) -> None:
         extract(describe_video(film(tmp_path / "a.mp4", [0])), camera, read_neck(R / "neck.yaml"))
 
 
-def test_a_rolling_shutter_that_nobody_spoke_of_is_corrected_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Corners as a phone's shutter sees them stand in the place of the sample's."""
-    neck, time, row_s = read_neck(R / "neck.yaml"), np.arange(300) / 30, 2e-5
-    markers = markers_of(neck, "neck.yaml").on_bars
-    noise = np.random.default_rng(1).normal(0, NOISE_PX, (300, len(markers), 4, 2))
-    seen = rolled(neck, time, swinging(5), row_s) + noise
+def tracks_of_corners(time: np.ndarray, seen: np.ndarray) -> MarkerTracks:
+    """Tracks as if these corners had been measured, (F, markers, 4, 2), px."""
     nothing = np.zeros(seen.shape[:2], dtype=np.float32)
-    tracks = MarkerTracks(
+    return MarkerTracks(
         time=time,
         corners=seen,
         covariance=None,
@@ -106,8 +102,36 @@ def test_a_rolling_shutter_that_nobody_spoke_of_is_corrected_and_said(monkeypatc
         hidden=nothing,
         clipped=nothing,
         fell_back=nothing.astype(bool),
+        row_shift=nothing,
+        prints=np.empty((0, 4)),
         foreign_ids=(),
     )
+
+
+def test_frames_of_another_moment_have_no_angles_and_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    neck, time, late = read_neck(R / "neck.yaml"), np.arange(80) / 30, [25, 41]
+    taken = time.copy()
+    taken[late] -= 0.02
+    tracks = tracks_of_corners(time, corners(neck, swinging(5)(taken), seed=2))
+    monkeypatch.setattr("vision.extract.track_video", lambda *args: tracks)
+    options = ExtractionOptions(shutter=Shutter(row_s=1e-6), template=False)
+    found = extract(describe_video(R / "video.mp4"), CAMERA, neck, options)
+    record = found.as_json()
+    assert [entry["frame"] for entry in record["late_frames"]] == late
+    assert [entry["late_s"] for entry in record["late_frames"]] == pytest.approx([0.02, 0.02], abs=0.005)
+    assert np.flatnonzero(np.isnan(found.angles.alpha).any(axis=1)).tolist() == late
+    assert all("of another moment than the frame's stamp" in gap["cause"] for gap in record["gaps"])
+    (warning,) = record["warnings"]
+    assert warning.startswith("2 of 80 frames show another moment than their stamps, by up to 2")
+
+
+def test_a_rolling_shutter_that_nobody_spoke_of_is_corrected_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Corners as a phone's shutter sees them stand in the place of the sample's."""
+    neck, time, row_s = read_neck(R / "neck.yaml"), np.arange(300) / 30, 2e-5
+    markers = markers_of(neck, "neck.yaml").on_bars
+    noise = np.random.default_rng(1).normal(0, NOISE_PX, (300, len(markers), 4, 2))
+    seen = rolled(neck, time, swinging(5), row_s) + noise
+    tracks = tracks_of_corners(time, seen)
     monkeypatch.setattr("vision.extract.track_video", lambda *args: tracks)
     video = describe_video(R / "video.mp4")
 

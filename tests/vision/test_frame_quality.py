@@ -40,6 +40,8 @@ def test_blur_is_the_way_during_the_exposure() -> None:
         hidden=nothing,
         clipped=nothing,
         fell_back=nothing.astype(bool),
+        row_shift=nothing,
+        prints=np.empty((0, 4)),
         foreign_ids=(),
     )
     found = frame_quality(seen, IDS, np.zeros(30), 0.004)

@@ -46,7 +46,10 @@ def test_the_samples_markers_are_where_they_were_rendered(truth: np.ndarray) -> 
 
 
 def test_no_marker_of_the_dictionary_is_refused() -> None:
-    with pytest.raises(Refused, match="shows no marker of aruco_5x5_100 in 40 frames"):
+    says = (
+        "shows no marker of aruco_5x5_100 in 40 frames spread over it, but markers of apriltag_36h11; give --dictionary"
+    )
+    with pytest.raises(Refused, match=says):
         track_markers(describe_video(VIDEO), TracksOptions("aruco_5x5_100"))
 
 

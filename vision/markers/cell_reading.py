@@ -1,4 +1,8 @@
-"""What a picture shows of a marker's cells: whether they are as dark and bright as they should be, beside the white margin."""
+"""What a picture shows of a marker's cells: whether they are as dark and bright as they should be, beside the white margin.
+
+Middles of cells are read fast, for a marker that is known to be there. They cannot tell it from a marker of another dictionary with
+more or fewer cells: dictionaries of few bits have an id for nearly all that is read. Whole cells can.
+"""
 
 from dataclasses import dataclass
 
@@ -14,6 +18,9 @@ MIN_CONTRAST_GREY = 10.0
 """grey levels between black and white cells, below which they are not read (docs/thresholds.md)"""
 MAX_CONTRAST_RATIO = 3.0
 """of white cells and of the white margin, over black, either way: one paper in one light (docs/thresholds.md)"""
+
+PLACES_IN_CELL = (np.arange(5) + 0.5) / 5
+"""where the grey levels of a whole cell are taken, along both sides, 0..1"""
 
 
 @dataclass(frozen=True)
@@ -57,3 +64,22 @@ def read_cells(grey: NDArray[np.uint8], corners: Array, black: NDArray[np.bool_]
     dark, bright = dark / count, (every - dark) / np.maximum(n * n - count, 1)
     threshold = ((dark + bright) / 2)[:, None]
     return CellReading(np.mean((cells < threshold) == flat, axis=1), bright - dark, margin - dark)
+
+
+def pattern_correlation(grey: NDArray[np.uint8], corners: Array, black: NDArray[np.bool_]) -> Array:
+    """How well the grey levels in the whole cells inside of the border follow the pattern, -1 to 1, of K markers, (K,).
+
+    Arguments as of `read_cells`. 0 where grey levels or pattern have no contrast.
+    """
+    n = black.shape[1]
+    centre = 2 * (np.arange(1, n - 1)[:, None] + PLACES_IN_CELL).ravel() / n - 1  # marker coordinates, -1 to 1
+    u, v = np.tile(centre, len(centre)), np.repeat(centre, len(centre))
+    places = homography(corners) @ np.stack([u, v, np.ones_like(u)])
+    x, y = ((places[:, axis] / places[:, 2]).astype(np.float32) for axis in range(2))
+    samples = cv2.remap(grey, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
+    count = len(PLACES_IN_CELL)
+    white = (~black[:, 1:-1, 1:-1]).repeat(count, axis=1).repeat(count, axis=2).reshape(len(black), -1).astype(float)
+    samples -= samples.mean(axis=1, keepdims=True)
+    white -= white.mean(axis=1, keepdims=True)
+    scale = np.linalg.norm(samples, axis=1) * np.linalg.norm(white, axis=1)
+    return np.sum(samples * white, axis=1) / np.where(scale > 0, scale, np.inf)

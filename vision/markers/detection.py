@@ -1,6 +1,5 @@
 """Markers in a picture: ids and corners."""
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 
 from calibration.dictionaries import check_marker_id, marker_cells, opencv_dictionary
 from mechanism.printed_markers import Markers
-from vision.markers.cell_reading import read_cells
+from vision.markers.cell_reading import pattern_correlation, read_cells
 from vision.markers.edge_refinement import refine_by_edges
 
 Array = NDArray[np.float64]
@@ -27,6 +26,9 @@ CELL_MARGIN = 0.3
 """share of a cell, at each of its sides, that is not read in the picture as it is: there small cells are blurred
 (docs/thresholds.md)"""
 
+MIN_CORRELATION = 0.63
+"""correlation of a marker's grey levels with its pattern, below which it is a marker of another dictionary (docs/thresholds.md)"""
+
 
 @dataclass(frozen=True)
 class DetectedMarkers:
@@ -34,8 +36,8 @@ class DetectedMarkers:
 
     corners: dict[int, Array]
     """by marker id, (4, 2), px: top left, top right, bottom right, bottom left of the upright marker"""
-    duplicate_ids: tuple[int, ...]
-    """ids in view more than once, which `corners` leaves out"""
+    prints: dict[int, Array]
+    """by id of a marker in view more than once, which `corners` leaves out: the corners of each, (n, 4, 2), px"""
     foreign_ids: tuple[int, ...]
     """ids that are not on the arm, which `corners` leaves out"""
 
@@ -74,19 +76,25 @@ class MarkerDetector:
 
     def detect(self, grey: NDArray[np.uint8], small: bool = True) -> DetectedMarkers:
         """The arm's markers in a picture, (height, width) uint8; small: whether a missing one may be of few pixels."""
-        detections = self.detect_all(grey)
-        counts = Counter(i for i, _ in detections)
-        unique = {i: c for i, c in detections if i in self._ids and counts[i] == 1}
-        further = [partial(self.detect_all, grey, width) for width in OCCLUSION_WIDTHS_PX]
-        for search in [*further, partial(self.detect_small, grey)] if small else further:
-            if counts.keys() >= self._ids:
+        searches = [partial(self.detect_all, grey, width) for width in (0, *OCCLUSION_WIDTHS_PX)]
+        if small:
+            searches.append(partial(self.detect_small, grey))
+        seen: dict[int, list[Array]] = {}
+        foreign_ids: set[int] = set()
+        for search in searches:
+            if seen.keys() >= self._ids:
                 break
-            found = search()
-            found_counts = Counter(i for i, _ in found)
-            unique |= {i: c for i, c in found if i in self._ids and i not in counts and found_counts[i] == 1}
-            counts |= Counter({i: n for i, n in found_counts.items() if i in self._ids})
-        duplicates = tuple(sorted(i for i, n in counts.items() if n > 1 and i in self._ids))
-        return DetectedMarkers(unique, duplicates, tuple(sorted(set(counts) - self._ids)))
+            found: dict[int, list[Array]] = {}
+            for i, corners in search():
+                found.setdefault(i, []).append(corners)
+            seen |= {i: c for i, c in found.items() if i in self._ids and len(c) > len(seen.get(i, []))}
+            if search is searches[0]:  # the others make more of dark lines and noise
+                foreign_ids = found.keys() - self._ids
+        return DetectedMarkers(
+            corners={i: c[0] for i, c in seen.items() if len(c) == 1},
+            prints={i: np.stack(c) for i, c in seen.items() if len(c) > 1},
+            foreign_ids=tuple(sorted(foreign_ids)),
+        )
 
     def _refined(self, grey: NDArray[np.uint8], corners: Sequence[Any], ids: Any) -> list[tuple[int, Array]]:
         if ids is None:
@@ -94,9 +102,13 @@ class MarkerDetector:
         rough = np.array(corners, dtype=float).reshape(-1, 4, 2)
         black = np.array([marker_cells(self._dictionary, int(i)) for i in np.ravel(ids)])
         printed = read_cells(grey, rough, black).is_printed
-        marker_ids, rough = [int(i) for i in np.ravel(ids)[printed]], rough[printed]
+        marker_ids, rough, black = np.ravel(ids)[printed], rough[printed], black[printed]
         refined = refine_by_edges(grey, rough, self._cells)
-        return list(zip(marker_ids, np.where(np.isnan(refined), rough, refined), strict=True))
+        found = np.where(np.isnan(refined), rough, refined)
+        if not len(found):
+            return []
+        alike = pattern_correlation(grey, found, black) > MIN_CORRELATION
+        return [(int(i), c) for i, c in zip(marker_ids[alike], found[alike], strict=True)]
 
 
 def _parameters(fine: bool) -> cv2.aruco.DetectorParameters:

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from calibration.dictionaries import marker_cells
 from mechanism.printed_markers import Markers
+from vision.interlacing import row_shift
 from vision.markers.cell_reading import read_cells
-from vision.markers.detection import MarkerDetector
+from vision.markers.detection import DetectedMarkers, MarkerDetector
 from vision.markers.edge_refinement import refine_by_edges
 from vision.markers.optics_estimate import estimate_optics
 from vision.markers.photometric import MarkerFit, MarkerStart, fit_markers
@@ -48,9 +49,10 @@ MAX_FOCUS_ROUNDS = 8
 LEARNING_FRAMES = 12
 """first frames of a segment, from which the lens' blur and the ink's bleed are estimated (docs/thresholds.md)"""
 
-TRACKED, SEARCHED, NOT_FOUND, LOST, DOUBLED, REPEATED = range(6)
-"""status of a marker in a frame: tracked, found by a search, not found, lost while tracked, in view twice and left out, and left
-out as the frame repeats the picture before it"""
+TRACKED, SEARCHED, NOT_FOUND, LOST, DOUBLED, REPEATED, OTHER_PRINT, LATE = range(8)
+"""status of a marker in a frame: tracked, found by a search, not found, lost while tracked, in view twice and left out, left out
+as the frame repeats the picture before it, as another print of the marker may have been followed, and as the frame shows another
+moment than its stamp says"""
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,10 @@ class TrackedFrame:
     """(markers, 8, 8), px^2, of x1, y1, x2, ..., NaN where not found; None where the edges alone were used"""
     status: NDArray[np.int8]
     """(markers,): TRACKED .. DOUBLED"""
+    row_shift: NDArray[np.float32]
+    """(markers,): how far odd rows are right of even ones around a marker, px; NaN where not found"""
+    prints: Array
+    """(n, 4) of the prints of markers that are DOUBLED: time (s), index of the marker, x and y of the print's middle (px)"""
     hidden: NDArray[np.float32]
     """(markers,): share of a marker that something covers, or that does not look like it"""
     clipped: NDArray[np.float32]
@@ -117,7 +123,7 @@ class MarkerTracker:
             for k, fit in fits.items():
                 corners[k], status[k] = fit.corners, TRACKED
             self._refine_predicted(frame.grey, predicted, corners, status)
-        foreign_ids = self._search_if_due(frame.grey, corners, status)
+        detected = self._search_if_due(frame.grey, corners, status)
         fits = {k: fit for k, fit in fits.items() if status[k] == TRACKED}
         self._refine_searched(frame.grey, corners, status)
         if self._options.template:
@@ -148,7 +154,9 @@ class MarkerTracker:
             hidden=hidden,
             clipped=clipped,
             fell_back=fell_back,
-            foreign_ids=foreign_ids,
+            row_shift=row_shift(frame.grey, corners).astype(np.float32),
+            prints=self._prints(frame.time, detected),
+            foreign_ids=detected.foreign_ids if detected else (),
         )
 
     def _refine_predicted(self, grey: Grey, predicted: Array, corners: Array, status: NDArray[np.int8]) -> None:
@@ -174,24 +182,33 @@ class MarkerTracker:
         if not self._options.template:
             corners[searched[failed]], status[searched[failed]] = np.nan, LOST
 
-    def _search_if_due(self, grey: Grey, corners: Array, status: NDArray[np.int8]) -> tuple[int, ...]:
-        """Search the whole picture where it is time to, and fill in corners and status; returns the foreign ids in view."""
+    def _search_if_due(self, grey: Grey, corners: Array, status: NDArray[np.int8]) -> DetectedMarkers | None:
+        """Search the whole picture where it is time to, and fill in corners and status; None where nothing was searched."""
         lost = bool(np.isnan(corners[:, 0, 0]).any())
         self._lost_for = self._lost_for + 1 if lost else 0
         period = SEARCH_PERIOD_FRAMES if not lost else RETRY_PERIOD_FRAMES if self._lost_for > PATIENCE_FRAMES else 1
         if self._past and self._since_search < period:
-            return ()
+            return None
         self._since_search = 0
         small = not self._past or self._since_small >= SMALL_PERIOD_FRAMES
         if small:
             self._since_small = 0
         detected = self._detector.detect(grey, small)
         for k, i in enumerate(self._ids):
-            if i in detected.duplicate_ids:
+            if i in detected.prints:
                 corners[k], status[k] = np.nan, DOUBLED
             elif i in detected.corners:
                 corners[k], status[k] = detected.corners[i], SEARCHED
-        return detected.foreign_ids
+        return detected
+
+    def _prints(self, time: float, detected: DetectedMarkers | None) -> Array:
+        """The prints of markers that are in view more than once, (n, 4), as in `TrackedFrame`."""
+        rows = [
+            (time, k, *corners.mean(axis=0))
+            for k, i in enumerate(self._ids)
+            for corners in (detected.prints.get(i, ()) if detected else ())
+        ]
+        return np.array(rows, dtype=float).reshape(-1, 4)
 
     def _fit_at_prediction(self, frame: Frame, predicted: Array) -> dict[int, MarkerFit]:
         """Template fits from the prediction, of markers that three frames predict, whose light is known and cells are readable."""

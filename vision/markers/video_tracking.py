@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from types import MappingProxyType
 from typing import Any
@@ -34,10 +34,28 @@ class MarkerTracks:
     hidden: NDArray[np.float32]
     clipped: NDArray[np.float32]
     fell_back: NDArray[np.bool_]
+    row_shift: NDArray[np.float32]
+    prints: Array
+    """(n, 4), one row for each print of a marker in a frame that shows the marker more than once: time (s), index of the marker,
+    x and y of the print's middle (px)"""
     foreign_ids: tuple[int, ...]
     """ids of the dictionary in view that are not on the arm"""
     light: Array | None = None
     """(F,): mean grey level of the rectangle in which a switched light is seen; None without a light"""
+
+    def without(self, left_out: NDArray[np.bool_], status: int) -> "MarkerTracks":
+        """The tracks without the corners of these markers in these frames, (F, markers), which get this status."""
+        if not left_out.any():
+            return self
+        covariance = self.covariance
+        if covariance is not None:
+            covariance = np.where(left_out[..., None, None], np.float32(np.nan), covariance)
+        return replace(
+            self,
+            corners=np.where(left_out[..., None, None], np.nan, self.corners),
+            covariance=covariance,
+            status=np.where(left_out, np.int8(status), self.status),
+        )
 
 
 @dataclass(frozen=True)
@@ -51,8 +69,8 @@ class _SegmentTask:
     light: LightPatch | None
 
 
-_FRAME_FIELDS = ("time", "corners", "covariance", "status", "hidden", "clipped", "fell_back")
-_FIELDS = (*_FRAME_FIELDS, "light")
+_FRAME_FIELDS = ("time", "corners", "covariance", "status", "hidden", "clipped", "fell_back", "row_shift")
+_FIELDS = (*_FRAME_FIELDS, "prints", "light")
 
 
 def track_video(
@@ -123,6 +141,7 @@ def _track_segment(task: _SegmentTask, progress: Callable[[int], object] = lambd
 def tracks_of(tracked: Sequence[TrackedFrame], brightness: Sequence[float] | None) -> MarkerTracks:
     """Frames that were tracked one after the other, with the brightness of a switched light in each, as arrays over them."""
     arrays = {name: _joined(np.stack, [getattr(t, name) for t in tracked]) for name in _FRAME_FIELDS}
+    arrays["prints"] = np.concatenate([t.prints for t in tracked])
     arrays["light"] = None if brightness is None else np.array(brightness)
     return MarkerTracks(**arrays, foreign_ids=tuple(sorted({i for t in tracked for i in t.foreign_ids})))
 

@@ -169,7 +169,7 @@ def _markers_alone(
     options = TracksOptions(dictionary, shutter, corners == "template")
     with progress_bar(described.frames, "extract", quiet) as done:
         tracks = track_markers(described, options, camera, workers, done)
-    result = tracks.as_json() | {"dictionary": dictionary, "warnings": list(described.warnings)}
+    result = tracks.as_json() | {"dictionary": dictionary, "warnings": [*described.warnings, *tracks.warnings]}
     write_tracks(tracks, out, result | {"provenance": provenance(inputs)})
     export_beside(tracks.series, out, export_as)
     lines = [f"{out}: {len(tracks.ids)} markers of {dictionary} in {len(tracks.time)} frames"]

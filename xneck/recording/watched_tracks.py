@@ -22,7 +22,19 @@ from xneck_foundation.provenance import sha256
 from xneck_foundation.whole_file import whole_file
 
 _ABOUT = "about"
-_ARRAYS = ("time", "corners", "covariance", "status", "hidden", "clipped", "fell_back", "foreign_ids", "light")
+_ARRAYS = (
+    "time",
+    "corners",
+    "covariance",
+    "status",
+    "hidden",
+    "clipped",
+    "fell_back",
+    "row_shift",
+    "prints",
+    "foreign_ids",
+    "light",
+)
 _SEGMENT_FIELDS = ("first_index", "count", "first_stamp", "end_stamp")
 
 

@@ -1,12 +1,14 @@
 """A marker is printed: its white cells and its margin stand out from black alike."""
 
+import cv2
 import numpy as np
 import pytest
 
 from calibration.dictionaries import marker_cells
 from mechanism.printed_markers import BarMarker, Markers
-from vision.markers.cell_reading import read_cells
-from vision.markers.detection import MarkerDetector
+from vision.markers.cell_reading import pattern_correlation, read_cells
+from vision.markers.detection import MIN_CORRELATION, MarkerDetector
+from vision.markers.tracking import MIN_CELL_SHARE
 from xneck_foundation.errors import Refused
 
 SIDE, CELL = 160, 10
@@ -54,6 +56,24 @@ def test_the_detector_leaves_it_out() -> None:
     for search in (MarkerDetector(markers).detect_all, MarkerDetector(markers).detect_small):
         assert [i for i, _ in search(picture(230, 20))] == [7]
         assert search(faint) == []
+
+
+@pytest.mark.parametrize("marker_id", [39, 55, 57])
+def test_a_marker_of_another_dictionary_is_not_read_as_one_of_this(marker_id: int) -> None:
+    """Markers of 8 x 8 cells that, read at the middles of 6 x 6, are two cells or fewer from one of apriltag_16h5's 30."""
+    dictionary, cells = "apriltag_16h5", marker_cells("apriltag_36h11", marker_id)
+    grey = np.full((SIDE, SIDE), 230, dtype=np.uint8)
+    grey[40:120, 40:120] = np.kron(np.where(cells, 20, 230), np.ones((10, 10)))
+    grey = np.asarray(cv2.GaussianBlur(grey, (0, 0), 1.0), dtype=np.uint8)
+    detector = MarkerDetector(Markers(dictionary=dictionary, size=0.02, on_bars=(BarMarker(id=0, bar=0),)))
+    assert detector.detect_small(grey) == []
+    corners = np.array([[[39.5, 39.5], [119.5, 39.5], [119.5, 119.5], [39.5, 119.5]]])
+    asked = np.stack([np.rot90(marker_cells(dictionary, i), turn) for i in range(30) for turn in range(4)])
+    every = np.repeat(corners, len(asked), axis=0)
+    alike = read_cells(grey, every, asked).right_share
+    assert alike.max() > MIN_CELL_SHARE
+    assert pattern_correlation(grey, every, asked).max() < MIN_CORRELATION
+    assert pattern_correlation(grey, corners, cells[None]) > 0.9
 
 
 def test_markers_that_are_in_no_dictionary_are_refused_before_a_picture_is_looked_at() -> None:

@@ -1,0 +1,26 @@
+"""Which dictionary the markers in a video were printed from, where they are not of the one that was named."""
+
+from collections import Counter
+
+from calibration.dictionaries import dictionary_names, dictionary_size
+from mechanism.printed_markers import BarMarker, Markers
+from vision.markers.detection import MarkerDetector
+from vision.video import Video, read_segments
+
+_LOOKED_AT = 3
+"""frames, spread over the video"""
+_MIN_SIGHTINGS = 3
+"""of one dictionary's markers in these frames: one or two are read by chance (docs/thresholds.md)"""
+_ANY_SIZE = 0.02
+
+
+def dictionary_in_view(video: Video) -> str | None:
+    """The dictionary of which most markers are seen, the smallest of those that contain one another; None where none is sure."""
+    every = max(1, video.frames // _LOOKED_AT)
+    frames = [frame.grey.copy() for frame in read_segments(video) if frame.index % every == 0]
+    sightings = Counter[str]()
+    for name in sorted(dictionary_names(), key=dictionary_size):
+        detector = MarkerDetector(Markers(dictionary=name, size=_ANY_SIZE, on_bars=(BarMarker(id=0, bar=0),)))
+        sightings[name] = sum(len(detector.detect_all(grey)) for grey in frames)
+    name, count = sightings.most_common(1)[0]
+    return name if count >= _MIN_SIGHTINGS else None
