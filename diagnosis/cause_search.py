@@ -448,12 +448,13 @@ def indistinguishable(fitted: Sequence[tuple[Cause, FitStage]], gain: float) -> 
 
 
 def _with_effects(stage: FitStage, whiten: Whitener) -> Comparison:
-    """A stage with every effect beside it in each of its shapes; those that it names only where these may differ.
+    """A stage with every effect beside it in each of its shapes; those that it names only where these or their places may differ.
 
     Steps may not reach a shape that is far off. What only doubts the clock is no cause once one is named."""
-    named = {cause.effect.name for cause in stage.causes}
+    named, arm = {cause.effect.name for cause in stage.causes}, stage.comparison.linearisation.hypothesis.arm
     effects = [e for e in EFFECTS.values() if not (named and e.is_clock)]
-    choices = [(e, s) for e in effects if e.name not in named or len(e.start_shapes) > 1 for s in e.start_shapes]
+    differs = {e.name for e in effects if max(len(e.start_shapes), len(e.placements(arm))) > 1}
+    choices = [(e, s) for e in effects if e.name not in named or e.name in differs for s in e.start_shapes]
     at = stage.comparison.linearisation
     return compare(at, stage.causes, choices, stage.comparison.nuisances, whiten, stage.noise)
 
