@@ -6,7 +6,8 @@ from mechanism.arm import Array
 
 CM = 0.5
 """s/rad: slope of the arc tangent around rest (48), on the motor side"""
-_ALMOST_AT_ONCE = 4.0
+REST_POWER = 4.0
+"""how soon friction that slides holds no more, beyond the speed over which it turns over (docs/thresholds.md)"""
 
 
 def dry(theta_d: Array, cm: float | Array = CM) -> Array:
@@ -24,5 +25,5 @@ def turned_over(s: Array, power: float | Array) -> Array:
 def share_at_rest(s: Array) -> Array:
     """Of its greatest, by which dry friction may be off what a law says at a speed of s times that over which it changes sign.
 
-    It holds what rests against any force up to its greatest; what slides at twice that speed it does not hold, however its law."""
-    return np.sqrt(1 - turned_over(s, _ALMOST_AT_ONCE) ** 2)
+    It holds what rests against any force up to its greatest, and what slides faster less and less, however its law."""
+    return np.sqrt(1 - turned_over(s, REST_POWER) ** 2)
