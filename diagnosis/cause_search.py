@@ -293,7 +293,8 @@ def _with_one_far_off(
     """The fit with one number more that lies far beyond its tolerance, where plainly more than noise is left, and much less so.
 
     Straight lines let it go there beside any causes, as what is known to a tolerance, and as a cause it takes no more than that
-    cost. But a change as large is no straight line, and what the bend leaves may be all that is left."""
+    cost. But a change as large is no straight line, and what the bend leaves may be all that is left; or all in the equations of the
+    arm, beside a motor whose law has another form."""
     if last.excess.ratio.max() < MAX_REMAINDER:
         return None
     start = list(range(len(last.causes)))
@@ -305,8 +306,12 @@ def _with_one_far_off(
     if farthest is None:
         return None
     stage = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, farthest]))
-    is_worth_it = last.surplus - stage.surplus > max(by_chance, MIN_EXPLAINED_NEXT * last.surplus)
-    return stage if stage.possible and is_worth_it else None
+    taken, motors = last.surplus - stage.surplus, fitter.hypothesis.arm.M
+    is_worth_it = taken > MIN_EXPLAINED_NEXT * last.surplus or any(
+        after < (1 - MIN_EXPLAINED) * before
+        for before, after in zip(last.excess.energies(motors), stage.excess.energies(motors), strict=True)
+    )
+    return stage if stage.possible and taken > by_chance and is_worth_it else None
 
 
 def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:

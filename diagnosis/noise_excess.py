@@ -32,6 +32,11 @@ class NoiseExcess:
         """Sum over channels of the variance beyond the floor, in units of the floor's."""
         return float(np.sum(np.maximum(self.ratio**2 - 1, 0.0)))
 
+    def energies(self, motors: int) -> tuple[float, float]:
+        """`energy` of the motors' equations, and of the arm's."""
+        beyond = np.maximum(self.ratio**2 - 1, 0.0)
+        return float(np.sum(beyond[:motors])), float(np.sum(beyond[motors:]))
+
     @property
     def energy_above_limit(self) -> float:
         """Sum over channels of the variance beyond what is as good as noise, in units of the floor's."""
