@@ -46,6 +46,11 @@ class ArmError:
     """m"""
     worst: WorstPose
 
+    @property
+    def is_noise(self) -> bool:
+        """Whether no joint is further off, by either model, than a true one might be: then neither is told to be better."""
+        return bool(np.all(np.maximum(self.joints_before, self.joints_after) < self.joints_noise))
+
     def as_json(self) -> dict[str, Any]:
         """For the record."""
         rows = zip(self.joints_before.tolist(), self.joints_after.tolist(), self.joints_noise.tolist(), strict=True)

@@ -73,3 +73,11 @@ def test_a_simulation_that_is_the_measurement_is_off_by_nothing() -> None:
     measured = np.random.default_rng(1).uniform(-0.4, 0.4, (5, 3))
     same = [recording(measured, measured, (0.0,) * 3, 1e-3)]
     assert arm_error(same, same, ARM).tip_before == 0.0
+
+
+@pytest.mark.parametrize(("noise", "is_noise"), [(0.06, True), (0.045, False)])
+def test_where_a_true_model_may_be_further_off_neither_is_told_to_be_better(noise: float, is_noise: bool) -> None:
+    measured = np.random.default_rng(1).uniform(-0.4, 0.4, (6, 3))
+    rms = (0.03, 0.04, 0.05)
+    old, new = recording(measured, measured, (0.01, 0.02, 0.02), np.nan), recording(measured, measured, rms, noise)
+    assert arm_error([old], [new], ARM).is_noise == is_noise

@@ -96,6 +96,9 @@ def shown_gain(g: Gain) -> Gain:
 def _tip_sentence(d: Diagnosis) -> str:
     if d.arm_error is None:
         return ""
+    if d.arm_error.is_noise:
+        noise = number_text(degrees(float(d.arm_error.joints_noise.max())), 2)
+        return f" Simulated by its forces the arm shows no difference: even a true model may be off by {noise}° at a joint."
     before, after = (number_text(1e3 * off, 2) for off in (d.arm_error.tip_before, d.arm_error.tip_after))
     return f" The simulated tip is off by {after} mm in place of {before}."
 
