@@ -293,8 +293,8 @@ def _with_one_far_off(
     """The fit with one number more that lies far beyond its tolerance, where plainly more than noise is left, and much less so.
 
     Straight lines let it go there beside any causes, as what is known to a tolerance, and as a cause it takes no more than that
-    cost. But a change as large is no straight line, and what the bend leaves may be all that is left; or all in the equations of the
-    arm, beside a motor whose law has another form."""
+    cost. But a change as large is no straight line, and what the bend leaves may be all that is left; or all in the arm's
+    equations, beside a motor whose law has another form."""
     if last.excess.ratio.max() < MAX_REMAINDER:
         return None
     start = list(range(len(last.causes)))

@@ -79,9 +79,9 @@ def inverse_windows(
 ) -> Iterator[tuple[slice, Array]]:
     """Square windows on the diagonal of the inverse: rows and columns first[t] ... first[t] + width - 1, `first` not falling.
 
-    The whole inverse is never made. Yields slices of `first`, never empty, and the windows of their entries, (T, width, width), from
-    the last slice back; with `parts`, that many neighbours in rows and columns are summed, (T, width / parts, width / parts). `block`
-    must be at least the bandwidth and at least width - 1.
+    The whole inverse is never made. Yields slices of `first`, never empty, and the windows of their entries, (T, width, width),
+    from the last slice back; with `parts`, that many neighbours in rows and columns are summed, (T, width / parts, width / parts).
+    `block` must be at least the bandwidth and at least width - 1.
 
     This is Takahashi's recursion in blocks of the Cholesky factor. It adds squares only, so rounding cannot make a variance
     negative. Time is linear in the matrix's size and memory does not grow with it.
