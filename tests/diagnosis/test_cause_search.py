@@ -11,6 +11,7 @@ from diagnosis.cause_search import CHANCE_LEVEL
 from diagnosis.effects import EFFECTS
 
 NOISE_LOSS = 1000.0
+LINEARISATION = SimpleNamespace(hypothesis=SimpleNamespace(arm=SimpleNamespace(M=4, N=3)))
 
 
 def stage(*names: str, surplus: float = 0.0, possible: bool = True, energy: float = 0.0) -> Any:
@@ -18,7 +19,7 @@ def stage(*names: str, surplus: float = 0.0, possible: bool = True, energy: floa
         causes=tuple(
             SimpleNamespace(effect=EFFECTS[name], where=None, amounts=np.zeros(1), number_count=1) for name in names
         ),
-        comparison=SimpleNamespace(linearisation=None, nuisances=None),
+        comparison=SimpleNamespace(linearisation=LINEARISATION, nuisances=None),
         noise=(),
         noise_loss=NOISE_LOSS,
         surplus=surplus,
@@ -50,8 +51,9 @@ def test_every_effect_of_the_catalogue_is_asked_about_in_each_of_its_shapes(monk
 
 
 def test_beside_a_named_cause_all_others_are_asked_but_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And that in other shapes or places: a base has one, motors rub alone or all."""
     assert len(EFFECTS["base_tilt"].start_shapes) == 1 < len(EFFECTS["stribeck_friction"].start_shapes)
-    names = {name for name, _ in asked(monkeypatch, "base_tilt", "stribeck_friction")}
+    names = {name for name, _ in asked(monkeypatch, "base_tilt", "stribeck_friction", "viscous_friction")}
     assert names == set(EFFECTS) - {"base_tilt"} - {name for name, effect in EFFECTS.items() if effect.is_clock}
 
 
