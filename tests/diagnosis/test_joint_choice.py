@@ -77,7 +77,8 @@ def found(
 
     def is_better(after: Any, *_: Any) -> bool:
         names = {cause.effect.name for cause in after.causes}
-        return not misleading & names and all(names.isdisjoint({n}) or needs[n] in names for n in needs or {})
+        lacks = any(name in names and other not in names for name, other in (needs or {}).items())
+        return not misleading & names and not lacks
 
     monkeypatch.setattr(cause_search, "_is_better", is_better)
     everything: Any = None
