@@ -140,6 +140,7 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
         (1725, 1728),
         "counted first; then clocks of lagging motors, and what sends a clock's fit away, were mended",
     ),
+    (range(482, 484), "joints and cables that stick: what dry friction holds, and what is offered again"),
     (range(40, 52), "how far the state follows fast motion, and the variance of its cables' nuisances"),
 )
 
