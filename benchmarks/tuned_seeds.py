@@ -81,7 +81,8 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
     ),
     (
         range(481, 485),
-        "laws that nobody listed: their forms, and what a law must gain, and that one which does not hold ends nothing",
+        "laws that nobody listed: their forms, and what a law must gain, and that one which does not hold ends nothing; "
+        "joints and cables that stick",
     ),
     (range(1501, 1506), "counted first; then why two laws at once are not found was looked into"),
     (
@@ -140,7 +141,6 @@ _FORWARD_ARMS: tuple[tuple[Sequence[int], str], ...] = (
         (1725, 1728),
         "counted first; then clocks of lagging motors, and what sends a clock's fit away, were mended",
     ),
-    (range(482, 484), "joints and cables that stick: what dry friction holds, and what is offered again"),
     (range(40, 52), "how far the state follows fast motion, and the variance of its cables' nuisances"),
 )
 
