@@ -251,13 +251,12 @@ class CauseFitter:
         """As `reweighted`, where a channel with more than noise counts by what it has.
 
         Else clocks and friction would give way to what no number mends where a law's form leaves something."""
-        if self.is_ill_weighted(stage):
-            self, stage = self.reweighted(stage)
-        at, whiten = stage.comparison.linearisation, self._whitener(stage)
+        fitter, stage = self.reweighted(stage) if self.is_ill_weighted(stage) else (self, stage)
+        at, whiten = stage.comparison.linearisation, fitter._whitener(stage)
         residuals = zip(at.recordings, stage.comparison.residuals_after(stage.fit), strict=True)
         white = [whiten(r, segment_starts(rec.signals), rec.input_variance) for rec, r in residuals]
         level = np.sqrt(np.mean(np.concatenate(white, axis=1) ** 2, axis=1))
-        return self._reweighted(stage, whiten.rescaled(np.maximum(level, 1.0)))
+        return fitter._reweighted(stage, whiten.rescaled(np.maximum(level, 1.0)))
 
     def finished(self, stage: FitStage) -> FitStage:
         """With the steps that were too small to be taken while causes were chosen: they may be a sigma of a cause's numbers."""
