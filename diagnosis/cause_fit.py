@@ -182,6 +182,17 @@ class FitStage:
         return self.comparison.profiled_loss - min(self.noise_loss, _FAR * self.comparison.row_count)
 
     @cached_property
+    def held_share(self) -> float:
+        """What is seen of dry friction that holds joints at rest."""
+        at = self.comparison.linearisation
+        excess = [
+            (residual**2 - np.mean(np.square(draws), axis=0))[at.hypothesis.arm.M :]
+            for residual, draws in zip(self.comparison.residuals_after(self.fit), self.noise, strict=True)
+        ]
+        beyond = held_share(excess, [square_at_rows(r.held, r.signals) for r in at.recordings])
+        return float(np.clip(at.hypothesis.held_share + beyond, 0.0, 1.0))
+
+    @cached_property
     def excess(self) -> NoiseExcess:
         """What stands above noise."""
         variance = [recording.input_variance for recording in self.comparison.linearisation.recordings]
@@ -240,7 +251,7 @@ class CauseFitter:
 
         Or whether dry friction is seen to hold joints at rest by more, or by less."""
         level = stage.noise_loss / stage.comparison.row_count
-        holds_otherwise = abs(_held_share(stage) - self._h.held_share) > _MAX_HELD_CHANGE
+        holds_otherwise = abs(stage.held_share - self._h.held_share) > _MAX_HELD_CHANGE
         return holds_otherwise or not 1 / _MAX_NOISE_CHANGE < level < _MAX_NOISE_CHANGE
 
     def reweighted(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
@@ -279,7 +290,7 @@ class CauseFitter:
 
     def _reweighted(self, stage: FitStage, whiten: Whitener) -> "tuple[CauseFitter, FitStage]":
         other = copy(self)
-        other.whiten, other._stages, other._h = whiten, {}, replace(self._h, held_share=_held_share(stage))
+        other.whiten, other._stages, other._h = whiten, {}, replace(self._h, held_share=stage.held_share)
         return other, other.fitted(stage.comparison.linearisation, stage.causes)
 
     def _stage(self, start: Linearisation, causes: tuple[Cause, ...]) -> FitStage:
@@ -308,17 +319,6 @@ class CauseFitter:
         if passes == 1 or abs(loss / before - 1) < _MIN_LOSS_GAIN_FAR:
             return comparison, causes, ensembles
         return self._refined_with_speeds(comparison.linearisation, causes, passes - 1, loss)
-
-
-def _held_share(stage: FitStage) -> float:
-    """What is seen of dry friction that holds joints at rest."""
-    at = stage.comparison.linearisation
-    excess = [
-        (residual**2 - np.mean(np.square(draws), axis=0))[at.hypothesis.arm.M :]
-        for residual, draws in zip(stage.comparison.residuals_after(stage.fit), stage.noise, strict=True)
-    ]
-    beyond = held_share(excess, [square_at_rows(r.held, r.signals) for r in at.recordings])
-    return float(np.clip(at.hypothesis.held_share + beyond, 0.0, 1.0))
 
 
 def _base_model_start(h: Hypothesis, data: Sequence[DataSet], start: Array | None = None) -> Linearisation:

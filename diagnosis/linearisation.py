@@ -98,7 +98,8 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
     slopes = FrictionSlopes.of(machine, s, tension)
     held = machine.held_torque(joint_motion(s), s.Z, s.wraps, tension)
     variance = input_variance(s, slopes)
-    variance[s.arm.M :] += h.held_share * square_at_rows(held, s)
+    if h.held_share:
+        variance[s.arm.M :] += h.held_share * square_at_rows(held, s)
     return RecordingLinearisation(
         hypothesis=h,
         signals=s,

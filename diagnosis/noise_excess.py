@@ -28,14 +28,18 @@ class NoiseExcess:
         return self.rms / self.floor
 
     @property
+    def _beyond(self) -> Array:
+        """Of each channel, the variance beyond the floor, in units of the floor's, (C,)."""
+        return np.maximum(self.ratio**2 - 1, 0.0)
+
+    @property
     def energy(self) -> float:
         """Sum over channels of the variance beyond the floor, in units of the floor's."""
-        return float(np.sum(np.maximum(self.ratio**2 - 1, 0.0)))
+        return float(np.sum(self._beyond))
 
     def energies(self, motors: int) -> tuple[float, float]:
         """`energy` of the motors' equations, and of the arm's."""
-        beyond = np.maximum(self.ratio**2 - 1, 0.0)
-        return float(np.sum(beyond[:motors])), float(np.sum(beyond[motors:]))
+        return float(np.sum(self._beyond[:motors])), float(np.sum(self._beyond[motors:]))
 
     @property
     def energy_above_limit(self) -> float:

@@ -143,7 +143,8 @@ def extract(
     tracks = _without(tracks, repeated, REPEATED)
     late = np.full(len(tracks.time), np.nan)
     late[~repeated] = late_pictures(tracks.time[~repeated], tracks.corners[~repeated])
-    tracks = _without(tracks, ~np.isnan(late), LATE)
+    is_late = ~np.isnan(late)
+    tracks = _without(tracks, is_late, LATE)
     ids = [marker.id for marker in markers.on_bars]
     cells = np.stack([marker_cells(markers.dictionary, i) for i in ids]) if options.template else None
     seen = correct_lens_bow(camera, tracks.corners, cells)
@@ -151,10 +152,8 @@ def extract(
     linkage = linkage_options(options)
 
     def fitted(shutter: Shutter) -> tuple[Array, LinkageFit]:
-        corners, kept = (
-            seen.copy(),
-            ~repeated & np.isnan(late),
-        )  # the motion of the others is that from one of them to the next
+        # the motion of the others is that from one of them to the next
+        corners, kept = seen.copy(), ~(repeated | is_late)
         corners[kept] = at_middle_row(tracks.time[kept], corners[kept], video.height, shutter)
         time = shutter.middle(tracks.time, video.height)
         fit = fit_linkage(neck, camera, corners, str(video.path), covariance=covariance, time=time, options=linkage)
@@ -174,7 +173,7 @@ def extract(
     notes["askew"] = _placement_warning(neck, camera, corners, covariance, str(video.path), fit) if warn else None
     notes["repeated_frames"] = [{"frame": int(k), "time_s": float(time[k])} for k in np.flatnonzero(repeated).tolist()]
     notes["late_frames"] = [
-        {"frame": int(k), "time_s": float(time[k]), "late_s": float(late[k])} for k in np.flatnonzero(~np.isnan(late))
+        {"frame": int(k), "time_s": float(time[k]), "late_s": float(late[k])} for k in np.flatnonzero(is_late)
     ]
     notes["row_time"] = _row_time_note(fit, shutter)
     notes["warnings"] = [
@@ -217,15 +216,14 @@ def _without(tracks: MarkerTracks, frames: NDArray[np.bool_], status: int) -> Ma
 
 def _late_warning(time: Array, late: Array) -> list[str]:
     """A sentence on frames that were taken so much, s, before their times (F,), s; none where there are none."""
-    off = late[~np.isnan(late)]
+    is_late = ~np.isnan(late)
+    off = late[is_late]
     if not len(off):
         return []
-    moments = ", ".join(f"{t:.2f}" for t in time[~np.isnan(late)][:_MAX_MOMENTS])
-    more = ", ..." if len(off) > _MAX_MOMENTS else ""
     shows, their = ("frame shows", "its stamp") if len(off) == 1 else ("frames show", "their stamps")
     return [
         f"{len(off)} of {len(time)} {shows} another moment than {their}, by up to {1e3 * np.abs(off).max():.0f} ms "
-        f"(at {moments}{more} s): no angles there; are frames stamped when they are taken, or when they arrive?"
+        f"(at {_moments(time[is_late])} s): no angles there; are frames stamped when they are taken, or when they arrive?"
     ]
 
 
@@ -234,13 +232,17 @@ def _repetition_warning(time: Array, repeated: NDArray[np.bool_]) -> list[str]:
     count = int(repeated.sum())
     if not count:
         return []
-    moments = ", ".join(f"{t:.2f}" for t in time[repeated][:_MAX_MOMENTS])
-    more = ", ..." if count > _MAX_MOMENTS else ""
     shows = "frame shows" if count == 1 else "frames show"
     return [
-        f"{count} of {len(time)} {shows} the picture before again while the arm moves (at {moments}{more} s): no angles there; "
-        "does the camera keep up with its frame rate?"
+        f"{count} of {len(time)} {shows} the picture before again while the arm moves (at {_moments(time[repeated])} s): "
+        "no angles there; does the camera keep up with its frame rate?"
     ]
+
+
+def _moments(time: Array) -> str:
+    """The first of these times, s, and whether there are more."""
+    more = ", ..." if len(time) > _MAX_MOMENTS else ""
+    return ", ".join(f"{t:.2f}" for t in time[:_MAX_MOMENTS]) + more
 
 
 def _row_time_note(fit: LinkageFit, shutter: Shutter) -> dict[str, float | None]:
