@@ -107,12 +107,13 @@ class Losses:
 
 def losses_at(machine: Machine, cables: CableGeometry, t: Array, alpha_d: Array) -> Losses:
     """At tensions t (M, B), N, and joint speeds (N, B), rad/s."""
-    columns = []
-    for unit in np.eye(len(alpha_d))[:, :, None]:
-        slopes = []
-        for step in (STEP_JOINT_RAD_S, CHORD_RAD_S):
-            low, high = (machine.torque_lost(t, cables, alpha_d + s * unit) for s in (-step, step))
-            slopes.append((high - low) / (2 * step))
-        columns.append(sum(slopes))
-    arriving = np.exp(-np.stack(machine.losses(cables.Z, alpha_d[:, None], cables.wraps)))
-    return Losses(arriving, np.stack(columns, axis=1))
+    N = len(alpha_d)
+    steps = np.array([STEP_JOINT_RAD_S, CHORD_RAD_S])
+    # all joints, widths and signs at once: a step of a simulation asks for them each time
+    speeds = alpha_d[:, None] + np.multiply.outer(np.eye(N), np.outer(steps, [-1.0, 1.0])).reshape(N, -1, 1)
+    Z, wraps = cables.Z[:, None], cables.wraps[:, None]
+    lost = np.sum(Z * t * -np.expm1(-machine.losses(Z, speeds[:, :, None], wraps)), axis=2)
+    low, high = np.moveaxis(lost.reshape(N, N, len(steps), 2, -1), 3, 0)
+    slopes = (high - low) / (2 * steps[:, None])
+    arriving = np.exp(-machine.losses(cables.Z, alpha_d[:, None], cables.wraps))
+    return Losses(arriving, np.sum(slopes, axis=2))

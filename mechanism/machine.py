@@ -176,17 +176,14 @@ class Machine:
         """Whether less of a cable's tension arrives at the spans of its mechanisms than it has at the drum."""
         return any(law.loses(self.values) for law in self.laws)
 
-    def losses(self, Z: Array, alpha_d: Array, wraps: Array) -> list[Array]:
-        """Logarithm of a cable's tension at the drum over what arrives at each mechanism's span, N arrays (..., M).
+    def losses(self, Z: Array, alpha_d: Array, wraps: Array) -> Array:
+        """Logarithm of a cable's tension at the drum over what arrives at each mechanism's span, (N, ..., M).
 
         Z, wraps: (N, ..., M), m and rad, mechanisms first; alpha_d: (N, ...) to be multiplied with them, rad/s.
         """
-        losing = [law for law in self.laws if law.loses(self.values)]
-        out: list[Array] = []
-        for at in _sliding(Z, alpha_d, wraps):
-            here = sum((law.loss(self.values, at) for law in losing), start=np.zeros(()))
-            out.append(out[-1] + here if out else here)
-        return out
+        at = _sliding(Z, alpha_d, wraps)
+        here = [law.loss(self.values, at) for law in self.laws if law.loses(self.values)]
+        return np.cumsum(sum(here, start=np.zeros_like(at.speed)), axis=0)
 
     def held_torque(self, at: JointMotion, Z: Array, wraps: Array, tension: Array) -> Array:
         """By which dry friction may hold each joint at rest otherwise than the laws say, (T, N), N m.
@@ -197,10 +194,10 @@ class Machine:
             square = square + law.held_torque(self.values, at) ** 2
         if self.loses_on_the_way:
             mechanisms_first = (np.moveaxis(v, -2, 0) for v in (Z, at.alpha_d[..., None], wraps))
-            held = [
-                sum((law.held_loss(self.values, sliding) ** 2 for law in self.laws), start=np.zeros(()))
-                for sliding in _sliding(*mechanisms_first)
-            ]
+            sliding = _sliding(*mechanisms_first)
+            held = sum(
+                (law.held_loss(self.values, sliding) ** 2 for law in self.laws), start=np.zeros_like(sliding.speed)
+            )
             on_the_way = np.moveaxis(np.cumsum(held, axis=0), 0, -2)
             square = square + np.sum((Z * np.maximum(tension, 0.0)[:, None]) ** 2 * on_the_way, axis=-1)
         return np.sqrt(square)
@@ -210,7 +207,7 @@ class Machine:
 
         Z, wraps: (..., N, M), m and rad; alpha_d: (..., N), rad/s."""
         mechanisms_first = (np.moveaxis(v, -2, 0) for v in (Z, np.asarray(alpha_d)[..., None], wraps))
-        return -np.expm1(-np.stack(np.broadcast_arrays(*self.losses(*mechanisms_first)), axis=-2))
+        return -np.expm1(-np.moveaxis(self.losses(*mechanisms_first), 0, -2))
 
     def arriving(self, Z: Array, alpha_d: Array, wraps: Array) -> Array:
         """Z of what arrives of each cable's tension, (..., N, M), m; arguments as in `ratios_lost`."""
@@ -219,16 +216,14 @@ class Machine:
     def torque_lost(self, t: Array, cables: CableGeometry, alpha_d: Array) -> Array:
         """Torque that tensions t (M, B), N, lose on the way, (N, B), N m, in batch layout; alpha_d: (N, B), rad/s."""
         losses = self.losses(cables.Z, alpha_d[:, None], cables.wraps)
-        return np.stack([np.sum(Z * t * -np.expm1(-loss), axis=0) for Z, loss in zip(cables.Z, losses, strict=True)])
+        return np.sum(cables.Z * t * -np.expm1(-losses), axis=1)
 
     def resistance(self, at: JointMotion) -> Array:
         """Torque against the joints' motion, (..., N), N m."""
         return sum((law.resistance(self.values, at) for law in self.laws), start=np.zeros(()))
 
 
-def _sliding(Z: Array, alpha_d: Array, wraps: Array) -> list[Sliding]:
-    """How cables slide over the pulleys before each mechanism's span; arguments as in `Machine.losses`."""
-    speeds = [Z[-1] * alpha_d[-1]]
-    for i in range(len(Z) - 2, -1, -1):
-        speeds.insert(0, speeds[0] + Z[i] * alpha_d[i])
-    return [Sliding(speed, wrap) for speed, wrap in zip(speeds, wraps, strict=True)]
+def _sliding(Z: Array, alpha_d: Array, wraps: Array) -> Sliding:
+    """How cables slide over the pulleys before each mechanism's span, (N, ..., M); arguments as in `Machine.losses`."""
+    speeds = np.cumsum((Z * alpha_d)[::-1], axis=0)[::-1]
+    return Sliding(speeds, np.broadcast_to(wraps, speeds.shape))

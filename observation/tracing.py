@@ -6,6 +6,7 @@ known here is refused by its name.
 """
 
 from collections.abc import Callable, Mapping
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -157,6 +158,11 @@ def _clip(x: Any, low: Any, high: Any) -> Any:
     return np.minimum(np.maximum(x, low), high)
 
 
+def _cumulative_sum(x: TracedArray, axis: int) -> TracedArray:
+    sums = list(accumulate(np.moveaxis(x.elements, axis, 0), _elementwise(_ELEMENTWISE["add"])))
+    return TracedArray(np.stack(sums, axis=axis))
+
+
 def _joined(function: Callable[..., Any]) -> Callable[..., TracedArray]:
     return lambda arrays, axis=0: TracedArray(function([elements_of(a) for a in arrays], axis=axis))
 
@@ -173,6 +179,7 @@ _FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "clip": _clip,
     "stack": _joined(np.stack),
     "concatenate": _joined(np.concatenate),
+    "cumsum": _cumulative_sum,
     "broadcast_arrays": lambda *arrays: [
         TracedArray(a) for a in np.broadcast_arrays(*(elements_of(a) for a in arrays))
     ],

@@ -126,8 +126,8 @@ def test_the_filters_step_is_the_simulations() -> None:
 
 
 def test_a_formula_that_cannot_be_traced_is_named() -> None:
-    with pytest.raises(Untraceable, match=r"cumsum"):
-        np.cumsum(symbols([variable("x")]))
+    with pytest.raises(Untraceable, match=r"sort"):
+        np.sort(symbols([variable("x")]))
 
 
 def test_numbers_are_computed_and_zeros_vanish() -> None:
