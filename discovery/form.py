@@ -99,7 +99,7 @@ def _bump_starts(basis: FineBasis) -> tuple[Constants, ...]:
 
 
 def _turn_bump(x: Array, c: Constants) -> Array:
-    away = np.abs(np.exp(1j * (x - c["place"])) - 1)
+    away = 2 * np.sin((x - c["place"]) / 2)  # |exp(i (x - place)) - 1|, but for its sign
     return np.exp(-((away / c["width"]) ** 2))[..., None]
 
 
