@@ -242,6 +242,11 @@ class CauseFitter:
         return self._stages[key]
 
     @property
+    def ensembles(self) -> Sequence[NoiseEnsemble]:
+        """Of the recordings, with the motors' speeds by the base model."""
+        return self._ensembles
+
+    @property
     def hypothesis(self) -> Hypothesis:
         """To which causes are added, with what is seen of dry friction that holds joints at rest."""
         return self._h

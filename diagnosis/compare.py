@@ -32,7 +32,7 @@ def compare(
     noise: draws of each recording. clock_relaxed: whether the clock is in doubt; unless said, it is where a cause is named that
     is not the clock itself.
     """
-    matrices, widths = _matrices(at, causes, effects, nuisances)
+    matrices, widths = column_matrices(at, causes, effects, nuisances)
     nuisance_count = nuisances.count + 2 * len(at.recordings)
     first = len(at.unknowns.size) + nuisance_count
     slots = [np.arange(a, b) for a, b in pairwise(first + np.cumsum([0, *widths]))]
@@ -65,7 +65,7 @@ def compare(
     )
 
 
-def _matrices(
+def column_matrices(
     at: Linearisation, causes: Sequence[Cause], effects: Sequence[tuple[Effect, Shape]], nuisances: Nuisances
 ) -> tuple[list[Array], list[int]]:
     """Columns and residual of each recording, (C, S, K + 1), and the number of columns of each cause and effect."""

@@ -10,6 +10,7 @@ from diagnosis.cause import with_causes
 from diagnosis.cause_fit import FitStage
 from diagnosis.cause_search import Search
 from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_excess, held_out_residuals
+from diagnosis.noise_columns import noise_columns
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.unlisted_laws import as_fitted, causes_of, found_laws
 from discovery.found_law import FoundLaw
@@ -60,7 +61,7 @@ def law_gains(
     """Laws in what a search leaves; before: what it leaves of recordings that were not fitted, `ensembles`, if there are any."""
     fitter, stage, h = search.fitter, search.last, search.fitter.hypothesis
     kept: list[GainedLaw] = []
-    for law in found_laws(stage, fitter.whiten, seed):
+    for law in found_laws(stage, fitter.whiten, noise_columns(stage, fitter.ensembles), seed):
         causes = (*search.last.causes, *causes_of([*(each.law for each in kept), law], h.arm))
         tried = fitter.finished(fitter.fitted(search.last.comparison.linearisation, causes))
         gain = None

@@ -175,6 +175,8 @@ class _StageProblem(Problem):
 
     stage: FitStage
     whiten: Whitener
+    noise_columns: Sequence[Array]
+    """of each recording: what noise changes of the stage's columns and residual, (C, S, K + 1)"""
     least_gain: float = 0.0
     _fine: dict[Variable, NDArray[np.float32]] = field(default_factory=dict)
     """whitened fine columns of every variable, (rows, K, places)"""
@@ -203,6 +205,26 @@ class _StageProblem(Problem):
         for recording, rows in zip(self._recordings, self._rows, strict=True):
             parts.append(np.tile(rows.block, len(recording.rows.residual)))
         return np.concatenate(parts)
+
+    @cached_property
+    def equation(self) -> Index:
+        each = zip(self._recordings, self._rows, strict=True)
+        return np.concatenate([np.repeat(np.arange(len(r.rows.residual)), len(rows.place)) for r, rows in each])
+
+    def noise(self, numbers: Array) -> Array:
+        moved = np.append(numbers, 1.0)
+        energy = np.einsum("cij,i,j->c", self._noise_products, moved, moved)
+        return np.minimum(energy / self._noise_products[:, -1, -1], 1.0)
+
+    @cached_property
+    def _noise_products(self) -> Array:
+        """Of each equation: products of what noise adds to the base columns and, last, to the residual, (C, P + 1, P + 1)."""
+        each = zip(self._recordings, self._rows, self.noise_columns, strict=True)
+        noise = np.concatenate([self._white(*of_recording) for of_recording in each])
+        noise = np.column_stack([noise[:, self.columns_of_stage], noise[:, -1]])
+        return np.array(
+            [noise[own].T @ noise[own] for own in self.equation == np.arange(self.equation.max() + 1)[:, None]]
+        )
 
     @cached_property
     def _rows(self) -> tuple[_Rows, ...]:
@@ -287,6 +309,8 @@ class _StageProblem(Problem):
         return white[:, rows.place].reshape(-1, *columns.shape[2:])
 
 
-def found_laws(stage: FitStage, whiten: Whitener, seed: int = 0) -> tuple[FoundLaw, ...]:
+def found_laws(
+    stage: FitStage, whiten: Whitener, noise_columns: Sequence[Array], seed: int = 0
+) -> tuple[FoundLaw, ...]:
     """The laws in what a stage leaves, in the order in which they were found; none where chance would do as much."""
-    return find_laws(_StageProblem(stage, whiten, MIN_LOSS_SHARE * stage.noise_loss), seed)
+    return find_laws(_StageProblem(stage, whiten, noise_columns, MIN_LOSS_SHARE * stage.noise_loss), seed)

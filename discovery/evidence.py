@@ -80,16 +80,25 @@ class Evidence:
         T = self._turned(function)
         return self._solve(T.T @ self.total @ T)
 
+    @cached_property
+    def folds(self) -> Index:
+        """The fold of every block, (B,)."""
+        return np.arange(len(self.products)) % FOLDS
+
+    def fits_without_folds(self, function: Array) -> list[Array]:
+        """Numbers as `fit` has them, (P + k,), where each fold in turn is not fitted."""
+        T = self._turned(function)
+        products = T.T @ self.products @ T
+        whole = products.sum(axis=0)
+        return [self._solve(whole - products[self.folds == f].sum(axis=0)) for f in range(min(FOLDS, len(products)))]
+
     def block_losses(self, function: Array) -> Array:
         """Loss of every block where all folds but its own were fitted, (B,)."""
         T = self._turned(function)
-        products = T.T @ self.products @ T
-        whole, fold = products.sum(axis=0), np.arange(len(products)) % FOLDS
-        out = np.zeros(len(products))
-        for f in range(min(FOLDS, len(products))):
-            left_out = products[fold == f]
-            x = np.append(-self._solve(whole - left_out.sum(axis=0)), 1.0)
-            out[fold == f] = np.einsum("i,bij,j->b", x, left_out, x)
+        out = np.zeros(len(self.products))
+        for f, numbers in enumerate(self.fits_without_folds(function)):
+            x, left_out = T @ np.append(-numbers, 1.0), self.products[self.folds == f]
+            out[self.folds == f] = np.einsum("i,bij,j->b", x, left_out, x)
         return out
 
     def loss(self, function: Array) -> float:

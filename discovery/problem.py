@@ -77,6 +77,19 @@ class Problem:
         raise NotImplementedError
 
     @cached_property
+    def equation(self) -> Index:
+        """The equation of each row, counted from 0, (rows,)."""
+        return np.zeros(len(self.target), dtype=np.intp)
+
+    def noise(self, numbers: Array) -> Array:
+        """Energy of noise in each equation with the base columns' numbers (P,), over that without them, (C,), at most 1.
+
+        Columns may hold the target's noise themselves: what halves all forces halves noise too, and all that is wrong.
+        What makes it louder pays for that in the loss.
+        """
+        return np.ones(1)
+
+    @cached_property
     def candidates(self) -> tuple[Candidate, ...]:
         """What may be followed."""
         raise NotImplementedError

@@ -12,9 +12,19 @@ from numpy.typing import NDArray
 
 from discovery.evidence import Evidence
 from discovery.found_law import FoundLaw
+from discovery.judge import Judge, Losses
 from discovery.law_fit import evidence_of, fitted, with_amounts, with_laws
 from discovery.problem import Problem
-from discovery.rivals import CHANCE_OF_TWO, MIN_GAIN_SIGMAS, Rival, chosen, coefficients, gain_sigmas, refined
+from discovery.rivals import (
+    CHANCE_OF_TWO,
+    MIN_GAIN_SIGMAS,
+    SIMPLER_SHARE,
+    Rival,
+    chosen,
+    coefficients,
+    gain_sigmas,
+    refined,
+)
 
 Array = NDArray[np.float64]
 
@@ -24,8 +34,8 @@ MAX_LAWS = 8
 """that are looked for (docs/thresholds.md)"""
 MIN_BLOCKS = 10
 """below which nothing can be judged (docs/thresholds.md)"""
-_NO_AMOUNT_SIGMAS = 4.0
-"""up to which a place may have none of a law that another place has"""
+_NO_AMOUNT_SIGMAS, _NO_AMOUNT_SHARE = 4.0, 0.03
+"""up to which a place may have none of a law that another place has: sigmas, and of what the other has"""
 _MIN_RIVAL_SHARE = 0.3
 """of the most that any takes where fitted: what takes less is not compared over blocks that were not fitted"""
 _WORLDS = 200
@@ -56,11 +66,12 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
     """The law of all candidates' forms that explains most of what the laws leave; none where chance would do as much."""
     base, precision = with_laws(problem, laws)
     count = int(problem.blocks.max()) + 1
+    judge = Judge(problem, base)
     signs = rng.choice([-1.0, 1.0], (_WORLDS, count))
     rivals: list[Rival] = []
     chance = np.zeros(_WORLDS)
-    without: Array | None = None
-    loss = most = 0.0
+    without: Losses | None = None
+    most = 0.0
     for candidate in problem.candidates:
         forms = [form for form in candidate.forms if candidate.places * len(form.amounts) < count]
         if not forms:  # more numbers than blocks can judge
@@ -68,8 +79,7 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
         fine = problem.columns(candidate, candidate.basis.columns)
         evidence = Evidence.of(base, precision, fine, problem.target, problem.blocks)
         if without is None:
-            nothing = np.zeros((fine.shape[1], 0))
-            without, loss = evidence.block_losses(nothing), evidence.loss(nothing)
+            without = judge.losses(evidence, fine, np.zeros((fine.shape[1], 0)))
         functions = [np.array([coefficients(candidate, f, c) for c in f.starts(candidate.basis)]) for f in forms]
         gains = [evidence.gains(each) for each in functions]
         likeliest = int(np.argmax([each.max() for each in gains]))
@@ -80,12 +90,14 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
             if gain.max() < _MIN_RIVAL_SHARE * most:
                 continue
             start = form.starts(candidate.basis)[int(np.argmax(gain))]
-            constants, best = refined(evidence, candidate, form, start, float(gain.max()))
-            most = max(most, best)
-            block_gains = without - evidence.block_losses(coefficients(candidate, form, constants))
-            rivals.append(Rival(candidate, form, constants, best, block_gains))
+            constants, _ = refined(evidence, candidate, form, start, float(gain.max()))
+            left = judge.losses(evidence, fine, coefficients(candidate, form, constants))
+            rivals.append(
+                Rival(candidate, form, constants, without.whole - left.whole, without.of_blocks - left.of_blocks)
+            )
+            most = max(most, rivals[-1].gain)
     level = max(_chance_level(chance), problem.least_gain)
-    return chosen(rivals, level, loss)
+    return chosen(rivals, level, without.whole if without else 0.0)
 
 
 def _chance_level(gains: Array) -> float:
@@ -100,8 +112,10 @@ def _where_alone(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[FoundLaw
     places = law.candidate.places
     if places == 1:
         return laws
-    sigma = np.sqrt(np.maximum(np.diag(law.covariance)[: len(law.amounts)], 1e-300))
-    has = (np.abs(law.amounts) > _NO_AMOUNT_SIGMAS * sigma).reshape(-1, places).any(axis=0)
+    sigma = np.sqrt(np.maximum(np.diag(law.covariance)[: len(law.amounts)], 1e-300)).reshape(-1, places)
+    amounts = np.abs(law.amounts).reshape(-1, places)
+    least = np.maximum(_NO_AMOUNT_SIGMAS * sigma, _NO_AMOUNT_SHARE * amounts.max(axis=1, keepdims=True))
+    has = (amounts > least).any(axis=0)
     if np.count_nonzero(has) != 1:
         return laws
     asked = law.candidate.detail, law.candidate.follows
@@ -109,8 +123,9 @@ def _where_alone(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[FoundLaw
     place = int(np.flatnonzero(has)[0])
     alone = replace(law, candidate=siblings[place], amounts=law.amounts[place::places])
     fewer = fitted(problem, (*others, alone))
-    more_loss = with_amounts(problem, fewer)[1] - with_amounts(problem, laws)[1]
-    return fewer if more_loss < CHANCE_OF_TWO * (len(law.amounts) - len(alone.amounts)) else laws
+    loss = with_amounts(problem, laws)[1]
+    by_chance = CHANCE_OF_TWO * (len(law.amounts) - len(alone.amounts))
+    return fewer if with_amounts(problem, fewer)[1] - loss < max(by_chance, SIMPLER_SHARE * loss) else laws
 
 
 def _without_needless(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[FoundLaw, ...]:

@@ -102,3 +102,57 @@ def test_with_few_blocks_nothing_is_told() -> None:
 
 def test_nothing_is_found_in_noise() -> None:
     assert find_laws(Places([0.0, 0.0, 0.0])) == ()
+
+
+class Spring(Problem):
+    """A force measured without noise, against a spring's: its stiffness is free, its length measured with noise of one newton."""
+
+    stiffness, hinge_at = 10.0, 0.5
+
+    def __init__(self, tells_noise: bool) -> None:
+        rng = np.random.default_rng(11)
+        length = np.cumsum(rng.normal(0, 0.2, ROWS))
+        self._angle = np.sin(np.arange(ROWS) / 30)
+        self._force = self.stiffness * length + 40 * np.maximum(self._angle - self.hinge_at, 0.0)
+        self._measured = length + rng.normal(0, 1 / self.stiffness, ROWS)
+        self._tells_noise = tells_noise
+
+    @cached_property
+    def target(self) -> Array:
+        return self._force - self.stiffness * self._measured
+
+    @cached_property
+    def base(self) -> Array:
+        return self._measured[:, None]
+
+    @cached_property
+    def precision(self) -> Array:
+        return np.zeros(1)
+
+    @cached_property
+    def blocks(self) -> NDArray[np.intp]:
+        return np.arange(ROWS) * 30 // ROWS
+
+    def noise(self, numbers: Array) -> Array:
+        return np.minimum((1 + numbers / self.stiffness) ** 2, 1.0) if self._tells_noise else np.ones(1)
+
+    @cached_property
+    def candidates(self) -> tuple[Candidate, ...]:
+        values = {"force": self._force, "joint_angle": self._angle}
+        return tuple(
+            Candidate(where="", follows=(name,), unit="1", kind="line", basis=FineBasis.of([v], False))
+            for name, v in values.items()
+        )
+
+    def columns(self, candidate: Candidate, function: Function) -> Array:
+        return function(self._force if candidate.follows == ("force",) else self._angle)
+
+
+def test_what_makes_all_forces_small_explains_nothing() -> None:
+    """Least squares would have no force and no stiffness: nothing is then wrong. Noise vanishes with them, and tells."""
+    (law,) = find_laws(Spring(tells_noise=True))
+    assert (law.candidate.follows, law.form.name) == (("joint_angle",), "hinge")
+    assert law.amounts == pytest.approx([40.0], rel=0.05)
+    assert law.constants["place"] == pytest.approx(0.5, abs=0.02)
+    misled = find_laws(Spring(tells_noise=False))
+    assert misled[0].candidate.follows == ("force",)

@@ -1,0 +1,36 @@
+"""What is told of noise with other numbers, against noise drawn through the laws with those numbers."""
+
+import numpy as np
+
+from diagnosis.cause_fit import CauseFitter
+from diagnosis.hypothesis import as_described
+from diagnosis.linearisation import with_laws_of
+from diagnosis.noise_columns import noise_columns
+from diagnosis.noise_ensemble import noise_ensemble, noise_residuals
+from identification.dataset.frames import frame_angles
+from tests.identification.test_estimates import recording
+
+
+def test_noise_of_a_softer_cable_is_as_it_is_drawn() -> None:
+    """With half its stiffness and damping a cable makes half the force of an elongation that was not there."""
+    data = recording(2000)
+    h = as_described(data.neck)
+    fitter = CauseFitter(h, [noise_ensemble(data, frame_angles(data), 0)])
+    stage = fitter.base_model()
+    at = stage.comparison.linearisation
+    softer = np.zeros(len(at.p))
+    for name in ("k", "ca"):
+        slot = at.unknowns.slots[name, None]
+        softer[slot] = -at.p[slot] / 2
+    (noise,) = noise_columns(stage, fitter.ensembles)
+    told = noise[..., -1] + noise[..., : len(at.p)] @ (softer / at.unknowns.size)
+    (before, *_), (after, *_) = (
+        noise_residuals(where, fitter.ensembles)[0] for where in (at, with_laws_of(at, h, at.p + softer))
+    )
+    motors = slice(0, h.arm.M)
+    # rounding of counts stays, and is less than a tenth of the energy here
+    drawn = np.mean(after[motors] ** 2, axis=1) / np.mean(before[motors] ** 2, axis=1)
+    np.testing.assert_allclose(drawn, 0.25, atol=0.1)
+    np.testing.assert_allclose(
+        np.mean(told[motors] ** 2, axis=1), 0.25 * np.mean(noise[motors, :, -1] ** 2, axis=1), rtol=0.02
+    )
