@@ -119,6 +119,11 @@ class Search:
     free_fits: FreeFits
     """those that were looked for"""
 
+    def without_causes(self) -> "Search":
+        """As it began."""
+        unlisted = _unlisted(self.first, self.fitter.whiten, self.free_fits)
+        return replace(self, named=(), last=self.first, unlisted=unlisted)
+
     def without_the_least(self) -> "Search":
         """Without the cause that takes least; without any where the others leave too much."""
         least = min(range(len(self.named)), key=lambda i: self.named[i].gain)

@@ -9,11 +9,12 @@ from diagnosis.arm_error import ArmError, arm_error
 from diagnosis.cause import Cause, with_causes
 from diagnosis.cause_fit import FitStage
 from diagnosis.cause_search import MIN_EXPLAINED, Search, search_causes
+from diagnosis.causes_beside_laws import with_laws
 from diagnosis.detectability import Detectability, detectability
 from diagnosis.drawing_findings import DrawingFinding, drawing_findings
 from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_excess, held_out_residuals
 from diagnosis.hypothesis import Hypothesis, as_described
-from diagnosis.law_gains import GainedLaw, law_gains
+from diagnosis.law_gains import GainedLaw
 from diagnosis.noise_ensemble import NoiseEnsemble, noise_ensemble
 from diagnosis.noise_excess import ABOVE_NOISE_RATIO, NoiseExcess
 from diagnosis.remainder import Remainder, plainly_left, remainders
@@ -132,15 +133,15 @@ def diagnose(
         taken_back += [n.effect.name for n in before.named if n.effect not in {m.effect for m in search.named}]
         held = _held_out(search, search.last, others, progress)
     laws: tuple[GainedLaw, ...] = ()
-    stage, holds = search.last, held.holds
+    stage = search.last
     if stage.excess.above_noise:
         progress("laws that nobody listed")
-        found = law_gains(search, others, held.residuals, seed)
-        if found is not None:
-            laws, stage = found.laws, found.stage
+        found = with_laws(search, held.residuals, fitted, others, seed)
+        if found.laws:
+            search, laws, stage = found.search, found.laws, found.stage
             held = _held_out(search, stage, others, progress)
     left = held.remainder or remainders(search.first.excess, stage.excess, h.arm.M, held_out=False)
-    verdict, why = _verdict(search, visible, left, holds, laws)
+    verdict, why = _verdict(search, visible, left, held.holds, laws)
     if taken_back:
         names = ", ".join(taken_back)
         why = "; ".join(filter(None, [why, f"{names} would explain more, but not on recordings that were not fitted"]))
