@@ -111,8 +111,9 @@ class _Fit:
 
     def _sigma(self, p: Array, r: int) -> tuple[Array, Array]:
         """Sigma of the frames' angles, (F, N), rad, and of the motors' equation in each row, (M,), N."""
-        misfit = self.equations.misfit(p, r, self.equations.compliance(p, r))
-        return self._angle_sigma(misfit, r), self._motor_sigma(misfit, r)
+        compliance = self.equations.compliance(p, r)
+        misfit, held = self.equations.misfit(p, r, compliance), self.equations.held_variance(p, r, compliance)
+        return self._angle_sigma(misfit, held, r), self._motor_sigma(misfit, r)
 
     def _normal_equations(self, p: Array, r: int) -> tuple[Array, Array]:
         compliance = self.equations.compliance(p, r)
@@ -135,9 +136,11 @@ class _Fit:
         gradient = H.T @ (base.angles * weight)[seen] + G.T @ (base.motors * motor_weight).ravel()
         return normal, gradient
 
-    def _angle_sigma(self, misfit: Misfit, r: int) -> Array:
-        """Sigma of each frame's angles, (F, N), rad, wider by how much residuals exceed the frames' noise and are correlated."""
-        sigma = self.equations.rows[r].frames.sigma
+    def _angle_sigma(self, misfit: Misfit, held: Array, r: int) -> Array:
+        """Sigma of each frame's angles, (F, N), rad, wider by how much residuals exceed what is expected and are correlated.
+
+        Expected are the frames' noise and `held`, the variance of what friction holds."""
+        sigma = np.sqrt(self.equations.rows[r].frames.sigma ** 2 + held)
         ratio = np.nanvar(misfit.angles / sigma, axis=0)
         widened = np.sqrt(np.maximum(ratio, 1.0) * np.array([_correlation_time(a) for a in (misfit.angles / sigma).T]))
         return sigma * widened
@@ -154,10 +157,14 @@ class _Fit:
         kept = [i for i, n in entries if n.recording is None or (alone and n.name == "x0")]
         value = self.equations.mean + p * self.equations.sigma
         whole = covariance * np.outer(self.equations.sigma, self.equations.sigma)
-        misfits = [
-            self.equations.misfit(p, r, self.equations.compliance(p, r)) for r in range(len(self.equations.rows))
+        compliances = [self.equations.compliance(p, r) for r in range(len(self.equations.rows))]
+        misfits = [self.equations.misfit(p, r, compliance) for r, compliance in enumerate(compliances)]
+        left = [
+            rms_beyond_noise(
+                misfit.angles, self.equations.rows[r].frames.sigma ** 2, self.equations.held_variance(p, r, compliance)
+            )
+            for r, (misfit, compliance) in enumerate(zip(misfits, compliances, strict=True))
         ]
-        left = [self._left(m, r) for r, m in enumerate(misfits)]
         motor = np.sqrt(np.mean(np.concatenate([m.motors for m in misfits]) ** 2, axis=0))
         return PoseModel(
             numbers=tuple(
@@ -180,14 +187,20 @@ class _Fit:
             ),
         )
 
-    def _left(self, misfit: Misfit, r: int) -> Array:
-        """What is left of the angles beyond the frames' own noise, (N,), rad: by successive frames, whose noise differs."""
-        out = []
-        for angles, sigma in zip(misfit.angles.T, self.equations.rows[r].frames.sigma.T, strict=True):
-            both = np.isfinite(angles[1:]) & np.isfinite(angles[:-1])
-            shared = float(np.mean((angles[1:] * angles[:-1])[both])) if both.any() else float(np.mean(sigma**2))
-            out.append(np.sqrt(max(shared, 0.0)))
-        return np.array(out)
+
+def rms_beyond_noise(angles: Array, noise: Array, held: Array) -> Array:
+    """What is left of angles (F, N), rad, NaN where not seen, beyond their noise, (N,), rad.
+
+    Successive frames tell it, whose noise differs. noise, held: variances (F, N), rad^2, of a frame and by what friction holds: the
+    larger this one is, the less a frame says.
+    """
+    out = []
+    for own, square, weight in zip(angles.T, noise.T, (noise / (noise + held)).T, strict=True):
+        both = np.isfinite(own[1:]) & np.isfinite(own[:-1])
+        products, weights = (own[1:] * own[:-1])[both], np.sqrt(weight[1:] * weight[:-1])[both]
+        shared = float(np.average(products, weights=weights)) if both.any() else float(np.mean(square))
+        out.append(np.sqrt(max(shared, 0.0)))
+    return np.array(out)
 
 
 def _correlation_time(residual: Array) -> float:

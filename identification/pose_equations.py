@@ -15,6 +15,7 @@ from mechanism.arm import Arm, arm_of
 from mechanism.cable_lengths import geometry_of_poses, lengths
 from mechanism.description import Neck
 from mechanism.dynamics import terms
+from mechanism.friction import HELD_VARIANCE
 from mechanism.laws import CableMotion, JointMotion, MotorMotion
 from mechanism.machine import Machine
 from mechanism.toleranced_numbers import moved
@@ -121,6 +122,17 @@ class PoseEquations:
         acting = machine.acting_force(rows.f, rows.step)
         forces = acting - machine.friction(turning) - arm.motor_inertia / arm.drum * rows.theta_dd - tension
         return Misfit(rows.frames.alpha - predicted, forces)
+
+    def held_variance(self, p: Array, r: int, compliance: Array) -> Array:
+        """Variance of each frame's angles, (F, N), rad^2, by what dry friction holds at rest, which no law of speed tells."""
+        rows = self.rows[r]
+        machine, late = self._machine(p, r)
+        wound, wraps, Z, load, length = self._geometry(p, r)
+        speed = self._speed(r)
+        tension = _torque(machine, rows, speed, wound, wraps, Z, load, length)[1]
+        held = machine.held_torque(JointMotion(rows.alpha, speed), Z, wraps, tension)
+        variance = np.einsum("tij,tj->ti", compliance**2, HELD_VARIANCE * held**2)
+        return interpolated(rows.frames.time + late, rows.time, variance)
 
     def compliance(self, p: Array, r: int) -> Array:
         """Compliance of the arm on its cables at the rows, (T, N, N), rad/(N m)."""

@@ -8,6 +8,8 @@ CM = 0.5
 """s/rad: slope of the arc tangent around rest (48), on the motor side"""
 REST_POWER = 4.0
 """how soon friction that slides holds no more, beyond the speed over which it turns over (docs/thresholds.md)"""
+HELD_VARIANCE = 1 / 3
+"""mean square of what friction at rest holds, its greatest being 1: anything between -1 and 1 is as likely"""
 
 
 def dry(theta_d: Array, cm: float | Array = CM) -> Array:
@@ -26,4 +28,4 @@ def share_at_rest(s: Array) -> Array:
     """Of its greatest, by which dry friction may be off what a law says at a speed of s times that over which it changes sign.
 
     It holds what rests against any force up to its greatest, and what slides faster less and less, however its law."""
-    return np.sqrt(1 - turned_over(s, REST_POWER) ** 2)
+    return np.sqrt(np.maximum(1 - turned_over(s, REST_POWER) ** 2, 0.0))

@@ -189,18 +189,27 @@ class Machine:
         """By which dry friction may hold each joint at rest otherwise than the laws say, (T, N), N m.
 
         Z, wraps: (T, N, M), m and rad; tension: (T, M), N. What holds a cable at several pulleys of its way adds up in squares."""
+        square = self.held_in_joints(at)
+        if self.loses_on_the_way:
+            mechanisms_first = (np.moveaxis(v, -2, 0) for v in (Z, at.alpha_d[..., None], wraps))
+            on_the_way = np.moveaxis(self.held_on_the_way(*mechanisms_first), 0, -2)
+            square = square + np.sum((Z * np.maximum(tension, 0.0)[:, None]) ** 2 * on_the_way, axis=-1)
+        return np.sqrt(square)
+
+    def held_in_joints(self, at: JointMotion) -> Array:
+        """Square of the torque by which friction in the joints may hold them otherwise than the laws say, (..., N), N^2 m^2."""
         square = np.zeros_like(at.alpha_d)
         for law in self.laws:
             square = square + law.held_torque(self.values, at) ** 2
-        if self.loses_on_the_way:
-            mechanisms_first = (np.moveaxis(v, -2, 0) for v in (Z, at.alpha_d[..., None], wraps))
-            sliding = _sliding(*mechanisms_first)
-            held = sum(
-                (law.held_loss(self.values, sliding) ** 2 for law in self.laws), start=np.zeros_like(sliding.speed)
-            )
-            on_the_way = np.moveaxis(np.cumsum(held, axis=0), 0, -2)
-            square = square + np.sum((Z * np.maximum(tension, 0.0)[:, None]) ** 2 * on_the_way, axis=-1)
-        return np.sqrt(square)
+        return square
+
+    def held_on_the_way(self, Z: Array, alpha_d: Array, wraps: Array) -> Array:
+        """Square of the share of a cable's tension that pulleys may hold on the way to each mechanism, (N, ..., M).
+
+        Arguments as in `losses`."""
+        at = _sliding(Z, alpha_d, wraps)
+        held = sum((law.held_loss(self.values, at) ** 2 for law in self.laws), start=np.zeros_like(at.speed))
+        return np.cumsum(held, axis=0)
 
     def ratios_lost(self, Z: Array, alpha_d: Array, wraps: Array) -> Array:
         """Share of a cable's tension that is lost on the way to each mechanism, (..., N, M).

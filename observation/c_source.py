@@ -8,6 +8,7 @@ from importlib.resources import files
 
 import numpy as np
 
+from mechanism.friction import HELD_VARIANCE
 from mechanism.laws import Law
 from observation.expression import Expression, variable
 from observation.filter_numbers import LAG_SIGMA_S, POSE_RATE_HZ, POSE_TIME_S
@@ -55,6 +56,7 @@ def _defines(observer: Observer, law_count: int) -> dict[str, int | float]:
         "AT_POSE": layout.pose_error.start,
         "GAMMA": float(GAMMA),
         "LAG_SIGMA_S": LAG_SIGMA_S,
+        "HELD_VARIANCE": HELD_VARIANCE,
         "POSE_TIME_S": POSE_TIME_S,
         "POSE_RATE": 2 * np.pi * POSE_RATE_HZ,
         "MAX_STEP_S": MAX_STEP_S,
@@ -97,7 +99,7 @@ def _equations(observer: Observer) -> str:
     return c_function(
         "equations",
         {"state": [v.name for v in e.state], "force": [v.name for v in e.force], "since": [e.time.name]},
-        {"mass": e.mass, "rates": e.rates, "derivatives": e.derivatives, "tension": e.tension},
+        {"mass": e.mass, "rates": e.rates, "derivatives": e.derivatives, "tension": e.tension, "held": e.held},
     )
 
 

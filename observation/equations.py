@@ -44,11 +44,13 @@ class Equations:
     """of the rates by the state, where they are not zero"""
     tension: tuple[Expression, ...]
     """M, N"""
+    held: tuple[Expression, ...]
+    """square of the torque by which dry friction may hold each joint otherwise than its law says, N, N^2 m^2"""
 
     @property
     def outputs(self) -> tuple[Expression, ...]:
-        """All expressions: mass, rates, derivatives, tension."""
-        return (*self.mass, *self.rates, *self.derivatives, *self.tension)
+        """All expressions: mass, rates, derivatives, tension, held."""
+        return (*self.mass, *self.rates, *self.derivatives, *self.tension, *self.held)
 
 
 def traced_equations(machine: Machine) -> Equations:
@@ -63,7 +65,7 @@ def traced_equations(machine: Machine) -> Equations:
     state = tuple(variable(f"s{i}") for i in range(layout.size))
     force = tuple(variable(f"f{j}") for j in range(layout.M))
     time = variable("time")
-    mass, coriolis, torque, theta_dd, memory_d, tension = _formed(traced, layout, state, force, time)
+    mass, coriolis, torque, theta_dd, memory_d, tension, held = _formed(traced, layout, state, force, time)
     rates = (*(t - c for t, c in zip(torque, coriolis, strict=True)), *theta_dd, *memory_d)
     places, derivatives = [], []
     for column in range(layout.friction_error.stop):
@@ -83,6 +85,7 @@ def traced_equations(machine: Machine) -> Equations:
         places=tuple(places),
         derivatives=tuple(derivatives),
         tension=tuple(tension),
+        held=tuple(held),
     )
 
 
@@ -93,7 +96,7 @@ def _formed(
     force: tuple[Expression, ...],
     time: Expression,
 ) -> tuple[list[Expression], ...]:
-    """M, c, torques without c, theta'', rates of the memory, and tensions."""
+    """M, c, torques without c, theta'', rates of the memory, tensions, and squares of what friction may hold."""
     arm = machine.arm
 
     def part(name: str) -> Any:
@@ -129,18 +132,22 @@ def _formed(
         arm=arm,
         memory=z,
     )
-    resistance = machine.resistance(JointMotion(alpha, alpha_d, since))
+    motion = JointMotion(alpha, alpha_d, since)
+    resistance, held = machine.resistance(motion), machine.held_in_joints(motion)
     torque = -k.g - resistance + _sum([cables.Z[:, j] * tension[j] for j in range(layout.M)])
     if machine.loses_on_the_way:
         losses = machine.losses(cables.Z, alpha_d[:, None], cables.wraps)
         for i, loss in enumerate(losses):
             lost = cables.Z[i] * tension * (1 - np.exp(-loss))
             torque[i] = torque[i] - _sum([lost[j] for j in range(layout.M)])
+        for i, square in enumerate(machine.held_on_the_way(cables.Z, alpha_d[:, None], cables.wraps)):
+            on_the_way = (cables.Z[i] * tension) ** 2 * square
+            held[i] = held[i] + _sum([on_the_way[j] for j in range(layout.M)])
     lightness = arm.drum / arm.motor_inertia
     theta_dd = lightness * (f - machine.friction(turning) - tension - part("friction_error"))
     memory_d = machine.memory_rate(at, z) if layout.S else z
     return tuple(
-        [_expression(e) for e in elements_of(v).ravel()] for v in (k.M, k.c, torque, theta_dd, memory_d, tension)
+        [_expression(e) for e in elements_of(v).ravel()] for v in (k.M, k.c, torque, theta_dd, memory_d, tension, held)
     )
 
 

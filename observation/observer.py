@@ -215,11 +215,26 @@ class Observer:
             self.state = self.state + step.change
             self.state[layout.memory] = np.clip(self.state[layout.memory], -bound, bound)
             self.covariance = _symmetric(F @ self.covariance @ F.T + self.prediction.noise(step))
+            if layout.S:
+                F = self._gather_at_bounds(step.beyond) * F
             for speeds in (layout.alpha_d, layout.theta_d):
                 self._acceleration[speeds] = step.change[speeds] / h
             transition = F @ transition
         self._transition = transition
         self._predicted, self._predicted_covariance = self.state, self.covariance
+
+    def _gather_at_bounds(self, beyond: Array) -> Array:
+        """What is left of each entry's sigma, (size, 1), where motion leads memory variables on that stand at their bounds.
+
+        beyond: by how much, (M S,). The bound gathers what lags behind it, at most two sigmas: then the variable is known. Were
+        it not, counted motor angles would draw it away from its bound again and again.
+        """
+        memory = self.numbers.layout.memory
+        sigma = np.sqrt(np.maximum(np.diag(self.covariance)[memory], 1e-300))
+        left = np.ones((self.numbers.layout.size, 1))
+        left[memory, 0] = np.maximum(1 - beyond / (2 * sigma), 0.0)
+        self.covariance = left * self.covariance * left.T
+        return left
 
     def _measure_motors(self, theta: Array) -> None:
         at, P = self.numbers.layout.theta, self.covariance

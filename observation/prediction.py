@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from observation.evaluated_equations import EvaluatedEquations
+from mechanism.friction import HELD_VARIANCE
+from observation.evaluated_equations import EvaluatedEquations, EvaluatedRates
 from observation.filter_numbers import LAG_SIGMA_S, POSE_TIME_S, FilterNumbers
 
 Array = NDArray[np.float64]
@@ -32,13 +33,15 @@ class PredictedStep:
     """V, (size, size): noise in the state's rates acts as V noise"""
     pose_covariance: Array
     """of the pose's error, where it is in equilibrium, (N, N), rad^2"""
+    beyond: Array
+    """by how much motion would have led memory variables beyond the bounds at which they stand, (M S,)"""
 
 
 class Prediction:
     """Steps of one arm with one model."""
 
     def __init__(self, numbers: FilterNumbers, equations: EvaluatedEquations) -> None:
-        self._numbers, self._equations = numbers, equations
+        self._numbers, self.equations = numbers, equations
         layout = numbers.layout
         self._identity = np.eye(layout.size)
         # what no equation of motion is in: angles follow their rates, errors decay
@@ -58,7 +61,7 @@ class Prediction:
         half = acceleration * (h / 2)
         half[alpha], half[theta] = state[alpha_d] * (h / 2), state[theta_d] * (h / 2)
         middle = state + half
-        e = self._equations.at(middle, force, elapsed)
+        e = self.equations.at(middle, force, elapsed)
         solved = np.linalg.solve(e.mass, np.concatenate([e.by_state[:n], e.rates[:n, None]], axis=1))
         J = self._constant_jacobian.copy()
         J[alpha_d] = solved[:, :-1]
@@ -70,8 +73,11 @@ class Prediction:
             middle[theta_d],
             e.rates[n : n + m],
         )
+        memory_d = e.rates[n + m :]
+        held = middle[layout.memory] * np.sign(memory_d) >= numbers.memory_bound
         if layout.S:
-            J[layout.memory], rate[layout.memory] = e.by_state[n + m :], e.rates[n + m :]
+            J[layout.memory] = np.where(held[:, None], 0.0, e.by_state[n + m :])
+            rate[layout.memory] = np.where(held, 0.0, memory_d)
         rate -= J @ half
         hJ = h * J
         V = np.linalg.inv(self._identity - GAMMA * hJ)
@@ -81,7 +87,8 @@ class Prediction:
             change=V2 @ (h * (rate - GAMMA**2 * (hJ @ rate))),
             transition=V2 @ (self._identity + (1 - 2 * GAMMA) * hJ),
             noise_gain=V,
-            pose_covariance=self._pose_covariance(middle, e.tension),
+            pose_covariance=self._pose_covariance(middle, e),
+            beyond=np.where(held, h * np.abs(memory_d), 0.0),
         )
 
     def noise(self, step: PredictedStep) -> Array:
@@ -91,9 +98,20 @@ class Prediction:
         Q[pose_error, pose_error] += step.pose_covariance * (2 * step.h / POSE_TIME_S)
         return Q
 
-    def _pose_covariance(self, state: Array, tension: Array) -> Array:
-        """A A^T of PoseError, with the least of each angle and what a clock's lag does to moving joints, (N, N), rad^2."""
+    def _pose_covariance(self, state: Array, e: EvaluatedRates) -> Array:
+        """A A^T of PoseError, the least of each angle, a clock's lag where joints move, and what friction holds, (N, N), rad^2."""
         numbers, layout = self._numbers, self._numbers.layout
-        A = numbers.pose_error.at(state[layout.alpha], float(tension.mean()))
+        A = numbers.pose_error.at(state[layout.alpha], float(e.tension.mean()))
         lag = LAG_SIGMA_S * state[layout.alpha_d]
-        return A @ A.T + np.diag(numbers.pose_floor**2) + lag[:, None] * lag
+        return A @ A.T + np.diag(numbers.pose_floor**2) + lag[:, None] * lag + _held_covariance(e, layout.alpha)
+
+
+def _held_covariance(e: EvaluatedRates, alpha: slice) -> Array:
+    """Of the angles, (N, N), rad^2, by what dry friction holds at rest, which no law of speed tells.
+
+    The arm gives way to it by its compliance on the cables, and stays where it stands."""
+    stiffness = e.by_state[: len(e.held), alpha]
+    if not e.held.any() or not np.linalg.det(stiffness):
+        return np.zeros_like(stiffness)
+    compliance = np.linalg.inv(stiffness)
+    return (compliance * (HELD_VARIANCE * e.held)) @ compliance.T

@@ -8,7 +8,7 @@ import pytest
 
 from identification.dataset.series import Series
 from identification.model_file import Model, PoseModel, read_model, write_model
-from identification.pose_calibration import calibrate_pose, with_pose
+from identification.pose_calibration import calibrate_pose, rms_beyond_noise, with_pose
 from tests.observation.arms import NOISE_RAD, SEEDS, built_stiffness, calibration_data, case
 from xneck_foundation.errors import Refused
 
@@ -52,3 +52,14 @@ def test_without_a_frame_it_is_refused_and_the_model_stays_as_it_was() -> None:
     with pytest.raises(Refused, match="no frame shows all joints"):
         calibrate_pose([blind], model)
     assert with_pose(model, [blind]) is model
+
+
+def test_what_is_left_is_told_where_nothing_holds_the_joints() -> None:
+    """A quarter of the frames stands 10 noises beside; where it is not known to be held, that is what is left of all."""
+    rng = np.random.default_rng(3)
+    rests = (np.arange(2000) // 100 % 4 == 0)[:, None]
+    noise = np.full((2000, 1), NOISE_RAD**2)
+    held = np.where(rests, (10 * NOISE_RAD) ** 2, 0.0)
+    angles = NOISE_RAD * rng.standard_normal((2000, 1)) + np.sqrt(held)
+    assert rms_beyond_noise(angles, noise, held)[0] < NOISE_RAD
+    assert rms_beyond_noise(angles, noise, np.zeros_like(held))[0] > 4 * NOISE_RAD
