@@ -264,7 +264,7 @@ def _verdict(
         worst = max(r.ratio for r in left)
         why = f"what explains the fitted recordings leaves {worst:.1f} times noise on those that were not fitted"
         return "insufficient", why
-    remains = ""
+    remains = law if laws else ""
     if plain:
         remains = f"something unknown remains: {plain[0].equation} is left with {plain[0].ratio:.1f} times noise"
         remains = "; ".join(filter(None, [remains, law]))
