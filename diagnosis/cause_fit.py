@@ -143,11 +143,19 @@ class FitStage:
     @cached_property
     def untold(self) -> tuple[int, ...]:
         """Which causes the recordings do not tell from nothing: no amount stands clear of its sigma, on the side it may be on."""
+        return self._untold(1.0)
+
+    @cached_property
+    def untold_beside_what_is_left(self) -> tuple[int, ...]:
+        """The same where what is left above noise widens each sigma, as it is told."""
+        return self._untold(max(1.0, float(self.excess.ratio.max())))
+
+    def _untold(self, widening: float) -> tuple[int, ...]:
         arm, out = self.comparison.linearisation.hypothesis.arm, []
         for i, (cause, sigma) in enumerate(zip(self.causes, self.sigma_of_causes, strict=True)):
             from_nothing = cause.effect.lower_bounds(arm)[list(cause.where.columns)] == 0
             does = np.where(from_nothing, cause.amounts, np.abs(cause.amounts))
-            if np.all(does < UNTOLD_SIGMAS * sigma[: len(does)]):
+            if np.all(does < UNTOLD_SIGMAS * widening * sigma[: len(does)]):
                 out.append(i)
         return tuple(out)
 

@@ -158,6 +158,8 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
         elif told := _without_untold(fitter, last):
             causes = tuple(cause for i, cause in enumerate(causes) if i not in last.untold)
             last = fitter.finished(told)
+        if last.excess.ratio.max() >= MAX_REMAINDER and len(last.untold_beside_what_is_left) == len(causes):
+            causes, last = (), first  # they stand in for something else
     return Search(
         first=first,
         last=last,

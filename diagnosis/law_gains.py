@@ -12,6 +12,7 @@ from diagnosis.cause_search import Search
 from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_excess, held_out_residuals
 from diagnosis.noise_columns import noise_columns
 from diagnosis.noise_ensemble import NoiseEnsemble
+from diagnosis.noise_excess import ABOVE_NOISE_RATIO
 from diagnosis.unlisted_laws import as_fitted, causes_of, found_laws
 from discovery.found_law import FoundLaw
 from mechanism.arm import Arm
@@ -71,7 +72,9 @@ def law_gains(
                 tried.comparison, tried.fit, extended, tried.causes, ensembles, fitter.whiten, clock_relaxed=True
             )
             gained = gains(before, after, h.arm.M)
-            if not (_holds(gained, law) and _leaves_less_beyond_noise(before, after, law, h.arm)):
+            is_told = len(tried.causes) - 1 not in tried.untold_beside_what_is_left
+            is_better = _holds(gained, law) and _leaves_less_beyond_noise(before, after, law, h.arm)
+            if not (is_told and is_better and _is_no_louder(before, after)):
                 continue  # those found after it may hold without it
             gain, before = gained[_equations_of(law)], after
         kept, stage = [*kept, GainedLaw(law, gain)], tried
@@ -104,3 +107,9 @@ def _leaves_less_beyond_noise(before: HeldOutResiduals, after: HeldOutResiduals,
         for excess in (held_out_excess(after, after), held_out_excess(before, before))
     )
     return left < was_left
+
+
+def _is_no_louder(before: HeldOutResiduals, after: HeldOutResiduals) -> bool:
+    """Whether noise with a law is in every equation as soft as what was left without: louder noise would hide anything."""
+    floor, was_left = held_out_excess(after, after).floor, held_out_excess(before, before).rms
+    return bool(np.all(floor < ABOVE_NOISE_RATIO * was_left))

@@ -33,6 +33,8 @@ MAX_LOGGED_MAGNITUDE = 1e9
 MAX_LOG_ROWS = 5_000_000
 """rows of a log beyond which it is refused: nearly three hours at 500 Hz (docs/thresholds.md)"""
 
+_MAX_CUBIC_STEPS = 4.5
+"""between the first and the last of four rows: where it is more some are missing"""
 _SHOWN = 60
 """characters of joints' names that are shown"""
 
@@ -236,8 +238,25 @@ def _without_absurd_samples(series: Series, path: str | Path) -> Series:
 
 
 def uniformly_sampled(log: Series) -> Series:
-    """The log at equal steps, by linear interpolation where rows are missing or late."""
+    """The log at equal steps, where rows are missing or late by interpolation: of angles by cubics, else by straight lines."""
     step = sampling_step(log.time, "log")
     count = round((log.time[-1] - log.time[0]) / step) + 1
     time = log.time[0] + np.arange(count) * (log.time[-1] - log.time[0]) / (count - 1)
-    return Series(time, {name: np.interp(time, log.time, values) for name, values in log.columns.items()})
+    columns = {name: np.interp(time, log.time, values) for name, values in log.columns.items()}
+    if len(log.time) >= 4:
+        # a motor's angle between two rows of a slow log is beside their chord by more than a camera tells
+        columns |= {name: _by_cubics(time, log, name, step) for name in columns if name.startswith("theta")}
+    return Series(time, columns)
+
+
+def _by_cubics(time: Array, log: Series, name: str, step: float) -> Array:
+    """Through the two rows before each time and the two behind; by a straight line where rows are missing there."""
+    at, values = log.time, log.columns[name]
+    first = np.clip(np.searchsorted(at, time, side="right") - 2, 0, len(at) - 4)
+    out = np.zeros_like(time)
+    for i in range(4):
+        others = [first + k for k in range(4) if k != i]
+        weight = np.prod([(time - at[k]) / (at[first + i] - at[k]) for k in others], axis=0)
+        out += weight * values[first + i]
+    complete = at[first + 3] - at[first] < _MAX_CUBIC_STEPS * step
+    return np.where(complete, out, np.interp(time, at, values))
