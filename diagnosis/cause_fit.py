@@ -143,14 +143,15 @@ class FitStage:
     @cached_property
     def untold(self) -> tuple[int, ...]:
         """Which causes the recordings do not tell from nothing: no amount stands clear of its sigma, on the side it may be on."""
-        return self._untold(1.0)
+        return self.untold_with(1.0)
 
     @cached_property
     def untold_beside_what_is_left(self) -> tuple[int, ...]:
         """The same where what is left above noise widens each sigma, as it is told."""
-        return self._untold(max(1.0, float(self.excess.ratio.max())))
+        return self.untold_with(max(1.0, float(self.excess.ratio.max())))
 
-    def _untold(self, widening: float) -> tuple[int, ...]:
+    def untold_with(self, widening: float) -> tuple[int, ...]:
+        """As `untold`, with sigmas so many times as wide."""
         arm, out = self.comparison.linearisation.hypothesis.arm, []
         for i, (cause, sigma) in enumerate(zip(self.causes, self.sigma_of_causes, strict=True)):
             from_nothing = cause.effect.lower_bounds(arm)[list(cause.where.columns)] == 0

@@ -149,6 +149,13 @@ def test_a_cause_that_no_amount_tells_is_none_where_nothing_is_above_noise(monke
     assert [untold_at(viscous, by) for by in (-10.0, 0.0, 10.0)] == [True, True, False]
     assert [untold_at(gain, by) for by in (-10.0, 0.0, 10.0)] == [False, True, False]
     assert viscous.untold == (0,)
+    # what is left above noise widens sigma, as it is told
+    (cause,), (sigma,) = gain.causes, gain.sigma_of_causes
+    loud = replace(
+        gain, causes=(replace(cause, amounts=10 * sigma),), noise=tuple([d / 8 for d in n] for n in gain.noise)
+    )
+    assert gain.excess.ratio.max() < 1.25 < 6 < loud.excess.ratio.max()
+    assert (loud.untold, loud.untold_beside_what_is_left) == ((), (0,))
     (cause,) = viscous.causes
     named = (NamedCause(cause.effect, cause.where, (), 1.0, viscous.fit.loss),)
     monkeypatch.setattr(cause_search, "_with_all_causes", lambda fitter, *_: (fitter, viscous))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from diagnosis import law_gains
 from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains
 
 ROWS, WORLDS, MOTORS = 1500, 150, 4
@@ -52,3 +53,12 @@ def test_what_the_fit_left_uncertain_is_part_of_the_floor() -> None:
     quiet = side(np.ones((7, 300)), floor=1e-6)
     unsure = HeldOutResiduals(quiet.residuals, quiet.noise, (np.full((7, 300), 0.09),), (0.0,))
     assert gains(quiet, unsure, MOTORS)[0].noise_floor == pytest.approx(0.3, rel=1e-6)
+
+
+def test_a_law_is_no_louder_than_what_was_left_without_it() -> None:
+    """Where noise with a law is as loud as all that was left, or louder, nothing stands above it: that explains nothing."""
+    rng = np.random.default_rng(4)
+    before = side(2.0 * rng.normal(size=(7, 300)))
+    soft, as_loud = (side(rng.normal(size=(7, 300)), floor=floor) for floor in (1.0, 2.8))
+    assert law_gains._is_no_louder(before, soft)
+    assert not law_gains._is_no_louder(before, as_loud)

@@ -213,6 +213,23 @@ def test_a_log_in_bursts_is_refused_before_anything_large_is_made() -> None:
         uniformly_sampled(Series(time, {"theta1": time}))
 
 
+def test_angles_between_late_rows_of_a_slow_log_are_beside_the_chord() -> None:
+    """At 100 Hz a motor that turns back in a tenth of a second is off the chord by hundredths of a radian."""
+    rng = np.random.default_rng(5)
+    time = np.arange(1000) * 0.01 + rng.uniform(-0.002, 0.002, 1000)
+    time[[0, -1]] = 0.0, 9.99
+    angle, force = (lambda t: np.sin(30 * t)), (lambda t: np.sign(np.sin(9 * t)))
+    even = uniformly_sampled(Series(time, {"theta1": angle(time), "f1": force(time)}))
+    assert np.abs(np.interp(even.time, time, angle(time)) - angle(even.time)).max() > 0.008
+    assert np.abs(even.columns["theta1"] - angle(even.time))[2:-2].max() < 0.001
+    # a command that is held has corners, and nothing is told of a gap
+    assert np.abs(even.columns["f1"]).max() <= 1.0
+    kept = (time < 4.0) | (time > 4.3)
+    gap = uniformly_sampled(Series(time[kept], {"theta1": angle(time[kept])}))
+    inside = (gap.time > 4.05) & (gap.time < 4.25)
+    np.testing.assert_allclose(np.diff(gap.columns["theta1"][inside], 2), 0.0, atol=1e-9)
+
+
 def test_forces_in_capitals_are_not_taken_for_forces_that_are_not_logged(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("time,theta1,F1\n0,0,0\n1,1,1\n")
     with pytest.raises(Refused, match="f1 as 'F1'"):
