@@ -72,7 +72,8 @@ def _beside_causes(
     if fitter.is_ill_weighted(stage):
         fitter, stage = fitter.reweighted(stage)
     stage = fitter.finished(stage)
-    if not stage.possible or stage.excess.energy > found.stage.excess.energy:
+    leaves_more = stage.excess.above_noise and stage.excess.energy > found.stage.excess.energy
+    if leaves_more or not stage.possible:
         return alone
     (first, *_) = found.laws
     (numbered,) = as_fitted([first.law], stage)

@@ -35,6 +35,8 @@ MAX_LOG_ROWS = 5_000_000
 
 _MAX_CUBIC_STEPS = 4.5
 """between the first and the last of four rows: where it is more some are missing"""
+_ROWS_AT_ONCE = 100_000
+"""that are interpolated: memory stays flat"""
 _SHOWN = 60
 """characters of joints' names that are shown"""
 
@@ -251,7 +253,11 @@ def uniformly_sampled(log: Series) -> Series:
 
 def _by_cubics(time: Array, log: Series, name: str, step: float) -> Array:
     """Through the two rows before each time and the two behind; by a straight line where rows are missing there."""
-    at, values = log.time, log.columns[name]
+    pieces = np.array_split(time, -(-len(time) // _ROWS_AT_ONCE))
+    return np.concatenate([_piece_by_cubics(piece, log.time, log.columns[name], step) for piece in pieces])
+
+
+def _piece_by_cubics(time: Array, at: Array, values: Array, step: float) -> Array:
     first = np.clip(np.searchsorted(at, time, side="right") - 2, 0, len(at) - 4)
     out = np.zeros_like(time)
     for i in range(4):
