@@ -1,4 +1,4 @@
-"""What is known to a tolerance only: numbers of the drawing, the angles' zeros, forces, friction's curve, and clocks.
+"""What is known to a tolerance only: numbers of the drawing, the angles' zeros, friction's curve, and clocks.
 
 Within its tolerance nothing is a cause. Each is a number with the tolerance as its prior's standard deviation, and no wall: how far
 it goes is what the recordings say.
@@ -16,17 +16,14 @@ from diagnosis.friction_curve import friction_curve_columns
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import Linearisation, RecordingLinearisation
 from identification.residual_sensitivity import AngleError
-from identification.residuals import change_by_forces
 from mechanism.arm import arm_of
 from mechanism.description import Neck
-from mechanism.laws import Term
 from mechanism.toleranced_numbers import TolerancedNumber, moved, toleranced_numbers
 from xneck_foundation.document_faults import described_faults
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
-_REFLECTED = Term("reflected", "1", low=-np.inf, high=np.inf, size=1.0)
 _MIN_CLOCK_SIGMA_S = 1e-5
 """s: sigma of clocks that came without one (docs/thresholds.md)"""
 
@@ -40,7 +37,7 @@ class Nuisances:
     zero_sigma: float
     """rad, of the markers of each bar, from the base's on, against it; 0 where they are exact"""
     arm_columns: tuple[Array, ...]
-    """of each recording: what one sigma of each of the arm's, the angles', forces' and friction's curve does, (C, S, Q)"""
+    """of each recording: what one sigma of each of the arm's, of the angles' and of friction's curve does, (C, S, Q)"""
     clock_columns: tuple[Array, ...]
     """of each recording: what one sigma of its clock's offset and skew does, (C, S, 2)"""
     clock_sigma: tuple[float, ...]
@@ -50,11 +47,11 @@ class Nuisances:
 
     @property
     def count(self) -> int:
-        """Q, of the arm's, the angles', forces' and friction's curve."""
+        """Q, of the arm's, the angles' and friction's curve."""
         return self.arm_columns[0].shape[2]
 
     def adjusted(self, h: Hypothesis, numbers: Array) -> Hypothesis:
-        """A hypothesis with the arm's and the angles' moved by numbers (Q,) of their sigmas; forces and friction's curve stay."""
+        """A hypothesis with the arm's and the angles' moved by numbers (Q,) of their sigmas; friction keeps its curve."""
         angles = angle_errors_of_bars(h.arm.N) if self.zero_sigma > 0 else np.zeros((0, h.arm.N))
         of_drawing, of_bars, _ = np.split(numbers, np.cumsum([len(self.drawing), len(angles)]))
         neck = moved(h.neck, self.drawing, [n.sigma * x for n, x in zip(self.drawing, of_drawing, strict=True)])
@@ -87,23 +84,16 @@ def nuisances_at(at: Linearisation) -> Nuisances:
 def _arm_columns(
     recording: RecordingLinearisation, neck: Neck, drawing: Sequence[TolerancedNumber], zero_sigma: float
 ) -> Array:
-    """What one sigma of the arm's numbers, the angles' zeros, forces and friction's curve does to the residuals, (C, S, Q)."""
+    """What one sigma of the arm's numbers, the angles' zeros and friction's curve does to the residuals, (C, S, Q)."""
     change = recording.sensitivity.residual_change
     columns = [change(arm=arm_of(number.moved(neck, number.sigma))) for number in drawing]
     if zero_sigma > 0:
         errors = zero_sigma * angle_errors_of_bars(neck.N)
         columns += [change(angle_error=AngleError(-error)) for error in errors]
     of_arm = np.stack(columns, axis=-1) if columns else np.zeros((*recording.rows.residual.shape, 0))
-    if neck.tolerance.drum > 0:
-        of_arm = np.concatenate([of_arm, neck.tolerance.drum * _reflected_force_columns(recording)], axis=2)
     if neck.tolerance.friction_curve == 0:
         return of_arm
     return np.concatenate([of_arm, friction_curve_columns(recording, neck.tolerance.friction_curve)], axis=2)
-
-
-def _reflected_force_columns(recording: RecordingLinearisation) -> Array:
-    """What forces do that are as much larger as the drum is by which a controller makes torques of them, (C, S, M)."""
-    return change_by_forces(recording.signals, _REFLECTED, acting=recording.forces.acting)
 
 
 def _clock_columns(recording: RecordingLinearisation, offset_sigma: float) -> Array:

@@ -15,7 +15,6 @@ from diagnosis.linearisation import Linearisation, base_unknowns, corrected_sign
 from diagnosis.noise_ensemble import noise_whitener
 from diagnosis.nuisances import nuisances_at
 from identification.dataset.dataset import DataSet
-from identification.dataset.series import Series
 from identification.fitting import segment_starts
 from identification.residuals import ResidualRows
 from identification.whitening import Whitener
@@ -274,18 +273,3 @@ def test_what_motors_rub_by_does_not_change_with_the_cables(name: str, data: Dat
 def compared(at: Linearisation) -> Comparison:
     plain = Whitener(np.ones((7, 1)))
     return compare(at, (), [(EFFECTS["viscous_friction"], {})], nuisances_at(at), plain)
-
-
-def test_forces_made_by_another_drum_are_within_its_tolerance(at: Linearisation, data: DataSet) -> None:
-    """A controller makes torques of forces by the drum in its drawing: they pull as much more as the true one is smaller."""
-    tolerance, sigma = data.neck.tolerance.drum, 0.02
-    neck = data.neck.model_copy(update={"tolerance": data.neck.tolerance.model_copy(update={"drum": sigma})})
-    of_forces = slice(-at.hypothesis.arm.M - 3 * at.hypothesis.arm.M, -3 * at.hypothesis.arm.M)
-    (columns,) = nuisances_at(replace(at, hypothesis=replace(at.hypothesis, neck=neck))).arm_columns
-    motor = 1
-    f = data.state.columns[f"f{motor + 1}"]
-    more = replace(data, state=Series(data.state.time, {**data.state.columns, f"f{motor + 1}": (1 + sigma) * f}))
-    changed = read_at(at.hypothesis, more, at.p).recordings[0].rows.residual - at.recordings[0].rows.residual
-    told = columns[..., of_forces][..., motor]
-    np.testing.assert_allclose(np.sqrt(np.mean((told - changed) ** 2)), 0.0, atol=0.02 * np.sqrt(np.mean(changed**2)))
-    assert tolerance > 0
