@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 _HATS = 8
 """pieces of a function along its variable, as many rows in each"""
-_MAX_FORCE_SHARE = 0.5
+MAX_FORCE_SHARE = 0.5
 """of the largest force that the motors are told: a function that takes more is the scale of all forces, not a law
 (docs/thresholds.md)"""
 _MOTOR_HARMONICS, _DRUM_HARMONICS = 12, 4
@@ -190,7 +190,7 @@ def best_free_function(stage: FitStage, whiten: Whitener) -> FreeFit | None:
     at = stage.comparison.linearisation
     whitened = WhitenedComparison(stage.comparison, whiten)
     variance = [recording.input_variance for recording in at.recordings]
-    largest = _MAX_FORCE_SHARE * max(float(np.abs(recording.signals.f).max()) for recording in at.recordings)
+    largest = MAX_FORCE_SHARE * max(float(np.abs(recording.signals.f).max()) for recording in at.recordings)
     fits = []
     for function in FREE_FUNCTIONS:
         beside = whitened.beside(function, {})

@@ -16,9 +16,11 @@ from diagnosis.cause_fit import FitStage
 from diagnosis.cause_search import MIN_LOSS_SHARE
 from diagnosis.comparison import FOLD_BLOCK_S
 from diagnosis.effect import LawEffect, Placement
+from diagnosis.free_function import MAX_FORCE_SHARE
 from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.shown_by import ShownBy
 from discovery.fine_basis import FineBasis, Function
+from discovery.form import Constants, Form
 from discovery.found_law import FoundLaw
 from discovery.problem import Candidate, Problem
 from discovery.search import find_laws
@@ -215,6 +217,19 @@ class _StageProblem(Problem):
         moved = np.append(numbers, 1.0)
         energy = np.einsum("cij,i,j->c", self._noise_products, moved, moved)
         return np.minimum(energy / self._noise_products[:, -1, -1], 1.0)
+
+    def allows(self, candidate: Candidate, form: Form, constants: Constants, amounts: Array) -> bool:
+        variable, place = _variable_at(candidate)
+        if variable.acts != "motor":
+            return True
+        for recording in self._recordings:
+            values, f = _values_at(variable, recording), np.abs(recording.signals.f).max(axis=0)
+            of_places = amounts.reshape(len(form.amounts), -1)
+            for i, j in enumerate([place] if place is not None else range(values.shape[1])):
+                taken = form.columns(values[:, j], constants) @ of_places[:, i]
+                if np.abs(taken).max() > MAX_FORCE_SHARE * f[j]:
+                    return False
+        return True
 
     @cached_property
     def _noise_products(self) -> Array:

@@ -19,6 +19,8 @@ class Losses:
     """where all blocks were fitted, what is known beforehand included"""
     of_blocks: Array
     """(B,), of every block where all folds but its own were fitted"""
+    amounts: Array
+    """of the function, where all blocks were fitted, (k,)"""
 
 
 @dataclass(frozen=True)
@@ -38,4 +40,4 @@ class Judge:
         energy = left**2 / (noise[problem.equation] if len(noise) > 1 else noise)
         known = float(np.sum(evidence.precision * numbers[:p, 0] ** 2))
         own = energy[np.arange(len(left)), 1 + evidence.folds[problem.blocks]]
-        return Losses(float(energy[:, 0].sum()) + known, np.bincount(problem.blocks, own).astype(float))
+        return Losses(float(energy[:, 0].sum()) + known, np.bincount(problem.blocks, own).astype(float), numbers[p:, 0])

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discovery.fine_basis import FineBasis, Function
-from discovery.form import Form, Kind, forms_of
+from discovery.form import Constants, Form, Kind, forms_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -88,6 +88,10 @@ class Problem:
         What makes it louder pays for that in the loss.
         """
         return np.ones(1)
+
+    def allows(self, candidate: Candidate, form: Form, constants: Constants, amounts: Array) -> bool:
+        """Whether a law with these amounts (k places,) may be one: some are what the target is made of, not what is wrong."""
+        return True
 
     @cached_property
     def candidates(self) -> tuple[Candidate, ...]:

@@ -92,6 +92,8 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
             start = form.starts(candidate.basis)[int(np.argmax(gain))]
             constants, _ = refined(evidence, candidate, form, start, float(gain.max()))
             left = judge.losses(evidence, fine, coefficients(candidate, form, constants))
+            if not problem.allows(candidate, form, constants, left.amounts):
+                continue
             rivals.append(
                 Rival(candidate, form, constants, without.whole - left.whole, without.of_blocks - left.of_blocks)
             )

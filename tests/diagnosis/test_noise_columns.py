@@ -1,4 +1,4 @@
-"""What is told of noise with other numbers, against noise drawn through the laws with those numbers."""
+"""What is told of noise with other numbers, against noise drawn through the laws with those numbers; and what may be no law."""
 
 import numpy as np
 
@@ -7,6 +7,8 @@ from diagnosis.hypothesis import as_described
 from diagnosis.linearisation import with_laws_of
 from diagnosis.noise_columns import noise_columns
 from diagnosis.noise_ensemble import noise_ensemble, noise_residuals
+from diagnosis.unlisted_laws import _StageProblem
+from discovery.form import forms_of
 from identification.dataset.frames import frame_angles
 from tests.identification.test_estimates import recording
 
@@ -34,3 +36,21 @@ def test_noise_of_a_softer_cable_is_as_it_is_drawn() -> None:
     np.testing.assert_allclose(
         np.mean(told[motors] ** 2, axis=1), 0.25 * np.mean(noise[motors, :, -1] ** 2, axis=1), rtol=0.02
     )
+
+
+def test_what_takes_most_of_a_motors_force_is_no_law() -> None:
+    """It would be the scale of all forces; joints may have any."""
+    data = recording(2000)
+    h = as_described(data.neck)
+    fitter = CauseFitter(h, [noise_ensemble(data, frame_angles(data), 0)])
+    stage = fitter.base_model()
+    problem = _StageProblem(stage, fitter.whiten, noise_columns(stage, fitter.ensembles))
+    (line, *_) = forms_of("line")
+    by_place = {(c.detail, c.follows, c.where): c for c in problem.candidates}
+    force = by_place["against the motors", ("force",), "motor 2"]
+    assert problem.allows(force, line, {}, np.array([0.4]))
+    assert not problem.allows(force, line, {}, np.array([-0.6]))
+    every = by_place["against the motors", ("force",), "all"]
+    assert problem.allows(every, line, {}, np.full(h.arm.M, 0.4))
+    assert not problem.allows(every, line, {}, np.r_[np.full(h.arm.M - 1, 0.1), 0.6])
+    assert problem.allows(by_place["against the joints", ("joint_angle",), "joint 1"], line, {}, np.array([50.0]))

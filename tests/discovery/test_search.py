@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from discovery.fine_basis import FineBasis, Function
+from discovery.form import Constants, Form
 from discovery.problem import Candidate, Problem
 from discovery.search import find_laws
 
@@ -156,3 +157,14 @@ def test_what_makes_all_forces_small_explains_nothing() -> None:
     assert law.constants["place"] == pytest.approx(0.5, abs=0.02)
     misled = find_laws(Spring(tells_noise=False))
     assert misled[0].candidate.follows == ("force",)
+
+
+class Forbidden(Places):
+    """What its target follows may not be a law."""
+
+    def allows(self, candidate: Candidate, form: Form, constants: Constants, amounts: Array) -> bool:
+        return np.abs(amounts).max() < 0.5
+
+
+def test_what_may_be_no_law_is_none() -> None:
+    assert find_laws(Forbidden([0.0, 0.0, 1.5, 0.0])) == ()
