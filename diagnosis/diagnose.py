@@ -124,7 +124,6 @@ def diagnose(
     others = [noise_ensemble(data, frame_angles(data), seed + _HELD_OUT_SEED + i) for i, data in enumerate(held_out)]
     progress("causes")
     search = search_causes(h, fitted, seed)
-    visible = detectability(search)
     progress("gain")
     held = _held_out(search, search.last, others, progress)
     taken_back: list[str] = []
@@ -140,6 +139,7 @@ def diagnose(
         if found.laws:
             search, laws, stage = found.search, found.laws, found.stage
             held = _held_out(search, stage, others, progress)
+    visible = detectability(search)
     left = held.remainder or remainders(search.first.excess, stage.excess, h.arm.M, held_out=False)
     verdict, why = _verdict(search, visible, left, held.holds, laws)
     if taken_back:

@@ -8,6 +8,7 @@ from benchmarks.forward_arm_runs import SETTINGS, seen
 from diagnosis.diagnose import diagnose
 from samples.forward_arms import laws, outside
 from samples.forward_arms.arms import make_arms
+from xneck.report.diagnosis_text import diagnosis_sentence
 
 SHORT = replace(SETTINGS, drawing_off=1.0, seconds=24.0)
 STIFFNESS, SLACK, MASS = 1.5, 0.2, 0.08
@@ -28,3 +29,7 @@ def test_a_payload_beside_a_stop_is_named_and_weighed() -> None:
     assert found.verdict == "cause"
     assert found.why == "found beside the catalogue: against joint 1: hinge of joint_angle"
     assert all(r.ratio < 1.25 for r in found.remainder)
+    assert "tip_payload" not in found.detectability.invisible
+    sentence = diagnosis_sentence(found)
+    assert "he arm carries something at its tip" in sentence
+    assert "; and a law that no catalogue lists acts against joint 1: hinge of joint angle." in sentence

@@ -29,8 +29,8 @@ _MAX_CONSIDERED = 10
 
 def diagnosis_sentence(d: Diagnosis) -> str:
     """The verdict in words: the cause, where it is, its size, and the gain on recordings that were not fitted."""
+    told = ", and ".join(found.law.words for found in d.found_laws).replace("_", " ")
     if d.verdict == "unknown" and d.found_laws:
-        told = ", and ".join(found.law.words for found in d.found_laws).replace("_", " ")
         return f"Something is wrong that no known cause explains, and a law is found that it follows: {told}.{_gain_sentence(d)}"
     if d.verdict == "unknown":
         signed = signature_record.words(d.signature, d.extended.arm.M).replace("+-", "±")
@@ -53,7 +53,8 @@ def diagnosis_sentence(d: Diagnosis) -> str:
     causes = "; and ".join(parts)
     if d.verdict == "ambiguous":
         causes = f"One of these, and the data cannot tell which: {causes}"
-    return f"{causes[0].upper()}{causes[1:]}.{_gain_sentence(d)}"
+    beside = f"; and a law that no catalogue lists acts {told}" if d.found_laws else ""
+    return f"{causes[0].upper()}{causes[1:]}{beside}.{_gain_sentence(d)}"
 
 
 def _place(cause: Cause) -> str:
