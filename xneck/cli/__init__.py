@@ -73,7 +73,7 @@ def group() -> None:
 def main() -> None:
     """Entry point: refusals become one line on standard error and exit status 1."""
     try:
-        status = group.main(standalone_mode=False)
+        status = group.main(prog_name="xneck", standalone_mode=False)
     except Refused as refusal:
         print_error(str(refusal))
         sys.exit(1)
