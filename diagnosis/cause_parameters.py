@@ -3,8 +3,8 @@
 import numpy as np
 
 from diagnosis.cause import Cause
-from diagnosis.cause_fit import FitStage
 from diagnosis.effect import DescriptionEffect
+from diagnosis.fit_stage import FitStage
 from mechanism.arm import Arm
 from mechanism.laws import Term
 from xneck_foundation.parameter import Parameter

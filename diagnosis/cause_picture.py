@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause_fit import FitStage
 from diagnosis.cause_share import done_by_causes
+from diagnosis.fit_stage import FitStage
 from diagnosis.free_function import FreeFit
 from diagnosis.shown_by import ShownBy
 

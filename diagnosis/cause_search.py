@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.cause import Cause
-from diagnosis.cause_fit import CauseFitter, FitStage
+from diagnosis.cause_fit import CauseFitter
 from diagnosis.compare import compare
 from diagnosis.comparison import Comparison, Index
 from diagnosis.effect import Effect, Placement, Shape
 from diagnosis.effects import EFFECTS
 from diagnosis.elimination import eliminated
+from diagnosis.fit_stage import FitStage
 from diagnosis.free_function import FreeFit, FreeFits
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble

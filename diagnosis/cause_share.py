@@ -7,7 +7,7 @@ from itertools import zip_longest
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause_fit import FitStage
+from diagnosis.fit_stage import FitStage
 from diagnosis.judged_rows import judged
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diagnosis.cause import with_causes
-from diagnosis.cause_fit import FitStage
 from diagnosis.cause_search import Search, search_causes
+from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import HeldOutResiduals, held_out_residuals
 from diagnosis.law_gains import GainedLaw, law_gains
 from diagnosis.noise_ensemble import NoiseEnsemble

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause_fit import MAX_TOLERANCES
 from diagnosis.cause_search import MIN_LOSS_SHARE, Search
 from diagnosis.comparison import Comparison, EffectColumns
+from diagnosis.descent import MAX_TOLERANCES
 from diagnosis.effect import Effect
 
 Array = NDArray[np.float64]

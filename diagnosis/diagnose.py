@@ -7,11 +7,11 @@ import numpy as np
 
 from diagnosis.arm_error import ArmError, arm_error
 from diagnosis.cause import Cause, with_causes
-from diagnosis.cause_fit import FitStage
 from diagnosis.cause_search import MIN_EXPLAINED, Search, search_causes
 from diagnosis.causes_beside_laws import with_laws
 from diagnosis.detectability import Detectability, detectability
 from diagnosis.drawing_findings import DrawingFinding, drawing_findings
+from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_excess, held_out_residuals
 from diagnosis.hypothesis import Hypothesis, as_described
 from diagnosis.law_gains import GainedLaw

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
-from diagnosis.cause_fit import FitStage
 from diagnosis.cause_parameters import SCALE_SIGMA
+from diagnosis.fit_stage import FitStage
 
 TELLING_SHARE = 0.7
 """of its tolerance: a number's sigma up to which the recordings say something of it (docs/thresholds.md)"""

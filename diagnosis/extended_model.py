@@ -7,8 +7,8 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from diagnosis.cause_fit import FitStage
 from diagnosis.cause_parameters import identified, parameters_of
+from diagnosis.fit_stage import FitStage
 from diagnosis.hypothesis import Hypothesis
 from identification.model_file import Model, model_of
 from mechanism.description import Neck

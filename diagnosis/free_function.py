@@ -11,8 +11,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause_fit import FitStage
 from diagnosis.effect import Effect, Shape
+from diagnosis.fit_stage import FitStage
 from diagnosis.judged_rows import judged
 from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.noise_excess import NoiseExcess, noise_excess

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause_fit import FitStage
 from diagnosis.compare import column_matrices
+from diagnosis.fit_stage import FitStage
 from diagnosis.linearisation import corrected_signals, linearise
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.nuisances import nuisances_at

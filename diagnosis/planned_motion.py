@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause_fit import MAX_TOLERANCES
 from diagnosis.cause_search import MIN_LOSS_SHARE, tie_tolerance
 from diagnosis.compare import compare
 from diagnosis.comparison import Comparison
+from diagnosis.descent import MAX_TOLERANCES
 from diagnosis.effect import Effect, Shape
 from diagnosis.hypothesis import BASE_LAWS, Hypothesis, as_described, base_terms
 from diagnosis.linearisation import base_unknowns, linearise

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause_fit import FitStage
 from diagnosis.drum_periodogram import DrumWave, drum_wave
 from diagnosis.explained_energy import Energy, autocovariance, explained_energy, orthonormal
+from diagnosis.fit_stage import FitStage
 from diagnosis.judged_rows import judged
 from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.noise_excess import ABOVE_NOISE_RATIO, NoiseExcess

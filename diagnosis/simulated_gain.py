@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.cause import Cause, with_causes
-from diagnosis.cause_fit import FitStage
 from diagnosis.effect import LawEffect
 from diagnosis.extended_model import adjusted_hypothesis, extended_model
+from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import Gain, HeldOutResiduals
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble

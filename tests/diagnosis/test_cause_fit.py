@@ -7,10 +7,12 @@ import pytest
 
 from diagnosis import cause_search
 from diagnosis.cause import Cause
-from diagnosis.cause_fit import MAX_START_DELAY_S, MAX_TOLERANCES, CauseFitter, FitStage, last_fit
+from diagnosis.cause_fit import MAX_START_DELAY_S, CauseFitter
 from diagnosis.cause_parameters import parameters_of
 from diagnosis.cause_search import NamedCause, search_causes
+from diagnosis.descent import MAX_TOLERANCES, last_fit
 from diagnosis.effects import EFFECTS
+from diagnosis.fit_stage import FitStage
 from diagnosis.hypothesis import as_described
 from diagnosis.linearisation import with_laws_of
 from diagnosis.noise_ensemble import noise_ensemble

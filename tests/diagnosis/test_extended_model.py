@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from diagnosis.cause import Cause, with_causes
-from diagnosis.cause_fit import FitStage
 from diagnosis.compare import compare
 from diagnosis.effects import EFFECTS
 from diagnosis.extended_model import extended_description
+from diagnosis.fit_stage import FitStage
 from diagnosis.hypothesis import as_described
 from diagnosis.linearisation import base_unknowns, corrected_signals, linearise
 from diagnosis.nuisances import nuisances_at

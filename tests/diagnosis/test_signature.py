@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.cause_fit import FitStage
 from diagnosis.compare import compare
 from diagnosis.explained_energy import Autocovariance, autocovariance, explained_energy
+from diagnosis.fit_stage import FitStage
 from diagnosis.hypothesis import as_described
 from diagnosis.linearisation import (
     Linearisation,
