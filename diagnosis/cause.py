@@ -62,6 +62,12 @@ class Cause:
         """Which numbers of the shape are at the end of their range, from where no straight step leads on."""
         return np.array([value in (term.low, term.high) for term, _, value in self.shape_numbers(arm)], dtype=bool)
 
+    def least_steps(self, arm: Arm) -> Array:
+        """How far down each amount may go from here, in its size, (len(amounts),)."""
+        columns = list(self.where.columns)
+        least = self.effect.least_numbers(arm)[columns]
+        return np.minimum(least - self.amounts / self.effect.sizes(arm)[columns], 0.0)
+
     def stepped(self, step: Array, arm: Arm) -> "Cause":
         """With amounts and the shape's numbers moved by a step (Q,), in their sizes."""
         change = step * self.sizes(arm)

@@ -27,7 +27,6 @@ from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.remainder import MAX_REMAINDER
 from diagnosis.stepwise import Choices, Option, Simpler, best_addition, chosen_jointly
 from identification.whitening import Whitener
-from mechanism.arm import Arm
 
 Array = NDArray[np.float64]
 
@@ -122,18 +121,27 @@ class Search:
 
     def without_causes(self) -> "Search":
         """As it began."""
-        unlisted = _unlisted(self.first, self.fitter.whiten, self.free_fits)
-        return replace(self, named=(), last=self.first, unlisted=unlisted)
+        return self._ending(self.first, ())
 
     def without_the_least(self) -> "Search":
         """Without the cause that takes least; without any where the others leave too much."""
         least = min(range(len(self.named)), key=lambda i: self.named[i].gain)
-        named = (*self.named[:least], *self.named[least + 1 :])
-        last = self.first
-        if named:
-            last = self.fitter.finished(_without(self.fitter, self.last, [least]))
-            if last.excess.above_noise and _is_outweighed(self.first, last, self.fitter.whiten, self.free_fits):
-                named, last = (), self.first
+        if len(self.named) == 1:
+            return self.without_causes()
+        last = self.fitter.finished(_without(self.fitter, self.last, [least]))
+        if last.excess.above_noise and _is_outweighed(self.first, last, self.fitter.whiten, self.free_fits):
+            return self.without_causes()
+        return self._ending(last, (*self.named[:least], *self.named[least + 1 :]))
+
+    def with_one_cause(self) -> "Search":
+        """With the one of its causes beside which a function of one variable leaves least."""
+        everything = range(len(self.named))
+        alone = [_without(self.fitter, self.last, [k for k in everything if k != i]) for i in everything]
+        left = [self.free_fits.best(stage, self.fitter.whiten) for stage in alone]
+        best = min(everything, key=lambda i: (left[i] or alone[i]).excess.energy)
+        return self._ending(self.fitter.finished(alone[best]), (self.named[best],))
+
+    def _ending(self, last: FitStage, named: tuple[NamedCause, ...]) -> "Search":
         return replace(self, named=named, last=last, unlisted=_unlisted(last, self.fitter.whiten, self.free_fits))
 
 
@@ -347,7 +355,7 @@ def _choices(stage: FitStage, comparison: Comparison, given_up: Collection[str])
     offered, options = list(stage.causes), []
     amounts = [np.append(c.amounts, np.zeros(c.number_count - len(c.amounts))) / c.sizes(arm) for c in stage.causes]
     for cause, columns in zip(stage.causes, stage.columns_of_causes, strict=True):
-        low = _least_numbers(cause.effect, cause.where, arm)
+        low = cause.effect.least_numbers(arm)[list(cause.where.columns)]
         # an option is a choice of amounts and shape: shape goes either way
         low = np.append(low, np.full(len(columns) - len(low), -np.inf))
         options.append(Option(cause.effect.name, columns, low, len(columns)))
@@ -355,17 +363,12 @@ def _choices(stage: FitStage, comparison: Comparison, given_up: Collection[str])
         if group.effect.name in given_up:
             continue
         for where in group.effect.placements(arm):
-            columns, low = group.columns[list(where.columns)], _least_numbers(group.effect, where, arm)
+            columns = group.columns[list(where.columns)]
+            low = group.effect.least_numbers(arm)[list(where.columns)]
             offered.append(Cause(group.effect, where, np.zeros(len(where.columns)), dict(group.shape)))
             options.append(Option(group.effect.name, columns, low, offered[-1].number_count))
     without = comparison.with_causes_off(np.concatenate(amounts)) if amounts else comparison
     return Choices(eliminated(without), options), offered
-
-
-def _least_numbers(effect: Effect, where: Placement, arm: Arm) -> Array:
-    """Of a cause's amounts, in their sizes: chance, and a law of another form, may take one that is nothing a little below."""
-    columns = list(where.columns)
-    return (effect.lower_bounds(arm) / effect.sizes(arm))[columns] - 1.0
 
 
 def _least_gains(stage: FitStage, offered: Sequence[Cause], by_chance: float) -> Callable[[int, float], float]:

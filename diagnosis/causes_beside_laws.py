@@ -4,7 +4,7 @@ Where such a law acts no choice of causes is right: some stand in for it, and wh
 causes are sought anew beside it, and all is fitted together.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from diagnosis.cause import with_causes
@@ -40,13 +40,22 @@ def with_laws(
     """Laws in what a search leaves, or in the place of its causes where these leave plainly more than noise, or none.
 
     left: what the search leaves of `others`, which were not fitted, if there are any; recordings: those that were."""
-    found = _beside_causes(search, left, recordings, seed, others)
-    if not search.named or found.stage.excess.ratio.max() < MAX_REMAINDER:
-        return found
-    base = search.without_causes()
-    instead = _beside_causes(base, _left_of(base, others), recordings, seed, others)
-    leaves_less = instead.stage.excess.energy < MAX_SHARE_LEFT * found.stage.excess.energy
-    return instead if instead.laws and leaves_less else found
+    best = _beside_causes(search, left, recordings, seed, others)
+    for fewer in _with_fewer_causes(search):
+        if best.stage.excess.ratio.max() < MAX_REMAINDER:
+            break
+        instead = _beside_causes(fewer, _left_of(fewer, others), recordings, seed, others)
+        if instead.laws and instead.stage.excess.energy < MAX_SHARE_LEFT * best.stage.excess.energy:
+            best = instead
+    return best
+
+
+def _with_fewer_causes(search: Search) -> Iterator[Search]:
+    """With one of several causes, where the others may stand in for a law, then with none."""
+    if len(search.named) > 1:
+        yield search.with_one_cause()
+    if search.named:
+        yield search.without_causes()
 
 
 def _beside_causes(
@@ -72,7 +81,7 @@ def _beside_causes(
     if fitter.is_ill_weighted(stage):
         fitter, stage = fitter.reweighted(stage)
     stage = fitter.finished(stage)
-    leaves_more = stage.excess.above_noise and stage.excess.energy > found.stage.excess.energy
+    leaves_more = stage.excess.above_noise and stage.surplus > found.stage.surplus
     if leaves_more or not stage.possible:
         return alone
     (first, *_) = found.laws
@@ -85,9 +94,10 @@ def _names(search: Search) -> set[tuple[str, str]]:
     return {(cause.effect.name, cause.where.label) for cause in search.named}
 
 
-def _left_of(base: Search, others: Sequence[NoiseEnsemble]) -> HeldOutResiduals | None:
-    """What the base model leaves of recordings that were not fitted, if there are any."""
+def _left_of(search: Search, others: Sequence[NoiseEnsemble]) -> HeldOutResiduals | None:
+    """What a search leaves of recordings that were not fitted, if there are any."""
     if not others:
         return None
-    first, h = base.first, base.fitter.hypothesis
-    return held_out_residuals(first.comparison, first.fit, h, (), others, base.fitter.whiten, clock_relaxed=False)
+    last, h, whiten = search.last, search.fitter.hypothesis, search.fitter.whiten
+    extended, relaxed = with_causes(h, last.causes), bool(last.causes)
+    return held_out_residuals(last.comparison, last.fit, extended, last.causes, others, whiten, relaxed)

@@ -38,7 +38,9 @@ def compare(
     slots = [np.arange(a, b) for a, b in pairwise(first + np.cumsum([0, *widths]))]
     block_products, noise_products, row_count = _products(at, matrices, whiten, noise)
     prior_sigma, relaxed_sigma, prior_mean = _priors(at, nuisances, first, first + sum(widths))
+    lower_bounds = _lower_bounds(at, len(prior_sigma))
     for cause, slot in zip(causes, slots, strict=False):
+        lower_bounds[slot[: len(cause.amounts)]] = cause.least_steps(at.hypothesis.arm)
         held = slot[len(cause.amounts) :][cause.at_limit(at.hypothesis.arm)]
         prior_sigma[held] = relaxed_sigma[held] = HELD_SIGMA
     if clock_relaxed is None:
@@ -58,7 +60,7 @@ def compare(
         prior_sigma=prior_sigma,
         relaxed_sigma=relaxed_sigma,
         prior_mean=prior_mean,
-        lower_bounds=_lower_bounds(at, len(prior_sigma)),
+        lower_bounds=lower_bounds,
         nuisances=nuisances,
         clock_relaxed=clock_relaxed,
         row_count=row_count,

@@ -112,6 +112,10 @@ class Effect:
         """What each amount may be at least, but for chance, (Q,)."""
         return np.repeat([term.low for term in self.terms], len(self.place_labels(arm)))
 
+    def least_numbers(self, arm: Arm) -> Array:
+        """The same in sizes, (Q,): chance, and a law of another form, may take what is nothing a little below."""
+        return self.lower_bounds(arm) / self.sizes(arm) - 1.0
+
     def upper_bounds(self, arm: Arm) -> Array:
         """What no amount reaches, (Q,)."""
         return np.repeat([term.high for term in self.terms], len(self.place_labels(arm)))

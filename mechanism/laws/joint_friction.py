@@ -1,5 +1,7 @@
 """Friction in the joints of the arm itself."""
 
+import numpy as np
+
 from mechanism.arm import Array
 from mechanism.friction import share_at_rest, turned_over
 from mechanism.laws.law import JointMotion, Law, Term, Values
@@ -25,4 +27,4 @@ class JointFriction(Law):
         return p["cj"] * turned_over(at.alpha_d / p["vj"], p["nj"]) + p["dj"] * at.alpha_d
 
     def held_torque(self, p: Values, at: JointMotion) -> Array:
-        return p["cj"] * share_at_rest(at.alpha_d / p["vj"])
+        return np.maximum(p["cj"], 0.0) * share_at_rest(at.alpha_d / p["vj"])
