@@ -18,9 +18,8 @@ MAX_RELATIVE_SIGMA = 0.1
 def parameters_of(stage: FitStage) -> tuple[tuple[Parameter, ...], ...]:
     """Of each cause. Where its law leaves something above noise, sigma is as many times larger."""
     arm = stage.comparison.linearisation.hypothesis.arm
-    widening = float(stage.excess.ratio.max()) if stage.excess.above_noise else 1.0
     return tuple(
-        tuple(_parameters(cause, widening * sigma, arm))
+        tuple(_parameters(cause, stage.widening * sigma, arm))
         for cause, sigma in zip(stage.causes, stage.sigma_of_causes, strict=True)
     )
 

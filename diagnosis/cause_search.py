@@ -27,6 +27,8 @@ from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.remainder import MAX_REMAINDER
 from diagnosis.stepwise import Choices, Option, Simpler, best_addition, chosen_jointly
 from identification.whitening import Whitener
+from mechanism.laws import law_named
+from mechanism.laws.unlisted import UnlistedLaw
 
 Array = NDArray[np.float64]
 
@@ -41,6 +43,8 @@ MIN_EXPLAINED_NEXT = 0.1
 MAX_SHARE_OF_UNLISTED = 0.5
 """of what all causes leave above noise: a function of one variable that leaves less in their place takes their place
 (docs/thresholds.md)"""
+MAX_SHARE_OF_LAW = 0.25
+"""of what a further cause leaves: a function of one variable that leaves less in its place ends the choice (docs/thresholds.md)"""
 CHANCE_LEVEL = 0.01
 """share of worlds of noise and a drawing's errors alone in which the most telling of all causes may seem to explain as much
 (docs/thresholds.md)"""
@@ -151,10 +155,11 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
     first = fitter.base_model()
     every_effect = _with_effects(first, fitter.whiten)
     ranked = rank(every_effect)
-    fitter, last = _with_all_causes(fitter, first, every_effect, seed)
     free_fits = FreeFits()
-    if last.causes and last.excess.above_noise and _is_outweighed(first, last, fitter.whiten, free_fits):
-        last = first
+    fitter, last = _with_all_causes(fitter, first, every_effect, free_fits, seed)
+    knows_a_law = any(isinstance(law_named(name), UnlistedLaw) for name in h.laws)
+    if not knows_a_law and last.excess.above_noise and _is_outweighed(first, last, fitter.whiten, free_fits):
+        last = first  # a law whose numbers stay as they were found leaves more beside the right causes than one more law would
     causes, last = _with_look_alikes(fitter, last)
     if causes and last.excess.above_noise:
         fitter, last = fitter.reweighted_by_what_is_left(last)
@@ -196,7 +201,7 @@ def _is_outweighed(first: FitStage, last: FitStage, whiten: Whitener, free_fits:
 
 
 def _with_all_causes(
-    fitter: CauseFitter, first: FitStage, every_effect: Comparison, seed: int
+    fitter: CauseFitter, first: FitStage, every_effect: Comparison, free_fits: FreeFits, seed: int
 ) -> tuple[CauseFitter, FitStage]:
     """Causes chosen jointly, fitted together, and chosen anew where they then are, until the choice stands.
 
@@ -232,11 +237,21 @@ def _with_all_causes(
                 break
             given_up = here
             continue
+        if _a_law_would_do(last, after, fitter.whiten, free_fits):
+            break
         last = after
         if fitter.is_ill_weighted(last):
             fitter, last = fitter.reweighted(last)
         beside = _with_effects(last, fitter.whiten)
     return fitter, last
+
+
+def _a_law_would_do(last: FitStage, after: FitStage, whiten: Whitener, free_fits: FreeFits) -> bool:
+    """Whether causes that come to others leave far more than a law that nobody listed would: they only stand in for it."""
+    if not len(after.causes) > len(last.causes) > 0 or after.excess.ratio.max() < MAX_REMAINDER:
+        return False
+    unlisted = free_fits.best(last, whiten)
+    return unlisted is not None and unlisted.excess.energy < MAX_SHARE_OF_LAW * after.excess.energy
 
 
 def _places(stage: FitStage) -> set[tuple[str, str]]:

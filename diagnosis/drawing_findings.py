@@ -45,7 +45,10 @@ class DrawingFinding:
 
 
 def drawing_findings(stage: FitStage) -> tuple[DrawingFinding, ...]:
-    """Of every number that the recordings tell better than its tolerance does, what is furthest beyond that first."""
+    """Of every number that the recordings tell better than its tolerance does, what is furthest beyond that first.
+
+    What is left above noise widens each sigma, as of causes' numbers: what nobody knows may stand in for the drawing.
+    """
     comparison, nuisances = stage.comparison, stage.comparison.nuisances
     numbers, sigma = stage.fit.numbers[comparison.base_count :], stage.sigma[comparison.base_count :]
     found = [
@@ -54,7 +57,7 @@ def drawing_findings(stage: FitStage) -> tuple[DrawingFinding, ...]:
             kind=n.kind,
             where=n.where,
             value=n.sigma * float(x),
-            sigma=_sigma(n.sigma * float(s), n.unit),
+            sigma=_sigma(stage.widening * n.sigma * float(s), n.unit),
             unit=n.unit,
             tolerance=n.sigma,
         )

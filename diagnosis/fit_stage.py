@@ -59,6 +59,11 @@ class FitStage:
             sigma = sigma[len(sizes) :]
         return tuple(out)
 
+    @cached_property
+    def widening(self) -> float:
+        """Times by which what is left above noise widens each sigma, as it is told."""
+        return float(self.excess.ratio.max()) if self.excess.above_noise else 1.0
+
     @property
     def possible(self) -> bool:
         """Whether no cause does surely less than nothing, or more than any such thing does."""
@@ -91,8 +96,8 @@ class FitStage:
 
     @cached_property
     def untold_beside_what_is_left(self) -> tuple[int, ...]:
-        """The same where what is left above noise widens each sigma, as it is told."""
-        return self.untold_within(UNTOLD_SIGMAS * max(1.0, float(self.excess.ratio.max())))
+        """The same with sigmas as they are told."""
+        return self.untold_within(UNTOLD_SIGMAS * self.widening)
 
     def untold_within(self, sigmas: float) -> tuple[int, ...]:
         """As `untold`, where nothing is what is within so many standard deviations of it."""

@@ -123,13 +123,12 @@ def causes_of(laws: Sequence[FoundLaw], arm: Arm) -> tuple[Cause, ...]:
 
 def as_fitted(laws: Sequence[FoundLaw], stage: FitStage) -> tuple[FoundLaw, ...]:
     """With the numbers of a stage whose last causes they are; sigma is wider where something is left above noise."""
-    widening = float(stage.excess.ratio.max()) if stage.excess.above_noise else 1.0
     arm, covariance = stage.comparison.linearisation.hypothesis.arm, stage.comparison.covariance(stage.fit)
     out = []
     first = len(stage.causes) - len(laws)
     for law, cause, columns in zip(laws, stage.causes[first:], stage.columns_of_causes[first:], strict=True):
         rows = np.searchsorted(stage.fit.columns, columns)
-        size = widening * cause.sizes(arm)
+        size = stage.widening * cause.sizes(arm)
         constants = {name.rsplit(".", 1)[-1]: value for name, value in cause.shape.items()}
         own = covariance[np.ix_(rows, rows)] * np.outer(size, size)
         out.append(replace(law, amounts=cause.amounts, constants=constants, covariance=own))
