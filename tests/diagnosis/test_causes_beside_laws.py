@@ -36,7 +36,7 @@ def test_a_payload_beside_a_stop_is_named_and_weighed() -> None:
 
 
 def test_drag_beside_joints_that_rub_is_a_law_and_neither_takes_the_others_place() -> None:
-    """Friction of joints that drove them, and rose with speed, stood in for the drag: amounts had no bounds where they were fitted."""
+    """Friction that drove joints, and rose with speed, stood in for drag: amounts had no bounds where they were fitted."""
     hidden = [laws.JointFriction(dry=0.012, width=0.02), outside.AirDrag(0.15)]
     (arm,) = make_arms([485], SHORT, [hidden])
     first, second = (seen(arm, SHORT, 0.03).synchronised(i) for i in range(2))
