@@ -37,6 +37,8 @@ _STEP = 1e-3
 """prior sigmas: of the differences"""
 _LAGS = 60
 """frames up to which residuals are taken to be correlated"""
+_SLOPE_S = 0.1
+"""over which a residual's change is taken"""
 _MOTOR_HZ = 1.0
 """independent values of the motors' equation in a second (docs/thresholds.md)"""
 
@@ -165,6 +167,10 @@ class _Fit:
             )
             for r, (misfit, compliance) in enumerate(zip(misfits, compliances, strict=True))
         ]
+        slopes = [
+            residual_slope(misfit.angles, rows.frames.alpha, rows.frames.time)
+            for rows, misfit in zip(self.equations.rows, misfits, strict=True)
+        ]
         motor = np.sqrt(np.mean(np.concatenate([m.motors for m in misfits]) ** 2, axis=0))
         return PoseModel(
             numbers=tuple(
@@ -184,6 +190,8 @@ class _Fit:
                 motor_N=tuple(float(v) for v in motor),
                 low_alpha=tuple(float(v) for v in np.min([r.alpha.min(axis=0) for r in self.equations.rows], axis=0)),
                 high_alpha=tuple(float(v) for v in np.max([r.alpha.max(axis=0) for r in self.equations.rows], axis=0)),
+                slope=tuple(float(v) for v in np.sqrt(np.mean(np.square(slopes), axis=0))),
+                seconds=max(float(r.frames.time[-1] - r.frames.time[0]) for r in self.equations.rows),
             ),
         )
 
@@ -201,6 +209,23 @@ def rms_beyond_noise(angles: Array, noise: Array, held: Array) -> Array:
         shared = float(np.average(products, weights=weights)) if both.any() else float(np.mean(square))
         out.append(np.sqrt(max(shared, 0.0)))
     return np.array(out)
+
+
+def residual_slope(residual: Array, alpha: Array, time: Array) -> Array:
+    """How much residuals (F, N), rad, NaN where not seen, change along a radian of motion, rms, (N,).
+
+    alpha: angles of the frames, (F, N), rad; time: (F,), s. Changes over a tenth of a second and over the next one tell it, whose
+    noise differs.
+    """
+    span = max(1, round(_SLOPE_S / max(float(np.median(np.diff(time))), 1e-9))) if len(time) > 1 else 1
+    changes, moved = residual[span:] - residual[:-span], alpha[span:] - alpha[:-span]
+    gap = span + 1
+    products, path = changes[gap:] * changes[:-gap], np.sum(moved[gap:] * moved[:-gap], axis=1)
+    seen = np.isfinite(products).all(axis=1) & np.isfinite(path)
+    power = float(np.sum(np.abs(path[seen])))
+    if power == 0:
+        return np.zeros(residual.shape[1])
+    return np.sqrt(np.maximum(np.sum(products[seen], axis=0) / power, 0.0))
 
 
 def _correlation_time(residual: Array) -> float:

@@ -47,7 +47,7 @@ def forces_of_load(machine: Machine, alpha: Array, theta: Array) -> Array:
     heavier = replace(arm, top_mass=arm.top_mass + np.eye(arm.N)[-1])
     torque = gravity_and_springs(heavier, alpha) - gravity_and_springs(arm, alpha)
     lowered = -_SMALL_KG * np.einsum("tij,tj->ti", compliance(machine, alpha, theta), torque)
-    before, after = (pull_at_rest(machine, cables_at_rest(machine, a, theta)[0]) for a in (alpha, alpha + lowered))
+    before, after = (pull_at_rest(machine, cables_at_rest(machine, a, theta)) for a in (alpha, alpha + lowered))
     return (np.maximum(after, 0.0) - np.maximum(before, 0.0)) / _SMALL_KG
 
 

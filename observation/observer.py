@@ -16,7 +16,7 @@ from identification.model_file import Model
 from mechanism.description import Neck
 from observation.equations import Equations, traced_equations
 from observation.evaluated_equations import EvaluatedEquations, left_range
-from observation.filter_numbers import POSE_RATE_HZ, FilterNumbers, filter_numbers
+from observation.filter_numbers import FilterNumbers, filter_numbers
 from observation.prediction import Prediction
 from observation.start_at_rest import start_at_rest
 from xneck_foundation.errors import Refused
@@ -167,8 +167,14 @@ class Observer:
         covariance[:n, :n] = P[a, a] + P[b, b] + cross + cross.T
         covariance[:n, n:] = P[a, v] + P[b, v]
         covariance[n:, :n] = covariance[:n, n:].T
-        covariance[n:, n:] = P[v, v] + (2 * np.pi * POSE_RATE_HZ) ** 2 * P[b, b]
+        covariance[n:, n:] = P[v, v] + self._pose_rate_covariance(s[a], s[v])
         return Observed(s[a] + s[b], s[v].copy(), covariance)
+
+    def _pose_rate_covariance(self, alpha: Array, alpha_d: Array) -> Array:
+        """Of the rates, (N, N), rad^2/s^2: how fast the pose's error changes at angles (N,), rad, and speeds (N,), rad/s."""
+        numbers = self.numbers
+        rate = numbers.pose_error.rate(alpha, alpha_d)
+        return rate @ rate.T + np.diag(numbers.pose_slope**2 * float(alpha_d @ alpha_d))
 
     @property
     def friction_error(self) -> Array:
@@ -191,6 +197,7 @@ class Observer:
         if angles is not None:
             self.state[layout.alpha] = np.where(np.isfinite(angles), angles, 0.0)
         self.state, self.covariance = start_at_rest(self._evaluated, self.state, self.covariance)
+        self.covariance[layout.pose_error, layout.pose_error] = self.prediction.pose_covariance_at(self.state)
         self._transition = None
         self._predicted, self._predicted_covariance = self.state, self.covariance
 

@@ -18,14 +18,14 @@ RANGE_RAD = 2.8
 
 
 def start_at_rest(equations: EvaluatedEquations, state: Array, covariance: Array) -> tuple[Array, Array]:
-    """The state (size,) with angles at which the joints' torques vanish, and the covariance (size, size) that x0 gives them.
+    """The state (size,) with angles at which the joints' torques vanish, and the covariance (size, size) with theirs.
 
-    Newton's steps begin at the state's own angles, which stay where no rest is found within the range. Raises Refused where a
-    mechanism has no pose.
+    Angles at rest follow from motor angles, pre-elongations and what the cables remember. Newton's steps begin at the state's own
+    angles, which stay where no rest is found within the range. Raises Refused where a mechanism has no pose.
     """
     layout = equations.layout
-    n, alpha, x0 = layout.N, layout.alpha, layout.x0
-    state, covariance = state.copy(), covariance.copy()
+    n, alpha = layout.N, layout.alpha
+    state = state.copy()
     told = state[alpha].copy()
     e = None
     for _ in range(NEWTON_STEPS):
@@ -39,8 +39,7 @@ def start_at_rest(equations: EvaluatedEquations, state: Array, covariance: Array
     assert e is not None
     if not np.all(np.abs(state[alpha]) < RANGE_RAD):
         state[alpha] = told
-    by_x0 = -np.linalg.solve(e.by_state[:n, alpha], e.by_state[:n, x0])
-    covariance[alpha, x0] = by_x0 @ covariance[x0, x0]
-    covariance[x0, alpha] = covariance[alpha, x0].T
-    covariance[alpha, alpha] += by_x0 @ covariance[x0, x0] @ by_x0.T
-    return state, covariance
+    follows = np.eye(layout.size)
+    for part in (layout.theta, layout.memory, layout.x0):
+        follows[alpha, part] = -np.linalg.solve(e.by_state[:n, alpha], e.by_state[:n, part])
+    return state, follows @ covariance @ follows.T
