@@ -58,6 +58,7 @@ def _defines(observer: Observer, law_count: int) -> dict[str, int | float]:
         "GAMMA": float(GAMMA),
         "HELD_VARIANCE": HELD_VARIANCE,
         "POSE_TIME_S": POSE_TIME_S,
+        "LET_GO_RATE": observer.numbers.let_go_rate,
         "SPEED_RAD_S": SPEED_RAD_S,
         "ELONGATION_D_M_S": ELONGATION_D_M_S,
         "MAX_STEP_S": MAX_STEP_S,

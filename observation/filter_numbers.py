@@ -19,6 +19,8 @@ FRICTION_TIME_S = 0.2
 """s, for which what friction's law does not say lasts (docs/thresholds.md)"""
 POSE_TIME_S = 1.0
 """s, for which the pose's error lasts (docs/thresholds.md)"""
+LET_GO_HZ = 0.8
+"""at which friction in joints and on pulleys holds and lets go, for the sigma of rates (docs/thresholds.md)"""
 X0_DRIFT_M = 2e-6
 """m in a square root of a second, by which pre-elongations wander at most, where calibration does not say less
 (docs/thresholds.md)"""
@@ -59,6 +61,8 @@ class FilterNumbers:
     """sigma of each joint's angle, however well it was calibrated, (N,), rad"""
     pose_slope: Array
     """sigma of how much the pose's error changes along a radian of motion, beside that of PoseError, (N,)"""
+    let_go_rate: float
+    """1/s: how fast what friction holds of the angles changes; 0 where nothing holds them"""
     memory_bound: Array
     """largest magnitude of the cables' memory variables, (M S,), inf where there is none"""
     friction_sigma: Array
@@ -107,6 +111,7 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
         pose_error=error,
         pose_floor=pose_floor,
         pose_slope=np.zeros(layout.N) if pose.residual.slope is None else np.array(pose.residual.slope),
+        let_go_rate=2 * np.pi * LET_GO_HZ * machine.holds_at_rest,
         memory_bound=bound,
         friction_sigma=friction_sigma,
     )

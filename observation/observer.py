@@ -167,14 +167,17 @@ class Observer:
         covariance[:n, :n] = P[a, a] + P[b, b] + cross + cross.T
         covariance[:n, n:] = P[a, v] + P[b, v]
         covariance[n:, :n] = covariance[:n, n:].T
-        covariance[n:, n:] = P[v, v] + self._pose_rate_covariance(s[a], s[v])
+        covariance[n:, n:] = P[v, v] + self._pose_rate_covariance(s[a], s[v], np.diag(P[b, b]))
         return Observed(s[a] + s[b], s[v].copy(), covariance)
 
-    def _pose_rate_covariance(self, alpha: Array, alpha_d: Array) -> Array:
-        """Of the rates, (N, N), rad^2/s^2: how fast the pose's error changes at angles (N,), rad, and speeds (N,), rad/s."""
+    def _pose_rate_covariance(self, alpha: Array, alpha_d: Array, variance: Array) -> Array:
+        """Of the rates, (N, N), rad^2/s^2: how fast the pose's error changes at angles (N,), rad, and speeds (N,), rad/s.
+
+        variance: of the pose's error, (N,), rad^2."""
         numbers = self.numbers
         rate = numbers.pose_error.rate(alpha, alpha_d)
-        return rate @ rate.T + np.diag(numbers.pose_slope**2 * float(alpha_d @ alpha_d))
+        held = numbers.let_go_rate**2 * np.maximum(variance - numbers.pose_floor**2, 0.0)
+        return rate @ rate.T + np.diag(numbers.pose_slope**2 * float(alpha_d @ alpha_d) + held)
 
     @property
     def friction_error(self) -> Array:
