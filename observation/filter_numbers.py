@@ -36,8 +36,9 @@ MAX_POSE_SIGMA_RAD = np.radians(5.0)
 """rad: where the model leaves more of an angle in the middle of its range it tells nothing (docs/thresholds.md)"""
 COUNT_SIGMA = 1 / np.sqrt(12)
 """of a count: of what is rounded"""
-_START_ALPHA_RAD, _START_ALPHA_D_RAD_S, _START_THETA_D_RAD_S = 1e-4, 1e-2, 1.0
-"""sigmas of an arm at rest, beside what motor angles, pre-elongations and memory do to its angles"""
+START_ALPHA_RAD, START_ALPHA_D_RAD_S, START_THETA_D_RAD_S = 5e-4, 0.05, 50.0
+"""sigmas where the observer begins: of motor speeds, and of what joints are off those that follow their motors: acceleration moves
+them, and cables that stretch (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -98,10 +99,10 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
         decay=layout.vector(friction_error=1 / FRICTION_TIME_S, pose_error=1 / POSE_TIME_S),
         start=layout.vector(x0=machine.arm.x0, memory=machine.memory_start.ravel() if layout.S else 0.0),
         start_sigma=layout.vector(
-            alpha=_START_ALPHA_RAD,
-            alpha_d=_START_ALPHA_D_RAD_S,
+            alpha=START_ALPHA_RAD,
+            alpha_d=START_ALPHA_D_RAD_S,
             theta=theta_sigma,
-            theta_d=_START_THETA_D_RAD_S,
+            theta_d=START_THETA_D_RAD_S,
             memory=np.where(has_bound, bound / 2, 1.0),
             # the pose's error holds what is not known of those that a recording told
             x0=[0.0 if j + 1 in known_x0 else UNSEEN_X0_SIGMA_M for j in range(layout.M)],

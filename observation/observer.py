@@ -27,7 +27,10 @@ MAX_STEP_S = 4e-3
 """s: longer rows are gone through in several steps (docs/thresholds.md)"""
 MAX_GAP_S = 1.0
 """s without a row, after which the observer begins anew (docs/thresholds.md)"""
-_LEFT_BY_ROWS = ("state", "covariance", "_acceleration", "_force", "_law_forces", "_time", "_began")
+SPEED_SIGMAS = 2.0
+"""sigmas of a counted angle, of what a motor turns from the first row to the second: both are counted, and motors accelerate
+(docs/thresholds.md)"""
+_LEFT_BY_ROWS = ("state", "covariance", "_acceleration", "_force", "_law_forces", "_time", "_began", "_has_just_begun")
 """attributes of an observer that the next row depends on"""
 
 
@@ -90,6 +93,7 @@ class Observer:
         self._law_forces: list[Array | None] = [None] * len(self.numbers.machine.laws)
         self._time = 0.0
         self._began = 0.0
+        self._has_just_begun = False
         self._transition: Array | None = None
         self._predicted, self._predicted_covariance = self.state, self.covariance
 
@@ -122,8 +126,10 @@ class Observer:
             self._forget_motion()
             self._begin(theta, angles)
         else:
+            if self._has_just_begun:
+                self._measure_motor_speeds(theta, at - self._time)
             self._predict(at - self._time)
-            self._measure_motors(theta)
+            self._measure(self.numbers.layout.theta, theta, self.numbers.theta_sigma)
         self._time = at
         self._force = self._acting_force(f)
         if angles is not None and sigma is not None:
@@ -201,6 +207,7 @@ class Observer:
             self.state[layout.alpha] = np.where(np.isfinite(angles), angles, 0.0)
         self.state, self.covariance = start_at_rest(self._evaluated, self.state, self.covariance)
         self.covariance[layout.pose_error, layout.pose_error] = self.prediction.pose_covariance_at(self.state)
+        self._has_just_begun = True
         self._transition = None
         self._predicted, self._predicted_covariance = self.state, self.covariance
 
@@ -246,11 +253,20 @@ class Observer:
         self.covariance = left * self.covariance * left.T
         return left
 
-    def _measure_motors(self, theta: Array) -> None:
-        at, P = self.numbers.layout.theta, self.covariance
-        S = P[at, at] + np.diag(self.numbers.theta_sigma**2)
+    def _measure_motor_speeds(self, theta: Array, interval: float) -> None:
+        """How fast the motors turned where the observer began, by their angles (M,), rad, at the next row, interval s later."""
+        layout = self.numbers.layout
+        self._has_just_begun = False
+        if interval > 0:
+            speed = (theta - self.state[layout.theta]) / interval
+            self._measure(layout.theta_d, speed, SPEED_SIGMAS * self.numbers.theta_sigma / interval)
+
+    def _measure(self, at: slice, values: Array, sigma: Array) -> None:
+        """Entries of the state are measured: values (M,) with their sigmas."""
+        P = self.covariance
+        S = P[at, at] + np.diag(sigma**2)
         K = np.linalg.solve(S, P[at]).T
-        self.state = self.state + K @ (theta - self.state[at])
+        self.state = self.state + K @ (values - self.state[at])
         self.covariance = _symmetric(P - K @ P[at])
 
     def _measure_joints(self, angles: Array, sigma: Array) -> None:

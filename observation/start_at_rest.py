@@ -1,4 +1,7 @@
-"""Where the arm stands as the observer begins: at rest where its cables pull it to."""
+"""Where the arm stands as the observer begins: at rest where its cables pull it to, unless its motors turn out to move it.
+
+Rows that follow tell how fast motors turn. Joints that follow their motors are as fast as cables that keep their lengths make them,
+and lag by the cables' damping: so angles and speeds of the joints are correlated with the speeds of the motors from the beginning."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +23,9 @@ RANGE_RAD = 2.8
 def start_at_rest(equations: EvaluatedEquations, state: Array, covariance: Array) -> tuple[Array, Array]:
     """The state (size,) with angles at which the joints' torques vanish, and the covariance (size, size) with theirs.
 
-    Angles at rest follow from motor angles, pre-elongations and what the cables remember. Newton's steps begin at the state's own
-    angles, which stay where no rest is found within the range. Raises Refused where a mechanism has no pose.
+    Angles follow from motor angles, pre-elongations, what the cables remember, and speeds; `covariance` holds what they are off that.
+    Newton's steps begin at the state's own angles, which stay where no rest is found within the range. Raises Refused where a
+    mechanism has no pose.
     """
     layout = equations.layout
     n, alpha = layout.N, layout.alpha
@@ -39,7 +43,10 @@ def start_at_rest(equations: EvaluatedEquations, state: Array, covariance: Array
     assert e is not None
     if not np.all(np.abs(state[alpha]) < RANGE_RAD):
         state[alpha] = told
-    follows = np.eye(layout.size)
-    for part in (layout.theta, layout.memory, layout.x0):
-        follows[alpha, part] = -np.linalg.solve(e.by_state[:n, alpha], e.by_state[:n, part])
+    by_others = -np.linalg.solve(e.by_state[:n, alpha], e.by_state[:n])
+    by_others[:, alpha] = 0.0
+    speeds, angles = np.eye(layout.size), np.eye(layout.size)
+    speeds[layout.alpha_d, layout.theta_d] = by_others[:, layout.theta]
+    angles[alpha] += by_others
+    follows = angles @ speeds
     return state, follows @ covariance @ follows.T
