@@ -99,7 +99,7 @@ def _formed(
     force: tuple[Expression, ...],
     time: Expression,
 ) -> tuple[list[Expression], ...]:
-    """M, c, torques without c, theta'', rates of the memory, tensions, rates of elongation, and squares of what friction may hold."""
+    """M, c, torques without c, theta'', rates of the memory, tensions, rates of elongation, squares of what friction may hold."""
     arm = machine.arm
 
     def part(name: str) -> Any:

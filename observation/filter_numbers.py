@@ -36,7 +36,7 @@ MAX_POSE_SIGMA_RAD = np.radians(5.0)
 """rad: where the model leaves more of an angle in the middle of its range it tells nothing (docs/thresholds.md)"""
 COUNT_SIGMA = 1 / np.sqrt(12)
 """of a count: of what is rounded"""
-START_ALPHA_RAD, START_ALPHA_D_RAD_S, START_THETA_D_RAD_S = 5e-4, 0.05, 50.0
+START_ALPHA_RAD, START_ALPHA_D_RAD_S, START_THETA_D_RAD_S = 1e-3, 0.1, 50.0
 """sigmas where the observer begins: of motor speeds, and of what joints are off those that follow their motors: acceleration moves
 them, and cables that stretch (docs/thresholds.md)"""
 

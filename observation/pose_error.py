@@ -1,9 +1,9 @@
 """How uncertain the pose is to which the model's cables pull the arm, over all poses: from the covariance of the model's numbers.
 
 A small change of the numbers moves each angle by the arm's compliance times the change of its torque. Over the range of poses that
-the camera saw, such movements are quadratic in the angles and linear in the tensions' level; where the arm moves they are linear in
-its speeds and in the rates of the cables' elongations besides, by friction of joints and damping of cables. Their covariance is kept
-as a factor A, (N, R), with A A^T the covariance of the angles, which is linear in the features of pose and motion.
+the camera saw, such movements are quadratic in the angles and linear in the tensions' level; where the arm moves they are linear
+in its speeds and in the rates of the cables' elongations besides, by friction of joints and damping of cables. Their covariance is
+kept as a factor A, (N, R), with A A^T the covariance of the angles, which is linear in the features of pose and motion.
 """
 
 from dataclasses import dataclass, replace
@@ -71,9 +71,7 @@ class PoseError:
         u = (alpha - self.middle) / self.half_range
         first, second = self._pairs
         scaled = (tension - self.tension[0]) / self.tension[1]
-        return np.concatenate(
-            [[1.0], u, u[first] * u[second], [scaled], alpha_d / SPEED_RAD_S, x_d / ELONGATION_D_M_S]
-        )
+        return np.concatenate([[1.0], u, u[first] * u[second], [scaled], alpha_d / SPEED_RAD_S, x_d / ELONGATION_D_M_S])
 
     def rate(self, alpha: Array, alpha_d: Array) -> Array:
         """How fast A changes as the pose does, at angles (N,), rad, and speeds (N,), rad/s: (N, R), rad/s."""

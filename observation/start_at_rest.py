@@ -1,7 +1,8 @@
 """Where the arm stands as the observer begins: at rest where its cables pull it to, unless its motors turn out to move it.
 
-Rows that follow tell how fast motors turn. Joints that follow their motors are as fast as cables that keep their lengths make them,
-and lag by the cables' damping: so angles and speeds of the joints are correlated with the speeds of the motors from the beginning."""
+The next row tells how fast they turn. Joints that follow their motors are as fast as cables that keep their lengths make them, and
+lag by the cables' damping: so angles and speeds of the joints are correlated with the speeds of the motors from the beginning.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,8 @@ RANGE_RAD = 2.8
 def start_at_rest(equations: EvaluatedEquations, state: Array, covariance: Array) -> tuple[Array, Array]:
     """The state (size,) with angles at which the joints' torques vanish, and the covariance (size, size) with theirs.
 
-    Angles follow from motor angles, pre-elongations, what the cables remember, and speeds; `covariance` holds what they are off that.
-    Newton's steps begin at the state's own angles, which stay where no rest is found within the range. Raises Refused where a
+    Angles follow from motor angles, pre-elongations, what the cables remember, and speeds; `covariance` tells what they are off
+    that. Newton's steps begin at the state's own angles, which stay where no rest is found within the range. Raises Refused where a
     mechanism has no pose.
     """
     layout = equations.layout

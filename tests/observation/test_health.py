@@ -61,7 +61,7 @@ def test_a_load_is_weighed(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_what_friction_holds_at_rest_is_no_load(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Motors of a slow arm rest for most of the time, in which friction holds what 0.05 kg less would be; while they turn it is none."""
+    """Motors of a slow arm rest for most of the time, and friction holds there what 0.05 kg less would be."""
     monkeypatch.setattr(load_test, "LOAD_STRETCH_S", 8.0)
     of = case(SEEDS[1])
     machine, rng = pose_machine(of.model, of.neck), np.random.default_rng(4)

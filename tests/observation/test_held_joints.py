@@ -2,14 +2,12 @@
 
 import numpy as np
 
-from identification.model_file import ModelParameter
-from mechanism.arm import arm_of
 from mechanism.cable_lengths import geometry_of_poses
 from mechanism.friction import HELD_VARIANCE
-from mechanism.laws import LAWS, JointMotion
+from mechanism.laws import JointMotion
 from observation.observer import Observer
 from observation.resting_arm import compliance
-from tests.observation.arms import SEEDS, case
+from tests.observation.arms import SEEDS, case, with_laws
 
 NUMBERS = {"cj": 0.08, "dj": 0.0, "vj": 0.01, "nj": 3.0, "mu": 0.0, "ma": 0.01, "vp": 1e-3}
 ROWS = 1000
@@ -17,23 +15,8 @@ ROWS = 1000
 
 def observer(*laws: str) -> Observer:
     """Of an arm, with more laws."""
-    of = case(SEEDS[0])
-    arm = arm_of(of.neck)
-    terms = [(term, i) for name in laws for term in LAWS[name].terms for i in range(term.count(arm))]
-    parameters = tuple(
-        ModelParameter(
-            name=term.name,
-            index=None if term.of == "arm" else i + 1,
-            value=NUMBERS[term.name],
-            unit=term.unit,
-            sigma=None,
-            relative_sigma_percent=None,
-            identified=True,
-        )
-        for term, i in terms
-    )
-    changed = {"laws": (*of.model.laws, *laws), "parameters": (*of.model.parameters, *parameters)}
-    return Observer(of.neck, of.model.model_copy(update=changed))
+    of = with_laws(case(SEEDS[0]), laws, NUMBERS)
+    return Observer(of.neck, of.model)
 
 
 def test_what_is_held_is_that_of_the_machine() -> None:
