@@ -19,6 +19,8 @@ FRICTION_TIME_S = 0.2
 """s, for which what friction's law does not say lasts (docs/thresholds.md)"""
 POSE_TIME_S = 1.0
 """s, for which the pose's error lasts (docs/thresholds.md)"""
+LAG_SIGMA_S = 2e-4
+"""s: what a calibration leaves of the camera's clock beside the cables' damping (docs/thresholds.md)"""
 LET_GO_HZ = 0.8
 """at which friction in joints and on pulleys holds and lets go, for the sigma of rates (docs/thresholds.md)"""
 X0_DRIFT_M = 2e-6
@@ -30,7 +32,7 @@ MEMORY_NOISE = 1e-3
 """share of a cable's memory bound, or N, in a square root of a second (docs/thresholds.md)"""
 MIN_FRICTION_SIGMA_N = 0.3
 """N, of a motor's equation, however well it was fitted (docs/thresholds.md)"""
-MIN_POSE_SIGMA_RAD = np.radians(0.002)
+MIN_POSE_SIGMA_RAD = np.radians(0.001)
 """rad, of each angle, however well it was calibrated (docs/thresholds.md)"""
 MAX_POSE_SIGMA_RAD = np.radians(5.0)
 """rad: where the model leaves more of an angle in the middle of its range it tells nothing (docs/thresholds.md)"""

@@ -38,8 +38,6 @@ _RANK = 16
 """columns of the factor"""
 UNSEEN_RANGE_RAD = 0.6
 """of joint angles around straight, where no camera saw another"""
-WIDENED = 1.5
-"""by how much the sigmas of numbers are widened: residuals of a fit say nothing of what all frames share (docs/thresholds.md)"""
 UNSEEN_FRICTION_SIGMA_N = 4.0
 """of what a motor's laws do not say, where no recording told (docs/thresholds.md)"""
 UNSEEN_X0_SIGMA_M = 5e-3
@@ -161,7 +159,7 @@ def pose_error(model: Model, neck: Neck) -> PoseError:
             continue
         moved_torque, _ = missing_torque(pose_machine(model, neck, {place: step}), alpha, theta, alpha_d, x_d)
         columns.append(np.einsum("pij,pj->pi", gives_way, (moved_torque - torque) / step))
-    root = _root(np.array(pose.covariance)) * WIDENED
+    root = _root(np.array(pose.covariance))
     moves = np.stack(columns, axis=-1) @ root  # (poses, N, P): by each independent error
     tension_scale = (float(np.mean(mean)), float(max(np.std(mean), 1.0)))
     by_x0 = np.stack([_by_x0(base, alpha, theta, gives_way, j) for j in range(m)], axis=-1)

@@ -11,7 +11,6 @@ from mechanism.dynamics import terms
 from observation.filter_numbers import X0_DRIFT_M, filter_numbers
 from observation.observed_log import observe_log
 from observation.observer import Observer
-from observation.pose_error import WIDENED
 from observation.resting_arm import compliance, missing_torque
 from tests.observation.arms import SEEDS, SETTLED, Case, case
 
@@ -34,7 +33,7 @@ def test_errors_are_as_large_as_sigma() -> None:
 
 
 def test_a_log_that_begins_in_motion_is_honest_from_its_first_row() -> None:
-    """Errors of 0.1 deg and more at the first row are gone within 0.1 s, and no joint is off by more than four sigmas."""
+    """Errors of 0.1 deg and more at the first row are gone within 0.2 s, and no joint is off by more than four sigmas."""
     of = case(SEEDS[0])
     first = int(np.argmax(np.abs(of.alpha_d).max(axis=1) > 0.5))
     theta, f = of.log.matrix("theta")[first:], of.log.matrix("f")[first:]
@@ -43,7 +42,7 @@ def test_a_log_that_begins_in_motion_is_honest_from_its_first_row() -> None:
         alpha, alpha_d, covariance = observer.step(theta[row], f[row])
         error = np.concatenate([alpha - of.alpha[first + row], alpha_d - of.alpha_d[first + row]])
         assert np.abs(error / np.sqrt(np.diag(covariance))).max() < 4
-        if row >= 50:
+        if row >= 100:
             assert np.degrees(np.abs(error[:3])).max() < 0.05
 
 
@@ -88,7 +87,7 @@ def test_unknown_damping_is_unknown_angle_where_tensions_change() -> None:
     tension = missing_torque(machine, alpha, theta)[1]
     stretching = np.array([0.0, 0.01, 0.0, 0.0])
     Z = geometry_of_poses(machine.arm, alpha).Z
-    expected = np.einsum("pij,pj->pi", compliance(machine, alpha, theta), Z[:, :, 1] * sigma * stretching[1]) * WIDENED
+    expected = np.einsum("pij,pj->pi", compliance(machine, alpha, theta), Z[:, :, 1] * sigma * stretching[1])
     for row in range(len(alpha)):
         at = error.at(alpha[row], float(tension[row]), np.zeros(3), stretching)
         still = error.at(alpha[row], float(tension[row]), np.zeros(3), np.zeros(4))
