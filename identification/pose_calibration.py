@@ -37,6 +37,8 @@ _STEP = 1e-3
 """prior sigmas: of the differences"""
 _LAGS = 60
 """frames up to which residuals are taken to be correlated"""
+_SHARED_LAGS = 8
+"""frames by which those are apart at most whose products tell what is left (docs/thresholds.md)"""
 _SLOPE_S = 0.1
 """over which a residual's change is taken"""
 _MOTOR_HZ = 1.0
@@ -199,14 +201,18 @@ class _Fit:
 def rms_beyond_noise(angles: Array, noise: Array, held: Array) -> Array:
     """What is left of angles (F, N), rad, NaN where not seen, beyond their noise, (N,), rad.
 
-    Successive frames tell it, whose noise differs. noise, held: variances (F, N), rad^2, of a frame and by what friction holds: the
+    Frames up to _SHARED_LAGS apart tell it, whose noise differs, and in which what lasts is the same. noise, held: variances (F, N), rad^2, of a frame and by what friction holds: the
     larger this one is, the less a frame says.
     """
     out = []
     for own, square, weight in zip(angles.T, noise.T, (noise / (noise + held)).T, strict=True):
-        both = np.isfinite(own[1:]) & np.isfinite(own[:-1])
-        products, weights = (own[1:] * own[:-1])[both], np.sqrt(weight[1:] * weight[:-1])[both]
-        shared = float(np.average(products, weights=weights)) if both.any() else float(np.mean(square))
+        total = weights = 0.0
+        for lag in range(1, min(_SHARED_LAGS, len(own) - 1) + 1):
+            both = np.isfinite(own[lag:]) & np.isfinite(own[:-lag])
+            each = np.sqrt(weight[lag:] * weight[:-lag])[both]
+            total += float(np.sum((own[lag:] * own[:-lag])[both] * each))
+            weights += float(np.sum(each))
+        shared = total / weights if weights else float(np.mean(square))
         out.append(np.sqrt(max(shared, 0.0)))
     return np.array(out)
 

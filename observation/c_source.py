@@ -11,7 +11,7 @@ import numpy as np
 from mechanism.friction import HELD_VARIANCE
 from mechanism.laws import Law
 from observation.expression import Expression, variable
-from observation.filter_numbers import LAG_SIGMA_S, POSE_TIME_S
+from observation.filter_numbers import POSE_TIME_S
 from observation.generated_code import c_function
 from observation.observer import MAX_GAP_S, MAX_STEP_S, SPEED_SIGMAS, Observer
 from observation.pose_error import ELONGATION_D_M_S, SPEED_RAD_S
@@ -58,7 +58,6 @@ def _defines(observer: Observer, law_count: int) -> dict[str, int | float]:
         "GAMMA": float(GAMMA),
         "HELD_VARIANCE": HELD_VARIANCE,
         "POSE_TIME_S": POSE_TIME_S,
-        "LAG_SIGMA_S": LAG_SIGMA_S,
         "LET_GO_RATE": observer.numbers.let_go_rate,
         "SPEED_RAD_S": SPEED_RAD_S,
         "ELONGATION_D_M_S": ELONGATION_D_M_S,

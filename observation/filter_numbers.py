@@ -19,8 +19,6 @@ FRICTION_TIME_S = 0.2
 """s, for which what friction's law does not say lasts (docs/thresholds.md)"""
 POSE_TIME_S = 1.0
 """s, for which the pose's error lasts (docs/thresholds.md)"""
-LAG_SIGMA_S = 2e-4
-"""s: what a calibration leaves of the camera's clock beside the cables' damping (docs/thresholds.md)"""
 LET_GO_HZ = 0.8
 """at which friction in joints and on pulleys holds and lets go, for the sigma of rates (docs/thresholds.md)"""
 X0_DRIFT_M = 2e-6
