@@ -201,8 +201,8 @@ class _Fit:
 def rms_beyond_noise(angles: Array, noise: Array, held: Array) -> Array:
     """What is left of angles (F, N), rad, NaN where not seen, beyond their noise, (N,), rad.
 
-    Frames up to _SHARED_LAGS apart tell it, whose noise differs, and in which what lasts is the same. noise, held: variances (F, N), rad^2, of a frame and by what friction holds: the
-    larger this one is, the less a frame says.
+    Frames up to _SHARED_LAGS apart tell it, whose noise differs, and in which what lasts is the same. noise, held: variances
+    (F, N), rad^2, of a frame and by what friction holds: the larger this one is, the less a frame says.
     """
     out = []
     for own, square, weight in zip(angles.T, noise.T, (noise / (noise + held)).T, strict=True):

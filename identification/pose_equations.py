@@ -193,7 +193,9 @@ def _torque(
 def _as_the_camera_tells(x_d: Array, rows: PoseRows) -> Array:
     """Rates of elongation, (T, M), m/s, without what is faster than frames tell.
 
-    Motors are counted in every row and joints seen in few: where a motor's speed jumps, the joints' speeds lack their share of it. What
-    is left of the two looks like stretching, and damping that is fitted to it comes out too small, with a clock that is late."""
+    Motors are counted in every row and joints seen in few: where a motor's speed jumps, the joints' speeds lack their share of
+    it. What is left of the two looks like stretching, and damping that is fitted to it comes out too small, with a clock that is
+    late.
+    """
     frame_rate = 1 / float(np.median(np.diff(rows.frames.time)))
     return low_pass(x_d, 1 / rows.step, _ELONGATION_D_SHARE * frame_rate)

@@ -24,7 +24,7 @@ LET_GO_HZ = 0.8
 X0_DRIFT_M = 2e-6
 """m in a square root of a second, by which pre-elongations wander at most, where calibration does not say less
 (docs/thresholds.md)"""
-MOTOR_NOISE_S = 2e-3
+MOTOR_NOISE_S = 1e-3
 """s, for which a motor's unmodelled force acts at once (docs/thresholds.md)"""
 MEMORY_NOISE = 1e-3
 """share of a cable's memory bound, or N, in a square root of a second (docs/thresholds.md)"""
