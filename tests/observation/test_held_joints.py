@@ -10,7 +10,8 @@ from observation.resting_arm import compliance
 from tests.observation.arms import SEEDS, case, with_laws
 
 NUMBERS = {"cj": 0.08, "dj": 0.0, "vj": 0.01, "nj": 3.0, "mu": 0.0, "ma": 0.01, "vp": 1e-3}
-ROWS = 1000
+ROWS = 3000
+"""of an arm at rest: after so many what is not known of speeds where it begins has faded"""
 
 
 def observer(*laws: str) -> Observer:
@@ -46,8 +47,8 @@ def test_sigma_at_rest_is_what_friction_holds_times_compliance() -> None:
         variance.append(np.diag(each.observed.covariance)[:3])
     layout = free.numbers.layout
     C = compliance(free.numbers.machine, free.state[layout.alpha][None], free.state[layout.theta][None])[0]
-    grown = 1 - np.exp(-2 * 2e-3 * ROWS)  # to equilibrium, by an error that lasts for a second
-    expected = grown * HELD_VARIANCE * NUMBERS["cj"] ** 2 * np.sum(C**2, axis=1)
+
+    expected = HELD_VARIANCE * NUMBERS["cj"] ** 2 * np.sum(C**2, axis=1)
     np.testing.assert_allclose(variance[0] - variance[1], expected, rtol=0.15)
 
 
