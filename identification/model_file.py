@@ -59,6 +59,10 @@ class PoseResidual(Strict):
     low_alpha: tuple[Finite, ...]
     """least angle that was seen of each joint, rad"""
     high_alpha: tuple[Finite, ...]
+    slope: tuple[Finite, ...] | None = None
+    """how much each joint's residual changes along a radian of the arm's motion, rms; None where it is not known"""
+    seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
+    """length of the recording, or of the longest: 0 where none told"""
 
 
 class PoseModel(Strict):

@@ -37,6 +37,10 @@ _STEP = 1e-3
 """prior sigmas: of the differences"""
 _LAGS = 60
 """frames up to which residuals are taken to be correlated"""
+_SHARED_LAGS = 8
+"""frames by which those are apart at most whose products tell what is left (docs/thresholds.md)"""
+_SLOPE_S = 0.1
+"""over which a residual's change is taken"""
 _MOTOR_HZ = 1.0
 """independent values of the motors' equation in a second (docs/thresholds.md)"""
 
@@ -165,6 +169,10 @@ class _Fit:
             )
             for r, (misfit, compliance) in enumerate(zip(misfits, compliances, strict=True))
         ]
+        slopes = [
+            residual_slope(misfit.angles, rows.frames.alpha, rows.frames.time)
+            for rows, misfit in zip(self.equations.rows, misfits, strict=True)
+        ]
         motor = np.sqrt(np.mean(np.concatenate([m.motors for m in misfits]) ** 2, axis=0))
         return PoseModel(
             numbers=tuple(
@@ -184,6 +192,8 @@ class _Fit:
                 motor_N=tuple(float(v) for v in motor),
                 low_alpha=tuple(float(v) for v in np.min([r.alpha.min(axis=0) for r in self.equations.rows], axis=0)),
                 high_alpha=tuple(float(v) for v in np.max([r.alpha.max(axis=0) for r in self.equations.rows], axis=0)),
+                slope=tuple(float(v) for v in np.sqrt(np.mean(np.square(slopes), axis=0))),
+                seconds=max(float(r.frames.time[-1] - r.frames.time[0]) for r in self.equations.rows),
             ),
         )
 
@@ -191,16 +201,37 @@ class _Fit:
 def rms_beyond_noise(angles: Array, noise: Array, held: Array) -> Array:
     """What is left of angles (F, N), rad, NaN where not seen, beyond their noise, (N,), rad.
 
-    Successive frames tell it, whose noise differs. noise, held: variances (F, N), rad^2, of a frame and by what friction holds: the
-    larger this one is, the less a frame says.
+    Frames up to _SHARED_LAGS apart tell it, whose noise differs, and in which what lasts is the same. noise, held: variances
+    (F, N), rad^2, of a frame and by what friction holds: the larger this one is, the less a frame says.
     """
     out = []
     for own, square, weight in zip(angles.T, noise.T, (noise / (noise + held)).T, strict=True):
-        both = np.isfinite(own[1:]) & np.isfinite(own[:-1])
-        products, weights = (own[1:] * own[:-1])[both], np.sqrt(weight[1:] * weight[:-1])[both]
-        shared = float(np.average(products, weights=weights)) if both.any() else float(np.mean(square))
+        total = weights = 0.0
+        for lag in range(1, min(_SHARED_LAGS, len(own) - 1) + 1):
+            both = np.isfinite(own[lag:]) & np.isfinite(own[:-lag])
+            each = np.sqrt(weight[lag:] * weight[:-lag])[both]
+            total += float(np.sum((own[lag:] * own[:-lag])[both] * each))
+            weights += float(np.sum(each))
+        shared = total / weights if weights else float(np.mean(square))
         out.append(np.sqrt(max(shared, 0.0)))
     return np.array(out)
+
+
+def residual_slope(residual: Array, alpha: Array, time: Array) -> Array:
+    """How much residuals (F, N), rad, NaN where not seen, change along a radian of motion, rms, (N,).
+
+    alpha: angles of the frames, (F, N), rad; time: (F,), s. Changes over a tenth of a second and over the next one tell it, whose
+    noise differs.
+    """
+    span = max(1, round(_SLOPE_S / max(float(np.median(np.diff(time))), 1e-9))) if len(time) > 1 else 1
+    changes, moved = residual[span:] - residual[:-span], alpha[span:] - alpha[:-span]
+    gap = span + 1
+    products, path = changes[gap:] * changes[:-gap], np.sum(moved[gap:] * moved[:-gap], axis=1)
+    seen = np.isfinite(products).all(axis=1) & np.isfinite(path)
+    power = float(np.sum(np.abs(path[seen])))
+    if power == 0:
+        return np.zeros(residual.shape[1])
+    return np.sqrt(np.maximum(np.sum(products[seen], axis=0) / power, 0.0))
 
 
 def _correlation_time(residual: Array) -> float:

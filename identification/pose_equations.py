@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from identification.cable_memory import memory_states
 from identification.dataset.series import interpolated
+from identification.filters import low_pass
 from identification.model_file import Model, machine_of
 from identification.pose_numbers import SoughtNumber
 from identification.pose_rows import PoseRows
@@ -24,6 +25,8 @@ Array = NDArray[np.float64]
 
 _DIFFERENCE_RAD = 1e-6
 """of the arm's stiffness by differences"""
+_ELONGATION_D_SHARE = 1 / 7.5
+"""of the frames' rate, up to which rates of elongation are told (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -171,7 +174,7 @@ def _torque(
     arm = machine.arm
     since = (rows.time - rows.time[0])[:, None]
     x = wound + arm.drum * rows.theta + arm.x0
-    x_d = arm.drum * rows.theta_d - np.einsum("tij,ti->tj", Z, speed)
+    x_d = _as_the_camera_tells(arm.drum * rows.theta_d - np.einsum("tij,ti->tj", Z, speed), rows)
     at = CableMotion(
         x=x,
         x_d=x_d,
@@ -185,3 +188,14 @@ def _torque(
     tension = np.broadcast_to(machine.tension(at, memory_states(machine, at, rows.step)), x.shape)
     resistance = machine.resistance(JointMotion(rows.alpha, speed, since))
     return np.einsum("tij,tj->ti", machine.arriving(Z, speed, wraps), tension) - load - resistance, tension
+
+
+def _as_the_camera_tells(x_d: Array, rows: PoseRows) -> Array:
+    """Rates of elongation, (T, M), m/s, without what is faster than frames tell.
+
+    Motors are counted in every row and joints seen in few: where a motor's speed jumps, the joints' speeds lack their share of
+    it. What is left of the two looks like stretching, and damping that is fitted to it comes out too small, with a clock that is
+    late.
+    """
+    frame_rate = 1 / float(np.median(np.diff(rows.frames.time)))
+    return low_pass(x_d, 1 / rows.step, _ELONGATION_D_SHARE * frame_rate)

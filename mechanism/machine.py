@@ -185,6 +185,12 @@ class Machine:
         here = [law.loss(self.values, at) for law in self.laws if law.loses(self.values)]
         return np.cumsum(sum(here, start=np.zeros_like(at.speed)), axis=0)
 
+    @property
+    def holds_at_rest(self) -> bool:
+        """Whether dry friction in joints or on pulleys may hold the arm at rest."""
+        kinds = [type(law) for law in self.laws]
+        return any(k.held_torque is not Law.held_torque or k.held_loss is not Law.held_loss for k in kinds)
+
     def held_torque(self, at: JointMotion, Z: Array, wraps: Array, tension: Array) -> Array:
         """By which dry friction may hold each joint at rest otherwise than the laws say, (T, N), N m.
 

@@ -11,9 +11,10 @@ import numpy as np
 from mechanism.friction import HELD_VARIANCE
 from mechanism.laws import Law
 from observation.expression import Expression, variable
-from observation.filter_numbers import LAG_SIGMA_S, POSE_RATE_HZ, POSE_TIME_S
+from observation.filter_numbers import POSE_TIME_S
 from observation.generated_code import c_function
-from observation.observer import MAX_GAP_S, MAX_STEP_S, Observer
+from observation.observer import MAX_GAP_S, MAX_STEP_S, SPEED_SIGMAS, Observer
+from observation.pose_error import ELONGATION_D_M_S, SPEED_RAD_S
 from observation.prediction import GAMMA
 from observation.start_at_rest import AT_REST_RAD, MAX_NEWTON_RAD, NEWTON_STEPS, RANGE_RAD
 from observation.tracing import Untraceable, elements_of, symbols
@@ -55,10 +56,12 @@ def _defines(observer: Observer, law_count: int) -> dict[str, int | float]:
         "AT_X0": layout.x0.start,
         "AT_POSE": layout.pose_error.start,
         "GAMMA": float(GAMMA),
-        "LAG_SIGMA_S": LAG_SIGMA_S,
         "HELD_VARIANCE": HELD_VARIANCE,
         "POSE_TIME_S": POSE_TIME_S,
-        "POSE_RATE": 2 * np.pi * POSE_RATE_HZ,
+        "LET_GO_RATE": observer.numbers.let_go_rate,
+        "SPEED_RAD_S": SPEED_RAD_S,
+        "ELONGATION_D_M_S": ELONGATION_D_M_S,
+        "SPEED_SIGMAS": SPEED_SIGMAS,
         "MAX_STEP_S": MAX_STEP_S,
         "MAX_GAP_S": MAX_GAP_S,
         "NEWTON_STEPS": NEWTON_STEPS,
@@ -83,6 +86,7 @@ def _constants(observer: Observer) -> str:
         "pose_half_range": error.half_range,
         "pose_tension": np.array(error.tension),
         "pose_floor": numbers.pose_floor,
+        "pose_slope": numbers.pose_slope,
         "pose_factor": error.factor.ravel(),
     }
     lines = [
@@ -99,7 +103,14 @@ def _equations(observer: Observer) -> str:
     return c_function(
         "equations",
         {"state": [v.name for v in e.state], "force": [v.name for v in e.force], "since": [e.time.name]},
-        {"mass": e.mass, "rates": e.rates, "derivatives": e.derivatives, "tension": e.tension, "held": e.held},
+        {
+            "mass": e.mass,
+            "rates": e.rates,
+            "derivatives": e.derivatives,
+            "tension": e.tension,
+            "elongation_d": e.elongation_d,
+            "held": e.held,
+        },
     )
 
 

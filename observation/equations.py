@@ -44,13 +44,15 @@ class Equations:
     """of the rates by the state, where they are not zero"""
     tension: tuple[Expression, ...]
     """M, N"""
+    elongation_d: tuple[Expression, ...]
+    """rates of the cables' elongations, M, m/s"""
     held: tuple[Expression, ...]
     """square of the torque by which dry friction may hold each joint otherwise than its law says, N, N^2 m^2"""
 
     @property
     def outputs(self) -> tuple[Expression, ...]:
-        """All expressions: mass, rates, derivatives, tension, held."""
-        return (*self.mass, *self.rates, *self.derivatives, *self.tension, *self.held)
+        """All expressions: mass, rates, derivatives, tension, elongation_d, held."""
+        return (*self.mass, *self.rates, *self.derivatives, *self.tension, *self.elongation_d, *self.held)
 
 
 def traced_equations(machine: Machine) -> Equations:
@@ -65,7 +67,7 @@ def traced_equations(machine: Machine) -> Equations:
     state = tuple(variable(f"s{i}") for i in range(layout.size))
     force = tuple(variable(f"f{j}") for j in range(layout.M))
     time = variable("time")
-    mass, coriolis, torque, theta_dd, memory_d, tension, held = _formed(traced, layout, state, force, time)
+    mass, coriolis, torque, theta_dd, memory_d, tension, x_d, held = _formed(traced, layout, state, force, time)
     rates = (*(t - c for t, c in zip(torque, coriolis, strict=True)), *theta_dd, *memory_d)
     places, derivatives = [], []
     for column in range(layout.friction_error.stop):
@@ -85,6 +87,7 @@ def traced_equations(machine: Machine) -> Equations:
         places=tuple(places),
         derivatives=tuple(derivatives),
         tension=tuple(tension),
+        elongation_d=tuple(x_d),
         held=tuple(held),
     )
 
@@ -96,7 +99,7 @@ def _formed(
     force: tuple[Expression, ...],
     time: Expression,
 ) -> tuple[list[Expression], ...]:
-    """M, c, torques without c, theta'', rates of the memory, tensions, and squares of what friction may hold."""
+    """M, c, torques without c, theta'', rates of the memory, tensions, rates of elongation, squares of what friction may hold."""
     arm = machine.arm
 
     def part(name: str) -> Any:
@@ -147,7 +150,8 @@ def _formed(
     theta_dd = lightness * (f - machine.friction(turning) - tension - part("friction_error"))
     memory_d = machine.memory_rate(at, z) if layout.S else z
     return tuple(
-        [_expression(e) for e in elements_of(v).ravel()] for v in (k.M, k.c, torque, theta_dd, memory_d, tension, held)
+        [_expression(e) for e in elements_of(v).ravel()]
+        for v in (k.M, k.c, torque, theta_dd, memory_d, tension, x_d, held)
     )
 
 

@@ -24,6 +24,8 @@ class EvaluatedRates:
     """derivatives of the rates by the state, (N + M + M S, size)"""
     tension: Array
     """(M,), N"""
+    elongation_d: Array
+    """rates of the cables' elongations, (M,), m/s"""
     held: Array
     """square of the torque by which dry friction may hold each joint otherwise than its law says, (N,), N^2 m^2"""
 
@@ -37,7 +39,7 @@ class EvaluatedEquations:
         self._function = python_function(
             [[v.name for v in e.state], [v.name for v in e.force], [e.time.name]], e.outputs
         )
-        self._splits = np.cumsum([layout.N**2, len(e.rates), len(e.derivatives), layout.M])
+        self._splits = np.cumsum([layout.N**2, len(e.rates), len(e.derivatives), layout.M, layout.M])
         rows, columns = np.array(e.places).T
         self._flat_places = rows * layout.size + columns
 
@@ -50,10 +52,17 @@ class EvaluatedEquations:
             values = np.array(self._function(state.tolist(), force.tolist(), (elapsed,)))
         except (ArithmeticError, ValueError) as error:  # roots of what is negative
             raise left_range(elapsed) from error
-        mass, rates, derivatives, tension, held = np.split(values, self._splits)
+        mass, rates, derivatives, tension, elongation_d, held = np.split(values, self._splits)
         by_state = np.zeros((len(rates), self.layout.size))
         by_state.ravel()[self._flat_places] = derivatives
-        return EvaluatedRates(mass.reshape(self.layout.N, self.layout.N), rates, by_state, tension, held)
+        return EvaluatedRates(
+            mass=mass.reshape(self.layout.N, self.layout.N),
+            rates=rates,
+            by_state=by_state,
+            tension=tension,
+            elongation_d=elongation_d,
+            held=held,
+        )
 
 
 def left_range(time: float) -> Refused:

@@ -19,30 +19,26 @@ FRICTION_TIME_S = 0.2
 """s, for which what friction's law does not say lasts (docs/thresholds.md)"""
 POSE_TIME_S = 1.0
 """s, for which the pose's error lasts (docs/thresholds.md)"""
-POSE_RATE_HZ = 0.8
-"""at which the pose's error varies, for the sigma of rates (docs/thresholds.md)"""
-LAG_SIGMA_S = 3e-4
-"""s: what a calibration leaves of the camera's clock beside the cables' damping (docs/thresholds.md)"""
+LET_GO_HZ = 0.8
+"""at which friction in joints and on pulleys holds and lets go, for the sigma of rates (docs/thresholds.md)"""
 X0_DRIFT_M = 2e-6
-"""m in a square root of a second, by which pre-elongations wander (docs/thresholds.md)"""
-KNOWN_X0_SIGMA_M = 2e-6
-"""m, beside the pose's error, of a pre-elongation that a recording told (docs/thresholds.md)"""
-JOINT_NOISE = 1.5e-3
-"""(rad/s^2)^2 s, of torques that nobody describes (docs/thresholds.md)"""
-MOTOR_NOISE = 100.0
-"""(rad/s^2)^2 s: where a motor turns round within a row its friction is known to a part of it only (docs/thresholds.md)"""
+"""m in a square root of a second, by which pre-elongations wander at most, where calibration does not say less
+(docs/thresholds.md)"""
+MOTOR_NOISE_S = 1e-3
+"""s, for which a motor's unmodelled force acts at once (docs/thresholds.md)"""
 MEMORY_NOISE = 1e-3
 """share of a cable's memory bound, or N, in a square root of a second (docs/thresholds.md)"""
 MIN_FRICTION_SIGMA_N = 0.3
 """N, of a motor's equation, however well it was fitted (docs/thresholds.md)"""
-MIN_POSE_SIGMA_RAD = np.radians(0.002)
+MIN_POSE_SIGMA_RAD = np.radians(0.001)
 """rad, of each angle, however well it was calibrated (docs/thresholds.md)"""
 MAX_POSE_SIGMA_RAD = np.radians(5.0)
 """rad: where the model leaves more of an angle in the middle of its range it tells nothing (docs/thresholds.md)"""
 COUNT_SIGMA = 1 / np.sqrt(12)
 """of a count: of what is rounded"""
-_START_ALPHA_RAD, _START_ALPHA_D_RAD_S, _START_THETA_D_RAD_S = 1e-4, 1e-2, 1.0
-"""sigmas of an arm at rest, beside what x0 does to its angles"""
+START_ALPHA_RAD, START_ALPHA_D_RAD_S, START_THETA_D_RAD_S = 1e-3, 0.1, 50.0
+"""sigmas where the observer begins: of motor speeds, and of what joints are off those that follow their motors: acceleration moves
+them, and cables that stretch (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -60,10 +56,14 @@ class FilterNumbers:
     start: Array
     """(size,): x0, else zero"""
     start_sigma: Array
-    """(size,), but for the angles, which follow from x0"""
+    """(size,), but for the angles, which follow from others, and the pose's error, which follows from the pose"""
     pose_error: PoseError
     pose_floor: Array
     """sigma of each joint's angle, however well it was calibrated, (N,), rad"""
+    pose_slope: Array
+    """sigma of how much the pose's error changes along a radian of motion, beside that of PoseError, (N,)"""
+    let_go_rate: float
+    """1/s: how fast what friction holds of the angles changes; 0 where nothing holds them"""
     memory_bound: Array
     """largest magnitude of the cables' memory variables, (M S,), inf where there is none"""
     friction_sigma: Array
@@ -78,7 +78,8 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
     model = model.model_copy(update={"pose": pose})
     machine = pose_machine(model, neck)
     layout = layout_of(machine)
-    friction_sigma = np.maximum(np.array(pose.residual.motor_N), MIN_FRICTION_SIGMA_N)
+    left_N = np.array(pose.residual.motor_N)
+    friction_sigma = np.maximum(left_N, MIN_FRICTION_SIGMA_N)
     theta_sigma = neck.count_angles * COUNT_SIGMA
     bound = np.tile(machine.bounds[1], layout.M)
     has_bound = np.isfinite(bound)
@@ -90,33 +91,44 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
         machine=replace(machine, arm=replace(machine.arm, x0=np.zeros(layout.M))),
         theta_sigma=theta_sigma,
         noise=layout.vector(
-            alpha_d=JOINT_NOISE,
-            theta_d=MOTOR_NOISE,
+            theta_d=(left_N * machine.arm.drum / machine.arm.motor_inertia) ** 2 * MOTOR_NOISE_S,
             memory=(MEMORY_NOISE * np.where(has_bound, bound, 1.0)) ** 2,
-            x0=X0_DRIFT_M**2,
+            x0=_x0_drift(pose, pose_floor, error),
             friction_error=2 * friction_sigma**2 / FRICTION_TIME_S,
         ),
         decay=layout.vector(friction_error=1 / FRICTION_TIME_S, pose_error=1 / POSE_TIME_S),
         start=layout.vector(x0=machine.arm.x0, memory=machine.memory_start.ravel() if layout.S else 0.0),
         start_sigma=layout.vector(
-            alpha=_START_ALPHA_RAD,
-            alpha_d=_START_ALPHA_D_RAD_S,
+            alpha=START_ALPHA_RAD,
+            alpha_d=START_ALPHA_D_RAD_S,
             theta=theta_sigma,
-            theta_d=_START_THETA_D_RAD_S,
+            theta_d=START_THETA_D_RAD_S,
             memory=np.where(has_bound, bound / 2, 1.0),
-            x0=[KNOWN_X0_SIGMA_M if j + 1 in known_x0 else UNSEEN_X0_SIGMA_M for j in range(layout.M)],
+            # the pose's error holds what is not known of those that a recording told
+            x0=[0.0 if j + 1 in known_x0 else UNSEEN_X0_SIGMA_M for j in range(layout.M)],
             # at rest friction holds any force up to its whole
             friction_error=np.hypot(friction_sigma, machine.values.get("fs", np.zeros(1))),
-            pose_error=np.hypot(error.middle_sigma, pose_floor),
         ),
         pose_error=error,
         pose_floor=pose_floor,
+        pose_slope=np.zeros(layout.N) if pose.residual.slope is None else np.array(pose.residual.slope),
+        let_go_rate=2 * np.pi * LET_GO_HZ * machine.holds_at_rest,
         memory_bound=bound,
         friction_sigma=friction_sigma,
     )
     if not all(np.isfinite(v).all() for v in (error.factor, numbers.start, numbers.start_sigma)):
         raise _no_pose("")
     return numbers
+
+
+def _x0_drift(pose: PoseModel, left: Array, error: PoseError) -> float:
+    """Density of each pre-elongation's wandering, m^2/s: no more than left of the angles, (N,), rad, what was left.
+
+    Numbers that are fitted to T s of a random walk of density q leave q T / 6 of its variance."""
+    if not pose.residual.seconds:
+        return X0_DRIFT_M**2
+    by_x0 = float(np.sum(error.by_x0**2))
+    return min(X0_DRIFT_M**2, 6 * float(np.sum(left**2)) / (pose.residual.seconds * max(by_x0, 1e-300)))
 
 
 def _checked_pose_error(model: Model, neck: Neck) -> PoseError:
@@ -144,7 +156,8 @@ def _no_pose(why: str) -> Refused:
 def _check_counts(pose: PoseModel, neck: Neck) -> None:
     """Refused where what was left is of another arm."""
     left = pose.residual
-    if {len(v) for v in (left.angle_rad, left.low_alpha, left.high_alpha)} != {neck.N} or len(left.motor_N) != neck.M:
+    of_joints = (left.angle_rad, left.low_alpha, left.high_alpha, left.slope or left.angle_rad)
+    if {len(v) for v in of_joints} != {neck.N} or len(left.motor_N) != neck.M:
         raise Refused("model", f"pose: it is of another arm than one with {neck.N} joints and {neck.M} motors")
 
 

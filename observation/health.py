@@ -11,8 +11,10 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanism.friction import dry
+from mechanism.friction import CM, dry
 from observation.load_test import FoundLoad
+from observation.turning_rows import MIN_FAST_SHARE, TURNING_SHARE, turning_rows
+from xneck_foundation.one_line import counted
 
 Array = NDArray[np.float64]
 
@@ -26,10 +28,6 @@ MAX_ALONG_RATIO = 0.9
 """its part along the motor's direction, in those sigmas (docs/thresholds.md)"""
 MAX_RMS_RATIO = 1.5
 """its rms, in those sigmas (docs/thresholds.md)"""
-TURNING_SHARE = 0.85
-"""of its whole that the seed's dry friction has where a motor counts as turning: faster than about 8 rad/s (docs/thresholds.md)"""
-MIN_FAST_SHARE = 0.15
-"""of a window in which a motor must turn each way, to be judged (docs/thresholds.md)"""
 Kind = Literal["mean", "along", "rms"]
 """of a deviation: the mean force, its part along the motor's direction, or its rms"""
 _LIMITS: dict[Kind, float] = {"mean": MAX_MEAN_RATIO, "along": MAX_ALONG_RATIO, "rms": MAX_RMS_RATIO}
@@ -84,6 +82,10 @@ class HealthMonitor:
     """by load_test.py, of the whole log"""
     windows: int = 0
     """that were judged"""
+    whole: int = 0
+    """windows that were long enough, judged or not"""
+    gaps: int = 0
+    """of the log, after which a window began anew"""
     _began: float | None = field(default=None, init=False)
     _rows: list[tuple[Array, Array]] = field(default_factory=list, init=False)
     """of the window so far: unmodelled forces, and the share of its dry friction that each motor turns with"""
@@ -101,6 +103,7 @@ class HealthMonitor:
 
     def restart(self) -> None:
         """After a gap of the log."""
+        self.gaps += 1
         self._began, self._rows = None, []
 
     @property
@@ -112,9 +115,8 @@ class HealthMonitor:
         errors, turning = (np.array(v) for v in zip(*self._rows, strict=True))
         judged = False
         for j, (error, turn) in enumerate(zip(errors.T, turning.T, strict=True)):
-            # near rest friction holds any force up to its whole: no force is unmodelled there
-            fast = np.abs(turn) > TURNING_SHARE
-            if min(np.mean(fast & (turn > 0)), np.mean(fast & (turn < 0))) < MIN_FAST_SHARE:
+            fast = turning_rows(turn)
+            if fast is None:
                 continue
             judged = True
             e, direction = error[fast], turn[fast]
@@ -138,6 +140,7 @@ class HealthMonitor:
                 )
                 self.findings.append(found)
         self.windows += judged
+        self.whole += 1
 
 
 def verdict(monitor: HealthMonitor) -> str:
@@ -148,8 +151,7 @@ def verdict(monitor: HealthMonitor) -> str:
 def sentences(monitor: HealthMonitor) -> list[str]:
     """For a person: of each motor and kind the first window, and the worst."""
     if monitor.healthy is None:
-        shortest = SETTLING_S + WINDOW_S
-        return [f"the log is shorter than {shortest:g} s, or motors hardly turn: nothing is said of the arm's health"]
+        return [f"{_why_not_judged(monitor)}: nothing is said of the arm's health"]
     lines = []
     first: dict[int, list[Finding]] = {}
     for found in monitor.findings:
@@ -168,6 +170,19 @@ def sentences(monitor: HealthMonitor) -> list[str]:
             "the model has it"
         )
     return lines
+
+
+def _why_not_judged(monitor: HealthMonitor) -> str:
+    """Why no window was judged."""
+    shortest = SETTLING_S + WINDOW_S
+    if not monitor.whole:
+        between = f"{counted(monitor.gaps, 'gap')} of the log leave no" if monitor.gaps else "the log has no"
+        return f"{between} stretch of {shortest:g} s"
+    speed = np.tan(np.pi / 2 * TURNING_SHARE) / CM
+    return (
+        f"in {counted(monitor.whole, 'window')} of {WINDOW_S:g} s no motor turns faster than {speed:.0f} rad/s for "
+        f"{100 * MIN_FAST_SHARE:g} % of the time each way"
+    )
 
 
 def as_json(monitor: HealthMonitor) -> dict[str, Any]:

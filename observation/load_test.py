@@ -1,8 +1,8 @@
 """Whether a load hangs on the arm's tip that the model does not have.
 
 A load lowers the arm on its cables, and their tensions change with the pose in a way that is known in advance. Motor forces that
-the laws do not model are fitted by it, beside a constant and a part along each motor's direction, over stretches of the log. Blocks
-of a second tell the standard deviation.
+the laws do not model are fitted by it, beside a constant and a part along each motor's direction, over stretches of the log, in
+rows in which the motor turns. Blocks of a second tell the standard deviation.
 """
 
 from dataclasses import dataclass, replace
@@ -14,6 +14,7 @@ from mechanism.dynamics import gravity_and_springs
 from mechanism.friction import dry
 from mechanism.machine import Machine
 from observation.resting_arm import cables_at_rest, compliance, pull_at_rest
+from observation.turning_rows import turning_rows
 
 Array = NDArray[np.float64]
 
@@ -47,7 +48,7 @@ def forces_of_load(machine: Machine, alpha: Array, theta: Array) -> Array:
     heavier = replace(arm, top_mass=arm.top_mass + np.eye(arm.N)[-1])
     torque = gravity_and_springs(heavier, alpha) - gravity_and_springs(arm, alpha)
     lowered = -_SMALL_KG * np.einsum("tij,tj->ti", compliance(machine, alpha, theta), torque)
-    before, after = (pull_at_rest(machine, cables_at_rest(machine, a, theta)[0]) for a in (alpha, alpha + lowered))
+    before, after = (pull_at_rest(machine, cables_at_rest(machine, a, theta)) for a in (alpha, alpha + lowered))
     return (np.maximum(after, 0.0) - np.maximum(before, 0.0)) / _SMALL_KG
 
 
@@ -72,14 +73,18 @@ def find_loads(
 
 def _fitted(time: Array, signature: Array, error: Array, turning: Array) -> FoundLoad:
     """Mass by least squares, with what a constant and the direction explain taken from both sides."""
-    x, y = (np.stack([_without(column, turning[:, j]) for j, column in enumerate(v.T)]) for v in (signature, error))
+    x, y = np.zeros_like(signature.T), np.zeros_like(signature.T)
+    for j, turn in enumerate(turning.T):
+        fast = turning_rows(turn)
+        if fast is not None:
+            x[j, fast], y[j, fast] = (_without(v[fast, j], turn[fast]) for v in (signature, error))
     power = float(np.sum(x**2))
     if power == 0:
         return FoundLoad(float(time[0]), 0.0, np.inf)
     mass = float(np.sum(x * y)) / power
     block = ((time - time[0]) / _BLOCK_S).astype(int)
     pulls = np.bincount(block, weights=np.sum(x * (y - mass * x), axis=0))
-    count = len(pulls)
+    count = int(np.sum(np.bincount(block, weights=np.sum(x**2, axis=0)) > 0))
     return FoundLoad(float(time[0]), mass, float(np.sqrt(np.sum(pulls**2) * count / max(count - 1, 1)) / power))
 
 

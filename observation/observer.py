@@ -16,7 +16,7 @@ from identification.model_file import Model
 from mechanism.description import Neck
 from observation.equations import Equations, traced_equations
 from observation.evaluated_equations import EvaluatedEquations, left_range
-from observation.filter_numbers import POSE_RATE_HZ, FilterNumbers, filter_numbers
+from observation.filter_numbers import FilterNumbers, filter_numbers
 from observation.prediction import Prediction
 from observation.start_at_rest import start_at_rest
 from xneck_foundation.errors import Refused
@@ -27,7 +27,10 @@ MAX_STEP_S = 4e-3
 """s: longer rows are gone through in several steps (docs/thresholds.md)"""
 MAX_GAP_S = 1.0
 """s without a row, after which the observer begins anew (docs/thresholds.md)"""
-_LEFT_BY_ROWS = ("state", "covariance", "_acceleration", "_force", "_law_forces", "_time", "_began")
+SPEED_SIGMAS = 2.0
+"""sigmas of a counted angle, of what a motor turns from the first row to the second: both are counted, and motors accelerate
+(docs/thresholds.md)"""
+_LEFT_BY_ROWS = ("state", "covariance", "_acceleration", "_force", "_law_forces", "_time", "_began", "_has_just_begun")
 """attributes of an observer that the next row depends on"""
 
 
@@ -90,6 +93,7 @@ class Observer:
         self._law_forces: list[Array | None] = [None] * len(self.numbers.machine.laws)
         self._time = 0.0
         self._began = 0.0
+        self._has_just_begun = False
         self._transition: Array | None = None
         self._predicted, self._predicted_covariance = self.state, self.covariance
 
@@ -122,8 +126,10 @@ class Observer:
             self._forget_motion()
             self._begin(theta, angles)
         else:
+            if self._has_just_begun:
+                self._measure_motor_speeds(theta, at - self._time)
             self._predict(at - self._time)
-            self._measure_motors(theta)
+            self._measure(self.numbers.layout.theta, theta, self.numbers.theta_sigma)
         self._time = at
         self._force = self._acting_force(f)
         if angles is not None and sigma is not None:
@@ -167,8 +173,17 @@ class Observer:
         covariance[:n, :n] = P[a, a] + P[b, b] + cross + cross.T
         covariance[:n, n:] = P[a, v] + P[b, v]
         covariance[n:, :n] = covariance[:n, n:].T
-        covariance[n:, n:] = P[v, v] + (2 * np.pi * POSE_RATE_HZ) ** 2 * P[b, b]
+        covariance[n:, n:] = P[v, v] + self._pose_rate_covariance(s[a], s[v], np.diag(P[b, b]))
         return Observed(s[a] + s[b], s[v].copy(), covariance)
+
+    def _pose_rate_covariance(self, alpha: Array, alpha_d: Array, variance: Array) -> Array:
+        """Of the rates, (N, N), rad^2/s^2: how fast the pose's error changes at angles (N,), rad, and speeds (N,), rad/s.
+
+        variance: of the pose's error, (N,), rad^2."""
+        numbers = self.numbers
+        rate = numbers.pose_error.rate(alpha, alpha_d)
+        held = numbers.let_go_rate**2 * np.maximum(variance - numbers.pose_floor**2, 0.0)
+        return rate @ rate.T + np.diag(numbers.pose_slope**2 * float(alpha_d @ alpha_d) + held)
 
     @property
     def friction_error(self) -> Array:
@@ -191,6 +206,8 @@ class Observer:
         if angles is not None:
             self.state[layout.alpha] = np.where(np.isfinite(angles), angles, 0.0)
         self.state, self.covariance = start_at_rest(self._evaluated, self.state, self.covariance)
+        self.covariance[layout.pose_error, layout.pose_error] = self.prediction.pose_covariance_at(self.state)
+        self._has_just_begun = True
         self._transition = None
         self._predicted, self._predicted_covariance = self.state, self.covariance
 
@@ -236,11 +253,20 @@ class Observer:
         self.covariance = left * self.covariance * left.T
         return left
 
-    def _measure_motors(self, theta: Array) -> None:
-        at, P = self.numbers.layout.theta, self.covariance
-        S = P[at, at] + np.diag(self.numbers.theta_sigma**2)
+    def _measure_motor_speeds(self, theta: Array, interval: float) -> None:
+        """How fast the motors turned where the observer began, by their angles (M,), rad, at the next row, interval s later."""
+        layout = self.numbers.layout
+        self._has_just_begun = False
+        if interval > 0:
+            speed = (theta - self.state[layout.theta]) / interval
+            self._measure(layout.theta_d, speed, SPEED_SIGMAS * self.numbers.theta_sigma / interval)
+
+    def _measure(self, at: slice, values: Array, sigma: Array) -> None:
+        """Entries of the state are measured: values (M,) with their sigmas."""
+        P = self.covariance
+        S = P[at, at] + np.diag(sigma**2)
         K = np.linalg.solve(S, P[at]).T
-        self.state = self.state + K @ (theta - self.state[at])
+        self.state = self.state + K @ (values - self.state[at])
         self.covariance = _symmetric(P - K @ P[at])
 
     def _measure_joints(self, angles: Array, sigma: Array) -> None:

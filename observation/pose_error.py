@@ -1,8 +1,9 @@
 """How uncertain the pose is to which the model's cables pull the arm, over all poses: from the covariance of the model's numbers.
 
-A small change of the numbers moves each angle by the arm's compliance times the change of its torque, in a pose at rest. Over the
-range of poses that the camera saw, such movements are quadratic in the angles and linear in the tensions' level. Their covariance
-is kept as a factor A(pose), (N, R), with A A^T the covariance of the angles, which is linear in the features of the pose.
+A small change of the numbers moves each angle by the arm's compliance times the change of its torque. Over the range of poses that
+the camera saw, such movements are quadratic in the angles and linear in the tensions' level; where the arm moves they are linear
+in its speeds and in the rates of the cables' elongations besides, by friction of joints and damping of cables. Their covariance is
+kept as a factor A, (N, R), with A A^T the covariance of the angles, which is linear in the features of pose and motion.
 """
 
 from dataclasses import dataclass, replace
@@ -30,12 +31,13 @@ _TENSION_N = (10.0, 120.0)
 """of a cable, what levels are drawn from"""
 _STEP = 0.05
 """sigmas of a number: of the differences"""
-_RANK = 10
+_X0_STEP_M = 1e-7
+SPEED_RAD_S, ELONGATION_D_M_S = 1.0, 0.02
+"""units of speeds of joints and of rates of elongation: lively motion, of which poses are drawn, goes about as fast"""
+_RANK = 16
 """columns of the factor"""
 UNSEEN_RANGE_RAD = 0.6
 """of joint angles around straight, where no camera saw another"""
-WIDENED = 1.5
-"""by how much the sigmas of numbers are widened: residuals of a fit say nothing of what all frames share (docs/thresholds.md)"""
 UNSEEN_FRICTION_SIGMA_N = 4.0
 """of what a motor's laws do not say, where no recording told (docs/thresholds.md)"""
 UNSEEN_X0_SIGMA_M = 5e-3
@@ -44,7 +46,8 @@ UNSEEN_X0_SIGMA_M = 5e-3
 
 @dataclass(frozen=True)
 class PoseError:
-    """The pose's error: features of a pose are 1, N scaled angles, their N (N + 1) / 2 products, and the scaled mean tension."""
+    """The pose's error: features are 1, N scaled angles, their N (N + 1) / 2 products, the scaled mean tension, N speeds of joints
+    and M rates of elongation, both scaled."""
 
     middle: Array
     """of the angles' range, (N,), rad"""
@@ -54,22 +57,32 @@ class PoseError:
     """N: middle and half range of the cables' mean tension"""
     factor: Array
     """(features, N, R), rad"""
+    by_x0: Array
+    """of the angles by the pre-elongations, rms over the poses, (N, M), rad/m"""
 
-    def at(self, alpha: Array, tension: float) -> Array:
-        """A of the pose at angles (N,), rad, and a mean tension, N: (N, R), rad."""
-        return (self.features(alpha, tension) @ self._flat_factor).reshape(self.factor.shape[1:])
+    def at(self, alpha: Array, tension: float, alpha_d: Array, x_d: Array) -> Array:
+        """A at angles (N,), rad, a mean tension, N, speeds (N,), rad/s, and rates of elongation (M,), m/s: (N, R), rad."""
+        return (self.features(alpha, tension, alpha_d, x_d) @ self._flat_factor).reshape(self.factor.shape[1:])
 
-    def features(self, alpha: Array, tension: float) -> Array:
-        """Features of the pose at angles (N,), rad, and a mean tension, N, (features,)."""
+    def features(self, alpha: Array, tension: float, alpha_d: Array, x_d: Array) -> Array:
+        """Features, (features,), of the arguments of `at`."""
         u = (alpha - self.middle) / self.half_range
         first, second = self._pairs
         scaled = (tension - self.tension[0]) / self.tension[1]
-        return np.concatenate([[1.0], u, u[first] * u[second], [scaled]])
+        return np.concatenate([[1.0], u, u[first] * u[second], [scaled], alpha_d / SPEED_RAD_S, x_d / ELONGATION_D_M_S])
+
+    def rate(self, alpha: Array, alpha_d: Array) -> Array:
+        """How fast A changes as the pose does, at angles (N,), rad, and speeds (N,), rad/s: (N, R), rad/s."""
+        u, u_d = (alpha - self.middle) / self.half_range, alpha_d / self.half_range
+        first, second = self._pairs
+        n = len(u)
+        by_pose = np.concatenate([u_d, u_d[first] * u[second] + u[first] * u_d[second]])
+        return (by_pose @ self._flat_factor[1 : 1 + len(by_pose)]).reshape(n, -1)
 
     @property
     def middle_sigma(self) -> Array:
         """Sigma of the angles in the middle of their range, (N,), rad."""
-        return np.sqrt(np.sum(self.at(self.middle, self.tension[0]) ** 2, axis=1))
+        return np.sqrt(np.sum(self.factor[0] ** 2, axis=1))
 
     # each row of a log asks for these
     @cached_property
@@ -134,7 +147,9 @@ def pose_error(model: Model, neck: Neck) -> PoseError:
     level = rng.uniform(*_TENSION_N, (_POSES, 1)) * np.ones(m)
     tension = _balanced(base.arm, alpha, level)
     theta = _motor_angles(base, alpha, tension)
-    torque, mean = missing_torque(base, alpha, theta)
+    alpha_d = SPEED_RAD_S * rng.uniform(-1, 1, (_POSES, n))
+    x_d = ELONGATION_D_M_S * rng.uniform(-1, 1, (_POSES, m))
+    torque, mean = missing_torque(base, alpha, theta, alpha_d, x_d)
     gives_way = compliance(base, alpha, theta)
     columns = []
     for place, number in enumerate(pose.numbers):
@@ -142,17 +157,26 @@ def pose_error(model: Model, neck: Neck) -> PoseError:
         if step == 0:
             columns.append(np.zeros((_POSES, n)))
             continue
-        moved_torque, _ = missing_torque(pose_machine(model, neck, {place: step}), alpha, theta)
+        moved_torque, _ = missing_torque(pose_machine(model, neck, {place: step}), alpha, theta, alpha_d, x_d)
         columns.append(np.einsum("pij,pj->pi", gives_way, (moved_torque - torque) / step))
-    root = _root(np.array(pose.covariance)) * WIDENED
+    root = _root(np.array(pose.covariance))
     moves = np.stack(columns, axis=-1) @ root  # (poses, N, P): by each independent error
     tension_scale = (float(np.mean(mean)), float(max(np.std(mean), 1.0)))
-    empty = PoseError(middle, half, tension_scale, np.zeros((1, n, 1)))
-    features = np.stack([empty.features(a, t) for a, t in zip(alpha, mean, strict=True)])
+    by_x0 = np.stack([_by_x0(base, alpha, theta, gives_way, j) for j in range(m)], axis=-1)
+    empty = PoseError(middle, half, tension_scale, np.zeros((1, n, 1)), np.sqrt(np.mean(by_x0**2, axis=0)))
+    features = np.stack([empty.features(*each) for each in zip(alpha, mean, alpha_d, x_d, strict=True)])
     fitted = np.linalg.lstsq(features, moves.reshape(_POSES, -1), rcond=None)[0].reshape(-1, n, moves.shape[2])
     u, size, _ = np.linalg.svd(fitted.reshape(-1, moves.shape[2]), full_matrices=False)
     rank = min(_RANK, len(size))
     return replace(empty, factor=(u[:, :rank] * size[:rank]).reshape(-1, n, rank))
+
+
+def _by_x0(machine: Machine, alpha: Array, theta: Array, gives_way: Array, j: int) -> Array:
+    """Derivative of the angles at rest by a cable's pre-elongation, (poses, N), rad/m."""
+    x0 = np.where(np.arange(machine.arm.M) == j, _X0_STEP_M, 0.0)
+    longer, shorter = (replace(machine, arm=replace(machine.arm, x0=machine.arm.x0 + s * x0)) for s in (1, -1))
+    change = missing_torque(longer, alpha, theta)[0] - missing_torque(shorter, alpha, theta)[0]
+    return np.einsum("pij,pj->pi", gives_way, change / (2 * _X0_STEP_M))
 
 
 def _root(covariance: Array) -> Array:
@@ -173,10 +197,10 @@ def _balanced(arm: Arm, alpha: Array, about: Array) -> Array:
 def _motor_angles(machine: Machine, alpha: Array, tension: Array) -> Array:
     """At which cables at rest have tensions, by bisection, (poses, M), rad."""
     arm = machine.arm
-    straight, _ = cables_at_rest(machine, alpha, np.zeros((len(alpha), arm.M)))
+    straight = cables_at_rest(machine, alpha, np.zeros((len(alpha), arm.M)))
     low, high = (np.broadcast_to((x - straight.x) / arm.drum, tension.shape) for x in (-0.001, 0.05))
     for _ in range(50):
         theta = (low + high) / 2
-        short = pull_at_rest(machine, cables_at_rest(machine, alpha, theta)[0]) < tension
+        short = pull_at_rest(machine, cables_at_rest(machine, alpha, theta)) < tension
         low, high = np.where(short, theta, low), np.where(short, high, theta)
     return (low + high) / 2

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mechanism.friction import HELD_VARIANCE
 from observation.evaluated_equations import EvaluatedEquations, EvaluatedRates
-from observation.filter_numbers import LAG_SIGMA_S, POSE_TIME_S, FilterNumbers
+from observation.filter_numbers import POSE_TIME_S, FilterNumbers
 
 Array = NDArray[np.float64]
 
@@ -98,12 +98,15 @@ class Prediction:
         Q[pose_error, pose_error] += step.pose_covariance * (2 * step.h / POSE_TIME_S)
         return Q
 
+    def pose_covariance_at(self, state: Array) -> Array:
+        """Covariance of the pose's error in a state (size,) that no motion led to, (N, N), rad^2."""
+        return self._pose_covariance(state, self.equations.at(state, np.zeros(self._numbers.layout.M), 0.0))
+
     def _pose_covariance(self, state: Array, e: EvaluatedRates) -> Array:
-        """A A^T of PoseError, the least of each angle, a clock's lag where joints move, and what friction holds, (N, N), rad^2."""
+        """A A^T of PoseError, what the fit left of each angle, and what friction holds, (N, N), rad^2."""
         numbers, layout = self._numbers, self._numbers.layout
-        A = numbers.pose_error.at(state[layout.alpha], float(e.tension.mean()))
-        lag = LAG_SIGMA_S * state[layout.alpha_d]
-        return A @ A.T + np.diag(numbers.pose_floor**2) + lag[:, None] * lag + _held_covariance(e, layout.alpha)
+        A = numbers.pose_error.at(state[layout.alpha], float(e.tension.mean()), state[layout.alpha_d], e.elongation_d)
+        return A @ A.T + np.diag(numbers.pose_floor**2) + _held_covariance(e, layout.alpha)
 
 
 def _held_covariance(e: EvaluatedRates, alpha: slice) -> Array:

@@ -1,11 +1,13 @@
-"""The arm at rest in many poses: its cables, what is missing to hold it there, and how far it gives way."""
+"""The arm where its motors are held: its cables, what is missing to hold it in a pose, and how far it gives way.
+
+It rests, or it goes through the pose without being accelerated."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanism.cable_lengths import geometry_of_poses, lengths
+from mechanism.cable_lengths import PoseGeometry, geometry_of_poses, lengths
 from mechanism.dynamics import gravity_and_springs
-from mechanism.laws import CableMotion
+from mechanism.laws import CableMotion, JointMotion
 from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
@@ -14,21 +16,23 @@ _DIFFERENCE_RAD = 1e-5
 """rad, of derivatives by the angles"""
 
 
-def cables_at_rest(machine: Machine, alpha: Array, theta: Array) -> tuple[CableMotion, Array]:
-    """Motion of the cables, (poses, M), and Z (poses, N, M)."""
-    arm, g = machine.arm, geometry_of_poses(machine.arm, alpha)
-    x = g.length - lengths(arm, np.zeros(arm.N)) + arm.drum * theta + arm.x0
-    still = np.zeros_like(x)
+def cables_at_rest(machine: Machine, alpha: Array, theta: Array) -> CableMotion:
+    """Motion of the cables, (poses, M)."""
+    return _cables(machine, geometry_of_poses(machine.arm, alpha), theta, np.zeros_like(alpha), np.zeros_like(theta))
+
+
+def _cables(machine: Machine, g: PoseGeometry, theta: Array, alpha_d: Array, x_d: Array) -> CableMotion:
+    arm = machine.arm
     return CableMotion(
-        x=x,
-        x_d=still,
+        x=g.length - lengths(arm, np.zeros(arm.N)) + arm.drum * theta + arm.x0,
+        x_d=x_d,
         length=g.length,
         arm=arm,
-        travel_d=still,
+        travel_d=x_d + np.einsum("pij,pi->pj", g.Z, alpha_d),
         drum_angle=theta / arm.gear,
         theta=theta,
         time=np.zeros(()),
-    ), g.Z
+    )
 
 
 def pull_at_rest(machine: Machine, at: CableMotion) -> Array:
@@ -37,11 +41,20 @@ def pull_at_rest(machine: Machine, at: CableMotion) -> Array:
     return np.broadcast_to(machine.pull(at, np.zeros((*at.x.shape, machine.states))), at.x.shape)
 
 
-def missing_torque(machine: Machine, alpha: Array, theta: Array) -> tuple[Array, Array]:
-    """What is missing to hold each pose, (poses, N), N m, and the mean tension there, (poses,), N."""
-    at, Z = cables_at_rest(machine, alpha, theta)
+def missing_torque(
+    machine: Machine, alpha: Array, theta: Array, alpha_d: Array | None = None, x_d: Array | None = None
+) -> tuple[Array, Array]:
+    """What is missing to hold each pose, (poses, N), N m, and the mean tension there, (poses,), N.
+
+    alpha_d (poses, N), rad/s, and x_d (poses, M), m/s: speeds of joints and rates of elongation, zero unless given.
+    """
+    speed = np.zeros_like(alpha) if alpha_d is None else alpha_d
+    g = geometry_of_poses(machine.arm, alpha)
+    at = _cables(machine, g, theta, speed, np.zeros_like(theta) if x_d is None else x_d)
     t = np.maximum(pull_at_rest(machine, at), 0.0)
-    return np.einsum("pij,pj->pi", Z, t) - gravity_and_springs(machine.arm, alpha), t.mean(axis=1)
+    pulled = np.einsum("pij,pj->pi", machine.arriving(g.Z, speed, g.wraps), t)
+    resisted = gravity_and_springs(machine.arm, alpha) + machine.resistance(JointMotion(alpha, speed))
+    return pulled - resisted, t.mean(axis=1)
 
 
 def compliance(machine: Machine, alpha: Array, theta: Array) -> Array:

@@ -1,4 +1,8 @@
-"""Where the arm stands as the observer begins: at rest where its cables pull it to."""
+"""Where the arm stands as the observer begins: at rest where its cables pull it to, unless its motors turn out to move it.
+
+The next row tells how fast they turn. Joints that follow their motors are as fast as cables that keep their lengths make them, and
+lag by the cables' damping: so angles and speeds of the joints are correlated with the speeds of the motors from the beginning.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +22,15 @@ RANGE_RAD = 2.8
 
 
 def start_at_rest(equations: EvaluatedEquations, state: Array, covariance: Array) -> tuple[Array, Array]:
-    """The state (size,) with angles at which the joints' torques vanish, and the covariance (size, size) that x0 gives them.
+    """The state (size,) with angles at which the joints' torques vanish, and the covariance (size, size) with theirs.
 
-    Newton's steps begin at the state's own angles, which stay where no rest is found within the range. Raises Refused where a
+    Angles follow from motor angles, pre-elongations, what the cables remember, and speeds; `covariance` tells what they are off
+    that. Newton's steps begin at the state's own angles, which stay where no rest is found within the range. Raises Refused where a
     mechanism has no pose.
     """
     layout = equations.layout
-    n, alpha, x0 = layout.N, layout.alpha, layout.x0
-    state, covariance = state.copy(), covariance.copy()
+    n, alpha = layout.N, layout.alpha
+    state = state.copy()
     told = state[alpha].copy()
     e = None
     for _ in range(NEWTON_STEPS):
@@ -39,8 +44,10 @@ def start_at_rest(equations: EvaluatedEquations, state: Array, covariance: Array
     assert e is not None
     if not np.all(np.abs(state[alpha]) < RANGE_RAD):
         state[alpha] = told
-    by_x0 = -np.linalg.solve(e.by_state[:n, alpha], e.by_state[:n, x0])
-    covariance[alpha, x0] = by_x0 @ covariance[x0, x0]
-    covariance[x0, alpha] = covariance[alpha, x0].T
-    covariance[alpha, alpha] += by_x0 @ covariance[x0, x0] @ by_x0.T
-    return state, covariance
+    by_others = -np.linalg.solve(e.by_state[:n, alpha], e.by_state[:n])
+    by_others[:, alpha] = 0.0
+    speeds, angles = np.eye(layout.size), np.eye(layout.size)
+    speeds[layout.alpha_d, layout.theta_d] = by_others[:, layout.theta]
+    angles[alpha] += by_others
+    follows = angles @ speeds
+    return state, follows @ covariance @ follows.T

@@ -8,7 +8,10 @@ import pytest
 
 from identification.dataset.series import Series
 from identification.model_file import Model, PoseModel, read_model, write_model
-from identification.pose_calibration import calibrate_pose, rms_beyond_noise, with_pose
+from identification.pose_calibration import calibrate_pose, residual_slope, rms_beyond_noise, with_pose
+from identification.pose_equations import PoseEquations
+from identification.pose_numbers import sought_numbers
+from identification.pose_rows import rows_of
 from tests.observation.arms import NOISE_RAD, SEEDS, built_stiffness, calibration_data, case
 from xneck_foundation.errors import Refused
 
@@ -63,3 +66,30 @@ def test_what_is_left_is_told_where_nothing_holds_the_joints() -> None:
     angles = NOISE_RAD * rng.standard_normal((2000, 1)) + np.sqrt(held)
     assert rms_beyond_noise(angles, noise, held)[0] < NOISE_RAD
     assert rms_beyond_noise(angles, noise, np.zeros_like(held))[0] > 4 * NOISE_RAD
+
+
+def test_how_much_residuals_change_along_the_motion_is_told_beside_noise() -> None:
+    """A residual of 2 % of the second joint's angle, in noise that is larger than it changes from frame to frame."""
+    rng, time = np.random.default_rng(5), np.arange(0, 60, 1 / 30)
+    alpha = 0.4 * np.sin(2 * np.pi * np.array([0.31, 0.43, 0.37]) * time[:, None] + np.arange(3))
+    noise = NOISE_RAD * rng.standard_normal(alpha.shape)
+    slope = residual_slope(noise + np.array([0.0, 0.02, 0.0]) * alpha, alpha, time)
+    path = np.sqrt(np.mean(np.sum(np.gradient(alpha, time, axis=0) ** 2, axis=1)))
+    own = np.sqrt(np.mean(np.gradient(alpha[:, 1], time) ** 2))
+    assert slope[1] == pytest.approx(0.02 * own / path, rel=0.25)
+    assert max(slope[0], slope[2]) < slope[1] / 2
+
+
+def test_speeds_of_motors_that_no_frame_shows_move_no_predicted_angle() -> None:
+    """A motor that shakes at 12 Hz stretches no cable as far as frames tell; one that goes at 1 Hz does, by its damping."""
+    of, (data, _) = case(SEED), calibration_data(SEED)
+    rows = rows_of(data)
+    moved = []
+    for rate in (None, 12.0, 1.0):
+        shaken = rows.theta_d + (0.0 if rate is None else 20 * np.sin(2 * np.pi * rate * rows.time)[:, None])
+        shaken_rows = [replace(rows, theta_d=shaken)]
+        equations = PoseEquations(of.neck, of.model, shaken_rows, sought_numbers(of.neck, of.model, shaken_rows))
+        start = np.zeros(len(equations.numbers))
+        moved.append(equations.misfit(start, 0, equations.compliance(start, 0)).angles)
+    fast, slow = (np.nanstd(angles - moved[0]) for angles in moved[1:])
+    assert fast < 0.02 * slow

@@ -3,7 +3,8 @@
 Each is made once in a session: integration forward takes seconds.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -15,6 +16,7 @@ from identification.model_file import Model, ModelParameter
 from identification.pose_calibration import with_pose
 from mechanism.arm import arm_of
 from mechanism.description import Neck
+from mechanism.laws import LAWS
 from samples.forward_arms import Settings, make_arms
 from samples.forward_arms.arms import Arm, Recording
 from samples.forward_arms.drawing import neck as neck_of
@@ -86,6 +88,27 @@ def changed(name: str) -> Case:
     """The second arm with one of CHANGES, and the model that it had before."""
     before = case(SEEDS[1])
     return Case(before.neck, before.model, *_second(_changed()[name].recordings[0]))
+
+
+def with_laws(of: Case, laws: Sequence[str], numbers: Mapping[str, float]) -> Case:
+    """The same arm with a model that has more laws, whose numbers, by their names, are the same for each cable or joint."""
+    arm = arm_of(of.neck)
+    parameters = tuple(
+        ModelParameter(
+            name=term.name,
+            index=None if term.of == "arm" else i + 1,
+            value=numbers[term.name],
+            unit=term.unit,
+            sigma=None,
+            relative_sigma_percent=None,
+            identified=True,
+        )
+        for name in laws
+        for term in LAWS[name].terms
+        for i in range(term.count(arm))
+    )
+    more = {"laws": (*of.model.laws, *laws), "parameters": (*of.model.parameters, *parameters)}
+    return replace(of, model=of.model.model_copy(update=more))
 
 
 def _second(recording: Recording) -> tuple[Series, Array, Array]:

@@ -8,12 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification.model_file import ModelParameter
-from mechanism.arm import arm_of
-from mechanism.laws import LAWS
 from observation.c_source import c_source
 from observation.observer import Observer
-from tests.observation.arms import Case, case
+from tests.observation.arms import case, with_laws
 
 COMPILER = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
 SEED = 5010
@@ -30,26 +27,6 @@ NUMBERS = {"km": 800.0, "tau": 2.0, "h": 2.0, "xh": 2e-4, "k2": 2e5, "nh": 3.0, 
            "play": 3e-4, "pb": 0.5}  # fmt: skip
 
 
-def extended(of: Case, laws: tuple[str, ...]) -> Case:
-    terms = [(term, i) for name in laws for term in LAWS[name].terms for i in (range(term.count(arm_of(of.neck))))]
-    parameters = [
-        ModelParameter(
-            name=term.name,
-            index=None if term.of == "arm" else i + 1,
-            value=NUMBERS[term.name],
-            unit=term.unit,
-            sigma=None,
-            relative_sigma_percent=None,
-            identified=False,
-        )
-        for term, i in terms
-    ]
-    model = of.model.model_copy(
-        update={"laws": (*of.model.laws, *laws), "parameters": (*of.model.parameters, *parameters)}
-    )
-    return Case(of.neck, model, of.log, of.alpha, of.alpha_d)
-
-
 def pointer(values: np.ndarray) -> "ctypes._Pointer[ctypes.c_double]":
     return values.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
 
@@ -61,7 +38,7 @@ def pointer(values: np.ndarray) -> "ctypes._Pointer[ctypes.c_double]":
     ids=["base", "extended", "actuators", "play"],
 )
 def test_c_and_python_agree(tmp_path: Path, laws: tuple[str, ...]) -> None:
-    of = extended(case(SEED), laws)
+    of = with_laws(case(SEED), laws, NUMBERS)
     observer = Observer(of.neck, of.model)
     file = tmp_path / "observer.c"
     file.write_text(c_source(observer))

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from identification.dataset.series import Series
+from identification.model_file import pose_machine
 from observation import load_test
-from observation.health import SETTLING_S, sentences, verdict
+from observation.health import SETTLING_S, HealthMonitor, sentences, verdict
 from observation.observed_log import observe_log
 from tests.observation.arms import CHANGES, SEEDS, case, changed
 
@@ -57,3 +58,42 @@ def test_a_load_is_weighed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert load.time == pytest.approx(of.log.time[0] + SETTLING_S, abs=0.2)
     quiet = case(SEEDS[1])
     assert not observe_log(quiet.neck, quiet.model, quiet.log.part(slice(0, ROWS))).health.loads
+
+
+def test_what_friction_holds_at_rest_is_no_load(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Motors of a slow arm rest for most of the time, and friction holds there what 0.05 kg less would be."""
+    monkeypatch.setattr(load_test, "LOAD_STRETCH_S", 8.0)
+    of = case(SEEDS[1])
+    machine, rng = pose_machine(of.model, of.neck), np.random.default_rng(4)
+    time = np.arange(0.0, 8.0, 0.1)
+    alpha = of.alpha[: 50 * len(time) : 50]
+    theta = of.log.matrix("theta")[: 50 * len(time) : 50]
+    rests = np.arange(len(time)) % 10 < 6
+    direction = np.where(np.arange(len(time)) % 20 < 10, 1.0, -1.0)
+    theta_d = np.where(rests, 0.0, 40.0 * direction)[:, None] * np.ones(of.neck.M)
+    noise = 0.05 * rng.standard_normal(theta.shape)
+    load = load_test.forces_of_load(machine, alpha, theta)
+    sigma = np.ones(of.neck.M)
+    held = -0.05 * load * rests[:, None]
+    assert not load_test.find_loads(machine, time, alpha, theta, theta_d, held + noise, sigma)
+    (found,) = load_test.find_loads(machine, time, alpha, theta, theta_d, 0.3 * load + held + noise, sigma)
+    assert found.mass == pytest.approx(0.3, abs=4 * found.sigma)
+
+
+def test_why_nothing_is_said_is_told() -> None:
+    """A log that is long enough and whose motors turn slowly is not called short; gaps are named."""
+    of = case(SEEDS[1])
+    time = np.arange(0.0, 12.0, 0.01)
+    slow, still = HealthMonitor(np.ones(of.neck.M)), HealthMonitor(np.ones(of.neck.M))
+    for row, now in enumerate(time):
+        slow.add(float(now), np.zeros(of.neck.M), np.full(of.neck.M, 3.0))
+        if row % 500 == 499:
+            still.restart()
+        still.add(float(now), np.zeros(of.neck.M), np.full(of.neck.M, 50.0))
+    assert sentences(slow) == [
+        "in 1 window of 8 s no motor turns faster than 8 rad/s for 15 % of the time each way: nothing is said of the arm's health"
+    ]
+    assert sentences(still) == ["2 gaps of the log leave no stretch of 10 s: nothing is said of the arm's health"]
+    assert sentences(HealthMonitor(np.ones(4))) == [
+        "the log has no stretch of 10 s: nothing is said of the arm's health"
+    ]

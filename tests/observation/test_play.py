@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from identification.model_file import ModelParameter
 from mechanism.arm import arm_of
 from observation.observer import Observer
-from tests.observation.arms import SEEDS, case
+from tests.observation.arms import SEEDS, case, with_laws
 
 PLAY_M = 3e-4
 ROWS, SETTLED, ARRIVING = 1500, 700, 15
@@ -25,16 +24,8 @@ def speed(theta: np.ndarray) -> np.ndarray:
 
 
 def test_the_drum_stays_at_its_flank_while_its_motor_turns_on() -> None:
-    of = case(SEEDS[0])
-    numbers = [("play", j + 1, "m", PLAY_M) for j in range(of.neck.M)] + [("pb", None, "1", 0.5)]
-    terms = tuple(
-        ModelParameter(
-            name=name, index=index, value=value, unit=unit, sigma=None, relative_sigma_percent=None, identified=True
-        )
-        for name, index, unit, value in numbers
-    )
-    laws, parameters = (*of.model.laws, "backlash"), (*of.model.parameters, *terms)
-    observer = Observer(of.neck, of.model.model_copy(update={"laws": laws, "parameters": parameters}))
+    of = with_laws(case(SEEDS[0]), ["backlash"], {"play": PLAY_M, "pb": 0.5})
+    observer = Observer(of.neck, of.model)
     theta, f = of.log.matrix("theta"), of.log.matrix("f")
     expected = played(arm_of(of.neck).drum * theta[:ROWS])
     layout = observer.numbers.layout
