@@ -20,6 +20,8 @@ ALIKE_SIGMAS, ALIKE_SHARE = 2.0, 0.1
 """of the gain's difference, and of what is left: another law that leaves no more explains as well (docs/thresholds.md)"""
 SIMPLER_SIGMAS, SIMPLER_SHARE = 1.0, 0.02
 """the same, by which a simpler law may leave more and is taken for a better one (docs/thresholds.md)"""
+_MOST_OF_A_BLOCK = 3.0
+"""middle gains that a block counts for at most, where more than half of the blocks gain"""
 CHANCE_OF_TWO = 4.0
 """of the loss: what two numbers more take by chance"""
 _GRID_SHARES = (0.04, 0.04, 0.02, 0.02, 0.01, 0.005)
@@ -109,10 +111,12 @@ def _is_alike(best: Rival, other: Rival, sigmas: float, most: float) -> bool:
 
 
 def gain_sigmas(gains: Array) -> float:
-    """The sum of blocks' gains (B,) in its standard deviations, or that of all but the largest gain, if it is told better.
+    """The sum of blocks' gains (B,) in its standard deviations, where no block counts for much more than the middle one if that
+    tells it better.
 
-    A law of speed gains most where the arm was fastest: what it gains in every other block is no chance for that."""
-    return max(_sum_in_sigmas(gains), _sum_in_sigmas(np.sort(gains)[:-1]))
+    A law of speed gains most where the arm was fastest: what it gains in all other blocks is no chance for that."""
+    even = np.minimum(gains, _MOST_OF_A_BLOCK * max(float(np.median(gains)), 0.0))
+    return max(_sum_in_sigmas(gains), _sum_in_sigmas(even))
 
 
 def _sum_in_sigmas(gains: Array) -> float:

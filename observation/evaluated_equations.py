@@ -1,6 +1,7 @@
 """The traced equations of motion as a function of numbers."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +40,8 @@ class EvaluatedEquations:
         self._function = python_function(
             [[v.name for v in e.state], [v.name for v in e.force], [e.time.name]], e.outputs
         )
-        self._splits = np.cumsum([layout.N**2, len(e.rates), len(e.derivatives), layout.M, layout.M])
+        counts = [layout.N**2, len(e.rates), len(e.derivatives), layout.M, layout.M, layout.N]
+        self._parts = [slice(a, b) for a, b in pairwise(np.cumsum([0, *counts]))]
         rows, columns = np.array(e.places).T
         self._flat_places = rows * layout.size + columns
 
@@ -52,7 +54,7 @@ class EvaluatedEquations:
             values = np.array(self._function(state.tolist(), force.tolist(), (elapsed,)))
         except (ArithmeticError, ValueError) as error:  # roots of what is negative
             raise left_range(elapsed) from error
-        mass, rates, derivatives, tension, elongation_d, held = np.split(values, self._splits)
+        mass, rates, derivatives, tension, elongation_d, held = [values[part] for part in self._parts]
         by_state = np.zeros((len(rates), self.layout.size))
         by_state.ravel()[self._flat_places] = derivatives
         return EvaluatedRates(

@@ -44,6 +44,7 @@ class Prediction:
         self._numbers, self.equations = numbers, equations
         layout = numbers.layout
         self._identity = np.eye(layout.size)
+        self._pose_floor = np.diag(numbers.pose_floor**2)
         # what no equation of motion is in: angles follow their rates, errors decay
         self._constant_jacobian = -np.diag(numbers.decay)
         self._constant_jacobian[layout.alpha, layout.alpha_d] = np.eye(layout.N)
@@ -106,7 +107,8 @@ class Prediction:
         """A A^T of PoseError, what the fit left of each angle, and what friction holds, (N, N), rad^2."""
         numbers, layout = self._numbers, self._numbers.layout
         A = numbers.pose_error.at(state[layout.alpha], float(e.tension.mean()), state[layout.alpha_d], e.elongation_d)
-        return A @ A.T + np.diag(numbers.pose_floor**2) + _held_covariance(e, layout.alpha)
+        covariance = A @ A.T + self._pose_floor
+        return covariance + _held_covariance(e, layout.alpha) if e.held.any() else covariance
 
 
 def _held_covariance(e: EvaluatedRates, alpha: slice) -> Array:
@@ -114,7 +116,7 @@ def _held_covariance(e: EvaluatedRates, alpha: slice) -> Array:
 
     The arm gives way to it by its compliance on the cables, and stays where it stands."""
     stiffness = e.by_state[: len(e.held), alpha]
-    if not e.held.any() or not np.linalg.det(stiffness):
+    if not np.linalg.det(stiffness):
         return np.zeros_like(stiffness)
     compliance = np.linalg.inv(stiffness)
     return (compliance * (HELD_VARIANCE * e.held)) @ compliance.T

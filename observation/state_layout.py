@@ -1,6 +1,7 @@
 """Places of what the observer estimates, in one vector."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,53 +11,53 @@ from mechanism.machine import Machine
 
 @dataclass(frozen=True)
 class StateLayout:
-    """N joints, M cables with as many motors, S memory variables of each cable."""
+    """N joints, M cables with as many motors, S memory variables of each cable. Each row of a log asks for the places."""
 
     N: int
     M: int
     S: int
 
-    @property
+    @cached_property
     def alpha(self) -> slice:
         """Joint angles, rad."""
         return slice(0, self.N)
 
-    @property
+    @cached_property
     def alpha_d(self) -> slice:
         """Joint speeds, rad/s."""
         return slice(self.N, 2 * self.N)
 
-    @property
+    @cached_property
     def theta(self) -> slice:
         """Motor angles, rad."""
         return slice(2 * self.N, 2 * self.N + self.M)
 
-    @property
+    @cached_property
     def theta_d(self) -> slice:
         """Motor speeds, rad/s."""
         return self._after(self.theta, self.M)
 
-    @property
+    @cached_property
     def memory(self) -> slice:
         """Memory variables of the cables, one cable after the other."""
         return self._after(self.theta_d, self.M * self.S)
 
-    @property
+    @cached_property
     def x0(self) -> slice:
         """Pre-elongations, m."""
         return self._after(self.memory, self.M)
 
-    @property
+    @cached_property
     def friction_error(self) -> slice:
         """What the motors' laws do not say, N at the cable."""
         return self._after(self.x0, self.M)
 
-    @property
+    @cached_property
     def pose_error(self) -> slice:
         """By how much a joint stands beside where the model's cables pull it to, rad."""
         return self._after(self.friction_error, self.N)
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Entries of the vector."""
         return self.pose_error.stop

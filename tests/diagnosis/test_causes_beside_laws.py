@@ -43,6 +43,6 @@ def test_drag_beside_joints_that_rub_is_a_law_and_neither_takes_the_others_place
     found = diagnose([first], [second])
     (cause,) = found.causes
     assert cause.effect.name == "joint_friction"
-    assert np.all(cause.amounts > cause.effect.lower_bounds(arm.drawing.arm)[list(cause.where.columns)] - 0.006)
+    assert np.all(cause.amounts > cause.effect.lower_bounds(found.extended.arm)[list(cause.where.columns)] - 0.006)
     assert {gained.law.candidate.follows for gained in found.found_laws} == {("joint_speed",)}
     assert all(r.ratio < 1.5 for r in found.remainder)

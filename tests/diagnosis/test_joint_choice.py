@@ -8,6 +8,7 @@ import pytest
 
 from diagnosis import cause_search
 from diagnosis.effects import EFFECTS
+from diagnosis.free_function import FreeFits
 
 NAMES = ("actuator_gain", "cable_slack")
 
@@ -82,7 +83,7 @@ def found(
 
     monkeypatch.setattr(cause_search, "_is_better", is_better)
     everything: Any = None
-    _, last = cause_search._with_all_causes(fitter, stage(), everything, 0)
+    _, last = cause_search._with_all_causes(fitter, stage(), everything, FreeFits(), 0)
     return {cause.effect.name for cause in last.causes}
 
 
@@ -190,3 +191,21 @@ def test_beside_a_motor_of_another_law_it_may_take_what_is_left_of_the_arm(
         fitted=lambda at, causes: after, hypothesis=SimpleNamespace(arm=SimpleNamespace(M=4, N=3))
     )
     assert (cause_search._with_one_far_off(fitter, last, choices, offered, 20.0) is after) == taken
+
+
+@pytest.mark.parametrize(
+    ("ratio", "of_law", "would_do"),
+    [(3.0, 0.2, True), (3.0, 0.3, False), (1.4, 0.0, False)],
+    ids=["far less", "as little as a cause may", "little is left"],
+)
+def test_causes_that_leave_far_more_than_a_law_would_are_not_taken(ratio: float, of_law: float, would_do: bool) -> None:
+    """A law that nobody listed makes every further cause take a little: six of them stood in for drag."""
+    last, after = stage("joint_friction"), stage("joint_friction", "cable_slack")
+    after.excess = excess(ratio)
+    after.excess.energy = 100.0
+    law: Any = SimpleNamespace(best=lambda *_: SimpleNamespace(excess=SimpleNamespace(energy=100.0 * of_law)))
+    none: Any = None
+    assert cause_search._a_law_would_do(last, after, none, law) == would_do
+    assert not cause_search._a_law_would_do(
+        stage(), after, none, law
+    )  # beside nothing a law is weighed once all are chosen

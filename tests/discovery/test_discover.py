@@ -187,3 +187,14 @@ def test_a_constant_variable_does_no_harm() -> None:
     s = signals(10) | {"ballast": np.full(len(TIME), 2.0)}
     (law,) = discover(0.5 * np.sin(7 * s["motor_angle"]) + noise(10, 0.0), s, TIME).laws
     assert law.candidate.follows == ("motor_angle",)
+
+
+def test_a_law_that_acts_in_every_block_is_found_where_it_is_loudest_in_one() -> None:
+    """Drag goes with the square of speed: beside one fast stretch the gains of all others seemed to be chance."""
+    s, loud = signals(3), (TIME >= 20) & (TIME < 22)
+    speed = np.where(loud, 3.0, 1.0) * s["joint_speed"]
+    target = 0.5 * speed * np.abs(speed) + noise(3, 0.0)
+    (law,) = discover(target, {"joint_speed": speed}, TIME).laws
+    assert set(law.candidate.follows) == {"joint_speed"}
+    pushed = noise(3, 0.0) + np.where(loud, 12.0, 0.0)
+    assert not discover(pushed, {"joint_speed": s["joint_speed"], "joint_angle": s["joint_angle"]}, TIME).laws

@@ -22,14 +22,14 @@ def test_every_function_shows_an_example_that_runs(name: str, in_examples: Path)
     examples = doctest.DocTestParser().get_doctest(SHOWN[name].__doc__ or "", {}, name, None, None)
     assert examples.examples
     said: list[str] = []
-    doctest.DocTestRunner().run(examples, out=said.append)
+    doctest.DocTestRunner(verbose=False).run(examples, out=said.append)
     assert not said, "".join(said)
 
 
 def test_an_example_that_does_not_hold_is_noticed() -> None:
     said: list[str] = []
     wrong = doctest.DocTestParser().get_doctest(">>> 1 + 1\n3\n", {}, "wrong", None, None)
-    doctest.DocTestRunner().run(wrong, out=said.append)
+    doctest.DocTestRunner(verbose=False).run(wrong, out=said.append)
     assert said
 
 
