@@ -35,7 +35,7 @@ def _parameters(cause: Cause, sigma: np.ndarray, arm: Arm) -> list[Parameter]:
     is_share = isinstance(cause.effect, DescriptionEffect) and cause.effect.terms[0].unit == "1"
     for column, value, s in zip(cause.where.columns, cause.amounts, sigma, strict=False):
         term, place = cause.effect.terms[column // places], column % places
-        index = None if places == 1 else place + cause.effect.first_index
+        index = None if term.of == "arm" and places == 1 else place + cause.effect.first_index
         s = float(np.hypot(s, SCALE_SIGMA * (1 + abs(value)) if is_share else SCALE_SIGMA * value))
         out.append(_parameter(term, index, float(value), s))
     for (term, place, value), s in zip(cause.shape_numbers(arm), sigma[len(cause.amounts) :], strict=True):

@@ -41,11 +41,11 @@ def extended_model(stage: FitStage, h: Hypothesis, provenance: dict[str, Any]) -
     of_causes = {(p.name, p.index): p for p in numbers}
     first = stage.comparison.base_count + stage.comparison.nuisance_count
     column |= {(p.name, p.index): place for place, p in enumerate(numbers, first)}
-    units = {term.name: term.unit for law in h.laws for term in law_named(law).terms}
+    terms = {term.name: term for law in h.laws for term in law_named(law).terms}
     for name, values in h.values.items():
         for i, v in enumerate(values):
-            index = None if len(values) == 1 else i + 1
-            unit = units.get(name, "")
+            index = None if terms[name].of == "arm" else i + 1
+            unit = terms[name].unit
             unknown = Parameter(name=name, index=index, value=float(v), unit=unit, sigma=float("inf"), identified=False)
             parameters.append(of_causes.get((name, index), unknown))
     places = [column.get((p.name, p.index)) for p in parameters]

@@ -11,9 +11,10 @@ import pytest
 
 from benchmarks.forward_arm_runs import SETTINGS, SeenArm, seen
 from diagnosis.diagnose import Diagnosis, diagnose
+from diagnosis.extended_model import extended_model
 from identification.dataset.dataset import DataSet
 from samples.forward_arms.arms import make_arms
-from samples.forward_arms.laws import Described, Law
+from samples.forward_arms.laws import Described, JointFriction, Law
 from samples.forward_arms.settings import Settings
 from synchronisation.check.signatures import MAX_RELATIVE_SIZE
 
@@ -79,6 +80,18 @@ def test_an_arm_of_one_joint_has_a_clock_and_is_consistent(one_joint: list[Case]
     found = one_joint[0].diagnosed()
     assert found.verdict == "consistent", found.why
     assert not found.not_simulated
+
+
+def test_the_joint_of_an_arm_of_one_joint_rubs_and_is_simulated_so() -> None:
+    """Numbers of the only joint were looked for by another name than they were kept under, and the diagnosis broke off."""
+    found = made(ONE_JOINT, (485, [JointFriction(dry=0.012, width=0.02)]))[0].diagnosed()
+    assert [cause.effect.name for cause in found.causes] == ["joint_friction"]
+    model = extended_model(found.extended_stage, found.extended, {})
+    (dry,) = (p for p in model.parameters if p.name == "cj")
+    assert dry.index == 1
+    assert dry.sigma is not None
+    assert abs(dry.value - 0.012) < 4 * dry.sigma < 0.004
+    assert {gain.measure for gain in found.gains} >= {"simulated joint angles"}
 
 
 def test_a_wrong_drum_of_an_arm_of_one_joint_is_found_in_its_place(one_joint: list[Case]) -> None:
