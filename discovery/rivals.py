@@ -21,7 +21,7 @@ ALIKE_SIGMAS, ALIKE_SHARE = 2.0, 0.1
 SIMPLER_SIGMAS, SIMPLER_SHARE = 1.0, 0.02
 """the same, by which a simpler law may leave more and is taken for a better one (docs/thresholds.md)"""
 _MOST_OF_A_BLOCK = 3.0
-"""middle gains that a block counts for at most, where more than half of the blocks gain"""
+"""middle gains that a block counts for at most, where more than half of the blocks gain (docs/thresholds.md)"""
 CHANCE_OF_TWO = 4.0
 """of the loss: what two numbers more take by chance"""
 _GRID_SHARES = (0.04, 0.04, 0.02, 0.02, 0.01, 0.005)

@@ -244,10 +244,12 @@ def uniformly_sampled(log: Series) -> Series:
     step = sampling_step(log.time, "log")
     count = round((log.time[-1] - log.time[0]) / step) + 1
     time = log.time[0] + np.arange(count) * (log.time[-1] - log.time[0]) / (count - 1)
-    columns = {name: np.interp(time, log.time, values) for name, values in log.columns.items()}
-    if len(log.time) >= 4:
-        # a motor's angle between two rows of a slow log is beside their chord by more than a camera tells
-        columns |= {name: _by_cubics(time, log, name, step) for name in columns if name.startswith("theta")}
+    # a motor's angle between two rows of a slow log is beside their chord by more than a camera tells
+    by_cubics = [name for name in log.columns if name.startswith("theta") and len(log.time) >= 4]
+    columns = {
+        name: _by_cubics(time, log, name, step) if name in by_cubics else np.interp(time, log.time, values)
+        for name, values in log.columns.items()
+    }
     return Series(time, columns)
 
 

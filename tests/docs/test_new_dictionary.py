@@ -73,7 +73,7 @@ def test_the_printed_markers_are_those_drawn_and_are_detected_with_their_ids(
     """`xneck board` as on the page, but for an SVG, which is read back pixel by pixel."""
     (line,) = (line for line in commands(PAGE) if " board " in line)
     words = line.replace("markers.pdf", "markers.svg").split()[1:]
-    called(followed, "-c", "from xneck.cli import main; main()", *words)
+    called(followed, "-m", "xneck", *words)
     size, shapes = svg_blacks(followed / "markers.svg")
     sheet = raster(size, shapes, PER_MM)
     cv2.imwrite(str(followed / "sheet.png"), sheet)

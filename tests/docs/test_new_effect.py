@@ -102,7 +102,7 @@ def test_the_effect_is_named_where_it_was_hidden_and_its_numbers_are_judged(foll
         "from samples.generator.hidden.experiment import hide; hide(['windage'], 7100, Path('w'), seconds=(40.0, 8.0))"
     )
     called(followed, "-c", f"from pathlib import Path; {hide}")
-    xneck = ("-c", "from xneck.cli import main; main()")
+    xneck = ("-m", "xneck")
     here = followed / "w/fitted"
     called(
         followed, *xneck, "sync", here / "angles.csv", here / "log.csv", "--neck", here / "neck.yaml", "--out", "w.mcap"

@@ -93,7 +93,7 @@ IN_CI = ("sync",)
 
 def started(words: list[str]) -> "subprocess.Popen[str]":
     return subprocess.Popen(
-        [sys.executable, "-c", "from xneck.cli import main; main()", *words, "--quiet"],
+        [sys.executable, "-m", "xneck", *words, "--quiet"],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

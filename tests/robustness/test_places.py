@@ -27,7 +27,7 @@ def outside(kind: str, *words: str | Path, most: int | None = None) -> Ran:
             resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 
     ended = subprocess.run(
-        [sys.executable, "-c", "from xneck.cli import main; main()", *map(str, words)],
+        [sys.executable, "-m", "xneck", *map(str, words)],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,

@@ -24,7 +24,7 @@ pytestmark = pytest.mark.skipif(shutil.which("strace") is None, reason="needs st
 def traced(folder: Path, *words: str | Path) -> tuple[int, set[Path], list[str]]:
     """Exit status of a command in `folder`, the files that it and its processes opened there, and lines of calls to a network."""
     log = folder.parent / "trace"
-    command = [sys.executable, "-c", "from xneck.cli import main; main()", *map(str, words)]
+    command = [sys.executable, "-m", "xneck", *map(str, words)]
     tracer = "strace -f --seccomp-bpf -qq -s 4096 -e trace=open,openat,creat,connect -o"
     prefix = [*tracer.split(), str(log)]
     ended = subprocess.run(

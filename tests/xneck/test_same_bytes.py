@@ -16,7 +16,7 @@ from identification.dataset.series import Series
 from samples.generator.hidden.experiment import hide
 from tests.paths import ROOT, SAMPLES
 
-XNECK = [sys.executable, "-c", "from xneck.cli import main; main()"]
+XNECK = [sys.executable, "-m", "xneck"]
 WAYS = (
     {"OPENBLAS_NUM_THREADS": "1", "PYTHONHASHSEED": "0", "TZ": "UTC"},
     {"OPENBLAS_NUM_THREADS": "2", "PYTHONHASHSEED": "1", "TZ": "Asia/Tokyo", "LC_ALL": "C"},

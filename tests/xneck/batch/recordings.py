@@ -12,7 +12,7 @@ HELD_OUT = SAMPLES / "held_out"
 NASTY = "<script>alert(1)<b> 100%20 & #1 'b' \"é雪"
 FRAMES = 270
 """9 s of the sample"""
-XNECK = [sys.executable, "-c", "from xneck.cli import main; main()"]
+XNECK = [sys.executable, "-m", "xneck"]
 
 
 def cut_short(folder: Path) -> None:

@@ -53,7 +53,7 @@ def test_nothing_is_asked_off_a_terminal(tmp_path: Path, capfd: pytest.CaptureFi
 def test_on_a_terminal_what_is_missing_is_asked(tmp_path: Path) -> None:
     """`--mechanisms` is given, so that cables, L and b are asked, in this order; an empty answer takes what is usual."""
     master, slave = pty.openpty()
-    words = [sys.executable, "-c", "from xneck.cli import main; main()", "init", "--mechanisms", "2"]
+    words = [sys.executable, "-m", "xneck", "init", "--mechanisms", "2"]
     process = subprocess.Popen(
         [*words, "--out", str(tmp_path / "neck.yaml")], cwd=ROOT, stdin=slave, stdout=slave, stderr=slave
     )

@@ -25,7 +25,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("observe")
     xneck.write_dataset(xneck.synchronise(H), folder / "dataset.mcap")
     words = ["identify", "dataset.mcap", "--out", "model.yaml"]
-    call = [sys.executable, "-c", "from xneck.cli import main; main()", *words]
+    call = [sys.executable, "-m", "xneck", *words]
     done = subprocess.run(call, capture_output=True, text=True, check=False, cwd=folder)
     assert (done.returncode, done.stderr) == (0, ""), done.stderr
     return folder

@@ -35,7 +35,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ["sync", "angles.mcap", R / "log.mcap", "--neck", R / "neck.yaml", "--out", "dataset.mcap", "--json", "sync.json"],
         ["identify", "dataset.mcap", "--out", "model.yaml", "--json", "identify.json"],
     ):  # fmt: skip
-        call = [sys.executable, "-c", "from xneck.cli import main; main()", *map(str, words)]
+        call = [sys.executable, "-m", "xneck", *map(str, words)]
         done = subprocess.run(call, capture_output=True, text=True, check=False)
         assert (done.returncode, done.stderr) == (0, ""), done.stderr
         assert not re.search(r"(\+- \S+|fixed) 1\b(?![.\d])", done.stdout), done.stdout  # the unit of a ratio
