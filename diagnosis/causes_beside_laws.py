@@ -29,6 +29,12 @@ class Explanation:
     stage: FitStage
     """with the causes, then the laws"""
 
+    @property
+    def laws_are_told(self) -> bool:
+        """Whether each law stands off nothing by its sigma as it is told, which what is left widens."""
+        first_law = len(self.stage.causes) - len(self.laws)
+        return all(i < first_law for i in self.stage.untold_beside_what_is_left)
+
 
 def with_laws(
     search: Search,
@@ -47,7 +53,7 @@ def with_laws(
         instead = _beside_causes(fewer, _left_of(fewer, others), recordings, seed, others)
         if instead.laws and instead.stage.excess.energy < MAX_SHARE_LEFT * best.stage.excess.energy:
             best = instead
-    return best
+    return best if best.laws_are_told else Explanation(search, (), search.last)
 
 
 def _with_fewer_causes(search: Search) -> Iterator[Search]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from diagnosis.cause import with_causes
 from diagnosis.cause_search import Search
-from diagnosis.fit_stage import UNTOLD_SIGMAS, FitStage
+from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_excess, held_out_residuals
 from diagnosis.noise_columns import noise_columns
 from diagnosis.noise_ensemble import NoiseEnsemble
@@ -22,7 +22,7 @@ from xneck_foundation.unit_text import with_unit
 MIN_LAW_GAIN_SIGMAS = 3.0
 """standard deviations of the gain, by blocks, that a law takes from recordings that were not fitted (docs/thresholds.md)"""
 _TOLD_SIGMAS = 4.0
-"""by which a law that was chosen out of hundreds is told from nothing, and UNTOLD_SIGMAS as its sigmas are told"""
+"""by which a law that was chosen out of hundreds is told from nothing"""
 
 
 @dataclass(frozen=True)
@@ -74,9 +74,7 @@ def law_gains(
                 tried.comparison, tried.fit, extended, tried.causes, ensembles, fitter.whiten, clock_relaxed=True
             )
             gained = gains(before, after, h.arm.M)
-            is_told = len(tried.causes) - 1 not in tried.untold_within(
-                max(_TOLD_SIGMAS, UNTOLD_SIGMAS * tried.widening)
-            )
+            is_told = len(tried.causes) - 1 not in tried.untold_within(_TOLD_SIGMAS)
             is_better = _holds(gained, law) and _leaves_less_beyond_noise(before, after, law, h.arm)
             if not (is_better and is_told and _is_no_louder(before, after)):
                 continue  # those found after it may hold without it
