@@ -39,6 +39,8 @@ class Rival:
     """where fitted"""
     block_gains: Array
     """(B,), over blocks that were not fitted"""
+    of_constant: float = 0.0
+    """of the gain: what a constant takes in the place of a function of the variable, where that is not all of the law"""
 
     @property
     def held_out_gain(self) -> float:
@@ -80,9 +82,13 @@ def coefficients(candidate: Candidate, form: Form, constants: Constants) -> Arra
 def chosen(rivals: Sequence[Rival], chance: float, loss: float) -> FoundLaw | None:
     """The simplest of the rivals that explain as well as the best; none where chance would.
 
-    chance: the gain that chance makes. loss: without any of them.
+    chance: the gain that chance makes. loss: without any of them. Of what a constant would take as
+    much of, but for a small share of what is left, the variable is not told.
     """
-    proved = [r for r in rivals if r.gain > chance and gain_sigmas(r.block_gains) > MIN_GAIN_SIGMAS]
+    following = [
+        r for r in rivals if r.gain - r.of_constant > (SIMPLER_SHARE * (loss - r.gain) if r.of_constant else 0.0)
+    ]
+    proved = [r for r in following if r.gain > chance and gain_sigmas(r.block_gains) > MIN_GAIN_SIGMAS]
     if not proved:
         return None
     best = max(proved, key=lambda r: r.held_out_gain)

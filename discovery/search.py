@@ -14,7 +14,7 @@ from discovery.evidence import Evidence
 from discovery.found_law import FoundLaw
 from discovery.judge import Judge, Losses
 from discovery.law_fit import evidence_of, fitted, with_amounts, with_laws
-from discovery.problem import Problem
+from discovery.problem import Candidate, Problem
 from discovery.rivals import (
     CHANCE_OF_TWO,
     MIN_GAIN_SIGMAS,
@@ -85,6 +85,7 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
         likeliest = int(np.argmax([each.max() for each in gains]))
         left_by = functions[likeliest][int(np.argmax(gains[likeliest]))]
         gradients = evidence.block_gradients(left_by)
+        of_constant = _gain_of_constant(evidence, candidate) if candidate.factor else 0.0
         for form, each, gain in zip(forms, functions, gains, strict=True):
             chance = np.maximum(chance, evidence.chance_gains(each, gradients, signs))
             if gain.max() < _MIN_RIVAL_SHARE * most:
@@ -94,12 +95,17 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
             left = judge.losses(evidence, fine, coefficients(candidate, form, constants))
             if not problem.allows(candidate, form, constants, left.amounts):
                 continue
-            rivals.append(
-                Rival(candidate, form, constants, without.whole - left.whole, without.of_blocks - left.of_blocks)
-            )
+            gain, of_blocks = without.whole - left.whole, without.of_blocks - left.of_blocks
+            rivals.append(Rival(candidate, form, constants, gain, of_blocks, of_constant))
             most = max(most, rivals[-1].gain)
     level = max(_chance_level(chance), problem.least_gain)
     return chosen(rivals, level, without.whole if without else 0.0)
+
+
+def _gain_of_constant(evidence: Evidence, candidate: Candidate) -> float:
+    """What a candidate takes whose variable is left out, as friction that only turns over."""
+    ones = candidate.basis.coefficients(lambda x: np.ones((len(x), 1)))
+    return float(evidence.gains(candidate.expanded(ones)[None])[0])
 
 
 def _chance_level(gains: Array) -> float:

@@ -198,3 +198,11 @@ def test_a_law_that_acts_in_every_block_is_found_where_it_is_loudest_in_one() ->
     assert set(law.candidate.follows) == {"joint_speed"}
     pushed = noise(3, 0.0) + np.where(loud, 12.0, 0.0)
     assert not discover(pushed, {"joint_speed": s["joint_speed"], "joint_angle": s["joint_angle"]}, TIME).laws
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_what_is_the_same_under_any_force_does_not_follow_it(seed: int) -> None:
+    """Dry friction as it turns over had been a force that levels off at once, times the sign of the speed."""
+    s = signals(seed)
+    found = discover(2 * way(s) + noise(seed, 0.0), {name: s[name] for name in ("force", "motor_speed")}, TIME)
+    assert [law.candidate.follows for law in found.laws] == [("motor_speed",)]
