@@ -82,13 +82,11 @@ def coefficients(candidate: Candidate, form: Form, constants: Constants) -> Arra
 def chosen(rivals: Sequence[Rival], chance: float, loss: float) -> FoundLaw | None:
     """The simplest of the rivals that explain as well as the best; none where chance would.
 
-    chance: the gain that chance makes. loss: without any of them. Of what a constant would take as
-    much of, but for a small share of what is left, the variable is not told.
+    chance: the gain that chance makes. loss: without any of them. A law of which a constant would
+    take as much, but for a small share of what is left, does not follow its variable.
     """
-    following = [
-        r for r in rivals if r.gain - r.of_constant > (SIMPLER_SHARE * (loss - r.gain) if r.of_constant else 0.0)
-    ]
-    proved = [r for r in following if r.gain > chance and gain_sigmas(r.block_gains) > MIN_GAIN_SIGMAS]
+    told = [r for r in rivals if r.gain > chance and gain_sigmas(r.block_gains) > MIN_GAIN_SIGMAS]
+    proved = [r for r in told if r.gain - r.of_constant > min(r.gain / 2, SIMPLER_SHARE * (loss - r.gain))]
     if not proved:
         return None
     best = max(proved, key=lambda r: r.held_out_gain)
