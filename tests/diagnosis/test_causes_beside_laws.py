@@ -33,16 +33,3 @@ def test_a_payload_beside_a_stop_is_named_and_weighed() -> None:
     sentence = diagnosis_sentence(found)
     assert "he arm carries something at its tip" in sentence
     assert "; and a law that no catalogue lists acts against joint 1: hinge of joint angle." in sentence
-
-
-def test_drag_beside_joints_that_rub_is_a_law_and_neither_takes_the_others_place() -> None:
-    """Friction that drove joints, and rose with speed, stood in for drag: amounts had no bounds where they were fitted."""
-    hidden = [laws.JointFriction(dry=0.012, width=0.02), outside.AirDrag(0.15)]
-    (arm,) = make_arms([485], SHORT, [hidden])
-    first, second = (seen(arm, SHORT, 0.03).synchronised(i) for i in range(2))
-    found = diagnose([first], [second])
-    (cause,) = found.causes
-    assert cause.effect.name == "joint_friction"
-    assert np.all(cause.amounts > cause.effect.lower_bounds(found.extended.arm)[list(cause.where.columns)] - 0.006)
-    assert {gained.law.candidate.follows for gained in found.found_laws} == {("joint_speed",)}
-    assert all(r.ratio < 1.5 for r in found.remainder)

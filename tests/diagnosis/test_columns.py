@@ -97,6 +97,22 @@ def test_a_fit_is_bounded_least_squares_with_what_is_known(louder: float, at: Li
     assert fit.loss == pytest.approx(2 * best.cost, rel=1e-5)
 
 
+def test_friction_that_would_drive_is_fitted_as_next_to_none(at: Linearisation, data: DataSet) -> None:
+    """What the recording would like best goes down by five sizes; by chance it may go down by one."""
+    effect = EFFECTS["joint_friction"]
+    where = effect.placements(at.hypothesis.arm)[0]
+    cause = Cause(effect, where, np.zeros(len(where.columns)), dict(effect.start_shapes[0]))
+    with_it = read_at(with_causes(at.hypothesis, [cause]), data, at.p)
+    (one,) = with_it.recordings
+    driven = ResidualRows(one.rows.residual + 5 * cause.columns(one)[..., 0], one.rows.jacobian)
+    driving = replace(with_it, recordings=(replace(one, rows=driven),))
+    comparison = compare(driving, [cause], (), nuisances_at(driving), Whitener(np.ones((7, 1))))
+    dry = comparison.cause_columns[0]
+    unbounded = replace(comparison, lower_bounds=np.full_like(comparison.lower_bounds, -np.inf)).fit()
+    assert unbounded.numbers[unbounded.columns == dry] < -3
+    assert comparison.fit().numbers[comparison.fit().columns == dry] == pytest.approx(-1)
+
+
 def test_a_block_is_judged_by_a_fit_to_the_other_folds(at: Linearisation) -> None:
     comparison = compared(at)
     columns = comparison.groups[0].columns
