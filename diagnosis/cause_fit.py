@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from diagnosis.cause import Cause, with_causes
 from diagnosis.comparison import Comparison
-from diagnosis.descent import MIN_LOSS_GAIN_FAR, Descent, last_fit, promised
+from diagnosis.descent import MIN_LOSS_GAIN_FAR, Descent, last_fit
 from diagnosis.fit_stage import FitStage
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import Linearisation, base_unknowns, corrected_signals, linearise
@@ -113,10 +113,10 @@ class CauseFitter:
         data = [replace(d, speeds=r.signals.speeds) for d, r in zip(self._data, at.recordings, strict=True)]
         descent = Descent(self._h, data, self.whiten)
         for _ in range(_MAX_LAST_STEPS):
-            if promised(current) < _LEAST_LAST_PROMISE:
+            if current.promised < _LEAST_LAST_PROMISE:
                 break
             candidate, stepped = descent.step(current, 0.0, causes)
-            if promised(candidate) > promised(current):
+            if candidate.promised > current.promised:
                 break
             current, causes = candidate, stepped
         # numbers of causes stay where they are in the model that is written: the others are the best beside these

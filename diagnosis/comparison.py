@@ -179,6 +179,11 @@ class Comparison:
         """Loss of the linearisation point as it is, but for each recording's clock and skew."""
         return self._loss_with_best_from(self.base_count + self.nuisances.count)
 
+    @cached_property
+    def promised(self) -> float:
+        """What a straight step would take from the loss."""
+        return self.profiled_loss - self.fit().loss
+
     def _loss_with_best_from(self, first: int) -> float:
         """Loss of the linearisation point with the numbers of columns from `first` to the last nuisance at their best."""
         use = np.arange(first, self.base_count + self.nuisance_count)

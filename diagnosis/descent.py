@@ -30,7 +30,7 @@ _SETTLING_STEPS = 4
 """for given shapes: most numbers are all but linear"""
 _MAX_LAST_CHANGE = 0.5
 """of a number that acts by its ratio: change that a straight step tells of"""
-MIN_LOSS_GAIN, MIN_LOSS_GAIN_FAR = 1e-3, 1e-2
+_MIN_LOSS_GAIN, MIN_LOSS_GAIN_FAR = 1e-3, 1e-2
 """of the loss: a step that took less away was the last; and where far more than noise is left"""
 _NEARER_SHARE = 0.3
 """of what a straight step promised: what is promised after a good one"""
@@ -61,7 +61,7 @@ class Descent:
         current = compare(at, causes, (), nuisances_at(at), self.whiten)
         for _ in range(1 if rough else _MAX_ROUNDS):
             before = current.profiled_loss
-            if promised(current) < _least_promise(current):
+            if current.promised < _least_promise(current):
                 break
             stepped, causes, damping = self._round(current, causes, damping, _FIRST_STEPS if rough else _MAX_STEPS)
             if rough:
@@ -95,11 +95,11 @@ class Descent:
         last_damping: that of the round before, with which damping begins where a straight step gains nothing."""
         damping, was_small, best = 0.0, False, (current, causes)
         for _ in range(max_steps):
-            if promised(current) < _least_promise(current):
+            if current.promised < _least_promise(current):
                 break
             candidate, stepped = self.step(current, damping, causes)
             gain = _gain(candidate, current)
-            is_short = gain < _SHORT_GAIN * promised(current) / current.profiled_loss
+            is_short = gain < _SHORT_GAIN * current.promised / current.profiled_loss
             if is_short and damping == 0 and any(cause.shape for cause in stepped):
                 settled, so_far = self._settled(candidate, stepped, current.profiled_loss)
                 if _gain(settled, current) > gain:
@@ -113,7 +113,7 @@ class Descent:
                 if is_small and (damping == 0 or was_small):
                     break
                 was_small = is_small
-            elif promised(current) < _least_loss_gain(current) * current.profiled_loss:
+            elif current.promised < _least_loss_gain(current) * current.profiled_loss:
                 break
             else:
                 damping = _DAMPING_INCREASE * damping if damping else max(_FIRST_DAMPING, last_damping)
@@ -138,7 +138,7 @@ class Descent:
                 columns += range(first + len(cause.amounts), first + count)
                 first += count
             held = current.with_held(np.array(columns, dtype=np.intp))
-            if held.fit().loss > to_beat or promised(held) < _least_promise(held):
+            if held.profiled_loss - held.promised > to_beat or held.promised < _least_promise(held):
                 break
             current, causes = self.step(held, 0.0, causes)
         return current, causes
@@ -155,11 +155,6 @@ class Descent:
         if not same_speeds or reading != before:
             return linearise(h, corrected_signals(h, self.data, frame_lags), p, frame_lags)
         return with_laws_of(nearby, h, p)
-
-
-def promised(current: Comparison) -> float:
-    """What a straight step would take from the loss."""
-    return current.profiled_loss - current.fit().loss
 
 
 def last_fit(current: Comparison, held: Sequence[int] | Index = ()) -> ColumnFit:
@@ -190,12 +185,12 @@ def _is_nearer(candidate: Comparison, current: Comparison) -> bool:
 
     Near noise the loss is no judge: a heavier arm makes more of the angles' noise. Columns are of smooth motions, free of it."""
     is_near = candidate.profiled_loss < FAR * candidate.row_count
-    return is_near and promised(candidate) < _NEARER_SHARE * promised(current)
+    return is_near and candidate.promised < _NEARER_SHARE * current.promised
 
 
 def _least_loss_gain(current: Comparison) -> float:
     """Share of the loss below which a step was the last."""
-    return MIN_LOSS_GAIN_FAR if current.profiled_loss > FAR * current.row_count else MIN_LOSS_GAIN
+    return MIN_LOSS_GAIN_FAR if current.profiled_loss > FAR * current.row_count else _MIN_LOSS_GAIN
 
 
 def _least_promise(current: Comparison) -> float:

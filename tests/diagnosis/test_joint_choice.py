@@ -206,6 +206,5 @@ def test_causes_that_leave_far_more_than_a_law_would_are_not_taken(ratio: float,
     law: Any = SimpleNamespace(best=lambda *_: SimpleNamespace(excess=SimpleNamespace(energy=100.0 * of_law)))
     none: Any = None
     assert cause_search._a_law_would_do(last, after, none, law) == would_do
-    assert not cause_search._a_law_would_do(
-        stage(), after, none, law
-    )  # beside nothing a law is weighed once all are chosen
+    # beside nothing a law is weighed once all are chosen
+    assert not cause_search._a_law_would_do(stage(), after, none, law)
