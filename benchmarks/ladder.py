@@ -99,12 +99,25 @@ OUTSIDE: Mapping[str, Law] = {
     "loom": outside.Loom(0.4, 0.1),
     "air_drag": outside.AirDrag(0.01),
     "warming_friction": outside.WarmingFriction(4.0, 20.0),
+    "torque_ripple": outside.TorqueRipple(0.04, 6.0),
+    "fading_gain": outside.FadingGain(0.06, 25.0),
+    "stiff_grease": outside.StiffGrease(0.05, 20.0),
+    "tight_joint": outside.TightJoint(0.06, 0.1, 0.15),
     "crosstalk": outside.Crosstalk(0.05),
     "pushes": outside.Pushes(0.3),
     "ageing_friction": outside.AgeingFriction(3.0, 0.5),
     "wrong_encoder": outside.WrongEncoder(0.1),
 }
-SET_ON = ("cogging", "eccentric_drum", "gear_friction", "saturation", "loom", "warming_friction")
+SET_ON = (
+    "cogging",
+    "eccentric_drum",
+    "gear_friction",
+    "saturation",
+    "loom",
+    "warming_friction",
+    "torque_ripple",
+    "tight_joint",
+)
 """of those: they may be looked at while something is set; the others are for counting alone"""
 COUNTED = tuple(name for name in OUTSIDE if name not in SET_ON)
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from diagnosis.cause import Cause, with_causes
 from diagnosis.comparison import Comparison
 from diagnosis.descent import MIN_LOSS_GAIN_FAR, Descent, last_fit
-from diagnosis.fit_stage import FitStage
+from diagnosis.fit_stage import FAR, MAX_MISSED, FitStage
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import Linearisation, base_unknowns, corrected_signals, linearise
 from diagnosis.noise_ensemble import (
@@ -40,6 +40,10 @@ _MIN_START_STIFFNESS = 0.3
 """of the cables' median stiffness: the least that a fit may begin with (docs/thresholds.md)"""
 _MAX_LAST_STEPS, _LEAST_LAST_PROMISE = 3, 0.01
 """of the fit that is reported: steps at most, and of the loss, a tenth of a sigma of a number"""
+_PROMISES = 2.0
+"""straight steps' worth of what is promised, that a fit is given where it is far from what it must come below"""
+_LEAST_NOISE = 0.5
+"""of the count of rows: loss that noise hardly makes less than"""
 _MAX_NOISE_CHANGE = 1.5
 """times the loss that noise makes by its weights, from which the weights are told anew (docs/thresholds.md)"""
 _MAX_HELD_CHANGE = 0.02
@@ -63,14 +67,19 @@ class CauseFitter:
         """Fitted without a cause: the arm as drawn, within MAX_TOLERANCES."""
         return self.fitted(self._start, ())
 
-    def fitted(self, start: Linearisation, causes: tuple[Cause, ...]) -> FitStage:
-        """Fitted with these causes, whose shapes are where the fit begins, from a linearisation on; each choice is fitted once."""
+    def fitted(self, start: Linearisation, causes: tuple[Cause, ...], to_beat: float = np.inf) -> FitStage:
+        """Fitted with these causes, whose shapes are where the fit begins, from a linearisation on; each choice is fitted once.
+
+        to_beat: surplus below which the fit is of use; one that comes nowhere near it ends before its loss is least."""
         key = tuple((c.effect.name, c.where.label, *sorted(c.shape.items())) for c in causes)
         if key not in self._stages:
-            stage = self._stage(start, causes)
+            target = _Target(to_beat, self._ensembles, self.whiten)
+            stage = self._stage(start, causes, target)
+            if target.is_given_up:
+                return stage
             if stage.is_astray and start is not self._start:
                 # along a bent valley a fit may end anywhere: one that begins where no other has been may not
-                stage = min(stage, self._stage(self._start, causes), key=lambda stage: stage.surplus)
+                stage = min(stage, self._stage(self._start, causes, target), key=lambda stage: stage.surplus)
             self._stages[key] = stage
         return self._stages[key]
 
@@ -132,32 +141,58 @@ class CauseFitter:
         other.whiten, other._stages, other._h = whiten, {}, replace(self._h, held_share=stage.held_share)
         return other, other.fitted(stage.comparison.linearisation, stage.causes)
 
-    def _stage(self, start: Linearisation, causes: tuple[Cause, ...]) -> FitStage:
+    def _stage(self, start: Linearisation, causes: tuple[Cause, ...], target: "_Target") -> FitStage:
         passes, ensembles = _speed_passes(with_causes(self._h, causes)), self._ensembles
         if passes:
-            comparison, causes, ensembles = self._refined_with_speeds(start, causes, passes)
+            comparison, causes, ensembles = self._refined_with_speeds(start, causes, target, passes)
         else:
-            comparison, causes = Descent(self._h, self._data, self.whiten).refined(start, causes)
+            descent = Descent(self._h, self._data, self.whiten)
+            comparison, causes = descent.refined(start, causes, is_hopeless=target.is_hopeless)
         at = comparison.linearisation
         noise = noise_residuals(at, ensembles)
         return FitStage(comparison, causes, tuple(noise), noise_loss(noise, at, self.whiten), last_fit(comparison))
 
     def _refined_with_speeds(
-        self, near: Linearisation, causes: tuple[Cause, ...], passes: int, before: float = np.inf
+        self, near: Linearisation, causes: tuple[Cause, ...], target: "_Target", passes: int, before: float = np.inf
     ) -> tuple[Comparison, tuple[Cause, ...], list[NoiseEnsemble]]:
         """As `Descent.refined`, with speeds by the causes' laws: told with the base model's friction they would speak for that.
 
         passes: of telling speeds and fitting, at most; before: the loss that was left so far."""
         if np.isinf(before) and not near.machine.remembers_path:
             rough, causes = Descent(self._h, self._data, self.whiten).refined(near, causes, rough=True)
+            if target.is_hopeless(rough):
+                return rough, causes, list(self._ensembles)
             near, before = rough.linearisation, rough.profiled_loss
         ensembles = _with_speeds(self._ensembles, near)
         data = [ensemble.data for ensemble in ensembles]
-        comparison, causes = Descent(self._h, data, self.whiten).refined(near, causes)
+        descent = Descent(self._h, data, self.whiten)
+        comparison, causes = descent.refined(near, causes, is_hopeless=target.is_hopeless)
         loss = comparison.profiled_loss
-        if passes == 1 or abs(loss / before - 1) < MIN_LOSS_GAIN_FAR:
+        if target.is_given_up or passes == 1 or abs(loss / before - 1) < MIN_LOSS_GAIN_FAR:
             return comparison, causes, ensembles
-        return self._refined_with_speeds(comparison.linearisation, causes, passes - 1, loss)
+        return self._refined_with_speeds(comparison.linearisation, causes, target, passes - 1, loss)
+
+
+@dataclass
+class _Target:
+    """A surplus that a fit is of use below, and whether it was given up as out of reach."""
+
+    surplus: float
+    ensembles: Sequence[NoiseEnsemble]
+    whiten: Whitener
+    is_given_up: bool = False
+
+    def is_hopeless(self, current: Comparison) -> bool:
+        """Whether what is left, less twice what a straight step promises, is far beyond the target and noise."""
+        if self.is_given_up or np.isinf(self.surplus):
+            return self.is_given_up
+        beyond = current.profiled_loss - _PROMISES * current.promised - self.surplus
+        if beyond < _LEAST_NOISE * current.row_count:
+            return False
+        at = current.linearisation
+        noise = noise_loss(noise_residuals(at, self.ensembles), at, self.whiten)
+        self.is_given_up = beyond > min(noise, FAR * current.row_count) + MAX_MISSED * noise
+        return self.is_given_up
 
 
 def _base_model_start(h: Hypothesis, data: Sequence[DataSet], start: Array | None = None) -> Linearisation:

@@ -268,10 +268,10 @@ def _by_chance(comparison: Comparison, named: Sequence[Cause], seed: int) -> flo
     return float(np.quantile(gains, 1 - CHANCE_LEVEL))
 
 
-def _without(fitter: CauseFitter, stage: FitStage, left_out: Collection[int]) -> FitStage:
-    """The fit without the causes at these places of a stage."""
+def _without(fitter: CauseFitter, stage: FitStage, left_out: Collection[int], to_beat: float = np.inf) -> FitStage:
+    """The fit without the causes at these places of a stage; to_beat: surplus below which it is of use."""
     rest = tuple(cause for i, cause in enumerate(stage.causes) if i not in left_out)
-    return fitter.fitted(stage.comparison.linearisation, rest)
+    return fitter.fitted(stage.comparison.linearisation, rest, to_beat)
 
 
 def _without_the_least(
@@ -314,8 +314,9 @@ def _without_a_needless_one(fitter: CauseFitter, last: FitStage, choices: Choice
     least = min(everything, key=without.__getitem__)
     if without[least] - choices.loss(everything) > last.noise_loss:
         return None
-    stage = _without(fitter, last, [least])
-    return stage if stage.possible and stage.surplus < last.surplus + by_chance else None
+    to_beat = last.surplus + by_chance
+    stage = _without(fitter, last, [least], to_beat)
+    return stage if stage.possible and stage.surplus < to_beat else None
 
 
 def _with_one_far_off(
@@ -434,13 +435,12 @@ def _with_look_alikes(fitter: CauseFitter, last: FitStage) -> tuple[tuple[NamedC
                 if effect not in near or left < choices.loss([*others, near[effect]]):
                     near[effect] = k
         rivals = sorted(near.values(), key=lambda k: choices.loss([*others, k]))[: _MAX_RIVALS - 1]
-        fitted = [(last.causes[i], last)]
+        fitted, gain = [(last.causes[i], last)], without - loss
         for k in rivals:
             swapped = (*last.causes[:i], offered[k], *last.causes[i + 1 :])
-            stage = fitter.fitted(last.comparison.linearisation, swapped)
+            stage = fitter.fitted(last.comparison.linearisation, swapped, _most_of_a_tie(last, gain))
             if stage.possible:
                 fitted.append((stage.causes[i], stage))
-        gain = without - loss
         kept = indistinguishable(fitted, gain)
         best, last = kept[0]
         tied = tuple(Rival(c.effect, c.where, stage.surplus) for c, stage in kept)
@@ -455,6 +455,12 @@ def tie_tolerance(loss: float, gain: float) -> float:
     return max(_TIE_BY_CHANCE, min(MIN_LOSS_SHARE * loss, _SIMPLER_SHARE * gain))
 
 
+def _most_of_a_tie(best: FitStage, gain: float) -> float:
+    """Surplus up to which what is fitted in the place of a cause of the best stage explains as much; gain: what the cause takes."""
+    limit = best.surplus + tie_tolerance(best.fit.loss, gain)
+    return limit + max(0.0, best.surplus) if best.excess.above_noise else limit
+
+
 def indistinguishable(fitted: Sequence[tuple[Cause, FitStage]], gain: float) -> list[tuple[Cause, FitStage]]:
     """Those that leave little more than the best, the best first; gain: what a cause takes at this place.
 
@@ -462,9 +468,7 @@ def indistinguishable(fitted: Sequence[tuple[Cause, FitStage]], gain: float) -> 
     better. What leaves something plainly above noise where the best does not explains less. One with more numbers than another
     stays only where it leaves less by as much."""
     best = min((stage for _, stage in fitted), key=lambda stage: stage.surplus)
-    limit = best.surplus + tie_tolerance(best.fit.loss, gain)
-    if best.excess.above_noise:
-        limit += max(0.0, best.surplus)
+    limit = _most_of_a_tie(best, gain)
     kept: list[tuple[Cause, FitStage]] = []
     candidates = [
         (c, stage)

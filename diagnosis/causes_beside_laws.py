@@ -71,29 +71,33 @@ def _beside_causes(
     seed: int,
     others: Sequence[NoiseEnsemble],
 ) -> Explanation:
-    """The laws that are found beside a search's causes, and the causes that are found beside the first of them."""
+    """The laws that are found beside a search's causes, and the causes that are found beside the first of them.
+
+    The first is not held alone where others are of the same variable: together they are one function of it."""
     found = law_gains(search, others, left, seed)
     if found is None:
         return Explanation(search, (), search.last)
     alone = Explanation(search, found.laws, found.stage)
     if not (search.named or found.stage.excess.above_noise):
         return alone
-    law = found.stage.causes[len(search.last.causes)]
-    beside = search_causes(with_causes(search.fitter.hypothesis, [law]), recordings, seed)
+    first = found.laws[0].law.candidate
+    of_one_variable = [i for i, each in enumerate(found.laws) if each.law.candidate.is_sibling(first)]
+    held = [found.stage.causes[len(search.last.causes) + i] for i in of_one_variable]
+    beside = search_causes(with_causes(search.fitter.hypothesis, held), recordings, seed)
     if _names(beside) == _names(search) or not beside.last.possible:
         return alone
     fitter = search.fitter
-    stage = fitter.fitted(found.stage.comparison.linearisation, (*beside.last.causes, law))
+    stage = fitter.fitted(found.stage.comparison.linearisation, (*beside.last.causes, *held))
     if fitter.is_ill_weighted(stage):
         fitter, stage = fitter.reweighted(stage)
     stage = fitter.finished(stage)
     leaves_more = stage.excess.above_noise and stage.surplus > found.stage.surplus
     if leaves_more or not stage.possible:
         return alone
-    (first, *_) = found.laws
-    (numbered,) = as_fitted([first.law], stage)
+    laws = [found.laws[i] for i in of_one_variable]
+    numbered = as_fitted([each.law for each in laws], stage)
     other = replace(search, named=beside.named, last=beside.last, fitter=fitter, unlisted=beside.unlisted)
-    return Explanation(other, (replace(first, law=numbered),), stage)
+    return Explanation(other, tuple(replace(each, law=n) for each, n in zip(laws, numbered, strict=True)), stage)
 
 
 def _names(search: Search) -> set[tuple[str, str]]:

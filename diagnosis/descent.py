@@ -1,6 +1,6 @@
 """Steps by which causes, the base model's numbers and doubtful clocks come to a least loss together, by Levenberg and Marquardt."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,11 +52,16 @@ class Descent:
     whiten: Whitener
 
     def refined(
-        self, start: Linearisation, causes: tuple[Cause, ...], rough: bool = False
+        self,
+        start: Linearisation,
+        causes: tuple[Cause, ...],
+        rough: bool = False,
+        is_hopeless: Callable[[Comparison], bool] = lambda current: False,
     ) -> tuple[Comparison, tuple[Cause, ...]]:
         """The least loss from a linearisation on, and the causes there; rough: one short round.
 
-        What nuisances do changes little on the way: it is told anew where a round of steps has ended."""
+        What nuisances do changes little on the way: it is told anew where a round of steps has ended. is_hopeless: asked there
+        whether what is left makes more rounds needless."""
         at, damping = self._linearised(start, causes, start.p, start.frame_lags), 0.0
         current = compare(at, causes, (), nuisances_at(at), self.whiten)
         for _ in range(1 if rough else _MAX_ROUNDS):
@@ -64,7 +69,7 @@ class Descent:
             if current.promised < _least_promise(current):
                 break
             stepped, causes, damping = self._round(current, causes, damping, _FIRST_STEPS if rough else _MAX_STEPS)
-            if rough:
+            if rough or is_hopeless(stepped):
                 return stepped, causes
             at = stepped.linearisation
             current = compare(at, causes, (), nuisances_at(at), self.whiten)

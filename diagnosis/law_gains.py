@@ -13,7 +13,7 @@ from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_exce
 from diagnosis.noise_columns import noise_columns
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.noise_excess import ABOVE_NOISE_RATIO
-from diagnosis.unlisted_laws import as_fitted, causes_of, found_laws
+from diagnosis.unlisted_laws import AGAINST_JOINTS, as_fitted, causes_of, found_laws
 from discovery.found_law import FoundLaw
 from mechanism.arm import Arm
 from xneck_foundation.one_line import indexed
@@ -88,7 +88,7 @@ def law_gains(
 
 def _equations_of(law: FoundLaw) -> int:
     """Number of the gain that is of the equations in which it acts."""
-    return int(law.candidate.target_unit == "N m")
+    return int(law.candidate.detail == AGAINST_JOINTS)
 
 
 def _holds(gained: Sequence[Gain], law: FoundLaw) -> bool:

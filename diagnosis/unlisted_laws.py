@@ -35,16 +35,18 @@ from mechanism.laws.unlisted import (
     UnlistedLaw,
     Variable,
     Winding,
+    joint_direction,
     law_name,
     unlisted_laws,
 )
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+AGAINST_JOINTS = "against the joints"
 _ACTS = {
     "motor": ("friction", "against the motors"),
     "cable": ("pull", "in the cables"),
-    "joint": ("resistance", "against the joints"),
+    "joint": ("resistance", AGAINST_JOINTS),
 }
 """of what is acted on: the force that changes, and words"""
 _VALUES: Mapping[str, Callable[[RecordingLinearisation], Array]] = {
@@ -58,6 +60,14 @@ _VALUES: Mapping[str, Callable[[RecordingLinearisation], Array]] = {
     "time": lambda r: np.repeat(r.signals.since_began[:, None], max(r.signals.arm.M, r.signals.arm.N), axis=1),
 }
 """in a recording's rows, (T, places), by the variable's name"""
+_FACTORS: Mapping[str, Callable[[RecordingLinearisation], Array]] = {
+    "sign(motor_speed)": lambda r: dry(r.signals.speeds.mean).mean(axis=0),
+    "motor_speed": lambda r: r.signals.speeds.mean.mean(axis=0),
+    "force": lambda r: r.signals.f,
+    "sign(joint_speed)": lambda r: joint_direction(r.signals.alpha_d),
+    "joint_speed": lambda r: r.signals.alpha_d,
+}
+"""what multiplies a function of a variable, (T, places)"""
 MAX_BLOCKS = 60
 """that are looked at for laws; what is found is fitted to all rows (docs/thresholds.md)"""
 _UNIT_FORCE = Term("unit", "N", low=-np.inf, high=np.inf, size=1.0)
@@ -137,8 +147,8 @@ def as_fitted(laws: Sequence[FoundLaw], stage: FitStage) -> tuple[FoundLaw, ...]
 
 def _variable_at(candidate: Candidate) -> tuple[Variable, int | None]:
     """The variable of a candidate, and its place counted from 0; None for all."""
-    asked = candidate.detail, candidate.follows
-    (variable,) = (v for v in VARIABLES if (_ACTS[v.acts][1], v.follows) == asked)
+    asked = candidate.detail, candidate.follows, candidate.factor
+    (variable,) = (v for v in VARIABLES if (_ACTS[v.acts][1], v.follows, v.factor) == asked)
     return variable, None if candidate.where == "all" else int(candidate.where.split()[-1]) - 1
 
 
@@ -159,8 +169,8 @@ def _forces(variable: Variable, recording: RecordingLinearisation, function: Fun
         pull, friction = values["k"] * wound.longer + damping, wound.share_of_tension * recording.tension
         return {"pull": np.moveaxis(pull, 0, 1), "friction": np.moveaxis(friction, 0, 1)}
     patterns = np.stack([function(x) for x in _values_at(variable, recording).T], axis=-1)
-    if variable.along_motion:
-        patterns = patterns * dry(s.speeds.mean).mean(axis=0)[:, None]
+    if variable.factor:
+        patterns = patterns * _FACTORS[variable.factor](recording)[:, None]
     return {_ACTS[variable.acts][0]: patterns}
 
 
@@ -204,13 +214,13 @@ class _StageProblem(Problem):
     def blocks(self) -> Index:
         parts = []
         for recording, rows in zip(self._recordings, self._rows, strict=True):
-            parts.append(np.tile(rows.block, len(recording.rows.residual)))
+            parts.append(np.repeat(rows.block, len(recording.rows.residual)))
         return np.concatenate(parts)
 
     @cached_property
     def equation(self) -> Index:
         each = zip(self._recordings, self._rows, strict=True)
-        return np.concatenate([np.repeat(np.arange(len(r.rows.residual)), len(rows.place)) for r, rows in each])
+        return np.concatenate([np.tile(np.arange(len(r.rows.residual)), len(rows.place)) for r, rows in each])
 
     def noise(self, numbers: Array) -> Array:
         moved = np.append(numbers, 1.0)
@@ -318,9 +328,9 @@ class _StageProblem(Problem):
         return self.stage.comparison.linearisation.recordings
 
     def _white(self, recording: RecordingLinearisation, rows: _Rows, columns: Array) -> Array:
-        """Columns (C, S, ...) whitened, of the rows that are looked at, (C rows, ...)."""
+        """Columns (C, S, ...) whitened, of the rows that are looked at, time by time, (rows C, ...)."""
         white = self.whiten(columns, segment_starts(recording.signals), recording.input_variance)
-        return white[:, rows.place].reshape(-1, *columns.shape[2:])
+        return np.moveaxis(white, 0, 1)[rows.place].reshape(-1, *columns.shape[2:])
 
 
 def found_laws(

@@ -29,10 +29,15 @@ class Evidence:
     def of(cls, base: Array, precision: Array, asked: Array, target: Array, blocks: Index) -> "Evidence":
         """From rows (rows, P), (rows, K) and (rows,) and the block of each."""
         matrix = np.concatenate([base, asked, target[:, None]], axis=1)
-        order = np.argsort(blocks, kind="stable")
-        ends = np.cumsum(np.bincount(blocks))
-        parts = np.split(matrix[order], ends[:-1])
+        if np.any(np.diff(blocks) < 0):
+            matrix = matrix[np.argsort(blocks, kind="stable")]
+        parts = np.split(matrix, np.cumsum(np.bincount(blocks))[:-1])
         return cls(np.array([part.T @ part for part in parts]), precision)
+
+    def of_columns(self, columns: Index) -> "Evidence":
+        """The same where only some of the K columns are asked about."""
+        kept = np.concatenate([np.arange(self.fitted), self.fitted + columns, [self.products.shape[1] - 1]])
+        return Evidence(self.products[:, kept[:, None], kept], self.precision)
 
     @property
     def fitted(self) -> int:
@@ -88,9 +93,14 @@ class Evidence:
     def fits_without_folds(self, function: Array) -> list[Array]:
         """Numbers as `fit` has them, (P + k,), where each fold in turn is not fitted."""
         T = self._turned(function)
-        products = T.T @ self.products @ T
-        whole = products.sum(axis=0)
-        return [self._solve(whole - products[self.folds == f].sum(axis=0)) for f in range(min(FOLDS, len(products)))]
+        of_folds = T.T @ self._fold_products @ T
+        whole = of_folds.sum(axis=0)
+        return [self._solve(whole - own) for own in of_folds]
+
+    @cached_property
+    def _fold_products(self) -> Array:
+        """Products of the blocks of each fold together, (folds, P + K + 1, P + K + 1)."""
+        return np.array([self.products[self.folds == f].sum(axis=0) for f in range(min(FOLDS, len(self.products)))])
 
     def block_losses(self, function: Array) -> Array:
         """Loss of every block where all folds but its own were fitted, (B,)."""

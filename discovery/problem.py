@@ -33,6 +33,10 @@ class Candidate:
     detail: str = ""
     """what else tells it from others with the same variables: the equation in which it acts"""
 
+    def is_sibling(self, other: "Candidate") -> bool:
+        """Whether they differ by their places at most."""
+        return (self.detail, self.follows, self.factor) == (other.detail, other.follows, other.factor)
+
     @property
     def forms(self) -> tuple[Form, ...]:
         """The forms that the function may have."""
@@ -95,7 +99,7 @@ class Problem:
 
     @cached_property
     def candidates(self) -> tuple[Candidate, ...]:
-        """What may be followed."""
+        """What may be followed; behind one of several places each of these by itself, in their order, with the same knots."""
         raise NotImplementedError
 
     def columns(self, candidate: Candidate, function: Function) -> Array:

@@ -95,7 +95,9 @@ def chosen(rivals: Sequence[Rival], chance: float, loss: float) -> FoundLaw | No
     chosen = min(near, key=lambda r: (r.complexity, -r.held_out_gain))
     alike = [r for r in proved if r is not chosen and _is_alike(best, r, ALIKE_SIGMAS, ALIKE_SHARE * left)]
     alike = sorted((r for r in alike if r.form.name != "smooth"), key=lambda r: -r.held_out_gain)
-    others = {(*r.candidate.follows, r.form.name): r for r in reversed(alike) if not _is_same(r, chosen)}
+    others = {
+        (*r.candidate.follows, r.candidate.factor, r.form.name): r for r in reversed(alike) if not _is_same(r, chosen)
+    }
     return replace(
         _as_law(chosen, loss),
         alike=tuple(_as_law(r, loss) for r in sorted(others.values(), key=lambda r: -r.held_out_gain)),
@@ -104,7 +106,7 @@ def chosen(rivals: Sequence[Rival], chance: float, loss: float) -> FoundLaw | No
 
 def _is_same(a: Rival, b: Rival) -> bool:
     """Whether they are of one variable and form, whatever their places."""
-    return (a.candidate.detail, a.candidate.follows, a.form) == (b.candidate.detail, b.candidate.follows, b.form)
+    return a.form == b.form and a.candidate.is_sibling(b.candidate)
 
 
 def _is_alike(best: Rival, other: Rival, sigmas: float, most: float) -> bool:

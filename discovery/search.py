@@ -4,13 +4,14 @@ Each candidate's forms are compared in its fine columns, their inner constants o
 decides. Chance is what the best of the whole dictionary takes from the same residual with blocks turned over at random.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discovery.evidence import Evidence
+from discovery.form import Constants, Form
 from discovery.found_law import FoundLaw
 from discovery.judge import Judge, Losses
 from discovery.law_fit import evidence_of, fitted, with_amounts, with_laws
@@ -34,6 +35,9 @@ MAX_LAWS = 8
 """that are looked for (docs/thresholds.md)"""
 MIN_BLOCKS = 10
 """below which nothing can be judged (docs/thresholds.md)"""
+OWN_CONSTANTS_GAIN = 2.0
+"""times what a law takes at a place by the inner constants of all, from which it has constants of its own there
+(docs/thresholds.md)"""
 _NO_AMOUNT_SIGMAS, _NO_AMOUNT_SHARE = 4.0, 0.03
 """up to which a place may have none of a law that another place has: sigmas, and of what the other has"""
 _MIN_RIVAL_SHARE = 0.3
@@ -72,12 +76,10 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
     chance = np.zeros(_WORLDS)
     without: Losses | None = None
     most = 0.0
-    for candidate in problem.candidates:
+    for candidate, evidence, fine in _candidates(problem, base, precision):
         forms = [form for form in candidate.forms if candidate.places * len(form.amounts) < count]
         if not forms:  # more numbers than blocks can judge
             continue
-        fine = problem.columns(candidate, candidate.basis.columns)
-        evidence = Evidence.of(base, precision, fine, problem.target, problem.blocks)
         if without is None:
             without = judge.losses(evidence, fine, np.zeros((fine.shape[1], 0)))
         functions = [np.array([coefficients(candidate, f, c) for c in f.starts(candidate.basis)]) for f in forms]
@@ -98,8 +100,77 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
             gain, of_blocks = without.whole - left.whole, without.of_blocks - left.of_blocks
             rivals.append(Rival(candidate, form, constants, gain, of_blocks, of_constant))
             most = max(most, rivals[-1].gain)
+    if without is None:
+        return None
     level = max(_chance_level(chance), problem.least_gain)
-    return chosen(rivals, level, without.whole if without else 0.0)
+    law = chosen(rivals, level, without.whole)
+    if law is None or law.candidate.places == 1 or not law.constants:
+        return law
+    return _of_one_place(_Beside(problem, base, precision, judge, without), law, level) or law
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """The base columns with those of the laws found so far, beside which a law is looked for."""
+
+    problem: Problem
+    base: Array
+    precision: Array
+    judge: Judge
+    without: Losses
+    """any further law"""
+
+    def evidence(self, candidate: Candidate) -> tuple[Evidence, Array]:
+        """Of a candidate's fine columns (rows, K), and these."""
+        fine = self.problem.columns(candidate, candidate.basis.columns)
+        return Evidence.of(self.base, self.precision, fine, self.problem.target, self.problem.blocks), fine
+
+    def rival(self, evidence: Evidence, fine: Array, candidate: Candidate, form: Form, constants: Constants) -> Rival:
+        """A form of a candidate as it is judged."""
+        left = self.judge.losses(evidence, fine, coefficients(candidate, form, constants))
+        return Rival(
+            candidate, form, constants, self.without.whole - left.whole, self.without.of_blocks - left.of_blocks
+        )
+
+
+def _of_one_place(beside: _Beside, law: FoundLaw, level: float) -> FoundLaw | None:
+    """The law where it acts at one place with inner constants of its own, if it takes far more there than by those of all.
+
+    Of such places the one where it takes most."""
+    best: Rival | None = None
+    for candidate in _siblings(beside.problem, law.candidate):
+        evidence, fine = beside.evidence(candidate)
+        starts = law.form.starts(candidate.basis)
+        gains = evidence.gains(np.array([coefficients(candidate, law.form, c) for c in starts]))
+        own, _ = refined(evidence, candidate, law.form, starts[int(np.argmax(gains))], float(gains.max()))
+        rival, as_all = (beside.rival(evidence, fine, candidate, law.form, c) for c in (own, law.constants))
+        more = rival.block_gains - as_all.block_gains
+        is_other = rival.held_out_gain > OWN_CONSTANTS_GAIN * as_all.held_out_gain
+        if is_other and gain_sigmas(more) > MIN_GAIN_SIGMAS and (best is None or rival.gain > best.gain):
+            best = rival
+    return chosen([best], level, beside.without.whole) if best else None
+
+
+def _siblings(problem: Problem, candidate: Candidate) -> list[Candidate]:
+    """A candidate's single places, in their order."""
+    return [c for c in problem.candidates if c.places == 1 and c.is_sibling(candidate)]
+
+
+def _candidates(problem: Problem, base: Array, precision: Array) -> Iterator[tuple[Candidate, Evidence, Array]]:
+    """Each with what blocks say of its fine columns beside the base columns, and these, (rows, K)."""
+    every: tuple[Candidate, Evidence, Array] | None = None
+    place = 0
+    for candidate in problem.candidates:
+        if every is not None and candidate.places == 1 and candidate.is_sibling(every[0]):
+            of_all, evidence, fine = every
+            columns = np.arange(place, fine.shape[1], of_all.places)
+            place += 1
+            yield candidate, evidence.of_columns(columns), fine[:, columns]
+            continue
+        fine = problem.columns(candidate, candidate.basis.columns)
+        evidence = Evidence.of(base, precision, fine, problem.target, problem.blocks)
+        every, place = (candidate, evidence, fine) if candidate.places > 1 else None, 0
+        yield candidate, evidence, fine
 
 
 def _gain_of_constant(evidence: Evidence, candidate: Candidate) -> float:
@@ -115,8 +186,15 @@ def _chance_level(gains: Array) -> float:
 
 
 def _where_alone(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[FoundLaw, ...]:
-    """The last law at the one place that has it, where the others are told to have none."""
-    *others, law = laws
+    """Laws at the one place that has them, where the others are told to have none: beside laws found later they may."""
+    for i in range(len(laws)):
+        laws = _alone(problem, laws, i)
+    return laws
+
+
+def _alone(problem: Problem, laws: tuple[FoundLaw, ...], i: int) -> tuple[FoundLaw, ...]:
+    """Law `i` at the one place that has it, where the others are told to have none."""
+    law = laws[i]
     places = law.candidate.places
     if places == 1:
         return laws
@@ -126,11 +204,9 @@ def _where_alone(problem: Problem, laws: tuple[FoundLaw, ...]) -> tuple[FoundLaw
     has = (amounts > least).any(axis=0)
     if np.count_nonzero(has) != 1:
         return laws
-    asked = law.candidate.detail, law.candidate.follows
-    siblings = [c for c in problem.candidates if (c.detail, c.follows) == asked and c.places == 1]
     place = int(np.flatnonzero(has)[0])
-    alone = replace(law, candidate=siblings[place], amounts=law.amounts[place::places])
-    fewer = fitted(problem, (*others, alone))
+    alone = replace(law, candidate=_siblings(problem, law.candidate)[place], amounts=law.amounts[place::places])
+    fewer = fitted(problem, (*laws[:i], alone, *laws[i + 1 :]))
     loss = with_amounts(problem, laws)[1]
     by_chance = CHANCE_OF_TWO * (len(law.amounts) - len(alone.amounts))
     return fewer if with_amounts(problem, fewer)[1] - loss < max(by_chance, SIMPLER_SHARE * loss) else laws

@@ -1,8 +1,9 @@
 """Laws that no catalogue lists: a form of one variable, against the motors, in the cables or against the joints.
 
 `diagnose` writes those that it finds under a name that says all: what it acts on, the form, and the variable, as
-`motor.harmonic.motor_angle` or, where it turns over with the motor's direction, `motor.bump.motor_angle.along`. A second law of the
-same kind ends in `.2`.
+`motor.harmonic.motor_angle` or, where it turns over with the motor's direction, `motor.bump.motor_angle.along`. What is in
+proportion to another variable besides has it in its name, as `motor.harmonic.motor_angle.by_force`. A second law of the same kind
+ends in `.2`.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,9 +15,12 @@ import numpy as np
 
 from discovery.form import Constants, Form, Kind, forms_of
 from mechanism.arm import Arm, Array
+from mechanism.friction import turned_over
 from mechanism.laws.law import CableMotion, JointMotion, Law, MotorMotion, Part, Term, Values
 
 Acts = Literal["motor", "cable", "joint"]
+Factor = Literal["", "sign(motor_speed)", "motor_speed", "force", "sign(joint_speed)", "joint_speed"]
+"""what multiplies a function of a variable, in words"""
 COPIES = 4
 """of one kind of law that a machine may have"""
 _UNITS: Mapping[Acts, str] = {"motor": "N", "cable": "N", "joint": "N m"}
@@ -25,6 +29,8 @@ _ELONGATION_SIZES_M = {"drum_angle": 1e-4, "motor_angle": 1e-5}
 """behind the gear it comes more slowly: sizes that change the torque by as much"""
 _ANGLE_STEP = 1e-4
 """rad, of the differences that give the rate of an elongation"""
+_JOINT_TURNS_OVER_RAD_S, _JOINT_TURNS_OVER_POWER = 0.03, 2.7
+"""where, and how soon, a law changes sign with the joint's direction (docs/thresholds.md)"""
 _PARTS: Mapping[Acts, Part] = {"motor": "cable", "cable": "cable", "joint": "joint"}
 
 
@@ -37,18 +43,24 @@ class Variable:
     """as results have it"""
     unit: str
     kind: Kind
-    along_motion: bool = False
-    """whether it turns over with the motor's direction"""
+    factor: Factor = ""
+    """what multiplies a function of it"""
 
     @property
-    def factor(self) -> str:
-        """What multiplies a function of the variable, in words."""
-        return "sign(motor_speed)" if self.along_motion else ""
+    def turns_over(self) -> bool:
+        """Whether it turns over with the motor's or joint's direction."""
+        return self.factor.startswith("sign(")
+
+    @property
+    def along_motion(self) -> bool:
+        """Whether it has the sign of the motion, if its function has one sign."""
+        return "speed" in self.factor
 
     @property
     def follows(self) -> tuple[str, ...]:
         """Names of all that a law of it depends on."""
-        return (self.name, "motor_speed") if self.along_motion else (self.name,)
+        factor = self.factor.removeprefix("sign(").removesuffix(")")
+        return (self.name, factor) if factor else (self.name,)
 
     @property
     def winds(self) -> bool:
@@ -60,33 +72,46 @@ class Variable:
 
     @property
     def unit_of_law(self) -> str:
-        """N, N m, or m of elongation."""
-        return "m" if self.winds else _UNITS[self.acts]
+        """N, N m, or m of elongation; over that of what it is in proportion to besides."""
+        if self.winds:
+            return "m"
+        return {"force": "1", "motor_speed": "N s/rad", "joint_speed": "N m s/rad"}.get(self.factor, _UNITS[self.acts])
 
     @property
     def size_of_law(self) -> float:
         """What a person would call a change, in its unit."""
-        return _ELONGATION_SIZES_M[self.name] if self.winds else _SIZES[self.acts]
+        if self.winds:
+            return _ELONGATION_SIZES_M[self.name]
+        return _SIZES[self.acts] / {"force": 50.0, "motor_speed": 20.0}.get(self.factor, 1.0)
 
 
 VARIABLES = (
     Variable("motor", "force", "N", "line"),
-    Variable("motor", "force", "N", "line", along_motion=True),
+    Variable("motor", "force", "N", "line", "sign(motor_speed)"),
     Variable("motor", "tension", "N", "line"),
-    Variable("motor", "tension", "N", "line", along_motion=True),
+    Variable("motor", "tension", "N", "line", "sign(motor_speed)"),
     Variable("motor", "motor_angle", "rad", "turn"),
-    Variable("motor", "motor_angle", "rad", "turn", along_motion=True),
+    Variable("motor", "motor_angle", "rad", "turn", "sign(motor_speed)"),
     Variable("motor", "drum_angle", "rad", "turn"),
-    Variable("motor", "drum_angle", "rad", "turn", along_motion=True),
+    Variable("motor", "drum_angle", "rad", "turn", "sign(motor_speed)"),
     Variable("motor", "motor_speed", "rad/s", "line"),
     Variable("motor", "time", "s", "time"),
-    Variable("motor", "time", "s", "time", along_motion=True),
+    Variable("motor", "time", "s", "time", "sign(motor_speed)"),
+    Variable("motor", "tension", "N", "line", "motor_speed"),
+    Variable("motor", "motor_angle", "rad", "turn", "force"),
+    Variable("motor", "drum_angle", "rad", "turn", "force"),
+    Variable("motor", "time", "s", "time", "force"),
+    Variable("motor", "time", "s", "time", "motor_speed"),
     Variable("cable", "motor_angle", "rad", "turn"),
     Variable("cable", "drum_angle", "rad", "turn"),
     Variable("cable", "time", "s", "time"),
     Variable("joint", "joint_angle", "rad", "line"),
+    Variable("joint", "joint_angle", "rad", "line", "sign(joint_speed)"),
+    Variable("joint", "joint_angle", "rad", "line", "joint_speed"),
     Variable("joint", "joint_speed", "rad/s", "line"),
     Variable("joint", "time", "s", "time"),
+    Variable("joint", "time", "s", "time", "sign(joint_speed)"),
+    Variable("joint", "time", "s", "time", "joint_speed"),
 )
 _OF_MOTOR: Mapping[str, Callable[[MotorMotion], Array]] = {
     "force": lambda at: at.force,
@@ -120,7 +145,7 @@ class UnlistedLaw(Law):
         """how it acts"""
         self.terms = (*self.amount_terms, *self.constant_terms)
         self.rubs_under_tension = variable.winds or (variable.acts == "motor" and variable.name == "tension")
-        self.follows_force = variable.name == "force"
+        self.follows_force = "force" in (variable.name, variable.factor)
 
     def term_name(self, name: str) -> str:
         """Of an amount or inner constant, as no other law has it."""
@@ -138,7 +163,9 @@ class UnlistedLaw(Law):
         if self.variable.acts != "motor":
             return np.zeros(())
         made = self._made(p, _OF_MOTOR[self.variable.name](at))
-        return made * at.share(p["cm"]) if self.variable.along_motion else made
+        if self.variable.turns_over:
+            return made * at.share(p["cm"])
+        return made * _OF_MOTOR[self.variable.factor](at) if self.variable.factor else made
 
     def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         if self.variable.acts != "cable":
@@ -149,7 +176,12 @@ class UnlistedLaw(Law):
         return p["k"] * wound.longer + p["ca"] * wound.share_of_tension * at.travel_d
 
     def resistance(self, p: Values, at: JointMotion) -> Array:
-        return self._made(p, _OF_JOINT[self.variable.name](at)) if self.variable.acts == "joint" else np.zeros(())
+        if self.variable.acts != "joint":
+            return np.zeros(())
+        made = self._made(p, _OF_JOINT[self.variable.name](at))
+        if self.variable.turns_over:
+            return made * joint_direction(at.alpha_d)
+        return made * _OF_JOINT[self.variable.factor](at) if self.variable.factor else made
 
     def _made(self, p: Values, x: Array) -> Array:
         # arrays that broadcast, as numbers do
@@ -186,10 +218,16 @@ class Winding:
         return cls(function(angle), slope / (gear * arm.drum))
 
 
+def joint_direction(alpha_d: Array) -> Array:
+    """With which laws turn over at rates of a joint (...,), rad/s: -1 to 1."""
+    return turned_over(alpha_d / _JOINT_TURNS_OVER_RAD_S, _JOINT_TURNS_OVER_POWER)
+
+
 def law_name(variable: Variable, form: Form, copy: int = 1) -> str:
     """Of a law; copy counts those of the same kind from 1."""
     parts = [variable.acts, form.name.replace(" ", "_"), variable.name]
-    parts += ["along"] if variable.along_motion else []
+    if variable.factor:
+        parts.append("along" if variable.turns_over else f"by_{variable.factor}")
     parts += [f"degree{len(form.amounts)}"] if form.name == "polynomial" else []
     parts += [str(copy)] if copy > 1 else []
     return ".".join(parts)

@@ -70,7 +70,7 @@ def _reason(name: str) -> str | None:
     law = law_named(name)
     if isinstance(law, UnlistedLaw):
         variable = law.variable
-        if variable.along_motion or variable.name not in _UNLISTED:
+        if variable.factor or variable.name not in _UNLISTED:
             return f"MuJoCo's actuators do not follow {' and '.join(variable.follows)}"
         return None
     return REFUSALS.get(name)

@@ -106,6 +106,54 @@ class WarmingFriction(Law):
 
 
 @dataclass(frozen=True)
+class TorqueRipple(Law):
+    """Motors that give a `share` of what they are told more or less, `poles` to a turn."""
+
+    share: float
+    poles: float
+
+    def motor(self, s: Snapshot) -> Array:
+        return self.share * s.f * np.sin(self.poles * s.theta)
+
+
+@dataclass(frozen=True)
+class FadingGain(Law):
+    """Motors that give a `share` less of what they are told as they warm up, in `time` (s)."""
+
+    share: float
+    time: float
+
+    def motor(self, s: Snapshot) -> Array:
+        return self.share * s.f * (1 - np.exp(-max(s.time, 0.0) / self.time))
+
+
+@dataclass(frozen=True)
+class StiffGrease(Law):
+    """Viscous friction of the motors by cold grease, `by_speed` (N s/rad), that falls as it warms up, in `time` (s)."""
+
+    by_speed: float
+    time: float
+
+    def motor(self, s: Snapshot) -> Array:
+        return self.by_speed * np.exp(-max(s.time, 0.0) / self.time) * s.theta_d
+
+
+@dataclass(frozen=True)
+class TightJoint(Law):
+    """The last joint rubs by `torque` (N m) more at an angle `at` (rad), over `width` (rad) about it."""
+
+    torque: float
+    at: float
+    width: float
+
+    def joint(self, s: Snapshot) -> Array:
+        out = np.zeros_like(s.alpha)
+        away = (s.alpha[-1] - self.at) / self.width
+        out[-1] = -self.torque / (1 + away**2) * np.tanh(s.alpha_d[-1] / 0.05)
+        return out
+
+
+@dataclass(frozen=True)
 class Crosstalk(Law):
     """Every motor pulls a share of what its neighbour is told as well."""
 

@@ -44,7 +44,9 @@ def write(
     # the second scale is that of the first stamp, by default whole milliseconds
     scales = {"video_track_timescale": str(TICKS), "movie_timescale": str(TICKS)}
     with av.open(str(path), "w", options=scales if str(path).endswith((".mp4", ".mov")) else {}) as container:
-        stream = cast(VideoStream, container.add_stream(coding.codec, rate=30, options=dict(coding.options)))
+        # with its tree of macroblocks x264 writes other bytes now and then
+        steady = {"x264-params": "mbtree=0"} if coding.codec == "libx264" else {}
+        stream = cast(VideoStream, container.add_stream(coding.codec, rate=30, options=steady | coding.options))
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
         if coding.codec not in ("mpeg4", "mjpeg"):

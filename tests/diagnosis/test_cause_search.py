@@ -133,7 +133,7 @@ def test_a_rival_that_would_be_impossible_is_no_rival(possible: bool, monkeypatc
     options = [SimpleNamespace(effect=cause.effect.name) for cause in offered]
     losses = {(): 3000.0, (0,): 1010.0, (1,): 1012.0}
     choices: Any = SimpleNamespace(loss=lambda use: losses[tuple(use)], options=options)
-    fitter: Any = SimpleNamespace(whiten=None, fitted=lambda at, causes: rival)
+    fitter: Any = SimpleNamespace(whiten=None, fitted=lambda at, causes, to_beat: rival)
     monkeypatch.setattr(cause_search, "_with_effects", lambda *_: SimpleNamespace(linearisation=None))
     monkeypatch.setattr(cause_search, "_choices", lambda *_: (choices, offered))
     (named,), _ = cause_search._with_look_alikes(fitter, last)

@@ -1,5 +1,6 @@
 """Laws of several places: one that all have is told of all, one that a single place has is told there."""
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -18,10 +19,12 @@ ROWS = 1200
 class Places(Problem):
     """Each place has rows of its own, with white noise of one and a variable of its own."""
 
-    def __init__(self, amounts: list[float], blocks: int = 30) -> None:
+    def __init__(
+        self, amounts: list[float], blocks: int = 30, counts: Sequence[float] = (5.0,), step: float = 0.3
+    ) -> None:
         rng = np.random.default_rng(8)
-        self._x = np.cumsum(rng.normal(0, 0.3, (ROWS, len(amounts))), axis=0)
-        self._y = np.sin(5 * self._x) * amounts + rng.normal(size=self._x.shape)
+        self._x = np.cumsum(rng.normal(0, step, (ROWS, len(amounts))), axis=0)
+        self._y = np.sin(np.array(counts) * self._x) * amounts + rng.normal(size=self._x.shape)
         self._block = np.arange(ROWS) * blocks // ROWS
 
     @cached_property
@@ -83,6 +86,14 @@ def test_what_all_places_have_is_one_law() -> None:
     assert law.amounts[4:] == pytest.approx([1.0, 0.8, 1.2, 0.9], abs=0.2)
     assert law.words == "against all motors: harmonic of motor_angle"
     assert [p.index for p in law.parameters[:4]] == [1, 2, 3, 4]
+
+
+def test_what_each_place_has_in_its_own_way_is_a_law_of_each() -> None:
+    """On part of a turn, where a wrong count does much of what the right one does."""
+    laws = find_laws(Places([1.5, 2.1, 1.8, 1.2], counts=[5.0, 8.0, 3.0, 6.0], step=0.08))
+    told = {law.candidate.where: law.constants["count"] for law in laws}
+    assert told == {"motor 1": 5.0, "motor 2": 8.0, "motor 3": 3.0, "motor 4": 6.0}
+    assert len(laws) == 4
 
 
 def test_what_one_place_has_is_told_there() -> None:

@@ -19,8 +19,11 @@ def form(name: str, amounts: int = 1) -> Form:
     return next(f for f in FORMS if f.name == name and (len(f.amounts) == amounts or name != "polynomial"))
 
 
-def variable(acts: str, name: str, along: bool = False) -> Variable:
-    return next(v for v in VARIABLES if (v.acts, v.name, v.along_motion) == (acts, name, along))
+ALONG = "sign(motor_speed)"
+
+
+def variable(acts: str, name: str, factor: str = "") -> Variable:
+    return next(v for v in VARIABLES if (v.acts, v.name, v.factor) == (acts, name, factor))
 
 
 HARMONIC = variable("motor", "motor_angle")
@@ -31,10 +34,13 @@ HARMONIC = variable("motor", "motor_angle")
     [
         ((HARMONIC, form("harmonic"), 1), "motor.harmonic.motor_angle"),
         ((HARMONIC, form("harmonic"), 2), "motor.harmonic.motor_angle.2"),
-        ((variable("motor", "time", True), form("exponential"), 3), "motor.exponential.time.along.3"),
+        ((variable("motor", "time", ALONG), form("exponential"), 3), "motor.exponential.time.along.3"),
         ((variable("joint", "joint_speed"), form("levelling off"), 1), "joint.levelling_off.joint_speed"),
         ((variable("joint", "joint_angle"), form("polynomial", 2), 1), "joint.polynomial.joint_angle.degree2"),
-        ((variable("motor", "tension", True), form("polynomial", 3), 4), "motor.polynomial.tension.along.degree3.4"),
+        ((variable("motor", "tension", ALONG), form("polynomial", 3), 4), "motor.polynomial.tension.along.degree3.4"),
+        ((variable("motor", "drum_angle", "force"), form("harmonic"), 1), "motor.harmonic.drum_angle.by_force"),
+        ((variable("joint", "time", "joint_speed"), form("hinge"), 2), "joint.hinge.time.by_joint_speed.2"),
+        ((variable("joint", "joint_angle", "sign(joint_speed)"), form("bump"), 1), "joint.bump.joint_angle.along"),
     ],
 )
 def test_a_name_says_all(law: tuple[Variable, Form, int], name: str) -> None:
@@ -85,6 +91,10 @@ def test_units_follow_from_powers_of_the_variable() -> None:
     assert units == ["1", "N/N^2"]
     units = [term.unit for term in UnlistedLaw(variable("motor", "force"), form("power"), 1).terms]
     assert units == ["N", "1", "N"]
+    by = {"force": "1", "motor_speed": "N s/rad", "sign(motor_speed)": "N", "": "N"}
+    assert {f: variable("motor", "time", f).unit_of_law for f in by} == by
+    by = {"joint_speed": "N m s/rad", "sign(joint_speed)": "N m", "": "N m"}
+    assert {f: variable("joint", "time", f).unit_of_law for f in by} == by
 
 
 def test_what_a_law_follows_is_known_of_it() -> None:
@@ -92,8 +102,12 @@ def test_what_a_law_follows_is_known_of_it() -> None:
     told = {v: UnlistedLaw(v, FORMS[0], 1) for v in VARIABLES}
     rubbing = {("motor", "tension"), ("cable", "motor_angle"), ("cable", "drum_angle")}
     assert {(v.acts, v.name) for v, law in told.items() if law.rubs_under_tension} == rubbing
-    assert {(v.acts, v.name) for v, law in told.items() if law.follows_force} == {("motor", "force")}
-    assert variable("motor", "tension", True).follows == ("tension", "motor_speed")
+    by_force = {("motor", name) for name in ("force", "motor_angle", "drum_angle", "time")}
+    assert {(v.acts, v.name) for v, law in told.items() if law.follows_force} == by_force
+    assert all("force" in (v.name, v.factor) for v, law in told.items() if law.follows_force)
+    assert variable("motor", "tension", ALONG).follows == ("tension", "motor_speed")
+    assert variable("motor", "time", "force").follows == ("time", "force")
+    assert variable("joint", "time", "sign(joint_speed)").follows == ("time", "joint_speed")
     assert variable("motor", "tension").follows == ("tension",)
     assert [variable(acts, "time").unit_of_law for acts in ("motor", "cable", "joint")] == ["N", "N", "N m"]
     assert [variable("cable", name).unit_of_law for name in ("drum_angle", "motor_angle")] == ["m", "m"]
@@ -114,6 +128,11 @@ CABLE = CableMotion(
 )  # fmt: skip
 DRY = 2 / math.pi * math.atan(0.25 * 2.0)
 JOINT = JointMotion(alpha=np.full(3, 0.3), alpha_d=np.full(3, -0.7), time=np.full(3, 3.0))
+SLIDES = -0.7 / 0.03  # of the speed within which a joint's direction turns over
+FACTORS = {
+    "": 1.0, "sign(motor_speed)": DRY, "motor_speed": 2.0, "force": 40.0, "joint_speed": -0.7,
+    "sign(joint_speed)": SLIDES / (1 + abs(SLIDES) ** 2.7) ** (1 / 2.7),
+}  # fmt: skip
 SEEN = {
     ("motor", "force"): 40.0, ("motor", "tension"): 30.0, ("motor", "motor_angle"): 0.5, ("motor", "drum_angle"): 0.02,
     ("motor", "motor_speed"): 2.0, ("motor", "time"): 3.0, ("cable", "motor_angle"): 0.5, ("cable", "drum_angle"): 0.02,
@@ -121,9 +140,9 @@ SEEN = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("v", VARIABLES, ids=lambda v: f"{v.acts}-{v.name}-{v.along_motion}")
+@pytest.mark.parametrize("v", VARIABLES, ids=lambda v: f"{v.acts}-{v.name}-{v.factor}")
 def test_a_law_acts_where_it_says_on_what_it_says(v: Variable) -> None:
-    """Three times the cosine and five times the sine of twice a turn, or seven times the variable; along the motion times (48)."""
+    """Three times the cosine and five times the sine of twice a turn, or seven times the variable; and what multiplies it."""
     x = SEEN[v.acts, v.name]
     if v.kind == "turn":
         law, constants, amounts = UnlistedLaw(v, form("harmonic"), 1), {"count": 2.0}, [3.0, 5.0]
@@ -140,7 +159,7 @@ def test_a_law_acts_where_it_says_on_what_it_says(v: Variable) -> None:
         "cable": law.pull(values, CABLE, np.zeros((4, 0))),
         "joint": law.resistance(values, JOINT),
     }
-    forces = {v.acts: expected * DRY if v.along_motion else expected}
+    forces = {v.acts: expected * FACTORS[v.factor]}
     if v.acts == "cable" and v.kind == "turn":
         # so much longer is the cable, and by so much less than a radian's travel it is wound in a radian of the motor
         gear = 25.0 if v.name == "drum_angle" else 1.0

@@ -9,8 +9,9 @@ import pytest
 import yaml
 
 from calibration.camera import Camera, camera_from
+from calibration.dictionaries import opencv_dictionary
 from mechanism.arm import arm_of
-from mechanism.description import read_neck
+from mechanism.description import markers_of, read_neck
 from mechanism.geometry import poses
 from samples.second_camera.arm import links
 from samples.second_camera.film import Coding, film
@@ -18,6 +19,7 @@ from samples.second_camera.picture import Studio
 from samples.second_camera.world import Optics, World, drawn
 from tests.paths import NECK_FILE
 from vision.extract import Extraction, ExtractionOptions, extract
+from vision.markers.detection import MarkerDetector
 from vision.shutter import Shutter
 from vision.video import describe_video
 
@@ -63,6 +65,31 @@ def test_a_plate_is_drawn_where_it_is() -> None:
         ].ravel()
         found = np.array([np.sum(u * light), np.sum(v * light)]) / light.sum()
         assert found == pytest.approx(at, abs=0.3)  # perspective makes the nearer half larger
+
+
+def test_cells_of_two_pixels_are_read_in_the_picture_as_it_is() -> None:
+    """Markers 22 px wide, 17 px of black square, in JPEG: OpenCV finds the squares and misreads a cell or more of every fourth."""
+    world = drawn(CONTENTS, 110, seconds=1.0, marker_px=22.0)
+    studio, neck = Studio(world), read_neck(NECK_FILE)
+    markers = markers_of(neck, "neck")
+    detector = MarkerDetector(markers)
+    by_opencv = cv2.aruco.ArucoDetector(opencv_dictionary(markers.dictionary))
+    found, theirs, off = 0, 0, []
+    for t in world.times[::5]:
+        code = cv2.imencode(".jpg", studio.picture(float(t)), [cv2.IMWRITE_JPEG_QUALITY, 50])[1]
+        grey = np.asarray(cv2.imdecode(code, cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
+        ids = by_opencv.detectMarkers(grey)[1]
+        theirs += 0 if ids is None else len(ids)
+        lens, bars = world.lens, links(world.alpha_at(float(t)), world.neck)
+        seen = dict(detector.detect_all(grey))
+        found += len(seen)
+        for marker in world.neck["markers"]["on_bars"]:
+            middle = np.array([[*bars.carrier(marker)[0], marker["depth"]]])
+            at = cv2.projectPoints(middle, lens.rvec, lens.tvec, lens.K, lens.distortion)[0].ravel()
+            off.append(np.abs(seen[marker["id"]].mean(axis=0) - at).max() if marker["id"] in seen else np.nan)
+    assert found == len(off) == 4 * 6
+    assert theirs < 0.85 * found
+    assert np.max(off) < 0.7  # px
 
 
 @pytest.mark.slow

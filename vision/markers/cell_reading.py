@@ -66,6 +66,28 @@ def read_cells(grey: NDArray[np.uint8], corners: Array, black: NDArray[np.bool_]
     return CellReading(np.mean((cells < threshold) == flat, axis=1), bright - dark, margin - dark)
 
 
+def dark_cells(grey: NDArray[np.uint8], corners: Array, n: int) -> NDArray[np.bool_]:
+    """Which cells of squares at these corners, (K, 4, 2), px, are dark, (K, n, n), border included.
+
+    A whole cell is nearer to the middle of the border's cells than to that of the margin around it."""
+    side = 2 * (np.arange(-1, n + 1)[:, None] + PLACES_IN_CELL).ravel() / n - 1  # from a cell before to one behind
+    u, v = np.tile(side, len(side)), np.repeat(side, len(side))
+    places = homography(corners) @ np.stack([u, v, np.ones_like(u)])
+    x, y = ((places[:, axis] / places[:, 2]).astype(np.float32) for axis in range(2))
+    samples = cv2.remap(grey, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE).astype(float)
+    count = len(PLACES_IN_CELL)
+    levels = samples.reshape(len(corners), n + 2, count, n + 2, count).mean(axis=(2, 4))
+    margin, cells = _ring(levels), levels[:, 1:-1, 1:-1]
+    middle = (np.median(margin, axis=1) + np.median(_ring(cells), axis=1)) / 2
+    return cells < middle[:, None, None]
+
+
+def _ring(cells: Array) -> Array:
+    """The outermost of (K, n, n), (K, 4 n - 4)."""
+    rows, columns = cells[:, [0, -1]], cells[:, 1:-1, [0, -1]]
+    return np.concatenate([rows.reshape(len(cells), -1), columns.reshape(len(cells), -1)], axis=1)
+
+
 def pattern_correlation(grey: NDArray[np.uint8], corners: Array, black: NDArray[np.bool_]) -> Array:
     """How well the grey levels in the whole cells inside of the border follow the pattern, -1 to 1, of K markers, (K,).
 
