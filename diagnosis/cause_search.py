@@ -45,6 +45,8 @@ MAX_SHARE_OF_UNLISTED = 0.5
 (docs/thresholds.md)"""
 MAX_SHARE_OF_LAW = 0.25
 """of what a further cause leaves: a function of one variable that leaves less in its place ends the choice (docs/thresholds.md)"""
+KEPT_SHARE = 0.5
+"""of what a cause must take to be added: what takes less beside causes that came after it is needless (docs/thresholds.md)"""
 CHANCE_LEVEL = 0.01
 """share of worlds of noise and a drawing's errors alone in which the most telling of all causes may seem to explain as much
 (docs/thresholds.md)"""
@@ -215,7 +217,7 @@ def _with_all_causes(
         simpler = _simpler(last)
         chosen = chosen_jointly(choices, start, least_gains, simpler)
         if sorted(chosen) == start:
-            after = _without_a_needless_one(fitter, last, choices, by_chance)
+            after = _without_a_needless_one(fitter, last, choices, least_gains)
             after = after or _with_one_far_off(fitter, last, choices, offered, by_chance)
         else:
             joint = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
@@ -303,10 +305,12 @@ def _without_untold(fitter: CauseFitter, stage: FitStage) -> FitStage | None:
     return without if without.possible else None
 
 
-def _without_a_needless_one(fitter: CauseFitter, last: FitStage, choices: Choices, by_chance: float) -> FitStage | None:
-    """The fit without the cause that takes least, where that leaves as much but for chance: straight lines may call it needed.
+def _without_a_needless_one(
+    fitter: CauseFitter, last: FitStage, choices: Choices, least_gains: Callable[[int, float], float]
+) -> FitStage | None:
+    """The fit without the cause that takes least, where that leaves little more: straight lines may call it needed.
 
-    They are not wrong by as much as all that noise makes."""
+    They are not wrong by as much as all that noise makes. Half of what it must take to be added keeps it."""
     everything = range(len(last.causes))
     if len(everything) < 2:
         return None
@@ -314,7 +318,7 @@ def _without_a_needless_one(fitter: CauseFitter, last: FitStage, choices: Choice
     least = min(everything, key=without.__getitem__)
     if without[least] - choices.loss(everything) > last.noise_loss:
         return None
-    to_beat = last.surplus + by_chance
+    to_beat = last.surplus + KEPT_SHARE * least_gains(least, last.noise_loss + max(0.0, last.surplus))
     stage = _without(fitter, last, [least], to_beat)
     return stage if stage.possible and stage.surplus < to_beat else None
 
@@ -356,7 +360,12 @@ def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:
     taken, known = before.surplus - after.surplus, {cause.effect.name for cause in before.causes}
     if len(after.causes) < len(before.causes):
         as_noise = not after.excess.above_noise and after.surplus < MIN_LOSS_SHARE * after.noise_loss
-        return taken > -by_chance or as_noise
+        kept = {cause.effect.name for cause in after.causes}
+        gone = [cause.effect for cause in before.causes if cause.effect.name not in kept]
+        least = by_chance
+        if not any(effect.has_tolerance for effect in gone):
+            least = max(least, KEPT_SHARE * MIN_EXPLAINED_NEXT * before.surplus)
+        return taken > -least or as_noise
     new = [cause.effect for cause in after.causes if cause.effect.name not in known]
     if taken < MIN_LOSS_SHARE * after.noise_loss and not all(effect.has_tolerance for effect in new):
         return taken > 0 and after.excess.energy < (1 - MIN_EXPLAINED) * before.excess.energy

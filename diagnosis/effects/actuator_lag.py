@@ -1,11 +1,11 @@
-"""Motors that follow late."""
+"""Motors that follow late, or one of them."""
 
 from diagnosis.effect import LawEffect, law_terms
 from diagnosis.shown_by import FORCE_RATE
 
 
 class ActuatorLag(LawEffect):
-    """Motors that follow late."""
+    """Motors that follow late, or one of them."""
 
     name = "actuator_lag"
     words = "the motors follow their commands late"
@@ -13,6 +13,5 @@ class ActuatorLag(LawEffect):
     shown_by = FORCE_RATE
     law = "actuator_lag"
     terms = law_terms("actuator_lag", "taul")
-    may_sit_alone = False
     truth_names = (("taul", "tau"),)
     order = 15

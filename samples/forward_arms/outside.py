@@ -148,9 +148,16 @@ class TightJoint(Law):
 
     def joint(self, s: Snapshot) -> Array:
         out = np.zeros_like(s.alpha)
-        away = (s.alpha[-1] - self.at) / self.width
-        out[-1] = -self.torque / (1 + away**2) * np.tanh(s.alpha_d[-1] / 0.05)
+        out[-1] = -self._torque(s) * np.tanh(s.alpha_d[-1] / 0.1)
         return out
+
+    def joint_damping(self, s: Snapshot) -> Array:
+        out = np.zeros((len(s.alpha), *s.alpha.shape))
+        out[-1, -1] = self._torque(s) / 0.1 * (1 - np.tanh(s.alpha_d[-1] / 0.1) ** 2)
+        return out
+
+    def _torque(self, s: Snapshot) -> Array:
+        return self.torque / (1 + ((s.alpha[-1] - self.at) / self.width) ** 2)
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ def found(
         offered[:] = [*last.causes, *stage(*others).causes]
         return None, list(offered)
 
-    def fitted(at: Any, causes: Any) -> Any:
+    def fitted(at: Any, causes: Any, to_beat: float = np.inf) -> Any:
         names = tuple(cause.effect.name for cause in causes)
         if asked is not None:
             asked.append(names)
@@ -119,7 +119,7 @@ def test_what_was_given_up_beside_other_causes_is_offered_once_more(
     assert asked.count(("cable_slack", "actuator_gain")) == 1
 
 
-FITTER: Any = SimpleNamespace(fitted=lambda at, causes: stage(*(cause.effect.name for cause in causes)))
+FITTER: Any = SimpleNamespace(fitted=lambda at, causes, to_beat: stage(*(cause.effect.name for cause in causes)))
 
 
 def test_what_does_less_than_nothing_is_left_out_and_the_rest_stays() -> None:
@@ -130,19 +130,23 @@ def test_what_does_less_than_nothing_is_left_out_and_the_rest_stays() -> None:
     assert cause_search._without_impossible(FITTER, alone) is alone
 
 
-@pytest.mark.parametrize(("by_chance", "given_up"), [(20.0, True), (5.0, False)])
-def test_a_cause_is_given_up_where_the_others_leave_as_much(by_chance: float, given_up: bool) -> None:
-    """Without backlash 10 more is left, without joint friction 510."""
+@pytest.mark.parametrize(("to_be_added", "given_up"), [(40.0, True), (10.0, False)])
+def test_a_cause_is_given_up_where_the_others_leave_as_much(to_be_added: float, given_up: bool) -> None:
+    """Without backlash 10 more is left, without joint friction 510: half of what a cause takes to be added."""
+
+    def least_gains(i: int, loss: float) -> float:
+        return to_be_added
+
     both = stage("joint_friction", "backlash")
     losses = {(0,): 1000.0, (1,): 9000.0, (0, 1): 940.0}
     choices: Any = SimpleNamespace(loss=lambda kept: losses[tuple(kept)])
-    fewer = cause_search._without_a_needless_one(FITTER, both, choices, by_chance)
+    fewer = cause_search._without_a_needless_one(FITTER, both, choices, least_gains)
     assert ([cause.effect.name for cause in fewer.causes] if fewer else None) == (
         ["joint_friction"] if given_up else None
     )
-    assert cause_search._without_a_needless_one(FITTER, stage("joint_friction"), choices, by_chance) is None
+    assert cause_search._without_a_needless_one(FITTER, stage("joint_friction"), choices, least_gains) is None
     losses[0,] = 1900.0  # as much as noise makes: straight lines are not wrong by that
-    assert cause_search._without_a_needless_one(FITTER, both, choices, by_chance) is None
+    assert cause_search._without_a_needless_one(FITTER, both, choices, least_gains) is None
 
 
 @pytest.mark.parametrize(

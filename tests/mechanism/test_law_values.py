@@ -195,7 +195,7 @@ def test_joint_friction_at_its_width() -> None:
 
 
 def test_what_acts_where_the_log_says_otherwise() -> None:
-    """10 % too much said, 3 N too much said, and a lag of 4 ms: after one row of 2 ms 1 - exp(-1/2) of a step."""
+    """10 % too much said, 3 N too much said, and a lag of 4 ms: after one row of 2 ms a third of a step."""
     f = np.array([[0.0] * 4, [22.0] * 4, [22.0] * 4])
     gain, offset = LAWS["actuator_gain"], LAWS["actuator_offset"]
     np.testing.assert_allclose(gain.acting_force(of_cables(g=0.1), f, 0.002)[1], 20.0, rtol=1e-12)
@@ -203,7 +203,7 @@ def test_what_acts_where_the_log_says_otherwise() -> None:
     np.testing.assert_allclose(offset.acting_force(of_cables(fo=3.0), f, 0.002)[1], 19.0, rtol=1e-12)
     np.testing.assert_allclose(offset.commanded_force(of_cables(fo=3.0), f, 0.002)[1], 25.0, rtol=1e-12)
     late = LAWS["actuator_lag"].acting_force({"taul": np.array([0.004])}, f, 0.002)
-    expected = [0.0, 22 * (1 - math.exp(-0.5)), 22 * (1 - math.exp(-1.0))]
+    expected = [0.0, 22 / 3, 22 * 5 / 9]
     np.testing.assert_allclose(late, np.outer(expected, np.ones(4)), rtol=1e-12)
     told = LAWS["actuator_lag"].commanded_force({"taul": np.array([0.004])}, late, 0.002)
     np.testing.assert_allclose(told, f, atol=1e-12)
@@ -213,6 +213,10 @@ def test_a_lag_of_nothing_is_none_and_each_of_a_batch_has_its_own() -> None:
     f = np.random.default_rng(0).normal(50, 9, (6, 4))
     law = LAWS["actuator_lag"]
     np.testing.assert_allclose(law.acting_force({"taul": np.zeros(1)}, f, 0.002), f, rtol=1e-12)
+    of_motors = {"taul": np.array([0.0, 0.004, 0.004, 0.02])}
+    for j, lag in enumerate(of_motors["taul"]):
+        alone = law.acting_force({"taul": np.array([lag])}, f, 0.002)[:, j]
+        np.testing.assert_allclose(law.acting_force(of_motors, f, 0.002)[:, j], alone, rtol=1e-12)
     both = law.acting_force({"taul": np.array([0.003, 0.02])[:, None, None]}, f, 0.002)
     assert both.shape == (2, 6, 4)
     for k, lag in enumerate((0.003, 0.02)):

@@ -137,10 +137,19 @@ def test_what_is_written_for_a_force_makes_that_force(name: str) -> None:
     assert np.abs(law.acting_force(values, F, 0.002) - F).max() > 0.1
 
 
-def test_a_force_that_follows_late_comes_nearer_by_e_in_its_time() -> None:
-    f = np.concatenate([np.zeros((1, 4)), np.ones((20, 4))])
-    acts = LAWS["actuator_lag"].acting_force({"taul": np.array([0.02])}, f, 0.002)
-    np.testing.assert_allclose(1 - acts[10], np.exp(-1), rtol=1e-9)
+@pytest.mark.parametrize("lag", [0.0005, 0.002, 0.02])
+def test_a_force_that_follows_late_is_late_by_its_time(lag: float) -> None:
+    """In the mean over rows: by the area between a step and what acts, whatever a row is beside the lag."""
+    f, step = np.concatenate([np.zeros((1, 4)), np.ones((400, 4))]), 0.002
+    acts = LAWS["actuator_lag"].acting_force({"taul": np.full(4, lag)}, f, step)
+    np.testing.assert_allclose(step * np.sum(f - acts, axis=0), lag, rtol=1e-6)
+    assert np.all(np.diff(acts, axis=0) >= 0)
+
+
+def test_a_long_lag_comes_nearer_by_e_in_its_time() -> None:
+    f = np.concatenate([np.zeros((1, 4)), np.ones((400, 4))])
+    acts = LAWS["actuator_lag"].acting_force({"taul": np.array([0.2])}, f, 0.002)
+    np.testing.assert_allclose(1 - acts[100], np.exp(-1), rtol=0.01)
 
 
 def test_backlash_is_half_the_play_behind_on_either_side() -> None:

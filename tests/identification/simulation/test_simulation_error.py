@@ -202,7 +202,7 @@ def test_cables_that_remember_begin_each_window_with_what_they_met_before_it(hel
 def test_motors_that_lag_begin_each_window_with_what_was_written_before_it(held_out: DataSet, model: Model) -> None:
     """Written so that after a lag of 20 ms there acts what the recording holds: the same errors as without both."""
     tau, step = 0.02, float(np.mean(np.diff(held_out.state.time)))
-    left, f = np.exp(-step / tau), held_out.state.matrix("f")
+    left, f = tau / (tau + step), held_out.state.matrix("f")
     # F'= (f - F) / tau, f held over each row, undone
     written = np.concatenate([f[:1], (f[1:] - left * f[:-1]) / (1 - left)])
     lag = model.parameters[0].model_copy(update={"name": "taul", "index": None, "value": tau, "sigma": None})
