@@ -35,6 +35,8 @@ MAX_LOG_ROWS = 5_000_000
 
 _MAX_CUBIC_STEPS = 4.5
 """between the first and the last of four rows: where it is more some are missing"""
+_ROWS_LATE, _MISSED_ROWS = 5, 0.5
+"""rows one after the other that may be late, and the delay, in rows, of all of so many from which some are missing"""
 _ROWS_AT_ONCE = 100_000
 """that are interpolated: memory stays flat"""
 _SHOWN = 60
@@ -240,17 +242,43 @@ def _without_absurd_samples(series: Series, path: str | Path) -> Series:
 
 
 def uniformly_sampled(log: Series) -> Series:
-    """The log at equal steps, where rows are missing or late by interpolation: of angles by cubics, else by straight lines."""
+    """The log at equal steps, as `at_even_times` has it."""
     step = sampling_step(log.time, "log")
     count = round((log.time[-1] - log.time[0]) / step) + 1
-    time = log.time[0] + np.arange(count) * (log.time[-1] - log.time[0]) / (count - 1)
-    # a motor's angle between two rows of a slow log is beside their chord by more than a camera tells
-    by_cubics = [name for name in log.columns if name.startswith("theta") and len(log.time) >= 4]
-    columns = {
-        name: _by_cubics(time, log, name, step) if name in by_cubics else np.interp(time, log.time, values)
-        for name, values in log.columns.items()
-    }
+    return at_even_times(log, log.time[0] + np.arange(count) * (log.time[-1] - log.time[0]) / (count - 1), step)
+
+
+def at_even_times(log: Series, time: Array, step: float) -> Series:
+    """A log at times (T,) that are `step` s apart, where its rows are missing or late.
+
+    Angles go by cubics: between two rows of a slow log they are beside the chord by more than a camera tells. Forces are the means
+    of what was held. All else goes by straight lines."""
+    columns = {}
+    for name, values in log.columns.items():
+        if name.startswith("theta") and len(log.time) >= 4:
+            columns[name] = _by_cubics(time, log, name, step)
+        elif name[0] == "f" and name[1:].isdigit():
+            columns[name] = _held_means(time, log.time, values, step)
+        else:
+            columns[name] = np.interp(time, log.time, values)
     return Series(time, columns)
+
+
+def _held_means(time: Array, at: Array, values: Array, step: float) -> Array:
+    """Means from each of even times to the next of what holds from its row on; over missing rows it goes straight to the next."""
+    lasts = np.append(np.diff(at), step)
+    # rows after one that is late come when they should; where rows are missing what they held lies between
+    delay = (at - at[0]) / step - np.arange(len(at))
+    later = [np.append(delay[k:], np.full(k, np.inf)) for k in range(1, min(_ROWS_LATE, len(at) - 1) + 1)]
+    ahead = np.min(later, axis=0) if later else delay
+    are_missing = (ahead - delay > _MISSED_ROWS) & np.isfinite(ahead)
+    over = np.where(are_missing, (values + np.append(values[1:], values[-1])) / 2, values)
+    edges = np.append(time, time[-1] + (time[-1] - time[-2] if len(time) > 1 else step))
+    # what has added up goes straight from row to row
+    sums = np.interp(
+        edges, np.append(at, max(at[-1] + step, edges[-1])), np.append(0.0, np.cumsum((over - over[0]) * lasts))
+    )
+    return over[0] + np.diff(sums) / np.diff(edges)  # a constant stays one to the last bit
 
 
 def _by_cubics(time: Array, log: Series, name: str, step: float) -> Array:
@@ -261,10 +289,11 @@ def _by_cubics(time: Array, log: Series, name: str, step: float) -> Array:
 
 def _piece_by_cubics(time: Array, at: Array, values: Array, step: float) -> Array:
     first = np.clip(np.searchsorted(at, time, side="right") - 2, 0, len(at) - 4)
-    out = np.zeros_like(time)
+    before = values[first + 1]  # what rests does so to the last bit
+    out = before.copy()
     for i in range(4):
         others = [first + k for k in range(4) if k != i]
         weight = np.prod([(time - at[k]) / (at[first + i] - at[k]) for k in others], axis=0)
-        out += weight * values[first + i]
+        out += weight * (values[first + i] - before)
     complete = at[first + 3] - at[first] < _MAX_CUBIC_STEPS * step
     return np.where(complete, out, np.interp(time, at, values))

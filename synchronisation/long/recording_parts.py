@@ -7,9 +7,12 @@ from numpy.typing import NDArray
 
 from identification.dataset.series import Series
 from synchronisation.angles import Angles
+from synchronisation.encoder_log import at_even_times
 from synchronisation.time_stamps import sampling_step
 
 Array = NDArray[np.float64]
+_BESIDE = 8
+"""rows of the log beside a part that its rows follow from"""
 
 
 @dataclass(frozen=True)
@@ -20,19 +23,22 @@ class EvenRows:
     time: Array
     """(T,), s, of all rows"""
 
+    step: float
+    """s, between rows of the log as most are"""
+
     def part(self, begin: int, end: int) -> Series:
-        """Rows begin to end, by linear interpolation where rows of the log are missing or late."""
+        """Rows begin to end."""
         time = self.time[begin:end]
         first, last = np.searchsorted(self.log.time, time[[0, -1]])
-        near = self.log.part(slice(max(int(first) - 1, 0), int(last) + 1))
-        return Series(time, {name: np.interp(time, near.time, values) for name, values in near.columns.items()})
+        near = self.log.part(slice(max(int(first) - _BESIDE, 0), int(last) + _BESIDE))
+        return at_even_times(near, time, self.step)
 
 
 def even_rows(log: Series) -> EvenRows:
     """Rows at the steps of `uniformly_sampled`."""
-    span = log.time[-1] - log.time[0]
-    count = round(span / sampling_step(log.time, "log")) + 1
-    return EvenRows(log, log.time[0] + np.arange(count) * span / (count - 1))
+    span, step = log.time[-1] - log.time[0], sampling_step(log.time, "log")
+    count = round(span / step) + 1
+    return EvenRows(log, log.time[0] + np.arange(count) * span / (count - 1), step)
 
 
 def angles_within(angles: Angles, first: float, last: float) -> Angles:

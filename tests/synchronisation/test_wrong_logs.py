@@ -26,6 +26,7 @@ from synchronisation.log_contents import read_contents
 from synchronisation.log_mapping import map_log
 from synchronisation.log_plausibility import check_log_meaning
 from synchronisation.log_units import theta_units, unit_of
+from synchronisation.long.recording_parts import even_rows
 from synchronisation.motor_counters import absurd_samples, unwrapped
 from tests.paths import SAMPLES
 from xneck_foundation.errors import Refused
@@ -223,11 +224,46 @@ def test_angles_between_late_rows_of_a_slow_log_are_beside_the_chord() -> None:
     assert np.abs(np.interp(even.time, time, angle(time)) - angle(even.time)).max() > 0.008
     assert np.abs(even.columns["theta1"] - angle(even.time))[2:-2].max() < 0.001
     # a command that is held has corners, and nothing is told of a gap
-    assert np.abs(even.columns["f1"]).max() <= 1.0
+    assert np.abs(even.columns["f1"]).max() <= 1.0 + 1e-12
     kept = (time < 4.0) | (time > 4.3)
     gap = uniformly_sampled(Series(time[kept], {"theta1": angle(time[kept])}))
     inside = (gap.time > 4.05) & (gap.time < 4.25)
     np.testing.assert_allclose(np.diff(gap.columns["theta1"][inside], 2), 0.0, atol=1e-9)
+
+
+def test_forces_of_late_rows_are_the_means_of_what_was_held() -> None:
+    """What a command gives in all is what it gave on the rows as they were written, and even rows stay what they are."""
+    rng = np.random.default_rng(6)
+    time = np.arange(2000) * 0.005 + rng.uniform(0.0, 0.004, 2000) * (rng.random(2000) < 0.3)
+    time[[0, -1]] = 0.0, 1999 * 0.005
+    force = rng.normal(40, 5, 2000)
+    even = uniformly_sampled(Series(time, {"theta1": time, "f1": force}))
+    step = even.time[1] - even.time[0]
+    fine = np.arange(0.0, even.time[-1], 1e-5) + 5e-6  # s, each a moment of what was held
+    held = force[np.searchsorted(time, fine, side="right") - 1]
+    row = np.minimum((fine / step).astype(int), len(even.time) - 1)
+    means = np.bincount(row, held) / np.bincount(row)
+    np.testing.assert_allclose(even.columns["f1"][: len(means) - 1], means[:-1], atol=0.1)
+    kept = rng.random(2000) < 0.9
+    kept[[0, -1]] = True
+    even_time, slow = 0.005 * np.arange(2000), 40 + 5 * np.sin(7 * 0.005 * np.arange(2000))
+    lost = uniformly_sampled(Series(even_time[kept], {"f1": slow[kept]})).columns["f1"]
+    assert np.abs(lost - slow).max() < 0.5  # N, of .175 a row
+    assert np.abs(np.mean(lost - slow)) < 0.01
+    as_it_is = uniformly_sampled(Series(0.005 * np.arange(2000), {"f1": force}))
+    np.testing.assert_allclose(as_it_is.columns["f1"], force, rtol=1e-12)
+
+
+def test_a_part_of_even_rows_is_that_of_the_whole() -> None:
+    rng = np.random.default_rng(7)
+    time = np.sort(np.arange(3000) * 0.002 + rng.uniform(0, 0.0015, 3000))
+    log = Series(time, {"theta1": np.sin(9 * time), "f1": rng.normal(size=3000), "light": rng.normal(size=3000)})
+    whole, rows = uniformly_sampled(log), even_rows(log)
+    np.testing.assert_allclose(rows.time, whole.time, rtol=1e-12)
+    for begin, end in ((0, 900), (900, 2000), (2000, len(whole.time))):
+        part = rows.part(begin, end)
+        for name, values in whole.columns.items():
+            np.testing.assert_allclose(part.columns[name], values[begin:end], atol=1e-5)
 
 
 def test_forces_in_capitals_are_not_taken_for_forces_that_are_not_logged(tmp_path: Path) -> None:
