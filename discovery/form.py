@@ -20,6 +20,8 @@ _WIDTHS = (0.04, 0.08, 0.15)
 """of a bump, in shares of the range"""
 _TURN_PLACES, _TURN_WIDTHS = 24, (0.15, 0.3, 0.6, 1.0)
 """rad"""
+_STEP_PLACES, _STEP_WIDTHS = np.linspace(0.04, 0.96, 24), (0.001, 0.02)
+"""the same of a step: all at once, and slowly"""
 _LEVELS = (0.08, 0.15, 0.3, 0.5, 0.8, 1.5)
 """where a saturating law bends, in shares of the largest size"""
 _TIMES = (0.08, 0.15, 0.3, 0.6, 1.2)
@@ -113,6 +115,15 @@ def _hinge_starts(basis: FineBasis) -> tuple[Constants, ...]:
     return tuple({"place": basis.low + p * span, "side": side} for p in _PLACES for side in (1.0, -1.0))
 
 
+def _step(x: Array, c: Constants) -> Array:
+    return (0.5 * (1 + np.tanh((x - c["place"]) / c["width"])))[..., None]
+
+
+def _step_starts(basis: FineBasis) -> tuple[Constants, ...]:
+    span = basis.high - basis.low
+    return tuple({"place": basis.low + p * span, "width": w * span} for p in _STEP_PLACES for w in _STEP_WIDTHS)
+
+
 def _size(basis: FineBasis) -> float:
     """The largest size of a variable, to two digits."""
     return float(f"{max(abs(basis.low), abs(basis.high)):.1e}")
@@ -181,6 +192,17 @@ FORMS = (
         equation="slope max(side (x - place), 0)",
         constants=("place", "side"),
         fixed=("side",),
+    ),
+    Form(
+        name="step",
+        kinds=("time",),
+        rank=2,
+        amounts=("height",),
+        columns=_step,
+        starts=_step_starts,
+        equation="height (1 + tanh((x - place) / width)) / 2",
+        constants=("place", "width"),
+        fixed=("width",),
     ),
     Form(
         name="saturating",

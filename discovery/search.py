@@ -87,7 +87,7 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
         likeliest = int(np.argmax([each.max() for each in gains]))
         left_by = functions[likeliest][int(np.argmax(gains[likeliest]))]
         gradients = evidence.block_gradients(left_by)
-        of_constant = _gain_of_constant(evidence, candidate) if candidate.factor else 0.0
+        of_constant = _gain_of_constant(evidence, candidate)
         for form, each, gain in zip(forms, functions, gains, strict=True):
             chance = np.maximum(chance, evidence.chance_gains(each, gradients, signs))
             if gain.max() < _MIN_RIVAL_SHARE * most:
@@ -128,9 +128,8 @@ class _Beside:
     def rival(self, evidence: Evidence, fine: Array, candidate: Candidate, form: Form, constants: Constants) -> Rival:
         """A form of a candidate as it is judged."""
         left = self.judge.losses(evidence, fine, coefficients(candidate, form, constants))
-        return Rival(
-            candidate, form, constants, self.without.whole - left.whole, self.without.of_blocks - left.of_blocks
-        )
+        gain, of_blocks = self.without.whole - left.whole, self.without.of_blocks - left.of_blocks
+        return Rival(candidate, form, constants, gain, of_blocks, _gain_of_constant(evidence, candidate))
 
 
 def _of_one_place(beside: _Beside, law: FoundLaw, level: float) -> FoundLaw | None:
@@ -174,7 +173,9 @@ def _candidates(problem: Problem, base: Array, precision: Array) -> Iterator[tup
 
 
 def _gain_of_constant(evidence: Evidence, candidate: Candidate) -> float:
-    """What a candidate takes whose variable is left out, as friction that only turns over."""
+    """What a candidate takes whose variable is left out, as friction that only turns over; nothing where that is all of it."""
+    if not candidate.factor:
+        return 0.0
     ones = candidate.basis.coefficients(lambda x: np.ones((len(x), 1)))
     return float(evidence.gains(candidate.expanded(ones)[None])[0])
 

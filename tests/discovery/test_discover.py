@@ -54,6 +54,7 @@ HIDDEN: Mapping[str, tuple[Callable[[Signals], Array], set[str], set[str]]] = {
         {"time", "motor_speed"},
         {"exponential"},
     ),
+    "slip": (lambda s: 1.2 * np.heaviside(TIME - 0.37 * TIME[-1], 1.0), {"time"}, {"step"}),
     "rubs by force": (
         lambda s: 0.03 * s["force"] * way(s),
         {"force", "motor_speed"},
@@ -97,6 +98,17 @@ def test_numbers_are_those_that_were_hidden() -> None:
         # white noise of .3 in so many rows leaves this much
         assert sigma == pytest.approx(0.3 * np.sqrt(2 / len(TIME)), rel=0.5)
     assert numbers["count"] == (7.0, 0.0)
+
+
+def test_the_time_of_a_step_is_told_to_a_few_rows() -> None:
+    """Between knots that are 40 times as far apart."""
+    s, when = signals(5), 0.6137 * TIME[-1]
+    found = discover(np.where(when < TIME, 0.8, 0.0) + noise(5, 0.0), s, TIME)
+    (law,) = found.laws
+    numbers = {p.name: p for p in law.parameters}
+    assert law.form.name == "step"
+    assert abs(numbers["place"].value - when) < 0.15
+    assert abs(numbers["height"].value - 0.8) < 4 * numbers["height"].sigma
 
 
 def test_sigma_is_the_size_of_errors() -> None:

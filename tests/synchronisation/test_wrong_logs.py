@@ -246,11 +246,12 @@ def test_forces_of_late_rows_are_the_means_of_what_was_held() -> None:
     np.testing.assert_allclose(even.columns["f1"][: len(means) - 1], means[:-1], atol=0.1)
     kept = rng.random(2000) < 0.9
     kept[[0, -1]] = True
-    even_time, slow = 0.005 * np.arange(2000), 40 + 5 * np.sin(7 * 0.005 * np.arange(2000))
+    even_time = np.asarray(0.005 * np.arange(2000), dtype=float)
+    slow = 40 + 5 * np.sin(7 * even_time)
     lost = uniformly_sampled(Series(even_time[kept], {"f1": slow[kept]})).columns["f1"]
     assert np.abs(lost - slow).max() < 0.5  # N, of .175 a row
     assert np.abs(np.mean(lost - slow)) < 0.01
-    as_it_is = uniformly_sampled(Series(0.005 * np.arange(2000), {"f1": force}))
+    as_it_is = uniformly_sampled(Series(even_time, {"f1": force}))
     np.testing.assert_allclose(as_it_is.columns["f1"], force, rtol=1e-12)
 
 

@@ -125,11 +125,12 @@ class MarkerDetector:
 
         Where a cell has two pixels, half a pixel of the corners decides how it reads: they are put to the edges first."""
         missing = sorted(self._ids - found)
+        squares = squares[_may_be_square(squares)]
         if not (len(squares) and missing):
             return np.zeros(0, dtype=np.intp), np.zeros((0, 4, 2))
         refined = refine_by_edges(grey, squares, self._cells)
-        squares = np.where(np.isnan(refined), squares, refined)
-        squares = squares[_may_be_square(squares)]
+        refined = np.where(np.isnan(refined), squares, refined)
+        squares = np.where(_may_be_square(refined)[:, None, None], refined, squares)
         dark = dark_cells(grey, squares, self._cells)
         patterns = np.array([marker_cells(self._dictionary, i) for i in missing])
         turned = np.stack([np.rot90(patterns, turns, axes=(1, 2)) for turns in range(4)], axis=1)
