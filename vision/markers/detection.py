@@ -27,6 +27,8 @@ CELL_MARGIN = 0.3
 (docs/thresholds.md)"""
 CORRECTED_SHARE = 0.6
 """of the cells by which a dictionary's markers may be told apart though they are wrong: so many may be (docs/thresholds.md)"""
+MAX_SQUARES = 100
+"""squares of a picture whose cells are read again (docs/thresholds.md)"""
 MAX_SIDE_RATIO, MIN_CORNER_SINE = 2.0, 0.3
 """of a marker's opposite sides, and of its corners, as it is seen, where its cells are read again (docs/thresholds.md)"""
 MIN_CORRELATION = 0.63
@@ -126,6 +128,8 @@ class MarkerDetector:
         Where a cell has two pixels, half a pixel of the corners decides how it reads: they are put to the edges first."""
         missing = sorted(self._ids - found)
         squares = squares[_may_be_square(squares)]
+        # of a picture of noise thousands are found: the largest
+        squares = squares[np.argsort(-np.ptp(squares, axis=1).sum(axis=1), kind="stable")[:MAX_SQUARES]]
         if not (len(squares) and missing):
             return np.zeros(0, dtype=np.intp), np.zeros((0, 4, 2))
         refined = refine_by_edges(grey, squares, self._cells)

@@ -4,6 +4,8 @@ A corner alone rests on a few pixels; a side rests on all pixels along it. The e
 side has its centre of slope, which neither blur nor a constant light displaces.
 """
 
+from math import prod
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +54,8 @@ def _sides(grey: NDArray[np.uint8], corners: Array, reach: Array) -> Array:
     foot = corners[:, :, None] + PROFILE_PLACES[:, None] * along[:, :, None]  # (K, 4, A, 2)
     across = reach[:, None] * PROFILE_SAMPLES  # (K, S)
     points = foot[:, :, :, None] + across[:, None, None, :, None] * outward[:, :, None, None]  # (K, 4, A, S, 2)
-    x, y = np.moveaxis(points.reshape(-1, len(PROFILE_SAMPLES), 2).astype(np.float32), -1, 0)
+    # a row a marker: OpenCV takes no more than 32767 of either
+    x, y = np.moveaxis(points.reshape(len(points), prod(points.shape[1:4]), 2).astype(np.float32), -1, 0)
     profile = cv2.remap(grey, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     profile = profile.astype(np.float32).reshape(points.shape[:-1])
     slope = np.maximum(np.diff(profile, axis=-1), 0.0)  # darker inside, brighter outside
