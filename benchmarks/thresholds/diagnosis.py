@@ -186,8 +186,8 @@ def fits_kept() -> Iterator[Callable[[], None]]:
     stages: list[Any] = []
 
     class KeptFitter(cause_search.CauseFitter):
-        def fitted(self, start: Any, causes: Any) -> Any:
-            stages.append(super().fitted(start, causes))
+        def fitted(self, start: Any, causes: Any, to_beat: float = float("inf")) -> Any:
+            stages.append(super().fitted(start, causes, to_beat))
             return stages[-1]
 
         reweighted = _memo(cause_search.CauseFitter.reweighted, lambda fitter, at: (id(fitter), id(at)))
