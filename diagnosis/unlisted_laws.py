@@ -63,9 +63,9 @@ _VALUES: Mapping[str, Callable[[RecordingLinearisation], Array]] = {
 _FACTORS: Mapping[str, Callable[[RecordingLinearisation], Array]] = {
     "sign(motor_speed)": lambda r: dry(r.signals.speeds.mean).mean(axis=0),
     "motor_speed": lambda r: r.signals.speeds.mean.mean(axis=0),
-    "force": lambda r: r.signals.f,
+    "force": _VALUES["force"],
     "sign(joint_speed)": lambda r: joint_direction(r.signals.alpha_d),
-    "joint_speed": lambda r: r.signals.alpha_d,
+    "joint_speed": _VALUES["joint_speed"],
 }
 """what multiplies a function of a variable, (T, places)"""
 MAX_BLOCKS = 60

@@ -1,6 +1,6 @@
 """Forms of a law, simplest first: columns of one variable, each with an amount, under inner constants that say how it acts."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -95,9 +95,10 @@ def _bump(x: Array, c: Constants) -> Array:
     return np.exp(-(((x - c["place"]) / c["width"]) ** 2))[..., None]
 
 
-def _bump_starts(basis: FineBasis) -> tuple[Constants, ...]:
+def _places_and_widths(basis: FineBasis, places: Iterable[float], widths: Iterable[float]) -> tuple[Constants, ...]:
+    """In shares of the range."""
     span = basis.high - basis.low
-    return tuple({"place": basis.low + p * span, "width": w * span} for p in _PLACES for w in _WIDTHS)
+    return tuple({"place": basis.low + p * span, "width": w * span} for p in places for w in widths)
 
 
 def _turn_bump(x: Array, c: Constants) -> Array:
@@ -117,11 +118,6 @@ def _hinge_starts(basis: FineBasis) -> tuple[Constants, ...]:
 
 def _step(x: Array, c: Constants) -> Array:
     return (0.5 * (1 + np.tanh((x - c["place"]) / c["width"])))[..., None]
-
-
-def _step_starts(basis: FineBasis) -> tuple[Constants, ...]:
-    span = basis.high - basis.low
-    return tuple({"place": basis.low + p * span, "width": w * span} for p in _STEP_PLACES for w in _STEP_WIDTHS)
 
 
 def _size(basis: FineBasis) -> float:
@@ -199,7 +195,7 @@ FORMS = (
         rank=2,
         amounts=("height",),
         columns=_step,
-        starts=_step_starts,
+        starts=lambda basis: _places_and_widths(basis, _STEP_PLACES, _STEP_WIDTHS),
         equation="height (1 + tanh((x - place) / width)) / 2",
         constants=("place", "width"),
         fixed=("width",),
@@ -221,7 +217,7 @@ FORMS = (
         rank=3,
         amounts=("height",),
         columns=_bump,
-        starts=_bump_starts,
+        starts=lambda basis: _places_and_widths(basis, _PLACES, _WIDTHS),
         equation="height exp(-((x - place) / width)^2)",
         constants=("place", "width"),
     ),

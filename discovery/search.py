@@ -5,7 +5,7 @@ decides. Chance is what the best of the whole dictionary takes from the same res
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +76,8 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
     chance = np.zeros(_WORLDS)
     without: Losses | None = None
     most = 0.0
-    for candidate, evidence, fine in _candidates(problem, base, precision):
+    for of in _candidates(problem, base, precision, problem.candidates):
+        candidate, evidence, fine = of
         forms = [form for form in candidate.forms if candidate.places * len(form.amounts) < count]
         if not forms:  # more numbers than blocks can judge
             continue
@@ -94,60 +95,55 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
                 continue
             start = form.starts(candidate.basis)[int(np.argmax(gain))]
             constants, _ = refined(evidence, candidate, form, start, float(gain.max()))
-            left = judge.losses(evidence, fine, coefficients(candidate, form, constants))
-            if not problem.allows(candidate, form, constants, left.amounts):
+            rival, amounts = _rival(judge, without, of, form, constants, of_constant)
+            if not problem.allows(candidate, form, constants, amounts):
                 continue
-            gain, of_blocks = without.whole - left.whole, without.of_blocks - left.of_blocks
-            rivals.append(Rival(candidate, form, constants, gain, of_blocks, of_constant))
-            most = max(most, rivals[-1].gain)
+            rivals.append(rival)
+            most = max(most, rival.gain)
     if without is None:
         return None
     level = max(_chance_level(chance), problem.least_gain)
     law = chosen(rivals, level, without.whole)
     if law is None or law.candidate.places == 1 or not law.constants:
         return law
-    return _of_one_place(_Beside(problem, base, precision, judge, without), law, level) or law
+    return _of_one_place(judge, precision, without, law, level) or law
 
 
-@dataclass(frozen=True)
-class _Beside:
-    """The base columns with those of the laws found so far, beside which a law is looked for."""
+def _rival(
+    judge: Judge,
+    without: Losses,
+    of: tuple[Candidate, Evidence, Array],
+    form: Form,
+    constants: Constants,
+    of_constant: float,
+) -> tuple[Rival, Array]:
+    """A form of a candidate as it is judged against what is left without any further law, and its amounts.
 
-    problem: Problem
-    base: Array
-    precision: Array
-    judge: Judge
-    without: Losses
-    """any further law"""
-
-    def evidence(self, candidate: Candidate) -> tuple[Evidence, Array]:
-        """Of a candidate's fine columns (rows, K), and these."""
-        fine = self.problem.columns(candidate, candidate.basis.columns)
-        return Evidence.of(self.base, self.precision, fine, self.problem.target, self.problem.blocks), fine
-
-    def rival(self, evidence: Evidence, fine: Array, candidate: Candidate, form: Form, constants: Constants) -> Rival:
-        """A form of a candidate as it is judged."""
-        left = self.judge.losses(evidence, fine, coefficients(candidate, form, constants))
-        gain, of_blocks = self.without.whole - left.whole, self.without.of_blocks - left.of_blocks
-        return Rival(candidate, form, constants, gain, of_blocks, _gain_of_constant(evidence, candidate))
+    of: as `_candidates` has it; of_constant: as `_gain_of_constant`."""
+    candidate, evidence, fine = of
+    left = judge.losses(evidence, fine, coefficients(candidate, form, constants))
+    gain, of_blocks = without.whole - left.whole, without.of_blocks - left.of_blocks
+    return Rival(candidate, form, constants, gain, of_blocks, of_constant), left.amounts
 
 
-def _of_one_place(beside: _Beside, law: FoundLaw, level: float) -> FoundLaw | None:
+def _of_one_place(judge: Judge, precision: Array, without: Losses, law: FoundLaw, level: float) -> FoundLaw | None:
     """The law where it acts at one place with inner constants of its own, if it takes far more there than by those of all.
 
     Of such places the one where it takes most."""
     best: Rival | None = None
-    for candidate in _siblings(beside.problem, law.candidate):
-        evidence, fine = beside.evidence(candidate)
+    every = [law.candidate, *_siblings(judge.problem, law.candidate)]
+    for of in list(_candidates(judge.problem, judge.base, precision, every))[1:]:
+        candidate, evidence, _ = of
         starts = law.form.starts(candidate.basis)
         gains = evidence.gains(np.array([coefficients(candidate, law.form, c) for c in starts]))
         own, _ = refined(evidence, candidate, law.form, starts[int(np.argmax(gains))], float(gains.max()))
-        rival, as_all = (beside.rival(evidence, fine, candidate, law.form, c) for c in (own, law.constants))
+        of_constant = _gain_of_constant(evidence, candidate)
+        rival, as_all = (_rival(judge, without, of, law.form, c, of_constant)[0] for c in (own, law.constants))
         more = rival.block_gains - as_all.block_gains
         is_other = rival.held_out_gain > OWN_CONSTANTS_GAIN * as_all.held_out_gain
         if is_other and gain_sigmas(more) > MIN_GAIN_SIGMAS and (best is None or rival.gain > best.gain):
             best = rival
-    return chosen([best], level, beside.without.whole) if best else None
+    return chosen([best], level, without.whole) if best else None
 
 
 def _siblings(problem: Problem, candidate: Candidate) -> list[Candidate]:
@@ -155,11 +151,13 @@ def _siblings(problem: Problem, candidate: Candidate) -> list[Candidate]:
     return [c for c in problem.candidates if c.places == 1 and c.is_sibling(candidate)]
 
 
-def _candidates(problem: Problem, base: Array, precision: Array) -> Iterator[tuple[Candidate, Evidence, Array]]:
-    """Each with what blocks say of its fine columns beside the base columns, and these, (rows, K)."""
+def _candidates(
+    problem: Problem, base: Array, precision: Array, asked: Sequence[Candidate]
+) -> Iterator[tuple[Candidate, Evidence, Array]]:
+    """Those that are asked about, in the problem's order: each with what blocks say of its fine columns, and these, (rows, K)."""
     every: tuple[Candidate, Evidence, Array] | None = None
     place = 0
-    for candidate in problem.candidates:
+    for candidate in asked:
         if every is not None and candidate.places == 1 and candidate.is_sibling(every[0]):
             of_all, evidence, fine = every
             columns = np.arange(place, fine.shape[1], of_all.places)

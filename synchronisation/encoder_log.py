@@ -243,9 +243,14 @@ def _without_absurd_samples(series: Series, path: str | Path) -> Series:
 
 def uniformly_sampled(log: Series) -> Series:
     """The log at equal steps, as `at_even_times` has it."""
-    step = sampling_step(log.time, "log")
-    count = round((log.time[-1] - log.time[0]) / step) + 1
-    return at_even_times(log, log.time[0] + np.arange(count) * (log.time[-1] - log.time[0]) / (count - 1), step)
+    return at_even_times(log, *even_times(log))
+
+
+def even_times(log: Series) -> tuple[Array, float]:
+    """Times from the first row to the last, (T,), s, evenly apart by about the log's step, and that step, s."""
+    step, span = sampling_step(log.time, "log"), log.time[-1] - log.time[0]
+    count = round(span / step) + 1
+    return log.time[0] + np.arange(count) * span / (count - 1), step
 
 
 def at_even_times(log: Series, time: Array, step: float) -> Series:
@@ -278,7 +283,8 @@ def _held_means(time: Array, at: Array, values: Array, step: float) -> Array:
     sums = np.interp(
         edges, np.append(at, max(at[-1] + step, edges[-1])), np.append(0.0, np.cumsum((over - over[0]) * lasts))
     )
-    return over[0] + np.diff(sums) / np.diff(edges)  # a constant stays one to the last bit
+    means = over[0] + np.diff(sums) / np.diff(edges)  # a constant stays one to the last bit
+    return np.clip(means, over.min(), over.max())  # but for rounding they are within
 
 
 def _by_cubics(time: Array, log: Series, name: str, step: float) -> Array:

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from identification.dataset.series import Series
 from synchronisation.angles import Angles
-from synchronisation.encoder_log import at_even_times
-from synchronisation.time_stamps import sampling_step
+from synchronisation.encoder_log import at_even_times, even_times
 
 Array = NDArray[np.float64]
 _BESIDE = 8
@@ -36,9 +35,7 @@ class EvenRows:
 
 def even_rows(log: Series) -> EvenRows:
     """Rows at the steps of `uniformly_sampled`."""
-    span, step = log.time[-1] - log.time[0], sampling_step(log.time, "log")
-    count = round(span / step) + 1
-    return EvenRows(log, log.time[0] + np.arange(count) * span / (count - 1), step)
+    return EvenRows(log, *even_times(log))
 
 
 def angles_within(angles: Angles, first: float, last: float) -> Angles:

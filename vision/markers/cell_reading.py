@@ -54,9 +54,7 @@ def read_cells(grey: NDArray[np.uint8], corners: Array, black: NDArray[np.bool_]
     beside = np.tile(centre, 2)
     u = np.concatenate([np.tile(centre, n), beside, outside])
     v = np.concatenate([np.repeat(centre, n), outside, beside])
-    places = homography(corners) @ np.stack([u, v, np.ones_like(u)])
-    x, y = ((places[:, axis] / places[:, 2]).astype(np.float32) for axis in range(2))
-    samples = cv2.remap(grey, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
+    samples = _grey_levels(grey, corners, u, v)
     cells, margin = samples[:, : n * n], np.median(samples[:, n * n :], axis=1)
     flat = black.reshape(len(black), -1)
     count = np.count_nonzero(flat, axis=1)
@@ -71,15 +69,21 @@ def dark_cells(grey: NDArray[np.uint8], corners: Array, n: int) -> NDArray[np.bo
 
     A whole cell is nearer to the middle of the border's cells than to that of the margin around it."""
     side = 2 * (np.arange(-1, n + 1)[:, None] + PLACES_IN_CELL).ravel() / n - 1  # from a cell before to one behind
-    u, v = np.tile(side, len(side)), np.repeat(side, len(side))
-    places = homography(corners) @ np.stack([u, v, np.ones_like(u)])
-    x, y = ((places[:, axis] / places[:, 2]).astype(np.float32) for axis in range(2))
-    samples = cv2.remap(grey, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE).astype(float)
+    samples = _grey_levels(grey, corners, np.tile(side, len(side)), np.repeat(side, len(side)), cv2.INTER_CUBIC)
     count = len(PLACES_IN_CELL)
     levels = samples.reshape(len(corners), n + 2, count, n + 2, count).mean(axis=(2, 4))
     margin, cells = _ring(levels), levels[:, 1:-1, 1:-1]
     middle = (np.median(margin, axis=1) + np.median(_ring(cells), axis=1)) / 2
     return cells < middle[:, None, None]
+
+
+def _grey_levels(
+    grey: NDArray[np.uint8], corners: Array, u: Array, v: Array, interpolation: int = cv2.INTER_LINEAR
+) -> Array:
+    """At places u, v (P,) in marker coordinates of markers at these corners, (K, 4, 2), px: (K, P)."""
+    places = homography(corners) @ np.stack([u, v, np.ones_like(u)])
+    x, y = ((places[:, axis] / places[:, 2]).astype(np.float32) for axis in range(2))
+    return cv2.remap(grey, x, y, interpolation, borderMode=cv2.BORDER_REPLICATE).astype(float)
 
 
 def _ring(cells: Array) -> Array:
@@ -95,10 +99,7 @@ def pattern_correlation(grey: NDArray[np.uint8], corners: Array, black: NDArray[
     """
     n = black.shape[1]
     centre = 2 * (np.arange(1, n - 1)[:, None] + PLACES_IN_CELL).ravel() / n - 1  # marker coordinates, -1 to 1
-    u, v = np.tile(centre, len(centre)), np.repeat(centre, len(centre))
-    places = homography(corners) @ np.stack([u, v, np.ones_like(u)])
-    x, y = ((places[:, axis] / places[:, 2]).astype(np.float32) for axis in range(2))
-    samples = cv2.remap(grey, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
+    samples = _grey_levels(grey, corners, np.tile(centre, len(centre)), np.repeat(centre, len(centre)))
     count = len(PLACES_IN_CELL)
     white = (~black[:, 1:-1, 1:-1]).repeat(count, axis=1).repeat(count, axis=2).reshape(len(black), -1).astype(float)
     samples -= samples.mean(axis=1, keepdims=True)

@@ -108,7 +108,7 @@ class MarkerDetector:
         """Markers at the corners that a search found, and the arm's in other squares, whose cells it could not read."""
         marker_ids = np.ravel([] if ids is None else ids).astype(int)
         rough = np.array(corners, dtype=float).reshape(-1, 4, 2)
-        more_ids, more = self._read_again(grey, np.array(others, dtype=float).reshape(-1, 4, 2), set(marker_ids))
+        more_ids, more = self._read_again(grey, others, set(marker_ids))
         marker_ids, rough = np.append(marker_ids, more_ids), np.concatenate([rough, more])
         if not len(marker_ids):
             return []
@@ -122,16 +122,22 @@ class MarkerDetector:
         alike = pattern_correlation(grey, found, black) > MIN_CORRELATION
         return [(int(i), c) for i, c in zip(marker_ids[alike], found[alike], strict=True)]
 
-    def _read_again(self, grey: NDArray[np.uint8], squares: Array, found: set[int]) -> tuple[NDArray[np.intp], Array]:
-        """Ids of the arm's markers that were not found and are in one of these squares (K, 4, 2), px, and their corners.
+    def _read_again(
+        self, grey: NDArray[np.uint8], others: Sequence[Any], found: set[int]
+    ) -> tuple[NDArray[np.intp], Array]:
+        """Ids of the arm's markers that were not found and are in one of the other squares, each (4, 2), px, and their corners.
 
         Where a cell has two pixels, half a pixel of the corners decides how it reads: they are put to the edges first."""
+        none = np.zeros(0, dtype=np.intp), np.zeros((0, 4, 2))
         missing = sorted(self._ids - found)
+        if not missing:
+            return none
+        squares = np.array(others, dtype=float).reshape(-1, 4, 2)
         squares = squares[_may_be_square(squares)]
+        if not len(squares):
+            return none
         # of a picture of noise thousands are found: the largest
         squares = squares[np.argsort(-np.ptp(squares, axis=1).sum(axis=1), kind="stable")[:MAX_SQUARES]]
-        if not (len(squares) and missing):
-            return np.zeros(0, dtype=np.intp), np.zeros((0, 4, 2))
         refined = refine_by_edges(grey, squares, self._cells)
         refined = np.where(np.isnan(refined), squares, refined)
         squares = np.where(_may_be_square(refined)[:, None, None], refined, squares)
