@@ -131,14 +131,23 @@ class CauseFitter:
         # numbers of causes stay where they are in the model that is written: the others are the best beside these
         return replace(stage, comparison=current, causes=causes, fit=last_fit(current, current.cause_columns))
 
+    def redrawn(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
+        """The same causes fitted anew about the arm as it comes out of a fit: from the drawing straight lines may miss it.
+
+        Where far more than noise is left what is known to a tolerance may be anywhere: there nothing is done."""
+        return self._anew(stage, self.whiten, self._h.held_share) if is_near(stage) else (self, stage)
+
     def _whitener(self, stage: FitStage) -> Whitener:
         at = stage.comparison.linearisation
         starts = [segment_starts(recording.signals) for recording in at.recordings]
         return noise_whitener(steady_noise_residuals(at, self._ensembles), starts, self._h.arm.M)
 
     def _reweighted(self, stage: FitStage, whiten: Whitener) -> "tuple[CauseFitter, FitStage]":
-        other = copy(self)
-        other.whiten, other._stages, other._h = whiten, {}, replace(self._h, held_share=stage.held_share)
+        return self._anew(stage, whiten, stage.held_share)
+
+    def _anew(self, stage: FitStage, whiten: Whitener, held_share: float) -> "tuple[CauseFitter, FitStage]":
+        other, h = copy(self), stage.adjusted(self._h) if is_near(stage) else self._h
+        other.whiten, other._stages, other._h = whiten, {}, replace(h, held_share=held_share)
         return other, other.fitted(stage.comparison.linearisation, stage.causes)
 
     def _stage(self, start: Linearisation, causes: tuple[Cause, ...], target: "_Target") -> FitStage:
@@ -150,7 +159,8 @@ class CauseFitter:
             comparison, causes = descent.refined(start, causes, is_hopeless=target.is_hopeless)
         at = comparison.linearisation
         noise = noise_residuals(at, ensembles)
-        return FitStage(comparison, causes, tuple(noise), noise_loss(noise, at, self.whiten), last_fit(comparison))
+        loss = noise_loss(noise, at, self.whiten)
+        return FitStage(self._h, comparison, causes, tuple(noise), loss, last_fit(comparison))
 
     def _refined_with_speeds(
         self, near: Linearisation, causes: tuple[Cause, ...], target: "_Target", passes: int, before: float = np.inf
@@ -171,6 +181,11 @@ class CauseFitter:
         if target.is_given_up or passes == 1 or abs(loss / before - 1) < MIN_LOSS_GAIN_FAR:
             return comparison, causes, ensembles
         return self._refined_with_speeds(comparison.linearisation, causes, target, passes - 1, loss)
+
+
+def is_near(stage: FitStage) -> bool:
+    """Whether a stage leaves no more than a few times what noise makes."""
+    return stage.comparison.profiled_loss < FAR * stage.comparison.row_count
 
 
 @dataclass

@@ -154,7 +154,7 @@ class Search:
 def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int = 0) -> Search:
     """Causes beyond a hypothesis in recordings of one arm. Raises Refused where a motor stands still."""
     fitter = CauseFitter(h, ensembles)
-    first = fitter.base_model()
+    fitter, first = fitter.redrawn(fitter.base_model())
     every_effect = _with_effects(first, fitter.whiten)
     ranked = rank(every_effect)
     free_fits = FreeFits()

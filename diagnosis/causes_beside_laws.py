@@ -83,7 +83,7 @@ def _beside_causes(
     first = found.laws[0].law.candidate
     of_one_variable = [i for i, each in enumerate(found.laws) if each.law.candidate.is_sibling(first)]
     held = [found.stage.causes[len(search.last.causes) + i] for i in of_one_variable]
-    beside = search_causes(with_causes(search.fitter.hypothesis, held), recordings, seed)
+    beside = search_causes(with_causes(found.stage.before_causes, held), recordings, seed)
     if _names(beside) == _names(search) or not beside.last.possible:
         return alone
     fitter = search.fitter
@@ -108,6 +108,4 @@ def _left_of(search: Search, others: Sequence[NoiseEnsemble]) -> HeldOutResidual
     """What a search leaves of recordings that were not fitted, if there are any."""
     if not others:
         return None
-    last, h, whiten = search.last, search.fitter.hypothesis, search.fitter.whiten
-    extended, relaxed = with_causes(h, last.causes), bool(last.causes)
-    return held_out_residuals(last.comparison, last.fit, extended, last.causes, others, whiten, relaxed)
+    return held_out_residuals(search.last, others, search.fitter.whiten, clock_relaxed=bool(search.last.causes))

@@ -110,6 +110,7 @@ def _priors(at: Linearisation, nuisances: Nuisances, first: int, count: int) -> 
     size = at.unknowns.size
     sigma, mean = np.full(count, np.inf), np.zeros(count)
     sigma[len(size) : first] = 1.0
+    mean[len(size) : len(size) + nuisances.count] = -nuisances.departures
     for i, entry in enumerate(at.unknowns.entries):
         known_to = DELAY_SIGMA_S if entry.term is DELAY else entry.term.sigma
         if np.isfinite(known_to):

@@ -96,13 +96,14 @@ class Comparison:
         return ColumnFit(use, *self._solve(self.products, use, sigma, damping))
 
     def fit_within(self, reach: float) -> ColumnFit:
-        """The fit of `fit`, with nuisances of the drawing and of the angles' zeros that go no further than `reach` tolerances."""
+        """The fit of `fit`, with the drawing's numbers and the angles' zeros no further than `reach` tolerances off the drawing."""
         free = self.fit()
         numbers, held = free.numbers.copy(), np.zeros(len(free.columns), dtype=bool)
         of_arm = (free.columns >= self.base_count) & (free.columns < self.base_count + self.nuisances.count)
-        while np.any(beyond := of_arm & ~held & (np.abs(numbers) > reach)):
+        drawn = self.prior_mean[free.columns]
+        while np.any(beyond := of_arm & ~held & (np.abs(numbers - drawn) > reach)):
             held |= beyond
-            numbers[held] = np.clip(numbers[held], -reach, reach)
+            numbers[held] = np.clip(numbers[held], drawn[held] - reach, drawn[held] + reach)
             fixed = np.zeros(len(self.prior_sigma))
             fixed[free.columns[held]] = numbers[held]
             rest = free.columns[~held]

@@ -1,12 +1,12 @@
 """What the simulation gets wrong, its cause, and what the model gains by it: the whole diagnosis of recordings of one arm."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from diagnosis.arm_error import ArmError, arm_error
-from diagnosis.cause import Cause, with_causes
+from diagnosis.cause import Cause
 from diagnosis.cause_search import MIN_EXPLAINED, Search, search_causes
 from diagnosis.causes_beside_laws import with_laws
 from diagnosis.detectability import Detectability, detectability
@@ -54,10 +54,8 @@ class Diagnosis:
     """of each equation what nothing named explains: on recordings that were not fitted, if there are any"""
     drawing: tuple[DrawingFinding, ...]
     """what the recordings say about numbers that have a tolerance"""
-    extended: Hypothesis
-    """the description with the causes and the laws in it"""
     extended_stage: FitStage
-    """the fit of these"""
+    """the fit of the causes and the laws"""
     found_laws: tuple[GainedLaw, ...] = ()
     """laws that no catalogue holds, in what the causes leave"""
     not_simulated: str = ""
@@ -66,6 +64,11 @@ class Diagnosis:
     """of each cause, rad: by how much simulated joint angles differ without it; none where nothing was simulated"""
     arm_error: ArmError | None = None
     """how far the simulated arm is from the measured one; None where nothing was simulated"""
+
+    @property
+    def extended(self) -> Hypothesis:
+        """The description with the causes and the laws in it."""
+        return self.extended_stage.hypothesis
 
     @property
     def before(self) -> NoiseExcess:
@@ -154,7 +157,6 @@ def diagnose(
         gains=held.gains,
         remainder=left,
         drawing=drawing_findings(stage),
-        extended=with_causes(search.fitter.hypothesis, stage.causes),
         extended_stage=stage,
         found_laws=laws,
         not_simulated=held.not_simulated,
@@ -204,15 +206,13 @@ def _held_out(
     """last: the stage whose causes are held against the first's."""
     if not ensembles:
         return _HeldOut()
-    h = search.fitter.hypothesis
-    first, extended = search.first, with_causes(h, last.causes)
-    relaxed = bool(last.causes)
-    old = held_out_residuals(first.comparison, first.fit, h, (), ensembles, search.fitter.whiten, relaxed)
-    new = old
-    if last.causes:
-        whiten = search.fitter.whiten
-        new = held_out_residuals(last.comparison, last.fit, extended, last.causes, ensembles, whiten, relaxed)
-    of_equations = gains(old, new, h.arm.M)
+    whiten, relaxed, motors = search.fitter.whiten, bool(last.causes), last.before_causes.arm.M
+    # rows at rest count alike before and after
+    as_held = replace(search.first.before_causes, held_share=last.before_causes.held_share)
+    first = replace(search.first, before_causes=as_held)
+    old = held_out_residuals(first, ensembles, whiten, relaxed)
+    new = held_out_residuals(last, ensembles, whiten, relaxed) if last.causes else old
+    of_equations = gains(old, new, motors)
     worse = tuple(
         g.measure
         for g in of_equations
@@ -228,16 +228,16 @@ def _held_out(
     if not (worse and last.causes):
         progress("simulation")
         try:
-            with_them = SimulatedModel(last, extended, new, ensembles)
-            without = SimulatedModel(first, h, old, ensembles, noise_floor=False) if last.causes else with_them
+            with_them = SimulatedModel(last, new, ensembles)
+            without = SimulatedModel(first, old, ensembles, noise_floor=False) if last.causes else with_them
             of_simulation = simulated_gains(without, with_them)
-            shares = simulated_shares(with_them, last.causes, h)
-            error = arm_error(without.simulated, with_them.simulated, h.arm)
+            shares = simulated_shares(with_them, last.causes)
+            error = arm_error(without.simulated, with_them.simulated, last.before_causes.arm)
         except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
             not_simulated = str(refused)
     return _HeldOut(
         gains=(*of_equations, *of_simulation),
-        remainder=remainders(before, after, h.arm.M, held_out=True),
+        remainder=remainders(before, after, motors, held_out=True),
         holds=holds,
         worse=worse,
         not_simulated=not_simulated,

@@ -56,12 +56,12 @@ def drawing_findings(stage: FitStage) -> tuple[DrawingFinding, ...]:
             name=n.name,
             kind=n.kind,
             where=n.where,
-            value=n.sigma * float(x),
+            value=n.sigma * float(already + x),
             sigma=_sigma(stage.widening * n.sigma * float(s), n.unit),
             unit=n.unit,
             tolerance=n.sigma,
         )
-        for n, x, s in zip(nuisances.drawing, numbers, sigma, strict=False)
+        for n, x, s, already in zip(nuisances.drawing, numbers, sigma, nuisances.departures, strict=False)
     ]
     found = [f for f in found if f.sigma < TELLING_SHARE * f.tolerance]
     return tuple(sorted(found, key=lambda f: -abs(f.value) / f.tolerance))

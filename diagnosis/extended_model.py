@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from diagnosis.cause_parameters import identified, parameters_of
 from diagnosis.fit_stage import FitStage
-from diagnosis.hypothesis import Hypothesis
 from identification.model_file import Model, model_of
 from mechanism.description import Neck
 from mechanism.laws import law_named
@@ -18,9 +17,9 @@ from xneck_foundation.parameter import Parameter
 Array = NDArray[np.float64]
 
 
-def extended_model(stage: FitStage, h: Hypothesis, provenance: dict[str, Any]) -> Model:
-    """Base laws and those of the causes, with their numbers; h: the hypothesis that holds the causes."""
-    at, fit = stage.comparison.linearisation, stage.fit
+def extended_model(stage: FitStage, provenance: dict[str, Any]) -> Model:
+    """Base laws and those of the causes, with their numbers."""
+    at, fit, h = stage.comparison.linearisation, stage.fit, stage.hypothesis
     u = at.unknowns
     value = at.p + u.size * fit.numbers[: len(u.size)]
     sigma = u.size * stage.sigma[: len(u.size)]
@@ -67,15 +66,9 @@ def _covariance(stage: FitStage, sigma: Sequence[float], places: Sequence[int | 
     return covariance
 
 
-def adjusted_hypothesis(stage: FitStage, h: Hypothesis) -> Hypothesis:
-    """The hypothesis that holds the causes, with what is known to a tolerance moved to where the recordings say it is."""
-    nuisances, first = stage.comparison.nuisances, stage.comparison.base_count
-    return nuisances.adjusted(h, stage.fit.numbers[first : first + nuisances.count])
-
-
-def extended_description(stage: FitStage, h: Hypothesis) -> Neck:
+def extended_description(stage: FitStage) -> Neck:
     """neck.yaml with what was found wrong in it, and with its numbers moved within what drawings are good for."""
-    found = adjusted_hypothesis(stage, h)
+    found = stage.adjusted(stage.hypothesis)
     return _with_turned_markers(found.neck, found.angle_error)
 
 

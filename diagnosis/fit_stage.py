@@ -6,9 +6,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause import Cause
+from diagnosis.cause import Cause, with_causes
 from diagnosis.comparison import ColumnFit, Comparison
 from diagnosis.held_joints import held_share, square_at_rows
+from diagnosis.hypothesis import Hypothesis
 from diagnosis.judged_rows import judged
 from diagnosis.noise_excess import NoiseExcess, noise_excess
 
@@ -30,6 +31,8 @@ MAX_OPPOSED_SHARE = 0.2
 class FitStage:
     """Recordings with the causes named so far."""
 
+    before_causes: Hypothesis
+    """to which the causes are added"""
     comparison: Comparison
     """at the end of the fit"""
     causes: tuple[Cause, ...]
@@ -39,6 +42,16 @@ class FitStage:
     noise_loss: float
     """loss that noise alone makes"""
     fit: ColumnFit
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """With the causes in it."""
+        return with_causes(self.before_causes, self.causes)
+
+    def adjusted(self, h: Hypothesis) -> Hypothesis:
+        """A hypothesis with what is known to a tolerance moved to where the recordings say it is."""
+        c = self.comparison
+        return c.nuisances.adjusted(h, self.fit.numbers[c.base_count : c.base_count + c.nuisances.count])
 
     @cached_property
     def sigma(self) -> Array:

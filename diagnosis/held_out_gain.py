@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause import Cause
 from diagnosis.compare import compare
 from diagnosis.comparison import ColumnFit, Comparison
+from diagnosis.fit_stage import FitStage
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.judged_rows import judged
 from diagnosis.linearisation import Linearisation, corrected_signals, linearise
@@ -73,17 +73,12 @@ class Gain:
 
 
 def held_out_residuals(
-    fitted: Comparison,
-    fit: ColumnFit,
-    h: Hypothesis,
-    causes: Sequence[Cause],
-    ensembles: Sequence[NoiseEnsemble],
-    whiten: Whitener,
-    clock_relaxed: bool,
+    stage: FitStage, ensembles: Sequence[NoiseEnsemble], whiten: Whitener, clock_relaxed: bool
 ) -> HeldOutResiduals:
-    """Of recordings read with a hypothesis and the numbers of its fit; pre-elongation, delay and clock are each recording's own.
+    """Of recordings read with a stage's causes and numbers; pre-elongation, delay and clock are each recording's own.
 
     clock_relaxed: whether clocks are in doubt because the base model's laws are wrong."""
+    fitted, fit, h, causes = stage.comparison, stage.fit, stage.hypothesis, stage.causes
     residuals, noise, uncertain, frame_lags = [], [], [], []
     for recording in ensembles:
         ensemble = recording.with_motor_speeds(fitted.linearisation.machine, fitted.linearisation.recordings[0].delay)

@@ -33,6 +33,8 @@ class Hypothesis:
     """s, by which frames show what was done later than their stamps say"""
     motor_angle_lag: float = 0.0
     """s, by which a row's motor angles are older than its forces; frames were put on the clock by the angles"""
+    departures: tuple[float, ...] = ()
+    """tolerances by which numbers that have one already are where recordings put them, as `Nuisances` has them; none unless said"""
     held_share: float = 0.0
     """of the square of the torque by which dry friction may hold joints at rest otherwise than the laws say: what is seen of it"""
 

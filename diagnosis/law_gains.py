@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.cause import with_causes
 from diagnosis.cause_search import Search
 from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_excess, held_out_residuals
@@ -62,20 +61,17 @@ def law_gains(
     search: Search, ensembles: Sequence[NoiseEnsemble], before: HeldOutResiduals | None, seed: int
 ) -> LawGains | None:
     """Laws in what a search leaves; before: what it leaves of recordings that were not fitted, `ensembles`, if there are any."""
-    fitter, stage, h = search.fitter, search.last, search.fitter.hypothesis
+    fitter, stage, arm = search.fitter, search.last, search.last.before_causes.arm
     kept: list[GainedLaw] = []
     for law in found_laws(stage, fitter.whiten, noise_columns(stage, fitter.ensembles), seed):
-        causes = (*search.last.causes, *causes_of([*(each.law for each in kept), law], h.arm))
+        causes = (*search.last.causes, *causes_of([*(each.law for each in kept), law], arm))
         tried = fitter.finished(fitter.fitted(search.last.comparison.linearisation, causes))
         gain = None
         if before is not None:
-            extended = with_causes(h, tried.causes)
-            after = held_out_residuals(
-                tried.comparison, tried.fit, extended, tried.causes, ensembles, fitter.whiten, clock_relaxed=True
-            )
-            gained = gains(before, after, h.arm.M)
+            after = held_out_residuals(tried, ensembles, fitter.whiten, clock_relaxed=True)
+            gained = gains(before, after, arm.M)
             is_told = len(tried.causes) - 1 not in tried.untold_within(_TOLD_SIGMAS)
-            is_better = _holds(gained, law) and _leaves_less_beyond_noise(before, after, law, h.arm)
+            is_better = _holds(gained, law) and _leaves_less_beyond_noise(before, after, law, arm)
             if not (is_better and is_told and _is_no_louder(before, after)):
                 continue  # those found after it may hold without it
             gain, before = gained[_equations_of(law)], after

@@ -44,23 +44,27 @@ class Nuisances:
     """s: of each recording's offset"""
     clock_relaxation: tuple[float, ...]
     """factor on each `clock_sigma` where the laws that the clock rests on are wrong"""
+    departures: Array
+    """(Q,), sigmas by which each of the arm's, the angles' and friction's curve is off what was drawn where columns are told"""
 
     @property
     def count(self) -> int:
         """Q, of the arm's, the angles' and friction's curve."""
-        return self.arm_columns[0].shape[2]
+        return len(self.departures)
 
     def adjusted(self, h: Hypothesis, numbers: Array) -> Hypothesis:
         """A hypothesis with the arm's and the angles' moved by numbers (Q,) of their sigmas; friction keeps its curve."""
         angles = angle_errors_of_bars(h.arm.N) if self.zero_sigma > 0 else np.zeros((0, h.arm.N))
-        of_drawing, of_bars, _ = np.split(numbers, np.cumsum([len(self.drawing), len(angles)]))
+        of_drawing, of_bars, of_curve = np.split(numbers, np.cumsum([len(self.drawing), len(angles)]))
         neck = moved(h.neck, self.drawing, [n.sigma * x for n, x in zip(self.drawing, of_drawing, strict=True)])
         try:
             neck = Neck.model_validate(neck.model_dump())
         except ValidationError as error:
             what = "the recordings ask for a description that no arm can have"
             raise Refused("diagnose", f"{what}: {described_faults(error.errors(), Neck, neck.model_dump())}") from error
-        return replace(h, neck=neck, angle_error=h.angle_error + self.zero_sigma * of_bars @ angles)
+        departures = self.departures + np.concatenate([of_drawing, of_bars, 0 * of_curve])
+        angle_error = h.angle_error + self.zero_sigma * of_bars @ angles
+        return replace(h, neck=neck, angle_error=angle_error, departures=tuple(departures.tolist()))
 
 
 def nuisances_at(at: Linearisation) -> Nuisances:
@@ -69,15 +73,17 @@ def nuisances_at(at: Linearisation) -> Nuisances:
     drawing = tuple(number for number in toleranced_numbers(neck) if number.sigma > 0)
     zero_sigma = neck.tolerance.marker_angle
     clock_sigma = tuple(max(r.signals.clock_sigma[0], _MIN_CLOCK_SIGMA_S) for r in at.recordings)
+    arm_columns = tuple(_arm_columns(recording, neck, drawing, zero_sigma) for recording in at.recordings)
     return Nuisances(
         drawing=drawing,
         zero_sigma=zero_sigma,
-        arm_columns=tuple(_arm_columns(recording, neck, drawing, zero_sigma) for recording in at.recordings),
+        arm_columns=arm_columns,
         clock_columns=tuple(_clock_columns(r, sigma) for r, sigma in zip(at.recordings, clock_sigma, strict=True)),
         clock_sigma=clock_sigma,
         clock_relaxation=tuple(
             max(1.0, r.signals.relaxed_clock_sigma / sigma) for r, sigma in zip(at.recordings, clock_sigma, strict=True)
         ),
+        departures=np.array(at.hypothesis.departures or (0.0,) * arm_columns[0].shape[2]),
     )
 
 

@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from diagnosis.cause import Cause, with_causes
 from diagnosis.effect import LawEffect
-from diagnosis.extended_model import adjusted_hypothesis, extended_model
+from diagnosis.extended_model import extended_model
 from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import Gain, HeldOutResiduals
-from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
 from identification.model_file import Model
 from identification.simulation.simulated_recording import SimulatedRecording, simulate_recording, simulated_angles
@@ -34,15 +33,14 @@ class SimulatedModel:
     def __init__(
         self,
         stage: FitStage,
-        h: Hypothesis,
         held_out: HeldOutResiduals,
         ensembles: Sequence[NoiseEnsemble],
         noise_floor: bool = True,
     ) -> None:
         """held_out: what it leaves of these recordings; noise_floor: as `simulate_recording` takes it."""
         self._noise_floor = noise_floor
-        self._stage, self._h = stage, adjusted_hypothesis(stage, h)
-        self._model: Model = extended_model(stage, h, {})
+        self._stage, self._h = stage, stage.adjusted(stage.hypothesis)
+        self._model: Model = extended_model(stage, {})
         self._recordings = [(e.data, lag) for e, lag in zip(ensembles, held_out.frame_lags, strict=True)]
 
     @cached_property
@@ -55,13 +53,13 @@ class SimulatedModel:
             for data, lag in self._recordings
         ]
 
-    def angles_without(self, cause: Cause, described: Hypothesis) -> list[Array]:
+    def angles_without(self, cause: Cause) -> list[Array]:
         """Joint angles of the first of the same windows, (rows, N), rad, with nothing else changed or fitted anew.
 
-        described: the hypothesis before any cause. Raises Refused where an arm without this cause cannot be simulated.
+        Raises Refused where an arm without this cause cannot be simulated.
         """
         others = [replace(c, amounts=0 * c.amounts) if c is cause else c for c in self._stage.causes]
-        h = adjusted_hypothesis(self._stage, with_causes(described, others))
+        h = self._stage.adjusted(with_causes(self._stage.before_causes, others))
         parameters = self._model.parameters
         if isinstance(cause.effect, LawEffect):
             amounts = {term.name for term in cause.effect.terms}
@@ -78,17 +76,17 @@ def simulated_gains(before: SimulatedModel, after: SimulatedModel) -> tuple[Gain
     return tuple(_gain(stem, before.simulated, after.simulated) for stem in MEASURES)
 
 
-def simulated_shares(model: SimulatedModel, causes: Sequence[Cause], described: Hypothesis) -> tuple[float | None, ...]:
+def simulated_shares(model: SimulatedModel, causes: Sequence[Cause]) -> tuple[float | None, ...]:
     """By how much each cause moves the simulated angles, RMS of the joint that moves most, rad.
 
     None where the arm cannot be simulated without it.
     """
-    return tuple(_share(model, cause, described) for cause in causes)
+    return tuple(_share(model, cause) for cause in causes)
 
 
-def _share(model: SimulatedModel, cause: Cause, described: Hypothesis) -> float | None:
+def _share(model: SimulatedModel, cause: Cause) -> float | None:
     try:
-        without = model.angles_without(cause, described)
+        without = model.angles_without(cause)
     except Refused:
         return None
     moved = [w - s.series.matrix("alpha")[: len(w)] for w, s in zip(without, model.simulated, strict=True)]

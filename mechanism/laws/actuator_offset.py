@@ -8,7 +8,7 @@ class ActuatorOffset(Law):
     """The logged force is fo more than the force that acts."""
 
     name = "actuator_offset"
-    terms = (Term("fo", "N", low=-50.0, high=50.0, size=1.0, would_tell="carry known weights"),)
+    terms = (Term("fo", "N", low=-500.0, high=500.0, size=1.0, would_tell="carry known weights"),)
 
     def acting_force(self, p: Values, f: Array, step: float) -> Array:
         return f - p["fo"]

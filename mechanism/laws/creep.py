@@ -11,11 +11,11 @@ class Creep(Law):
 
     name = "cable_creep"
     terms = (
-        Term("km", "N/m", low=0.0, high=1e5, size=500.0, would_tell=_WOULD_TELL),
+        Term("km", "N/m", low=0.0, high=1e6, size=500.0, would_tell=_WOULD_TELL),
         Term("tau", "s", low=0.1, high=100.0, size=1.0, of="arm", would_tell=_WOULD_TELL),
     )
     states = 1
-    memory_start = Term("z0", "N", low=-1000.0, high=1000.0, size=5.0, would_tell=_WOULD_TELL)
+    memory_start = Term("z0", "N", low=-10000.0, high=10000.0, size=5.0, would_tell=_WOULD_TELL)
 
     def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         return z[..., 0]

@@ -9,7 +9,7 @@ class DryFriction(Law):
 
     name = "dry_friction"
     terms = (
-        Term("fs", "N", low=0.0, high=100.0, size=1.0, would_tell="turn the motor both ways at speed, many times"),
+        Term("fs", "N", low=0.0, high=1000.0, size=1.0, would_tell="turn the motor both ways at speed, many times"),
         Term("cm", "s/rad", low=0.02, high=20.0, size=0.1, of="arm", would_tell="reverse the motors often and slowly"),
     )
 

@@ -16,7 +16,7 @@ class Hardening(Law):
 
     name = "cable_hardening"
     terms = (
-        Term("k2", "N/m^2", low=0.0, high=1e8, size=2e5, would_tell=_WOULD_TELL),
+        Term("k2", "N/m^2", low=0.0, high=1e9, size=2e5, would_tell=_WOULD_TELL),
         Term("nh", "1", low=1.2, high=6.0, size=2.0, of="arm", would_tell=_WOULD_TELL),
     )
 

@@ -13,7 +13,7 @@ class Hysteresis(Law):
 
     name = "cable_hysteresis"
     terms = (
-        Term("h", "N", low=0.0, high=50.0, size=1.0, would_tell=_WOULD_TELL),
+        Term("h", "N", low=0.0, high=500.0, size=1.0, would_tell=_WOULD_TELL),
         Term("xh", "m", low=2e-5, high=1e-2, size=2e-4, of="arm", would_tell=_WOULD_TELL),
     )
     states = 1

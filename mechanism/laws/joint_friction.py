@@ -17,8 +17,8 @@ class JointFriction(Law):
 
     name = "joint_friction"
     terms = (
-        Term("cj", "N m", low=0.0, high=1.0, size=5e-3, of="joint", would_tell=_WOULD_TELL),
-        Term("dj", "N m s/rad", low=0.0, high=1.0, size=5e-3, of="joint", would_tell=_WOULD_TELL),
+        Term("cj", "N m", low=0.0, high=10.0, size=5e-3, of="joint", would_tell=_WOULD_TELL),
+        Term("dj", "N m s/rad", low=0.0, high=10.0, size=5e-3, of="joint", would_tell=_WOULD_TELL),
         Term("vj", "rad/s", low=5e-3, high=2.0, size=0.05, of="arm", would_tell=_WOULD_TELL),
         Term("nj", "1", low=0.8, high=8.0, size=1.0, of="arm", would_tell=_WOULD_TELL),
     )

@@ -9,12 +9,12 @@ class LinearCable(Law):
 
     name = "linear_cable"
     terms = (
-        Term("k", "N/m", low=100.0, high=1e6, size=1000.0, would_tell="vary the cable's tension by tens of newtons"),
+        Term("k", "N/m", low=10.0, high=1e7, size=1000.0, would_tell="vary the cable's tension by tens of newtons"),
         Term(
             "ca",
             "N s/m",
             low=0.0,
-            high=2000.0,
+            high=20000.0,
             size=20.0,
             would_tell="vary the tension at 2 Hz and faster, with a clock known to 0.1 ms (a light that the controller switches)",
         ),

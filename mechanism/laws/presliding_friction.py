@@ -18,7 +18,7 @@ class PreslidingFriction(Law):
 
     name = "presliding_friction"
     terms = (
-        Term("fp", "N", low=0.0, high=100.0, size=1.0, would_tell=_WOULD_TELL),
+        Term("fp", "N", low=0.0, high=1000.0, size=1.0, would_tell=_WOULD_TELL),
         Term("wp", "rad", low=1e-3, high=5.0, size=0.03, would_tell=_WOULD_TELL),
     )
     states = 1

@@ -14,7 +14,7 @@ class Stribeck(Law):
 
     name = "stribeck_friction"
     terms = (
-        Term("fst", "N", low=0.0, high=50.0, size=2.0, would_tell=_WOULD_TELL),
+        Term("fst", "N", low=0.0, high=500.0, size=2.0, would_tell=_WOULD_TELL),
         Term("vs", "rad/s", low=2.0, high=200.0, size=5.0, of="arm", would_tell=_WOULD_TELL),
         Term("ns", "1", low=0.5, high=50.0, size=5.0, of="arm", would_tell=_WOULD_TELL),
     )

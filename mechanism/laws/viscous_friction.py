@@ -13,7 +13,7 @@ class ViscousFriction(Law):
             "fv",
             "N s/rad",
             low=0.0,
-            high=1.0,
+            high=10.0,
             size=0.01,
             would_tell="turn the motor at speeds that differ several times over",
         ),

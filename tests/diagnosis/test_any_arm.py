@@ -5,6 +5,8 @@ The arms are integrated forward by the second generator, off their drawing by a 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,8 @@ from benchmarks.forward_arm_runs import SETTINGS, SeenArm, seen
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.extended_model import extended_model
 from identification.dataset.dataset import DataSet
+from identification.dataset.series import Series
+from mechanism.description import Neck
 from samples.forward_arms.arms import make_arms
 from samples.forward_arms.laws import Described, JointFriction, Law
 from samples.forward_arms.settings import Settings
@@ -54,6 +58,7 @@ class Case:
         errors = np.array([clock["offset_s"] for clock in clocks]) - true
         return errors, np.array([clock["offset_sigma_s"] for clock in clocks])
 
+    @cached_property
     def diagnosed(self) -> Diagnosis:
         """The first recording, with the second held out."""
         return diagnose(self.recordings[:1], self.recordings[1:])
@@ -77,16 +82,16 @@ def test_an_arm_of_one_joint_has_a_clock_and_is_consistent(one_joint: list[Case]
     errors, sigmas = one_joint[0].clock_errors()
     assert np.all(np.abs(errors) < MAX_CLOCK_SIGMAS * sigmas), (errors, sigmas)
     assert np.all(sigmas < MAX_CLOCK_SIGMA_S), sigmas
-    found = one_joint[0].diagnosed()
+    found = one_joint[0].diagnosed
     assert found.verdict == "consistent", found.why
     assert not found.not_simulated
 
 
 def test_the_joint_of_an_arm_of_one_joint_rubs_and_is_simulated_so() -> None:
     """Numbers of the only joint were looked for by another name than they were kept under, and the diagnosis broke off."""
-    found = made(ONE_JOINT, (485, [JointFriction(dry=0.012, width=0.02)]))[0].diagnosed()
+    found = made(ONE_JOINT, (485, [JointFriction(dry=0.012, width=0.02)]))[0].diagnosed
     assert [cause.effect.name for cause in found.causes] == ["joint_friction"]
-    model = extended_model(found.extended_stage, found.extended, {})
+    model = extended_model(found.extended_stage, {})
     (dry,) = (p for p in model.parameters if p.name == "cj")
     assert dry.index == 1
     assert dry.sigma is not None
@@ -95,9 +100,52 @@ def test_the_joint_of_an_arm_of_one_joint_rubs_and_is_simulated_so() -> None:
 
 
 def test_a_wrong_drum_of_an_arm_of_one_joint_is_found_in_its_place(one_joint: list[Case]) -> None:
-    (cause,) = one_joint[1].diagnosed().causes
+    (cause,) = one_joint[1].diagnosed.causes
     assert (cause.effect.name, cause.where.label) == ("drum_radius", "motor 2")
     assert cause.amounts[0] == pytest.approx(-0.043, abs=0.01)
+
+
+@pytest.mark.parametrize(("length", "force"), [(0.5, 10.0), (2.5, 0.01)], ids=["small and strong", "large and weak"])
+def test_a_similar_arm_gets_the_same_verdict(one_joint: list[Case], length: float, force: float) -> None:
+    """Lengths, gravity and forces so many times as large in the same time: the equations say the same of the same angles."""
+    case = one_joint[1]
+    as_it_is, similar = (
+        case.diagnosed,
+        Case(case.arm, [scaled(d, length, force) for d in case.recordings]).diagnosed,
+    )
+    (cause,), (same,) = as_it_is.causes, similar.causes
+    assert (same.effect.name, same.where.label) == (cause.effect.name, cause.where.label)
+    np.testing.assert_allclose(same.amounts, cause.amounts, rtol=0.02)
+    assert similar.verdict == as_it_is.verdict
+    for a, b in zip(as_it_is.remainder, similar.remainder, strict=True):
+        assert b.ratio == pytest.approx(a.ratio, rel=0.02), a.equation
+
+
+def scaled(data: DataSet, length: float, force: float) -> DataSet:
+    """The data set of an arm of `length` times the lengths, with `force` times the forces in the same time."""
+    units = {
+        **dict.fromkeys(("L", "b", "r", "rd", "free_length", "length", "x0", "gravity", "com"), length),
+        **dict.fromkeys(("inertia", "Ia"), force * length),
+        **dict.fromkeys(("mass", "stiffness"), force / length),
+        "section": length**2,
+    }
+
+    def of_similar(value: Any, factor: float = 1.0) -> Any:
+        if isinstance(value, dict):
+            return {
+                key: each if key == "tolerance" else of_similar(each, units.get(key, 1.0))
+                for key, each in value.items()
+            }
+        if isinstance(value, tuple):
+            return tuple(of_similar(each, factor) for each in value)
+        return value * factor if isinstance(value, float) else value
+
+    columns = {
+        name: column * force if name[0] == "f" and name[1:].isdigit() else column
+        for name, column in data.state.columns.items()
+    }
+    neck = Neck.model_validate(of_similar(data.neck.model_dump()))
+    return replace(data, neck=neck, state=Series(data.state.time, columns))
 
 
 def test_check_names_no_size_that_cannot_be(one_joint: list[Case]) -> None:
@@ -113,5 +161,5 @@ def test_an_arm_of_other_numbers_has_a_clock_and_is_consistent(settings: Setting
     errors, sigmas = case.clock_errors()
     assert np.all(np.abs(errors) < MAX_CLOCK_SIGMAS * sigmas), (errors, sigmas)
     assert np.all(sigmas < MAX_CLOCK_SIGMA_S), sigmas
-    found = case.diagnosed()
+    found = case.diagnosed
     assert found.verdict == "consistent", found.why

@@ -11,6 +11,7 @@ from diagnosis.cause_fit import MAX_START_DELAY_S, CauseFitter
 from diagnosis.cause_parameters import parameters_of
 from diagnosis.cause_search import NamedCause, search_causes
 from diagnosis.descent import MAX_TOLERANCES, last_fit
+from diagnosis.drawing_findings import drawing_findings
 from diagnosis.effects import EFFECTS
 from diagnosis.fit_stage import FitStage
 from diagnosis.hypothesis import as_described
@@ -19,6 +20,7 @@ from diagnosis.noise_ensemble import noise_ensemble
 from identification.dataset.dataset import DataSet
 from identification.dataset.frames import frame_angles
 from identification.dataset.series import Series, numbered_columns
+from mechanism.toleranced_numbers import moved, toleranced_numbers
 from tests.identification.test_estimates import recording
 
 LATE_ROWS = 4
@@ -80,6 +82,32 @@ def test_numbers_of_the_drawing_go_no_further_than_four_tolerances_whatever_is_n
             assert np.abs(one.fit.numbers[of_arm]).max() == pytest.approx(MAX_TOLERANCES)
             assert one.excess.above_noise
             assert np.abs(one.comparison.fit().numbers[of_arm]).max() > MAX_TOLERANCES + 1
+
+
+def test_an_arm_off_its_drawing_is_fitted_about_itself() -> None:
+    """Every number of the drawing is off by two tolerances, to one side or the other: straight lines from there miss the arm.
+
+    From where they lead to little is left to move, what was moved counts as off the drawing, and less is left."""
+    data = recording(2000, noise_deg=0.01)
+    numbers = toleranced_numbers(data.neck)
+    sides = np.random.default_rng(1).choice([-2.0, 2.0], len(numbers))
+    drawn = moved(data.neck, numbers, [n.sigma * side for n, side in zip(numbers, sides, strict=True)])
+    wrong = replace(data, neck=drawn)
+    fitter = CauseFitter(as_described(drawn), [noise_ensemble(wrong, frame_angles(wrong), 0)])
+    first = fitter.base_model()
+    _, about_itself = fitter.redrawn(first)
+    before, after = (
+        {found.name: (found.value, found.sigma, found.tolerance) for found in drawing_findings(stage)}
+        for stage in (first, about_itself)
+    )
+    assert max(abs(value) / tolerance for value, _, tolerance in after.values()) > 1.5
+    for name in before.keys() & after.keys():
+        value, sigma, _ = after[name]
+        assert value == pytest.approx(before[name][0], abs=sigma), name
+    of_arm = slice(first.comparison.base_count, first.comparison.base_count + first.comparison.nuisances.count)
+    assert np.abs(first.fit.numbers[of_arm]).max() > 1.5
+    assert np.abs(about_itself.fit.numbers[of_arm]).max() < 0.5
+    assert about_itself.surplus < first.surplus
 
 
 def test_a_fit_that_went_astray_begins_again() -> None:

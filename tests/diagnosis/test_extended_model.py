@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.cause import Cause, with_causes
+from diagnosis.cause import Cause
 from diagnosis.compare import compare
 from diagnosis.effects import EFFECTS
 from diagnosis.extended_model import extended_description
@@ -30,7 +30,7 @@ def test_a_turned_marker_is_described_as_it_sits(bar: int) -> None:
     h, late = as_described(data.neck), np.zeros(1)
     effect = EFFECTS["marker_offset"]
     where = next(w for w in effect.placements(h.arm) if w.label == f"bar {bar}")
-    found = with_causes(h, [Cause(effect, where, np.array([off]), {})])
+    causes = (Cause(effect, where, np.array([off]), {}),)
     now = compare(
         at := linearise(h, corrected_signals(h, [data], late), base_unknowns(h, 1).start(), late),
         (),
@@ -38,7 +38,7 @@ def test_a_turned_marker_is_described_as_it_sits(bar: int) -> None:
         nuisances_at(at),
         Whitener(np.ones((7, 1))),
     )
-    written = extended_description(FitStage(now, (), (), 0.0, now.fit()), found)
+    written = extended_description(FitStage(h, now, causes, (), 0.0, now.fit()))
     assert data.neck.markers is not None
     assert written.markers is not None
     stood = np.array([0.0, 0.1, -0.2, 0.4])  # of every bar

@@ -85,8 +85,8 @@ def test_record_text_and_page_say_so(found: Diagnosis, tmp_path: Path) -> None:
 def test_it_is_written_with_the_model_and_simulated(
     found: Diagnosis, recordings: list[DataSet], tmp_path: Path
 ) -> None:
-    neck = extended_description(found.extended_stage, found.extended)
-    write_model(extended_model(found.extended_stage, found.extended, {}), tmp_path / "model.yaml")
+    neck = extended_description(found.extended_stage)
+    write_model(extended_model(found.extended_stage, {}), tmp_path / "model.yaml")
     model = read_model(tmp_path / "model.yaml")
     assert "motor.harmonic.motor_angle" in model.laws
     machine = machine_of(model, arm_of(neck))
@@ -107,7 +107,7 @@ def test_it_is_identified_again_on_another_recording(
     found: Diagnosis, recordings: list[DataSet], tmp_path: Path
 ) -> None:
     """Its amounts, with the inner constants of the model; the arm as drawn is off by its tolerances, which costs per cents."""
-    write_model(extended_model(found.extended_stage, found.extended, {}), tmp_path / "model.yaml")
+    write_model(extended_model(found.extended_stage, {}), tmp_path / "model.yaml")
     laws, held = unlisted_laws_of(read_model(tmp_path / "model.yaml"))
     assert held == {"motor.harmonic.motor_angle.count": POLES}
     estimates = estimate(recordings[1:], (*LAWS_BY_ELASTIC_MODEL[1], *laws), held)

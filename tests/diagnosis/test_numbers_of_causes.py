@@ -75,7 +75,7 @@ def test_a_power_is_found_along_the_bent_valley_of_its_loss(cases: dict[str, Cas
 def test_the_model_says_how_its_numbers_go_together(cases: dict[str, Case]) -> None:
     """A larger power with smaller parts of it pulls as much: each alone would make the simulation far less certain than it is."""
     found = cases["hardening"].found
-    model = extended_model(found.extended_stage, found.extended, {})
+    model = extended_model(found.extended_stage, {})
     covariance, names = covariance_of(model), [p.name for p in model.parameters]
     known = [i for i, p in enumerate(model.parameters) if p.sigma is not None]
     assert np.sqrt(np.diag(covariance)[known]) == pytest.approx([model.parameters[i].sigma or 0.0 for i in known])

@@ -64,7 +64,7 @@ def described(
     there = replace(at, recordings=(replace(place, rows=rows),))
     whiten = noise_whitener([drawn], [segment_starts(place.signals)], place.signals.arm.M)
     now = compare(there, (), (), known, whiten)
-    turn = FitStage(now, (), (drawn,), 0.0, now.fit())
+    turn = FitStage(now.linearisation.hypothesis, now, (), (drawn,), 0.0, now.fit())
     return signature(turn, turn)
 
 

@@ -85,9 +85,9 @@ def _diagnose_into(
         "provenance": origin,
         "made_from": _made_from(origin),
     }
-    neck = extended_model.extended_description(diagnosis.extended_stage, diagnosis.extended)
+    neck = extended_model.extended_description(diagnosis.extended_stage)
     write_text(folder / EXTENDED_NECK, extended_model.neck_yaml(neck))
-    model = extended_model.extended_model(diagnosis.extended_stage, diagnosis.extended, origin)
+    model = extended_model.extended_model(diagnosis.extended_stage, origin)
     write_model(with_pose(model, fitted, neck), folder / EXTENDED_MODEL)
     name = f"{' and '.join(map(_dataset_name, datasets))}, diagnosed"
     pages = tuple(_recording_pages(folder, [*datasets, *held_out]))
