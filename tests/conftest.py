@@ -38,10 +38,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     slow, longest, together = ([here / name for name in names] for names in (SLOW, LONGEST, chain(*TOGETHER)))
     if missing := [str(place) for place in (*slow, *longest, *together) if not place.exists()]:
         raise pytest.UsageError(f"{', '.join(missing)}: named slow, and not there")
+    paths = {item.path for item in items}
+    of_slow, of_longest = (
+        {path for path in paths if any(path.is_relative_to(place) for place in places)} for places in (slow, longest)
+    )
     for item in items:
-        if any(item.path.is_relative_to(place) for place in slow):
+        if item.path in of_slow:
             item.add_marker(pytest.mark.slow)
-    items.sort(key=lambda item: not any(item.path.is_relative_to(place) for place in longest))
+    items.sort(key=lambda item: item.path not in of_longest)
 
 
 @pytest.hookimpl(optionalhook=True)
