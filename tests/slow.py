@@ -68,8 +68,10 @@ TOGETHER = (
     (
         "diagnosis/test_causes_beside_laws.py",
         "diagnosis/test_found_laws.py",
+        "diagnosis/test_friction_curve.py",
         "diagnosis/test_held_joints.py",
         "diagnosis/test_numbers_of_causes.py",
+        "synchronisation/clocks/test_alternative_arms.py",
     ),
     ("observation",),
     ("samples/forward_arms",),

@@ -3,7 +3,7 @@
 import numpy as np
 
 from diagnosis.diagnose import diagnose
-from tests.diagnosis.hidden_arms import PAYLOAD, STOP, seen_arms
+from tests.hidden_arms import PAYLOAD, STOP, seen_arms
 from xneck.report.diagnosis_text import diagnosis_sentence
 
 STIFFNESS, SLACK, MASS = STOP.stiffness, STOP.slack, PAYLOAD.mass

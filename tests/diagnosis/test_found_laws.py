@@ -15,7 +15,7 @@ from identification.estimates import LAWS_BY_ELASTIC_MODEL, estimate
 from identification.model_file import machine_of, model_of, read_model, unlisted_laws_of, write_model
 from identification.simulation.simulated_recording import simulate_recording
 from mechanism.arm import arm_of
-from tests.diagnosis.hidden_arms import COGGING, seen_arms
+from tests.hidden_arms import COGGING, seen_arms
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 
 POLES, FORCE = round(COGGING.poles), COGGING.force

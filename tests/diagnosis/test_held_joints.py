@@ -6,7 +6,7 @@ import pytest
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.held_joints import held_share
 from mechanism.laws import JointMotion, Sliding, law_named
-from tests.diagnosis.hidden_arms import STICKING, seen_arms
+from tests.hidden_arms import STICKING, seen_arms
 
 DRY_N_M = STICKING.dry
 

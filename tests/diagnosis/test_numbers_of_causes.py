@@ -12,7 +12,7 @@ from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.extended_model import extended_model
 from identification.model_file import covariance_of
 from samples.forward_arms.arms import Arm
-from tests.diagnosis.hidden_arms import HARDENING, HIDDEN, SAME_ARM, seen_arms
+from tests.hidden_arms import HARDENING, HIDDEN, SAME_ARM, seen_arms
 
 pytestmark = pytest.mark.slow
 

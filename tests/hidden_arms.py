@@ -3,15 +3,35 @@
 They are integrated side by side: all together take little longer than one.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 
 from benchmarks.forward_arm_runs import SETTINGS, SeenArm, seen
 from samples.forward_arms.arms import make_arms
-from samples.forward_arms.laws import Hardening, JointFriction, Law, Payload, RouteFriction, Tilt
+from samples.forward_arms.drawing import HYPERBOLA
+from samples.forward_arms.laws import (
+    Described,
+    Hardening,
+    JointFriction,
+    Law,
+    Payload,
+    RouteFriction,
+    Stribeck,
+    Tilt,
+)
 from samples.forward_arms.outside import Cogging, Loom
+from samples.forward_arms.plant import Plant
+
+
+@dataclass(frozen=True)
+class Almost(Law):
+    """The friction of an arm whose base is `almost`, in one whose base is exact."""
+
+    def altered(self, plant: Plant) -> Plant:
+        return replace(plant, hyperbola=np.full_like(plant.hyperbola, HYPERBOLA["almost"]))
+
 
 SHORT = replace(SETTINGS, drawing_off=1.0, seconds=24.0)
 NOISE_DEG = 0.03
@@ -29,7 +49,11 @@ HIDDEN: dict[str, tuple[int, tuple[Law, ...]]] = {
     "cogging": (481, (COGGING,)),
     "sticking joints": (482, (STICKING,)),
     "payload beside a stop": (484, (PAYLOAD, STOP)),
+    "another curve": (5200, (Almost(),)),
+    "another curve with a peak": (5200, (Almost(), Stribeck(peak=3.0, width=12.0))),
+    "another pulley": (345304, (Almost(), Described("r", 0, 0.8164))),
 }
+"""seed of each arm, and what is hidden in it; nothing was set on 5200"""
 
 
 @cache
