@@ -6,18 +6,17 @@ Christoffel terms of M; g is the gradient of gravity and spring energy.
 """
 
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from mechanism.arm import Arm, Array
 from mechanism.batch_layout import arm_batch_last, batch_shape, from_batch_last, to_batch_last
 from mechanism.geometry import Complex, poses, sides
+from mechanism.running_sums import running_sums
 
 MAX_BATCH_OF_TERMS = 1 << 12
 """states that are computed at once: what they need stays in a cache, and memory does not grow with their number"""
-
-Values = TypeVar("Values", bound=np.ndarray[Any, Any])
 
 
 @dataclass(frozen=True)
@@ -50,11 +49,11 @@ def terms_batch_last(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:
     """M (N, N, B), c and g (N, B) of an arm in batch layout; alpha, alpha_d (N, B), rad and rad/s."""
     n, s, v, m, top = arm.N, sides(arm, alpha), alpha_d, arm.diagonal_mass, arm.top_mass
     d, h, h1 = s.d, s.right - s.d, s.right1 - s.d1
-    gamma, rate = _summed(alpha), _summed(v)
+    gamma, rate = running_sums(alpha), running_sums(v)
     # everything as complex numbers of the base frame; axis 0: mechanism i with bar i on its top
     line = 1j * _unit(gamma - alpha / 2)
     step = line * d
-    middle = _summed(step)
+    middle = running_sums(step)
     foot = middle - step
     u = line * (s.d1 + 0.5j * d)  # velocity of bar i's middle by alpha_i'
     q = u - 1j * middle  # a point p of what stands on bar i goes by q + jp
@@ -66,7 +65,7 @@ def terms_batch_last(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:
 
     def carried(of_top: Any, of_pair: Any) -> Any:
         """Sum over all that bar i carries: the tops from bar i up, the pairs of diagonals above it."""
-        return _summed((of_top + of_pair)[::-1])[::-1] - of_pair
+        return running_sums((of_top + of_pair)[::-1])[::-1] - of_pair
 
     mass = carried(top + 0 * d, 2 * m + 0 * d)
     first = carried(top * at, m * (foot + middle))
@@ -85,7 +84,7 @@ def terms_batch_last(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:
 
     w = rate - v / 2  # how fast the middle line turns
     relative = line * (s.d2 * v**2 - d * w**2 + 2j * s.d1 * v * w)
-    of_middle = _summed(relative)
+    of_middle = running_sums(relative)
     of_foot = of_middle - relative
     force, pair = top * (of_middle - rate**2 * com), m * (of_foot + of_middle)
     folding = v * w * (d * s.d1 + h * h1)
@@ -98,14 +97,6 @@ def terms_batch_last(arm: Arm, alpha: Array, alpha_d: Array) -> Terms:
     for side, (length, slope) in enumerate(((s.left, s.left1), (s.right, s.right1))):
         g = g + spring_force(arm, side, length) * slope
     return Terms(M, c, g)
-
-
-def _summed(values: Values) -> Values:
-    """Running sums over the first axis; numpy's cumsum is ten times slower where that axis is short."""
-    out = values.copy()
-    for i in range(1, len(out)):
-        out[i] += out[i - 1]
-    return out
 
 
 def _unit(angle: Array) -> Complex:

@@ -10,6 +10,7 @@ from mechanism.arm import Arm, Array
 from mechanism.cable_lengths import CableGeometry
 from mechanism.laws import CableMotion, JointMotion, Law, MotorMotion, Sliding, law_named
 from mechanism.path_memory import PathMemory, PathSteps
+from mechanism.running_sums import running_sums
 
 SPEED_STEP_RAD_S, _PATH_STEP_RAD = 1e-3, 1e-6
 """of the differences for friction's slopes"""
@@ -183,7 +184,7 @@ class Machine:
         """
         at = _sliding(Z, alpha_d, wraps)
         here = [law.loss(self.values, at) for law in self.laws if law.loses(self.values)]
-        return np.cumsum(sum(here, start=np.zeros_like(at.speed)), axis=0)
+        return running_sums(sum(here, start=np.zeros_like(at.speed)))
 
     @property
     def holds_at_rest(self) -> bool:
@@ -215,7 +216,7 @@ class Machine:
         Arguments as in `losses`."""
         at = _sliding(Z, alpha_d, wraps)
         held = sum((law.held_loss(self.values, at) ** 2 for law in self.laws), start=np.zeros_like(at.speed))
-        return np.cumsum(held, axis=0)
+        return running_sums(held)
 
     def ratios_lost(self, Z: Array, alpha_d: Array, wraps: Array) -> Array:
         """Share of a cable's tension that is lost on the way to each mechanism, (..., N, M).
@@ -240,5 +241,5 @@ class Machine:
 
 def _sliding(Z: Array, alpha_d: Array, wraps: Array) -> Sliding:
     """How cables slide over the pulleys before each mechanism's span, (N, ..., M); arguments as in `Machine.losses`."""
-    speeds = np.cumsum((Z * alpha_d)[::-1], axis=0)[::-1]
+    speeds = running_sums((Z * alpha_d)[::-1])[::-1]
     return Sliding(speeds, np.broadcast_to(wraps, speeds.shape))

@@ -1,8 +1,10 @@
-"""One browser for all tests of pages, and which tests the quick lane leaves out."""
+"""One browser for all tests of pages, which tests the quick lane leaves out, and which go to one core."""
 
 import shutil
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Page, sync_playwright
@@ -13,7 +15,7 @@ from tests.skips import (  # noqa: F401 (hooks)
     pytest_sessionfinish,
     pytest_terminal_summary,
 )
-from tests.slow import LONGEST, SLOW
+from tests.slow import LONGEST, SLOW, TOGETHER
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
@@ -33,10 +35,24 @@ def browser_page() -> Iterator[Page]:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Marks the slow tests, and begins with the longest, so that no core waits for another's last."""
     here = Path(__file__).parent
-    slow, longest = ([here / name for name in names] for names in (SLOW, LONGEST))
-    if missing := [str(place) for place in (*slow, *longest) if not place.exists()]:
+    slow, longest, together = ([here / name for name in names] for names in (SLOW, LONGEST, chain(*TOGETHER)))
+    if missing := [str(place) for place in (*slow, *longest, *together) if not place.exists()]:
         raise pytest.UsageError(f"{', '.join(missing)}: named slow, and not there")
+    paths = {item.path for item in items}
+    of_slow, of_longest = (
+        {path for path in paths if any(path.is_relative_to(place) for place in places)} for places in (slow, longest)
+    )
     for item in items:
-        if any(item.path.is_relative_to(place) for place in slow):
+        if item.path in of_slow:
             item.add_marker(pytest.mark.slow)
-    items.sort(key=lambda item: not any(item.path.is_relative_to(place) for place in longest))
+    items.sort(key=lambda item: item.path not in of_longest)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Where files go to cores as wholes, those that share what takes long go to the same one."""
+    if config.getvalue("dist") != "loadfile":
+        return None
+    from tests.by_shared_setup import BySharedSetup
+
+    return BySharedSetup(config, log)

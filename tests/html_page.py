@@ -104,9 +104,11 @@ def check_alone(report: Path, elements: Elements) -> None:
 
 
 def look(page: Page, report: Path, width: int) -> None:
-    """No error, no request but the file itself, nothing wider than the screen, every figure drawn and named, every anchor there."""
+    """No error, no request but the file itself, nothing wider than the screen, every figure drawn and named, every anchor there.
+
+    As one sees it who asks for less motion: anchors are reached at once."""
     watched = watch(page)
-    page.emulate_media(media="screen")
+    page.emulate_media(media="screen", reduced_motion="reduce")
     page.set_viewport_size({"width": width, "height": 844})
     page.goto(report.as_uri())
     page.wait_for_load_state("networkidle")

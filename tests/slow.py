@@ -1,4 +1,4 @@
-"""Which tests the quick lane leaves out, and which are begun first."""
+"""Which tests the quick lane leaves out, which are begun first, and which go to one core."""
 
 SLOW = (
     "benchmarks/test_clean_arms.py",
@@ -53,10 +53,29 @@ LONGEST = (
     "benchmarks/test_growth.py",
     "identification/simulation",
     "mechanism/mjcf",
+    "observation",
     "robustness",
     "synchronisation/long",
     "xneck/batch",
     "xneck/cli",
+    "xneck/report",
     "xneck/test_same_bytes.py",
+    "xneck/watch",
 )
-"""files of a minute and more"""
+"""files, or those that go to one core together, of a minute and more"""
+
+TOGETHER = (
+    (
+        "diagnosis/test_causes_beside_laws.py",
+        "diagnosis/test_found_laws.py",
+        "diagnosis/test_friction_curve.py",
+        "diagnosis/test_held_joints.py",
+        "diagnosis/test_numbers_of_causes.py",
+        "synchronisation/clocks/test_alternative_arms.py",
+    ),
+    ("observation",),
+    ("samples/forward_arms",),
+    ("xneck/batch",),
+    ("xneck/report",),
+)
+"""files and folders whose tests share what takes long to make: on two cores it would be made twice"""

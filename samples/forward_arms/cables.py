@@ -17,13 +17,12 @@ NONE = len(WORDS)
 
 def lengths(plant: Plant, fold: Fold, alpha: Array) -> Array:
     """(M, B), m."""
-    r, b, L = plant.r, plant.b, plant.L
-    crossing = np.sqrt(L**2 - 4 * r**2) + np.sqrt(b**2 - 4 * r**2)
+    r = plant.r
     words = r * _turns(plant, fold, alpha)
     for place, side in ((0, fold.right), (1, fold.left)):
         words[place] += np.sqrt(side**2 - r**2)
         words[place + 2] += side
-    words[4:6] += crossing
+    words[4:6] += plant.crossing
     return _routed(plant, words).sum(axis=0)
 
 
@@ -37,11 +36,11 @@ def wraps_before_spans(plant: Plant, fold: Fold, alpha: Array) -> Array:
 
     A string that passes on lies on the upper pulley over all but the first quarter of its turn: behind the span. Of a strut's three
     pulleys two are on the upper bar."""
-    r, turns = plant.r, _turns(plant, fold, alpha)
+    turns = _turns(plant, fold, alpha)
     behind = np.zeros_like(turns)
     for place, turn in ((2, alpha), (3, -alpha)):
         behind[place] = 3 * np.pi / 2 + turn / 2
-    from_entry = turns[4] / 2 + np.arcsin(2 * r / plant.b)
+    from_entry = turns[4] / 2 + plant.slopes_of_crossing[1]
     for place, turn in ((4, alpha), (5, -alpha)):
         behind[place] = from_entry - turn / 2
     before, after = _routed(plant, turns - behind), _routed(plant, behind)
@@ -57,7 +56,8 @@ def _turns(plant: Plant, fold: Fold, alpha: Array) -> Array:
     for place, side, turn in ((0, fold.right, alpha), (1, fold.left, -alpha)):
         turns[place] = np.pi / 2 + turn / 2 + np.arcsin(r / side)
         turns[place + 2] = 2 * np.pi + turn
-    turns[4] = turns[5] = 2 * (np.pi - diagonal + np.arcsin(2 * r / L) + np.arcsin(2 * r / b))
+    by_diagonal, by_bar = plant.slopes_of_crossing
+    turns[4] = turns[5] = 2 * (np.pi - diagonal + by_diagonal + by_bar)
     return turns
 
 
@@ -75,6 +75,4 @@ def levers(plant: Plant, fold: Fold) -> Array:
 
 def _routed(plant: Plant, words: Array) -> Array:
     """(word, N, B) -> (N, M, B)."""
-    _, n, count = words.shape
-    i, column = np.arange(n)[:, None, None], np.arange(count)
-    return np.take(words, (plant.routes * n + i) * count + column)
+    return words.take(plant.places_of_words(words.shape[-1]))

@@ -28,7 +28,7 @@ def equations(plant: Plant, fold: Fold, place: Place, alpha_d: Array) -> Equatio
     """Of the pose `fold`, `place` at alpha_d (N, B), rad/s."""
     n, count = alpha_d.shape
     rows = _jacobians(plant, fold, place)
-    rows *= plant.root_weights
+    rows *= plant.weights_of_those_above
     flat = rows.reshape(n, 5 * n, count)
     J = np.concatenate([flat.real, flat.imag], axis=1)
     mass = np.einsum("irb,jrb->ijb", J, J)
@@ -43,7 +43,7 @@ def equations(plant: Plant, fold: Fold, place: Place, alpha_d: Array) -> Equatio
 
 
 def _jacobians(plant: Plant, fold: Fold, place: Place) -> Complex:
-    """(N, 5, N, B): of joint, row and mechanism."""
+    """(N, 5, N, B): of joint, row and mechanism; of a mechanism below the joint what stands there means nothing."""
     n, count = fold.mean.shape
     p, u = place.middle, place.along
     own = place.up * (fold.mean1 + 0.5j * fold.mean)  # of p_j by alpha_j
@@ -52,18 +52,14 @@ def _jacobians(plant: Plant, fold: Fold, place: Place) -> Complex:
     step = 1j * fold.mean * place.up
     fourth, half = 0.25j * plant.b, 0.5j * plant.b
     apart, together = fourth * (u[1:] - u[:-1]), half * (u[1:] + u[:-1])
-    rows = np.zeros((n, 5, n, count), dtype=complex)
-    for j in range(n):
-        all_above = own[j] - 1j * p[j + 1]  # a point q above goes by this + iq
-        rows[j, 0, j:] = all_above + 1j * bar[j:]
-        rows[j, 1, j] = own[j] / 2
-        rows[j, 1, j + 1 :] = all_above + 1j * centre[j + 1 :]
-        rows[j, 2, j] = fourth[j] * u[j + 1]
-        rows[j, 2, j + 1 :] = apart[j + 1 :]
-        rows[j, 3, j] = own[j]
-        rows[j, 3, j + 1 :] = step[j + 1 :]
-        rows[j, 4, j] = half[j] * u[j + 1]
-        rows[j, 4, j + 1 :] = together[j + 1 :]
+    rows = np.empty((n, 5, n, count), dtype=complex)
+    all_above = (own - 1j * p[1:])[:, None]  # a point q above goes by this + iq
+    np.add(all_above, 1j * bar, out=rows[:, 0])
+    np.add(all_above, 1j * centre, out=rows[:, 1])
+    rows[:, 2], rows[:, 3], rows[:, 4] = apart, step, together
+    of_own = np.einsum("jrjb->rjb", rows)  # a view
+    of_own[1], of_own[3] = own / 2, own
+    of_own[2], of_own[4] = fourth * u[1:], half * u[1:]
     return rows
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from samples.forward_arms.cables import lengths, levers, wraps, wraps_before_spans
 from samples.forward_arms.dynamics import Equations, equations
 from samples.forward_arms.friction import Friction, friction
-from samples.forward_arms.joints import folded, placed
+from samples.forward_arms.joints import Fold, folded, placed
 from samples.forward_arms.laws import Gathered, Law, Snapshot
 from samples.forward_arms.plant import Array, Plant
 from samples.forward_arms.symmetric import factor, solve
@@ -30,6 +30,18 @@ class Rates:
     taut: Array
     joint_damping: Array
     """(N, N, B), of the laws, N m s/rad"""
+
+
+class _Whole(dict[str, Array]):
+    """What laws may look at; how cables lie on their pulleys follows where one does."""
+
+    def __init__(self, plant: Plant, fold: Fold) -> None:
+        self._plant, self._fold = plant, fold
+
+    def __missing__(self, name: str) -> Array:
+        made = {"wrap": wraps, "wraps": wraps_before_spans}[name]
+        self[name] = value = made(self._plant, self._fold, self["alpha"])
+        return value
 
 
 class System:
@@ -69,7 +81,8 @@ class System:
         if self.laws:
             added, resisting, driving = np.zeros_like(tension), np.zeros_like(tension), np.zeros_like(alpha)
             memory, memory_d = y[self.memory], state_d[self.memory]
-            whole = {
+            whole: dict[str, Array] = _Whole(plant, fold)
+            whole |= {
                 "alpha": alpha,
                 "alpha_d": alpha_d,
                 "theta": theta,
@@ -77,8 +90,6 @@ class System:
                 "x": x,
                 "x_d": x_d,
                 "tension": tension,
-                "wrap": wraps(plant, fold, alpha),
-                "wraps": wraps_before_spans(plant, fold, alpha),
                 "Z": Z,
                 "memory": memory,
                 "f": f,

@@ -33,15 +33,23 @@ class Friction:
 
 def friction(plant: Plant, speed: Array, bend: Array) -> Friction:
     """At motor speed (rad/s) and bend (of its greatest, -1..1); with viscous friction."""
-    sliding = plant.presliding == 0
-    width = np.where(sliding, 1.0, plant.presliding)
-    turn, share = ARCTANGENT * speed, plant.hyperbola
-    grip = np.where(sliding, 0.0, 1 / width)
+    share, sliding, grip = plant.hyperbola, plant.slides, plant.grip
+    turn = ARCTANGENT * speed
     fast = np.abs(speed)
-    bend_d = grip * (speed - fast * bend)
-    by_speed = grip * (1 - np.sign(speed) * bend)
     over_speed = (1 - share) * turning(speed) + share * speed / (fast + TAIL)
     steep = (1 - share) * 2 / np.pi * ARCTANGENT / (1 + turn**2) + share * TAIL / (fast + TAIL) ** 2
+    if plant.slides_everywhere:
+        still = np.zeros_like(speed)
+        return Friction(
+            force=plant.dry * over_speed + plant.viscous * speed,
+            force_by_speed=plant.dry * steep + plant.viscous,
+            force_by_bend=still,
+            bend_d=still,
+            bend_d_by_speed=still,
+            bend_d_by_bend=still,
+        )
+    bend_d = grip * (speed - fast * bend)
+    by_speed = grip * (1 - np.sign(speed) * bend)
     curve = np.where(sliding, over_speed, bend + MICRO * bend_d)
     slope = np.where(sliding, steep, MICRO * by_speed)
     return Friction(

@@ -70,11 +70,53 @@ class Plant:
         return np.sqrt(np.stack([self.bar_mass, pair, pair, spin, spin]))
 
     @cached_property
+    def weights_of_those_above(self) -> Array:
+        """(N, 5, N, B): those roots where a mechanism is a joint's own or above it, else 0."""
+        above = np.triu(np.ones((self.N, self.N)))
+        return above[:, None, :, None] * self.root_weights
+
+    @cached_property
     def turning(self) -> Array:
         """(N, N, B): what the bars' own inertia adds to the mass matrix, which no pose changes."""
         above = np.cumsum(self.bar_inertia[::-1], axis=0)[::-1]
         i = np.arange(self.N)
         return above[np.maximum(i[:, None], i[None, :])]
+
+    @cached_property
+    def crossing(self) -> Array:
+        """(N, B), m, of a string over a strut: between the pulleys of a diagonal, and between those of the upper bar."""
+        return np.sqrt(self.L**2 - 4 * self.r**2) + np.sqrt(self.b**2 - 4 * self.r**2)
+
+    @cached_property
+    def slopes_of_crossing(self) -> tuple[Array, Array]:
+        """(N, B) each, rad: by how much a string that crosses leans against the diagonal, and against the upper bar."""
+        return np.arcsin(2 * self.r / self.L), np.arcsin(2 * self.r / self.b)
+
+    @cached_property
+    def grip(self) -> Array:
+        """1/rad, of the friction's bristles; 0 where there are none."""
+        return np.where(self.slides, 0.0, 1 / np.where(self.slides, 1.0, self.presliding))
+
+    @cached_property
+    def slides(self) -> NDArray[np.bool_]:
+        """Whether friction is a curve over speed."""
+        return self.presliding == 0
+
+    @cached_property
+    def slides_everywhere(self) -> bool:
+        """No motor has bristles."""
+        return bool(np.all(self.slides))
+
+    @cached_property
+    def _places(self) -> dict[int, NDArray[np.intp]]:
+        return {}
+
+    def places_of_words(self, count: int) -> NDArray[np.intp]:
+        """(N, M, count): where the words of the routes stand among (word, N, count), counted through."""
+        if count not in self._places:
+            i, column = np.arange(self.N)[:, None, None], np.arange(count)
+            self._places[count] = (self.routes * self.N + i) * count + column
+        return self._places[count]
 
 
 def side_by_side(plants: Sequence[Plant]) -> Plant:

@@ -73,8 +73,10 @@ def made(settings: Settings, *hidden: tuple[int, Sequence[Law]]) -> list[Case]:
 
 @pytest.fixture(scope="module")
 def one_joint() -> list[Case]:
-    """The first as a workshop makes it, with motors' inertias that are off by 32 and 18 %; in the second a drum is wrong."""
-    return made(ONE_JOINT, (450, ()), (454, [Described("drum", 1, 0.957)]))
+    """The first as a workshop makes it, with motors' inertias that are off by 32 and 18 %; in the second a drum is wrong, and the
+    third one's joint rubs."""
+    rubbing = JointFriction(dry=0.012, width=0.02)
+    return made(ONE_JOINT, (450, ()), (454, [Described("drum", 1, 0.957)]), (485, [rubbing]))
 
 
 def test_an_arm_of_one_joint_has_a_clock_and_is_consistent(one_joint: list[Case]) -> None:
@@ -87,9 +89,9 @@ def test_an_arm_of_one_joint_has_a_clock_and_is_consistent(one_joint: list[Case]
     assert not found.not_simulated
 
 
-def test_the_joint_of_an_arm_of_one_joint_rubs_and_is_simulated_so() -> None:
+def test_the_joint_of_an_arm_of_one_joint_rubs_and_is_simulated_so(one_joint: list[Case]) -> None:
     """Numbers of the only joint were looked for by another name than they were kept under, and the diagnosis broke off."""
-    found = made(ONE_JOINT, (485, [JointFriction(dry=0.012, width=0.02)]))[0].diagnosed
+    found = one_joint[2].diagnosed
     assert [cause.effect.name for cause in found.causes] == ["joint_friction"]
     model = extended_model(found.extended_stage, {})
     (dry,) = (p for p in model.parameters if p.name == "cj")

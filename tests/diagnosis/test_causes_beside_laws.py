@@ -1,23 +1,17 @@
 """A cause of the catalogue and a law that no catalogue holds at once: each is named as what it is, with its numbers."""
 
-from dataclasses import replace
-
 import numpy as np
 
-from benchmarks.forward_arm_runs import SETTINGS, seen
 from diagnosis.diagnose import diagnose
-from samples.forward_arms import laws, outside
-from samples.forward_arms.arms import make_arms
+from tests.hidden_arms import PAYLOAD, STOP, seen_arms
 from xneck.report.diagnosis_text import diagnosis_sentence
 
-SHORT = replace(SETTINGS, drawing_off=1.0, seconds=24.0)
-STIFFNESS, SLACK, MASS = 1.5, 0.2, 0.08
+STIFFNESS, SLACK, MASS = STOP.stiffness, STOP.slack, PAYLOAD.mass
 
 
 def test_a_payload_beside_a_stop_is_named_and_weighed() -> None:
     """A loom of leads holds the first joint beyond 0.2 rad: while that is unknown no choice of causes explains the arm."""
-    (arm,) = make_arms([484], SHORT, [[laws.Payload(MASS), outside.Loom(STIFFNESS, SLACK)]])
-    first, second = (seen(arm, SHORT, 0.03).synchronised(i) for i in range(2))
+    first, second = (seen_arms()["payload beside a stop"].synchronised(i) for i in range(2))
     found = diagnose([first], [second])
     assert [cause.effect.name for cause in found.causes] == ["tip_payload"]
     (gained,) = found.found_laws

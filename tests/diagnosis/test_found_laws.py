@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.forward_arm_runs import SETTINGS, seen
 from diagnosis import law_gains
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.extended_model import extended_description, extended_model
@@ -16,18 +15,15 @@ from identification.estimates import LAWS_BY_ELASTIC_MODEL, estimate
 from identification.model_file import machine_of, model_of, read_model, unlisted_laws_of, write_model
 from identification.simulation.simulated_recording import simulate_recording
 from mechanism.arm import arm_of
-from samples.forward_arms import outside
-from samples.forward_arms.arms import make_arms
+from tests.hidden_arms import COGGING, seen_arms
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
 
-SHORT = replace(SETTINGS, drawing_off=1.0, seconds=24.0)
-POLES, FORCE = 7, 1.5
+POLES, FORCE = round(COGGING.poles), COGGING.force
 
 
 @pytest.fixture(scope="module")
 def recordings() -> list[DataSet]:
-    (arm,) = make_arms([481], SHORT, [[outside.Cogging(FORCE, float(POLES))]])
-    return [seen(arm, SHORT, 0.03).synchronised(i) for i in range(2)]
+    return [seen_arms()["cogging"].synchronised(i) for i in range(2)]
 
 
 @pytest.fixture(scope="module")

@@ -1,20 +1,12 @@
 """Friction of a slightly other curve is within tolerance; one that is plainly other is not."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from benchmarks.forward_arm_runs import SETTINGS, seen
 from diagnosis.diagnose import diagnose
 from diagnosis.friction_curve import BUMP_SPEEDS, friction_bumps
 from mechanism.friction import dry
-from samples.forward_arms.arms import make_arms
-from samples.forward_arms.laws import Stribeck
-
-SECONDS, NOISE_DEG = 24.0, 0.03
-ARM = 5200
-"""of samples/forward_arms; nothing was set on it"""
+from tests.hidden_arms import seen_arms
 
 
 def test_bumps_are_odd_and_one_at_their_speeds() -> None:
@@ -37,10 +29,9 @@ def test_bumps_add_up_to_what_parts_a_hyperbola_from_the_arc_tangent() -> None:
 @pytest.mark.slow
 def test_a_small_difference_of_curves_is_no_cause_and_a_peak_is() -> None:
     """Friction 0.05 N rms from the arc tangent, which noise would show; then with a peak of 3 N beside it."""
-    settings = replace(SETTINGS, base="almost", drawing_off=1.0, seconds=SECONDS)
     named = []
-    for arm in make_arms([ARM, ARM], settings, [[], [Stribeck(peak=3.0, width=12.0)]]):
-        recordings = [seen(arm, settings, NOISE_DEG).synchronised(i) for i in range(2)]
+    for hidden in ("another curve", "another curve with a peak"):
+        recordings = [seen_arms()[hidden].synchronised(i) for i in range(2)]
         found = diagnose(recordings[:1], recordings[1:])
         named.append((found.verdict, [cause.effect.name for cause in found.causes]))
     assert named == [("consistent", []), ("cause", ["stribeck_friction"])]

@@ -1,26 +1,19 @@
 """Dry friction that holds joints at rest: named alone, with its numbers, and what it holds is neither noise nor another cause."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from benchmarks.forward_arm_runs import SETTINGS, seen
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.held_joints import held_share
 from mechanism.laws import JointMotion, Sliding, law_named
-from samples.forward_arms.arms import make_arms
-from samples.forward_arms.laws import JointFriction
+from tests.hidden_arms import STICKING, seen_arms
 
-SHORT = replace(SETTINGS, drawing_off=1.0, seconds=24.0)
-DRY_N_M = 0.08
-HOLDS_BELOW_RAD_S = 2e-3
+DRY_N_M = STICKING.dry
 
 
 @pytest.fixture(scope="module")
 def found() -> Diagnosis:
-    (arm,) = make_arms([482], SHORT, [[JointFriction(dry=DRY_N_M, width=HOLDS_BELOW_RAD_S)]])
-    fitted, held_out = (seen(arm, SHORT, 0.03).synchronised(i) for i in range(2))
+    fitted, held_out = (seen_arms()["sticking joints"].synchronised(i) for i in range(2))
     return diagnose([fitted], [held_out])
 
 

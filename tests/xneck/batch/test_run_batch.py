@@ -151,6 +151,7 @@ def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
             client.wait_for_workers(1)
         yield address
         second.terminate()
+        second.wait()  # without its scheduler it would try to reach it for eight seconds
         first.terminate()
 
 

@@ -4,7 +4,7 @@ import re
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from identification.dataset.clock_record import log_time
 from identification.fasquelle.reconstruction import reconstruct
 from identification.simulation.channels import Channel
 from tests.html_page import (
+    ARRIVED,
     Elements,
     check_alone,
     check_figures,
@@ -162,6 +163,18 @@ def test_seen_in_chromium(report: Path, browser_page: Page, width: int) -> None:
     look(browser_page, report, width)
     assert browser_page.title() == f"{NASTY}: xneck report"
     assert browser_page.evaluate("[...document.images].map(i => i.complete && i.naturalWidth > 0)") == [True, True]
+
+
+@pytest.mark.parametrize(("motion", "way"), [("no-preference", "smooth"), ("reduce", "auto")])
+def test_anchors_are_reached_smoothly_unless_less_motion_is_asked_for(
+    report: Path, browser_page: Page, motion: Literal["no-preference", "reduce"], way: str
+) -> None:
+    browser_page.emulate_media(media="screen", reduced_motion=motion)
+    browser_page.goto(report.as_uri())
+    assert browser_page.evaluate("getComputedStyle(document.documentElement).scrollBehavior") == way
+    link = browser_page.locator("nav a").last
+    link.click()
+    browser_page.wait_for_function(ARRIVED, arg=str(link.get_attribute("href")))
 
 
 def test_a_click_zooms_and_a_cursor_stands_at_one_moment_in_all_figures_of_time(
