@@ -18,6 +18,7 @@ from synchronisation.angles import Angles
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.clocks.usable_frames import MIN_FRAMES
 from synchronisation.encoder_log import uniformly_sampled
+from synchronisation.exchanged_columns import exchanged_columns
 from synchronisation.log_regression import Factors, LoggedMotion, force_factors, logged_motion, travel_factors
 from synchronisation.log_units import Unit, force_units, theta_units, unit_of
 from xneck_foundation.errors import Refused
@@ -72,6 +73,10 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
         _check_degrees(arm, time, alpha, even)
         return warnings
     _check_stuck(arm, time, alpha, even, motion)
+    if exchange := exchanged_columns(arm, motion):
+        left, described = 1e3 * exchange.left, 1e3 * exchange.described
+        what = f"{exchange.words}: {left:.3f} mm are left unexplained so, {described:.3f} as it is"
+        raise Refused("sync", what, "exchange these columns, or what neck.yaml says of them")
     factors, yielding = travel_factors(motion, arm.drum)
     wrong = _wrong_travel(motion, factors)
     if len(wrong):

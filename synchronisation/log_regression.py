@@ -15,7 +15,7 @@ from identification.filters import low_pass
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.dynamics import terms
-from synchronisation.clocks.coarse_alignment import CableSpeeds, align_coarsely, cable_speeds
+from synchronisation.clocks.coarse_alignment import CableSpeeds, align_stretched, cable_speeds, force_rates
 from synchronisation.clocks.exchanged_labels import MIN_CABLE_CORRELATION, MIN_CORRELATION
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.clocks.signals import cubic_spline
@@ -94,8 +94,9 @@ def logged_motion(arm: Arm, time: Array, alpha: Array, log: Series) -> LoggedMot
     size = np.std(motors.values, axis=0)
     # each motor as fast as its cable: a log may have its motors in different units
     scale = np.std(video.values, axis=0) / np.where(size > 0, size, 1.0)
+    rates = force_rates(log)
     for signs in _senses(video, motors):
-        alignment = align_coarsely(video, replace(motors, values=motors.values * scale * signs))
+        alignment, _ = align_stretched(video, replace(motors, values=motors.values * scale * signs), rates)
         if alignment.correlation >= MIN_CORRELATION:
             break
     else:
@@ -111,11 +112,7 @@ def travel_factors(motion: LoggedMotion, drum: Array) -> tuple[Factors, Array]:
     m = motion.travel.shape[1]
     value, sigma, yielding, explained, left = np.zeros(m), np.full(m, np.inf), np.zeros(m), np.zeros(m), np.zeros(m)
     for j in range(m):
-        columns = [motion.travel[:, j], np.ones(len(motion.time))]
-        if motion.force.shape[1]:
-            f = motion.force[:, j]
-            columns += [f, f**2, motion.dry_friction[:, j]]
-        winding = motion.winding[:, j]
+        columns, winding = _columns_of_winding(motion, j), motion.winding[:, j]
         slopes, errors, explained[j], left[j] = _least_squares(np.stack(columns, axis=-1), winding, motion.time)
         value[j], sigma[j] = slopes[0], errors[0]
         if motion.force.shape[1]:
@@ -124,6 +121,26 @@ def travel_factors(motion: LoggedMotion, drum: Array) -> tuple[Factors, Array]:
             straight, of_straight, *_ = _least_squares(linear, winding, motion.time)
             yielding[j] = straight[2] / of_straight[2] if of_straight[2] > 0 else 0.0
     return Factors(value, sigma, float(np.min(explained)), float(np.sqrt(np.mean(left**2)))), yielding
+
+
+def unexplained_winding(motion: LoggedMotion) -> Array:
+    """RMS of what travel and force leave of each cable's winding, (M,), m."""
+    each = range(motion.travel.shape[1])
+    return np.array(
+        [
+            _least_squares(np.stack(_columns_of_winding(motion, j), axis=-1), motion.winding[:, j], motion.time)[3]
+            for j in each
+        ]
+    )
+
+
+def _columns_of_winding(motion: LoggedMotion, cable: int) -> list[Array]:
+    """What a cable's winding is regressed on, (K,) each: its travel first, a constant, and where forces are known what these do."""
+    columns = [motion.travel[:, cable], np.ones(len(motion.time))]
+    if motion.force.shape[1]:
+        f = motion.force[:, cable]
+        columns += [f, f**2, motion.dry_friction[:, cable]]
+    return columns
 
 
 def force_factors(arm: Arm, motion: LoggedMotion) -> Factors:

@@ -4,13 +4,13 @@ It also says how well the motions correlate there, whether another shift does ne
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import correlate
 
-from identification.dataset.series import clear_of_gaps, interpolated
+from identification.dataset.series import Series, clear_of_gaps, interpolated
 from identification.filters import low_pass
 
 Array = NDArray[np.float64]
@@ -31,6 +31,10 @@ SHORT_WINDOW_S = 5.0
 """s of video that are aligned alone where longer windows do not correlate either (docs/thresholds.md)"""
 WHOLE_CORRELATION = 0.9
 """correlation below which windows of the video are tried beside the whole (docs/thresholds.md)"""
+_STRETCH_ROUNDS = 3
+"""of telling how far forces stretch the cables, and aligning"""
+_REVERSAL_SPEED_RATIO = 0.1
+"""ratio to the rms speed of a motor, over which its dry friction turns over"""
 MAX_SECOND_PEAK = 0.9
 """ratio of the second peak of the correlation to the first, above which the motion repeats itself and the clock is refused
 (docs/thresholds.md)"""
@@ -109,6 +113,49 @@ def align_coarsely(video: CableSpeeds, log: CableSpeeds) -> CoarseAlignment:
         if best.correlation > WHOLE_CORRELATION:
             break
     return best if best.correlation > WHOLE_CORRELATION else whole
+
+
+def force_rates(log: Series, gaps: Sequence[tuple[float, float]] = ()) -> CableSpeeds | None:
+    """How fast the forces of a log change, N/s, as `cable_speeds` tells travels; None where it has none."""
+    f = log.matrix("f")
+    return cable_speeds(log.time, f, gaps) if f.shape[1] else None
+
+
+def align_stretched(
+    video: CableSpeeds, log: CableSpeeds, rates: CableSpeeds | None
+) -> tuple[CoarseAlignment, CableSpeeds]:
+    """As `align_coarsely`, and the log's speeds as they were compared: where cables are soft, less what forces stretch them.
+
+    rates: of the forces, on the log's rows; None where there are none."""
+    best = align_coarsely(video, log), log
+    for _ in range(_STRETCH_ROUNDS):
+        if rates is None or best[0].correlation > WHOLE_CORRELATION:
+            break
+        relaxed = _without_stretch(video, log, rates, best[0].shift)
+        alignment = align_coarsely(video, relaxed)
+        if alignment.correlation <= best[0].correlation:
+            break
+        best = alignment, relaxed
+    return best
+
+
+def _without_stretch(video: CableSpeeds, log: CableSpeeds, rates: CableSpeeds, shift: float) -> CableSpeeds:
+    """The log's speeds less what forces stretch each cable, by what the video shows at a shift; no force makes one shorter.
+
+    Of a force dry friction takes a part, which turns over with the motor."""
+    ahead = round((video.first + shift - log.first) * SPEED_RATE_HZ)
+    rows = np.arange(max(0, -ahead), min(len(video.values), len(log.values) - ahead))
+    rows = rows[video.known[rows] & log.known[rows + ahead]]
+    width = _REVERSAL_SPEED_RATIO * np.sqrt(np.mean(log.values**2, axis=0))
+    direction = np.arctan(log.values / np.where(width > 0, width, 1.0))
+    turning = low_pass(np.gradient(direction, 1 / SPEED_RATE_HZ, axis=0), SPEED_RATE_HZ, SPEED_CUTOFF_HZ)
+    values = log.values.copy()
+    for j in range(values.shape[1]):
+        columns = np.stack([log.values[:, j], rates.values[:, j], turning[:, j]], axis=-1)
+        by_motor, by_force, by_turning = np.linalg.lstsq(columns[rows + ahead], video.values[rows, j], rcond=None)[0]
+        if by_motor > 0 > by_force:
+            values[:, j] += columns[:, 1:] @ [by_force / by_motor, max(by_turning, 0.0) / by_motor]
+    return replace(log, values=values)
 
 
 def _lively_windows(video: CableSpeeds, length: int) -> list[CableSpeeds]:

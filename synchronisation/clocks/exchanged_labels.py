@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 MIN_CORRELATION = 0.8
 """correlation below which log and video are not of one motion (docs/thresholds.md)"""
+FAINT_CORRELATION = 0.5
+"""correlation from which on they may be, and something else hides it (docs/thresholds.md)"""
 MIN_CABLE_CORRELATION = 0.6
 """correlation of one cable below which it contradicts others that correlate by MIN_CORRELATION (docs/thresholds.md)"""
 EXCHANGE_CORRELATION = 0.9
@@ -56,11 +58,14 @@ def check_labels(
             )
         raise Refused("sync", f"log and video do not fit: {words}", "correct that, and synchronise again")
     _check_cables(alignment, moving)
-    raise Refused(
-        "sync",
-        f"log and video do not show the same motion (best correlation of cable speeds {alignment.correlation:.2f})",
-        "are they of the same recording, and do they overlap?",
-    )
+    what = f"log and video do not show the same motion (best correlation of cable speeds {alignment.correlation:.2f})"
+    remedy = "are they of the same recording, and do they overlap?"
+    if alignment.correlation > FAINT_CORRELATION:
+        what = (
+            f"log and video hardly show the same motion (best correlation of cable speeds {alignment.correlation:.2f})"
+        )
+        remedy += " If so, cables stretch as far as they wind, or R and rd are not the motors': record a larger motion"
+    raise Refused("sync", what, remedy)
 
 
 def _check_cables(alignment: CoarseAlignment, moving: NDArray[np.bool_]) -> None:

@@ -19,8 +19,9 @@ from synchronisation.clocks.coarse_alignment import (
     MIN_OVERLAP_S,
     SECOND_PEAK_WARNING,
     CoarseAlignment,
-    align_coarsely,
+    align_stretched,
     cable_speeds,
+    force_rates,
 )
 from synchronisation.clocks.exchanged_labels import check_labels
 from synchronisation.clocks.frame_geometry import cable_winding, frame_geometry
@@ -61,7 +62,7 @@ def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array
     winding, travel = cable_winding(arm, alpha), arm.drum * log.matrix("theta")
     _check_motion(time, winding, log.time, travel)
     video_speeds, log_speeds = cable_speeds(time, winding), cable_speeds(log.time, travel, repaired.gaps)
-    coarse = align_coarsely(video_speeds, log_speeds)
+    coarse, log_speeds = align_stretched(video_speeds, log_speeds, force_rates(log, repaired.gaps))
     check_labels(arm, time, alpha, video_speeds, log_speeds, coarse)
     repetition = check_repetition(coarse)
     signals = log_signals_of(arm, log)

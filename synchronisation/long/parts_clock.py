@@ -24,8 +24,9 @@ from synchronisation.clocks.coarse_alignment import (
     SPEED_RATE_HZ,
     CableSpeeds,
     CoarseAlignment,
-    align_coarsely,
+    align_stretched,
     cable_speeds,
+    force_rates,
 )
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.clocks.log_gaps import RepairedLog
@@ -112,7 +113,7 @@ def _anchor(
     of_log = cable_speeds(thinned.time, arm.drum * thinned.matrix("theta"))
     of_parts = [video.part(video.rows(span)) for span in spans]
     anchor = int(np.argmax([np.mean(part.values**2) for part in of_parts]))
-    return anchor, align_coarsely(of_parts[anchor], of_log)
+    return anchor, align_stretched(of_parts[anchor], of_log, force_rates(thinned))[0]
 
 
 def _part_clock(

@@ -1,0 +1,76 @@
+"""Columns in each other's places are named as what they are, whatever else they then seem to be."""
+
+import re
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter1d
+
+from identification.dataset.series import Series, numbered_columns
+from mechanism.arm import arm_of
+from mechanism.cable_lengths import lengths
+from mechanism.description import read_neck
+from synchronisation.angles import Angles
+from synchronisation.log_plausibility import check_log_meaning
+from tests.paths import NECK_FILE
+from xneck_foundation.errors import Refused
+
+NECK = read_neck(NECK_FILE)
+ARM = arm_of(NECK)
+STIFFNESS = np.array([9e3, 7e3, 8e3, 6e3])
+NOISE_RAD = np.radians(0.03)
+EXCHANGES = [
+    *((stems, pair) for stems in (("theta",), ("f",), ("theta", "f")) for pair in combinations(range(1, 5), 2)),
+    *((("alpha",), pair) for pair in combinations(range(1, 4), 2)),
+]
+
+
+@pytest.fixture(scope="module")
+def recording() -> tuple[Angles, Series]:
+    """Joints that move nearly together, as where an arm reaches out and back, on cables that stretch as their forces say."""
+    rng, time = np.random.default_rng(7), np.arange(0, 40, 2e-3)
+
+    def smooth(count: int) -> np.ndarray:
+        values = gaussian_filter1d(rng.normal(size=(len(time), count)), 150, axis=0)
+        return values / values.std(axis=0)
+
+    alpha = 0.2 * (0.9 * smooth(1) + 0.4 * smooth(ARM.N))
+    f = 45 + 9 * smooth(ARM.M)
+    elongation = f / STIFFNESS
+    theta = (elongation - lengths(ARM, alpha) + lengths(ARM, np.zeros(ARM.N))) / ARM.drum
+    seen = np.arange(50, len(time) - 50, 17)
+    angles = alpha[seen] + rng.normal(0, NOISE_RAD, (len(seen), ARM.N))
+    log = Series(time, numbered_columns("theta", theta) | numbered_columns("f", f))
+    return Angles(time[seen], angles, np.full(angles.shape, NOISE_RAD)), log
+
+
+def exchanged(angles: Angles, log: Series, stems: Sequence[str], pair: tuple[int, int]) -> tuple[Angles, Series]:
+    """With the columns of a pair in each other's places."""
+    a, b = pair
+    if "alpha" in stems:
+        order = np.arange(ARM.N)
+        order[[a - 1, b - 1]] = b - 1, a - 1
+        return Angles(angles.time, angles.alpha[:, order], angles.sigma[:, order]), log
+    columns = dict(log.columns)
+    for stem in stems:
+        columns[f"{stem}{a}"], columns[f"{stem}{b}"] = columns[f"{stem}{b}"], columns[f"{stem}{a}"]
+    return angles, Series(log.time, columns)
+
+
+@pytest.mark.parametrize(("stems", "pair"), EXCHANGES, ids=[f"{' and '.join(s)} {a} {b}" for s, (a, b) in EXCHANGES])
+def test_what_is_exchanged_is_named(
+    recording: tuple[Angles, Series], stems: Sequence[str], pair: tuple[int, int]
+) -> None:
+    """Two motors that are told each other's angles seem to pull the wrong way, or to be in degrees: that was said of them."""
+    a, b = pair
+    motors = f"motors {a} and {b} are swapped, theta and f"
+    what = motors if len(stems) == 2 else f"{stems[0]}{a} and {stems[0]}{b} are swapped"
+    with pytest.raises(Refused, match=re.escape(what)) as refusal:
+        check_log_meaning(NECK, ARM, *exchanged(*recording, stems, pair))
+    assert re.search(r"[\d.]+ mm are left unexplained so, [\d.]+ as it is", str(refusal.value))
+
+
+def test_nothing_is_exchanged_in_a_recording_that_is_right(recording: tuple[Angles, Series]) -> None:
+    assert check_log_meaning(NECK, ARM, *recording) == ()
