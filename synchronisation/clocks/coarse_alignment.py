@@ -153,8 +153,12 @@ def _without_stretch(video: CableSpeeds, log: CableSpeeds, rates: CableSpeeds, s
     for j in range(values.shape[1]):
         columns = np.stack([log.values[:, j], rates.values[:, j], turning[:, j]], axis=-1)
         by_motor, by_force, by_turning = np.linalg.lstsq(columns[rows + ahead], video.values[rows, j], rcond=None)[0]
-        if by_motor > 0 > by_force:
-            values[:, j] += columns[:, 1:] @ [by_force / by_motor, max(by_turning, 0.0) / by_motor]
+        if not by_motor > 0 > by_force:
+            continue
+        stretch = -columns[:, 1:] @ [by_force / by_motor, max(by_turning, 0.0) / by_motor]
+        # of what a motor winds it may stretch a part: more is told by a column that is no force
+        if np.sum(stretch**2) < np.sum(values[:, j] ** 2):
+            values[:, j] -= stretch
     return replace(log, values=values)
 
 
