@@ -20,6 +20,7 @@ from diagnosis.noise_ensemble import (
     noise_whitener,
     steady_noise_residuals,
 )
+from diagnosis.remainder import MAX_REMAINDER
 from identification.dataset.dataset import DataSet
 from identification.estimates import check_motion
 from identification.fitting import fit_by_least_squares, segment_starts
@@ -134,7 +135,7 @@ class CauseFitter:
     def redrawn(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
         """The same causes fitted anew about the arm as it comes out of a fit: from the drawing straight lines may miss it.
 
-        Where far more than noise is left what is known to a tolerance may be anywhere: there nothing is done."""
+        Where more than noise is left what is known to a tolerance may be anywhere: there nothing is done."""
         return self._anew(stage, self.whiten, self._h.held_share) if is_near(stage) else (self, stage)
 
     def _whitener(self, stage: FitStage) -> Whitener:
@@ -184,8 +185,8 @@ class CauseFitter:
 
 
 def is_near(stage: FitStage) -> bool:
-    """Whether a stage leaves no more than a few times what noise makes."""
-    return stage.comparison.profiled_loss < FAR * stage.comparison.row_count
+    """Whether a stage leaves no equation with plainly more than noise."""
+    return bool(stage.excess.ratio.max() < MAX_REMAINDER)
 
 
 @dataclass

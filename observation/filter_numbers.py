@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from identification.model_file import Model, PoseModel, pose_machine
 from mechanism.description import Neck
 from mechanism.machine import Machine
+from mechanism.typical_load import typical_load
 from observation.pose_error import UNSEEN_X0_SIGMA_M, PoseError, pose_error, pose_model
 from observation.state_layout import StateLayout, layout_of
 from xneck_foundation.errors import Refused
@@ -28,8 +29,8 @@ MOTOR_NOISE_S = 1e-3
 """s, for which a motor's unmodelled force acts at once (docs/thresholds.md)"""
 MEMORY_NOISE = 1e-3
 """share of a cable's memory bound, or N, in a square root of a second (docs/thresholds.md)"""
-MIN_FRICTION_SIGMA_N = 0.3
-"""N, of a motor's equation, however well it was fitted (docs/thresholds.md)"""
+MIN_FRICTION_SHARE = 0.03
+"""of the arm's typical load: sigma of a motor's equation at least, however well it was fitted (docs/thresholds.md)"""
 MIN_POSE_SIGMA_RAD = np.radians(0.001)
 """rad, of each angle, however well it was calibrated (docs/thresholds.md)"""
 MAX_POSE_SIGMA_RAD = np.radians(5.0)
@@ -79,7 +80,7 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
     machine = pose_machine(model, neck)
     layout = layout_of(machine)
     left_N = np.array(pose.residual.motor_N)
-    friction_sigma = np.maximum(left_N, MIN_FRICTION_SIGMA_N)
+    friction_sigma = np.maximum(left_N, MIN_FRICTION_SHARE * typical_load(machine.arm))
     theta_sigma = neck.count_angles * COUNT_SIGMA
     bound = np.tile(machine.bounds[1], layout.M)
     has_bound = np.isfinite(bound)

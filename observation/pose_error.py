@@ -21,14 +21,15 @@ from mechanism.description import Neck
 from mechanism.dynamics import gravity_and_springs
 from mechanism.machine import Machine
 from mechanism.toleranced_numbers import toleranced_numbers
+from mechanism.typical_load import typical_load
 from observation.resting_arm import cables_at_rest, compliance, missing_torque, pull_at_rest
 
 Array = NDArray[np.float64]
 
 _POSES = 160
 """that are drawn within the range"""
-_TENSION_N = (10.0, 120.0)
-"""of a cable, what levels are drawn from"""
+_TENSION_LEVELS, _LEAST_TENSION, _LEAST_SPREAD = (1.0, 12.0), 0.1, 0.1
+"""of the arm's typical load: what a cable's tension is drawn from, its least, and the least half range of the mean tension"""
 _STEP = 0.05
 """sigmas of a number: of the differences"""
 _X0_STEP_M = 1e-7
@@ -38,8 +39,8 @@ _RANK = 16
 """columns of the factor"""
 UNSEEN_RANGE_RAD = 0.6
 """of joint angles around straight, where no camera saw another"""
-UNSEEN_FRICTION_SIGMA_N = 4.0
-"""of what a motor's laws do not say, where no recording told (docs/thresholds.md)"""
+UNSEEN_FRICTION_SHARE = 0.4
+"""of the arm's typical load: sigma of what a motor's laws do not say, where no recording told (docs/thresholds.md)"""
 UNSEEN_X0_SIGMA_M = 5e-3
 """of a pre-elongation that no recording told: motors may have started anywhere (docs/thresholds.md)"""
 
@@ -128,7 +129,7 @@ def pose_model(model: Model, neck: Neck) -> PoseModel:
         covariance=tuple(tuple(float(v) for v in row) for row in whole),
         residual=PoseResidual(
             angle_rad=(0.0,) * n,
-            motor_N=(UNSEEN_FRICTION_SIGMA_N,) * m,
+            motor_N=(UNSEEN_FRICTION_SHARE * typical_load(machine.arm),) * m,
             low_alpha=(-UNSEEN_RANGE_RAD,) * n,
             high_alpha=(UNSEEN_RANGE_RAD,) * n,
         ),
@@ -144,8 +145,9 @@ def pose_error(model: Model, neck: Neck) -> PoseError:
     middle, half = (low + high) / 2, np.maximum((high - low) / 2, 0.05)
     rng = np.random.default_rng(0)
     alpha = middle + half * rng.uniform(-1, 1, (_POSES, n))
-    level = rng.uniform(*_TENSION_N, (_POSES, 1)) * np.ones(m)
-    tension = _balanced(base.arm, alpha, level)
+    unit = typical_load(base.arm)
+    level = unit * rng.uniform(*_TENSION_LEVELS, (_POSES, 1)) * np.ones(m)
+    tension = np.maximum(_balanced(base.arm, alpha, level), _LEAST_TENSION * unit)
     theta = _motor_angles(base, alpha, tension)
     alpha_d = SPEED_RAD_S * rng.uniform(-1, 1, (_POSES, n))
     x_d = ELONGATION_D_M_S * rng.uniform(-1, 1, (_POSES, m))
@@ -161,7 +163,7 @@ def pose_error(model: Model, neck: Neck) -> PoseError:
         columns.append(np.einsum("pij,pj->pi", gives_way, (moved_torque - torque) / step))
     root = _root(np.array(pose.covariance))
     moves = np.stack(columns, axis=-1) @ root  # (poses, N, P): by each independent error
-    tension_scale = (float(np.mean(mean)), float(max(np.std(mean), 1.0)))
+    tension_scale = (float(np.mean(mean)), float(max(np.std(mean), _LEAST_SPREAD * unit)))
     by_x0 = np.stack([_by_x0(base, alpha, theta, gives_way, j) for j in range(m)], axis=-1)
     empty = PoseError(middle, half, tension_scale, np.zeros((1, n, 1)), np.sqrt(np.mean(by_x0**2, axis=0)))
     features = np.stack([empty.features(*each) for each in zip(alpha, mean, alpha_d, x_d, strict=True)])
@@ -188,10 +190,10 @@ def _root(covariance: Array) -> Array:
 
 
 def _balanced(arm: Arm, alpha: Array, about: Array) -> Array:
-    """Tensions near `about` that hold the arm where the cables can, none below a newton, (poses, M)."""
+    """Tensions near `about` that hold the arm where the cables can, (poses, M); some may push."""
     Z, g = geometry_of_poses(arm, alpha).Z, gravity_and_springs(arm, alpha)
     missing = g - np.einsum("pij,pj->pi", Z, about)
-    return np.maximum(about + np.einsum("pji,pj->pi", np.linalg.pinv(Z).transpose(0, 2, 1), missing), 1.0)
+    return about + np.einsum("pji,pj->pi", np.linalg.pinv(Z).transpose(0, 2, 1), missing)
 
 
 def _motor_angles(machine: Machine, alpha: Array, tension: Array) -> Array:

@@ -184,7 +184,7 @@ def _thresholds() -> list[Threshold]:
         *of("exchanges", "MIN_RESIDUAL_M", "MAX_REMAINING_SHARE"),
         *of("check", "MAX_UNEXPLAINED_M"),
         *of("residual_clock", "MIN_OFFSET_S", "MIN_SIGNIFICANCE"),
-        *of("momentary_faults", "SLIP_INTERVAL_S", "MAX_SLACK_TENSION_N", "SLACK_S"),
+        *of("momentary_faults", "SLIP_INTERVAL_S", "MAX_SLACK_SHARE", "SLACK_S"),
     ]
 
 

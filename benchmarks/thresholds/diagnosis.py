@@ -209,7 +209,7 @@ def fits_kept() -> Iterator[Callable[[], None]]:
         (
             stage,
             "held_out_residuals",
-            lambda at, fit, h, others, whiten, relaxed: (id(at), id(fit), id(whiten), relaxed),
+            lambda at, others, whiten, relaxed: (id(at.comparison), at.before_causes.held_share, id(whiten), relaxed),
         ),
         (stage, "detectability", lambda found: (id(found.every_effect), id(found.last), _constants("detectability"))),
         (stage, "signature", lambda first, last: (id(first), id(last), _constants(*shown))),

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from mechanism.typical_load import typical_load
 from synchronisation.check.observation import ElongationObservation
 from synchronisation.check.signatures import FaultCandidate
 
@@ -21,8 +22,8 @@ EDGE_S = 1.0
 """s at both ends within which a step could not be told from the end (docs/thresholds.md)"""
 SLACK_S = 1.0
 """s that a slack cable's bump lasts (docs/thresholds.md)"""
-MAX_SLACK_TENSION_N = 5.0
-"""N: a cable can only have been slack where its tension fell below this (docs/thresholds.md)"""
+MAX_SLACK_SHARE = 0.5
+"""of the arm's typical load: a cable can only have been slack where its tension fell below this (docs/thresholds.md)"""
 
 
 def missed_counts(observation: ElongationObservation) -> Iterator[FaultCandidate]:
@@ -61,10 +62,11 @@ def slacks(observation: ElongationObservation, cable: int) -> Iterator[FaultCand
     """Bumps where the motor hardly pulls: the rope hangs, and the elongation that the law expects is absent."""
     time, tension = observation.time, observation.law.tension[:, cable]
     of_cable = np.eye(observation.arm.M)[cable]
+    most = MAX_SLACK_SHARE * typical_load(observation.arm)
     edges = np.linspace(time[0], time[-1], int(np.clip(np.ptp(time) / SLACK_S, 1, MAX_TIMES)) + 1)
     for begin, end in pairwise(edges):
         inside = (time >= begin) & (time < end)
-        if not inside.any() or tension[inside].min() > MAX_SLACK_TENSION_N:
+        if not inside.any() or tension[inside].min() > most:
             continue
         when = float(time[inside][np.argmin(tension[inside])])
         bump = np.where(np.abs(time - when) < SLACK_S / 2, np.cos(np.pi * (time - when) / SLACK_S) ** 2, 0.0)

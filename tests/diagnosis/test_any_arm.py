@@ -6,7 +6,6 @@ The arms are integrated forward by the second generator, off their drawing by a 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,12 +14,11 @@ from benchmarks.forward_arm_runs import SETTINGS, SeenArm, seen
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.extended_model import extended_model
 from identification.dataset.dataset import DataSet
-from identification.dataset.series import Series
-from mechanism.description import Neck
 from samples.forward_arms.arms import make_arms
 from samples.forward_arms.laws import Described, JointFriction, Law
 from samples.forward_arms.settings import Settings
 from synchronisation.check.signatures import MAX_RELATIVE_SIZE
+from tests.similar_arms import similar_data
 
 pytestmark = pytest.mark.slow
 
@@ -113,7 +111,7 @@ def test_a_similar_arm_gets_the_same_verdict(one_joint: list[Case], length: floa
     case = one_joint[1]
     as_it_is, similar = (
         case.diagnosed,
-        Case(case.arm, [scaled(d, length, force) for d in case.recordings]).diagnosed,
+        Case(case.arm, [similar_data(d, length, force) for d in case.recordings]).diagnosed,
     )
     (cause,), (same,) = as_it_is.causes, similar.causes
     assert (same.effect.name, same.where.label) == (cause.effect.name, cause.where.label)
@@ -121,33 +119,6 @@ def test_a_similar_arm_gets_the_same_verdict(one_joint: list[Case], length: floa
     assert similar.verdict == as_it_is.verdict
     for a, b in zip(as_it_is.remainder, similar.remainder, strict=True):
         assert b.ratio == pytest.approx(a.ratio, rel=0.02), a.equation
-
-
-def scaled(data: DataSet, length: float, force: float) -> DataSet:
-    """The data set of an arm of `length` times the lengths, with `force` times the forces in the same time."""
-    units = {
-        **dict.fromkeys(("L", "b", "r", "rd", "free_length", "length", "x0", "gravity", "com"), length),
-        **dict.fromkeys(("inertia", "Ia"), force * length),
-        **dict.fromkeys(("mass", "stiffness"), force / length),
-        "section": length**2,
-    }
-
-    def of_similar(value: Any, factor: float = 1.0) -> Any:
-        if isinstance(value, dict):
-            return {
-                key: each if key == "tolerance" else of_similar(each, units.get(key, 1.0))
-                for key, each in value.items()
-            }
-        if isinstance(value, tuple):
-            return tuple(of_similar(each, factor) for each in value)
-        return value * factor if isinstance(value, float) else value
-
-    columns = {
-        name: column * force if name[0] == "f" and name[1:].isdigit() else column
-        for name, column in data.state.columns.items()
-    }
-    neck = Neck.model_validate(of_similar(data.neck.model_dump()))
-    return replace(data, neck=neck, state=Series(data.state.time, columns))
 
 
 def test_check_names_no_size_that_cannot_be(one_joint: list[Case]) -> None:

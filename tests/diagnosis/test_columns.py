@@ -192,13 +192,16 @@ def test_numbers_taken_as_given_are_as_if_subtracted(at: Linearisation) -> None:
 def test_a_hypothesis_is_adjusted_where_its_nuisances_say(at: Linearisation, data: DataSet) -> None:
     nuisances, numbers = nuisances_at(at), {"L of mechanism 2": 1.0, "mass of top bar 3": -1.0, "drum 1": 2.0}
     of_drawing = [numbers.get(number.name, 0.0) for number in nuisances.drawing]
-    found = nuisances.adjusted(at.hypothesis, np.array([*of_drawing, 0.0, 3.0, 0.0, 0.0]))
+    of_curve = np.full(nuisances.count - len(of_drawing) - 4, 2.0)
+    found = nuisances.adjusted(at.hypothesis, np.array([*of_drawing, 0.0, 3.0, 0.0, 0.0, *of_curve]))
     arm, was = found.arm, data.arm
     np.testing.assert_allclose(arm.L / was.L, [1, 1.002, 1])
     np.testing.assert_allclose(arm.top_mass / was.top_mass, [1, 1, 0.97])
     np.testing.assert_allclose(arm.drum / was.drum, [1.004, 1, 1, 1])
     # the markers of bar 1 turned: the joint below it reads too much, the one above too little
     np.testing.assert_allclose(np.degrees(found.angle_error), [0.9, -0.9, 0.0])
+    # friction keeps its curve
+    np.testing.assert_allclose(found.departures, [*of_drawing, 0.0, 3.0, 0.0, 0.0, *(0 * of_curve)])
 
 
 def test_columns_of_nuisances_are_what_the_arm_does_that_has_them(at: Linearisation, data: DataSet) -> None:

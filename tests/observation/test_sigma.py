@@ -13,6 +13,7 @@ from observation.observed_log import observe_log
 from observation.observer import Observer
 from observation.resting_arm import compliance, missing_torque
 from tests.observation.arms import SEEDS, SETTLED, Case, case
+from tests.similar_arms import similar_neck, stronger_model, with_forces
 
 
 def test_errors_are_as_large_as_sigma() -> None:
@@ -95,6 +96,19 @@ def test_unknown_damping_is_unknown_angle_where_tensions_change() -> None:
         scale = np.abs(expected[row]).max()
         np.testing.assert_allclose(np.sqrt(np.sum(at**2, axis=1)), np.abs(expected[row]), rtol=0, atol=0.35 * scale)
         assert np.sqrt(np.sum(still**2, axis=1)).max() < 0.35 * scale
+
+
+@pytest.mark.parametrize("force", [0.01, 30.0])
+def test_an_arm_of_the_same_size_is_observed_the_same_whatever_its_forces(force: float) -> None:
+    """Nothing is much or little in newtons: with as many times the forces, angles and their sigmas are what they were."""
+    of = case(SEEDS[0])
+    log = of.log.part(slice(None, 1000))
+    seen = observe_log(of.neck, of.model, log).series
+    neck, model = similar_neck(of.neck, 1.0, force), stronger_model(of.model, force)
+    same = observe_log(neck, model, with_forces(log, force)).series
+    for name, column in seen.columns.items():
+        largest = np.abs(column).max()
+        np.testing.assert_allclose(same.columns[name], column, rtol=0, atol=1e-3 * largest, err_msg=name)
 
 
 def test_pre_elongations_wander_as_calibration_allows() -> None:
