@@ -136,7 +136,7 @@ class CauseFitter:
         """The same causes fitted anew about the arm as it comes out of a fit: from the drawing straight lines may miss it.
 
         Where more than noise is left what is known to a tolerance may be anywhere: there nothing is done."""
-        return self._anew(stage, self.whiten, self._h.held_share) if is_near(stage) else (self, stage)
+        return self._anew(stage, self.whiten, self._h.held_share) if _is_near(stage) else (self, stage)
 
     def _whitener(self, stage: FitStage) -> Whitener:
         at = stage.comparison.linearisation
@@ -147,7 +147,7 @@ class CauseFitter:
         return self._anew(stage, whiten, stage.held_share)
 
     def _anew(self, stage: FitStage, whiten: Whitener, held_share: float) -> "tuple[CauseFitter, FitStage]":
-        other, h = copy(self), stage.adjusted(self._h) if is_near(stage) else self._h
+        other, h = copy(self), stage.adjusted(self._h) if _is_near(stage) else self._h
         other.whiten, other._stages, other._h = whiten, {}, replace(h, held_share=held_share)
         return other, other.fitted(stage.comparison.linearisation, stage.causes)
 
@@ -184,7 +184,7 @@ class CauseFitter:
         return self._refined_with_speeds(comparison.linearisation, causes, target, passes - 1, loss)
 
 
-def is_near(stage: FitStage) -> bool:
+def _is_near(stage: FitStage) -> bool:
     """Whether a stage leaves no equation with plainly more than noise."""
     return bool(stage.excess.ratio.max() < MAX_REMAINDER)
 

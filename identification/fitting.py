@@ -33,7 +33,8 @@ _MAX_ITERATIONS, _INSTRUMENT_ITERATIONS = 5, 2
 _TOLERANCE = 0.02
 """sizes of a term: a smaller step ends the iteration; the next one, with another whitening, starts from there"""
 _MAX_STEP = 2000.0
-"""sizes of a term: bound of one step; also a prior of that width, so that what nothing determines stays"""
+"""sizes of a term: bound of one step, far beyond what is much on a usual arm; also a prior of that width, so that what nothing
+determines stays"""
 _MIN_EIGENVALUE = 1e-9
 """of the information with its diagonal scaled to one: below it a combination of parameters is unobserved (docs/thresholds.md)"""
 MAX_UNOBSERVED_SHARE = 0.01
