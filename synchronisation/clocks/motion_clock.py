@@ -62,7 +62,8 @@ def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array
     winding, travel = cable_winding(arm, alpha), arm.drum * log.matrix("theta")
     _check_motion(time, winding, log.time, travel)
     video_speeds, log_speeds = cable_speeds(time, winding), cable_speeds(log.time, travel, repaired.gaps)
-    coarse, log_speeds = align_stretched(video_speeds, log_speeds, force_rates(log, repaired.gaps))
+    coarse, unstretched = align_stretched(video_speeds, log_speeds, force_rates(log, repaired.gaps))
+    # exchanges are sought in the log as it is: what is exchanged tells no stretch
     check_labels(arm, time, alpha, video_speeds, log_speeds, coarse)
     repetition = check_repetition(coarse)
     signals = log_signals_of(arm, log)
@@ -74,7 +75,7 @@ def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array
         period=stamped_period(angles),
         fv=np.full(arm.M, np.nan) if fv is None else fv,
         video_speeds=video_speeds,
-        log_speeds=log_speeds,
+        log_speeds=unstretched,
         coarse=coarse,
     )
     if signals.has_force:

@@ -59,6 +59,6 @@ def test_what_is_traded_off_is_named_with_the_other(correlation: float, kind: st
 def test_what_is_at_its_bound_or_without_effect_is_said_so() -> None:
     assert judged(20.0, 0.1, at_bound=True).why == "at its bound, 20 N"
     assert judged(20.0, 0.1).identified
-    # the range of fs is 100 N: with less information than that the motion tells nothing
-    assert judged(20.0, 150.0).kind == "dead"
+    # the range of fs is 1000 N: with less information than that the motion tells nothing
+    assert judged(20.0, 1500.0).kind == "dead"
     assert judged(20.0, 90.0).kind == "nothing"

@@ -73,7 +73,7 @@ def motion_findings(neck: Neck, arm: Arm, window: Window) -> tuple[list[Finding]
         what = "the motors of the log stand still while the arm moves"
         return [Finding("signs_or_units", log.time[0], "log", what, "is it the log of this recording?")], None
     video, motors = cable_speeds(angles.time, winding), cable_speeds(log.time, travel)
-    alignment, motors = align_stretched(video, motors, force_rates(log))
+    alignment, _ = align_stretched(video, motors, force_rates(log))
     # what is seen here may have begun with the window
     onset = float(angles.time[0]) + alignment.shift if alignment.correlation > MIN_CORRELATION else float(log.time[0])
     findings = []
