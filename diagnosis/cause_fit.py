@@ -20,7 +20,7 @@ from diagnosis.noise_ensemble import (
     noise_whitener,
     steady_noise_residuals,
 )
-from diagnosis.remainder import MAX_REMAINDER
+from diagnosis.remainder import leaves_plainly_more
 from identification.dataset.dataset import DataSet
 from identification.estimates import check_motion
 from identification.fitting import fit_by_least_squares, segment_starts
@@ -136,7 +136,9 @@ class CauseFitter:
         """The same causes fitted anew about the arm as it comes out of a fit: from the drawing straight lines may miss it.
 
         Where more than noise is left what is known to a tolerance may be anywhere: there nothing is done."""
-        return self._anew(stage, self.whiten, self._h.held_share) if _is_near(stage) else (self, stage)
+        return (
+            (self, stage) if leaves_plainly_more(stage.excess) else self._anew(stage, self.whiten, self._h.held_share)
+        )
 
     def _whitener(self, stage: FitStage) -> Whitener:
         at = stage.comparison.linearisation
@@ -147,7 +149,7 @@ class CauseFitter:
         return self._anew(stage, whiten, stage.held_share)
 
     def _anew(self, stage: FitStage, whiten: Whitener, held_share: float) -> "tuple[CauseFitter, FitStage]":
-        other, h = copy(self), stage.adjusted(self._h) if _is_near(stage) else self._h
+        other, h = copy(self), self._h if leaves_plainly_more(stage.excess) else stage.adjusted(self._h)
         other.whiten, other._stages, other._h = whiten, {}, replace(h, held_share=held_share)
         return other, other.fitted(stage.comparison.linearisation, stage.causes)
 
@@ -182,11 +184,6 @@ class CauseFitter:
         if target.is_given_up or passes == 1 or abs(loss / before - 1) < MIN_LOSS_GAIN_FAR:
             return comparison, causes, ensembles
         return self._refined_with_speeds(comparison.linearisation, causes, target, passes - 1, loss)
-
-
-def _is_near(stage: FitStage) -> bool:
-    """Whether a stage leaves no equation with plainly more than noise."""
-    return bool(stage.excess.ratio.max() < MAX_REMAINDER)
 
 
 @dataclass

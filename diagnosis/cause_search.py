@@ -24,7 +24,7 @@ from diagnosis.fit_stage import FitStage
 from diagnosis.free_function import FreeFit, FreeFits
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.noise_ensemble import NoiseEnsemble
-from diagnosis.remainder import MAX_REMAINDER
+from diagnosis.remainder import leaves_plainly_more
 from diagnosis.stepwise import Choices, Option, Simpler, best_addition, chosen_jointly
 from identification.whitening import Whitener
 from mechanism.laws import law_named
@@ -174,7 +174,7 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
         elif told := _without_untold(fitter, last):
             causes = tuple(cause for i, cause in enumerate(causes) if i not in last.untold)
             last = fitter.finished(told)
-        if last.excess.ratio.max() >= MAX_REMAINDER and len(last.untold_beside_what_is_left) == len(causes):
+        if leaves_plainly_more(last.excess) and len(last.untold_beside_what_is_left) == len(causes):
             causes, last = (), first  # they stand in for something else
     return Search(
         first=first,
@@ -189,14 +189,14 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
 
 
 def _unlisted(stage: FitStage, whiten: Whitener, free_fits: FreeFits) -> FreeFit | None:
-    return free_fits.best(stage, whiten) if stage.excess.ratio.max() >= MAX_REMAINDER else None
+    return free_fits.best(stage, whiten) if leaves_plainly_more(stage.excess) else None
 
 
 def _is_outweighed(first: FitStage, last: FitStage, whiten: Whitener, free_fits: FreeFits) -> bool:
     """Whether what causes leave is more than they may, or far more than a law that nobody listed would leave in their place."""
     if last.excess.energy > (1 - MIN_EXPLAINED) * first.excess.energy:
         return True
-    if last.excess.ratio.max() < MAX_REMAINDER:
+    if not leaves_plainly_more(last.excess):
         return False
     unlisted = free_fits.best(first, whiten)
     return unlisted is not None and unlisted.excess.energy < MAX_SHARE_OF_UNLISTED * last.excess.energy
@@ -250,7 +250,7 @@ def _with_all_causes(
 
 def _a_law_would_do(last: FitStage, after: FitStage, whiten: Whitener, free_fits: FreeFits) -> bool:
     """Whether causes that come to others leave far more than a law that nobody listed would: they only stand in for it."""
-    if not len(after.causes) > len(last.causes) > 0 or after.excess.ratio.max() < MAX_REMAINDER:
+    if not len(after.causes) > len(last.causes) > 0 or not leaves_plainly_more(after.excess):
         return False
     unlisted = free_fits.best(last, whiten)
     return unlisted is not None and unlisted.excess.energy < MAX_SHARE_OF_LAW * after.excess.energy
@@ -331,7 +331,7 @@ def _with_one_far_off(
     Straight lines let it go there beside any causes, as what is known to a tolerance, and as a cause it takes no more than that
     cost. But a change as large is no straight line, and what the bend leaves may be all that is left; or all in the arm's
     equations, beside a motor whose law has another form."""
-    if last.excess.ratio.max() < MAX_REMAINDER:
+    if not leaves_plainly_more(last.excess):
         return None
     start = list(range(len(last.causes)))
 

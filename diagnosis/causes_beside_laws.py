@@ -13,7 +13,7 @@ from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import HeldOutResiduals, held_out_residuals
 from diagnosis.law_gains import GainedLaw, law_gains
 from diagnosis.noise_ensemble import NoiseEnsemble
-from diagnosis.remainder import MAX_REMAINDER
+from diagnosis.remainder import leaves_plainly_more
 from diagnosis.unlisted_laws import as_fitted
 
 MAX_SHARE_LEFT = 0.5
@@ -48,7 +48,7 @@ def with_laws(
     left: what the search leaves of `others`, which were not fitted, if there are any; recordings: those that were."""
     best = _beside_causes(search, left, recordings, seed, others)
     for fewer in _with_fewer_causes(search):
-        if best.stage.excess.ratio.max() < MAX_REMAINDER:
+        if not leaves_plainly_more(best.stage.excess):
             break
         instead = _beside_causes(fewer, _left_of(fewer, others), recordings, seed, others)
         if instead.laws and instead.stage.excess.energy < MAX_SHARE_LEFT * best.stage.excess.energy:

@@ -43,7 +43,7 @@ class FitStage:
     """loss that noise alone makes"""
     fit: ColumnFit
 
-    @property
+    @cached_property
     def hypothesis(self) -> Hypothesis:
         """With the causes in it."""
         return with_causes(self.before_causes, self.causes)

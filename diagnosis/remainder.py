@@ -56,6 +56,11 @@ def remainders(before: NoiseExcess, after: NoiseExcess, motors: int, held_out: b
     )
 
 
+def leaves_plainly_more(excess: NoiseExcess) -> bool:
+    """Whether more than MAX_REMAINDER times noise is left of some equation."""
+    return bool(excess.ratio.max() >= MAX_REMAINDER)
+
+
 def plainly_left(left: Sequence[Remainder]) -> tuple[Remainder, ...]:
     """Those that stand above noise by more than MAX_REMAINDER, the largest first."""
     return tuple(sorted((r for r in left if r.ratio > MAX_REMAINDER), key=lambda r: -r.ratio))

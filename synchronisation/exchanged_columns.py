@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from mechanism.arm import Arm
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.log_regression import LoggedMotion, unexplained_winding
+from synchronisation.swapped_order import swapped_order
 
 Array = NDArray[np.float64]
 
@@ -39,11 +40,16 @@ class Exchange:
 
 def exchanged_columns(arm: Arm, motion: LoggedMotion) -> Exchange | None:
     """The exchange that explains the motion best; None where none does far better than the columns as they are."""
-    described = unexplained_winding(motion)
-    tried = [(words, unexplained_winding(undone)) for words, undone in _undone(arm, motion)]
-    good = sorted((_rms(left), words) for words, left in tried if _is_better(left, described))
+    described = unexplained_winding(motion, range(arm.M))
+    good = []
+    for words, undone, cables in _undone(arm, motion):
+        left = described.copy()
+        left[cables] = unexplained_winding(undone, cables)
+        if _is_better(left, described):
+            good.append((_rms(left), words))
     if not good:
         return None
+    good.sort()
     least = good[0][0]
     words = [words for left, words in good if left <= MAX_LEFT_BY_RIVAL * least]
     return Exchange(", or ".join(words), least, _rms(described))
@@ -61,23 +67,19 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _undone(arm: Arm, motion: LoggedMotion) -> Iterator[tuple[str, LoggedMotion]]:
-    """Every exchange of two motors' angles, forces, or both, and of two joints' angles: words, and the motion with it undone."""
+def _undone(arm: Arm, motion: LoggedMotion) -> Iterator[tuple[str, LoggedMotion, list[int]]]:
+    """Every exchange of two motors' angles, forces, or both, and of two joints' angles.
+
+    Words, the motion with it undone, and the cables that it may be about."""
     for a, b in combinations(range(arm.M), 2):
-        order = _exchanged(arm.M, a, b)
+        order = swapped_order(arm.M, a, b)
         turned = replace(motion, travel=motion.travel[:, order], dry_friction=motion.dry_friction[:, order])
-        yield f"theta{a + 1} and theta{b + 1} are swapped", turned
+        yield f"theta{a + 1} and theta{b + 1} are swapped", turned, [a, b]
         if motion.force.shape[1]:
             force = motion.force[:, order]
-            yield f"f{a + 1} and f{b + 1} are swapped", replace(motion, force=force)
-            yield f"motors {a + 1} and {b + 1} are swapped, theta and f", replace(turned, force=force)
+            yield f"f{a + 1} and f{b + 1} are swapped", replace(motion, force=force), [a, b]
+            yield f"motors {a + 1} and {b + 1} are swapped, theta and f", replace(turned, force=force), [a, b]
     for a, b in combinations(range(arm.N), 2):
-        alpha = motion.alpha[:, _exchanged(arm.N, a, b)]
-        yield f"alpha{a + 1} and alpha{b + 1} are swapped", replace(motion, winding=cable_winding(arm, alpha))
-
-
-def _exchanged(count: int, a: int, b: int) -> NDArray[np.intp]:
-    """The order of so many columns with two of them in each other's places."""
-    order = np.arange(count)
-    order[[a, b]] = b, a
-    return order
+        alpha = motion.alpha[:, swapped_order(arm.N, a, b)]
+        undone = replace(motion, winding=cable_winding(arm, alpha))
+        yield f"alpha{a + 1} and alpha{b + 1} are swapped", undone, list(range(arm.M))

@@ -5,6 +5,7 @@ torques, M alpha'' + c + g, are regressed on Z f of every motor. Friction, elast
 more than a rough clock.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +16,13 @@ from identification.filters import low_pass
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.dynamics import terms
-from synchronisation.clocks.coarse_alignment import CableSpeeds, align_stretched, cable_speeds, force_rates
+from synchronisation.clocks.coarse_alignment import (
+    CableSpeeds,
+    align_stretched,
+    cable_speeds,
+    dry_direction,
+    force_rates,
+)
 from synchronisation.clocks.exchanged_labels import MIN_CABLE_CORRELATION, MIN_CORRELATION
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.clocks.signals import cubic_spline
@@ -34,8 +41,6 @@ MAX_BRIDGED_S = 0.5
 """s without frames that a spline may bridge"""
 BLOCK_S = 1.0
 """s within which residuals may be correlated"""
-REVERSAL_SPEED_RATIO = 0.1
-"""ratio to the rms speed of a motor, over which its dry friction turns over"""
 _LEAST_STRENGTH, _UNTOLD_SHARE = 1e-10, 1e-3
 """least eigenvalue, relative, of a direction that columns of unit length determine, and share of a column in one that they do not,
 from which on it counts as not determined: both are rounding"""
@@ -123,15 +128,11 @@ def travel_factors(motion: LoggedMotion, drum: Array) -> tuple[Factors, Array]:
     return Factors(value, sigma, float(np.min(explained)), float(np.sqrt(np.mean(left**2)))), yielding
 
 
-def unexplained_winding(motion: LoggedMotion) -> Array:
-    """RMS of what travel and force leave of each cable's winding, (M,), m."""
-    each = range(motion.travel.shape[1])
-    return np.array(
-        [
-            _least_squares(np.stack(_columns_of_winding(motion, j), axis=-1), motion.winding[:, j], motion.time)[3]
-            for j in each
-        ]
-    )
+def unexplained_winding(motion: LoggedMotion, cables: Sequence[int]) -> Array:
+    """RMS of what travel and force leave of these cables' winding, (len(cables),), m."""
+    columns = [np.stack(_columns_of_winding(motion, j), axis=-1) for j in cables]
+    fits = [_least_squares(c, motion.winding[:, j], motion.time) for j, c in zip(cables, columns, strict=True)]
+    return np.array([left for *_, left in fits])
 
 
 def _columns_of_winding(motion: LoggedMotion, cable: int) -> list[Array]:
@@ -199,8 +200,7 @@ def _at_common_instants(
         for values in logged.values()
     )
     speed = slope(theta * signs)
-    width = REVERSAL_SPEED_RATIO * np.sqrt(np.mean(speed**2, axis=0))
-    dry = smooth(2 / np.pi * np.arctan(speed / np.where(width > 0, width, 1.0)))
+    dry = smooth(dry_direction(speed))
     return LoggedMotion(
         alpha=a[kept],
         alpha_d=slope(a)[kept],

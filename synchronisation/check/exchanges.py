@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mechanism.cable_lengths import lengths
 from synchronisation.check.observation import ElongationObservation
+from synchronisation.swapped_order import swapped_order
 
 Array = NDArray[np.float64]
 
@@ -51,25 +52,19 @@ def _hypotheses(observation: ElongationObservation) -> Iterator[tuple[tuple[str,
         yield ("theta_sign", f"cable {j + 1}"), alpha, theta * np.where(np.arange(m) == j, -1.0, 1.0), X
     yield ("theta_sign", "all"), alpha, -theta, X
     for pair in combinations(range(m), 2):
-        order = _swapped(m, *pair)
+        order = swapped_order(m, *pair)
         where = f"cables {pair[0] + 1} and {pair[1] + 1}"
         yield ("swapped_cables", where), alpha, theta[:, order], X[:, order]
         # only the columns of theta, not those of f
         yield ("swapped_cables", where), alpha, theta[:, order], X
     for pair in combinations(range(n), 2):
         where = f"mechanisms {pair[0] + 1} and {pair[1] + 1}"
-        yield ("swapped_markers", where), alpha[:, _swapped(n, *pair)], theta, X
+        yield ("swapped_markers", where), alpha[:, swapped_order(n, *pair)], theta, X
     # markers of bars 0..N: their angles against the base's
     gamma = np.concatenate([np.zeros((len(alpha), 1)), np.cumsum(alpha, axis=1)], axis=1)
     for pair in combinations(range(n + 1), 2):
-        other = np.diff(gamma[:, _swapped(n + 1, *pair)], axis=1)
+        other = np.diff(gamma[:, swapped_order(n + 1, *pair)], axis=1)
         yield ("swapped_markers", f"bars {pair[0]} and {pair[1]}"), other, theta, X
-
-
-def _swapped(count: int, a: int, b: int) -> list[int]:
-    order = list(range(count))
-    order[a], order[b] = b, a
-    return order
 
 
 def _residual_rms(observation: ElongationObservation, alpha: Array, theta: Array, X: Array) -> float:

@@ -33,7 +33,7 @@ WHOLE_CORRELATION = 0.9
 """correlation below which windows of the video are tried beside the whole (docs/thresholds.md)"""
 _STRETCH_ROUNDS = 3
 """of telling how far forces stretch the cables, and aligning"""
-_REVERSAL_SPEED_RATIO = 0.1
+REVERSAL_SPEED_RATIO = 0.1
 """ratio to the rms speed of a motor, over which its dry friction turns over"""
 MAX_SECOND_PEAK = 0.9
 """ratio of the second peak of the correlation to the first, above which the motion repeats itself and the clock is refused
@@ -121,6 +121,12 @@ def force_rates(log: Series, gaps: Sequence[tuple[float, float]] = ()) -> CableS
     return cable_speeds(log.time, f, gaps) if f.shape[1] else None
 
 
+def dry_direction(speed: Array) -> Array:
+    """Dry friction's direction, -1 to 1, of motors by their speeds (T, M)."""
+    width = REVERSAL_SPEED_RATIO * np.sqrt(np.mean(speed**2, axis=0))
+    return 2 / np.pi * np.arctan(speed / np.where(width > 0, width, 1.0))
+
+
 def align_stretched(
     video: CableSpeeds, log: CableSpeeds, rates: CableSpeeds | None
 ) -> tuple[CoarseAlignment, CableSpeeds]:
@@ -146,9 +152,8 @@ def _without_stretch(video: CableSpeeds, log: CableSpeeds, rates: CableSpeeds, s
     ahead = round((video.first + shift - log.first) * SPEED_RATE_HZ)
     rows = np.arange(max(0, -ahead), min(len(video.values), len(log.values) - ahead))
     rows = rows[video.known[rows] & log.known[rows + ahead]]
-    width = _REVERSAL_SPEED_RATIO * np.sqrt(np.mean(log.values**2, axis=0))
-    direction = np.arctan(log.values / np.where(width > 0, width, 1.0))
-    turning = low_pass(np.gradient(direction, 1 / SPEED_RATE_HZ, axis=0), SPEED_RATE_HZ, SPEED_CUTOFF_HZ)
+    rates_of_direction = np.gradient(dry_direction(log.values), 1 / SPEED_RATE_HZ, axis=0)
+    turning = low_pass(rates_of_direction, SPEED_RATE_HZ, SPEED_CUTOFF_HZ)
     values = log.values.copy()
     for j in range(values.shape[1]):
         columns = np.stack([log.values[:, j], rates.values[:, j], turning[:, j]], axis=-1)
