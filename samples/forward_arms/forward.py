@@ -29,7 +29,7 @@ class Rates:
     friction: Friction
     taut: Array
     joint_damping: Array
-    """(N, N, B), of the laws, N m s/rad"""
+    """(N, N, B), of the laws, N m s/rad; zero where slopes were not asked for"""
 
 
 class _Whole(dict[str, Array]):
@@ -62,8 +62,11 @@ class System:
         }
         self.straight = lengths(plant, folded(plant, np.zeros_like(plant.L)), np.zeros_like(plant.L))
 
-    def rates(self, time: float, y: Array, f: Array) -> Rates:
-        """At state y (rows, B) under motor forces f (M, B), N at the cable."""
+    def rates(self, time: float, y: Array, f: Array, slopes: bool = True) -> Rates:
+        """At state y (rows, B) under motor forces f (M, B), N at the cable.
+
+        `slopes`: whether laws are asked how they fall with speeds, which only the linearisation takes.
+        """
         plant = self.plant
         alpha, alpha_d, theta, theta_d = y[self.alpha], y[self.alpha_d], y[self.theta], y[self.theta_d]
         fold = folded(plant, alpha)
@@ -109,7 +112,8 @@ class System:
             for g in self._that_have["joint"]:
                 s = Snapshot(time, whole, g.columns, g.rows)
                 driving[:, g.columns] += g.law.joint(s)
-                damping[..., g.columns] += g.law.joint_damping(s)
+                if slopes:
+                    damping[..., g.columns] += g.law.joint_damping(s)
             tension, resistance, joint = tension + added, resistance + resisting, driving
         taut = tension > 0
         if self.slack:

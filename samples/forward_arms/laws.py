@@ -346,7 +346,12 @@ def gathered(laws: Sequence[Sequence[Law]], plants: Sequence[Plant]) -> list[Gat
     out, row = [], 0
     for key, columns in groups.items():
         rows = chosen[key][0].memory_rows(plants[columns[0]])
-        where = slice(None) if len(columns) == len(laws) else np.array(columns)
-        out.append(Gathered(type(chosen[key][0]).side_by_side(chosen[key]), where, slice(row, row + rows)))
+        out.append(Gathered(type(chosen[key][0]).side_by_side(chosen[key]), _places(columns), slice(row, row + rows)))
         row += rows
     return out
+
+
+def _places(columns: Sequence[int]) -> slice | np.ndarray:
+    """Ascending columns of an array: neighbours are looked at where they are, others are copied each time."""
+    first, end = columns[0], columns[-1] + 1
+    return slice(first, end) if end - first == len(columns) else np.array(columns)
