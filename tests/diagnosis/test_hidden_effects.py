@@ -4,34 +4,27 @@ The arms are integrated forward by the second generator, which shares no code wi
 run again with XNECK_HIDDEN_SEED.
 """
 
-import os
-import subprocess
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import numpy as np
 import pytest
 
-from benchmarks.forward_arm_runs import SETTINGS, Scene, seen
-from benchmarks.ladder import COUNTED, OUT, RUNG_1, RUNG_2, hidden_in, is_right, mixture
+from benchmarks.ladder import hidden_in, is_right, mixture
 from benchmarks.verdict_record import verdict_record
 from diagnosis.diagnose import Diagnosis, diagnose
-from samples.forward_arms.arms import make_arms
-from samples.forward_arms.drawing import drawn
+from tests.hidden_arms import (
+    ALONE,
+    MIXED,
+    NOTHING_HIDDEN,
+    SEED_VARIABLE,
+    arms_of_commit,
+    commit_seed,
+    scenes_of_commit,
+)
 
 pytestmark = pytest.mark.slow
 
-SHORT = replace(SETTINGS, base="almost", drawing_off=1.0, seconds=24.0)
-"""friction is a tenth of the way from the estimator's own curve to another one: nothing hidden is no inverse crime"""
-NOISE_DEG = 0.03
-NOTHING_HIDDEN = 2
-ALONE = 6
-"""effects of the catalogue that are hidden by themselves, others with every commit"""
 LEAST_RIGHT = 3
-"""of those: at a rate of 85 % fewer are right in 1 of 170 commits"""
-MIXED = 3
-"""effects at once: of two, both may hardly show"""
-SEED_VARIABLE = "XNECK_HIDDEN_SEED"
+"""of those that are hidden alone: at a rate of 85 % fewer are right in 1 of 170 commits"""
 
 
 @dataclass(frozen=True)
@@ -58,34 +51,15 @@ class Case:
         ]
 
 
-def commit_seed() -> int:
-    """Of this commit, from 10000 on; the first where there is no repository."""
-    if given := os.environ.get(SEED_VARIABLE):
-        return int(given)
-    try:
-        head = subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=True).stdout
-    except (OSError, subprocess.CalledProcessError):
-        return 10000
-    return 10000 + 100 * (int(head[:8], 16) % 10000)
-
-
 @pytest.fixture(scope="module")
 def cases() -> list[Case]:
-    first = commit_seed()
-    print(f"\nhidden effects: seed {first}, {SEED_VARIABLE}={first} runs it again")
-    mixed = Scene("rung3", lambda plant: list(mixture(plant).values())[:MIXED])
-    unlisted = next(scene for scene in OUT if scene.name == f"outside_{COUNTED[0]}")
-    alone = np.random.default_rng(first).permutation(len(RUNG_2))[:ALONE]
-    scenes = [*[RUNG_1] * NOTHING_HIDDEN, *(RUNG_2[i] for i in alone), mixed, unlisted]
-    return list(_cases(scenes, list(range(first, first + len(scenes)))))
-
-
-def _cases(scenes: list[Scene], seeds: list[int]) -> Iterator[Case]:
-    hidden = [scene.laws(drawn(SHORT, seed)) for scene, seed in zip(scenes, seeds, strict=True)]
-    for scene, arm in zip(scenes, make_arms(seeds, SHORT, hidden), strict=True):
-        recordings = [seen(arm, SHORT, NOISE_DEG).synchronised(i) for i in range(2)]
-        names = hidden_in(scene.name, {"mixture": list(mixture(arm.drawing))[:MIXED]})
-        yield Case(scene.name, tuple(names), diagnose(recordings[:1], recordings[1:]))
+    print(f"\nhidden effects: seed {commit_seed()}, {SEED_VARIABLE}={commit_seed()} runs it again")
+    out = []
+    for (_, scene), arm in zip(scenes_of_commit(), arms_of_commit(), strict=True):
+        recordings = [arm.synchronised(i) for i in range(2)]
+        names = hidden_in(scene.name, {"mixture": list(mixture(arm.arm.drawing))[:MIXED]})
+        out.append(Case(scene.name, tuple(names), diagnose(recordings[:1], recordings[1:])))
+    return out
 
 
 def test_most_effects_are_named_alone(cases: list[Case]) -> None:
