@@ -24,8 +24,8 @@ from xneck_foundation.errors import Refused
 
 MAX_STEP_S = 2e-3
 """s: longest step of a simulation, a row of a log at 500 Hz (docs/thresholds.md)"""
-MAX_BATCH_OF_RUNS = 512
-"""simulations that run at once: what a step works on stays in a cache of 2 MB"""
+MAX_BATCH_OF_RUNS = 1024
+"""simulations that run at once: numbers that a step works on stay in a cache, and there are enough to make up for its calls"""
 
 Progress = Callable[[int], object]
 
