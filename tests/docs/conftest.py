@@ -1,4 +1,4 @@
-"""The folder in which the examples of docstrings and pages run: two recordings of the sample, read once."""
+"""The folder in which the examples of docstrings and pages run: two recordings of the sample, run once."""
 
 import shutil
 from collections.abc import Sequence
@@ -12,21 +12,30 @@ from diagnosis.diagnose import Diagnosis
 from identification.dataset.dataset import DataSet
 from identification.dataset.dataset_file import export_series
 from identification.dataset.series import Series
-from identification.pose_calibration import with_pose
 from identification.simulation.simulated_motion import motion_columns
 from tests.docs.pages import ROOT
+from xneck.batch.recording_task import run_recording_task
+from xneck.recording.recording_folder import read_recording
 
 
 @pytest.fixture(scope="session")
-def examples(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """samples/, monday.mcap (from the video), tuesday.mcap, model.yaml as `xneck identify monday.mcap` writes it, motion.csv."""
-    folder = tmp_path_factory.mktemp("examples")
+def sample_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What `xneck run` writes of the sample's two recordings."""
+    out = tmp_path_factory.mktemp("results")
     for name in ("recording", "held_out"):
+        run_recording_task(read_recording(ROOT / "samples" / name), out / name)
+    return out
+
+
+@pytest.fixture(scope="session")
+def examples(sample_results: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """samples/, monday.mcap (from the video), tuesday.mcap, model.yaml of monday, motion.csv."""
+    folder = tmp_path_factory.mktemp("examples")
+    for name, day in (("recording", "monday"), ("held_out", "tuesday")):
         shutil.copytree(ROOT / "samples" / name, folder / "samples" / name)
-    monday, tuesday = (xneck.synchronise(folder / "samples" / name) for name in ("recording", "held_out"))
-    xneck.write_dataset(monday, folder / "monday.mcap")
-    xneck.write_dataset(tuesday, folder / "tuesday.mcap")
-    xneck.write_model(with_pose(xneck.identify([monday]).model, [monday]), folder / "model.yaml")
+        shutil.copy(sample_results / name / "dataset.mcap", folder / f"{day}.mcap")
+    shutil.copy(sample_results / "recording/model.yaml", folder)
+    monday = xneck.read_dataset(folder / "monday.mcap")
     moving = monday.state.part(slice(1000, 2000))  # two seconds of what was played, as a motion that was designed
     columns = {name: moving.columns[name] for name in motion_columns(monday.neck)}
     export_series(Series(moving.time, columns), folder / "motion.csv")

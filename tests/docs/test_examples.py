@@ -2,10 +2,12 @@
 
 import ast
 import doctest
+import json
 import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 import pytest
@@ -24,6 +26,24 @@ def test_every_function_shows_an_example_that_runs(name: str, in_examples: Path)
     said: list[str] = []
     doctest.DocTestRunner(verbose=False).run(examples, out=said.append)
     assert not said, "".join(said)
+
+
+def test_what_the_readme_diagnoses_is_what_the_sample_hides(in_examples: Path) -> None:
+    """What neck.yaml does not know is named, weighed, and gone from the recording that was not fitted."""
+    (block,) = fenced("README.md", "python")
+    names: dict[str, Any] = {}
+    exec(compile(block, "README.md", "exec"), names)
+    found = xneck.as_record(names["diagnosis"])
+    assert found["verdict"] == "cause"
+    (cause,) = found["causes"]
+    assert cause["effect"] == "tip_payload"
+    (mass,) = cause["parameters"]
+    true = json.loads((ROOT / "samples/truth.json").read_text())["recording"]["hidden"]["load"]["payload_kg"]
+    assert abs(mass["value"] - true) < 3 * mass["sigma"]
+    assert mass["identified"]
+    for gain in found["gains"]:
+        assert gain["before"] - gain["after"] > 3 * gain["gain_sigma"]
+        assert gain["after"] < 0.5 * gain["before"]
 
 
 def test_an_example_that_does_not_hold_is_noticed() -> None:

@@ -19,11 +19,9 @@ from identification.model_file import machine_of
 from mechanism.arm import arm_of
 from tests.command import run
 from tests.docs.pages import PAGES
-from xneck.batch.recording_task import run_recording_task
 from xneck.export.crate_metadata import PackageOptions
 from xneck.export.mujoco_file import ArmFiles, write_mujoco_file
 from xneck.export.research_object import write_package
-from xneck.recording.recording_folder import read_recording
 
 NAMED_BY_DATA = {
     "differences_sigma", "files", "inputs", "libraries", "parameters", "recordings", "rms", "settings", "sigma_jackknife",
@@ -61,20 +59,14 @@ def undocumented(record: Any, page: str) -> list[str]:
     )
 
 
-def test_keys_of_a_recording(in_examples: Path, tmp_path: Path) -> None:
-    """Of sync, check, identify and simulate, and of result.json."""
-    record = run_recording_task(read_recording(in_examples / "samples/held_out"), tmp_path / "held_out")
+@pytest.mark.parametrize("name", ["held_out", "recording"])
+def test_keys_of_a_recording(name: str, sample_results: Path) -> None:
+    """Of sync, check, identify and simulate, and of result.json: without a video, and of extract with one."""
+    record = json.loads((sample_results / name / "result.json").read_text())
+    assert ("extract" in record) == (name == "recording")
     assert undocumented(record, PAGES["json.md"]) == []
 
 
-@pytest.mark.slow
-def test_keys_of_a_recording_with_a_video(in_examples: Path, tmp_path: Path) -> None:
-    record = run_recording_task(read_recording(in_examples / "samples/recording"), tmp_path / "recording")
-    assert "extract" in record
-    assert undocumented(record, PAGES["json.md"]) == []
-
-
-@pytest.mark.slow
 def test_keys_of_a_calibration(in_examples: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     board, record = in_examples / "samples/recording", tmp_path / "calibration.json"
     words = (board / "board", "--board", board / "board.yaml", "--out", tmp_path / "camera.yaml")
