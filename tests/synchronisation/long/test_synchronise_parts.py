@@ -1,5 +1,6 @@
 """A recording that is synchronised part by part is the one that it is as a whole, and as the world made it."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,13 +27,15 @@ NECK = read_neck(NECK_FILE)
 WORLD = World(parse_yaml(NECK_FILE.read_text(), "neck.yaml"))
 
 
-@pytest.fixture(autouse=True)
-def short_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(scope="module", autouse=True)
+def short_parts() -> Iterator[None]:
     """Parts of 20 s, so that a minute is long."""
-    for place in (parts_clock, module):
-        monkeypatch.setattr(
-            place, "consecutive_spans", lambda first, last: stretches.consecutive_spans(first, last, 20.0)
-        )
+    with pytest.MonkeyPatch.context() as patch:
+        for place in (parts_clock, module):
+            patch.setattr(
+                place, "consecutive_spans", lambda first, last: stretches.consecutive_spans(first, last, 20.0)
+            )
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -49,10 +52,13 @@ def in_parts(angles: Angles, log: Series, folder: Path) -> DataSet:
     return synchronise_parts(NECK, NECK_FILE.read_text(), angles, log, {}, folder)
 
 
-def test_rows_and_clock_are_those_of_the_whole(
-    recording: tuple[Angles, Series], whole: DataSet, tmp_path: Path
-) -> None:
-    parts = in_parts(*recording, tmp_path)
+@pytest.fixture(scope="module")
+def parts(recording: tuple[Angles, Series], tmp_path_factory: pytest.TempPathFactory) -> DataSet:
+    """The recording, synchronised part by part."""
+    return in_parts(*recording, tmp_path_factory.mktemp("parts"))
+
+
+def test_rows_and_clock_are_those_of_the_whole(parts: DataSet, whole: DataSet) -> None:
     assert parts.clock["parts"] == 3
     for topic in ("state", "fasquelle"):
         assert np.array_equal(getattr(parts, topic).time, getattr(whole, topic).time)
@@ -67,9 +73,8 @@ def test_rows_and_clock_are_those_of_the_whole(
         assert np.max(np.abs(a - b)) < 1e-6 * np.std(b)
 
 
-def test_the_state_errs_as_its_sigma_says(recording: tuple[Angles, Series], tmp_path: Path) -> None:
+def test_the_state_errs_as_its_sigma_says(recording: tuple[Angles, Series], parts: DataSet) -> None:
     """Against the world's truth, seams and all: rms over sigma of N x 3 numbers that are correlated over seconds."""
-    parts = in_parts(*recording, tmp_path)
     made, begin, time = [prescribe(WORLD, TURN_S, [SEED, turn]) for turn in range(TURNS)], 0.0, []
     for one in made:
         time.append(one.log_time - one.log_time[0] + begin)
@@ -86,7 +91,9 @@ def test_the_state_errs_as_its_sigma_says(recording: tuple[Angles, Series], tmp_
         assert np.sqrt(np.mean((error / sigma) ** 2)) < 1.5, suffix
 
 
-def test_frames_lost_at_a_seam_and_within_a_part_are_found(recording: tuple[Angles, Series], tmp_path: Path) -> None:
+def test_frames_lost_at_a_seam_and_within_a_part_are_found(
+    recording: tuple[Angles, Series], parts: DataSet, tmp_path: Path
+) -> None:
     angles, log = recording
     period = float(np.median(np.diff(angles.time)))
     late = angles.time > angles.time[0] + 30.0
@@ -98,13 +105,12 @@ def test_frames_lost_at_a_seam_and_within_a_part_are_found(recording: tuple[Angl
     stamped = replace(
         stamped, time=stamped.time[keep], alpha=stamped.alpha[keep], sigma=stamped.sigma[keep], light=None, common=None
     )
-    parts = in_parts(stamped, log, tmp_path)
-    assert parts.clock["frames_lost"] == 2
-    truth = in_parts(angles, log, tmp_path)
-    for clock in (parts.clock, truth.clock):
+    found = in_parts(stamped, log, tmp_path)
+    assert found.clock["frames_lost"] == 2
+    for clock in (found.clock, parts.clock):
         assert clock["offset_sigma_s"] < 1e-3
-    last = 2 * period + parts.clock["offset_s"], truth.clock["offset_s"]
-    assert parts.clock["skew_ppm"] == pytest.approx(truth.clock["skew_ppm"], abs=20)
+    last = 2 * period + found.clock["offset_s"], parts.clock["offset_s"]
+    assert found.clock["skew_ppm"] == pytest.approx(parts.clock["skew_ppm"], abs=20)
     assert last[0] - 2 * period == pytest.approx(last[1], abs=1e-3)
 
 
@@ -117,7 +123,9 @@ def test_a_part_that_contradicts_is_named(recording: tuple[Angles, Series], tmp_
         in_parts(angles, Series(log.time, {**log.columns, "theta2": theta}), tmp_path)
 
 
-def test_an_arm_that_rests_for_a_part_has_a_clock(recording: tuple[Angles, Series], tmp_path: Path) -> None:
+def test_an_arm_that_rests_for_a_part_has_a_clock(
+    recording: tuple[Angles, Series], parts: DataSet, tmp_path: Path
+) -> None:
     """A rest of 25 s after a minute of motion: no part of it has a clock of its own."""
     angles, log = recording
     rest_rows, frame = round(40 / 0.002), float(np.median(np.diff(angles.time)))
@@ -132,6 +140,6 @@ def test_an_arm_that_rests_for_a_part_has_a_clock(recording: tuple[Angles, Serie
         alpha=np.concatenate([angles.alpha, still]),
         sigma=np.concatenate([angles.sigma, np.full_like(still, NOISE_RAD)]),
     )
-    parts = in_parts(resting, longer, tmp_path)
-    assert any("too little motion" in warning for warning in parts.clock["warnings"])
-    assert parts.clock["offset_s"] == pytest.approx(in_parts(angles, log, tmp_path).clock["offset_s"], abs=5e-4)
+    rested = in_parts(resting, longer, tmp_path)
+    assert any("too little motion" in warning for warning in rested.clock["warnings"])
+    assert rested.clock["offset_s"] == pytest.approx(parts.clock["offset_s"], abs=5e-4)
