@@ -1,6 +1,7 @@
 """Recordings that grow: the sample's video and log, with what a test changes of them."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -32,10 +33,17 @@ def sample_table() -> dict[str, Array]:
 
 
 @pytest.fixture
-def begin(tmp_path: Path, camera_file: Path, sample_table: dict[str, Array]) -> Callable[..., Experiment]:
+def begin(tmp_path: Path, begin_in: Callable[..., Experiment]) -> Callable[..., Experiment]:
     """Begins an experiment in a folder of its own."""
+    return partial(begin_in, tmp_path)
+
+
+@pytest.fixture(scope="session")
+def begin_in(camera_file: Path, sample_table: dict[str, Array]) -> Callable[..., Experiment]:
+    """Begins an experiment in a folder that is made in the one that is given."""
 
     def begun(
+        inside: Path,
         seconds: float = 12.0,
         change: Change = lambda table: table,
         packets: Footage | None = None,
@@ -43,7 +51,7 @@ def begin(tmp_path: Path, camera_file: Path, sample_table: dict[str, Array]) -> 
         form: str = "matroska",
         options: dict[str, str] | None = None,
     ) -> Experiment:
-        folder = tmp_path / "monday"
+        folder = inside / "monday"
         folder.mkdir()
         (folder / "neck.yaml").write_bytes((SAMPLE / "neck.yaml").read_bytes())
         (folder / "camera.yaml").write_bytes(camera_file.read_bytes())
@@ -51,8 +59,8 @@ def begin(tmp_path: Path, camera_file: Path, sample_table: dict[str, Array]) -> 
             "video: video.mkv\nlog: log.csv\ncamera: camera.yaml\nneck: neck.yaml\n"
             f"exposure: 0.004\ncorners: {corners}\n"
         )
-        inside = sample_table["time"] < OFFSET_S + seconds
-        table = {name: values[inside] for name, values in sample_table.items()}
+        before_its_end = sample_table["time"] < OFFSET_S + seconds
+        table = {name: values[before_its_end] for name, values in sample_table.items()}
         at = table["time"] - OFFSET_S
         changed = change(dict(table))
         kept = (

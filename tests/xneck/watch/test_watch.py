@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -185,13 +185,46 @@ def test_a_fragmented_mp4_is_followed(begin: Begin) -> None:
     assert experiment.findings == []
 
 
+@dataclass(frozen=True)
+class Watched:
+    """The sample as it grew, what the watcher came to, and the folder of results in which it left its tracks."""
+
+    experiment: Experiment
+    result: WatchResult
+    results: Path
+
+    @property
+    def tracks(self) -> Path:
+        return self.results / "watched.npz"
+
+
+@pytest.fixture(scope="module")
+def sample_watched(begin_in: Begin, tmp_path_factory: pytest.TempPathFactory) -> Watched:
+    folder = tmp_path_factory.mktemp("watched")
+    experiment = begin_in(folder, 14.0, corners="template")
+    results = folder / "a" / experiment.video.parent.name
+    return Watched(experiment, watched(experiment, results / "watched.npz"), results)
+
+
+def test_the_result_of_run_is_the_same_with_and_without_watch(sample_watched: Watched, tmp_path: Path) -> None:
+    recording = read_recording(sample_watched.experiment.video.parent)
+    with_watch, without = sample_watched.results, tmp_path / sample_watched.results.name
+    for out in (with_watch, without):
+        run_recording_task(recording, out)
+    names = sorted(path.name for path in without.iterdir())
+    assert "report.html" in names
+    for name in names:
+        one, other = ((out / name).read_bytes() for out in (with_watch, without))
+        if name == "result.json":
+            one, other = (json.dumps({**json.loads(x), "seconds": 0, "written_by": ""}).encode() for x in (one, other))
+        assert one == other, name
+
+
 def test_nothing_is_said_of_the_sample_and_run_goes_on_from_what_was_tracked(
-    begin: Begin, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    sample_watched: Watched, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The clock is the true one; the tracks are those of a finished video to the last bit, and no frame is read again for them."""
-    tracks_file = tmp_path / "results" / "watched.npz"
-    experiment = begin(14.0, corners="template")
-    result = watched(experiment, tracks_file)
+    experiment, result, tracks_file = sample_watched.experiment, sample_watched.result, sample_watched.tracks
     assert experiment.findings == []
     clock = result.outcome.clock
     assert clock is not None
@@ -215,9 +248,9 @@ def test_nothing_is_said_of_the_sample_and_run_goes_on_from_what_was_tracked(
     # another exposure, another video: the tracks are others
     other = replace(options, shutter=Shutter(0.002))
     assert read_watched_tracks(tracks_file, video, neck, other) == {}
-    with experiment.video.open("ab") as stream:
-        stream.write(b"x")
-    assert read_watched_tracks(tracks_file, video, neck, options) == {}
+    longer = tmp_path / experiment.video.name
+    longer.write_bytes(experiment.video.read_bytes() + b"x")
+    assert read_watched_tracks(tracks_file, describe_video(longer), neck, options) == {}
 
 
 def test_an_interrupt_ends_with_the_outcome(begin: Begin) -> None:
@@ -234,19 +267,3 @@ def test_an_interrupt_ends_with_the_outcome(begin: Begin) -> None:
     assert result.outcome.clock is not None
     assert experiment.events[-1][1]["event"] == "end"
     assert experiment.now_s < 8
-
-
-@pytest.mark.slow
-def test_the_result_of_run_is_the_same_with_and_without_watch(begin: Begin, tmp_path: Path) -> None:
-    experiment = begin(14.0, corners="template")
-    folder = experiment.video.parent
-    watched(experiment, tmp_path / "a" / folder.name / "watched.npz")
-    for out in ("a", "b"):
-        run_recording_task(read_recording(folder), tmp_path / out / folder.name)
-    names = sorted(path.name for path in (tmp_path / "b" / folder.name).iterdir())
-    assert "report.html" in names
-    for name in names:
-        one, other = ((tmp_path / out / folder.name / name).read_bytes() for out in "ab")
-        if name == "result.json":
-            one, other = (json.dumps({**json.loads(x), "seconds": 0, "written_by": ""}).encode() for x in (one, other))
-        assert one == other, name
