@@ -40,8 +40,13 @@ def diagnosed(
     """The record that `diagnose` writes, and the truth."""
     hide(kinds, seed, folder, seconds=seconds, manner=manner)
     fitted, held_out = (synced(folder / name) for name in ("fitted", "held_out"))
-    command("diagnose", fitted, "--held-out", held_out, "--out", folder / "out", "--quiet")
-    return json.loads((folder / "out/diagnosis.json").read_text()), json.loads((folder / "truth.json").read_text())
+    words = ("--held-out", held_out, "--out", folder / "out", "--json", folder / "told.json", "--quiet")
+    command("diagnose", fitted, *words)
+    found, told, truth = (
+        json.loads((folder / name).read_text()) for name in ("out/diagnosis.json", "told.json", "truth.json")
+    )
+    assert (told["verdict"], told["causes"]) == (found["verdict"], found["causes"])
+    return found, truth
 
 
 def by_channel(found: dict[str, Any], key: str) -> np.ndarray:
