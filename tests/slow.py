@@ -43,8 +43,8 @@ SLOW = (
     "xneck/cli",
     "xneck/report",
     "xneck/study/test_run_cases.py",
-    "xneck/test_without_opencv.py",
     "xneck/viewers",
+    "xneck/watch/test_watch.py",
 )
 """files and folders whose tests take more than about five seconds of one core together: `make check` leaves them to `make test`"""
 
@@ -74,6 +74,7 @@ TOGETHER = (
         "diagnosis/test_numbers_of_causes.py",
         "synchronisation/clocks/test_alternative_arms.py",
     ),
+    ("docs/test_examples.py", "docs/test_json_keys.py"),
     ("observation",),
     ("samples/forward_arms",),
     ("xneck/batch",),
