@@ -12,8 +12,9 @@ from xneck_foundation.interpolating_spline import interpolating_spline
 def test_it_is_the_one_of_scipy(degree: int, shape: tuple[int, ...]) -> None:
     """On even and uneven times, on times that came before, and where values are views or whole numbers."""
     rng = np.random.default_rng(degree)
-    even, uneven = 0.3 + 0.01 * np.arange(200), np.cumsum(rng.uniform(0.01, 0.05, 150))
-    for time in (even, uneven, even[: degree + 1], even):
+    even, uneven = 0.3 + 0.01 * np.arange(200.0), np.cumsum(rng.uniform(0.01, 0.05, 150))
+    times: list[np.ndarray] = [even, uneven, even[: degree + 1], even]
+    for time in times:
         values = rng.normal(size=(*shape, len(time)))
         for samples in (np.moveaxis(values, -1, 0), np.round(10 * np.moveaxis(values, -1, 0)).astype(int)):
             found, known = interpolating_spline(time, samples, degree), make_interp_spline(time, samples, k=degree)
