@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 
 from identification.dataset.dataset import DataSet
 from identification.dataset.series import Series
 from mechanism.arm import Arm, arm_of
 from mechanism.description import Neck
 from mechanism.laws import law_named
-from xneck_foundation.interpolating_spline import interpolating_spline
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ class Hypothesis:
 
 def _advanced(time: Array, values: Array, lag: float) -> Array:
     """Values (T, K) as they are `lag` s later, at each row; beyond the ends the last ones stay."""
-    return interpolating_spline(time, values, 3)(np.clip(time + lag, time[0], time[-1]))
+    return make_interp_spline(time, values, k=3)(np.clip(time + lag, time[0], time[-1]))
 
 
 def as_described(neck: Neck) -> Hypothesis:

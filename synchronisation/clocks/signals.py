@@ -11,14 +11,13 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
+from scipy.interpolate import BSpline, make_interp_spline
 
 from identification.dataset.series import Series
 from identification.filters import first_order_lag, low_pass
 from mechanism.arm import Arm
 from mechanism.bristles import BEND_WIDTHS_RAD, mean_bend
 from state_estimation.elongation_regressors import at_step_ends, friction_over_steps
-from xneck_foundation.interpolating_spline import interpolating_spline
 
 Array = NDArray[np.float64]
 
@@ -153,4 +152,4 @@ def relabelled(signals: LogSignals, order: Sequence[int], sign: int) -> LogSigna
 
 def cubic_spline(time: Array, values: Array) -> BSpline:
     """Cubic spline through samples (T, ...) at times (T,)."""
-    return interpolating_spline(time, values, 3)
+    return make_interp_spline(time, values, k=3)
