@@ -58,6 +58,8 @@ _RIVAL_SHARE = 0.7
 _RIVAL_REACH = 3.0
 """times what causes may differ by that explain alike: how much more another one leaves at most that is fitted in its place
 (docs/thresholds.md)"""
+_MAX_AT_ONCE = 4
+"""causes that are added at once; where straight lines would have more, the best one comes first (docs/thresholds.md)"""
 _MAX_CHOICES = 12
 """of causes, each fitted before the next"""
 _TIE_BY_CHANCE = 6.0
@@ -220,10 +222,13 @@ def _with_all_causes(
             after = _without_a_needless_one(fitter, last, choices, least_gains)
             after = after or _with_one_far_off(fitter, last, choices, offered, by_chance)
         else:
-            joint = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
-            after = _without_impossible(fitter, joint)
             added = [i for i in chosen if i not in start]
             alone = best_addition(choices, start, least_gains, simpler) if len(added) > 1 else None
+            if alone is not None and len(added) > _MAX_AT_ONCE:
+                # so many stand in for the bend of one, and take minutes to fit
+                chosen, added, alone = [*start, alone], [alone], None
+            joint = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
+            after = _without_impossible(fitter, joint)
             if alone is not None and not _is_better(after, last, by_chance):
                 # where straight lines mislead, one cause may, and take a right one with it
                 after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, alone]))

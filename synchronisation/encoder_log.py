@@ -17,6 +17,7 @@ from synchronisation.csv_table import CsvFormat, read_table
 from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
 from synchronisation.parquet_table import read_parquet
 from synchronisation.time_stamps import check_log_rate, sampling_step
+from synchronisation.uneven_stamps import even_times_of
 from xneck_foundation.errors import Refused
 from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.one_line import listed
@@ -137,6 +138,7 @@ def motor_log(series: Series, neck: Neck, path: str | Path, number: Callable[[in
     series = _without_absurd_samples(_unwrapped(series, neck, path), path)
     series = _unwrapped(series, neck, path)
     check_size(series.columns, MAX_LOGGED_MAGNITUDE, str(path))
+    series = _at_times_of_sampling(series, path)
     theta_scale = np.array([motor.theta_sign * motor.theta_scale for motor in neck.motors])
     f_scale = np.array([motor.f_scale for motor in neck.motors])
     columns = numbered_columns("theta", series.matrix("theta") * theta_scale)
@@ -145,6 +147,19 @@ def motor_log(series: Series, neck: Neck, path: str | Path, number: Callable[[in
     if LED in series.columns:
         columns[LED] = series.columns[LED]
     return Series(series.time, columns)
+
+
+def _at_times_of_sampling(series: Series, path: str | Path) -> Series:
+    """The rows at even times, with a warning, where the motors' angles tell that they were sampled so, and not as stamped."""
+    even = even_times_of(series.time, series.matrix("theta"))
+    if even is None:
+        return series
+    warn_recovered(
+        path,
+        f"stamps are {1e3 * even.spread:.2g} ms (rms) beside the times at which the motors' angles go on smoothly, "
+        f"one row every {1e3 * even.step:.4g} ms: these were taken; log time with more digits, when a row is sampled",
+    )
+    return Series(even.time, series.columns)
 
 
 def motor_channel(logs: Mapping[str, JointStateChannel], neck: Neck, path: Path) -> Series:

@@ -1,7 +1,7 @@
-"""Columns that are exchanged, by what an exchange leaves of the cables' winding that travel and force do not explain.
+"""Columns that are exchanged, or angles that mean another thing, by what undoing it leaves of the cables' winding unexplained.
 
-Neither units nor senses matter to it, so that it is asked before these: a motor that is told another one's angle seems to have any
-unit, and to pull the wrong way.
+What travel and force explain of it is taken off. Neither units nor senses matter to it, so that it is asked before these: a motor
+that is told another one's angle seems to have any unit, and to pull the wrong way.
 """
 
 from collections.abc import Iterator
@@ -18,6 +18,9 @@ from synchronisation.swapped_order import swapped_order
 
 Array = NDArray[np.float64]
 
+_Undone = tuple[str, str, LoggedMotion, list[int]]
+"""what may be wrong and what to do about it, in words; the motion with it undone, and the cables that it may be about"""
+_EXCHANGE = "exchange these columns, or what neck.yaml says of them"
 MAX_SHARE_LEFT = 0.75
 """of what is unexplained of the cables that an exchange is about: what it leaves of it at most, to be named (docs/thresholds.md)"""
 MAX_LEFT_OF_CABLE = 0.95
@@ -28,10 +31,12 @@ MAX_LEFT_BY_RIVAL = 1.5
 
 @dataclass(frozen=True)
 class Exchange:
-    """Two columns, or two motors, that are in each other's places."""
+    """Two columns, or two motors, in each other's places, or angles that are not those from bar to bar."""
 
     words: str
     """which, and which others it may be as well"""
+    remedy: str
+    """what to do about the first of these"""
     left: float
     """m, RMS over all cables, that it leaves unexplained"""
     described: float
@@ -42,17 +47,49 @@ def exchanged_columns(arm: Arm, motion: LoggedMotion) -> Exchange | None:
     """The exchange that explains the motion best; None where none does far better than the columns as they are."""
     described = unexplained_winding(motion, range(arm.M))
     good = []
-    for words, undone, cables in _undone(arm, motion):
+    for words, remedy, undone, cables in (*_columns_undone(arm, motion), *_angles_undone(arm, motion)):
         left = described.copy()
         left[cables] = unexplained_winding(undone, cables)
         if _is_better(left, described):
-            good.append((_rms(left), words))
+            good.append((_rms(left), words, remedy))
     if not good:
         return None
     good.sort()
-    least = good[0][0]
-    words = [words for left, words in good if left <= MAX_LEFT_BY_RIVAL * least]
-    return Exchange(", or ".join(words), least, _rms(described))
+    least, _, remedy = good[0]
+    words = [words for left, words, _ in good if left <= MAX_LEFT_BY_RIVAL * least]
+    return Exchange(", or ".join(words), remedy, least, _rms(described))
+
+
+@dataclass(frozen=True)
+class OtherMeaning:
+    """What angles may be in place of those from bar to bar."""
+
+    words: str
+    remedy: str
+    """what to write in their place, in words"""
+    alpha: Array
+    """(K, N), rad, from bar to bar if they are so"""
+
+
+def other_meanings(alpha: Array) -> Iterator[OtherMeaning]:
+    """What angles (K, N), rad, may be: of bars against the picture, or counted from the tip by a camera behind the arm."""
+    n = alpha.shape[1]
+    if n == 1:
+        return
+    for sense, turned in ((1, ""), (-1, ", and turn the other way")):
+        bars = sense * alpha
+        upright = np.pi / 2 * np.round(np.mean(bars[:, 0]) / (np.pi / 2))
+        less = f" less {np.degrees(upright):.0f} deg" if upright else ""
+        yield OtherMeaning(
+            f"alpha1..{n} are angles of the bars in the picture, not from bar to bar{turned}",
+            f"subtract from each bar's angle that of the bar below it; the first is alpha1{less}",
+            np.diff(bars - upright, prepend=0.0, axis=1),
+        )
+    yield OtherMeaning(
+        f"alpha1..{n} are counted from the tip, and turn the other way",
+        "write the last one first, and all with the other sign",
+        -alpha[:, ::-1],
+    )
 
 
 def _is_better(left: Array, described: Array) -> bool:
@@ -67,19 +104,31 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _undone(arm: Arm, motion: LoggedMotion) -> Iterator[tuple[str, LoggedMotion, list[int]]]:
-    """Every exchange of two motors' angles, forces, or both, and of two joints' angles.
-
-    Words, the motion with it undone, and the cables that it may be about."""
+def _columns_undone(arm: Arm, motion: LoggedMotion) -> Iterator[_Undone]:
+    """Every exchange of two motors' angles, forces, or both, and of two joints' angles."""
     for a, b in combinations(range(arm.M), 2):
         order = swapped_order(arm.M, a, b)
         turned = replace(motion, travel=motion.travel[:, order], dry_friction=motion.dry_friction[:, order])
-        yield f"theta{a + 1} and theta{b + 1} are swapped", turned, [a, b]
+        yield f"theta{a + 1} and theta{b + 1} are swapped", _EXCHANGE, turned, [a, b]
         if motion.force.shape[1]:
             force = motion.force[:, order]
-            yield f"f{a + 1} and f{b + 1} are swapped", replace(motion, force=force), [a, b]
-            yield f"motors {a + 1} and {b + 1} are swapped, theta and f", replace(turned, force=force), [a, b]
+            yield f"f{a + 1} and f{b + 1} are swapped", _EXCHANGE, replace(motion, force=force), [a, b]
+            yield (
+                f"motors {a + 1} and {b + 1} are swapped, theta and f",
+                _EXCHANGE,
+                replace(turned, force=force),
+                [a, b],
+            )
     for a, b in combinations(range(arm.N), 2):
         alpha = motion.alpha[:, swapped_order(arm.N, a, b)]
-        undone = replace(motion, winding=cable_winding(arm, alpha))
-        yield f"alpha{a + 1} and alpha{b + 1} are swapped", undone, list(range(arm.M))
+        yield f"alpha{a + 1} and alpha{b + 1} are swapped", _EXCHANGE, *_with_angles(arm, motion, alpha)
+
+
+def _angles_undone(arm: Arm, motion: LoggedMotion) -> Iterator[_Undone]:
+    for other in other_meanings(motion.alpha):
+        yield other.words, other.remedy, *_with_angles(arm, motion, other.alpha)
+
+
+def _with_angles(arm: Arm, motion: LoggedMotion, alpha: Array) -> tuple[LoggedMotion, list[int]]:
+    """The motion with other angles (K, N), rad, and the cables that it may be about: all."""
+    return replace(motion, winding=cable_winding(arm, alpha)), list(range(arm.M))

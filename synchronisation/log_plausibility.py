@@ -18,7 +18,7 @@ from synchronisation.angles import Angles
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.clocks.usable_frames import MIN_FRAMES
 from synchronisation.encoder_log import uniformly_sampled
-from synchronisation.exchanged_columns import exchanged_columns
+from synchronisation.exchanged_columns import exchanged_columns, other_meanings
 from synchronisation.log_regression import Factors, LoggedMotion, force_factors, logged_motion, travel_factors
 from synchronisation.log_units import Unit, force_units, theta_units, unit_of
 from xneck_foundation.errors import Refused
@@ -71,12 +71,13 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
     motion = logged_motion(arm, time, alpha, even)
     if motion is None:
         _check_degrees(arm, time, alpha, even)
+        _check_other_meanings(arm, time, alpha, even)
         return warnings
     _check_stuck(arm, time, alpha, even, motion)
     if exchange := exchanged_columns(arm, motion):
         left, described = 1e3 * exchange.left, 1e3 * exchange.described
         what = f"{exchange.words}: {left:.3f} mm are left unexplained so, {described:.3f} as it is"
-        raise Refused("sync", what, "exchange these columns, or what neck.yaml says of them")
+        raise Refused("sync", what, exchange.remedy)
     factors, yielding = travel_factors(motion, arm.drum)
     wrong = _wrong_travel(motion, factors)
     if len(wrong):
@@ -138,6 +139,13 @@ def _check_degrees(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
         raise Refused(
             "angles", "alpha is in degrees: only so do video and log show one motion", "multiply alpha1..N by 0.0174533"
         )
+
+
+def _check_other_meanings(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
+    """Refused where angles and log show one motion only if the angles are not those from bar to bar."""
+    for other in other_meanings(alpha):
+        if logged_motion(arm, time, other.alpha, log) is not None:
+            raise Refused("sync", f"{other.words}: only so they move as the log does", other.remedy)
 
 
 def _check_mirrored(arm: Arm, time: Array, alpha: Array, log: Series, unexplained: float) -> None:

@@ -15,6 +15,10 @@ BURST_STEP_RATIO = 0.2
 MIN_LOG_HZ = 45.0
 """rows a second of a log at least, 50 less a tenth: of logs with 25 one clock in 12 was a third of a second off
 (docs/thresholds.md)"""
+_MISSING_STEPS = 1.5
+"""steps to the next row from which on one may be missing"""
+_FOLLOWED_ROWS = 10
+"""rows over which the even grid of a log follows its stamps, as their mean step is not known exactly"""
 
 
 def sampling_step(time: Array, where: str) -> float:
@@ -41,3 +45,22 @@ def check_log_rate(time: Array, where: str) -> None:
             f"has {rate:.3g} rows a second, between which friction turns over unseen",
             "log every control step, at least 50 rows a second; 500 are best",
         )
+
+
+def row_numbers(time: Array, step: float) -> NDArray[np.intp]:
+    """Number of each row (T,) in a loop whose rows follow each other every `step` s or about, those counted that are missing.
+
+    Each stamp is held against the even grid on which rows are due. A stamp that is late by jitter is followed by one that is due,
+    and none after a lost row is.
+    """
+    steps = np.diff(time)
+    if np.all(steps < _MISSING_STEPS * step):
+        return np.arange(len(time))
+    period = float(np.mean(steps[steps < 2 * step]))
+    due, missing = float(time[0]), np.zeros(len(time), dtype=np.intp)
+    for row, at in enumerate(time[1:].tolist(), 1):
+        due += period
+        missing[row] = late = max(round((at - due) / period), 0)
+        due += late * period
+        due += (at - due) / _FOLLOWED_ROWS
+    return np.arange(len(time)) + np.cumsum(missing)

@@ -3,7 +3,7 @@
 In t = n - fs dry(theta') - fv theta' the force n comes late by a delay. Through the cables alone fv looks like an offset (5 ms
 for 0.02 N s/rad); here it turns the joints by Z fv theta', which no friction of the joints does. Masses, springs, a load at the
 tip, the base's tilt, the motors' inertia, and joint friction with the speed at which it turns over are nuisances. So are the arm's
-dimensions and the form of the motors' friction, which the cables' equation holds too: if each had a form of its own, the two would
+geometry and the form of the motors' friction, which the cables' equation holds too: if each had a form of its own, the two would
 trade viscosity for the clock. Gains of motors and what cables lose on pulleys along the arm are nuisances of lossy arms alone. Both
 sides pass the same filters.
 """
@@ -19,11 +19,16 @@ from identification.dataset.series import clear_of_gaps
 from identification.filters import low_pass
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
-from mechanism.drawing_errors import MAX_DRAWING_ERROR, MOTOR_INERTIA_SIGMA
-from mechanism.dynamics import terms
+from mechanism.drawing_errors import (
+    MAX_DRAWING_ERROR,
+    MOTOR_INERTIA_SIGMA,
+    SPRING_LENGTH_SIGMA,
+    SPRING_STIFFNESS_SIGMA,
+)
+from mechanism.dynamics import gravity_and_springs, terms
 from mechanism.laws.pulley_friction import SLIDING_M_S
 from synchronisation.clocks.angles_between_frames import missed_by_spline
-from synchronisation.clocks.frame_geometry import DIMENSION_STEP, enlarged_arms
+from synchronisation.clocks.frame_geometry import GEOMETRY_STEP, FrameGeometry, changed_geometries
 from synchronisation.clocks.signals import LogSignals, cubic_spline
 from synchronisation.clocks.unknowns import ClockUnknowns
 
@@ -60,7 +65,7 @@ _SLOW_PRODUCTS = 5
 """products, about a row, in none of which the joint is slow"""
 _OFFSET_STEP_S = 2e-3
 """s: change of the offset whose effect gives its slope"""
-_MASS_FIELDS = (("top_mass", "top_inertia"), ("diagonal_mass", "diagonal_inertia"), ("spring_stiffness",))
+_MASS_FIELDS = (("top_mass", "top_inertia"), ("diagonal_mass", "diagonal_inertia"))
 
 
 @dataclass(frozen=True)
@@ -68,12 +73,12 @@ class ArmRows:
     """Rows of the arm's equation: K instants, N joints; residual in N m, its slopes by the unknowns."""
 
     residual: Array
-    """(K, N), N m, at fv = fs = 0, the described dimensions, no delay and no nuisance"""
+    """(K, N), N m, at fv = fs = 0, the described geometry, no delay and no nuisance"""
     by_offset: Array
     """(K, N)"""
     by_delay: Array
     """(K, N)"""
-    by_dimension: Array
+    by_geometry: Array
     """(K, N, P)"""
     by_fs: Array
     """(K, N, M)"""
@@ -96,6 +101,9 @@ class ArmRows:
     """(T, N), rad/s: joint speeds where the products are formed"""
     kept: NDArray[np.bool_]
     """(T,): products that are clear of gaps and ends"""
+    error_by_noise: Array
+    """(N,), N m: what noise of the angles, as it is stated, leaves at the least. With one joint all terms may go to zero together,
+    and the error with them"""
     may_be_held: NDArray[np.bool_]
     """(K, N): rows about which the joint hardly moves, so that friction may hold it by any torque; of lossy arms alone"""
 
@@ -104,7 +112,7 @@ class ArmRows:
         m = len(unknowns.fv)
         fs, nuisances = unknowns.arm_parameters[:m], unknowns.arm_parameters[m:]
         out = self.residual + self.by_offset * (unknowns.offset - self.offset) + self.by_delay * unknowns.delay
-        out = out + self.by_dimension @ unknowns.dimensions + np.einsum("knmw,mw->kn", self.by_form, forms)
+        out = out + self.by_geometry @ unknowns.geometry_errors + np.einsum("knmw,mw->kn", self.by_form, forms)
         return out + self.by_fv @ unknowns.fv + self.by_fs @ fs + self.by_nuisance @ nuisances
 
     def of_sound_arm(self) -> "ArmRows":
@@ -134,6 +142,8 @@ class _Motion:
     """(T,), s, log clock"""
     seen: BSpline
     """(..., N), rad, over log time: the spline through the frames"""
+    told: BSpline
+    """(..., N), rad, over log time: the same of the frames with what the cables tell of their noise taken off"""
     missed: tuple[BSpline, BSpline]
     """(..., N), rad: what that spline misses, by the clock as it is and by one whose offset is larger by _OFFSET_STEP_S"""
     force: Array
@@ -151,34 +161,43 @@ class _Motion:
         a, a_d, a_dd = (self.seen(at, order) + self.missed[later](self.time, order) for order in range(3))
         return a, a_d, a_dd
 
+    def angles_without_noise(self) -> tuple[Array, Array, Array]:
+        """alpha, alpha', alpha'' (T, N), as the cables tell them."""
+        a, a_d, a_dd = (self.told(self.time, order) + self.missed[0](self.time, order) for order in range(3))
+        return a, a_d, a_dd
+
 
 def arm_equation_rows(
     arm: Arm,
     signals: LogSignals,
     frame_time: Array,
-    alpha: Array,
+    frames: FrameGeometry,
+    turns: Array,
     winding: BSpline,
     joint_width: float,
     offset: float,
     fs: Array,
 ) -> ArmRows:
-    """The equation for frames at `frame_time` (F,), s, on the log's clock, with angles alpha (F, N), rad.
+    """The equation for frames at `frame_time` (F,), s, on the log's clock.
 
-    winding: (..., M), m, over log time: travel less elongation, which tells the angles between frames; joint_width: rad/s, speed
-    over which a joint's dry friction turns over; offset: s, of the clock that gave frame_time; fs: (M,), N, roughly the motors' dry
-    friction, for the slopes by dimensions."""
-    motion = _filtered(arm, signals, frame_time, alpha, winding)
+    turns: (F, N), rad, by which the frames' angles are off what the cables tell; winding: (..., M), m, over log time: travel less
+    elongation, which tells the angles between frames; joint_width: rad/s, speed over which a joint's dry friction turns over;
+    offset: s, of the clock that gave frame_time; fs: (M,), N, roughly the motors' dry friction, for the slopes by the geometry."""
+    motion = _filtered(arm, signals, frame_time, frames.alpha, turns, winding)
     kept = _clear_of_gaps(motion.time, frame_time)
     a, a_d, a_dd = motion.angles()
-    jacobian = Z(arm, a)
-    by_part = np.stack([_torque(part, a, a_d, a_dd) for part in _parts(arm)], axis=-1)
-    residual = by_part.sum(axis=-1) - np.einsum("tnm,tm->tn", jacobian, motion.force)
+    unbalanced = _torque(arm, a, a_d, a_dd) - np.einsum("tnm,tm->tn", Z(arm, a), motion.force)
     b, b_d, b_dd = motion.angles(later=True)
     later = _torque(arm, b, b_d, b_dd) - np.einsum("tnm,tm->tn", Z(arm, b), motion.force)
+    # slopes by numbers of the arm must not hold the noise that residuals hold too: least squares would shrink the arm
+    a, a_d, a_dd = motion.angles_without_noise()
+    jacobian = Z(arm, a)
+    by_part = np.stack([_torque(part, a, a_d, a_dd) for part in _parts(arm)], axis=-1)
     joint_speed = low_pass(a_d, PRODUCT_RATE_HZ, EQUATION_CUTOFF_HZ)
     per_joint = np.eye(arm.N)
     nuisances = [
         by_part,
+        _torque_by_free_length(arm, a),
         _tilt_torque(arm, a)[..., None],
         jacobian * motion.inertial[:, None, :],
         jacobian * motion.force[:, None, :],
@@ -190,10 +209,10 @@ def arm_equation_rows(
     nuisance_sigma, of_lossy = _nuisance_sigma(arm)
     slowest = minimum_filter1d(np.abs(joint_speed), _SLOW_PRODUCTS, axis=0)
     return ArmRows(
-        residual=_rows_of(residual, kept),
-        by_offset=_rows_of((later - residual) / _OFFSET_STEP_S, kept),
+        residual=_rows_of(unbalanced, kept),
+        by_offset=_rows_of((later - unbalanced) / _OFFSET_STEP_S, kept),
         by_delay=_rows_of(np.einsum("tnm,tm->tn", jacobian, motion.command_rate), kept),
-        by_dimension=_rows_of(_torque_by_dimension(arm, motion, fs), kept),
+        by_geometry=_rows_of(_torque_by_geometry(arm, motion, fs), kept),
         by_fs=_rows_of(jacobian * motion.dry_friction[:, None, :], kept),
         by_fv=_rows_of(jacobian * motion.speed[:, None, :], kept),
         by_form=_rows_of(np.stack([jacobian * form[:, None, :] for form in motion.friction_forms], axis=-1), kept),
@@ -204,11 +223,14 @@ def arm_equation_rows(
         offset=offset,
         joint_speed=joint_speed,
         kept=kept,
+        error_by_noise=_error_by_noise(arm, a, motion.force, _noise_passed(frame_time, frames.sigma)),
         may_be_held=(slowest < SLOW_JOINT_RAD_S)[::PRODUCTS_PER_ROW][kept[::PRODUCTS_PER_ROW]],
     )
 
 
-def _filtered(arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, winding: BSpline) -> _Motion:
+def _filtered(
+    arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, turns: Array, winding: BSpline
+) -> _Motion:
     """Angles and log signals over their common time, through the first filter."""
     first, last = max(frame_time[0], signals.time[0]), min(frame_time[-1], signals.time[-1])
     grid = np.arange(first, last, 1 / FILTER_RATE_HZ)
@@ -226,6 +248,7 @@ def _filtered(arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, wi
     return _Motion(
         time=grid[::every],
         seen=smooth(cubic_spline(frame_time, alpha)(grid)),
+        told=smooth(cubic_spline(frame_time, alpha + turns)(grid)),
         missed=(missed(0.0), missed(_OFFSET_STEP_S)),
         force=sampled(signals.force),
         dry_friction=sampled(signals.dry_friction),
@@ -236,6 +259,23 @@ def _filtered(arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, wi
     )
 
 
+def _noise_passed(frame_time: Array, sigma: Array) -> Array:
+    """Standard deviation of the angles' noise that passes the filters, (N,), rad."""
+    share = min(2 * EQUATION_CUTOFF_HZ * float(np.median(np.diff(frame_time))), 1.0)
+    return np.sqrt(share * np.mean(sigma**2, axis=0))
+
+
+def _error_by_noise(arm: Arm, a: Array, force: Array, noise: Array) -> Array:
+    """Standard deviation of the torque, (N,), N m, that noise (N,), rad, of angles makes by the arm's stiffness alone."""
+
+    def held(alpha: Array) -> Array:
+        return gravity_and_springs(arm, alpha) - np.einsum("tnm,tm->tn", Z(arm, alpha), force)
+
+    described = held(a)
+    changes = [held(a + step) - described for step in np.diag(noise)]
+    return np.sqrt(np.sum(np.mean(np.square(changes), axis=1), axis=0))
+
+
 def _torque(arm: Arm, a: Array, a_d: Array, a_dd: Array) -> Array:
     """M alpha'' + c + g, (T, N), N m."""
     dynamics = terms(arm, a, a_d)
@@ -243,13 +283,29 @@ def _torque(arm: Arm, a: Array, a_d: Array, a_dd: Array) -> Array:
 
 
 def _parts(arm: Arm) -> list[Arm]:
-    """The arm as a sum of 3 N arms that have one mechanism's top bar, diagonals or springs each."""
-    nothing = {name: np.zeros_like(getattr(arm, name)) for fields in _MASS_FIELDS for name in fields}
-    return [
+    """The arm as a sum of 4 N arms that have one mechanism's top bar, diagonals or springs of one side each."""
+    bars = [name for fields in _MASS_FIELDS for name in fields]
+    nothing = {name: np.zeros_like(getattr(arm, name)) for name in (*bars, "spring_stiffness")}
+    of_bars = [
         replace(arm, **nothing | {name: np.where(np.arange(arm.N) == i, getattr(arm, name), 0.0) for name in fields})
         for fields in _MASS_FIELDS
         for i in range(arm.N)
     ]
+    of_springs = [
+        replace(arm, **nothing | {"spring_stiffness": arm.spring_stiffness * one})
+        for one in np.eye(2 * arm.N).reshape(-1, 2, arm.N)
+    ]
+    return of_bars + of_springs
+
+
+def _torque_by_free_length(arm: Arm, a: Array) -> Array:
+    """Slope of the torque by the relative error of each spring's free length, (T, N, 2 N), N m."""
+    described = gravity_and_springs(arm, a)
+    others = [
+        replace(arm, spring_free_length=arm.spring_free_length * (1 + GEOMETRY_STEP * one))
+        for one in np.eye(2 * arm.N).reshape(-1, 2, arm.N)
+    ]
+    return np.stack([gravity_and_springs(other, a) - described for other in others], axis=-1) / GEOMETRY_STEP
 
 
 def _tilt_torque(arm: Arm, a: Array) -> Array:
@@ -259,16 +315,17 @@ def _tilt_torque(arm: Arm, a: Array) -> Array:
     return terms(without_springs, a, np.zeros_like(a)).g
 
 
-def _torque_by_dimension(arm: Arm, motion: _Motion, fs: Array) -> Array:
-    """Slope of the equation by the relative error of each dimension, (T, N, P), N m."""
+def _torque_by_geometry(arm: Arm, motion: _Motion, fs: Array) -> Array:
+    """Slope of the equation by each number of the geometry, (T, N, P), N m."""
     tension = motion.force - fs * motion.dry_friction
-    a, a_d, a_dd = motion.angles()
+    a, a_d, a_dd = motion.angles_without_noise()
 
-    def unbalanced(other: Arm) -> Array:
-        return _torque(other, a, a_d, a_dd) - np.einsum("tnm,tm->tn", Z(other, a), tension)
+    def unbalanced(other: Arm, at: Array) -> Array:
+        return _torque(other, at, a_d, a_dd) - np.einsum("tnm,tm->tn", Z(other, at), tension)
 
-    described = unbalanced(arm)
-    return np.stack([unbalanced(other) - described for other in enlarged_arms(arm)], axis=-1) / DIMENSION_STEP
+    described = unbalanced(arm, a)
+    changes = [unbalanced(other.arm, a + other.turn) - described for other in changed_geometries(arm)]
+    return np.stack(changes, axis=-1) / GEOMETRY_STEP
 
 
 def _losses(arm: Arm, jacobian: Array, force: Array, joint_speed: Array) -> Array:
@@ -295,7 +352,8 @@ def _joint_dry_friction(speed: Array, width: float) -> Array:
 
 def _nuisance_sigma(arm: Arm) -> tuple[Array, NDArray[np.bool_]]:
     """Standard deviations of the nuisances, (Q,), in the order of `ArmRows.by_nuisance`, and which are of lossy arms alone."""
-    parts = np.full(len(_MASS_FIELDS) * arm.N, MAX_DRAWING_ERROR)
+    of_parts = [*(MAX_DRAWING_ERROR,) * len(_MASS_FIELDS), *(SPRING_STIFFNESS_SIGMA,) * 2, *(SPRING_LENGTH_SIGMA,) * 2]
+    parts = np.repeat(of_parts, arm.N)
     parts[arm.N - 1] = PAYLOAD_SIGMA
     friction = np.full(4 * arm.N, np.inf)
     gains, losses = np.full(arm.M, GAIN_SIGMA), np.full(sum(map(len, arm.routes)), LOSS_SIGMA)

@@ -3,7 +3,7 @@
 x = c + g(t) + creep, with the tension t = n - h dry(theta') - sum w_i form_i(theta') - fv theta' - ca x'. Each cable has a
 polynomial g of its own; the forms make of dry(theta') any friction that turns over with the speed. Creep begins with the log as if
 the cable had been at rest, and with a start of its own that fades: it may have been pulled just before. The force n may come late
-by a delay and be off by an error of the motors' inertia; the winding w(alpha) may be off by errors of the arm's dimensions. Offset
+by a delay and be off by an error of the motors' inertia; the winding w(alpha) may be off by errors of the arm's geometry. Offset
 and skew move the log's signals against the camera's alpha. There is one row for every cable and frame.
 """
 
@@ -85,7 +85,7 @@ class CableRows:
     """(F, M), m/s"""
     by_fv: Array
     """(F, M), of each motor's own fv"""
-    by_dimension: Array
+    by_geometry: Array
     """(F, M, P), m"""
     by_parameter: Array
     """(F, M, K), of each cable's own parameters"""
@@ -132,8 +132,8 @@ class CableEquation:
         """Residuals and slopes at every frame."""
         at = frames.time + unknowns.offset + unknowns.skew * (frames.time - frames.middle)
         rows = self._rows_before_winding(np.clip(at, *self._span), unknowns)
-        winding = frames.with_dimensions(unknowns.dimensions).winding
-        return replace(rows, residual=rows.residual - winding, by_dimension=-frames.winding_by_dimension)
+        winding = frames.with_geometry_errors(unknowns.geometry_errors).winding
+        return replace(rows, residual=rows.residual - winding, by_geometry=-frames.winding_by_geometry)
 
     def expected_winding(self, unknowns: ClockUnknowns) -> BSpline:
         """Travel less elongation over the log's time, (..., M), m: what the winding of true frames would be."""
@@ -186,7 +186,7 @@ class CableEquation:
             by_offset=travel_d - x_d,
             by_delay=-by_delay,
             by_fv=-by_fv,
-            by_dimension=np.zeros((*travel.shape, 0)),
+            by_geometry=np.zeros((*travel.shape, 0)),
             by_parameter=-np.stack([columns[name] for name in self.law.names], axis=-1),
         )
 

@@ -80,6 +80,7 @@ def align_finely(
     cables = CableEquation(signals, REPORTED.law)
     assumptions = replace(REPORTED, skew_scale=skew_scale)
     from_cables = solve_clock(problem, initial_unknowns(problem, offset, cables), assumptions, cables)
+    problem = replace(problem, frames=frames.with_slopes_beside_noise(arm, from_cables.residual))
     reported, rows = _sound_or_lossy(arm, problem, from_cables, assumptions)
     fits = [reported, *_alternatives(problem, reported, rows, skew_scale)]
     spread = [
@@ -187,7 +188,8 @@ def _arm_rows_at(arm: Arm, problem: ClockProblem, from_cables: ClockSolution) ->
         arm,
         problem.signals,
         at,
-        frames.alpha,
+        frames,
+        frames.turns(from_cables.residual),
         from_cables.cables.expected_winding(unknowns),
         REPORTED.joint_width,
         unknowns.offset,

@@ -1,4 +1,4 @@
-"""What the cables make of the camera's frames: how far each is wound in, and how errors of angles and dimensions enter there."""
+"""What the cables make of the camera's frames: how far each is wound in, how errors of angles and of the drawing enter there."""
 
 from dataclasses import dataclass, replace
 
@@ -7,13 +7,14 @@ from numpy.typing import NDArray
 
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths
+from mechanism.drawing_errors import ANGLE_ZERO_SIGMA_RAD, MAX_DRAWING_ERROR
 
 Array = NDArray[np.float64]
 
 DIMENSIONS = ("L", "b", "r")
 """dimensions of each mechanism that a description may have slightly wrong"""
-DIMENSION_STEP = 1e-3
-"""relative: the change of a dimension whose effect gives its slope"""
+GEOMETRY_STEP = 1e-3
+"""relative, rad of an angle: the change of a number whose effect gives its slope"""
 MIN_CABLE_ERROR_M = 2e-6
 """m: a law of the cables is never believed to be better than this"""
 MIN_NOISE_SCALE = 0.1
@@ -40,14 +41,25 @@ class FrameGeometry:
     """(F, N, M), rad/m: turns of the joints that explain changes of the windings best"""
     turn_variance: Array
     """(F, N), rad^2/m^2: variance of these turns for changes of unit variance"""
-    winding_by_dimension: Array
-    """(F, M, P), m: slope of the winding by the relative error of each dimension"""
+    winding_by_geometry: Array
+    """(F, M, P), m: slope of the winding by each number of the geometry, in the order of `changed_geometries`"""
     middle: float
     """s, camera clock: the time at which a clock's offset holds"""
 
-    def with_dimensions(self, errors: Array) -> "FrameGeometry":
-        """The same frames of an arm whose dimensions are larger than described by `errors` (P,), relative."""
-        return replace(self, winding=self.winding + self.winding_by_dimension @ errors)
+    def with_geometry_errors(self, errors: Array) -> "FrameGeometry":
+        """The same frames of an arm whose geometry is larger than described by `errors` (P,)."""
+        return replace(self, winding=self.winding + self.winding_by_geometry @ errors)
+
+    def turns(self, residual: Array) -> Array:
+        """Turns of the joints (F, N), rad, that explain residuals (F, M), m, best."""
+        return np.einsum("fij,fj->fi", self.pseudo_inverse, residual)
+
+    def with_slopes_beside_noise(self, arm: Arm, residual: Array) -> "FrameGeometry":
+        """The same frames, with slopes by the geometry at the angles that residuals (F, M), m, of the cables tell.
+
+        At angles as they were read the slopes hold the noise that the residuals hold too, and least squares shrink the arm: a
+        smaller one makes less of the noise."""
+        return replace(self, winding_by_geometry=_winding_by_geometry(arm, self.alpha + self.turns(residual)))
 
     def part(self, kept: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "FrameGeometry":
         """Some of the frames, with the same middle."""
@@ -59,7 +71,7 @@ class FrameGeometry:
             Z=self.Z[kept],
             pseudo_inverse=self.pseudo_inverse[kept],
             turn_variance=self.turn_variance[kept],
-            winding_by_dimension=self.winding_by_dimension[kept],
+            winding_by_geometry=self.winding_by_geometry[kept],
             middle=self.middle,
         )
 
@@ -77,7 +89,7 @@ class FrameGeometry:
 
         The first is what of the residuals no angles explain, the second what angles do explain."""
         n, m = self.Z.shape[1:]
-        turns = np.einsum("fij,fj->fi", self.pseudo_inverse, residual)
+        turns = self.turns(residual)
         unexplained = residual - np.einsum("fij,fi->fj", self.Z, turns)
         if m <= n:
             cable_error = MIN_CABLE_ERROR_M
@@ -91,8 +103,6 @@ class FrameGeometry:
 
 def frame_geometry(arm: Arm, time: Array, alpha: Array, sigma: Array, middle: float) -> FrameGeometry:
     """The geometry of frames at time (F,), s, with alpha and its sigma (F, N), rad, all known; middle: s, camera clock."""
-    winding = cable_winding(arm, alpha)
-    enlarged = [cable_winding(other, alpha) - winding for other in enlarged_arms(arm)]
     jacobian = Z(arm, alpha)
     square = np.einsum("fij,fkj->fik", jacobian, jacobian)
     inverse = np.linalg.inv(square + _RIDGE * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(arm.N))
@@ -100,19 +110,25 @@ def frame_geometry(arm: Arm, time: Array, alpha: Array, sigma: Array, middle: fl
         time=time,
         alpha=alpha,
         sigma=sigma,
-        winding=winding,
+        winding=cable_winding(arm, alpha),
         Z=jacobian,
         pseudo_inverse=inverse @ jacobian,
         turn_variance=np.diagonal(inverse, axis1=1, axis2=2),
-        winding_by_dimension=np.stack(enlarged, axis=-1) / DIMENSION_STEP,
+        winding_by_geometry=_winding_by_geometry(arm, alpha),
         middle=middle,
     )
 
 
-def of_pulleys(dimensions: slice) -> slice:
-    """Which of an arm's dimensions, which stand at a slice of a vector, are its pulleys' radii."""
-    count = (dimensions.stop - dimensions.start) // len(DIMENSIONS)
-    first = dimensions.start + DIMENSIONS.index("r") * count
+def _winding_by_geometry(arm: Arm, alpha: Array) -> Array:
+    described = cable_winding(arm, alpha)
+    changes = [cable_winding(other.arm, alpha + other.turn) - described for other in changed_geometries(arm)]
+    return np.stack(changes, axis=-1) / GEOMETRY_STEP
+
+
+def of_pulleys(numbers: slice) -> slice:
+    """Which of the numbers of a geometry, which stand at a slice of a vector, are the pulleys' radii."""
+    count = (numbers.stop - numbers.start) // (len(DIMENSIONS) + 1)
+    first = numbers.start + DIMENSIONS.index("r") * count
     return slice(first, first + count)
 
 
@@ -121,11 +137,23 @@ def cable_winding(arm: Arm, alpha: Array) -> Array:
     return lengths(arm, np.zeros(arm.N)) - lengths(arm, alpha)
 
 
-def enlarged_arms(arm: Arm) -> list[Arm]:
-    """Copies of the arm, each with one of its L, b and r larger by DIMENSION_STEP; in the order of the dimensions (P,)."""
-    unit = np.eye(arm.N)
-    return [
-        replace(arm, **{name: getattr(arm, name) * (1 + DIMENSION_STEP * unit[i])})
-        for name in DIMENSIONS
-        for i in range(arm.N)
-    ]
+@dataclass(frozen=True)
+class ChangedGeometry:
+    """What the cables go by where one number is larger than described by GEOMETRY_STEP."""
+
+    arm: Arm
+    turn: Array
+    """(N,), rad, to be added to the angles as they were read"""
+
+
+def changed_geometries(arm: Arm) -> list[ChangedGeometry]:
+    """One for each number (P,): L, b and r of the mechanisms, relative, then the zeros of the angles, rad."""
+    each = GEOMETRY_STEP * np.eye(arm.N)
+    enlarged = [replace(arm, **{name: getattr(arm, name) * (1 + one)}) for name in DIMENSIONS for one in each]
+    return [ChangedGeometry(other, np.zeros(arm.N)) for other in enlarged] + [ChangedGeometry(arm, one) for one in each]
+
+
+def geometry_sigma(numbers: slice) -> Array:
+    """Standard deviations (P,) of these numbers, which stand at a slice of a vector, about what is described."""
+    count = (numbers.stop - numbers.start) // (len(DIMENSIONS) + 1)
+    return np.repeat([MAX_DRAWING_ERROR, ANGLE_ZERO_SIGMA_RAD], [len(DIMENSIONS) * count, count])

@@ -81,7 +81,7 @@ def initial_unknowns(problem: ClockProblem, offset: float, cables: CableEquation
         offset=offset,
         skew=0.0,
         delay=0.0,
-        dimensions=np.zeros(frames.winding_by_dimension.shape[2]),
+        geometry_errors=np.zeros(frames.winding_by_geometry.shape[2]),
         fv=np.nan_to_num(problem.fv),
         cable_parameters=cables.initial_parameters(frames, offset),
         arm_parameters=np.zeros(0),

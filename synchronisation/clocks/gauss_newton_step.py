@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.unknowns import DELAY_SIGMA_S
-from mechanism.drawing_errors import MAX_DRAWING_ERROR
 from synchronisation.clocks.arm_equation import ArmRows
 from synchronisation.clocks.cable_equation import FORCE_SCALE_N, CableRows, CableTerms
-from synchronisation.clocks.frame_geometry import FrameGeometry, of_pulleys
+from synchronisation.clocks.frame_geometry import FrameGeometry, geometry_sigma, of_pulleys
 from synchronisation.clocks.unknowns import ClockUnknowns
 
 Array = NDArray[np.float64]
@@ -175,9 +174,9 @@ class _NormalSums:
 
 @dataclass(frozen=True)
 class _Columns:
-    """Order of a step's vector: offset, skew in SKEW_SCALE, delay, dimensions, fv, parameters of each cable, of the arm."""
+    """Order of a step's vector: offset, skew in SKEW_SCALE, delay, geometry, fv, parameters of each cable, of the arm."""
 
-    dimensions: slice
+    geometry: slice
     fv: slice
     cables: slice
     arm: slice
@@ -186,7 +185,7 @@ class _Columns:
     def of(cls, unknowns: ClockUnknowns, arm: ArmRows | None) -> "_Columns":
         """The columns of these unknowns; without rows of the arm there are none of its own."""
         m = len(unknowns.fv)
-        fv = 3 + len(unknowns.dimensions)
+        fv = 3 + len(unknowns.geometry_errors)
         cables = fv + m
         last = cables + unknowns.cable_parameters.size
         count = 0 if arm is None else m + arm.by_nuisance.shape[-1]
@@ -202,7 +201,7 @@ class _Columns:
         return np.concatenate(
             [
                 [unknowns.offset, unknowns.skew / SKEW_SCALE, unknowns.delay],
-                unknowns.dimensions,
+                unknowns.geometry_errors,
                 unknowns.fv,
                 unknowns.cable_parameters.ravel(),
                 unknowns.arm_parameters[: self.arm.stop - self.arm.start],
@@ -216,7 +215,7 @@ class _Columns:
             offset=float(vector[0]),
             skew=float(SKEW_SCALE * vector[1]),
             delay=float(vector[2]),
-            dimensions=vector[self.dimensions],
+            geometry_errors=vector[self.geometry],
             fv=vector[self.fv],
             cable_parameters=vector[self.cables].reshape(unknowns.cable_parameters.shape),
             arm_parameters=vector[self.arm] if self.arm.stop > self.arm.start else unknowns.arm_parameters,
@@ -231,7 +230,7 @@ class _Columns:
             cables[..., law.form_columns] = FORCE_SCALE_N * rows.by_form
         cables = cables.reshape(*shape, -1)
         common = np.stack([rows.by_offset, skew, rows.by_delay], axis=-1)
-        return np.concatenate([common, rows.by_dimension, rows.by_fv, cables, rows.by_fs, rows.by_nuisance], axis=-1)
+        return np.concatenate([common, rows.by_geometry, rows.by_fv, cables, rows.by_fs, rows.by_nuisance], axis=-1)
 
 
 def _with_torque_error(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -> tuple[ClockUnknowns, Array, Array]:
@@ -243,6 +242,7 @@ def _with_torque_error(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -
     error = np.full(residual.shape, _FIRST_TORQUE_ERROR)
     if np.any(unknowns.arm_parameters):
         error = np.stack([_by_class(r, held) for r, held in zip(residual.T, arm.may_be_held.T, strict=True)], axis=1)
+        error = np.maximum(error, unknowns.noise_scale * arm.error_by_noise)
     # of both classes as the likelihood has it
     return replace(unknowns, torque_error=np.exp(np.mean(np.log(error), axis=0))), residual, error
 
@@ -280,11 +280,11 @@ def _prior(
     else:
         sigma[1] = assumptions.skew_scale * SKEW_SIGMA / SKEW_SCALE
     if arm is None:
-        sigma[2], sigma[columns.dimensions] = _FIXED, _FIXED
-        sigma[of_pulleys(columns.dimensions)] = max(_FIXED, assumptions.pulley_sigma)
+        sigma[2], sigma[columns.geometry] = _FIXED, _FIXED
+        sigma[of_pulleys(columns.geometry)] = max(_FIXED, assumptions.pulley_sigma)
         fv_sigma = np.where(given, GIVEN_FV_SIGMA * np.abs(fv), _FIXED)
     else:
-        sigma[2], sigma[columns.dimensions] = DELAY_SIGMA_S, MAX_DRAWING_ERROR
+        sigma[2], sigma[columns.geometry] = DELAY_SIGMA_S, geometry_sigma(columns.geometry)
         fv_sigma = np.where(given, np.maximum(GIVEN_FV_SIGMA * np.abs(fv), 1e-6), FV_SIGMA)
         sigma[columns.arm.start + len(fv) :] = assumptions.drawing_scale * arm.nuisance_sigma
     sigma[columns.fv] = np.maximum(fv_sigma, _FIXED)
@@ -303,7 +303,7 @@ def _add_cables(sums: _NormalSums, columns: _Columns, rows: StepRows) -> None:
         J[..., 0] = by_offset
         J[..., 1] = by_offset * (SKEW_SCALE * (time[chunk] - rows.frames.middle))[:, None]
         J[..., 2] = cables.by_delay[chunk]
-        J[..., columns.dimensions] = cables.by_dimension[chunk]
+        J[..., columns.geometry] = cables.by_geometry[chunk]
         for j in range(m):
             first = columns.cables.start + j * k
             J[:, j, columns.fv.start + j] = cables.by_fv[chunk, j]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series, clear_of_gaps
+from synchronisation.time_stamps import row_numbers
 
 Array = NDArray[np.float64]
 
@@ -17,10 +18,6 @@ MIN_GAP_S = 0.01
 """s without a true row that make a gap; shorter ones are bridged (docs/thresholds.md)"""
 MIN_GAP_STEPS = 1.5
 """steps of the log between two rows that make a gap, however slow the log is: a row is missing (docs/thresholds.md)"""
-
-
-_FOLLOWED_ROWS = 10
-"""rows over which the even grid of a log follows its stamps, as their mean step is not known exactly"""
 
 
 @dataclass(frozen=True)
@@ -60,26 +57,6 @@ def repair_log(log: Series) -> RepairedLog:
     return RepairedLog(
         log=repaired,
         repeated_rows=int(np.sum(~true)),
-        missing_rows=_missing_rows(log.time, step),
+        missing_rows=int(row_numbers(log.time, step)[-1]) - (len(log) - 1),
         gaps=tuple((float(repaired.time[k]), float(repaired.time[k + 1])) for k in gaps),
     )
-
-
-def _missing_rows(time: Array, step: float) -> int:
-    """Rows that are missing between stamps (T,), s, which follow each other every `step` in the median.
-
-    Each stamp is held against the even grid on which rows are due. A stamp that is late by jitter is followed by one that is due,
-    and none after a lost row is.
-    """
-    steps = np.diff(time)
-    if np.all(steps < 1.5 * step):
-        return 0
-    period = float(np.mean(steps[steps < 2 * step]))
-    due, missing = float(time[0]), 0
-    for at in time[1:].tolist():
-        due += period
-        late = max(round((at - due) / period), 0)
-        missing += late
-        due += late * period
-        due += (at - due) / _FOLLOWED_ROWS
-    return missing

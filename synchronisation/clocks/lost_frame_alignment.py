@@ -172,7 +172,7 @@ def _lively_windows(motion: AlignedMotion) -> list[tuple[float, float]]:
 
 
 def _losses_by_whole(frames: FrameGeometry, fine: FineAlignment, lost: LostFrames) -> LostFrames:
-    """Losses decoded with the cables and dimensions that the whole recording has given; `lost`: as it was fitted with."""
+    """Losses decoded with the cables and the geometry that the whole recording has given; `lost`: as it was fitted with."""
     unknowns, period = fine.fit.unknowns, lost.period
     true_time = lost.corrected(frames.time)
     reference = len(frames.time) // 2
@@ -180,7 +180,7 @@ def _losses_by_whole(frames: FrameGeometry, fine: FineAlignment, lost: LostFrame
     # the clock holds for true times; decoding needs it for stamps around the reference
     offset = unknowns.offset + late + unknowns.skew * (true_time[reference] - fine.frames.middle)
     count = decode_lost_frames(
-        frames.with_dimensions(unknowns.dimensions),
+        frames.with_geometry_errors(unknowns.geometry_errors),
         fine.fit.cables.expected_winding(unknowns),
         (offset, unknowns.skew),
         _decoding_whitening(frames, max(DECODING_CABLE_ERROR_M, 3 * unknowns.cable_error), period),

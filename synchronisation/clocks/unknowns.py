@@ -18,8 +18,8 @@ class ClockUnknowns:
     """ratio by which the log's clock runs faster than the camera's"""
     delay: float
     """s, by which forces act later than the log says"""
-    dimensions: Array
-    """(P,), relative: by how much each of the arm's dimensions is larger than described"""
+    geometry_errors: Array
+    """(P,): by how much each number of the arm's geometry is larger than described, relative, rad of an angle's zero"""
     fv: Array
     """(M,), N s/rad: viscosity of the motors"""
     cable_parameters: Array

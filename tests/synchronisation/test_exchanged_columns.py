@@ -1,7 +1,7 @@
 """Columns in each other's places are named as what they are, whatever else they then seem to be."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -70,6 +70,43 @@ def test_what_is_exchanged_is_named(
     with pytest.raises(Refused, match=re.escape(what)) as refusal:
         check_log_meaning(NECK, ARM, *exchanged(*recording, stems, pair))
     assert re.search(r"[\d.]+ mm are left unexplained so, [\d.]+ as it is", str(refusal.value))
+
+
+OF_BARS = "alpha1..3 are angles of the bars in the picture, not from bar to bar"
+FROM_TIP = "alpha1..3 are counted from the tip, and turn the other way"
+
+
+@pytest.mark.parametrize(
+    ("read_as", "what", "remedy"),
+    [
+        (lambda a: np.cumsum(a, axis=1), OF_BARS, "the first is alpha1"),
+        (lambda a: -np.cumsum(a, axis=1), f"{OF_BARS}, and turn the other way", "the first is alpha1"),
+        (lambda a: np.cumsum(a, axis=1) + np.pi / 2, OF_BARS, "the first is alpha1 less 90 deg"),
+        (lambda a: -a[:, ::-1], FROM_TIP, "write the last one first, and all with the other sign"),
+    ],
+)
+def test_angles_that_are_not_from_bar_to_bar_are_named(
+    recording: tuple[Angles, Series], read_as: Callable[[np.ndarray], np.ndarray], what: str, remedy: str
+) -> None:
+    """Of bars' angles motors were said to be in mm of cable, and of those from the tip to be swapped."""
+    angles, log = recording
+    with pytest.raises(Refused, match=re.escape(what + ":")) as refusal:
+        check_log_meaning(NECK, ARM, Angles(angles.time, read_as(angles.alpha), angles.sigma), log)
+    assert str(refusal.value).endswith(remedy)
+
+
+def test_bars_angles_are_named_where_they_hardly_move_as_the_log_does(recording: tuple[Angles, Series]) -> None:
+    """Joints that move against each other: sums of their angles are of another motion, one would say."""
+    angles, log = recording
+    rng = np.random.default_rng(8)
+    alpha = gaussian_filter1d(rng.normal(size=(len(log.time), ARM.N)), 150, axis=0)
+    alpha = 0.2 * alpha / alpha.std(axis=0)
+    theta = (log.matrix("f") / STIFFNESS - lengths(ARM, alpha) + lengths(ARM, np.zeros(ARM.N))) / ARM.drum
+    own = Series(log.time, {**log.columns, **numbered_columns("theta", theta)})
+    seen = np.searchsorted(log.time, angles.time)
+    assert check_log_meaning(NECK, ARM, Angles(angles.time, alpha[seen], angles.sigma), own) == ()
+    with pytest.raises(Refused, match=re.escape(OF_BARS)):
+        check_log_meaning(NECK, ARM, Angles(angles.time, np.cumsum(alpha[seen], axis=1), angles.sigma), own)
 
 
 def test_nothing_is_exchanged_in_a_recording_that_is_right(recording: tuple[Angles, Series]) -> None:

@@ -10,7 +10,7 @@ from synchronisation.clocks import fine_alignment
 from synchronisation.clocks.fine_alignment import FineAlignment, align_finely
 from synchronisation.clocks.gauss_newton_step import SKEW_SCALE
 
-FRAMES: Any = SimpleNamespace(time=np.linspace(0, 40, 1200))
+FRAMES: Any = SimpleNamespace(time=np.linspace(0, 40, 1200), with_slopes_beside_noise=lambda *_: None)
 BIAS_S, DELAY_BIAS_S = 8e-6, 1e-5
 """by filters, which no fit shows"""
 
@@ -30,6 +30,7 @@ def fit(offset: float, skew: float, delay: float, sigma: float, misfit: float = 
             cable_parameters=np.zeros((4, len(fine_alignment.REPORTED.law.names))),
         ),
         equations=SimpleNamespace(covariance=lambda count: np.diag(variance)[:count, :count]),
+        residual=np.zeros((1200, 4)),
         cables=SimpleNamespace(tau=0.0),
     )
 

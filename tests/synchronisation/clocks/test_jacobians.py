@@ -25,8 +25,8 @@ def problem_and_unknowns(law: CableTerms) -> tuple[ClockProblem, CableEquation, 
     problem, cables = ClockProblem(signals, frames, made.fv), CableEquation(signals, law)
     unknowns = initial_unknowns(problem, made.clocks.offset_s, cables)
     parameters = unknowns.cable_parameters + 1e-3
-    dimensions = np.full(len(unknowns.dimensions), 2e-3)
-    return problem, cables, replace(unknowns, delay=1e-3, dimensions=dimensions, cable_parameters=parameters)
+    geometry_errors = np.full(len(unknowns.geometry_errors), 2e-3)
+    return problem, cables, replace(unknowns, delay=1e-3, geometry_errors=geometry_errors, cable_parameters=parameters)
 
 
 @pytest.mark.parametrize("law", [WITHOUT_MEMORY, ALL_BUT_DAMPING])
@@ -47,8 +47,8 @@ def test_slopes_of_the_cables_are_those_of_central_differences(law: CableTerms) 
 
     agree(rows.by_delay, difference("delay", 1e-5) / 2e-5)
     agree(rows.by_fv, difference("fv", 1e-4) / 2e-4)
-    for p, one in enumerate(np.eye(len(unknowns.dimensions))):
-        agree(rows.by_dimension[..., p], difference("dimensions", 1e-4 * one) / 2e-4)
+    for p, one in enumerate(np.eye(len(unknowns.geometry_errors))):
+        agree(rows.by_geometry[..., p], difference("geometry_errors", 1e-4 * one) / 2e-4)
     for k, one in enumerate(np.eye(len(law.names))):
         agree(rows.by_parameter[..., k], difference("cable_parameters", 1e-5 * one) / 2e-5)
     if law is WITHOUT_MEMORY:

@@ -29,7 +29,7 @@ def decoded(true_time: np.ndarray, stamps: np.ndarray, disturbance: np.ndarray) 
         Z=nothing,
         pseudo_inverse=nothing,
         turn_variance=seen,
-        winding_by_dimension=nothing,
+        winding_by_geometry=nothing,
         middle=6.0,
     )
     whitening = np.full((len(stamps), 1, 1), 1 / ERROR_M)
