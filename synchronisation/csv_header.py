@@ -3,6 +3,7 @@
 import re
 from collections.abc import Collection, Sequence
 
+from synchronisation.csv_layout import SEPARATORS, layout_of_lines
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
 from xneck_foundation.spelling import likely_spelling, quoted
@@ -25,9 +26,6 @@ def other_kind(columns: Collection[str], angles_expected: bool) -> tuple[str, st
     return None
 
 
-SEPARATORS = ((";", "semicolons"), ("\t", "tabs"), ("|", "bars"))
-
-
 def spelled_otherwise(header: Sequence[str], names: Sequence[str]) -> dict[str, str]:
     """Columns that the header lacks but for capitals, spaces, units and the like: how it spells them, by name."""
     cells, spelled = set(header), {_plain(cell): cell for cell in reversed(header)}
@@ -36,14 +34,8 @@ def spelled_otherwise(header: Sequence[str], names: Sequence[str]) -> dict[str, 
 
 def missing_columns(header: Sequence[str], row: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
     """What a header (its cells, as commas part them) lacks of `names`, and what to do; row: the cells below it."""
-    for separator, word in SEPARATORS:
-        cells = ",".join(header).split(separator)
-        if len(cells) > 1 and set(names) <= {_plain(cell) for cell in cells}:
-            decimal = any("," in cell for cell in ",".join(row).split(separator))
-            return (
-                f"its columns are parted by {word}" + (", and its numbers have decimal commas" if decimal else ""),
-                "write commas between columns, and points in numbers",
-            )
+    if (written := _otherwise_parted(header, row)) is not None:
+        return written
     if header and all(_is_number(cell) for cell in header):
         return "has no header: its first row holds numbers", f"begin it with the row {listed(names, ',')}"
     cells_found = set(header)
@@ -60,6 +52,16 @@ def missing_columns(header: Sequence[str], row: Sequence[str], names: Sequence[s
         f"lacks the column{'s' * (len(missing) > 1)} {listed(missing)}",
         f"{hint}its header is '{listed(header, ',', 60)}', expected {listed(names, ',', 60)}",
     )
+
+
+def _otherwise_parted(header: Sequence[str], row: Sequence[str]) -> tuple[str, str] | None:
+    """What to say where a header and the row below it, whose cells commas part, are parted by something else."""
+    layout = layout_of_lines([",".join(header), ",".join(row)])
+    if layout is None or layout.separator == ",":
+        return None
+    decimals = ", and its numbers have decimal commas" if layout.decimal == "," else ""
+    what = f"its columns are parted by {dict(SEPARATORS)[layout.separator]}{decimals}"
+    return what, "write commas between columns, and points in numbers"
 
 
 def parted_by_spaces(header: Sequence[str], row: Sequence[str]) -> tuple[str, str] | None:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from identification.dataset.series import Array
 from identification.files import joint_state, ros_bag
-from synchronisation.csv_header import SEPARATORS, parted_by_spaces
+from synchronisation.csv_header import parted_by_spaces
+from synchronisation.csv_layout import layout_of
 from synchronisation.csv_lines import numbered_rows
 from synchronisation.csv_table import PLAIN, CsvFormat, unreadable
 from synchronisation.encoder_log import LOG_SUFFIXES
@@ -19,8 +20,6 @@ from xneck_foundation.errors import Refused
 from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted
-
-_SNIFFED_BYTES = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -68,10 +67,9 @@ def read_contents(path: Path) -> LogContents:
 
 def _csv_contents(path: Path) -> LogContents:
     try:
+        layout = layout_of(path)
+        separator, decimal = (layout.separator, layout.decimal) if layout else (PLAIN.separator, PLAIN.decimal)
         with path.open(newline="", encoding="utf-8-sig") as stream:
-            lines = stream.read(_SNIFFED_BYTES).splitlines()
-            separator, decimal = _written([line for line in lines if line.strip() and line[0] != "#"] or [""])
-            stream.seek(0)
             rows = list(numbered_rows(stream, path, separator))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise unreadable(path, error) from error
@@ -112,15 +110,6 @@ def _units_row(table: Sequence[tuple[int, list[str]]], decimal: str) -> int | No
         return None
     numbers = [[_number(cell, decimal) is not None for cell in row] for _, row in table[:2]]
     return table[0][0] if any(numbers[1]) and not any(numbers[0]) else None
-
-
-def _written(head: list[str]) -> tuple[str, str]:
-    """What parts the columns and what stands before decimals: what parts the first lines alike, and most often."""
-    counts = {s: head[0].count(s) for s in (",", *(s for s, _ in SEPARATORS))}
-    separator = max(counts, key=lambda s: (min(line.count(s) for line in head[1:-1] or head), counts[s]))
-    if separator != "," and any("," in line for line in head[1:3]) and not any("." in line for line in head[1:3]):
-        return separator, ","
-    return separator, "."
 
 
 def _number(cell: str, decimal: str) -> float | None:
