@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from identification.dataset.series import Array
+from identification.dataset.time_unit import MIN_MEDIAN_STEP_S, long_units
 
 Kind = Literal["time", "angle", "force", "speed", "light", "other"]
 
@@ -58,6 +59,13 @@ _UNITS: dict[str, tuple[str, set[Kind]]] = {
     "micros": ("us", {"time"}),
     "ns": ("ns", {"time"}),
     "nanos": ("ns", {"time"}),
+    "min": ("min", {"time"}),
+    "minutes": ("min", {"time"}),
+    "minuten": ("min", {"time"}),
+    "h": ("h", {"time"}),
+    "hours": ("h", {"time"}),
+    "days": ("days", {"time"}),
+    "tage": ("days", {"time"}),
     "rad": ("rad", {"angle"}),
     "radians": ("rad", {"angle"}),
     "mrad": ("mrad", {"angle"}),
@@ -85,8 +93,10 @@ _UNITS: dict[str, tuple[str, set[Kind]]] = {
     "amp": ("A", {"force"}),
 }
 """units by the words that names hold, and what they are units of"""
-TIME_SCALES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+TIME_SCALES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "days": 86400.0}
 ANGLE_SCALES = {"rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180, "turns": 2 * np.pi}
+_UP_TO_SECONDS = ("s", "ms", "us", "ns")
+_LONG = {"minutes": "min", "hours": "h", "days": "days"}
 _STEP_S = (2e-4, 0.2)
 """s, from row to row of a log that is thought of where the name says no unit of the time"""
 _LEVELS = 20
@@ -175,5 +185,7 @@ def _time_unit(finite: Array) -> str | None:
     if not len(steps):
         return None
     step = float(np.median(steps))
-    fitting = [unit for unit, scale in TIME_SCALES.items() if _STEP_S[0] <= step * scale <= _STEP_S[1]]
+    fitting = [unit for unit in _UP_TO_SECONDS if _STEP_S[0] <= step * TIME_SCALES[unit] <= _STEP_S[1]]
+    if step < MIN_MEDIAN_STEP_S:
+        fitting = [_LONG[name] for name, _ in long_units(step)]
     return fitting[0] if len(fitting) == 1 else None

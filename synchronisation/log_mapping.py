@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from identification.dataset.series import Array
+from identification.dataset.series import MAX_TIME_S, Array
+from identification.dataset.time_unit import MIN_MEDIAN_STEP_S
 from mechanism.description import LogFormat, Motor, Neck
 from synchronisation.column_meaning import ANGLE_SCALES, TIME_SCALES, Column, column_meaning
 from synchronisation.csv_cell import not_a_number
@@ -49,6 +50,8 @@ class LogMapping:
     """rows with the time of the one before"""
     doubts: tuple[str, ...]
     """what nothing in the log says"""
+    to_mend: tuple[str, ...]
+    """what must be changed in the log before it can be read"""
 
     @property
     def motors(self) -> int:
@@ -205,8 +208,24 @@ def _mapping(
         seconds=float(stamps[-1] - stamps[0]),
         gaps=tuple((float(stamps[k] - stamps[0]), float(steps[k])) for k in pauses),
         repeated=int(np.sum(steps == 0)),
-        doubts=tuple(_doubts(angles, forces, time)),
+        doubts=(*_rate_doubts(1 / step), *_doubts(angles, forces, time)),
+        to_mend=tuple(_to_mend(stamps)),
     )
+
+
+def _to_mend(stamps: Array) -> list[str]:
+    """What keeps stamps (T,), s, from being read."""
+    if np.abs(stamps).max() <= MAX_TIME_S:
+        return []
+    return [f"times of up to {np.abs(stamps).max():.3g} s are too late to be stamped: subtract the first time from all"]
+
+
+def _rate_doubts(rate: float) -> list[str]:
+    if rate <= 1 / MIN_MEDIAN_STEP_S:
+        return []
+    return [
+        f"the time's unit: as it is taken {rate:.3g} rows follow each other in a second, which no controller writes"
+    ]
 
 
 def _time_column(path: Path, columns: Sequence[Column], contents: LogContents) -> Column:

@@ -61,6 +61,7 @@ def mapping_lines(mapping: LogMapping) -> Iterator[str]:
     still = [c.name for c in (*mapping.angles, *mapping.forces) if c.constant]
     if still:
         yield f"never changing: {listed(still)}"
+    yield from (f"before it can be read: {what}" for what in mapping.to_mend)
     yield from (f"not told by the log: {doubt}" for doubt in mapping.doubts)
 
 
@@ -84,6 +85,7 @@ def mapping_record(
         "gaps": [{"begin_s": begin, "seconds": length} for begin, length in mapping.gaps],
         "mapping": {"log": log, "motors": motors, "topic": mapping.topic},
         "doubts": list(mapping.doubts),
+        "to_mend": list(mapping.to_mend),
     }
 
 

@@ -70,6 +70,9 @@ PAUSE_S, MAX_PAUSE_RATIO = 10.0, 9.0
 (docs/thresholds.md)"""
 
 
+_LATE = f"times are seconds, up to {MAX_TIME_S:.0f}: subtract the first time from all"
+
+
 def from_one(row: int) -> int:
     """What a person calls a row, which is counted from 0, where it stands in no file that has lines."""
     return row + 1
@@ -88,7 +91,7 @@ def check_time(time: Array, where: str, number: Callable[[int], int] = from_one)
         word = "stands still" if steps[row - 1] == 0 else "jumps back"
         raise Refused(where, f"time {word} in row {number(row)}", "give each row a later time than the one before")
     if np.max(np.abs(time)) > MAX_TIME_S:
-        raise Refused(where, f"has a time of {np.max(np.abs(time)):.3g}", "times are seconds")
+        raise Refused(where, f"has a time of {np.max(np.abs(time)):.3g}", _LATE)
     pauses = steps[steps > PAUSE_S]
     if np.sum(pauses) > MAX_PAUSE_RATIO * (time[-1] - time[0] - np.sum(pauses)):
         row = int(np.argmax(steps))

@@ -1,14 +1,19 @@
 """Tables as other programs write them: separators, decimals, units, titles; each is read, or its true reason is said."""
 
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from identification.dataset.series import Series
+from mechanism.arm import arm_of
+from mechanism.description import read_neck
+from synchronisation.angles import read_angles
 from synchronisation.encoder_log import read_log
 from synchronisation.log_contents import read_contents
 from synchronisation.log_mapping import LogMapping, map_log, mapped_neck
+from synchronisation.log_plausibility import check_log_meaning
+from tests.paths import SAMPLES
 from tests.synchronisation.test_any_log import NECK, truth
 from xneck_foundation.errors import Refused
 
@@ -60,3 +65,50 @@ def test_a_date_with_commas_is_named_as_it_stands_there(tmp_path: Path) -> None:
         map_log(log, read_contents(log), None)
     with pytest.raises(Refused, match="parted by semicolons, and its numbers have decimal commas"):
         read_log(log, NECK)
+
+
+LONG_UNITS = {"min": ("minutes", 60.0), "h": ("hours", 3600.0), "days": ("days", 86400.0)}
+
+
+@pytest.mark.parametrize("unit", LONG_UNITS)
+def test_minutes_hours_and_days_are_told_by_their_steps(unit: str, tmp_path: Path) -> None:
+    word, seconds = LONG_UNITS[unit]
+    table = values()
+    rows = (",".join(f"{value:.14g}" for value in (row[0] / seconds, *row[1:])) for row in table)
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join([",".join(OURS), *rows, ""]))
+    with pytest.raises(Refused, match=rf"time is in {word}: .*write log: \{{time_scale: {seconds:g}\}}"):
+        read_log(log, NECK)
+    mapping = mapping_of(log)
+    assert mapping.time is not None
+    assert (mapping.time.unit, mapping.to_mend) == (unit, ())
+    assert mapping.rate == pytest.approx(500, rel=1e-3)
+    assert_read_as_mapped(log)
+
+
+@pytest.mark.parametrize("first", [45352.5, 739312.5])
+def test_a_date_as_a_number_is_to_be_brought_near_zero(first: float, tmp_path: Path) -> None:
+    rows = (",".join(f"{value:.16g}" for value in (first + row[0] / 86400, *row[1:])) for row in values())
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join([",".join(OURS), *rows, ""]))
+    with pytest.raises(Refused, match=r"time is in days: .*subtract the first time from all, and multiply by 86400"):
+        read_log(log, NECK)
+    mapping = mapping_of(log)
+    assert mapping.time is not None
+    assert mapping.time.unit == "days"
+    assert "subtract the first time from all" in mapping.to_mend[0]
+    with pytest.raises(Refused, match="subtract the first time from all"):
+        read_log(log, mapped_neck(NECK, mapping))
+
+
+def test_a_rate_that_no_controller_has_is_doubted(tmp_path: Path) -> None:
+    log = written(tmp_path / "log.csv", ",".join(["time [us]", *OURS[1:]]))
+    assert "which no controller writes" in mapping_of(log).doubts[0]
+
+
+@pytest.mark.parametrize("rows", [3, 40])
+def test_a_log_of_a_moment_is_too_short_and_no_more(rows: int) -> None:
+    neck, angles = read_neck(SAMPLES / "held_out/neck.yaml"), read_angles(SAMPLES / "held_out/angles.csv", 3)
+    log = read_log(SAMPLES / "held_out/log.mcap", neck)
+    turned = {name: values for name, values in log.part(slice(0, rows)).columns.items() if name[0] == "t"}
+    assert check_log_meaning(neck, arm_of(neck), angles, Series(log.time[:rows], turned)) == ()
