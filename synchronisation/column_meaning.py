@@ -9,7 +9,7 @@ import numpy as np
 from identification.dataset.series import Array
 from identification.dataset.time_unit import MIN_MEDIAN_STEP_S, long_units
 
-Kind = Literal["time", "angle", "force", "speed", "light", "other"]
+Kind = Literal["time", "angle", "force", "speed", "error", "light", "other"]
 
 _WORDS: dict[Kind, set[str]] = {
     "time": {
@@ -27,7 +27,43 @@ _WORDS: dict[Kind, set[str]] = {
         "epoch",
         "tick",
     },
-    "speed": {"vel", "velocity", "speed", "omega", "rpm", "qd", "thetad", "dtheta", "dq", "rate", "w"},
+    "error": {
+        "err",
+        "error",
+        "offset",
+        "off",
+        "bias",
+        "diff",
+        "delta",
+        "deviation",
+        "fehler",
+        "abweichung",
+        "residual",
+    },
+    "speed": {
+        "vel",
+        "velocity",
+        "speed",
+        "omega",
+        "rpm",
+        "qd",
+        "qdot",
+        "thetad",
+        "thetadot",
+        "dtheta",
+        "dq",
+        "dot",
+        "dt",
+        "ddot",
+        "acc",
+        "accel",
+        "acceleration",
+        "geschwindigkeit",
+        "drehzahl",
+        "rate",
+        "v",
+        "w",
+    },
     "force": {"f", "force", "tau", "torque", "effort", "tension", "kraft", "moment", "load", "u", "drehmoment"},
     "angle": {"theta", "pos", "position", "angle", "q", "enc", "encoder", "phi", "winkel", "th", "rot", "counter"},
     "light": {"led", "light", "lamp", "anchor"},
@@ -39,6 +75,9 @@ _COMMANDED = {
     "des",
     "desired",
     "ref",
+    "r",
+    "sp",
+    "wanted",
     "reference",
     "target",
     "set",
@@ -46,6 +85,7 @@ _COMMANDED = {
     "soll",
     "goal",
 }
+_MEASURED = {"meas", "measured", "act", "actual", "ist", "fb", "feedback", "sensor", "sensed", "gemessen"}
 _UNITS: dict[str, tuple[str, set[Kind]]] = {
     "s": ("s", {"time"}),
     "sec": ("s", {"time"}),
@@ -117,6 +157,8 @@ class Column:
     stem: str
     """the name without that number: columns of one stem belong together"""
     commanded: bool
+    measured: bool
+    """whether its name says so, of those that are not commanded"""
     low: float
     high: float
     missing: int
@@ -148,6 +190,7 @@ def column_meaning(name: str, values: Array, kind: Kind | None = None) -> Column
         number=numbers[-1] if numbers else None,
         stem=" ".join(word for word in words if not word.isdigit()),
         commanded=bool(_COMMANDED & set(words)),
+        measured=bool(_MEASURED & set(words)) and not _COMMANDED & set(words),
         low=float(finite.min(initial=np.inf)) if len(finite) else np.nan,
         high=float(finite.max(initial=-np.inf)) if len(finite) else np.nan,
         missing=len(values) - len(finite),
@@ -162,7 +205,7 @@ def _words(name: str) -> list[str]:
 
 
 def _kind(words: list[str], finite: Array) -> Kind:
-    kinds: tuple[Kind, ...] = ("speed", "light", "force", "angle", "time")
+    kinds: tuple[Kind, ...] = ("error", "speed", "light", "force", "angle", "time")
     for kind in kinds:
         if _WORDS[kind] & set(words):
             return kind
@@ -186,6 +229,6 @@ def _time_unit(finite: Array) -> str | None:
         return None
     step = float(np.median(steps))
     fitting = [unit for unit in _UP_TO_SECONDS if _STEP_S[0] <= step * TIME_SCALES[unit] <= _STEP_S[1]]
-    if step < MIN_MEDIAN_STEP_S:
+    if max(step, float(np.mean(steps))) < MIN_MEDIAN_STEP_S:
         fitting = [_LONG[name] for name, _ in long_units(step)]
     return fitting[0] if len(fitting) == 1 else None

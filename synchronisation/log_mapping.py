@@ -267,7 +267,9 @@ def _even(values: Array) -> bool:
 
 
 def _group(columns: Sequence[Column], kind: str, motors: int | None, prefer_commanded: bool) -> tuple[Column, ...]:
-    """Columns of one kind whose names differ in a number alone, as many as motors, those that were commanded or not first."""
+    """Columns of one kind whose names differ in a number alone, as many as motors: those commanded or not, then the plainest.
+
+    `theta1` is thought to be the motor's angle before `theta1_x`, and `f1` its command before `f1_meas`."""
     groups: dict[str, list[Column]] = {}
     for column in columns:
         if column.kind == kind:
@@ -282,7 +284,13 @@ def _group(columns: Sequence[Column], kind: str, motors: int | None, prefer_comm
     fitting = [g for g in candidates if motors is None or len(g) == motors]
     if not fitting:
         return ()
-    return tuple(max(fitting, key=lambda g: (g[0].commanded == prefer_commanded, len(g))))
+
+    def fitness(group: list[Column]) -> tuple[bool, bool, int, int]:
+        first = group[0]
+        unlike = first.measured if prefer_commanded else first.commanded
+        return first.commanded == prefer_commanded, not unlike, len(group), -len(first.stem.split())
+
+    return tuple(max(fitting, key=fitness))
 
 
 def _no_angles(columns: Sequence[Column], motors: int | None) -> tuple[str, str]:
@@ -309,6 +317,8 @@ def _doubts(angles: Sequence[Column], forces: Sequence[Column], time: Column | N
     found.append(
         "the angles' sense: taken for positive where cables are wound in; `xneck sync` tells which run the other way"
     )
+    if any(f.measured for f in forces):
+        found.append("commanded forces: these are measured by their names: the commanded ones are needed")
     if forces and any(f.unit is None for f in forces):
         found.append("the forces' unit: taken for N on the cable; `xneck sync` tells another one from the arm's motion")
     if any(f.unit in _TORQUES for f in forces):

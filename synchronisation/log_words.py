@@ -19,6 +19,7 @@ _KINDS = {
     "angle": "angle of a motor",
     "force": "force",
     "speed": "speed, not needed",
+    "error": "an error or an offset, not needed",
     "light": "light",
     "other": "unknown, not needed",
 }
@@ -93,7 +94,7 @@ def _column_words(column: Column) -> str:
     unit = f" in {column.unit}" + (" by its values" if column.unit_by == "values" else "") if column.unit else ""
     missing = f", {counted(column.missing, 'row')} without a number" if column.missing else ""
     limits = "no numbers" if np.isnan(column.low) else f"{column.low:.6g} to {column.high:.6g}"
-    commanded = ", as commanded" if column.commanded else ""
+    commanded = ", as commanded" if column.commanded else ", as measured" if column.measured else ""
     return f"{limits}: {_KINDS[column.kind]}{unit}{commanded}{missing}"
 
 
@@ -112,6 +113,7 @@ def _column_record(column: Column) -> dict[str, Any]:
         "unit": column.unit,
         "unit_by": column.unit_by or None,
         "commanded": column.commanded,
+        "measured": column.measured,
         "low": column.low,
         "high": column.high,
         "missing": column.missing,

@@ -9,6 +9,7 @@ from identification.dataset.series import Series
 from mechanism.arm import arm_of
 from mechanism.description import read_neck
 from synchronisation.angles import read_angles
+from synchronisation.column_meaning import column_meaning
 from synchronisation.encoder_log import read_log
 from synchronisation.log_contents import read_contents
 from synchronisation.log_mapping import LogMapping, map_log, mapped_neck
@@ -112,3 +113,46 @@ def test_a_log_of_a_moment_is_too_short_and_no_more(rows: int) -> None:
     log = read_log(SAMPLES / "held_out/log.mcap", neck)
     turned = {name: values for name, values in log.part(slice(0, rows)).columns.items() if name[0] == "t"}
     assert check_log_meaning(neck, arm_of(neck), angles, Series(log.time[:rows], turned)) == ()
+
+
+def with_further(path: Path, stem: str, after: bool) -> Path:
+    """The log with four columns beside the angles that hold something else, before or after them."""
+    table, further = values(), [stem.format(j) for j in (1, 2, 3, 4)]
+    at = 5 if after else 1
+    names, mixed = [*OURS[:at], *further, *OURS[at:]], np.insert(table, [at] * 4, 0.3 * table[:, 1:5] + 7, axis=1)
+    path.write_text("\n".join([",".join(names), *(",".join(f"{v:.8g}" for v in row) for row in mixed), ""]))
+    return path
+
+
+BESIDE = ("theta{}_dot", "theta{}dot", "dtheta{}/dt", "theta{}_v", "theta{}_p", "theta{}_err", "theta{}_r", "theta{}_ref", "theta{}_offset", "theta{}_vel",
+          "f{}_meas", "f{}_ist", "f{}_act", "f{}_sensor", "f{}_x")  # fmt: skip
+
+
+@pytest.mark.parametrize("after", [True, False])
+@pytest.mark.parametrize("stem", BESIDE)
+def test_what_stands_beside_angles_and_commands_is_not_taken_for_them(stem: str, after: bool, tmp_path: Path) -> None:
+    log = with_further(tmp_path / "log.csv", stem, after)
+    mapping = mapping_of(log)
+    assert [c.name for c in (*mapping.angles, *mapping.forces)] == OURS[1:]
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("theta1_dot", "speed"),
+        ("theta2dot", "speed"),
+        ("theta1_err", "error"),
+        ("torque_offset_1", "error"),
+        ("Drehzahl 1", "speed"),
+    ],
+)
+def test_speeds_and_errors_are_known_by_their_names(name: str, kind: str) -> None:
+    assert column_meaning(name, np.array([0.1, 0.7, 0.4])).kind == kind
+
+
+def test_forces_that_were_measured_are_taken_where_no_others_stand_and_that_is_said(tmp_path: Path) -> None:
+    log = written(tmp_path / "log.csv", ",".join([*OURS[:5], *(f"f{j}_meas" for j in (1, 2, 3, 4))]))
+    mapping = mapping_of(log)
+    assert [f.name for f in mapping.forces] == [f"f{j}_meas" for j in (1, 2, 3, 4)]
+    assert any("are measured by their names: the commanded ones are needed" in doubt for doubt in mapping.doubts)
+    assert not any("commanded ones" in doubt for doubt in mapping_of(written(log, ",".join(OURS))).doubts)
