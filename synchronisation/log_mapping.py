@@ -10,7 +10,8 @@ import numpy as np
 from identification.dataset.series import MAX_TIME_S, Array
 from identification.dataset.time_unit import MIN_MEDIAN_STEP_S
 from mechanism.description import LogFormat, Motor, Neck
-from synchronisation.column_meaning import ANGLE_SCALES, TIME_SCALES, Column, column_meaning
+from synchronisation.column_meaning import Column, column_meaning
+from synchronisation.column_units import ANGLE_SCALES, CABLE_SCALES, FORCE_SCALES, TIME_SCALES, TORQUE_SCALES
 from synchronisation.csv_cell import not_a_number
 from synchronisation.csv_table import CsvFormat
 from synchronisation.encoder_log import LED
@@ -19,8 +20,7 @@ from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
 from xneck_foundation.spelling import quoted
 
-_FORCE_SCALES = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
-_TORQUES = {"N m": 1.0, "mN m": 1e-3}
+_CURRENTS = ("A", "mA")
 _PAUSE_STEPS = 20
 """times the median step, from which on a step is a pause that is named"""
 _PULLING_SHARE = 0.9
@@ -34,6 +34,8 @@ class LogMapping:
     angles: tuple[Column, ...]
     forces: tuple[Column, ...]
     """as many as angles, or none"""
+    unscaled: tuple[Column, ...]
+    """where there are no forces: as many currents as angles, or forces in a unit that is not known; no number makes them N"""
     time: Column | None
     """None where messages have stamps"""
     light: Column | None
@@ -67,9 +69,15 @@ def survey(contents: LogContents) -> tuple[tuple[str, tuple[Column, ...]], ...]:
     for topic, channel in contents.topics.items():
         columns = [column_meaning(name, channel.position[:, k], "angle") for k, name in enumerate(channel.names)]
         if channel.effort is not None:
-            columns += [column_meaning(name, channel.effort[:, k], "force") for k, name in enumerate(channel.names)]
+            columns += [_effort(name, channel.effort[:, k]) for k, name in enumerate(channel.names)]
         found.append((topic, tuple(columns)))
     return tuple(found)
+
+
+def _effort(joint: str, values: Array) -> Column:
+    """A joint's effort (T,): letters in a joint's name are no unit but of a force."""
+    column = column_meaning(joint, values, "force")
+    return column if _has_scale(column) else replace(column, unit=None, unit_by="")
 
 
 def map_log(path: Path, contents: LogContents, motors: int | None) -> LogMapping:
@@ -107,6 +115,8 @@ def neck_keys(mapping: LogMapping, motors_as_described: Sequence[Motor]) -> tupl
             keys["theta_column"] = angle.name
         if angle.unit in ANGLE_SCALES:
             keys["theta_scale"] = _six(ANGLE_SCALES[angle.unit])
+        elif angle.unit in CABLE_SCALES:
+            keys["theta_scale"] = _six(CABLE_SCALES[angle.unit] * motor.R / motor.rd)
         elif angle.unit == "counts":
             keys["theta_scale"] = _six(2 * np.pi / motor.counts)
         if mapping.forces:
@@ -122,18 +132,26 @@ def neck_keys(mapping: LogMapping, motors_as_described: Sequence[Motor]) -> tupl
 def scales_rest_on(mapping: LogMapping, motors: Sequence[Motor]) -> str:
     """On which numbers of the motors scales rest, so that they change with them; empty where on none."""
     told = []
-    if any(force.unit in _TORQUES for force in mapping.forces):
-        pairs = dict.fromkeys(f"R {m.R:g}, rd {m.rd:g} m" for m in motors)
-        told.append(f"f_scale is R / rd ({'; '.join(pairs)})")
+    of_drums = {
+        "f_scale": any(force.unit in TORQUE_SCALES for force in mapping.forces),
+        "theta_scale": any(angle.unit in CABLE_SCALES for angle in mapping.angles),
+    }
+    pairs = dict.fromkeys(f"R {m.R:g}, rd {m.rd:g} m" for m in motors)
+    told += [f"{key} is R / rd ({'; '.join(pairs)})" for key, is_so in of_drums.items() if is_so]
     if any(angle.unit == "counts" for angle in mapping.angles):
         told.append(f"theta_scale is 2 pi / counts ({', '.join(dict.fromkeys(str(m.counts) for m in motors))})")
     return f"{', '.join(told)}: change it with them" if told else ""
 
 
 def _force_scale(force: Column, gear: float) -> float:
-    if force.unit in _TORQUES:
-        return _six(_TORQUES[force.unit] * gear)
-    return _FORCE_SCALES.get(force.unit or "N", 1.0)
+    if force.unit in TORQUE_SCALES:
+        return _six(TORQUE_SCALES[force.unit] * gear)
+    return _six(FORCE_SCALES[force.unit or "N"])
+
+
+def _has_scale(column: Column) -> bool:
+    """Whether a force's unit is known, or taken for N as none is said."""
+    return column.unit is None or column.unit in FORCE_SCALES or column.unit in TORQUE_SCALES
 
 
 def _six(value: float) -> float:
@@ -149,12 +167,17 @@ def _of_table(path: Path, contents: LogContents, motors: int | None) -> LogMappi
     if not any(np.isfinite(contents.columns[c.name]).any() for c in angles):
         what = f"{listed(c.name for c in angles)} hold no numbers"
         raise Refused(path, what, "is it what the controller wrote?")
-    forces = _group(columns, "force", len(angles), prefer_commanded=True)
+    scaled = [c for c in columns if c.kind != "force" or _has_scale(c)]
+    forces = _group(scaled, "force", len(angles), prefer_commanded=True)
+    unscaled: tuple[Column, ...] = ()
+    if not forces:
+        of_kinds = (_group(columns, kind, len(angles), prefer_commanded=True) for kind in ("force", "current"))
+        unscaled = next(filter(None, of_kinds), ())
     light = next((c for c in columns if c.kind == "light" and {c.low, c.high} <= {0.0, 1.0}), None)
     stamps = contents.columns[time.name] * TIME_SCALES.get(time.unit or "s", 1.0)
     values = np.column_stack([contents.columns[c.name] for c in forces]) if forces else np.empty((0, 0))
     written = replace(contents.written, time_column=time.name)
-    return _mapping(stamps, angles, forces, values, time, light, written, None)
+    return _mapping(stamps, angles, (forces, unscaled), values, time, light, written, None)
 
 
 def _of_topics(path: Path, contents: LogContents, motors: int | None) -> LogMapping:
@@ -176,19 +199,20 @@ def _of_topics(path: Path, contents: LogContents, motors: int | None) -> LogMapp
     values = np.empty((0, 0))
     if channel.effort is not None:
         values = channel.effort[:, [channel.names.index(c.name) for c in forces]]
-    return _mapping(channel.time, angles, forces, values, None, None, CsvFormat(), topic)
+    return _mapping(channel.time, angles, (forces, ()), values, None, None, CsvFormat(), topic)
 
 
 def _mapping(
     stamps: Array,
     angles: tuple[Column, ...],
-    forces: tuple[Column, ...],
+    forces_and_unscaled: tuple[tuple[Column, ...], tuple[Column, ...]],
     values: Array,
     time: Column | None,
     light: Column | None,
     written: CsvFormat,
     topic: str | None,
 ) -> LogMapping:
+    forces, unscaled = forces_and_unscaled
     steps = np.diff(stamps)
     step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else np.nan
     pauses = np.flatnonzero(steps > _PAUSE_STEPS * step)
@@ -199,6 +223,7 @@ def _mapping(
     return LogMapping(
         angles=angles,
         forces=forces,
+        unscaled=unscaled,
         time=time,
         light=light,
         written=written,
@@ -208,7 +233,7 @@ def _mapping(
         seconds=float(stamps[-1] - stamps[0]),
         gaps=tuple((float(stamps[k] - stamps[0]), float(steps[k])) for k in pauses),
         repeated=int(np.sum(steps == 0)),
-        doubts=(*_rate_doubts(1 / step), *_doubts(angles, forces, time)),
+        doubts=(*_rate_doubts(1 / step), *_doubts(angles, time), *_doubts_of_forces(forces, unscaled)),
         to_mend=tuple(_to_mend(stamps)),
     )
 
@@ -303,13 +328,19 @@ def _no_angles(columns: Sequence[Column], motors: int | None) -> tuple[str, str]
     )
 
 
-def _doubts(angles: Sequence[Column], forces: Sequence[Column], time: Column | None) -> list[str]:
+def _doubts(angles: Sequence[Column], time: Column | None) -> list[str]:
     """What nothing in the log says, and who tells it."""
     found = []
     if time is not None and time.unit is None:
         found.append("the time's unit: taken for seconds")
     if any(a.unit is None for a in angles):
         found.append("the angles' unit: taken for rad of the motor; `xneck sync` tells another one from the video")
+    known = {None, "counts", *ANGLE_SCALES, *CABLE_SCALES}
+    if odd := [a for a in angles if a.unit not in known]:
+        said = f"the angles' unit {quoted(odd[0].unit or '')} is not known"
+        found.append(f"{said}: taken for rad of the motor: write motors[].theta_scale, rad of the motor per unit of it")
+    if any(a.unit in CABLE_SCALES for a in angles):
+        found.append("whose length it is: taken for the cable's, so that theta_scale is R / rd and changes with them")
     if any(a.unit == "counts" for a in angles):
         found.append(
             "counts of a turn: theta_scale is 6.28319 / counts of neck.yaml, if one step of theta is one count"
@@ -317,16 +348,33 @@ def _doubts(angles: Sequence[Column], forces: Sequence[Column], time: Column | N
     found.append(
         "the angles' sense: taken for positive where cables are wound in; `xneck sync` tells which run the other way"
     )
+    return found
+
+
+def _doubts_of_forces(forces: Sequence[Column], unscaled: Sequence[Column]) -> list[str]:
+    """What nothing in the log says of its forces, or why it has none."""
+    if not forces:
+        return [_without_forces(unscaled)]
+    found = []
     if any(f.measured for f in forces):
         found.append("commanded forces: these are measured by their names: the commanded ones are needed")
-    if forces and any(f.unit is None for f in forces):
+    if any(f.unit is None for f in forces):
         found.append("the forces' unit: taken for N on the cable; `xneck sync` tells another one from the arm's motion")
-    if any(f.unit in _TORQUES for f in forces):
+    if any(f.unit in TORQUE_SCALES for f in forces):
         found.append(
             "whose torque it is: taken for the motor's, so that f_scale is R / rd and changes with them; of the drum it is 1 / rd"
         )
-    if any(f.unit in ("A", "mA") for f in forces):
-        found.append("the motors' torque constant: f_scale is that (N m/A) times R / rd")
-    if not forces:
-        found.append("forces: the log holds none, so that nothing can be identified")
     return found
+
+
+def _without_forces(unscaled: Sequence[Column]) -> str:
+    """Why a log has no forces, and what would make some of its columns forces."""
+    if not unscaled:
+        return "forces: the log holds none, so that nothing can be identified"
+    names, unit = listed(c.name for c in unscaled), unscaled[0].unit or ""
+    do = "write motors[].f_column into neck.yaml, and f_scale:"
+    if unscaled[0].kind == "current" or unit in _CURRENTS:
+        milli = " times 0.001" if unit == "mA" else ""
+        constant = f"that constant (N m/A) times R / rd{milli}"
+        return f"forces: {names} are currents, which the motor's torque constant makes forces: {do} {constant}"
+    return f"forces: {names} are in {quoted(unit)}, which is no unit that is known: {do} N on the cable per unit"

@@ -18,6 +18,7 @@ _KINDS = {
     "time": "time",
     "angle": "angle of a motor",
     "force": "force",
+    "current": "current of a motor",
     "speed": "speed, not needed",
     "error": "an error or an offset, not needed",
     "light": "light",

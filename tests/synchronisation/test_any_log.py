@@ -317,7 +317,7 @@ def test_a_library_that_is_missing_is_named_with_its_extra(
         ("t [ms]", "time", "ms"),
         ("Motor 3 position (rev)", "angle", "turns"),
         ("joint_2_torque[N·m]", "force", "N m"),
-        ("motorCurrent1", "other", None),
+        ("motorCurrent1", "current", None),
         ("omega_1", "speed", None),
         ("led", "light", None),
     ],

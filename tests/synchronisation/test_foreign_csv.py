@@ -124,8 +124,11 @@ def with_further(path: Path, stem: str, after: bool) -> Path:
     return path
 
 
-BESIDE = ("theta{}_dot", "theta{}dot", "dtheta{}/dt", "theta{}_v", "theta{}_p", "theta{}_err", "theta{}_r", "theta{}_ref", "theta{}_offset", "theta{}_vel",
-          "f{}_meas", "f{}_ist", "f{}_act", "f{}_sensor", "f{}_x")  # fmt: skip
+BESIDE = (
+    *(f"theta{{}}{end}" for end in ("_dot", "dot", "_v", "_p", "_err", "_r", "_ref", "_offset", "_vel")),
+    *(f"f{{}}_{end}" for end in ("meas", "ist", "act", "sensor", "x")),
+    "dtheta{}/dt",
+)
 
 
 @pytest.mark.parametrize("after", [True, False])
@@ -156,3 +159,86 @@ def test_forces_that_were_measured_are_taken_where_no_others_stand_and_that_is_s
     assert [f.name for f in mapping.forces] == [f"f{j}_meas" for j in (1, 2, 3, 4)]
     assert any("are measured by their names: the commanded ones are needed" in doubt for doubt in mapping.doubts)
     assert not any("commanded ones" in doubt for doubt in mapping_of(written(log, ",".join(OURS))).doubts)
+
+
+def with_names(path: Path, angle: str, force: str, f_by: float = 1.0, theta_by: float = 1.0) -> Path:
+    """The log with these names of angles and forces, and its numbers times those that are given."""
+    header = ["time", *(angle.format(j) for j in (1, 2, 3, 4)), *(force.format(j) for j in (1, 2, 3, 4))]
+    by = np.array([1.0, *[theta_by] * 4, *[f_by] * 4])
+    path.write_text("\n".join([",".join(header), *(",".join(f"{v:.9g}" for v in row * by) for row in values()), ""]))
+    return path
+
+
+CURRENTS = (
+    "current{}[A]",
+    "I_motor{}",
+    "I{} [A]",
+    "Motor {} Current [A]",
+    "i{}",
+    "iq{}_A",
+    "current_{}_mA",
+    "Strom {} [A]",
+    "cur{}",
+    "torque{}[A]",
+)
+
+
+@pytest.mark.parametrize("name", CURRENTS)
+def test_currents_are_no_forces_without_the_motors_torque_constant(name: str, tmp_path: Path) -> None:
+    log = with_names(tmp_path / "log.csv", "pos{}[rad]", name)
+    mapping = mapping_of(log)
+    assert (mapping.forces, [c.name for c in mapping.unscaled]) == ((), [name.format(j) for j in (1, 2, 3, 4)])
+    (said,) = [doubt for doubt in mapping.doubts if "forces" in doubt]
+    assert "are currents, which the motor's torque constant makes forces: write motors[].f_column" in said
+    assert ("0.001" in said) == ("mA" in name)
+    assert "f1" not in read_log(log, mapped_neck(NECK, mapping)).columns
+
+
+GEAR = NECK.motors[0].R / NECK.motors[0].rd
+OF_FORCES = {
+    "f{}[kgf]": 1 / 9.80665,
+    "f{} (kg)": 1 / 9.80665,
+    "f{}[g]": 1e3 / 9.80665,
+    "f{} [lbf]": 1 / 4.4482216,
+    "torque{}[Ncm]": 1e2 / GEAR,
+    "tau {} (N mm)": 1e3 / GEAR,
+    "tau{}[N*m]": 1 / GEAR,
+    "tau{} [oz-in]": 1 / 0.00706155 / GEAR,
+    "T{} [Nm]": 1 / GEAR,
+}
+OF_ANGLES = {"pos{}[U]": 1 / (2 * np.pi), "pos{} [mm]": 1e3 / GEAR, "Position {} (°)": 180 / np.pi}
+
+
+@pytest.mark.parametrize("name", OF_FORCES)
+def test_units_of_forces_in_brackets_get_their_scale(name: str, tmp_path: Path) -> None:
+    assert_read_as_mapped(with_names(tmp_path / "log.csv", "pos{}[rad]", name, f_by=OF_FORCES[name]))
+
+
+@pytest.mark.parametrize("name", OF_ANGLES)
+def test_units_of_angles_in_brackets_get_their_scale(name: str, tmp_path: Path) -> None:
+    assert_read_as_mapped(with_names(tmp_path / "log.csv", name, "f{}[N]", theta_by=OF_ANGLES[name]))
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"), [("torque{}[%]", "%"), ("f{} (V)", "V"), ("torque{}_pct", "%"), ("tau{} [foo]", "foo")]
+)
+def test_an_unknown_unit_of_forces_is_said_and_not_taken_for_newtons(name: str, unit: str, tmp_path: Path) -> None:
+    mapping = mapping_of(with_names(tmp_path / "log.csv", "pos{}[rad]", name))
+    assert mapping.forces == ()
+    assert any(f"are in '{unit}', which is no unit that is known" in doubt for doubt in mapping.doubts)
+
+
+def test_an_unknown_unit_of_angles_is_said(tmp_path: Path) -> None:
+    mapping = mapping_of(with_names(tmp_path / "log.csv", "pos{} [foo]", "f{} [N]"))
+    assert any("the angles' unit 'foo' is not known" in doubt for doubt in mapping.doubts)
+
+
+@pytest.mark.parametrize("remark", ["[1]", "(measured)", "(motor side)", "[axis]"])
+def test_what_is_no_unit_in_brackets_is_not_taken_for_one(remark: str) -> None:
+    found = column_meaning(f"pos2 {remark}", np.array([0.1, 0.7, 0.4]))
+    assert (found.kind, found.unit) == ("angle", None)
+
+
+@pytest.mark.parametrize("name", ["pos1 [rad/s]", "theta1 (deg/s)", "Motor 1 [rpm]", "pos1 [1/min]"])
+def test_units_of_speeds_are_known(name: str) -> None:
+    assert column_meaning(name, np.array([0.1, 0.7, 0.4])).kind == "speed"
