@@ -9,8 +9,8 @@ from xneck_foundation.one_line import listed
 from xneck_foundation.spelling import likely_spelling, quoted
 
 
-class ColumnsMissing(Refused):
-    """A table has other columns than those that are read."""
+class WrittenOtherwise(Refused):
+    """A table has other columns or rows than those that are read, so that a mapping of it may help."""
 
 
 def other_kind(columns: Collection[str], angles_expected: bool) -> tuple[str, str] | None:

@@ -42,12 +42,12 @@ def _ended_lines(stream: TextIO, path: Path) -> Iterator[str]:
         yield line
 
 
-def file_line(path: Path, separator: str) -> Callable[[int], int]:
-    """What gives the line of a row of numbers, counted from 0 below the header."""
+def file_line(path: Path, separator: str, rows_between: int = 0) -> Callable[[int], int]:
+    """What gives the line of a row of numbers, counted from 0; rows_between: rows between the header and the first of them."""
 
     def of_row(row: int) -> int:
         with path.open(newline="", encoding="utf-8-sig") as stream:
             lines = (line for line, _ in numbered_rows(stream, path, separator))
-            return next(line for number, line in enumerate(lines, start=-1) if number == row)
+            return next(line for number, line in enumerate(lines, start=-1 - rows_between) if number == row)
 
     return of_row

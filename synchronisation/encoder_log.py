@@ -11,7 +11,7 @@ from identification.dataset.time_unit import check_repeated_rows, check_time_uni
 from identification.files import joint_state, ros_bag
 from identification.files.joint_state import JointStateChannel
 from mechanism.description import Neck
-from synchronisation.csv_header import ColumnsMissing, other_kind
+from synchronisation.csv_header import WrittenOtherwise, other_kind
 from synchronisation.csv_lines import file_line
 from synchronisation.csv_table import CsvFormat, read_table
 from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
@@ -61,11 +61,11 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     if path.suffix.lower() == ".parquet":
         series = read_parquet(path, required, optional, neck.log.time_column)
     else:
-        number = file_line(path, neck.log.separator)
+        number = file_line(path, neck.log.separator, int(neck.log.units_row))
         refuse_other_kind(path, LOG_SUFFIXES)
         try:
             series = read_table(path, required, optional, csv_format(neck), MAX_LOG_ROWS)
-        except ColumnsMissing as lack:
+        except WrittenOtherwise as lack:
             raise Refused(path, lack.what, f"{lack.do}; or let `xneck logs {path.name}` map it") from lack
     check_columns(path, series.columns, neck)
     return motor_log(mapped_columns(series, neck), neck, path, number)
@@ -73,7 +73,7 @@ def read_log(path: str | Path, neck: Neck) -> Series:
 
 def csv_format(neck: Neck) -> CsvFormat:
     """How neck.yaml says that a CSV is written."""
-    return CsvFormat(neck.log.time_column, neck.log.separator, neck.log.decimal)
+    return CsvFormat(neck.log.time_column, neck.log.separator, neck.log.decimal, neck.log.units_row)
 
 
 def log_columns(neck: Neck) -> tuple[list[str], list[str]]:

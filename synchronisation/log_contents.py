@@ -1,7 +1,7 @@
 """All that is in a log of any kind, whatever its columns or joints are called: to look at it before it is mapped."""
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -35,6 +35,8 @@ class LogContents:
     """of an MCAP or a ROS bag"""
     units_row: int | None = None
     """line of a CSV's row below the header, where it holds units instead of numbers"""
+    units: Mapping[str, str] = field(default_factory=dict)
+    """what stands in that row, by column"""
     lines: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     """(T,): of a CSV, the line of each row; empty of other files"""
     odd_rows: tuple[int, ...] = ()
@@ -82,14 +84,16 @@ def _csv_contents(path: Path) -> LogContents:
     if parted := parted_by_spaces(header, rows[0][1] if rows else []):
         raise Refused(path, *parted)
     table = [(line, row) for line, row in rows if len(row) == len(header)]
-    units_row = _units_row(table, decimal)
-    table = table[1:] if units_row else table
+    units_row = layout.units if layout and table and table[0][0] == layout.units else None
+    units = [cell.strip().strip("[]()") for cell in table.pop(0)[1]] if units_row else []
     if len(table) < 2:
         raise Refused(path, "has a header and no two rows of numbers", "record longer")
     columns: dict[str, Array] = {}
     texts: dict[str, str] = {}
     for name, cells in zip(header, zip(*(row for _, row in table), strict=True), strict=True):
         values = [_number(cell, decimal) for cell in cells]
+        if not name and not any(cell.strip() for cell in cells):
+            continue  # a separator ends each line
         if sum(value is None for value in values) > len(values) / 2:
             texts[name] = cells[0]
         else:
@@ -97,19 +101,12 @@ def _csv_contents(path: Path) -> LogContents:
     return LogContents(
         columns=columns,
         texts=texts,
-        written=CsvFormat(separator=separator, decimal=decimal),
+        written=CsvFormat(separator=separator, decimal=decimal, units_row=units_row is not None),
         units_row=units_row,
+        units={name: unit for name, unit in zip(header, units, strict=False) if unit},
         lines=np.array([line for line, _ in table]),
         odd_rows=tuple(line for line, row in rows if len(row) != len(header)),
     )
-
-
-def _units_row(table: Sequence[tuple[int, list[str]]], decimal: str) -> int | None:
-    """The line of the first row where it holds units: no numbers, and the row below does."""
-    if len(table) < 2:
-        return None
-    numbers = [[_number(cell, decimal) is not None for cell in row] for _, row in table[:2]]
-    return table[0][0] if any(numbers[1]) and not any(numbers[0]) else None
 
 
 def _number(cell: str, decimal: str) -> float | None:

@@ -64,7 +64,10 @@ class LogMapping:
 def survey(contents: LogContents) -> tuple[tuple[str, tuple[Column, ...]], ...]:
     """What each column, or each topic's joints, likely mean: the topic (empty of a table), and its columns."""
     if not contents.topics:
-        return (("", tuple(column_meaning(name, values) for name, values in contents.columns.items())),)
+        named = contents.columns.items()
+        return (
+            ("", tuple(column_meaning(name, values, None, contents.units.get(name, "")) for name, values in named)),
+        )
     found = []
     for topic, channel in contents.topics.items():
         columns = [column_meaning(name, channel.position[:, k], "angle") for k, name in enumerate(channel.names)]
@@ -104,6 +107,8 @@ def neck_keys(mapping: LogMapping, motors_as_described: Sequence[Motor]) -> tupl
             log["separator"] = mapping.written.separator
         if mapping.written.decimal != ".":
             log["decimal"] = mapping.written.decimal
+        if mapping.written.units_row:
+            log["units_row"] = True
         if mapping.light is not None and mapping.light.name != LED:
             log["led_column"] = mapping.light.name
     motors = []
@@ -271,7 +276,11 @@ def _time_column(path: Path, columns: Sequence[Column], contents: LogContents) -
         held = f" ({listed(c.name for c in columns)})" if columns else ": none holds numbers"
         raise Refused(path, f"no column grows from row to row as a time does{held}", "log the time of each row")
     chosen = (named or even)[0]
-    return chosen if chosen.kind == "time" else column_meaning(chosen.name, contents.columns[chosen.name], "time")
+    return (
+        chosen
+        if chosen.kind == "time"
+        else column_meaning(chosen.name, contents.columns[chosen.name], "time", contents.units.get(chosen.name, ""))
+    )
 
 
 def _refuse_time_in_words(path: Path, contents: LogContents) -> None:

@@ -45,7 +45,7 @@ def contents_lines(path: Path, contents: LogContents) -> Iterator[str]:
     if contents.texts:
         yield f"  no numbers: {listed(contents.texts)}"
     if contents.units_row:
-        yield f"  row {contents.units_row} holds units: leave that row out, so that it can be read"
+        yield f"  row {contents.units_row} holds units: they are taken for those of the columns"
     if contents.odd_rows:
         rows = listed(map(str, contents.odd_rows), limit=40)
         yield f"  more or fewer cells than the header in row {rows}: mend them or leave them out, so that it can be read"

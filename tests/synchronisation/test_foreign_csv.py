@@ -16,6 +16,8 @@ from synchronisation.log_mapping import LogMapping, map_log, mapped_neck
 from synchronisation.log_plausibility import check_log_meaning
 from tests.paths import SAMPLES
 from tests.synchronisation.test_any_log import NECK, truth
+from xneck.watch.csv_rows import CsvRows
+from xneck.watch.growing_file import GrowingFile
 from xneck_foundation.errors import Refused
 
 GERMAN = ["Zeit [s]", *(f"Winkel {j} [rad]" for j in (1, 2, 3, 4)), *(f"Kraft {j} [N]" for j in (1, 2, 3, 4))]
@@ -242,3 +244,55 @@ def test_what_is_no_unit_in_brackets_is_not_taken_for_one(remark: str) -> None:
 @pytest.mark.parametrize("name", ["pos1 [rad/s]", "theta1 (deg/s)", "Motor 1 [rpm]", "pos1 [1/min]"])
 def test_units_of_speeds_are_known(name: str) -> None:
     assert column_meaning(name, np.array([0.1, 0.7, 0.4])).kind == "speed"
+
+
+UNITS_BELOW = ("s", *["deg"] * 4, *["N"] * 4)
+
+
+@pytest.mark.parametrize("form", ["{}", "({})", "[{}]"])
+@pytest.mark.parametrize("ends", ["", ","])
+def test_a_row_of_units_is_used_and_passed_over(form: str, ends: str, tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    by = np.array([1.0, *[180 / np.pi] * 4, *[1.0] * 4])
+    rows = [",".join(f"{value:.10g}" for value in row * by) + ends for row in values()]
+    head = [",".join(OURS) + ends, ",".join(map(form.format, UNITS_BELOW)) + ends]
+    log.write_text("\n".join([*head, *rows, ""]))
+    mapping = mapping_of(log)
+    assert {a.unit for a in mapping.angles} == {"deg"}
+    assert_read_as_mapped(log)
+    with pytest.raises(Refused, match=r"row 2 holds no numbers but .*leave that row out; or let `xneck logs log\.csv`"):
+        read_log(log, NECK)
+    # rows keep the numbers that they have in the file
+    log.write_text("\n".join([*head, *rows[:10], rows[10].replace(rows[10].split(",")[1], "nan", 1), *rows[11:], ""]))
+    with pytest.raises(Refused, match="theta1 is not a number in row 13"):
+        read_log(log, mapped_neck(NECK, mapping))
+
+
+def test_a_row_of_units_may_have_empty_cells(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    rows = [",".join(f"{value:.10g}" for value in row) + ",1" for row in values()]
+    log.write_text("\n".join([",".join([*OURS, "mode"]), "s,rad,rad,rad,rad,N,N,N,N,", *rows, ""]))
+    assert read_contents(log).units_row == 2
+    assert_read_as_mapped(log)
+
+
+def test_where_neck_yaml_promises_a_row_of_units_numbers_are_not_passed_over(tmp_path: Path) -> None:
+    log = written(tmp_path / "log.csv", ",".join(OURS))
+    promised = NECK.model_copy(update={"log": NECK.log.model_copy(update={"units_row": True})})
+    with pytest.raises(Refused, match="row 2 holds numbers, and no units"):
+        read_log(log, promised)
+
+
+def test_a_growing_log_has_its_row_of_units_passed_over_too(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    rows = [",".join(f"{value:.10g}" for value in row) for row in values()]
+    log.write_text("\n".join([",".join(OURS), ",".join(UNITS_BELOW), *rows[:10], ""]))
+    source = GrowingFile(log)
+    grown = CsvRows(source, mapped_neck(NECK, mapping_of(log)))
+    first = grown.new()
+    with log.open("a") as stream:
+        stream.write("\n".join([*rows[10:15], ""]))
+    then = grown.new()
+    assert first is not None
+    assert then is not None
+    assert (len(first), len(then)) == (10, 5)
