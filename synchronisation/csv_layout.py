@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from synchronisation.csv_cell import has_decimal_comma, is_number
+from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import counted
 
 SEPARATORS = ((",", "commas"), (";", "semicolons"), ("\t", "tabs"), ("|", "bars"))
 COMMENT = ("#", "%")
@@ -49,6 +51,13 @@ def layout_of_lines(lines: Sequence[str]) -> CsvLayout | None:
     return None
 
 
+def refuse_lines_above_header(path: Path, layout: CsvLayout) -> None:
+    """Raises Refused where titles or the like stand above a header."""
+    if layout.above:
+        what = f"its header is in row {layout.header}, below {counted(layout.above, 'line')} of something else"
+        raise Refused(path, what, "leave them out, or let them begin with #")
+
+
 def _parted_by(separator: str, lines: Sequence[tuple[int, str]]) -> tuple[float, CsvLayout] | None:
     """The layout with one separator, and how much of the rows it explains; None where rows and a header do not fit to it."""
     table = [(number, _cells(line, separator)) for number, line in lines]
@@ -62,10 +71,11 @@ def _parted_by(separator: str, lines: Sequence[tuple[int, str]]) -> tuple[float,
     of_width = [k for k, (_, cells) in enumerate(table) if len(cells) == width]
     first = next(k for k in of_width if numbers[k])
     rows = [k for k in of_width if k >= first]
-    above = [k for k in (first - 2, first - 1) if k in of_width and not numbers[k]]
-    header = next((k for k in above if 2 * _filled(table[k][1]) >= width), None)
-    if header is None:
+    # titles have other widths, or are filled up with empty cells
+    above = [k for k in of_width if k < first and 2 * _filled(table[k][1]) >= width]
+    if not above:
         return None
+    header = above[0]
     in_row = sum(numbers[k] for k in rows) / len(rows)
     commas = sum(any(map(has_decimal_comma, table[k][1])) for k in rows)
     points = sum(any("." in cell and is_number(cell) for cell in table[k][1]) for k in rows)
@@ -73,7 +83,7 @@ def _parted_by(separator: str, lines: Sequence[tuple[int, str]]) -> tuple[float,
         separator=separator,
         decimal="," if separator != "," and commas > points else ".",
         header=table[header][0],
-        units=table[first - 1][0] if header == first - 2 else None,
+        units=table[above[1]][0] if len(above) == 2 else None,
         above=header,
     )
 

@@ -19,6 +19,7 @@ from synchronisation.csv_header import (
     parted_by_spaces,
     spelled_otherwise,
 )
+from synchronisation.csv_layout import layout_of, refuse_lines_above_header
 from synchronisation.csv_lines import numbered_rows
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
@@ -71,7 +72,12 @@ def read_table(
             if written.units_row:
                 _pass_units_over(path, rows)
             below = (row for _, row in rows)
-            at = table_columns(path, header, below, (written.time_column, *required), optional)
+            try:
+                at = table_columns(path, header, below, (written.time_column, *required), optional)
+            except WrittenOtherwise:
+                if layout := layout_of(path):
+                    refuse_lines_above_header(path, layout)
+                raise
             columns = _columns(path, header, rows, at, max_rows)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise unreadable(path, error) from error

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from identification.dataset.series import Array
 from identification.files import joint_state, ros_bag
 from synchronisation.csv_header import parted_by_spaces
-from synchronisation.csv_layout import layout_of
+from synchronisation.csv_layout import layout_of, refuse_lines_above_header
 from synchronisation.csv_lines import numbered_rows
 from synchronisation.csv_table import PLAIN, CsvFormat, unreadable
 from synchronisation.encoder_log import LOG_SUFFIXES
@@ -70,6 +70,8 @@ def read_contents(path: Path) -> LogContents:
 def _csv_contents(path: Path) -> LogContents:
     try:
         layout = layout_of(path)
+        if layout:
+            refuse_lines_above_header(path, layout)
         separator, decimal = (layout.separator, layout.decimal) if layout else (PLAIN.separator, PLAIN.decimal)
         with path.open(newline="", encoding="utf-8-sig") as stream:
             rows = list(numbered_rows(stream, path, separator))

@@ -296,3 +296,41 @@ def test_a_growing_log_has_its_row_of_units_passed_over_too(tmp_path: Path) -> N
     assert first is not None
     assert then is not None
     assert (len(first), len(then)) == (10, 5)
+
+
+LABVIEW = (
+    "LabVIEW Measurement",
+    "Writer_Version\t2",
+    "Separator\tTab",
+    "Decimal_Separator\t.",
+    "***End_of_Header***",
+    "",
+)
+TITLES = {
+    "LabVIEW": (LABVIEW, "\t", 7),
+    "of a spreadsheet": (("Experiment 3,,,,,,,,", "Operator,Meier,,,,,,,", ",,,,,,,,"), ",", 4),
+    "unlike the table": (("Experiment 3;;;;", "Operator,Meier", ""), ",", 4),
+    "with a number": (("Motion of 2024", "rate,500"), ";", 3),
+}
+
+
+@pytest.mark.parametrize("title", TITLES)
+def test_lines_above_the_header_are_the_reason_that_is_said(title: str, tmp_path: Path) -> None:
+    lines, separator, row = TITLES[title]
+    log = written(tmp_path / "log.csv", *lines, separator.join(OURS), separator=separator)
+    for read in (lambda: read_log(log, NECK), lambda: read_contents(log)):
+        with pytest.raises(Refused, match=f"its header is in row {row}, below .* of something else") as refusal:
+            read()
+        assert "xneck logs" not in str(refusal.value)
+
+
+def test_lines_that_begin_with_a_percent_sign_are_comments(tmp_path: Path) -> None:
+    log = written(tmp_path / "log.csv", "% recorded by the controller", "% arm 2, motion 4", ",".join(OURS))
+    assert len(read_log(log, NECK)) == len(values())
+    assert_read_as_mapped(log)
+
+
+def test_rows_without_numbers_at_the_beginning_are_no_titles(tmp_path: Path) -> None:
+    log = written(tmp_path / "log.csv", ",".join(OURS), *[",".join(["NULL"] * 9)] * 3)
+    with pytest.raises(Refused, match="row 2, column time: 'NULL' is not a number"):
+        read_log(log, NECK)
