@@ -274,6 +274,9 @@ def _time_column(path: Path, columns: Sequence[Column], contents: LogContents) -
                 path, f"{names[0]} does not grow in row {row} as a time does", "is a row damaged? leave it out"
             )
         held = f" ({listed(c.name for c in columns)})" if columns else ": none holds numbers"
+        rows = [c.name for c in growing if np.all(np.diff(contents.columns[c.name]) == 1)]
+        if rows:
+            raise Refused(path, f"no column is a time: {listed(rows)} counts rows", "log the time of each row")
         raise Refused(path, f"no column grows from row to row as a time does{held}", "log the time of each row")
     chosen = (named or even)[0]
     return (
@@ -296,8 +299,9 @@ def _grows(values: Array) -> bool:
 
 
 def _even(values: Array) -> bool:
+    """Whether a column (T,) grows as a time does, and not by one from row to row, as a number of each row does."""
     steps = np.diff(values)
-    return bool(np.all(steps > 0) and np.quantile(steps, 0.9) < 2 * np.median(steps))
+    return bool(np.all(steps > 0) and np.quantile(steps, 0.9) < 2 * np.median(steps) and not np.all(steps == 1))
 
 
 def _group(columns: Sequence[Column], kind: str, motors: int | None, prefer_commanded: bool) -> tuple[Column, ...]:
@@ -340,6 +344,8 @@ def _no_angles(columns: Sequence[Column], motors: int | None) -> tuple[str, str]
 def _doubts(angles: Sequence[Column], time: Column | None) -> list[str]:
     """What nothing in the log says, and who tells it."""
     found = []
+    if time is not None and column_meaning(time.name, np.empty(0)).kind != "time":
+        found.append(f"which column is the time: {time.name} is taken for it, as it grows evenly")
     if time is not None and time.unit is None:
         found.append("the time's unit: taken for seconds")
     if any(a.unit is None for a in angles):

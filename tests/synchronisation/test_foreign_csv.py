@@ -334,3 +334,16 @@ def test_rows_without_numbers_at_the_beginning_are_no_titles(tmp_path: Path) -> 
     log = written(tmp_path / "log.csv", ",".join(OURS), *[",".join(["NULL"] * 9)] * 3)
     with pytest.raises(Refused, match="row 2, column time: 'NULL' is not a number"):
         read_log(log, NECK)
+
+
+def test_a_number_of_each_row_is_no_time(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    rows = [",".join([str(k), *(f"{value:.8g}" for value in row[1:])]) for k, row in enumerate(values())]
+    log.write_text("\n".join([",".join(["Sample", *OURS[1:]]), *rows, ""]))
+    with pytest.raises(Refused, match="no column is a time: Sample counts rows; log the time of each row"):
+        mapping_of(log)
+
+
+def test_a_column_that_is_taken_for_the_time_as_it_grows_is_said(tmp_path: Path) -> None:
+    mapping = mapping_of(written(tmp_path / "log.csv", ",".join(["x", *OURS[1:]])))
+    assert mapping.doubts[0] == "which column is the time: x is taken for it, as it grows evenly"
