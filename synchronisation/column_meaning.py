@@ -71,6 +71,7 @@ _COMMANDED = {
     "cmd",
     "command",
     "commanded",
+    "commands",
     "des",
     "desired",
     "ref",

@@ -16,7 +16,7 @@ from synchronisation.csv_lines import file_line
 from synchronisation.csv_table import CsvFormat, read_table
 from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
 from synchronisation.parquet_table import read_parquet
-from synchronisation.time_stamps import check_log_rate, sampling_step
+from synchronisation.time_stamps import check_log_rate, check_stamped, sampling_step
 from xneck_foundation.errors import Refused
 from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.one_line import listed
@@ -164,7 +164,8 @@ def motor_channel(logs: Mapping[str, JointStateChannel], neck: Neck, path: Path)
         fitting = {topic: log for topic, log in logs.items() if len(set(log.names) - {LED}) == neck.M}
     if len(fitting) != 1:
         raise Refused(path, *_not_one_channel(logs, fitting, joints, neck.M))
-    log = next(iter(fitting.values()))
+    topic, log = next(iter(fitting.items()))
+    check_stamped(log.time, str(path), topic)
     order = [log.names.index(name) for name in names] or [k for k, name in enumerate(log.names) if name != LED]
     force = {} if log.effort is None or np.isnan(log.effort).all() else numbered_columns("f", log.effort[:, order])
     light = {LED: log.position[:, log.names.index(LED)]} if LED in log.names else {}

@@ -16,6 +16,7 @@ from synchronisation.csv_cell import not_a_number
 from synchronisation.csv_table import CsvFormat
 from synchronisation.encoder_log import LED
 from synchronisation.log_contents import LogContents
+from synchronisation.time_stamps import check_stamped
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
 from xneck_foundation.spelling import quoted
@@ -196,6 +197,7 @@ def _of_topics(path: Path, contents: LogContents, motors: int | None) -> LogMapp
     measured = [t for t in fitting if not column_meaning(t, np.empty(0)).commanded] or fitting
     topic = max(measured, key=lambda t: (sizes[t] == motors, len(contents.topics[t].time)))
     channel = contents.topics[topic]
+    check_stamped(channel.time, str(path), topic)
     columns = found[topic]
     joints = tuple(c for c in columns if c.kind == "angle" and c.name != LED)
     angles = _group(joints, "angle", motors, prefer_commanded=False) or joints[: motors or len(joints)]
@@ -204,7 +206,22 @@ def _of_topics(path: Path, contents: LogContents, motors: int | None) -> LogMapp
     values = np.empty((0, 0))
     if channel.effort is not None:
         values = channel.effort[:, [channel.names.index(c.name) for c in forces]]
-    return _mapping(channel.time, angles, (forces, ()), values, None, None, CsvFormat(), topic)
+    mapping = _mapping(channel.time, angles, (forces, ()), values, None, None, CsvFormat(), topic)
+    elsewhere = _topics_with_efforts(contents, topic)
+    if mapping.forces or not elsewhere:
+        return mapping
+    said = f"forces: /{topic} holds none, but {listed(f'/{other}' for other in elsewhere)} holds efforts"
+    do = "one topic must hold both: write position and effort of each motor into one JointState, or a CSV"
+    return replace(mapping, doubts=(*mapping.doubts[:-1], f"{said}; {do}"))
+
+
+def _topics_with_efforts(contents: LogContents, topic: str) -> list[str]:
+    """Other topics that hold as many efforts as this one has joints, at least."""
+    joints = len(contents.topics[topic].names)
+    others = {
+        name: channel for name, channel in contents.topics.items() if name != topic and len(channel.names) >= joints
+    }
+    return [name for name, channel in others.items() if channel.effort is not None]
 
 
 def _mapping(
