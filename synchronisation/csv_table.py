@@ -17,6 +17,7 @@ from synchronisation.csv_header import (
     missing_columns,
     other_kind,
     parted_by_spaces,
+    refuse_header_again,
     spelled_otherwise,
 )
 from synchronisation.csv_layout import layout_of, refuse_lines_above_header
@@ -104,6 +105,7 @@ def _columns(
         try:
             table.append(row_numbers([row[k] for k in places]))
         except ValueError:
+            refuse_header_again(path, line, header, row)
             below = next(rows, (line, []))[1] if not table and not rows_before else []
             raise _no_numbers(path, line, {name: row[k] for name, k in at.items()}, row, below) from None
         if max_rows is not None and rows_before + len(table) > max_rows:

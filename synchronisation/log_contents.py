@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identification.dataset.series import Array
 from identification.files import joint_state, ros_bag
-from synchronisation.csv_header import parted_by_spaces
+from synchronisation.csv_header import parted_by_spaces, refuse_header_again
 from synchronisation.csv_layout import layout_of, refuse_lines_above_header
 from synchronisation.csv_lines import numbered_rows
 from synchronisation.csv_table import PLAIN, CsvFormat, unreadable
@@ -85,6 +85,9 @@ def _csv_contents(path: Path) -> LogContents:
         raise Refused(path, "has no header: its first row holds numbers", "begin it with a row of columns' names")
     if parted := parted_by_spaces(header, rows[0][1] if rows else []):
         raise Refused(path, *parted)
+    for line, row in rows:
+        if row[0].strip() == header[0]:
+            refuse_header_again(path, line, header, row)
     table = [(line, row) for line, row in rows if len(row) == len(header)]
     units_row = layout.units if layout and table and table[0][0] == layout.units else None
     units = [cell.strip().strip("[]()") for cell in table.pop(0)[1]] if units_row else []

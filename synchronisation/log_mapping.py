@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.dataset.series import MAX_TIME_S, Array
+from identification.dataset.series import MAX_TIME_S, Array, begins_again
 from identification.dataset.time_unit import MIN_MEDIAN_STEP_S
 from mechanism.description import LogFormat, Motor, Neck
 from synchronisation.column_meaning import Column, column_meaning
@@ -18,7 +18,7 @@ from synchronisation.encoder_log import LED
 from synchronisation.log_contents import LogContents
 from synchronisation.time_stamps import check_stamped
 from xneck_foundation.errors import Refused
-from xneck_foundation.one_line import listed
+from xneck_foundation.one_line import counted, listed
 from xneck_foundation.spelling import quoted
 
 _CURRENTS = ("A", "mA")
@@ -183,7 +183,20 @@ def _of_table(path: Path, contents: LogContents, motors: int | None) -> LogMappi
     stamps = contents.columns[time.name] * TIME_SCALES.get(time.unit or "s", 1.0)
     values = np.column_stack([contents.columns[c.name] for c in forces]) if forces else np.empty((0, 0))
     written = replace(contents.written, time_column=time.name)
-    return _mapping(stamps, angles, (forces, unscaled), values, time, light, written, None)
+    mapping = _mapping(stamps, angles, (forces, unscaled), values, time, light, written, None)
+    return replace(mapping, to_mend=(*mapping.to_mend, *_missing_numbers(contents, (*angles, *forces))))
+
+
+def _missing_numbers(contents: LogContents, columns: Sequence[Column]) -> list[str]:
+    """Rows in which one of the columns holds no number, as nothing that is read may."""
+    finite = np.all([np.isfinite(contents.columns[c.name]) for c in columns], axis=0)
+    if finite.all():
+        return []
+    names = listed(c.name for c in columns if c.missing)
+    first = contents.number(int(np.argmin(finite)))
+    return [
+        f"{counted(int(np.sum(~finite)), 'row')} without a number in {names}, the first is {first}: leave such rows out"
+    ]
 
 
 def _of_topics(path: Path, contents: LogContents, motors: int | None) -> LogMapping:
@@ -286,7 +299,11 @@ def _time_column(path: Path, columns: Sequence[Column], contents: LogContents) -
         names = [c.name for c in columns if c.kind == "time"]
         if names:
             values = contents.columns[names[0]]
-            row = contents.number(int(np.argmin(np.diff(values, prepend=-np.inf) > 0)))
+            at = int(np.argmin(np.diff(values, prepend=-np.inf) > 0))
+            row = contents.number(at)
+            if begins_again(values, at):
+                what = f"{names[0]} begins again in row {row}, as where two recordings are joined"
+                raise Refused(path, what, "cut them apart there")
             raise Refused(
                 path, f"{names[0]} does not grow in row {row} as a time does", "is a row damaged? leave it out"
             )

@@ -347,3 +347,37 @@ def test_a_number_of_each_row_is_no_time(tmp_path: Path) -> None:
 def test_a_column_that_is_taken_for_the_time_as_it_grows_is_said(tmp_path: Path) -> None:
     mapping = mapping_of(written(tmp_path / "log.csv", ",".join(["x", *OURS[1:]])))
     assert mapping.doubts[0] == "which column is the time: x is taken for it, as it grows evenly"
+
+
+JOINED = {
+    "time begins again": (lambda rows: [*rows, *rows], f"time begins again in row {len(truth()) + 2}"),
+    "the header again": (lambda rows: [*rows, ",".join(OURS), *rows], f"header stands again in row {len(truth()) + 2}"),
+}
+
+
+@pytest.mark.parametrize("how", JOINED)
+def test_two_recordings_in_one_file_are_called_that(how: str, tmp_path: Path) -> None:
+    join, says = JOINED[how]
+    rows = [",".join(f"{value:.8g}" for value in row) for row in values()]
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join([",".join(OURS), *join(rows), ""]))
+    for read in (lambda: read_log(log, NECK), lambda: mapping_of(log)):
+        with pytest.raises(Refused, match=f"{says}.*as where two recordings are joined; cut them apart there"):
+            read()
+
+
+@pytest.mark.parametrize("cell", ["#N/A", "#DIV/0!", "NA", "null", "-"])
+def test_cells_that_say_that_a_number_is_missing_are_answered_with_what_to_do(cell: str, tmp_path: Path) -> None:
+    rows = [[f"{value:.8g}" for value in row] for row in values()]
+    rows[100][6] = cell
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join([",".join(OURS), *map(",".join, rows), ""]))
+    with pytest.raises(Refused, match=r"row 102, column f2: .*; leave such rows out"):
+        read_log(log, NECK)
+    assert mapping_of(log).to_mend == ("1 row without a number in f2, the first is 102: leave such rows out",)
+
+
+def test_a_tdms_file_is_named(tmp_path: Path) -> None:
+    (tmp_path / "log.tdms").write_bytes(b"TDSm" + bytes(range(256)))
+    with pytest.raises(Refused, match="is no CSV but a TDMS file, as LabVIEW writes them; export it as CSV"):
+        read_log(tmp_path / "log.tdms", NECK)
