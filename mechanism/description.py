@@ -202,6 +202,8 @@ class LogFormat(Strict):
     """what stands between the columns of a CSV"""
     decimal: Literal[".", ","] = "."
     """what stands before the decimals of a CSV's numbers"""
+    units_row: bool = False
+    """true where the row below a CSV's header holds units instead of numbers: it is passed over"""
 
     @model_validator(mode="after")
     def _separators_differ(self) -> "LogFormat":

@@ -126,10 +126,8 @@ def checked_angles(
         by_frames = sigma_by_frames(series.time, alpha)
         noise = by_frames.record
         sigma = by_frames.sigma if common.shape[1] != joints else np.hypot(by_frames.sigma, common)
-    elif not np.all((sigma[~np.isnan(alpha)] > 0) & (sigma[~np.isnan(alpha)] <= MAX_SIGMA_RAD)):
-        raise Refused(
-            path, f"has a sigma that is not within 0 and {MAX_SIGMA_RAD:g}", "give standard deviations in rad, or none"
-        )
+    else:
+        sigma = _checked_sigma(alpha, sigma, path, number)
     return Angles(
         time=series.time,
         alpha=alpha,
@@ -199,6 +197,24 @@ def _check_angles(alpha: Array, common: Array, joints: int, path: str | Path) ->
         what + ": these are degrees" * degrees,
         "multiply alpha1..N by 0.0174533" if degrees else "is it alpha, of one bar against the one below?",
     )
+
+
+def _checked_sigma(alpha: Array, sigma: Array, path: str | Path, number: Callable[[int], int]) -> Array:
+    """Standard deviations (F, N), rad, NaN where there is no angle and none is said. Refused where one of an angle cannot be it."""
+    valid = (sigma > 0) & (sigma <= MAX_SIGMA_RAD)
+    wrong = ~valid & ~np.isnan(alpha)
+    if wrong.any():
+        row, joint = (int(k[0]) for k in np.nonzero(wrong))
+        value, place = sigma[row, joint], f"in row {number(row)}"
+        what = f"sigma{joint + 1} is {value:g} {place}, and standard deviations are above 0 and up to {MAX_SIGMA_RAD:g} rad"
+        if np.isnan(value):
+            what = f"sigma{joint + 1} is missing {place}, where alpha{joint + 1} is {alpha[row, joint]:g}"
+        elif value == 0:
+            what = f"sigma{joint + 1} is 0 {place}: no angle is without error"
+        raise Refused(
+            path, what, "give standard deviations in rad, or leave sigma1..N out: they are then told by the scatter"
+        )
+    return np.where(valid, sigma, np.nan)
 
 
 def _turned_round(alpha: Array) -> bool:

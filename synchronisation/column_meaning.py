@@ -2,13 +2,12 @@
 
 import re
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from identification.dataset.series import Array
-
-Kind = Literal["time", "angle", "force", "speed", "light", "other"]
+from identification.dataset.time_unit import MIN_MEDIAN_STEP_S, long_units
+from synchronisation.column_units import TIME_SCALES, Kind, kind_of_word, unit_of_text, unit_of_word, without_brackets
 
 _WORDS: dict[Kind, set[str]] = {
     "time": {
@@ -26,18 +25,59 @@ _WORDS: dict[Kind, set[str]] = {
         "epoch",
         "tick",
     },
-    "speed": {"vel", "velocity", "speed", "omega", "rpm", "qd", "thetad", "dtheta", "dq", "rate", "w"},
-    "force": {"f", "force", "tau", "torque", "effort", "tension", "kraft", "moment", "load", "u", "drehmoment"},
+    "error": {
+        "err",
+        "error",
+        "offset",
+        "off",
+        "bias",
+        "diff",
+        "delta",
+        "deviation",
+        "fehler",
+        "abweichung",
+        "residual",
+    },
+    "speed": {
+        "vel",
+        "velocity",
+        "speed",
+        "omega",
+        "rpm",
+        "qd",
+        "qdot",
+        "thetad",
+        "thetadot",
+        "dtheta",
+        "dq",
+        "dot",
+        "dt",
+        "ddot",
+        "acc",
+        "accel",
+        "acceleration",
+        "geschwindigkeit",
+        "drehzahl",
+        "rate",
+        "v",
+        "w",
+    },
+    "force": {"f", "force", "tau", "torque", "effort", "tension", "kraft", "moment", "load", "u", "drehmoment", "trq"},
     "angle": {"theta", "pos", "position", "angle", "q", "enc", "encoder", "phi", "winkel", "th", "rot", "counter"},
+    "current": {"current", "curr", "cur", "iq", "strom", "courant"},
     "light": {"led", "light", "lamp", "anchor"},
 }
 _COMMANDED = {
     "cmd",
     "command",
     "commanded",
+    "commands",
     "des",
     "desired",
     "ref",
+    "r",
+    "sp",
+    "wanted",
     "reference",
     "target",
     "set",
@@ -45,50 +85,13 @@ _COMMANDED = {
     "soll",
     "goal",
 }
-_UNITS: dict[str, tuple[str, set[Kind]]] = {
-    "s": ("s", {"time"}),
-    "sec": ("s", {"time"}),
-    "secs": ("s", {"time"}),
-    "seconds": ("s", {"time"}),
-    "ms": ("ms", {"time"}),
-    "msec": ("ms", {"time"}),
-    "millis": ("ms", {"time"}),
-    "us": ("us", {"time"}),
-    "µs": ("us", {"time"}),
-    "micros": ("us", {"time"}),
-    "ns": ("ns", {"time"}),
-    "nanos": ("ns", {"time"}),
-    "rad": ("rad", {"angle"}),
-    "radians": ("rad", {"angle"}),
-    "mrad": ("mrad", {"angle"}),
-    "deg": ("deg", {"angle"}),
-    "degree": ("deg", {"angle"}),
-    "degrees": ("deg", {"angle"}),
-    "°": ("deg", {"angle"}),
-    "grad": ("deg", {"angle"}),
-    "rev": ("turns", {"angle"}),
-    "revs": ("turns", {"angle"}),
-    "turn": ("turns", {"angle"}),
-    "turns": ("turns", {"angle"}),
-    "cnt": ("counts", {"angle"}),
-    "count": ("counts", {"angle"}),
-    "counts": ("counts", {"angle"}),
-    "ticks": ("counts", {"angle"}),
-    "inc": ("counts", {"angle"}),
-    "n": ("N", {"force"}),
-    "mn": ("mN", {"force"}),
-    "kn": ("kN", {"force"}),
-    "nm": ("N m", {"force"}),
-    "mnm": ("mN m", {"force"}),
-    "a": ("A", {"force"}),
-    "ma": ("mA", {"force"}),
-    "amp": ("A", {"force"}),
-}
-"""units by the words that names hold, and what they are units of"""
-TIME_SCALES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-ANGLE_SCALES = {"rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180, "turns": 2 * np.pi}
+_MEASURED = {"meas", "measured", "act", "actual", "ist", "fb", "feedback", "sensor", "sensed", "gemessen"}
+_UP_TO_SECONDS = ("s", "ms", "us", "ns")
+_LONG = {"minutes": "min", "hours": "h", "days": "days"}
 _STEP_S = (2e-4, 0.2)
 """s, from row to row of a log that is thought of where the name says no unit of the time"""
+_PLACES = {"motor", "axis", "joint", "cable", "seil", "drum", "gear", "side", "left", "right", "raw", "filtered"}
+"""words in brackets that are no units"""
 _LEVELS = 20
 
 
@@ -99,7 +102,7 @@ class Column:
     name: str
     kind: Kind
     unit: str | None
-    """as its name says, or its values; None where nothing does"""
+    """as its name says, known or not, or its values; None where nothing does"""
     unit_by: str
     """`name`, `values`, or nothing"""
     number: int | None
@@ -107,6 +110,8 @@ class Column:
     stem: str
     """the name without that number: columns of one stem belong together"""
     commanded: bool
+    measured: bool
+    """whether its name says so, of those that are not commanded"""
     low: float
     high: float
     missing: int
@@ -118,13 +123,18 @@ class Column:
         return self.low == self.high
 
 
-def column_meaning(name: str, values: Array, kind: Kind | None = None) -> Column:
-    """What a column (T,) likely is. kind: what is known of it already."""
+def column_meaning(name: str, values: Array, kind: Kind | None = None, stated: str = "") -> Column:
+    """What a column (T,) likely is. kind: what is known of it already; stated: the unit that stands elsewhere than in its name."""
     finite = values[np.isfinite(values)]
-    words = _words(name)
+    bare, text = without_brackets(name)
+    text = stated or text
+    if text and _is_remark(text):
+        bare, text = name, ""
+    words = _words(bare)
     numbers = [int(word) for word in words if word.isdigit()]
-    kind = kind or _kind(words, finite)
-    unit = next((u for word in reversed(words) for u, of in [_UNITS.get(word, ("", set()))] if kind in of), None)
+    said = unit_of_text(text) if text else None
+    kind = kind or _kind(words, said[1] if said else None, finite)
+    unit = _unit(words, text, said, kind)
     by = "name" if unit else ""
     if unit is None and kind == "angle" and _is_counts(finite):
         unit, by = "counts", "values"
@@ -138,6 +148,7 @@ def column_meaning(name: str, values: Array, kind: Kind | None = None) -> Column
         number=numbers[-1] if numbers else None,
         stem=" ".join(word for word in words if not word.isdigit()),
         commanded=bool(_COMMANDED & set(words)),
+        measured=bool(_MEASURED & set(words)) and not _COMMANDED & set(words),
         low=float(finite.min(initial=np.inf)) if len(finite) else np.nan,
         high=float(finite.max(initial=-np.inf)) if len(finite) else np.nan,
         missing=len(values) - len(finite),
@@ -147,20 +158,45 @@ def column_meaning(name: str, values: Array, kind: Kind | None = None) -> Column
 def _words(name: str) -> list[str]:
     """Words and numbers in a name, small: `pos_2[deg]` has pos, 2 and deg, `motor2Position` motor, 2 and position."""
     units = re.sub(r"(?<![A-Za-z])([mk]?)N([ .*·]?m)?(?![A-Za-z])", lambda u: f"{u[1]}n{'m' if u[2] else ''}", name)
+    units = re.sub(r"(?<![A-Za-z])mA(?![A-Za-z])", "ma", units)
     parted = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", units)
     return re.findall(r"[^\W\d_]+|\d+|°", parted.lower())
 
 
-def _kind(words: list[str], finite: Array) -> Kind:
-    kinds: tuple[Kind, ...] = ("speed", "light", "force", "angle", "time")
-    for kind in kinds:
-        if _WORDS[kind] & set(words):
-            return kind
-    units: set[Kind] = {of for word in words if word in _UNITS and len(word) > 1 for of in _UNITS[word][1]}
-    if len(units) == 1:
-        return units.pop()
+def _kind(words: list[str], of_unit: Kind | None, finite: Array) -> Kind:
+    """What words say, but where the unit is one of something else; of_unit: what it is one of, None where that is not known."""
+    kinds: tuple[Kind, ...] = ("error", "speed", "light", "force", "angle", "current", "time")
+    kind: Kind | None = next((one for one in kinds if _WORDS[one] & set(words)), None)
+    if kind in ("error", "speed", "light"):
+        return kind
+    if of_unit is not None:
+        return of_unit
+    of_words: set[Kind] = {of for word in words if (of := kind_of_word(word))}
+    if "current" in of_words and kind in (None, "force"):
+        return "current"
+    if kind is not None:
+        return kind
+    if "i" in words and any(word.isdigit() for word in words):
+        return "current"
+    if len(of_words) == 1:
+        return of_words.pop()
     rising = len(finite) > 1 and bool(np.all(np.diff(finite) > 0))
     return "time" if rising and words[:1] in (["s"], ["sec"], ["ms"], ["us"], ["ns"]) else "other"
+
+
+def _is_remark(text: str) -> bool:
+    """Whether a text that might be a unit says something else, such as that a force was measured."""
+    known = set().union(*_WORDS.values(), _COMMANDED, _MEASURED, _PLACES)
+    return unit_of_text(text) is None and any(len(word) > 2 and word in known for word in _words(text))
+
+
+def _unit(words: list[str], text: str, said: tuple[str, Kind] | None, kind: Kind) -> str | None:
+    """The unit of a column of some kind, as it is called here, or as it stands there where it is not known."""
+    if said is not None:
+        return said[0] if said[1] == kind else None
+    if text and kind in ("angle", "force", "current"):
+        return text
+    return next((unit for word in reversed(words) if (unit := unit_of_word(word, kind))), None)
 
 
 def _is_counts(finite: Array) -> bool:
@@ -175,5 +211,7 @@ def _time_unit(finite: Array) -> str | None:
     if not len(steps):
         return None
     step = float(np.median(steps))
-    fitting = [unit for unit, scale in TIME_SCALES.items() if _STEP_S[0] <= step * scale <= _STEP_S[1]]
+    fitting = [unit for unit in _UP_TO_SECONDS if _STEP_S[0] <= step * TIME_SCALES[unit] <= _STEP_S[1]]
+    if max(step, float(np.mean(steps))) < MIN_MEDIAN_STEP_S:
+        fitting = [_LONG[name] for name, _ in long_units(step)]
     return fitting[0] if len(fitting) == 1 else None

@@ -2,12 +2,16 @@
 
 import re
 
+_MISSING = "leave such rows out of a log; of angles leave such cells empty"
+_DECIMAL_COMMA = r"[+-]?\d+,\d*([eE][+-]?\d+)?"
 _KINDS = (
     (r"\d{4}-\d\d?-\d\d?([T ].*)?", "is a date", "write the time in seconds, of any beginning"),
-    (r"\d\d?[/.]\d\d?[/.]\d{4}.*", "is a date", "write the time in seconds, of any beginning"),
+    (r"\d\d?[/.,]\d\d?[/.,]\d{4}.*", "is a date", "write the time in seconds, of any beginning"),
     (r"\d+:\d\d(:\d\d([.,]\d+)?)?", "is a time of day", "write the time in seconds, of any beginning"),
+    (r"#(N/A|DIV/0!|REF!|VALUE!|NAME\?|NUM!|NULL!|WERT!|BEZUG!|ZAHL!)", "is an error of a spreadsheet", _MISSING),
+    (r"(?i)n/?a|null|none|-+|\?+", "is not a number", _MISSING),
     (r"[+-]?0[xX][0-9a-fA-F.]+([pP][+-]?\d+)?", "is a hexadecimal number", "write decimal numbers"),
-    (r"[+-]?\d+,\d*([eE][+-]?\d+)?", "has a decimal comma", "write points in numbers"),
+    (_DECIMAL_COMMA, "has a decimal comma", "write points in numbers"),
 )
 
 
@@ -17,6 +21,11 @@ def not_a_number(cell: str) -> tuple[str, str]:
         if re.fullmatch(pattern, cell.strip()):
             return what, do
     return "is not a number", ""
+
+
+def has_decimal_comma(cell: str) -> bool:
+    """Whether a cell is a number but for a comma before its decimals."""
+    return re.fullmatch(_DECIMAL_COMMA, cell.strip()) is not None
 
 
 def number_in(cell: str) -> float:

@@ -6,14 +6,15 @@ from pathlib import Path
 from typing import TextIO
 
 from synchronisation.csv_cell import is_number
+from synchronisation.csv_layout import COMMENT
 from xneck_foundation.recovery import warn_recovered
 
 
 def numbered_rows(stream: TextIO, path: Path, separator: str) -> Iterator[tuple[int, list[str]]]:
-    """The header and all rows, each with its line, from 1; blank lines, and lines that begin with #, are left out.
+    """The header and all rows, each with its line, from 1; blank lines, and lines that begin with # or %, are left out.
 
-    A # begins the header where it is as wide as the row below it, which holds numbers alone. A last line without a line end may be
-    cut in a number: it is left out with a warning.
+    Such a line is the header where it is as wide as the row below it, which holds numbers alone. A last line without a line end may
+    be cut in a number: it is left out with a warning.
     """
     rows = csv.reader(_ended_lines(stream, path), delimiter=separator)
     comment: tuple[int, list[str]] | None = None
@@ -22,7 +23,7 @@ def numbered_rows(stream: TextIO, path: Path, separator: str) -> Iterator[tuple[
         begin, line = line, rows.line_num + 1
         if not row or not (row[0].strip() or any(cell.strip() for cell in row)):
             continue
-        if row[0].startswith("#") and (row[0] != "#" or len(row) == 1):
+        if row[0].startswith(COMMENT) and (row[0] not in COMMENT or len(row) == 1):
             comment = (begin, row)
             continue
         if is_header and comment is not None and len(comment[1]) == len(row) and all(map(is_number, row)):
@@ -42,12 +43,12 @@ def _ended_lines(stream: TextIO, path: Path) -> Iterator[str]:
         yield line
 
 
-def file_line(path: Path, separator: str) -> Callable[[int], int]:
-    """What gives the line of a row of numbers, counted from 0 below the header."""
+def file_line(path: Path, separator: str, rows_between: int = 0) -> Callable[[int], int]:
+    """What gives the line of a row of numbers, counted from 0; rows_between: rows between the header and the first of them."""
 
     def of_row(row: int) -> int:
         with path.open(newline="", encoding="utf-8-sig") as stream:
             lines = (line for line, _ in numbered_rows(stream, path, separator))
-            return next(line for number, line in enumerate(lines, start=-1) if number == row)
+            return next(line for number, line in enumerate(lines, start=-1 - rows_between) if number == row)
 
     return of_row

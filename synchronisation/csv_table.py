@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 
 from identification.dataset.series import Series
 from synchronisation.csv_cell import is_number, not_a_number, number_in
-from synchronisation.csv_header import ColumnsMissing, missing_columns, other_kind, parted_by_spaces, spelled_otherwise
+from synchronisation.csv_header import (
+    WrittenOtherwise,
+    missing_columns,
+    other_kind,
+    parted_by_spaces,
+    refuse_header_again,
+    spelled_otherwise,
+)
+from synchronisation.csv_layout import layout_of, refuse_lines_above_header
 from synchronisation.csv_lines import numbered_rows
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
@@ -28,6 +36,8 @@ class CsvFormat:
     time_column: str = "time"
     separator: str = ","
     decimal: str = "."
+    units_row: bool = False
+    """whether the row below the header holds units"""
 
 
 PLAIN = CsvFormat()
@@ -60,8 +70,15 @@ def read_table(
                 raise Refused(path, "is empty", "expected a header and rows of numbers")
             if written.decimal != ".":
                 rows = ((line, [cell.replace(written.decimal, ".") for cell in row]) for line, row in rows)
+            if written.units_row:
+                _pass_units_over(path, rows)
             below = (row for _, row in rows)
-            at = table_columns(path, header, below, (written.time_column, *required), optional)
+            try:
+                at = table_columns(path, header, below, (written.time_column, *required), optional)
+            except WrittenOtherwise:
+                if layout := layout_of(path):
+                    refuse_lines_above_header(path, layout)
+                raise
             columns = _columns(path, header, rows, at, max_rows)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise unreadable(path, error) from error
@@ -88,6 +105,7 @@ def _columns(
         try:
             table.append(row_numbers([row[k] for k in places]))
         except ValueError:
+            refuse_header_again(path, line, header, row)
             below = next(rows, (line, []))[1] if not table and not rows_before else []
             raise _no_numbers(path, line, {name: row[k] for name, k in at.items()}, row, below) from None
         if max_rows is not None and rows_before + len(table) > max_rows:
@@ -100,11 +118,18 @@ def _columns(
     return columns
 
 
+def _pass_units_over(path: Path, rows: Iterator[tuple[int, list[str]]]) -> None:
+    """Takes the row of units. Raises Refused where it holds numbers."""
+    line, row = next(rows, (0, []))
+    if any(cell.strip() and is_number(cell) for cell in row):
+        raise Refused(path, f"row {line} holds numbers, and no units", "leave log: {units_row: true} out of neck.yaml")
+
+
 def _no_numbers(path: Path, line: int, cells: Mapping[str, str], row: Sequence[str], below: Sequence[str]) -> Refused:
     """The refusal of a row of which not all `cells`, by column, are numbers; below: the row after the first one, else empty."""
     if any(map(is_number, below)) and not any(map(is_number, cells.values())):
         what = f"row {line} holds no numbers but {quoted(','.join(row))}, as units do"
-        return Refused(path, what, "leave that row out")
+        return WrittenOtherwise(path, what, "leave that row out")
     name, cell = next(((name, cell) for name, cell in cells.items() if not is_number(cell)), next(iter(cells.items())))
     what, do = not_a_number(cell)
     return Refused(path, f"row {line}, column {name}: {quoted(cell)} {what}", do)
@@ -137,11 +162,12 @@ def table_columns(
         row = next(rows, [])
         if parted := parted_by_spaces(header, row):
             raise Refused(path, *parted)
-        raise ColumnsMissing(path, *missing_columns(header, row, required))
+        raise WrittenOtherwise(path, *missing_columns(header, row, required))
     if otherwise := spelled_otherwise(header, optional):
-        raise ColumnsMissing(path, *missing_columns(header, next(rows, []), tuple(otherwise)))
-    if len(places) < len(header):
-        name, count = Counter(header).most_common(1)[0]
+        raise WrittenOtherwise(path, *missing_columns(header, next(rows, []), tuple(otherwise)))
+    named = [name for name in header if name]
+    if len(set(named)) < len(named):
+        name, count = Counter(named).most_common(1)[0]
         raise Refused(path, f"has the column {quoted(name)} {count} times", "name each column once")
     return {name: places[name] for name in (*required, *optional) if name in places}
 

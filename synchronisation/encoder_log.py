@@ -11,12 +11,12 @@ from identification.dataset.time_unit import check_repeated_rows, check_time_uni
 from identification.files import joint_state, ros_bag
 from identification.files.joint_state import JointStateChannel
 from mechanism.description import Neck
-from synchronisation.csv_header import ColumnsMissing, other_kind
+from synchronisation.csv_header import WrittenOtherwise, other_kind
 from synchronisation.csv_lines import file_line
 from synchronisation.csv_table import CsvFormat, read_table
 from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
 from synchronisation.parquet_table import read_parquet
-from synchronisation.time_stamps import check_log_rate, sampling_step
+from synchronisation.time_stamps import check_log_rate, check_stamped, sampling_step
 from synchronisation.uneven_stamps import even_times_of
 from xneck_foundation.errors import Refused
 from xneck_foundation.file_kind import refuse_other_kind
@@ -62,11 +62,11 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     if path.suffix.lower() == ".parquet":
         series = read_parquet(path, required, optional, neck.log.time_column)
     else:
-        number = file_line(path, neck.log.separator)
+        number = file_line(path, neck.log.separator, int(neck.log.units_row))
         refuse_other_kind(path, LOG_SUFFIXES)
         try:
             series = read_table(path, required, optional, csv_format(neck), MAX_LOG_ROWS)
-        except ColumnsMissing as lack:
+        except WrittenOtherwise as lack:
             raise Refused(path, lack.what, f"{lack.do}; or let `xneck logs {path.name}` map it") from lack
     check_columns(path, series.columns, neck)
     return motor_log(mapped_columns(series, neck), neck, path, number)
@@ -74,7 +74,7 @@ def read_log(path: str | Path, neck: Neck) -> Series:
 
 def csv_format(neck: Neck) -> CsvFormat:
     """How neck.yaml says that a CSV is written."""
-    return CsvFormat(neck.log.time_column, neck.log.separator, neck.log.decimal)
+    return CsvFormat(neck.log.time_column, neck.log.separator, neck.log.decimal, neck.log.units_row)
 
 
 def log_columns(neck: Neck) -> tuple[list[str], list[str]]:
@@ -179,7 +179,8 @@ def motor_channel(logs: Mapping[str, JointStateChannel], neck: Neck, path: Path)
         fitting = {topic: log for topic, log in logs.items() if len(set(log.names) - {LED}) == neck.M}
     if len(fitting) != 1:
         raise Refused(path, *_not_one_channel(logs, fitting, joints, neck.M))
-    log = next(iter(fitting.values()))
+    topic, log = next(iter(fitting.items()))
+    check_stamped(log.time, str(path), topic)
     order = [log.names.index(name) for name in names] or [k for k, name in enumerate(log.names) if name != LED]
     force = {} if log.effort is None or np.isnan(log.effort).all() else numbered_columns("f", log.effort[:, order])
     light = {LED: log.position[:, log.names.index(LED)]} if LED in log.names else {}

@@ -1,7 +1,7 @@
 """All that is in a log of any kind, whatever its columns or joints are called: to look at it before it is mapped."""
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from identification.dataset.series import Array
 from identification.files import joint_state, ros_bag
-from synchronisation.csv_header import SEPARATORS, parted_by_spaces
+from synchronisation.csv_header import parted_by_spaces, refuse_header_again
+from synchronisation.csv_layout import layout_of, refuse_lines_above_header
 from synchronisation.csv_lines import numbered_rows
 from synchronisation.csv_table import PLAIN, CsvFormat, unreadable
 from synchronisation.encoder_log import LOG_SUFFIXES
@@ -19,8 +20,6 @@ from xneck_foundation.errors import Refused
 from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted
-
-_SNIFFED_BYTES = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -36,6 +35,8 @@ class LogContents:
     """of an MCAP or a ROS bag"""
     units_row: int | None = None
     """line of a CSV's row below the header, where it holds units instead of numbers"""
+    units: Mapping[str, str] = field(default_factory=dict)
+    """what stands in that row, by column"""
     lines: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     """(T,): of a CSV, the line of each row; empty of other files"""
     odd_rows: tuple[int, ...] = ()
@@ -68,10 +69,11 @@ def read_contents(path: Path) -> LogContents:
 
 def _csv_contents(path: Path) -> LogContents:
     try:
+        layout = layout_of(path)
+        if layout:
+            refuse_lines_above_header(path, layout)
+        separator, decimal = (layout.separator, layout.decimal) if layout else (PLAIN.separator, PLAIN.decimal)
         with path.open(newline="", encoding="utf-8-sig") as stream:
-            lines = stream.read(_SNIFFED_BYTES).splitlines()
-            separator, decimal = _written([line for line in lines if line.strip() and line[0] != "#"] or [""])
-            stream.seek(0)
             rows = list(numbered_rows(stream, path, separator))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise unreadable(path, error) from error
@@ -83,15 +85,20 @@ def _csv_contents(path: Path) -> LogContents:
         raise Refused(path, "has no header: its first row holds numbers", "begin it with a row of columns' names")
     if parted := parted_by_spaces(header, rows[0][1] if rows else []):
         raise Refused(path, *parted)
+    for line, row in rows:
+        if row[0].strip() == header[0]:
+            refuse_header_again(path, line, header, row)
     table = [(line, row) for line, row in rows if len(row) == len(header)]
-    units_row = _units_row(table, decimal)
-    table = table[1:] if units_row else table
+    units_row = layout.units if layout and table and table[0][0] == layout.units else None
+    units = [cell.strip().strip("[]()") for cell in table.pop(0)[1]] if units_row else []
     if len(table) < 2:
         raise Refused(path, "has a header and no two rows of numbers", "record longer")
     columns: dict[str, Array] = {}
     texts: dict[str, str] = {}
     for name, cells in zip(header, zip(*(row for _, row in table), strict=True), strict=True):
         values = [_number(cell, decimal) for cell in cells]
+        if not name and not any(cell.strip() for cell in cells):
+            continue  # a separator ends each line
         if sum(value is None for value in values) > len(values) / 2:
             texts[name] = cells[0]
         else:
@@ -99,28 +106,12 @@ def _csv_contents(path: Path) -> LogContents:
     return LogContents(
         columns=columns,
         texts=texts,
-        written=CsvFormat(separator=separator, decimal=decimal),
+        written=CsvFormat(separator=separator, decimal=decimal, units_row=units_row is not None),
         units_row=units_row,
+        units={name: unit for name, unit in zip(header, units, strict=False) if unit},
         lines=np.array([line for line, _ in table]),
         odd_rows=tuple(line for line, row in rows if len(row) != len(header)),
     )
-
-
-def _units_row(table: Sequence[tuple[int, list[str]]], decimal: str) -> int | None:
-    """The line of the first row where it holds units: no numbers, and the row below does."""
-    if len(table) < 2:
-        return None
-    numbers = [[_number(cell, decimal) is not None for cell in row] for _, row in table[:2]]
-    return table[0][0] if any(numbers[1]) and not any(numbers[0]) else None
-
-
-def _written(head: list[str]) -> tuple[str, str]:
-    """What parts the columns and what stands before decimals: what parts the first lines alike, and most often."""
-    counts = {s: head[0].count(s) for s in (",", *(s for s, _ in SEPARATORS))}
-    separator = max(counts, key=lambda s: (min(line.count(s) for line in head[1:-1] or head), counts[s]))
-    if separator != "," and any("," in line for line in head[1:3]) and not any("." in line for line in head[1:3]):
-        return separator, ","
-    return separator, "."
 
 
 def _number(cell: str, decimal: str) -> float | None:

@@ -7,19 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from identification.dataset.series import Array
+from identification.dataset.series import Array, begins_again
 from mechanism.description import LogFormat, Motor, Neck
-from synchronisation.column_meaning import ANGLE_SCALES, TIME_SCALES, Column, column_meaning
+from synchronisation.column_meaning import Column, column_meaning
+from synchronisation.column_units import ANGLE_SCALES, CABLE_SCALES, FORCE_SCALES, TIME_SCALES, TORQUE_SCALES
 from synchronisation.csv_cell import not_a_number
 from synchronisation.csv_table import CsvFormat
 from synchronisation.encoder_log import LED
 from synchronisation.log_contents import LogContents
+from synchronisation.log_doubts import doubts_of_angles, doubts_of_forces, doubts_of_rate, late_stamps, missing_numbers
+from synchronisation.time_stamps import check_stamped
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
 from xneck_foundation.spelling import quoted
 
-_FORCE_SCALES = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
-_TORQUES = {"N m": 1.0, "mN m": 1e-3}
 _PAUSE_STEPS = 20
 """times the median step, from which on a step is a pause that is named"""
 _PULLING_SHARE = 0.9
@@ -33,6 +34,8 @@ class LogMapping:
     angles: tuple[Column, ...]
     forces: tuple[Column, ...]
     """as many as angles, or none"""
+    unscaled: tuple[Column, ...]
+    """where there are no forces: as many currents as angles, or forces in a unit that is not known; no number makes them N"""
     time: Column | None
     """None where messages have stamps"""
     light: Column | None
@@ -49,6 +52,8 @@ class LogMapping:
     """rows with the time of the one before"""
     doubts: tuple[str, ...]
     """what nothing in the log says"""
+    to_mend: tuple[str, ...]
+    """what must be changed in the log before it can be read"""
 
     @property
     def motors(self) -> int:
@@ -59,14 +64,23 @@ class LogMapping:
 def survey(contents: LogContents) -> tuple[tuple[str, tuple[Column, ...]], ...]:
     """What each column, or each topic's joints, likely mean: the topic (empty of a table), and its columns."""
     if not contents.topics:
-        return (("", tuple(column_meaning(name, values) for name, values in contents.columns.items())),)
+        named = contents.columns.items()
+        return (
+            ("", tuple(column_meaning(name, values, None, contents.units.get(name, "")) for name, values in named)),
+        )
     found = []
     for topic, channel in contents.topics.items():
         columns = [column_meaning(name, channel.position[:, k], "angle") for k, name in enumerate(channel.names)]
         if channel.effort is not None:
-            columns += [column_meaning(name, channel.effort[:, k], "force") for k, name in enumerate(channel.names)]
+            columns += [_effort(name, channel.effort[:, k]) for k, name in enumerate(channel.names)]
         found.append((topic, tuple(columns)))
     return tuple(found)
+
+
+def _effort(joint: str, values: Array) -> Column:
+    """A joint's effort (T,): letters in a joint's name are no unit but of a force."""
+    column = column_meaning(joint, values, "force")
+    return column if _has_scale(column) else replace(column, unit=None, unit_by="")
 
 
 def map_log(path: Path, contents: LogContents, motors: int | None) -> LogMapping:
@@ -93,6 +107,8 @@ def neck_keys(mapping: LogMapping, motors_as_described: Sequence[Motor]) -> tupl
             log["separator"] = mapping.written.separator
         if mapping.written.decimal != ".":
             log["decimal"] = mapping.written.decimal
+        if mapping.written.units_row:
+            log["units_row"] = True
         if mapping.light is not None and mapping.light.name != LED:
             log["led_column"] = mapping.light.name
     motors = []
@@ -104,6 +120,8 @@ def neck_keys(mapping: LogMapping, motors_as_described: Sequence[Motor]) -> tupl
             keys["theta_column"] = angle.name
         if angle.unit in ANGLE_SCALES:
             keys["theta_scale"] = _six(ANGLE_SCALES[angle.unit])
+        elif angle.unit in CABLE_SCALES:
+            keys["theta_scale"] = _six(CABLE_SCALES[angle.unit] * motor.R / motor.rd)
         elif angle.unit == "counts":
             keys["theta_scale"] = _six(2 * np.pi / motor.counts)
         if mapping.forces:
@@ -119,18 +137,26 @@ def neck_keys(mapping: LogMapping, motors_as_described: Sequence[Motor]) -> tupl
 def scales_rest_on(mapping: LogMapping, motors: Sequence[Motor]) -> str:
     """On which numbers of the motors scales rest, so that they change with them; empty where on none."""
     told = []
-    if any(force.unit in _TORQUES for force in mapping.forces):
-        pairs = dict.fromkeys(f"R {m.R:g}, rd {m.rd:g} m" for m in motors)
-        told.append(f"f_scale is R / rd ({'; '.join(pairs)})")
+    of_drums = {
+        "f_scale": any(force.unit in TORQUE_SCALES for force in mapping.forces),
+        "theta_scale": any(angle.unit in CABLE_SCALES for angle in mapping.angles),
+    }
+    pairs = dict.fromkeys(f"R {m.R:g}, rd {m.rd:g} m" for m in motors)
+    told += [f"{key} is R / rd ({'; '.join(pairs)})" for key, is_so in of_drums.items() if is_so]
     if any(angle.unit == "counts" for angle in mapping.angles):
         told.append(f"theta_scale is 2 pi / counts ({', '.join(dict.fromkeys(str(m.counts) for m in motors))})")
     return f"{', '.join(told)}: change it with them" if told else ""
 
 
 def _force_scale(force: Column, gear: float) -> float:
-    if force.unit in _TORQUES:
-        return _six(_TORQUES[force.unit] * gear)
-    return _FORCE_SCALES.get(force.unit or "N", 1.0)
+    if force.unit in TORQUE_SCALES:
+        return _six(TORQUE_SCALES[force.unit] * gear)
+    return _six(FORCE_SCALES[force.unit or "N"])
+
+
+def _has_scale(column: Column) -> bool:
+    """Whether a force's unit is known, or taken for N as none is said."""
+    return column.unit is None or column.unit in FORCE_SCALES or column.unit in TORQUE_SCALES
 
 
 def _six(value: float) -> float:
@@ -146,12 +172,18 @@ def _of_table(path: Path, contents: LogContents, motors: int | None) -> LogMappi
     if not any(np.isfinite(contents.columns[c.name]).any() for c in angles):
         what = f"{listed(c.name for c in angles)} hold no numbers"
         raise Refused(path, what, "is it what the controller wrote?")
-    forces = _group(columns, "force", len(angles), prefer_commanded=True)
+    scaled = [c for c in columns if c.kind != "force" or _has_scale(c)]
+    forces = _group(scaled, "force", len(angles), prefer_commanded=True)
+    unscaled: tuple[Column, ...] = ()
+    if not forces:
+        of_kinds = (_group(columns, kind, len(angles), prefer_commanded=True) for kind in ("force", "current"))
+        unscaled = next(filter(None, of_kinds), ())
     light = next((c for c in columns if c.kind == "light" and {c.low, c.high} <= {0.0, 1.0}), None)
     stamps = contents.columns[time.name] * TIME_SCALES.get(time.unit or "s", 1.0)
     values = np.column_stack([contents.columns[c.name] for c in forces]) if forces else np.empty((0, 0))
     written = replace(contents.written, time_column=time.name)
-    return _mapping(stamps, angles, forces, values, time, light, written, None)
+    mapping = _mapping(stamps, angles, (forces, unscaled), values, time, light, written, None)
+    return replace(mapping, to_mend=(*mapping.to_mend, *missing_numbers(contents, (*angles, *forces))))
 
 
 def _of_topics(path: Path, contents: LogContents, motors: int | None) -> LogMapping:
@@ -165,6 +197,7 @@ def _of_topics(path: Path, contents: LogContents, motors: int | None) -> LogMapp
     measured = [t for t in fitting if not column_meaning(t, np.empty(0)).commanded] or fitting
     topic = max(measured, key=lambda t: (sizes[t] == motors, len(contents.topics[t].time)))
     channel = contents.topics[topic]
+    check_stamped(channel.time, str(path), topic)
     columns = found[topic]
     joints = tuple(c for c in columns if c.kind == "angle" and c.name != LED)
     angles = _group(joints, "angle", motors, prefer_commanded=False) or joints[: motors or len(joints)]
@@ -173,19 +206,35 @@ def _of_topics(path: Path, contents: LogContents, motors: int | None) -> LogMapp
     values = np.empty((0, 0))
     if channel.effort is not None:
         values = channel.effort[:, [channel.names.index(c.name) for c in forces]]
-    return _mapping(channel.time, angles, forces, values, None, None, CsvFormat(), topic)
+    mapping = _mapping(channel.time, angles, (forces, ()), values, None, None, CsvFormat(), topic)
+    elsewhere = _topics_with_efforts(contents, topic)
+    if mapping.forces or not elsewhere:
+        return mapping
+    said = f"forces: /{topic} holds none, but {listed(f'/{other}' for other in elsewhere)} holds efforts"
+    do = "one topic must hold both: write position and effort of each motor into one JointState, or a CSV"
+    return replace(mapping, doubts=(*mapping.doubts[:-1], f"{said}; {do}"))
+
+
+def _topics_with_efforts(contents: LogContents, topic: str) -> list[str]:
+    """Other topics that hold as many efforts as this one has joints, at least."""
+    joints = len(contents.topics[topic].names)
+    others = {
+        name: channel for name, channel in contents.topics.items() if name != topic and len(channel.names) >= joints
+    }
+    return [name for name, channel in others.items() if channel.effort is not None]
 
 
 def _mapping(
     stamps: Array,
     angles: tuple[Column, ...],
-    forces: tuple[Column, ...],
+    forces_and_unscaled: tuple[tuple[Column, ...], tuple[Column, ...]],
     values: Array,
     time: Column | None,
     light: Column | None,
     written: CsvFormat,
     topic: str | None,
 ) -> LogMapping:
+    forces, unscaled = forces_and_unscaled
     steps = np.diff(stamps)
     step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else np.nan
     pauses = np.flatnonzero(steps > _PAUSE_STEPS * step)
@@ -196,6 +245,7 @@ def _mapping(
     return LogMapping(
         angles=angles,
         forces=forces,
+        unscaled=unscaled,
         time=time,
         light=light,
         written=written,
@@ -205,7 +255,8 @@ def _mapping(
         seconds=float(stamps[-1] - stamps[0]),
         gaps=tuple((float(stamps[k] - stamps[0]), float(steps[k])) for k in pauses),
         repeated=int(np.sum(steps == 0)),
-        doubts=tuple(_doubts(angles, forces, time)),
+        doubts=(*doubts_of_rate(1 / step), *doubts_of_angles(angles, time), *doubts_of_forces(forces, unscaled)),
+        to_mend=tuple(late_stamps(stamps)),
     )
 
 
@@ -220,14 +271,25 @@ def _time_column(path: Path, columns: Sequence[Column], contents: LogContents) -
         names = [c.name for c in columns if c.kind == "time"]
         if names:
             values = contents.columns[names[0]]
-            row = contents.number(int(np.argmin(np.diff(values, prepend=-np.inf) > 0)))
+            at = int(np.argmin(np.diff(values, prepend=-np.inf) > 0))
+            row = contents.number(at)
+            if begins_again(values, at):
+                what = f"{names[0]} begins again in row {row}, as where two recordings are joined"
+                raise Refused(path, what, "cut them apart there")
             raise Refused(
                 path, f"{names[0]} does not grow in row {row} as a time does", "is a row damaged? leave it out"
             )
         held = f" ({listed(c.name for c in columns)})" if columns else ": none holds numbers"
+        rows = [c.name for c in growing if np.all(np.diff(contents.columns[c.name]) == 1)]
+        if rows:
+            raise Refused(path, f"no column is a time: {listed(rows)} counts rows", "log the time of each row")
         raise Refused(path, f"no column grows from row to row as a time does{held}", "log the time of each row")
     chosen = (named or even)[0]
-    return chosen if chosen.kind == "time" else column_meaning(chosen.name, contents.columns[chosen.name], "time")
+    return (
+        chosen
+        if chosen.kind == "time"
+        else column_meaning(chosen.name, contents.columns[chosen.name], "time", contents.units.get(chosen.name, ""))
+    )
 
 
 def _refuse_time_in_words(path: Path, contents: LogContents) -> None:
@@ -243,12 +305,15 @@ def _grows(values: Array) -> bool:
 
 
 def _even(values: Array) -> bool:
+    """Whether a column (T,) grows as a time does, and not by one from row to row, as a number of each row does."""
     steps = np.diff(values)
-    return bool(np.all(steps > 0) and np.quantile(steps, 0.9) < 2 * np.median(steps))
+    return bool(np.all(steps > 0) and np.quantile(steps, 0.9) < 2 * np.median(steps) and not np.all(steps == 1))
 
 
 def _group(columns: Sequence[Column], kind: str, motors: int | None, prefer_commanded: bool) -> tuple[Column, ...]:
-    """Columns of one kind whose names differ in a number alone, as many as motors, those that were commanded or not first."""
+    """Columns of one kind whose names differ in a number alone, as many as motors: those commanded or not, then the plainest.
+
+    `theta1` is thought to be the motor's angle before `theta1_x`, and `f1` its command before `f1_meas`."""
     groups: dict[str, list[Column]] = {}
     for column in columns:
         if column.kind == kind:
@@ -263,7 +328,13 @@ def _group(columns: Sequence[Column], kind: str, motors: int | None, prefer_comm
     fitting = [g for g in candidates if motors is None or len(g) == motors]
     if not fitting:
         return ()
-    return tuple(max(fitting, key=lambda g: (g[0].commanded == prefer_commanded, len(g))))
+
+    def fitness(group: list[Column]) -> tuple[bool, bool, int, int]:
+        first = group[0]
+        unlike = first.measured if prefer_commanded else first.commanded
+        return first.commanded == prefer_commanded, not unlike, len(group), -len(first.stem.split())
+
+    return tuple(max(fitting, key=fitness))
 
 
 def _no_angles(columns: Sequence[Column], motors: int | None) -> tuple[str, str]:
@@ -274,30 +345,3 @@ def _no_angles(columns: Sequence[Column], motors: int | None) -> tuple[str, str]
         f"no columns look like the angles of {wanted}; {seen}",
         "name them in neck.yaml: motors[].theta_column, f_column",
     )
-
-
-def _doubts(angles: Sequence[Column], forces: Sequence[Column], time: Column | None) -> list[str]:
-    """What nothing in the log says, and who tells it."""
-    found = []
-    if time is not None and time.unit is None:
-        found.append("the time's unit: taken for seconds")
-    if any(a.unit is None for a in angles):
-        found.append("the angles' unit: taken for rad of the motor; `xneck sync` tells another one from the video")
-    if any(a.unit == "counts" for a in angles):
-        found.append(
-            "counts of a turn: theta_scale is 6.28319 / counts of neck.yaml, if one step of theta is one count"
-        )
-    found.append(
-        "the angles' sense: taken for positive where cables are wound in; `xneck sync` tells which run the other way"
-    )
-    if forces and any(f.unit is None for f in forces):
-        found.append("the forces' unit: taken for N on the cable; `xneck sync` tells another one from the arm's motion")
-    if any(f.unit in _TORQUES for f in forces):
-        found.append(
-            "whose torque it is: taken for the motor's, so that f_scale is R / rd and changes with them; of the drum it is 1 / rd"
-        )
-    if any(f.unit in ("A", "mA") for f in forces):
-        found.append("the motors' torque constant: f_scale is that (N m/A) times R / rd")
-    if not forces:
-        found.append("forces: the log holds none, so that nothing can be identified")
-    return found

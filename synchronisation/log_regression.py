@@ -41,6 +41,8 @@ MAX_BRIDGED_S = 0.5
 """s without frames that a spline may bridge"""
 BLOCK_S = 1.0
 """s within which residuals may be correlated"""
+_MIN_SPAN_S = 0.1
+"""s: shorter pieces have no speed; the clock says how long they must be"""
 _LEAST_STRENGTH, _UNTOLD_SHARE = 1e-10, 1e-3
 """least eigenvalue, relative, of a direction that columns of unit length determine, and share of a column in one that they do not,
 from which on it counts as not determined: both are rounding"""
@@ -92,6 +94,8 @@ def logged_motion(arm: Arm, time: Array, alpha: Array, log: Series) -> LoggedMot
     """The motion that frames at `time` (F,), s, with angles (F, N), rad, and a log of even steps show; None where they do not.
 
     Neither the unit of theta nor its sense matters."""
+    if min(np.ptp(time), np.ptp(log.time)) < _MIN_SPAN_S:
+        return None
     winding, travel = cable_winding(arm, alpha), arm.drum * log.matrix("theta")
     video, motors = cable_speeds(time, winding), cable_speeds(log.time, travel)
     if min(len(video.values), len(motors.values)) < 2:

@@ -18,7 +18,9 @@ _KINDS = {
     "time": "time",
     "angle": "angle of a motor",
     "force": "force",
+    "current": "current of a motor",
     "speed": "speed, not needed",
+    "error": "an error or an offset, not needed",
     "light": "light",
     "other": "unknown, not needed",
 }
@@ -43,7 +45,7 @@ def contents_lines(path: Path, contents: LogContents) -> Iterator[str]:
     if contents.texts:
         yield f"  no numbers: {listed(contents.texts)}"
     if contents.units_row:
-        yield f"  row {contents.units_row} holds units: leave that row out, so that it can be read"
+        yield f"  row {contents.units_row} holds units: they are taken for those of the columns"
     if contents.odd_rows:
         rows = listed(map(str, contents.odd_rows), limit=40)
         yield f"  more or fewer cells than the header in row {rows}: mend them or leave them out, so that it can be read"
@@ -61,6 +63,7 @@ def mapping_lines(mapping: LogMapping) -> Iterator[str]:
     still = [c.name for c in (*mapping.angles, *mapping.forces) if c.constant]
     if still:
         yield f"never changing: {listed(still)}"
+    yield from (f"before it can be read: {what}" for what in mapping.to_mend)
     yield from (f"not told by the log: {doubt}" for doubt in mapping.doubts)
 
 
@@ -84,6 +87,7 @@ def mapping_record(
         "gaps": [{"begin_s": begin, "seconds": length} for begin, length in mapping.gaps],
         "mapping": {"log": log, "motors": motors, "topic": mapping.topic},
         "doubts": list(mapping.doubts),
+        "to_mend": list(mapping.to_mend),
     }
 
 
@@ -91,7 +95,7 @@ def _column_words(column: Column) -> str:
     unit = f" in {column.unit}" + (" by its values" if column.unit_by == "values" else "") if column.unit else ""
     missing = f", {counted(column.missing, 'row')} without a number" if column.missing else ""
     limits = "no numbers" if np.isnan(column.low) else f"{column.low:.6g} to {column.high:.6g}"
-    commanded = ", as commanded" if column.commanded else ""
+    commanded = ", as commanded" if column.commanded else ", as measured" if column.measured else ""
     return f"{limits}: {_KINDS[column.kind]}{unit}{commanded}{missing}"
 
 
@@ -110,6 +114,7 @@ def _column_record(column: Column) -> dict[str, Any]:
         "unit": column.unit,
         "unit_by": column.unit_by or None,
         "commanded": column.commanded,
+        "measured": column.measured,
         "low": column.low,
         "high": column.high,
         "missing": column.missing,

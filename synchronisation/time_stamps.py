@@ -21,6 +21,16 @@ _FOLLOWED_ROWS = 10
 """rows over which the even grid of a log follows its stamps, as their mean step is not known exactly"""
 
 
+def check_stamped(time: Array, where: str, topic: str) -> None:
+    """Refused where several messages of a topic, with stamps (T,), s, all have one: header.stamp was never set."""
+    if len(time) > 1 and np.all(time == time[0]):
+        raise Refused(
+            where,
+            f"header.stamp is {time[0]:g} s in every message of /{topic}: it was never set",
+            "stamp each message when it is sampled; the time of its receipt is not read",
+        )
+
+
 def sampling_step(time: Array, where: str) -> float:
     """The median step, s, of increasing stamps (T,). Refused where stamps come in bursts, as those of a receiver do."""
     steps = np.diff(time)

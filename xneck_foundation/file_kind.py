@@ -27,6 +27,7 @@ _KINDS = (
     FileKind(b"SQLite format 3\0", "an SQLite file, as bags of ROS 2 are", ".db3"),
     FileKind(b"ARROW1", "an Arrow (Feather) file"),
     FileKind(b"\x89HDF\r\n\x1a\n", "an HDF5 file, as MATLAB's newer .mat are"),
+    FileKind(b"TDSm", "a TDMS file, as LabVIEW writes them"),
     FileKind(b"MATLAB 5.0 MAT-file", "a MATLAB file"),
     FileKind(b"\x93NUMPY", "a NumPy file"),
     FileKind(b"PK\x03\x04", "a ZIP archive, as .xlsx and .npz are"),

@@ -33,6 +33,16 @@ def refuse_changed(path: Path, before: FileIdentity) -> None:
         raise Refused(path, "was changed or replaced while it was being read", "leave it as it is, and run this again")
 
 
+def _bag_inside(folder: Path) -> str:
+    """The one file of a ROS 2 bag, whose folder it is; empty where it is none, or has several."""
+    try:
+        names = [file.name for file in folder.iterdir()]
+    except OSError:
+        return ""
+    bags = [name for name in names if name.lower().endswith((".mcap", ".db3"))]
+    return f"the file in it, {folder / bags[0]}" if "metadata.yaml" in names and len(bags) == 1 else ""
+
+
 def check_input(path: Path) -> None:
     """Raises Refused unless `path` is a regular file: a pipe or a device may block, or be empty when read again."""
     try:
@@ -42,6 +52,6 @@ def check_input(path: Path) -> None:
     except OSError as error:
         raise Refused(path, f"cannot be read ({error.strerror})") from error
     if stat.S_ISDIR(mode):
-        raise Refused(path, "is a folder", "name a file")
+        raise Refused(path, "is a folder", f"name {_bag_inside(path) or 'a file'}")
     if not stat.S_ISREG(mode):
         raise Refused(path, "is no file but a pipe or a device", "save it as a file first")

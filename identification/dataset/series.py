@@ -70,6 +70,13 @@ PAUSE_S, MAX_PAUSE_RATIO = 10.0, 9.0
 (docs/thresholds.md)"""
 
 
+_LATE = f"times are seconds, up to {MAX_TIME_S:.0f}: subtract the first time from all"
+
+
+_NEAR_BEGIN = 0.1
+"""share of the time before a jump back that may lie between the begin and where it goes to, if it is called a new beginning"""
+
+
 def from_one(row: int) -> int:
     """What a person calls a row, which is counted from 0, where it stands in no file that has lines."""
     return row + 1
@@ -85,14 +92,24 @@ def check_time(time: Array, where: str, number: Callable[[int], int] = from_one)
     steps = np.diff(time)
     if np.any(steps <= 0):
         row = int(np.argmax(steps <= 0)) + 1
+        if begins_again(time, row):
+            what = f"time begins again in row {number(row)}, with {time[row]:g} after {time[row - 1]:g}"
+            raise Refused(where, f"{what}, as where two recordings are joined", "cut them apart there")
         word = "stands still" if steps[row - 1] == 0 else "jumps back"
         raise Refused(where, f"time {word} in row {number(row)}", "give each row a later time than the one before")
     if np.max(np.abs(time)) > MAX_TIME_S:
-        raise Refused(where, f"has a time of {np.max(np.abs(time)):.3g}", "times are seconds")
+        raise Refused(where, f"has a time of {np.max(np.abs(time)):.3g}", _LATE)
     pauses = steps[steps > PAUSE_S]
     if np.sum(pauses) > MAX_PAUSE_RATIO * (time[-1] - time[0] - np.sum(pauses)):
         row = int(np.argmax(steps))
         raise Refused(where, f"time jumps by {steps[row]:.6g} s in row {number(row + 1)}", "cut it in two there")
+
+
+def begins_again(time: Array, row: int) -> bool:
+    """Whether times (T,) that jump back at a row go back to where they began, or before, and grow from there on."""
+    first, last = time[0], time[row - 1]
+    goes_back = last > first and time[row] < first + _NEAR_BEGIN * (last - first)
+    return bool(goes_back and row + 1 < len(time) and np.all(np.diff(time[row : row + 3]) > 0))
 
 
 def check_size(columns: Mapping[str, Array], limit: float, where: str) -> None:

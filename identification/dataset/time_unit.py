@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset.series import Series
+from identification.dataset.series import MAX_TIME_S, Series
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
@@ -14,6 +14,11 @@ MIN_STEP_S = 5e-4
 """s: a shorter step is not thought of where a unit is named (docs/thresholds.md)"""
 MAX_REPEATED_SHARE = 0.1
 """share of stamps equal to the one before, beyond which digits are missing (docs/thresholds.md)"""
+MIN_MEDIAN_STEP_S = 4.5e-5
+"""s from row to row in the median: less, 22 kHz, is a longer unit than seconds (docs/thresholds.md)"""
+MAX_LIKELY_STEP_S = 0.025
+"""s: a longer step is not thought of where a longer unit is named (docs/thresholds.md)"""
+LONG_UNITS = (("minutes", 60.0), ("hours", 3600.0), ("days", 86400.0))
 UNITS = (("milliseconds", 1e-3), ("microseconds", 1e-6), ("nanoseconds", 1e-9))
 
 
@@ -40,6 +45,9 @@ def check_time_unit(time: Array, where: str, what: str) -> None:
             "write it in seconds with six digits behind the point",
         )
     step = float(np.median(steps[steps > 0]))
+    # of rows that come in bursts the mean step is that of a log
+    if max(step, float(np.mean(steps))) < MIN_MEDIAN_STEP_S:
+        _refuse_long_unit(time, step, where, what)
     if step <= MAX_STEP_S:
         return
     follow = f"{what} follow each other every {step:.6g} in the median, and times must be seconds"
@@ -54,3 +62,23 @@ def check_time_unit(time: Array, where: str, what: str) -> None:
             by_neck = f", or write log: {{time_scale: {unit:g}}} into neck.yaml" if what == "rows" else ""
             raise Refused(where, f"time is in {name}: {follow}", f"multiply time by {unit:g}{by_neck}")
     raise Refused(where, follow, f"write seconds, and at least {1 / MAX_STEP_S:g} {what} in each")
+
+
+def long_units(step: float) -> list[tuple[str, float]]:
+    """Units longer than a second, with the seconds of each, in which a step is one from row to row of a log."""
+    return [(name, unit) for name, unit in LONG_UNITS if MIN_STEP_S <= step * unit <= MAX_LIKELY_STEP_S]
+
+
+def _refuse_long_unit(time: Array, step: float, where: str, what: str) -> None:
+    """Refused: stamps (T,) whose median step is too short for seconds."""
+    follow = f"{what} follow each other every {step:.3g} in the median, and times must be seconds"
+    likely = long_units(step)
+    if len(likely) != 1:
+        raise Refused(where, follow, "is time in days or hours? write seconds")
+    ((name, unit),) = likely
+    if abs(time[-1]) * unit > MAX_TIME_S:
+        do = f"subtract the first time from all, and multiply by {unit:g}"
+    else:
+        by_neck = f", or write log: {{time_scale: {unit:g}}} into neck.yaml" if what == "rows" else ""
+        do = f"multiply time by {unit:g}{by_neck}"
+    raise Refused(where, f"time is in {name}: {follow}", do)

@@ -49,10 +49,9 @@ def check_lengths(joints: int, lengths: dict[str, int]) -> None:
 
 
 def joined(parts: Sequence[JointStateChannel]) -> JointStateChannel:
-    """Parts of one channel that follow each other, as one. Raises ValueError where their joints are not the same."""
+    """Parts of one channel that follow each other, as one, in the first one's order. Raises ValueError where joints differ."""
     names = parts[0].names
-    for part in parts:
-        check_same_names(names, part.names)
+    parts = [_in_order(names, part) for part in parts]
     time, position = (np.concatenate([getattr(part, of) for part in parts]) for of in ("time", "position"))
     effort = None
     if any(part.effort is not None for part in parts):
@@ -60,8 +59,21 @@ def joined(parts: Sequence[JointStateChannel]) -> JointStateChannel:
     return JointStateChannel(names, time, position, effort)
 
 
-def check_same_names(before: Sequence[str], after: Sequence[str]) -> None:
-    """Raises ValueError where a channel's joints are named or ordered otherwise than in the messages before."""
-    if tuple(before) != tuple(after):
+def _in_order(names: tuple[str, ...], part: JointStateChannel) -> JointStateChannel:
+    order = order_of(names, part.names)
+    if order is None:
+        return part
+    effort = None if part.effort is None else part.effort[:, order]
+    return JointStateChannel(names, part.time, part.position[:, order], effort)
+
+
+def order_of(before: Sequence[str], after: Sequence[str]) -> list[int] | None:
+    """Where each of a channel's joints, as the messages before name them, stands in a later one; None where all stand there too.
+
+    Raises ValueError where the joints are not the same."""
+    if tuple(before) == tuple(after):
+        return None
+    if len(before) != len(after) or set(before) != set(after):
         was, now = listed(before, limit=_SHOWN), listed(after, limit=_SHOWN)
         raise ValueError(f"the joints' names change on the way, from {was} to {now}")
+    return [after.index(name) for name in before]

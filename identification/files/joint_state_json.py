@@ -14,7 +14,7 @@ from identification.files.joint_state_channel import (
     JointStateChannel,
     check_lengths,
     check_names,
-    check_same_names,
+    order_of,
 )
 
 _SHOWN = 40
@@ -37,15 +37,16 @@ def decode_json(messages: Sequence[bytes], before: int) -> JointStateChannel:
         try:
             row = _parsed(message)
             found = _names(row)
-            check_same_names(names or found, found)
-            names = found
+            names = names or found
+            order = order_of(names, found)
             values = {word: _numbers(row, word) for word in ("position", "velocity", "effort")}
             check_lengths(len(names), {word: len(of) for word, of in values.items()})
             times.append(_stamp(row))
         except ValueError as error:
             raise ValueError(f"message {number}: {error}") from error
-        positions.append(values["position"])
-        efforts.append(values["effort"] or [np.nan] * len(names))
+        effort_row = values["effort"] or [np.nan] * len(names)
+        positions.append(values["position"] if order is None else [values["position"][k] for k in order])
+        efforts.append(effort_row if order is None else [effort_row[k] for k in order])
     effort = np.array(efforts)
     return JointStateChannel(names, np.array(times), np.array(positions), None if np.isnan(effort).all() else effort)
 

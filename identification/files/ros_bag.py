@@ -15,7 +15,7 @@ from identification.files.joint_state_channel import (
     JointStateChannel,
     check_lengths,
     check_names,
-    check_same_names,
+    order_of,
 )
 from xneck_foundation.errors import Refused
 from xneck_foundation.extras import needs_extra
@@ -69,13 +69,16 @@ def _decode_ros1(messages: Sequence[bytes]) -> JointStateChannel:
     parts: list[Any] = [store.deserialize_ros1(message, _JOINT_STATE) for message in messages]
     names = tuple(parts[0].name)
     check_names(names)
+    orders = [order_of(names, part.name) for part in parts]
     for part in parts:
-        check_same_names(names, part.name)
         check_lengths(len(names), {word: len(getattr(part, word)) for word in ("position", "velocity", "effort")})
     stamps = np.array([part.header.stamp.sec * NANOSECONDS + part.header.stamp.nanosec for part in parts])
     unknown = np.full(len(names), np.nan)
-    effort = np.array([part.effort if len(part.effort) else unknown for part in parts])
-    position = np.array([part.position for part in parts])
+    efforts = [part.effort if len(part.effort) else unknown for part in parts]
+    effort = np.array([row if order is None else row[order] for row, order in zip(efforts, orders, strict=True)])
+    position = np.array(
+        [p.position if order is None else p.position[order] for p, order in zip(parts, orders, strict=True)]
+    )
     return JointStateChannel(names, stamps / NANOSECONDS, position, None if np.isnan(effort).all() else effort)
 
 

@@ -164,7 +164,7 @@ def with_columns(neck: Neck) -> Neck:
 
 
 def bag_of(kind: str, series: Series) -> Callable[[Path], Path]:
-    """Writes a ROS bag with the joints in another order, by rosbags."""
+    """Writes a ROS bag with the joints in other orders, by rosbags."""
 
     def write(folder: Path) -> Path:
         import rosbags.rosbag1
@@ -178,10 +178,10 @@ def bag_of(kind: str, series: Series) -> Callable[[Path], Path]:
         )
         path = folder / "log.bag" if kind == "bag" else folder / "bag"
         writer = rosbags.rosbag1.Writer(path) if kind == "bag" else rosbags.rosbag2.Writer(path, version=9)
-        order = (3, 1, 0, 2)
         with writer:
             connection = writer.add_connection("/joints", state.__msgtype__, typestore=store)
             for k, time in enumerate(series.time):
+                order = (3, 1, 0, 2) if k % 3 else (2, 0, 3, 1)
                 ns = round(time * 1e9)
                 at = stamp(sec=ns // 10**9, nanosec=ns % 10**9)
                 more = {"seq": k} if kind == "bag" else {}
@@ -317,7 +317,7 @@ def test_a_library_that_is_missing_is_named_with_its_extra(
         ("t [ms]", "time", "ms"),
         ("Motor 3 position (rev)", "angle", "turns"),
         ("joint_2_torque[N·m]", "force", "N m"),
-        ("motorCurrent1", "other", None),
+        ("motorCurrent1", "current", None),
         ("omega_1", "speed", None),
         ("led", "light", None),
     ],

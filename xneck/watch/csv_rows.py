@@ -6,6 +6,7 @@ import numpy as np
 
 from identification.dataset.series import Series
 from mechanism.description import Neck
+from synchronisation.csv_layout import COMMENT
 from synchronisation.csv_table import row_numbers, table_columns, unreadable
 from synchronisation.encoder_log import check_columns, csv_format, log_columns, mapped_columns
 from xneck.watch.growing_file import GrowingFile
@@ -25,6 +26,7 @@ class CsvRows:
         self._written = csv_format(neck)
         self._places: dict[str, int] | None = None
         self._lines_read = 0
+        self._units_awaited = self._written.units_row
 
     def new(self) -> Series | None:
         """Rows that came since the last call, in columns theta, f and led; None where none did.
@@ -38,12 +40,17 @@ class CsvRows:
         try:
             lines = (whole + newline).decode("utf-8" if self._lines_read else "utf-8-sig").splitlines()
             numbered = [
-                (k, line) for k, line in enumerate(lines, self._lines_read + 1) if line.strip() and line[0] != "#"
+                (k, line)
+                for k, line in enumerate(lines, self._lines_read + 1)
+                if line.strip() and not line.startswith(COMMENT)
             ]
             self._lines_read += len(lines)
             if not self._header and numbered:
                 (_, header), *numbered = numbered
                 self._header = [cell.strip() for cell in next(csv.reader([header], delimiter=self._written.separator))]
+            if self._header and self._units_awaited and numbered:
+                del numbered[0]
+                self._units_awaited = False
             rows = list(csv.reader([line for _, line in numbered], delimiter=self._written.separator))
         except (UnicodeDecodeError, csv.Error) as error:
             raise unreadable(self._source.path, error) from error

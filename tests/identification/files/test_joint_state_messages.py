@@ -104,7 +104,7 @@ BROKEN_JSON: dict[str, tuple[bytes, str]] = {
     "null for a name": (changed(name=["m1", None]), r"name\[1\] is null, expected a text"),
     "an empty name": (changed(name=["m1", ""]), r"name\[1\] is an empty text"),
     "a name twice": (changed(name=["m1", "m1"]), "2 joints are called m1"),
-    "other names": (changed(name=["m2", "m1"]), "names change on the way, from m1, m2 to m2, m1"),
+    "other names": (changed(name=["m1", "m3"]), "names change on the way, from m1, m2 to m1, m3"),
     "a list": (b"[1, 2]", "is a list, expected an object"),
     "a number": (b"5", "is a number, expected an object"),
     "no text": (b"\xff\xfe{}", "is not UTF-8 text"),
@@ -142,7 +142,7 @@ def test_json_is_read_as_cdr_is(tmp_path: Path) -> None:
 BROKEN_CDR: dict[str, tuple[bytes, str]] = {
     "a name twice": (cdr(["m1", "m1"], [[1, 2], [], []]), "2 joints are called m1"),
     "an empty name": (cdr(["m1", ""], [[1, 2], [], []]), r"name\[1\] is an empty text"),
-    "other names": (cdr(["m2", "m1"], [[1, 2], [], []]), "names change on the way"),
+    "other names": (cdr(["m1", "m3"], [[1, 2], [], []]), "names change on the way"),
     "no joints": (cdr([], [[], [], []]), "no joint is named"),
     "no positions": (cdr(["m1", "m2"], [[], [1, 2], []]), "no positions"),
     "fewer positions": (cdr(["m1", "m2"], [[1], [], []]), "1 values of position for 2 names"),
@@ -201,3 +201,16 @@ def test_the_message_is_counted_from_the_first(encoding: str, message: bytes, tm
     file = saved(tmp_path / "log.mcap", encoding, *[message] * 5000, message[:20])
     with pytest.raises(Refused, match="message 5001: "):
         joint_state.read(file)
+
+
+@pytest.mark.parametrize("encoding", ["cdr", "json"])
+def test_joints_in_another_order_are_read_by_their_names(encoding: str, tmp_path: Path) -> None:
+    if encoding == "json":
+        messages = [changed(), changed(name=["m2", "m1"], position=[7.0, 8.0], effort=[9.0, 10.0])]
+    else:
+        messages = [cdr(["m1", "m2"], [[0.5, -1.0], [], [2.5, 3.0]]), cdr(["m2", "m1"], [[7, 8], [], [9, 10]])]
+    log = joint_state.read(saved(tmp_path / "a.mcap", encoding, *messages)).logs["joints"]
+    assert log.names == ("m1", "m2")
+    assert log.effort is not None
+    np.testing.assert_array_equal(log.position, [[0.5, -1.0], [8.0, 7.0]])
+    np.testing.assert_array_equal(log.effort[1], [10.0, 9.0])

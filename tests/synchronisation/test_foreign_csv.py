@@ -1,0 +1,383 @@
+"""Tables as other programs write them: separators, decimals, units, titles; each is read, or its true reason is said."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identification.dataset.series import Series
+from mechanism.arm import arm_of
+from mechanism.description import read_neck
+from synchronisation.angles import read_angles
+from synchronisation.column_meaning import column_meaning
+from synchronisation.encoder_log import read_log
+from synchronisation.log_contents import read_contents
+from synchronisation.log_mapping import LogMapping, map_log, mapped_neck
+from synchronisation.log_plausibility import check_log_meaning
+from tests.paths import SAMPLES
+from tests.synchronisation.test_any_log import NECK, truth
+from xneck.watch.csv_rows import CsvRows
+from xneck.watch.growing_file import GrowingFile
+from xneck_foundation.errors import Refused
+
+GERMAN = ["Zeit [s]", *(f"Winkel {j} [rad]" for j in (1, 2, 3, 4)), *(f"Kraft {j} [N]" for j in (1, 2, 3, 4))]
+OURS = ["time", *(f"theta{j}" for j in (1, 2, 3, 4)), *(f"f{j}" for j in (1, 2, 3, 4))]
+
+
+def values() -> np.ndarray:
+    """Columns time, theta1..4, f1..4 of the log that all of these files hold, shape (T, 9)."""
+    series = truth()
+    return np.column_stack([series.time, series.matrix("theta"), series.matrix("f")])
+
+
+def written(path: Path, *head: str, separator: str = ",", form: str = "{:.6f}", decimal: str = ".") -> Path:
+    """A file with these first lines and the rows of `values` below."""
+    rows = (separator.join(form.format(value).replace(".", decimal) for value in row) for row in values())
+    path.write_text("\n".join([*head, *rows, ""]), encoding="utf-8")
+    return path
+
+
+def mapping_of(log: Path) -> LogMapping:
+    return map_log(log, read_contents(log), NECK.M)
+
+
+def assert_read_as_mapped(log: Path) -> None:
+    """What `xneck logs` writes into neck.yaml makes the log what it was."""
+    found = read_log(log, mapped_neck(NECK, mapping_of(log)))
+    read = np.column_stack([found.time, found.matrix("theta"), found.matrix("f")])
+    np.testing.assert_allclose(read, values(), rtol=1e-5, atol=1e-4)
+
+
+@pytest.mark.parametrize("form", ["{:.6f}", "{:.8E}", "{:.10g}"])
+@pytest.mark.parametrize(("separator", "word"), [(";", "semicolons"), ("\t", "tabs")])
+@pytest.mark.parametrize("header", [GERMAN, OURS])
+def test_decimal_commas_are_no_separators_though_more_of_them_stand_there(
+    separator: str, word: str, form: str, header: list[str], tmp_path: Path
+) -> None:
+    log = written(tmp_path / "log.csv", separator.join(header), separator=separator, form=form, decimal=",")
+    assert_read_as_mapped(log)
+    with pytest.raises(Refused, match=f"parted by {word}, and its numbers have decimal commas"):
+        read_log(log, NECK)
+
+
+def test_a_date_with_commas_is_named_as_it_stands_there(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    rows = [f"01,03,2024 23:59:50,{k:03d};1,{k:04d};2,5" for k in range(100)]
+    log.write_text("\n".join(["time;theta1;theta2", *rows, ""]))
+    with pytest.raises(Refused, match=r"column time: '01,03,2024 23:59:50,000' is a date; write the time in seconds"):
+        map_log(log, read_contents(log), None)
+    with pytest.raises(Refused, match="parted by semicolons, and its numbers have decimal commas"):
+        read_log(log, NECK)
+
+
+LONG_UNITS = {"min": ("minutes", 60.0), "h": ("hours", 3600.0), "days": ("days", 86400.0)}
+
+
+@pytest.mark.parametrize("unit", LONG_UNITS)
+def test_minutes_hours_and_days_are_told_by_their_steps(unit: str, tmp_path: Path) -> None:
+    word, seconds = LONG_UNITS[unit]
+    table = values()
+    rows = (",".join(f"{value:.14g}" for value in (row[0] / seconds, *row[1:])) for row in table)
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join([",".join(OURS), *rows, ""]))
+    with pytest.raises(Refused, match=rf"time is in {word}: .*write log: \{{time_scale: {seconds:g}\}}"):
+        read_log(log, NECK)
+    mapping = mapping_of(log)
+    assert mapping.time is not None
+    assert (mapping.time.unit, mapping.to_mend) == (unit, ())
+    assert mapping.rate == pytest.approx(500, rel=1e-3)
+    assert_read_as_mapped(log)
+
+
+@pytest.mark.parametrize("first", [45352.5, 739312.5])
+def test_a_date_as_a_number_is_to_be_brought_near_zero(first: float, tmp_path: Path) -> None:
+    rows = (",".join(f"{value:.16g}" for value in (first + row[0] / 86400, *row[1:])) for row in values())
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join([",".join(OURS), *rows, ""]))
+    with pytest.raises(Refused, match=r"time is in days: .*subtract the first time from all, and multiply by 86400"):
+        read_log(log, NECK)
+    mapping = mapping_of(log)
+    assert mapping.time is not None
+    assert mapping.time.unit == "days"
+    assert "subtract the first time from all" in mapping.to_mend[0]
+    with pytest.raises(Refused, match="subtract the first time from all"):
+        read_log(log, mapped_neck(NECK, mapping))
+
+
+def test_a_rate_that_no_controller_has_is_doubted(tmp_path: Path) -> None:
+    log = written(tmp_path / "log.csv", ",".join(["time [us]", *OURS[1:]]))
+    assert "which no controller writes" in mapping_of(log).doubts[0]
+
+
+@pytest.mark.parametrize("rows", [3, 40])
+def test_a_log_of_a_moment_is_too_short_and_no_more(rows: int) -> None:
+    neck, angles = read_neck(SAMPLES / "held_out/neck.yaml"), read_angles(SAMPLES / "held_out/angles.csv", 3)
+    log = read_log(SAMPLES / "held_out/log.mcap", neck)
+    turned = {name: values for name, values in log.part(slice(0, rows)).columns.items() if name[0] == "t"}
+    assert check_log_meaning(neck, arm_of(neck), angles, Series(log.time[:rows], turned)) == ()
+
+
+def with_further(path: Path, stem: str, after: bool) -> Path:
+    """The log with four columns beside the angles that hold something else, before or after them."""
+    table, further = values(), [stem.format(j) for j in (1, 2, 3, 4)]
+    at = 5 if after else 1
+    names, mixed = [*OURS[:at], *further, *OURS[at:]], np.insert(table, [at] * 4, 0.3 * table[:, 1:5] + 7, axis=1)
+    path.write_text("\n".join([",".join(names), *(",".join(f"{v:.8g}" for v in row) for row in mixed), ""]))
+    return path
+
+
+BESIDE = (
+    *(f"theta{{}}{end}" for end in ("_dot", "dot", "_v", "_p", "_err", "_r", "_ref", "_offset", "_vel")),
+    *(f"f{{}}_{end}" for end in ("meas", "ist", "act", "sensor", "x")),
+    "dtheta{}/dt",
+)
+
+
+@pytest.mark.parametrize("after", [True, False])
+@pytest.mark.parametrize("stem", BESIDE)
+def test_what_stands_beside_angles_and_commands_is_not_taken_for_them(stem: str, after: bool, tmp_path: Path) -> None:
+    log = with_further(tmp_path / "log.csv", stem, after)
+    mapping = mapping_of(log)
+    assert [c.name for c in (*mapping.angles, *mapping.forces)] == OURS[1:]
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("theta1_dot", "speed"),
+        ("theta2dot", "speed"),
+        ("theta1_err", "error"),
+        ("torque_offset_1", "error"),
+        ("Drehzahl 1", "speed"),
+    ],
+)
+def test_speeds_and_errors_are_known_by_their_names(name: str, kind: str) -> None:
+    assert column_meaning(name, np.array([0.1, 0.7, 0.4])).kind == kind
+
+
+def test_forces_that_were_measured_are_taken_where_no_others_stand_and_that_is_said(tmp_path: Path) -> None:
+    log = written(tmp_path / "log.csv", ",".join([*OURS[:5], *(f"f{j}_meas" for j in (1, 2, 3, 4))]))
+    mapping = mapping_of(log)
+    assert [f.name for f in mapping.forces] == [f"f{j}_meas" for j in (1, 2, 3, 4)]
+    assert any("are measured by their names: the commanded ones are needed" in doubt for doubt in mapping.doubts)
+    assert not any("commanded ones" in doubt for doubt in mapping_of(written(log, ",".join(OURS))).doubts)
+
+
+def with_names(path: Path, angle: str, force: str, f_by: float = 1.0, theta_by: float = 1.0) -> Path:
+    """The log with these names of angles and forces, and its numbers times those that are given."""
+    header = ["time", *(angle.format(j) for j in (1, 2, 3, 4)), *(force.format(j) for j in (1, 2, 3, 4))]
+    by = np.array([1.0, *[theta_by] * 4, *[f_by] * 4])
+    path.write_text("\n".join([",".join(header), *(",".join(f"{v:.9g}" for v in row * by) for row in values()), ""]))
+    return path
+
+
+CURRENTS = (
+    "current{}[A]",
+    "I_motor{}",
+    "I{} [A]",
+    "Motor {} Current [A]",
+    "i{}",
+    "iq{}_A",
+    "current_{}_mA",
+    "Strom {} [A]",
+    "cur{}",
+    "torque{}[A]",
+)
+
+
+@pytest.mark.parametrize("name", CURRENTS)
+def test_currents_are_no_forces_without_the_motors_torque_constant(name: str, tmp_path: Path) -> None:
+    log = with_names(tmp_path / "log.csv", "pos{}[rad]", name)
+    mapping = mapping_of(log)
+    assert (mapping.forces, [c.name for c in mapping.unscaled]) == ((), [name.format(j) for j in (1, 2, 3, 4)])
+    (said,) = [doubt for doubt in mapping.doubts if "forces" in doubt]
+    assert "are currents, which the motor's torque constant makes forces: write motors[].f_column" in said
+    assert ("0.001" in said) == ("mA" in name)
+    assert "f1" not in read_log(log, mapped_neck(NECK, mapping)).columns
+
+
+GEAR = NECK.motors[0].R / NECK.motors[0].rd
+OF_FORCES = {
+    "f{}[kgf]": 1 / 9.80665,
+    "f{} (kg)": 1 / 9.80665,
+    "f{}[g]": 1e3 / 9.80665,
+    "f{} [lbf]": 1 / 4.4482216,
+    "torque{}[Ncm]": 1e2 / GEAR,
+    "tau {} (N mm)": 1e3 / GEAR,
+    "tau{}[N*m]": 1 / GEAR,
+    "tau{} [oz-in]": 1 / 0.00706155 / GEAR,
+    "T{} [Nm]": 1 / GEAR,
+}
+OF_ANGLES = {"pos{}[U]": 1 / (2 * np.pi), "pos{} [mm]": 1e3 / GEAR, "Position {} (°)": 180 / np.pi}
+
+
+@pytest.mark.parametrize("name", OF_FORCES)
+def test_units_of_forces_in_brackets_get_their_scale(name: str, tmp_path: Path) -> None:
+    assert_read_as_mapped(with_names(tmp_path / "log.csv", "pos{}[rad]", name, f_by=OF_FORCES[name]))
+
+
+@pytest.mark.parametrize("name", OF_ANGLES)
+def test_units_of_angles_in_brackets_get_their_scale(name: str, tmp_path: Path) -> None:
+    assert_read_as_mapped(with_names(tmp_path / "log.csv", name, "f{}[N]", theta_by=OF_ANGLES[name]))
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"), [("torque{}[%]", "%"), ("f{} (V)", "V"), ("torque{}_pct", "%"), ("tau{} [foo]", "foo")]
+)
+def test_an_unknown_unit_of_forces_is_said_and_not_taken_for_newtons(name: str, unit: str, tmp_path: Path) -> None:
+    mapping = mapping_of(with_names(tmp_path / "log.csv", "pos{}[rad]", name))
+    assert mapping.forces == ()
+    assert any(f"are in '{unit}', which is no unit that is known" in doubt for doubt in mapping.doubts)
+
+
+def test_an_unknown_unit_of_angles_is_said(tmp_path: Path) -> None:
+    mapping = mapping_of(with_names(tmp_path / "log.csv", "pos{} [foo]", "f{} [N]"))
+    assert any("the angles' unit 'foo' is not known" in doubt for doubt in mapping.doubts)
+
+
+@pytest.mark.parametrize("remark", ["[1]", "(measured)", "(motor side)", "[axis]"])
+def test_what_is_no_unit_in_brackets_is_not_taken_for_one(remark: str) -> None:
+    found = column_meaning(f"pos2 {remark}", np.array([0.1, 0.7, 0.4]))
+    assert (found.kind, found.unit) == ("angle", None)
+
+
+@pytest.mark.parametrize("name", ["pos1 [rad/s]", "theta1 (deg/s)", "Motor 1 [rpm]", "pos1 [1/min]"])
+def test_units_of_speeds_are_known(name: str) -> None:
+    assert column_meaning(name, np.array([0.1, 0.7, 0.4])).kind == "speed"
+
+
+UNITS_BELOW = ("s", *["deg"] * 4, *["N"] * 4)
+
+
+@pytest.mark.parametrize("form", ["{}", "({})", "[{}]"])
+@pytest.mark.parametrize("ends", ["", ","])
+def test_a_row_of_units_is_used_and_passed_over(form: str, ends: str, tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    by = np.array([1.0, *[180 / np.pi] * 4, *[1.0] * 4])
+    rows = [",".join(f"{value:.10g}" for value in row * by) + ends for row in values()]
+    head = [",".join(OURS) + ends, ",".join(map(form.format, UNITS_BELOW)) + ends]
+    log.write_text("\n".join([*head, *rows, ""]))
+    mapping = mapping_of(log)
+    assert {a.unit for a in mapping.angles} == {"deg"}
+    assert_read_as_mapped(log)
+    with pytest.raises(Refused, match=r"row 2 holds no numbers but .*leave that row out; or let `xneck logs log\.csv`"):
+        read_log(log, NECK)
+    # rows keep the numbers that they have in the file
+    log.write_text("\n".join([*head, *rows[:10], rows[10].replace(rows[10].split(",")[1], "nan", 1), *rows[11:], ""]))
+    with pytest.raises(Refused, match="theta1 is not a number in row 13"):
+        read_log(log, mapped_neck(NECK, mapping))
+
+
+def test_a_row_of_units_may_have_empty_cells(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    rows = [",".join(f"{value:.10g}" for value in row) + ",1" for row in values()]
+    log.write_text("\n".join([",".join([*OURS, "mode"]), "s,rad,rad,rad,rad,N,N,N,N,", *rows, ""]))
+    assert read_contents(log).units_row == 2
+    assert_read_as_mapped(log)
+
+
+def test_where_neck_yaml_promises_a_row_of_units_numbers_are_not_passed_over(tmp_path: Path) -> None:
+    log = written(tmp_path / "log.csv", ",".join(OURS))
+    promised = NECK.model_copy(update={"log": NECK.log.model_copy(update={"units_row": True})})
+    with pytest.raises(Refused, match="row 2 holds numbers, and no units"):
+        read_log(log, promised)
+
+
+def test_a_growing_log_has_its_row_of_units_passed_over_too(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    rows = [",".join(f"{value:.10g}" for value in row) for row in values()]
+    log.write_text("\n".join([",".join(OURS), ",".join(UNITS_BELOW), *rows[:10], ""]))
+    source = GrowingFile(log)
+    grown = CsvRows(source, mapped_neck(NECK, mapping_of(log)))
+    first = grown.new()
+    with log.open("a") as stream:
+        stream.write("\n".join([*rows[10:15], ""]))
+    then = grown.new()
+    assert first is not None
+    assert then is not None
+    assert (len(first), len(then)) == (10, 5)
+
+
+LABVIEW = (
+    "LabVIEW Measurement",
+    "Writer_Version\t2",
+    "Separator\tTab",
+    "Decimal_Separator\t.",
+    "***End_of_Header***",
+    "",
+)
+TITLES = {
+    "LabVIEW": (LABVIEW, "\t", 7),
+    "of a spreadsheet": (("Experiment 3,,,,,,,,", "Operator,Meier,,,,,,,", ",,,,,,,,"), ",", 4),
+    "unlike the table": (("Experiment 3;;;;", "Operator,Meier", ""), ",", 4),
+    "with a number": (("Motion of 2024", "rate,500"), ";", 3),
+}
+
+
+@pytest.mark.parametrize("title", TITLES)
+def test_lines_above_the_header_are_the_reason_that_is_said(title: str, tmp_path: Path) -> None:
+    lines, separator, row = TITLES[title]
+    log = written(tmp_path / "log.csv", *lines, separator.join(OURS), separator=separator)
+    for read in (lambda: read_log(log, NECK), lambda: read_contents(log)):
+        with pytest.raises(Refused, match=f"its header is in row {row}, below .* of something else") as refusal:
+            read()
+        assert "xneck logs" not in str(refusal.value)
+
+
+def test_lines_that_begin_with_a_percent_sign_are_comments(tmp_path: Path) -> None:
+    log = written(tmp_path / "log.csv", "% recorded by the controller", "% arm 2, motion 4", ",".join(OURS))
+    assert len(read_log(log, NECK)) == len(values())
+    assert_read_as_mapped(log)
+
+
+def test_rows_without_numbers_at_the_beginning_are_no_titles(tmp_path: Path) -> None:
+    log = written(tmp_path / "log.csv", ",".join(OURS), *[",".join(["NULL"] * 9)] * 3)
+    with pytest.raises(Refused, match="row 2, column time: 'NULL' is not a number"):
+        read_log(log, NECK)
+
+
+def test_a_number_of_each_row_is_no_time(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    rows = [",".join([str(k), *(f"{value:.8g}" for value in row[1:])]) for k, row in enumerate(values())]
+    log.write_text("\n".join([",".join(["Sample", *OURS[1:]]), *rows, ""]))
+    with pytest.raises(Refused, match="no column is a time: Sample counts rows; log the time of each row"):
+        mapping_of(log)
+
+
+def test_a_column_that_is_taken_for_the_time_as_it_grows_is_said(tmp_path: Path) -> None:
+    mapping = mapping_of(written(tmp_path / "log.csv", ",".join(["x", *OURS[1:]])))
+    assert mapping.doubts[0] == "which column is the time: x is taken for it, as it grows evenly"
+
+
+JOINED = {
+    "time begins again": (lambda rows: [*rows, *rows], f"time begins again in row {len(truth()) + 2}"),
+    "the header again": (lambda rows: [*rows, ",".join(OURS), *rows], f"header stands again in row {len(truth()) + 2}"),
+}
+
+
+@pytest.mark.parametrize("how", JOINED)
+def test_two_recordings_in_one_file_are_called_that(how: str, tmp_path: Path) -> None:
+    join, says = JOINED[how]
+    rows = [",".join(f"{value:.8g}" for value in row) for row in values()]
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join([",".join(OURS), *join(rows), ""]))
+    for read in (lambda: read_log(log, NECK), lambda: mapping_of(log)):
+        with pytest.raises(Refused, match=f"{says}.*as where two recordings are joined; cut them apart there"):
+            read()
+
+
+@pytest.mark.parametrize("cell", ["#N/A", "#DIV/0!", "NA", "null", "-"])
+def test_cells_that_say_that_a_number_is_missing_are_answered_with_what_to_do(cell: str, tmp_path: Path) -> None:
+    rows = [[f"{value:.8g}" for value in row] for row in values()]
+    rows[100][6] = cell
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join([",".join(OURS), *map(",".join, rows), ""]))
+    with pytest.raises(Refused, match=r"row 102, column f2: .*; leave such rows out"):
+        read_log(log, NECK)
+    assert mapping_of(log).to_mend == ("1 row without a number in f2, the first is 102: leave such rows out",)
+
+
+def test_a_tdms_file_is_named(tmp_path: Path) -> None:
+    (tmp_path / "log.tdms").write_bytes(b"TDSm" + bytes(range(256)))
+    with pytest.raises(Refused, match="is no CSV but a TDMS file, as LabVIEW writes them; export it as CSV"):
+        read_log(tmp_path / "log.tdms", NECK)

@@ -1,0 +1,61 @@
+"""Topics as other programs record them: what they lack is said by its true reason."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identification.files.joint_state_channel import JointStateChannel
+from synchronisation.encoder_log import motor_channel
+from synchronisation.log_contents import LogContents
+from synchronisation.log_mapping import map_log
+from tests.synchronisation.test_any_log import NECK, truth
+from xneck_foundation.errors import Refused
+from xneck_foundation.input_file import check_input
+
+LOG = Path("log.mcap")
+WINCHES = ("winch1", "winch2", "winch3", "winch4")
+
+
+def channel(of_efforts: bool, every: int = 1) -> JointStateChannel:
+    """All motors, one of several messages, with the forces or without."""
+    series = truth().part(slice(None, None, every))
+    return JointStateChannel(WINCHES, series.time, series.matrix("theta"), series.matrix("f") if of_efforts else None)
+
+
+def test_efforts_in_another_topic_are_said_to_be_there() -> None:
+    contents = LogContents(topics={"joint_states": channel(False), "effort_commands": channel(True, every=2)})
+    mapping = map_log(LOG, contents, NECK.M)
+    assert (mapping.topic, mapping.forces) == ("joint_states", ())
+    (said,) = [doubt for doubt in mapping.doubts if "forces" in doubt]
+    assert "/joint_states holds none, but /effort_commands holds efforts; one topic must hold both" in said
+    alone = map_log(LOG, LogContents(topics={"joint_states": channel(False)}), NECK.M)
+    assert "forces: the log holds none, so that nothing can be identified" in alone.doubts
+
+
+def test_stamps_that_were_never_set_are_said_to_be_that() -> None:
+    unset = JointStateChannel(WINCHES, np.zeros(1500), channel(True).position, channel(True).effort)
+    for read in (
+        lambda: map_log(LOG, LogContents(topics={"joint_states": unset}), NECK.M),
+        lambda: motor_channel({"joint_states": unset}, NECK, LOG),
+    ):
+        with pytest.raises(Refused, match=r"header\.stamp is 0 s in every message of /joint_states: it was never set"):
+            read()
+
+
+def test_letters_in_joints_names_are_no_units_of_their_efforts() -> None:
+    named = JointStateChannel(
+        ("a_1", "a_2", "a_3", "a_4"), *[getattr(channel(True), of) for of in ("time", "position", "effort")]
+    )
+    mapping = map_log(LOG, LogContents(topics={"joint_states": named}), NECK.M)
+    assert [force.unit for force in mapping.forces] == [None] * 4
+
+
+@pytest.mark.parametrize("name", ["log_0.mcap", "log_0.db3"])
+def test_a_bags_folder_is_answered_with_the_file_in_it(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).touch()
+    with pytest.raises(Refused, match="is a folder; name a file"):
+        check_input(tmp_path)
+    (tmp_path / "metadata.yaml").touch()
+    with pytest.raises(Refused, match=rf"is a folder; name the file in it, .*{name}"):
+        check_input(tmp_path)
