@@ -17,10 +17,12 @@ from synchronisation.csv_header import other_kind
 from synchronisation.csv_lines import file_line
 from synchronisation.csv_table import PLAIN, read_table
 from synchronisation.held_frames import held_frames
+from synchronisation.misread_angles import marks_of_nothing, misread
 from synchronisation.sigma_by_frames import sigma_by_frames
 from xneck_foundation.errors import Refused
 from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.one_line import listed
+from xneck_foundation.recovery import warn_recovered
 
 Array = NDArray[np.float64]
 
@@ -28,6 +30,8 @@ MAX_TURNS = 2
 """turns by which angles may be wound up that are called radians still"""
 ANGLES_SUFFIXES = (".csv", ".mcap")
 """of angles that are read"""
+MAX_BEYOND_SHARE = 0.05
+"""of all angles: fewer that are beyond +-pi are misread, and the others are radians (docs/thresholds.md)"""
 MAX_DEGREES = 180.0
 """largest angle that is thought to be in degrees where it cannot be in rad (docs/thresholds.md)"""
 
@@ -118,7 +122,9 @@ def checked_angles(
     check_time_unit(series.time, str(path), "frames")
     check_time(series.time, str(path), number)
     alpha, sigma, common = series.matrix("alpha"), series.matrix("sigma"), series.matrix("common")
-    _check_angles(alpha, common, joints, path)
+    if alpha.shape[1] == joints:
+        alpha = _without_misread(alpha, path, number)
+    _check_angles(alpha, common, joints, path, number)
     held = held_frames(alpha)
     alpha = np.where(held[:, None], np.nan, alpha)
     noise = None
@@ -172,7 +178,7 @@ def _from_csv(path: Path, joints: int) -> tuple[Series, dict[str, Any], Array | 
     return series, {"source": path.name}, series.columns.get("light")
 
 
-def _check_angles(alpha: Array, common: Array, joints: int, path: str | Path) -> None:
+def _check_angles(alpha: Array, common: Array, joints: int, path: str | Path, number: Callable[[int], int]) -> None:
     """Refused where angles (F, N), rad, are not those of an arm with `joints` mechanisms."""
     if alpha.shape[1] != joints:
         raise Refused(
@@ -191,12 +197,36 @@ def _check_angles(alpha: Array, common: Array, joints: int, path: str | Path) ->
         raise Refused(
             path, f"{what}: some are a whole turn too large", "bring alpha1..N to within +-pi, by whole turns"
         )
+    if np.nanmean(np.abs(alpha) > np.pi) < MAX_BEYOND_SHARE:
+        row, joint = (int(k[0]) for k in np.nonzero(np.abs(alpha) > np.pi))
+        what = f"{what}: alpha{joint + 1} in row {number(row)}, and few others"
+        raise Refused(path, what, "leave angles blank that are misread")
     degrees = largest <= MAX_DEGREES
     raise Refused(
         path,
         what + ": these are degrees" * degrees,
         "multiply alpha1..N by 0.0174533" if degrees else "is it alpha, of one bar against the one below?",
     )
+
+
+def _without_misread(alpha: Array, path: str | Path, number: Callable[[int], int]) -> Array:
+    """Angles (F, N), rad, NaN where they are marks of frames without an angle or misread, with a warning."""
+    alpha = alpha.copy()
+    for mark, frames in marks_of_nothing(alpha).items():
+        alpha[frames] = np.nan
+        what = f"{mark:g} stands for all angles in {frames.sum()} frames (the first in row {number(int(np.argmax(frames)))})"
+        warn_recovered(
+            path, f"{what}, far from those beside them: they were taken for not seen; leave such angles blank"
+        )
+    wrong = misread(alpha)
+    if wrong.any():
+        rows, joints = np.nonzero(wrong)
+        first = f"alpha{joints[0] + 1} of {alpha[rows[0], joints[0]]:.3g} rad in row {number(int(rows[0]))}"
+        warn_recovered(
+            path, f"{wrong.sum()} angles jump away from the frames about them and back (the first is {first}): left out"
+        )
+    alpha[wrong] = np.nan
+    return alpha
 
 
 def _checked_sigma(alpha: Array, sigma: Array, path: str | Path, number: Callable[[int], int]) -> Array:

@@ -19,7 +19,14 @@ from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.clocks.usable_frames import MIN_FRAMES
 from synchronisation.encoder_log import uniformly_sampled
 from synchronisation.exchanged_columns import exchanged_columns, other_meanings
-from synchronisation.log_regression import Factors, LoggedMotion, force_factors, logged_motion, travel_factors
+from synchronisation.log_regression import (
+    Factors,
+    LoggedMotion,
+    force_factors,
+    logged_motion,
+    travel_factors,
+    unexplained_winding,
+)
 from synchronisation.log_units import Unit, force_units, theta_units, unit_of
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import counted
@@ -49,6 +56,13 @@ MIRROR_RATIO = 1.15
 the arm is mirrored beyond its inverse, and between them it may be either (docs/thresholds.md)"""
 WRONG_WAY_SIGMA = 5.0
 """standard deviations by which a cable must yield the wrong way, before its force's sign is wrong (docs/thresholds.md)"""
+USUAL_RATES_HZ = (24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 240.0)
+"""of cameras, that a tracker may have been told wrongly"""
+MAX_UNEXPLAINED_SHARE = 0.1
+"""of each cable's winding: what travel and force leave at most where angles or times are read otherwise than they are said to be
+(docs/thresholds.md)"""
+MIN_RATE_ERROR = 0.02
+"""relative: by less a rate is the same (docs/thresholds.md)"""
 MIN_STUCK_S = 1.0
 """s for which an encoder must not move at all, to be called stuck (docs/thresholds.md)"""
 STUCK_SHARE, MIN_STUCK_M = 0.4, 5e-3
@@ -72,6 +86,7 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
     if motion is None:
         _check_degrees(arm, time, alpha, even)
         _check_other_meanings(arm, time, alpha, even)
+        _check_frame_rate(arm, time, alpha, even)
         return warnings
     _check_stuck(arm, time, alpha, even, motion)
     if exchange := exchanged_columns(arm, motion):
@@ -143,9 +158,31 @@ def _check_degrees(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
 
 def _check_other_meanings(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
     """Refused where angles and log show one motion only if the angles are not those from bar to bar."""
-    for other in other_meanings(alpha):
-        if logged_motion(arm, time, other.alpha, log) is not None:
-            raise Refused("sync", f"{other.words}: only so they move as the log does", other.remedy)
+    others = [(_unexplained_share(arm, time, other.alpha, log), other) for other in other_meanings(alpha)]
+    left, best = min(others, key=lambda of: of[0], default=(np.inf, None))
+    if best is not None and left < MAX_UNEXPLAINED_SHARE:
+        raise Refused("sync", f"{best.words}: only so they move as the log does", best.remedy)
+
+
+def _check_frame_rate(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
+    """Refused where angles and log show one motion only if frames follow each other at another one of a camera's usual rates."""
+    step = float(np.median(np.diff(time)))
+    factors = {rate: 1 / (rate * step) for rate in USUAL_RATES_HZ if abs(1 / (rate * step) - 1) > MIN_RATE_ERROR}
+    left, rate = min((_unexplained_share(arm, by * time, alpha, log), rate) for rate, by in factors.items())
+    if left < MAX_UNEXPLAINED_SHARE:
+        raise Refused(
+            "sync",
+            f"frames are {1 / step:.4g} a second by their times, and move as the log does only if they are {rate:g}",
+            f"if the camera took {rate:g}, multiply their times by {factors[rate]:.4g}",
+        )
+
+
+def _unexplained_share(arm: Arm, time: Array, alpha: Array, log: Series) -> float:
+    """What travel and force leave of a cable's winding, over the winding itself: of the worst cable; infinite for two motions."""
+    motion = logged_motion(arm, time, alpha, log)
+    if motion is None:
+        return np.inf
+    return float(np.max(unexplained_winding(motion, range(arm.M)) / np.std(motion.winding, axis=0)))
 
 
 def _check_mirrored(arm: Arm, time: Array, alpha: Array, log: Series, unexplained: float) -> None:

@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 from scipy.ndimage import gaussian_filter1d
 
 from identification.dataset.series import Series, numbered_columns
@@ -40,10 +41,10 @@ def recording() -> tuple[Angles, Series]:
     f = 45 + 9 * smooth(ARM.M)
     elongation = f / STIFFNESS
     theta = (elongation - lengths(ARM, alpha) + lengths(ARM, np.zeros(ARM.N))) / ARM.drum
-    seen = np.arange(50, len(time) - 50, 17)
-    angles = alpha[seen] + rng.normal(0, NOISE_RAD, (len(seen), ARM.N))
+    frames = np.arange(0.1, 39.9, 1 / 30)
+    angles = make_interp_spline(time, alpha)(frames) + rng.normal(0, NOISE_RAD, (len(frames), ARM.N))
     log = Series(time, numbered_columns("theta", theta) | numbered_columns("f", f))
-    return Angles(time[seen], angles, np.full(angles.shape, NOISE_RAD)), log
+    return Angles(frames, angles, np.full(angles.shape, NOISE_RAD)), log
 
 
 def exchanged(angles: Angles, log: Series, stems: Sequence[str], pair: tuple[int, int]) -> tuple[Angles, Series]:
@@ -107,6 +108,23 @@ def test_bars_angles_are_named_where_they_hardly_move_as_the_log_does(recording:
     assert check_log_meaning(NECK, ARM, Angles(angles.time, alpha[seen], angles.sigma), own) == ()
     with pytest.raises(Refused, match=re.escape(OF_BARS)):
         check_log_meaning(NECK, ARM, Angles(angles.time, np.cumsum(alpha[seen], axis=1), angles.sigma), own)
+
+
+@pytest.mark.parametrize("told", [25.0, 60.0, 7.5])
+def test_a_frame_rate_that_a_tracker_was_told_wrongly_is_named(recording: tuple[Angles, Series], told: float) -> None:
+    """The camera took 30 a second; of slow motion 7.5 are shown. It was said that the two are of other recordings."""
+    angles, log = recording
+    wrong = Angles(angles.time * 30 / told, angles.alpha, angles.sigma)
+    what = f"frames are {told:g} a second by their times, and move as the log does only if they are 30; "
+    with pytest.raises(Refused, match=re.escape(what)) as refusal:
+        check_log_meaning(NECK, ARM, wrong, log)
+    assert str(refusal.value).endswith(f"multiply their times by {told / 30:.4g}")
+
+
+def test_a_log_of_another_motion_is_of_no_other_frame_rate(recording: tuple[Angles, Series]) -> None:
+    angles, log = recording
+    other = Angles(angles.time, angles.alpha[::-1], angles.sigma)
+    assert check_log_meaning(NECK, ARM, other, log) == ()
 
 
 def test_nothing_is_exchanged_in_a_recording_that_is_right(recording: tuple[Angles, Series]) -> None:
