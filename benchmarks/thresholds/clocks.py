@@ -214,7 +214,7 @@ def _memo(function: Callable[..., Any]) -> Callable[..., Any]:
 def _constants() -> Sequence[Any]:
     """Values of the constants that fits read, as they are now."""
     names = (
-        "fine_alignment", "gauss_newton_fit", "gauss_newton_step", "cable_equation", "arm_equation", "frame_geometry", "unknowns",
+        "fine_alignment", "gauss_newton_fit", "gauss_newton_step", "cable_equation", "arm_equation", "arm_nuisances", "frame_geometry", "unknowns",
     )  # fmt: skip
     held = (vars(importlib.import_module(f"synchronisation.clocks.{name}")) for name in names)
     return tuple((k, repr(v)) for each in held for k, v in each.items() if k.isupper())
@@ -248,7 +248,8 @@ def _thresholds() -> list[Threshold]:
         *of("gauss_newton_step", "SKEW_SIGMA", "BLOCK_S", "FV_SIGMA"),
         *scaled("identification.unknowns", "DELAY_SIGMA_S"),
         *scaled("mechanism.drawing_errors", "MAX_DRAWING_ERROR"),
-        *of("arm_equation", "PAYLOAD_SIGMA", "TILT_SIGMA_RAD", "GAIN_SIGMA", "LOSS_SIGMA", "SLOW_JOINT_RAD_S"),
+        *of("arm_nuisances", "PAYLOAD_SIGMA", "TILT_SIGMA_RAD", "GAIN_SIGMA", "LOSS_SIGMA"),
+        *of("arm_equation", "SLOW_JOINT_RAD_S"),
         *of("frame_geometry", "MIN_CABLE_ERROR_M", "MIN_NOISE_SCALE"),
         *of("light", "MIN_SWITCHES", "MIN_CONTRAST", "SEARCH_RANGE_S", "MAX_SEARCHED_SKEW", "MIN_BRIGHTNESS_NOISE"),
         *of("light", "MAX_DEVIATION_SIGMA", "MAX_MISFIT"),

@@ -19,15 +19,17 @@ from identification.dataset.series import clear_of_gaps
 from identification.filters import low_pass
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
-from mechanism.drawing_errors import (
-    MAX_DRAWING_ERROR,
-    MOTOR_INERTIA_SIGMA,
-    SPRING_LENGTH_SIGMA,
-    SPRING_STIFFNESS_SIGMA,
-)
-from mechanism.dynamics import gravity_and_springs, terms
-from mechanism.laws.pulley_friction import SLIDING_M_S
+from mechanism.dynamics import gravity_and_springs
 from synchronisation.clocks.angles_between_frames import missed_by_spline
+from synchronisation.clocks.arm_nuisances import (
+    joint_dry_friction,
+    nuisance_priors,
+    parts,
+    pulley_losses,
+    tilt_torque,
+    torque,
+    torque_by_free_length,
+)
 from synchronisation.clocks.frame_geometry import GEOMETRY_STEP, FrameGeometry, changed_geometries
 from synchronisation.clocks.signals import LogSignals, cubic_spline
 from synchronisation.clocks.unknowns import ClockUnknowns
@@ -50,22 +52,12 @@ MAX_BRIDGED_PERIODS = 1.5
 """periods of the camera without frames that are bridged however long they are: between any two frames the cables tell"""
 SETTLING_S = 0.4
 """s left out beside wider gaps and at both ends, where filters settle"""
-PAYLOAD_SIGMA = 3.0
-"""relative standard deviation of the last top bar's mass and inertia: what hangs there is not in neck.yaml (docs/thresholds.md)"""
-TILT_SIGMA_RAD = 0.05
-"""rad: standard deviation of the base's tilt against gravity (docs/thresholds.md)"""
-GAIN_SIGMA = 0.1
-"""relative standard deviation of the force by which a motor answers to its command (docs/thresholds.md)"""
-LOSS_SIGMA = 0.1
-"""standard deviation of the share of its tension that a cable loses on the pulleys before one mechanism's span
-(docs/thresholds.md)"""
 SLOW_JOINT_RAD_S = 0.02
 """rad/s: friction may hold a slower joint by any torque, so what its rows miss is a class of its own (docs/thresholds.md)"""
 _SLOW_PRODUCTS = 5
 """products, about a row, in none of which the joint is slow"""
 _OFFSET_STEP_S = 2e-3
 """s: change of the offset whose effect gives its slope"""
-_MASS_FIELDS = (("top_mass", "top_inertia"), ("diagonal_mass", "diagonal_inertia"))
 
 
 @dataclass(frozen=True)
@@ -130,7 +122,7 @@ class ArmRows:
         """The same rows where a joint's dry friction turns over at another speed, rad/s."""
         n = self.residual.shape[1]
         nuisance = self.by_nuisance.copy()
-        nuisance[..., -4 * n : -2 * n] = _rows_of(_joint_dry_friction(self.joint_speed, width), self.kept)
+        nuisance[..., -4 * n : -2 * n] = _rows_of(joint_dry_friction(self.joint_speed, width), self.kept)
         return replace(self, by_nuisance=nuisance)
 
 
@@ -186,27 +178,27 @@ def arm_equation_rows(
     motion = _filtered(arm, signals, frame_time, frames.alpha, turns, winding)
     kept = _clear_of_gaps(motion.time, frame_time)
     a, a_d, a_dd = motion.angles()
-    unbalanced = _torque(arm, a, a_d, a_dd) - np.einsum("tnm,tm->tn", Z(arm, a), motion.force)
+    unbalanced = torque(arm, a, a_d, a_dd) - np.einsum("tnm,tm->tn", Z(arm, a), motion.force)
     b, b_d, b_dd = motion.angles(later=True)
-    later = _torque(arm, b, b_d, b_dd) - np.einsum("tnm,tm->tn", Z(arm, b), motion.force)
+    later = torque(arm, b, b_d, b_dd) - np.einsum("tnm,tm->tn", Z(arm, b), motion.force)
     # slopes by numbers of the arm must not hold the noise that residuals hold too: least squares would shrink the arm
     a, a_d, a_dd = motion.angles_without_noise()
     jacobian = Z(arm, a)
-    by_part = np.stack([_torque(part, a, a_d, a_dd) for part in _parts(arm)], axis=-1)
+    by_part = np.stack([torque(part, a, a_d, a_dd) for part in parts(arm)], axis=-1)
     joint_speed = low_pass(a_d, PRODUCT_RATE_HZ, EQUATION_CUTOFF_HZ)
     per_joint = np.eye(arm.N)
     nuisances = [
         by_part,
-        _torque_by_free_length(arm, a),
-        _tilt_torque(arm, a)[..., None],
+        torque_by_free_length(arm, a),
+        tilt_torque(arm, a)[..., None],
         jacobian * motion.inertial[:, None, :],
         jacobian * motion.force[:, None, :],
-        _losses(arm, jacobian, motion.force, joint_speed),
-        _joint_dry_friction(joint_speed, joint_width),
+        pulley_losses(arm, jacobian, motion.force, joint_speed),
+        joint_dry_friction(joint_speed, joint_width),
         a_d[..., None] * per_joint,
         np.ones_like(a_d)[..., None] * per_joint,
     ]
-    nuisance_sigma, of_lossy = _nuisance_sigma(arm)
+    nuisance_sigma, of_lossy = nuisance_priors(arm)
     slowest = minimum_filter1d(np.abs(joint_speed), _SLOW_PRODUCTS, axis=0)
     return ArmRows(
         residual=_rows_of(unbalanced, kept),
@@ -276,90 +268,17 @@ def _error_by_noise(arm: Arm, a: Array, force: Array, noise: Array) -> Array:
     return np.sqrt(np.sum(np.mean(np.square(changes), axis=1), axis=0))
 
 
-def _torque(arm: Arm, a: Array, a_d: Array, a_dd: Array) -> Array:
-    """M alpha'' + c + g, (T, N), N m."""
-    dynamics = terms(arm, a, a_d)
-    return np.einsum("tij,tj->ti", dynamics.M, a_dd) + dynamics.c + dynamics.g
-
-
-def _parts(arm: Arm) -> list[Arm]:
-    """The arm as a sum of 4 N arms that have one mechanism's top bar, diagonals or springs of one side each."""
-    bars = [name for fields in _MASS_FIELDS for name in fields]
-    nothing = {name: np.zeros_like(getattr(arm, name)) for name in (*bars, "spring_stiffness")}
-    of_bars = [
-        replace(arm, **nothing | {name: np.where(np.arange(arm.N) == i, getattr(arm, name), 0.0) for name in fields})
-        for fields in _MASS_FIELDS
-        for i in range(arm.N)
-    ]
-    of_springs = [
-        replace(arm, **nothing | {"spring_stiffness": arm.spring_stiffness * one})
-        for one in np.eye(2 * arm.N).reshape(-1, 2, arm.N)
-    ]
-    return of_bars + of_springs
-
-
-def _torque_by_free_length(arm: Arm, a: Array) -> Array:
-    """Slope of the torque by the relative error of each spring's free length, (T, N, 2 N), N m."""
-    described = gravity_and_springs(arm, a)
-    others = [
-        replace(arm, spring_free_length=arm.spring_free_length * (1 + GEOMETRY_STEP * one))
-        for one in np.eye(2 * arm.N).reshape(-1, 2, arm.N)
-    ]
-    return np.stack([gravity_and_springs(other, a) - described for other in others], axis=-1) / GEOMETRY_STEP
-
-
-def _tilt_torque(arm: Arm, a: Array) -> Array:
-    """Torque of gravity by the tilt of the base, (T, N), N m/rad."""
-    across = np.stack([-arm.gravity[..., 1], arm.gravity[..., 0]], axis=-1)
-    without_springs = replace(arm, gravity=across, spring_stiffness=np.zeros_like(arm.spring_stiffness))
-    return terms(without_springs, a, np.zeros_like(a)).g
-
-
 def _torque_by_geometry(arm: Arm, motion: _Motion, fs: Array) -> Array:
     """Slope of the equation by each number of the geometry, (T, N, P), N m."""
     tension = motion.force - fs * motion.dry_friction
     a, a_d, a_dd = motion.angles_without_noise()
 
     def unbalanced(other: Arm, at: Array) -> Array:
-        return _torque(other, at, a_d, a_dd) - np.einsum("tnm,tm->tn", Z(other, at), tension)
+        return torque(other, at, a_d, a_dd) - np.einsum("tnm,tm->tn", Z(other, at), tension)
 
     described = unbalanced(arm, a)
     changes = [unbalanced(other.arm, a + other.turn) - described for other in changed_geometries(arm)]
     return np.stack(changes, axis=-1) / GEOMETRY_STEP
-
-
-def _losses(arm: Arm, jacobian: Array, force: Array, joint_speed: Array) -> Array:
-    """Torque that each cable loses where the pulleys before each of its spans hold all of it, (T, N, spans), N m.
-
-    The ratio is lost at that span and at those behind it, by the way in which the cable slides over the pulleys."""
-    gives = np.einsum("tnm,tn->tnm", jacobian, joint_speed)
-    columns = []
-    for j, route in enumerate(arm.routes):
-        for i in range(len(route)):
-            sliding = gives[:, i:, j].sum(axis=1)
-            lost = jacobian[:, :, j] * (force[:, j] * sliding / np.hypot(sliding, SLIDING_M_S))[:, None]
-            lost[:, :i] = 0.0
-            columns.append(lost)
-    return np.stack(columns, axis=-1)
-
-
-def _joint_dry_friction(speed: Array, width: float) -> Array:
-    """Dry friction of 1 N m of each joint, then its slopes by log(1 / width), (T, N, 2 N), for joint speeds (T, N), rad/s."""
-    relative, per_joint = speed / width, np.eye(speed.shape[1])
-    turnover = relative / (1 + relative**2)
-    return 2 / np.pi * np.concatenate([v[..., None] * per_joint for v in (np.arctan(relative), turnover)], axis=-1)
-
-
-def _nuisance_sigma(arm: Arm) -> tuple[Array, NDArray[np.bool_]]:
-    """Standard deviations of the nuisances, (Q,), in the order of `ArmRows.by_nuisance`, and which are of lossy arms alone."""
-    of_parts = [*(MAX_DRAWING_ERROR,) * len(_MASS_FIELDS), *(SPRING_STIFFNESS_SIGMA,) * 2, *(SPRING_LENGTH_SIGMA,) * 2]
-    parts = np.repeat(of_parts, arm.N)
-    parts[arm.N - 1] = PAYLOAD_SIGMA
-    friction = np.full(4 * arm.N, np.inf)
-    gains, losses = np.full(arm.M, GAIN_SIGMA), np.full(sum(map(len, arm.routes)), LOSS_SIGMA)
-    sigma = [parts, np.array([TILT_SIGMA_RAD]), np.full(arm.M, MOTOR_INERTIA_SIGMA), gains, losses, friction]
-    of_lossy = [np.full(len(values), values is gains or values is losses) for values in sigma]
-    return np.concatenate(sigma), np.concatenate(of_lossy)
 
 
 def _rows_of(values: Array, kept: NDArray[np.bool_]) -> Array:
