@@ -214,7 +214,8 @@ def _memo(function: Callable[..., Any]) -> Callable[..., Any]:
 def _constants() -> Sequence[Any]:
     """Values of the constants that fits read, as they are now."""
     names = (
-        "fine_alignment", "gauss_newton_fit", "gauss_newton_step", "cable_equation", "arm_equation", "arm_nuisances", "frame_geometry", "unknowns",
+        "fine_alignment", "gauss_newton_fit", "gauss_newton_step", "cable_equation", "arm_equation", "arm_nuisances",
+        "frame_geometry", "unknowns",
     )  # fmt: skip
     held = (vars(importlib.import_module(f"synchronisation.clocks.{name}")) for name in names)
     return tuple((k, repr(v)) for each in held for k, v in each.items() if k.isupper())
