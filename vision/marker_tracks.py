@@ -22,7 +22,7 @@ from vision.extract import refuse_other_size
 from vision.interlacing import refuse_interlaced
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.markers.detection import MarkerDetector
-from vision.markers.dictionary_in_view import dictionary_in_view
+from vision.markers.dictionary_in_view import dictionary_in_view, mirrored_picture
 from vision.markers.tracking import DOUBLED, OTHER_PRINT, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
 from vision.noise_by_frames import noise_factor
@@ -128,7 +128,10 @@ def track_markers(
         refuse_other_size(video, camera)
     ids = _ids_in_view(video, options.dictionary)
     if not ids:
-        other = dictionary_in_view(video)
+        view = dictionary_in_view(video)
+        if view and view.mirrored:
+            raise Refused(video.path, *mirrored_picture(view))
+        other = view and view.name
         raise Refused(
             video.path,
             f"shows no marker of {options.dictionary} in {min(LOOKED_AT, video.frames)} frames spread over it"

@@ -53,23 +53,39 @@ def test_no_marker_of_the_dictionary_is_refused() -> None:
         track_markers(describe_video(VIDEO), TracksOptions("aruco_5x5_100"))
 
 
-def test_a_small_marker_beside_large_ones_is_followed(tmp_path: Path) -> None:
-    """Of 11 px, which a search of the picture as it is does not find: small ones were searched only where there was none at all."""
+def film(path: Path, *markers: tuple[int, int, int], mirrored: bool = False) -> Path:
+    """Six frames of markers (id, side and left edge, px) that stand side by side."""
     picture = np.full((240, 320), 220, dtype=np.uint8)
-    for marker_id, side, x in ((3, 80, 40), (5, 11, 220)):
+    for marker_id, side, x in markers:
         cells = marker_cells(FAMILY, marker_id)
         whole = np.kron(np.where(cells, 25, 220), np.ones((side, side))).astype(np.uint8)
         whole = whole.reshape(side, len(cells), side, len(cells))
         picture[90 : 90 + side, x : x + side] = whole.mean(axis=(1, 3))
-    with av.open(str(tmp_path / "a.mkv"), "w") as out:
+    shown = np.ascontiguousarray(picture[:, ::-1]) if mirrored else picture
+    with av.open(str(path), "w") as out:
         stream = out.add_stream("libx264", rate=30, options={"crf": "12"})
         stream.width, stream.height, stream.pix_fmt = 320, 240, "yuv420p"
         for _ in range(6):
-            out.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p")))
+            out.mux(stream.encode(av.VideoFrame.from_ndarray(shown, format="gray").reformat(format="yuv420p")))
         out.mux(stream.encode(None))
-    found = track_markers(describe_video(tmp_path / "a.mkv"), TracksOptions(FAMILY))
+    return path
+
+
+def test_a_small_marker_beside_large_ones_is_followed(tmp_path: Path) -> None:
+    """Of 11 px, which a search of the picture as it is does not find: small ones were searched only where there was none at all."""
+    video = film(tmp_path / "a.mkv", (3, 80, 40), (5, 11, 220))
+    found = track_markers(describe_video(video), TracksOptions(FAMILY))
     assert found.ids == (3, 5)
     assert np.abs(found.corners[:, 1, 0] - (219.5, 89.5)).max() < 0.3
+
+
+def test_a_mirrored_picture_is_named(tmp_path: Path) -> None:
+    """It was asked whether markers are sharp."""
+    video = film(tmp_path / "a.mkv", (3, 80, 40), (5, 60, 220), mirrored=True)
+    with pytest.raises(
+        Refused, match=f"its picture is mirrored: markers of {FAMILY} are seen only with left and right"
+    ):
+        track_markers(describe_video(video), TracksOptions(FAMILY))
 
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="shared data not beside the checkout")
