@@ -14,12 +14,12 @@ STEP_S, ROWS = 0.002, 6000
 def turning(time: Array) -> Array:
     """Angles of two motors, rad: 8 and 5 turns a second at the most, to a count of 1e-4 rad."""
     motors = [30 * np.sin(1.7 * time) + 5 * np.sin(4.1 * time), 25 * np.cos(1.1 * time) + 3 * np.sin(5.3 * time + 1)]
-    return np.round(np.stack(motors, axis=1), 4)
+    return np.array(np.round(np.stack(motors, axis=1), 4), dtype=float)
 
 
 def sampled() -> Array:
     """Times of an even loop, s, that begin beside a millisecond."""
-    return 5.00037 + STEP_S * np.arange(ROWS)
+    return np.array(5.00037 + STEP_S * np.arange(ROWS), dtype=float)
 
 
 @pytest.mark.parametrize("unsteady_s", [0.0, 0.0005])
