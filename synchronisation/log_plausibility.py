@@ -56,9 +56,9 @@ MIRROR_RATIO = 1.15
 the arm is mirrored beyond its inverse, and between them it may be either (docs/thresholds.md)"""
 WRONG_WAY_SIGMA = 5.0
 """standard deviations by which a cable must yield the wrong way, before its force's sign is wrong (docs/thresholds.md)"""
-USUAL_RATES_HZ = (24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 240.0)
+USUAL_RATES_HZ = (10.0, 12.0, 15.0, 20.0, 24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 240.0)
 """of cameras, that a tracker may have been told wrongly"""
-MAX_UNEXPLAINED_SHARE = 0.1
+MAX_UNEXPLAINED_SHARE = 0.25
 """of each cable's winding: what travel and force leave at most where angles or times are read otherwise than they are said to be
 (docs/thresholds.md)"""
 MIN_RATE_ERROR = 0.02
