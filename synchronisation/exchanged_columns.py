@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanism.arm import Arm
+from synchronisation.angle_meanings import other_meanings
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.log_regression import LoggedMotion, unexplained_winding
 from synchronisation.swapped_order import swapped_order
@@ -58,38 +59,6 @@ def exchanged_columns(arm: Arm, motion: LoggedMotion) -> Exchange | None:
     least, _, remedy = good[0]
     words = [words for left, words, _ in good if left <= MAX_LEFT_BY_RIVAL * least]
     return Exchange(", or ".join(words), remedy, least, _rms(described))
-
-
-@dataclass(frozen=True)
-class OtherMeaning:
-    """What angles may be in place of those from bar to bar."""
-
-    words: str
-    remedy: str
-    """what to write in their place, in words"""
-    alpha: Array
-    """(K, N), rad, from bar to bar if they are so"""
-
-
-def other_meanings(alpha: Array) -> Iterator[OtherMeaning]:
-    """What angles (K, N), rad, may be: of bars against the picture, or counted from the tip by a camera behind the arm."""
-    n = alpha.shape[1]
-    if n == 1:
-        return
-    for sense, turned in ((1, ""), (-1, ", and turn the other way")):
-        bars = sense * alpha
-        upright = np.pi / 2 * np.round(np.mean(bars[:, 0]) / (np.pi / 2))
-        less = f" less {np.degrees(upright):.0f} deg" if upright else ""
-        yield OtherMeaning(
-            f"alpha1..{n} are angles of the bars in the picture, not from bar to bar{turned}",
-            f"subtract from each bar's angle that of the bar below it; the first is alpha1{less}",
-            np.diff(bars - upright, prepend=0.0, axis=1),
-        )
-    yield OtherMeaning(
-        f"alpha1..{n} are counted from the tip, and turn the other way",
-        "write the last one first, and all with the other sign",
-        -alpha[:, ::-1],
-    )
 
 
 def _is_better(left: Array, described: Array) -> bool:

@@ -14,11 +14,12 @@ from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import Arm
 from mechanism.description import Neck
 from mechanism.neck_template import MOTOR
+from synchronisation.angle_meanings import other_meanings
 from synchronisation.angles import Angles
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.clocks.usable_frames import MIN_FRAMES
 from synchronisation.encoder_log import uniformly_sampled
-from synchronisation.exchanged_columns import exchanged_columns, other_meanings
+from synchronisation.exchanged_columns import exchanged_columns
 from synchronisation.log_regression import (
     Factors,
     LoggedMotion,

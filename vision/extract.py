@@ -24,7 +24,7 @@ from vision.linkage.linkage_fit import LinkageFit, fit_linkage
 from vision.linkage.marker_placement import describe_placement
 from vision.linkage.observed_corners import Floats
 from vision.linkage.shared_fit import LinkageOptions, PlacementPrior, fit_shared
-from vision.markers.dictionary_in_view import dictionary_in_view, mirrored_picture
+from vision.markers.dictionary_in_view import dictionary_in_view, refuse_mirrored
 from vision.markers.tracking import DOUBLED, LATE, OTHER_PRINT, REPEATED, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
 from vision.noise_by_frames import with_noise_by_frames
@@ -275,8 +275,7 @@ def _refuse_without_markers(video: Video, markers: Markers, tracks: MarkerTracks
     ids = list(tracks.foreign_ids)[:8]
     other = f", though others of the dictionary are (ids {ids})" if ids else ""
     view = None if ids else dictionary_in_view(video)
-    if view and view.mirrored:
-        raise Refused(video.path, *mirrored_picture(view))
+    refuse_mirrored(video.path, view)
     if view and view.name != markers.dictionary:
         raise Refused(
             video.path,

@@ -22,7 +22,7 @@ from vision.extract import refuse_other_size
 from vision.interlacing import refuse_interlaced
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.markers.detection import MarkerDetector
-from vision.markers.dictionary_in_view import dictionary_in_view, mirrored_picture
+from vision.markers.dictionary_in_view import dictionary_in_view, refuse_mirrored
 from vision.markers.tracking import DOUBLED, OTHER_PRINT, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
 from vision.noise_by_frames import noise_factor
@@ -129,8 +129,7 @@ def track_markers(
     ids = _ids_in_view(video, options.dictionary)
     if not ids:
         view = dictionary_in_view(video)
-        if view and view.mirrored:
-            raise Refused(video.path, *mirrored_picture(view))
+        refuse_mirrored(video.path, view)
         other = view and view.name
         raise Refused(
             video.path,

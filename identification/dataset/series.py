@@ -68,11 +68,6 @@ MAX_TIME_S = 2.0**31
 PAUSE_S, MAX_PAUSE_RATIO = 10.0, 9.0
 """s without a row that count as a pause, and largest ratio of all pauses to the rest of the time: beyond it a clock jumped
 (docs/thresholds.md)"""
-
-
-_LATE = f"times are seconds, up to {MAX_TIME_S:.0f}: subtract the first time from all"
-
-
 _NEAR_BEGIN = 0.1
 """share of the time before a jump back that may lie between the begin and where it goes to, if it is called a new beginning"""
 
@@ -98,7 +93,8 @@ def check_time(time: Array, where: str, number: Callable[[int], int] = from_one)
         word = "stands still" if steps[row - 1] == 0 else "jumps back"
         raise Refused(where, f"time {word} in row {number(row)}", "give each row a later time than the one before")
     if np.max(np.abs(time)) > MAX_TIME_S:
-        raise Refused(where, f"has a time of {np.max(np.abs(time)):.3g}", _LATE)
+        do = f"times are seconds, up to {MAX_TIME_S:.0f}: subtract the first time from all"
+        raise Refused(where, f"has a time of {np.max(np.abs(time)):.3g}", do)
     pauses = steps[steps > PAUSE_S]
     if np.sum(pauses) > MAX_PAUSE_RATIO * (time[-1] - time[0] - np.sum(pauses)):
         row = int(np.argmax(steps))

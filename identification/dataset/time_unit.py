@@ -59,8 +59,7 @@ def check_time_unit(time: Array, where: str, what: str) -> None:
         )
     for name, unit in UNITS:
         if MIN_STEP_S <= step * unit <= MAX_STEP_S:
-            by_neck = f", or write log: {{time_scale: {unit:g}}} into neck.yaml" if what == "rows" else ""
-            raise Refused(where, f"time is in {name}: {follow}", f"multiply time by {unit:g}{by_neck}")
+            raise Refused(where, f"time is in {name}: {follow}", _to_seconds(unit, what))
     raise Refused(where, follow, f"write seconds, and at least {1 / MAX_STEP_S:g} {what} in each")
 
 
@@ -76,9 +75,12 @@ def _refuse_long_unit(time: Array, step: float, where: str, what: str) -> None:
     if len(likely) != 1:
         raise Refused(where, follow, "is time in days or hours? write seconds")
     ((name, unit),) = likely
-    if abs(time[-1]) * unit > MAX_TIME_S:
-        do = f"subtract the first time from all, and multiply by {unit:g}"
-    else:
-        by_neck = f", or write log: {{time_scale: {unit:g}}} into neck.yaml" if what == "rows" else ""
-        do = f"multiply time by {unit:g}{by_neck}"
+    too_late = abs(time[-1]) * unit > MAX_TIME_S
+    do = f"subtract the first time from all, and multiply by {unit:g}" if too_late else _to_seconds(unit, what)
     raise Refused(where, f"time is in {name}: {follow}", do)
+
+
+def _to_seconds(unit: float, what: str) -> str:
+    """What makes seconds of times in a unit, s."""
+    by_neck = f", or write log: {{time_scale: {unit:g}}} into neck.yaml" if what == "rows" else ""
+    return f"multiply time by {unit:g}{by_neck}"

@@ -60,19 +60,17 @@ def joined(parts: Sequence[JointStateChannel]) -> JointStateChannel:
 
 
 def _in_order(names: tuple[str, ...], part: JointStateChannel) -> JointStateChannel:
-    order = order_of(names, part.names)
-    if order is None:
+    if part.names == names:
         return part
+    order = order_of(names, part.names)
     effort = None if part.effort is None else part.effort[:, order]
     return JointStateChannel(names, part.time, part.position[:, order], effort)
 
 
-def order_of(before: Sequence[str], after: Sequence[str]) -> list[int] | None:
-    """Where each of a channel's joints, as the messages before name them, stands in a later one; None where all stand there too.
+def order_of(before: Sequence[str], after: Sequence[str]) -> list[int]:
+    """Where each of a channel's joints, as the messages before name them, stands in a later one.
 
     Raises ValueError where the joints are not the same."""
-    if tuple(before) == tuple(after):
-        return None
     if len(before) != len(after) or set(before) != set(after):
         was, now = listed(before, limit=_SHOWN), listed(after, limit=_SHOWN)
         raise ValueError(f"the joints' names change on the way, from {was} to {now}")

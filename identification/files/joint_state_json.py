@@ -44,9 +44,8 @@ def decode_json(messages: Sequence[bytes], before: int) -> JointStateChannel:
             times.append(_stamp(row))
         except ValueError as error:
             raise ValueError(f"message {number}: {error}") from error
-        effort_row = values["effort"] or [np.nan] * len(names)
-        positions.append(values["position"] if order is None else [values["position"][k] for k in order])
-        efforts.append(effort_row if order is None else [effort_row[k] for k in order])
+        positions.append([values["position"][k] for k in order])
+        efforts.append([values["effort"][k] for k in order] if values["effort"] else [np.nan] * len(names))
     effort = np.array(efforts)
     return JointStateChannel(names, np.array(times), np.array(positions), None if np.isnan(effort).all() else effort)
 

@@ -74,11 +74,9 @@ def _decode_ros1(messages: Sequence[bytes]) -> JointStateChannel:
         check_lengths(len(names), {word: len(getattr(part, word)) for word in ("position", "velocity", "effort")})
     stamps = np.array([part.header.stamp.sec * NANOSECONDS + part.header.stamp.nanosec for part in parts])
     unknown = np.full(len(names), np.nan)
-    efforts = [part.effort if len(part.effort) else unknown for part in parts]
-    effort = np.array([row if order is None else row[order] for row, order in zip(efforts, orders, strict=True)])
-    position = np.array(
-        [p.position if order is None else p.position[order] for p, order in zip(parts, orders, strict=True)]
-    )
+    ordered = list(zip(parts, orders, strict=True))
+    position = np.array([part.position[order] for part, order in ordered])
+    effort = np.array([part.effort[order] if len(part.effort) else unknown for part, order in ordered])
     return JointStateChannel(names, stamps / NANOSECONDS, position, None if np.isnan(effort).all() else effort)
 
 

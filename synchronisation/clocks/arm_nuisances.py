@@ -17,6 +17,7 @@ from mechanism.drawing_errors import (
 )
 from mechanism.dynamics import gravity_and_springs, terms
 from mechanism.laws.pulley_friction import SLIDING_M_S
+from synchronisation.clocks.frame_geometry import GEOMETRY_STEP
 
 Array = NDArray[np.float64]
 
@@ -29,8 +30,6 @@ GAIN_SIGMA = 0.1
 LOSS_SIGMA = 0.1
 """standard deviation of the share of its tension that a cable loses on the pulleys before one mechanism's span
 (docs/thresholds.md)"""
-_LENGTH_STEP = 1e-3
-"""relative: change of a free length whose effect gives its slope"""
 _MASS_FIELDS = (("top_mass", "top_inertia"), ("diagonal_mass", "diagonal_inertia"))
 
 
@@ -50,8 +49,7 @@ def parts(arm: Arm) -> list[Arm]:
         for i in range(arm.N)
     ]
     of_springs = [
-        replace(arm, **nothing | {"spring_stiffness": arm.spring_stiffness * one})
-        for one in np.eye(2 * arm.N).reshape(-1, 2, arm.N)
+        replace(arm, **nothing | {"spring_stiffness": arm.spring_stiffness * one}) for one in _each_spring(arm)
     ]
     return of_bars + of_springs
 
@@ -60,10 +58,14 @@ def torque_by_free_length(arm: Arm, a: Array) -> Array:
     """Slope of the torque by the relative error of each spring's free length, (T, N, 2 N), N m."""
     described = gravity_and_springs(arm, a)
     others = [
-        replace(arm, spring_free_length=arm.spring_free_length * (1 + _LENGTH_STEP * one))
-        for one in np.eye(2 * arm.N).reshape(-1, 2, arm.N)
+        replace(arm, spring_free_length=arm.spring_free_length * (1 + GEOMETRY_STEP * one)) for one in _each_spring(arm)
     ]
-    return np.stack([gravity_and_springs(other, a) - described for other in others], axis=-1) / _LENGTH_STEP
+    return np.stack([gravity_and_springs(other, a) - described for other in others], axis=-1) / GEOMETRY_STEP
+
+
+def _each_spring(arm: Arm) -> Array:
+    """One for one side's springs of one mechanism, (2 N, 2, N), and zero for all others."""
+    return np.eye(2 * arm.N).reshape(-1, 2, arm.N)
 
 
 def tilt_torque(arm: Arm, a: Array) -> Array:

@@ -127,7 +127,7 @@ def _winding_by_geometry(arm: Arm, alpha: Array) -> Array:
 
 def of_pulleys(numbers: slice) -> slice:
     """Which of the numbers of a geometry, which stand at a slice of a vector, are the pulleys' radii."""
-    count = (numbers.stop - numbers.start) // (len(DIMENSIONS) + 1)
+    count = _joints(numbers)
     first = numbers.start + DIMENSIONS.index("r") * count
     return slice(first, first + count)
 
@@ -155,5 +155,10 @@ def changed_geometries(arm: Arm) -> list[ChangedGeometry]:
 
 def geometry_sigma(numbers: slice) -> Array:
     """Standard deviations (P,) of these numbers, which stand at a slice of a vector, about what is described."""
-    count = (numbers.stop - numbers.start) // (len(DIMENSIONS) + 1)
+    count = _joints(numbers)
     return np.repeat([MAX_DRAWING_ERROR, ANGLE_ZERO_SIGMA_RAD], [len(DIMENSIONS) * count, count])
+
+
+def _joints(numbers: slice) -> int:
+    """Of how many joints the numbers of a geometry are, which stand at a slice of a vector."""
+    return (numbers.stop - numbers.start) // (len(DIMENSIONS) + 1)

@@ -30,9 +30,17 @@ def values() -> np.ndarray:
     return np.column_stack([series.time, series.matrix("theta"), series.matrix("f")])
 
 
-def written(path: Path, *head: str, separator: str = ",", form: str = "{:.6f}", decimal: str = ".") -> Path:
-    """A file with these first lines and the rows of `values` below."""
-    rows = (separator.join(form.format(value).replace(".", decimal) for value in row) for row in values())
+def written(
+    path: Path,
+    *head: str,
+    separator: str = ",",
+    form: str = "{:.6f}",
+    decimal: str = ".",
+    table: np.ndarray | None = None,
+) -> Path:
+    """A file with these first lines and rows below, those of `values` unless others are given."""
+    below = values() if table is None else table
+    rows = (separator.join(form.format(value).replace(".", decimal) for value in row) for row in below)
     path.write_text("\n".join([*head, *rows, ""]), encoding="utf-8")
     return path
 
@@ -77,9 +85,8 @@ LONG_UNITS = {"min": ("minutes", 60.0), "h": ("hours", 3600.0), "days": ("days",
 def test_minutes_hours_and_days_are_told_by_their_steps(unit: str, tmp_path: Path) -> None:
     word, seconds = LONG_UNITS[unit]
     table = values()
-    rows = (",".join(f"{value:.14g}" for value in (row[0] / seconds, *row[1:])) for row in table)
-    log = tmp_path / "log.csv"
-    log.write_text("\n".join([",".join(OURS), *rows, ""]))
+    table[:, 0] /= seconds
+    log = written(tmp_path / "log.csv", ",".join(OURS), form="{:.14g}", table=table)
     with pytest.raises(Refused, match=rf"time is in {word}: .*write log: \{{time_scale: {seconds:g}\}}"):
         read_log(log, NECK)
     mapping = mapping_of(log)
@@ -91,9 +98,9 @@ def test_minutes_hours_and_days_are_told_by_their_steps(unit: str, tmp_path: Pat
 
 @pytest.mark.parametrize("first", [45352.5, 739312.5])
 def test_a_date_as_a_number_is_to_be_brought_near_zero(first: float, tmp_path: Path) -> None:
-    rows = (",".join(f"{value:.16g}" for value in (first + row[0] / 86400, *row[1:])) for row in values())
-    log = tmp_path / "log.csv"
-    log.write_text("\n".join([",".join(OURS), *rows, ""]))
+    table = values()
+    table[:, 0] = first + table[:, 0] / 86400
+    log = written(tmp_path / "log.csv", ",".join(OURS), form="{:.16g}", table=table)
     with pytest.raises(Refused, match=r"time is in days: .*subtract the first time from all, and multiply by 86400"):
         read_log(log, NECK)
     mapping = mapping_of(log)

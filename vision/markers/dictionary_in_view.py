@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from calibration.dictionaries import dictionary_names, dictionary_size
 from mechanism.printed_markers import BarMarker, Markers
 from vision.markers.detection import MarkerDetector
 from vision.video import Video, read_segments
+from xneck_foundation.errors import Refused
 
 _LOOKED_AT = 3
 """frames, spread over the video"""
@@ -41,10 +43,11 @@ def dictionary_in_view(video: Video) -> DictionaryInView | None:
     return None
 
 
-def mirrored_picture(view: DictionaryInView) -> tuple[str, str]:
-    """What to say of a video whose markers are seen in a mirror alone, and what to do."""
-    what = f"its picture is mirrored: markers of {view.name} are seen only with left and right exchanged"
-    return what, "switch mirroring off in the camera or its program, or mirror the video back"
+def refuse_mirrored(path: Path, view: DictionaryInView | None) -> None:
+    """Refused where markers are seen in a mirror alone."""
+    if view and view.mirrored:
+        what = f"its picture is mirrored: markers of {view.name} are seen only with left and right exchanged"
+        raise Refused(path, what, "switch mirroring off in the camera or its program, or mirror the video back")
 
 
 def _most_seen(frames: Sequence[NDArray[np.uint8]]) -> str | None:
