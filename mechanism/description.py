@@ -196,6 +196,8 @@ class LogFormat(Strict):
     """column with the time of each row"""
     time_scale: Annotated[float, Field(gt=0)] = 1.0
     """s per unit of that column: 1 for seconds, 0.001 for milliseconds, 1e-6 for microseconds, 1e-9 for nanoseconds"""
+    nanoseconds_column: Annotated[str, Field(min_length=1)] | None = None
+    """column with the nanoseconds that are added to it, where stamps are parted in two, as ROS parts them"""
     led_column: Annotated[str, Field(min_length=1)] = "led"
     """column that is 1 while the light is on that the video shows; may be missing in the log"""
     separator: Literal[",", ";", "\t", "|"] = ","

@@ -49,7 +49,13 @@ _TOLERANCE_TEXT = {"tilt": "0.3 deg", "marker_angle": "0.3 deg"}
 _OPTIONAL = {
     Springs: {"right": {"stiffness": 400.0, "free_length": 0.05}},
     Motor: {"fv": 0.005, "joint": "motor1", "theta_column": "theta1", "f_column": "f1"},
-    LogFormat: {"led_column": "led", "separator": ";", "decimal": ",", "units_row": True},
+    LogFormat: {
+        "nanoseconds_column": "nanosec",
+        "led_column": "led",
+        "separator": ";",
+        "decimal": ",",
+        "units_row": True,
+    },
     BarMarker: {"depth": 0.0, "depth_sigma": 0.001, "diagonal": "A1"},
 }
 """examples of keys that are left out"""

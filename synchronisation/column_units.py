@@ -33,7 +33,7 @@ _BY_WORD: dict[str, tuple[str, Kind]] = {
     **dict.fromkeys(("s", "sec", "secs", "seconds", "sek"), ("s", "time")),
     **dict.fromkeys(("ms", "msec", "millis", "milliseconds"), ("ms", "time")),
     **dict.fromkeys(("us", "µs", "μs", "usec", "micros", "microseconds"), ("us", "time")),
-    **dict.fromkeys(("ns", "nanos", "nsec", "nanoseconds"), ("ns", "time")),
+    **dict.fromkeys(("ns", "nanos", "nsec", "nsecs", "nanosec", "nanosecs", "nanoseconds"), ("ns", "time")),
     **dict.fromkeys(("min", "minutes", "minuten"), ("min", "time")),
     **dict.fromkeys(("h", "hours"), ("h", "time")),
     **dict.fromkeys(("days", "tage"), ("days", "time")),

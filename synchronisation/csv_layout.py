@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from synchronisation.csv_cell import has_decimal_comma, is_number
+from synchronisation.text_encoding import open_text
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import counted
 
@@ -34,7 +35,7 @@ class CsvLayout:
 
 def layout_of(path: Path) -> CsvLayout | None:
     """The layout of a file; None where no lines of numbers stand below a header. Raises OSError, UnicodeDecodeError."""
-    with path.open(newline="", encoding="utf-8-sig") as stream:
+    with open_text(path) as stream:
         text = stream.read(_SNIFFED_BYTES)
     lines = text.splitlines()
     return layout_of_lines(lines[:-1] if len(text) == _SNIFFED_BYTES else lines)

@@ -7,6 +7,7 @@ from typing import TextIO
 
 from synchronisation.csv_cell import is_number
 from synchronisation.csv_layout import COMMENT
+from synchronisation.text_encoding import open_text
 from xneck_foundation.recovery import warn_recovered
 
 
@@ -47,7 +48,7 @@ def file_line(path: Path, separator: str, rows_between: int = 0) -> Callable[[in
     """What gives the line of a row of numbers, counted from 0; rows_between: rows between the header and the first of them."""
 
     def of_row(row: int) -> int:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
+        with open_text(path) as stream:
             lines = (line for line, _ in numbered_rows(stream, path, separator))
             return next(line for number, line in enumerate(lines, start=-1 - rows_between) if number == row)
 

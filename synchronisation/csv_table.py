@@ -22,6 +22,7 @@ from synchronisation.csv_header import (
 )
 from synchronisation.csv_layout import layout_of, refuse_lines_above_header
 from synchronisation.csv_lines import numbered_rows
+from synchronisation.text_encoding import open_text
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted
@@ -63,7 +64,7 @@ def read_table(
     path = Path(path)
     check_input(path)
     try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
+        with open_text(path) as stream:
             rows = numbered_rows(stream, path, written.separator)
             header = [cell.strip() for cell in next(rows, (1, []))[1]]
             if not header:

@@ -80,6 +80,8 @@ def csv_format(neck: Neck) -> CsvFormat:
 def log_columns(neck: Neck) -> tuple[list[str], list[str]]:
     """The columns that a table must have beside its time, and those that are looked for, as neck.yaml names them."""
     angles, forces = _named_columns(neck)
+    if neck.log.nanoseconds_column is not None:
+        angles.append(neck.log.nanoseconds_column)
     further = [] if neck.motors[0].theta_column else [f"theta{neck.M + 1}"]
     if neck.motors[0].f_column:
         return [*angles, *forces], [neck.log.led_column, *further]
@@ -114,7 +116,10 @@ def mapped_columns(series: Series, neck: Neck) -> Series:
         columns |= numbered_columns("f", np.column_stack([series.columns[name] for name in forces]))
     if neck.log.led_column in series.columns:
         columns[LED] = series.columns[neck.log.led_column]
-    return Series(series.time * neck.log.time_scale, columns)
+    time = series.time * neck.log.time_scale
+    if neck.log.nanoseconds_column is not None:
+        time += 1e-9 * series.columns[neck.log.nanoseconds_column]
+    return Series(time, columns)
 
 
 def motor_log(series: Series, neck: Neck, path: str | Path, number: Callable[[int], int] = from_one) -> Series:

@@ -16,6 +16,7 @@ from synchronisation.csv_lines import numbered_rows
 from synchronisation.csv_table import PLAIN, CsvFormat, unreadable
 from synchronisation.encoder_log import LOG_SUFFIXES
 from synchronisation.parquet_table import numeric_columns
+from synchronisation.text_encoding import open_text
 from xneck_foundation.errors import Refused
 from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.input_file import check_input
@@ -73,7 +74,7 @@ def _csv_contents(path: Path) -> LogContents:
         if layout:
             refuse_lines_above_header(path, layout)
         separator, decimal = (layout.separator, layout.decimal) if layout else (PLAIN.separator, PLAIN.decimal)
-        with path.open(newline="", encoding="utf-8-sig") as stream:
+        with open_text(path) as stream:
             rows = list(numbered_rows(stream, path, separator))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise unreadable(path, error) from error

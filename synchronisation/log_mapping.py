@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.dataset.series import Array, begins_again
+from identification.dataset.series import Array, begins_again, runs_backwards
 from mechanism.description import LogFormat, Motor, Neck
 from synchronisation.column_meaning import Column, column_meaning
 from synchronisation.column_units import ANGLE_SCALES, CABLE_SCALES, FORCE_SCALES, TIME_SCALES, TORQUE_SCALES
@@ -23,6 +23,8 @@ from xneck_foundation.spelling import quoted
 
 _PAUSE_STEPS = 20
 """times the median step, from which on a step is a pause that is named"""
+_NANOSECONDS = 1e9
+"""of a second"""
 _PULLING_SHARE = 0.9
 """share of rows in which a force must be negative, to be logged with the other sign: cables only pull"""
 
@@ -38,6 +40,8 @@ class LogMapping:
     """where there are no forces: as many currents as angles, or forces in a unit that is not known; no number makes them N"""
     time: Column | None
     """None where messages have stamps"""
+    nanoseconds: Column | None
+    """what is added to it, where a stamp is parted in two"""
     light: Column | None
     written: CsvFormat
     topic: str | None
@@ -103,6 +107,8 @@ def neck_keys(mapping: LogMapping, motors_as_described: Sequence[Motor]) -> tupl
     log: dict[str, Any] = {}
     if mapping.time is not None:
         log = {"time_column": mapping.time.name, "time_scale": TIME_SCALES.get(mapping.time.unit or "s", 1.0)}
+        if mapping.nanoseconds is not None:
+            log["nanoseconds_column"] = mapping.nanoseconds.name
         if mapping.written.separator != ",":
             log["separator"] = mapping.written.separator
         if mapping.written.decimal != ".":
@@ -179,10 +185,13 @@ def _of_table(path: Path, contents: LogContents, motors: int | None) -> LogMappi
         of_kinds = (_group(columns, kind, len(angles), prefer_commanded=True) for kind in ("force", "current"))
         unscaled = next(filter(None, of_kinds), ())
     light = next((c for c in columns if c.kind == "light" and {c.low, c.high} <= {0.0, 1.0}), None)
+    nanoseconds = _nanoseconds(columns, contents, time)
     stamps = contents.columns[time.name] * TIME_SCALES.get(time.unit or "s", 1.0)
+    if nanoseconds is not None:
+        stamps = stamps + TIME_SCALES["ns"] * contents.columns[nanoseconds.name]
     values = np.column_stack([contents.columns[c.name] for c in forces]) if forces else np.empty((0, 0))
     written = replace(contents.written, time_column=time.name)
-    mapping = _mapping(stamps, angles, (forces, unscaled), values, time, light, written, None)
+    mapping = _mapping(stamps, angles, (forces, unscaled), values, (time, nanoseconds), light, written, None)
     return replace(mapping, to_mend=(*mapping.to_mend, *missing_numbers(contents, (*angles, *forces))))
 
 
@@ -206,7 +215,7 @@ def _of_topics(path: Path, contents: LogContents, motors: int | None) -> LogMapp
     values = np.empty((0, 0))
     if channel.effort is not None:
         values = channel.effort[:, [channel.names.index(c.name) for c in forces]]
-    mapping = _mapping(channel.time, angles, (forces, ()), values, None, None, CsvFormat(), topic)
+    mapping = _mapping(channel.time, angles, (forces, ()), values, (None, None), None, CsvFormat(), topic)
     elsewhere = _topics_with_efforts(contents, topic)
     if mapping.forces or not elsewhere:
         return mapping
@@ -229,12 +238,13 @@ def _mapping(
     angles: tuple[Column, ...],
     forces_and_unscaled: tuple[tuple[Column, ...], tuple[Column, ...]],
     values: Array,
-    time: Column | None,
+    time_and_nanoseconds: tuple[Column | None, Column | None],
     light: Column | None,
     written: CsvFormat,
     topic: str | None,
 ) -> LogMapping:
     forces, unscaled = forces_and_unscaled
+    time, nanoseconds = time_and_nanoseconds
     steps = np.diff(stamps)
     step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else np.nan
     pauses = np.flatnonzero(steps > _PAUSE_STEPS * step)
@@ -247,6 +257,7 @@ def _mapping(
         forces=forces,
         unscaled=unscaled,
         time=time,
+        nanoseconds=nanoseconds,
         light=light,
         written=written,
         topic=topic,
@@ -273,6 +284,9 @@ def _time_column(path: Path, columns: Sequence[Column], contents: LogContents) -
             values = contents.columns[names[0]]
             at = int(np.argmin(np.diff(values, prepend=-np.inf) > 0))
             row = contents.number(at)
+            if runs_backwards(values):
+                what = f"{names[0]} runs backwards, from the first row to the last"
+                raise Refused(path, what, "sort the rows by their time")
             if begins_again(values, at):
                 what = f"{names[0]} begins again in row {row}, as where two recordings are joined"
                 raise Refused(path, what, "cut them apart there")
@@ -290,6 +304,19 @@ def _time_column(path: Path, columns: Sequence[Column], contents: LogContents) -
         if chosen.kind == "time"
         else column_meaning(chosen.name, contents.columns[chosen.name], "time", contents.units.get(chosen.name, ""))
     )
+
+
+def _nanoseconds(columns: Sequence[Column], contents: LogContents, time: Column) -> Column | None:
+    """What is added to whole seconds, where stamps are parted in two: one in ns that begins again every second."""
+    seconds = contents.columns[time.name]
+    if time.unit != "s" or np.any(seconds % 1):
+        return None
+    for column in columns:
+        values = contents.columns[column.name]
+        is_part = column.unit == "ns" and column.low >= 0 and column.high < _NANOSECONDS and not column.missing
+        if is_part and np.all(np.diff(seconds + values / _NANOSECONDS) >= 0):
+            return column
+    return None
 
 
 def _refuse_time_in_words(path: Path, contents: LogContents) -> None:

@@ -87,6 +87,8 @@ def check_time(time: Array, where: str, number: Callable[[int], int] = from_one)
     steps = np.diff(time)
     if np.any(steps <= 0):
         row = int(np.argmax(steps <= 0)) + 1
+        if runs_backwards(time):
+            raise Refused(where, "time runs backwards, from the first row to the last", "sort the rows by their time")
         if begins_again(time, row):
             what = f"time begins again in row {number(row)}, with {time[row]:g} after {time[row - 1]:g}"
             raise Refused(where, f"{what}, as where two recordings are joined", "cut them apart there")
@@ -99,6 +101,11 @@ def check_time(time: Array, where: str, number: Callable[[int], int] = from_one)
     if np.sum(pauses) > MAX_PAUSE_RATIO * (time[-1] - time[0] - np.sum(pauses)):
         row = int(np.argmax(steps))
         raise Refused(where, f"time jumps by {steps[row]:.6g} s in row {number(row + 1)}", "cut it in two there")
+
+
+def runs_backwards(time: Array) -> bool:
+    """Whether times (T,) of three rows or more fall from each to the next, as in a table that was sorted with the latest on top."""
+    return len(time) > 2 and bool(np.all(np.diff(time) <= 0)) and bool(time[-1] < time[0])
 
 
 def begins_again(time: Array, row: int) -> bool:

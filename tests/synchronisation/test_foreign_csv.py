@@ -388,3 +388,35 @@ def test_a_tdms_file_is_named(tmp_path: Path) -> None:
     (tmp_path / "log.tdms").write_bytes(b"TDSm" + bytes(range(256)))
     with pytest.raises(Refused, match="is no CSV but a TDMS file, as LabVIEW writes them; export it as CSV"):
         read_log(tmp_path / "log.tdms", NECK)
+
+
+@pytest.mark.parametrize("names", ["sec,nanosec", "secs,nsecs", "header.stamp.sec,header.stamp.nanosec"])
+def test_stamps_that_are_parted_in_seconds_and_nanoseconds_are_put_together(tmp_path: Path, names: str) -> None:
+    whole = np.floor(values()[:, 0])
+    parted = np.column_stack([whole, np.round(1e9 * (values()[:, 0] - whole)), values()[:, 1:]])
+    assert whole[-1] > whole[0]
+    motors = ",".join(f"theta{j + 1}" for j in range(NECK.M)) + "," + ",".join(f"f{j + 1}" for j in range(NECK.M))
+    log = written(tmp_path / "log.csv", f"{names},{motors}", table=parted, form="{:.12g}")
+    assert mapping_of(log).rate == pytest.approx(500)
+    assert_read_as_mapped(log)
+
+
+def test_a_table_of_latin_1_is_read_and_one_of_bytes_that_are_no_text_is_not(tmp_path: Path) -> None:
+    motors = ";".join(f"Winkel{j + 1} [\N{DEGREE SIGN}]" for j in range(NECK.M))
+    names = f"Zeit [s];{motors};" + ";".join(f"Zugkraft, gewünscht {j + 1} [N]" for j in range(NECK.M))
+    degrees = np.column_stack([values()[:, 0], np.degrees(values()[:, 1 : 1 + NECK.M]), values()[:, 1 + NECK.M :]])
+    log = written(tmp_path / "log.csv", names, separator=";", decimal=",", table=degrees)
+    text = log.read_text(encoding="utf-8")
+    log.write_bytes(text.encode("latin-1"))
+    assert_read_as_mapped(log)
+    log.write_bytes(text.encode("latin-1").replace(b"0", b"\x01"))
+    with pytest.raises(Refused, match="not UTF-8 text"):
+        read_contents(log)
+
+
+def test_a_table_with_the_latest_row_on_top_is_named(tmp_path: Path) -> None:
+    motors = [f"{stem}{j + 1}" for stem in ("theta", "f") for j in range(NECK.M)]
+    log = written(tmp_path / "log.csv", ",".join(["time", *motors]), table=values()[::-1])
+    for read in (lambda: read_log(log, NECK), lambda: mapping_of(log)):
+        with pytest.raises(Refused, match="time runs backwards, from the first row to the last; sort the rows"):
+            read()

@@ -9,6 +9,7 @@ from mechanism.description import Neck
 from synchronisation.csv_layout import COMMENT
 from synchronisation.csv_table import row_numbers, table_columns, unreadable
 from synchronisation.encoder_log import check_columns, csv_format, log_columns, mapped_columns
+from synchronisation.text_encoding import encoding_of
 from xneck.watch.growing_file import GrowingFile
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import shortened
@@ -22,6 +23,7 @@ class CsvRows:
     def __init__(self, source: GrowingFile, neck: Neck) -> None:
         self._source, self._neck = source, neck
         self._rest = b""
+        self._encoding = ""
         self._header: list[str] = []
         self._written = csv_format(neck)
         self._places: dict[str, int] | None = None
@@ -37,8 +39,9 @@ class CsvRows:
         whole, newline, self._rest = data.rpartition(b"\n")
         if not newline:
             return None
+        self._encoding = self._encoding or encoding_of(whole)
         try:
-            lines = (whole + newline).decode("utf-8" if self._lines_read else "utf-8-sig").splitlines()
+            lines = (whole + newline).decode(self._encoding).splitlines()
             numbered = [
                 (k, line)
                 for k, line in enumerate(lines, self._lines_read + 1)

@@ -214,7 +214,7 @@ def test_the_command_simulates_a_motion(tmp_path: Path, capfd: pytest.CaptureFix
         ({"log_time": np.zeros((3, 3))}, "time has the shape"),
         ({"theta": np.zeros((200, 5))}, "theta has the shape"),
         ({"alpha": np.full((50, 3), 90.0)}, "these are degrees"),
-        ({"log_time": TIME[::-1]}, "time jumps back"),
+        ({"log_time": TIME[::-1]}, "time runs backwards"),
         ({"theta": np.ma.masked_greater_equal(np.zeros((200, 4)), 0.0)}, "theta1 is not a number in row 1;"),
         # a masked value is none, whatever stands below the mask: what is refused is that nothing moves
         ({"alpha": np.ma.masked_equal([[90.0] * 3] + [[0.0] * 3] * 49, 90.0)}, r"are needed|seconds|shows no motion"),
