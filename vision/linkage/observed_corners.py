@@ -46,7 +46,7 @@ def normalise_corners(camera: Camera, corners: Array) -> Complex:
         part = corners[start : start + CHUNK_FRAMES]
         rays = camera.rays(np.nan_to_num(part.reshape(-1, 2)))
         image[start : start + CHUNK_FRAMES] = (rays[:, 0] + 1j * rays[:, 1]).reshape(part.shape[:-1])
-    image[np.isnan(corners).any(axis=(-2, -1)) | np.isnan(image).any(axis=-1)] = np.nan
+    image[np.isnan(corners).any(axis=(-2, -1)) | np.isnan(image).any(axis=-1)] = complex(np.nan, np.nan)
     return image
 
 
