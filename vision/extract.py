@@ -1,6 +1,6 @@
 """A recorded video to joint angles."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from types import MappingProxyType
 from typing import Any
@@ -21,12 +21,11 @@ from vision.late_pictures import late_pictures
 from vision.light_patch import LightPatch
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.linkage.linkage_fit import LinkageFit, fit_linkage
-from vision.linkage.marker_placement import describe_placement
-from vision.linkage.observed_corners import Floats
-from vision.linkage.shared_fit import LinkageOptions, PlacementPrior, fit_shared
+from vision.linkage.shared_fit import LinkageOptions, PlacementPrior
 from vision.markers.dictionary_in_view import dictionary_in_view, refuse_mirrored
 from vision.markers.tracking import DOUBLED, LATE, OTHER_PRINT, REPEATED, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
+from vision.misplaced_markers import misplacement
 from vision.noise_by_frames import with_noise_by_frames
 from vision.repeated_pictures import repeated_pictures
 from vision.second_prints import second_print_warnings, second_prints, without_second_prints
@@ -42,13 +41,12 @@ SYSTEMATIC_PX = 0.006
 STANDING_PX = 0.02
 """px: standard deviation of the offset of a marker that stands still, by the codec and the place of its edges among the pixels
 (docs/thresholds.md)"""
-MAX_PLACEMENT_ERROR_RATIO = 1.5
-"""corner error with the placement of neck.yaml over that with a free placement, from which on the placement is called wrong
-(docs/thresholds.md)"""
 _MAX_ROW_TIMES = 3
 """corrections of a rolling shutter's row time that nobody said: the first is nearly right"""
 _WRONG_ROW_TIME_SHARE = 0.1
 """of a row time that was said: from what difference on it is called wrong"""
+_SELDOM_SEEN = 0.5
+"""share of frames with a marker below which a warning names it"""
 _MAX_MOMENTS = 10
 """repeated frames whose times are listed in the warning; the notes have all"""
 
@@ -121,7 +119,8 @@ def extract(
 
     Frames that show the picture before them again, or another moment than their stamps say, have no angles
     (`notes["repeated_frames"]`, `notes["late_frames"]`). Where neck.yaml's placement of the
-    markers is believed, it is compared with what the motion shows (`notes["askew"]`).
+    markers is believed, it is compared with what the motion shows: where markers hardly sit so (`notes["askew"]`), angles are
+    fitted with markers that may sit beside their places, and sigma holds that.
 
     Raises Refused for a damaged video, one of a single frame or of woven fields, a picture size that is not the
     camera's, or where no marker of the arm is in view.
@@ -151,7 +150,7 @@ def extract(
     covariance = tracks.covariance  # as single floats: hours of them as double ones would be most of memory
     linkage = linkage_options(options)
 
-    def fitted(shutter: Shutter) -> tuple[Array, LinkageFit]:
+    def fitted(linkage: LinkageOptions, shutter: Shutter) -> tuple[Array, LinkageFit]:
         # the motion of the others is that from one of them to the next
         corners, kept = seen.copy(), ~(repeated | is_late)
         corners[kept] = at_middle_row(tracks.time[kept], corners[kept], video.height, shutter)
@@ -159,18 +158,28 @@ def extract(
         fit = fit_linkage(neck, camera, corners, str(video.path), covariance=covariance, time=time, options=linkage)
         return corners, fit
 
-    shutter = options.shutter
-    corners, fit = fitted(shutter)
-    for _ in range(_MAX_ROW_TIMES):
-        if options.shutter.row_s or fit.row_time is None or not fit.row_time.is_sure:
-            break
-        shutter = replace(shutter, row_s=shutter.row_s + fit.row_time.seconds)
-        corners, fit = fitted(shutter)
+    def with_row_time(linkage: LinkageOptions) -> tuple[Shutter, Array, LinkageFit]:
+        shutter = options.shutter
+        corners, fit = fitted(linkage, shutter)
+        for _ in range(_MAX_ROW_TIMES):
+            if options.shutter.row_s or fit.row_time is None or not fit.row_time.is_sure:
+                break
+            shutter = replace(shutter, row_s=shutter.row_s + fit.row_time.seconds)
+            corners, fit = fitted(linkage, shutter)
+        return shutter, corners, fit
+
+    shutter, corners, fit = with_row_time(linkage)
+    askew = None
+    if options.placement is None and (
+        doubt := misplacement(neck, camera, corners, covariance, str(video.path), fit, linkage)
+    ):
+        prior, askew = doubt
+        shutter, corners, fit = with_row_time(replace(linkage, placement=prior))
+        fit = replace(fit, placement=None)
     time = shutter.middle(tracks.time, video.height)
     fit = with_noise_by_frames(fit, time)
     notes = _notes(video, markers, tracks, corners, fit)
-    warn = options.placement is None
-    notes["askew"] = _placement_warning(neck, camera, corners, covariance, str(video.path), fit) if warn else None
+    notes["askew"] = askew
     notes["repeated_frames"] = [{"frame": int(k), "time_s": float(time[k])} for k in np.flatnonzero(repeated).tolist()]
     notes["late_frames"] = [
         {"frame": int(k), "time_s": float(time[k]), "late_s": float(late[k])} for k in np.flatnonzero(is_late)
@@ -178,7 +187,9 @@ def extract(
     notes["row_time"] = _row_time_note(fit, shutter)
     notes["warnings"] = [
         *video.warnings,
+        *([askew] if askew else []),
         *second_print_warnings(time, others, ids),
+        *_seldom_seen_warnings(markers, notes["markers"]),
         *_repetition_warning(time, repeated),
         *_late_warning(time, late),
         *_row_time_warning(fit, options.shutter, shutter, video.height),
@@ -212,6 +223,16 @@ def _without(tracks: MarkerTracks, frames: NDArray[np.bool_], status: int) -> Ma
         return tracks
     tracks = tracks.without(np.broadcast_to(frames[:, None], tracks.status.shape), status)
     return replace(tracks, light=None if tracks.light is None else np.where(frames, np.nan, tracks.light))
+
+
+def _seldom_seen_warnings(markers: Markers, seen: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A sentence for each marker that is missing in most frames; seen: of each marker, as the notes have it."""
+    return [
+        f"marker {marker.id} on {marker.place} was seen in {100 * told['seen_share']:.0f} % of the frames: where it is missing "
+        f"the other markers tell its bar{'; is another print of it in view?' if told['duplicates'] else ''}"
+        for marker, told in zip(markers.on_bars, seen, strict=True)
+        if told["seen_share"] < _SELDOM_SEEN
+    ]
 
 
 def _late_warning(time: Array, late: Array) -> list[str]:
@@ -321,26 +342,3 @@ def _angles(time: Array, fit: LinkageFit, notes: dict[str, Any], light: Array | 
     shared = np.diagonal(fit.covariance - noise, axis1=1, axis2=2)
     common = np.where(unknown, np.nan, np.sqrt(np.maximum(shared, 0.0)))
     return Angles(time=time, alpha=fit.alpha, sigma=sigma, notes=notes, light=light, common=common)
-
-
-def _placement_warning(
-    neck: Neck, camera: Camera, corners: Array, covariance: Floats | None, where: str, described: LinkageFit
-) -> str | None:
-    """A sentence where markers that sit as neck.yaml says explain the corners much worse than markers free to sit elsewhere."""
-    prior = PlacementPrior()
-    free = fit_shared(neck, camera, corners, where, covariance, options=LinkageOptions(prior, drift=False))
-    ratio = described.scale / float(np.sqrt(free.variance))
-    if ratio < MAX_PLACEMENT_ERROR_RATIO:
-        return None
-    numbers = describe_placement(neck, free, prior).numbers
-    worst = max(numbers, key=lambda n: abs(n.value - n.nominal) / n.prior_sigma)
-    shown = (
-        f"{1e3 * (worst.value - worst.nominal):+.1f} mm"
-        if worst.unit == "m"
-        else f"{np.degrees(worst.value - worst.nominal):+.1f} deg"
-    )
-    return (
-        f"the markers do not sit as neck.yaml says: corners fit to {described.corner_sigma_px:.2f} px as described, to "
-        f"{described.corner_sigma_px / ratio:.2f} px where they may sit otherwise (most: {worst.name} of {worst.where}, {shown}); "
-        "estimate their placement, or correct neck.yaml"
-    )

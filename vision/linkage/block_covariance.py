@@ -28,22 +28,25 @@ def frame_blocks(frames: int) -> NDArray[np.intp]:
     return np.arange(frames) * count // max(frames, 1)
 
 
-def clustered_covariance(information: Array, score: Array, prior: Array, variance: float) -> Array:
+def clustered_covariance(
+    information: Array, score: Array, prior: Array, variance: float, wider: Array | float = 1.0
+) -> Array:
     """Covariance (p, p) of p parameters estimated by least squares.
 
     information (B, p, p), score (B, p): normal equations of each block at the solution, not yet divided by `variance`, that of
-    white noise; prior (p,): 1/sigma^2 of each parameter's prior. With one block it is the covariance for white noise.
+    white noise; prior (p,): 1/sigma^2 of each parameter's prior; wider (p,): variance of what is known of it over that sigma^2.
+    With one block it is the covariance for white noise.
     """
     whole = information.sum(axis=0) + np.diag(prior * variance)
     scale = np.sqrt(np.diag(whole))
     half = np.linalg.cholesky(whole / np.outer(scale, scale))
     to_unit = np.linalg.inv(half) / scale  # unknowns in which the information is one
     share = to_unit @ information @ to_unit.T
-    prior_share = to_unit @ np.diag(prior * variance) @ to_unit.T
+    prior_share = to_unit @ np.diag(prior * wider * variance) @ to_unit.T
     white = share.sum(axis=0)
     informed = np.trace(share, axis1=1, axis2=2) > 1e-12
     if informed.sum() < 2:
-        return variance * to_unit.T @ to_unit
+        return variance * to_unit.T @ (white + prior_share) @ to_unit
     z = score[informed] @ to_unit.T / np.sqrt(variance)
     # the fit has already reduced every block's score by the block's own leverage
     leverage, directions = np.linalg.eigh(share[informed])

@@ -52,6 +52,8 @@ class SharedPrior:
     """(p,): 1/sigma^2; zero where nothing is known"""
     free: NDArray[np.bool_]
     """(p,): which parameters a fit may change"""
+    wider: Array
+    """(p,): variance of what is known over 1/information; more than one where a fit holds to it more than it is known"""
 
 
 @dataclass(frozen=True)
@@ -169,7 +171,9 @@ def shared_covariance(information: Array, score: Array, prior: SharedPrior, vari
     free = np.flatnonzero(prior.free)
     covariance = np.zeros((len(prior.mean), len(prior.mean)))
     part = np.ix_(free, free)
-    covariance[part] = clustered_covariance(information[:, *part], score[:, free], prior.information[free], variance)
+    covariance[part] = clustered_covariance(
+        information[:, *part], score[:, free], prior.information[free], variance, prior.wider[free]
+    )
     return covariance
 
 
@@ -180,6 +184,7 @@ def extend_prior(prior: SharedPrior, information: Array) -> SharedPrior:
         mean=np.append(prior.mean, np.zeros(len(information))),
         information=np.append(prior.information, information),
         free=np.append(prior.free, np.ones(len(information), dtype=bool)),
+        wider=np.append(prior.wider, np.ones(len(information))),
     )
 
 

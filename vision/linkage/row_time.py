@@ -2,7 +2,8 @@
 
 A corner is seen where it was when its own row was exposed: off by its velocity times its row's delay. Angles can follow some of
 that, but not what one bar's corners do at different rows, nor bars at different heights. So the time from row to row is one more
-number that all frames share.
+number that all frames share. A codec drags what moves, and each corner by another time: these are nuisances, without which the
+corners of a single moving marker seem to tell a row time.
 """
 
 from dataclasses import dataclass
@@ -24,6 +25,9 @@ MAX_FRAMES = 600
 """frames, spread over the recording, that are asked"""
 MIN_READOUT_S = 1.5e-3
 """s: no rolling shutter goes over its rows faster; what looks like a faster one is what compression and light do to moving markers
+(docs/thresholds.md)"""
+LAG_S = 3e-4
+"""s: by how much a corner of a moving marker is found early or late all the time, by compression and light, standard deviation
 (docs/thresholds.md)"""
 SURE_SIGMAS = 6.0
 """standard deviations from which a row time is one (docs/thresholds.md)"""
@@ -60,24 +64,30 @@ def row_time(
         time[near], np.stack([fit.image[near].real, fit.image[near].imag], axis=-1), np.searchsorted(near, frames)
     )
     rows = corners[frames, ..., 1] - (camera.height - 1) / 2
-    column = np.nan_to_num(rows * (moving[..., 0] + 1j * moving[..., 1]))[..., None]
+    velocity = np.nan_to_num(moving[..., 0] + 1j * moving[..., 1])
+    column = (np.nan_to_num(rows) * velocity)[..., None]
     if not column.any():
         return None
     # in units in which it does about as much as the others
     size = 1 / float(np.sqrt(np.mean(np.abs(column) ** 2)))
+    count = velocity[0].size
+    lags = velocity[..., None] * np.eye(count).reshape(*velocity.shape[1:], count)
+    asked = np.concatenate([size * column, lags], axis=-1)
     observed = whiten_corners(camera, fit.image[frames], None if covariance is None else covariance[frames])
-    scale, free = float(np.sqrt(fit.variance)), np.append(fit.prior.free, True)
-    equations = linkage_equations(
-        fit.scene, observed, fit.shared, alpha[frames], fit.course[frames], 0, scale, size * column
-    )
-    known_before = np.append(fit.prior.information, 0.0)[free]
+    scale, free = float(np.sqrt(fit.variance)), np.append(fit.prior.free, np.ones(1 + count, dtype=bool))
+    equations = linkage_equations(fit.scene, observed, fit.shared, alpha[frames], fit.course[frames], 0, scale, asked)
+    known_before = np.concatenate([fit.prior.information, [0.0], np.full(count, LAG_S**-2)])[free]
     information, score = equations.reduced[:, free][:, :, free], equations.g_reduced[:, free]
     total = information.sum(axis=0) + np.diag(known_before * fit.variance)
-    right = score.sum(axis=0) + known_before * fit.variance * np.append(fit.prior.mean - fit.shared.vector, 0.0)[free]
+    right = (
+        score.sum(axis=0)
+        + known_before * fit.variance * np.append(fit.prior.mean - fit.shared.vector, np.zeros(1 + count))[free]
+    )
     change = solve_scaled(total, right)
     block = frame_blocks(len(alpha))[frames]
     by_block = np.zeros((block.max() + 1, *total.shape)), np.zeros((block.max() + 1, len(total)))
     np.add.at(by_block[0], block, information)
     np.add.at(by_block[1], block, score - information @ change)
     spread = clustered_covariance(*by_block, known_before, fit.variance)
-    return RowTime(size * float(change[-1]), size * float(np.sqrt(spread[-1, -1])), camera.height)
+    at = -1 - count
+    return RowTime(size * float(change[at]), size * float(np.sqrt(spread[at, at])), camera.height)

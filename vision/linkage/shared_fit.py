@@ -1,7 +1,7 @@
 """The parameters that all frames of a recording share - camera pose, its drift, placement of the markers - from corners."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,8 @@ class PlacementPrior:
     """rad"""
     length_sigma: float | None = None
     """m, of L and b, which then are estimated too; None holds them to neck.yaml"""
+    weight: float = 1.0
+    """how many times as much as frames the prior counts in a fit: errors of corners come again from frame to frame"""
 
 
 @dataclass(frozen=True)
@@ -292,7 +294,11 @@ def _prior(nominal: SharedParameters, markers: Markers, placement: PlacementPrio
     information = np.divide(1.0, known**2, out=np.zeros(len(known)), where=known > 0)
     free = known > 0
     free[:6] = True
-    return SharedPrior(nominal.vector, information, free)
+    weight = np.ones(sigma.shape)
+    if placement is not None:
+        weight[:, :3] = placement.weight
+    weight = np.concatenate([np.ones(6), weight.ravel(), np.ones(nominal.lengths.size)])
+    return SharedPrior(nominal.vector, weight * information, free, weight)
 
 
 def _with_standing_offsets(prior: SharedPrior, scene: Scene, image: Complex, offset: float) -> SharedPrior:
@@ -312,7 +318,7 @@ def _with_standing_offsets(prior: SharedPrior, scene: Scene, image: Complex, off
         if np.abs(middle - middle.mean()).max() < STANDING_SHARE * side:
             row = slice(6 + PLACEMENT * k, 9 + PLACEMENT * k)
             information[row], free[row] = (np.array([size, size, 2.0]) * offset / side) ** -2, True
-    return SharedPrior(prior.mean, information, free)
+    return replace(prior, information=information, free=free)
 
 
 def _initial_angles(scene: Scene, shared: SharedParameters, image: Complex) -> Array:

@@ -210,7 +210,6 @@ def _summary(out: Path, result: dict[str, Any]) -> str:
     ]
     lines += [f"  {warning}" for warning in result["warnings"]]
     lines += [f"  {drift['sentence']}" for drift in result["drift"]]
-    lines += [f"  {result['askew']}"] if result["askew"] else []
     lines += [f"  {_placement_line(number)}" for number in result["placement"] or []]
     return "\n".join(lines)
 

@@ -62,14 +62,44 @@ def test_it_is_found_and_the_angles_are_right_then(row_s: float, seed: int) -> N
     assert before > 5 * after
 
 
-def test_chance_is_in_sigma_and_a_global_shutter_is_none() -> None:
+def dragged(neck: Neck, seed: int) -> np.ndarray:
+    """Corners by a global shutter, each of which a codec drags by a time of its own, 0.3 ms (one standard deviation)."""
+    rng = np.random.default_rng([seed, 2])
+    count = 4 * (neck.N + 1)
+    of_corner = [
+        rolled(neck, TIME + late, lambda t: swinging(seed)(t)[..., : neck.N], 0.0)
+        for late in rng.normal(0, 3e-4, count)
+    ]
+    out = np.stack([of_corner[k][:, k // 4, k % 4] for k in range(count)], axis=1).reshape(len(TIME), -1, 4, 2)
+    return out + NOISE_PX * rng.normal(size=out.shape)
+
+
+@pytest.mark.parametrize("mechanisms", [1, 3])
+def test_what_a_codec_drags_is_in_sigma_and_is_no_rolling_shutter(mechanisms: int) -> None:
     """Ten recordings: spread of error over sigma between 0.5 and 1.6 (99.8 % of chi-squares of ten), none called sure."""
+    neck = first_mechanisms(mechanisms)
     z = []
     for seed in range(10):
-        _, found = fitted(seen(0.0, seed))
+        _, found = fitted(dragged(neck, seed), neck=neck)
         assert not found.is_sure
         z.append(found.seconds / found.sigma)
     assert 0.5 < np.sqrt(np.mean(np.square(z))) < 1.6
+
+
+def first_mechanisms(count: int) -> Neck:
+    """The lowest mechanisms of the sample's arm with their markers."""
+    assert NECK.markers is not None
+    on_bars = tuple(m for m in NECK.markers.on_bars if m.bar <= count)
+    markers = NECK.markers.model_copy(update={"on_bars": on_bars})
+    return NECK.model_copy(update={"mechanisms": NECK.mechanisms[:count], "markers": markers})
+
+
+def test_it_is_found_beside_frames_that_miss_a_marker() -> None:
+    """Every fourth frame lacks one: what is not seen has no place that anything could move from."""
+    corners = seen(15e-6, 1)
+    corners[2::4, 1] = np.nan
+    _, found = fitted(corners)
+    assert found.seconds == pytest.approx(15e-6, rel=0.05)
 
 
 def test_a_wrong_drawing_is_no_rolling_shutter() -> None:

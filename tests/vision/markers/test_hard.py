@@ -53,7 +53,8 @@ def test_no_angle_is_lost_where_a_detector_loses_nearly_all(
         assert ours.markers_lost == 0
         z = (ours.alpha - truth) / ours.sigma
         assert np.sqrt(np.mean(z**2)) < (1 + 3 / np.sqrt(6) if corners == "template" else 4)
-        assert np.degrees(np.median(ours.sigma)) < 0.1
+        # edges beside a strip are as wrong as markers stuck on beside their places, and count so
+        assert np.degrees(np.median(ours.sigma)) < (0.1 if corners == "template" else 0.2)
     monkeypatch.setattr(vision.markers.detection, "OCCLUSION_WIDTHS_PX", ())
     monkeypatch.setattr(MarkerTracker, "_predicted", lambda self, time: np.full((len(self._ids), 4, 2), np.nan))
     blind = by_ours("edges", video, neck, camera, case.camera.exposure_s, FRAMES)
