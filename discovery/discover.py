@@ -75,6 +75,7 @@ def discover(
         noise=noise,
         residual_after=left,
         busiest=(float(t[busiest].min()), float(t[busiest].max())),
+        busiest_rms=float(np.sqrt(energy.max())),
         direction_width=problem.direction_width,
     )
 

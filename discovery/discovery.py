@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 MAX_UNEXPLAINED = 1.2
 """times noise: what laws may leave and still be all (docs/thresholds.md)"""
+MAX_UNEXPLAINED_AT_ONCE = 2.5
+"""times noise: what they may leave in a single block (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,8 @@ class Discovery:
     """what the laws leave of the residual about its mean, (T,), in the target's unit"""
     busiest: tuple[float, float] = (0.0, 0.0)
     """begin and end, s, of the block in which most is left"""
+    busiest_rms: float = 0.0
+    """RMS of what is left there"""
     direction_width: float = 0.0
     """speed within which the direction's sign changes, in the unit of DIRECTION"""
 
@@ -45,9 +49,14 @@ class Discovery:
         return out
 
     @property
-    def something_remains(self) -> bool:
-        """Whether plainly more than noise is left, which no function of these variables explains."""
-        return self.noise is not None and self.after > MAX_UNEXPLAINED * self.noise
+    def something_remains(self) -> bool | None:
+        """Whether plainly more than noise is left, in all or for a while, which no function of these variables explains.
+
+        None where the noise was not given."""
+        if self.noise is None:
+            return None
+        in_all, at_once = MAX_UNEXPLAINED * self.noise, MAX_UNEXPLAINED_AT_ONCE * self.noise
+        return self.after > in_all or self.busiest_rms > at_once
 
     @property
     def words(self) -> str:
@@ -79,4 +88,5 @@ class Discovery:
             "noise": self.noise,
             "something_remains": self.something_remains,
             "busiest_s": list(self.busiest),
+            "busiest_rms": self.busiest_rms,
         }

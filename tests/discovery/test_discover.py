@@ -142,8 +142,10 @@ def test_two_laws_at_once() -> None:
     }
 
 
-def test_a_push_by_hand_is_no_law_and_its_time_is_told() -> None:
-    pushed = np.where((TIME > 31) & (TIME < 33), 3.0, 0.0)
+@pytest.mark.parametrize("push", [1.0, 3.0])
+def test_a_push_by_hand_is_no_law_and_its_time_is_told(push: float) -> None:
+    """The smaller one leaves 1.17 times noise in all."""
+    pushed = np.where((TIME > 31) & (TIME < 33), push, 0.0)
     found = discover(pushed + noise(4, 0.0), signals(4), TIME, noise=0.3)
     assert found.laws == ()
     assert found.something_remains
@@ -155,8 +157,15 @@ def test_a_push_by_hand_is_no_law_and_its_time_is_told() -> None:
 
 def test_without_a_noise_nobody_says_that_something_remains() -> None:
     found = discover(noise(5, 0.9), signals(5), TIME)
-    assert not found.something_remains
+    assert found.something_remains is None
     assert "not given" in found.words
+
+
+def test_noise_alone_is_not_taken_for_a_push() -> None:
+    """Twenty recordings, a third of them with noise that lasts for ten rows."""
+    for seed in range(20):
+        made = noise(seed, (0, 0.5, 0.9)[seed % 3])
+        assert not discover(made, signals(seed), TIME, noise=float(np.std(made))).something_remains
 
 
 def test_the_curve_with_its_band_holds_the_truth() -> None:
