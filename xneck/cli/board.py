@@ -19,6 +19,7 @@ def command(source: Path, out: Path, json_out: Path | None, quiet: bool) -> None
     from mechanism.description import markers_of, read_neck
     from xneck_foundation.errors import Refused
     from xneck_foundation.strict_yaml import load_yaml
+    from xneck_foundation.yaml_kinds import yaml_kind_of
 
     document = load_yaml(source)
     if isinstance(document, dict) and "kind" in document:
@@ -30,7 +31,9 @@ def command(source: Path, out: Path, json_out: Path | None, quiet: bool) -> None
         sheets, (width, height) = marker_sheet(ids, markers.size, markers.dictionary, out, source.stem)
         what = f"{len(ids)} markers, {sheets} sheet{'s' * (sheets > 1)}"
     else:
-        raise Refused(source, "is neither a board.yaml (key `kind`) nor a neck.yaml (key `mechanisms`)")
+        known = yaml_kind_of(document) if isinstance(document, dict) else None
+        found = f"{known.name} ({known.file}), " if known else ""
+        raise Refused(source, f"is {found}neither a board.yaml (key `kind`) nor a neck.yaml (key `mechanisms`)")
     text = (
         f"{out}: {what} on {width:.0f} x {height:.0f} mm. "
         "Print at 100 % (no fitting to the page) and measure the ruler."

@@ -206,6 +206,39 @@ def test_wrong_usage_says_what_was_meant(words: list[str], says: str, capfd: pyt
     assert all(line.isprintable() and len(line) < 500 for line in err.splitlines()), err
 
 
+NECK, BOARD, LIST = R / "neck.yaml", R / "board.yaml", R / "recording.yaml"
+ARM = "is the description of an arm (neck.yaml)"
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["show", BOARD], "is a calibration board (board.yaml), not the description of an arm; give a neck.yaml here"),
+        (["show", LIST], "is the list of a recording's files (recording.yaml), not the description of an arm"),
+        (["show", "model.yaml"], "is a model of `xneck identify` (model.yaml), not the description of an arm"),
+        (["export", NECK, NECK], f"{ARM}, not a model of `xneck identify`; give a model.yaml here"),
+        (["extract", R / "video.mp4", "--neck", NECK, "--camera", NECK], f"{ARM}, not the calibration of a camera"),
+        (["calibrate", R / "board", "--board", NECK], f"{ARM}, not a calibration board; give a board.yaml here"),
+        (["board", "camera.yaml"], "is the calibration of a camera (camera.yaml), neither a board.yaml"),
+        (["run", "folder"], f"{ARM}, not the list of a recording's files; give a recording.yaml here"),
+    ],
+    ids=lambda value: " ".join(Path(word).name for word in value) if isinstance(value, list) else "",
+)
+def test_a_file_in_the_place_of_another_is_named_by_what_it_is(
+    words: list[str | Path], says: str, place: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(place)
+    written(place / "model.yaml", "xneck_model: 1\nlaws: []\nparameters: []\n")
+    (place / "folder").mkdir()
+    written(place / "folder/recording.yaml", NECK.read_text())
+    out = (
+        "out" if words[0] == "run" else {"board": "out.pdf", "export": "out.xml", "show": "out.svg"}.get(str(words[0]))
+    )
+    status, _, err = run(capfd, *words, "--out", out or "out.yaml")
+    assert (status, err.count("\n")) == (1, 1)
+    assert says in err
+
+
 NASTY = "n\x1b[31m\nm\x9b\udcff.csv"
 """a file's name that would turn a terminal red, and is no UTF-8"""
 
