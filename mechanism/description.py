@@ -283,7 +283,7 @@ class Neck(Strict):
         tree = self.model_dump(exclude_unset=True)
         for path, value in changes.items():
             set_at(tree, path, np.asarray(value).tolist() if isinstance(value, np.generic | np.ndarray) else value)
-        return validate_document(tree, Neck, "neck")
+        return validate_document(tree, Neck, "neck", written=False)
 
     @property
     def N(self) -> int:

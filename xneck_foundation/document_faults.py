@@ -24,8 +24,11 @@ _PLAIN_WORDS = {"model_type": "expected keys and values", "bool_type": "expected
 Path = tuple[str | int, ...]
 
 
-def described_faults(errors: Sequence[Any], kind: type[BaseModel], document: Any) -> str:
-    """pydantic's errors of a `document` that is no `kind`, in words, those that lead to others alone."""
+def described_faults(errors: Sequence[Any], kind: type[BaseModel], document: Any, written: bool = True) -> str:
+    """pydantic's errors of a `document` that is no `kind`, in words, those that lead to others alone.
+
+    written: whether a person wrote all of it, and not a single key more, which then was meant to be one that is there.
+    """
     meant = _meant(errors, kind, document)
     followed = {(*path[:-1], word) for path, word in meant.items()}
     # entries that are at fault are not counted, so that their list is said to be too short besides
@@ -33,6 +36,8 @@ def described_faults(errors: Sequence[Any], kind: type[BaseModel], document: Any
     follows = {"missing": followed, "too_short": above}
     faults = [e for e in errors if e["loc"] not in follows.get(e["type"], ())]
     doubled = _doubled(errors, kind, document, meant)
+    if not written:
+        meant, doubled = meant | doubled, {}
     return listed(_said_once(faults, [_fault(e, meant, doubled, kind) for e in faults]), "; ", _FAULT_CHARACTERS)
 
 

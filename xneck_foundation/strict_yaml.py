@@ -196,8 +196,11 @@ def _kind_of(document: Any) -> str:
     return "a list" if isinstance(document, list) else "a single value"
 
 
-def validate_document(document: Any, kind: type[M], where: str | Path, hint: str = "") -> M:
-    """A loaded document as a `kind`; raises Refused with every fault, its path, what was found and what is expected."""
+def validate_document(document: Any, kind: type[M], where: str | Path, hint: str = "", written: bool = True) -> M:
+    """A loaded document as a `kind`; raises Refused with every fault, its path, what was found and what is expected.
+
+    written: whether a person wrote all of it; False where keys were set in one that was read.
+    """
     if not isinstance(document, dict):
         raise Refused(where, f"expected keys and values, found {_kind_of(document)}", "is this the right file?")
     if told := given_instead(document, kind.model_fields):
@@ -206,4 +209,4 @@ def validate_document(document: Any, kind: type[M], where: str | Path, hint: str
         # by JSON's rules a list may become a tuple and an integer a float, but text is never a number
         return kind.model_validate_json(json.dumps(document))
     except ValidationError as error:
-        raise Refused(where, described_faults(error.errors(), kind, document), hint) from error
+        raise Refused(where, described_faults(error.errors(), kind, document, written), hint) from error

@@ -147,6 +147,10 @@ def recording_that_leaves_its_folder(place: Path) -> list[str | Path]:
     return ["run", place, "--out", place / "out"]
 
 
+def export_of_a_folder_that_is_not_there(place: Path) -> list[str | Path]:
+    return ["export", place / "nonexist", "--out", place / "out/arm.xml"]
+
+
 def true_angles(place: Path) -> Path:
     """The main recording's angles as a CSV, so that only the log is at fault."""
     stored = np.load(SAMPLES / "truth.npz")
@@ -172,6 +176,7 @@ CASES: dict[Callable[[Path], list[str | Path]], str] = {
     two_pictures_for_a_camera: r"2",
     results_into_nowhere: r"nowhere does not exist",
     folder_without_recording: r"recording\.yaml",
+    export_of_a_folder_that_is_not_there: r"nonexist: does not exist; check the name",
     recording_that_leaves_its_folder: r"leaves the recording's folder",
 }
 
