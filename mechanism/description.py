@@ -255,9 +255,20 @@ class Neck(Strict):
         for one in (one for one, count in sorted(Counter(ids).items()) if count > 1):
             places = listed((f"[{k}]" for k, other in enumerate(ids) if other == one), " and ", limit=_SHOWN)
             faults.append(f"markers.on_bars: id {one} stands twice, in {places}")
+        faults += self._markers_upon_others()
         if faults:
             raise ValueError("; ".join(faults))
         return self
+
+    def _markers_upon_others(self) -> list[str]:
+        """Markers whose middles are where another's is, in words."""
+        there: dict[tuple[str, tuple[float, float]], int] = {}
+        upon = []
+        for k, marker in enumerate(self.markers.on_bars if self.markers else ()):
+            first = there.setdefault((marker.place, marker.at), k)
+            if first != k:
+                upon.append(f"markers.on_bars[{k}] is at the same place of {marker.place} as [{first}]")
+        return upon
 
     def _beyond_the_last_mechanism(self) -> list[str]:
         """All that needs more mechanisms than there are, in words: one number too small is one fault."""

@@ -224,6 +224,7 @@ def test_an_interruption_leaves_what_is_done_and_no_parts(
     monkeypatch.setattr(xneck.batch.run_batch, "run_tasks", interrupted)
     ran = run(capfd, "run", *recordings, "--out", out, "--redo")
     assert (ran.status, ran.out) == (130, "")
+    assert ran.err.endswith("; nothing half-written is left; what is done is kept: the same command does the rest\n")
     assert {path.name: path.read_bytes() for path in (out / "cut").iterdir()} == whole
     assert {path.name for path in out.iterdir()} == {"cut", NASTY}
     assert list((out / NASTY).iterdir()) == []
