@@ -19,6 +19,7 @@ from vision.frame_quality import angle_gaps, frame_quality
 from vision.interlacing import refuse_interlaced
 from vision.late_pictures import late_pictures
 from vision.light_patch import LightPatch
+from vision.linkage.initial_guess import refuse_without_base
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.linkage.linkage_fit import LinkageFit, fit_linkage
 from vision.linkage.marker_placement import describe_placement
@@ -128,6 +129,7 @@ def extract(
     camera's, or where no marker of the arm is in view.
     """
     markers = known_markers(neck, "neck.yaml")
+    refuse_without_base(markers, "neck.yaml")
     refuse_other_size(video, camera)
     if video.frames < 2:
         raise Refused(
