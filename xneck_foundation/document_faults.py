@@ -166,7 +166,9 @@ def _fault(error: Any, meant: Mapping[Path, str], doubled: Mapping[Path, str], k
         message = _PLAIN_WORDS[error["type"]]
     for limit in (context[key] for key in ("le", "lt", "ge", "gt") if key in context):
         message = f"{message.rpartition(' ')[0]} {limit_text(limit)}"
-    meant_value = likely_meant(error["input"], _unit(kind, error["loc"]), context)
+    meant_value = ""
+    if not isinstance(error["input"], str) or error["type"].startswith(("float", "int")):  # text may be meant as text
+        meant_value = likely_meant(error["input"], _unit(kind, error["loc"]), context)
     if error["type"] == "too_short":
         return f"{place}: expected at least {context['min_length']}, found {context['actual_length']}"
     if error["type"] == "too_long" and isinstance(error["input"], list | tuple):

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from contextlib import suppress
-from math import pi
+from math import isfinite, pi
 from typing import Any
 
 _OFTEN_TAKEN = {
@@ -33,8 +33,7 @@ def _as_number(text: str) -> str:
     """The number that a text is, but for a decimal comma or a typographer's minus."""
     written = text.replace(",", ".", 1).replace("\N{MINUS SIGN}", "-").strip()
     with suppress(ValueError):
-        float(written)
-        return f": write {written}"
+        return f": write {written}" if isfinite(float(written)) else ""
     return ""
 
 

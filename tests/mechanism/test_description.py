@@ -69,6 +69,8 @@ def test_the_sample_is_read() -> None:
         ({"cables__0__section": 1e-12}, ["expected greater than or equal to 1e-9, found 1e-12"]),
         ({"markers__on_bars__1__angle": 90}, ["expected less than or equal to 3.14159, found 90: is it in deg?"]),
         ({"mechanisms__0__b": "0,05"}, ["found '0,05': write 0.05"]),
+        ({"mechanisms__0__b": "nan"}, ["found 'nan'; all in SI"]),
+        ({"markers__on_bars__2__diagonal": "1"}, ["found '1'; all in SI"]),
         ({"gravity": [0, 0, -9, 81]}, ["gravity: expected at most 2, found 4, as decimal commas make of it"]),
         ({"gravity": [0, "\N{MINUS SIGN}9.81"]}, ["gravity[1]", "write -9.81"]),
         ({"mechanisms__0__springs__slack": "no"}, ["expected true or false, found 'no'"]),
