@@ -112,7 +112,7 @@ class Model(Strict):
         """The model with other values of some parameters: one number for all cables or joints, or one for each.
 
         What was set is exact: it has no sigma, and nothing covaries with it; `pose` is dropped. Raises Refused where the model has
-        no such parameter, or another number of it, and where a value is none.
+        no such parameter, or another number of it, and where a value is none, or none that its law can have.
         """
         entries, names = list(self.parameters), {p.name for p in self.parameters}
         fixed: list[int] = []
@@ -132,6 +132,7 @@ class Model(Strict):
             for k, number in zip(places, numbers, strict=True):
                 if not np.isfinite(number):
                     raise Refused("model", f"{name}: {number} is no number")
+                self._check_possible(name, number)
                 fix = {"value": number, "sigma": None, "relative_sigma_percent": None, "identified": False}
                 entries[k] = entries[k].model_copy(update=fix)
             fixed += places
@@ -142,6 +143,17 @@ class Model(Strict):
         # what motors tell of the joints was found with the numbers as they were
         changed = {"parameters": tuple(entries), "covariance": covariance} | ({"pose": None} if fixed else {})
         return self.model_copy(update=changed)
+
+    def _check_possible(self, name: str, number: float) -> None:
+        """Raises Refused where a simulation would not take a number as it is: below the range of its law.
+
+        An estimate may be there by chance, and is taken at the limit then; what a person sets is a slip.
+        """
+        terms = {term.name: term for law in self.laws for term in law_named(law).terms}
+        low = terms[name].low if name in terms else -np.inf
+        if low > 0 >= number or (low >= 0 > number):
+            what = f"{name} of {number:g} {terms[name].unit} cannot be"
+            raise Refused("model", what, "give a number above 0" if low > 0 else "give 0 or more")
 
 
 def model_of(

@@ -41,6 +41,8 @@ def _not_zero(value: float) -> float:
     return value
 
 
+_SHOWN = 40
+"""characters of places that are shown"""
 LEAD_KG_M3 = 11340.0
 """kg/m^3: no part is denser in the mean"""
 ANY_PART_KG = 0.01
@@ -239,7 +241,7 @@ class Neck(Strict):
         faults = []
         n = len(self.mechanisms)
         if len(self.motors) != len(self.cables):
-            faults.append(f"{len(self.motors)} motors for {len(self.cables)} cables: each cable needs one")
+            faults.append(f"motors: {len(self.motors)} motors for {len(self.cables)} cables, and each cable needs one")
         beyond = self._beyond_the_last_mechanism()
         if len(beyond) == 1:
             faults += beyond
@@ -249,13 +251,24 @@ class Neck(Strict):
             named = [name for motor in self.motors if (name := getattr(motor, key)) is not None]
             if named and (len(named) != len(self.motors) or len(set(named)) != len(named)):
                 faults.append(f"motors[].{key}: give every motor a name of its own, or none")
-        ids = Counter(m.id for m in self.markers.on_bars) if self.markers else Counter[int]()
-        repeated = [str(i) for i in sorted(ids) if ids[i] > 1]
-        if repeated:
-            faults.append(f"markers.on_bars: id {listed(repeated)} stands twice")
+        ids = [marker.id for marker in self.markers.on_bars] if self.markers else []
+        for one in (one for one, count in sorted(Counter(ids).items()) if count > 1):
+            places = listed((f"[{k}]" for k, other in enumerate(ids) if other == one), " and ", limit=_SHOWN)
+            faults.append(f"markers.on_bars: id {one} stands twice, in {places}")
+        faults += self._markers_upon_others()
         if faults:
             raise ValueError("; ".join(faults))
         return self
+
+    def _markers_upon_others(self) -> list[str]:
+        """Markers whose middles are where another's is, in words."""
+        there: dict[tuple[str, tuple[float, float], float | None], int] = {}
+        upon = []
+        for k, marker in enumerate(self.markers.on_bars if self.markers else ()):
+            first = there.setdefault((marker.place, marker.at, marker.depth), k)
+            if first != k:
+                upon.append(f"markers.on_bars[{k}] is at the same place of {marker.place} as [{first}]")
+        return upon
 
     def _beyond_the_last_mechanism(self) -> list[str]:
         """All that needs more mechanisms than there are, in words: one number too small is one fault."""
@@ -281,7 +294,7 @@ class Neck(Strict):
         tree = self.model_dump(exclude_unset=True)
         for path, value in changes.items():
             set_at(tree, path, np.asarray(value).tolist() if isinstance(value, np.generic | np.ndarray) else value)
-        return validate_document(tree, Neck, "neck")
+        return validate_document(tree, Neck, "neck", written=False)
 
     @property
     def N(self) -> int:

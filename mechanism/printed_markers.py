@@ -1,10 +1,12 @@
 """The markers of an arm: which are printed, and where each sits."""
 
+from collections.abc import Iterator
 from math import pi
 from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from xneck_foundation.one_line import listed
 from xneck_foundation.strict_yaml import Strict
 
 Angle = Annotated[float, Field(ge=-pi, le=pi)]
@@ -74,3 +76,16 @@ class Markers(Strict):
     """m, side of the black square; measure the print"""
     on_bars: Annotated[tuple[BarMarker, ...], Field(min_length=1, max_length=4096)]
     """which marker sits where"""
+
+
+def marker_doubts(markers: Markers, joints: int) -> Iterator[str]:
+    """What no camera will tell of an arm of so many joints, or not well, as no marker is there to tell it, in words."""
+    told = {marker.bar if marker.mechanism is None else marker.mechanism for marker in markers.on_bars}
+    if 0 not in {marker.bar for marker in markers.on_bars}:
+        yield "no marker sits on the base (bar 0): `xneck extract` needs one there"
+    last = max(bar or 0 for bar in told)
+    if last < joints:
+        yield f"no marker tells joint {listed(str(j) for j in range(last + 1, joints + 1))}: put one on bar {joints}"
+    between = [str(bar) for bar in range(1, last) if bar not in told]
+    if between:
+        yield f"bar {listed(between)} has no marker: the joints on both sides of it follow from the bars beyond, less surely"

@@ -38,6 +38,15 @@ def other_kind(columns: Collection[str], angles_expected: bool) -> tuple[str, st
     return None
 
 
+IS_DATASET = ("is a data set of `xneck sync`, not the motors' log", "give the controller's log here")
+"""what to say where a data set was given in the place of the motors' log"""
+
+
+def is_dataset(topics: Collection[str]) -> bool:
+    """Whether topics of an MCAP are those of a data set."""
+    return {"state", "fasquelle"} <= set(topics)
+
+
 _COUNTS = {"frame", "frames", "frame_number", "frame_id", "index", "idx", "sample", "row", "n", "no", "nr"}
 """what columns are called that number rows"""
 

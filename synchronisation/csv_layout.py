@@ -15,6 +15,7 @@ from xneck_foundation.one_line import counted
 SEPARATORS = ((",", "commas"), (";", "semicolons"), ("\t", "tabs"), ("|", "bars"))
 COMMENT = ("#", "%")
 """what a line of a CSV begins with that is passed over"""
+_LABVIEW = b"LabVIEW Measurement"
 _SNIFFED_BYTES = 1 << 16
 _MIN_COLUMNS = 2
 
@@ -52,9 +53,14 @@ def layout_of_lines(lines: Sequence[str]) -> CsvLayout | None:
     return None
 
 
-def refuse_lines_above_header(path: Path, layout: CsvLayout) -> None:
-    """Raises Refused where titles or the like stand above a header."""
-    if layout.above:
+def refuse_lines_above_header(path: Path, layout: CsvLayout | None) -> None:
+    """Raises Refused where titles or the like stand above a header, also above LabVIEW's, which is wider than its rows."""
+    with path.open("rb") as stream:
+        is_labview = stream.read(len(_LABVIEW)) == _LABVIEW
+    if layout is None and is_labview:
+        what = "is a LabVIEW measurement file, whose settings stand above its table"
+        raise Refused(path, what, "leave out all above the row of X_Value, and Comment at the end of that row")
+    if layout is not None and layout.above:
         what = f"its header is in row {layout.header}, below {counted(layout.above, 'line')} of something else"
         raise Refused(path, what, "leave them out, or let them begin with #")
 

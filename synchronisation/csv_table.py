@@ -77,8 +77,7 @@ def read_table(
             try:
                 at = table_columns(path, header, below, (written.time_column, *required), optional)
             except WrittenOtherwise:
-                if layout := layout_of(path):
-                    refuse_lines_above_header(path, layout)
+                refuse_lines_above_header(path, layout_of(path))
                 raise
             columns = _columns(path, header, rows, at, max_rows)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
@@ -139,7 +138,7 @@ def _no_numbers(path: Path, line: int, cells: Mapping[str, str], row: Sequence[s
 def unreadable(path: Path, error: OSError | UnicodeDecodeError | csv.Error) -> Refused:
     """The refusal of a file that cannot be read as CSV."""
     if isinstance(error, UnicodeDecodeError):
-        return Refused(path, "cannot be read as CSV (not UTF-8 text)", "save it as UTF-8")
+        return Refused(path, "cannot be read as CSV (not UTF-8 text)", "export it as CSV, in UTF-8")
     if isinstance(error, OSError):
         return Refused(path, f"cannot be read ({error.strerror or error})")
     return Refused(path, f"cannot be read as CSV ({error})", "is it a table of numbers below a header?")

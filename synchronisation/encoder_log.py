@@ -11,7 +11,7 @@ from identification.dataset.time_unit import check_repeated_rows, check_time_uni
 from identification.files import joint_state, ros_bag
 from identification.files.joint_state import JointStateChannel
 from mechanism.description import Neck
-from synchronisation.csv_header import WrittenOtherwise, other_kind
+from synchronisation.csv_header import IS_DATASET, WrittenOtherwise, is_dataset, other_kind
 from synchronisation.csv_lines import file_line
 from synchronisation.csv_table import CsvFormat, read_table
 from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
@@ -201,6 +201,8 @@ def _not_one_channel(
     count = f"{len(fitting)} channels" if fitting else "no channel"
     what = f"{count} with {expected} ({held})"
     names = {name for log in logs.values() for name in log.names}
+    if not fitting and is_dataset(logs):
+        return IS_DATASET
     if not fitting and (told := other_kind(names, angles_expected=False)):
         return told
     if not fitting and _spread_over_topics(logs, joints, motors):

@@ -20,7 +20,6 @@ from synchronisation.text_encoding import open_text
 from xneck_foundation.errors import Refused
 from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.input_file import check_input
-from xneck_foundation.spelling import quoted
 
 
 @dataclass(frozen=True)
@@ -57,13 +56,6 @@ def read_contents(path: Path) -> LogContents:
         return LogContents(topics=ros_bag.read_bag(path))
     if path.suffix.lower() == ".parquet":
         return LogContents(columns=numeric_columns(path))
-    if path.suffix.lower() not in (".csv", ".txt", ".tsv", ".log"):
-        what = (
-            f"{quoted(path.suffix)} is no kind of log that is read"
-            if path.suffix
-            else "has no suffix that says its kind"
-        )
-        raise Refused(path, what, f"give {', '.join(LOG_SUFFIXES)}")
     refuse_other_kind(path, LOG_SUFFIXES)
     return _csv_contents(path)
 
@@ -71,8 +63,7 @@ def read_contents(path: Path) -> LogContents:
 def _csv_contents(path: Path) -> LogContents:
     try:
         layout = layout_of(path)
-        if layout:
-            refuse_lines_above_header(path, layout)
+        refuse_lines_above_header(path, layout)
         separator, decimal = (layout.separator, layout.decimal) if layout else (PLAIN.separator, PLAIN.decimal)
         with open_text(path) as stream:
             rows = list(numbered_rows(stream, path, separator))

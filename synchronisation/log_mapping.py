@@ -12,6 +12,7 @@ from mechanism.description import LogFormat, Motor, Neck
 from synchronisation.column_meaning import Column, column_meaning
 from synchronisation.column_units import ANGLE_SCALES, CABLE_SCALES, FORCE_SCALES, TIME_SCALES, TORQUE_SCALES
 from synchronisation.csv_cell import not_a_number
+from synchronisation.csv_header import IS_DATASET, is_dataset, other_kind
 from synchronisation.csv_table import CsvFormat
 from synchronisation.encoder_log import LED
 from synchronisation.log_contents import LogContents
@@ -90,9 +91,15 @@ def _effort(joint: str, values: Array) -> Column:
 def map_log(path: Path, contents: LogContents, motors: int | None) -> LogMapping:
     """The mapping that names and values suggest; motors: how many there are, where it is known.
 
-    Raises Refused where no columns can be the motors' angles, or none is the time.
+    Raises Refused where no columns can be the motors' angles, or none is the time, and for joint angles and data sets of ours.
     """
-    return _of_topics(path, contents, motors) if contents.topics else _of_table(path, contents, motors)
+    if is_dataset(contents.topics):
+        raise Refused(path, *IS_DATASET)
+    mapping = _of_topics(path, contents, motors) if contents.topics else _of_table(path, contents, motors)
+    has_forces = mapping.forces or mapping.unscaled
+    if not has_forces and (told := other_kind([mapping.angles[0].name], angles_expected=False)):
+        raise Refused(path, *told)
+    return mapping
 
 
 def mapped_neck(neck: Neck, mapping: LogMapping) -> Neck:
@@ -365,6 +372,8 @@ def _group(columns: Sequence[Column], kind: str, motors: int | None, prefer_comm
 
 
 def _no_angles(columns: Sequence[Column], motors: int | None) -> tuple[str, str]:
+    if told := other_kind([c.name for c in columns], angles_expected=False):
+        return told
     wanted = f"{motors} motors" if motors else "motors"
     angles = [c.name for c in columns if c.kind == "angle"]
     seen = f"only {listed(angles)}" if angles else f"columns are {listed(c.name for c in columns)}"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from calibration.camera import Camera
 from calibration.dictionaries import marker_cells
 from identification.dataset.series import Series
-from mechanism.description import Neck, markers_of
+from mechanism.description import Neck
 from mechanism.printed_markers import Markers
 from synchronisation.angles import Angles
 from vision.arm_reach import arm_reach
@@ -19,10 +19,12 @@ from vision.frame_quality import angle_gaps, frame_quality
 from vision.interlacing import refuse_interlaced
 from vision.late_pictures import late_pictures
 from vision.light_patch import LightPatch
+from vision.linkage.initial_guess import refuse_without_base
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.linkage.linkage_fit import LinkageFit, fit_linkage
 from vision.linkage.shared_fit import LinkageOptions, PlacementPrior
 from vision.markers.dictionary_in_view import dictionary_in_view, refuse_mirrored
+from vision.markers.known_markers import known_markers
 from vision.markers.tracking import DOUBLED, LATE, OTHER_PRINT, REPEATED, TrackingOptions
 from vision.markers.video_tracking import MarkerTracks, track_video
 from vision.misplaced_markers import misplacement
@@ -125,7 +127,8 @@ def extract(
     Raises Refused for a damaged video, one of a single frame or of woven fields, a picture size that is not the
     camera's, or where no marker of the arm is in view.
     """
-    markers = markers_of(neck, "neck.yaml")
+    markers = known_markers(neck, "neck.yaml")
+    refuse_without_base(markers, "neck.yaml")
     refuse_other_size(video, camera)
     if video.frames < 2:
         raise Refused(

@@ -11,6 +11,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import shortened
+from xneck_foundation.whole_file import BY_BLOCK, BY_OPTION
 
 _READ_BY = {"DataSet": "read_dataset", "Neck": "read_neck", "Model": "read_model"}
 """what makes a thing of a file, by its class"""
@@ -18,7 +19,10 @@ _SHOWN = 40
 
 
 def checked(function: Callable[..., Any], name: str) -> Callable[..., Any]:
-    """The function, as `xneck.name`, which raises Refused where an argument is of another kind than it is annotated with."""
+    """The function, as `xneck.name`, which raises Refused where an argument is of another kind than it is annotated with.
+
+    Its other refusals say what to do in Python, where there is no --force.
+    """
     signature, kinds = inspect.signature(function), get_type_hints(function)
 
     @functools.wraps(function)
@@ -29,7 +33,12 @@ def checked(function: Callable[..., Any], name: str) -> Callable[..., Any]:
                 raise Refused(name, f"{parameter} is {_shown(value)}, expected {_words(kind)}", _advice(value, kind))
             if _is_list(kind) and not len(value) and signature.parameters[parameter].default is inspect.Parameter.empty:
                 raise Refused(name, f"{parameter} is empty, expected {_words(kind)}", "give at least one")
-        return function(*values, **options)
+        try:
+            return function(*values, **options)
+        except Refused as refusal:
+            if BY_OPTION not in refusal.do:
+                raise
+            raise Refused(refusal.where, refusal.what, refusal.do.replace(BY_OPTION, BY_BLOCK)) from refusal
 
     called.__module__, called.__qualname__ = "xneck", name
     return called

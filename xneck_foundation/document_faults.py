@@ -6,8 +6,9 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 
-from xneck_foundation.one_line import listed, shortened
+from xneck_foundation.one_line import counted, listed, shortened
 from xneck_foundation.spelling import likely_spelling, valid_words
+from xneck_foundation.value_hints import likely_meant, limit_text
 
 _FAULT_CHARACTERS = 280
 """characters of all faults of a document before the rest is counted"""
@@ -17,11 +18,17 @@ _SHOWN = 60
 _COMPARED = 50
 """unknown keys that are compared with those that are missing: no more are shown"""
 
+_PLAIN_WORDS = {"model_type": "expected keys and values", "bool_type": "expected true or false"}
+"""by pydantic's kinds of errors"""
+
 Path = tuple[str | int, ...]
 
 
-def described_faults(errors: Sequence[Any], kind: type[BaseModel], document: Any) -> str:
-    """pydantic's errors of a `document` that is no `kind`, in words, those that lead to others alone."""
+def described_faults(errors: Sequence[Any], kind: type[BaseModel], document: Any, written: bool = True) -> str:
+    """pydantic's errors of a `document` that is no `kind`, in words, those that lead to others alone.
+
+    written: whether a person wrote all of it, and not a single key more, which then was meant to be one that is there.
+    """
     meant = _meant(errors, kind, document)
     followed = {(*path[:-1], word) for path, word in meant.items()}
     # entries that are at fault are not counted, so that their list is said to be too short besides
@@ -29,7 +36,19 @@ def described_faults(errors: Sequence[Any], kind: type[BaseModel], document: Any
     follows = {"missing": followed, "too_short": above}
     faults = [e for e in errors if e["loc"] not in follows.get(e["type"], ())]
     doubled = _doubled(errors, kind, document, meant)
-    return listed((_fault(e, meant, doubled, kind) for e in faults), "; ", _FAULT_CHARACTERS)
+    if not written:
+        meant, doubled = meant | doubled, {}
+    return listed(_said_once(faults, [_fault(e, meant, doubled, kind) for e in faults]), "; ", _FAULT_CHARACTERS)
+
+
+def _said_once(errors: Sequence[Any], faults: Sequence[str]) -> Iterator[str]:
+    """The faults in words; one that several entries of a list have is said of the first, with how many others have it."""
+    alike: dict[tuple[Any, ...], list[str]] = {}
+    for error, fault in zip(errors, faults, strict=True):
+        way = tuple("[]" if isinstance(part, int) else part for part in error["loc"])
+        alike.setdefault((way, fault.partition(": ")[2] if error["loc"] else fault), []).append(fault)
+    for first, *others in alike.values():
+        yield first + (f" (and in {counted(len(others), 'other')})" if others else "")
 
 
 def _meant(errors: Sequence[Any], kind: type[BaseModel], document: Any) -> dict[Path, str]:
@@ -112,12 +131,21 @@ def _models(annotation: Any) -> Iterator[type[BaseModel]]:
         yield from _models(argument)
 
 
+def _unit(kind: type[BaseModel], place: Sequence[str | int]) -> str:
+    """The unit of the number at a path, with which the description of its key begins; something else where there is none."""
+    while place and isinstance(place[-1], int):
+        place = place[:-1]
+    field = _model_at(kind, place[:-1]).model_fields.get(str(place[-1])) if place else None
+    return ((field.description if field else None) or "").partition(",")[0]
+
+
 def _fault(error: Any, meant: Mapping[Path, str], doubled: Mapping[Path, str], kind: type[BaseModel]) -> str:
     place = ""
     for part in error["loc"]:
         shown = part if isinstance(part, int) else shortened(part, _SHOWN)
         place += f"[{shown}]" if isinstance(part, int) else (f".{shown}" if place else str(shown))
     place = place or "the file as a whole"
+    context = error.get("ctx", {})
     if error["type"] == "missing":
         return f"{place}: missing"
     if error["type"] == "extra_forbidden":
@@ -132,12 +160,19 @@ def _fault(error: Any, meant: Mapping[Path, str], doubled: Mapping[Path, str], k
     message = message.replace("Input should be", "expected")
     if message[1:2].islower():  # a sentence; L and b stay as they are
         message = message[0].lower() + message[1:]
-    if error["type"] == "model_type":
-        message = "expected keys and values"
+    if not error["loc"] and re.split(r"\W", message, maxsplit=1)[0] in kind.model_fields:
+        return message  # it says its place by itself
+    if error["type"] in _PLAIN_WORDS:
+        message = _PLAIN_WORDS[error["type"]]
+    for limit in (context[key] for key in ("le", "lt", "ge", "gt") if key in context):
+        message = f"{message.rpartition(' ')[0]} {limit_text(limit)}"
+    meant_value = ""
+    if not isinstance(error["input"], str) or error["type"].startswith(("float", "int")):  # text may be meant as text
+        meant_value = likely_meant(error["input"], _unit(kind, error["loc"]), context)
     if error["type"] == "too_short":
-        return f"{place}: expected at least {error['ctx']['min_length']}, found {error['ctx']['actual_length']}"
+        return f"{place}: expected at least {context['min_length']}, found {context['actual_length']}"
     if error["type"] == "too_long" and isinstance(error["input"], list | tuple):
-        return f"{place}: expected at most {error['ctx']['max_length']}, found {len(error['input'])}"
+        return f"{place}: expected at most {context['max_length']}, found {len(error['input'])}{meant_value}"
     found = error["input"]
     if found is None:
         return f"{place}: {message}, found nothing"
@@ -145,8 +180,8 @@ def _fault(error: Any, meant: Mapping[Path, str], doubled: Mapping[Path, str], k
         return f"{place}: {message}"
     if isinstance(found, dict | list):
         return f"{place}: {message}" + (", found keys and values" if isinstance(found, dict) else ", found a list")
-    hint = ""
+    hint = meant_value
     if error["type"] == "literal_error" and isinstance(found, str):
-        words = re.findall(r"'([^']*)'", error["ctx"]["expected"])
+        words = re.findall(r"'([^']*)'", context["expected"])
         hint = f", {valid_words(found, words)}" if likely_spelling(found, words) else ""
     return f"{place}: {message}, found {shortened(repr(found), _SHOWN)}{hint}"

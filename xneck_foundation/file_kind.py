@@ -18,7 +18,11 @@ class FileKind:
     """that such files have; empty where nothing here reads them under any name"""
     do: str = "export it as CSV"
     """where it cannot be read, whatever its name"""
+    at: int = 0
+    """byte at which `begins` stands"""
 
+
+_INSTEAD_OF_VIDEO = "give a table or an MCAP here; `xneck extract` makes angles of a video"
 
 _KINDS = (
     FileKind(b"\x89MCAP0\r\n", "an MCAP file", ".mcap"),
@@ -35,6 +39,9 @@ _KINDS = (
     FileKind(b"\x28\xb5\x2f\xfd", "packed by zstd", do="unpack it first"),
     FileKind(b"\xfd7zXZ", "packed by xz", do="unpack it first"),
     FileKind(b"BZh", "packed by bzip2", do="unpack it first"),
+    FileKind(b"ftyp", "a video", do=_INSTEAD_OF_VIDEO, at=4),
+    FileKind(b"\x1a\x45\xdf\xa3", "a video", do=_INSTEAD_OF_VIDEO),
+    FileKind(b"AVI LIST", "a video", do=_INSTEAD_OF_VIDEO, at=8),
     FileKind(b"\xff\xfe", "text in UTF-16", do="save it as UTF-8"),
     FileKind(b"\xfe\xff", "text in UTF-16", do="save it as UTF-8"),
 )
@@ -49,6 +56,6 @@ def refuse_other_kind(path: Path, readable: Sequence[str]) -> None:
     except OSError as error:
         raise Refused(path, f"cannot be read ({error.strerror or error})") from error
     for kind in _KINDS:
-        if head.startswith(kind.begins):
+        if head.startswith(kind.begins, kind.at):
             do = f"let its name end in {kind.suffix}" if kind.suffix and kind.suffix in readable else kind.do
             raise Refused(path, f"is no CSV but {kind.name}", do)

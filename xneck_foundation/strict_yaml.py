@@ -17,6 +17,7 @@ from xneck_foundation.document_faults import described_faults
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted
+from xneck_foundation.yaml_kinds import given_instead
 
 _MAX_BYTES = 1_000_000
 """largest file, and most characters of its values with aliases written out: ours are some kB, and as many bytes are parsed in
@@ -156,7 +157,8 @@ def parse_yaml(text: str, where: str | Path) -> Any:
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else "?"
         problem = ", ".join(filter(None, (error.context, error.problem)))
-        raise Refused(where, f"line {line}: {problem}", "correct the YAML there") from error
+        do = "indent with spaces, not with tabs" if r"'\t'" in problem else "correct the YAML there"
+        raise Refused(where, f"line {line}: {problem}", do) from error
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
         what = f"line {line}: a character that is not text, U+{error.character:04X}"
@@ -169,8 +171,10 @@ def read_text(path: Path) -> str:
     try:
         with path.open(encoding="utf-8") as stream:
             text = stream.read(_MAX_BYTES + 1)
-    except (OSError, UnicodeDecodeError) as error:
-        raise Refused(path, f"cannot be read ({getattr(error, 'strerror', None) or 'not UTF-8 text'})") from error
+    except UnicodeDecodeError as error:
+        raise Refused(path, "cannot be read (not UTF-8 text)", "save it as UTF-8") from error
+    except OSError as error:
+        raise Refused(path, f"cannot be read ({error.strerror})") from error
     _check_length(text, path)
     return text
 
@@ -192,12 +196,17 @@ def _kind_of(document: Any) -> str:
     return "a list" if isinstance(document, list) else "a single value"
 
 
-def validate_document(document: Any, kind: type[M], where: str | Path, hint: str = "") -> M:
-    """A loaded document as a `kind`; raises Refused with every fault, its path, what was found and what is expected."""
+def validate_document(document: Any, kind: type[M], where: str | Path, hint: str = "", written: bool = True) -> M:
+    """A loaded document as a `kind`; raises Refused with every fault, its path, what was found and what is expected.
+
+    written: whether a person wrote all of it; False where keys were set in one that was read.
+    """
     if not isinstance(document, dict):
         raise Refused(where, f"expected keys and values, found {_kind_of(document)}", "is this the right file?")
+    if told := given_instead(document, kind.model_fields):
+        raise Refused(where, *told)
     try:
         # by JSON's rules a list may become a tuple and an integer a float, but text is never a number
         return kind.model_validate_json(json.dumps(document))
     except ValidationError as error:
-        raise Refused(where, described_faults(error.errors(), kind, document), hint) from error
+        raise Refused(where, described_faults(error.errors(), kind, document, written), hint) from error

@@ -26,6 +26,10 @@ NECK_KIND, MODEL_KIND = "xneck", "xneck_model"
 """keys of the formats of neck.yaml and model.yaml"""
 _YAML_KINDS = {NECK_KIND: "the description of an arm", MODEL_KIND: "a model"}
 
+BY_OPTION = "give --force"
+BY_BLOCK = "write within xneck_foundation.whole_file.replacing_any_file()"
+"""what replaces files that xneck did not write: on the command line, and from Python"""
+
 _REPLACING_ANY: ContextVar[bool] = ContextVar("replacing any file", default=False)
 
 
@@ -44,7 +48,7 @@ def check_output(path: Path) -> None:
     check_place(path)
     if path.exists() and path.stat().st_size and not _REPLACING_ANY.get() and not written_by_xneck(path):
         what = "exists, and is not as xneck wrote it: replacing it would lose what is in it"
-        raise Refused(path, what, "name another file, or give --force")
+        raise Refused(path, what, f"name another file, or {BY_OPTION}")
 
 
 def check_kind(path: Path, kind: str) -> None:
@@ -53,7 +57,7 @@ def check_kind(path: Path, kind: str) -> None:
         return
     if (there := yaml_kind(path)) != kind:
         names = [_YAML_KINDS.get(one, f"a file of `{one}`") for one in (there, kind)]
-        raise Refused(path, f"is {names[0]}, and would be replaced by {names[1]}", "name another file, or give --force")
+        raise Refused(path, f"is {names[0]}, and would be replaced by {names[1]}", f"name another file, or {BY_OPTION}")
 
 
 def check_place(path: Path) -> None:

@@ -23,6 +23,7 @@ from mechanism.geometry import check_angles
 from mechanism.laws import JointMotion, MotorMotion
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import counted
 
 Array = NDArray[np.float64]
 
@@ -101,7 +102,11 @@ def tension_levels(arm: Arm) -> Array:
     straight = Z(arm, np.zeros(arm.N))
     null = np.linalg.svd(straight)[2][np.linalg.matrix_rank(straight) :].T
     if arm.M <= arm.N or not null.shape[1]:
-        raise Refused("design", f"{arm.M} cables cannot be tensioned against {arm.N} joints", "it takes more cables")
+        raise Refused(
+            "design",
+            f"{counted(arm.M, 'cable')} cannot be tensioned against {counted(arm.N, 'joint')}",
+            "it takes more cables",
+        )
     m, q = null.shape
     # the combination whose lowest tension is largest, all of them between 0 and 1
     best = linprog(

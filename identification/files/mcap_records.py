@@ -93,6 +93,8 @@ class _Reading:
     def __init__(self, path: Path, stream: BinaryIO, kind: str, within: tuple[int, int] | None = None) -> None:
         self.path, self.stream, self.kind = path, stream, kind
         self.size = path.stat().st_size
+        if not self.size:
+            raise Refused(path, "is empty", "copy it again, or record it again")
         if stream.read(len(MAGIC)) != MAGIC:
             raise Refused(path, "is not an MCAP file", "is it the right one, and copied as it was?")
         self.summary = read_summary(stream, self.size)

@@ -62,7 +62,19 @@ def test_the_sample_is_read() -> None:
         ({"cables__1__route": ["right", "right"]}, ["cables[1]", "only be the last"]),
         ({"cables__1__route": ["strut", "left"]}, ["cables[1]", "right side"]),
         ({"cables__1__route": ["strut"] * 4}, ["cables[1].route crosses 4 mechanisms of 3"]),
-        ({"motors__3": None}, ["3 motors for 4 cables"]),
+        ({"motors__3": None}, ["neck.yaml: motors: 3 motors for 4 cables"]),
+        ({"mechanisms__0__b": 50}, ["found 50: is it in mm?"]),
+        ({"mechanisms__0__b": 50_000}, ["found 50000; all in SI"]),
+        ({"cables__0__section": 0.79}, ["found 0.79: is it in mm^2?"]),
+        ({"cables__0__section": 1e-12}, ["expected greater than or equal to 1e-9, found 1e-12"]),
+        ({"markers__on_bars__1__angle": 90}, ["expected less than or equal to 3.14159, found 90: is it in deg?"]),
+        ({"mechanisms__0__b": "0,05"}, ["found '0,05': write 0.05"]),
+        ({"mechanisms__0__b": "nan"}, ["found 'nan'; all in SI"]),
+        ({"markers__on_bars__2__diagonal": "1"}, ["found '1'; all in SI"]),
+        ({"gravity": [0, 0, -9, 81]}, ["gravity: expected at most 2, found 4, as decimal commas make of it"]),
+        ({"gravity": [0, "\N{MINUS SIGN}9.81"]}, ["gravity[1]", "write -9.81"]),
+        ({"mechanisms__0__springs__slack": "no"}, ["expected true or false, found 'no'"]),
+        ({"mechanisms__0__b": "1/20", "mechanisms__2__b": "1/20"}, ["found '1/20' (and in 1 other); all in SI"]),
         (
             {"cables__0__rute": ["right"], "cables__0__route": None},
             ["cables[0].rute: unknown key, did you mean route?"],
@@ -76,7 +88,7 @@ def test_the_sample_is_read() -> None:
             ["on_bars[2].diagonal is B4", "1..3"],
         ),
         ({"markers__on_bars__2__diagonal": "C1"}, ["on_bars[2].diagonal", "C1"]),
-        ({"markers__on_bars__2__id": 0}, ["id 0 stands twice"]),
+        ({"markers__on_bars__2__id": 0}, ["neck.yaml: markers.on_bars: id 0 stands twice, in [0] and [2]"]),
         ({"motors__0__theta_sign": 2}, ["motors[0].theta_sign"]),
         ({"mechanisms__0__b": "0.05"}, ["mechanisms[0].b", "number"]),
         ({"xneck": 2}, ["xneck"]),
@@ -125,8 +137,8 @@ def test_a_key_that_is_misspelt_everywhere_is_all_that_is_said(tmp_path: Path) -
     path.write_text(FILE.read_text().replace("stiffness", "stifness"))
     with pytest.raises(Refused) as caught:
         read_neck(path)
-    places = [f"mechanisms[{i}].springs.stifness: unknown key, did you mean stiffness?" for i in range(3)]
-    assert caught.value.what == "; ".join(places)
+    first = "mechanisms[0].springs.stifness: unknown key, did you mean stiffness?"
+    assert caught.value.what == f"{first} (and in 2 others)"
 
 
 def test_one_mechanism_too_few_is_one_fault(tmp_path: Path) -> None:

@@ -135,6 +135,7 @@ def test_pauses_are_found(tmp_path: Path) -> None:
         ("time,theta1\n", "no two rows"),
         ("a,b\n1,2\n1,2\n1,2\n", "no column grows"),
         ("time,speed1\n1,2\n1.1,3\n1.2,4\n", "no columns look like the angles"),
+        ("time,alpha1,alpha2\n1,2,3\n1.1,3,4\n1.2,4,5\n", "it holds joint angles, not the motors' log"),
         ("time,theta1,theta2\n1,2,3\n1.1,3,4\n1.2,4,5\n", "angles of 4 motors; only theta1, theta2"),
     ],
 )

@@ -51,6 +51,20 @@ def test_letters_in_joints_names_are_no_units_of_their_efforts() -> None:
     assert [force.unit for force in mapping.forces] == [None] * 4
 
 
+@pytest.mark.parametrize("motors", [None, 4])
+def test_joint_angles_and_data_sets_are_named_in_the_place_of_the_log(motors: int | None) -> None:
+    named = ("alpha1", "alpha2", "alpha3", "sigma1", "sigma2", "sigma3")
+    angles = JointStateChannel(named, channel(False).time, np.ones((1500, 6)), None)
+    with pytest.raises(Refused, match="has alpha1: it holds joint angles, not the motors' log"):
+        map_log(LOG, LogContents(topics={"angles": angles}), motors)
+    with pytest.raises(Refused, match="is a data set of `xneck sync`, not the motors' log"):
+        map_log(LOG, LogContents(topics=dict.fromkeys(("log", "state", "fasquelle"), angles)), motors)
+    with pytest.raises(Refused, match="is a data set of `xneck sync`, not the motors' log"):
+        motor_channel(dict.fromkeys(("log", "state", "fasquelle"), angles), NECK, LOG)
+    forces = JointStateChannel(named, angles.time, angles.position, np.ones((1500, 6)))
+    assert map_log(LOG, LogContents(topics={"winches": forces}), motors).angles[0].name == "alpha1"
+
+
 @pytest.mark.parametrize("name", ["log_0.mcap", "log_0.db3"])
 def test_a_bags_folder_is_answered_with_the_file_in_it(name: str, tmp_path: Path) -> None:
     (tmp_path / name).touch()

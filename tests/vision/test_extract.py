@@ -4,6 +4,7 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import av
 import numpy as np
@@ -106,6 +107,27 @@ def tracks_of_corners(time: np.ndarray, seen: np.ndarray) -> MarkerTracks:
         prints=np.empty((0, 4)),
         foreign_ids=(),
     )
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"dictionary": "apriltag_36h12"}, r"^neck\.yaml: markers\.dictionary: unknown dictionary .*did you mean"),
+        ({"dictionary": "aruco_4x4_50", "first_id": 50}, r"^neck\.yaml: markers\.on_bars\[0\]\.id is 50, but"),
+        ({"first_bar": 1}, r"^neck\.yaml: no marker sits on the base bar"),
+    ],
+)
+def test_markers_that_cannot_be_are_refused_before_the_video_is_read(
+    changes: dict[str, Any], says: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    neck = read_neck(R / "neck.yaml")
+    assert neck.markers is not None
+    first = {"id": changes.pop("first_id", 0), "bar": changes.pop("first_bar", 0), "at": (0.01, 0.0)}
+    on_bars = (neck.markers.on_bars[0].model_copy(update=first), *neck.markers.on_bars[1:])
+    changed = neck.model_copy(update={"markers": neck.markers.model_copy(update={"on_bars": on_bars, **changes})})
+    monkeypatch.setattr("vision.extract.track_video", lambda *args: pytest.fail("the video was read"))
+    with pytest.raises(Refused, match=says):
+        extract(describe_video(R / "video.mp4"), CAMERA, changed, ExtractionOptions())
 
 
 def test_frames_of_another_moment_have_no_angles_and_are_named(monkeypatch: pytest.MonkeyPatch) -> None:

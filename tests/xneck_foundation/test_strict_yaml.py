@@ -50,6 +50,7 @@ def test_what_yaml_1_1_turned_into_surprises_stays_text(text: str) -> None:
         ("a: &x {b: 1}\nc: {<<: *x, d: 1, d: 2}", "stands twice"),
         ("? [1]\n: 2", "not text"),
         ("a: [1", "line"),
+        ("a:\n\tb: 1", "line 2: .*; indent with spaces, not with tabs"),
         ("1: 2", "not text"),
         ("a: !!python/object:os.system x", "tags such as"),
         ("a: !!bool maybe", "tags such as"),
@@ -139,7 +140,7 @@ def test_two_keys_are_not_taken_for_the_same_one(tmp_path: Path) -> None:
 
 def test_many_faults_are_counted(tmp_path: Path) -> None:
     file = tmp_path / "w.yaml"
-    file.write_text("name: a\nparts: [" + "{mass: -1}, " * 40 + "]\n")
+    file.write_text("name: a\nparts: [" + "".join(f"{{mass: -{i}}}, " for i in range(40)) + "]\n")
     with pytest.raises(Refused) as caught:
         read_yaml(file, Whole)
     found = re.search(r"(parts.*); \.\.\. and (\d+) more$", str(caught.value))
@@ -162,3 +163,9 @@ def test_other_files_are_refused_in_one_line(tmp_path: Path, content: bytes) -> 
         read_yaml(file, Whole)
     with pytest.raises(Refused, match="does not exist"):
         read_yaml(tmp_path / "absent.yaml", Whole)
+
+
+def test_a_file_in_another_encoding_is_told_what_to_do(tmp_path: Path) -> None:
+    (tmp_path / "neck.yaml").write_bytes("# Länge\na: 1\n".encode("latin-1"))
+    with pytest.raises(Refused, match=r"not UTF-8 text.; save it as UTF-8"):
+        read_yaml(tmp_path / "neck.yaml", Whole)

@@ -19,15 +19,20 @@ def base_markers(markers: Markers) -> list[int]:
     return [k for k, m in enumerate(markers.on_bars) if m.bar == 0]
 
 
+def refuse_without_base(markers: Markers, where: str) -> None:
+    """Raises Refused where no marker sits on the base bar."""
+    if not base_markers(markers):
+        raise Refused(where, "no marker sits on the base bar (bar 0)", "angles need one there as reference")
+
+
 def select_frames(markers: Markers, visible: NDArray[np.bool_], count: int, where: str) -> NDArray[np.intp]:
     """At most `count` frames for the shared parameters: those that show the base and most markers, evenly spread.
 
     visible: (F, markers). Where some markers are seldom in view together, frames with fewer markers are taken too, so that
     each marker is represented.
     """
+    refuse_without_base(markers, where)
     base = base_markers(markers)
-    if not base:
-        raise Refused(where, "no marker sits on the base bar (bar 0)", "angles need one there as reference")
     if not visible.any():
         raise Refused(where, "not a single marker of the arm is in view", "check markers.dictionary and the light")
     with_base = visible[:, base].any(axis=1)

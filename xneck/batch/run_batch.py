@@ -50,6 +50,13 @@ def recordings_by_name(folders: Sequence[Path], out: Path) -> dict[str, Path]:
     return recordings
 
 
+def named_twice(folders: Sequence[Path], recordings: Mapping[str, Path]) -> dict[Path, Path]:
+    """Of folders that were given, those that are links to one of the recordings, which are run once: each with that one."""
+    first = {folder.resolve(): folder for folder in recordings.values()}
+    meant = {given: first.get(given.resolve(), given) for given in folders}
+    return {given: one for given, one in meant.items() if one.absolute() != given.absolute()}
+
+
 def run_batch(
     folders: Mapping[str, Path], options: BatchOptions, progress: Callable[[int], object]
 ) -> dict[str, RecordingOutcome]:

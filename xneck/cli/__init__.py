@@ -82,8 +82,8 @@ def main() -> None:
         error.show(shown)
         print_text("\n".join(shortened(line, MAX_CHARACTERS) for line in shown.getvalue().splitlines()), error=True)
         sys.exit(error.exit_code)
-    except (click.Abort, KeyboardInterrupt):
-        print_error("interrupted; nothing half-written is left")
+    except (click.Abort, KeyboardInterrupt) as interruption:
+        print_error("; ".join(["interrupted", "nothing half-written is left", *map(str, interruption.args)]))
         sys.exit(130)
     except BrokenPipeError:
         sys.exit(141)

@@ -54,6 +54,9 @@ def command(
 
     --figures: the figures of all pages in a folder, each panel as a PDF with its fonts in it.
     """
+    for source in sources:
+        if not source.exists():
+            raise Refused(source, "does not exist", "check the name")
     if figures_folder is not None and out is None:
         from xneck.export.figure_files import write_figure_files
 

@@ -61,20 +61,20 @@ def command(
     if out is None and schema is None:
         raise click.UsageError("nothing to write: give --out neck.yaml, or --schema FILE for an editor")
     result: dict[str, Any] = {}
-    lines = []
+    lines, warnings = list[str](), list[str]()
     if out is not None:
         asked = sys.stdin.isatty() and sys.stdout.isatty()
         named = schema if schema_of == "neck" else None
         mapping = _mapping(log_file, cables)
         arm = _arm(asked, mechanisms, mapping.motors if mapping else cables, L, b)
-        result, lines = _write_neck(out, arm, named, mapping)
+        result, lines, warnings = _write_neck(out, arm, named, mapping)
     if schema is not None:
         _write_schema(schema, schema_of)
         result |= {"schema": str(schema)}
         line = f"# yaml-language-server: $schema={schema.name}"
         by = f"by the first line of {out}" if out and schema_of == "neck" else f"by a first line `{line}` in the file"
         lines.append(f"{schema}: the schema of {schema_of}.yaml; editors find it {by}")
-    report_result(result, "\n".join(lines), json_out, quiet)
+    report_result(result, "\n".join(lines), json_out, quiet, warnings)
 
 
 def _arm(
@@ -111,8 +111,10 @@ def _mapping(log_file: Path | None, cables: int | None) -> "LogMapping | None":
 
 def _write_neck(
     out: Path, arm: tuple[int, int, float, float], schema: Path | None, mapping: "LogMapping | None"
-) -> tuple[dict[str, Any], list[str]]:
-    """Writes neck.yaml, which names the schema where there is one; returns its record and its lines."""
+) -> tuple[dict[str, Any], list[str], list[str]]:
+    """Writes neck.yaml, which names the schema where there is one; returns its record, its lines and warnings."""
+    from identification.design.trajectory import tension_levels
+    from mechanism.arm import arm_of
     from mechanism.description import Motor, Neck
     from mechanism.neck_template import MOTOR, LogKeys, neck_template
     from xneck_foundation.strict_yaml import parse_yaml, validate_document
@@ -136,7 +138,12 @@ def _write_neck(
     lines += said
     lines.append(f"  then look at it: xneck show {out} --out {out.with_suffix('.svg')}")
     record = {"out": str(out), "mechanisms": neck.N, "cables": neck.M, "routes": [c.route for c in neck.cables]}
-    return record, lines
+    warnings = []
+    try:
+        tension_levels(arm_of(neck))
+    except Refused as refusal:
+        warnings.append(f"{out}: {refusal.what}; {refusal.do}")
+    return record | {"warnings": warnings}, lines, warnings
 
 
 def _write_schema(schema: Path, schema_of: str) -> None:

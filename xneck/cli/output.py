@@ -1,7 +1,7 @@
 """Options and output that all commands share."""
 
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
@@ -78,14 +78,16 @@ def export_option(function: Command) -> Command:
     )(function)
 
 
-def report_result(result: dict[str, Any], text: str, json_out: Path | None, quiet: bool) -> None:
+def report_result(
+    result: dict[str, Any], text: str, json_out: Path | None, quiet: bool, warnings: Sequence[str] = ()
+) -> None:
     """Writes the result as JSON where --json asks for it, and prints its text unless --quiet or --json has standard output.
 
-    What could not be read of damaged files goes into the result's `recovered`, and as warnings to standard error.
+    What could not be read of damaged files goes into the result's `recovered`, and with `warnings` to standard error.
     """
     lost = recovered()
     result = {**result, _RECOVERED: lost}
-    for line in lost:
+    for line in (*lost, *warnings):
         print_error(f"warning: {line}")
     if json_out is not None and str(json_out) == STANDARD_OUTPUT:
         click.echo(json_text(result), nl=False)

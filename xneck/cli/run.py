@@ -1,5 +1,7 @@
 """xneck run."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,18 +77,29 @@ def run_recordings(
 
     `held_out`: name of a recording; the others are diagnosed and held against it.
     """
-    from xneck.batch.run_batch import recordings_by_name
+    from xneck.batch.run_batch import named_twice, recordings_by_name
     from xneck.viewers.rerun_sdk import rerun_sdk
     from xneck_foundation.folder_lock import only_run_in
 
     if options.rerun:
         rerun_sdk("--rerun")
     named_folders = recordings_by_name(folders, options.out)
-    with only_run_in(options.out):
+    for given, first in named_twice(folders, named_folders).items():
+        print_error(f"warning: {given} was left out: it is {first} under another name")
+    with only_run_in(options.out), _told_how_to_go_on():
         if len(named_folders) == 1 and options.cluster is None:
             ((name, folder),) = named_folders.items()
             return _run_single(name, folder, options, json_out, quiet)
         return _run_many(named_folders, options, json_out, quiet, held_out)
+
+
+@contextmanager
+def _told_how_to_go_on() -> Iterator[None]:
+    """An interruption says that what is done stays so."""
+    try:
+        yield
+    except KeyboardInterrupt as interruption:
+        raise click.Abort("what is done is kept: the same command does the rest") from interruption
 
 
 def _run_single(name: str, source: Path, options: "BatchOptions", json_out: Path | None, quiet: bool) -> int:
@@ -117,7 +130,7 @@ def _run_single(name: str, source: Path, options: "BatchOptions", json_out: Path
         f"+- {1e3 * sync['offset_sigma_s']:.2f} ms, {record['check']['verdict']}; {report}"
     )
     _warn_recovered(name, record)
-    result = {"recordings": {name: record | {"report": report}}, "failed": {}}
+    result = {"recordings": {name: record | {"report": report}}, "done": 1, "failed": {}}
     lines = [
         line + (" (done before)" if done_before else ""),
         *(f"  {sentence(fault)}" for fault in record["check"]["faults"]),
@@ -164,6 +177,7 @@ def _run_many(
         "recordings": {
             name: record | {"report": str(out / name / record["report"])} for name, record in records.items()
         },
+        "done": len(records),
         "failed": failures,
     }
     if diagnosis is not None:

@@ -19,17 +19,28 @@ def command(neck_file: Path, out: Path, alpha: str | None, json_out: Path | None
 
     Bars, diagonals, pulleys, springs, the way of each cable around its pulleys, markers with their ids, and the numbers beside.
     """
+    import numpy as np
+
     from mechanism.arm import arm_of
     from mechanism.cable_lengths import Z, lengths
     from mechanism.description import read_neck
+    from mechanism.printed_markers import marker_doubts
+    from vision.markers.known_markers import known_markers
     from xneck.cli.angle_list import angle_list
     from xneck.report.arm_sheet import write_arm_sheet
     from xneck.report.description_text import route_text
 
     neck = read_neck(neck_file)
+    warnings = list(marker_doubts(known_markers(neck, neck_file), neck.N)) if neck.markers else []
     angles = angle_list("--alpha", alpha or "0", neck.N, "deg")
     write_arm_sheet(neck, angles, out, neck_file.name)
     arm = arm_of(neck)
+    straight = lengths(arm, np.zeros(neck.N))
+    warnings += [
+        f"cables[{j}].length is {cable.length:g} m, but the cable runs {along:.4g} m from the base up: give the whole cable's"
+        for j, (cable, along) in enumerate(zip(neck.cables, straight, strict=True))
+        if cable.length < along
+    ]
     long, lever = lengths(arm, angles), Z(arm, angles)
     pose = f"at {alpha} deg" if angles.any() else "straight"
     counts = f"{counted(neck.N, 'mechanism')} and {counted(neck.M, 'cable')}"
@@ -43,4 +54,4 @@ def command(neck_file: Path, out: Path, alpha: str | None, json_out: Path | None
         "  levers are those of the cable's pull on each joint, from the base up; positive turns it counter-clockwise"
     )
     record = {"out": str(out), "alpha": angles.tolist(), "cable_length_m": long.tolist(), "Z_m": lever.tolist()}
-    report_result(record, "\n".join(lines), json_out, quiet)
+    report_result(record | {"warnings": warnings}, "\n".join(lines), json_out, quiet, warnings)

@@ -124,8 +124,8 @@ def diagnosis_key_numbers(d: Diagnosis) -> list[KeyNumber]:
     numbers = [KeyNumber("verdict", d.verdict, d.why or "one set of causes explains it")]
     if d.search.named:
         numbers.append(KeyNumber("explained", f"{100 * d.explained:.0f} %", "of what stood above noise"))
-    now = f", now {d.after.ratio[worst]:.2f}" if d.is_extended else ""
-    numbers.append(KeyNumber("worst equation", name, f"{over_noise[worst]:.2f} times noise{now}"))
+    now = f", now {number_text(d.after.ratio[worst], 3)}" if d.is_extended else ""
+    numbers.append(KeyNumber("worst equation", name, f"{number_text(over_noise[worst], 3)} times noise{now}"))
     for g in map(shown_gain, d.gains):
         gain = f"{number_text(g.before, 3)} → {number_text(g.after, 3)}" if d.is_extended else number_text(g.before, 3)
         gain = f"{gain} {g.unit}".replace("N m", "N\u00a0m")

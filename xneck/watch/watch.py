@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from calibration.camera import Camera
-from mechanism.description import markers_of, read_neck
+from mechanism.description import read_neck
 from vision.extract import ExtractionOptions
+from vision.markers.known_markers import known_markers
 from vision.video import describe_video
 from xneck.recording.camera_stages import camera_of, extraction_options
 from xneck.recording.recording_folder import Recording
@@ -91,7 +92,7 @@ class _Watch:
         assert recording.video is not None
         self._recording, self._say, self._ended_after_s, self._clock = recording, say, ended_after_s, clock
         self._neck = read_neck(recording.neck)
-        self._markers = markers_of(self._neck, str(recording.neck))
+        self._markers = known_markers(self._neck, recording.neck)
         self._options: ExtractionOptions = extraction_options(recording)
         self._camera: Camera = camera_of(recording)[0]
         self._video_file = GrowingFile(recording.video, self._wait)

@@ -90,7 +90,7 @@ def test_the_second_run_does_nothing(
     assert re.search(r"log\.csv: lacks the column f3; .* \(as before\)", again.out)
     told = json.loads((out / "all.json").read_text())
     assert Path(told["recordings"]["cut"]["report"]).is_file()
-    assert set(told["failed"]) == {"broken", "empty"}
+    assert (told["done"], set(told["failed"])) == (2, {"broken", "empty"})
     assert [line.startswith("cut: log.mcap: is cut off") for line in told["recovered"]] == [True]
 
 
@@ -224,6 +224,7 @@ def test_an_interruption_leaves_what_is_done_and_no_parts(
     monkeypatch.setattr(xneck.batch.run_batch, "run_tasks", interrupted)
     ran = run(capfd, "run", *recordings, "--out", out, "--redo")
     assert (ran.status, ran.out) == (130, "")
+    assert ran.err.endswith("; nothing half-written is left; what is done is kept: the same command does the rest\n")
     assert {path.name: path.read_bytes() for path in (out / "cut").iterdir()} == whole
     assert {path.name for path in out.iterdir()} == {"cut", NASTY}
     assert list((out / NASTY).iterdir()) == []

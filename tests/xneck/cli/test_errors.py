@@ -147,6 +147,10 @@ def recording_that_leaves_its_folder(place: Path) -> list[str | Path]:
     return ["run", place, "--out", place / "out"]
 
 
+def export_of_a_folder_that_is_not_there(place: Path) -> list[str | Path]:
+    return ["export", place / "nonexist", "--out", place / "out/arm.xml"]
+
+
 def true_angles(place: Path) -> Path:
     """The main recording's angles as a CSV, so that only the log is at fault."""
     stored = np.load(SAMPLES / "truth.npz")
@@ -172,6 +176,7 @@ CASES: dict[Callable[[Path], list[str | Path]], str] = {
     two_pictures_for_a_camera: r"2",
     results_into_nowhere: r"nowhere does not exist",
     folder_without_recording: r"recording\.yaml",
+    export_of_a_folder_that_is_not_there: r"nonexist: does not exist; check the name",
     recording_that_leaves_its_folder: r"leaves the recording's folder",
 }
 
@@ -204,6 +209,39 @@ def test_wrong_usage_says_what_was_meant(words: list[str], says: str, capfd: pyt
     assert (status, out) == (2, "")
     assert says in err
     assert all(line.isprintable() and len(line) < 500 for line in err.splitlines()), err
+
+
+NECK, BOARD, LIST = R / "neck.yaml", R / "board.yaml", R / "recording.yaml"
+ARM = "is the description of an arm (neck.yaml)"
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["show", BOARD], "is a calibration board (board.yaml), not the description of an arm; give a neck.yaml here"),
+        (["show", LIST], "is the list of a recording's files (recording.yaml), not the description of an arm"),
+        (["show", "model.yaml"], "is a model of `xneck identify` (model.yaml), not the description of an arm"),
+        (["export", NECK, NECK], f"{ARM}, not a model of `xneck identify`; give a model.yaml here"),
+        (["extract", R / "video.mp4", "--neck", NECK, "--camera", NECK], f"{ARM}, not the calibration of a camera"),
+        (["calibrate", R / "board", "--board", NECK], f"{ARM}, not a calibration board; give a board.yaml here"),
+        (["board", "camera.yaml"], "is the calibration of a camera (camera.yaml), neither a board.yaml"),
+        (["run", "folder"], f"{ARM}, not the list of a recording's files; give a recording.yaml here"),
+    ],
+    ids=lambda value: " ".join(Path(word).name for word in value) if isinstance(value, list) else "",
+)
+def test_a_file_in_the_place_of_another_is_named_by_what_it_is(
+    words: list[str | Path], says: str, place: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(place)
+    written(place / "model.yaml", "xneck_model: 1\nlaws: []\nparameters: []\n")
+    (place / "folder").mkdir()
+    written(place / "folder/recording.yaml", NECK.read_text())
+    out = (
+        "out" if words[0] == "run" else {"board": "out.pdf", "export": "out.xml", "show": "out.svg"}.get(str(words[0]))
+    )
+    status, _, err = run(capfd, *words, "--out", out or "out.yaml")
+    assert (status, err.count("\n")) == (1, 1)
+    assert says in err
 
 
 NASTY = "n\x1b[31m\nm\x9b\udcff.csv"

@@ -92,6 +92,19 @@ def test_what_was_filled_in_is_not_lost(tmp_path: Path, capfd: pytest.CaptureFix
     assert "L: 0.11" in out.read_text()
 
 
+@pytest.mark.parametrize(
+    ("mechanisms", "cables", "says"),
+    [(3, 2, "2 cables cannot be tensioned against 3 joints"), (2, 1, "1 cable cannot be tensioned against 2 joints")],
+)
+def test_an_arm_with_too_few_cables_is_written_with_a_warning(
+    mechanisms: int, cables: int, says: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "neck.yaml"
+    ran = run(capfd, "init", "--mechanisms", str(mechanisms), "--cables", str(cables), "--out", out)
+    assert (ran.status, ran.err) == (0, f"xneck: warning: {out}: {says}; it takes more cables\n")
+    assert cables == read_neck(out).M
+
+
 def test_lengths_that_make_no_x_joint_are_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     ran = run(capfd, "init", "--L", "0.05", "--b", "0.06", "--out", tmp_path / "neck.yaml")
     assert ran == (

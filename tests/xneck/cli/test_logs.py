@@ -70,12 +70,37 @@ def test_an_mcap_says_its_topics_and_joints(tmp_path: Path, capfd: pytest.Captur
     np.testing.assert_array_equal(plain.matrix("theta"), mapped.matrix("theta"))
 
 
-@pytest.mark.parametrize(("name", "says"), [("log.xlsx", "no kind of log"), ("log.csv", "is empty")])
-def test_what_is_no_log_is_refused(name: str, says: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / name).write_bytes(b"")
-    ran = run(capfd, "logs", tmp_path / name)
-    assert (ran.status, ran.out) == (1, "")
-    assert says in ran.err
+@pytest.mark.parametrize(
+    ("name", "content", "says"),
+    [
+        ("log.xlsx", b"PK\x03\x04", "is no CSV but a ZIP archive, as .xlsx and .npz are; export it as CSV"),
+        ("log.mat", b"\x01\x02\xff", "cannot be read as CSV (not UTF-8 text); export it as CSV"),
+        (
+            "log.lvm",
+            b"LabVIEW Measurement\t\n",
+            "settings stand above its table; leave out all above the row of X_Value",
+        ),
+        ("video.mp4", b"\0\0\0\x20ftypisom", "is no CSV but a video; give a table or an MCAP here"),
+        ("log.csv", b"", "is empty"),
+        ("log.mcap", b"", "is empty"),
+    ],
+)
+def test_what_is_no_log_is_refused_alike_by_logs_and_sync(
+    name: str, content: bytes, says: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    log, angles = tmp_path / name, tmp_path / "angles.csv"
+    log.write_bytes(content)
+    angles.write_text("time,alpha1,alpha2,alpha3\n0,0,0,0\n0.03,0,0,0\n")
+    neck, out = SAMPLES / "held_out/neck.yaml", tmp_path / "dataset.mcap"
+    for words in (["logs", log], ["sync", angles, log, "--neck", neck, "--out", out]):
+        ran = run(capfd, *words)
+        assert (ran.status, ran.out) == (1, "")
+        assert says in ran.err
+
+
+def test_text_of_any_suffix_is_read(log: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "log.dat").write_bytes(log.read_bytes())
+    assert run(capfd, "logs", tmp_path / "log.dat").status == 0
 
 
 def test_out_alone_is_wrong_usage(log: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

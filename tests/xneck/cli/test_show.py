@@ -48,3 +48,44 @@ def test_what_cannot_be_drawn_is_refused(
     assert (ran.status, ran.out) == (1, "")
     assert says in ran.err
     assert list(tmp_path.iterdir()) == []
+
+
+MARKED = "markers:\n  dictionary: apriltag_36h11\n  size: 0.03\n  on_bars:\n"
+BASE = "    - {id: 0, bar: 0}\n"
+
+
+@pytest.mark.parametrize("command", ["show", "board"])
+@pytest.mark.parametrize(
+    ("markers", "status", "says"),
+    [
+        (
+            MARKED + BASE + "    - {id: 9999, bar: 1}\n",
+            1,
+            "markers.on_bars[1].id is 9999, but apriltag_36h11 has the ids",
+        ),
+        (MARKED.replace("11", "12") + BASE, 1, "markers.dictionary: unknown dictionary 'apriltag_36h12'; did you mean"),
+        (MARKED + BASE + "    - {id: 1, bar: 0}\n", 1, "markers.on_bars[1] is at the same place of bar 0 as [0]"),
+        (MARKED + "    - {id: 1, bar: 3}\n", 0, "warning: no marker sits on the base (bar 0)"),
+        (MARKED + BASE + "    - {id: 1, diagonal: A1}\n", 0, "warning: no marker tells joint 2, 3: put one on bar 3"),
+        (MARKED + BASE + "    - {id: 1, bar: 3}\n", 0, "warning: bar 1, 2 has no marker: the joints on both sides"),
+    ],
+)
+def test_markers_that_no_camera_can_use_are_told_before_they_are_printed(
+    command: str, markers: str, status: int, says: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    neck = tmp_path / "neck.yaml"
+    neck.write_text(NECK_FILE.read_text().partition("markers:")[0] + markers)
+    ran = run(capfd, command, neck, "--out", tmp_path / "out.pdf", "--json", tmp_path / "record.json")
+    assert ran.status == status
+    assert says in ran.err
+    if status == 0:
+        lines = json.loads((tmp_path / "record.json").read_text())["warnings"]
+        assert "".join(f"xneck: warning: {line}\n" for line in lines) == ran.err
+
+
+def test_a_cable_shorter_than_its_way_is_told(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    neck = tmp_path / "neck.yaml"
+    neck.write_text(NECK_FILE.read_text().replace("length: 0.9", "length: 0.02"))
+    ran = run(capfd, "show", neck, "--out", tmp_path / "neck.svg", "--quiet")
+    assert ran.status == 0
+    assert "warning: cables[0].length is 0.02 m, but the cable runs 0.0946 m from the base up" in ran.err

@@ -23,7 +23,7 @@ from tests.command import run
 from tests.paths import NECK_FILE
 from tests.xneck.export.test_mujoco_file import model
 from xneck_foundation.errors import Refused
-from xneck_foundation.whole_file import write_text
+from xneck_foundation.whole_file import replacing_any_file, write_text
 
 NECK = xneck.read_neck(NECK_FILE)
 TIME = np.arange(200) / 500.0
@@ -91,7 +91,14 @@ def test_a_model_with_other_numbers() -> None:
 
 @pytest.mark.parametrize(
     ("values", "words"),
-    [({"kk": 1.0}, "unknown parameter 'kk'"), ({"k": [1.0, 2.0]}, "2 values for 1"), ({"k": np.nan}, "is no number")],
+    [
+        ({"kk": 1.0}, "unknown parameter 'kk'"),
+        ({"k": [1.0, 2.0]}, "2 values for 1"),
+        ({"k": np.nan}, "is no number"),
+        ({"k": -5.0}, "k of -5 N/m cannot be; give a number above 0$"),
+        ({"k": 0.0}, "k of 0 N/m cannot be"),
+        ({"fs": -10.0}, "fs of -10 N cannot be; give 0 or more$"),
+    ],
 )
 def test_a_model_without_such_a_number_refuses(values: dict[str, float], words: str) -> None:
     with pytest.raises(Refused, match=words):
@@ -116,6 +123,7 @@ def test_an_arm_with_other_numbers() -> None:
         ({"mechanisms[0].M": 0.1}, "M"),
         ({"mechanisms[0].L": 50.0}, "50"),
         ({"gravity.x": 0.1}, "has no gravity.x"),
+        ({"mechanisms[2].top.mas": 0.1}, r"mechanisms\[2\].top.mas: unknown key, did you mean mass\?$"),
     ],
 )
 def test_an_arm_that_is_none_refuses(changes: dict[str, float], words: str) -> None:
@@ -139,7 +147,26 @@ def test_results_have_words_and_records(data: DataSet) -> None:
 def test_a_number_that_a_law_divides_by_is_refused_where_it_is_not_above_zero(stiffness: float) -> None:
     said = rf"^model: k\(1\) of linear_cable is {stiffness:g}, and must be above zero; "
     with pytest.raises(Refused, match=said):
-        machine_of(model().with_(k=stiffness), arm_of(NECK))
+        machine_of(estimated(k=stiffness), arm_of(NECK))
+
+
+def test_an_estimate_below_its_range_by_chance_is_taken_at_the_limit() -> None:
+    assert machine_of(estimated(fs=-0.1), arm_of(NECK)).values["fs"].tolist() == [0.0] * 4
+
+
+def test_a_file_that_xneck_did_not_write_is_replaced_from_python_in_a_block(tmp_path: Path) -> None:
+    (tmp_path / "model.yaml").write_text("mine: 1\n")
+    with pytest.raises(Refused, match=r"or write within xneck_foundation\.whole_file\.replacing_any_file\(\)$"):
+        xneck.write_model(model(), tmp_path / "model.yaml")
+    with replacing_any_file():
+        xneck.write_model(model(), tmp_path / "model.yaml")
+    assert xneck.read_model(tmp_path / "model.yaml").laws == model().laws
+
+
+def estimated(**values: float) -> Any:
+    """The model with other numbers, as a fit may find them."""
+    entries = tuple(p.model_copy(update={"value": values.get(p.name, p.value)}) for p in model().parameters)
+    return model().model_copy(update={"parameters": entries})
 
 
 def still_motion() -> Series:

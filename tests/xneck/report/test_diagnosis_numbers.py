@@ -86,7 +86,8 @@ def test_the_numbers_below_the_sentence(page: str, said: Record) -> None:
     text = Elements(page).text
     worst = max(said["channels"], key=lambda c: c["before"] / c["noise_floor"])
     before, after = (worst[key] / worst["noise_floor"] for key in ("before", "after"))
-    assert f"{before:.2f} times noise, now {after:.2f}" in text
+    three = [f"{ratio:.{max(0, 2 - int(np.floor(np.log10(ratio))))}f}" for ratio in (before, after)]
+    assert f"{three[0]} times noise, now {three[1]}" in text
     assert f"{100 * said['explained']:.0f} %" in text
 
 
