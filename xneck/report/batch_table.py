@@ -72,7 +72,8 @@ def batch_sentence(rows: Iterable[Mapping[str, Any]]) -> str:
     every = list(rows)
     failed = sum(row["failure"] is not None for row in every)
     before = sum(row["done_before"] for row in every)
-    return f"{len(every)} recordings: {len(every) - failed} done, {failed} failed; {before} of them known from before"
+    known = f"; {before} of them known from before" if before else ""
+    return f"{len(every)} recordings: {len(every) - failed} done, {failed} failed{known}"
 
 
 def batch_text(rows: Mapping[str, Mapping[str, Any]]) -> str:
