@@ -89,7 +89,7 @@ def test_what_a_codec_drags_is_in_sigma_and_is_no_rolling_shutter(mechanisms: in
 def first_mechanisms(count: int) -> Neck:
     """The lowest mechanisms of the sample's arm with their markers."""
     assert NECK.markers is not None
-    on_bars = tuple(m for m in NECK.markers.on_bars if m.bar <= count)
+    on_bars = tuple(m for m in NECK.markers.on_bars if m.bar in range(count + 1))
     markers = NECK.markers.model_copy(update={"on_bars": on_bars})
     return NECK.model_copy(update={"mechanisms": NECK.mechanisms[:count], "markers": markers})
 
