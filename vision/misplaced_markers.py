@@ -1,7 +1,8 @@
 """Markers that sit otherwise than neck.yaml says: how the video tells it, and with which prior angles are fitted then.
 
 The linkage as one object believes distances between markers to micrometres, so that a half millimetre by which one was stuck on
-beside its place turns into degrees, by way of depth and the camera's pose. Where corners fit better to markers that may sit
+beside its place, or a bar that is longer by a five-hundredth, turns into tenths of degrees and degrees, by way of depth and the
+camera's pose. Where corners fit better to markers that may sit
 elsewhere, angles are fitted so, and their sigma holds by how far.
 """
 
@@ -60,10 +61,10 @@ def misplacement(
     prior = PlacementPrior(share * BY_HAND.at_sigma, share * BY_HAND.angle_sigma, weight=share**2 * BY_HAND.weight)
     known = f"{1e3 * prior.at_sigma:.1f} mm and {np.degrees(prior.angle_sigma):.1f} deg"
     said = (
-        f"the markers do not sit as neck.yaml says: corners fit to {described.corner_sigma_px:.2f} px as described, to "
-        f"{described.corner_sigma_px / ratio:.2f} px where they may sit otherwise{_most(numbers, share)}; sigma of the angles "
-        f"holds that places are known to {known}; is something over them, or the picture blurred? else let their placement be "
-        "estimated, or correct neck.yaml"
+        "the markers do not sit as neck.yaml says, or bars have other lengths: corners fit to "
+        f"{described.corner_sigma_px:.2f} px as described, to {described.corner_sigma_px / ratio:.2f} px where markers may sit "
+        f"otherwise{_most(numbers, share)}; sigma of the angles holds that places are known to {known}; is something over markers, "
+        "or the picture blurred? else let their placement be estimated, or correct neck.yaml"
     )
     return prior, said
 
