@@ -21,6 +21,7 @@ from identification.model_file import Model, PoseModel, PoseNumber, PoseResidual
 from identification.pose_equations import Misfit, PoseEquations
 from identification.pose_numbers import sought_numbers
 from identification.pose_rows import rows_of
+from identification.pose_start import LEAST_MOTOR_N, begun_by_motors, check_motors, motor_rms
 from mechanism.description import Neck
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
@@ -63,8 +64,12 @@ def calibrate_pose(recordings: Sequence[DataSet], model: Model, neck: Neck | Non
         raise Refused("identify", "no frame shows all joints", "record with every marker in view")
     try:
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            fit = _Fit(PoseEquations(neck, model, rows, sought_numbers(neck, model, rows)))
+            told = PoseEquations(neck, model, rows, sought_numbers(neck, model, rows))
+            equations = PoseEquations(neck, model, rows, begun_by_motors(told))
+            fit = _Fit(equations)
+            begun = motor_rms(equations, np.zeros(len(equations.numbers)))
             p, covariance = fit.solved()
+            check_motors(begun, motor_rms(equations, p))
             return fit.result(p, covariance)
     except np.linalg.LinAlgError as error:
         raise Refused(
@@ -152,7 +157,7 @@ class _Fit:
     def _motor_sigma(self, misfit: Misfit, r: int) -> Array:
         """Sigma of the motors' equation in each row, (M,), N."""
         rows_each = max(1.0, 1 / (_MOTOR_HZ * self.equations.rows[r].step))
-        return np.maximum(np.sqrt(np.mean(misfit.motors**2, axis=0)), 0.1) * np.sqrt(rows_each)
+        return np.maximum(np.sqrt(np.mean(misfit.motors**2, axis=0)), LEAST_MOTOR_N) * np.sqrt(rows_each)
 
     def result(self, p: Array, covariance: Array) -> PoseModel:
         """The fit as the model's file has it: numbers of arm and laws; x0 where there is one recording."""

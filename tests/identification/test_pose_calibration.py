@@ -12,6 +12,7 @@ from identification.pose_calibration import calibrate_pose, residual_slope, rms_
 from identification.pose_equations import PoseEquations
 from identification.pose_numbers import sought_numbers
 from identification.pose_rows import rows_of
+from identification.pose_start import begun_by_motors, check_motors, motor_rms
 from tests.observation.arms import NOISE_RAD, SEEDS, built_stiffness, calibration_data, case
 from xneck_foundation.errors import Refused
 
@@ -38,6 +39,37 @@ def test_several_recordings_have_a_pre_elongation_each_and_the_model_none() -> N
     pose = calibrate_pose(calibration_data(SEED), of.model)
     assert not [n for n in pose.numbers if n.kind == "x0"]
     assert np.abs(values(pose, "k") / built_stiffness(SEED) - 1).max() < 0.06
+
+
+def test_motors_may_be_counted_from_anywhere() -> None:
+    """With 6 mm of cable wound in where motors count from, and no pre-elongation in the model, all comes out as without."""
+    of, (data, _) = case(SEED, calibrated=False), calibration_data(SEED)
+    told = tuple(p for p in of.model.parameters if p.name != "x0")
+    model = of.model.model_copy(update={"parameters": told})
+    drums = np.array([m.rd / m.R for m in of.neck.motors])
+    columns = dict(data.state.columns)
+    for j, drum in enumerate(drums):
+        columns[f"theta{j + 1}"] = columns[f"theta{j + 1}"] - 6e-3 / drum
+    moved, still = (
+        calibrate_pose([replace(data, state=state)], model) for state in (Series(data.state.time, columns), data.state)
+    )
+    np.testing.assert_allclose(values(moved, "x0") - values(still, "x0"), 6e-3, atol=5e-5)
+    np.testing.assert_allclose(values(moved, "k"), values(still, "k"), rtol=5e-3)
+    np.testing.assert_allclose(moved.residual.motor_N, still.residual.motor_N, rtol=0.05)
+
+
+def test_a_model_whose_forces_the_fit_gives_up_is_refused() -> None:
+    """Numbers without tension are refused, and those that the fit begins with are not."""
+    of, (data, _) = case(SEED, calibrated=False), calibration_data(SEED)
+    rows = [rows_of(data)]
+    told = PoseEquations(of.neck, of.model, rows, sought_numbers(of.neck, of.model, rows))
+    equations = PoseEquations(of.neck, of.model, rows, begun_by_motors(told))
+    p = np.zeros(len(equations.numbers))
+    begun = motor_rms(equations, p)
+    check_motors(begun, 2 * begun)
+    p[[n.name == "x0" for n in equations.numbers]] = -3.0
+    with pytest.raises(Refused, match="of the forces of motor"):
+        check_motors(begun, motor_rms(equations, p))
 
 
 def test_it_goes_through_the_models_file(tmp_path: Path) -> None:
