@@ -156,7 +156,7 @@ class _Rows:
 def _columns(time: Array, observed: list[Observed]) -> Series:
     """Angles, rates, and the sigmas of both, at times (T,), s."""
     n = len(observed[0].alpha)
-    sigma = np.sqrt(np.array([np.maximum(np.diag(o.covariance), 0.0) for o in observed]))
+    sigma = np.sqrt(np.array([np.diag(o.covariance) for o in observed]))
     columns = numbered_columns("alpha", np.array([o.alpha for o in observed]))
     columns |= numbered_columns("alpha", np.array([o.alpha_d for o in observed]), "_d")
     columns |= numbered_columns("sigma_alpha", sigma[:, :n])

@@ -52,6 +52,9 @@ class FilteredRow:
 
     transition: Array | None
     """from the row before to this one, (size, size); None where the observer began"""
+    origin: Array
+    """the state from which this row was predicted, (size,): that after the row before, and after what this one tells of it"""
+    origin_covariance: Array
     predicted: Array
     """the state before the row was measured, (size,)"""
     predicted_covariance: Array
@@ -95,6 +98,7 @@ class Observer:
         self._began = 0.0
         self._has_just_begun = False
         self._transition: Array | None = None
+        self._origin, self._origin_covariance = self.state, self.covariance
         self._predicted, self._predicted_covariance = self.state, self.covariance
 
     @np.errstate(over="ignore", invalid="ignore")  # of a model that is no arm's: refused below as what leaves its range
@@ -157,6 +161,8 @@ class Observer:
         """The last row with the prediction that led to it."""
         return FilteredRow(
             transition=self._transition,
+            origin=self._origin,
+            origin_covariance=self._origin_covariance,
             predicted=self._predicted,
             predicted_covariance=self._predicted_covariance,
             state=self.state,
@@ -224,6 +230,7 @@ class Observer:
         count = max(1, int(np.ceil(interval / MAX_STEP_S)))
         h = interval / count
         transition = np.eye(layout.size)
+        self._origin, self._origin_covariance = self.state, self.covariance
         assert self._force is not None
         for k in range(count):
             elapsed = self._time + (k + 0.5) * h - self._began

@@ -66,6 +66,20 @@ def test_smoothing_is_no_worse_and_knows_it() -> None:
     assert smooth.matrix("sigma_alpha", "_d").mean() < filtered.matrix("sigma_alpha", "_d").mean()
 
 
+def test_a_smoothed_row_is_known_where_the_observer_began() -> None:
+    """The first row, and the first after a gap, are told by those after them as well as others are."""
+    of = case(SEEDS[0])
+    rows = np.r_[0:300, 1500:1800]
+    seen = observe_log(of.neck, of.model, of.log.part(rows), smooth=True).series
+    for stem, limit in (("", 0.4), ("_d", 10.0)):
+        error = seen.matrix("alpha", stem) - (of.alpha_d if stem else of.alpha)[rows]
+        sigma = seen.matrix("sigma_alpha", stem)
+        for first in (0, 300):
+            near = slice(first, first + 10)
+            assert np.degrees(np.abs(error[near])).max() < limit
+            assert np.abs(error[near] / sigma[near]).max() < 4
+
+
 def with_unknown_x0(of: Case) -> Case:
     """The same arm after its motors were switched on anew: nobody knows where they stand."""
     assert of.model.pose is not None
