@@ -13,7 +13,7 @@ from mechanism.laws import Law
 from observation.expression import Expression, variable
 from observation.filter_numbers import POSE_TIME_S
 from observation.generated_code import c_function
-from observation.observer import MAX_GAP_S, MAX_STEP_S, SPEED_SIGMAS, Observer
+from observation.observer import MAX_STEP_S, SPEED_SIGMAS, Observer
 from observation.pose_error import ELONGATION_D_M_S, SPEED_RAD_S
 from observation.prediction import GAMMA
 from observation.start_at_rest import AT_REST_RAD, MAX_NEWTON_RAD, NEWTON_STEPS, RANGE_RAD
@@ -63,7 +63,8 @@ def _defines(observer: Observer, law_count: int) -> dict[str, int | float]:
         "ELONGATION_D_M_S": ELONGATION_D_M_S,
         "SPEED_SIGMAS": SPEED_SIGMAS,
         "MAX_STEP_S": MAX_STEP_S,
-        "MAX_GAP_S": MAX_GAP_S,
+        "MISSING_S": observer.missing_s,
+        "MAX_GAP_S": observer.gap_s,
         "NEWTON_STEPS": NEWTON_STEPS,
         "MAX_NEWTON_RAD": MAX_NEWTON_RAD,
         "AT_REST_RAD": AT_REST_RAD,

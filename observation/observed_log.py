@@ -13,7 +13,7 @@ from identification.model_file import Model, pose_machine
 from mechanism.description import Neck
 from observation.health import SETTLING_S, HealthMonitor, as_json
 from observation.load_test import find_loads
-from observation.observer import MAX_GAP_S, Observed, Observer
+from observation.observer import Observed, Observer
 from observation.smoother import smoothed
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
@@ -81,7 +81,7 @@ def observe_log(
     observer = Observer(neck, model, step_s)
     rows = _Rows(observer, log, frames, start)
     monitor = HealthMonitor(observer.numbers.friction_sigma)
-    after_gap = np.concatenate([[False], np.diff(log.time) > MAX_GAP_S])
+    after_gap = np.concatenate([[False], np.diff(log.time) > observer.gap_s])
     each = max(1, round(1 / (_LOAD_TEST_HZ * step_s)))
     observed: list[Observed] = []
     load_rows, states = list[int](), list[Array]()

@@ -25,8 +25,12 @@ Array = NDArray[np.float64]
 
 MAX_STEP_S = 4e-3
 """s: longer rows are gone through in several steps (docs/thresholds.md)"""
-MAX_GAP_S = 1.0
-"""s without a row, after which the observer begins anew (docs/thresholds.md)"""
+MAX_GAP_S = 0.1
+"""s without a row, after which the observer begins anew, whatever the log's rate (docs/thresholds.md)"""
+MISSING_ROWS = 1.5
+"""rows from one to the next, beyond which a row is missing (docs/thresholds.md)"""
+MAX_GAP_ROWS = 4.5
+"""rows from one to the next of a slower log, after which it begins anew (docs/thresholds.md)"""
 SPEED_SIGMAS = 2.0
 """sigmas of a counted angle, of what a motor turns from the first row to the second: both are counted, and motors accelerate
 (docs/thresholds.md)"""
@@ -66,8 +70,8 @@ class FilteredRow:
 class Observer:
     """Joint angles of one arm, row by row of its controller.
 
-    neck: the arm's description. model: of `xneck identify` or `xneck diagnose`. step_s: s, from row to row, where rows come without
-    their time. Raises Refused where the model was not identified for this, or a law cannot be written as code.
+    neck: the arm's description. model: of `xneck identify` or `xneck diagnose`. step_s: s, from row to row, where none is missing.
+    Raises Refused where the model was not identified for this, or a law cannot be written as code.
 
     >>> import xneck
     >>> data = xneck.read_dataset("monday.mcap")
@@ -101,6 +105,16 @@ class Observer:
         self._origin, self._origin_covariance = self.state, self.covariance
         self._predicted, self._predicted_covariance = self.state, self.covariance
 
+    @property
+    def missing_s(self) -> float:
+        """s without a row, after which rows are missing: forces went from the last told to the next one."""
+        return MISSING_ROWS * self.step_s
+
+    @property
+    def gap_s(self) -> float:
+        """s without a row, after which the observer begins anew: nobody knows which forces acted meanwhile."""
+        return max(MAX_GAP_S, MAX_GAP_ROWS * self.step_s)
+
     @np.errstate(over="ignore", invalid="ignore")  # of a model that is no arm's: refused below as what leaves its range
     def step(
         self,
@@ -125,17 +139,18 @@ class Observer:
         at = (0.0 if first else self._time + self.step_s) if time is None else float(time)
         if first:
             self._began = at
-            self._begin(theta, angles)
-        elif at - self._time > MAX_GAP_S:
+            self._begin(theta, f, angles)
+        elif at - self._time > self.gap_s:
             self._forget_motion()
-            self._begin(theta, angles)
+            self._begin(theta, f, angles)
         else:
             if self._has_just_begun:
                 self._measure_motor_speeds(theta, at - self._time)
-            self._predict(at - self._time)
+            acting = self._acting_force(f)
+            self._predict(at - self._time, acting if at - self._time > self.missing_s else self._force)
             self._measure(self.numbers.layout.theta, theta, self.numbers.theta_sigma)
+            self._force = acting
         self._time = at
-        self._force = self._acting_force(f)
         if angles is not None and sigma is not None:
             self._measure_joints(np.asarray(angles, dtype=float), np.broadcast_to(np.asarray(sigma), np.shape(angles)))
         if not (np.isfinite(self.state).all() and np.abs(self.state[self.numbers.layout.alpha]).max() < np.pi):
@@ -205,7 +220,7 @@ class Observer:
         self._began = began
         self.state[x0], self.covariance[x0, x0] = kept, kept_covariance
 
-    def _begin(self, theta: Array, angles: Array | None) -> None:
+    def _begin(self, theta: Array, f: Array, angles: Array | None) -> None:
         """At rest where the cables pull the arm to, from the told angles on, or from straight."""
         layout = self.numbers.layout
         self.state[layout.theta] = theta
@@ -213,6 +228,7 @@ class Observer:
             self.state[layout.alpha] = np.where(np.isfinite(angles), angles, 0.0)
         self.state, self.covariance = start_at_rest(self._evaluated, self.state, self.covariance)
         self.covariance[layout.pose_error, layout.pose_error] = self.prediction.pose_covariance_at(self.state)
+        self._force = self._acting_force(f)
         self._has_just_begun = True
         self._transition = None
         self._predicted, self._predicted_covariance = self.state, self.covariance
@@ -224,17 +240,18 @@ class Observer:
             self._law_forces[place] = f
         return f
 
-    def _predict(self, interval: float) -> None:
-        """Over the time to the next row, s, in steps of at most MAX_STEP_S."""
+    def _predict(self, interval: float, last_force: Array | None) -> None:
+        """Over the time to the next row, s, in steps of at most MAX_STEP_S, under a force that goes to the last one, (M,), N."""
         layout, bound = self.numbers.layout, self.numbers.memory_bound
         count = max(1, int(np.ceil(interval / MAX_STEP_S)))
         h = interval / count
         transition = np.eye(layout.size)
         self._origin, self._origin_covariance = self.state, self.covariance
-        assert self._force is not None
+        assert self._force is not None and last_force is not None
         for k in range(count):
             elapsed = self._time + (k + 0.5) * h - self._began
-            step = self.prediction.step(self.state, self._acceleration, self._force, h, elapsed)
+            force = self._force + (last_force - self._force) * ((k + 0.5) / count)
+            step = self.prediction.step(self.state, self._acceleration, force, h, elapsed)
             F = step.transition
             self.state = self.state + step.change
             self.state[layout.memory] = np.clip(self.state[layout.memory], -bound, bound)

@@ -116,6 +116,18 @@ def test_a_gap_of_the_log_begins_anew() -> None:
     assert np.degrees(np.abs(after)).max() < 0.3
 
 
+def test_sigma_holds_what_a_short_gap_leaves() -> None:
+    """From 0.1 to 0.9 s: commands changed meanwhile, and nobody saw them. The row after is no further off than others are."""
+    of = case(SEEDS[0])
+    for missing in (45, 150, 450):
+        rows = np.r_[0:700, 700 + missing : 1000 + missing]
+        seen = observe_log(of.neck, of.model, of.log.part(rows)).series
+        for stem, true in (("", of.alpha), ("_d", of.alpha_d)):
+            ratio = np.abs(seen.matrix("alpha", stem) - true[rows]) / seen.matrix("sigma_alpha", stem)
+            assert ratio[700:710].max() < 3
+            assert ratio[710:].max() < 8  # as without a gap, for rates where motors turn round
+
+
 def test_what_the_observer_cannot_do_is_refused() -> None:
     of = case(SEEDS[0], calibrated=False)
     unsure = tuple(p.model_copy(update={"identified": p.name != "k"}) for p in of.model.parameters)
