@@ -135,9 +135,9 @@ class Observer:
             raise Refused("observe", "a motor angle or force is not finite", "leave such rows out")
         if angles is not None and sigma is None:
             raise Refused("observe", "angles came without their sigma", "say how well they are known, in rad")
-        first = self._force is None
-        at = (0.0 if first else self._time + self.step_s) if time is None else float(time)
-        if first:
+        held = self._force
+        at = (0.0 if held is None else self._time + self.step_s) if time is None else float(time)
+        if held is None:
             self._began = at
             self._begin(theta, f, angles)
         elif at - self._time > self.gap_s:
@@ -147,7 +147,7 @@ class Observer:
             if self._has_just_begun:
                 self._measure_motor_speeds(theta, at - self._time)
             acting = self._acting_force(f)
-            self._predict(at - self._time, acting if at - self._time > self.missing_s else self._force)
+            self._predict(at - self._time, held, acting if at - self._time > self.missing_s else held)
             self._measure(self.numbers.layout.theta, theta, self.numbers.theta_sigma)
             self._force = acting
         self._time = at
@@ -240,18 +240,17 @@ class Observer:
             self._law_forces[place] = f
         return f
 
-    def _predict(self, interval: float, last_force: Array | None) -> None:
+    def _predict(self, interval: float, force: Array, last_force: Array) -> None:
         """Over the time to the next row, s, in steps of at most MAX_STEP_S, under a force that goes to the last one, (M,), N."""
         layout, bound = self.numbers.layout, self.numbers.memory_bound
         count = max(1, int(np.ceil(interval / MAX_STEP_S)))
         h = interval / count
         transition = np.eye(layout.size)
         self._origin, self._origin_covariance = self.state, self.covariance
-        assert self._force is not None and last_force is not None
         for k in range(count):
             elapsed = self._time + (k + 0.5) * h - self._began
-            force = self._force + (last_force - self._force) * ((k + 0.5) / count)
-            step = self.prediction.step(self.state, self._acceleration, force, h, elapsed)
+            acting = force + (last_force - force) * ((k + 0.5) / count)
+            step = self.prediction.step(self.state, self._acceleration, acting, h, elapsed)
             F = step.transition
             self.state = self.state + step.change
             self.state[layout.memory] = np.clip(self.state[layout.memory], -bound, bound)
