@@ -107,7 +107,9 @@ def observe_log(
             monitor.sigma,
         )
     if smooth:
+        told_by_all_frames = observer.correction.settled()
         observer.restart()
+        observer.correction = told_by_all_frames
         observed = smoothed(observer, len(log), rows.take)
     return ObservedLog(_columns(log.time, observed), monitor, len(rows.frame_at), int(after_gap.sum()))
 

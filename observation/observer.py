@@ -2,7 +2,7 @@
 
 Each row predicts the state over the time since the row before, under the force that acted in it, and then takes the counted motor
 angles for what they are worth. The state is that of StateLayout; the angle of a joint is what its equations say plus the pose's
-error.
+error, and what frames told of the model (frame_correction.py).
 """
 
 import copy
@@ -17,6 +17,7 @@ from mechanism.description import Neck
 from observation.equations import Equations, traced_equations
 from observation.evaluated_equations import EvaluatedEquations, left_range
 from observation.filter_numbers import FilterNumbers, filter_numbers
+from observation.frame_correction import PASSING_SHARE
 from observation.prediction import Prediction
 from observation.start_at_rest import start_at_rest
 from xneck_foundation.errors import Refused
@@ -34,7 +35,17 @@ MAX_GAP_ROWS = 4.5
 SPEED_SIGMAS = 2.0
 """sigmas of a counted angle, of what a motor turns from the first row to the second: both are counted, and motors accelerate
 (docs/thresholds.md)"""
-_LEFT_BY_ROWS = ("state", "covariance", "_acceleration", "_force", "_law_forces", "_time", "_began", "_has_just_begun")
+_LEFT_BY_ROWS = (
+    "state",
+    "covariance",
+    "correction",
+    "_acceleration",
+    "_force",
+    "_law_forces",
+    "_time",
+    "_began",
+    "_has_just_begun",
+)
 """attributes of an observer that the next row depends on"""
 
 
@@ -95,6 +106,7 @@ class Observer:
         layout = self.numbers.layout
         self.state = self.numbers.start.copy()
         self.covariance = np.diag(self.numbers.start_sigma**2)
+        self.correction = self.numbers.no_correction
         self._acceleration = np.zeros(layout.size)
         self._force: Array | None = None
         self._law_forces: list[Array | None] = [None] * len(self.numbers.machine.laws)
@@ -195,7 +207,9 @@ class Observer:
         covariance[:n, n:] = P[a, v] + P[b, v]
         covariance[n:, :n] = covariance[:n, n:].T
         covariance[n:, n:] = P[v, v] + self._pose_rate_covariance(s[a], s[v], np.diag(P[b, b]))
-        return Observed(s[a] + s[b], s[v].copy(), covariance)
+        alpha = s[a] + s[b] + self.correction.at(s[a], s[v])
+        alpha_d = s[v] + self.correction.rate(s[v])
+        return Observed(alpha, alpha_d, covariance)
 
     def _pose_rate_covariance(self, alpha: Array, alpha_d: Array, variance: Array) -> Array:
         """Of the rates, (N, N), rad^2/s^2: how fast the pose's error changes at angles (N,), rad, and speeds (N,), rad/s.
@@ -215,9 +229,9 @@ class Observer:
         """After a gap of the log: forgets all but the pre-elongations and when the recording began."""
         x0 = self.numbers.layout.x0
         kept, kept_covariance = self.state[x0].copy(), self.covariance[x0, x0].copy()
-        began = self._began
+        began, correction = self._began, self.correction
         self.restart()
-        self._began = began
+        self._began, self.correction = began, correction
         self.state[x0], self.covariance[x0, x0] = kept, kept_covariance
 
     def _begin(self, theta: Array, f: Array, angles: Array | None) -> None:
@@ -292,9 +306,19 @@ class Observer:
         self.state = self.state + K @ (values - self.state[at])
         self.covariance = _symmetric(P - K @ P[at])
 
+    def _learned(self, angles: Array, sigma: Array) -> Array:
+        """What frames, this one too, tell of how joints stand beside the model at this pose, (N,), rad."""
+        layout = self.numbers.layout
+        alpha, alpha_d = self.state[layout.alpha], self.state[layout.alpha_d]
+        passing = PASSING_SHARE * np.diag(self.prediction.pose_covariance_at(self.state))
+        variance = np.diag(self.covariance)[layout.alpha] + passing + sigma**2
+        self.correction = self.correction.corrected(alpha, alpha_d, angles - alpha, variance)
+        return self.correction.at(alpha, alpha_d)
+
     def _measure_joints(self, angles: Array, sigma: Array) -> None:
         """Angles (N,), rad, one joint after the other; NaN where not seen."""
         layout = self.numbers.layout
+        angles = angles - self._learned(angles, sigma)
         for i in np.flatnonzero(np.isfinite(angles)):
             alpha, pose_error = layout.alpha.start + i, layout.pose_error.start + i
             P = self.covariance
