@@ -72,6 +72,8 @@ class FilterNumbers:
     """largest magnitude of the cables' memory variables, (M S,), inf where there is none"""
     friction_sigma: Array
     """of the force that a motor's law does not say, (M,), N"""
+    dry_friction: Array
+    """all of each motor's dry friction, (M,), N; the arm's typical load where no law has any"""
 
 
 def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
@@ -120,6 +122,7 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
         let_go_rate=2 * np.pi * LET_GO_HZ * machine.holds_at_rest,
         memory_bound=bound,
         friction_sigma=friction_sigma,
+        dry_friction=machine.values.get("fs", np.full(layout.M, typical_load(machine.arm))),
     )
     if not all(np.isfinite(v).all() for v in (error.factor, numbers.start, numbers.start_sigma)):
         raise _no_pose("")

@@ -80,7 +80,7 @@ def observe_log(
     step_s = float(np.median(np.diff(log.time)))
     observer = Observer(neck, model, step_s)
     rows = _Rows(observer, log, frames, start)
-    monitor = HealthMonitor(observer.numbers.friction_sigma)
+    monitor = HealthMonitor(observer.numbers.friction_sigma, observer.numbers.dry_friction)
     after_gap = np.concatenate([[False], np.diff(log.time) > observer.gap_s])
     each = max(1, round(1 / (_LOAD_TEST_HZ * step_s)))
     observed: list[Observed] = []
@@ -95,6 +95,7 @@ def observe_log(
             states.append(observer.state)
         if row % _PROGRESS_ROWS == _PROGRESS_ROWS - 1:
             progress(_PROGRESS_ROWS)
+    monitor.end()
     if states:
         s, layout = np.array(states), observer.numbers.layout
         monitor.loads = find_loads(
