@@ -182,9 +182,10 @@ class HealthMonitor:
 
     @property
     def off_from_the_beginning(self) -> bool:
-        """Whether every motor is off in the first window that was judged, by more than friction, and no load explains it."""
+        """Whether every motor is off in the first window that was judged, and neither friction nor a load alone explains it."""
         first = [f for f in self.findings if f.time == self.first_judged]
-        return not self.loads and len(first) == len(self.sigma) and any(f.kind != "along" for f in first)
+        along = [f for f in first if f.kind == "along"]
+        return len(first) == len(self.sigma) > len(along) and bool(along or not self.loads)
 
 
 def verdict(monitor: HealthMonitor) -> str:
