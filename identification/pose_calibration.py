@@ -67,7 +67,10 @@ def calibrate_pose(recordings: Sequence[DataSet], model: Model, neck: Neck | Non
             told = PoseEquations(neck, model, rows, sought_numbers(neck, model, rows))
             equations = PoseEquations(neck, model, rows, begun_by_motors(told))
             fit = _Fit(equations)
-            begun = motor_rms(equations, np.zeros(len(equations.numbers)))
+            start = np.zeros(len(equations.numbers))
+            for r in range(len(rows)):
+                equations.move(start, r)
+            begun = motor_rms(equations, start)
             p, covariance = fit.solved()
             check_motors(begun, motor_rms(equations, p))
             return fit.result(p, covariance)

@@ -47,7 +47,7 @@ def _pre_elongations(equations: PoseEquations, r: int, places: list[int]) -> Arr
 
 
 def motor_rms(equations: PoseEquations, p: Array) -> Array:
-    """What numbers p (P,) leave of the motors' equation, rms over all recordings, (M,), N."""
+    """What numbers p (P,) leave of the motors' equation where the equations are linearised, rms over all recordings, (M,), N."""
     forces = [equations.motor_misfit(p, r) for r in range(len(equations.rows))]
     return np.sqrt(np.mean(np.concatenate(forces) ** 2, axis=0))
 

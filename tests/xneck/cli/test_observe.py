@@ -74,6 +74,19 @@ def test_frames_may_be_seconds_apart(made: Path, tmp_path: Path, capfd: pytest.C
     assert json.loads((tmp_path / "state.json").read_text())["frames_used"] == len(frames.read_text().splitlines()) - 1
 
 
+def test_rows_that_repeat_one_sample_are_a_gap(made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """A second in which the controller wrote the same row again, angles and forces, while the arm moved on."""
+    head, *lines = (R / "log.csv").read_text().splitlines()
+    held = [line.split(",", 1)[0] + "," + lines[2000].split(",", 1)[1] for line in lines[2001:2500]]
+    log, out = tmp_path / "log.csv", tmp_path / "state.csv"
+    log.write_text("\n".join([head, *lines[:2001], *held, *lines[2500:5000]]) + "\n")
+    ran = run(capfd, *words(made, out, log), "--json", tmp_path / "state.json", "--quiet")
+    assert ran.status == 0
+    assert "499 rows repeat the one before" in ran.err
+    record = json.loads((tmp_path / "state.json").read_text())
+    assert (record["rows"], record["restarts"]) == (5000 - 499, 1)
+
+
 def test_what_cannot_be_observed_is_refused_in_one_line(
     made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
