@@ -121,7 +121,10 @@ def test_why_nothing_is_said_is_told() -> None:
     """A log that is long enough and whose motors turn slowly is not called short; gaps are named."""
     of = case(SEEDS[1])
     time = np.arange(0.0, 12.0, 0.01)
-    slow, still = HealthMonitor(*2 * [np.ones(of.neck.M)]), HealthMonitor(*2 * [np.ones(of.neck.M)])
+    slow, still = (
+        HealthMonitor(np.ones(of.neck.M), np.ones(of.neck.M)),
+        HealthMonitor(np.ones(of.neck.M), np.ones(of.neck.M)),
+    )
     for row, now in enumerate(time):
         slow.add(float(now), np.zeros(of.neck.M), np.full(of.neck.M, 3.0))
         if row % 500 == 499:
