@@ -21,6 +21,7 @@ from identification.model_file import Model, PoseModel, PoseNumber, PoseResidual
 from identification.pose_equations import Misfit, PoseEquations
 from identification.pose_numbers import sought_numbers
 from identification.pose_rows import rows_of
+from identification.pose_start import LEAST_MOTOR_N, begun_by_motors, check_motors, motor_rms
 from mechanism.description import Neck
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
@@ -41,6 +42,8 @@ _SHARED_LAGS = 8
 """frames by which those are apart at most whose products tell what is left (docs/thresholds.md)"""
 _SLOPE_S = 0.1
 """over which a residual's change is taken"""
+_GROWTH_SIGMAS = 2.0
+"""of chance, by which changes of residuals must grow with time (docs/thresholds.md)"""
 _MOTOR_HZ = 1.0
 """independent values of the motors' equation in a second (docs/thresholds.md)"""
 
@@ -63,8 +66,15 @@ def calibrate_pose(recordings: Sequence[DataSet], model: Model, neck: Neck | Non
         raise Refused("identify", "no frame shows all joints", "record with every marker in view")
     try:
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            fit = _Fit(PoseEquations(neck, model, rows, sought_numbers(neck, model, rows)))
+            told = PoseEquations(neck, model, rows, sought_numbers(neck, model, rows))
+            equations = PoseEquations(neck, model, rows, begun_by_motors(told))
+            fit = _Fit(equations)
+            start = np.zeros(len(equations.numbers))
+            for r in range(len(rows)):
+                equations.move(start, r)
+            begun = motor_rms(equations, start)
             p, covariance = fit.solved()
+            check_motors(begun, motor_rms(equations, p))
             return fit.result(p, covariance)
     except np.linalg.LinAlgError as error:
         raise Refused(
@@ -152,7 +162,7 @@ class _Fit:
     def _motor_sigma(self, misfit: Misfit, r: int) -> Array:
         """Sigma of the motors' equation in each row, (M,), N."""
         rows_each = max(1.0, 1 / (_MOTOR_HZ * self.equations.rows[r].step))
-        return np.maximum(np.sqrt(np.mean(misfit.motors**2, axis=0)), 0.1) * np.sqrt(rows_each)
+        return np.maximum(np.sqrt(np.mean(misfit.motors**2, axis=0)), LEAST_MOTOR_N) * np.sqrt(rows_each)
 
     def result(self, p: Array, covariance: Array) -> PoseModel:
         """The fit as the model's file has it: numbers of arm and laws; x0 where there is one recording."""
@@ -221,7 +231,7 @@ def residual_slope(residual: Array, alpha: Array, time: Array) -> Array:
     """How much residuals (F, N), rad, NaN where not seen, change along a radian of motion, rms, (N,).
 
     alpha: angles of the frames, (F, N), rad; time: (F,), s. Changes over a tenth of a second and over the next one tell it, whose
-    noise differs.
+    noise differs; where residuals jump and stay, as with play, these have nothing in common, and their growth with time does.
     """
     span = max(1, round(_SLOPE_S / max(float(np.median(np.diff(time))), 1e-9))) if len(time) > 1 else 1
     changes, moved = residual[span:] - residual[:-span], alpha[span:] - alpha[:-span]
@@ -231,7 +241,22 @@ def residual_slope(residual: Array, alpha: Array, time: Array) -> Array:
     power = float(np.sum(np.abs(path[seen])))
     if power == 0:
         return np.zeros(residual.shape[1])
-    return np.sqrt(np.maximum(np.sum(products[seen], axis=0) / power, 0.0))
+    lasting = np.sum(products[seen], axis=0) / power
+    return np.sqrt(np.maximum(np.maximum(lasting, _growth(residual, alpha, span)), 0.0))
+
+
+def _growth(residual: Array, alpha: Array, span: int) -> Array:
+    """By how much squares of changes over `span` frames exceed those from frame to frame, along squares of the motion, (N,).
+
+    White noise is the same in both; what it leaves by chance is taken off."""
+    squares, paths = [], []
+    for frames in (1, span):
+        change, moved = residual[frames:] - residual[:-frames], alpha[frames:] - alpha[:-frames]
+        seen = np.isfinite(change).all(axis=1) & np.isfinite(moved).all(axis=1)
+        squares.append(np.sum(change[seen] ** 2, axis=0) / max(seen.sum(), 1))
+        paths.append(float(np.sum(moved[seen] ** 2)) / max(seen.sum(), 1))
+    chance = _GROWTH_SIGMAS * squares[0] * np.sqrt(3 / len(residual))
+    return (squares[1] - squares[0] - chance) / max(paths[1] - paths[0], 1e-300) if span > 1 else np.zeros_like(chance)
 
 
 def _correlation_time(residual: Array) -> float:

@@ -111,20 +111,14 @@ class PoseEquations:
         seen_at = rows.frames.time + late - self.late[r]
         state = interpolated(seen_at, rows.log_time, rows.state[0])
         predicted = state + interpolated(rows.frames.time + late, rows.time, error)
-        arm = machine.arm
-        turning = MotorMotion(
-            theta_d=rows.theta_d,
-            tension=np.maximum(tension, 0.0),
-            wrap=wraps.sum(axis=1),
-            theta=rows.theta,
-            drum_angle=rows.theta / arm.gear,
-            force=rows.f,
-            time=(rows.time - rows.time[0])[:, None],
-            memory=machine.memory_about_rows(rows.theta),
-        )
-        acting = machine.acting_force(rows.f, rows.step)
-        forces = acting - machine.friction(turning) - arm.motor_inertia / arm.drum * rows.theta_dd - tension
-        return Misfit(rows.frames.alpha - predicted, forces)
+        return Misfit(rows.frames.alpha - predicted, _motor_misfit(machine, rows, wraps, tension))
+
+    def motor_misfit(self, p: Array, r: int) -> Array:
+        """Forces of a recording's motors less modelled ones, (T, M), N."""
+        rows, (machine, _) = self.rows[r], self._machine(p, r)
+        wound, wraps, Z, load, length = self._geometry(p, r)
+        tension = _torque(machine, rows, self._speed(r), wound, wraps, Z, load, length)[1]
+        return _motor_misfit(machine, rows, wraps, tension)
 
     def held_variance(self, p: Array, r: int, compliance: Array) -> Array:
         """Variance of each frame's angles, (F, N), rad^2, by what dry friction holds at rest, which no law of speed tells."""
@@ -165,6 +159,23 @@ class PoseEquations:
         torque = _torque(machine, rows, self._speed(r), wound, wraps, Z, load, length)[0]
         self.moved[r] = self.moved[r] + np.einsum("tij,tj->ti", self.compliance(p, r), torque)
         self._loads.clear()
+
+
+def _motor_misfit(machine: Machine, rows: PoseRows, wraps: Array, tension: Array) -> Array:
+    """Forces of the motors less modelled ones, (T, M), N, at the cables' tensions (T, M), N."""
+    arm = machine.arm
+    turning = MotorMotion(
+        theta_d=rows.theta_d,
+        tension=np.maximum(tension, 0.0),
+        wrap=wraps.sum(axis=1),
+        theta=rows.theta,
+        drum_angle=rows.theta / arm.gear,
+        force=rows.f,
+        time=(rows.time - rows.time[0])[:, None],
+        memory=machine.memory_about_rows(rows.theta),
+    )
+    acting = machine.acting_force(rows.f, rows.step)
+    return acting - machine.friction(turning) - arm.motor_inertia / arm.drum * rows.theta_dd - tension
 
 
 def _torque(

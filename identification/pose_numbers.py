@@ -16,7 +16,7 @@ from mechanism.toleranced_numbers import TolerancedNumber, toleranced_numbers
 _UNTOLD_STIFFNESS = 5e3
 """N/m: as `identify` begins"""
 _X0_SIGMA_M = 3e-3
-"""of a pre-elongation, before a recording; a motor's first row stands anywhere (docs/thresholds.md)"""
+"""of a pre-elongation, from the one that the motors' forces tell (docs/thresholds.md)"""
 _LAW_RANGE_SHARE = 0.25
 """share of a law's range that is its number's prior sigma at most (docs/thresholds.md)"""
 _LAW_SIGMAS = 3.0
@@ -45,7 +45,7 @@ def is_shape(term: Term) -> bool:
 
 
 def sought_numbers(neck: Neck, model: Model, rows: Sequence[PoseRows]) -> list[SoughtNumber]:
-    """The numbers that are sought, in the order of the fit."""
+    """The numbers that are sought, in the order of the fit; pre-elongations as if there were none (pose_start.py)."""
     out = [
         SoughtNumber(name=n.name, index=None, mean=0.0, sigma=n.sigma, low=-0.5, high=0.5, drawing=n)
         for n in toleranced_numbers(neck)
@@ -75,12 +75,10 @@ def sought_numbers(neck: Neck, model: Model, rows: Sequence[PoseRows]) -> list[S
             if not np.isfinite(sigma):
                 sigma = max(abs(value), term.size)
             out.append(SoughtNumber(name=term.name, index=index, mean=value, sigma=sigma, low=term.low, high=term.high))
-    given = {p.index: p.value for p in model.parameters if p.name == "x0" and p.identified}
     for r, recording in enumerate(rows):
         for j in range(arm.M):
-            mean = given.get(j + 1, float(arm.x0[j]))
             out.append(
-                SoughtNumber(name="x0", index=j + 1, mean=mean, sigma=_X0_SIGMA_M, low=-0.05, high=0.05, recording=r)
+                SoughtNumber(name="x0", index=j + 1, mean=0.0, sigma=_X0_SIGMA_M, low=-0.05, high=0.05, recording=r)
             )
         out.append(
             SoughtNumber(

@@ -12,8 +12,9 @@ from mechanism.friction import HELD_VARIANCE
 from mechanism.laws import Law
 from observation.expression import Expression, variable
 from observation.filter_numbers import POSE_TIME_S
+from observation.frame_correction import PASSING_SHARE, TURNING_RAD_S
 from observation.generated_code import c_function
-from observation.observer import MAX_GAP_S, MAX_STEP_S, SPEED_SIGMAS, Observer
+from observation.observer import MAX_STEP_S, SPEED_SIGMAS, Observer
 from observation.pose_error import ELONGATION_D_M_S, SPEED_RAD_S
 from observation.prediction import GAMMA
 from observation.start_at_rest import AT_REST_RAD, MAX_NEWTON_RAD, NEWTON_STEPS, RANGE_RAD
@@ -58,12 +59,15 @@ def _defines(observer: Observer, law_count: int) -> dict[str, int | float]:
         "GAMMA": float(GAMMA),
         "HELD_VARIANCE": HELD_VARIANCE,
         "POSE_TIME_S": POSE_TIME_S,
+        "TURNING_RAD_S": TURNING_RAD_S,
+        "PASSING_SHARE": PASSING_SHARE,
         "LET_GO_RATE": observer.numbers.let_go_rate,
         "SPEED_RAD_S": SPEED_RAD_S,
         "ELONGATION_D_M_S": ELONGATION_D_M_S,
         "SPEED_SIGMAS": SPEED_SIGMAS,
         "MAX_STEP_S": MAX_STEP_S,
-        "MAX_GAP_S": MAX_GAP_S,
+        "MISSING_S": observer.missing_s,
+        "MAX_GAP_S": observer.gap_s,
         "NEWTON_STEPS": NEWTON_STEPS,
         "MAX_NEWTON_RAD": MAX_NEWTON_RAD,
         "AT_REST_RAD": AT_REST_RAD,
@@ -86,6 +90,7 @@ def _constants(observer: Observer) -> str:
         "pose_half_range": error.half_range,
         "pose_tension": np.array(error.tension),
         "pose_floor": numbers.pose_floor,
+        "learned_variance": np.diagonal(numbers.no_correction.covariance, axis1=1, axis2=2)[:, 0],
         "pose_slope": numbers.pose_slope,
         "pose_factor": error.factor.ravel(),
     }

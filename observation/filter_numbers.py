@@ -9,6 +9,7 @@ from identification.model_file import Model, PoseModel, pose_machine
 from mechanism.description import Neck
 from mechanism.machine import Machine
 from mechanism.typical_load import typical_load
+from observation.frame_correction import FrameCorrection, no_correction
 from observation.pose_error import UNSEEN_X0_SIGMA_M, PoseError, pose_error, pose_model
 from observation.state_layout import StateLayout, layout_of
 from xneck_foundation.errors import Refused
@@ -63,12 +64,16 @@ class FilterNumbers:
     """sigma of each joint's angle, however well it was calibrated, (N,), rad"""
     pose_slope: Array
     """sigma of how much the pose's error changes along a radian of motion, beside that of PoseError, (N,)"""
+    no_correction: FrameCorrection
+    """before any frame"""
     let_go_rate: float
     """1/s: how fast what friction holds of the angles changes; 0 where nothing holds them"""
     memory_bound: Array
     """largest magnitude of the cables' memory variables, (M S,), inf where there is none"""
     friction_sigma: Array
     """of the force that a motor's law does not say, (M,), N"""
+    dry_friction: Array
+    """all of each motor's dry friction, (M,), N; the arm's typical load where no law has any"""
 
 
 def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
@@ -113,9 +118,11 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
         pose_error=error,
         pose_floor=pose_floor,
         pose_slope=np.zeros(layout.N) if pose.residual.slope is None else np.array(pose.residual.slope),
+        no_correction=no_correction(error.middle, error.half_range, pose_floor),
         let_go_rate=2 * np.pi * LET_GO_HZ * machine.holds_at_rest,
         memory_bound=bound,
         friction_sigma=friction_sigma,
+        dry_friction=machine.values.get("fs", np.full(layout.M, typical_load(machine.arm))),
     )
     if not all(np.isfinite(v).all() for v in (error.factor, numbers.start, numbers.start_sigma)):
         raise _no_pose("")

@@ -2,7 +2,11 @@
 
 The observer's friction error is the force by which a motor's equation (43) misses its command. Over a window it is held against
 the sigma that calibration left: its mean (a pre-elongation that moved, a load), its part along the motor's direction (friction
-that changed), and its rms (anything). Windows follow each other; the first that is beyond a limit says from when on.
+that changed), and its rms (anything). Windows follow each other, and the last one ends with the log; the first that is beyond a
+limit says from when on.
+
+Where forces are missing that exceed all of the motors' friction it is not the arm that changed: the log is of another one, or its
+columns mean something else.
 """
 
 from dataclasses import dataclass, field
@@ -43,6 +47,11 @@ _CAUSES: dict[Kind, str] = {
 }
 
 
+_FOREIGN = (
+    "is a motor's sign turned, are motors exchanged or counted from another zero, is it another arm's log or model?"
+)
+
+
 @dataclass(frozen=True)
 class Finding:
     """One window of one motor that is beyond a limit."""
@@ -59,15 +68,15 @@ class Finding:
     ratio: float
     """of the force in units of its limit"""
 
-    def as_json(self) -> dict[str, Any]:
-        """For the record."""
+    def as_json(self, foreign: bool) -> dict[str, Any]:
+        """For the record; foreign: whether the log is of another arm."""
         return {
             "time_s": self.time,
             "where": f"motor {self.motor}",
             "kind": self.kind,
             "force_N": self.force,
             "expected_N": self.expected,
-            "may_be": _CAUSES[self.kind],
+            "may_be": "the log does not fit this arm" if foreign else _CAUSES[self.kind],
         }
 
 
@@ -77,6 +86,8 @@ class HealthMonitor:
 
     sigma: Array
     """of each motor's unmodelled force when it was calibrated, (M,), N"""
+    friction: Array
+    """all of each motor's dry friction, (M,), N"""
     findings: list[Finding] = field(default_factory=list)
     loads: list[FoundLoad] = field(default_factory=list)
     """by load_test.py, of the whole log"""
@@ -86,9 +97,14 @@ class HealthMonitor:
     """windows that were long enough, judged or not"""
     gaps: int = 0
     """of the log, after which a window began anew"""
+    first_judged: float | None = None
+    """s, of the log, where the first window that was judged begins"""
+    judged_to: float | None = None
+    """s, of the log, up to which it was judged"""
     _began: float | None = field(default=None, init=False)
-    _rows: list[tuple[Array, Array]] = field(default_factory=list, init=False)
-    """of the window so far: unmodelled forces, and the share of its dry friction that each motor turns with"""
+    """s, up to which windows were whole, or where rows are settled"""
+    _rows: list[tuple[float, Array, Array]] = field(default_factory=list, init=False)
+    """of the last window and of the one so far: times, unmodelled forces, and the share of its dry friction that each motor has"""
 
     def add(self, time: float, error: Array, theta_d: Array) -> None:
         """error: the observer's friction error, (M,), N; theta_d: motor speeds, (M,), rad/s."""
@@ -96,13 +112,22 @@ class HealthMonitor:
             self._began = time + SETTLING_S
         if time < self._began:
             return
-        self._rows.append((error, dry(theta_d)))
+        self._rows.append((time, error, dry(theta_d)))
         if time - self._began >= WINDOW_S:
-            self._judge()
-            self._began, self._rows = time, []
+            self._rows = [row for row in self._rows if row[0] >= time - WINDOW_S]
+            self._judge(self._began)
+
+    def end(self) -> None:
+        """Where the log ends, or a gap begins: rows since the last whole window are judged with as many before as make one."""
+        if self._rows and self._began is not None and self._rows[-1][0] > self._began:
+            last = self._rows[-1][0]
+            if last - self._rows[0][0] >= WINDOW_S:
+                self._rows = [row for row in self._rows if row[0] >= last - WINDOW_S]
+                self._judge(self._began)
 
     def restart(self) -> None:
         """After a gap of the log."""
+        self.end()
         self.gaps += 1
         self._began, self._rows = None, []
 
@@ -111,8 +136,10 @@ class HealthMonitor:
         """None where no window was whole in which a motor turned."""
         return False if self.findings or self.loads else True if self.windows else None
 
-    def _judge(self) -> None:
-        errors, turning = (np.array(v) for v in zip(*self._rows, strict=True))
+    def _judge(self, began: float) -> None:
+        """Judges the rows; what is found is said to begin at `began`, s: those before were judged already."""
+        _, *columns = zip(*self._rows, strict=True)
+        errors, turning = (np.array(v) for v in columns)
         judged = False
         for j, (error, turn) in enumerate(zip(errors.T, turning.T, strict=True)):
             fast = turning_rows(turn)
@@ -129,9 +156,8 @@ class HealthMonitor:
             ratios = {kind: abs(forces[kind]) / (_LIMITS[kind] * float(self.sigma[j])) for kind in get_args(Kind)}
             kind: Kind = max(ratios, key=lambda name: ratios[name])
             if ratios[kind] > 1:
-                assert self._began is not None
                 found = Finding(
-                    time=self._began,
+                    time=began,
                     motor=j + 1,
                     kind=kind,
                     force=forces[kind],
@@ -139,8 +165,27 @@ class HealthMonitor:
                     ratio=ratios[kind],
                 )
                 self.findings.append(found)
+        if judged and self.first_judged is None:
+            self.first_judged = began
         self.windows += judged
         self.whole += 1
+        self._began = self._rows[-1][0]
+        if judged:
+            self.judged_to = self._began
+
+    @property
+    def foreign(self) -> bool:
+        """Whether the log is none of this arm's: half of the motors miss more than all of their friction, or it drives one."""
+        beyond = [f for f in self.findings if abs(f.force) > self.friction[f.motor - 1]]
+        driven = any(f.kind == "along" and f.force < 0 for f in beyond)
+        return driven or 2 * len({f.motor for f in beyond}) >= len(self.friction)
+
+    @property
+    def off_from_the_beginning(self) -> bool:
+        """Whether every motor is off in the first window that was judged, and neither friction nor a load alone explains it."""
+        first = [f for f in self.findings if f.time == self.first_judged]
+        along = [f for f in first if f.kind == "along"]
+        return len(first) == len(self.sigma) > len(along) and bool(along or not self.loads)
 
 
 def verdict(monitor: HealthMonitor) -> str:
@@ -153,6 +198,12 @@ def sentences(monitor: HealthMonitor) -> list[str]:
     if monitor.healthy is None:
         return [f"{_why_not_judged(monitor)}: nothing is said of the arm's health"]
     lines = []
+    if monitor.foreign:
+        lines.append(
+            f"the log does not fit this arm: forces are missing that exceed all of the motors' friction; {_FOREIGN}"
+        )
+    elif monitor.off_from_the_beginning:
+        lines.append(f"every motor is off from the beginning on, and not by friction alone; {_FOREIGN}")
     first: dict[int, list[Finding]] = {}
     for found in monitor.findings:
         first.setdefault(found.motor, []).append(found)
@@ -160,7 +211,7 @@ def sentences(monitor: HealthMonitor) -> list[str]:
         worst = max(own, key=lambda f: f.ratio)
         lines.append(
             f"motor {motor} from {own[0].time:.1f} s on is not as identified: {worst.force:.1f} N {_DEVIATIONS[worst.kind]}, "
-            f"where {worst.expected:.1f} N rms were left; {_CAUSES[worst.kind]}"
+            f"where {worst.expected:.1f} N rms were left" + ("" if monitor.foreign else f"; {_CAUSES[worst.kind]}")
         )
     if monitor.loads:
         load = max(monitor.loads, key=lambda found: abs(found.mass))
@@ -190,7 +241,8 @@ def as_json(monitor: HealthMonitor) -> dict[str, Any]:
     return {
         "verdict": verdict(monitor),
         "windows": monitor.windows,
-        "findings": [found.as_json() for found in monitor.findings],
+        "judged_to_s": monitor.judged_to,
+        "findings": [found.as_json(monitor.foreign) for found in monitor.findings],
         "loads": [{"time_s": load.time, "mass_kg": load.mass, "sigma_kg": load.sigma} for load in monitor.loads],
         "words": sentences(monitor),
     }

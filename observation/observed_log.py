@@ -13,7 +13,7 @@ from identification.model_file import Model, pose_machine
 from mechanism.description import Neck
 from observation.health import SETTLING_S, HealthMonitor, as_json
 from observation.load_test import find_loads
-from observation.observer import MAX_GAP_S, Observed, Observer
+from observation.observer import Observed, Observer
 from observation.smoother import smoothed
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
@@ -80,8 +80,8 @@ def observe_log(
     step_s = float(np.median(np.diff(log.time)))
     observer = Observer(neck, model, step_s)
     rows = _Rows(observer, log, frames, start)
-    monitor = HealthMonitor(observer.numbers.friction_sigma)
-    after_gap = np.concatenate([[False], np.diff(log.time) > MAX_GAP_S])
+    monitor = HealthMonitor(observer.numbers.friction_sigma, observer.numbers.dry_friction)
+    after_gap = np.concatenate([[False], np.diff(log.time) > observer.gap_s])
     each = max(1, round(1 / (_LOAD_TEST_HZ * step_s)))
     observed: list[Observed] = []
     load_rows, states = list[int](), list[Array]()
@@ -95,6 +95,7 @@ def observe_log(
             states.append(observer.state)
         if row % _PROGRESS_ROWS == _PROGRESS_ROWS - 1:
             progress(_PROGRESS_ROWS)
+    monitor.end()
     if states:
         s, layout = np.array(states), observer.numbers.layout
         monitor.loads = find_loads(
@@ -107,7 +108,9 @@ def observe_log(
             monitor.sigma,
         )
     if smooth:
+        told_by_all_frames = observer.correction.settled()
         observer.restart()
+        observer.correction = told_by_all_frames
         observed = smoothed(observer, len(log), rows.take)
     return ObservedLog(_columns(log.time, observed), monitor, len(rows.frame_at), int(after_gap.sum()))
 
@@ -156,7 +159,7 @@ class _Rows:
 def _columns(time: Array, observed: list[Observed]) -> Series:
     """Angles, rates, and the sigmas of both, at times (T,), s."""
     n = len(observed[0].alpha)
-    sigma = np.sqrt(np.array([np.maximum(np.diag(o.covariance), 0.0) for o in observed]))
+    sigma = np.sqrt(np.array([np.diag(o.covariance) for o in observed]))
     columns = numbered_columns("alpha", np.array([o.alpha for o in observed]))
     columns |= numbered_columns("alpha", np.array([o.alpha_d for o in observed]), "_d")
     columns |= numbered_columns("sigma_alpha", sigma[:, :n])

@@ -2,7 +2,7 @@
 
 Each row predicts the state over the time since the row before, under the force that acted in it, and then takes the counted motor
 angles for what they are worth. The state is that of StateLayout; the angle of a joint is what its equations say plus the pose's
-error.
+error, and what frames told of the model (frame_correction.py).
 """
 
 import copy
@@ -17,6 +17,7 @@ from mechanism.description import Neck
 from observation.equations import Equations, traced_equations
 from observation.evaluated_equations import EvaluatedEquations, left_range
 from observation.filter_numbers import FilterNumbers, filter_numbers
+from observation.frame_correction import PASSING_SHARE
 from observation.prediction import Prediction
 from observation.start_at_rest import start_at_rest
 from xneck_foundation.errors import Refused
@@ -25,12 +26,26 @@ Array = NDArray[np.float64]
 
 MAX_STEP_S = 4e-3
 """s: longer rows are gone through in several steps (docs/thresholds.md)"""
-MAX_GAP_S = 1.0
-"""s without a row, after which the observer begins anew (docs/thresholds.md)"""
+MAX_GAP_S = 0.1
+"""s without a row, after which the observer begins anew, whatever the log's rate (docs/thresholds.md)"""
+MISSING_ROWS = 1.5
+"""rows from one to the next, beyond which a row is missing (docs/thresholds.md)"""
+MAX_GAP_ROWS = 4.5
+"""rows from one to the next of a slower log, after which it begins anew (docs/thresholds.md)"""
 SPEED_SIGMAS = 2.0
 """sigmas of a counted angle, of what a motor turns from the first row to the second: both are counted, and motors accelerate
 (docs/thresholds.md)"""
-_LEFT_BY_ROWS = ("state", "covariance", "_acceleration", "_force", "_law_forces", "_time", "_began", "_has_just_begun")
+_LEFT_BY_ROWS = (
+    "state",
+    "covariance",
+    "correction",
+    "_acceleration",
+    "_force",
+    "_law_forces",
+    "_time",
+    "_began",
+    "_has_just_begun",
+)
 """attributes of an observer that the next row depends on"""
 
 
@@ -52,6 +67,9 @@ class FilteredRow:
 
     transition: Array | None
     """from the row before to this one, (size, size); None where the observer began"""
+    origin: Array
+    """the state from which this row was predicted, (size,): that after the row before, and after what this one tells of it"""
+    origin_covariance: Array
     predicted: Array
     """the state before the row was measured, (size,)"""
     predicted_covariance: Array
@@ -63,8 +81,8 @@ class FilteredRow:
 class Observer:
     """Joint angles of one arm, row by row of its controller.
 
-    neck: the arm's description. model: of `xneck identify` or `xneck diagnose`. step_s: s, from row to row, where rows come without
-    their time. Raises Refused where the model was not identified for this, or a law cannot be written as code.
+    neck: the arm's description. model: of `xneck identify` or `xneck diagnose`. step_s: s, from row to row, where none is missing.
+    Raises Refused where the model was not identified for this, or a law cannot be written as code.
 
     >>> import xneck
     >>> data = xneck.read_dataset("monday.mcap")
@@ -88,6 +106,7 @@ class Observer:
         layout = self.numbers.layout
         self.state = self.numbers.start.copy()
         self.covariance = np.diag(self.numbers.start_sigma**2)
+        self.correction = self.numbers.no_correction
         self._acceleration = np.zeros(layout.size)
         self._force: Array | None = None
         self._law_forces: list[Array | None] = [None] * len(self.numbers.machine.laws)
@@ -95,7 +114,18 @@ class Observer:
         self._began = 0.0
         self._has_just_begun = False
         self._transition: Array | None = None
+        self._origin, self._origin_covariance = self.state, self.covariance
         self._predicted, self._predicted_covariance = self.state, self.covariance
+
+    @property
+    def missing_s(self) -> float:
+        """s without a row, after which rows are missing: forces went from the last told to the next one."""
+        return MISSING_ROWS * self.step_s
+
+    @property
+    def gap_s(self) -> float:
+        """s without a row, after which the observer begins anew: nobody knows which forces acted meanwhile."""
+        return max(MAX_GAP_S, MAX_GAP_ROWS * self.step_s)
 
     @np.errstate(over="ignore", invalid="ignore")  # of a model that is no arm's: refused below as what leaves its range
     def step(
@@ -117,21 +147,22 @@ class Observer:
             raise Refused("observe", "a motor angle or force is not finite", "leave such rows out")
         if angles is not None and sigma is None:
             raise Refused("observe", "angles came without their sigma", "say how well they are known, in rad")
-        first = self._force is None
-        at = (0.0 if first else self._time + self.step_s) if time is None else float(time)
-        if first:
+        held = self._force
+        at = (0.0 if held is None else self._time + self.step_s) if time is None else float(time)
+        if held is None:
             self._began = at
-            self._begin(theta, angles)
-        elif at - self._time > MAX_GAP_S:
+            self._begin(theta, f, angles)
+        elif at - self._time > self.gap_s:
             self._forget_motion()
-            self._begin(theta, angles)
+            self._begin(theta, f, angles)
         else:
             if self._has_just_begun:
                 self._measure_motor_speeds(theta, at - self._time)
-            self._predict(at - self._time)
+            acting = self._acting_force(f)
+            self._predict(at - self._time, held, acting if at - self._time > self.missing_s else held)
             self._measure(self.numbers.layout.theta, theta, self.numbers.theta_sigma)
+            self._force = acting
         self._time = at
-        self._force = self._acting_force(f)
         if angles is not None and sigma is not None:
             self._measure_joints(np.asarray(angles, dtype=float), np.broadcast_to(np.asarray(sigma), np.shape(angles)))
         if not (np.isfinite(self.state).all() and np.abs(self.state[self.numbers.layout.alpha]).max() < np.pi):
@@ -157,6 +188,8 @@ class Observer:
         """The last row with the prediction that led to it."""
         return FilteredRow(
             transition=self._transition,
+            origin=self._origin,
+            origin_covariance=self._origin_covariance,
             predicted=self._predicted,
             predicted_covariance=self._predicted_covariance,
             state=self.state,
@@ -174,7 +207,9 @@ class Observer:
         covariance[:n, n:] = P[a, v] + P[b, v]
         covariance[n:, :n] = covariance[:n, n:].T
         covariance[n:, n:] = P[v, v] + self._pose_rate_covariance(s[a], s[v], np.diag(P[b, b]))
-        return Observed(s[a] + s[b], s[v].copy(), covariance)
+        alpha = s[a] + s[b] + self.correction.at(s[a], s[v])
+        alpha_d = s[v] + self.correction.rate(s[v])
+        return Observed(alpha, alpha_d, covariance)
 
     def _pose_rate_covariance(self, alpha: Array, alpha_d: Array, variance: Array) -> Array:
         """Of the rates, (N, N), rad^2/s^2: how fast the pose's error changes at angles (N,), rad, and speeds (N,), rad/s.
@@ -194,12 +229,12 @@ class Observer:
         """After a gap of the log: forgets all but the pre-elongations and when the recording began."""
         x0 = self.numbers.layout.x0
         kept, kept_covariance = self.state[x0].copy(), self.covariance[x0, x0].copy()
-        began = self._began
+        began, correction = self._began, self.correction
         self.restart()
-        self._began = began
+        self._began, self.correction = began, correction
         self.state[x0], self.covariance[x0, x0] = kept, kept_covariance
 
-    def _begin(self, theta: Array, angles: Array | None) -> None:
+    def _begin(self, theta: Array, f: Array, angles: Array | None) -> None:
         """At rest where the cables pull the arm to, from the told angles on, or from straight."""
         layout = self.numbers.layout
         self.state[layout.theta] = theta
@@ -207,6 +242,7 @@ class Observer:
             self.state[layout.alpha] = np.where(np.isfinite(angles), angles, 0.0)
         self.state, self.covariance = start_at_rest(self._evaluated, self.state, self.covariance)
         self.covariance[layout.pose_error, layout.pose_error] = self.prediction.pose_covariance_at(self.state)
+        self._force = self._acting_force(f)
         self._has_just_begun = True
         self._transition = None
         self._predicted, self._predicted_covariance = self.state, self.covariance
@@ -218,16 +254,17 @@ class Observer:
             self._law_forces[place] = f
         return f
 
-    def _predict(self, interval: float) -> None:
-        """Over the time to the next row, s, in steps of at most MAX_STEP_S."""
+    def _predict(self, interval: float, force: Array, last_force: Array) -> None:
+        """Over the time to the next row, s, in steps of at most MAX_STEP_S, under a force that goes to the last one, (M,), N."""
         layout, bound = self.numbers.layout, self.numbers.memory_bound
         count = max(1, int(np.ceil(interval / MAX_STEP_S)))
         h = interval / count
         transition = np.eye(layout.size)
-        assert self._force is not None
+        self._origin, self._origin_covariance = self.state, self.covariance
         for k in range(count):
             elapsed = self._time + (k + 0.5) * h - self._began
-            step = self.prediction.step(self.state, self._acceleration, self._force, h, elapsed)
+            acting = force + (last_force - force) * ((k + 0.5) / count)
+            step = self.prediction.step(self.state, self._acceleration, acting, h, elapsed)
             F = step.transition
             self.state = self.state + step.change
             self.state[layout.memory] = np.clip(self.state[layout.memory], -bound, bound)
@@ -269,9 +306,19 @@ class Observer:
         self.state = self.state + K @ (values - self.state[at])
         self.covariance = _symmetric(P - K @ P[at])
 
+    def _learned(self, angles: Array, sigma: Array) -> Array:
+        """What frames, this one too, tell of how joints stand beside the model at this pose, (N,), rad."""
+        layout = self.numbers.layout
+        alpha, alpha_d = self.state[layout.alpha], self.state[layout.alpha_d]
+        passing = PASSING_SHARE * np.diag(self.prediction.pose_covariance_at(self.state))
+        variance = np.diag(self.covariance)[layout.alpha] + passing + sigma**2
+        self.correction = self.correction.corrected(alpha, alpha_d, angles - alpha, variance)
+        return self.correction.at(alpha, alpha_d)
+
     def _measure_joints(self, angles: Array, sigma: Array) -> None:
         """Angles (N,), rad, one joint after the other; NaN where not seen."""
         layout = self.numbers.layout
+        angles = angles - self._learned(angles, sigma)
         for i in np.flatnonzero(np.isfinite(angles)):
             alpha, pose_error = layout.alpha.start + i, layout.pose_error.start + i
             P = self.covariance

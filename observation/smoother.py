@@ -37,18 +37,23 @@ def smoothed(observer: Observer, count: int, step: Callable[[int], object]) -> l
             if later is None or later.transition is None:
                 state, covariance = own.state, own.covariance
             else:
-                state, covariance = _corrected(own, later, state, covariance)
+                state, covariance = _corrected(later, state, covariance)
             out.append(observer.observed_of(state, covariance))
             later = own
     return out[::-1]
 
 
-def _corrected(own: FilteredRow, later: FilteredRow, state: Array, covariance: Array) -> tuple[Array, Array]:
-    """State (size,) and covariance (size, size) of a row, smoothed by those of the next, which are smoothed already."""
+def _corrected(later: FilteredRow, state: Array, covariance: Array) -> tuple[Array, Array]:
+    """State (size,) and covariance (size, size) of the row before `later`, smoothed by those of `later`, smoothed already.
+
+    The covariance is a sum of products with their own transpose: no rounding leaves a variance below zero."""
     assert later.transition is not None
+    F, P = later.transition, later.origin_covariance
     sigma = np.sqrt(np.maximum(np.diag(later.predicted_covariance), 1e-300))
     scaled = later.predicted_covariance / np.outer(sigma, sigma)
-    crossed = (own.covariance @ later.transition.T) / sigma
+    crossed = (P @ F.T) / sigma
     gain = np.linalg.solve(scaled + 1e-12 * np.eye(len(sigma)), crossed.T).T / sigma
-    smoothed_covariance = own.covariance + gain @ (covariance - later.predicted_covariance) @ gain.T
-    return own.state + gain @ (state - later.predicted), (smoothed_covariance + smoothed_covariance.T) / 2
+    kept = np.eye(len(state)) - gain @ F
+    noise = later.predicted_covariance - F @ P @ F.T
+    smoothed_covariance = kept @ P @ kept.T + gain @ (covariance + noise) @ gain.T
+    return later.origin + gain @ (state - later.predicted), (smoothed_covariance + smoothed_covariance.T) / 2

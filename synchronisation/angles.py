@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identification.dataset.dataset_file import export_series
 from identification.dataset.frames import MAX_SIGMA_RAD, ordinary_frames, white_sigma
-from identification.dataset.series import Series, check_time, from_one, numbered_columns
+from identification.dataset.series import Series, check_order, check_time, from_one, numbered_columns
 from identification.dataset.time_unit import check_repeated_rows, check_time_unit
 from identification.files import joint_state
 from synchronisation.csv_header import other_kind
@@ -93,17 +93,18 @@ def write_angles(angles: Angles, path: str | Path, quality: Series | None = None
         export_series(angles.series, path)
 
 
-def read_angles(path: str | Path, joints: int) -> Angles:
+def read_angles(path: str | Path, joints: int, filmed: bool = True) -> Angles:
     """Angles of an arm with `joints` mechanisms, from angles.mcap or from anyone's CSV `time,alpha1..N[,sigma1..N]`.
 
+    filmed: frames follow each other as those of a film; else they may be minutes apart.
     Raises Refused for missing columns, times that do not increase, or values that cannot be radians.
     """
     path = Path(path)
     if path.suffix.lower() == ".mcap":
         series, notes, light = _from_mcap(path)
-        return checked_angles(series, joints, path, notes, light)
+        return checked_angles(series, joints, path, notes, light, filmed=filmed)
     series, notes, light = _from_csv(path, joints)
-    return checked_angles(series, joints, path, notes, light, file_line(path, PLAIN.separator))
+    return checked_angles(series, joints, path, notes, light, file_line(path, PLAIN.separator), filmed)
 
 
 def checked_angles(
@@ -113,14 +114,18 @@ def checked_angles(
     notes: dict[str, Any],
     light: Array | None = None,
     number: Callable[[int], int] = from_one,
+    filmed: bool = True,
 ) -> Angles:
     """Angles from columns alpha1..N and optional sigma1..N and common1..N; `path` says where they come from.
 
-    number: what a person calls a row, which is counted from 0. Raises Refused as `read_angles` does.
+    number: what a person calls a row, which is counted from 0. filmed: as of `read_angles`. Raises Refused as that does.
     """
     check_repeated_rows(series, str(path), "frames")
-    check_time_unit(series.time, str(path), "frames")
-    check_time(series.time, str(path), number)
+    if filmed:
+        check_time_unit(series.time, str(path), "frames")
+        check_time(series.time, str(path), number)
+    else:
+        check_order(series.time, str(path), number)
     alpha, sigma, common = series.matrix("alpha"), series.matrix("sigma"), series.matrix("common")
     if alpha.shape[1] == joints:
         alpha = _without_misread(alpha, path, number)

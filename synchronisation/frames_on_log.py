@@ -2,22 +2,37 @@
 
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from identification.dataset.dataset_file import read_dataset
 from identification.dataset.frames import FrameAngles, frame_angles
+from identification.dataset.time_unit import check_times_on_log
 from identification.files import joint_state
 from synchronisation.angles import read_angles
 from xneck_foundation.errors import Refused
 
+Array = NDArray[np.float64]
 
-def read_frames_on_log(path: str | Path, joints: int) -> FrameAngles:
+
+def read_frames_on_log(path: str | Path, joints: int, log_time: Array) -> FrameAngles:
     """The frames of a data set, whose clock is known, or of a CSV `time,alpha1..N[,sigma1..N]` whose times are the log's.
 
-    Raises Refused where the file is an angles.mcap, which is on the camera's clock, or of another arm.
+    log_time: (T,), s. Raises Refused where the file is an angles.mcap, which is on the camera's clock, or of another arm, and
+    where no frame is within the log's times.
     """
     path = Path(path)
-    if path.suffix.lower() != ".mcap":
-        angles = read_angles(path, joints)
-        return FrameAngles(angles.time, angles.alpha, angles.white_sigma, angles.shared)
+    frames = _frames_of_csv(path, joints) if path.suffix.lower() != ".mcap" else _frames_of_dataset(path, joints)
+    check_times_on_log(frames.time, log_time, str(path))
+    return frames
+
+
+def _frames_of_csv(path: Path, joints: int) -> FrameAngles:
+    angles = read_angles(path, joints, filmed=False)
+    return FrameAngles(angles.time, angles.alpha, angles.white_sigma, angles.shared)
+
+
+def _frames_of_dataset(path: Path, joints: int) -> FrameAngles:
     if "state" not in joint_state.read(path).logs:
         raise Refused(path, "is on the camera's own clock", "give the data set that `xneck sync` makes of it")
     frames = frame_angles(read_dataset(path))

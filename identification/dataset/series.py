@@ -78,9 +78,19 @@ def from_one(row: int) -> int:
 
 
 def check_time(time: Array, where: str, number: Callable[[int], int] = from_one) -> None:
-    """Raises Refused where times are fewer than two, not finite, or do not increase; number: what a person calls a row."""
+    """Raises Refused where times of a record are fewer than two, in no order, or of two records; number: as people count rows."""
     if len(time) < 2:
         raise Refused(where, f"has {counted(len(time), 'row')}", "record longer")
+    check_order(time, where, number)
+    steps = np.diff(time)
+    pauses = steps[steps > PAUSE_S]
+    if np.sum(pauses) > MAX_PAUSE_RATIO * (time[-1] - time[0] - np.sum(pauses)):
+        row = int(np.argmax(steps))
+        raise Refused(where, f"time jumps by {steps[row]:.6g} s in row {number(row + 1)}", "cut it in two there")
+
+
+def check_order(time: Array, where: str, number: Callable[[int], int] = from_one) -> None:
+    """Raises Refused where times are not finite, do not increase, or are none; number: what a person calls a row."""
     if not np.all(np.isfinite(time)):
         row = int(np.argmin(np.isfinite(time)))
         raise Refused(where, f"time is not finite in row {number(row)}", "leave such rows out")
@@ -94,13 +104,9 @@ def check_time(time: Array, where: str, number: Callable[[int], int] = from_one)
             raise Refused(where, f"{what}, as where two recordings are joined", "cut them apart there")
         word = "stands still" if steps[row - 1] == 0 else "jumps back"
         raise Refused(where, f"time {word} in row {number(row)}", "give each row a later time than the one before")
-    if np.max(np.abs(time)) > MAX_TIME_S:
+    if np.max(np.abs(time), initial=0.0) > MAX_TIME_S:
         do = f"times are seconds, up to {MAX_TIME_S:.0f}: subtract the first time from all"
         raise Refused(where, f"has a time of {np.max(np.abs(time)):.3g}", do)
-    pauses = steps[steps > PAUSE_S]
-    if np.sum(pauses) > MAX_PAUSE_RATIO * (time[-1] - time[0] - np.sum(pauses)):
-        row = int(np.argmax(steps))
-        raise Refused(where, f"time jumps by {steps[row]:.6g} s in row {number(row + 1)}", "cut it in two there")
 
 
 def runs_backwards(time: Array) -> bool:

@@ -18,6 +18,9 @@ MIN_MEDIAN_STEP_S = 4.5e-5
 """s from row to row in the median: less, 22 kHz, is a longer unit than seconds (docs/thresholds.md)"""
 MAX_LIKELY_STEP_S = 0.025
 """s: a longer step is not thought of where a longer unit is named (docs/thresholds.md)"""
+_LEAST_SHARE, _LEAST_SPAN = 0.5, 0.1
+"""of frames that are within a log, below which their unit is doubted; and of the log's length, which they cover in another unit
+(docs/thresholds.md)"""
 LONG_UNITS = (("minutes", 60.0), ("hours", 3600.0), ("days", 86400.0))
 UNITS = (("milliseconds", 1e-3), ("microseconds", 1e-6), ("nanoseconds", 1e-9))
 
@@ -61,6 +64,28 @@ def check_time_unit(time: Array, where: str, what: str) -> None:
         if MIN_STEP_S <= step * unit <= MAX_STEP_S:
             raise Refused(where, f"time is in {name}: {follow}", _to_seconds(unit, what))
     raise Refused(where, follow, f"write seconds, and at least {1 / MAX_STEP_S:g} {what} in each")
+
+
+def check_times_on_log(time: Array, log_time: Array, where: str) -> None:
+    """Refused where most times of frames, (F,), are not within the log's, (T,), s: other units that would be are named.
+
+    Frames that were taken now and then may be minutes apart: their steps tell no unit."""
+    first, last = float(log_time[0]), float(log_time[-1])
+
+    def share_within(unit: float) -> float:
+        return float(np.mean((time * unit >= first) & (time * unit <= last)))
+
+    share = share_within(1.0)
+    if share >= _LEAST_SHARE:
+        return
+    outside = f"{100 * (1 - share):.0f} % of its frames are not within the log's times, {first:.6g} to {last:.6g} s"
+    if len(time) > 2 and np.all(np.diff(time) == 1.0):
+        raise Refused(where, f"time counts frames: {outside}", "write each frame's time in seconds, on the log's clock")
+    for name, unit in (*UNITS, *LONG_UNITS):
+        if share_within(unit) >= _LEAST_SHARE and np.ptp(time) * unit > _LEAST_SPAN * (last - first):
+            raise Refused(where, f"time is in {name}: {outside}", _to_seconds(unit, "frames"))
+    if share == 0:
+        raise Refused(where, outside, "give angles on the log's clock")
 
 
 def long_units(step: float) -> list[tuple[str, float]]:

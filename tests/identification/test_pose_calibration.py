@@ -12,6 +12,7 @@ from identification.pose_calibration import calibrate_pose, residual_slope, rms_
 from identification.pose_equations import PoseEquations
 from identification.pose_numbers import sought_numbers
 from identification.pose_rows import rows_of
+from identification.pose_start import begun_by_motors, check_motors, motor_rms
 from tests.observation.arms import NOISE_RAD, SEEDS, built_stiffness, calibration_data, case
 from xneck_foundation.errors import Refused
 
@@ -38,6 +39,37 @@ def test_several_recordings_have_a_pre_elongation_each_and_the_model_none() -> N
     pose = calibrate_pose(calibration_data(SEED), of.model)
     assert not [n for n in pose.numbers if n.kind == "x0"]
     assert np.abs(values(pose, "k") / built_stiffness(SEED) - 1).max() < 0.06
+
+
+def test_motors_may_be_counted_from_anywhere() -> None:
+    """With 6 mm of cable wound in where motors count from, and no pre-elongation in the model, all comes out as without."""
+    of, (data, _) = case(SEED, calibrated=False), calibration_data(SEED)
+    told = tuple(p for p in of.model.parameters if p.name != "x0")
+    model = of.model.model_copy(update={"parameters": told})
+    drums = np.array([m.rd / m.R for m in of.neck.motors])
+    columns = dict(data.state.columns)
+    for j, drum in enumerate(drums):
+        columns[f"theta{j + 1}"] = columns[f"theta{j + 1}"] - 6e-3 / drum
+    moved, still = (
+        calibrate_pose([replace(data, state=state)], model) for state in (Series(data.state.time, columns), data.state)
+    )
+    np.testing.assert_allclose(values(moved, "x0") - values(still, "x0"), 6e-3, atol=5e-5)
+    np.testing.assert_allclose(values(moved, "k"), values(still, "k"), rtol=5e-3)
+    np.testing.assert_allclose(moved.residual.motor_N, still.residual.motor_N, rtol=0.05)
+
+
+def test_a_model_whose_forces_the_fit_gives_up_is_refused() -> None:
+    """Numbers without tension are refused, and those that the fit begins with are not."""
+    of, (data, _) = case(SEED, calibrated=False), calibration_data(SEED)
+    rows = [rows_of(data)]
+    told = PoseEquations(of.neck, of.model, rows, sought_numbers(of.neck, of.model, rows))
+    equations = PoseEquations(of.neck, of.model, rows, begun_by_motors(told))
+    p = np.zeros(len(equations.numbers))
+    begun = motor_rms(equations, p)
+    check_motors(begun, 2 * begun)
+    p[[n.name == "x0" for n in equations.numbers]] = -3.0
+    with pytest.raises(Refused, match="of the forces of motor"):
+        check_motors(begun, motor_rms(equations, p))
 
 
 def test_it_goes_through_the_models_file(tmp_path: Path) -> None:
@@ -78,6 +110,19 @@ def test_how_much_residuals_change_along_the_motion_is_told_beside_noise() -> No
     own = np.sqrt(np.mean(np.gradient(alpha[:, 1], time) ** 2))
     assert slope[1] == pytest.approx(0.02 * own / path, rel=0.25)
     assert max(slope[0], slope[2]) < slope[1] / 2
+
+
+def test_a_residual_that_jumps_where_a_joint_turns_round_is_told_too() -> None:
+    """As play leaves it: 0.1 deg to the one side and the other, in noise of 0.05 deg; and noise alone is none."""
+    rng, time = np.random.default_rng(6), np.arange(0, 60, 1 / 30)
+    alpha = 0.4 * np.sin(2 * np.pi * np.array([0.31, 0.43, 0.37]) * time[:, None] + np.arange(3))
+    noise = np.radians(0.05) * rng.standard_normal(alpha.shape)
+    jumps = np.radians(0.1) * np.sign(np.gradient(alpha, time, axis=0))
+    slope = residual_slope(noise + jumps, alpha, time)
+    motion = np.sqrt(np.mean(np.sum((alpha[3:] - alpha[:-3]) ** 2, axis=1)))
+    change = np.sqrt(np.mean((jumps[3:] - jumps[:-3]) ** 2, axis=0))
+    np.testing.assert_allclose(slope, change / motion, rtol=0.4)
+    assert residual_slope(noise, alpha, time).max() < slope.min() / 2
 
 
 def test_speeds_of_motors_that_no_frame_shows_move_no_predicted_angle() -> None:

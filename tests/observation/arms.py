@@ -90,6 +90,14 @@ def changed(name: str) -> Case:
     return Case(before.neck, before.model, *_second(_changed()[name].recordings[0]))
 
 
+@cache
+def unexplained(name: str) -> Case:
+    """The changed arm with a model that was calibrated on it as it is, without a law for the change."""
+    before = case(SEEDS[1], calibrated=False)
+    recording = _changed()[name].recordings[0]
+    return Case(before.neck, with_pose(before.model, [dataset(before.neck, recording, SEEDS[1])]), *_second(recording))
+
+
 def with_laws(of: Case, laws: Sequence[str], numbers: Mapping[str, float]) -> Case:
     """The same arm with a model that has more laws, whose numbers, by their names, are the same for each cable or joint."""
     arm = arm_of(of.neck)

@@ -52,7 +52,7 @@ def test_c_and_python_agree(tmp_path: Path, laws: tuple[str, ...]) -> None:
     theta, f = np.ascontiguousarray(of.log.matrix("theta")), np.ascontiguousarray(of.log.matrix("f"))
     time = 2e-3 * np.arange(400.0)
     time[200:] += 0.011  # rows that are missing
-    time[300:] += 2.0  # a gap
+    time[300:] += 0.2  # a gap
     sigma = np.full(3, 1e-3)
     for row in range(400):
         angles = of.alpha[row].copy() if row % 50 == 49 else None

@@ -20,7 +20,8 @@ def test_a_quiet_recording_is_said_to_be_as_identified() -> None:
         seen = observe_log(of.neck, of.model, of.log.part(slice(0, ROWS)))
         assert verdict(seen.health) == "as identified"
         assert sentences(seen.health) == []
-        assert seen.health.windows == 1
+        assert seen.health.windows == 2  # the last one ends with the log
+        assert seen.health.judged_to == of.log.time[ROWS - 1]
 
 
 @pytest.mark.parametrize("name", sorted(CHANGES))
@@ -47,6 +48,42 @@ def test_a_cable_that_slips_is_named() -> None:
     seen = observe_log(of.neck, of.model, Series(log.time, slipped))
     assert verdict(seen.health) == "changed"
     assert max(seen.health.findings, key=lambda found: found.ratio).motor == 2
+
+
+def test_a_motor_counted_backwards_is_no_friction() -> None:
+    """Nor are two that are exchanged: forces are missing that friction cannot make."""
+    of = case(SEEDS[1])
+    log = of.log.part(slice(0, ROWS))
+    exchanged = {**log.columns, "theta1": log.columns["theta2"], "theta2": log.columns["theta1"]}
+    backwards = {name: -c if name.startswith("theta") else c for name, c in log.columns.items()}
+    for columns in (exchanged, backwards):
+        health = observe_log(of.neck, of.model, Series(log.time, columns)).health
+        assert verdict(health) == "changed"
+        assert "the log does not fit this arm" in sentences(health)[0]
+        assert not any("friction changed" in line for line in sentences(health))
+
+
+def test_motors_counted_from_another_zero_are_asked_about_first() -> None:
+    of = case(SEEDS[1])
+    log = of.log.part(slice(0, ROWS))
+    moved = {name: c + 3.0 if name.startswith("theta") else c for name, c in log.columns.items()}
+    health = observe_log(of.neck, of.model, Series(log.time, moved)).health
+    assert "every motor is off from the beginning on" in sentences(health)[0]
+    assert "counted from another zero" in sentences(health)[0]
+
+
+def test_what_changes_after_the_last_whole_window_is_named() -> None:
+    """The last window ends with the log, and what it finds is later than what was judged before."""
+    rng, time = np.random.default_rng(2), np.arange(0.0, 15.0, 0.01)
+    monitor = HealthMonitor(np.ones(4), np.full(4, 15.0))
+    for now in time:
+        error = 0.3 * rng.standard_normal(4) + (8.0 if now > 13 else 0.0)
+        monitor.add(float(now), error, np.full(4, 50.0 * np.sign(np.sin(3 * now))))
+    assert verdict(monitor) == "as identified"
+    monitor.end()
+    assert verdict(monitor) == "changed"
+    assert monitor.findings[0].time == pytest.approx(10.0, abs=0.02)
+    assert monitor.judged_to == time[-1]
 
 
 def test_a_load_is_weighed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -84,7 +121,10 @@ def test_why_nothing_is_said_is_told() -> None:
     """A log that is long enough and whose motors turn slowly is not called short; gaps are named."""
     of = case(SEEDS[1])
     time = np.arange(0.0, 12.0, 0.01)
-    slow, still = HealthMonitor(np.ones(of.neck.M)), HealthMonitor(np.ones(of.neck.M))
+    slow, still = (
+        HealthMonitor(np.ones(of.neck.M), np.ones(of.neck.M)),
+        HealthMonitor(np.ones(of.neck.M), np.ones(of.neck.M)),
+    )
     for row, now in enumerate(time):
         slow.add(float(now), np.zeros(of.neck.M), np.full(of.neck.M, 3.0))
         if row % 500 == 499:
@@ -94,6 +134,6 @@ def test_why_nothing_is_said_is_told() -> None:
         "in 1 window of 8 s no motor turns faster than 8 rad/s for 15 % of the time each way: nothing is said of the arm's health"
     ]
     assert sentences(still) == ["2 gaps of the log leave no stretch of 10 s: nothing is said of the arm's health"]
-    assert sentences(HealthMonitor(np.ones(4))) == [
+    assert sentences(HealthMonitor(np.ones(4), np.ones(4))) == [
         "the log has no stretch of 10 s: nothing is said of the arm's health"
     ]

@@ -66,6 +66,7 @@ def command(
     from observation.observer import Observer
     from synchronisation.encoder_log import read_log
     from synchronisation.frames_on_log import read_frames_on_log
+    from synchronisation.true_rows import true_rows
     from xneck.cli.angle_list import angle_list
     from xneck.export.result_words import in_words
     from xneck_foundation.errors import Refused, one_of
@@ -76,13 +77,13 @@ def command(
     given = {"angles": angles_file} if angles_file else {}
     inputs = note_inputs({"log": log_file, "neck": neck_file, "model": model_file} | given)
     neck, model = read_neck(neck_file), read_model(model_file)
-    log = read_log(log_file, neck)
-    frames = read_frames_on_log(angles_file, neck.N) if angles_file else None
+    log = true_rows(read_log(log_file, neck), log_file)
+    frames = read_frames_on_log(angles_file, neck.N, log.time) if angles_file else None
     pose = None if start is None else angle_list("--start", start, neck.N, "rad")
     with progress_bar(len(log), "observe", quiet) as done:
         observed = observe_log(neck, model, log, frames, pose, smooth, done)
     if frames is not None and not observed.frames_used:
-        raise Refused(str(angles_file), "none of its frames is within the log", "give angles on the log's clock")
+        raise Refused(str(angles_file), "none of its frames shows a joint within the log")
     origin = provenance(inputs, {"smooth": smooth, "start": start})
     origin["recovered"] = recovered()
     record = observed.as_json()

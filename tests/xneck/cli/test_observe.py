@@ -57,6 +57,36 @@ def test_another_recordings_joints_are_told_within_a_third_of_a_degree(
     assert run(capfd, *words(made, out), "--export", "c", "--quiet").status == 0  # its own file may be replaced
 
 
+def rare_frames(folder: Path, unit: float = 1.0, late: float = 0.0) -> Path:
+    """A frame every two seconds of the recording, as a CSV whose times are so many units of a second, and so late."""
+    time = np.arange(STORED["recording_log_time"][0], STORED["recording_log_time"][-1], 2.0)
+    columns = [np.interp(time, STORED["recording_log_time"], c) for c in STORED["recording_alpha"].T]
+    path = folder / f"frames_{unit:g}_{late:g}.csv"
+    rows = np.stack([unit * time + late, *columns], axis=1)
+    np.savetxt(path, rows, "%.9g", delimiter=",", header="time,alpha1,alpha2,alpha3", comments="")
+    return path
+
+
+def test_frames_may_be_seconds_apart(made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    out, frames = tmp_path / "state.csv", rare_frames(tmp_path)
+    ran = run(capfd, *words(made, out), "--angles", frames, "--json", tmp_path / "state.json", "--quiet")
+    assert (ran.status, ran.err) == (0, "")
+    assert json.loads((tmp_path / "state.json").read_text())["frames_used"] == len(frames.read_text().splitlines()) - 1
+
+
+def test_rows_that_repeat_one_sample_are_a_gap(made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """A second in which the controller wrote the same row again, angles and forces, while the arm moved on."""
+    head, *lines = (R / "log.csv").read_text().splitlines()
+    held = [line.split(",", 1)[0] + "," + lines[2000].split(",", 1)[1] for line in lines[2001:2500]]
+    log, out = tmp_path / "log.csv", tmp_path / "state.csv"
+    log.write_text("\n".join([head, *lines[:2001], *held, *lines[2500:5000]]) + "\n")
+    ran = run(capfd, *words(made, out, log), "--json", tmp_path / "state.json", "--quiet")
+    assert ran.status == 0
+    assert "499 rows repeat the one before" in ran.err
+    record = json.loads((tmp_path / "state.json").read_text())
+    assert (record["rows"], record["restarts"]) == (5000 - 499, 1)
+
+
 def test_what_cannot_be_observed_is_refused_in_one_line(
     made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -67,6 +97,11 @@ def test_what_cannot_be_observed_is_refused_in_one_line(
         ([*words(made, tmp_path / "s.mcap"), "--start", "0.1,0"], "--start: 2 angles for 3 joints"),
         (words(made, tmp_path / "s.xml"), "unknown suffix"),
         ([*words(made, tmp_path / "s.mcap"), "--angles", H / "log.mcap"], "camera's own clock"),
+        ([*words(made, tmp_path / "s.mcap"), "--angles", rare_frames(tmp_path, 1e3)], "time is in milliseconds"),
+        (
+            [*words(made, tmp_path / "s.mcap"), "--angles", rare_frames(tmp_path, 1.0, 1e5)],
+            "100 % of its frames are not within",
+        ),
         (
             [*words(made, tmp_path / "s.mcap"), "--start", "a,b,c"],
             "'a,b,c' is no list of numbers; write numbers in rad",
