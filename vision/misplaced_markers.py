@@ -25,8 +25,13 @@ MAX_PLACEMENT_ERROR_RATIO = 1.04
 (docs/thresholds.md)"""
 MIN_EXTRA_PX = 0.02
 """px: what wrong places add to the corners' error at least: offsets of edges among the pixels do as much (docs/thresholds.md)"""
-BY_HAND = PlacementPrior(at_sigma=0.0005, angle_sigma=float(np.radians(0.3)), weight=9.0)
-"""how well markers are stuck on (docs/thresholds.md)"""
+AT_SIGMA_M = 0.0005
+"""m, along and across its bar: how well a marker is stuck on by hand (docs/thresholds.md)"""
+ANGLE_SIGMA_RAD = float(np.radians(0.3))
+"""rad: the same of its angle (docs/thresholds.md)"""
+PRIOR_WEIGHT = 9.0
+"""times as much as frames that counts in a fit (docs/thresholds.md)"""
+BY_HAND = PlacementPrior(AT_SIGMA_M, ANGLE_SIGMA_RAD, weight=PRIOR_WEIGHT)
 _SHRUNK = 1.2
 """times as far beside their places as they are found, markers may be: a prior draws them back"""
 _MIN_SHARE = 0.25
