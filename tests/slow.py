@@ -40,7 +40,9 @@ SLOW = (
     "test_without_camera.py",
     "vision/linkage",
     "vision/markers",
+    "vision/test_extract.py",
     "vision/test_interlacing.py",
+    "vision/test_planes.py",
     "vision/test_small_overlay.py",
     "xneck/batch",
     "xneck/cli",
@@ -48,6 +50,7 @@ SLOW = (
     "xneck/export/test_python_face.py",
     "xneck/report",
     "xneck/study/test_run_cases.py",
+    "xneck/test_same_bytes.py",
     "xneck/viewers",
     "xneck/watch/test_watch.py",
 )
