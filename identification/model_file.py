@@ -1,7 +1,9 @@
 """model.yaml: identified laws and parameters, as a simulation takes them."""
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -65,6 +67,15 @@ class PoseResidual(Strict):
     """length of the recording, or of the longest: 0 where none told"""
 
 
+def arm_digest(neck: Neck) -> str:
+    """Tells whether two descriptions are of the same arm: by all but its markers, tolerances and how its log is written."""
+    arm = neck.model_dump(include={"gravity", "mechanisms", "cables"})
+    motors = [motor.model_dump(include={"R", "rd", "Ia"}) for motor in neck.motors]
+    # a file may hold fewer digits than what was written into it
+    rounded = json.loads(json.dumps([arm, motors]), parse_float=lambda text: f"{float(text):.6g}")
+    return sha256(json.dumps(rounded).encode()).hexdigest()[:16]
+
+
 class PoseModel(Strict):
     """Numbers of arm and laws by which motors tell the joints (identification/pose_calibration.py), with their covariance."""
 
@@ -72,6 +83,8 @@ class PoseModel(Strict):
     covariance: tuple[tuple[Finite, ...], ...]
     """in the order of the numbers"""
     residual: PoseResidual
+    arm: str | None = None
+    """digest of the description that it was calibrated with (`arm_digest`); None of an earlier version"""
 
     @model_validator(mode="after")
     def _square(self) -> "PoseModel":

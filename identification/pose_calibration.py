@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.dataset import DataSet
-from identification.model_file import Model, PoseModel, PoseNumber, PoseResidual
+from identification.model_file import Model, PoseModel, PoseNumber, PoseResidual, arm_digest
 from identification.pose_equations import Misfit, PoseEquations
 from identification.pose_numbers import sought_numbers
 from identification.pose_rows import rows_of
@@ -185,6 +185,7 @@ class _Fit:
         ]
         motor = np.sqrt(np.mean(np.concatenate([m.motors for m in misfits]) ** 2, axis=0))
         return PoseModel(
+            arm=arm_digest(self.equations.neck),
             numbers=tuple(
                 PoseNumber(
                     name=n.name,

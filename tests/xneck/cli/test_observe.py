@@ -141,3 +141,16 @@ def test_from_python_it_has_words_and_a_record(made: Path) -> None:
     shown = [float(s) for s in head.split("sigma of the joints ")[1].split(" deg")[0].split(", ")]
     np.testing.assert_allclose(shown, np.degrees(record["sigma_alpha_rms_rad"]), atol=6e-4)
     assert all(line.startswith("  ") for line in lines)
+
+
+def test_the_description_of_another_arm_than_the_calibrated_one_is_named(
+    made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A drawing that was corrected; how the log is written does not matter."""
+    text = (H / "neck.yaml").read_text()
+    (tmp_path / "neck.yaml").write_text(text.replace("-9.81", "-9.80", 1))
+    given = words(made, tmp_path / "state.csv")
+    given[given.index("--neck") + 1] = tmp_path / "neck.yaml"
+    ran = run(capfd, *given)
+    assert ran.status == 0
+    assert "describes another arm than the one that" in ran.err
