@@ -114,16 +114,15 @@ class HealthMonitor:
             return
         self._rows.append((time, error, dry(theta_d)))
         if time - self._began >= WINDOW_S:
-            self._rows = [row for row in self._rows if row[0] >= time - WINDOW_S]
             self._judge(self._began)
 
     def end(self) -> None:
         """Where the log ends, or a gap begins: rows since the last whole window are judged with as many before as make one."""
-        if self._rows and self._began is not None and self._rows[-1][0] > self._began:
-            last = self._rows[-1][0]
-            if last - self._rows[0][0] >= WINDOW_S:
-                self._rows = [row for row in self._rows if row[0] >= last - WINDOW_S]
-                self._judge(self._began)
+        if not self._rows or self._began is None:
+            return
+        first, last = self._rows[0][0], self._rows[-1][0]
+        if last > self._began and last - first >= WINDOW_S:
+            self._judge(self._began)
 
     def restart(self) -> None:
         """After a gap of the log."""
@@ -137,7 +136,9 @@ class HealthMonitor:
         return False if self.findings or self.loads else True if self.windows else None
 
     def _judge(self, began: float) -> None:
-        """Judges the rows; what is found is said to begin at `began`, s: those before were judged already."""
+        """Judges the last window of the rows; what is found is said to begin at `began`, s: those before were judged already."""
+        end = self._rows[-1][0]
+        self._rows = [row for row in self._rows if row[0] >= end - WINDOW_S]
         _, *columns = zip(*self._rows, strict=True)
         errors, turning = (np.array(v) for v in columns)
         judged = False
@@ -169,9 +170,9 @@ class HealthMonitor:
             self.first_judged = began
         self.windows += judged
         self.whole += 1
-        self._began = self._rows[-1][0]
+        self._began = end
         if judged:
-            self.judged_to = self._began
+            self.judged_to = end
 
     @property
     def foreign(self) -> bool:

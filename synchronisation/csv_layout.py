@@ -55,14 +55,17 @@ def layout_of_lines(lines: Sequence[str]) -> CsvLayout | None:
 
 def refuse_lines_above_header(path: Path, layout: CsvLayout | None) -> None:
     """Raises Refused where titles or the like stand above a header, also above LabVIEW's, which is wider than its rows."""
-    with path.open("rb") as stream:
-        is_labview = stream.read(len(_LABVIEW)) == _LABVIEW
-    if layout is None and is_labview:
+    if layout is None and _is_labview(path):
         what = "is a LabVIEW measurement file, whose settings stand above its table"
         raise Refused(path, what, "leave out all above the row of X_Value, and Comment at the end of that row")
     if layout is not None and layout.above:
         what = f"its header is in row {layout.header}, below {counted(layout.above, 'line')} of something else"
         raise Refused(path, what, "leave them out, or let them begin with #")
+
+
+def _is_labview(path: Path) -> bool:
+    with path.open("rb") as stream:
+        return stream.read(len(_LABVIEW)) == _LABVIEW
 
 
 def _parted_by(separator: str, lines: Sequence[tuple[int, str]]) -> tuple[float, CsvLayout] | None:

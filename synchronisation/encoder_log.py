@@ -11,6 +11,7 @@ from identification.dataset.time_unit import check_repeated_rows, check_time_uni
 from identification.files import joint_state, ros_bag
 from identification.files.joint_state import JointStateChannel
 from mechanism.description import Neck
+from synchronisation.column_units import TIME_SCALES
 from synchronisation.csv_header import IS_DATASET, WrittenOtherwise, is_dataset, other_kind
 from synchronisation.csv_lines import file_line
 from synchronisation.csv_table import CsvFormat, read_table
@@ -118,7 +119,7 @@ def mapped_columns(series: Series, neck: Neck) -> Series:
         columns[LED] = series.columns[neck.log.led_column]
     time = series.time * neck.log.time_scale
     if neck.log.nanoseconds_column is not None:
-        time += 1e-9 * series.columns[neck.log.nanoseconds_column]
+        time += TIME_SCALES["ns"] * series.columns[neck.log.nanoseconds_column]
     return Series(time, columns)
 
 

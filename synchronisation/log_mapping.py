@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.dataset.series import Array, begins_again, runs_backwards
+from identification.dataset.series import Array, begins_again, refuse_backwards
 from mechanism.description import LogFormat, Motor, Neck
 from synchronisation.column_meaning import Column, column_meaning
 from synchronisation.column_units import ANGLE_SCALES, CABLE_SCALES, FORCE_SCALES, TIME_SCALES, TORQUE_SCALES
@@ -24,8 +24,6 @@ from xneck_foundation.spelling import quoted
 
 _PAUSE_STEPS = 20
 """times the median step, from which on a step is a pause that is named"""
-_NANOSECONDS = 1e9
-"""of a second"""
 _PULLING_SHARE = 0.9
 """share of rows in which a force must be negative, to be logged with the other sign: cables only pull"""
 
@@ -41,8 +39,6 @@ class LogMapping:
     """where there are no forces: as many currents as angles, or forces in a unit that is not known; no number makes them N"""
     time: Column | None
     """None where messages have stamps"""
-    nanoseconds: Column | None
-    """what is added to it, where a stamp is parted in two"""
     light: Column | None
     written: CsvFormat
     topic: str | None
@@ -59,6 +55,8 @@ class LogMapping:
     """what nothing in the log says"""
     to_mend: tuple[str, ...]
     """what must be changed in the log before it can be read"""
+    nanoseconds: Column | None = None
+    """what is added to the time, where a stamp is parted in two"""
 
     @property
     def motors(self) -> int:
@@ -198,8 +196,9 @@ def _of_table(path: Path, contents: LogContents, motors: int | None) -> LogMappi
         stamps = stamps + TIME_SCALES["ns"] * contents.columns[nanoseconds.name]
     values = np.column_stack([contents.columns[c.name] for c in forces]) if forces else np.empty((0, 0))
     written = replace(contents.written, time_column=time.name)
-    mapping = _mapping(stamps, angles, (forces, unscaled), values, (time, nanoseconds), light, written, None)
-    return replace(mapping, to_mend=(*mapping.to_mend, *missing_numbers(contents, (*angles, *forces))))
+    mapping = _mapping(stamps, angles, (forces, unscaled), values, time, light, written, None)
+    to_mend = (*mapping.to_mend, *missing_numbers(contents, (*angles, *forces)))
+    return replace(mapping, to_mend=to_mend, nanoseconds=nanoseconds)
 
 
 def _of_topics(path: Path, contents: LogContents, motors: int | None) -> LogMapping:
@@ -222,7 +221,7 @@ def _of_topics(path: Path, contents: LogContents, motors: int | None) -> LogMapp
     values = np.empty((0, 0))
     if channel.effort is not None:
         values = channel.effort[:, [channel.names.index(c.name) for c in forces]]
-    mapping = _mapping(channel.time, angles, (forces, ()), values, (None, None), None, CsvFormat(), topic)
+    mapping = _mapping(channel.time, angles, (forces, ()), values, None, None, CsvFormat(), topic)
     elsewhere = _topics_with_efforts(contents, topic)
     if mapping.forces or not elsewhere:
         return mapping
@@ -245,13 +244,12 @@ def _mapping(
     angles: tuple[Column, ...],
     forces_and_unscaled: tuple[tuple[Column, ...], tuple[Column, ...]],
     values: Array,
-    time_and_nanoseconds: tuple[Column | None, Column | None],
+    time: Column | None,
     light: Column | None,
     written: CsvFormat,
     topic: str | None,
 ) -> LogMapping:
     forces, unscaled = forces_and_unscaled
-    time, nanoseconds = time_and_nanoseconds
     steps = np.diff(stamps)
     step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else np.nan
     pauses = np.flatnonzero(steps > _PAUSE_STEPS * step)
@@ -264,7 +262,6 @@ def _mapping(
         forces=forces,
         unscaled=unscaled,
         time=time,
-        nanoseconds=nanoseconds,
         light=light,
         written=written,
         topic=topic,
@@ -291,9 +288,7 @@ def _time_column(path: Path, columns: Sequence[Column], contents: LogContents) -
             values = contents.columns[names[0]]
             at = int(np.argmin(np.diff(values, prepend=-np.inf) > 0))
             row = contents.number(at)
-            if runs_backwards(values):
-                what = f"{names[0]} runs backwards, from the first row to the last"
-                raise Refused(path, what, "sort the rows by their time")
+            refuse_backwards(values, str(path), names[0])
             if begins_again(values, at):
                 what = f"{names[0]} begins again in row {row}, as where two recordings are joined"
                 raise Refused(path, what, "cut them apart there")
@@ -315,13 +310,13 @@ def _time_column(path: Path, columns: Sequence[Column], contents: LogContents) -
 
 def _nanoseconds(columns: Sequence[Column], contents: LogContents, time: Column) -> Column | None:
     """What is added to whole seconds, where stamps are parted in two: one in ns that begins again every second."""
-    seconds = contents.columns[time.name]
+    seconds, ns = contents.columns[time.name], TIME_SCALES["ns"]
     if time.unit != "s" or np.any(seconds % 1):
         return None
     for column in columns:
         values = contents.columns[column.name]
-        is_part = column.unit == "ns" and column.low >= 0 and column.high < _NANOSECONDS and not column.missing
-        if is_part and np.all(np.diff(seconds + values / _NANOSECONDS) >= 0):
+        is_part = column.unit == "ns" and column.low >= 0 and column.high * ns < 1 and not column.missing
+        if is_part and np.all(np.diff(seconds + values * ns) >= 0):
             return column
     return None
 

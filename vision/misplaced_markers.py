@@ -2,8 +2,7 @@
 
 The linkage as one object believes distances between markers to micrometres, so that a half millimetre by which one was stuck on
 beside its place, or a bar that is longer by a five-hundredth, turns into tenths of degrees and degrees, by way of depth and the
-camera's pose. Where corners fit better to markers that may sit
-elsewhere, angles are fitted so, and their sigma holds by how far.
+camera's pose. Where corners fit better to markers that may sit elsewhere, angles are fitted so, and their sigma holds by how far.
 """
 
 from dataclasses import replace

@@ -97,8 +97,7 @@ def check_order(time: Array, where: str, number: Callable[[int], int] = from_one
     steps = np.diff(time)
     if np.any(steps <= 0):
         row = int(np.argmax(steps <= 0)) + 1
-        if runs_backwards(time):
-            raise Refused(where, "time runs backwards, from the first row to the last", "sort the rows by their time")
+        refuse_backwards(time, where)
         if begins_again(time, row):
             what = f"time begins again in row {number(row)}, with {time[row]:g} after {time[row - 1]:g}"
             raise Refused(where, f"{what}, as where two recordings are joined", "cut them apart there")
@@ -109,9 +108,10 @@ def check_order(time: Array, where: str, number: Callable[[int], int] = from_one
         raise Refused(where, f"has a time of {np.max(np.abs(time)):.3g}", do)
 
 
-def runs_backwards(time: Array) -> bool:
-    """Whether times (T,) of three rows or more fall from each to the next, as in a table that was sorted with the latest on top."""
-    return len(time) > 2 and bool(np.all(np.diff(time) <= 0)) and bool(time[-1] < time[0])
+def refuse_backwards(time: Array, where: str, name: str = "time") -> None:
+    """Refused where times (T,) of three rows or more fall from each to the next, as in a table with the latest row on top."""
+    if len(time) > 2 and np.all(np.diff(time) <= 0) and time[-1] < time[0]:
+        raise Refused(where, f"{name} runs backwards, from the first row to the last", "sort the rows by their time")
 
 
 def begins_again(time: Array, row: int) -> bool:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from calibration.camera import Camera
 from vision.linkage.block_covariance import clustered_covariance, frame_blocks
-from vision.linkage.gauss_newton import solve_scaled
+from vision.linkage.gauss_newton import extend_prior, solve_scaled
 from vision.linkage.linkage_equations import linkage_equations
 from vision.linkage.observed_corners import Floats, whiten_corners
 from vision.linkage.shared_fit import SharedFit
@@ -74,15 +74,14 @@ def row_time(
     lags = velocity[..., None] * np.eye(count).reshape(*velocity.shape[1:], count)
     asked = np.concatenate([size * column, lags], axis=-1)
     observed = whiten_corners(camera, fit.image[frames], None if covariance is None else covariance[frames])
-    scale, free = float(np.sqrt(fit.variance)), np.append(fit.prior.free, np.ones(1 + count, dtype=bool))
+    scale = float(np.sqrt(fit.variance))
+    prior = extend_prior(fit.prior, np.append(0.0, np.full(count, LAG_S**-2)))
+    free, known_before = prior.free, prior.information[prior.free]
     equations = linkage_equations(fit.scene, observed, fit.shared, alpha[frames], fit.course[frames], 0, scale, asked)
-    known_before = np.concatenate([fit.prior.information, [0.0], np.full(count, LAG_S**-2)])[free]
     information, score = equations.reduced[:, free][:, :, free], equations.g_reduced[:, free]
     total = information.sum(axis=0) + np.diag(known_before * fit.variance)
-    right = (
-        score.sum(axis=0)
-        + known_before * fit.variance * np.append(fit.prior.mean - fit.shared.vector, np.zeros(1 + count))[free]
-    )
+    beside = (prior.mean - np.append(fit.shared.vector, np.zeros(1 + count)))[free]
+    right = score.sum(axis=0) + known_before * fit.variance * beside
     change = solve_scaled(total, right)
     block = frame_blocks(len(alpha))[frames]
     by_block = np.zeros((block.max() + 1, *total.shape)), np.zeros((block.max() + 1, len(total)))
