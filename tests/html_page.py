@@ -40,7 +40,7 @@ class Elements(HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data: str) -> None:
-        self.text += data
+        self.text += data.replace("\N{NO-BREAK SPACE}", " ")
 
 
 class Tables(HTMLParser):
@@ -73,7 +73,7 @@ class Tables(HTMLParser):
         if self._into in ("h2", "h3"):
             self._heading += data
         elif self._into:
-            self.under[self._heading][-1][-1] += data
+            self.under[self._heading][-1][-1] += data.replace("\N{NO-BREAK SPACE}", " ")
 
 
 SCRIPT = Path(template.__file__).with_name("plot_cursor.js")

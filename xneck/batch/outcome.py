@@ -33,5 +33,6 @@ class RecordingOutcome:
             "verdict": check["verdict"],
             "faults": check["faults"],
             "parameters": [p for p in self.record["identify"]["parameters"] if p["name"] in MAIN_PARAMETERS],
+            "adequacy": self.record["adequacy"],
             "recovered": self.record["recovered"],
         }

@@ -15,6 +15,7 @@ from xneck.recording.recording_folder import Recording
 from xneck.recording.recording_result import RecordingResult
 from xneck.recording.result_files import DATASET, FOXGLOVE, PLOTJUGGLER, REFUSED, REPORT, RERUN, RESULT, SUMMARY_PAGE
 from xneck.recording.result_folder import check_apart, file_sizes, remove_results, without_folder
+from xneck.report.model_adequacy import model_adequacy
 from xneck.report.recording_page import write_recording_report
 from xneck.viewers.foxglove import foxglove_layout
 from xneck.viewers.plotjuggler import plotjuggler_layout
@@ -84,12 +85,14 @@ def _write_viewer_files(result: RecordingResult, folder: Path, rerun: bool) -> N
 
 def _record(result: RecordingResult) -> dict[str, Any]:
     """The machine-readable results of the commands, stage by stage, and the name of the report."""
+    adequacy = model_adequacy(result.simulated)
     record: dict[str, Any] = {
         "report": REPORT,
         "sync": dict(result.data.clock),
         "check": dict(result.data.check),
         "identify": result.estimates.as_json() | {"fasquelle": fasquelle_json(result.fasquelle)},
         "simulate": result.simulated.rms if result.simulated else None,
+        "adequacy": adequacy.as_json() if adequacy else None,
     }
     if result.video is not None:
         record["extract"] = result.video.extraction.as_json()

@@ -35,6 +35,7 @@ _DIAGNOSIS_STEPS = 4
 )
 @click.option("--neck", type=INPUT_FILE, help="neck.yaml of all of them, in the place of those that they name.")
 @click.option("--camera", type=INPUT_FILE, help="camera.yaml of all of them, likewise.")
+@click.option("--held-out", metavar="NAME", help="Diagnose the others, and hold this recording against what is found.")
 @worker_options
 @click.option("--rerun", is_flag=True, help="Also recording.rrd for the Rerun viewer. Needs the extra `rerun`.")
 @click.option("--redo", is_flag=True, help="Do all again, also what has not changed, and what was refused.")
@@ -44,6 +45,7 @@ def command(
     out: Path,
     neck: Path | None,
     camera: Path | None,
+    held_out: str | None,
     jobs: int | None,
     cluster: "Cluster | None",
     redo: bool,
@@ -59,6 +61,9 @@ def command(
 
     One arm and one camera are named once, by --neck and --camera; a recording.yaml then need not name them.
 
+    With --held-out, what the simulation gets wrong is sought in all recordings but that one, as `xneck diagnose` does: its page and
+    files go to the folder `diagnosis` in --out, and the summary begins with what it found.
+
     Exit status 0: every recording has its result. 1: one or more were refused or failed (a line each on standard error); the
     others have their results all the same, and summary.json says which.
     """
@@ -67,7 +72,7 @@ def command(
 
     shared = SharedFiles(neck, camera)
     options = BatchOptions(out=out, jobs=jobs, cluster=cluster, redo=redo, rerun=rerun, shared=shared)
-    return run_recordings(folders, options, json_out, quiet)
+    return run_recordings(folders, options, json_out, quiet, held_out)
 
 
 def run_recordings(
@@ -84,6 +89,8 @@ def run_recordings(
     if options.rerun:
         rerun_sdk("--rerun")
     named_folders = recordings_by_name(folders, options.out)
+    if held_out is not None:
+        _check_held_out(held_out, list(named_folders))
     for given, first in named_twice(folders, named_folders).items():
         print_error(f"warning: {given} was left out: it is {first} under another name")
     with only_run_in(options.out), _told_how_to_go_on():
@@ -91,6 +98,16 @@ def run_recordings(
             ((name, folder),) = named_folders.items()
             return _run_single(name, folder, options, json_out, quiet)
         return _run_many(named_folders, options, json_out, quiet, held_out)
+
+
+def _check_held_out(held_out: str, names: list[str]) -> None:
+    from xneck_foundation.errors import Refused
+    from xneck_foundation.spelling import quoted, valid_words
+
+    if held_out not in names:
+        raise Refused("--held-out", f"no recording is called {quoted(held_out)}", valid_words(held_out, names))
+    if len(names) == 1:
+        raise Refused("--held-out", f"{held_out} is the only recording", "name one more, which is diagnosed")
 
 
 @contextmanager
@@ -136,6 +153,7 @@ def _run_single(name: str, source: Path, options: "BatchOptions", json_out: Path
         *(f"  {sentence(fault)}" for fault in record["check"]["faults"]),
         *(f"  warning: {warning}" for warning in record["sync"]["warnings"]),
         *identified_lines(record["identify"]["parameters"]),
+        *([f"  {record['adequacy']['sentence']}"] if record["adequacy"] else []),
     ]
     report_result(result, "\n".join(lines), json_out, quiet)
     return 0
@@ -163,9 +181,14 @@ def _run_many(
     records = {name: outcome.record for name, outcome in outcomes.items() if outcome.record is not None}
     summary: dict[str, Any] = {"recordings": rows, "done": len(records), "failed": len(failures)}
     diagnosis = None
-    if held_out is not None and not failures:
-        diagnosis = _diagnose(out, [name for name in named_folders if name != held_out], held_out, quiet)
+    diagnosed = [name for name in records if name != held_out]
+    if held_out in records and diagnosed:
+        diagnosis = _diagnose(out, diagnosed, held_out, quiet)
         summary["diagnosis"] = batch_table.diagnosis_row(diagnosis)
+    elif held_out is not None:
+        print_error(
+            f"nothing was diagnosed: it takes {held_out}, which is held out, and a recording more with a result"
+        )
     write_text(numbers, json_text({**summary, **versions()}))
     write_batch_report(rows, versions(), page, summary.get("diagnosis"))
     for name, record in records.items():

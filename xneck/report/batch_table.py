@@ -7,7 +7,7 @@ from xneck.recording.result_files import DIAGNOSIS_FOLDER, DIAGNOSIS_PAGE
 from xneck.report.number_text import number_text
 from xneck.report.words import join_words
 
-COLUMNS = ("recording", "frames", "clock offset", "check", "identified", "took", "")
+COLUMNS = ("recording", "frames", "clock offset", "check", "identified", "simulated at", "took", "")
 MAIN_PARAMETERS = {"k": "stiffness", "ca": "damping", "fs": "dry friction", "fv": "viscous friction"}
 _NONE = "–"
 
@@ -21,7 +21,11 @@ def diagnosis_row(record: Mapping[str, Any]) -> dict[str, Any]:
 def row_cells(name: str, row: Mapping[str, Any]) -> tuple[str, ...]:
     """The cells of a recording's row, one for each of COLUMNS."""
     if row["failure"] is not None:
-        return (name, *(_NONE,) * 5, f"failed: {row['failure']}" + (" (as before)" if row["done_before"] else ""))
+        return (
+            name,
+            *(_NONE,) * (len(COLUMNS) - 2),
+            f"failed: {row['failure']}" + (" (as before)" if row["done_before"] else ""),
+        )
     faults = sorted({_fault_text(fault) for fault in row["faults"]})
     notes = [join_words(faults)] * bool(faults) + row["recovered"] + ["done before"] * row["done_before"]
     return (
@@ -30,9 +34,16 @@ def row_cells(name: str, row: Mapping[str, Any]) -> tuple[str, ...]:
         f"{number_text(row['offset_s'], 5)} s ± {number_text(1e3 * row['offset_sigma_s'], 2)} ms",
         row["verdict"],
         ", ".join(_identified_counts(row["parameters"])) or "none",
+        _times_noise(row["adequacy"]),
         f"{number_text(row['seconds'], 2)} s",
         "; ".join(notes),
     )
+
+
+def _times_noise(adequacy: Mapping[str, Any] | None) -> str:
+    if adequacy is None:
+        return "not simulated"
+    return f"{number_text(adequacy['ratio'], 2 if adequacy['explains'] else 3)} × noise"
 
 
 def _fault_text(fault: Mapping[str, Any]) -> str:

@@ -1,6 +1,7 @@
 """Whether the identified model explains a recording, by how far its simulation is off, in times of what noise alone would make."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 from identification.simulation.simulated_recording import SimulatedRecording
 from xneck.report.number_text import number_text
@@ -40,11 +41,17 @@ class ModelAdequacy:
             )
         return (
             f"The model does not explain this arm: it simulates {self.channel} at {number_text(self.ratio, 3)} times noise, where "
-            f"a true model stays below {below}. Diagnose it with a second recording; in the folder of this page:"
+            f"a true model stays below {below}."
         )
 
+    def as_json(self) -> dict[str, Any]:
+        """The same, ready for JSON."""
+        return {"explains": self.explains, **asdict(self), "sentence": self.sentence}
 
-def model_adequacy(simulated: SimulatedRecording) -> ModelAdequacy:
-    """By the channel that stands furthest above what a true model would make of it."""
+
+def model_adequacy(simulated: SimulatedRecording | None) -> ModelAdequacy | None:
+    """By the channel that stands furthest above what a true model would make of it; None where nothing could be simulated."""
+    if simulated is None or not simulated.channels:
+        return None
     worst = max(simulated.channels, key=lambda channel: channel.ratio / channel.ratio_95)
     return ModelAdequacy(worst.ratio, worst.ratio_95, channel_words(worst.name))

@@ -68,7 +68,7 @@ def recording_html(
         data=result.data,
         sentence=recording_summary.summary_sentence(result),
         head=recording_summary.key_numbers(result),
-        adequacy=model_adequacy(result.simulated) if result.simulated and result.simulated.channels else None,
+        adequacy=model_adequacy(result.simulated),
         unexplained_ratio=UNEXPLAINED_RATIO,
         diagnose_command=DIAGNOSE_COMMAND,
         tables=recording_tables,

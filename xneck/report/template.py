@@ -28,7 +28,8 @@ def render(name: str | Path, **values: object) -> str:
     else:
         template = environment.get_template(name)
     script = Markup(load("plot_cursor.js"))
-    return template.render(style_sheet=style_sheet, script=script, script_hash=_content_hash(script), **values)
+    page = template.render(style_sheet=style_sheet, script=script, script_hash=_content_hash(script), **values)
+    return page.replace("± ", "±\N{NO-BREAK SPACE}")  # a line does not end between a number and its sigma's sign
 
 
 def _content_hash(script: str) -> Markup:
