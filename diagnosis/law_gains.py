@@ -22,6 +22,8 @@ MIN_LAW_GAIN_SIGMAS = 3.0
 """standard deviations of the gain, by blocks, that a law takes from recordings that were not fitted (docs/thresholds.md)"""
 _TOLD_SIGMAS = 4.0
 """by which a law that was chosen out of hundreds is told from nothing"""
+_OF_JOINTS = 1
+"""number of the gain of the arm's equations, behind that of the motors'"""
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class GainedLaw:
 
     law: FoundLaw
     gain: Gain | None
-    """in the equations where it acts; None where there is no recording that was not fitted"""
+    """in the equations that show it most, motors' or joints'; None where there is no recording that was not fitted"""
 
     def as_json(self) -> dict[str, Any]:
         """The contract's record."""
@@ -71,10 +73,11 @@ def law_gains(
             after = held_out_residuals(tried, ensembles, fitter.whiten, clock_relaxed=True)
             gained = gains(before, after, arm.M)
             is_told = len(tried.causes) - 1 not in tried.untold_within(_TOLD_SIGMAS)
-            is_better = _holds(gained, law) and _leaves_less_beyond_noise(before, after, law, arm)
+            shown = _shown_in(gained, law)
+            is_better = _holds(gained, shown) and _leaves_less_beyond_noise(before, after, shown, arm)
             if not (is_better and is_told and _is_no_louder(before, after)):
                 continue  # those found after it may hold without it
-            gain, before = gained[_equations_of(law)], after
+            gain, before = gained[shown], after
         kept, stage = [*kept, GainedLaw(law, gain)], tried
     if not kept:
         return None
@@ -82,24 +85,29 @@ def law_gains(
     return LawGains(tuple(replace(each, law=law) for each, law in zip(kept, numbered, strict=True)), stage)
 
 
-def _equations_of(law: FoundLaw) -> int:
-    """Number of the gain that is of the equations in which it acts."""
-    return int(law.candidate.detail == AGAINST_JOINTS)
+def _shown_in(gained: Sequence[Gain], law: FoundLaw) -> int:
+    """Number of the gain of those equations in which a law shows most, motors' or joints'.
+
+    What acts at a motor changes what it pulls, so that the arm may show it where the motor's own noise hides it.
+    """
+    if law.candidate.detail == AGAINST_JOINTS:
+        return _OF_JOINTS
+    return int(np.argmax([(g.before - g.after) / g.sigma if g.sigma else -np.inf for g in gained[: _OF_JOINTS + 1]]))
 
 
-def _holds(gained: Sequence[Gain], law: FoundLaw) -> bool:
-    """Whether its equations are left with less, and the others with no more."""
-    own = gained[_equations_of(law)]
+def _holds(gained: Sequence[Gain], shown: int) -> bool:
+    """Whether the equations that show it are left with less, and the others with no more."""
+    own = gained[shown]
     better = own.before - own.after > MIN_LAW_GAIN_SIGMAS * own.sigma
     worse = any(g.after - g.before > MIN_LAW_GAIN_SIGMAS * g.sigma for g in gained)
     return better and not worse and np.isfinite(own.after)
 
 
-def _leaves_less_beyond_noise(before: HeldOutResiduals, after: HeldOutResiduals, law: FoundLaw, arm: Arm) -> bool:
-    """Whether its equations are left with less beyond the noise that each model itself makes of the measurements.
+def _leaves_less_beyond_noise(before: HeldOutResiduals, after: HeldOutResiduals, shown: int, arm: Arm) -> bool:
+    """Whether the equations that show it are left with less beyond the noise that each model itself makes of the measurements.
 
     A law that makes forces smaller makes all that is wrong smaller with them, and noise more so."""
-    of_law = slice(arm.M, None) if _equations_of(law) else slice(0, arm.M)
+    of_law = slice(arm.M, None) if shown == _OF_JOINTS else slice(0, arm.M)
     left, was_left = (
         float(np.sum((excess.rms**2 - excess.floor**2)[of_law]))
         for excess in (held_out_excess(after, after), held_out_excess(before, before))

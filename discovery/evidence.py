@@ -12,6 +12,8 @@ Index = NDArray[np.intp]
 
 FOLDS = 5
 """of the cross-validation, dealt by blocks in turn (docs/thresholds.md)"""
+TOLD_SHARE = 0.02
+"""of what all blocks say of a function: where the blocks of the other folds say less, their amounts go to nothing (docs/thresholds.md)"""
 _RIDGE = 1e-9
 """of columns scaled to one, for those that nothing tells apart"""
 
@@ -91,11 +93,17 @@ class Evidence:
         return np.arange(len(self.products)) % FOLDS
 
     def fits_without_folds(self, function: Array) -> list[Array]:
-        """Numbers as `fit` has them, (P + k,), where each fold in turn is not fitted."""
+        """Numbers as `fit` has them, (P + k,), where each fold in turn is not fitted.
+
+        A fold may hold nearly all that tells a function, as the only time in which a force went beyond a hinge: amounts that
+        the others would take from what else is wrong there would be anything, and are held at nothing.
+        """
         T = self._turned(function)
         of_folds = T.T @ self._fold_products @ T
         whole = of_folds.sum(axis=0)
-        return [self._solve(whole - own) for own in of_folds]
+        held = np.zeros_like(whole)
+        held[self.fitted : -1, self.fitted : -1] = TOLD_SHARE * whole[self.fitted : -1, self.fitted : -1]
+        return [self._solve(whole - own + held) for own in of_folds]
 
     @cached_property
     def _fold_products(self) -> Array:
