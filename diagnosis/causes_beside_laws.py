@@ -11,10 +11,11 @@ from diagnosis.cause import with_causes
 from diagnosis.cause_search import Search, search_causes
 from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import HeldOutResiduals, held_out_residuals
-from diagnosis.law_gains import GainedLaw, law_gains
+from diagnosis.law_gains import GainedLaw, LawGains, law_gains
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.remainder import leaves_plainly_more
 from diagnosis.unlisted_laws import as_fitted
+from discovery.form import SMOOTH
 
 MAX_SHARE_LEFT = 0.5
 """of what stands above noise: laws found in the place of causes leave no more of it, else the causes stay (docs/thresholds.md)"""
@@ -80,21 +81,42 @@ def _beside_causes(
     alone = Explanation(search, found.laws, found.stage)
     if not (search.named or found.stage.excess.above_noise):
         return alone
+    for held in _held(found):
+        beside = _causes_beside(search, found, held, recordings, seed)
+        if beside is not None:
+            return beside
+    return alone
+
+
+def _held(found: LawGains) -> Iterator[list[int]]:
+    """Numbers of the laws beside which causes are sought: those that have a simple form, if the first has none, then the first.
+
+    What has no simple form may stand in for a cause and for the laws that were found after it.
+    The first is not held alone where others are of the same variable: together they are one function of it."""
+    has_form = [i for i, each in enumerate(found.laws) if each.law.form.name != SMOOTH]
+    if has_form and 0 not in has_form:
+        yield has_form
     first = found.laws[0].law.candidate
-    of_one_variable = [i for i, each in enumerate(found.laws) if each.law.candidate.is_sibling(first)]
-    held = [found.stage.causes[len(search.last.causes) + i] for i in of_one_variable]
-    beside = search_causes(with_causes(found.stage.before_causes, held), recordings, seed)
+    yield [i for i, each in enumerate(found.laws) if each.law.candidate.is_sibling(first)]
+
+
+def _causes_beside(
+    search: Search, found: LawGains, held: Sequence[int], recordings: Sequence[NoiseEnsemble], seed: int
+) -> Explanation | None:
+    """Causes beside some of the laws that were found, if there are others than a search has, and they leave no more than all laws."""
+    causes = [found.stage.causes[len(search.last.causes) + i] for i in held]
+    beside = search_causes(with_causes(found.stage.before_causes, causes), recordings, seed)
     if _names(beside) == _names(search) or not beside.last.possible:
-        return alone
+        return None
     fitter = search.fitter
-    stage = fitter.fitted(found.stage.comparison.linearisation, (*beside.last.causes, *held))
+    stage = fitter.fitted(found.stage.comparison.linearisation, (*beside.last.causes, *causes))
     if fitter.is_ill_weighted(stage):
         fitter, stage = fitter.reweighted(stage)
     stage = fitter.finished(stage)
     leaves_more = stage.excess.above_noise and stage.surplus > found.stage.surplus
     if leaves_more or not stage.possible:
-        return alone
-    laws = [found.laws[i] for i in of_one_variable]
+        return None
+    laws = [found.laws[i] for i in held]
     numbered = as_fitted([each.law for each in laws], stage)
     other = replace(search, named=beside.named, last=beside.last, fitter=fitter, unlisted=beside.unlisted)
     return Explanation(other, tuple(replace(each, law=n) for each, n in zip(laws, numbered, strict=True)), stage)

@@ -26,6 +26,8 @@ _LEVELS = (0.08, 0.15, 0.3, 0.5, 0.8, 1.5)
 """where a saturating law bends, in shares of the largest size"""
 _TIMES = (0.08, 0.15, 0.3, 0.6, 1.2)
 """of an exponential, in shares of the time"""
+SMOOTH = "smooth"
+"""name of the form of what has no simple one"""
 SMOOTH_PIECES = 9
 """of a smooth function along its variable"""
 
@@ -242,7 +244,7 @@ FORMS = (
         constants=("level",),
     ),
     Form(
-        name="smooth",
+        name=SMOOTH,
         kinds=("line", "time"),
         rank=9,
         amounts=tuple(f"h{i}" for i in range(1, SMOOTH_PIECES + 1)),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discovery.evidence import Evidence
-from discovery.form import Constants, Form
+from discovery.form import SMOOTH, Constants, Form
 from discovery.found_law import FoundLaw
 from discovery.problem import Candidate
 
@@ -94,7 +94,7 @@ def chosen(rivals: Sequence[Rival], chance: float, loss: float) -> FoundLaw | No
     near = [r for r in proved if _is_alike(best, r, SIMPLER_SIGMAS, SIMPLER_SHARE * left)]
     chosen = min(near, key=lambda r: (r.complexity, -r.held_out_gain))
     alike = [r for r in proved if r is not chosen and _is_alike(best, r, ALIKE_SIGMAS, ALIKE_SHARE * left)]
-    alike = sorted((r for r in alike if r.form.name != "smooth"), key=lambda r: -r.held_out_gain)
+    alike = sorted((r for r in alike if r.form.name != SMOOTH), key=lambda r: -r.held_out_gain)
     others = {
         (*r.candidate.follows, r.candidate.factor, r.form.name): r for r in reversed(alike) if not _is_same(r, chosen)
     }
