@@ -72,14 +72,13 @@ def _beside_causes(
     seed: int,
     others: Sequence[NoiseEnsemble],
 ) -> Explanation:
-    """The laws that are found beside a search's causes, and the causes that are found beside the first of them.
-
-    The first is not held alone where others are of the same variable: together they are one function of it."""
+    """The laws that are found beside a search's causes, and the causes that are found beside some of them."""
     found = law_gains(search, others, left, seed)
     if found is None:
         return Explanation(search, (), search.last)
     alone = Explanation(search, found.laws, found.stage)
-    if not (search.named or found.stage.excess.above_noise):
+    # of several laws one may be a cause that did not show before: friction of joints is a saturating function of their speed
+    if not (search.named or found.stage.excess.above_noise or len(found.laws) > 1):
         return alone
     for held in _held(found):
         beside = _causes_beside(search, found, held, recordings, seed)
@@ -103,7 +102,7 @@ def _held(found: LawGains) -> Iterator[list[int]]:
 def _causes_beside(
     search: Search, found: LawGains, held: Sequence[int], recordings: Sequence[NoiseEnsemble], seed: int
 ) -> Explanation | None:
-    """Causes beside some of the laws that were found, if there are others than a search has, and they leave no more than all laws."""
+    """Causes beside some of the laws that were found, where they are others than a search has and leave no more than all laws."""
     causes = [found.stage.causes[len(search.last.causes) + i] for i in held]
     beside = search_causes(with_causes(found.stage.before_causes, causes), recordings, seed)
     if _names(beside) == _names(search) or not beside.last.possible:

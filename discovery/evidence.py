@@ -13,7 +13,7 @@ Index = NDArray[np.intp]
 FOLDS = 5
 """of the cross-validation, dealt by blocks in turn (docs/thresholds.md)"""
 TOLD_SHARE = 0.02
-"""of what all blocks say of a function: where the blocks of the other folds say less, their amounts go to nothing (docs/thresholds.md)"""
+"""of what all blocks say of a function: where those of the other folds say less, amounts go to nothing (docs/thresholds.md)"""
 _RIDGE = 1e-9
 """of columns scaled to one, for those that nothing tells apart"""
 

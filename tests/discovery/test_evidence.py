@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from discovery.evidence import FOLDS, Evidence
+from discovery.evidence import FOLDS, TOLD_SHARE, Evidence
 from discovery.fine_basis import FineBasis
 from discovery.form import FORMS, Form
 
@@ -27,10 +27,28 @@ def test_numbers_loss_and_gain_are_those_of_least_squares() -> None:
 def test_losses_of_blocks_are_those_of_fits_to_the_others() -> None:
     columns, fold = np.column_stack([BASE, ASKED @ FUNCTION]), BLOCK % FOLDS
     expected = np.zeros(BLOCKS)
+    amounts = np.r_[np.zeros((3, 5)), np.c_[np.zeros((2, 3)), np.eye(2)]]
     for f in range(FOLDS):
-        x = np.linalg.lstsq(columns[fold != f], TARGET[fold != f])[0]
+        told, target = columns[fold != f], TARGET[fold != f]
+        held = TOLD_SHARE * amounts @ columns.T @ columns @ amounts.T
+        x = np.linalg.solve(told.T @ told + held, told.T @ target)
         expected += np.bincount(BLOCK, ((TARGET - columns @ x) ** 2) * (fold == f), BLOCKS)
     assert EVIDENCE.block_losses(FUNCTION) == pytest.approx(expected, rel=1e-6)
+
+
+def test_what_acts_in_one_block_is_not_predicted_by_what_the_others_get_wrong() -> None:
+    """A hinge that force passes in one block, and only just in another, where something else is wrong by as much as noise."""
+    acts = np.zeros((ROWS, 1))
+    acts[BLOCK == 7] = 1.0
+    acts[BLOCK == 9] = 1e-3
+    target = 5 * acts[:, 0] + RNG.normal(size=ROWS) + (BLOCK == 9)
+    evidence = Evidence.of(BASE, np.zeros(3), acts, target, BLOCK)
+    gains = evidence.block_losses(np.zeros((1, 0))) - evidence.block_losses(np.eye(1))
+    (amount,) = evidence.fit(np.eye(1))[3:]
+    assert amount == pytest.approx(5, abs=4 / np.sqrt(ROWS / BLOCKS))
+    # the others' rows would have an amount of a thousand, and a loss of millions
+    assert abs(gains[7]) < 0.2 * 25 * ROWS / BLOCKS
+    assert np.abs(np.delete(gains, 7)).max() < 10
 
 
 def test_sigma_of_white_noise_is_that_of_least_squares() -> None:
