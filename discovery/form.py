@@ -24,6 +24,8 @@ _STEP_PLACES, _STEP_WIDTHS = np.linspace(0.04, 0.96, 24), (0.001, 0.02)
 """the same of a step: all at once, and slowly"""
 _LEVELS = (0.08, 0.15, 0.3, 0.5, 0.8, 1.5)
 """where a saturating law bends, in shares of the largest size"""
+_FREE_SHARES = (0.08, 0.15, 0.3, 0.45, 0.6, 0.75)
+"""of the largest size, within which nothing acts"""
 _TIMES = (0.08, 0.15, 0.3, 0.6, 1.2)
 """of an exponential, in shares of the time"""
 SMOOTH = "smooth"
@@ -213,6 +215,16 @@ FORMS = (
         constants=("level",),
     ),
     _polynomial(3),
+    Form(
+        name="dead zone",
+        kinds=("line",),
+        rank=3,
+        amounts=("slope",),
+        columns=lambda x, c: (np.sign(x) * np.maximum(np.abs(x) - c["level"], 0.0))[..., None],
+        starts=lambda basis: tuple({"level": share * _size(basis)} for share in _FREE_SHARES),
+        equation="slope sign(x) max(|x| - level, 0)",
+        constants=("level",),
+    ),
     Form(
         name="bump",
         kinds=("line", "time"),
