@@ -27,10 +27,11 @@ def test_numbers_loss_and_gain_are_those_of_least_squares() -> None:
 def test_losses_of_blocks_are_those_of_fits_to_the_others() -> None:
     columns, fold = np.column_stack([BASE, ASKED @ FUNCTION]), BLOCK % FOLDS
     expected = np.zeros(BLOCKS)
-    amounts = np.r_[np.zeros((3, 5)), np.c_[np.zeros((2, 3)), np.eye(2)]]
+    own = ASKED @ FUNCTION - BASE @ np.linalg.lstsq(BASE, ASKED @ FUNCTION)[0]
+    held = np.zeros((5, 5))
+    held[3:, 3:] = TOLD_SHARE * own.T @ own
     for f in range(FOLDS):
         told, target = columns[fold != f], TARGET[fold != f]
-        held = TOLD_SHARE * amounts @ columns.T @ columns @ amounts.T
         x = np.linalg.solve(told.T @ told + held, told.T @ target)
         expected += np.bincount(BLOCK, ((TARGET - columns @ x) ** 2) * (fold == f), BLOCKS)
     assert EVIDENCE.block_losses(FUNCTION) == pytest.approx(expected, rel=1e-6)
