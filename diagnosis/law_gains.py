@@ -99,7 +99,11 @@ def _holds(gained: Sequence[Gain], shown: int) -> bool:
     """Whether the equations that show it are left with less, and the others with no more."""
     own = gained[shown]
     better = own.before - own.after > MIN_LAW_GAIN_SIGMAS * own.sigma
-    worse = any(g.after - g.before > MIN_LAW_GAIN_SIGMAS * g.sigma for g in gained)
+    # a law of nearly the right form may leave a little in equations that noise fills
+    worse = any(
+        g.after - g.before > MIN_LAW_GAIN_SIGMAS * g.sigma and g.after > ABOVE_NOISE_RATIO * g.noise_floor
+        for g in gained
+    )
     return better and not worse and np.isfinite(own.after)
 
 

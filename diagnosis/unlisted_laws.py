@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.cause import Cause
-from diagnosis.cause_search import MIN_LOSS_SHARE
+from diagnosis.cause_search import MIN_EXPLAINED, MIN_LOSS_SHARE
 from diagnosis.comparison import FOLD_BLOCK_S
 from diagnosis.effect import LawEffect, Placement
 from diagnosis.fit_stage import FitStage
@@ -337,4 +337,6 @@ def found_laws(
     stage: FitStage, whiten: Whitener, noise_columns: Sequence[Array], seed: int = 0
 ) -> tuple[FoundLaw, ...]:
     """The laws in what a stage leaves, in the order in which they were found; none where chance would do as much."""
-    return find_laws(_StageProblem(stage, whiten, noise_columns, MIN_LOSS_SHARE * stage.noise_loss), seed)
+    # what shows slowly, in one equation, is a small share of all that noise makes, though it stands far above noise there
+    least = min(MIN_LOSS_SHARE * stage.noise_loss, MIN_EXPLAINED * max(stage.surplus, 0.0))
+    return find_laws(_StageProblem(stage, whiten, noise_columns, least), seed)
