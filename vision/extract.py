@@ -15,6 +15,7 @@ from mechanism.description import Neck
 from mechanism.printed_markers import Markers
 from synchronisation.angles import Angles
 from vision.arm_reach import arm_reach
+from vision.covariance_size import steady_sizes
 from vision.frame_quality import angle_gaps, frame_quality
 from vision.interlacing import refuse_interlaced
 from vision.late_pictures import late_pictures
@@ -150,6 +151,8 @@ def extract(
     ids = [marker.id for marker in markers.on_bars]
     cells = np.stack([marker_cells(markers.dictionary, i) for i in ids]) if options.template else None
     seen = correct_lens_bow(camera, tracks.corners, cells)
+    if tracks.covariance is not None:
+        tracks = replace(tracks, covariance=steady_sizes(tracks.covariance))
     covariance = tracks.covariance  # as single floats: hours of them as double ones would be most of memory
     linkage = linkage_options(options)
 
