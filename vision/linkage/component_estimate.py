@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.linkage.error_components import ErrorComponents, unwhitener
+from vision.linkage.error_components import ErrorComponents, is_even, unwhitener
 from vision.linkage.gauss_newton import fit_angles
 from vision.linkage.linkage_equations import inverse_normals, whiten
 from vision.linkage.observed_corners import ObservedCorners
@@ -20,7 +20,7 @@ from vision.linkage.shared_fit import SharedFit
 Array = NDArray[np.float64]
 
 OUTLYING_SIGMAS = 5.0
-"""standard deviations from which on what is left of a marker says nothing of the others' errors (docs/thresholds.md)"""
+"""standard deviations from which on what is left of a marker says that its frame tells nothing (docs/thresholds.md)"""
 PRIOR_MARKERS = 20.0
 """so many markers count for a component's variance being that of all of them together (docs/thresholds.md)"""
 ROUNDS = 8
@@ -40,12 +40,13 @@ def estimate_components(fit: SharedFit, observed: ObservedCorners, frames: NDArr
     along = components.directions(observed.image) @ (to_corners := unwhitener(observed))
     weight = 1 / np.sum(to_corners**2, axis=(2, 3))[..., None]  # each marker counts by its own stated variance
     squares = weight * _by_component(along, to_corners, left)
-    whole = observed.visible & (observed.rank == 8)
+    even = observed.visible & is_even(observed)
     for _ in range(ROUNDS):
         root = components.whitened_errors(observed) * observed.visible[..., None, None]
         spread = np.einsum("fminj,fnjk->fmink", remains, root, optimize=True)
         expected = weight * _by_component(along, to_corners, spread.reshape(count, markers, 8, -1))
-        usable = whole & (squares.sum(axis=-1) < OUTLYING_SIGMAS**2 * expected.sum(axis=-1))
+        outlying = even & (squares.sum(axis=-1) > OUTLYING_SIGMAS**2 * expected.sum(axis=-1))
+        usable = even & ~outlying.any(axis=1, keepdims=True)  # it draws the angles, and the others stand beside
         ratio = np.ones_like(components.factor)
         for row, chosen in zip(ratio, (usable & ~components.standing, usable & components.standing), strict=True):
             if chosen.any():

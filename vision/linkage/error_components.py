@@ -14,6 +14,10 @@ from vision.linkage.standing_markers import standing_markers
 
 Array = NDArray[np.float64]
 
+MAX_SIGMA_RATIO = 10.0
+"""standard deviation of a marker's corners in the direction that is told worst over that in the best, above which all its errors are
+scaled together: a little of the one would be many of the other (docs/thresholds.md)"""
+
 
 @dataclass(frozen=True)
 class ErrorComponents:
@@ -37,8 +41,10 @@ class ErrorComponents:
         across, turn, size, shape = self.factor[self.standing.astype(int)].T
         beyond_shape = np.stack([(across + turn) / 2, across, turn, size], axis=-1) - shape[:, None]
         along = self.directions(observed.image)
-        scale = np.einsum("fmki,mk,fmkj->fmij", along, beyond_shape, along)
-        return observed.whitener @ (scale + shape[:, None, None] * np.eye(8)) @ unwhitener(observed)
+        scale = np.einsum("fmki,mk,fmkj->fmij", along, beyond_shape, along) + shape[:, None, None] * np.eye(8)
+        together = np.sqrt(np.sum(scale**2, axis=(2, 3), keepdims=True) / 8) * np.eye(8)
+        each = observed.whitener @ scale @ unwhitener(observed)
+        return np.where(is_even(observed)[..., None, None], each, together)
 
     def directions(self, image: Complex) -> Array:
         """Unit vectors of x1, y1, x2, ... of markers with corners (F, markers, 4), at right angles, (F, markers, 4, 8).
@@ -50,6 +56,11 @@ class ErrorComponents:
         shift = np.broadcast_to(self.path[:, None] / 2, image.shape)
         units = np.stack([shift, 1j * shift, 1j * out, out], axis=-2)
         return np.stack([units.real, units.imag], axis=-1).reshape(*units.shape[:-1], 8)
+
+
+def is_even(observed: ObservedCorners) -> NDArray[np.bool_]:
+    """Which markers were seen whole, and told about as well in all directions, (F, markers)."""
+    return (observed.rank == 8) & (np.linalg.cond(unwhitener(observed)) < MAX_SIGMA_RATIO)
 
 
 def unwhitener(observed: ObservedCorners) -> Array:
