@@ -15,7 +15,7 @@ from vision.linkage.standing_markers import standing_markers
 Array = NDArray[np.float64]
 
 MAX_SIGMA_RATIO = 10.0
-"""standard deviation of a marker's corners in the direction that is told worst over that in the best, above which all its errors are
+"""standard deviation of a marker's corners in the worst direction over that in the best, above which all its errors are
 scaled together: a little of the one would be many of the other (docs/thresholds.md)"""
 
 

@@ -15,10 +15,12 @@ def side_lengths(image: Complex) -> NDArray[np.float64]:
     return np.array([np.mean(s[~np.isnan(s)]) if not np.isnan(s).all() else np.nan for s in side.T])
 
 
-def standing_markers(image: Complex) -> NDArray[np.bool_]:
-    """Which markers stand still, (markers,), by their corners (F, markers, 4), NaN where not found; one never found does not."""
+def standing_markers(image: Complex, share: float = STANDING_SHARE) -> NDArray[np.bool_]:
+    """Which markers stand still, (markers,), by their corners (F, markers, 4), NaN where not found; one never found does not.
+
+    share: of its side, by which a marker may be beside its mean place."""
     standing = np.zeros(image.shape[1], dtype=bool)
     for k, side in enumerate(side_lengths(image)):
         middle = image[~np.isnan(image[:, k]).any(axis=1), k].mean(axis=1)
-        standing[k] = len(middle) > 0 and np.abs(middle - middle.mean()).max() < STANDING_SHARE * side
+        standing[k] = len(middle) > 0 and np.abs(middle - middle.mean()).max() < share * side
     return standing
