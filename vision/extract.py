@@ -42,7 +42,7 @@ Array = NDArray[np.float64]
 
 SYSTEMATIC_PX = 0.006
 """px: standard deviation of corner offsets that stay the same over the whole recording (docs/thresholds.md)"""
-STANDING_PX = 0.02
+STANDING_PX = 0.04
 """px: standard deviation of the offset of a marker that stands still, by the codec and the place of its edges among the pixels
 (docs/thresholds.md)"""
 _MAX_ROW_TIMES = 3
