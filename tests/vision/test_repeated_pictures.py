@@ -96,7 +96,7 @@ def test_a_motion_that_turns_over_between_two_frames_repeats_nothing() -> None:
 
 
 def turning(since: Array) -> Array:
-    """Two markers at times (F,), s, from where their motion turns over: 6 and 9 px from frame to frame a third of a second before."""
+    """Two markers at times (F,), s, from where their motion turns over: they move 3 and 5 px from frame to frame soon after."""
     places = np.zeros((len(since), 2, 4, 2))
     places[:, 0, :, 0] = 60 * np.cos(2.2 * since)[:, None]
     places[:, 1, :, 0] = 80 * np.cos(2.6 * since)[:, None]
