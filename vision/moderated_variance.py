@@ -8,7 +8,7 @@ lies over a marker, is taken by itself.
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 from scipy.special import digamma, polygamma
 from scipy.stats import chi2
 
@@ -39,4 +39,5 @@ def _prior_freedom(variance_of_log: float) -> float:
     """Degrees of freedom of an inverse chi-square whose logarithm has this variance."""
     if variance_of_log <= polygamma(1, MAX_PRIOR_FREEDOM / 2):
         return MAX_PRIOR_FREEDOM
-    return float(brentq(lambda d: polygamma(1, d / 2) - variance_of_log, 1e-3, MAX_PRIOR_FREEDOM))
+    found = root_scalar(lambda d: polygamma(1, d / 2) - variance_of_log, bracket=(1e-3, MAX_PRIOR_FREEDOM))
+    return float(found.root)
