@@ -15,6 +15,7 @@ from mechanism.description import Neck
 from mechanism.printed_markers import Markers
 from synchronisation.angles import Angles
 from vision.arm_reach import arm_reach
+from vision.covariance_size import steady_sizes
 from vision.frame_quality import angle_gaps, frame_quality
 from vision.interlacing import refuse_interlaced
 from vision.late_pictures import late_pictures
@@ -29,6 +30,7 @@ from vision.markers.tracking import DOUBLED, LATE, OTHER_PRINT, REPEATED, Tracki
 from vision.markers.video_tracking import MarkerTracks, track_video
 from vision.misplaced_markers import misplacement
 from vision.noise_by_frames import with_noise_by_frames
+from vision.picture_scale import at_usual_scale, beating_scale, scale_warning
 from vision.repeated_pictures import repeated_pictures
 from vision.second_prints import second_print_warnings, second_prints, without_second_prints
 from vision.shutter import UNKNOWN_SHUTTER, Shutter, at_middle_row
@@ -40,7 +42,7 @@ Array = NDArray[np.float64]
 
 SYSTEMATIC_PX = 0.006
 """px: standard deviation of corner offsets that stay the same over the whole recording (docs/thresholds.md)"""
-STANDING_PX = 0.02
+STANDING_PX = 0.04
 """px: standard deviation of the offset of a marker that stands still, by the codec and the place of its edges among the pixels
 (docs/thresholds.md)"""
 _MAX_ROW_TIMES = 3
@@ -150,6 +152,11 @@ def extract(
     ids = [marker.id for marker in markers.on_bars]
     cells = np.stack([marker_cells(markers.dictionary, i) for i in ids]) if options.template else None
     seen = correct_lens_bow(camera, tracks.corners, cells)
+    scale = beating_scale(tracks.time, seen, camera)
+    if scale is not None:
+        seen = at_usual_scale(seen, scale, camera)
+    if tracks.covariance is not None:
+        tracks = replace(tracks, covariance=steady_sizes(tracks.covariance))
     covariance = tracks.covariance  # as single floats: hours of them as double ones would be most of memory
     linkage = linkage_options(options)
 
@@ -195,6 +202,7 @@ def extract(
         *_seldom_seen_warnings(markers, notes["markers"]),
         *_repetition_warning(time, repeated),
         *_late_warning(time, late),
+        *scale_warning(scale),
         *_row_time_warning(fit, options.shutter, shutter, video.height),
     ]
     notes["gaps"] = angle_gaps(time, fit.alpha, ids, tracks.status)

@@ -2,7 +2,8 @@
 
 Such a frame has a stamp of its own but the arm of an earlier moment, so its angles are wrong by what the arm moved since. A lossy
 codec changes the copy a little: equal grey levels tell nothing. What tells is that all markers stand still for a frame while they
-move on, the same way, before and after it. An arm at rest cannot be told from a repeated picture of it, and need not be.
+move on, the same way, before and after it. Where the motion turns over, the pictures around it lie on one smooth path, and the
+still one lies beside it. An arm at rest cannot be told from a repeated picture of it, and need not be.
 """
 
 from dataclasses import dataclass
@@ -23,6 +24,16 @@ MIN_MOTION_PX = 0.5
 MIN_CATCH_UP = 1.5
 """apparent speed of the frame after several still ones over the speed later: an arm that moved unseen is at once where it would be,
 one that stood still speeds up (docs/thresholds.md)"""
+AROUND = 3
+"""pictures on each side that tell a smooth path (docs/thresholds.md)"""
+MAX_SPAN_S = 0.5
+"""s from the first to the last of these, above which they tell none (docs/thresholds.md)"""
+MAX_STILL = 3
+"""still frames beside a smooth path that may repeat a picture: an arm that stands for longer leaves as smooth a path
+(docs/thresholds.md)"""
+MAX_ROUGHNESS = 0.1
+"""how far the pictures around are from their path, over how far a still one is from it, up to which it is a repeated one
+(docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -42,7 +53,10 @@ def repeated_pictures(time: Array, corners: Array) -> NDArray[np.bool_]:
     stops = _stops(places)
     repeated = np.zeros(len(time), dtype=bool)
     for k in range(1, len(stops) - 2):
-        if stops[k].last > stops[k].first and _moves_on(time, places, stops[k - 1 : k + 3]):
+        if stops[k].last == stops[k].first:
+            continue
+        around = stops[k - AROUND + 1 : k + AROUND + 1] if k >= AROUND - 1 else []
+        if _moves_on(time, places, stops[k - 1 : k + 3]) or _is_beside_path(time, places, around):
             repeated[stops[k].first + 1 : stops[k].last + 1] = True
     return repeated
 
@@ -81,3 +95,24 @@ def _moves_on(time: Array, places: Array, stops: list[_Stop]) -> bool:
         time[later.first] - time[after.first]
     )
     return bool(speed > MIN_CATCH_UP * speed_later)
+
+
+def _is_beside_path(time: Array, places: Array, stops: list[_Stop]) -> bool:
+    """Whether the still frames of the middle one of 2 AROUND stops lie beside the path that the first pictures of all are on.
+
+    The path is a cubic in time. An arm that was braked, stood, and was driven back leaves the corners of its path, which no cubic
+    goes through; one that turned over at that place lies on it."""
+    if len(stops) < 2 * AROUND:
+        return False
+    pictures = [stop.first for stop in stops]
+    still = np.arange(stops[AROUND - 1].first + 1, stops[AROUND - 1].last + 1)
+    seen = ~np.isnan(places[[*pictures, *still]]).any(axis=(0, 2))
+    if len(still) > MAX_STILL or not seen.any() or time[pictures[-1]] - time[pictures[0]] > MAX_SPAN_S:
+        return False
+    start = time[pictures[AROUND - 1]]
+    powers = np.vander(time[pictures] - start, 4, increasing=True)
+    at = places[pictures][:, seen].reshape(len(pictures), -1)
+    path = np.linalg.lstsq(powers, at, rcond=None)[0]
+    beside = places[still][:, seen].reshape(len(still), -1) - np.vander(time[still] - start, 4, increasing=True) @ path
+    furthest = float(np.linalg.norm(beside.reshape(len(still), -1, 2), axis=2).max())
+    return furthest > MIN_MOTION_PX and float(np.abs(at - powers @ path).max()) < MAX_ROUGHNESS * furthest

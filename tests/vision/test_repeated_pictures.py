@@ -95,6 +95,49 @@ def test_a_motion_that_turns_over_between_two_frames_repeats_nothing() -> None:
     assert not repeated_pictures(TIME, place + SQUARE).any()
 
 
+def turning(since: Array) -> Array:
+    """Two markers at times (F,), s, from where their motion turns over: they move 3 and 5 px from frame to frame soon after."""
+    places = np.zeros((len(since), 2, 4, 2))
+    places[:, 0, :, 0] = 60 * np.cos(2.2 * since)[:, None]
+    places[:, 1, :, 0] = 80 * np.cos(2.6 * since)[:, None]
+    places[:, 1, :, 1] = 30 * np.cos(2.4 * since + 0.1)[:, None]
+    return places + SQUARE
+
+
+@pytest.mark.parametrize("repeats", [2, 3])
+def test_pictures_that_are_repeated_while_the_motion_turns_over_are_found(repeats: int) -> None:
+    """The arm comes one way and goes another, and is off its smooth path by a pixel at most."""
+    source = np.arange(len(TIME))
+    source[70 : 70 + repeats] = 69
+    seen = turning(TIME - TIME[71])[source]
+    seen += np.random.default_rng(3).normal(0, 0.005, seen.shape)
+    assert np.flatnonzero(repeated_pictures(TIME, seen)).tolist() == [*range(70, 70 + repeats)]
+
+
+def test_a_second_repeat_soon_after_the_first_is_found() -> None:
+    source = np.arange(len(TIME))
+    source[[70, 71, 73]] = [69, 69, 72]
+    seen = turning(TIME - TIME[74])[source]
+    assert np.flatnonzero(repeated_pictures(TIME, seen)).tolist() == [70, 71, 73]
+
+
+@pytest.mark.parametrize("deceleration", [1500.0, 4000.0, 40000.0])
+@pytest.mark.parametrize("rest", [0.03, 0.05, 0.07, 0.1, 0.2])
+def test_an_arm_that_is_braked_stands_and_is_driven_back_repeats_nothing(deceleration: float, rest: float) -> None:
+    """From 150 px/s, in 14 phases against the frames, and slow ones as well as fast."""
+    for phase in np.linspace(0, 1 / RATE_HZ, 14):
+        since = TIME - 2.0 - phase
+        stopping = 150.0 / deceleration
+        reached = np.clip(since, 0, stopping)
+        before = 150 * np.minimum(since, 0) + 150 * reached - deceleration * reached**2 / 2
+        again = np.maximum(since - stopping - rest, 0)
+        after = np.where(again < stopping, deceleration * again**2 / 2, 150 * again - 75 * stopping)
+        places = np.zeros((len(TIME), 2, 4, 2))
+        places[:, 1, :, 0] = (before - after)[:, None]
+        places[:, 0, :, 0] = 0.4 * (before - after)[:, None]
+        assert not repeated_pictures(TIME, places + SQUARE).any(), phase
+
+
 def test_markers_that_are_not_seen_tell_nothing() -> None:
     source = np.arange(len(TIME))
     source[[40, 80]] -= 1

@@ -10,27 +10,26 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from calibration.camera import Camera
 from mechanism.description import Neck
 from vision.linkage.camera_motion import DriftTerm
+from vision.linkage.component_estimate import estimate_components
+from vision.linkage.error_components import ErrorComponents
 from vision.linkage.gauss_newton import fit_angles
-from vision.linkage.linkage_equations import degrees_of_freedom, inverse_normals
+from vision.linkage.linkage_equations import degrees_of_freedom, inverse_normals, whiten
 from vision.linkage.marker_placement import MarkerPlacement, PlacedNumber, describe_depth, describe_placement
 from vision.linkage.observed_corners import CHUNK_FRAMES, Floats, whiten_corners
 from vision.linkage.offset_sensitivity import offset_sensitivity
 from vision.linkage.row_time import RowTime, row_time
 from vision.linkage.scene import poses_by_frame
-from vision.linkage.shared_fit import LinkageOptions, SharedFit, fit_shared
+from vision.linkage.shared_fit import MAX_FRAMES, LinkageOptions, SharedFit, fit_shared
+from vision.moderated_variance import moderated_variances
 
 Array = NDArray[np.float64]
 
 MAX_SIGMA_RAD = np.radians(3.0)
 """rad: an angle with a larger standard deviation from its own frame's corners counts as not determined (docs/thresholds.md)"""
-RESIDUAL_QUANTILE = 0.99
-"""quantile of the noise's chi-square above which a frame's residuals widen the covariance of its angles, in proportion
-(docs/thresholds.md)"""
 UNDETERMINED_VARIANCE = 1e12
 """rad^2, of a direction that no corner determines"""
 
@@ -115,12 +114,16 @@ def fit_linkage(
     """
     fit = fit_shared(neck, camera, corners, where, covariance, time, options)
     focal = float(np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
+    chosen = np.unique(np.linspace(0, len(corners) - 1, MAX_FRAMES).astype(int))
+    observed = whiten_corners(camera, fit.image[chosen], None if covariance is None else covariance[chosen])
+    components = estimate_components(fit, observed, chosen)
     parts = []
     for start in range(0, len(corners), CHUNK_FRAMES):
         frames = np.arange(start, min(start + CHUNK_FRAMES, len(corners)))
         stated = None if covariance is None else covariance[frames]
-        parts.append(_angles(fit, camera, frames, stated, focal, options.systematic_px / focal))
-    alpha, noise, common, residual = (np.concatenate(column) for column in zip(*parts, strict=True))
+        parts.append(_angles(fit, camera, frames, stated, components, focal, options.systematic_px / focal))
+    alpha, noise, common, residual, squares, freedom = (np.concatenate(column) for column in zip(*parts, strict=True))
+    noise = noise * moderated_variances(squares, freedom)[:, None, None]
     certain = np.sqrt(np.diagonal(noise, axis1=1, axis2=2)) < MAX_SIGMA_RAD
     poses = poses_by_frame(fit.shared, fit.course)
     typical = 1.0 if covariance is None else _typical_px(covariance)
@@ -143,11 +146,19 @@ def fit_linkage(
 
 
 def _angles(
-    fit: SharedFit, camera: Camera, frames: NDArray[np.intp], stated: Floats | None, focal: float, offset_sigma: float
-) -> tuple[Array, Array, Array, Array]:
-    """Of some frames: alpha, its covariance by noise and by the shared parameters, and the RMS residual in px.
+    fit: SharedFit,
+    camera: Camera,
+    frames: NDArray[np.intp],
+    stated: Floats | None,
+    components: ErrorComponents,
+    focal: float,
+    offset_sigma: float,
+) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """Of some frames: alpha, its covariance by noise of the stated size and by the shared parameters, the RMS residual in px, and
+    the sum of squares of whitened residuals with their degrees of freedom.
 
-    stated: covariance of the corners; focal: px; offset_sigma: of lasting corner offsets, normalised coordinates.
+    stated: covariance of the corners; components: of their errors; focal: px; offset_sigma: of lasting corner offsets,
+    normalised coordinates.
     """
     observed = whiten_corners(camera, fit.image[frames], stated)
     first = fit.first_angles(frames)
@@ -155,12 +166,11 @@ def _angles(
     alpha, equations = fit_angles(
         fit.scene, observed, fit.shared, first, fit.course[frames], float(np.sqrt(fit.variance))
     )
-    free = degrees_of_freedom(observed, n)
-    chi_square = equations.squares / fit.variance
-    # the covariance of a frame that fits worse than noise can explain grows
-    too_large = chi_square > chi2.ppf(RESIDUAL_QUANTILE, np.maximum(free, 1))
-    noise = inverse_normals(equations.normal, UNDETERMINED_VARIANCE) * fit.variance
-    noise = noise * np.where(too_large, chi_square / np.maximum(free, 1), 1.0)[:, None, None]
+    spread = np.swapaxes(whiten(observed, fit.scene.by_angles(fit.shared, alpha, fit.course[frames])), 1, 2)
+    spread = spread.reshape(len(frames), n, -1, 8).swapaxes(1, 2) @ components.whitened_errors(observed)
+    noise = equations.inverse @ (spread @ np.swapaxes(spread, 2, 3)).sum(axis=1) @ equations.inverse
+    # nothing of a direction without information is in the inverse
+    noise += inverse_normals(equations.normal, UNDETERMINED_VARIANCE) - equations.inverse
     by_shared = -equations.inverse @ equations.mixed  # d alpha / d shared of the least squares, (F, N, p)
     common = by_shared @ fit.covariance @ np.swapaxes(by_shared, 1, 2)
     if fit.offset_gain is not None:
@@ -169,7 +179,8 @@ def _angles(
         total = direct + by_shared @ fit.offset_gain
         common = common + total @ np.swapaxes(total, 1, 2)
     squares = np.sum(np.abs(focal * equations.residual) ** 2, axis=(1, 2))
-    return alpha, noise, common, np.sqrt(squares / np.maximum(4 * observed.visible.sum(axis=1), 1))
+    residual = np.sqrt(squares / np.maximum(4 * observed.visible.sum(axis=1), 1))
+    return alpha, noise, common, residual, equations.squares, degrees_of_freedom(observed, n)
 
 
 def _typical_px(covariance: Floats) -> float:

@@ -32,6 +32,7 @@ from vision.linkage.initial_guess import initial_angles, initial_poses, select_f
 from vision.linkage.observed_corners import Floats, ObservedCorners, normalise_corners, whiten_corners
 from vision.linkage.offset_sensitivity import offset_sensitivity
 from vision.linkage.scene import PLACEMENT, Scene, SharedParameters, image_to_plane, nominal_parameters
+from vision.linkage.standing_markers import side_lengths, standing_markers
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -41,8 +42,6 @@ MAX_FRAMES = 600
 """frames, spread over the recording, from which the shared parameters are estimated at most"""
 INITIAL_FRAMES = 60
 """frames that decide between the two poses that one planar marker allows"""
-STANDING_SHARE = 0.02
-"""of its side: a marker that never goes further from its mean place stands still (docs/thresholds.md)"""
 TILT_SIGMA = float(np.radians(2.0))
 """rad: how far a marker is tilted out of the arm's plane, about either axis (docs/thresholds.md)"""
 
@@ -309,15 +308,10 @@ def _with_standing_offsets(prior: SharedPrior, scene: Scene, image: Complex, off
     """
     size = scene.markers.size
     information, free = prior.information.copy(), prior.free.copy()
-    for k in range(image.shape[1]):
-        found = image[~np.isnan(image[:, k]).any(axis=1), k]
-        if not len(found):
-            continue
-        middle = found.mean(axis=1)
-        side = float(np.abs(np.roll(found, -1, axis=1) - found).mean())
-        if np.abs(middle - middle.mean()).max() < STANDING_SHARE * side:
-            row = slice(6 + PLACEMENT * k, 9 + PLACEMENT * k)
-            information[row], free[row] = (np.array([size, size, 2.0]) * offset / side) ** -2, True
+    side = side_lengths(image)
+    for k in np.flatnonzero(standing_markers(image)):
+        row = slice(6 + PLACEMENT * k, 9 + PLACEMENT * k)
+        information[row], free[row] = (np.array([size, size, 2.0]) * offset / side[k]) ** -2, True
     return replace(prior, information=information, free=free)
 
 
