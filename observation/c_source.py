@@ -89,6 +89,7 @@ def _constants(observer: Observer) -> str:
         "pose_middle": error.middle,
         "pose_half_range": error.half_range,
         "pose_tension": np.array(error.tension),
+        "marker_offset": numbers.marker_offset,
         "pose_floor": numbers.pose_floor,
         "learned_variance": np.diagonal(numbers.no_correction.covariance, axis1=1, axis2=2)[:, 0],
         "pose_slope": numbers.pose_slope,

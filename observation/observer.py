@@ -2,7 +2,8 @@
 
 Each row predicts the state over the time since the row before, under the force that acted in it, and then takes the counted motor
 angles for what they are worth. The state is that of StateLayout; the angle of a joint is what its equations say plus the pose's
-error, and what frames told of the model (frame_correction.py).
+error, and what frames told of the model (frame_correction.py). Angles are told as the camera would see them, with what its markers
+are off the bars; the state holds those of the bars.
 """
 
 import copy
@@ -16,7 +17,7 @@ from identification.model_file import Model
 from mechanism.description import Neck
 from observation.equations import Equations, traced_equations
 from observation.evaluated_equations import EvaluatedEquations, left_range
-from observation.filter_numbers import FilterNumbers, filter_numbers
+from observation.filter_numbers import POSE_TIME_S, FilterNumbers, filter_numbers
 from observation.frame_correction import PASSING_SHARE
 from observation.prediction import Prediction
 from observation.start_at_rest import start_at_rest
@@ -39,6 +40,7 @@ _LEFT_BY_ROWS = (
     "state",
     "covariance",
     "correction",
+    "motion",
     "_acceleration",
     "_force",
     "_law_forces",
@@ -76,6 +78,8 @@ class FilteredRow:
     state: Array
     """the state after it, (size,)"""
     covariance: Array
+    motion: float
+    """mean square of the joints' speed lately, (rad/s)^2"""
 
 
 class Observer:
@@ -107,6 +111,7 @@ class Observer:
         self.state = self.numbers.start.copy()
         self.covariance = np.diag(self.numbers.start_sigma**2)
         self.correction = self.numbers.no_correction
+        self.motion = 0.0
         self._acceleration = np.zeros(layout.size)
         self._force: Array | None = None
         self._law_forces: list[Array | None] = [None] * len(self.numbers.machine.laws)
@@ -161,6 +166,7 @@ class Observer:
             acting = self._acting_force(f)
             self._predict(at - self._time, held, acting if at - self._time > self.missing_s else held)
             self._measure(self.numbers.layout.theta, theta, self.numbers.theta_sigma)
+            self._remember_motion(at - self._time)
             self._force = acting
         self._time = at
         if angles is not None and sigma is not None:
@@ -181,7 +187,7 @@ class Observer:
     @property
     def observed(self) -> Observed:
         """The joints at the last row."""
-        return self.observed_of(self.state, self.covariance)
+        return self.observed_of(self.state, self.covariance, self.motion)
 
     @property
     def last_row(self) -> FilteredRow:
@@ -194,10 +200,11 @@ class Observer:
             predicted_covariance=self._predicted_covariance,
             state=self.state,
             covariance=self.covariance,
+            motion=self.motion,
         )
 
-    def observed_of(self, s: Array, P: Array) -> Observed:
-        """The joints of a state (size,) with its covariance (size, size)."""
+    def observed_of(self, s: Array, P: Array, motion: float) -> Observed:
+        """The joints of a state (size,) with its covariance (size, size); motion: mean square of their speed lately, (rad/s)^2."""
         layout = self.numbers.layout
         a, v, b = layout.alpha, layout.alpha_d, layout.pose_error
         n = layout.N
@@ -206,19 +213,25 @@ class Observer:
         covariance[:n, :n] = P[a, a] + P[b, b] + cross + cross.T
         covariance[:n, n:] = P[a, v] + P[b, v]
         covariance[n:, :n] = covariance[:n, n:].T
-        covariance[n:, n:] = P[v, v] + self._pose_rate_covariance(s[a], s[v], np.diag(P[b, b]))
-        alpha = s[a] + s[b] + self.correction.at(s[a], s[v])
+        covariance[n:, n:] = P[v, v] + self._pose_rate_covariance(s[a], s[v], np.diag(P[b, b]), motion)
+        alpha = s[a] + s[b] + self.correction.at(s[a], s[v]) + self.numbers.marker_offset
         alpha_d = s[v] + self.correction.rate(s[v])
         return Observed(alpha, alpha_d, covariance)
 
-    def _pose_rate_covariance(self, alpha: Array, alpha_d: Array, variance: Array) -> Array:
+    def _pose_rate_covariance(self, alpha: Array, alpha_d: Array, variance: Array, motion: float) -> Array:
         """Of the rates, (N, N), rad^2/s^2: how fast the pose's error changes at angles (N,), rad, and speeds (N,), rad/s.
 
-        variance: of the pose's error, (N,), rad^2."""
+        variance: of the pose's error, (N,), rad^2. motion: mean square of the speed lately, (rad/s)^2: what is left of play and
+        friction changes most where a motor turns round, and joints hardly move."""
         numbers = self.numbers
         rate = numbers.pose_error.rate(alpha, alpha_d)
         held = numbers.let_go_rate**2 * np.maximum(variance - numbers.pose_floor**2, 0.0)
-        return rate @ rate.T + np.diag(numbers.pose_slope**2 * float(alpha_d @ alpha_d) + held)
+        return rate @ rate.T + np.diag(numbers.pose_slope**2 * max(motion, float(alpha_d @ alpha_d)) + held)
+
+    def _remember_motion(self, interval: float) -> None:
+        """The mean square of the joints' speed, forgotten as the pose's error is, over the time since the row before, s."""
+        alpha_d = self.state[self.numbers.layout.alpha_d]
+        self.motion += (float(alpha_d @ alpha_d) - self.motion) * (1 - np.exp(-interval / POSE_TIME_S))
 
     @property
     def friction_error(self) -> Array:
@@ -239,7 +252,7 @@ class Observer:
         layout = self.numbers.layout
         self.state[layout.theta] = theta
         if angles is not None:
-            self.state[layout.alpha] = np.where(np.isfinite(angles), angles, 0.0)
+            self.state[layout.alpha] = np.where(np.isfinite(angles), angles - self.numbers.marker_offset, 0.0)
         self.state, self.covariance = start_at_rest(self._evaluated, self.state, self.covariance)
         self.covariance[layout.pose_error, layout.pose_error] = self.prediction.pose_covariance_at(self.state)
         self._force = self._acting_force(f)
@@ -318,6 +331,7 @@ class Observer:
     def _measure_joints(self, angles: Array, sigma: Array) -> None:
         """Angles (N,), rad, one joint after the other; NaN where not seen."""
         layout = self.numbers.layout
+        angles = angles - self.numbers.marker_offset
         angles = angles - self._learned(angles, sigma)
         for i in np.flatnonzero(np.isfinite(angles)):
             alpha, pose_error = layout.alpha.start + i, layout.pose_error.start + i

@@ -8,9 +8,10 @@ import pytest
 
 from identification.dataset.series import Series
 from identification.model_file import Model, PoseModel, read_model, write_model
-from identification.pose_calibration import calibrate_pose, residual_slope, rms_beyond_noise, with_pose
+from identification.pose_calibration import calibrate_pose, with_pose
 from identification.pose_equations import PoseEquations
 from identification.pose_numbers import sought_numbers
+from identification.pose_residual import residual_slope, rms_beyond_noise
 from identification.pose_rows import rows_of
 from identification.pose_start import begun_by_motors, check_motors, motor_rms
 from tests.observation.arms import NOISE_RAD, SEEDS, built_stiffness, calibration_data, case
