@@ -64,6 +64,8 @@ class PoseResidual(Strict):
     high_alpha: tuple[Finite, ...]
     slope: tuple[Finite, ...] | None = None
     """how much each joint's residual changes along a radian of the arm's motion, rms; None where it is not known"""
+    rate_rad_s: tuple[Finite, ...] | None = None
+    """how fast each joint's residual changes, rms; None where it is not known"""
     lasting_rad: tuple[Finite, ...] | None = None
     """the part of angle_rad that is the same seconds later, rms; None where it is not known"""
     seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0

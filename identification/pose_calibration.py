@@ -20,7 +20,7 @@ from identification.dataset.dataset import DataSet
 from identification.model_file import Model, PoseModel, PoseNumber, PoseResidual, arm_digest
 from identification.pose_equations import Misfit, PoseEquations
 from identification.pose_numbers import sought_numbers
-from identification.pose_residual import lasting_rms, residual_slope, rms_beyond_noise
+from identification.pose_residual import lasting_rms, residual_rate, rms_beyond_noise
 from identification.pose_rows import rows_of
 from identification.pose_start import LEAST_MOTOR_N, begun_by_motors, check_motors, motor_rms
 from mechanism.description import Neck
@@ -181,10 +181,11 @@ class _Fit:
             np.minimum(lasting_rms(misfit.angles, rows.frames.time), of_this)
             for rows, misfit, of_this in zip(self.equations.rows, misfits, left, strict=True)
         ]
-        slopes = [
-            residual_slope(misfit.angles, rows.frames.alpha, rows.frames.time)
+        changes = [
+            residual_rate(misfit.angles, rows.frames.alpha, rows.frames.time)
             for rows, misfit in zip(self.equations.rows, misfits, strict=True)
         ]
+        rates, slopes = zip(*changes, strict=True)
         motor = np.sqrt(np.mean(np.concatenate([m.motors for m in misfits]) ** 2, axis=0))
         return PoseModel(
             arm=arm_digest(self.equations.neck),
@@ -202,6 +203,7 @@ class _Fit:
             covariance=tuple(tuple(float(v) for v in row) for row in whole[np.ix_(kept, kept)]),
             residual=PoseResidual(
                 angle_rad=tuple(float(v) for v in np.sqrt(np.mean(np.square(left), axis=0))),
+                rate_rad_s=tuple(float(v) for v in np.sqrt(np.mean(np.square(rates), axis=0))),
                 lasting_rad=tuple(float(v) for v in np.sqrt(np.mean(np.square(lasting), axis=0))),
                 motor_N=tuple(float(v) for v in motor),
                 low_alpha=tuple(float(v) for v in np.min([r.alpha.min(axis=0) for r in self.equations.rows], axis=0)),

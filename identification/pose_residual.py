@@ -19,6 +19,8 @@ _LASTING_S = (2.0, 10.0)
 """s by which frames are apart whose products tell what lasts (docs/thresholds.md)"""
 _CHANGE_SHARE = 0.1
 """of the frames' rate, up to which changes of the residual are told (docs/thresholds.md)"""
+_FASTER = 2.0
+"""variance of all changes over that of those which are told (docs/thresholds.md)"""
 
 
 def rms_beyond_noise(angles: Array, noise: Array, held: Array, step: float) -> Array:
@@ -56,19 +58,19 @@ def lasting_rms(residual: Array, time: Array) -> Array:
     return np.sqrt(np.maximum(total, 0.0) / np.maximum(count, 1))
 
 
-def residual_slope(residual: Array, alpha: Array, time: Array) -> Array:
-    """How much residuals (F, N), rad, NaN where not seen, change along a radian of motion, rms, (N,).
+def residual_rate(residual: Array, alpha: Array, time: Array) -> tuple[Array, Array]:
+    """How fast residuals (F, N), rad, NaN where not seen, change, rms, (N,), rad/s; and along a radian of motion, (N,).
 
-    alpha: angles of the frames, (F, N), rad; time: (F,), s. Told are changes that are slower than a tenth of the frames' rate: a
-    swinging arm is faster, of which the state that frames were smoothed to holds a part only.
+    alpha: angles of the frames, (F, N), rad; time: (F,), s. Frames tell changes that are slower than a tenth of their rate: a
+    swinging arm is faster, of which the state that frames were smoothed to holds a part only. What play and friction leave jumps,
+    and rates of jumps are as large at all frequencies: what is faster is taken for as much as is told.
     """
     step = max(float(np.median(np.diff(time))), 1e-9) if len(time) > 1 else 1.0
     at = np.arange(time[0], time[-1], step)
     moved = [np.gradient(_slow(_at_times(at, time, column), step), step) for column in alpha.T]
     motion = float(np.mean(np.sum(np.square(moved), axis=0)))
-    return np.array([_rate_beyond_noise(_at_times(at, time, own), step) for own in residual.T]) / np.sqrt(
-        max(motion, 1e-300)
-    )
+    rate = np.sqrt(_FASTER) * np.array([_rate_beyond_noise(_at_times(at, time, own), step) for own in residual.T])
+    return rate, rate / np.sqrt(motion) if motion > 0 else np.zeros_like(rate)
 
 
 def _rate_beyond_noise(residual: Array, step: float) -> float:

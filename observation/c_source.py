@@ -93,6 +93,7 @@ def _constants(observer: Observer) -> str:
         "pose_floor": numbers.pose_floor,
         "learned_variance": np.diagonal(numbers.no_correction.covariance, axis1=1, axis2=2)[:, 0],
         "pose_slope": numbers.pose_slope,
+        "pose_rate": numbers.pose_rate,
         "pose_factor": error.factor.ravel(),
     }
     lines = [

@@ -66,6 +66,8 @@ class FilterNumbers:
     """sigma of each joint's angle, however well it was calibrated, (N,), rad"""
     pose_slope: Array
     """sigma of how much the pose's error changes along a radian of motion, beside that of PoseError, (N,)"""
+    pose_rate: Array
+    """sigma of how fast the pose's error changes where joints turn, however slowly, (N,), rad/s"""
     no_correction: FrameCorrection
     """before any frame"""
     let_go_rate: float
@@ -121,6 +123,7 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
         pose_error=error,
         pose_floor=pose_floor,
         pose_slope=np.zeros(layout.N) if pose.residual.slope is None else np.array(pose.residual.slope),
+        pose_rate=np.zeros(layout.N) if pose.residual.rate_rad_s is None else np.array(pose.residual.rate_rad_s),
         no_correction=no_correction(error.middle, error.half_range, pose_floor),
         let_go_rate=2 * np.pi * LET_GO_HZ * machine.holds_at_rest,
         memory_bound=bound,
@@ -169,7 +172,7 @@ def _no_pose(why: str) -> Refused:
 def _check_counts(pose: PoseModel, neck: Neck) -> None:
     """Refused where what was left is of another arm."""
     left = pose.residual
-    of_joints = (left.angle_rad, left.low_alpha, left.high_alpha, *(v for v in (left.slope, left.lasting_rad) if v))
+    of_joints = (left.angle_rad, left.low_alpha, left.high_alpha, *(v for v in (left.slope, left.rate_rad_s, left.lasting_rad) if v))
     if {len(v) for v in of_joints} != {neck.N} or len(left.motor_N) != neck.M:
         raise Refused("model", f"pose: it is of another arm than one with {neck.N} joints and {neck.M} motors")
 

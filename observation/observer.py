@@ -18,7 +18,7 @@ from mechanism.description import Neck
 from observation.equations import Equations, traced_equations
 from observation.evaluated_equations import EvaluatedEquations, left_range
 from observation.filter_numbers import POSE_TIME_S, FilterNumbers, filter_numbers
-from observation.frame_correction import PASSING_SHARE
+from observation.frame_correction import PASSING_SHARE, TURNING_RAD_S
 from observation.prediction import Prediction
 from observation.start_at_rest import start_at_rest
 from xneck_foundation.errors import Refused
@@ -222,11 +222,14 @@ class Observer:
         """Of the rates, (N, N), rad^2/s^2: how fast the pose's error changes at angles (N,), rad, and speeds (N,), rad/s.
 
         variance: of the pose's error, (N,), rad^2. motion: mean square of the speed lately, (rad/s)^2: what is left of play and
-        friction changes most where a motor turns round, and joints hardly move."""
+        friction changes most where a motor turns round, and joints hardly move; and as much in slow motion as in fast."""
         numbers = self.numbers
         rate = numbers.pose_error.rate(alpha, alpha_d)
         held = numbers.let_go_rate**2 * np.maximum(variance - numbers.pose_floor**2, 0.0)
-        return rate @ rate.T + np.diag(numbers.pose_slope**2 * max(motion, float(alpha_d @ alpha_d)) + held)
+        motion = max(motion, float(alpha_d @ alpha_d))
+        turning = np.tanh(np.sqrt(motion) / TURNING_RAD_S) ** 2
+        left = np.maximum(numbers.pose_slope**2 * motion, numbers.pose_rate**2 * turning)
+        return rate @ rate.T + np.diag(left + held)
 
     def _remember_motion(self, interval: float) -> None:
         """The mean square of the joints' speed, forgotten as the pose's error is, over the time since the row before, s."""
