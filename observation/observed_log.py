@@ -12,7 +12,7 @@ from identification.dataset.series import Series, numbered_columns
 from identification.model_file import Model, pose_machine
 from mechanism.description import Neck
 from observation.health import SETTLING_S, HealthMonitor, as_json
-from observation.load_test import find_loads
+from observation.load_test import JointRows, find_loads
 from observation.observer import Observed, Observer
 from observation.smoother import smoothed
 from xneck_foundation.errors import Refused
@@ -84,7 +84,7 @@ def observe_log(
     after_gap = np.concatenate([[False], np.diff(log.time) > observer.gap_s])
     each = max(1, round(1 / (_LOAD_TEST_HZ * step_s)))
     observed: list[Observed] = []
-    load_rows, states = list[int](), list[Array]()
+    load_rows, states, accelerations = list[int](), list[Array](), list[Array]()
     for row, time in enumerate(log.time.tolist()):
         observed.append(rows.take(row))
         if after_gap[row]:
@@ -93,6 +93,7 @@ def observe_log(
         if row % each == 0 and time - log.time[0] >= SETTLING_S:
             load_rows.append(row)
             states.append(observer.state)
+            accelerations.append(observer.acceleration)
         if row % _PROGRESS_ROWS == _PROGRESS_ROWS - 1:
             progress(_PROGRESS_ROWS)
     monitor.end()
@@ -100,8 +101,7 @@ def observe_log(
         s, layout = np.array(states), observer.numbers.layout
         monitor.loads = find_loads(
             pose_machine(model, neck),
-            log.time[load_rows],
-            s[:, layout.alpha],
+            JointRows(log.time[load_rows], s[:, layout.alpha], s[:, layout.alpha_d], np.array(accelerations)),
             s[:, layout.theta],
             s[:, layout.theta_d],
             s[:, layout.friction_error],

@@ -241,6 +241,11 @@ class Observer:
         """The force that each motor's law does not say at the last row, (M,), N."""
         return self.state[self.numbers.layout.friction_error].copy()
 
+    @property
+    def acceleration(self) -> Array:
+        """Of the joints over the last row, (N,), rad/s^2."""
+        return self._acceleration[self.numbers.layout.alpha_d].copy()
+
     def _forget_motion(self) -> None:
         """After a gap of the log: forgets all but the pre-elongations and when the recording began."""
         x0 = self.numbers.layout.x0
