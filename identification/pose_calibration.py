@@ -12,6 +12,8 @@ count for what they are worth.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,12 +79,34 @@ def calibrate_pose(recordings: Sequence[DataSet], model: Model, neck: Neck | Non
         ) from error
 
 
-def with_pose(model: Model, recordings: Sequence[DataSet], neck: Neck | None = None) -> Model:
-    """The model with the numbers by which motors tell the joints; as it is where these recordings do not tell them."""
+@dataclass(frozen=True)
+class PoseOutcome:
+    """A model with the numbers by which motors tell the joints, or as it was where recordings do not tell them, and why not."""
+
+    model: Model
+    refused: str | None
+
+    def as_json(self) -> dict[str, Any]:
+        """For the record of the stage that wrote the model."""
+        pose = None if self.refused else self.model.pose
+        return {"calibrated": pose is not None, "left_rad": pose and list(pose.residual.angle_rad), "why": self.refused}
+
+    def as_text(self) -> str:
+        """For a person: empty where it was calibrated."""
+        return f"\nthe model has no pose, and `observe` will be less sure of it: {self.refused}" if self.refused else ""
+
+
+def calibrated_model(model: Model, recordings: Sequence[DataSet], neck: Neck | None = None) -> PoseOutcome:
+    """The model with the numbers by which motors tell the joints, as calibrate_pose finds them."""
     try:
-        return model.model_copy(update={"pose": calibrate_pose(recordings, model, neck)})
-    except Refused:
-        return model
+        return PoseOutcome(model.model_copy(update={"pose": calibrate_pose(recordings, model, neck)}), None)
+    except Refused as refused:
+        return PoseOutcome(model, str(refused))
+
+
+def with_pose(model: Model, recordings: Sequence[DataSet], neck: Neck | None = None) -> Model:
+    """The model of calibrated_model, for who does not ask why it has no pose."""
+    return calibrated_model(model, recordings, neck).model
 
 
 class _Fit:

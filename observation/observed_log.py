@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from identification.dataset.frames import FrameAngles
 from identification.dataset.series import Series, numbered_columns
+from identification.dataset.true_rows import true_rows
 from identification.model_file import Model, pose_machine
 from mechanism.description import Neck
 from observation.health import SETTLING_S, HealthMonitor, as_json
@@ -62,7 +63,7 @@ def observe_log(
     smooth: bool = False,
     progress: Callable[[int], object] = lambda rows: None,
 ) -> ObservedLog:
-    """The joints in every row of a log with columns thetaJ, rad, and fJ, N.
+    """The joints in every row of a log with columns thetaJ, rad, and fJ, N, but for rows that repeat the one before (true_rows.py).
 
     frames: angles by a camera on the log's clock, where there are some. start: joint angles (N,), rad, where the log begins.
     smooth: each row by the rows after it too. progress: called with the number of rows done since the last call. Raises Refused
@@ -77,6 +78,7 @@ def observe_log(
     'changed'
     """
     _check(neck, log, start)
+    log = true_rows(log, "the log")
     step_s = float(np.median(np.diff(log.time)))
     observer = Observer(neck, model, step_s)
     rows = _Rows(observer, log, frames, start)

@@ -66,7 +66,7 @@ def command(
     from observation.observer import Observer
     from synchronisation.encoder_log import read_log
     from synchronisation.frames_on_log import read_frames_on_log
-    from synchronisation.true_rows import true_rows
+    from identification.dataset.true_rows import true_rows
     from xneck.cli.angle_list import angle_list
     from xneck.export.result_words import in_words
     from xneck_foundation.errors import Refused, one_of
