@@ -81,7 +81,8 @@ def _rate_beyond_noise(residual: Array, step: float) -> float:
     impulse = np.zeros(count)
     impulse[count // 2] = 1.0
     noise = float(np.mean(np.diff(residual) ** 2)) / 2 * float(np.sum(np.gradient(_slow(impulse, step), step) ** 2))
-    by_chance = noise * np.sqrt(2 / max(2 * _CHANGE_SHARE * count, 1.0))
+    # rates of noise grow with frequency, so that 5/9 of the band holds as many independent values as all of it
+    by_chance = noise * np.sqrt(2 / max(2 * 5 / 9 * _CHANGE_SHARE * count, 1.0))
     rate = float(np.mean(np.gradient(_slow(residual, step), step) ** 2))
     return float(np.sqrt(max(rate - noise - _RATE_CHANCE_SIGMAS * by_chance, 0.0)))
 

@@ -11,6 +11,7 @@ from mechanism.machine import Machine
 from mechanism.typical_load import typical_load
 from observation.frame_correction import FrameCorrection, no_correction
 from observation.pose_error import UNSEEN_X0_SIGMA_M, PoseError, pose_error, pose_model
+from observation.pose_time import POSE_TIME_S
 from observation.state_layout import StateLayout, layout_of
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import indexed
@@ -19,8 +20,6 @@ Array = NDArray[np.float64]
 
 FRICTION_TIME_S = 0.2
 """s, for which what friction's law does not say lasts (docs/thresholds.md)"""
-POSE_TIME_S = 1.0
-"""s, for which the pose's error lasts (docs/thresholds.md)"""
 LET_GO_HZ = 0.8
 """at which friction in joints and on pulleys holds and lets go, for the sigma of rates (docs/thresholds.md)"""
 X0_DRIFT_M = 2e-6
@@ -124,7 +123,7 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
         pose_floor=pose_floor,
         pose_slope=np.zeros(layout.N) if pose.residual.slope is None else np.array(pose.residual.slope),
         pose_rate=np.zeros(layout.N) if pose.residual.rate_rad_s is None else np.array(pose.residual.rate_rad_s),
-        no_correction=no_correction(error.middle, error.half_range, pose_floor),
+        no_correction=no_correction(error.middle, error.half_range, pose_floor, layout.M),
         let_go_rate=2 * np.pi * LET_GO_HZ * machine.holds_at_rest,
         memory_bound=bound,
         friction_sigma=friction_sigma,
@@ -172,7 +171,8 @@ def _no_pose(why: str) -> Refused:
 def _check_counts(pose: PoseModel, neck: Neck) -> None:
     """Refused where what was left is of another arm."""
     left = pose.residual
-    of_joints = (left.angle_rad, left.low_alpha, left.high_alpha, *(v for v in (left.slope, left.rate_rad_s, left.lasting_rad) if v))
+    told = [v for v in (left.slope, left.rate_rad_s, left.lasting_rad) if v]
+    of_joints = (left.angle_rad, left.low_alpha, left.high_alpha, *told)
     if {len(v) for v in of_joints} != {neck.N} or len(left.motor_N) != neck.M:
         raise Refused("model", f"pose: it is of another arm than one with {neck.N} joints and {neck.M} motors")
 

@@ -1,8 +1,8 @@
 """Whether a load hangs on the arm's tip that the model does not have.
 
 A load lowers the arm on its cables and must be accelerated with it, and tensions change with the pose and its motion in a way that
-is known in advance. Motor forces that the laws do not model are fitted by it, beside a constant and a part along each motor's direction, over stretches of the log, in
-rows in which the motor turns. Blocks of a second tell the standard deviation.
+is known in advance. Motor forces that the laws do not model are fitted by it, beside a constant and a part along each motor's
+direction, over stretches of the log, in rows in which the motor turns. Blocks of a second tell the standard deviation.
 """
 
 from dataclasses import dataclass, replace

@@ -17,9 +17,10 @@ from identification.model_file import Model
 from mechanism.description import Neck
 from observation.equations import Equations, traced_equations
 from observation.evaluated_equations import EvaluatedEquations, left_range
-from observation.filter_numbers import POSE_TIME_S, FilterNumbers, filter_numbers
+from observation.filter_numbers import FilterNumbers, filter_numbers
 from observation.frame_correction import PASSING_SHARE, TURNING_RAD_S
 from observation.prediction import Prediction
+from observation.recent_motion import RecentMotion, no_motion
 from observation.start_at_rest import start_at_rest
 from xneck_foundation.errors import Refused
 
@@ -45,6 +46,7 @@ _LEFT_BY_ROWS = (
     "_force",
     "_law_forces",
     "_time",
+    "_theta",
     "_began",
     "_has_just_begun",
 )
@@ -78,8 +80,7 @@ class FilteredRow:
     state: Array
     """the state after it, (size,)"""
     covariance: Array
-    motion: float
-    """mean square of the joints' speed lately, (rad/s)^2"""
+    motion: RecentMotion
 
 
 class Observer:
@@ -111,11 +112,12 @@ class Observer:
         self.state = self.numbers.start.copy()
         self.covariance = np.diag(self.numbers.start_sigma**2)
         self.correction = self.numbers.no_correction
-        self.motion = 0.0
+        self.motion = no_motion(layout.M)
         self._acceleration = np.zeros(layout.size)
         self._force: Array | None = None
         self._law_forces: list[Array | None] = [None] * len(self.numbers.machine.laws)
         self._time = 0.0
+        self._theta = np.zeros(layout.M)
         self._began = 0.0
         self._has_just_begun = False
         self._transition: Array | None = None
@@ -166,9 +168,10 @@ class Observer:
             acting = self._acting_force(f)
             self._predict(at - self._time, held, acting if at - self._time > self.missing_s else held)
             self._measure(self.numbers.layout.theta, theta, self.numbers.theta_sigma)
-            self._remember_motion(at - self._time)
+            travel = self.numbers.machine.arm.drum * (theta - self._theta)
+            self.motion = self.motion.after(self.state[self.numbers.layout.alpha_d], travel, at - self._time)
             self._force = acting
-        self._time = at
+        self._time, self._theta = at, theta
         if angles is not None and sigma is not None:
             self._measure_joints(np.asarray(angles, dtype=float), np.broadcast_to(np.asarray(sigma), np.shape(angles)))
         if not (np.isfinite(self.state).all() and np.abs(self.state[self.numbers.layout.alpha]).max() < np.pi):
@@ -203,8 +206,8 @@ class Observer:
             motion=self.motion,
         )
 
-    def observed_of(self, s: Array, P: Array, motion: float) -> Observed:
-        """The joints of a state (size,) with its covariance (size, size); motion: mean square of their speed lately, (rad/s)^2."""
+    def observed_of(self, s: Array, P: Array, motion: RecentMotion) -> Observed:
+        """The joints of a state (size,) with its covariance (size, size)."""
         layout = self.numbers.layout
         a, v, b = layout.alpha, layout.alpha_d, layout.pose_error
         n = layout.N
@@ -213,8 +216,8 @@ class Observer:
         covariance[:n, :n] = P[a, a] + P[b, b] + cross + cross.T
         covariance[:n, n:] = P[a, v] + P[b, v]
         covariance[n:, :n] = covariance[:n, n:].T
-        covariance[n:, n:] = P[v, v] + self._pose_rate_covariance(s[a], s[v], np.diag(P[b, b]), motion)
-        alpha = s[a] + s[b] + self.correction.at(s[a], s[v]) + self.numbers.marker_offset
+        covariance[n:, n:] = P[v, v] + self._pose_rate_covariance(s[a], s[v], np.diag(P[b, b]), motion.mean_square)
+        alpha = s[a] + s[b] + self.correction.at(s[a], s[v], motion.sides) + self.numbers.marker_offset
         alpha_d = s[v] + self.correction.rate(s[v])
         return Observed(alpha, alpha_d, covariance)
 
@@ -230,11 +233,6 @@ class Observer:
         turning = np.tanh(np.sqrt(motion) / TURNING_RAD_S) ** 2
         left = np.maximum(numbers.pose_slope**2 * motion, numbers.pose_rate**2 * turning)
         return rate @ rate.T + np.diag(left + held)
-
-    def _remember_motion(self, interval: float) -> None:
-        """The mean square of the joints' speed, forgotten as the pose's error is, over the time since the row before, s."""
-        alpha_d = self.state[self.numbers.layout.alpha_d]
-        self.motion += (float(alpha_d @ alpha_d) - self.motion) * (1 - np.exp(-interval / POSE_TIME_S))
 
     @property
     def friction_error(self) -> Array:
@@ -333,8 +331,9 @@ class Observer:
         alpha, alpha_d = self.state[layout.alpha], self.state[layout.alpha_d]
         passing = PASSING_SHARE * np.diag(self.prediction.pose_covariance_at(self.state))
         variance = np.diag(self.covariance)[layout.alpha] + passing + sigma**2
-        self.correction = self.correction.corrected(alpha, alpha_d, angles - alpha, variance)
-        return self.correction.at(alpha, alpha_d)
+        sides, since = self.motion.sides, self._time - self._began
+        self.correction = self.correction.corrected(alpha, alpha_d, sides, angles - alpha, variance, since)
+        return self.correction.at(alpha, alpha_d, sides)
 
     def _measure_joints(self, angles: Array, sigma: Array) -> None:
         """Angles (N,), rad, one joint after the other; NaN where not seen."""
