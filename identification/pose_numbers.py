@@ -17,7 +17,7 @@ from mechanism.toleranced_numbers import TolerancedNumber, toleranced_numbers
 MARKER_OFFSET = "marker_offset"
 """name of by how much the camera sees a joint's angle beside that of the bars"""
 _MAX_MARKER_OFFSET_RAD = 0.2
-"""of what is sought"""
+"""rad, of what is sought (docs/thresholds.md)"""
 _UNTOLD_STIFFNESS = 5e3
 """N/m: as `identify` begins"""
 _X0_SIGMA_M = 3e-3

@@ -15,7 +15,7 @@ _SHARED_S = 0.14
 """s by which frames are apart at most whose products tell what is left (docs/thresholds.md)"""
 _CHANCE_SIGMAS, _RATE_CHANCE_SIGMAS = 1.0, 2.0
 """of chance, that are taken off what is left, and off how fast it changes (docs/thresholds.md)"""
-_LASTING_S = (2.0, 10.0)
+_LASTS_FROM_S, _LASTS_TO_S = 2.0, 10.0
 """s by which frames are apart whose products tell what lasts (docs/thresholds.md)"""
 _CHANGE_SHARE = 0.1
 """of the frames' rate, up to which changes of the residual are told (docs/thresholds.md)"""
@@ -49,7 +49,7 @@ def lasting_rms(residual: Array, time: Array) -> Array:
     What follows the pose has another value then as often as not, and cancels in the mean; what drifts does not.
     """
     step = max(float(np.median(np.diff(time))), 1e-9) if len(time) > 1 else 1.0
-    lags = np.unique(np.linspace(_LASTING_S[0], _LASTING_S[1], 60) / step).astype(int)
+    lags = np.unique(np.linspace(_LASTS_FROM_S, _LASTS_TO_S, 60) / step).astype(int)
     total, count = np.zeros(residual.shape[1]), np.zeros(residual.shape[1])
     for lag in lags[lags < len(residual)]:
         products = residual[lag:] * residual[:-lag]
