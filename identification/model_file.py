@@ -42,11 +42,12 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class PoseNumber(Strict):
-    """A number by which motors tell the joints: of a law or cable as it is, of the drawing a share to be added (rad of a tilt)."""
+    """A number by which motors tell the joints: of a law or cable as it is, of the drawing a share to be added (rad of a tilt),
+    of markers by how much the camera sees a joint's angle beside that of the bars, rad."""
 
     name: str
     index: int | None
-    kind: Literal["drawing", "law", "x0"]
+    kind: Literal["drawing", "law", "x0", "markers"]
     value: Finite
     sigma: Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
@@ -63,6 +64,10 @@ class PoseResidual(Strict):
     high_alpha: tuple[Finite, ...]
     slope: tuple[Finite, ...] | None = None
     """how much each joint's residual changes along a radian of the arm's motion, rms; None where it is not known"""
+    rate_rad_s: tuple[Finite, ...] | None = None
+    """how fast each joint's residual changes, rms; None where it is not known"""
+    lasting_rad: tuple[Finite, ...] | None = None
+    """the part of angle_rad that is the same seconds later, rms; None where it is not known"""
     seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
     """length of the recording, or of the longest: 0 where none told"""
 
@@ -247,6 +252,8 @@ def pose_machine(model: Model, neck: Neck, amounts: Mapping[int, float] | None =
             x0[number.index - 1] = value
         elif number.kind == "law" and number.name in values and (number.index or 1) <= len(values[number.name]):
             values[number.name][(number.index or 1) - 1] = value
+        elif number.kind == "markers" and number.index is not None and number.index <= neck.N:
+            continue  # of what the camera sees, not of the arm
         else:
             raise Refused(
                 "model",
@@ -255,6 +262,15 @@ def pose_machine(model: Model, neck: Neck, amounts: Mapping[int, float] | None =
             )
     arm = arm_of(moved(neck, [by_name[name] for name in drawing], list(drawing.values())))
     return Machine(replace(arm, x0=x0), machine.names, values)
+
+
+def marker_offsets(pose: PoseModel, joints: int) -> np.ndarray:
+    """By how much the camera sees each joint's angle beside that of the bars, (joints,), rad; zero where no one asked."""
+    out = np.zeros(joints)
+    for number in pose.numbers:
+        if number.kind == "markers" and number.index is not None:
+            out[number.index - 1] = number.value
+    return out
 
 
 def unlisted_laws_of(model: Model) -> tuple[tuple[str, ...], dict[str, float]]:

@@ -12,6 +12,8 @@ count for what they are worth.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +22,7 @@ from identification.dataset.dataset import DataSet
 from identification.model_file import Model, PoseModel, PoseNumber, PoseResidual, arm_digest
 from identification.pose_equations import Misfit, PoseEquations
 from identification.pose_numbers import sought_numbers
+from identification.pose_residual import lasting_rms, residual_rate, rms_beyond_noise
 from identification.pose_rows import rows_of
 from identification.pose_start import LEAST_MOTOR_N, begun_by_motors, check_motors, motor_rms
 from mechanism.description import Neck
@@ -38,12 +41,6 @@ _STEP = 1e-3
 """prior sigmas: of the differences"""
 _LAGS = 60
 """frames up to which residuals are taken to be correlated"""
-_SHARED_LAGS = 8
-"""frames by which those are apart at most whose products tell what is left (docs/thresholds.md)"""
-_SLOPE_S = 0.1
-"""over which a residual's change is taken"""
-_GROWTH_SIGMAS = 2.0
-"""of chance, by which changes of residuals must grow with time (docs/thresholds.md)"""
 _MOTOR_HZ = 1.0
 """independent values of the motors' equation in a second (docs/thresholds.md)"""
 
@@ -82,12 +79,34 @@ def calibrate_pose(recordings: Sequence[DataSet], model: Model, neck: Neck | Non
         ) from error
 
 
-def with_pose(model: Model, recordings: Sequence[DataSet], neck: Neck | None = None) -> Model:
-    """The model with the numbers by which motors tell the joints; as it is where these recordings do not tell them."""
+@dataclass(frozen=True)
+class PoseOutcome:
+    """A model with the numbers by which motors tell the joints, or as it was where recordings do not tell them, and why not."""
+
+    model: Model
+    refused: str | None
+
+    def as_json(self) -> dict[str, Any]:
+        """For the record of the stage that wrote the model."""
+        pose = None if self.refused else self.model.pose
+        return {"calibrated": pose is not None, "left_rad": pose and list(pose.residual.angle_rad), "why": self.refused}
+
+    def as_text(self) -> str:
+        """For a person: empty where it was calibrated."""
+        return f"\nthe model has no pose, and `observe` will be less sure of it: {self.refused}" if self.refused else ""
+
+
+def calibrated_model(model: Model, recordings: Sequence[DataSet], neck: Neck | None = None) -> PoseOutcome:
+    """The model with the numbers by which motors tell the joints, as calibrate_pose finds them."""
     try:
-        return model.model_copy(update={"pose": calibrate_pose(recordings, model, neck)})
-    except Refused:
-        return model
+        return PoseOutcome(model.model_copy(update={"pose": calibrate_pose(recordings, model, neck)}), None)
+    except Refused as refused:
+        return PoseOutcome(model, str(refused))
+
+
+def with_pose(model: Model, recordings: Sequence[DataSet], neck: Neck | None = None) -> Model:
+    """The model of calibrated_model, for who does not ask why it has no pose."""
+    return calibrated_model(model, recordings, neck).model
 
 
 class _Fit:
@@ -175,14 +194,22 @@ class _Fit:
         misfits = [self.equations.misfit(p, r, compliance) for r, compliance in enumerate(compliances)]
         left = [
             rms_beyond_noise(
-                misfit.angles, self.equations.rows[r].frames.sigma ** 2, self.equations.held_variance(p, r, compliance)
+                misfit.angles,
+                rows.frames.sigma**2,
+                self.equations.held_variance(p, r, compliance),
+                float(np.median(np.diff(rows.frames.time))),
             )
-            for r, (misfit, compliance) in enumerate(zip(misfits, compliances, strict=True))
+            for r, (rows, misfit, compliance) in enumerate(zip(self.equations.rows, misfits, compliances, strict=True))
         ]
-        slopes = [
-            residual_slope(misfit.angles, rows.frames.alpha, rows.frames.time)
+        lasting = [
+            np.minimum(lasting_rms(misfit.angles, rows.frames.time), of_this)
+            for rows, misfit, of_this in zip(self.equations.rows, misfits, left, strict=True)
+        ]
+        changes = [
+            residual_rate(misfit.angles, rows.frames.alpha, rows.frames.time)
             for rows, misfit in zip(self.equations.rows, misfits, strict=True)
         ]
+        rates, slopes = zip(*changes, strict=True)
         motor = np.sqrt(np.mean(np.concatenate([m.motors for m in misfits]) ** 2, axis=0))
         return PoseModel(
             arm=arm_digest(self.equations.neck),
@@ -190,7 +217,7 @@ class _Fit:
                 PoseNumber(
                     name=n.name,
                     index=n.index,
-                    kind="drawing" if n.drawing else ("x0" if n.name == "x0" else "law"),
+                    kind=n.kind,
                     value=float(value[i]),
                     sigma=float(np.sqrt(whole[i, i])),
                 )
@@ -200,6 +227,8 @@ class _Fit:
             covariance=tuple(tuple(float(v) for v in row) for row in whole[np.ix_(kept, kept)]),
             residual=PoseResidual(
                 angle_rad=tuple(float(v) for v in np.sqrt(np.mean(np.square(left), axis=0))),
+                rate_rad_s=tuple(float(v) for v in np.sqrt(np.mean(np.square(rates), axis=0))),
+                lasting_rad=tuple(float(v) for v in np.sqrt(np.mean(np.square(lasting), axis=0))),
                 motor_N=tuple(float(v) for v in motor),
                 low_alpha=tuple(float(v) for v in np.min([r.alpha.min(axis=0) for r in self.equations.rows], axis=0)),
                 high_alpha=tuple(float(v) for v in np.max([r.alpha.max(axis=0) for r in self.equations.rows], axis=0)),
@@ -207,57 +236,6 @@ class _Fit:
                 seconds=max(float(r.frames.time[-1] - r.frames.time[0]) for r in self.equations.rows),
             ),
         )
-
-
-def rms_beyond_noise(angles: Array, noise: Array, held: Array) -> Array:
-    """What is left of angles (F, N), rad, NaN where not seen, beyond their noise, (N,), rad.
-
-    Frames up to _SHARED_LAGS apart tell it, whose noise differs, and in which what lasts is the same. noise, held: variances
-    (F, N), rad^2, of a frame and by what friction holds: the larger this one is, the less a frame says.
-    """
-    out = []
-    for own, square, weight in zip(angles.T, noise.T, (noise / (noise + held)).T, strict=True):
-        total = weights = 0.0
-        for lag in range(1, min(_SHARED_LAGS, len(own) - 1) + 1):
-            both = np.isfinite(own[lag:]) & np.isfinite(own[:-lag])
-            each = np.sqrt(weight[lag:] * weight[:-lag])[both]
-            total += float(np.sum((own[lag:] * own[:-lag])[both] * each))
-            weights += float(np.sum(each))
-        shared = total / weights if weights else float(np.mean(square))
-        out.append(np.sqrt(max(shared, 0.0)))
-    return np.array(out)
-
-
-def residual_slope(residual: Array, alpha: Array, time: Array) -> Array:
-    """How much residuals (F, N), rad, NaN where not seen, change along a radian of motion, rms, (N,).
-
-    alpha: angles of the frames, (F, N), rad; time: (F,), s. Changes over a tenth of a second and over the next one tell it, whose
-    noise differs; where residuals jump and stay, as with play, these have nothing in common, and their growth with time does.
-    """
-    span = max(1, round(_SLOPE_S / max(float(np.median(np.diff(time))), 1e-9))) if len(time) > 1 else 1
-    changes, moved = residual[span:] - residual[:-span], alpha[span:] - alpha[:-span]
-    gap = span + 1
-    products, path = changes[gap:] * changes[:-gap], np.sum(moved[gap:] * moved[:-gap], axis=1)
-    seen = np.isfinite(products).all(axis=1) & np.isfinite(path)
-    power = float(np.sum(np.abs(path[seen])))
-    if power == 0:
-        return np.zeros(residual.shape[1])
-    lasting = np.sum(products[seen], axis=0) / power
-    return np.sqrt(np.maximum(np.maximum(lasting, _growth(residual, alpha, span)), 0.0))
-
-
-def _growth(residual: Array, alpha: Array, span: int) -> Array:
-    """By how much squares of changes over `span` frames exceed those from frame to frame, along squares of the motion, (N,).
-
-    White noise is the same in both; what it leaves by chance is taken off."""
-    squares, paths = [], []
-    for frames in (1, span):
-        change, moved = residual[frames:] - residual[:-frames], alpha[frames:] - alpha[:-frames]
-        seen = np.isfinite(change).all(axis=1) & np.isfinite(moved).all(axis=1)
-        squares.append(np.sum(change[seen] ** 2, axis=0) / max(seen.sum(), 1))
-        paths.append(float(np.sum(moved[seen] ** 2)) / max(seen.sum(), 1))
-    chance = _GROWTH_SIGMAS * squares[0] * np.sqrt(3 / len(residual))
-    return (squares[1] - squares[0] - chance) / max(paths[1] - paths[0], 1e-300) if span > 1 else np.zeros_like(chance)
 
 
 def _correlation_time(residual: Array) -> float:

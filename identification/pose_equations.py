@@ -10,7 +10,7 @@ from identification.cable_memory import memory_states
 from identification.dataset.series import interpolated
 from identification.filters import low_pass
 from identification.model_file import Model, machine_of
-from identification.pose_numbers import SoughtNumber
+from identification.pose_numbers import MARKER_OFFSET, SoughtNumber
 from identification.pose_rows import PoseRows
 from mechanism.arm import Arm, arm_of
 from mechanism.cable_lengths import geometry_of_poses, lengths
@@ -56,6 +56,7 @@ class PoseEquations:
         self.moved = [np.zeros_like(r.alpha) for r in rows]
         """of each recording, (T, N), rad: from the state to where cables pull the arm, where the equations are linearised"""
         self._drawing = [i for i, n in enumerate(numbers) if n.drawing]
+        self._markers = [i for i, n in enumerate(numbers) if n.name == MARKER_OFFSET]
         self._arms: dict[bytes, Arm] = {}
         self._loads: dict[tuple[bytes, int], tuple[Array, ...]] = {}
 
@@ -73,14 +74,19 @@ class PoseEquations:
     def _geometry(self, p: Array, r: int) -> tuple[Array, ...]:
         """Length, wraps, Z, M alpha'' + c + g of a recording's rows."""
         arm = self._arm(p)
-        key = (p[self._drawing].tobytes(), r)
+        key = (p[self._drawing + self._markers].tobytes(), r)
         if key not in self._loads:
-            alpha = self.shifted[r][0] + self.moved[r]
+            alpha = self._angles(p, r)
             g = geometry_of_poses(arm, alpha)
             k = terms(arm, alpha, self._speed(r))
             load = np.einsum("tij,tj->ti", k.M, self.shifted[r][2]) + k.c + k.g
             self._loads[key] = (g.length - lengths(arm, np.zeros(arm.N)), g.wraps, g.Z, load, g.length)
         return self._loads[key]
+
+    def _angles(self, p: Array, r: int) -> Array:
+        """Angles between the bars where the equations are linearised, (T, N), rad."""
+        markers = (self.mean + p * self.sigma)[self._markers]
+        return self.shifted[r][0] + self.moved[r] - (markers if self._markers else 0.0)
 
     def _speed(self, r: int) -> Array:
         """Speeds of the joints where the equations are linearised, (T, N), rad/s."""
@@ -96,7 +102,7 @@ class PoseEquations:
                 x0[n.index - 1] = value
             elif n.recording == r and n.name in ("clock", "skew"):
                 late = late + value * (from_middle if n.name == "skew" else 1.0)
-            elif n.drawing is None and n.recording is None:
+            elif n.kind == "law" and n.recording is None:
                 values[n.name][0 if n.index is None else n.index - 1] = value
         return Machine(replace(self._arm(p), x0=x0), self.base.names, values), late
 
@@ -139,7 +145,7 @@ class PoseEquations:
         for i in range(machine.arm.N):
             torques = []
             for step in (_DIFFERENCE_RAD, -_DIFFERENCE_RAD):
-                alpha = self.shifted[r][0] + self.moved[r] + step * np.eye(machine.arm.N)[i]
+                alpha = self._angles(p, r) + step * np.eye(machine.arm.N)[i]
                 g = geometry_of_poses(machine.arm, alpha)
                 load = terms(machine.arm, alpha, np.zeros_like(alpha)).g
                 wound = g.length - lengths(machine.arm, np.zeros(machine.arm.N))

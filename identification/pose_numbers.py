@@ -2,17 +2,22 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from identification.model_file import Model, covariance_of, machine_of
-from identification.pose_rows import SKEW_SIGMA, PoseRows
+from identification.pose_rows import PoseRows
 from identification.unknowns import terms_of
 from mechanism.arm import arm_of
 from mechanism.description import Neck
 from mechanism.laws import Term
 from mechanism.toleranced_numbers import TolerancedNumber, toleranced_numbers
 
+MARKER_OFFSET = "marker_offset"
+"""name of by how much the camera sees a joint's angle beside that of the bars"""
+_MAX_MARKER_OFFSET_RAD = 0.2
+"""rad, of what is sought (docs/thresholds.md)"""
 _UNTOLD_STIFFNESS = 5e3
 """N/m: as `identify` begins"""
 _X0_SIGMA_M = 3e-3
@@ -38,6 +43,13 @@ class SoughtNumber:
     drawing: TolerancedNumber | None = None
     recording: int | None = None
 
+    @property
+    def kind(self) -> Literal["drawing", "law", "x0", "markers"]:
+        """As the model's file has it."""
+        if self.drawing is not None:
+            return "drawing"
+        return "x0" if self.name == "x0" else "markers" if self.name == MARKER_OFFSET else "law"
+
 
 def is_shape(term: Term) -> bool:
     """Whether a law's term says how it acts, not how much: such as a time constant. It stays as `identify` left it."""
@@ -51,6 +63,13 @@ def sought_numbers(neck: Neck, model: Model, rows: Sequence[PoseRows]) -> list[S
         for n in toleranced_numbers(neck)
         if n.sigma > 0
     ]
+    # a joint's angle is that between the markers of two bars
+    between, most = float(np.sqrt(2)) * neck.tolerance.marker_angle, _MAX_MARKER_OFFSET_RAD
+    if between > 0:
+        out += [
+            SoughtNumber(name=MARKER_OFFSET, index=i + 1, mean=0.0, sigma=between, low=-most, high=most)
+            for i in range(neck.N)
+        ]
     arm = arm_of(neck)
     values = machine_of(model, arm).values
     known = {(p.name, p.index): i for i, p in enumerate(model.parameters)}
@@ -85,7 +104,11 @@ def sought_numbers(neck: Neck, model: Model, rows: Sequence[PoseRows]) -> list[S
                 name="clock", index=None, mean=0.0, sigma=recording.clock_sigma, low=-0.05, high=0.05, recording=r
             )
         )
-        out.append(SoughtNumber(name="skew", index=None, mean=0.0, sigma=SKEW_SIGMA, low=-1e-3, high=1e-3, recording=r))
+        out.append(
+            SoughtNumber(
+                name="skew", index=None, mean=0.0, sigma=recording.skew_sigma, low=-1e-3, high=1e-3, recording=r
+            )
+        )
     return out
 
 

@@ -13,8 +13,10 @@ Array = NDArray[np.float64]
 
 _ROWS_HZ = 50.0
 """rate at which the equations are formed"""
-_CLOCK_SIGMA_S, SKEW_SIGMA = 4e-3, 3e-5
-"""s, and ratio, at least, of a recording's clock, which was aligned by laws whose numbers move here (docs/thresholds.md)"""
+_UNTOLD_CLOCK_SIGMA_S, _UNTOLD_SKEW_SIGMA = 4e-3, 3e-5
+"""s, and ratio, of a recording's clock where its data set does not say how well it is aligned (docs/thresholds.md)"""
+_LEAST_CLOCK_SIGMA_S, _LEAST_SKEW_SIGMA = 1e-5, 1e-6
+"""s, and ratio, at least (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,8 @@ class PoseRows:
     state: tuple[Array, Array, Array]
     """alpha with its derivatives in them, each (R, N)"""
     clock_sigma: float
+    """s, of the offset; not wider than `sync` says it is: play and friction that no law has look like a late clock"""
+    skew_sigma: float
 
 
 def rows_of(data: DataSet) -> PoseRows:
@@ -54,7 +58,7 @@ def rows_of(data: DataSet) -> PoseRows:
         alpha = np.where(interpolated(frames.time, state.time, bridged) > 0, np.nan, alpha)
     names = [("alpha", s) for s in ("", "_d", "_dd")] + [("theta", s) for s in ("", "_d", "_dd")]
     alpha0, alpha_d, alpha_dd, theta, theta_d, theta_dd = (state.matrix(*name)[part] for name in names)
-    sigma = data.clock.get("offset_sigma_s")
+    offset_sigma, skew_ppm = data.clock.get("offset_sigma_s"), data.clock.get("skew_sigma_ppm")
     return PoseRows(
         step=log_step * part.step,
         time=state.time[part],
@@ -68,5 +72,6 @@ def rows_of(data: DataSet) -> PoseRows:
         frames=replace(frames, alpha=alpha),
         log_time=state.time,
         state=(state.matrix("alpha"), state.matrix("alpha", "_d"), state.matrix("alpha", "_dd")),
-        clock_sigma=max(_CLOCK_SIGMA_S, float(sigma) if sigma else 0.0),
+        clock_sigma=max(float(offset_sigma), _LEAST_CLOCK_SIGMA_S) if offset_sigma else _UNTOLD_CLOCK_SIGMA_S,
+        skew_sigma=max(1e-6 * float(skew_ppm), _LEAST_SKEW_SIGMA) if skew_ppm else _UNTOLD_SKEW_SIGMA,
     )

@@ -11,12 +11,13 @@ import numpy as np
 from mechanism.friction import HELD_VARIANCE
 from mechanism.laws import Law
 from observation.expression import Expression, variable
-from observation.filter_numbers import POSE_TIME_S
-from observation.frame_correction import PASSING_SHARE, TURNING_RAD_S
+from observation.frame_correction import FORGOTTEN_S, PASSING_SHARE, TURNING_RAD_S
 from observation.generated_code import c_function
 from observation.observer import MAX_STEP_S, SPEED_SIGMAS, Observer
 from observation.pose_error import ELONGATION_D_M_S, SPEED_RAD_S
+from observation.pose_time import POSE_TIME_S
 from observation.prediction import GAMMA
+from observation.recent_motion import SIDE_TRAVEL_M
 from observation.start_at_rest import AT_REST_RAD, MAX_NEWTON_RAD, NEWTON_STEPS, RANGE_RAD
 from observation.tracing import Untraceable, elements_of, symbols
 from xneck_foundation.errors import Refused
@@ -61,6 +62,8 @@ def _defines(observer: Observer, law_count: int) -> dict[str, int | float]:
         "POSE_TIME_S": POSE_TIME_S,
         "TURNING_RAD_S": TURNING_RAD_S,
         "PASSING_SHARE": PASSING_SHARE,
+        "FORGOTTEN_S": FORGOTTEN_S,
+        "SIDE_TRAVEL_M": SIDE_TRAVEL_M,
         "LET_GO_RATE": observer.numbers.let_go_rate,
         "SPEED_RAD_S": SPEED_RAD_S,
         "ELONGATION_D_M_S": ELONGATION_D_M_S,
@@ -86,12 +89,15 @@ def _constants(observer: Observer) -> str:
         "theta_sigma": numbers.theta_sigma,
         # one more than there are: C has no arrays without an entry
         "memory_bound": np.minimum(np.append(numbers.memory_bound, 0.0), _LARGEST),
+        "drum": numbers.machine.arm.drum,
         "pose_middle": error.middle,
         "pose_half_range": error.half_range,
         "pose_tension": np.array(error.tension),
+        "marker_offset": numbers.marker_offset,
         "pose_floor": numbers.pose_floor,
-        "learned_variance": np.diagonal(numbers.no_correction.covariance, axis1=1, axis2=2)[:, 0],
+        "learned_variance": numbers.no_correction.unknown.ravel(),
         "pose_slope": numbers.pose_slope,
+        "pose_rate": numbers.pose_rate,
         "pose_factor": error.factor.ravel(),
     }
     lines = [

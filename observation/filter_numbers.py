@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.model_file import Model, PoseModel, pose_machine
+from identification.model_file import Model, PoseModel, marker_offsets, pose_machine
 from mechanism.description import Neck
 from mechanism.machine import Machine
 from mechanism.typical_load import typical_load
 from observation.frame_correction import FrameCorrection, no_correction
 from observation.pose_error import UNSEEN_X0_SIGMA_M, PoseError, pose_error, pose_model
+from observation.pose_time import POSE_TIME_S
 from observation.state_layout import StateLayout, layout_of
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import indexed
@@ -19,8 +20,6 @@ Array = NDArray[np.float64]
 
 FRICTION_TIME_S = 0.2
 """s, for which what friction's law does not say lasts (docs/thresholds.md)"""
-POSE_TIME_S = 1.0
-"""s, for which the pose's error lasts (docs/thresholds.md)"""
 LET_GO_HZ = 0.8
 """at which friction in joints and on pulleys holds and lets go, for the sigma of rates (docs/thresholds.md)"""
 X0_DRIFT_M = 2e-6
@@ -32,7 +31,7 @@ MEMORY_NOISE = 1e-3
 """share of a cable's memory bound, or N, in a square root of a second (docs/thresholds.md)"""
 MIN_FRICTION_SHARE = 0.03
 """of the arm's typical load: sigma of a motor's equation at least, however well it was fitted (docs/thresholds.md)"""
-MIN_POSE_SIGMA_RAD = np.radians(0.001)
+MIN_POSE_SIGMA_RAD = np.radians(0.0002)
 """rad, of each angle, however well it was calibrated (docs/thresholds.md)"""
 MAX_POSE_SIGMA_RAD = np.radians(5.0)
 """rad: where the model leaves more of an angle in the middle of its range it tells nothing (docs/thresholds.md)"""
@@ -59,11 +58,15 @@ class FilterNumbers:
     """(size,): x0, else zero"""
     start_sigma: Array
     """(size,), but for the angles, which follow from others, and the pose's error, which follows from the pose"""
+    marker_offset: Array
+    """by how much the camera sees each joint's angle beside that of the bars, (N,), rad"""
     pose_error: PoseError
     pose_floor: Array
     """sigma of each joint's angle, however well it was calibrated, (N,), rad"""
     pose_slope: Array
     """sigma of how much the pose's error changes along a radian of motion, beside that of PoseError, (N,)"""
+    pose_rate: Array
+    """sigma of how fast the pose's error changes where joints turn, however slowly, (N,), rad/s"""
     no_correction: FrameCorrection
     """before any frame"""
     let_go_rate: float
@@ -99,7 +102,7 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
         noise=layout.vector(
             theta_d=(left_N * machine.arm.drum / machine.arm.motor_inertia) ** 2 * MOTOR_NOISE_S,
             memory=(MEMORY_NOISE * np.where(has_bound, bound, 1.0)) ** 2,
-            x0=_x0_drift(pose, pose_floor, error),
+            x0=_x0_drift(pose, error),
             friction_error=2 * friction_sigma**2 / FRICTION_TIME_S,
         ),
         decay=layout.vector(friction_error=1 / FRICTION_TIME_S, pose_error=1 / POSE_TIME_S),
@@ -115,10 +118,12 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
             # at rest friction holds any force up to its whole
             friction_error=np.hypot(friction_sigma, machine.values.get("fs", np.zeros(1))),
         ),
+        marker_offset=marker_offsets(pose, layout.N),
         pose_error=error,
         pose_floor=pose_floor,
         pose_slope=np.zeros(layout.N) if pose.residual.slope is None else np.array(pose.residual.slope),
-        no_correction=no_correction(error.middle, error.half_range, pose_floor),
+        pose_rate=np.zeros(layout.N) if pose.residual.rate_rad_s is None else np.array(pose.residual.rate_rad_s),
+        no_correction=no_correction(error.middle, error.half_range, pose_floor, layout.M),
         let_go_rate=2 * np.pi * LET_GO_HZ * machine.holds_at_rest,
         memory_bound=bound,
         friction_sigma=friction_sigma,
@@ -129,14 +134,16 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
     return numbers
 
 
-def _x0_drift(pose: PoseModel, left: Array, error: PoseError) -> float:
-    """Density of each pre-elongation's wandering, m^2/s: no more than left of the angles, (N,), rad, what was left.
+def _x0_drift(pose: PoseModel, error: PoseError) -> float:
+    """Density of each pre-elongation's wandering, m^2/s, by what lasts of what calibration left of the angles.
 
     Numbers that are fitted to T s of a random walk of density q leave q T / 6 of its variance."""
-    if not pose.residual.seconds:
+    left = pose.residual
+    if not left.seconds:
         return X0_DRIFT_M**2
+    lasts = np.hypot(left.angle_rad if left.lasting_rad is None else left.lasting_rad, MIN_POSE_SIGMA_RAD)
     by_x0 = float(np.sum(error.by_x0**2))
-    return min(X0_DRIFT_M**2, 6 * float(np.sum(left**2)) / (pose.residual.seconds * max(by_x0, 1e-300)))
+    return min(X0_DRIFT_M**2, 6 * float(np.sum(lasts**2)) / (left.seconds * max(by_x0, 1e-300)))
 
 
 def _checked_pose_error(model: Model, neck: Neck) -> PoseError:
@@ -164,7 +171,8 @@ def _no_pose(why: str) -> Refused:
 def _check_counts(pose: PoseModel, neck: Neck) -> None:
     """Refused where what was left is of another arm."""
     left = pose.residual
-    of_joints = (left.angle_rad, left.low_alpha, left.high_alpha, left.slope or left.angle_rad)
+    told = [v for v in (left.slope, left.rate_rad_s, left.lasting_rad) if v]
+    of_joints = (left.angle_rad, left.low_alpha, left.high_alpha, *told)
     if {len(v) for v in of_joints} != {neck.N} or len(left.motor_N) != neck.M:
         raise Refused("model", f"pose: it is of another arm than one with {neck.N} joints and {neck.M} motors")
 

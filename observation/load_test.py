@@ -1,8 +1,8 @@
 """Whether a load hangs on the arm's tip that the model does not have.
 
-A load lowers the arm on its cables, and their tensions change with the pose in a way that is known in advance. Motor forces that
-the laws do not model are fitted by it, beside a constant and a part along each motor's direction, over stretches of the log, in
-rows in which the motor turns. Blocks of a second tell the standard deviation.
+A load lowers the arm on its cables and must be accelerated with it, and tensions change with the pose and its motion in a way that
+is known in advance. Motor forces that the laws do not model are fitted by it, beside a constant and a part along each motor's
+direction, over stretches of the log, in rows in which the motor turns. Blocks of a second tell the standard deviation.
 """
 
 from dataclasses import dataclass, replace
@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanism.dynamics import gravity_and_springs
+from mechanism.arm import Arm
+from mechanism.dynamics import terms
 from mechanism.friction import dry
 from mechanism.machine import Machine
 from observation.resting_arm import cables_at_rest, compliance, pull_at_rest
@@ -42,28 +43,50 @@ class FoundLoad:
     """kg"""
 
 
-def forces_of_load(machine: Machine, alpha: Array, theta: Array) -> Array:
-    """Change of the cables' tensions by a kilogram on the last bar, (T, M), N, at rest with the motors held."""
-    arm = machine.arm
+@dataclass(frozen=True)
+class JointRows:
+    """The joints in T rows that are evenly spaced."""
+
+    time: Array
+    """(T,), s"""
+    alpha: Array
+    """(T, N), rad"""
+    alpha_d: Array
+    alpha_dd: Array
+
+    def part(self, rows: slice) -> "JointRows":
+        """Some of the rows."""
+        return JointRows(self.time[rows], self.alpha[rows], self.alpha_d[rows], self.alpha_dd[rows])
+
+
+def forces_of_load(machine: Machine, joints: JointRows, theta: Array) -> Array:
+    """Change of the cables' tensions by a kilogram on the last bar, (T, M), N, with the motors held at angles (T, M), rad."""
+    arm, alpha = machine.arm, joints.alpha
     heavier = replace(arm, top_mass=arm.top_mass + np.eye(arm.N)[-1])
-    torque = gravity_and_springs(heavier, alpha) - gravity_and_springs(arm, alpha)
+    torque = _needed(heavier, joints) - _needed(arm, joints)
     lowered = -_SMALL_KG * np.einsum("tij,tj->ti", compliance(machine, alpha, theta), torque)
     before, after = (pull_at_rest(machine, cables_at_rest(machine, a, theta)) for a in (alpha, alpha + lowered))
     return (np.maximum(after, 0.0) - np.maximum(before, 0.0)) / _SMALL_KG
 
 
+def _needed(arm: Arm, joints: JointRows) -> Array:
+    """Torques that the arm's masses and springs need for its motion, (T, N), N m."""
+    k = terms(arm, joints.alpha, joints.alpha_d)
+    return np.einsum("tij,tj->ti", k.M, joints.alpha_dd) + k.c + k.g
+
+
 def find_loads(
-    machine: Machine, time: Array, alpha: Array, theta: Array, theta_d: Array, error: Array, sigma: Array
+    machine: Machine, joints: JointRows, theta: Array, theta_d: Array, error: Array, sigma: Array
 ) -> list[FoundLoad]:
-    """Stretches in which a load shows, of T rows that are evenly spaced, with angles in rad and times in s.
+    """Stretches in which a load shows, of T rows. theta, theta_d: of the motors, (T, M), rad and rad/s.
 
     error: the motors' unmodelled forces, (T, M), N; sigma: of these when the arm was calibrated, (M,), N.
     """
-    found = []
+    found, time = [], joints.time
     first, count = 0, int(np.ceil(LOAD_STRETCH_S / max(float(np.median(np.diff(time))), 1e-9))) if len(time) > 1 else 1
     while first + count <= len(time):
         part = slice(first, first + count)
-        signature = forces_of_load(machine, alpha[part], theta[part])
+        signature = forces_of_load(machine, joints.part(part), theta[part])
         load = _fitted(time[part], signature / sigma, error[part] / sigma, dry(theta_d[part]))
         if abs(load.mass) > max(MIN_LOAD_SIGMAS * load.sigma, MIN_LOAD_KG):
             found.append(load)

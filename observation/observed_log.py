@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from identification.dataset.frames import FrameAngles
 from identification.dataset.series import Series, numbered_columns
+from identification.dataset.true_rows import true_rows
 from identification.model_file import Model, pose_machine
 from mechanism.description import Neck
 from observation.health import SETTLING_S, HealthMonitor, as_json
-from observation.load_test import find_loads
+from observation.load_test import JointRows, find_loads
 from observation.observer import Observed, Observer
 from observation.smoother import smoothed
 from xneck_foundation.errors import Refused
@@ -62,7 +63,7 @@ def observe_log(
     smooth: bool = False,
     progress: Callable[[int], object] = lambda rows: None,
 ) -> ObservedLog:
-    """The joints in every row of a log with columns thetaJ, rad, and fJ, N.
+    """The joints in every row of a log with columns thetaJ, rad, and fJ, N, but for rows that repeat the one before (true_rows.py).
 
     frames: angles by a camera on the log's clock, where there are some. start: joint angles (N,), rad, where the log begins.
     smooth: each row by the rows after it too. progress: called with the number of rows done since the last call. Raises Refused
@@ -77,6 +78,7 @@ def observe_log(
     'changed'
     """
     _check(neck, log, start)
+    log = true_rows(log, "the log")
     step_s = float(np.median(np.diff(log.time)))
     observer = Observer(neck, model, step_s)
     rows = _Rows(observer, log, frames, start)
@@ -84,7 +86,7 @@ def observe_log(
     after_gap = np.concatenate([[False], np.diff(log.time) > observer.gap_s])
     each = max(1, round(1 / (_LOAD_TEST_HZ * step_s)))
     observed: list[Observed] = []
-    load_rows, states = list[int](), list[Array]()
+    load_rows, states, accelerations = list[int](), list[Array](), list[Array]()
     for row, time in enumerate(log.time.tolist()):
         observed.append(rows.take(row))
         if after_gap[row]:
@@ -93,6 +95,7 @@ def observe_log(
         if row % each == 0 and time - log.time[0] >= SETTLING_S:
             load_rows.append(row)
             states.append(observer.state)
+            accelerations.append(observer.acceleration)
         if row % _PROGRESS_ROWS == _PROGRESS_ROWS - 1:
             progress(_PROGRESS_ROWS)
     monitor.end()
@@ -100,8 +103,7 @@ def observe_log(
         s, layout = np.array(states), observer.numbers.layout
         monitor.loads = find_loads(
             pose_machine(model, neck),
-            log.time[load_rows],
-            s[:, layout.alpha],
+            JointRows(log.time[load_rows], s[:, layout.alpha], s[:, layout.alpha_d], np.array(accelerations)),
             s[:, layout.theta],
             s[:, layout.theta_d],
             s[:, layout.friction_error],

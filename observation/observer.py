@@ -2,7 +2,8 @@
 
 Each row predicts the state over the time since the row before, under the force that acted in it, and then takes the counted motor
 angles for what they are worth. The state is that of StateLayout; the angle of a joint is what its equations say plus the pose's
-error, and what frames told of the model (frame_correction.py).
+error, and what frames told of the model (frame_correction.py). Angles are told as the camera would see them, with what its markers
+are off the bars; the state holds those of the bars.
 """
 
 import copy
@@ -17,8 +18,9 @@ from mechanism.description import Neck
 from observation.equations import Equations, traced_equations
 from observation.evaluated_equations import EvaluatedEquations, left_range
 from observation.filter_numbers import FilterNumbers, filter_numbers
-from observation.frame_correction import PASSING_SHARE
+from observation.frame_correction import PASSING_SHARE, TURNING_RAD_S
 from observation.prediction import Prediction
+from observation.recent_motion import RecentMotion, no_motion
 from observation.start_at_rest import start_at_rest
 from xneck_foundation.errors import Refused
 
@@ -39,10 +41,12 @@ _LEFT_BY_ROWS = (
     "state",
     "covariance",
     "correction",
+    "motion",
     "_acceleration",
     "_force",
     "_law_forces",
     "_time",
+    "_theta",
     "_began",
     "_has_just_begun",
 )
@@ -76,6 +80,7 @@ class FilteredRow:
     state: Array
     """the state after it, (size,)"""
     covariance: Array
+    motion: RecentMotion
 
 
 class Observer:
@@ -107,10 +112,12 @@ class Observer:
         self.state = self.numbers.start.copy()
         self.covariance = np.diag(self.numbers.start_sigma**2)
         self.correction = self.numbers.no_correction
+        self.motion = no_motion(layout.M)
         self._acceleration = np.zeros(layout.size)
         self._force: Array | None = None
         self._law_forces: list[Array | None] = [None] * len(self.numbers.machine.laws)
         self._time = 0.0
+        self._theta = np.zeros(layout.M)
         self._began = 0.0
         self._has_just_begun = False
         self._transition: Array | None = None
@@ -161,8 +168,10 @@ class Observer:
             acting = self._acting_force(f)
             self._predict(at - self._time, held, acting if at - self._time > self.missing_s else held)
             self._measure(self.numbers.layout.theta, theta, self.numbers.theta_sigma)
+            travel = self.numbers.machine.arm.drum * (theta - self._theta)
+            self.motion = self.motion.after(self.state[self.numbers.layout.alpha_d], travel, at - self._time)
             self._force = acting
-        self._time = at
+        self._time, self._theta = at, theta
         if angles is not None and sigma is not None:
             self._measure_joints(np.asarray(angles, dtype=float), np.broadcast_to(np.asarray(sigma), np.shape(angles)))
         if not (np.isfinite(self.state).all() and np.abs(self.state[self.numbers.layout.alpha]).max() < np.pi):
@@ -181,7 +190,7 @@ class Observer:
     @property
     def observed(self) -> Observed:
         """The joints at the last row."""
-        return self.observed_of(self.state, self.covariance)
+        return self.observed_of(self.state, self.covariance, self.motion)
 
     @property
     def last_row(self) -> FilteredRow:
@@ -194,9 +203,10 @@ class Observer:
             predicted_covariance=self._predicted_covariance,
             state=self.state,
             covariance=self.covariance,
+            motion=self.motion,
         )
 
-    def observed_of(self, s: Array, P: Array) -> Observed:
+    def observed_of(self, s: Array, P: Array, motion: RecentMotion) -> Observed:
         """The joints of a state (size,) with its covariance (size, size)."""
         layout = self.numbers.layout
         a, v, b = layout.alpha, layout.alpha_d, layout.pose_error
@@ -206,24 +216,33 @@ class Observer:
         covariance[:n, :n] = P[a, a] + P[b, b] + cross + cross.T
         covariance[:n, n:] = P[a, v] + P[b, v]
         covariance[n:, :n] = covariance[:n, n:].T
-        covariance[n:, n:] = P[v, v] + self._pose_rate_covariance(s[a], s[v], np.diag(P[b, b]))
-        alpha = s[a] + s[b] + self.correction.at(s[a], s[v])
+        covariance[n:, n:] = P[v, v] + self._pose_rate_covariance(s[a], s[v], np.diag(P[b, b]), motion.mean_square)
+        alpha = s[a] + s[b] + self.correction.at(s[a], s[v], motion.sides) + self.numbers.marker_offset
         alpha_d = s[v] + self.correction.rate(s[v])
         return Observed(alpha, alpha_d, covariance)
 
-    def _pose_rate_covariance(self, alpha: Array, alpha_d: Array, variance: Array) -> Array:
+    def _pose_rate_covariance(self, alpha: Array, alpha_d: Array, variance: Array, motion: float) -> Array:
         """Of the rates, (N, N), rad^2/s^2: how fast the pose's error changes at angles (N,), rad, and speeds (N,), rad/s.
 
-        variance: of the pose's error, (N,), rad^2."""
+        variance: of the pose's error, (N,), rad^2. motion: mean square of the speed lately, (rad/s)^2: what is left of play and
+        friction changes most where a motor turns round, and joints hardly move; and as much in slow motion as in fast."""
         numbers = self.numbers
         rate = numbers.pose_error.rate(alpha, alpha_d)
         held = numbers.let_go_rate**2 * np.maximum(variance - numbers.pose_floor**2, 0.0)
-        return rate @ rate.T + np.diag(numbers.pose_slope**2 * float(alpha_d @ alpha_d) + held)
+        motion = max(motion, float(alpha_d @ alpha_d))
+        turning = np.tanh(np.sqrt(motion) / TURNING_RAD_S) ** 2
+        left = np.maximum(numbers.pose_slope**2 * motion, numbers.pose_rate**2 * turning)
+        return rate @ rate.T + np.diag(left + held)
 
     @property
     def friction_error(self) -> Array:
         """The force that each motor's law does not say at the last row, (M,), N."""
         return self.state[self.numbers.layout.friction_error].copy()
+
+    @property
+    def acceleration(self) -> Array:
+        """Of the joints over the last row, (N,), rad/s^2."""
+        return self._acceleration[self.numbers.layout.alpha_d].copy()
 
     def _forget_motion(self) -> None:
         """After a gap of the log: forgets all but the pre-elongations and when the recording began."""
@@ -239,7 +258,7 @@ class Observer:
         layout = self.numbers.layout
         self.state[layout.theta] = theta
         if angles is not None:
-            self.state[layout.alpha] = np.where(np.isfinite(angles), angles, 0.0)
+            self.state[layout.alpha] = np.where(np.isfinite(angles), angles - self.numbers.marker_offset, 0.0)
         self.state, self.covariance = start_at_rest(self._evaluated, self.state, self.covariance)
         self.covariance[layout.pose_error, layout.pose_error] = self.prediction.pose_covariance_at(self.state)
         self._force = self._acting_force(f)
@@ -312,12 +331,14 @@ class Observer:
         alpha, alpha_d = self.state[layout.alpha], self.state[layout.alpha_d]
         passing = PASSING_SHARE * np.diag(self.prediction.pose_covariance_at(self.state))
         variance = np.diag(self.covariance)[layout.alpha] + passing + sigma**2
-        self.correction = self.correction.corrected(alpha, alpha_d, angles - alpha, variance)
-        return self.correction.at(alpha, alpha_d)
+        sides, since = self.motion.sides, self._time - self._began
+        self.correction = self.correction.corrected(alpha, alpha_d, sides, angles - alpha, variance, since)
+        return self.correction.at(alpha, alpha_d, sides)
 
     def _measure_joints(self, angles: Array, sigma: Array) -> None:
         """Angles (N,), rad, one joint after the other; NaN where not seen."""
         layout = self.numbers.layout
+        angles = angles - self.numbers.marker_offset
         angles = angles - self._learned(angles, sigma)
         for i in np.flatnonzero(np.isfinite(angles)):
             alpha, pose_error = layout.alpha.start + i, layout.pose_error.start + i

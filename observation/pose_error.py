@@ -12,7 +12,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.model_file import Model, PoseModel, PoseNumber, PoseResidual, covariance_of, pose_machine
+from identification.model_file import (
+    Model,
+    PoseModel,
+    PoseNumber,
+    PoseResidual,
+    covariance_of,
+    marker_offsets,
+    pose_machine,
+)
 from identification.pose_numbers import is_shape
 from identification.unknowns import terms_of
 from mechanism.arm import Arm
@@ -142,7 +150,7 @@ def pose_error(model: Model, neck: Neck) -> PoseError:
     pose, base = model.pose, pose_machine(model, neck)
     n, m = neck.N, neck.M
     low, high = np.array(pose.residual.low_alpha), np.array(pose.residual.high_alpha)
-    middle, half = (low + high) / 2, np.maximum((high - low) / 2, 0.05)
+    middle, half = (low + high) / 2 - marker_offsets(pose, n), np.maximum((high - low) / 2, 0.05)
     rng = np.random.default_rng(0)
     alpha = middle + half * rng.uniform(-1, 1, (_POSES, n))
     unit = typical_load(base.arm)
@@ -158,6 +166,9 @@ def pose_error(model: Model, neck: Neck) -> PoseError:
         step = _STEP * number.sigma
         if step == 0:
             columns.append(np.zeros((_POSES, n)))
+            continue
+        if number.kind == "markers":  # they are seen with the joint, wherever it stands
+            columns.append(np.broadcast_to(np.eye(n)[(number.index or 1) - 1], (_POSES, n)))
             continue
         moved_torque, _ = missing_torque(pose_machine(model, neck, {place: step}), alpha, theta, alpha_d, x_d)
         columns.append(np.einsum("pij,pj->pi", gives_way, (moved_torque - torque) / step))

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from mechanism.friction import HELD_VARIANCE
 from observation.evaluated_equations import EvaluatedEquations, EvaluatedRates
-from observation.filter_numbers import POSE_TIME_S, FilterNumbers
+from observation.filter_numbers import FilterNumbers
+from observation.pose_time import POSE_TIME_S
 
 Array = NDArray[np.float64]
 

@@ -38,7 +38,7 @@ def smoothed(observer: Observer, count: int, step: Callable[[int], object]) -> l
                 state, covariance = own.state, own.covariance
             else:
                 state, covariance = _corrected(later, state, covariance)
-            out.append(observer.observed_of(state, covariance))
+            out.append(observer.observed_of(state, covariance, own.motion))
             later = own
     return out[::-1]
 

@@ -255,7 +255,8 @@ def _thresholds() -> list[Threshold]:
         *of("light", "MIN_SWITCHES", "MIN_CONTRAST", "SEARCH_RANGE_S", "MAX_SEARCHED_SKEW", "MIN_BRIGHTNESS_NOISE"),
         *of("light", "MAX_DEVIATION_SIGMA", "MAX_MISFIT"),
         Threshold("synchronisation.clocks.light", "MIN_LIGHT_CORRELATION", 0.85, 0.4),
-        *of("log_gaps", "MIN_REPEATED_ROWS", "MIN_JUMP_COUNTS", "MIN_GAP_S"),
+        *scaled("identification.dataset.true_rows", "MIN_REPEATED_ROWS", "MIN_JUMP_COUNTS"),
+        *of("log_gaps", "MIN_GAP_S"),
     ]
 
 

@@ -6,14 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series, clear_of_gaps
+from identification.dataset.true_rows import sampled_rows
 from synchronisation.time_stamps import row_numbers
 
 Array = NDArray[np.float64]
 
-MIN_REPEATED_ROWS = 3
-"""equal rows in turn that may be one sample repeated (docs/thresholds.md)"""
-MIN_JUMP_COUNTS = 2.5
-"""encoder counts that some motor must jump after equal rows; an arm at rest repeats its rows truly (docs/thresholds.md)"""
 MIN_GAP_S = 0.01
 """s without a true row that make a gap; shorter ones are bridged (docs/thresholds.md)"""
 MIN_GAP_STEPS = 1.5
@@ -38,18 +35,7 @@ class RepairedLog:
 
 def repair_log(log: Series) -> RepairedLog:
     """Drops repeated samples (the first of each is true) and finds the gaps."""
-    equal = np.ones(len(log) - 1, dtype=bool)
-    for column in log.columns.values():
-        equal &= np.diff(column) == 0
-    true = np.ones(len(log), dtype=bool)
-    theta = log.matrix("theta").T
-    moves = (np.abs(np.diff(column)) for column in theta)
-    count = np.array([np.min(moved, where=moved > 0, initial=np.inf) for moved in moves])
-    edges = np.flatnonzero(np.diff(np.r_[False, equal, False].astype(int)))
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):  # rows begin..end are equal
-        long = end - begin + 1 >= MIN_REPEATED_ROWS
-        if long and end < len(equal) and np.any(np.abs(theta[:, end + 1] - theta[:, end]) > MIN_JUMP_COUNTS * count):
-            true[begin + 1 : end + 1] = False
+    true = sampled_rows(log)
     repaired = log if true.all() else log.part(true)
     steps = np.diff(log.time)
     step = float(np.median(steps))

@@ -39,7 +39,10 @@ def pointer(values: np.ndarray) -> "ctypes._Pointer[ctypes.c_double]":
 )
 def test_c_and_python_agree(tmp_path: Path, laws: tuple[str, ...]) -> None:
     of = with_laws(case(SEED), laws, NUMBERS)
-    observer = Observer(of.neck, of.model)
+    assert of.model.pose is not None
+    left = of.model.pose.residual.model_copy(update={"rate_rad_s": (0.01, 0.02, 0.0), "slope": (0.01, 0.0, 0.02)})
+    model = of.model.model_copy(update={"pose": of.model.pose.model_copy(update={"residual": left})})
+    observer = Observer(of.neck, model)
     file = tmp_path / "observer.c"
     file.write_text(c_source(observer))
     flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off", "-shared", "-fPIC"]

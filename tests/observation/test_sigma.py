@@ -112,14 +112,16 @@ def test_an_arm_of_the_same_size_is_observed_the_same_whatever_its_forces(force:
 
 
 def test_pre_elongations_wander_as_calibration_allows() -> None:
-    """The more so the more it left of the angles in a shorter time; never more than a constant, which it is where none told."""
+    """The more so the more lasts of what it left of the angles in a shorter time; at most a constant, where none told too."""
     of = case(SEEDS[0])
     assert of.model.pose is not None
     layout = filter_numbers(of.neck, of.model).layout
 
     def density(angle_rad: float, seconds: float) -> float:
         assert of.model.pose is not None
-        left = of.model.pose.residual.model_copy(update={"angle_rad": (angle_rad,) * 3, "seconds": seconds})
+        left = of.model.pose.residual.model_copy(
+            update={"angle_rad": (1e-3,) * 3, "lasting_rad": (angle_rad,) * 3, "seconds": seconds}
+        )
         model = of.model.model_copy(update={"pose": of.model.pose.model_copy(update={"residual": left})})
         return float(filter_numbers(of.neck, model).noise[layout.x0][0])
 

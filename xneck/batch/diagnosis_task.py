@@ -15,7 +15,7 @@ from identification.dataset.stretches import Stretches, chosen_stretches, read_s
 from identification.design.result import motion_series
 from identification.design.trajectory import USUAL_LIMITS
 from identification.model_file import write_model
-from identification.pose_calibration import with_pose
+from identification.pose_calibration import calibrated_model
 from xneck.recording.result_files import (
     DATASET,
     DECIDING_MOTION,
@@ -88,14 +88,16 @@ def _diagnose_into(
     neck = extended_model.extended_description(diagnosis.extended_stage)
     write_text(folder / EXTENDED_NECK, extended_model.neck_yaml(neck))
     model = extended_model.extended_model(diagnosis.extended_stage, origin)
-    write_model(with_pose(model, fitted, neck), folder / EXTENDED_MODEL)
+    posed = calibrated_model(model, fitted, neck)
+    result["pose"] = posed.as_json()
+    write_model(posed.model, folder / EXTENDED_MODEL)
     name = f"{' and '.join(map(_dataset_name, datasets))}, diagnosed"
     pages = tuple(_recording_pages(folder, [*datasets, *held_out]))
     summary = f"../{SUMMARY_PAGE}" if in_batch else None
     write_diagnosis_report(DiagnosisResult(name, diagnosis, origin, pages, summary), folder / DIAGNOSIS_PAGE)
     write_text(folder / DIAGNOSIS_RECORD, json_text(result))
     partly = [f"{path}: {one.text}" for path, one in judged.items() if not one.whole]
-    return result, "\n".join([record.as_text(diagnosis), *partly])
+    return result, "\n".join([record.as_text(diagnosis) + posed.as_text(), *partly])
 
 
 def _judged(datasets: Sequence[Path], held_out: Sequence[Path]) -> list[Stretches]:

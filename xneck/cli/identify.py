@@ -47,7 +47,7 @@ def command(
     from identification.fasquelle.method import fasquelle_identification
     from identification.model_file import read_model, unlisted_laws_of, write_model
     from identification.parameters_file import write_mat, write_neck
-    from identification.pose_calibration import with_pose
+    from identification.pose_calibration import calibrated_model
     from xneck_foundation.errors import Refused
     from xneck_foundation.provenance import note_inputs, provenance
 
@@ -64,13 +64,15 @@ def command(
     estimates = estimate(recordings, (*LAWS_BY_ELASTIC_MODEL[model], *laws), held)
     origin = provenance(inputs, {"model": model})
     found_model = estimates.model.model_copy(update={"provenance": origin})
-    write_model(with_pose(found_model, recordings), out)
+    posed = calibrated_model(found_model, recordings)
+    write_model(posed.model, out)
     if export_as:
         write_mat(estimates.parameters, estimates.laws, out.with_suffix(f".{export_as}"))
     if neck_out:
         write_neck(recordings[0].neck, estimates.parameters, ", ".join(path.name for path in datasets), neck_out)
     record = estimates.as_json() | {"fasquelle": tables.as_json(fasquelle, model)}
+    record["pose"] = posed.as_json()
     record["judged"] = [one.record for one in judged]
-    text = f"{estimate_table.as_text(estimates)}\n\n{tables.as_text(fasquelle)}\n{out}"
+    text = f"{estimate_table.as_text(estimates)}\n\n{tables.as_text(fasquelle)}\n{out}{posed.as_text()}"
     text += "".join(f"\n{path}: {one.text}" for path, one in zip(datasets, judged, strict=True) if not one.whole)
     report_result(record, text, json_out, quiet)

@@ -58,6 +58,7 @@ def command(
     import numpy as np
 
     from identification.dataset.dataset_file import export_series
+    from identification.dataset.true_rows import true_rows
     from identification.files import joint_state
     from identification.model_file import arm_digest, read_model
     from mechanism.description import read_neck
@@ -66,7 +67,6 @@ def command(
     from observation.observer import Observer
     from synchronisation.encoder_log import read_log
     from synchronisation.frames_on_log import read_frames_on_log
-    from synchronisation.true_rows import true_rows
     from xneck.cli.angle_list import angle_list
     from xneck.export.result_words import in_words
     from xneck_foundation.errors import Refused, one_of

@@ -8,7 +8,7 @@ from identification.estimates import estimate
 from identification.fasquelle.method import fasquelle_identification
 from identification.files import joint_state
 from identification.model_file import write_model
-from identification.pose_calibration import with_pose
+from identification.pose_calibration import calibrated_model
 from identification.simulation.simulated_recording import simulate_recording
 from mechanism.description import Neck, read_neck
 from synchronisation.encoder_log import read_log
@@ -44,7 +44,8 @@ def run_stages(recording: Recording, out: Path, progress: StageProgress = no_pro
     progress("identify")
     fasquelle = fasquelle_identification([data])
     estimates = estimate([data])
-    model = with_pose(estimates.model.model_copy(update={"provenance": origin}), [data])
+    posed = calibrated_model(estimates.model.model_copy(update={"provenance": origin}), [data])
+    model = posed.model
     write_model(model, out / "model.yaml")
     progress("simulate")
     simulated, reason = None, None
@@ -65,6 +66,7 @@ def run_stages(recording: Recording, out: Path, progress: StageProgress = no_pro
         model=model,
         simulated=simulated,
         simulation_refused=reason,
+        pose_refused=posed.refused,
     )
 
 

@@ -35,3 +35,5 @@ class RecordingResult:
     simulated: SimulatedRecording | None
     simulation_refused: str | None
     """why there is no simulation"""
+    pose_refused: str | None = None
+    """why the model does not say how motors tell the joints"""
