@@ -126,6 +126,15 @@ class Search:
     """the function of one variable that explains most of what the causes leave plainly above noise, if they do"""
     free_fits: FreeFits
     """those that were looked for"""
+    outweighed: FitStage | None = None
+    """with causes that take too little to be named by themselves, if there are any"""
+
+    def with_outweighed_causes(self) -> "Search | None":
+        """With causes that take too little to be named by themselves: beside a law that nobody listed they may be right."""
+        if self.outweighed is None:
+            return None
+        causes, last = _with_look_alikes(self.fitter, self.outweighed)
+        return self._ending(self.fitter.finished(last), causes)
 
     def without_causes(self) -> "Search":
         """As it began."""
@@ -161,9 +170,11 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
     ranked = rank(every_effect)
     free_fits = FreeFits()
     fitter, last = _with_all_causes(fitter, first, every_effect, free_fits, seed)
+    outweighed: FitStage | None = None
     knows_a_law = any(isinstance(law_named(name), UnlistedLaw) for name in h.laws)
     if not knows_a_law and last.excess.above_noise and _is_outweighed(first, last, fitter.whiten, free_fits):
-        last = first  # a law whose numbers stay as they were found leaves more beside the right causes than one more law would
+        # a law whose numbers stay as they were found leaves more beside the right causes than one more law would
+        outweighed, last = last if last.causes else None, first
     causes, last = _with_look_alikes(fitter, last)
     if causes and last.excess.above_noise:
         fitter, last = fitter.reweighted_by_what_is_left(last)
@@ -187,6 +198,7 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
         fitter=fitter,
         unlisted=_unlisted(last, fitter.whiten, free_fits),
         free_fits=free_fits,
+        outweighed=outweighed,
     )
 
 

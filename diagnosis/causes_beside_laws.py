@@ -44,21 +44,23 @@ def with_laws(
     others: Sequence[NoiseEnsemble],
     seed: int,
 ) -> Explanation:
-    """Laws in what a search leaves, or in the place of its causes where these leave plainly more than noise, or none.
+    """Laws in what a search leaves; beside other causes, or in the place of all, where these leave plainly more than noise.
 
     left: what the search leaves of `others`, which were not fitted, if there are any; recordings: those that were."""
     best = _beside_causes(search, left, recordings, seed, others)
-    for fewer in _with_fewer_causes(search):
+    for other in _with_other_causes(search):
         if not leaves_plainly_more(best.stage.excess):
             break
-        instead = _beside_causes(fewer, _left_of(fewer, others), recordings, seed, others)
+        instead = _beside_causes(other, _left_of(other, others), recordings, seed, others)
         if instead.laws and instead.stage.excess.energy < MAX_SHARE_LEFT * best.stage.excess.energy:
             best = instead
     return best if best.laws_are_told else Explanation(search, (), search.last)
 
 
-def _with_fewer_causes(search: Search) -> Iterator[Search]:
-    """With one of several causes, where the others may stand in for a law, then with none."""
+def _with_other_causes(search: Search) -> Iterator[Search]:
+    """With those that took too little to be named; with one of several, where the others may stand in for a law; with none."""
+    if outweighed := search.with_outweighed_causes():
+        yield outweighed
     if len(search.named) > 1:
         yield search.with_one_cause()
     if search.named:

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from diagnosis import law_gains
-from diagnosis.causes_beside_laws import _held
+from diagnosis.causes_beside_laws import _held, _with_other_causes
 from diagnosis.held_out_gain import EQUATIONS, Gain
 from discovery.form import FORMS, SMOOTH
 
@@ -67,3 +67,24 @@ def test_causes_are_sought_beside_laws_of_a_simple_form_first(
     laws: tuple[tuple[str, str], ...], held: list[list[int]]
 ) -> None:
     assert list(_held(found(*laws))) == held
+
+
+@pytest.mark.parametrize(
+    ("outweighed", "named", "tried"),
+    [
+        ("beside too little", 0, ["beside too little"]),
+        (None, 0, []),
+        (None, 1, ["none"]),
+        ("beside too little", 2, ["beside too little", "one", "none"]),
+    ],
+)
+def test_causes_that_took_too_little_alone_are_tried_beside_a_law(
+    outweighed: str | None, named: int, tried: list[str]
+) -> None:
+    search: Any = SimpleNamespace(
+        named=[None] * named,
+        with_outweighed_causes=lambda: outweighed,
+        with_one_cause=lambda: "one",
+        without_causes=lambda: "none",
+    )
+    assert list(_with_other_causes(search)) == tried
