@@ -7,7 +7,7 @@ from xneck.recording.result_files import DIAGNOSIS_FOLDER, DIAGNOSIS_PAGE
 from xneck.report.number_text import number_text
 from xneck.report.words import join_words
 
-COLUMNS = ("recording", "frames", "clock offset", "check", "identified", "simulated at", "took", "")
+COLUMNS = ("recording", "frames", "clock offset", "check", "identified", "model", "")
 MAIN_PARAMETERS = {"k": "stiffness", "ca": "damping", "fs": "dry friction", "fv": "viscous friction"}
 _NONE = "–"
 
@@ -27,7 +27,8 @@ def row_cells(name: str, row: Mapping[str, Any]) -> tuple[str, ...]:
             f"failed: {row['failure']}" + (" (as before)" if row["done_before"] else ""),
         )
     faults = sorted({_fault_text(fault) for fault in row["faults"]})
-    notes = [join_words(faults)] * bool(faults) + row["recovered"] + ["done before"] * row["done_before"]
+    took = "done before" if row["done_before"] else f"took {number_text(row['seconds'], 2)} s"
+    notes = [join_words(faults)] * bool(faults) + row["recovered"] + [took]
     return (
         name,
         f"{row['frames_used']} of {row['frames']}",
@@ -35,7 +36,6 @@ def row_cells(name: str, row: Mapping[str, Any]) -> tuple[str, ...]:
         row["verdict"],
         ", ".join(_identified_counts(row["parameters"])) or "none",
         _times_noise(row["adequacy"]),
-        f"{number_text(row['seconds'], 2)} s",
         "; ".join(notes),
     )
 

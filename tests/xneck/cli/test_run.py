@@ -33,12 +33,12 @@ def test_a_recording_that_cannot_be_held_out_is_named_before_any_work(
 def test_the_table_says_at_how_many_times_noise_the_model_simulates(ratio: float, said: str) -> None:
     adequacy = ModelAdequacy(ratio, 1.7, "the angle of motor 4").as_json()
     assert adequacy["explains"] is (ratio < 3)
-    assert dict(zip(COLUMNS, row_cells("day1", _row(adequacy)), strict=True))["simulated at"] == said
+    assert dict(zip(COLUMNS, row_cells("day1", _row(adequacy)), strict=True))["model"] == said
 
 
 def test_what_could_not_be_simulated_is_said_so() -> None:
     assert model_adequacy(None) is None
-    assert dict(zip(COLUMNS, row_cells("day1", _row(None)), strict=True))["simulated at"] == "not simulated"
+    assert dict(zip(COLUMNS, row_cells("day1", _row(None)), strict=True))["model"] == "not simulated"
 
 
 def _row(adequacy: dict[str, object] | None) -> dict[str, object]:
