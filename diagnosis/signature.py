@@ -30,6 +30,8 @@ _MIN_EXPLAINED = 0.05
 """of what stands above noise: what a pattern explains at least to be spoken of (docs/thresholds.md)"""
 _MIN_EXPLAINED_BESIDE_EPISODES = 0.25
 """of what stands above noise: what a pattern explains at least where all the rest comes in short episodes (docs/thresholds.md)"""
+_MAIN_SHARE = 0.1
+"""of what stands above noise in the worst arm equation: those that hold less have traces of it (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,7 @@ def signature(first: FitStage, last: FitStage) -> Signature:
         if c < recordings[0].signals.arm.M:
             wave = drum_wave(channel.remainder, recordings, c, channel.basis, channel.remainder_covariance)
             patterns += [channel.wave_pattern(wave, recordings)] if wave is not None else []
-    return _signature(tuple(patterns), courses, excess)
+    return _signature(tuple(patterns), courses, excess, recordings[0].signals.arm.M)
 
 
 class _Channel:
@@ -169,8 +171,10 @@ class _Channel:
         return max(0.0, energy.taken - energy.expected) / sum(float(r @ r) for r in self.remainder)
 
 
-def _signature(patterns: tuple[Pattern, ...], courses: tuple[RmsCourse, ...], excess: NoiseExcess) -> Signature:
-    """What the patterns and courses of all channels have in common."""
+def _signature(
+    patterns: tuple[Pattern, ...], courses: tuple[RmsCourse, ...], excess: NoiseExcess, motors: int
+) -> Signature:
+    """What the patterns and courses of all channels, the motors' first, have in common."""
     above = [k for k in range(len(excess.rms)) if excess.ratio[k] > ABOVE_NOISE_RATIO]
     clear = _clear(patterns)
     worst = int(np.argmax(excess.ratio))
@@ -207,7 +211,18 @@ def _signature(patterns: tuple[Pattern, ...], courses: tuple[RmsCourse, ...], ex
     weight = {kind: sum(p.explains_beyond_base for p in voted) for kind, voted in votes.items()}
     kind = max(weight, key=lambda k: weight[k])
     shown = tuple(sorted(votes[kind], key=lambda p: -p.explains_beyond_base))
+    main = _main_joints(excess, above, motors)
+    if main and not any(p.channel < motors or p.channel in main for p in shown):
+        return of_kind("unclear", main)  # traces that what is wrong at other joints leaves in these
     return of_kind(kind, sorted(p.channel for p in shown), shown)
+
+
+def _main_joints(excess: NoiseExcess, above: Sequence[int], motors: int) -> list[int]:
+    """Of the channels above noise the arm equations that hold most of what stands above it in these.
+
+    What is wrong at a motor shows in arm equations by many times more noise: the motor's own is not compared with them."""
+    energy = {k: float(excess.ratio[k]) ** 2 - 1 for k in above if k >= motors}
+    return [k for k in energy if energy[k] > _MAIN_SHARE * max(energy.values())]
 
 
 def _clear(patterns: Sequence[Pattern]) -> tuple[Pattern, ...]:

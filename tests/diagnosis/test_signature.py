@@ -153,3 +153,17 @@ def test_pushes_are_episodes_where_they_were(at: Linearisation, known: Nuisances
     for t in (6.0, 14.0, 22.0):
         assert any(e.begin - 0.5 < t < e.end + 0.5 for e in found.episodes)
     assert sum(e.end - e.begin for e in found.episodes) < 0.3 * (time[-1] - time[0])
+
+
+def test_a_trace_of_what_is_wrong_elsewhere_is_not_what_is_wrong(at: Linearisation, known: Nuisances) -> None:
+    """Joint 3 far above noise in no pattern, and joint 1 a little, by the lean of the tip: that is said of joint 1 alone."""
+    (place,) = at.recordings
+    s = place.signals
+    more = np.zeros_like(place.rows.residual)
+    more[4] = 3e-3 * s.low_pass(np.sin(4 * s.alpha.sum(axis=1)))
+    alone = described(at, known, 23, more)
+    assert (alone.kind, alone.channels) == ("lean of the tip", (4,))
+    more[6] = 40 * noise(place, np.random.default_rng(24))[6]
+    beside = described(at, known, 23, more)
+    assert (beside.kind, beside.channels) == ("unclear", (6,))
+    assert "joint 3" in words(beside, 4)
