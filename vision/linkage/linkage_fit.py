@@ -122,8 +122,10 @@ def fit_linkage(
         frames = np.arange(start, min(start + CHUNK_FRAMES, len(corners)))
         stated = None if covariance is None else covariance[frames]
         parts.append(_angles(fit, camera, frames, stated, components, focal, options.systematic_px / focal))
-    alpha, noise, common, residual, squares, freedom = (np.concatenate(column) for column in zip(*parts, strict=True))
-    noise = noise * moderated_variances(squares, freedom)[:, None, None]
+    alpha, told, untold, common, residual, squares, freedom = (
+        np.concatenate(column) for column in zip(*parts, strict=True)
+    )
+    noise = told * moderated_variances(squares, freedom)[:, None, None] + untold
     certain = np.sqrt(np.diagonal(noise, axis1=1, axis2=2)) < MAX_SIGMA_RAD
     poses = poses_by_frame(fit.shared, fit.course)
     typical = 1.0 if covariance is None else _typical_px(covariance)
@@ -153,9 +155,9 @@ def _angles(
     components: ErrorComponents,
     focal: float,
     offset_sigma: float,
-) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """Of some frames: alpha, its covariance by noise of the stated size and by the shared parameters, the RMS residual in px, and
-    the sum of squares of whitened residuals with their degrees of freedom.
+) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
+    """Of some frames: alpha, its covariance by noise of the stated size, in directions that no corner tells, and by the shared
+    parameters, the RMS residual in px, and the sum of squares of whitened residuals with their degrees of freedom.
 
     stated: covariance of the corners; components: of their errors; focal: px; offset_sigma: of lasting corner offsets,
     normalised coordinates.
@@ -168,9 +170,9 @@ def _angles(
     )
     spread = np.swapaxes(whiten(observed, fit.scene.by_angles(fit.shared, alpha, fit.course[frames])), 1, 2)
     spread = spread.reshape(len(frames), n, -1, 8).swapaxes(1, 2) @ components.whitened_errors(observed)
-    noise = equations.inverse @ (spread @ np.swapaxes(spread, 2, 3)).sum(axis=1) @ equations.inverse
+    told = equations.inverse @ (spread @ np.swapaxes(spread, 2, 3)).sum(axis=1) @ equations.inverse
     # nothing of a direction without information is in the inverse
-    noise += inverse_normals(equations.normal, UNDETERMINED_VARIANCE) - equations.inverse
+    untold = inverse_normals(equations.normal, UNDETERMINED_VARIANCE) - equations.inverse
     by_shared = -equations.inverse @ equations.mixed  # d alpha / d shared of the least squares, (F, N, p)
     common = by_shared @ fit.covariance @ np.swapaxes(by_shared, 1, 2)
     if fit.offset_gain is not None:
@@ -180,7 +182,7 @@ def _angles(
         common = common + total @ np.swapaxes(total, 1, 2)
     squares = np.sum(np.abs(focal * equations.residual) ** 2, axis=(1, 2))
     residual = np.sqrt(squares / np.maximum(4 * observed.visible.sum(axis=1), 1))
-    return alpha, noise, common, residual, equations.squares, degrees_of_freedom(observed, n)
+    return alpha, told, untold, common, residual, equations.squares, degrees_of_freedom(observed, n)
 
 
 def _typical_px(covariance: Floats) -> float:
