@@ -36,6 +36,7 @@ SLOW = (
     "synchronisation/check",
     "synchronisation/clocks",
     "synchronisation/long",
+    "synchronisation/test_exchanged_columns.py",
     "synchronisation/test_rates.py",
     "test_without_camera.py",
     "vision/linkage",
