@@ -25,7 +25,7 @@ from identification.dataset.frames import FrameAngles
 from identification.dataset.series import Series, numbered_columns
 from identification.estimates import estimate
 from identification.model_file import Model, model_of
-from identification.pose_calibration import with_pose
+from identification.pose_calibration import calibrated_model
 from mechanism.arm import arm_of
 from mechanism.cable_lengths import geometry_of_poses, lengths
 from mechanism.description import Neck
@@ -87,7 +87,7 @@ def log_of(recording: forward_arms.Recording) -> Series:
 def identified(data: DataSet) -> Model:
     """As `xneck identify` writes it."""
     fit = estimate([data])
-    return with_pose(model_of(fit.parameters, fit.laws, {}, fit.covariance), [data])
+    return calibrated_model(model_of(fit.parameters, fit.laws, {}, fit.covariance), [data]).model
 
 
 def truth_of(recording: forward_arms.Recording) -> tuple[Array, Array]:

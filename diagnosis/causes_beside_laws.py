@@ -48,9 +48,8 @@ def with_laws(
 
     left: what the search leaves of `others`, which were not fitted, if there are any; recordings: those that were."""
     best = _beside_causes(search, left, recordings, seed, others)
-    for other in _with_other_causes(search):
-        if not leaves_plainly_more(best.stage.excess):
-            break
+    tried = _with_other_causes(search)  # each is fitted when it is asked for
+    while leaves_plainly_more(best.stage.excess) and (other := next(tried, None)) is not None:
         instead = _beside_causes(other, _left_of(other, others), recordings, seed, others)
         if instead.laws and instead.stage.excess.energy < MAX_SHARE_LEFT * best.stage.excess.energy:
             best = instead

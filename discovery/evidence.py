@@ -102,14 +102,8 @@ class Evidence:
         of_folds = T.T @ self._fold_products @ T
         whole = of_folds.sum(axis=0)
         held = np.zeros_like(whole)
-        held[self.fitted : -1, self.fitted : -1] = TOLD_SHARE * self._reduced(whole)
+        held[self.fitted : -1, self.fitted : -1] = TOLD_SHARE * function.T @ self.reduced[0] @ function
         return [self._solve(whole - own + held) for own in of_folds]
-
-    def _reduced(self, whole: Array) -> Array:
-        """What products (P + k + 1, P + k + 1) say of a function's amounts where the fitted numbers are at their best, (k, k)."""
-        p = self.fitted
-        of_fitted = whole[:p, :p] + np.diag(self.precision)
-        return whole[p:-1, p:-1] - whole[p:-1, :p] @ _solved(of_fitted, whole[:p, p:-1])
 
     @cached_property
     def _fold_products(self) -> Array:

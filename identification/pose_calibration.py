@@ -22,7 +22,7 @@ from identification.dataset.dataset import DataSet
 from identification.model_file import Model, PoseModel, PoseNumber, PoseResidual, arm_digest
 from identification.pose_equations import Misfit, PoseEquations
 from identification.pose_numbers import sought_numbers
-from identification.pose_residual import lasting_rms, residual_rate, rms_beyond_noise
+from identification.pose_residual import frame_step, lasting_rms, residual_rate, rms_beyond_noise
 from identification.pose_rows import rows_of
 from identification.pose_start import LEAST_MOTOR_N, begun_by_motors, check_motors, motor_rms
 from mechanism.description import Neck
@@ -102,11 +102,6 @@ def calibrated_model(model: Model, recordings: Sequence[DataSet], neck: Neck | N
         return PoseOutcome(model.model_copy(update={"pose": calibrate_pose(recordings, model, neck)}), None)
     except Refused as refused:
         return PoseOutcome(model, str(refused))
-
-
-def with_pose(model: Model, recordings: Sequence[DataSet], neck: Neck | None = None) -> Model:
-    """The model of calibrated_model, for who does not ask why it has no pose."""
-    return calibrated_model(model, recordings, neck).model
 
 
 class _Fit:
@@ -197,7 +192,7 @@ class _Fit:
                 misfit.angles,
                 rows.frames.sigma**2,
                 self.equations.held_variance(p, r, compliance),
-                float(np.median(np.diff(rows.frames.time))),
+                frame_step(rows.frames.time),
             )
             for r, (rows, misfit, compliance) in enumerate(zip(self.equations.rows, misfits, compliances, strict=True))
         ]

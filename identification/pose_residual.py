@@ -23,6 +23,11 @@ _FASTER = 2.0
 """variance of all changes over that of those which are told (docs/thresholds.md)"""
 
 
+def frame_step(time: Array) -> float:
+    """s from one of the frames at times (F,), s, to the next, as most are; 1 where there is one frame."""
+    return max(float(np.median(np.diff(time))), 1e-9) if len(time) > 1 else 1.0
+
+
 def rms_beyond_noise(angles: Array, noise: Array, held: Array, step: float) -> Array:
     """What is left of angles (F, N), rad, NaN where not seen, beyond their noise, (N,), rad.
 
@@ -48,7 +53,7 @@ def lasting_rms(residual: Array, time: Array) -> Array:
 
     What follows the pose has another value then as often as not, and cancels in the mean; what drifts does not.
     """
-    step = max(float(np.median(np.diff(time))), 1e-9) if len(time) > 1 else 1.0
+    step = frame_step(time)
     lags = np.unique(np.linspace(_LASTS_FROM_S, _LASTS_TO_S, 60) / step).astype(int)
     total, count = np.zeros(residual.shape[1]), np.zeros(residual.shape[1])
     for lag in lags[lags < len(residual)]:
@@ -65,7 +70,7 @@ def residual_rate(residual: Array, alpha: Array, time: Array) -> tuple[Array, Ar
     swinging arm is faster, of which the state that frames were smoothed to holds a part only. What play and friction leave jumps,
     and rates of jumps are as large at all frequencies: what is faster is taken for as much as is told.
     """
-    step = max(float(np.median(np.diff(time))), 1e-9) if len(time) > 1 else 1.0
+    step = frame_step(time)
     at = np.arange(time[0], time[-1], step)
     moved = [np.gradient(_slow(_at_times(at, time, column), step), step) for column in alpha.T]
     motion = float(np.mean(np.sum(np.square(moved), axis=0)))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from identification.dataset.dataset import DataSet, state_series
 from identification.dataset.series import Series, numbered_columns
 from identification.model_file import Model, ModelParameter
-from identification.pose_calibration import with_pose
+from identification.pose_calibration import calibrated_model
 from mechanism.arm import arm_of
 from mechanism.description import Neck
 from mechanism.laws import LAWS
@@ -67,7 +67,7 @@ def case(seed: int, calibrated: bool = True) -> Case:
     described = validate_document(neck_of(arm.drawing), Neck, "neck.yaml")
     model = base_model(described, arm.drawing.stiffness)
     if calibrated:
-        model = with_pose(model, [dataset(described, arm.recordings[0], seed)])
+        model = calibrated_model(model, [dataset(described, arm.recordings[0], seed)]).model
     return Case(described, model, *_second(arm.recordings[1]))
 
 
@@ -95,7 +95,8 @@ def unexplained(name: str) -> Case:
     """The changed arm with a model that was calibrated on it as it is, without a law for the change."""
     before = case(SEEDS[1], calibrated=False)
     recording = _changed()[name].recordings[0]
-    return Case(before.neck, with_pose(before.model, [dataset(before.neck, recording, SEEDS[1])]), *_second(recording))
+    posed = calibrated_model(before.model, [dataset(before.neck, recording, SEEDS[1])])
+    return Case(before.neck, posed.model, *_second(recording))
 
 
 def with_laws(of: Case, laws: Sequence[str], numbers: Mapping[str, float]) -> Case:
