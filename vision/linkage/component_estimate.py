@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.linkage.error_components import ErrorComponents, is_even, unwhitener
+from vision.linkage.error_components import ErrorComponents, is_even
 from vision.linkage.gauss_newton import fit_angles
 from vision.linkage.linkage_equations import inverse_normals, whiten
 from vision.linkage.observed_corners import ObservedCorners
@@ -37,7 +37,8 @@ def estimate_components(fit: SharedFit, observed: ObservedCorners, frames: NDArr
     taken = Ja @ inverse_normals(np.swapaxes(Ja, 1, 2) @ Ja) @ np.swapaxes(Ja, 1, 2)
     remains = (np.eye(8 * markers) - taken).reshape(count, markers, 8, markers, 8)
     components = ErrorComponents.as_stated(fit.image[frames])
-    along = components.directions(observed.image) @ (to_corners := unwhitener(observed))
+    to_corners = observed.unwhitener
+    along = components.directions(observed.image) @ to_corners
     weight = 1 / np.sum(to_corners**2, axis=(2, 3))[..., None]  # each marker counts by its own stated variance
     squares = weight * _by_component(along, to_corners, left)
     even = observed.visible & is_even(observed)

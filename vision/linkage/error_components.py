@@ -43,7 +43,7 @@ class ErrorComponents:
         along = self.directions(observed.image)
         scale = np.einsum("fmki,mk,fmkj->fmij", along, beyond_shape, along) + shape[:, None, None] * np.eye(8)
         together = np.sqrt(np.sum(scale**2, axis=(2, 3), keepdims=True) / 8) * np.eye(8)
-        each = observed.whitener @ scale @ unwhitener(observed)
+        each = observed.whitener @ scale @ observed.unwhitener
         return np.where(is_even(observed)[..., None, None], each, together)
 
     def directions(self, image: Complex) -> Array:
@@ -60,13 +60,7 @@ class ErrorComponents:
 
 def is_even(observed: ObservedCorners) -> NDArray[np.bool_]:
     """Which markers were seen whole, and told about as well in all directions, (F, markers)."""
-    return (observed.rank == 8) & (np.linalg.cond(unwhitener(observed)) < MAX_SIGMA_RATIO)
-
-
-def unwhitener(observed: ObservedCorners) -> Array:
-    """Inverse of the whitener, (F, markers, 8, 8); the unit matrix where a marker was not seen whole."""
-    whole = (observed.rank == 8)[..., None, None]
-    return np.linalg.inv(np.where(whole, observed.whitener, np.eye(8)))
+    return (observed.rank == 8) & (observed.sigma_ratio < MAX_SIGMA_RATIO)
 
 
 def _path_directions(image: Complex) -> Complex:

@@ -1,6 +1,7 @@
 """Detected corners of markers, normalised and whitened by their covariance for least squares."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,18 @@ class ObservedCorners:
     """(F, markers, 4): standard deviation of each corner, normalised coordinates, up to that common variance"""
     rank: NDArray[np.intp]
     """(F, markers): number of independent coordinates of a marker; zero where not visible"""
+
+    @cached_property
+    def unwhitener(self) -> Array:
+        """Inverse of the whitener, (F, markers, 8, 8); the unit matrix where a marker was not seen whole."""
+        whole = (self.rank == 8)[..., None, None]
+        return np.linalg.inv(np.where(whole, self.whitener, np.eye(8)))
+
+    @cached_property
+    def sigma_ratio(self) -> Array:
+        """Standard deviation of a marker's corners in the worst direction over that in the best, (F, markers); 1 where it was not
+        seen whole."""
+        return np.linalg.cond(self.unwhitener)
 
     def of(self, frames: NDArray[np.intp]) -> "ObservedCorners":
         """Those of some frames."""
