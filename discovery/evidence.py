@@ -161,10 +161,17 @@ class Evidence:
 
 def _solved(G: Array, b: Array) -> Array:
     """x of G x = b, G symmetric; directions that nothing tells stay near zero."""
-    scale = np.sqrt(np.where(np.diag(G) > 0, np.diag(G), 1.0))
+    scale = _sizes(np.diag(G))
     factor = cho_factor(G / np.outer(scale, scale) + _RIDGE * np.eye(len(G)))
     rows = scale if b.ndim == 1 else scale[:, None]
     return np.asarray(cho_solve(factor, b / rows)) / rows
+
+
+def _sizes(energies: Array) -> Array:
+    """Sizes of columns by their energies, to scale them to one; one where a column is so small that its square is no number.
+
+    So is a bump at a place to which a motor never turns."""
+    return np.sqrt(np.where(energies > np.finfo(float).tiny, energies, 1.0))
 
 
 def _energy(S: Array, v: Array, functions: Array) -> Array:
@@ -172,7 +179,7 @@ def _energy(S: Array, v: Array, functions: Array) -> Array:
     G = np.einsum("nik,ij,njl->nkl", functions, S, functions, optimize=True)
     w = np.einsum("nik,im->nkm", functions, v)
     diagonal = np.einsum("nkk->nk", G)
-    scale = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    scale = _sizes(diagonal)
     G = G / (scale[:, :, None] * scale[:, None, :]) + 1e-7 * np.eye(G.shape[1])
     w = w / scale[:, :, None]
     return np.einsum("nkm,nkm->nm", w, np.linalg.solve(G, w))

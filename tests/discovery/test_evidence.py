@@ -60,6 +60,19 @@ def test_sigma_of_white_noise_is_that_of_least_squares() -> None:
     assert np.all(np.sqrt(np.diag(EVIDENCE.covariance(FUNCTION))) > 0.99 * plain)
 
 
+@pytest.mark.parametrize("size", [1e-161, 1e-170, 0.0])
+def test_a_column_too_small_to_be_squared_tells_nothing(size: float) -> None:
+    """As a bump has at a place to which a motor never turns: its product with others is a number yet, and its square is not."""
+    asked = np.column_stack([ASKED[:, 0], size * (ASKED[:, 0] + 1e-3 * ASKED[:, 1])])
+    evidence = Evidence.of(BASE, np.zeros(3), asked, TARGET, BLOCK)
+    alone = Evidence.of(BASE, np.zeros(3), asked[:, :1], TARGET, BLOCK)
+    x = evidence.fit(np.eye(2))
+    assert x[:4] == pytest.approx(alone.fit(np.eye(1)), rel=1e-6)
+    assert abs(x[4]) * size < 1e-9
+    assert evidence.loss(np.eye(2)) == pytest.approx(alone.loss(np.eye(1)), rel=1e-9)
+    assert evidence.gains(np.eye(2)[None])[0] == pytest.approx(alone.gains(np.eye(1)[None])[0], rel=1e-4)
+
+
 def test_what_is_known_beforehand_holds_numbers() -> None:
     known = Evidence.of(BASE, np.full(3, 1e12), ASKED, TARGET, BLOCK)
     assert known.fit(FUNCTION)[:3] == pytest.approx(0.0, abs=1e-8)
