@@ -12,7 +12,7 @@ from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_exce
 from diagnosis.noise_columns import noise_columns
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.noise_excess import ABOVE_NOISE_RATIO
-from diagnosis.unlisted_laws import AGAINST_JOINTS, as_fitted, causes_of, found_laws
+from diagnosis.unlisted_laws import AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS, as_fitted, causes_of, found_laws
 from discovery.found_law import FoundLaw
 from mechanism.arm import Arm
 from xneck_foundation.one_line import indexed
@@ -90,7 +90,7 @@ def _shown_in(gained: Sequence[Gain], law: FoundLaw) -> int:
 
     What acts at a motor changes what it pulls, so that the arm may show it where the motor's own noise hides it.
     """
-    if law.candidate.detail == AGAINST_JOINTS:
+    if law.candidate.detail in (AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS):
         return _OF_JOINTS
     return int(np.argmax([(g.before - g.after) / g.sigma if g.sigma else -np.inf for g in gained[: _OF_JOINTS + 1]]))
 

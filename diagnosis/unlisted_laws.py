@@ -42,7 +42,7 @@ from mechanism.laws.unlisted import (
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
-AGAINST_JOINTS = "against the joints"
+AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS = "against the joints", "against several joints"
 _ACTS = {
     "motor": ("friction", "against the motors"),
     "cable": ("pull", "in the cables"),
@@ -72,6 +72,7 @@ MAX_BLOCKS = 60
 """that are looked at for laws; what is found is fitted to all rows (docs/thresholds.md)"""
 _UNIT_FORCE = Term("unit", "N", low=-np.inf, high=np.inf, size=1.0)
 _UNIT_TORQUE = Term("unit", "N m", low=-np.inf, high=np.inf, size=1.0, of="joint")
+_UNIT_TORQUE_OF_ARM = Term("unit", "N m", low=-np.inf, high=np.inf, size=1.0, of="arm")
 
 
 @dataclass(frozen=True)
@@ -103,12 +104,12 @@ def _shown_by(variable: Variable) -> ShownBy:
     is_turn = variable.kind == "turn"
 
     def values(recording: RecordingLinearisation, place: int) -> Array:
-        kept = _VALUES[variable.name](recording)[recording.signals.low_pass.kept, place]
+        kept = _values_at(variable, recording)[recording.signals.low_pass.kept, 0 if variable.span else place]
         return kept / (2 * np.pi) % 1 if is_turn else kept
 
     return ShownBy(
         equation="joint" if variable.acts == "joint" else "motor",
-        name=variable.name.replace("_", " "),
+        name=variable.name.replace("_", " ") + (f", sum over {variable.place}" if variable.span else ""),
         unit="turn" if is_turn else variable.unit,
         values=values,
         along_motion=variable.along_motion,
@@ -148,14 +149,22 @@ def as_fitted(laws: Sequence[FoundLaw], stage: FitStage) -> tuple[FoundLaw, ...]
 def _variable_at(candidate: Candidate) -> tuple[Variable, int | None]:
     """The variable of a candidate, and its place counted from 0; None for all."""
     asked = candidate.detail, candidate.follows, candidate.factor
-    (variable,) = (v for v in VARIABLES if (_ACTS[v.acts][1], v.follows, v.factor) == asked)
+    same = (v for v in VARIABLES if (_detail(v), v.follows, v.factor) == asked)
+    (variable,) = (v for v in same if v.place in ("", candidate.where))
+    if variable.span:
+        return variable, 0
     return variable, None if candidate.where == "all" else int(candidate.where.split()[-1]) - 1
+
+
+def _detail(variable: Variable) -> str:
+    """In which equations a law of it acts, in words."""
+    return AGAINST_SEVERAL_JOINTS if variable.span else _ACTS[variable.acts][1]
 
 
 def _values_at(variable: Variable, recording: RecordingLinearisation) -> Array:
     """(T, places)."""
     arm = recording.signals.arm
-    return _VALUES[variable.name](recording)[:, : arm.N if variable.acts == "joint" else arm.M]
+    return variable.spanned(_VALUES[variable.name](recording)[:, : arm.N if variable.acts == "joint" else arm.M])
 
 
 def _forces(variable: Variable, recording: RecordingLinearisation, function: Function) -> dict[str, Array]:
@@ -176,8 +185,10 @@ def _forces(variable: Variable, recording: RecordingLinearisation, function: Fun
 
 def _change(variable: Variable, recording: RecordingLinearisation, forces: Mapping[str, Array]) -> Array:
     """What forces or torques (T, places), by field of `LawForces`, do to the residuals, place by place, (C, S, places)."""
-    term = _UNIT_TORQUE if variable.acts == "joint" else _UNIT_FORCE
-    return change_by_forces(recording.signals, term, **forces)
+    s = recording.signals
+    if variable.span:
+        return change_by_forces(s, _UNIT_TORQUE_OF_ARM, resistance=variable.at_joints(forces["resistance"], s.alpha))
+    return change_by_forces(s, _UNIT_TORQUE if variable.acts == "joint" else _UNIT_FORCE, **forces)
 
 
 @dataclass(frozen=True)
@@ -270,17 +281,19 @@ class _StageProblem(Problem):
     def candidates(self) -> tuple[Candidate, ...]:
         out = []
         for variable in VARIABLES:
+            if variable.joints > self._recordings[0].signals.arm.N:
+                continue
             values = [_values_at(variable, r) for r in self._recordings]
             place = variable.acts
             count = values[0].shape[1]
-            for where in (None, *range(count)):
+            for where in [0] if variable.span else [None, *range(count)]:
                 seen = [v if where is None else v[:, where] for v in values]
                 basis = self._basis(variable)
                 if where is not None:  # forms are tried where this place went, in the columns of all
                     basis = replace(basis, reach=(float(min(v.min() for v in seen)), float(max(v.max() for v in seen))))
                 out.append(
                     Candidate(
-                        where="all" if where is None else f"{place} {where + 1}",
+                        where=variable.place or ("all" if where is None else f"{place} {where + 1}"),
                         follows=variable.follows,
                         unit=variable.unit,
                         kind=variable.kind,
@@ -288,7 +301,7 @@ class _StageProblem(Problem):
                         target_unit=variable.unit_of_law,
                         places=count if where is None else 1,
                         factor=variable.factor,
-                        detail=_ACTS[variable.acts][1],
+                        detail=_detail(variable),
                     )
                 )
         return tuple(out)

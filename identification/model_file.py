@@ -217,10 +217,13 @@ def machine_of(model: Model, arm: Arm) -> Machine:
 
     A parameter that was not identified may be estimated below its law's range, such as a negative damping that would feed energy
     in: then it is taken at the limit of that range. Raises Refused where a term is not given for each of its cables or joints, and
-    where one by which a law divides is given and not above zero.
+    where one by which a law divides is given and not above zero, or a law spans joints that the arm has not.
     """
     values: dict[str, np.ndarray] = {}
     for name in model.laws:
+        if isinstance(law := law_named(name), UnlistedLaw) and law.variable.joints > arm.N:
+            what = f"{name} is of {law.variable.joints} joints at least; the arm has {arm.N}"
+            raise Refused("model", what, "is it this arm's neck.yaml?")
         for term in law_named(name).terms:
             given = _values(model, term.name, term.count(arm))
             if term.low > 0 and any(p.name == term.name for p in model.parameters) and np.min(given) <= 0:

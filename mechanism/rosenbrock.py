@@ -146,7 +146,7 @@ class _HeldSystem:
 
     def joint_motion(self, alpha_d: Array) -> JointMotion:
         """At the held angles."""
-        return JointMotion(self.pose.alpha, alpha_d, self.pose.time)
+        return JointMotion(self.pose.alpha, alpha_d, self.pose.time, joint_axis=0)
 
     def rates(self, c: _Coordinates) -> _Rates:
         """By the laws."""

@@ -109,7 +109,7 @@ class CableMotion:
 
 @dataclass(frozen=True)
 class JointMotion:
-    """Motion of the joints, (..., N)."""
+    """Motion of the joints, (..., N), or with the joints on another axis."""
 
     alpha: Array
     """rad"""
@@ -117,6 +117,8 @@ class JointMotion:
     """rad/s"""
     time: Array = field(default_factory=_nothing)
     """since the recording began, s"""
+    joint_axis: int = -1
+    """0 in simulations, where batches are last"""
 
 
 @dataclass(frozen=True)

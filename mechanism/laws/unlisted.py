@@ -2,8 +2,8 @@
 
 `diagnose` writes those that it finds under a name that says all: what it acts on, the form, and the variable, as
 `motor.harmonic.motor_angle` or, where it turns over with the motor's direction, `motor.bump.motor_angle.along`. What is in
-proportion to another variable besides has it in its name, as `motor.harmonic.motor_angle.by_force`. A second law of the same kind
-ends in `.2`.
+proportion to another variable besides has it in its name, as `motor.harmonic.motor_angle.by_force`, and what spans several joints
+has these, as `joint.power.joint_angle.over_1_to_2`. A second law of the same kind ends in `.2`.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,6 +23,8 @@ Factor = Literal["", "sign(motor_speed)", "motor_speed", "force", "sign(joint_sp
 """what multiplies a function of a variable, in words"""
 COPIES = 4
 """of one kind of law that a machine may have"""
+MAX_SPANNING = 6
+"""joints of an arm at most in which something may span several (docs/thresholds.md)"""
 _UNITS: Mapping[Acts, str] = {"motor": "N", "cable": "N", "joint": "N m"}
 _SIZES: Mapping[Acts, float] = {"motor": 1.0, "cable": 1.0, "joint": 0.01}
 _ELONGATION_SIZES_M = {"drum_angle": 1e-4, "motor_angle": 1e-5}
@@ -45,6 +47,34 @@ class Variable:
     kind: Kind
     factor: Factor = ""
     """what multiplies a function of it"""
+    span: tuple[int, int] | None = None
+    """first and last of the joints, from 1, that it is the sum of: what spans them, as a hose, resists each of them alike"""
+
+    @property
+    def place(self) -> str:
+        """Where it acts, if at one place only."""
+        return "joints {} to {}".format(*self.span) if self.span else ""
+
+    def spanned(self, of_joints: Array, joint_axis: int = -1) -> Array:
+        """Of what each joint has (..., N) the sum over those that are spanned, (..., 1); all (..., N) where nothing spans any."""
+        if self.span is None:
+            return of_joints
+        first, last = self.span
+        each = [slice(i, i + 1) for i in range(first - 1, last)]
+        return sum((of_joints[one] if joint_axis == 0 else of_joints[..., one] for one in each), np.zeros(()))
+
+    def at_joints(self, made: Array, like: Array, joint_axis: int = -1) -> Array:
+        """What is made in all that are spanned (..., 1), at each of them, as `like` (..., N); made where nothing spans any."""
+        if self.span is None:
+            return made
+        first, last = self.span
+        inside = np.array([float(first <= i + 1 <= last) for i in range(like.shape[joint_axis])])
+        return made * (inside.reshape(-1, *[1] * (len(like.shape) - 1)) if joint_axis == 0 else inside)
+
+    @property
+    def joints(self) -> int:
+        """That an arm has at least which has what it is of."""
+        return self.span[1] if self.span else 1
 
     @property
     def turns_over(self) -> bool:
@@ -112,6 +142,11 @@ VARIABLES = (
     Variable("joint", "time", "s", "time"),
     Variable("joint", "time", "s", "time", "sign(joint_speed)"),
     Variable("joint", "time", "s", "time", "joint_speed"),
+    *(
+        Variable("joint", "joint_angle", "rad", "line", span=(first, last))
+        for last in range(2, MAX_SPANNING + 1)
+        for first in range(1, last)
+    ),
 )
 _OF_MOTOR: Mapping[str, Callable[[MotorMotion], Array]] = {
     "force": lambda at: at.force,
@@ -178,10 +213,11 @@ class UnlistedLaw(Law):
     def resistance(self, p: Values, at: JointMotion) -> Array:
         if self.variable.acts != "joint":
             return np.zeros(())
-        made = self._made(p, _OF_JOINT[self.variable.name](at))
+        made = self._made(p, self.variable.spanned(_OF_JOINT[self.variable.name](at), at.joint_axis))
         if self.variable.turns_over:
             return made * joint_direction(at.alpha_d)
-        return made * _OF_JOINT[self.variable.factor](at) if self.variable.factor else made
+        made = made * _OF_JOINT[self.variable.factor](at) if self.variable.factor else made
+        return self.variable.at_joints(made, at.alpha, at.joint_axis)
 
     def _made(self, p: Values, x: Array) -> Array:
         # arrays that broadcast, as numbers do
@@ -192,7 +228,7 @@ class UnlistedLaw(Law):
     def _term(self, name: str) -> Term:
         unit = self.form.unit(name, self.variable.unit_of_law, self.variable.unit)
         if name in self.form.amounts:
-            size, part = self.variable.size_of_law, _PARTS[self.variable.acts]
+            size, part = self.variable.size_of_law, "arm" if self.variable.span else _PARTS[self.variable.acts]
             return Term(self.term_name(name), unit, low=-np.inf, high=np.inf, size=size, of=part)
         is_place = name in ("place", "begin", "low", "high", "side")
         low = -np.inf if is_place else 1e-6
@@ -228,6 +264,8 @@ def law_name(variable: Variable, form: Form, copy: int = 1) -> str:
     parts = [variable.acts, form.name.replace(" ", "_"), variable.name]
     if variable.factor:
         parts.append("along" if variable.turns_over else f"by_{variable.factor}")
+    if variable.span:
+        parts.append("over_{}_to_{}".format(*variable.span))
     parts += [f"degree{len(form.amounts)}"] if form.name == "polynomial" else []
     parts += [str(copy)] if copy > 1 else []
     return ".".join(parts)

@@ -72,6 +72,8 @@ def _reason(name: str) -> str | None:
         variable = law.variable
         if variable.factor or variable.name not in _UNLISTED:
             return f"MuJoCo's actuators do not follow {' and '.join(variable.follows)}"
+        if variable.span:
+            return "it is written for single joints only"
         return None
     return REFUSALS.get(name)
 

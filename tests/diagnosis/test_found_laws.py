@@ -10,6 +10,8 @@ from diagnosis import law_gains
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.extended_model import extended_description, extended_model
 from diagnosis.record import as_json, as_text
+from diagnosis.unlisted_laws import AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS, _StageProblem, causes_of
+from discovery.found_law import FoundLaw
 from identification.dataset.dataset import DataSet
 from identification.estimates import LAWS_BY_ELASTIC_MODEL, estimate
 from identification.model_file import machine_of, model_of, read_model, unlisted_laws_of, write_model
@@ -17,6 +19,7 @@ from identification.simulation.simulated_recording import simulate_recording
 from mechanism.arm import arm_of
 from tests.hidden_arms import COGGING, seen_arms
 from xneck.report.diagnosis_page import DiagnosisResult, write_diagnosis_report
+from xneck_foundation.errors import Refused
 
 POLES, FORCE = round(COGGING.poles), COGGING.force
 
@@ -111,3 +114,36 @@ def test_it_is_identified_again_on_another_recording(
     model = model_of(estimates.parameters, estimates.laws, {}, estimates.covariance, held)
     again = machine_of(model, recordings[1].arm)
     assert again.values["motor.harmonic.motor_angle.count"].tolist() == [POLES]
+
+
+@pytest.mark.parametrize(
+    ("where", "follows", "detail"),
+    [
+        ("joints 1 to 2", "joint_angle", AGAINST_SEVERAL_JOINTS),
+        ("joints 1 to 3", "joint_angle", AGAINST_SEVERAL_JOINTS),
+        ("joint 2", "joint_angle", AGAINST_JOINTS),
+        ("motor 3", "tension", "against the motors"),
+    ],
+)
+def test_a_law_is_looked_for_as_it_is_fitted(found: Diagnosis, where: str, follows: str, detail: str) -> None:
+    """What a unit of it does to the whitened residuals is the same by the search's sums and by the machine's law."""
+    search = found.search
+    problem = _StageProblem(search.last, search.fitter.whiten, ())
+    (candidate,) = (
+        c for c in problem.candidates if (c.where, c.follows, c.factor, c.detail) == (where, (follows,), "", detail)
+    )
+    form = next(f for f in candidate.forms if f.name == "polynomial" and len(f.amounts) == 1)
+    law = FoundLaw(candidate, form, {}, np.ones(1), np.eye(1))
+    (cause,) = causes_of([law], found.extended.arm)
+    (recording,) = problem._recordings
+    by_law = problem._white(recording, problem._rows[0], cause.columns(recording) / cause.sizes(found.extended.arm))
+    by_search = problem.columns(candidate, law.function)
+    assert np.abs(by_law).max() > 1.0
+    np.testing.assert_allclose(by_search, by_law, atol=1e-6 * np.abs(by_law).max())
+
+
+def test_a_law_over_joints_that_an_arm_has_not_is_refused(found: Diagnosis) -> None:
+    model = extended_model(found.extended_stage, {})
+    model = model.model_copy(update={"laws": (*model.laws, "joint.hinge.joint_angle.over_2_to_5")})
+    with pytest.raises(Refused, match="over_2_to_5 is of 5 joints at least; the arm has 3"):
+        machine_of(model, found.extended.arm)

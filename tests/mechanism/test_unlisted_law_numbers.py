@@ -27,6 +27,7 @@ def variable(acts: str, name: str, factor: str = "") -> Variable:
 
 
 HARMONIC = variable("motor", "motor_angle")
+ACROSS = next(v for v in VARIABLES if v.span == (2, 3))
 
 
 @pytest.mark.parametrize(
@@ -41,6 +42,8 @@ HARMONIC = variable("motor", "motor_angle")
         ((variable("motor", "drum_angle", "force"), form("harmonic"), 1), "motor.harmonic.drum_angle.by_force"),
         ((variable("joint", "time", "joint_speed"), form("hinge"), 2), "joint.hinge.time.by_joint_speed.2"),
         ((variable("joint", "joint_angle", "sign(joint_speed)"), form("bump"), 1), "joint.bump.joint_angle.along"),
+        ((ACROSS, form("hinge"), 1), "joint.hinge.joint_angle.over_2_to_3"),
+        ((ACROSS, form("polynomial", 2), 2), "joint.polynomial.joint_angle.over_2_to_3.degree2.2"),
     ],
 )
 def test_a_name_says_all(law: tuple[Variable, Form, int], name: str) -> None:

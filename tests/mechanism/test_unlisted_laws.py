@@ -25,7 +25,8 @@ def _each_once() -> list[str]:
     variables, forms, out = set(), set(), []
     for name, law in unlisted_laws().items():
         form = (law.form.name, law.form.kinds, len(law.amount_terms))
-        if name == law_name(law.variable, law.form) and (law.variable not in variables or form not in forms):
+        is_there = law.variable.joints <= ARM.N and name == law_name(law.variable, law.form)
+        if is_there and (law.variable not in variables or form not in forms):
             variables.add(law.variable)
             forms.add(form)
             out.append(name)
@@ -38,7 +39,7 @@ EACH_ONCE = _each_once()
 def with_law(name: str, size: float) -> Machine:
     """The machine with a law whose amounts are all of a size, in what a person would call a change."""
     law = unlisted_laws()[name]
-    count = 3 if law.variable.acts == "joint" else 4
+    count = law.amount_terms[0].count(ARM)
     amounts = np.array([np.full(count, size * term.size) for term in law.amount_terms])
     if law.form.name == "polynomial":  # of forces of 50 N, and angles of 0.1 rad
         x = {"N": 50.0, "rad": 0.2, "rad/s": 20.0 if law.variable.acts == "motor" else 1.0, "s": 1.0}[law.variable.unit]
@@ -77,6 +78,8 @@ def test_a_law_does_nothing_at_zero_and_moves_the_arm_elsewhere(name: str) -> No
         "cable.harmonic.motor_angle",
         "cable.exponential.time",
         "joint.hinge.joint_angle",
+        "joint.hinge.joint_angle.over_1_to_2",
+        "joint.polynomial.joint_angle.over_2_to_3.degree1",
         "joint.power.joint_speed",
     ],
 )
@@ -175,3 +178,20 @@ def test_a_drum_that_winds_unevenly_does_no_work_of_its_own(variable: str) -> No
     felt = tension + law.friction(values, MotorMotion(nothing, tension, nothing, theta, theta / gear, arm=ARM))
     assert np.abs(felt - tension).max() > 0.1 * np.abs(tension).max() / 5, "the lever differs"
     np.testing.assert_allclose(felt * drum, slope, rtol=0, atol=1e-5 * np.abs(felt * drum).max())
+
+
+@pytest.mark.parametrize(("first", "last"), [(1, 2), (2, 3), (1, 3)])
+def test_what_spans_joints_bends_each_of_them_as_its_energy_falls(first: int, last: int) -> None:
+    """Torques are the slope of an energy of the sum of the angles, by central differences; joints beside it feel nothing."""
+    law = law_named(f"joint.hinge.joint_angle.over_{first}_to_{last}")
+    assert isinstance(law, UnlistedLaw)
+    stiffness, place = 0.7, 0.05
+    values = law.values(np.full((1, 1), stiffness), {"place": place, "side": 1.0})
+
+    def energy(alpha: np.ndarray) -> float:
+        return stiffness / 2 * max(alpha[first - 1 : last].sum() - place, 0.0) ** 2
+
+    alpha, h = np.array([0.1, 0.2, -0.05]), 1e-6
+    slope = [(energy(alpha + h * e) - energy(alpha - h * e)) / (2 * h) for e in np.eye(3)]
+    np.testing.assert_allclose(law.resistance(values, JointMotion(alpha, np.zeros(3))), slope, atol=1e-8)
+    assert np.count_nonzero(slope) == last - first + 1

@@ -150,6 +150,12 @@ def test_every_law_is_written_or_refused_by_name() -> None:
             mjcf(machine)
 
 
+def test_what_spans_joints_is_refused_by_name() -> None:
+    driven, name = sample_arm(), "joint.hinge.joint_angle.over_1_to_2"
+    with pytest.raises(Refused, match=f"{re.escape(name)}: it is written for single joints only"):
+        mjcf(replace(driven.machine, names=(*driven.machine.names, name)))
+
+
 def test_a_law_that_nobody_listed_is_written_where_it_follows_a_speed_or_an_angle() -> None:
     """Torque against the joints by their angle: MuJoCo's acceleration at rest differs from that without the law by it."""
     driven = sample_arm()
