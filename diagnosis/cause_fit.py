@@ -1,6 +1,6 @@
 """Recordings of one arm, to which causes are fitted with the base model's numbers and doubtful clocks."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -184,6 +184,14 @@ class CauseFitter:
         if target.is_given_up or passes == 1 or abs(loss / before - 1) < MIN_LOSS_GAIN_FAR:
             return comparison, causes, ensembles
         return self._refined_with_speeds(comparison.linearisation, causes, target, passes - 1, loss)
+
+
+def fitted_without(
+    fitter: CauseFitter, stage: FitStage, left_out: Collection[int], to_beat: float = np.inf
+) -> FitStage:
+    """The fit without the causes at these places of a stage; to_beat: surplus below which it is of use."""
+    rest = tuple(cause for i, cause in enumerate(stage.causes) if i not in left_out)
+    return fitter.fitted(stage.comparison.linearisation, rest, to_beat)
 
 
 @dataclass

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause_search import MIN_LOSS_SHARE, Search
+from diagnosis.cause_search import Search
 from diagnosis.comparison import Comparison, EffectColumns
 from diagnosis.descent import MAX_TOLERANCES
 from diagnosis.effect import Effect
+from diagnosis.worth_naming import MIN_LOSS_SHARE
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from diagnosis.arm_error import ArmError, arm_error
 from diagnosis.cause import Cause
-from diagnosis.cause_search import MIN_EXPLAINED, Search, search_causes
+from diagnosis.cause_search import Search, search_causes
 from diagnosis.causes_beside_laws import with_laws
 from diagnosis.detectability import Detectability, detectability
 from diagnosis.drawing_findings import DrawingFinding, drawing_findings
@@ -20,6 +20,7 @@ from diagnosis.noise_excess import ABOVE_NOISE_RATIO, NoiseExcess
 from diagnosis.remainder import Remainder, plainly_left, remainders
 from diagnosis.signature import Signature, signature
 from diagnosis.simulated_gain import SimulatedModel, simulated_gains, simulated_shares
+from diagnosis.worth_naming import MIN_EXPLAINED
 from identification.dataset.dataset import DataSet
 from identification.dataset.frames import frame_angles
 from identification.estimates import common_arm

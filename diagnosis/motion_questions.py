@@ -4,11 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.cause_search import NamedCause, Search
+from diagnosis.cause_search import Search
 from diagnosis.detectability import Detectability, visible_numbers
 from diagnosis.diagnose import Diagnosis
 from diagnosis.effect import Effect
 from diagnosis.effects import EFFECTS
+from diagnosis.look_alikes import NamedCause
 from diagnosis.planned_motion import Question, Suspect, loss_alone
 from diagnosis.record import look_alikes
 from mechanism.arm import Arm

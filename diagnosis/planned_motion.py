@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.cause_search import MIN_LOSS_SHARE, tie_tolerance
 from diagnosis.compare import compare
 from diagnosis.comparison import Comparison
 from diagnosis.descent import MAX_TOLERANCES
@@ -19,6 +18,7 @@ from diagnosis.hypothesis import BASE_LAWS, Hypothesis, as_described, base_terms
 from diagnosis.linearisation import base_unknowns, linearise
 from diagnosis.nuisances import nuisances_at
 from diagnosis.planned_noise import planned_whitener
+from diagnosis.worth_naming import MIN_LOSS_SHARE, tie_tolerance
 from identification.design.information import AngleNoise, noise_free_signals
 from identification.design.trajectory import Trajectory
 from identification.signals import TRAVEL_CLOCK_SIGMA_S

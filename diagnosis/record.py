@@ -9,10 +9,11 @@ from diagnosis.advice import advice
 from diagnosis.cause import Cause
 from diagnosis.cause_parameters import parameters_of
 from diagnosis.cause_picture import cause_pictures
-from diagnosis.cause_search import NamedCause, tie_tolerance
 from diagnosis.cause_share import cause_shares
 from diagnosis.detectability import Detectability
 from diagnosis.diagnose import Diagnosis
+from diagnosis.look_alikes import NamedCause
+from diagnosis.worth_naming import tie_tolerance
 from xneck_foundation.one_line import indexed
 from xneck_foundation.parameter import Parameter
 from xneck_foundation.unit_text import with_unit

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.cause import Cause
-from diagnosis.cause_search import MIN_EXPLAINED, MIN_LOSS_SHARE
 from diagnosis.comparison import FOLD_BLOCK_S
 from diagnosis.effect import LawEffect, Placement
 from diagnosis.fit_stage import FitStage
 from diagnosis.free_function import MAX_FORCE_SHARE
 from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.shown_by import ShownBy
+from diagnosis.worth_naming import MIN_EXPLAINED, MIN_LOSS_SHARE
 from discovery.fine_basis import FineBasis, Function
 from discovery.form import Constants, Form
 from discovery.found_law import FoundLaw

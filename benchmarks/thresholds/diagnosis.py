@@ -14,7 +14,8 @@ from unittest.mock import patch
 from benchmarks.thresholds.outcome import Outcome
 from benchmarks.thresholds.room import Room
 from benchmarks.thresholds.threshold import Threshold, scaled
-from diagnosis import cause_search, record
+from diagnosis import cause_choice, cause_search, look_alikes, record, worth_naming
+from diagnosis.cause_fit import CauseFitter
 from diagnosis.noise_ensemble import noise_ensemble
 from identification.dataset.dataset_file import read_dataset, write_dataset
 from samples.generator.hidden.experiment import RECORDINGS, hide
@@ -177,22 +178,26 @@ def noise_kept() -> Iterator[None]:
         yield
 
 
+def _at_whitened(at: Any, whiten: Any) -> tuple[int, int]:
+    return id(at), id(whiten)
+
+
 @contextmanager
 def fits_kept() -> Iterator[Callable[[], None]]:
     """Fits of the same causes to the same data are made once: for thresholds that do not enter fits.
 
     Gives a function that forgets what such a threshold may change in them."""
-    fitters: dict[tuple[int, ...], cause_search.CauseFitter] = {}
+    fitters: dict[tuple[int, ...], CauseFitter] = {}
     stages: list[Any] = []
 
-    class KeptFitter(cause_search.CauseFitter):
+    class KeptFitter(CauseFitter):
         def fitted(self, start: Any, causes: Any, to_beat: float = float("inf")) -> Any:
             stages.append(super().fitted(start, causes, to_beat))
             return stages[-1]
 
-        reweighted = _memo(cause_search.CauseFitter.reweighted, lambda fitter, at: (id(fitter), id(at)))
+        reweighted = _memo(CauseFitter.reweighted, lambda fitter, at: (id(fitter), id(at)))
 
-    def fitter(h: Any, ensembles: Any) -> cause_search.CauseFitter:
+    def fitter(h: Any, ensembles: Any) -> CauseFitter:
         which = tuple(id(one) for one in ensembles)
         if which not in fitters:
             fitters[which] = KeptFitter(h, ensembles)
@@ -204,8 +209,8 @@ def fits_kept() -> Iterator[Callable[[], None]]:
 
     shown = ("signature", "residual_episodes", "residual_conditions", "drum_periodogram", "explained_energy")
     memos: tuple[tuple[Any, str, Callable[..., Any]], ...] = (
-        (cause_search, "_with_effects", lambda at, whiten: (id(at), id(whiten))),
-        (cause_search, "rank", lambda at: (id(at), cause_search.SINGLE_PLACE_SHARE, cause_search._SIMPLER_SHARE)),
+        *((module, "with_effects", _at_whitened) for module in (cause_search, cause_choice, look_alikes)),
+        (cause_search, "rank", lambda at: (id(at), worth_naming.SINGLE_PLACE_SHARE, worth_naming.SIMPLER_SHARE)),
         (
             stage,
             "held_out_residuals",
@@ -223,20 +228,14 @@ def fits_kept() -> Iterator[Callable[[], None]]:
 
 def _thresholds() -> list[Threshold]:
     """Those that decide what is named and said, and enter no fit."""
-    search, excess = "diagnosis.cause_search", "diagnosis.noise_excess"
+    worth, alike, excess = "diagnosis.worth_naming", "diagnosis.look_alikes", "diagnosis.noise_excess"
     return [
-        *scaled(
-            search,
-            "MIN_LOSS_SHARE",
-            "CHANCE_LEVEL",
-            "MIN_EXPLAINED_NEXT",
-            "_SIMPLER_SHARE",
-            "_MAX_RIVALS",
-            "_TIE_BY_CHANCE",
-        ),
-        Threshold(search, "MIN_EXPLAINED", 0.8, 0.2),
-        Threshold(search, "SINGLE_PLACE_SHARE", 0.975, 0.9),
-        Threshold(search, "_RIVAL_SHARE", 0.85, 0.4),
+        *scaled(worth, "MIN_LOSS_SHARE", "MIN_EXPLAINED_NEXT", "SIMPLER_SHARE", "TIE_BY_CHANCE"),
+        *scaled("diagnosis.cause_choice", "CHANCE_LEVEL"),
+        *scaled(alike, "_MAX_RIVALS"),
+        Threshold(worth, "MIN_EXPLAINED", 0.8, 0.2),
+        Threshold(worth, "SINGLE_PLACE_SHARE", 0.975, 0.9),
+        Threshold(alike, "_RIVAL_SHARE", 0.85, 0.4),
         Threshold("diagnosis.remainder", "MAX_REMAINDER", 1.25, 2.0),
         Threshold(excess, "ABOVE_NOISE_RATIO", 1.125, 1.5),
         *scaled("diagnosis.fit_stage", "IMPOSSIBLE_SIGMAS"),

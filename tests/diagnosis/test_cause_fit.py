@@ -9,13 +9,14 @@ from diagnosis import cause_search
 from diagnosis.cause import Cause
 from diagnosis.cause_fit import MAX_START_DELAY_S, CauseFitter
 from diagnosis.cause_parameters import parameters_of
-from diagnosis.cause_search import NamedCause, search_causes
+from diagnosis.cause_search import search_causes
 from diagnosis.descent import MAX_TOLERANCES, last_fit
 from diagnosis.drawing_findings import drawing_findings
 from diagnosis.effects import EFFECTS
 from diagnosis.fit_stage import FitStage
 from diagnosis.hypothesis import as_described
 from diagnosis.linearisation import with_laws_of
+from diagnosis.look_alikes import NamedCause
 from diagnosis.noise_ensemble import noise_ensemble
 from identification.dataset.dataset import DataSet
 from identification.dataset.frames import frame_angles
@@ -188,6 +189,6 @@ def test_a_cause_that_no_amount_tells_is_none_where_nothing_is_above_noise(monke
     assert (loud.untold, loud.untold_beside_what_is_left) == ((), (0,))
     (cause,) = viscous.causes
     named = (NamedCause(cause.effect, cause.where, (), 1.0, viscous.fit.loss),)
-    monkeypatch.setattr(cause_search, "_with_all_causes", lambda fitter, *_: (fitter, viscous))
-    monkeypatch.setattr(cause_search, "_with_look_alikes", lambda _, last: (named, last))
+    monkeypatch.setattr(cause_search, "with_all_causes", lambda fitter, *_: (fitter, viscous))
+    monkeypatch.setattr(cause_search, "with_look_alikes", lambda _, last: (named, last))
     assert search_causes(h, ensembles).named == ()

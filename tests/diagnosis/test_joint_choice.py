@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis import cause_search
+from diagnosis import cause_choice
 from diagnosis.effects import EFFECTS
 from diagnosis.free_function import FreeFits
 
@@ -63,27 +63,27 @@ def found(
         fitted=fitted,
         is_ill_weighted=lambda after: False,
     )
-    monkeypatch.setattr(cause_search, "_by_chance", lambda *_: 20.0)
-    monkeypatch.setattr(cause_search, "_without_a_needless_one", lambda *_: None)
-    monkeypatch.setattr(cause_search, "_with_effects", lambda *_: None)
-    monkeypatch.setattr(cause_search, "_least_gains", lambda *_: None)
-    monkeypatch.setattr(cause_search, "_simpler", lambda *_: None)
-    monkeypatch.setattr(cause_search, "_choices", choices)
+    monkeypatch.setattr(cause_choice, "_by_chance", lambda *_: 20.0)
+    monkeypatch.setattr(cause_choice, "_without_a_needless_one", lambda *_: None)
+    monkeypatch.setattr(cause_choice, "with_effects", lambda *_: None)
+    monkeypatch.setattr(cause_choice, "_least_gains", lambda *_: None)
+    monkeypatch.setattr(cause_choice, "_simpler", lambda *_: None)
+    monkeypatch.setattr(cause_choice, "choices_beside", choices)
     monkeypatch.setattr(
-        cause_search,
+        cause_choice,
         "chosen_jointly",
         lambda choices, start, *_: list(range(min(len(start) + 1, len(offered)) if one_by_one else len(offered))),
     )
-    monkeypatch.setattr(cause_search, "best_addition", lambda choices, start, *_: len(start))
+    monkeypatch.setattr(cause_choice, "best_addition", lambda choices, start, *_: len(start))
 
     def is_better(after: Any, *_: Any) -> bool:
         names = {cause.effect.name for cause in after.causes}
         lacks = any(name in names and other not in names for name, other in (needs or {}).items())
         return not misleading & names and not lacks
 
-    monkeypatch.setattr(cause_search, "_is_better", is_better)
+    monkeypatch.setattr(cause_choice, "_is_better", is_better)
     everything: Any = None
-    _, last = cause_search._with_all_causes(fitter, stage(), everything, FreeFits(), 0)
+    _, last = cause_choice.with_all_causes(fitter, stage(), everything, FreeFits(), 0)
     return {cause.effect.name for cause in last.causes}
 
 
@@ -124,10 +124,10 @@ FITTER: Any = SimpleNamespace(fitted=lambda at, causes, to_beat: stage(*(cause.e
 
 def test_what_does_less_than_nothing_is_left_out_and_the_rest_stays() -> None:
     """A joint choice was dropped whole for a little friction that drives."""
-    left = cause_search._without_impossible(FITTER, stage("joint_friction", "friction_that_drives", "tip_payload"))
+    left = cause_choice._without_impossible(FITTER, stage("joint_friction", "friction_that_drives", "tip_payload"))
     assert [cause.effect.name for cause in left.causes] == ["joint_friction", "tip_payload"]
     alone = stage("friction_that_drives")
-    assert cause_search._without_impossible(FITTER, alone) is alone
+    assert cause_choice._without_impossible(FITTER, alone) is alone
 
 
 @pytest.mark.parametrize(("to_be_added", "given_up"), [(40.0, True), (10.0, False)])
@@ -140,13 +140,13 @@ def test_a_cause_is_given_up_where_the_others_leave_as_much(to_be_added: float, 
     both = stage("joint_friction", "backlash")
     losses = {(0,): 1000.0, (1,): 9000.0, (0, 1): 940.0}
     choices: Any = SimpleNamespace(loss=lambda kept: losses[tuple(kept)])
-    fewer = cause_search._without_a_needless_one(FITTER, both, choices, least_gains)
+    fewer = cause_choice._without_a_needless_one(FITTER, both, choices, least_gains)
     assert ([cause.effect.name for cause in fewer.causes] if fewer else None) == (
         ["joint_friction"] if given_up else None
     )
-    assert cause_search._without_a_needless_one(FITTER, stage("joint_friction"), choices, least_gains) is None
+    assert cause_choice._without_a_needless_one(FITTER, stage("joint_friction"), choices, least_gains) is None
     losses[0,] = 1900.0  # as much as noise makes: straight lines are not wrong by that
-    assert cause_search._without_a_needless_one(FITTER, both, choices, least_gains) is None
+    assert cause_choice._without_a_needless_one(FITTER, both, choices, least_gains) is None
 
 
 @pytest.mark.parametrize(
@@ -173,7 +173,7 @@ def test_a_number_far_beyond_its_tolerance_is_tried_where_more_than_noise_is_lef
     fitter: Any = SimpleNamespace(
         fitted=lambda at, causes: after, hypothesis=SimpleNamespace(arm=SimpleNamespace(M=4, N=3))
     )
-    found = cause_search._with_one_far_off(fitter, last, choices, offered, 20.0)
+    found = cause_choice._with_one_far_off(fitter, last, choices, offered, 20.0)
     assert (found is after) == taken
 
 
@@ -194,7 +194,7 @@ def test_beside_a_motor_of_another_law_it_may_take_what_is_left_of_the_arm(
     fitter: Any = SimpleNamespace(
         fitted=lambda at, causes: after, hypothesis=SimpleNamespace(arm=SimpleNamespace(M=4, N=3))
     )
-    assert (cause_search._with_one_far_off(fitter, last, choices, offered, 20.0) is after) == taken
+    assert (cause_choice._with_one_far_off(fitter, last, choices, offered, 20.0) is after) == taken
 
 
 @pytest.mark.parametrize(
@@ -209,6 +209,6 @@ def test_causes_that_leave_far_more_than_a_law_would_are_not_taken(ratio: float,
     after.excess.energy = 100.0
     law: Any = SimpleNamespace(best=lambda *_: SimpleNamespace(excess=SimpleNamespace(energy=100.0 * of_law)))
     none: Any = None
-    assert cause_search._a_law_would_do(last, after, none, law) == would_do
+    assert cause_choice._a_law_would_do(last, after, none, law) == would_do
     # beside nothing a law is weighed once all are chosen
-    assert not cause_search._a_law_would_do(stage(), after, none, law)
+    assert not cause_choice._a_law_would_do(stage(), after, none, law)

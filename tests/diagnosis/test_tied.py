@@ -5,7 +5,8 @@ from typing import Any
 
 import pytest
 
-from diagnosis.cause_search import MIN_LOSS_SHARE, indistinguishable
+from diagnosis.look_alikes import indistinguishable
+from diagnosis.worth_naming import MIN_LOSS_SHARE
 
 NOISE_LOSS = 9000.0
 

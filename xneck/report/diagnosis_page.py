@@ -7,8 +7,8 @@ from typing import Any
 
 from diagnosis.advice import advice
 from diagnosis.cause_picture import cause_pictures, free_function_picture
-from diagnosis.cause_search import MIN_EXPLAINED
 from diagnosis.diagnose import Diagnosis
+from diagnosis.worth_naming import MIN_EXPLAINED
 from xneck.report import diagnosis_figures as figures
 from xneck.report import diagnosis_text
 from xneck.report.arm_overview import arm_overview

@@ -6,7 +6,7 @@ from math import degrees
 from diagnosis import signature_record
 from diagnosis.cause import Cause
 from diagnosis.cause_parameters import parameters_of
-from diagnosis.cause_search import CauseCandidate
+from diagnosis.cause_ranking import CauseCandidate
 from diagnosis.cause_share import cause_shares
 from diagnosis.diagnose import Diagnosis, unlisted_law
 from diagnosis.held_out_gain import Gain

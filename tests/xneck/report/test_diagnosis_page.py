@@ -11,8 +11,8 @@ from playwright.sync_api import Page
 
 from diagnosis import record
 from diagnosis.advice import advice
-from diagnosis.cause_search import Rival
 from diagnosis.diagnose import Diagnosis, diagnose
+from diagnosis.look_alikes import Rival
 from diagnosis.motion_questions import open_questions
 from diagnosis.planned_motion import loss_alone
 from samples.generator.hidden.experiment import hide

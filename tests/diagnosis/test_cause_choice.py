@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis import cause_search
-from diagnosis.cause_search import CHANCE_LEVEL
+from diagnosis import cause_choice, look_alikes, offered_causes
+from diagnosis.cause_choice import CHANCE_LEVEL
 from diagnosis.effects import EFFECTS
 
 NOISE_LOSS = 1000.0
@@ -33,8 +33,8 @@ def stage(*names: str, surplus: float = 0.0, possible: bool = True, energy: floa
 def asked(monkeypatch: pytest.MonkeyPatch, *named: str) -> list[tuple[str, tuple[tuple[str, float], ...]]]:
     """Names and shapes of the effects that are compared beside named ones."""
     choices: list[Any] = []
-    monkeypatch.setattr(cause_search, "compare", lambda at, causes, effects, *_: choices.extend(effects))
-    cause_search._with_effects(stage(*named), None)  # type: ignore[arg-type]
+    monkeypatch.setattr(offered_causes, "compare", lambda at, causes, effects, *_: choices.extend(effects))
+    offered_causes.with_effects(stage(*named), None)  # type: ignore[arg-type]
     return [(effect.name, tuple(shape.items())) for effect, shape in choices]
 
 
@@ -65,7 +65,7 @@ def test_chance_is_what_one_world_in_a_hundred_exceeds() -> None:
         groups=(),
         chance_gains=lambda choices, rng, worlds: gains,
     )
-    limit = cause_search._by_chance(comparison, (), 0)
+    limit = cause_choice._by_chance(comparison, (), 0)
     assert CHANCE_LEVEL == 0.01
     assert np.mean(gains > limit) == pytest.approx(0.01)
 
@@ -81,8 +81,8 @@ def test_what_chance_takes_is_of_effects_that_may_be_added() -> None:
         chance_gains=lambda choices, rng, worlds: np.full(10, 797.0 if len(choices) > 1 else 46.0),
     )
     named: Any = [SimpleNamespace(effect=effects[0])]
-    assert cause_search._by_chance(comparison, (), 0) == 797.0
-    assert cause_search._by_chance(comparison, named, 0) == 46.0
+    assert cause_choice._by_chance(comparison, (), 0) == 797.0
+    assert cause_choice._by_chance(comparison, named, 0) == 46.0
 
 
 @pytest.mark.parametrize("energy", [0.0, 5.0])
@@ -90,7 +90,7 @@ def test_what_chance_takes_is_of_effects_that_may_be_added() -> None:
 def test_no_option_is_taken_for_less_than_chance_gives(name: str, energy: float) -> None:
     """Above noise and in it, with a tolerance and without: what chance gives is the least that is asked."""
     offered: Any = [SimpleNamespace(effect=EFFECTS[name])]
-    least = cause_search._least_gains(stage(energy=energy), offered, 500.0)
+    least = cause_choice._least_gains(stage(energy=energy), offered, 500.0)
     for loss in (NOISE_LOSS, NOISE_LOSS + 10.0, NOISE_LOSS + 2000.0):
         assert least(0, loss) == 500.0
     # of 10000 above noise a tenth is asked, if chance gives less
@@ -101,7 +101,7 @@ def test_a_law_asks_more_than_what_has_a_tolerance_where_nothing_stands_above_no
     assert EFFECTS["pulley_radius"].has_tolerance
     assert not EFFECTS["joint_friction"].has_tolerance
     offered: Any = [SimpleNamespace(effect=EFFECTS[name]) for name in ("joint_friction", "pulley_radius")]
-    least = cause_search._least_gains(stage(), offered, 20.0)
+    least = cause_choice._least_gains(stage(), offered, 20.0)
     assert (least(0, NOISE_LOSS), least(1, NOISE_LOSS)) == (80.0, 20.0)
 
 
@@ -111,7 +111,7 @@ def test_what_is_impossible_is_never_better(names: tuple[str, ...]) -> None:
     before = stage("cable_slack", surplus=5000.0, energy=9.0)
     for possible in (True, False):
         after = stage(*names, surplus=10.0, possible=possible)
-        assert cause_search._is_better(after, before, 20.0) == possible
+        assert cause_choice._is_better(after, before, 20.0) == possible
 
 
 def test_a_cause_that_takes_a_little_is_no_better_but_what_has_a_tolerance_is() -> None:
@@ -122,7 +122,7 @@ def test_a_cause_that_takes_a_little_is_no_better_but_what_has_a_tolerance_is() 
         ("pulley_radius", 499.0, True),
         ("pulley_radius", 501.0, False),
     ):
-        assert cause_search._is_better(stage(name, surplus=surplus), stage(surplus=500.0), 20.0) == better
+        assert cause_choice._is_better(stage(name, surplus=surplus), stage(surplus=500.0), 20.0) == better
 
 
 @pytest.mark.parametrize("possible", [True, False])
@@ -134,9 +134,9 @@ def test_a_rival_that_would_be_impossible_is_no_rival(possible: bool, monkeypatc
     losses = {(): 3000.0, (0,): 1010.0, (1,): 1012.0}
     choices: Any = SimpleNamespace(loss=lambda use: losses[tuple(use)], options=options)
     fitter: Any = SimpleNamespace(whiten=None, fitted=lambda at, causes, to_beat: rival)
-    monkeypatch.setattr(cause_search, "_with_effects", lambda *_: SimpleNamespace(linearisation=None))
-    monkeypatch.setattr(cause_search, "_choices", lambda *_: (choices, offered))
-    (named,), _ = cause_search._with_look_alikes(fitter, last)
+    monkeypatch.setattr(look_alikes, "with_effects", lambda *_: SimpleNamespace(linearisation=None))
+    monkeypatch.setattr(look_alikes, "choices_beside", lambda *_: (choices, offered))
+    (named,), _ = look_alikes.with_look_alikes(fitter, last)
     tied = [r.effect.name for r in named.tied]
     assert ("actuator_gain" in tied) == possible
     assert named.effect.name == ("actuator_gain" if possible else "joint_friction")

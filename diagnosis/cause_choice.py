@@ -1,0 +1,215 @@
+"""Causes chosen jointly by straight lines, fitted together, and chosen anew where they then are.
+
+Each takes a part worth naming of what stands above noise, and more than any would by chance. What is known to a tolerance is a
+cause where it lies further beyond than chance puts any. A cause that the others make needless is given up.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from diagnosis.cause import Cause
+from diagnosis.cause_fit import CauseFitter, fitted_without
+from diagnosis.comparison import Comparison
+from diagnosis.fit_stage import FitStage
+from diagnosis.free_function import FreeFits
+from diagnosis.offered_causes import choices_beside, with_effects
+from diagnosis.remainder import leaves_plainly_more
+from diagnosis.stepwise import Choices, Simpler, best_addition, chosen_jointly
+from diagnosis.worth_naming import MIN_EXPLAINED, MIN_EXPLAINED_NEXT, MIN_LOSS_SHARE, SINGLE_PLACE_SHARE
+from identification.whitening import Whitener
+
+MAX_SHARE_OF_LAW = 0.25
+"""of what a further cause leaves: a function of one variable that leaves less in its place ends the choice (docs/thresholds.md)"""
+KEPT_SHARE = 0.5
+"""of what a cause must take to be added: what takes less beside causes that came after it is needless (docs/thresholds.md)"""
+CHANCE_LEVEL = 0.01
+"""share of worlds of noise and a drawing's errors alone in which the most telling of all causes may seem to explain as much
+(docs/thresholds.md)"""
+_CHANCE_WORLDS = 400
+_MAX_AT_ONCE = 4
+"""causes that are added at once; where straight lines would have more, the best one comes first (docs/thresholds.md)"""
+_MAX_CHOICES = 12
+"""of causes, each fitted before the next"""
+
+
+def with_all_causes(
+    fitter: CauseFitter, first: FitStage, every_effect: Comparison, free_fits: FreeFits, seed: int
+) -> tuple[CauseFitter, FitStage]:
+    """Causes chosen jointly, fitted together, and chosen anew where they then are, until the choice stands.
+
+    A wrong model's noise is another one: weights are told anew where that of a better one is. What was given up beside other
+    causes is offered once more before the choice stands: what they did not explain may have driven it where nothing can be."""
+    last, given_up, beside = first, dict[str, FitStage](), every_effect
+    for _ in range(_MAX_CHOICES):
+        by_chance = _by_chance(beside, last.causes, seed)
+        choices, offered = choices_beside(last, beside, given_up)
+        start, least_gains = list(range(len(last.causes))), _least_gains(last, offered, by_chance)
+        simpler = _simpler(last)
+        chosen = chosen_jointly(choices, start, least_gains, simpler)
+        if sorted(chosen) == start:
+            after = _without_a_needless_one(fitter, last, choices, least_gains)
+            after = after or _with_one_far_off(fitter, last, choices, offered, by_chance)
+        else:
+            added = [i for i in chosen if i not in start]
+            alone = best_addition(choices, start, least_gains, simpler) if len(added) > 1 else None
+            if alone is not None and len(added) > _MAX_AT_ONCE:
+                # so many stand in for the bend of one, and take minutes to fit
+                chosen, added, alone = [*start, alone], [alone], None
+            joint = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
+            after = _without_impossible(fitter, joint)
+            if alone is not None and not _is_better(after, last, by_chance):
+                # where straight lines mislead, one cause may, and take a right one with it
+                after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, alone]))
+            only_lost = after is not joint and _places(after) == _places(last)
+            if only_lost or not _is_better(after, last, by_chance):
+                if added:
+                    given_up |= {offered[i].effect.name: last for i in added}
+                    continue
+                after = _without_the_least(fitter, last, choices, [i for i in start if i not in chosen], by_chance)
+        if after is None:
+            here = {name: stage for name, stage in given_up.items() if stage is last}
+            if len(here) == len(given_up) or not last.excess.above_noise:
+                break
+            given_up = here
+            continue
+        if _a_law_would_do(last, after, fitter.whiten, free_fits):
+            break
+        last = after
+        if fitter.is_ill_weighted(last):
+            fitter, last = fitter.reweighted(last)
+        beside = with_effects(last, fitter.whiten)
+    return fitter, last
+
+
+def _a_law_would_do(last: FitStage, after: FitStage, whiten: Whitener, free_fits: FreeFits) -> bool:
+    """Whether causes that come to others leave far more than a law that nobody listed would: they only stand in for it."""
+    if not len(after.causes) > len(last.causes) > 0 or not leaves_plainly_more(after.excess):
+        return False
+    unlisted = free_fits.best(last, whiten)
+    return unlisted is not None and unlisted.excess.energy < MAX_SHARE_OF_LAW * after.excess.energy
+
+
+def _places(stage: FitStage) -> set[tuple[str, str]]:
+    """Which causes a stage has, and where."""
+    return {(cause.effect.name, cause.where.label) for cause in stage.causes}
+
+
+def _by_chance(comparison: Comparison, named: Sequence[Cause], seed: int) -> float:
+    """What the most telling effect that is not named takes where nothing more is wrong, but in a share of CHANCE_LEVEL."""
+    arm, names = comparison.linearisation.hypothesis.arm, {cause.effect.name for cause in named}
+    groups = (group for group in comparison.groups if group.effect.name not in names)
+    choices = [g.columns[list(w.columns)] for g in groups for w in g.effect.placements(arm)]
+    gains = comparison.chance_gains(choices, np.random.default_rng(seed), _CHANCE_WORLDS)
+    return float(np.quantile(gains, 1 - CHANCE_LEVEL))
+
+
+def _without_the_least(
+    fitter: CauseFitter, last: FitStage, choices: Choices, needless: Sequence[int], by_chance: float
+) -> FitStage | None:
+    """The fit without one of the causes that straight lines can do without, if not without all; None where there is none."""
+    everything = range(len(last.causes))
+    for i in sorted(needless, key=lambda i: choices.loss([k for k in everything if k != i])):
+        stage = fitted_without(fitter, last, [i])
+        if _is_better(stage, last, by_chance):
+            return stage
+    return None
+
+
+def _without_impossible(fitter: CauseFitter, stage: FitStage) -> FitStage:
+    """Without causes that do surely less than nothing, if others stay: straight lines had them do a little good."""
+    while 0 < len(stage.impossible) < len(stage.causes):
+        stage = fitted_without(fitter, stage, stage.impossible)
+    return stage
+
+
+def _without_a_needless_one(
+    fitter: CauseFitter, last: FitStage, choices: Choices, least_gains: Callable[[int, float], float]
+) -> FitStage | None:
+    """The fit without the cause that takes least, where that leaves little more: straight lines may call it needed.
+
+    They are not wrong by as much as all that noise makes. Half of what it must take to be added keeps it."""
+    everything = range(len(last.causes))
+    if len(everything) < 2:
+        return None
+    without = {i: choices.loss([k for k in everything if k != i]) for i in everything}
+    least = min(everything, key=without.__getitem__)
+    if without[least] - choices.loss(everything) > last.noise_loss:
+        return None
+    to_beat = last.surplus + KEPT_SHARE * least_gains(least, last.noise_loss + max(0.0, last.surplus))
+    stage = fitted_without(fitter, last, [least], to_beat)
+    return stage if stage.possible and stage.surplus < to_beat else None
+
+
+def _with_one_far_off(
+    fitter: CauseFitter, last: FitStage, choices: Choices, offered: Sequence[Cause], by_chance: float
+) -> FitStage | None:
+    """The fit with one number more that lies far beyond its tolerance, where plainly more than noise is left, and much less so.
+
+    Straight lines let it go there beside any causes, as what is known to a tolerance, and as a cause it takes no more than that
+    cost. But a change as large is no straight line, and what the bend leaves may be all that is left; or all in the arm's
+    equations, beside a motor whose law has another form."""
+    if not leaves_plainly_more(last.excess):
+        return None
+    start = list(range(len(last.causes)))
+
+    def least_gain(i: int, _: float) -> float:
+        return by_chance if offered[i].effect.has_tolerance else np.inf
+
+    farthest = best_addition(choices, start, least_gain, _simpler(last))
+    if farthest is None:
+        return None
+    stage = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, farthest]))
+    taken, motors = last.surplus - stage.surplus, fitter.hypothesis.arm.M
+    is_worth_it = taken > MIN_EXPLAINED_NEXT * last.surplus or any(
+        after < (1 - MIN_EXPLAINED) * before
+        for before, after in zip(last.excess.energies(motors), stage.excess.energies(motors), strict=True)
+    )
+    return stage if stage.possible and taken > by_chance and is_worth_it else None
+
+
+def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:
+    """Whether a choice, once fitted, is better than the one before: it leaves less, or no more than noise with fewer causes.
+
+    Laws that are new must take a part of the loss that is worth a name, or of what stands above noise: that may be few rows of one
+    channel, and little of the loss."""
+    if not after.possible:
+        return False
+    taken, known = before.surplus - after.surplus, {cause.effect.name for cause in before.causes}
+    if len(after.causes) < len(before.causes):
+        as_noise = not after.excess.above_noise and after.surplus < MIN_LOSS_SHARE * after.noise_loss
+        kept = {cause.effect.name for cause in after.causes}
+        gone = [cause.effect for cause in before.causes if cause.effect.name not in kept]
+        least = by_chance
+        if not any(effect.has_tolerance for effect in gone):
+            least = max(least, KEPT_SHARE * MIN_EXPLAINED_NEXT * before.surplus)
+        return taken > -least or as_noise
+    new = [cause.effect for cause in after.causes if cause.effect.name not in known]
+    if taken < MIN_LOSS_SHARE * after.noise_loss and not all(effect.has_tolerance for effect in new):
+        return taken > 0 and after.excess.energy < (1 - MIN_EXPLAINED) * before.excess.energy
+    return taken > 0
+
+
+def _least_gains(stage: FitStage, offered: Sequence[Cause], by_chance: float) -> Callable[[int, float], float]:
+    """What an option must take from a loss: a part of what stands above noise, if anything does, and more than by chance.
+
+    Else all is explained: then laws, whose forms nobody knows better, need a part of the whole, and what has a tolerance nothing
+    more than to lie beyond it."""
+    noise = stage.noise_loss
+
+    def least_gain(i: int, loss: float) -> float:
+        excess = loss - noise
+        if stage.excess.above_noise or excess > MIN_LOSS_SHARE * noise:
+            return max(by_chance, MIN_EXPLAINED_NEXT * excess)
+        return by_chance if offered[i].effect.has_tolerance else max(by_chance, MIN_LOSS_SHARE * noise)
+
+    return least_gain
+
+
+def _simpler(stage: FitStage) -> Simpler:
+    """One place is as good as all where it takes nearly as much, and leaves nothing that is worth a name."""
+    noise = stage.noise_loss
+    return Simpler(
+        1 - SINGLE_PLACE_SHARE,
+        lambda loss: max(MIN_LOSS_SHARE * noise, MIN_EXPLAINED_NEXT * (loss - noise)),
+    )
