@@ -32,6 +32,7 @@ from mechanism.friction import dry
 from mechanism.laws import Term
 from mechanism.laws.unlisted import (
     VARIABLES,
+    Misreading,
     UnlistedLaw,
     Variable,
     Winding,
@@ -42,9 +43,10 @@ from mechanism.laws.unlisted import (
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
-AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS = "against the joints", "against several joints"
+AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS = "against the joints", "against the joints at once"
 _ACTS = {
     "motor": ("friction", "against the motors"),
+    "encoder": ("friction", "encoder of the motors"),
     "cable": ("pull", "in the cables"),
     "joint": ("resistance", AGAINST_JOINTS),
 }
@@ -70,6 +72,8 @@ _FACTORS: Mapping[str, Callable[[RecordingLinearisation], Array]] = {
 """what multiplies a function of a variable, (T, places)"""
 MAX_BLOCKS = 60
 """that are looked at for laws; what is found is fitted to all rows (docs/thresholds.md)"""
+_SMALL_MISREADING = 1e-6
+"""of what an encoder reads too much: up to there what that does is in proportion to it"""
 _UNIT_FORCE = Term("unit", "N", low=-np.inf, high=np.inf, size=1.0)
 _UNIT_TORQUE = Term("unit", "N m", low=-np.inf, high=np.inf, size=1.0, of="joint")
 _UNIT_TORQUE_OF_ARM = Term("unit", "N m", low=-np.inf, high=np.inf, size=1.0, of="arm")
@@ -90,7 +94,7 @@ class UnlistedEffect(LawEffect):
 
     def __init__(self, law: UnlistedLaw, words: str) -> None:
         self.name = self.law = law.name  # pyright: ignore[reportAttributeAccessIssue]
-        self.words, self.place = words, law.variable.acts  # pyright: ignore[reportAttributeAccessIssue]
+        self.words, self.place = words, _place(law.variable)  # pyright: ignore[reportAttributeAccessIssue]
         self.terms = law.amount_terms  # pyright: ignore[reportAttributeAccessIssue]
         fitted = (
             t for name, t in zip(law.form.constants, law.constant_terms, strict=True) if name not in law.form.fixed
@@ -156,6 +160,11 @@ def _variable_at(candidate: Candidate) -> tuple[Variable, int | None]:
     return variable, None if candidate.where == "all" else int(candidate.where.split()[-1]) - 1
 
 
+def _place(variable: Variable) -> str:
+    """What it has places of."""
+    return "motor" if variable.misreads else variable.acts
+
+
 def _detail(variable: Variable) -> str:
     """In which equations a law of it acts, in words."""
     return AGAINST_SEVERAL_JOINTS if variable.span else _ACTS[variable.acts][1]
@@ -170,10 +179,21 @@ def _values_at(variable: Variable, recording: RecordingLinearisation) -> Array:
 def _forces(variable: Variable, recording: RecordingLinearisation, function: Function) -> dict[str, Array]:
     """What a function's columns add at every place, by field of `LawForces`, (T, k, places)."""
     s, values = recording.signals, recording.values
+
+    def apart(x: Array) -> Array:
+        return np.moveaxis(function(x.ravel()).reshape(*x.shape, -1), -1, 0)
+
+    if variable.misreads:
+        read = Misreading.of(lambda x: _SMALL_MISREADING * apart(x), s.theta)
+
+        def rubs(theta_d: Array) -> Array:
+            return values["fs"] * dry(theta_d, values["cm"]) + values.get("fv", np.zeros(1)) * theta_d
+
+        pull = read.pull(values["k"], values["ca"], s.arm.drum * s.theta_d, s.arm)
+        friction = read.friction(s.inertial + rubs(s.theta_d), rubs, s.theta_d, s.arm)
+        return {name: np.moveaxis(f, 0, 1) / _SMALL_MISREADING for name, f in (("pull", pull), ("friction", friction))}
     if variable.winds:
-        wound = Winding.of(
-            variable, lambda x: np.moveaxis(function(x.ravel()).reshape(*x.shape, -1), -1, 0), s.theta, s.arm
-        )
+        wound = Winding.of(variable, apart, s.theta, s.arm)
         damping = values["ca"] * wound.share_of_tension * s.arm.drum * s.theta_d
         pull, friction = values["k"] * wound.longer + damping, wound.share_of_tension * recording.tension
         return {"pull": np.moveaxis(pull, 0, 1), "friction": np.moveaxis(friction, 0, 1)}
@@ -284,7 +304,7 @@ class _StageProblem(Problem):
             if variable.joints > self._recordings[0].signals.arm.N:
                 continue
             values = [_values_at(variable, r) for r in self._recordings]
-            place = variable.acts
+            place = _place(variable)
             count = values[0].shape[1]
             for where in [0] if variable.span else [None, *range(count)]:
                 seen = [v if where is None else v[:, where] for v in values]

@@ -86,7 +86,9 @@ class FoundLaw:
         factor = f", times {c.factor}" if c.factor else ""
         place = ""
         if c.detail:  # `against the motors`: against all motors, or against motor 3
-            place = c.detail.replace(" the ", " all ") if c.where == "all" else f"{c.detail.split()[0]} {c.where}"
+            place = (
+                c.detail.replace(" the ", " all ") if c.where == "all" else f"{c.detail.split(' the ')[0]} {c.where}"
+            )
             place += ": "
         return f"{place}{self.form.name} of {c.variable}{factor}"
 

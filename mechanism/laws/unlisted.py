@@ -1,4 +1,4 @@
-"""Laws that no catalogue lists: a form of one variable, against the motors, in the cables or against the joints.
+"""Laws that no catalogue lists: a form of one variable, against the motors, in their encoders, in the cables or against the joints.
 
 `diagnose` writes those that it finds under a name that says all: what it acts on, the form, and the variable, as
 `motor.harmonic.motor_angle` or, where it turns over with the motor's direction, `motor.bump.motor_angle.along`. What is in
@@ -15,25 +15,27 @@ import numpy as np
 
 from discovery.form import Constants, Form, Kind, forms_of
 from mechanism.arm import Arm, Array
-from mechanism.friction import turned_over
+from mechanism.friction import dry, turned_over
 from mechanism.laws.law import CableMotion, JointMotion, Law, MotorMotion, Part, Term, Values
 
-Acts = Literal["motor", "cable", "joint"]
+Acts = Literal["motor", "encoder", "cable", "joint"]
 Factor = Literal["", "sign(motor_speed)", "motor_speed", "force", "sign(joint_speed)", "joint_speed"]
 """what multiplies a function of a variable, in words"""
 COPIES = 4
 """of one kind of law that a machine may have"""
 MAX_SPANNING = 6
 """joints of an arm at most in which something may span several (docs/thresholds.md)"""
-_UNITS: Mapping[Acts, str] = {"motor": "N", "cable": "N", "joint": "N m"}
-_SIZES: Mapping[Acts, float] = {"motor": 1.0, "cable": 1.0, "joint": 0.01}
+_UNITS: Mapping[Acts, str] = {"motor": "N", "encoder": "rad", "cable": "N", "joint": "N m"}
+_SIZES: Mapping[Acts, float] = {"motor": 1.0, "encoder": 0.01, "cable": 1.0, "joint": 0.01}
 _ELONGATION_SIZES_M = {"drum_angle": 1e-4, "motor_angle": 1e-5}
 """behind the gear it comes more slowly: sizes that change the torque by as much"""
 _ANGLE_STEP = 1e-4
 """rad, of the differences that give the rate of an elongation"""
+_ENCODER_STEP = 1e-3
+"""rad, of those that give the slope and the bend of an encoder's error, which would lose digits by smaller ones"""
 _JOINT_TURNS_OVER_RAD_S, _JOINT_TURNS_OVER_POWER = 0.03, 2.7
 """where, and how soon, a law changes sign with the joint's direction (docs/thresholds.md)"""
-_PARTS: Mapping[Acts, Part] = {"motor": "cable", "cable": "cable", "joint": "joint"}
+_PARTS: Mapping[Acts, Part] = {"motor": "cable", "encoder": "cable", "cable": "cable", "joint": "joint"}
 
 
 @dataclass(frozen=True)
@@ -101,8 +103,13 @@ class Variable:
         return self.acts == "cable" and self.kind == "turn"
 
     @property
+    def misreads(self) -> bool:
+        """Whether a law of it says by how much an encoder reads more than the motor has turned."""
+        return self.acts == "encoder"
+
+    @property
     def unit_of_law(self) -> str:
-        """N, N m, or m of elongation; over that of what it is in proportion to besides."""
+        """N, N m, rad of an encoder, or m of elongation; over that of what it is in proportion to besides."""
         if self.winds:
             return "m"
         return {"force": "1", "motor_speed": "N s/rad", "joint_speed": "N m s/rad"}.get(self.factor, _UNITS[self.acts])
@@ -132,6 +139,7 @@ VARIABLES = (
     Variable("motor", "drum_angle", "rad", "turn", "force"),
     Variable("motor", "time", "s", "time", "force"),
     Variable("motor", "time", "s", "time", "motor_speed"),
+    Variable("encoder", "motor_angle", "rad", "turn"),
     Variable("cable", "motor_angle", "rad", "turn"),
     Variable("cable", "drum_angle", "rad", "turn"),
     Variable("cable", "time", "s", "time"),
@@ -179,8 +187,9 @@ class UnlistedLaw(Law):
         self.constant_terms = tuple(self._term(name) for name in form.constants)
         """how it acts"""
         self.terms = (*self.amount_terms, *self.constant_terms)
-        self.rubs_under_tension = variable.winds or (variable.acts == "motor" and variable.name == "tension")
-        self.follows_force = "force" in (variable.name, variable.factor)
+        of_tension = variable.acts == "motor" and variable.name == "tension"
+        self.rubs_under_tension = variable.winds or variable.misreads or of_tension
+        self.follows_force = variable.misreads or "force" in (variable.name, variable.factor)
 
     def term_name(self, name: str) -> str:
         """Of an amount or inner constant, as no other law has it."""
@@ -195,6 +204,13 @@ class UnlistedLaw(Law):
         if self.variable.winds and at.arm is not None:
             wound = Winding.of(self.variable, lambda x: self._made(p, x), at.theta, at.arm)
             return wound.share_of_tension * at.tension
+        if self.variable.misreads and at.arm is not None:
+            fs, cm, fv = p.get("fs", np.zeros(1)), p.get("cm", np.ones(1)), p.get("fv", np.zeros(1))
+
+            def rubs(theta_d: Array) -> Array:
+                return fs * dry(theta_d, cm) + fv * theta_d
+
+            return self._misreading(p, at.theta).friction(at.force - at.tension, rubs, at.theta_d, at.arm)
         if self.variable.acts != "motor":
             return np.zeros(())
         made = self._made(p, _OF_MOTOR[self.variable.name](at))
@@ -203,6 +219,9 @@ class UnlistedLaw(Law):
         return made * _OF_MOTOR[self.variable.factor](at) if self.variable.factor else made
 
     def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
+        if self.variable.misreads:
+            read = self._misreading(p, at.theta)
+            return read.pull(p["k"], p["ca"], at.travel_d, at.arm)
         if self.variable.acts != "cable":
             return np.zeros(())
         if not self.variable.winds:
@@ -218,6 +237,10 @@ class UnlistedLaw(Law):
             return made * joint_direction(at.alpha_d)
         made = made * _OF_JOINT[self.variable.factor](at) if self.variable.factor else made
         return self.variable.at_joints(made, at.alpha, at.joint_axis)
+
+    def _misreading(self, p: Values, theta: Array) -> "Misreading":
+        """By the angles to which motors have turned, theta less what is read too much."""
+        return Misreading.of(lambda x: self._made(p, x - self._made(p, x)), theta)
 
     def _made(self, p: Values, x: Array) -> Array:
         # arrays that broadcast, as numbers do
@@ -252,6 +275,41 @@ class Winding:
         angle = theta / gear
         slope = (function(angle + _ANGLE_STEP) - function(angle - _ANGLE_STEP)) / (2 * _ANGLE_STEP)
         return cls(function(angle), slope / (gear * arm.drum))
+
+
+@dataclass(frozen=True)
+class Misreading:
+    """What an encoder reads too much, of each motor: (..., M), or with an axis more of functions.
+
+    The motor has turned by theta less that. So the drum has wound in less, the motor rubs at another speed, and what speeds it up
+    is not what the reading's second derivative says: all are put right as forces.
+    """
+
+    error: Array
+    """rad"""
+    slope: Array
+    """by the motor's angle"""
+    bend: Array
+    """second derivative, 1/rad"""
+
+    @classmethod
+    def of(cls, function: Callable[[Array], Array], theta: Array) -> "Misreading":
+        """By a function, rad, of the motors' angles (..., M), rad."""
+        h = _ENCODER_STEP
+        less, error, more = function(theta - h), function(theta), function(theta + h)
+        return cls(error, (more - less) / (2 * h), (more - 2 * error + less) / h**2)
+
+    def pull(self, k: Array, ca: Array, travel_d: Array, arm: Arm) -> Array:
+        """By which a cable pulls more, N: it is shorter by what the drum has not wound in; travel_d: by the reading, m/s."""
+        return -(k * arm.drum * self.error + ca * self.slope * travel_d)
+
+    def friction(self, left: Array, rubs: Callable[[Array], Array], theta_d: Array, arm: Arm) -> Array:
+        """What the reading's second derivative has too much of, as friction beside what rubs, N.
+
+        left: force that the tension leaves, N; rubs: friction at speeds, N; theta_d: by the reading, rad/s."""
+        turned = theta_d * (1 - self.slope)
+        moving = left - rubs(turned) + arm.motor_inertia / arm.drum * self.bend * theta_d**2
+        return left - rubs(theta_d) - moving / (1 - self.slope)
 
 
 def joint_direction(alpha_d: Array) -> Array:

@@ -1,5 +1,7 @@
 """Laws that no catalogue lists: every one there may be, by its name, in forces and in motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -74,6 +76,7 @@ def test_a_law_does_nothing_at_zero_and_moves_the_arm_elsewhere(name: str) -> No
         "motor.power.tension.along",
         "motor.levelling_off.force",
         "motor.exponential.time.along",
+        "encoder.harmonic.motor_angle",
         "cable.harmonic.drum_angle",
         "cable.harmonic.motor_angle",
         "cable.exponential.time",
@@ -195,3 +198,26 @@ def test_what_spans_joints_bends_each_of_them_as_its_energy_falls(first: int, la
     slope = [(energy(alpha + h * e) - energy(alpha - h * e)) / (2 * h) for e in np.eye(3)]
     np.testing.assert_allclose(law.resistance(values, JointMotion(alpha, np.zeros(3))), slope, atol=1e-8)
     assert np.count_nonzero(slope) == last - first + 1
+
+
+def test_an_arm_whose_encoders_read_wrongly_moves_as_it_would_without_them() -> None:
+    """The same motion, once by true angles with the base laws, once by what encoders read of them with the law of their error."""
+    name, steps = "encoder.harmonic.motor_angle", 60
+    size, count, phase = 0.03, 2.0, 0.7
+    law = unlisted_laws()[name]
+    start, f = moving(steps)
+    true = simulate(MACHINE, start, TIME[:steps], f, 5e-4)
+
+    def error(theta: np.ndarray) -> np.ndarray:
+        return size * np.sin(count * theta + phase)
+
+    read = true.theta + error(true.theta)
+    slope = size * count * np.cos(count * start.theta + phase)
+    amounts = size * np.array([[np.sin(phase)] * 4, [np.cos(phase)] * 4])
+    begins = replace(start, theta=read[0], theta_d=start.theta_d * (1 + slope))
+    machine = Machine(ARM, (*MACHINE.names, name), VALUES | law.values(amounts, {"count": count}))
+    moved, believed = (simulate(m, begins, TIME[:steps], f, 5e-4) for m in (machine, MACHINE))
+    off = [np.abs(m.theta - read).max() for m in (moved, believed)]
+    turned = [np.abs(m.alpha - true.alpha).max() for m in (moved, believed)]
+    assert off[0] < 0.02 * off[1]
+    assert turned[0] < 0.02 * turned[1]
