@@ -2,8 +2,8 @@
 
 A base marker that moves in the picture may also be drawn so by the codec, or lie under a shadow. Where the camera moves, all other
 markers follow: by which share of the base's motion is one more number that all frames have in common, one where the camera shakes
-and none where the base marker alone seems to move. Joints can follow a shift of all markers in part only, so the arm tells it. Turns
-about the optical axis are left alone: of a small turn of the camera about any axis the shift is the largest part by far.
+and none where the base marker alone seems to move. Joints can follow a shift of all markers in part only, so the arm tells it.
+Turns about the optical axis are left alone: of a small turn of the camera about any axis the shift is the largest part by far.
 """
 
 from dataclasses import dataclass
@@ -27,6 +27,9 @@ MAX_FRAMES = 600
 """frames, spread over the recording, that are asked"""
 MIN_RMS_PX = 0.03
 """px: rms motion of the base marker, in its worse direction, below which it is left alone (docs/thresholds.md)"""
+LEFT_OUT_SHARE = 0.02
+"""of the frames, those of the largest motion, by which it is not judged: one frame may show a picture half moved
+(docs/thresholds.md)"""
 FOLLOWED_SHARE = (0.5, 1.5)
 """of the base's motion, that the other markers follow where the camera shakes (docs/thresholds.md)"""
 SURE_SIGMAS = 4.0
@@ -63,8 +66,8 @@ class CameraShake:
         x, y = self.rms_px
         most = float(np.linalg.norm(self.shift, axis=1).max())
         return (
-            f"the camera shakes: the picture moves by {x:.2f} px rms along its rows and {y:.2f} px along its columns, "
-            f"{most:.2f} px at most; corrected by the marker on the base; fix the camera to the base"
+            f"the camera shakes, or was knocked: the picture moves by {x:.2f} px rms along its rows and {y:.2f} px along "
+            f"its columns, {most:.2f} px at most; corrected by the marker on the base; fix the camera to the base"
         )
 
     def as_json(self) -> dict[str, Any]:
@@ -86,11 +89,11 @@ def camera_shake(
     seen = np.flatnonzero(np.isfinite(drifted))
     known = seen[np.isfinite(alpha[seen]).all(axis=1)]
     focal = float(np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
-    if len(known) < 2 or focal * max(np.std(drifted[known].real), np.std(drifted[known].imag)) < MIN_RMS_PX:
+    if len(known) < 2 or focal * _usual_motion(drifted[known]) < MIN_RMS_PX:
         return None
     frames = known[np.unique(np.linspace(0, len(known) - 1, MAX_FRAMES).astype(int))]
     followed, sigma = _followed_share(fit, camera, frames, drifted[frames], alpha[frames], covariance)
-    moved = _shift_of_base(corners[:, base] @ np.array([1, 1j]))
+    moved = _shift_of_base(corners[:, base].astype(complex) @ np.array([1, 1j]))
     shift = np.stack([np.interp(np.arange(len(moved)), seen, part[seen]) for part in (moved.real, moved.imag)], axis=1)
     return CameraShake(shift, _unseen_variance(moved, seen), followed, sigma)
 
@@ -115,17 +118,24 @@ def _shift_of_base(image: Complex) -> Complex:
     return np.where(count > 0, away.sum(axis=1) / np.maximum(count, 1), np.nan)
 
 
+def _usual_motion(shift: Complex) -> float:
+    """rms of a shift (F,) in its worse direction, without the few frames in which it is largest."""
+    size = np.abs(shift)
+    usual = shift[size <= np.quantile(size, 1 - LEFT_OUT_SHARE)]
+    return float(max(np.std(usual.real), np.std(usual.imag)))
+
+
 def _followed_share(
     fit: SharedFit, camera: Camera, frames: NDArray[np.intp], shift: Complex, alpha: Array, covariance: Floats | None
 ) -> tuple[float, float]:
     """Share of the base's shift (F,), normalised, that the other markers follow in some frames, and its standard deviation.
 
     The standard deviation follows from the scatter over the recording."""
-    column = np.where(on_base(fit.scene)[:, None], 0.0, np.broadcast_to(shift[:, None, None], fit.image[frames].shape))
+    of_others = shift[:, None] * ~on_base(fit.scene)
     size = 1 / float(np.sqrt(np.mean(np.abs(shift) ** 2)))  # in units in which it does about as much as the others
     observed = whiten_corners(camera, fit.image[frames], None if covariance is None else covariance[frames])
     scale = float(np.sqrt(fit.variance))
-    beside = size * column[..., None]
+    beside = np.broadcast_to(size * of_others[..., None, None], (*observed.image.shape, 1))
     equations = linkage_equations(fit.scene, observed, fit.shared, alpha, fit.course[frames], 0, scale, beside)
     prior = extend_prior(fit.prior, np.zeros(1))
     free, known_before = prior.free, prior.information[prior.free]

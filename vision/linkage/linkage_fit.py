@@ -115,7 +115,7 @@ def fit_linkage(
 
     covariance: of each marker's corners x1, y1, x2, ..., (F, markers, 8, 8), px^2, NaN or None where not known; only its
     proportions count, its scale is estimated from the residuals. time: (F,), s, to name the moment of a drift
-    and to tell a rolling shutter. corrected: a shake of the camera by which the corners were moved back, so that sigma holds its error.
+    and to tell a rolling shutter. corrected: a shake of the camera by which the corners were moved back; sigma holds its error.
 
     Raises Refused where no marker is on the base bar, or too few frames show what the pose needs.
     """
@@ -171,10 +171,10 @@ def _angles(
     offset_sigma: float,
 ) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
     """Of some frames: alpha; its covariance by noise of the stated size, by shifts of the picture and in directions that no corner
-    tells, and by the shared parameters; the RMS residual in px; the sum of squares of whitened residuals with their degrees of freedom.
+    tells, and by the shared parameters; the RMS residual in px; the sum of squares of whitened residuals with degrees of freedom.
 
-    stated: covariance of the corners; components: of their errors; shared_shift: variance of shifts of the picture in each direction,
-    (F,), normalised coordinates; focal: px; offset_sigma: of lasting corner offsets, normalised coordinates.
+    stated: covariance of the corners; components: of their errors; shared_shift: variance of shifts of the picture in each
+    direction, (F,), normalised coordinates; focal: px; offset_sigma: of lasting corner offsets, normalised coordinates.
     """
     observed = whiten_corners(camera, fit.image[frames], stated)
     first = fit.first_angles(frames)
