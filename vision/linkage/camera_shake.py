@@ -17,7 +17,7 @@ from vision.linkage.block_covariance import clustered_covariance, frame_blocks
 from vision.linkage.gauss_newton import extend_prior, solve_scaled
 from vision.linkage.linkage_equations import linkage_equations
 from vision.linkage.observed_corners import Floats, whiten_corners
-from vision.linkage.scene import Scene
+from vision.linkage.scene import Scene, poses_by_frame, project_to_image
 from vision.linkage.shared_fit import SharedFit
 
 Array = NDArray[np.float64]
@@ -25,13 +25,16 @@ Complex = NDArray[np.complex128]
 
 MAX_FRAMES = 600
 """frames, spread over the recording, that are asked"""
+MAX_LAG = 100
+"""frames from one that shows the base, beyond which nothing is known of the shift"""
 MIN_RMS_PX = 0.03
 """px: rms motion of the base marker, in its worse direction, below which it is left alone (docs/thresholds.md)"""
 LEFT_OUT_SHARE = 0.02
 """of the frames, those of the largest motion, by which it is not judged: one frame may show a picture half moved
 (docs/thresholds.md)"""
-FOLLOWED_SHARE = (0.5, 1.5)
-"""of the base's motion, that the other markers follow where the camera shakes (docs/thresholds.md)"""
+FOLLOWED_SHARE = (0.5, 2.5)
+"""of the base's motion, that the other markers follow where the camera shakes: a codec holds back what stands still
+(docs/thresholds.md)"""
 SURE_SIGMAS = 4.0
 """standard deviations from which on the other markers do follow (docs/thresholds.md)"""
 
@@ -105,8 +108,9 @@ def on_base(scene: Scene) -> NDArray[np.bool_]:
 
 def _drift_of_base(fit: SharedFit, base: NDArray[np.bool_]) -> Complex:
     """Corners of the base markers as the fit has them, (F, base markers, 4), normalised; they move by the camera's drift only."""
-    straight = np.zeros((len(fit.image), fit.scene.arm.N))
-    return fit.scene.image(fit.shared, straight, fit.course)[:, base]
+    straight = np.zeros((1, fit.scene.arm.N))  # they do not move with the arm
+    along, height = fit.scene.points(fit.shared.placement, fit.shared.lengths, straight)
+    return project_to_image(along[:, base], height[base], poses_by_frame(fit.shared, fit.course))
 
 
 def _shift_of_base(image: Complex) -> Complex:
@@ -161,7 +165,8 @@ def _unseen_variance(moved: Complex, seen: NDArray[np.intp]) -> Array:
     lag = np.minimum(np.abs(frame - seen[after]), np.abs(frame - seen[np.maximum(after - 1, 0)]))
     variance = np.zeros(len(moved))
     everywhere = float(np.nanmean(np.abs(moved) ** 2))  # half of twice the variance of both directions
-    for k in np.unique(lag[lag > 0]):
+    variance[lag > MAX_LAG] = everywhere
+    for k in np.unique(lag[(lag > 0) & (lag <= MAX_LAG)]):
         step = np.abs(moved[k:] - moved[:-k]) ** 2
         variance[lag == k] = np.nanmean(step) / 2 if np.isfinite(step).any() else everywhere
     return variance
