@@ -167,7 +167,6 @@ def extract(
         tracks = replace(tracks, covariance=steady_sizes(tracks.covariance))
     covariance = tracks.covariance  # as single floats: hours of them as double ones would be most of memory
     linkage = linkage_options(options)
-
     shake: CameraShake | None = None
 
     def fitted(linkage: LinkageOptions, shutter: Shutter) -> tuple[Array, LinkageFit]:
@@ -175,6 +174,8 @@ def extract(
         corners, kept = seen.copy(), ~(repeated | is_late)
         corners[kept] = at_middle_row(tracks.time[kept], corners[kept], video.height, shutter)
         time = shutter.middle(tracks.time, video.height)
+        if shake is not None:
+            linkage = replace(linkage, standing_px=SHAKEN_PX, standing_weight=SHAKEN_WEIGHT)
         fit = fit_linkage(
             neck,
             camera,
@@ -197,18 +198,22 @@ def extract(
             corners, fit = fitted(linkage, shutter)
         return shutter, corners, fit
 
-    shutter, corners, fit = with_row_time(linkage)
-    if fit.shake is not None and fit.shake.is_sure:
-        shake = fit.shake
-        seen = seen - shake.shift[:, None, None]
-        linkage = replace(linkage, standing_px=SHAKEN_PX, standing_weight=SHAKEN_WEIGHT)
+    def without_shake(linkage: LinkageOptions) -> tuple[Shutter, Array, LinkageFit]:
+        nonlocal shake, seen
         shutter, corners, fit = with_row_time(linkage)
+        if shake is None and fit.shake is not None and fit.shake.is_sure:
+            shake = fit.shake
+            seen = seen - shake.shift[:, None, None]
+            shutter, corners, fit = with_row_time(linkage)
+        return shutter, corners, fit
+
+    shutter, corners, fit = without_shake(linkage)
     askew = None
     if options.placement is None and (
         doubt := misplacement(neck, camera, corners, covariance, str(video.path), fit, linkage)
     ):
         prior, askew = doubt
-        shutter, corners, fit = with_row_time(replace(linkage, placement=prior))
+        shutter, corners, fit = without_shake(replace(linkage, placement=prior))
         fit = replace(fit, placement=None)
     time = shutter.middle(tracks.time, video.height)
     fit = with_noise_by_frames(fit, time)
