@@ -20,6 +20,7 @@ from vision.frame_quality import angle_gaps, frame_quality
 from vision.interlacing import refuse_interlaced
 from vision.late_pictures import late_pictures
 from vision.light_patch import LightPatch
+from vision.linkage.camera_shake import CameraShake
 from vision.linkage.initial_guess import refuse_without_base
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.linkage.linkage_fit import LinkageFit, fit_linkage
@@ -44,6 +45,12 @@ SYSTEMATIC_PX = 0.006
 """px: standard deviation of corner offsets that stay the same over the whole recording (docs/thresholds.md)"""
 STANDING_PX = 0.04
 """px: standard deviation of the offset of a marker that stands still, by the codec and the place of its edges among the pixels
+(docs/thresholds.md)"""
+SHAKEN_PX = 0.02
+"""px: the same where the camera shakes, and the corners were corrected by that marker: its edges go from pixel to pixel
+(docs/thresholds.md)"""
+SHAKEN_WEIGHT = 100.0
+"""how many times as much as frames that counts in a fit: what is left of a shake is in all markers but the base's, for many frames
 (docs/thresholds.md)"""
 _MAX_ROW_TIMES = 3
 """corrections of a rolling shutter's row time that nobody said: the first is nearly right"""
@@ -99,6 +106,7 @@ class Extraction:
             "late_frames": angles.notes["late_frames"],
             "warnings": angles.notes["warnings"],
             "drift": angles.notes["drift"],
+            "shake": angles.notes["shake"],
             "placement": angles.notes.get("placement"),
             "depth": angles.notes["depth"],
             "row_time": angles.notes["row_time"],
@@ -159,13 +167,25 @@ def extract(
         tracks = replace(tracks, covariance=steady_sizes(tracks.covariance))
     covariance = tracks.covariance  # as single floats: hours of them as double ones would be most of memory
     linkage = linkage_options(options)
+    shake: CameraShake | None = None
 
     def fitted(linkage: LinkageOptions, shutter: Shutter) -> tuple[Array, LinkageFit]:
         # the motion of the others is that from one of them to the next
         corners, kept = seen.copy(), ~(repeated | is_late)
         corners[kept] = at_middle_row(tracks.time[kept], corners[kept], video.height, shutter)
         time = shutter.middle(tracks.time, video.height)
-        fit = fit_linkage(neck, camera, corners, str(video.path), covariance=covariance, time=time, options=linkage)
+        if shake is not None:
+            linkage = replace(linkage, standing_px=SHAKEN_PX, standing_weight=SHAKEN_WEIGHT)
+        fit = fit_linkage(
+            neck,
+            camera,
+            corners,
+            str(video.path),
+            covariance=covariance,
+            time=time,
+            options=linkage,
+            corrected=shake,
+        )
         return corners, fit
 
     def with_row_time(linkage: LinkageOptions) -> tuple[Shutter, Array, LinkageFit]:
@@ -178,13 +198,22 @@ def extract(
             corners, fit = fitted(linkage, shutter)
         return shutter, corners, fit
 
-    shutter, corners, fit = with_row_time(linkage)
+    def without_shake(linkage: LinkageOptions) -> tuple[Shutter, Array, LinkageFit]:
+        nonlocal shake, seen
+        shutter, corners, fit = with_row_time(linkage)
+        if shake is None and fit.shake is not None and fit.shake.is_sure:
+            shake = fit.shake
+            seen = seen - shake.shift[:, None, None]
+            shutter, corners, fit = with_row_time(linkage)
+        return shutter, corners, fit
+
+    shutter, corners, fit = without_shake(linkage)
     askew = None
     if options.placement is None and (
         doubt := misplacement(neck, camera, corners, covariance, str(video.path), fit, linkage)
     ):
         prior, askew = doubt
-        shutter, corners, fit = with_row_time(replace(linkage, placement=prior))
+        shutter, corners, fit = without_shake(replace(linkage, placement=prior))
         fit = replace(fit, placement=None)
     time = shutter.middle(tracks.time, video.height)
     fit = with_noise_by_frames(fit, time)
@@ -203,6 +232,7 @@ def extract(
         *_repetition_warning(time, repeated),
         *_late_warning(time, late),
         *scale_warning(scale),
+        *([shake.sentence] if shake else []),
         *_row_time_warning(fit, options.shutter, shutter, video.height),
     ]
     notes["gaps"] = angle_gaps(time, fit.alpha, ids, tracks.status)

@@ -57,7 +57,7 @@ def misplacement(
     free = fit_shared(neck, camera, corners, where, covariance, options=with_drift)
     ratio = described.scale / float(np.sqrt(free.variance))
     extra_px = described.corner_sigma_px * np.sqrt(max(1 - ratio**-2, 0.0))
-    if ratio < MAX_PLACEMENT_ERROR_RATIO or extra_px < MIN_EXTRA_PX:
+    if ratio < MAX_PLACEMENT_ERROR_RATIO or extra_px < np.hypot(MIN_EXTRA_PX, described.shake_left_px):
         return None
     numbers = describe_placement(neck, free, BY_HAND).numbers
     beside = float(np.sqrt(np.mean([((n.value - n.nominal) / n.prior_sigma) ** 2 for n in numbers])))

@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.linkage.error_components import ErrorComponents, is_even
+from vision.linkage.camera_shake import on_base
+from vision.linkage.error_components import ErrorComponents, is_even, shared_shift_slopes
 from vision.linkage.gauss_newton import fit_angles
 from vision.linkage.linkage_equations import inverse_normals, whiten
 from vision.linkage.observed_corners import ObservedCorners
@@ -26,8 +27,12 @@ PRIOR_MARKERS = 20.0
 ROUNDS = 8
 
 
-def estimate_components(fit: SharedFit, observed: ObservedCorners, frames: NDArray[np.intp]) -> ErrorComponents:
-    """The components that explain what a fit leaves of the corners of some frames, beside its variance of all corners."""
+def estimate_components(
+    fit: SharedFit, observed: ObservedCorners, frames: NDArray[np.intp], shaken: bool = False
+) -> ErrorComponents:
+    """The components that explain what a fit leaves of the corners of some frames, beside its variance of all corners.
+
+    shaken: whether the corners were corrected by the base's motion in the picture, so that its error is in all others."""
     course, scale = fit.course[frames], float(np.sqrt(fit.variance))
     alpha, _ = fit_angles(fit.scene, observed, fit.shared, fit.first_angles(frames), course, scale)
     residual = (observed.image - fit.scene.image(fit.shared, alpha, course)) * observed.visible[..., None]
@@ -42,17 +47,26 @@ def estimate_components(fit: SharedFit, observed: ObservedCorners, frames: NDArr
     weight = 1 / np.sum(to_corners**2, axis=(2, 3))[..., None]  # each marker counts by its own stated variance
     squares = weight * _by_component(along, to_corners, left)
     even = observed.visible & is_even(observed)
+    shift = shared_shift_slopes(observed).reshape(count, markers, 8, 2) * ~on_base(fit.scene)[:, None, None]
+    shifted = np.einsum("fminj,fnjk->fmik", remains, shift, optimize=True)
+    of_shift = weight * _by_component(along, to_corners, shifted)
     for _ in range(ROUNDS):
         root = components.whitened_errors(observed) * observed.visible[..., None, None]
         spread = np.einsum("fminj,fnjk->fmink", remains, root, optimize=True)
-        expected = weight * _by_component(along, to_corners, spread.reshape(count, markers, 8, -1))
+        spread = spread.reshape(count, markers, 8, -1)
+        shared = components.shared_shift / fit.variance
+        expected = weight * _by_component(along, to_corners, spread) + shared * of_shift
         outlying = even & (squares.sum(axis=-1) > OUTLYING_SIGMAS**2 * expected.sum(axis=-1))
         usable = even & ~outlying.any(axis=1, keepdims=True)  # it draws the angles, and the others stand beside
         ratio = np.ones_like(components.factor)
         for row, chosen in zip(ratio, (usable & ~components.standing, usable & components.standing), strict=True):
             if chosen.any():
                 row[:] = _ratio(squares[chosen], expected[chosen])
-        components = replace(components, factor=components.factor * np.sqrt(ratio))
+        if shaken:
+            told = usable.all(axis=1)
+            beyond = _squares(shift[told], left[told]) - _squares(shift[told], spread[told])
+            shared = max(beyond / _squares(shift[told], shifted[told]), 0.0) if told.any() else 0.0
+        components = replace(components, factor=components.factor * np.sqrt(ratio), shared_shift=shared * fit.variance)
     return components
 
 
@@ -61,6 +75,11 @@ def _ratio(squares: Array, expected: Array) -> Array:
     total, of_all = squares.sum(axis=0), expected.sum(axis=0)
     prior = PRIOR_MARKERS * of_all / len(expected)
     return (total + prior * total.sum() / of_all.sum()) / (of_all + prior)
+
+
+def _squares(slopes: Array, whitened: Array) -> float:
+    """Sum of squares of whitened corners (F, markers, 8, n) along slopes (F, markers, 8, k)."""
+    return float(np.sum(np.einsum("fmik,fmin->fkn", slopes, whitened, optimize=True) ** 2))
 
 
 def _by_component(along: Array, to_corners: Array, whitened: Array) -> Array:

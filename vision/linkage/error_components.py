@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.linkage.linkage_equations import whiten
 from vision.linkage.observed_corners import Complex, ObservedCorners
 from vision.linkage.standing_markers import standing_markers
 
@@ -30,6 +31,9 @@ class ErrorComponents:
     """(markers,): which markers stand still in the picture"""
     path: Complex
     """(markers,): of length one, the direction in which each marker's path extends"""
+    shared_shift: float = 0.0
+    """variance in each direction, normalised coordinates, of a shift that all markers have in common but those of the base; sought
+    where the camera shakes only"""
 
     @classmethod
     def as_stated(cls, image: Complex) -> "ErrorComponents":
@@ -71,3 +75,8 @@ def _path_directions(image: Complex) -> Complex:
     # twice the angle of the principal axis
     square = np.where(known, middle - mean, 0) ** 2
     return np.exp(0.5j * np.angle(square.sum(axis=0)))
+
+
+def shared_shift_slopes(observed: ObservedCorners) -> Array:
+    """Whitened corners by a shift of the whole picture along its rows and columns, (F, 8 markers, 2)."""
+    return whiten(observed, np.broadcast_to(np.array([1.0, 1.0j]), (*observed.image.shape, 2)))

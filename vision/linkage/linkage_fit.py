@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from calibration.camera import Camera
 from mechanism.description import Neck
 from vision.linkage.camera_motion import DriftTerm
+from vision.linkage.camera_shake import CameraShake, camera_shake
 from vision.linkage.component_estimate import estimate_components
-from vision.linkage.error_components import ErrorComponents
+from vision.linkage.error_components import ErrorComponents, shared_shift_slopes
 from vision.linkage.gauss_newton import fit_angles
 from vision.linkage.linkage_equations import degrees_of_freedom, inverse_normals, whiten
 from vision.linkage.marker_placement import MarkerPlacement, PlacedNumber, describe_depth, describe_placement
@@ -65,6 +66,10 @@ class LinkageFit:
     drift: tuple[DriftTerm, ...] = field(default_factory=tuple)
     row_time: RowTime | None = None
     """what the motion says of a rolling shutter's rows beyond what the corners were corrected by; None without times"""
+    shake: CameraShake | None = None
+    """what the base markers show of a camera that shakes; None where they hardly move"""
+    shake_left_px: float = 0.0
+    """standard deviation, in each direction, of what a corrected shake leaves, as the residuals show it"""
     noise_by_frames: tuple[float, ...] = ()
     """factor on each joint's noise that the scatter from frame to frame asked for, beyond `scale`"""
 
@@ -87,6 +92,7 @@ class LinkageFit:
                 }
                 for d in self.drift
             ],
+            "shake": self.shake.as_json() if self.shake and self.shake.is_sure else None,
             "depth": [n.as_json() for n in self.depth],
         }
         if self.placement is not None:
@@ -103,12 +109,13 @@ def fit_linkage(
     covariance: Floats | None = None,
     time: Array | None = None,
     options: LinkageOptions = LinkageOptions(),  # noqa: B008 (frozen)
+    corrected: CameraShake | None = None,
 ) -> LinkageFit:
     """Angles from corners of shape (F, markers, 4, 2), px as detected, NaN where a marker was not found.
 
     covariance: of each marker's corners x1, y1, x2, ..., (F, markers, 8, 8), px^2, NaN or None where not known; only its
     proportions count, its scale is estimated from the residuals. time: (F,), s, to name the moment of a drift
-    and to tell a rolling shutter.
+    and to tell a rolling shutter. corrected: a shake of the camera by which the corners were moved back; sigma holds its error.
 
     Raises Refused where no marker is on the base bar, or too few frames show what the pose needs.
     """
@@ -116,12 +123,16 @@ def fit_linkage(
     focal = float(np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
     chosen = np.unique(np.linspace(0, len(corners) - 1, MAX_FRAMES).astype(int))
     observed = whiten_corners(camera, fit.image[chosen], None if covariance is None else covariance[chosen])
-    components = estimate_components(fit, observed, chosen)
+    components = estimate_components(fit, observed, chosen, corrected is not None)
+    unseen = np.zeros(len(corners)) if corrected is None else corrected.unseen_variance / focal**2
+    shared_shift = components.shared_shift + unseen
     parts = []
     for start in range(0, len(corners), CHUNK_FRAMES):
         frames = np.arange(start, min(start + CHUNK_FRAMES, len(corners)))
         stated = None if covariance is None else covariance[frames]
-        parts.append(_angles(fit, camera, frames, stated, components, focal, options.systematic_px / focal))
+        parts.append(
+            _angles(fit, camera, frames, stated, components, shared_shift[frames], focal, options.systematic_px / focal)
+        )
     alpha, told, untold, common, residual, squares, freedom = (
         np.concatenate(column) for column in zip(*parts, strict=True)
     )
@@ -143,6 +154,8 @@ def fit_linkage(
         placement=None if options.placement is None else describe_placement(neck, fit, options.placement),
         depth=describe_depth(neck, fit),
         drift=fit.drift,
+        shake=corrected or camera_shake(fit, camera, corners, alpha, covariance),
+        shake_left_px=focal * float(np.sqrt(components.shared_shift)),
         row_time=None if time is None else row_time(fit, camera, corners, time, alpha, covariance),
     )
 
@@ -153,14 +166,15 @@ def _angles(
     frames: NDArray[np.intp],
     stated: Floats | None,
     components: ErrorComponents,
+    shared_shift: Array,
     focal: float,
     offset_sigma: float,
 ) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
-    """Of some frames: alpha, its covariance by noise of the stated size, in directions that no corner tells, and by the shared
-    parameters, the RMS residual in px, and the sum of squares of whitened residuals with their degrees of freedom.
+    """Of some frames: alpha; its covariance by noise of the stated size, by shifts of the picture and in directions that no corner
+    tells, and by the shared parameters; the RMS residual in px; the sum of squares of whitened residuals with degrees of freedom.
 
-    stated: covariance of the corners; components: of their errors; focal: px; offset_sigma: of lasting corner offsets,
-    normalised coordinates.
+    stated: covariance of the corners; components: of their errors; shared_shift: variance of shifts of the picture in each
+    direction, (F,), normalised coordinates; focal: px; offset_sigma: of lasting corner offsets, normalised coordinates.
     """
     observed = whiten_corners(camera, fit.image[frames], stated)
     first = fit.first_angles(frames)
@@ -168,11 +182,13 @@ def _angles(
     alpha, equations = fit_angles(
         fit.scene, observed, fit.shared, first, fit.course[frames], float(np.sqrt(fit.variance))
     )
-    spread = np.swapaxes(whiten(observed, fit.scene.by_angles(fit.shared, alpha, fit.course[frames])), 1, 2)
-    spread = spread.reshape(len(frames), n, -1, 8).swapaxes(1, 2) @ components.whitened_errors(observed)
+    by_angles = np.swapaxes(whiten(observed, fit.scene.by_angles(fit.shared, alpha, fit.course[frames])), 1, 2)
+    spread = by_angles.reshape(len(frames), n, -1, 8).swapaxes(1, 2) @ components.whitened_errors(observed)
     told = equations.inverse @ (spread @ np.swapaxes(spread, 2, 3)).sum(axis=1) @ equations.inverse
     # nothing of a direction without information is in the inverse
     untold = inverse_normals(equations.normal, UNDETERMINED_VARIANCE) - equations.inverse
+    by_shift = equations.inverse @ (by_angles @ shared_shift_slopes(observed))
+    untold = untold + shared_shift[:, None, None] * (by_shift @ np.swapaxes(by_shift, 1, 2))
     by_shared = -equations.inverse @ equations.mixed  # d alpha / d shared of the least squares, (F, N, p)
     common = by_shared @ fit.covariance @ np.swapaxes(by_shared, 1, 2)
     if fit.offset_gain is not None:

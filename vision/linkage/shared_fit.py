@@ -72,6 +72,8 @@ class LinkageOptions:
     """px: standard deviation of corner offsets that stay the same over the recording, which more frames do not average out"""
     standing_px: float = 0.0
     """px: standard deviation of the offset of a marker that stands still in the picture: the same pixels err in every frame"""
+    standing_weight: float = 1.0
+    """how many times as much as frames that counts in a fit: errors of corners come again from frame to frame"""
 
 
 @dataclass(frozen=True)
@@ -145,7 +147,9 @@ def fit_shared(
     nominal = nominal_parameters(scene.arm, markers, np.zeros(6))
     prior = _prior(nominal, markers, placement)
     if placement is None and options.standing_px:
-        prior = _with_standing_offsets(prior, scene, image[chosen], options.standing_px / recording.focal)
+        prior = _with_standing_offsets(
+            prior, scene, image[chosen], options.standing_px / recording.focal, options.standing_weight
+        )
     fit = _fit_chosen(recording, chosen, prior, where)
     course = np.zeros((len(image), 0))
     terms: tuple[DriftTerm, ...] = ()
@@ -300,19 +304,22 @@ def _prior(nominal: SharedParameters, markers: Markers, placement: PlacementPrio
     return SharedPrior(nominal.vector, weight * information, free, weight)
 
 
-def _with_standing_offsets(prior: SharedPrior, scene: Scene, image: Complex, offset: float) -> SharedPrior:
+def _with_standing_offsets(
+    prior: SharedPrior, scene: Scene, image: Complex, offset: float, weight: float
+) -> SharedPrior:
     """The prior with the places of markers that stand still known to `offset` only, normalised coordinates.
 
     image: normalised corners (F, markers, 4), NaN where not found. Such a marker counts as one measurement, not as one in every
-    frame: the motion of the others tells where its bar is.
+    frame: the motion of the others tells where its bar is. weight: how many times as much as frames it counts in a fit.
     """
     size = scene.markers.size
-    information, free = prior.information.copy(), prior.free.copy()
+    information, free, wider = prior.information.copy(), prior.free.copy(), prior.wider.copy()
     side = side_lengths(image)
     for k in np.flatnonzero(standing_markers(image)):
         row = slice(6 + PLACEMENT * k, 9 + PLACEMENT * k)
-        information[row], free[row] = (np.array([size, size, 2.0]) * offset / side[k]) ** -2, True
-    return replace(prior, information=information, free=free)
+        information[row] = weight * (np.array([size, size, 2.0]) * offset / side[k]) ** -2
+        free[row], wider[row] = True, weight
+    return replace(prior, information=information, free=free, wider=wider)
 
 
 def _initial_angles(scene: Scene, shared: SharedParameters, image: Complex) -> Array:
