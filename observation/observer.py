@@ -275,7 +275,7 @@ class Observer:
 
     def _predict(self, interval: float, force: Array, last_force: Array) -> None:
         """Over the time to the next row, s, in steps of at most MAX_STEP_S, under a force that goes to the last one, (M,), N."""
-        layout, bound = self.numbers.layout, self.numbers.memory_bound
+        layout = self.numbers.layout
         count = max(1, int(np.ceil(interval / MAX_STEP_S)))
         h = interval / count
         transition = np.eye(layout.size)
@@ -286,7 +286,7 @@ class Observer:
             step = self.prediction.step(self.state, self._acceleration, acting, h, elapsed)
             F = step.transition
             self.state = self.state + step.change
-            self.state[layout.memory] = np.clip(self.state[layout.memory], -bound, bound)
+            self._keep_memory_within_bounds()
             self.covariance = _symmetric(F @ self.covariance @ F.T + self.prediction.noise(step))
             if layout.S:
                 F = self._gather_at_bounds(step.beyond) * F
@@ -296,8 +296,12 @@ class Observer:
         self._transition = transition
         self._predicted, self._predicted_covariance = self.state, self.covariance
 
+    def _keep_memory_within_bounds(self) -> None:
+        memory, bound = self.numbers.layout.memory, self.numbers.memory_bound
+        self.state[memory] = np.clip(self.state[memory], -bound, bound)
+
     def _gather_at_bounds(self, beyond: Array) -> Array:
-        """What is left of each entry's sigma, (size, 1), where motion leads memory variables on that stand at their bounds.
+        """What is left of each entry's sigma, (size, 1), where motion leads memory variables on to their bounds.
 
         beyond: by how much, (M S,). The bound gathers what lags behind it, at most two sigmas: then the variable is known. Were
         it not, counted motor angles would draw it away from its bound again and again.
@@ -323,6 +327,7 @@ class Observer:
         S = P[at, at] + np.diag(sigma**2)
         K = np.linalg.solve(S, P[at]).T
         self.state = self.state + K @ (values - self.state[at])
+        self._keep_memory_within_bounds()
         self.covariance = _symmetric(P - K @ P[at])
 
     def _learned(self, angles: Array, sigma: Array) -> Array:
