@@ -245,13 +245,14 @@ class Observer:
         return self._acceleration[self.numbers.layout.alpha_d].copy()
 
     def _forget_motion(self) -> None:
-        """After a gap of the log: forgets all but the pre-elongations and when the recording began."""
-        x0 = self.numbers.layout.x0
-        kept, kept_covariance = self.state[x0].copy(), self.covariance[x0, x0].copy()
+        """After a gap of the log: forgets all but the pre-elongations, what play drags along, and when the recording began."""
+        layout = self.numbers.layout
+        lasting = slice(layout.x0.start, layout.dragged.stop)
+        kept, kept_covariance = self.state[lasting].copy(), self.covariance[lasting, lasting].copy()
         began, correction = self._began, self.correction
         self.restart()
         self._began, self.correction = began, correction
-        self.state[x0], self.covariance[x0, x0] = kept, kept_covariance
+        self.state[lasting], self.covariance[lasting, lasting] = kept, kept_covariance
 
     def _begin(self, theta: Array, f: Array, angles: Array | None) -> None:
         """At rest where the cables pull the arm to, from the told angles on, or from straight."""

@@ -109,7 +109,8 @@ class Prediction:
     def _pose_covariance(self, state: Array, e: EvaluatedRates) -> Array:
         """A A^T of PoseError, what the fit left of each angle, and what friction holds, (N, N), rad^2."""
         numbers, layout = self._numbers, self._numbers.layout
-        A = numbers.pose_error.at(state[layout.alpha], float(e.tension.mean()), state[layout.alpha_d], e.elongation_d)
+        motion = (state[layout.alpha_d], e.elongation_d, state[layout.sides])
+        A = numbers.pose_error.at(state[layout.alpha], float(e.tension.mean()), *motion)
         covariance = A @ A.T + self._pose_floor
         return covariance + _held_covariance(e, layout.alpha) if e.held.any() else covariance
 
