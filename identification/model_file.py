@@ -234,7 +234,7 @@ def machine_of(model: Model, arm: Arm) -> Machine:
     return Machine(arm, model.laws, values)
 
 
-def posed_machine(model: Model, arm: Arm) -> Machine:
+def observing_machine(model: Model, arm: Arm) -> Machine:
     """The machine of a model where motors shall tell the joints, without what its `pose` says.
 
     A drum with play is at its flank as soon as its motor has turned by the play (OPERATOR). What `identify` and `diagnose` tell by
@@ -251,7 +251,7 @@ def pose_machine(model: Model, neck: Neck, amounts: Mapping[int, float] | None =
 
     As the model and the description have it where no camera found such numbers.
     """
-    machine = posed_machine(model, arm_of(neck))
+    machine = observing_machine(model, arm_of(neck))
     if model.pose is None:
         return machine
     by_name = {number.name: number for number in toleranced_numbers(neck)}

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from identification.cable_memory import memory_states
 from identification.dataset.series import interpolated
 from identification.filters import low_pass
-from identification.model_file import Model, posed_machine
+from identification.model_file import Model, observing_machine
 from identification.pose_numbers import DRAGGED, MARKER_OFFSET, SoughtNumber
 from identification.pose_rows import PoseRows
 from mechanism.arm import Arm, arm_of
@@ -44,7 +44,7 @@ class PoseEquations:
 
     def __init__(self, neck: Neck, model: Model, rows: Sequence[PoseRows], numbers: Sequence[SoughtNumber]) -> None:
         self.neck, self.model, self.rows, self.numbers = neck, model, rows, numbers
-        self.base = posed_machine(model, arm_of(neck))
+        self.base = observing_machine(model, arm_of(neck))
         self.sigma = np.array([n.sigma for n in numbers])
         self.mean = np.array([n.mean for n in numbers])
         self.low = (np.array([n.low for n in numbers]) - self.mean) / self.sigma
@@ -157,7 +157,9 @@ class PoseEquations:
                 g = geometry_of_poses(machine.arm, alpha)
                 load = terms(machine.arm, alpha, np.zeros_like(alpha)).g
                 wound = g.length - lengths(machine.arm, np.zeros(machine.arm.N))
-                torques.append(_torque(machine, self._dragged(p, r), rows, self._speed(r), wound, g.wraps, g.Z, load, g.length)[0])
+                torques.append(
+                    _torque(machine, self._dragged(p, r), rows, self._speed(r), wound, g.wraps, g.Z, load, g.length)[0]
+                )
             columns.append((torques[0] - torques[1]) / (2 * _DIFFERENCE_RAD))
         # torque falls as the angle grows
         return -np.linalg.pinv(np.stack(columns, axis=-1))

@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 FRICTION_TIME_S = 0.2
 """s, for which what friction's law does not say lasts (docs/thresholds.md)"""
+DRAGGED_TIME_S = 10.0
+"""s, for which the share lasts that cables' dampers feel of motors that cross their play (docs/thresholds.md)"""
 LET_GO_HZ = 0.8
 """at which friction in joints and on pulleys holds and lets go, for the sigma of rates (docs/thresholds.md)"""
 X0_DRIFT_M = 2e-6
@@ -30,7 +32,6 @@ MOTOR_NOISE_S = 1e-3
 """s, for which a motor's unmodelled force acts at once (docs/thresholds.md)"""
 MEMORY_NOISE = 1e-3
 """share of a cable's memory bound, or N, in a square root of a second (docs/thresholds.md)"""
-DRAGGED_TIME_S = 10.0
 MIN_FRICTION_SHARE = 0.03
 """of the arm's typical load: sigma of a motor's equation at least, however well it was fitted (docs/thresholds.md)"""
 MIN_POSE_SIGMA_RAD = np.radians(0.0002)
