@@ -15,6 +15,7 @@ from mechanism.arm import Arm, arm_of
 from mechanism.description import Neck
 from mechanism.friction import CM
 from mechanism.laws import LAWS, is_law, law_named
+from mechanism.laws.backlash import OPERATOR
 from mechanism.laws.unlisted import UnlistedLaw
 from mechanism.machine import Machine
 from mechanism.toleranced_numbers import moved, toleranced_numbers
@@ -236,12 +237,24 @@ def machine_of(model: Model, arm: Arm) -> Machine:
     return Machine(arm, model.laws, values)
 
 
+def observing_machine(model: Model, arm: Arm) -> Machine:
+    """The machine of a model where motors shall tell the joints, without what its `pose` says.
+
+    A drum with play is at its flank as soon as its motor has turned by the play (OPERATOR). What `identify` and `diagnose` tell by
+    joints that were smoothed between frames crosses over later.
+    """
+    machine = machine_of(model, arm)
+    if machine.play_place is None:
+        return machine
+    return replace(machine, values={**machine.values, **OPERATOR})
+
+
 def pose_machine(model: Model, neck: Neck, amounts: Mapping[int, float] | None = None) -> Machine:
     """The arm with the numbers by which its motors tell its joints; amounts: added to some, by their place in the model's `pose`.
 
     As the model and the description have it where no camera found such numbers.
     """
-    machine = machine_of(model, arm_of(neck))
+    machine = observing_machine(model, arm_of(neck))
     if model.pose is None:
         return machine
     by_name = {number.name: number for number in toleranced_numbers(neck)}

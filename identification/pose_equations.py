@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from identification.cable_memory import memory_states
 from identification.dataset.series import interpolated
 from identification.filters import low_pass
-from identification.model_file import Model, machine_of
-from identification.pose_numbers import MARKER_OFFSET, SoughtNumber
+from identification.model_file import Model, observing_machine
+from identification.pose_numbers import DRAGGED, MARKER_OFFSET, SoughtNumber
 from identification.pose_rows import PoseRows
 from mechanism.arm import Arm, arm_of
 from mechanism.cable_lengths import geometry_of_poses, lengths
@@ -44,7 +44,7 @@ class PoseEquations:
 
     def __init__(self, neck: Neck, model: Model, rows: Sequence[PoseRows], numbers: Sequence[SoughtNumber]) -> None:
         self.neck, self.model, self.rows, self.numbers = neck, model, rows, numbers
-        self.base = machine_of(model, arm_of(neck))
+        self.base = observing_machine(model, arm_of(neck))
         self.sigma = np.array([n.sigma for n in numbers])
         self.mean = np.array([n.mean for n in numbers])
         self.low = (np.array([n.low for n in numbers]) - self.mean) / self.sigma
@@ -106,12 +106,20 @@ class PoseEquations:
                 values[n.name][0 if n.index is None else n.index - 1] = value
         return Machine(replace(self._arm(p), x0=x0), self.base.names, values), late
 
+    def _dragged(self, p: Array, r: int) -> Array:
+        """Shares of the motors' speeds that a recording's cables feel while motors cross their play, (M,)."""
+        out = np.zeros(self.neck.M)
+        for n, value in zip(self.numbers, self.mean + p * self.sigma, strict=True):
+            if n.recording == r and n.name == DRAGGED and n.index is not None:
+                out[n.index - 1] = value
+        return out
+
     def misfit(self, p: Array, r: int, compliance: Array) -> Misfit:
         """How frames and forces of a recording miss the equations; compliance (T, N, N): of the arm on its cables, rad/(N m)."""
         rows = self.rows[r]
         machine, late = self._machine(p, r)
         wound, wraps, Z, load, length = self._geometry(p, r)
-        torque, tension = _torque(machine, rows, self._speed(r), wound, wraps, Z, load, length)
+        torque, tension = _torque(machine, self._dragged(p, r), rows, self._speed(r), wound, wraps, Z, load, length)
         error = self.moved[r] + np.einsum("tij,tj->ti", compliance, torque)
         # frames are later than their stamps say, and so is the state that was made of them
         seen_at = rows.frames.time + late - self.late[r]
@@ -123,7 +131,7 @@ class PoseEquations:
         """Forces of a recording's motors less modelled ones, (T, M), N."""
         rows, (machine, _) = self.rows[r], self._machine(p, r)
         wound, wraps, Z, load, length = self._geometry(p, r)
-        tension = _torque(machine, rows, self._speed(r), wound, wraps, Z, load, length)[1]
+        tension = _torque(machine, self._dragged(p, r), rows, self._speed(r), wound, wraps, Z, load, length)[1]
         return _motor_misfit(machine, rows, wraps, tension)
 
     def held_variance(self, p: Array, r: int, compliance: Array) -> Array:
@@ -132,7 +140,7 @@ class PoseEquations:
         machine, late = self._machine(p, r)
         wound, wraps, Z, load, length = self._geometry(p, r)
         speed = self._speed(r)
-        tension = _torque(machine, rows, speed, wound, wraps, Z, load, length)[1]
+        tension = _torque(machine, self._dragged(p, r), rows, speed, wound, wraps, Z, load, length)[1]
         held = machine.held_torque(JointMotion(rows.alpha, speed), Z, wraps, tension)
         variance = np.einsum("tij,tj->ti", compliance**2, HELD_VARIANCE * held**2)
         return interpolated(rows.frames.time + late, rows.time, variance)
@@ -149,7 +157,9 @@ class PoseEquations:
                 g = geometry_of_poses(machine.arm, alpha)
                 load = terms(machine.arm, alpha, np.zeros_like(alpha)).g
                 wound = g.length - lengths(machine.arm, np.zeros(machine.arm.N))
-                torques.append(_torque(machine, rows, self._speed(r), wound, g.wraps, g.Z, load, g.length)[0])
+                torques.append(
+                    _torque(machine, self._dragged(p, r), rows, self._speed(r), wound, g.wraps, g.Z, load, g.length)[0]
+                )
             columns.append((torques[0] - torques[1]) / (2 * _DIFFERENCE_RAD))
         # torque falls as the angle grows
         return -np.linalg.pinv(np.stack(columns, axis=-1))
@@ -162,7 +172,7 @@ class PoseEquations:
         self.shifted[r], self.late[r] = (alpha, alpha_d, alpha_dd), late
         self._loads.clear()
         wound, wraps, Z, load, length = self._geometry(p, r)
-        torque = _torque(machine, rows, self._speed(r), wound, wraps, Z, load, length)[0]
+        torque = _torque(machine, self._dragged(p, r), rows, self._speed(r), wound, wraps, Z, load, length)[0]
         self.moved[r] = self.moved[r] + np.einsum("tij,tj->ti", self.compliance(p, r), torque)
         self._loads.clear()
 
@@ -185,7 +195,15 @@ def _motor_misfit(machine: Machine, rows: PoseRows, wraps: Array, tension: Array
 
 
 def _torque(
-    machine: Machine, rows: PoseRows, speed: Array, wound: Array, wraps: Array, Z: Array, load: Array, length: Array
+    machine: Machine,
+    dragged: Array,
+    rows: PoseRows,
+    speed: Array,
+    wound: Array,
+    wraps: Array,
+    Z: Array,
+    load: Array,
+    length: Array,
 ) -> tuple[Array, Array]:
     """What cables pull beyond what the arm needs, (T, N), N m, and their tensions (T, M), N."""
     arm = machine.arm
@@ -202,7 +220,8 @@ def _torque(
         theta=rows.theta,
         time=since,
     )
-    tension = np.broadcast_to(machine.tension(at, memory_states(machine, at, rows.step)), x.shape)
+    z = memory_states(machine, at, rows.step)
+    tension = np.broadcast_to(np.maximum(machine.pull(at, z) + dragged * machine.undragged(at, z), 0.0), x.shape)
     resistance = machine.resistance(JointMotion(rows.alpha, speed, since))
     return np.einsum("tij,tj->ti", machine.arriving(Z, speed, wraps), tension) - load - resistance, tension
 

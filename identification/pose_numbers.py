@@ -16,6 +16,10 @@ from mechanism.toleranced_numbers import TolerancedNumber, toleranced_numbers
 
 MARKER_OFFSET = "marker_offset"
 """name of by how much the camera sees a joint's angle beside that of the bars"""
+DRAGGED = "dragged"
+"""name of the share of a motor's speed that its cable's damper feels while the motor crosses its play"""
+DRAGGED_SIGMA = 0.6
+"""of that share: anything between none, as the law has it, and all is as likely (docs/thresholds.md)"""
 _MAX_MARKER_OFFSET_RAD = 0.2
 """rad, of what is sought (docs/thresholds.md)"""
 _UNTOLD_STIFFNESS = 5e3
@@ -71,7 +75,8 @@ def sought_numbers(neck: Neck, model: Model, rows: Sequence[PoseRows]) -> list[S
             for i in range(neck.N)
         ]
     arm = arm_of(neck)
-    values = machine_of(model, arm).values
+    machine = machine_of(model, arm)
+    values = machine.values
     known = {(p.name, p.index): i for i, p in enumerate(model.parameters)}
     variances = np.diag(covariance_of(model))
     for term in terms_of(model.laws):
@@ -99,6 +104,12 @@ def sought_numbers(neck: Neck, model: Model, rows: Sequence[PoseRows]) -> list[S
             out.append(
                 SoughtNumber(name="x0", index=j + 1, mean=0.0, sigma=_X0_SIGMA_M, low=-0.05, high=0.05, recording=r)
             )
+            if machine.play_place is not None:
+                out.append(
+                    SoughtNumber(
+                        name=DRAGGED, index=j + 1, mean=0.0, sigma=DRAGGED_SIGMA, low=-1.0, high=2.0, recording=r
+                    )
+                )
         out.append(
             SoughtNumber(
                 name="clock", index=None, mean=0.0, sigma=recording.clock_sigma, low=-0.05, high=0.05, recording=r

@@ -164,6 +164,22 @@ class Machine:
             total = total + law.pull(self.values, at, z[..., part])
         return total
 
+    @property
+    def play_place(self) -> int | None:
+        """Which of a cable's memory variables says where its drum lies within its play; None where drums have none."""
+        return next((part.start for law, part in self._parts if type(law).undragged is not Law.undragged), None)
+
+    def undragged(self, at: CableMotion, z: Array) -> Array:
+        """Tension more, (..., M), N, if the cables' dampers felt all of the motors' speed while they cross their play."""
+        return sum((law.undragged(self.values, at, z[..., part]) for law, part in self._parts), start=np.zeros(()))
+
+    def memory_in_motion(self, at: CableMotion) -> Array:
+        """Memory variables, (..., M, states), of cables that have gone on as they go: creep has ended, strands stand anywhere."""
+        out = np.zeros((*at.x.shape, self.states))
+        for law, part in self._parts:
+            out[..., part] = law.memory_in_motion(at)
+        return out
+
     def memory_rate(self, at: CableMotion, z: Array) -> Array:
         """Rate of the cables' memory variables, (..., M, states)."""
         out = np.empty_like(z, shape=np.broadcast_shapes(z.shape, (*at.x.shape, self.states)))

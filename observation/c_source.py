@@ -56,6 +56,8 @@ def _defines(observer: Observer, law_count: int) -> dict[str, int | float]:
         "LAWS": law_count,
         "AT_THETA": layout.theta.start,
         "AT_X0": layout.x0.start,
+        "KEPT": layout.dragged.stop - layout.x0.start,
+        "AT_SIDES": int(layout.sides[0]) if len(layout.sides) else 0,
         "AT_POSE": layout.pose_error.start,
         "GAMMA": float(GAMMA),
         "HELD_VARIANCE": HELD_VARIANCE,

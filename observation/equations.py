@@ -123,7 +123,10 @@ def _formed(
         theta=theta,
         time=since,
     )
-    tension = machine.tension(at, z) + 0.0 * x
+    pull = machine.pull(at, z) + 0.0 * x
+    if layout.play is not None:
+        pull = pull + part("dragged") * machine.undragged(at, z)
+    tension = np.maximum(pull, 0.0)
     turning = MotorMotion(
         theta_d=theta_d,
         tension=tension,

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.model_file import Model, PoseModel, marker_offsets, pose_machine
+from identification.pose_numbers import DRAGGED_SIGMA
 from mechanism.description import Neck
 from mechanism.machine import Machine
 from mechanism.typical_load import typical_load
@@ -20,6 +21,8 @@ Array = NDArray[np.float64]
 
 FRICTION_TIME_S = 0.2
 """s, for which what friction's law does not say lasts (docs/thresholds.md)"""
+DRAGGED_TIME_S = 10.0
+"""s, for which the share lasts that cables' dampers feel of motors that cross their play (docs/thresholds.md)"""
 LET_GO_HZ = 0.8
 """at which friction in joints and on pulleys holds and lets go, for the sigma of rates (docs/thresholds.md)"""
 X0_DRIFT_M = 2e-6
@@ -103,9 +106,10 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
             theta_d=(left_N * machine.arm.drum / machine.arm.motor_inertia) ** 2 * MOTOR_NOISE_S,
             memory=(MEMORY_NOISE * np.where(has_bound, bound, 1.0)) ** 2,
             x0=_x0_drift(pose, error),
+            dragged=2 * DRAGGED_SIGMA**2 / DRAGGED_TIME_S,
             friction_error=2 * friction_sigma**2 / FRICTION_TIME_S,
         ),
-        decay=layout.vector(friction_error=1 / FRICTION_TIME_S, pose_error=1 / POSE_TIME_S),
+        decay=layout.vector(dragged=1 / DRAGGED_TIME_S, friction_error=1 / FRICTION_TIME_S, pose_error=1 / POSE_TIME_S),
         start=layout.vector(x0=machine.arm.x0, memory=machine.memory_start.ravel() if layout.S else 0.0),
         start_sigma=layout.vector(
             alpha=START_ALPHA_RAD,
@@ -115,6 +119,7 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
             memory=np.where(has_bound, bound / 2, 1.0),
             # the pose's error holds what is not known of those that a recording told
             x0=[0.0 if j + 1 in known_x0 else UNSEEN_X0_SIGMA_M for j in range(layout.M)],
+            dragged=DRAGGED_SIGMA,
             # at rest friction holds any force up to its whole
             friction_error=np.hypot(friction_sigma, machine.values.get("fs", np.zeros(1))),
         ),

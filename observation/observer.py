@@ -245,13 +245,14 @@ class Observer:
         return self._acceleration[self.numbers.layout.alpha_d].copy()
 
     def _forget_motion(self) -> None:
-        """After a gap of the log: forgets all but the pre-elongations and when the recording began."""
-        x0 = self.numbers.layout.x0
-        kept, kept_covariance = self.state[x0].copy(), self.covariance[x0, x0].copy()
+        """After a gap of the log: forgets all but the pre-elongations, what play drags along, and when the recording began."""
+        layout = self.numbers.layout
+        lasting = slice(layout.x0.start, layout.dragged.stop)
+        kept, kept_covariance = self.state[lasting].copy(), self.covariance[lasting, lasting].copy()
         began, correction = self._began, self.correction
         self.restart()
         self._began, self.correction = began, correction
-        self.state[x0], self.covariance[x0, x0] = kept, kept_covariance
+        self.state[lasting], self.covariance[lasting, lasting] = kept, kept_covariance
 
     def _begin(self, theta: Array, f: Array, angles: Array | None) -> None:
         """At rest where the cables pull the arm to, from the told angles on, or from straight."""
@@ -275,7 +276,7 @@ class Observer:
 
     def _predict(self, interval: float, force: Array, last_force: Array) -> None:
         """Over the time to the next row, s, in steps of at most MAX_STEP_S, under a force that goes to the last one, (M,), N."""
-        layout, bound = self.numbers.layout, self.numbers.memory_bound
+        layout = self.numbers.layout
         count = max(1, int(np.ceil(interval / MAX_STEP_S)))
         h = interval / count
         transition = np.eye(layout.size)
@@ -286,7 +287,7 @@ class Observer:
             step = self.prediction.step(self.state, self._acceleration, acting, h, elapsed)
             F = step.transition
             self.state = self.state + step.change
-            self.state[layout.memory] = np.clip(self.state[layout.memory], -bound, bound)
+            self._keep_memory_within_bounds()
             self.covariance = _symmetric(F @ self.covariance @ F.T + self.prediction.noise(step))
             if layout.S:
                 F = self._gather_at_bounds(step.beyond) * F
@@ -296,8 +297,12 @@ class Observer:
         self._transition = transition
         self._predicted, self._predicted_covariance = self.state, self.covariance
 
+    def _keep_memory_within_bounds(self) -> None:
+        memory, bound = self.numbers.layout.memory, self.numbers.memory_bound
+        self.state[memory] = np.clip(self.state[memory], -bound, bound)
+
     def _gather_at_bounds(self, beyond: Array) -> Array:
-        """What is left of each entry's sigma, (size, 1), where motion leads memory variables on that stand at their bounds.
+        """What is left of each entry's sigma, (size, 1), where motion leads memory variables on to their bounds.
 
         beyond: by how much, (M S,). The bound gathers what lags behind it, at most two sigmas: then the variable is known. Were
         it not, counted motor angles would draw it away from its bound again and again.
@@ -323,6 +328,7 @@ class Observer:
         S = P[at, at] + np.diag(sigma**2)
         K = np.linalg.solve(S, P[at]).T
         self.state = self.state + K @ (values - self.state[at])
+        self._keep_memory_within_bounds()
         self.covariance = _symmetric(P - K @ P[at])
 
     def _learned(self, angles: Array, sigma: Array) -> Array:

@@ -30,7 +30,7 @@ from mechanism.dynamics import gravity_and_springs
 from mechanism.machine import Machine
 from mechanism.toleranced_numbers import toleranced_numbers
 from mechanism.typical_load import typical_load
-from observation.resting_arm import cables_at_rest, compliance, missing_torque, pull_at_rest
+from observation.resting_arm import cables_at_rest, compliance, missing_torque, pull_at_rest, sides_in_motion
 
 Array = NDArray[np.float64]
 
@@ -56,7 +56,7 @@ UNSEEN_X0_SIGMA_M = 5e-3
 @dataclass(frozen=True)
 class PoseError:
     """The pose's error: features are 1, N scaled angles, their N (N + 1) / 2 products, the scaled mean tension, N speeds of joints
-    and M rates of elongation, both scaled."""
+    and M rates of elongation, both scaled, and where there is play the M sides at which drums lie."""
 
     middle: Array
     """of the angles' range, (N,), rad"""
@@ -69,16 +69,19 @@ class PoseError:
     by_x0: Array
     """of the angles by the pre-elongations, rms over the poses, (N, M), rad/m"""
 
-    def at(self, alpha: Array, tension: float, alpha_d: Array, x_d: Array) -> Array:
-        """A at angles (N,), rad, a mean tension, N, speeds (N,), rad/s, and rates of elongation (M,), m/s: (N, R), rad."""
-        return (self.features(alpha, tension, alpha_d, x_d) @ self._flat_factor).reshape(self.factor.shape[1:])
+    def at(self, alpha: Array, tension: float, alpha_d: Array, x_d: Array, sides: Array) -> Array:
+        """A at angles (N,), rad, a mean tension, N, speeds (N,), rad/s, and rates of elongation (M,), m/s: (N, R), rad.
 
-    def features(self, alpha: Array, tension: float, alpha_d: Array, x_d: Array) -> Array:
+        sides: of the drums within their play, -1 ... 1, (M,), or (0,) where they have none."""
+        return (self.features(alpha, tension, alpha_d, x_d, sides) @ self._flat_factor).reshape(self.factor.shape[1:])
+
+    def features(self, alpha: Array, tension: float, alpha_d: Array, x_d: Array, sides: Array) -> Array:
         """Features, (features,), of the arguments of `at`."""
         u = (alpha - self.middle) / self.half_range
         first, second = self._pairs
         scaled = (tension - self.tension[0]) / self.tension[1]
-        return np.concatenate([[1.0], u, u[first] * u[second], [scaled], alpha_d / SPEED_RAD_S, x_d / ELONGATION_D_M_S])
+        motion = (alpha_d / SPEED_RAD_S, x_d / ELONGATION_D_M_S, sides)
+        return np.concatenate([[1.0], u, u[first] * u[second], [scaled], *motion])
 
     def rate(self, alpha: Array, alpha_d: Array) -> Array:
         """How fast A changes as the pose does, at angles (N,), rad, and speeds (N,), rad/s: (N, R), rad/s."""
@@ -177,7 +180,8 @@ def pose_error(model: Model, neck: Neck) -> PoseError:
     tension_scale = (float(np.mean(mean)), float(max(np.std(mean), _LEAST_SPREAD * unit)))
     by_x0 = np.stack([_by_x0(base, alpha, theta, gives_way, j) for j in range(m)], axis=-1)
     empty = PoseError(middle, half, tension_scale, np.zeros((1, n, 1)), np.sqrt(np.mean(by_x0**2, axis=0)))
-    features = np.stack([empty.features(*each) for each in zip(alpha, mean, alpha_d, x_d, strict=True)])
+    sides = sides_in_motion(base, alpha, theta, alpha_d, x_d)
+    features = np.stack([empty.features(*each) for each in zip(alpha, mean, alpha_d, x_d, sides, strict=True)])
     fitted = np.linalg.lstsq(features, moves.reshape(_POSES, -1), rcond=None)[0].reshape(-1, n, moves.shape[2])
     u, size, _ = np.linalg.svd(fitted.reshape(-1, moves.shape[2]), full_matrices=False)
     rank = min(_RANK, len(size))

@@ -35,7 +35,7 @@ class PredictedStep:
     pose_covariance: Array
     """of the pose's error, where it is in equilibrium, (N, N), rad^2"""
     beyond: Array
-    """by how much motion would have led memory variables beyond the bounds at which they stand, (M S,)"""
+    """by how much motion would have led memory variables beyond their bounds, (M S,)"""
 
 
 class Prediction:
@@ -84,13 +84,15 @@ class Prediction:
         hJ = h * J
         V = np.linalg.inv(self._identity - GAMMA * hJ)
         V2 = V @ V
+        change = V2 @ (h * (rate - GAMMA**2 * (hJ @ rate)))
+        led_to = np.abs(state[layout.memory] + change[layout.memory])
         return PredictedStep(
             h=h,
-            change=V2 @ (h * (rate - GAMMA**2 * (hJ @ rate))),
+            change=change,
             transition=V2 @ (self._identity + (1 - 2 * GAMMA) * hJ),
             noise_gain=V,
             pose_covariance=self._pose_covariance(middle, e),
-            beyond=np.where(held, h * np.abs(memory_d), 0.0),
+            beyond=np.where(held, h * np.abs(memory_d), np.maximum(led_to - numbers.memory_bound, 0.0)),
         )
 
     def noise(self, step: PredictedStep) -> Array:
@@ -107,7 +109,8 @@ class Prediction:
     def _pose_covariance(self, state: Array, e: EvaluatedRates) -> Array:
         """A A^T of PoseError, what the fit left of each angle, and what friction holds, (N, N), rad^2."""
         numbers, layout = self._numbers, self._numbers.layout
-        A = numbers.pose_error.at(state[layout.alpha], float(e.tension.mean()), state[layout.alpha_d], e.elongation_d)
+        motion = (state[layout.alpha_d], e.elongation_d, state[layout.sides])
+        A = numbers.pose_error.at(state[layout.alpha], float(e.tension.mean()), *motion)
         covariance = A @ A.T + self._pose_floor
         return covariance + _held_covariance(e, layout.alpha) if e.held.any() else covariance
 

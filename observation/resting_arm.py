@@ -37,8 +37,15 @@ def _cables(machine: Machine, g: PoseGeometry, theta: Array, alpha_d: Array, x_d
 
 def pull_at_rest(machine: Machine, at: CableMotion) -> Array:
     """Tensions of the cables as if they could push, (poses, M), N."""
-    # of a cable at rest memory fades: creep has ended, strands stand anywhere
-    return np.broadcast_to(machine.pull(at, np.zeros((*at.x.shape, machine.states))), at.x.shape)
+    return np.broadcast_to(machine.pull(at, machine.memory_in_motion(at)), at.x.shape)
+
+
+def sides_in_motion(machine: Machine, alpha: Array, theta: Array, alpha_d: Array, x_d: Array) -> Array:
+    """Where drums lie within their play, (poses, M), or (poses, 0) where they have none; arguments as of `missing_torque`."""
+    if machine.play_place is None:
+        return np.empty((len(alpha), 0))
+    at = _cables(machine, geometry_of_poses(machine.arm, alpha), theta, alpha_d, x_d)
+    return machine.memory_in_motion(at)[..., machine.play_place]
 
 
 def missing_torque(

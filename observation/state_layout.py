@@ -16,6 +16,8 @@ class StateLayout:
     N: int
     M: int
     S: int
+    play: int | None = None
+    """which of a cable's memory variables says where its drum lies within its play; None where drums have none"""
 
     @cached_property
     def alpha(self) -> slice:
@@ -43,14 +45,25 @@ class StateLayout:
         return self._after(self.theta_d, self.M * self.S)
 
     @cached_property
+    def sides(self) -> NDArray[np.intp]:
+        """Those of them that say where drums lie within their play, (M,), or (0,) where they have none."""
+        none = np.empty(0, dtype=np.intp)
+        return none if self.play is None else self.memory.start + self.S * np.arange(self.M) + self.play
+
+    @cached_property
     def x0(self) -> slice:
         """Pre-elongations, m."""
         return self._after(self.memory, self.M)
 
     @cached_property
+    def dragged(self) -> slice:
+        """Share of a motor's speed that its cable's damper feels while the motor crosses its play; none where there is no play."""
+        return self._after(self.x0, 0 if self.play is None else self.M)
+
+    @cached_property
     def friction_error(self) -> slice:
         """What the motors' laws do not say, N at the cable."""
-        return self._after(self.x0, self.M)
+        return self._after(self.dragged, self.M)
 
     @cached_property
     def pose_error(self) -> slice:
@@ -76,4 +89,4 @@ class StateLayout:
 
 def layout_of(machine: Machine) -> StateLayout:
     """The state of a machine."""
-    return StateLayout(machine.arm.N, machine.arm.M, machine.states)
+    return StateLayout(machine.arm.N, machine.arm.M, machine.states, machine.play_place)

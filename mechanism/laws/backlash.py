@@ -10,6 +10,9 @@ _MIN_TRAVEL_M = 1e-5
 _FLANK = 1e-3
 """share of half the play within which a flank counts as reached: slopes by differences there must not count as a crossing"""
 
+OPERATOR: Values = {"pb": np.array([0.5])}
+"""with which the law is the play operator"""
+
 
 class Backlash(Law):
     """The drum lags by half the play in the direction of turning; it crosses over while the motor travels pb times 2 play.
@@ -29,9 +32,14 @@ class Backlash(Law):
     memory_bound = 1.0
 
     def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
-        side = z[..., 0]
-        crossing = np.where(np.sign(at.travel_d) * side < 1 - _FLANK, self.memory_rate(p, at, z)[..., 0], 0.0)
-        return -p["play"] / 2 * (p["k"] * side + p["ca"] * crossing)
+        return -p["play"] / 2 * p["k"] * z[..., 0] - self.undragged(p, at, z)
+
+    def undragged(self, p: Values, at: CableMotion, z: Array) -> Array:
+        crossing = np.where(np.sign(at.travel_d) * z[..., 0] < 1 - _FLANK, self.memory_rate(p, at, z)[..., 0], 0.0)
+        return p["play"] / 2 * p["ca"] * crossing
+
+    def memory_in_motion(self, at: CableMotion) -> Array:
+        return np.broadcast_to(np.sign(at.travel_d), at.x.shape)[..., None]
 
     def memory_rate(self, p: Values, at: CableMotion, z: Array) -> Array:
         return (at.travel_d / np.maximum(p["pb"] * p["play"], _MIN_TRAVEL_M))[..., None]

@@ -173,6 +173,14 @@ class Law:
         """Part of a cable's tension by this law, (..., M), N; z: memory variables (..., M, states)."""
         return np.zeros(())
 
+    def undragged(self, p: Values, at: CableMotion, z: Array) -> Array:
+        """Tension more, (..., M), N, if the cable's damper felt all of the motor's speed while it crosses its play."""
+        return np.zeros(())
+
+    def memory_in_motion(self, at: CableMotion) -> Array:
+        """Memory variables, (..., M, states), of cables that have gone on as they go; nothing of what fades or stands anywhere."""
+        return np.zeros((*at.x.shape, self.states))
+
     def memory_rate(self, p: Values, at: CableMotion, z: Array) -> Array:
         """Rate of the memory variables, (..., M, states)."""
         return np.zeros_like(z)

@@ -68,7 +68,7 @@ def case(seed: int, calibrated: bool = True) -> Case:
     model = base_model(described, arm.drawing.stiffness)
     if calibrated:
         model = calibrated_model(model, [dataset(described, arm.recordings[0], seed)]).model
-    return Case(described, model, *_second(arm.recordings[1]))
+    return Case(described, model, *second_recording(arm.recordings[1]))
 
 
 def built_stiffness(seed: int) -> Array:
@@ -87,7 +87,7 @@ def calibration_data(seed: int) -> tuple[DataSet, DataSet]:
 def changed(name: str) -> Case:
     """The second arm with one of CHANGES, and the model that it had before."""
     before = case(SEEDS[1])
-    return Case(before.neck, before.model, *_second(_changed()[name].recordings[0]))
+    return Case(before.neck, before.model, *second_recording(_changed()[name].recordings[0]))
 
 
 @cache
@@ -96,7 +96,7 @@ def unexplained(name: str) -> Case:
     before = case(SEEDS[1], calibrated=False)
     recording = _changed()[name].recordings[0]
     posed = calibrated_model(before.model, [dataset(before.neck, recording, SEEDS[1])])
-    return Case(before.neck, posed.model, *_second(recording))
+    return Case(before.neck, posed.model, *second_recording(recording))
 
 
 def with_laws(of: Case, laws: Sequence[str], numbers: Mapping[str, float]) -> Case:
@@ -120,7 +120,8 @@ def with_laws(of: Case, laws: Sequence[str], numbers: Mapping[str, float]) -> Ca
     return replace(of, model=of.model.model_copy(update=more))
 
 
-def _second(recording: Recording) -> tuple[Series, Array, Array]:
+def second_recording(recording: Recording) -> tuple[Series, Array, Array]:
+    """Its log, with true angles and speeds of the joints in the log's rows, (rows, N), rad and rad/s."""
     truth = recording.truth.within_log()
     rows = slice(None, None, truth.per_row)
     log = Series(recording.time, numbered_columns("theta", recording.theta) | numbered_columns("f", recording.f))

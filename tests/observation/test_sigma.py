@@ -15,6 +15,9 @@ from observation.resting_arm import compliance, missing_torque
 from tests.observation.arms import SEEDS, SETTLED, Case, case
 from tests.similar_arms import similar_neck, stronger_model, with_forces
 
+NO_PLAY = np.empty(0)
+"""sides of the drums of arms without play"""
+
 
 def test_errors_are_as_large_as_sigma() -> None:
     """Mean squares of errors over variances of two arms, each joint.
@@ -90,8 +93,8 @@ def test_unknown_damping_is_unknown_angle_where_tensions_change() -> None:
     Z = geometry_of_poses(machine.arm, alpha).Z
     expected = np.einsum("pij,pj->pi", compliance(machine, alpha, theta), Z[:, :, 1] * sigma * stretching[1])
     for row in range(len(alpha)):
-        at = error.at(alpha[row], float(tension[row]), np.zeros(3), stretching)
-        still = error.at(alpha[row], float(tension[row]), np.zeros(3), np.zeros(4))
+        at = error.at(alpha[row], float(tension[row]), np.zeros(3), stretching, NO_PLAY)
+        still = error.at(alpha[row], float(tension[row]), np.zeros(3), np.zeros(4), NO_PLAY)
         # linear in the rate all over the range, with a compliance that depends on the pose
         scale = np.abs(expected[row]).max()
         np.testing.assert_allclose(np.sqrt(np.sum(at**2, axis=1)), np.abs(expected[row]), rtol=0, atol=0.35 * scale)
@@ -138,7 +141,7 @@ def test_rates_at_rest_are_known_better_than_in_motion() -> None:
     np.testing.assert_array_equal(rate, 0.0)
     moving = left.pose_error.rate(np.full(3, 0.1), np.full(3, 0.5))
     finite = (
-        left.pose_error.at(np.full(3, 0.1) + 5e-7, 40.0, np.zeros(3), np.zeros(4))
-        - left.pose_error.at(np.full(3, 0.1) - 5e-7, 40.0, np.zeros(3), np.zeros(4))
+        left.pose_error.at(np.full(3, 0.1) + 5e-7, 40.0, np.zeros(3), np.zeros(4), NO_PLAY)
+        - left.pose_error.at(np.full(3, 0.1) - 5e-7, 40.0, np.zeros(3), np.zeros(4), NO_PLAY)
     ) / 2e-6
     np.testing.assert_allclose(moving, finite, rtol=1e-6, atol=1e-12)
