@@ -27,7 +27,6 @@ from identification.fitting import fit_by_least_squares, segment_starts
 from identification.unknowns import DELAY_SIGMA_S
 from identification.whitening import Whitener
 from mechanism.laws import law_named
-from mechanism.laws.law import Law
 
 Array = NDArray[np.float64]
 
@@ -240,7 +239,7 @@ def _with_speeds(ensembles: Sequence[NoiseEnsemble], at: Linearisation) -> list[
 
 def _speed_passes(h: Hypothesis) -> int:
     """How often speeds are told anew: where a law beyond the base changes what force turns the motors, or remembers their path."""
-    laws = [type(law_named(name)) for name in h.laws]
+    laws = [law_named(name) for name in h.laws]
     if any(law.remembers_path for law in laws):
         return _PATH_PASSES
-    return int(any(law.friction is not Law.friction or law.acting_force is not Law.acting_force for law in laws))
+    return int(any(law.changes_motor_force for law in laws))

@@ -149,6 +149,12 @@ class Law:
     memory_start: ClassVar[Term | None] = None
     """the variable where a recording begins, if that is not forgotten soon; each recording has its own"""
 
+    @property
+    def changes_motor_force(self) -> bool:
+        """Whether it changes what force turns the motors: by friction, or by what acts of a command."""
+        own = type(self)
+        return own.friction is not Law.friction or own.acting_force is not Law.acting_force
+
     def acting_force(self, p: Values, f: Array, step: float) -> Array:
         """Forces that act where the log says f (..., T, M), N, on rows `step` s apart."""
         return f

@@ -191,6 +191,10 @@ class UnlistedLaw(Law):
         self.rubs_under_tension = variable.winds or variable.misreads or of_tension
         self.follows_force = variable.misreads or "force" in (variable.name, variable.factor)
 
+    @property
+    def changes_motor_force(self) -> bool:
+        return self.variable.acts in ("motor", "encoder") or self.variable.winds
+
     def term_name(self, name: str) -> str:
         """Of an amount or inner constant, as no other law has it."""
         return f"{self.name}.{name}"

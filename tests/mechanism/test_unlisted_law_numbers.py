@@ -110,6 +110,10 @@ def test_what_a_law_follows_is_known_of_it() -> None:
     by_force = {("motor", name) for name in ("force", "motor_angle", "drum_angle", "time")}
     assert {(v.acts, v.name) for v, law in told.items() if law.follows_force} == by_force | {reading}
     assert all("force" in (v.name, v.factor) for v, law in told.items() if law.follows_force and not v.misreads)
+    turning = (
+        {("motor", v.name) for v in VARIABLES if v.acts == "motor"} | {reading} | (rubbing - {("motor", "tension")})
+    )
+    assert {(v.acts, v.name) for v, law in told.items() if law.changes_motor_force} == turning
     assert variable("motor", "tension", ALONG).follows == ("tension", "motor_speed")
     assert variable("motor", "time", "force").follows == ("time", "force")
     assert variable("joint", "time", "sign(joint_speed)").follows == ("time", "joint_speed")
