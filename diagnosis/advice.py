@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from diagnosis.diagnose import Diagnosis, unlisted_law
 from diagnosis.effect import Effect
 from diagnosis.effects import EFFECTS
+from diagnosis.unlisted_laws import AGAINST_SEVERAL_JOINTS, OF_ENCODERS
+from discovery.problem import Candidate
 
 _BY_SIGNATURE = {
     "periodic": "look for teeth, poles or a bent shaft that come round as often as this; a slow motion over more of the drum's "
@@ -37,6 +39,11 @@ _WORDS_OF_VARIABLES = {
     "joint_speed": "joint's speed",
 }
 """as laws have them"""
+_BY_EQUATION = {
+    OF_ENCODERS: "look at how the encoder sits on its shaft: a disc or a magnet beside the axis reads so, once or twice a turn",
+    AGAINST_SEVERAL_JOINTS: "look for a hose, a loom of leads or a band that is fixed below and above these joints",
+}
+"""what to look for, by where a law acts"""
 _BY_OTHER_SIGNATURES = "look at the equations and conditions shown above: there something acts that is not known"
 _PLAY = (
     "play motion.csv, which was made for this question within the limits of an arm like Fasquelle's, and diagnose its recording "
@@ -76,7 +83,7 @@ def advice(d: Diagnosis) -> tuple[Step, ...]:
     if d.verdict == "unknown":
         look_for = _BY_SIGNATURE.get(d.signature.kind, _BY_OTHER_SIGNATURES)
         if d.found_laws:
-            look_for = BY_VARIABLE[_WORDS_OF_VARIABLES[d.found_laws[0].law.candidate.follows[0]]]
+            look_for = look_for_law(d.found_laws[0].law.candidate)
         elif unlisted_law(d.search, ()) and d.search.unlisted:
             look_for = BY_VARIABLE[d.search.unlisted.function.variable.name]
         another_day = Step(
@@ -86,6 +93,11 @@ def advice(d: Diagnosis) -> tuple[Step, ...]:
     if d.detectability.invisible:
         return _make_visible(d.detectability.invisible, d.verdict == "insufficient")
     return (Step("nothing: the model may be used as it is"),)
+
+
+def look_for_law(candidate: Candidate) -> str:
+    """What may act as a law that was found."""
+    return _BY_EQUATION.get(candidate.detail) or BY_VARIABLE[_WORDS_OF_VARIABLES[candidate.follows[0]]]
 
 
 def _tell_apart(effects: Sequence[Effect]) -> tuple[Step, ...]:

@@ -153,7 +153,8 @@ class CauseFitter:
         return other, other.fitted(stage.comparison.linearisation, stage.causes)
 
     def _stage(self, start: Linearisation, causes: tuple[Cause, ...], target: "_Target") -> FitStage:
-        passes, ensembles = _speed_passes(with_causes(self._h, causes)), self._ensembles
+        known, ensembles = self._h.laws, self._ensembles
+        passes = _speed_passes([name for name in with_causes(self._h, causes).laws if name not in known])
         if passes:
             comparison, causes, ensembles = self._refined_with_speeds(start, causes, target, passes)
         else:
@@ -237,9 +238,11 @@ def _with_speeds(ensembles: Sequence[NoiseEnsemble], at: Linearisation) -> list[
     return [e.with_motor_speeds(at.machine, r.delay) for e, r in zip(ensembles, at.recordings, strict=True)]
 
 
-def _speed_passes(h: Hypothesis) -> int:
-    """How often speeds are told anew: where a law beyond the base changes what force turns the motors, or remembers their path."""
-    laws = [law_named(name) for name in h.laws]
+def _speed_passes(names: Sequence[str]) -> int:
+    """How often speeds are told anew with further laws: where these change what turns the motors, or remember their path.
+
+    With the laws of the hypothesis speeds are told from the start."""
+    laws = [law_named(name) for name in names]
     if any(law.remembers_path for law in laws):
         return _PATH_PASSES
     return int(any(law.changes_motor_force for law in laws))

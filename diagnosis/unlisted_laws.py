@@ -44,9 +44,10 @@ from mechanism.laws.unlisted import (
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS = "against the joints", "against the joints at once"
+OF_ENCODERS = "encoder of the motors"
 _ACTS = {
     "motor": ("friction", "against the motors"),
-    "encoder": ("friction", "encoder of the motors"),
+    "encoder": ("friction", OF_ENCODERS),
     "cable": ("pull", "in the cables"),
     "joint": ("resistance", AGAINST_JOINTS),
 }

@@ -20,10 +20,9 @@ from vision.frame_quality import angle_gaps, frame_quality
 from vision.interlacing import refuse_interlaced
 from vision.late_pictures import late_pictures
 from vision.light_patch import LightPatch
-from vision.linkage.camera_shake import CameraShake
 from vision.linkage.initial_guess import refuse_without_base
 from vision.linkage.lens_bow import correct_lens_bow
-from vision.linkage.linkage_fit import LinkageFit, fit_linkage
+from vision.linkage.linkage_fit import LinkageFit
 from vision.linkage.shared_fit import LinkageOptions, PlacementPrior
 from vision.markers.dictionary_in_view import dictionary_in_view, refuse_mirrored
 from vision.markers.known_markers import known_markers
@@ -32,9 +31,10 @@ from vision.markers.video_tracking import MarkerTracks, track_video
 from vision.misplaced_markers import misplacement
 from vision.noise_by_frames import with_noise_by_frames
 from vision.picture_scale import at_usual_scale, beating_scale, scale_warning
+from vision.recorded_linkage import RecordedLinkage
 from vision.repeated_pictures import repeated_pictures
 from vision.second_prints import second_print_warnings, second_prints, without_second_prints
-from vision.shutter import UNKNOWN_SHUTTER, Shutter, at_middle_row
+from vision.shutter import UNKNOWN_SHUTTER, Shutter
 from vision.video import Segment, Video
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
@@ -46,14 +46,6 @@ SYSTEMATIC_PX = 0.006
 STANDING_PX = 0.04
 """px: standard deviation of the offset of a marker that stands still, by the codec and the place of its edges among the pixels
 (docs/thresholds.md)"""
-SHAKEN_PX = 0.02
-"""px: the same where the camera shakes, and the corners were corrected by that marker: its edges go from pixel to pixel
-(docs/thresholds.md)"""
-SHAKEN_WEIGHT = 100.0
-"""how many times as much as frames that counts in a fit: what is left of a shake is in all markers but the base's, for many frames
-(docs/thresholds.md)"""
-_MAX_ROW_TIMES = 3
-"""corrections of a rolling shutter's row time that nobody said: the first is nearly right"""
 _WRONG_ROW_TIME_SHARE = 0.1
 """of a row time that was said: from what difference on it is called wrong"""
 _SELDOM_SEEN = 0.5
@@ -167,56 +159,18 @@ def extract(
         tracks = replace(tracks, covariance=steady_sizes(tracks.covariance))
     covariance = tracks.covariance  # as single floats: hours of them as double ones would be most of memory
     linkage = linkage_options(options)
-    shake: CameraShake | None = None
-
-    def fitted(linkage: LinkageOptions, shutter: Shutter) -> tuple[Array, LinkageFit]:
-        # the motion of the others is that from one of them to the next
-        corners, kept = seen.copy(), ~(repeated | is_late)
-        corners[kept] = at_middle_row(tracks.time[kept], corners[kept], video.height, shutter)
-        time = shutter.middle(tracks.time, video.height)
-        if shake is not None:
-            linkage = replace(linkage, standing_px=SHAKEN_PX, standing_weight=SHAKEN_WEIGHT)
-        fit = fit_linkage(
-            neck,
-            camera,
-            corners,
-            str(video.path),
-            covariance=covariance,
-            time=time,
-            options=linkage,
-            corrected=shake,
-        )
-        return corners, fit
-
-    def with_row_time(linkage: LinkageOptions) -> tuple[Shutter, Array, LinkageFit]:
-        shutter = options.shutter
-        corners, fit = fitted(linkage, shutter)
-        for _ in range(_MAX_ROW_TIMES):
-            if options.shutter.row_s or fit.row_time is None or not fit.row_time.is_sure:
-                break
-            shutter = replace(shutter, row_s=shutter.row_s + fit.row_time.seconds)
-            corners, fit = fitted(linkage, shutter)
-        return shutter, corners, fit
-
-    def without_shake(linkage: LinkageOptions) -> tuple[Shutter, Array, LinkageFit]:
-        nonlocal shake, seen
-        shutter, corners, fit = with_row_time(linkage)
-        if shake is None and fit.shake is not None and fit.shake.is_sure:
-            shake = fit.shake
-            seen = seen - shake.shift[:, None, None]
-            shutter, corners, fit = with_row_time(linkage)
-        return shutter, corners, fit
-
-    shutter, corners, fit = without_shake(linkage)
+    recorded = RecordedLinkage(neck, camera, video, tracks.time, seen, covariance, ~(repeated | is_late))
+    done = recorded.fitted(linkage, options.shutter)
     askew = None
     if options.placement is None and (
-        doubt := misplacement(neck, camera, corners, covariance, str(video.path), fit, linkage)
+        doubt := misplacement(neck, camera, done.corners, covariance, str(video.path), done.fit, linkage)
     ):
         prior, askew = doubt
-        shutter, corners, fit = without_shake(replace(linkage, placement=prior))
-        fit = replace(fit, placement=None)
+        done = recorded.fitted(replace(linkage, placement=prior), options.shutter, done.shake)
+        done = replace(done, fit=replace(done.fit, placement=None))
+    corners, shutter = done.corners, done.shutter
     time = shutter.middle(tracks.time, video.height)
-    fit = with_noise_by_frames(fit, time)
+    fit = with_noise_by_frames(done.fit, time)
     notes = _notes(video, markers, tracks, corners, fit)
     notes["askew"] = askew
     notes["repeated_frames"] = [{"frame": int(k), "time_s": float(time[k])} for k in np.flatnonzero(repeated).tolist()]
@@ -232,7 +186,7 @@ def extract(
         *_repetition_warning(time, repeated),
         *_late_warning(time, late),
         *scale_warning(scale),
-        *([shake.sentence] if shake else []),
+        *([done.shake.sentence] if done.shake else []),
         *_row_time_warning(fit, options.shutter, shutter, video.height),
     ]
     notes["gaps"] = angle_gaps(time, fit.alpha, ids, tracks.status)

@@ -6,11 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.advice import BY_VARIABLE
+from diagnosis.advice import BY_VARIABLE, look_for_law
 from diagnosis.cause_fit import CauseFitter
 from diagnosis.free_function import FREE_FUNCTIONS, VARIABLES, FreeFit, best_free_function
 from diagnosis.hypothesis import as_described
 from diagnosis.noise_ensemble import noise_ensemble
+from diagnosis.unlisted_laws import AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS, OF_ENCODERS
+from discovery.fine_basis import FineBasis
+from discovery.problem import Candidate
 from identification.dataset.dataset import DataSet
 from identification.dataset.frames import frame_angles
 from identification.dataset.series import Series, numbered_columns
@@ -21,6 +24,20 @@ Array = np.ndarray
 
 def test_there_is_advice_for_every_variable() -> None:
     assert set(BY_VARIABLE) == {variable.name for variable in VARIABLES}
+
+
+@pytest.mark.parametrize(
+    ("detail", "follows", "word"),
+    [
+        (OF_ENCODERS, "motor_angle", "encoder"),
+        ("against the motors", "motor_angle", "poles"),
+        (AGAINST_SEVERAL_JOINTS, "joint_angle", "loom"),
+        (AGAINST_JOINTS, "joint_angle", "stop"),
+    ],
+)
+def test_advice_names_what_may_act_there(detail: str, follows: str, word: str) -> None:
+    basis = FineBasis(np.zeros(1))
+    assert word in look_for_law(Candidate("all", (follows,), "rad", "turn", basis, detail=detail))
 
 
 def explained(data: DataSet) -> FreeFit:
