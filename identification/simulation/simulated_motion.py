@@ -10,6 +10,7 @@ import numpy as np
 
 from identification.dataset.series import Series, check_time, from_one, numbered_columns
 from identification.dataset.time_unit import check_time_unit
+from identification.design.nominal_machine import nominal_machine
 from identification.files.mcap_losses import rows_after_gaps
 from identification.model_file import Model, machine_of
 from identification.simulation.simulated_recording import Source
@@ -28,6 +29,8 @@ class SimulatedMotion:
     series: Series
     """columns alphaI, thetaJ, tensionJ and fJ as simulated, and alphaI_designed, thetaJ_designed, fJ_designed"""
     source: Source
+    assumed: bool = False
+    """whether the model was not identified, but like that of Fasquelle's arm"""
 
     @property
     def rms(self) -> dict[str, float]:
@@ -45,6 +48,7 @@ class SimulatedMotion:
         tension = self.series.matrix("tension")
         return {
             "from": self.source,
+            "model": "assumed" if self.assumed else "given",
             "seconds": float(self.series.time[-1] - self.series.time[0]),
             "rms": self.rms,
             "reached": {
@@ -63,10 +67,12 @@ class SimulatedMotion:
             for name, value in self.rms.items()
         )
         reached = record["reached"]
+        by = "\n  motors and cables are taken to be like Fasquelle's; give --model once this arm is identified"
         angles = ", ".join(f"{degrees(a):.1f}" for a in reached["alpha_rad"])
         return (
             f"simulated less designed, from {given} over {record['seconds']:.1f} s, rms: {shown}\n"
             f"  angles up to {angles} deg, tensions {reached['tension_min_N']:.0f} to {reached['tension_max_N']:.0f} N"
+            f"{by if self.assumed else ''}"
         )
 
 
@@ -96,13 +102,14 @@ def check_motion(motion: Series, neck: Neck, where: str | Path, number: Callable
 
 @one_blas_thread
 def simulate_motion(
-    motion: Series, neck: Neck, model: Model, source: Source = "f", where: str | Path = "motion"
+    motion: Series, neck: Neck, model: Model | None = None, source: Source = "f", where: str | Path = "motion"
 ) -> SimulatedMotion:
     """The arm with the model's laws from the motion's first row on, at rest there, under its forces or with its motor angles.
 
     motion: columns alphaI, rad, thetaJ, rad, and fJ, N, as `xneck design` writes them. It runs freely: nothing brings it back to
-    the designed motion, so that what it does under the forces alone may drift from that. Raises Refused as `check_motion` does, and
-    where the arm leaves the range of its mechanisms.
+    the designed motion, so that what it does under the forces alone may drift from that. model: None for one with motors and cables
+    like those of Fasquelle's arm, as `xneck design` assumes. Raises Refused as `check_motion` does, and where the arm leaves the
+    range of its mechanisms.
 
     >>> import xneck
     >>> neck, model = xneck.read_neck("samples/recording/neck.yaml"), xneck.read_model("model.yaml")
@@ -114,7 +121,7 @@ def simulate_motion(
     check_motion(motion, neck, where)
     alpha, theta, f = (motion.matrix(stem) for stem in ("alpha", "theta", "f"))
     check_angles(arm_of(neck), alpha, str(where))
-    machine = machine_of(model, arm_of(neck))
+    machine = machine_of(model, arm_of(neck)) if model else nominal_machine(neck)
     rest = State(alpha[0], np.zeros(neck.N), theta[0], np.zeros(neck.M))
     if source == "f":
         simulated = simulate(machine, rest, motion.time, f)
@@ -126,4 +133,4 @@ def simulate_motion(
     columns |= numbered_columns("tension", simulated.tension) | numbered_columns("f", simulated.f)
     for stem, designed in (("alpha", alpha), ("theta", theta), ("f", f)):
         columns |= numbered_columns(stem, designed, "_designed")
-    return SimulatedMotion(Series(motion.time, columns), source)
+    return SimulatedMotion(Series(motion.time, columns), source, assumed=model is None)

@@ -21,7 +21,12 @@ MAX_WINDOW_S = 60.0
     "xneck simulate motion.csv --neck neck.yaml --model model.yaml --out simulated.mcap --picture motion.svg"
 )
 @click.argument("dataset", metavar="DATASET | MOTION.csv", type=INPUT_FILE)
-@click.option("--model", "model_file", type=INPUT_FILE, required=True, help="model.yaml from `xneck identify`.")
+@click.option(
+    "--model",
+    "model_file",
+    type=INPUT_FILE,
+    help="model.yaml from `xneck identify`; a MOTION.csv may do without it, by one like Fasquelle's.",
+)
 @click.option("--out", type=OUTPUT_FILE, required=True, help="simulated.mcap.")
 @click.option("--neck", "neck_file", type=INPUT_FILE, help="neck.yaml of the arm that is to play a MOTION.csv.")
 @click.option("--picture", type=OUTPUT_FILE, help="The joints' angles of a motion as .svg, .pdf or .png.")
@@ -47,7 +52,7 @@ MAX_WINDOW_S = 60.0
 @result_options
 def command(
     dataset: Path,
-    model_file: Path,
+    model_file: Path | None,
     out: Path,
     neck_file: Path | None,
     picture: Path | None,
@@ -63,7 +68,7 @@ def command(
     Of every channel the error is held against its noise floor: what state, sensors and parameters leave unknown.
 
     With --neck it takes a motion of `xneck design` that was not played yet, and lays what the arm would do beside what was
-    designed.
+    designed: before anything was recorded too, by a model like that of Fasquelle's arm.
     """
     if neck_file is not None and dataset.suffix.lower() == ".mcap":
         what = "is a data set, and no motion by `xneck design`"
@@ -75,6 +80,8 @@ def command(
         raise Refused(
             dataset, "is no data set", "of a motion by `xneck design` say which arm is to play it: --neck neck.yaml"
         )
+    if model_file is None:
+        raise click.UsageError("Missing option '--model'.")
     if picture is not None:
         raise click.UsageError("--picture is of a motion, with --neck; of recordings `xneck run` makes pages")
     from identification.dataset.stretches import is_long, parts_of
@@ -108,7 +115,7 @@ def command(
 def _simulate_motion(
     file: Path,
     neck_file: Path,
-    model_file: Path,
+    model_file: Path | None,
     out: Path,
     picture: Path | None,
     source: Literal["f", "theta"],
@@ -126,8 +133,8 @@ def _simulate_motion(
 
     if picture is not None:
         one_of(picture, picture.suffix.removeprefix(".").lower(), PICTURE_FORMATS, "suffix")
-    inputs = note_inputs({"motion": file, "neck": neck_file, "model": model_file})
-    neck, model = read_neck(neck_file), read_model(model_file)
+    inputs = note_inputs({"motion": file, "neck": neck_file} | ({"model": model_file} if model_file else {}))
+    neck, model = read_neck(neck_file), read_model(model_file) if model_file else None
     simulated = simulate_motion(read_motion(file, neck), neck, model, source, file)
     joint_state.write(out, {"simulated": simulated.series}, {"provenance": provenance(inputs, {"from": source})})
     export_beside(simulated.series, out, export_as)

@@ -192,6 +192,19 @@ def test_an_arm_that_is_held_stays_and_one_with_a_stronger_motor_does_not() -> N
     assert xneck.simulate_motion(stronger, NECK, model()).rms["alpha1"] > 1e-3
 
 
+def test_before_anything_is_identified_motors_and_cables_are_like_fasquelles() -> None:
+    alike = model().with_(fs=16.8, k=8300.0, ca=0.0, cm=0.5)
+    neck = NECK.model_copy(update={"motors": tuple(m.model_copy(update={"fv": 0.0}) for m in NECK.motors)})
+    still = still_motion()
+    pulled = replace(still, columns={**still.columns, "f1": still.columns["f1"] + 30})
+    assumed, given = (xneck.simulate_motion(pulled, neck, by) for by in (None, alike))
+    assert assumed.rms["alpha1"] > 1e-3
+    assert assumed.rms == pytest.approx(given.rms, rel=1e-6, abs=1e-9)
+    assert (assumed.as_json()["model"], given.as_json()["model"]) == ("assumed", "given")
+    assert "like Fasquelle's" in assumed.as_text()
+    assert "like Fasquelle's" not in given.as_text()
+
+
 def test_a_motion_in_other_units_of_time_or_with_a_gap_is_refused_before_it_is_simulated(tmp_path: Path) -> None:
     """In milliseconds it would be 1000 times as long, and over a gap its forces would be held."""
     still = still_motion()
