@@ -192,9 +192,10 @@ def _points_of_dots(path: Path) -> Array | None:
 def _draw_text(axes: Axes, element: Element, within: _Within) -> None:
     style = within.style
     turned = re.match(r"rotate\((-?[\d.]+)", element.attrib.get("transform", ""))
+    x, y = within.move.transform((float(element.attrib["x"]), float(element.attrib["y"])))
     text = axes.text(
-        float(element.attrib["x"]),
-        float(element.attrib["y"]),
+        x,
+        y,
         "".join(element.itertext()),
         fontsize=float(style.get("font-size", "8px").removesuffix("px")),
         fontweight=int(style.get("font-weight", 400)),

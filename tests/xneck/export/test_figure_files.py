@@ -56,6 +56,20 @@ def test_a_panel_that_is_drawn_again_looks_the_same() -> None:
     assert differs_more > 3 * differs
 
 
+def test_panels_one_under_another_look_as_each_alone() -> None:
+    """Words and marks of each at its own place."""
+    with style.drawing():
+        svgs = [str(svg_panel(panel(shift), f"p{shift}", "a panel").svg) for shift in (0.0, 0.3)]
+        figures = [redrawn(svgs), *(redrawn([svg]) for svg in svgs)]
+        for figure in figures:
+            figure.set_dpi(100)
+        both, above, below = (pixels(figure) for figure in figures)
+    assert len(both) == len(above) + len(below)
+    assert np.abs(both[: len(above)] - above).mean() < 1e-3
+    assert np.abs(both[len(above) :] - below).mean() < 1e-3
+    assert np.abs(above - below).mean() > 3e-3
+
+
 @pytest.fixture
 def pages(tmp_path: Path) -> Path:
     """A folder with a page of two panels and a legend, as xneck writes it."""
