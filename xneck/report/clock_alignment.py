@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from identification.dataset.clock_record import log_time
 from identification.dataset.dataset import DataSet
 from identification.dataset.series import interpolated
+from identification.filters import first_order_lag
 from mechanism.cable_lengths import lengths
 from mechanism.friction import dry
 
@@ -21,6 +22,8 @@ MIN_GAP_INTERVALS = 1.5
 """a longer time between two frames, in nominal intervals, is a gap"""
 _SHIFTS = 41
 """shifts that are tried"""
+_LAGS_S = (0.03, 0.1, 3.0)
+"""s, by which parts of an elongation may follow the tension: damped cables, and such that creep"""
 
 
 @dataclass(frozen=True)
@@ -55,16 +58,24 @@ def clock_alignment(data: DataSet) -> ClockAlignment:
     winding = lengths(arm, np.zeros(arm.N)) - lengths(arm, alpha)
     theta, theta_d = state.matrix("theta"), state.matrix("theta", "_d")
     pull = state.matrix("f") - arm.motor_inertia / arm.drum * state.matrix("theta", "_dd")
+    rate = 1 / float(state.time[1] - state.time[0])
+    tension_parts = np.stack([pull, dry(theta_d)])
+    lagging = [
+        part
+        for lag in _LAGS_S
+        for part in first_order_lag(tension_parts.swapaxes(0, 1), rate, np.full(arm.M, lag)).swapaxes(0, 1)
+    ]
 
     def at(values: Array, shift: float) -> Array:
         return interpolated(time + shift, state.time, values)
 
     def travel(shift: float) -> tuple[Array, Array]:
         """Logged travel and its prediction, each (F, M), m."""
-        logged, n, rubbing = arm.drum * at(theta, shift), at(pull, shift), dry(at(theta_d, shift))
+        logged = arm.drum * at(theta, shift)
+        n, *others = (at(part, shift) for part in (*tension_parts, *lagging))
         explained = np.empty_like(logged)
         for j in range(arm.M):
-            D = np.column_stack([np.ones(len(time)), n[:, j], n[:, j] ** 2, rubbing[:, j]])
+            D = np.column_stack([np.ones(len(time)), n[:, j], n[:, j] ** 2, *(part[:, j] for part in others)])
             explained[:, j] = D @ np.linalg.lstsq(D, logged[:, j] - winding[:, j], rcond=None)[0]
         return logged, winding + explained
 

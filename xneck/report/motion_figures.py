@@ -126,7 +126,8 @@ def clock_evidence(data: DataSet, alignment: ClockAlignment) -> FigureBlock:
     dropped = data.clock["frames_dropped"]
     return FigureBlock(
         "The clocks",
-        "Shifting the clock away from the offset found (grey: its ±2 σ) makes every cable fit worse; of the "
+        "Shifting the clock away from the offset found (grey: its ±2 σ) makes the cables fit worse; one by itself tells the "
+        f"clock to some milliseconds only. Of the "
         f"camera's own intervals, {dropped} dropped frame{' stands' if dropped == 1 else 's stand'} out.",
         (wrong, intervals),
         (
