@@ -127,8 +127,8 @@ def clock_evidence(data: DataSet, alignment: ClockAlignment) -> FigureBlock:
     return FigureBlock(
         "The clocks",
         "Shifting the clock away from the offset found (grey: its ±2 σ) makes the cables fit worse; one by itself tells the "
-        f"clock to some milliseconds only. Of the "
-        f"camera's own intervals, {dropped} dropped frame{' stands' if dropped == 1 else 's stand'} out.",
+        "clock to some milliseconds only. Of the camera's own intervals, "
+        f"{dropped} dropped frame{' stands' if dropped == 1 else 's stand'} out.",
         (wrong, intervals),
         (
             *(LegendEntry(f"cable {j + 1}", style.cable_colour(j)) for j in range(alignment.rms.shape[1])),
