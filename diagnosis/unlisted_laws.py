@@ -44,7 +44,7 @@ from mechanism.laws.unlisted import (
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS = "against the joints", "against the joints at once"
-OF_ENCODERS = "encoder of the motors"
+OF_ENCODERS = "in the encoder of the motors"
 _ACTS = {
     "motor": ("friction", "against the motors"),
     "encoder": ("friction", OF_ENCODERS),

@@ -10,7 +10,7 @@ from diagnosis import law_gains
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.extended_model import extended_description, extended_model
 from diagnosis.record import as_json, as_text
-from diagnosis.unlisted_laws import AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS, _StageProblem, causes_of
+from diagnosis.unlisted_laws import AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS, OF_ENCODERS, _StageProblem, causes_of
 from discovery.found_law import FoundLaw
 from identification.dataset.dataset import DataSet
 from identification.estimates import LAWS_BY_ELASTIC_MODEL, estimate
@@ -124,7 +124,7 @@ def test_it_is_identified_again_on_another_recording(
         ("joint 2", "joint_angle", AGAINST_JOINTS, 1e-6),
         ("motor 3", "tension", "against the motors", 1e-6),
         # the law asks for the force that speeds the motor up, the search has the acceleration that was seen
-        ("motor 2", "motor_angle", "encoder of the motors", 0.05),
+        ("motor 2", "motor_angle", OF_ENCODERS, 0.05),
     ],
 )
 def test_a_law_is_looked_for_as_it_is_fitted(
