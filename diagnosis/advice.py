@@ -3,11 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from diagnosis.diagnose import Diagnosis, unlisted_law
 from diagnosis.effect import Effect
 from diagnosis.effects import EFFECTS
 from diagnosis.unlisted_laws import AGAINST_SEVERAL_JOINTS, OF_ENCODERS
 from discovery.problem import Candidate
+from mechanism.description import Neck
 
 _BY_SIGNATURE = {
     "periodic": "look for teeth, poles or a bent shaft that come round as often as this; a slow motion over more of the drum's "
@@ -79,7 +83,7 @@ def advice(d: Diagnosis) -> tuple[Step, ...]:
         look_alikes = {c.effect.name: c.effect for named in d.search.named if len(named.tied) > 1 for c in named.tied}
         if not look_alikes and d.verdict == "insufficient":
             look_alikes = {named.effect.name: named.effect for named in d.search.named}
-        return (*_tell_apart(tuple(look_alikes.values())), *_GO_ON)
+        return (*_tell_apart(tuple(look_alikes.values())), *_go_on(d))
     if d.verdict == "unknown":
         look_for = _BY_SIGNATURE.get(d.signature.kind, _BY_OTHER_SIGNATURES)
         if d.found_laws:
@@ -89,10 +93,28 @@ def advice(d: Diagnosis) -> tuple[Step, ...]:
         another_day = Step(
             "compare with a recording of the same motion on another day: what comes back belongs to the arm"
         )
-        return (Step(look_for), another_day, *(_GO_ON if d.found_laws else ()))
+        return (Step(look_for), another_day, *(_go_on(d) if d.found_laws else ()))
     if d.detectability.invisible:
         return _make_visible(d.detectability.invisible, d.verdict == "insufficient")
     return (Step("nothing: the model may be used as it is"),)
+
+
+def _go_on(d: Diagnosis) -> tuple[Step, ...]:
+    at = d.extended_stage.adjusted(d.extended_stage.hypothesis)
+    return (*angles_put_right(at.neck, at.angle_error), *_GO_ON)
+
+
+def angles_put_right(neck: Neck, angle_error: NDArray[np.float64]) -> tuple[Step, ...]:
+    """What to take off angles that come from elsewhere: a description with markers has what they read too much, (N,), rad."""
+    if neck.markers is not None or not angle_error.any():
+        return ()
+    off = ", ".join(f"{error:.5f}" for error in angle_error)
+    return (
+        Step(
+            "the angles come from elsewhere, and read too much by what neck.yaml has no place for: take "
+            f"{off} rad off alpha1 to alpha{len(angle_error)} first"
+        ),
+    )
 
 
 def look_for_law(candidate: Candidate) -> str:
