@@ -38,6 +38,7 @@ from mechanism.laws.unlisted import (
     Winding,
     joint_direction,
     law_name,
+    rubbing,
     unlisted_laws,
 )
 
@@ -185,11 +186,7 @@ def _forces(variable: Variable, recording: RecordingLinearisation, function: Fun
         return np.moveaxis(function(x.ravel()).reshape(*x.shape, -1), -1, 0)
 
     if variable.misreads:
-        read = Misreading.of(lambda x: _SMALL_MISREADING * apart(x), s.theta)
-
-        def rubs(theta_d: Array) -> Array:
-            return values["fs"] * dry(theta_d, values["cm"]) + values.get("fv", np.zeros(1)) * theta_d
-
+        read, rubs = Misreading.of(lambda x: _SMALL_MISREADING * apart(x), s.theta), rubbing(values)
         pull = read.pull(values["k"], values["ca"], s.arm.drum * s.theta_d, s.arm)
         friction = read.friction(s.inertial + rubs(s.theta_d), rubs, s.theta_d, s.arm)
         return {name: np.moveaxis(f, 0, 1) / _SMALL_MISREADING for name, f in (("pull", pull), ("friction", friction))}

@@ -222,10 +222,11 @@ def machine_of(model: Model, arm: Arm) -> Machine:
     """
     values: dict[str, np.ndarray] = {}
     for name in model.laws:
-        if isinstance(law := law_named(name), UnlistedLaw) and law.variable.joints > arm.N:
+        law = law_named(name)
+        if isinstance(law, UnlistedLaw) and law.variable.joints > arm.N:
             what = f"{name} is of {law.variable.joints} joints at least; the arm has {arm.N}"
             raise Refused("model", what, "is it this arm's neck.yaml?")
-        for term in law_named(name).terms:
+        for term in law.terms:
             given = _values(model, term.name, term.count(arm))
             if term.low > 0 and any(p.name == term.name for p in model.parameters) and np.min(given) <= 0:
                 where = indexed(term.name, int(np.argmin(given)) + 1 if len(given) > 1 else None)

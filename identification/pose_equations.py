@@ -114,12 +114,16 @@ class PoseEquations:
                 out[n.index - 1] = value
         return out
 
+    def _balance(self, machine: Machine, p: Array, r: int, *geometry: Array) -> tuple[Array, Array]:
+        """As `_torque` below, of a recording with numbers p; geometry: wound, wraps, Z, load and length."""
+        return _torque(machine, self._dragged(p, r), self.rows[r], self._speed(r), *geometry)
+
     def misfit(self, p: Array, r: int, compliance: Array) -> Misfit:
         """How frames and forces of a recording miss the equations; compliance (T, N, N): of the arm on its cables, rad/(N m)."""
         rows = self.rows[r]
         machine, late = self._machine(p, r)
         wound, wraps, Z, load, length = self._geometry(p, r)
-        torque, tension = _torque(machine, self._dragged(p, r), rows, self._speed(r), wound, wraps, Z, load, length)
+        torque, tension = self._balance(machine, p, r, wound, wraps, Z, load, length)
         error = self.moved[r] + np.einsum("tij,tj->ti", compliance, torque)
         # frames are later than their stamps say, and so is the state that was made of them
         seen_at = rows.frames.time + late - self.late[r]
@@ -131,7 +135,7 @@ class PoseEquations:
         """Forces of a recording's motors less modelled ones, (T, M), N."""
         rows, (machine, _) = self.rows[r], self._machine(p, r)
         wound, wraps, Z, load, length = self._geometry(p, r)
-        tension = _torque(machine, self._dragged(p, r), rows, self._speed(r), wound, wraps, Z, load, length)[1]
+        tension = self._balance(machine, p, r, wound, wraps, Z, load, length)[1]
         return _motor_misfit(machine, rows, wraps, tension)
 
     def held_variance(self, p: Array, r: int, compliance: Array) -> Array:
@@ -140,14 +144,13 @@ class PoseEquations:
         machine, late = self._machine(p, r)
         wound, wraps, Z, load, length = self._geometry(p, r)
         speed = self._speed(r)
-        tension = _torque(machine, self._dragged(p, r), rows, speed, wound, wraps, Z, load, length)[1]
+        tension = self._balance(machine, p, r, wound, wraps, Z, load, length)[1]
         held = machine.held_torque(JointMotion(rows.alpha, speed), Z, wraps, tension)
         variance = np.einsum("tij,tj->ti", compliance**2, HELD_VARIANCE * held**2)
         return interpolated(rows.frames.time + late, rows.time, variance)
 
     def compliance(self, p: Array, r: int) -> Array:
         """Compliance of the arm on its cables at the rows, (T, N, N), rad/(N m)."""
-        rows = self.rows[r]
         machine, _ = self._machine(p, r)
         columns = []
         for i in range(machine.arm.N):
@@ -157,9 +160,7 @@ class PoseEquations:
                 g = geometry_of_poses(machine.arm, alpha)
                 load = terms(machine.arm, alpha, np.zeros_like(alpha)).g
                 wound = g.length - lengths(machine.arm, np.zeros(machine.arm.N))
-                torques.append(
-                    _torque(machine, self._dragged(p, r), rows, self._speed(r), wound, g.wraps, g.Z, load, g.length)[0]
-                )
+                torques.append(self._balance(machine, p, r, wound, g.wraps, g.Z, load, g.length)[0])
             columns.append((torques[0] - torques[1]) / (2 * _DIFFERENCE_RAD))
         # torque falls as the angle grows
         return -np.linalg.pinv(np.stack(columns, axis=-1))
@@ -172,7 +173,7 @@ class PoseEquations:
         self.shifted[r], self.late[r] = (alpha, alpha_d, alpha_dd), late
         self._loads.clear()
         wound, wraps, Z, load, length = self._geometry(p, r)
-        torque = _torque(machine, self._dragged(p, r), rows, self._speed(r), wound, wraps, Z, load, length)[0]
+        torque = self._balance(machine, p, r, wound, wraps, Z, load, length)[0]
         self.moved[r] = self.moved[r] + np.einsum("tij,tj->ti", self.compliance(p, r), torque)
         self._loads.clear()
 

@@ -209,12 +209,7 @@ class UnlistedLaw(Law):
             wound = Winding.of(self.variable, lambda x: self._made(p, x), at.theta, at.arm)
             return wound.share_of_tension * at.tension
         if self.variable.misreads and at.arm is not None:
-            fs, cm, fv = p.get("fs", np.zeros(1)), p.get("cm", np.ones(1)), p.get("fv", np.zeros(1))
-
-            def rubs(theta_d: Array) -> Array:
-                return fs * dry(theta_d, cm) + fv * theta_d
-
-            return self._misreading(p, at.theta).friction(at.force - at.tension, rubs, at.theta_d, at.arm)
+            return self._misreading(p, at.theta).friction(at.force - at.tension, rubbing(p), at.theta_d, at.arm)
         if self.variable.acts != "motor":
             return np.zeros(())
         made = self._made(p, _OF_MOTOR[self.variable.name](at))
@@ -314,6 +309,12 @@ class Misreading:
         turned = theta_d * (1 - self.slope)
         moving = left - rubs(turned) + arm.motor_inertia / arm.drum * self.bend * theta_d**2
         return left - rubs(theta_d) - moving / (1 - self.slope)
+
+
+def rubbing(p: Values) -> Callable[[Array], Array]:
+    """Dry and viscous friction of the motors, N, at their speeds, rad/s; none where the machine has no such law."""
+    fs, cm, fv = p.get("fs", np.zeros(1)), p.get("cm", np.ones(1)), p.get("fv", np.zeros(1))
+    return lambda theta_d: fs * dry(theta_d, cm) + fv * theta_d
 
 
 def joint_direction(alpha_d: Array) -> Array:

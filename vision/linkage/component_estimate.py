@@ -47,9 +47,11 @@ def estimate_components(
     weight = 1 / np.sum(to_corners**2, axis=(2, 3))[..., None]  # each marker counts by its own stated variance
     squares = weight * _by_component(along, to_corners, left)
     even = observed.visible & is_even(observed)
-    shift = shared_shift_slopes(observed).reshape(count, markers, 8, 2) * ~on_base(fit.scene)[:, None, None]
-    shifted = np.einsum("fminj,fnjk->fmik", remains, shift, optimize=True)
-    of_shift = weight * _by_component(along, to_corners, shifted)
+    shift = shifted = of_shift = np.zeros(())
+    if shaken:
+        shift = shared_shift_slopes(observed).reshape(count, markers, 8, 2) * ~on_base(fit.scene)[:, None, None]
+        shifted = np.einsum("fminj,fnjk->fmik", remains, shift, optimize=True)
+        of_shift = weight * _by_component(along, to_corners, shifted)
     for _ in range(ROUNDS):
         root = components.whitened_errors(observed) * observed.visible[..., None, None]
         spread = np.einsum("fminj,fnjk->fmink", remains, root, optimize=True)

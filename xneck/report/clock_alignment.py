@@ -59,12 +59,8 @@ def clock_alignment(data: DataSet) -> ClockAlignment:
     theta, theta_d = state.matrix("theta"), state.matrix("theta", "_d")
     pull = state.matrix("f") - arm.motor_inertia / arm.drum * state.matrix("theta", "_dd")
     rate = 1 / float(state.time[1] - state.time[0])
-    tension_parts = np.stack([pull, dry(theta_d)])
-    lagging = [
-        part
-        for lag in _LAGS_S
-        for part in first_order_lag(tension_parts.swapaxes(0, 1), rate, np.full(arm.M, lag)).swapaxes(0, 1)
-    ]
+    parts = np.stack([pull, dry(theta_d)], axis=1)
+    parts = np.concatenate([parts, *(first_order_lag(parts, rate, lag) for lag in _LAGS_S)], axis=1)
 
     def at(values: Array, shift: float) -> Array:
         return interpolated(time + shift, state.time, values)
@@ -72,10 +68,10 @@ def clock_alignment(data: DataSet) -> ClockAlignment:
     def travel(shift: float) -> tuple[Array, Array]:
         """Logged travel and its prediction, each (F, M), m."""
         logged = arm.drum * at(theta, shift)
-        n, *others = (at(part, shift) for part in (*tension_parts, *lagging))
+        explaining = at(parts.reshape(len(parts), -1), shift).reshape(len(time), -1, arm.M)
         explained = np.empty_like(logged)
         for j in range(arm.M):
-            D = np.column_stack([np.ones(len(time)), n[:, j], n[:, j] ** 2, *(part[:, j] for part in others)])
+            D = np.column_stack([np.ones(len(time)), explaining[:, 0, j] ** 2, explaining[..., j]])
             explained[:, j] = D @ np.linalg.lstsq(D, logged[:, j] - winding[:, j], rcond=None)[0]
         return logged, winding + explained
 
