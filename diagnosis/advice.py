@@ -3,15 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from diagnosis.diagnose import Diagnosis, unlisted_law
 from diagnosis.effect import Effect
 from diagnosis.effects import EFFECTS
 from diagnosis.unlisted_laws import AGAINST_SEVERAL_JOINTS, OF_ENCODERS
 from discovery.problem import Candidate
-from mechanism.description import Neck
 
 _BY_SIGNATURE = {
     "periodic": "look for teeth, poles or a bent shaft that come round as often as this; a slow motion over more of the drum's "
@@ -68,12 +64,14 @@ class Step:
         return {"words": self.words, "command": self.command}
 
 
-_GO_ON = (
-    Step(
-        "the extended model stands in neck.yaml and model.yaml beside this page; read the recording anew with this description",
-        "xneck sync ANGLES LOG --neck neck.yaml --out extended.mcap",
-    ),
-    Step("and simulate it", "xneck simulate extended.mcap --model model.yaml --out simulated.mcap"),
+_EXTENDED = "the extended model stands in neck.yaml and model.yaml beside this page"
+_EXTRACT = "xneck extract VIDEO --camera camera.yaml --neck neck.yaml --out angles.mcap"
+_SYNC = "xneck sync ANGLES LOG --neck neck.yaml --out extended.mcap"
+_SIMULATE = Step("and simulate it", "xneck simulate extended.mcap --model model.yaml --out simulated.mcap")
+_READ_ANEW = (Step(f"{_EXTENDED}; read the recording anew with this description", _SYNC),)
+_EXTRACT_ANEW = (
+    Step(f"{_EXTENDED}; extract the angles of a video anew with this description", _EXTRACT),
+    Step("read the recording with it", _SYNC),
 )
 
 
@@ -100,21 +98,8 @@ def advice(d: Diagnosis) -> tuple[Step, ...]:
 
 
 def _go_on(d: Diagnosis) -> tuple[Step, ...]:
-    at = d.extended_stage.adjusted(d.extended_stage.hypothesis)
-    return (*angles_put_right(at.neck, at.angle_error), *_GO_ON)
-
-
-def angles_put_right(neck: Neck, angle_error: NDArray[np.float64]) -> tuple[Step, ...]:
-    """What to take off angles that come from elsewhere: a description with markers has what they read too much, (N,), rad."""
-    if neck.markers is not None or not angle_error.any():
-        return ()
-    off = ", ".join(f"{error:.5f}" for error in angle_error)
-    return (
-        Step(
-            "the angles come from elsewhere, and read too much by what neck.yaml has no place for: take "
-            f"{off} rad off alpha1 to alpha{len(angle_error)} first"
-        ),
-    )
+    markers = d.extended_stage.hypothesis.neck.markers
+    return (*(_READ_ANEW if markers is None else _EXTRACT_ANEW), _SIMULATE)
 
 
 def look_for_law(candidate: Candidate) -> str:

@@ -45,7 +45,7 @@ def deciding_motion(
         return None
     seconds = max(float(data.state.time[-1] - data.state.time[0]) for data in recordings)
     options = SearchOptions(float(np.clip(round(seconds), MIN_SECONDS, MAX_SECONDS)), draws=draws, changes=changes)
-    neck = extended_description(d.extended_stage)
+    neck = extended_description(d.extended_stage, recordings)
     machine = machine_of(extended_model(d.extended_stage, {}), arm_of(neck))
     return motion_for(neck, machine, questions, (), limits, _angle_noise(recordings), options)
 

@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from diagnosis.cause_parameters import identified, parameters_of
 from diagnosis.fit_stage import FitStage
+from identification.dataset.dataset import DataSet
 from identification.model_file import Model, model_of
 from mechanism.description import Neck
 from mechanism.laws import law_named
+from mechanism.printed_markers import Markers
 from xneck_foundation.parameter import Parameter
 
 Array = NDArray[np.float64]
@@ -66,22 +68,29 @@ def _covariance(stage: FitStage, sigma: Sequence[float], places: Sequence[int | 
     return covariance
 
 
-def extended_description(stage: FitStage) -> Neck:
-    """neck.yaml with what was found wrong in it, and with its numbers moved within what drawings are good for."""
+def extended_description(stage: FitStage, recordings: Sequence[DataSet]) -> Neck:
+    """neck.yaml with what was found wrong in it, and with its numbers moved within what drawings are good for.
+
+    What these recordings' angles read too much is said of the markers where all were filmed, else of the angles' zeros, which
+    `sync` takes off whatever they come from.
+    """
     found = stage.adjusted(stage.hypothesis)
-    return _with_turned_markers(found.neck, found.angle_error)
+    if not found.angle_error.any():
+        return found.neck
+    if found.neck.markers is not None and all(data.is_filmed for data in recordings):
+        return found.neck.model_copy(update={"markers": _turned(found.neck.markers, found.angle_error)})
+    zero = found.neck.zero_angles + found.angle_error
+    return found.neck.model_copy(update={"alpha_zero": tuple(zero.tolist())})
 
 
-def _with_turned_markers(neck: Neck, angle_error: Array) -> Neck:
-    """With the markers of every bar turned by what its orientation was read too large; those on diagonals stay."""
-    if neck.markers is None or not angle_error.any():
-        return neck
+def _turned(markers: Markers, angle_error: Array) -> Markers:
+    """Those of every bar turned by what its orientation was read too large; those on diagonals stay."""
     bar_error = np.append(0.0, np.cumsum(angle_error))
-    markers = [
+    on_bars = [
         m if m.bar is None else m.model_copy(update={"angle": m.angle + float(bar_error[m.bar])})
-        for m in neck.markers.on_bars
+        for m in markers.on_bars
     ]
-    return neck.model_copy(update={"markers": neck.markers.model_copy(update={"on_bars": tuple(markers)})})
+    return markers.model_copy(update={"on_bars": tuple(on_bars)})
 
 
 def neck_yaml(neck: Neck) -> str:

@@ -231,6 +231,9 @@ class Neck(Strict):
     """one for each cable"""
     markers: Markers | None = None
     """the printed markers; leave it out where the joint angles come from elsewhere"""
+    alpha_zero: tuple[Annotated[float, Field(ge=-0.5, le=0.5)], ...] | None = None
+    """rad, what each joint angle reads while the joint stands straight: `sync` takes it off the angles that it is given. Leave it
+    out where nobody knows: diagnose finds it"""
     log: LogFormat = LogFormat()
     """how the log is written, where its columns have other names than time,theta1..thetaM,f1..fM; `xneck logs FILE` says it"""
     tolerance: Tolerance = Tolerance()
@@ -242,6 +245,8 @@ class Neck(Strict):
         n = len(self.mechanisms)
         if len(self.motors) != len(self.cables):
             faults.append(f"motors: {len(self.motors)} motors for {len(self.cables)} cables, and each cable needs one")
+        if self.alpha_zero is not None and len(self.alpha_zero) != n:
+            faults.append(f"alpha_zero: {len(self.alpha_zero)} angles for {n} mechanisms, and each has one")
         beyond = self._beyond_the_last_mechanism()
         if len(beyond) == 1:
             faults += beyond
@@ -305,6 +310,11 @@ class Neck(Strict):
     def M(self) -> int:
         """Number of cables and motors."""
         return len(self.cables)
+
+    @property
+    def zero_angles(self) -> NDArray[np.float64]:
+        """What the joint angles read while the arm stands straight, (N,), rad."""
+        return np.array(self.alpha_zero or np.zeros(self.N))
 
     @property
     def count_angles(self) -> NDArray[np.float64]:

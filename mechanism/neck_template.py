@@ -93,6 +93,7 @@ def neck_template(
     lines += [*_keys(Markers, printed, "  "), *_comment(_said(Markers, "on_bars"), "  "), "  on_bars:"]
     lines += _entry(BarMarker, _marker(0), "    ")
     lines += [f"    - {flow(_marker(bar))}" for bar in range(1, mechanisms + 1)]
+    lines += ["", *_comment(_said(Neck, "alpha_zero"), ""), f"# alpha_zero: {flow([0.0] * mechanisms)}"]
     lines += ["", *_comment(_said(Neck, "tolerance"), ""), "tolerance:"]
     usual = {name: _rounded(value) for name, value in Tolerance().model_dump().items()}
     lines += _keys(Tolerance, usual, "  ")

@@ -1,7 +1,7 @@
 """Joint angles over the camera's own clock: what extraction gives, and what angles from elsewhere are read into."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +77,10 @@ class Angles:
     def complete(self) -> NDArray[np.bool_]:
         """Frames in which every angle is known, (F,)."""
         return np.asarray(np.isfinite(self.alpha).all(axis=1))
+
+    def from_zero(self, zero: Array) -> "Angles":
+        """Counted from where the joints stand straight, of angles that read `zero` (N,), rad, there."""
+        return replace(self, alpha=self.alpha - zero)
 
     @property
     def ordinary(self) -> NDArray[np.bool_]:

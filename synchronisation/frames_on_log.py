@@ -9,26 +9,27 @@ from identification.dataset.dataset_file import read_dataset
 from identification.dataset.frames import FrameAngles, frame_angles
 from identification.dataset.time_unit import check_times_on_log
 from identification.files import joint_state
+from mechanism.description import Neck
 from synchronisation.angles import read_angles
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
 
-def read_frames_on_log(path: str | Path, joints: int, log_time: Array) -> FrameAngles:
+def read_frames_on_log(path: str | Path, neck: Neck, log_time: Array) -> FrameAngles:
     """The frames of a data set, whose clock is known, or of a CSV `time,alpha1..N[,sigma1..N]` whose times are the log's.
 
     log_time: (T,), s. Raises Refused where the file is an angles.mcap, which is on the camera's clock, or of another arm, and
     where no frame is within the log's times.
     """
     path = Path(path)
-    frames = _frames_of_csv(path, joints) if path.suffix.lower() != ".mcap" else _frames_of_dataset(path, joints)
+    frames = _frames_of_csv(path, neck) if path.suffix.lower() != ".mcap" else _frames_of_dataset(path, neck.N)
     check_times_on_log(frames.time, log_time, str(path))
     return frames
 
 
-def _frames_of_csv(path: Path, joints: int) -> FrameAngles:
-    angles = read_angles(path, joints, filmed=False)
+def _frames_of_csv(path: Path, neck: Neck) -> FrameAngles:
+    angles = read_angles(path, neck.N, filmed=False).from_zero(neck.zero_angles)
     return FrameAngles(angles.time, angles.alpha, angles.white_sigma, angles.shared)
 
 

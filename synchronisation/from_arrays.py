@@ -30,10 +30,11 @@ def dataset_from_arrays(
 ) -> DataSet:
     """The data set of joint angles and a motors' log that are arrays, as `xneck sync` makes it of files.
 
-    frame_time (F,), s, on the clock of what measured the angles; alpha (F, N), rad, NaN or masked where a joint was not measured;
-    sigma (F, N), rad, its standard deviation, where it is known. log_time (T,), s, on the controller's clock; theta (T, M), rad, of
-    the motors, and f (T, M), N at the cables, as they are logged: signs and units are those that `neck` says of the log. The clocks
-    are put on one, also where they are the same: the offset then comes out near zero, with its standard deviation.
+    frame_time (F,), s, on the clock of what measured the angles; alpha (F, N), rad, as they are read, NaN or masked where a joint
+    was not measured; sigma (F, N), rad, its standard deviation, where it is known. log_time (T,), s, on the controller's clock;
+    theta (T, M), rad, of the motors, and f (T, M), N at the cables, as they are logged: zeros of angles, signs and units are those
+    that `neck` says. The clocks are put on one, also where they are the same: the offset then comes out near zero, with its
+    standard deviation.
 
     Raises Refused where shapes do not fit the arm or each other, a value cannot be what it is said to be, or the clocks cannot be
     aligned.

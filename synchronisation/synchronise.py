@@ -48,7 +48,7 @@ def synchronise(
     cutoff: Hz, of Fasquelle's low-pass. Raises Refused with the reason where the clocks cannot be aligned.
     """
     arm = arm_of(neck)
-    angles, of_sigma = with_tested_sigma(angles)
+    angles, of_sigma = with_tested_sigma(angles.from_zero(neck.zero_angles))
     warnings = (*of_sigma, *check_log_meaning(neck, arm, angles, log))
     viscosity = np.array([np.nan if motor.fv is None else motor.fv for motor in neck.motors])
     clock = fit_clock(arm, angles, log, viscosity)

@@ -28,7 +28,8 @@ class DataSet:
     sigma_alphaI_d, sigma_alphaI_dd, the same of thetaJ (from its rounding), bridgedI (1 where vision missed the joint for longer
     than 0.2 s), visionI and visionI_d (by splines through every frame, not smoothed; without them alpha is taken).
     fasquelle: the same without sigmas, at 31.25 Hz by Fasquelle's chain, with xJ_d.
-    angles: as measured in the frames, on the camera's own clock. log: as the controller wrote it, in our signs.
+    angles: as measured in the frames, less neck.yaml's alpha_zero, on the camera's own clock. log: as the controller wrote it, in
+    our signs.
     """
 
     neck: Neck
@@ -44,6 +45,11 @@ class DataSet:
     """full covariance of alpha, alpha', alpha'' of all joints at a few Hz, columns `cov_alpha1_alpha2_d` (upper triangle)"""
     speeds: HalfRowSpeeds | None = None
     """of the motors, where friction is known by which they can be told within the state's rows; not in any file"""
+
+    @property
+    def is_filmed(self) -> bool:
+        """Whether its angles were extracted from a video, by the markers that neck.yaml describes, as far as is known."""
+        return "markers" in self.provenance.get("angles", {})
 
     @property
     def arm(self) -> Arm:

@@ -66,7 +66,7 @@ def synchronise_parts(
     number of steps done since the last call, of `steps_of`. Raises Refused as `synchronise` does, naming the part.
     """
     arm = arm_of(neck)
-    angles, of_sigma = with_tested_sigma(angles)
+    angles, of_sigma = with_tested_sigma(angles.from_zero(neck.zero_angles))
     viscosity = np.array([np.nan if motor.fv is None else motor.fv for motor in neck.motors])
     clock = clock_of_parts(neck, arm, angles, repair_log(log), viscosity, progress)
     warnings = of_sigma

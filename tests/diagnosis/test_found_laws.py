@@ -84,7 +84,7 @@ def test_record_text_and_page_say_so(found: Diagnosis, tmp_path: Path) -> None:
 def test_it_is_written_with_the_model_and_simulated(
     found: Diagnosis, recordings: list[DataSet], tmp_path: Path
 ) -> None:
-    neck = extended_description(found.extended_stage)
+    neck = extended_description(found.extended_stage, recordings)
     write_model(extended_model(found.extended_stage, {}), tmp_path / "model.yaml")
     model = read_model(tmp_path / "model.yaml")
     assert "motor.harmonic.motor_angle" in model.laws

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.advice import BY_VARIABLE, angles_put_right, look_for_law
+from diagnosis.advice import BY_VARIABLE, look_for_law
 from diagnosis.cause_fit import CauseFitter
 from diagnosis.free_function import FREE_FUNCTIONS, VARIABLES, FreeFit, best_free_function
 from diagnosis.hypothesis import as_described
@@ -17,9 +17,7 @@ from discovery.problem import Candidate
 from identification.dataset.dataset import DataSet
 from identification.dataset.frames import frame_angles
 from identification.dataset.series import Series, numbered_columns
-from mechanism.description import read_neck
 from tests.identification.test_estimates import recording
-from tests.paths import NECK_FILE
 
 Array = np.ndarray
 
@@ -40,17 +38,6 @@ def test_there_is_advice_for_every_variable() -> None:
 def test_advice_names_what_may_act_there(detail: str, follows: str, word: str) -> None:
     basis = FineBasis(np.zeros(1))
     assert word in look_for_law(Candidate("all", (follows,), "rad", "turn", basis, detail=detail))
-
-
-def test_angles_from_elsewhere_are_put_right_before_one_goes_on() -> None:
-    """A description with markers has them turned; without, nothing else says what the angles read too much."""
-    neck = read_neck(NECK_FILE)
-    error = np.array([0.007, -0.005, 0.009])
-    assert angles_put_right(neck, error) == ()
-    bare = neck.model_copy(update={"markers": None})
-    assert angles_put_right(bare, 0 * error) == ()
-    (step,) = angles_put_right(bare, error)
-    assert "take 0.00700, -0.00500, 0.00900 rad off alpha1 to alpha3" in step.words
 
 
 def explained(data: DataSet) -> FreeFit:

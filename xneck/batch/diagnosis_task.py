@@ -85,7 +85,7 @@ def _diagnose_into(
         "provenance": origin,
         "made_from": _made_from(origin),
     }
-    neck = extended_model.extended_description(diagnosis.extended_stage)
+    neck = extended_model.extended_description(diagnosis.extended_stage, fitted)
     write_text(folder / EXTENDED_NECK, extended_model.neck_yaml(neck))
     model = extended_model.extended_model(diagnosis.extended_stage, origin)
     posed = calibrated_model(model, fitted, neck)
