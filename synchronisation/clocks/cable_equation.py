@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from identification.filters import first_order_lag
+from mechanism.affine_steps import accumulated
 from mechanism.drawing_errors import MOTOR_INERTIA_SIGMA
 from synchronisation.clocks.frame_geometry import FrameGeometry
 from synchronisation.clocks.signals import FRICTION_FORMS, LogSignals, cubic_spline
@@ -27,11 +28,20 @@ MAX_LAG_S = 0.5
 """s: the most that a damped cable may lag behind its force; a lower limit pulls the clock where it is met (docs/thresholds.md)"""
 PRIOR_SIGMA = {
     "c": 0.1, "g": 0.05, "h": 2.0, "w": 0.4, "i": MOTOR_INERTIA_SIGMA, "ca": 10.0, "creep": 0.01, "start": 0.005,
-    "drum": 0.1,
+    "drum": 0.1, "play": 1.0, "loop": 0.1,
 }  # fmt: skip
-"""weak prior of each kind of parameter, in m and FORCE_SCALE_N; a ratio for a drum and for a motor's inertia"""
+"""weak prior of each kind of parameter, in m and FORCE_SCALE_N; a ratio for a drum, for a motor's inertia and for plays"""
+PLAY_WIDTHS_M = 1e-4 * 2.0 ** np.arange(5)
+"""m of a motor's travel: widths of play operators whose weighted sum comes near any play about as wide (docs/thresholds.md)"""
+LOOP_WIDTHS_N = 2.0 ** np.arange(5)
+"""N of a cable's tension: the same of hysteresis (docs/thresholds.md)"""
 _FORMS = tuple(f"w{k + 1}" for k in range(FRICTION_FORMS))
 """names of the parameters of friction's forms"""
+_MEMORIES = (
+    *(f"play{k}" for k in range(len(PLAY_WIDTHS_M))),
+    *(f"loop{k}" for k in range(len(LOOP_WIDTHS_N))),
+)
+"""names of the parameters of memory"""
 _TENSION_PARTS = 5 + FRICTION_FORMS
 """signals that a tension consists of: force, dry friction and its forms, speed, the command's rate, the inertial force"""
 
@@ -52,6 +62,9 @@ class CableTerms:
     """motors' inertia is off"""
     drum: bool = False
     """drums' radii are off"""
+    memory: float = 0.0
+    """cables do not follow as motors turn round (play), or stretch otherwise as tension rises than as it falls (hysteresis): widths
+    of the operators for it over the usual ones; 0 without"""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -59,7 +72,8 @@ class CableTerms:
         powers = tuple(f"g{p + 1}" for p in range(self.powers))
         creep = tuple(f"{name}{k}" for name in ("creep", "start") for k in range(len(self.creep)))
         forms = tuple((name, self.friction_forms) for name in _FORMS)
-        optional = (*forms, ("i", self.inertia), ("ca", self.damping), ("drum", self.drum))
+        memories = tuple((name, self.memory > 0) for name in _MEMORIES)
+        optional = (*forms, ("i", self.inertia), ("ca", self.damping), ("drum", self.drum), *memories)
         return ("c", *powers, "h", *(name for name, included in optional if included), *creep)
 
     @property
@@ -94,18 +108,30 @@ class CableRows:
 class CableEquation:
     """The curves of a log that a law of the cables needs, and the rows that they give for any estimate of the unknowns."""
 
-    def __init__(self, signals: LogSignals, law: CableTerms, tau: Array | float = 0.0) -> None:
-        """tau: (M,), s, time constants by which damped cables lag behind their forces."""
+    def __init__(self, signals: LogSignals, law: CableTerms, tau: Array | float = 0.0, fs: Array | float = 0.0) -> None:
+        """tau: (M,), s, time constants by which damped cables lag behind their forces; fs: (M,), N, dry friction of the motors, by
+        which the tension that cables remember is told."""
         s, step = signals, float(signals.time[1] - signals.time[0])
         self.law = law
         self.tau = np.broadcast_to(np.asarray(tau, dtype=float), (s.tension_parts.shape[2],))
+        self._signals, self._fs = signals, fs
         self._mean_force = s.tension_parts[:, 0].mean(axis=0)
         parts = first_order_lag(s.tension_parts, 1 / step, self.tau)
         creeping = [first_order_lag(parts, 1 / step, creep_s) for creep_s in law.creep]
-        curves = np.concatenate([s.travel(s.time)[:, None], parts, *creeping], axis=1)
+        travel = s.travel(s.time)
+        curves = np.concatenate([travel[:, None], parts, *creeping], axis=1)
+        if law.memory > 0:
+            tension = (parts[:, 0] - fs * parts[:, 1]) / FORCE_SCALE_N
+            memories = [play_lag(travel, law.memory * width) for width in PLAY_WIDTHS_M]
+            memories += [play_lag(tension, law.memory * width / FORCE_SCALE_N) for width in LOOP_WIDTHS_N]
+            curves = np.concatenate([curves, np.stack(memories, axis=1)], axis=1)
         self._curves = cubic_spline(s.time, np.moveaxis(curves, 1, 2))
         self._time = s.time
         self._span = (s.time[0], s.time[-1])
+
+    def with_lag(self, tau: Array) -> "CableEquation":
+        """The same with other time constants, (M,), s."""
+        return CableEquation(self._signals, self.law, tau, self._fs)
 
     def lag(self, parameters: Array) -> Array:
         """Time constants ca g' of the cables at their mean force, (M,), s, for parameters (M, K)."""
@@ -181,6 +207,11 @@ class CableEquation:
         if self.law.drum:
             columns["drum"] = travel
             x = x + p["drum"] * travel
+        if self.law.memory > 0:
+            lags, lag_rates = (curves[-len(_MEMORIES) :] for curves in (parts, rates))
+            for name, lag, lag_d in zip(_MEMORIES, lags, lag_rates, strict=True):
+                columns[name] = -lag
+                x, x_d = x - p[name] * lag, x_d - p[name] * lag_d
         return CableRows(
             residual=travel - x,
             by_offset=travel_d - x_d,
@@ -189,6 +220,12 @@ class CableEquation:
             by_geometry=np.zeros((*travel.shape, 0)),
             by_parameter=-np.stack([columns[name] for name in self.law.names], axis=-1),
         )
+
+
+def play_lag(path: Array, width: float) -> Array:
+    """The play operator of a width less its argument, (T, M), of paths (T, M) in the width's unit."""
+    half = np.full(path.shape[1], width / 2)
+    return accumulated(np.zeros_like(half), np.ones_like(path[1:]), -np.diff(path, axis=0), (-half, half))
 
 
 def _compliance(powers: list[Array], tension: Array) -> Array:

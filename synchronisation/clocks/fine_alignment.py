@@ -12,8 +12,14 @@ from numpy.typing import NDArray
 from mechanism.arm import Arm
 from synchronisation.clocks.arm_equation import ArmRows, arm_equation_rows
 from synchronisation.clocks.cable_equation import FORCE_SCALE_N, CableEquation, CableTerms
-from synchronisation.clocks.frame_geometry import FrameGeometry
-from synchronisation.clocks.gauss_newton_fit import ClockProblem, ClockSolution, initial_unknowns, solve_clock
+from synchronisation.clocks.frame_geometry import MIN_CABLE_ERROR_M, FrameGeometry
+from synchronisation.clocks.gauss_newton_fit import (
+    MAX_STEPS,
+    ClockProblem,
+    ClockSolution,
+    initial_unknowns,
+    solve_clock,
+)
 from synchronisation.clocks.gauss_newton_step import SKEW_SCALE, ModelAssumptions
 from synchronisation.clocks.signals import LogSignals
 from synchronisation.clocks.unknowns import ClockUnknowns
@@ -22,20 +28,22 @@ Array = NDArray[np.float64]
 
 REPORTED = ModelAssumptions()
 """assumptions whose estimate is reported"""
-ALTERNATIVES = (
-    ModelAssumptions(CableTerms(creep=(1.0, 6.0))),
-    ModelAssumptions(CableTerms(powers=4)),
-    ModelAssumptions(CableTerms(powers=2, creep=())),
-    ModelAssumptions(joint_width=0.15),
-    ModelAssumptions(drawing_scale=5.0),
-)
-"""assumptions whose spread enters the reported standard deviations"""
+OTHER_LAWS = ({"creep": (1.0, 6.0)}, {"powers": 4}, {"powers": 2, "creep": ()})
+"""terms of the cables that are otherwise in assumptions whose spread enters the reported standard deviations"""
+OTHER_MEMORY = 0.5
+"""widths of play operators over the usual ones in one more, where cables remember"""
+OTHER_ASSUMPTIONS = ({"joint_width": 0.15}, {"drawing_scale": 5.0})
+"""what else is otherwise in such assumptions"""
 ALTERNATIVE_STEPS = 2
 """Gauss-Newton steps of each alternative, from the reported estimate on"""
 MAX_MISFIT_RATIO = 1.15
 """an alternative counts if its misfit is at most so many times the reported one's (docs/thresholds.md)"""
 MAX_LOSSY_MISFIT = 0.8
 """an arm is lossy where that leaves at most this share of what a sound arm leaves (docs/thresholds.md)"""
+MAX_MEMORY_MISFIT = 0.8
+"""cables or drives have a memory where that leaves at most this share of what those without leave (docs/thresholds.md)"""
+MEMORY_SUSPECTED_M = 2 * MIN_CABLE_ERROR_M
+"""m: a memory is looked for where more than this is left of the cables (docs/thresholds.md)"""
 MAX_DRIVING_FV = 0.06
 """N s/rad: a viscosity further below zero is none; sigma holds how far the arm's equation moved the clock (docs/thresholds.md)"""
 LINEAR_OFFSET_S = 2e-4
@@ -81,8 +89,9 @@ def align_finely(
     assumptions = replace(REPORTED, skew_scale=skew_scale)
     from_cables = solve_clock(problem, initial_unknowns(problem, offset, cables), assumptions, cables)
     problem = replace(problem, frames=frames.with_slopes_beside_noise(arm, from_cables.residual))
-    reported, rows = _sound_or_lossy(arm, problem, from_cables, assumptions)
-    fits = [reported, *_alternatives(problem, reported, rows, skew_scale)]
+    explained = _with_or_without_memory(arm, problem, _sound_or_lossy(arm, problem, from_cables, assumptions))
+    reported = explained.fit
+    fits = [reported, *_alternatives(problem, explained)]
     spread = [
         float(np.std([getattr(fit.unknowns, name) for fit in fits], ddof=1)) if len(fits) > 1 else 0.0
         for name in ("offset", "skew", "delay")
@@ -105,10 +114,34 @@ def align_finely(
     )
 
 
+@dataclass(frozen=True)
+class _Explained:
+    """A fit to both equations, and what it assumes."""
+
+    fit: ClockSolution
+    rows: ArmRows
+    """of the arm's equation, with the nuisances that were fitted"""
+    assumptions: ModelAssumptions
+
+
+def _with_or_without_memory(arm: Arm, problem: ClockProblem, usual: _Explained) -> _Explained:
+    """The fit, or where that leaves much less unexplained one in which cables and drives remember their way.
+
+    What play or hysteresis does to a cable, friction of another form does nearly as well at another time."""
+    if usual.fit.unknowns.cable_error < MEMORY_SUSPECTED_M:
+        return usual
+    remembering = replace(usual.assumptions, law=replace(usual.assumptions.law, memory=1.0))
+    trial = _refitted(problem, usual, remembering, usual.rows, MAX_STEPS)
+    if clock_misfit(trial.unknowns) > MAX_MEMORY_MISFIT * clock_misfit(usual.fit.unknowns):
+        return usual
+    start = replace(trial, unknowns=replace(trial.unknowns, arm_parameters=np.zeros(0)))
+    return _sound_or_lossy(arm, problem, start, remembering)
+
+
 def _sound_or_lossy(
     arm: Arm, problem: ClockProblem, from_cables: ClockSolution, assumptions: ModelAssumptions
-) -> tuple[ClockSolution, ArmRows]:
-    """The fit to both equations and the rows of the arm's: of a lossy arm only where a sound one leaves much unexplained.
+) -> _Explained:
+    """The fit to both equations: of a lossy arm only where a sound one leaves much unexplained.
 
     Gains and losses share much with the offset, so that a sound arm's clock would be several times as uncertain with them."""
     sound, rows = _with_arm(arm, problem, from_cables, assumptions, lossy=False)
@@ -118,8 +151,8 @@ def _sound_or_lossy(
     start = replace(sound.unknowns, arm_parameters=parameters)
     lossy = solve_clock(problem, start, assumptions, sound.cables, rows, max_steps=ALTERNATIVE_STEPS)
     if clock_misfit(lossy.unknowns) > MAX_LOSSY_MISFIT * clock_misfit(sound.unknowns):
-        return sound, rows.of_sound_arm()
-    return _with_arm(arm, problem, lossy, assumptions, lossy=True)
+        return _Explained(sound, rows.of_sound_arm(), assumptions)
+    return _Explained(*_with_arm(arm, problem, lossy, assumptions, lossy=True), assumptions)
 
 
 def _with_arm(
@@ -130,7 +163,7 @@ def _with_arm(
     Rows are linear in the offset: made anew where that has moved far."""
     fit, linearisations = start, 0
     while True:
-        rows = _arm_rows_at(arm, problem, fit)
+        rows = _arm_rows_at(arm, problem, fit, assumptions)
         fit = solve_clock(problem, fit.unknowns, assumptions, fit.cables, rows if lossy else rows.of_sound_arm())
         linearisations += 1
         if linearisations == MAX_LINEARISATIONS or abs(fit.unknowns.offset - rows.offset) < LINEAR_OFFSET_S:
@@ -140,34 +173,38 @@ def _with_arm(
 def clock_misfit(unknowns: ClockUnknowns) -> float:
     """What cables, angles and arm leave unexplained, m times N m: the measure by which fits of one recording are compared.
 
-    Angles count along: what a wrong clock leaves of the cables, turns of the joints explain for the most part."""
+    Angles count along: what a wrong clock leaves of the cables, turns of the joints explain for the most part. That angles would
+    be better than their sigma says is no merit: where cables err by much, nothing is left for the angles' noise."""
     torque_error = np.exp(np.mean(np.log(unknowns.torque_error)))
-    return float(unknowns.cable_error * unknowns.noise_scale * torque_error)
+    return float(unknowns.cable_error * max(unknowns.noise_scale, 1.0) * torque_error)
 
 
-def _alternatives(
-    problem: ClockProblem, reported: ClockSolution, rows: ArmRows, skew_scale: float
-) -> list[ClockSolution]:
-    """Fits of the ALTERNATIVES that explain the recording about as well as the reported one."""
-    fits, max_misfit = [], MAX_MISFIT_RATIO * clock_misfit(reported.unknowns)
-    for assumptions in ALTERNATIVES:
-        law = assumptions.law
-        parameters = _translated(reported.unknowns.cable_parameters, REPORTED.law, law)
-        cables = reported.cables
-        if law != REPORTED.law:
-            cables = CableEquation(problem.signals, law, cables.tau)
-        same_width = assumptions.joint_width == REPORTED.joint_width
-        fit = solve_clock(
-            problem,
-            replace(reported.unknowns, cable_parameters=parameters),
-            replace(assumptions, skew_scale=skew_scale),
-            cables,
-            rows if same_width else rows.with_joint_width(assumptions.joint_width),
-            max_steps=ALTERNATIVE_STEPS,
-        )
-        if clock_misfit(fit.unknowns) < max_misfit:
-            fits.append(fit)
-    return fits
+def _alternatives(problem: ClockProblem, explained: _Explained) -> list[ClockSolution]:
+    """Fits with other assumptions that explain the recording about as well as the reported one."""
+    reported, rows = explained.assumptions, explained.rows
+    laws = [replace(reported.law, **terms) for terms in OTHER_LAWS]
+    if reported.law.memory > 0:
+        laws.append(replace(reported.law, memory=OTHER_MEMORY))
+    others = [replace(reported, law=law) for law in laws]
+    fits = [_refitted(problem, explained, other, rows, ALTERNATIVE_STEPS) for other in others]
+    for other in (replace(reported, **changes) for changes in OTHER_ASSUMPTIONS):
+        wider = rows if other.joint_width == reported.joint_width else rows.with_joint_width(other.joint_width)
+        fits.append(_refitted(problem, explained, other, wider, ALTERNATIVE_STEPS))
+    max_misfit = MAX_MISFIT_RATIO * clock_misfit(explained.fit.unknowns)
+    return [fit for fit in fits if clock_misfit(fit.unknowns) < max_misfit]
+
+
+def _refitted(
+    problem: ClockProblem, explained: _Explained, other: ModelAssumptions, rows: ArmRows, steps: int
+) -> ClockSolution:
+    """From a fit on with other assumptions and with these rows of the arm's equation, at most so many steps."""
+    fit, law = explained.fit, explained.assumptions.law
+    fs = _dry_friction(fit.unknowns, law)
+    cables = fit.cables if other.law == law else CableEquation(problem.signals, other.law, fit.cables.tau, fs)
+    parameters = _translated(fit.unknowns.cable_parameters, law, other.law)
+    return solve_clock(
+        problem, replace(fit.unknowns, cable_parameters=parameters), other, cables, rows, max_steps=steps
+    )
 
 
 def _translated(parameters: Array, old: CableTerms, new: CableTerms) -> Array:
@@ -179,11 +216,10 @@ def _translated(parameters: Array, old: CableTerms, new: CableTerms) -> Array:
     return out
 
 
-def _arm_rows_at(arm: Arm, problem: ClockProblem, from_cables: ClockSolution) -> ArmRows:
+def _arm_rows_at(arm: Arm, problem: ClockProblem, from_cables: ClockSolution, assumptions: ModelAssumptions) -> ArmRows:
     """Rows of the arm's equation at an estimate from the cables alone."""
     frames, unknowns = problem.frames, from_cables.unknowns
     at = frames.time + unknowns.offset + unknowns.skew * (frames.time - frames.middle)
-    fs = FORCE_SCALE_N * unknowns.cable_parameters[:, REPORTED.law.names.index("h")]
     return arm_equation_rows(
         arm,
         problem.signals,
@@ -191,7 +227,12 @@ def _arm_rows_at(arm: Arm, problem: ClockProblem, from_cables: ClockSolution) ->
         frames,
         frames.turns(from_cables.residual),
         from_cables.cables.expected_winding(unknowns),
-        REPORTED.joint_width,
+        assumptions.joint_width,
         unknowns.offset,
-        fs,
+        _dry_friction(unknowns, assumptions.law),
     )
+
+
+def _dry_friction(unknowns: ClockUnknowns, law: CableTerms) -> Array:
+    """Of each motor, (M,), N, by the cables."""
+    return FORCE_SCALE_N * unknowns.cable_parameters[:, law.names.index("h")]

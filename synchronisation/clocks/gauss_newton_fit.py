@@ -121,7 +121,7 @@ def solve_clock(
         unknowns = replace(unknowns, cable_error=cable_error, noise_scale=noise_scale)
         tau = cables.lag(unknowns.cable_parameters)
         if lag_updates < MAX_LAG_UPDATES and step and np.max(np.abs(tau - cables.tau)) > LAG_TOLERANCE_S:
-            cables, lag_updates = CableEquation(problem.signals, assumptions.law, tau), lag_updates + 1
+            cables, lag_updates = cables.with_lag(tau), lag_updates + 1
             rows = cables.rows(frames, unknowns)
         elif step > 1 and abs(unknowns.offset - offset_before) < OFFSET_TOLERANCE_S:
             break
