@@ -1,5 +1,6 @@
 """The clock's sigma has three parts: noise, spread of models, and bias. Fits are made up so that each part is large once."""
 
+from dataclasses import is_dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -50,7 +51,9 @@ def aligned(
     monkeypatch.setattr(fine_alignment, "CableEquation", lambda *_: nothing)
     monkeypatch.setattr(fine_alignment, "initial_unknowns", lambda *_: nothing)
     monkeypatch.setattr(fine_alignment, "solve_clock", lambda *_: fit(from_cables, 0.0, 0.0, sigma))
-    monkeypatch.setattr(fine_alignment, "_sound_or_lossy", lambda *_: (reported, nothing))
+    explained = fine_alignment._Explained(reported, nothing, fine_alignment.REPORTED)
+    monkeypatch.setattr(fine_alignment, "_sound_or_lossy", lambda *_: explained)
+    monkeypatch.setattr(fine_alignment, "_with_or_without_memory", lambda *_: explained)
     monkeypatch.setattr(fine_alignment, "_alternatives", lambda *_: alternatives)
     return align_finely(nothing, nothing, FRAMES, 1.0, np.zeros(4))
 
@@ -86,20 +89,47 @@ def test_models_that_explain_as_much_and_disagree_widen_the_sigma_by_their_sprea
 
 
 @pytest.mark.parametrize(("misfit", "counts"), [(1.14, True), (1.16, False)])
-def test_a_model_that_explains_less_has_no_say(misfit: float, counts: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    reported, other = fit(1.0, 0.0, 0.0, 1e-6), fit(1.1, 0.0, 0.0, 1e-6, misfit)
-    monkeypatch.setattr(fine_alignment, "solve_clock", lambda *_, **__: other)
-    monkeypatch.setattr(fine_alignment, "CableEquation", lambda *_: None)
-    monkeypatch.setattr(fine_alignment, "replace", lambda one, **_: one)
+@pytest.mark.parametrize(("memory", "others"), [(0.0, 5), (1.0, 6)])
+def test_a_model_that_explains_less_has_no_say(
+    misfit: float, counts: bool, memory: float, others: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where cables remember, one more model has operators of other widths."""
+    explained = with_memory(fit(1.0, 0.0, 0.0, 1e-6), memory)
+    monkeypatch.setattr(fine_alignment, "_refitted", lambda *_: fit(1.1, 0.0, 0.0, 1e-6, misfit))
+    found = fine_alignment._alternatives(SimpleNamespace(signals=None), explained)  # type: ignore[arg-type]
+    assert len(found) == (others if counts else 0)
+
+
+def with_memory(solution: Any, memory: float) -> Any:
+    reported = fine_alignment.REPORTED
+    assumptions = replace(reported, law=replace(reported.law, memory=memory))
     rows: Any = SimpleNamespace(with_joint_width=lambda _: None)
-    found = fine_alignment._alternatives(SimpleNamespace(signals=None), reported, rows, 1.0)  # type: ignore[arg-type]
-    assert len(found) == (len(fine_alignment.ALTERNATIVES) if counts else 0)
+    return fine_alignment._Explained(solution, rows, assumptions)
+
+
+@pytest.mark.parametrize(
+    ("left_m", "with_memory_m", "remembers"), [(1e-5, 0.7e-5, 1.0), (1e-5, 0.9e-5, 0.0), (3e-6, 1e-6, 0.0)]
+)
+def test_cables_remember_where_that_leaves_much_less(
+    left_m: float, with_memory_m: float, remembers: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A fifth less of what a law of the cables may err by, and only where more than that is left."""
+    usual = with_memory(fit(1.0, 0.0, 0.0, 1e-6, left_m), 0.0)
+    trial = fit(1.0, 0.0, 0.0, 1e-6, with_memory_m)
+    monkeypatch.setattr(fine_alignment, "_refitted", lambda *_: trial)
+    monkeypatch.setattr(fine_alignment, "_sound_or_lossy", lambda *of: with_memory(trial, of[3].law.memory))
+    monkeypatch.setattr(fine_alignment, "replace", lambda one, **of: replace(one, **of) if is_dataclass(one) else one)
+    nothing: Any = None
+    found = fine_alignment._with_or_without_memory(nothing, nothing, usual)
+    assert found.assumptions.law.memory == remembers
 
 
 def test_misfit_is_in_cables_times_angles_times_joints() -> None:
     """A clock with a false loss left less of the cables, and of the angles twice as much as the true one."""
     one = SimpleNamespace(cable_error=2.0, noise_scale=3.0, torque_error=np.array([1.0, 2.0, 4.0]))
     assert fine_alignment.clock_misfit(one) == pytest.approx(12.0)  # type: ignore[arg-type]
+    one.noise_scale = 0.1  # angles are no better than their sigma because cables err by much
+    assert fine_alignment.clock_misfit(one) == pytest.approx(4.0)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("fv", "counts"), [(-0.1, 1.0), (-0.01, 0.0)])
