@@ -31,9 +31,9 @@ PRIOR_SIGMA = {
     "drum": 0.1, "play": 1.0, "loop": 0.1,
 }  # fmt: skip
 """weak prior of each kind of parameter, in m and FORCE_SCALE_N; a ratio for a drum, for a motor's inertia and for plays"""
-PLAY_WIDTHS_M = 1e-4 * 2.0 ** np.arange(5)
+PLAY_WIDTHS_M = (1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3)
 """m of a motor's travel: widths of play operators whose weighted sum comes near any play about as wide (docs/thresholds.md)"""
-LOOP_WIDTHS_N = 2.0 ** np.arange(5)
+LOOP_WIDTHS_N = (1.0, 2.0, 4.0, 8.0, 16.0)
 """N of a cable's tension: the same of hysteresis (docs/thresholds.md)"""
 _FORMS = tuple(f"w{k + 1}" for k in range(FRICTION_FORMS))
 """names of the parameters of friction's forms"""
