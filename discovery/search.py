@@ -21,6 +21,7 @@ from discovery.rivals import (
     MIN_GAIN_SIGMAS,
     SIMPLER_SHARE,
     Rival,
+    all_coefficients,
     chosen,
     coefficients,
     gain_sigmas,
@@ -83,7 +84,7 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
             continue
         if without is None:
             without = judge.losses(evidence, fine, np.zeros((fine.shape[1], 0)))
-        functions = [np.array([coefficients(candidate, f, c) for c in f.starts(candidate.basis)]) for f in forms]
+        functions = [all_coefficients(candidate, f, f.starts(candidate.basis)) for f in forms]
         gains = [evidence.gains(each) for each in functions]
         likeliest = int(np.argmax([each.max() for each in gains]))
         left_by = functions[likeliest][int(np.argmax(gains[likeliest]))]
@@ -135,7 +136,7 @@ def _of_one_place(judge: Judge, precision: Array, without: Losses, law: FoundLaw
     for of in list(_candidates(judge.problem, judge.base, precision, every))[1:]:
         candidate, evidence, _ = of
         starts = law.form.starts(candidate.basis)
-        gains = evidence.gains(np.array([coefficients(candidate, law.form, c) for c in starts]))
+        gains = evidence.gains(all_coefficients(candidate, law.form, starts))
         own, _ = refined(evidence, candidate, law.form, starts[int(np.argmax(gains))], float(gains.max()))
         of_constant = _gain_of_constant(evidence, candidate)
         rival, as_all = (_rival(judge, without, of, law.form, c, of_constant)[0] for c in (own, law.constants))

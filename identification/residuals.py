@@ -270,11 +270,38 @@ def residual_rows(
     return ResidualRows(residual, J)
 
 
-def change_by_forces(s: Signals, term: Term, **forces: Array) -> Array:
-    """Change of the residuals by forces beyond those of the laws, as `residual_change` has it; forces: fields of `LawForces`."""
-    nothing = np.zeros_like(s.f)
-    without = LawForces(nothing, nothing, nothing, np.zeros_like(s.alpha))
-    return residual_change(s, without, replace(without, **forces), term)
+def changes_by_forces(
+    s: Signals, term: Term, friction: Array | None = None, pull: Array | None = None, resistance: Array | None = None
+) -> Array:
+    """Changes of the residuals by K patterns of forces beyond those of the laws, (C, S, K, count), as `residual_change` has each.
+
+    Forces as fields of `LawForces`, (K, T, M), N, or (K, T, N), N m."""
+    n, m = s.arm.N, s.arm.M
+    shape = next(np.shape(force) for force in (friction, pull, resistance) if force is not None)
+    places = {"cable": m, "joint": n, "arm": 1}[term.of]
+    out = np.zeros((m + n, len(s.low_pass.kept), shape[0], places))
+    motors, joints = np.arange(m), np.arange(n)
+    for k in range(shape[0]):
+        if friction is not None:  # against the motors, and by their levers against the joints
+            drive = -friction[k].T
+            lost = s.low_pass(np.concatenate([drive[None], s.levers * drive]))
+            if term.of == "cable":
+                out[motors, :, k, motors], out[m:, :, k] = lost[0], np.moveaxis(lost[1:], 1, 2)
+            else:
+                out[:m, :, k, 0], out[m:, :, k, 0] = lost[0], lost[1:].sum(axis=1)
+        if pull is not None:
+            pulled = s.low_pass(pull[k].T)
+            if term.of == "cable":
+                out[motors, :, k, motors] -= pulled
+            else:
+                out[:m, :, k, 0] -= pulled
+        if resistance is not None:
+            held = s.low_pass(resistance[k].T)
+            if term.of == "joint":
+                out[m + joints, :, k, joints] -= held
+            else:
+                out[m:, :, k, 0] -= held
+    return out
 
 
 def residual_change(s: Signals, base: LawForces, moved: LawForces, term: Term) -> Array:
