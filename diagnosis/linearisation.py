@@ -125,7 +125,8 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
         input_variance=variance,
         held=held,
         rows=ResidualRows(
-            residuals_of(s, vision_forces), residual_rows(motor_signals, u, p, recording, tension, motor_forces).jacobian
+            residuals_of(s, vision_forces),
+            residual_rows(motor_signals, u, p, recording, tension, motor_forces).jacobian,
         ),
         laws=u.laws,
         values=values,

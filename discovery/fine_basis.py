@@ -52,8 +52,9 @@ class FineBasis:
     def columns(self, values: Array) -> Array:
         """The basis at values (T,): (T, K)."""
         if self.is_turn:
-            phase = values[:, None] * np.arange(1, HARMONICS + 1)
-            return np.concatenate([np.cos(phase), np.sin(phase)], axis=1)
+            # the powers of exp(i x) are its harmonics
+            waves = np.cumprod(np.broadcast_to(np.exp(1j * values), (HARMONICS, len(values))), axis=0)
+            return np.asarray(np.concatenate([waves.real, waves.imag]).T, dtype=float)
         at = np.interp(values, self.knots, np.arange(len(self.knots)))
         # of all hats but the two on either side a value is beyond the reach
         out, rows = np.zeros((len(self.knots), len(values))), np.arange(len(values))

@@ -58,7 +58,7 @@ class DecimatingFilter:
     def of_waves(self, sizes: Array, frequencies: Array) -> Array:
         """What passes of cosines, then of sines, whose sizes are (M, T), at frequencies (K,) in waves a row: (2, M, K, S).
 
-        Phases are those of the wave at a window's end: what passes of a wave is that of its size by a filter which holds the wave."""
+        Phases count from each window's end, so that one filter for each frequency serves all windows."""
         phase = 2 * np.pi * frequencies[:, None] * np.arange(len(self.taps))[::-1]
         taps = np.concatenate([self.taps * np.cos(phase), -self.taps * np.sin(phase)])
         known = sizes.copy()

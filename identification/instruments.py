@@ -33,9 +33,7 @@ _STEP_M, _STEP_M_S, _STEP_S = 1e-5, 1e-3, 1e-3
 """steps of the differences for the slopes of the cables' law"""
 
 
-def instrument_signals(
-    s: Signals, u: Unknowns, p: Array, recording: int, forces: LawForces | None = None
-) -> Signals:
+def instrument_signals(s: Signals, u: Unknowns, p: Array, recording: int, forces: LawForces | None = None) -> Signals:
     """The recording with the elongations under which the laws' tension equals the force that the motors exert.
 
     The iteration starts from a cable without memory, never from vision, so that vision's noise is absent wherever it ends.
