@@ -11,6 +11,7 @@ Array = NDArray[np.float64]
 WHITENING_ORDER = 6
 """order of the autoregression at 32 Hz: it covers the low-pass filter's shape and what smoothing leaves of vision's noise"""
 _ROWS_AT_ONCE = 24
+"""that one product whitens: a longer band holds more zeros, a shorter one takes more calls"""
 _WHITE_SHARE = 1e-6
 """share of a channel's variance that is added as white noise, so that whitening does not amplify what the filter removed"""
 
