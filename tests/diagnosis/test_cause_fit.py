@@ -46,9 +46,9 @@ def test_forces_that_are_later_than_expected_are_found_so(stale: DataSet) -> Non
 
 
 @pytest.mark.parametrize(("name", "least"), [("actuator_lag", 0.0), ("backlash", 0.0), ("joint_friction", -1.0)])
-def test_a_step_promises_only_what_it_can_take(name: str, least: float) -> None:
+def test_a_step_promises_only_what_it_can_take(name: str, least: float, stale: DataSet) -> None:
     """Friction may come out a little below nothing by chance, a lag or a play may not."""
-    arm, effect = as_described(recording(2000).neck).arm, EFFECTS[name]
+    arm, effect = as_described(stale.neck).arm, EFFECTS[name]
     everywhere = effect.placements(arm)[0]
     nothing = Cause(effect, everywhere, np.zeros(len(everywhere.columns)), dict(effect.start_shapes[0]))
     np.testing.assert_array_equal(nothing.least_steps(arm), least)
