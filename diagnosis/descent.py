@@ -154,10 +154,9 @@ class Descent:
         """A linearisation with causes; where only laws differ from one nearby, its recordings as they were read."""
         h, old = with_causes(self.h, causes), nearby.hypothesis
         p = nearby.unknowns.carried(p, base_unknowns(h, len(self.data)))
-        reading = (h.neck, h.frame_lag, h.motor_angle_lag, *h.angle_error, *frame_lags)
-        before = (old.neck, old.frame_lag, old.motor_angle_lag, *old.angle_error, *nearby.frame_lags)
         same_speeds = all(r.signals.speeds is d.speeds for r, d in zip(nearby.recordings, self.data, strict=True))
-        if not same_speeds or reading != before:
+        same_lags = np.array_equal(frame_lags, nearby.frame_lags)
+        if not (same_speeds and same_lags and h.reading == old.reading):
             return linearise(h, corrected_signals(h, self.data, frame_lags), p, frame_lags)
         return with_laws_of(nearby, h, p)
 

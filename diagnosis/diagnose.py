@@ -129,12 +129,12 @@ def diagnose(
     progress("causes")
     search = search_causes(h, fitted, seed)
     progress("gain")
-    held = _held_out(search, search.last, others, progress)
+    held = _held_out(search, search.last, others)
     taken_back: list[str] = []
     while held.worse and search.named:
         before, search = search, search.without_the_least()
         taken_back += [n.effect.name for n in before.named if n.effect not in {m.effect for m in search.named}]
-        held = _held_out(search, search.last, others, progress)
+        held = _held_out(search, search.last, others)
     laws: tuple[GainedLaw, ...] = ()
     stage = search.last
     if stage.excess.above_noise:
@@ -142,7 +142,8 @@ def diagnose(
         found = with_laws(search, held.residuals, fitted, others, seed)
         if found.laws:
             search, laws, stage = found.search, found.laws, found.stage
-            held = _held_out(search, stage, others, progress)
+            held = _held_out(search, stage, others)
+    simulation = _simulation(search, stage, held, others, progress)
     visible = detectability(search)
     left = held.remainder or remainders(search.first.excess, stage.excess, h.arm.M, held_out=False)
     verdict, why = _verdict(search, visible, left, held.holds, laws)
@@ -155,14 +156,14 @@ def diagnose(
         search=search,
         detectability=visible,
         signature=signature(search.first, search.last),
-        gains=held.gains,
+        gains=(*held.gains, *simulation.gains),
         remainder=left,
         drawing=drawing_findings(stage),
         extended_stage=stage,
         found_laws=laws,
-        not_simulated=held.not_simulated,
-        simulated_shares=held.simulated_shares[: len(search.last.causes)],
-        arm_error=held.arm_error,
+        not_simulated=simulation.refused,
+        simulated_shares=simulation.shares[: len(search.last.causes)],
+        arm_error=simulation.arm_error,
     )
 
 
@@ -184,33 +185,24 @@ class _HeldOut:
     """What recordings that were not fitted say of a search; nothing, where there are none."""
 
     gains: tuple[Gain, ...] = ()
+    """in the equations"""
     remainder: tuple[Remainder, ...] = ()
     holds: bool = True
     """whether the causes explain these too"""
     worse: tuple[str, ...] = ()
     """equations in which the extended model does worse than the base model"""
-    not_simulated: str = ""
-    """why"""
-    simulated_shares: tuple[float | None, ...] = ()
-    """of each cause, rad"""
-    arm_error: ArmError | None = None
     residuals: HeldOutResiduals | None = None
     """what is left with the causes"""
+    residuals_before: HeldOutResiduals | None = None
+    """what is left without them"""
 
 
-def _held_out(
-    search: Search,
-    last: FitStage,
-    ensembles: Sequence[NoiseEnsemble],
-    progress: Callable[[str], object],
-) -> _HeldOut:
+def _held_out(search: Search, last: FitStage, ensembles: Sequence[NoiseEnsemble]) -> _HeldOut:
     """last: the stage whose causes are held against the first's."""
     if not ensembles:
         return _HeldOut()
     whiten, relaxed, motors = search.fitter.whiten, bool(last.causes), last.before_causes.arm.M
-    # rows at rest count alike before and after
-    as_held = replace(search.first.before_causes, held_share=last.before_causes.held_share)
-    first = replace(search.first, before_causes=as_held)
+    first = _first_beside(search, last)
     old = held_out_residuals(first, ensembles, whiten, relaxed)
     new = held_out_residuals(last, ensembles, whiten, relaxed) if last.causes else old
     of_equations = gains(old, new, motors)
@@ -222,30 +214,58 @@ def _held_out(
     before, after = held_out_excess(old, new), held_out_excess(new, new)
     # causes must take from other recordings as much of what stands plainly above noise as where they were fitted
     holds = after.energy_above_limit <= (1 - MIN_EXPLAINED) * before.energy_above_limit
-    of_simulation: tuple[Gain, ...] = ()
-    shares: tuple[float | None, ...] = ()
-    error: ArmError | None = None
-    not_simulated = ""
-    if not (worse and last.causes):
-        progress("simulation")
-        try:
-            with_them = SimulatedModel(last, new, ensembles)
-            without = SimulatedModel(first, old, ensembles, noise_floor=False) if last.causes else with_them
-            of_simulation = simulated_gains(without, with_them)
-            shares = simulated_shares(with_them, last.causes)
-            error = arm_error(without.simulated, with_them.simulated, last.before_causes.arm)
-        except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
-            not_simulated = str(refused)
     return _HeldOut(
-        gains=(*of_equations, *of_simulation),
+        gains=of_equations,
         remainder=remainders(before, after, motors, held_out=True),
         holds=holds,
         worse=worse,
-        not_simulated=not_simulated,
-        simulated_shares=shares,
-        arm_error=error,
         residuals=new,
+        residuals_before=old,
     )
+
+
+def _first_beside(search: Search, last: FitStage) -> FitStage:
+    """The first stage of a search, where rows at rest count as in the last: alike before and after."""
+    as_held = replace(search.first.before_causes, held_share=last.before_causes.held_share)
+    return replace(search.first, before_causes=as_held)
+
+
+@dataclass(frozen=True)
+class _Simulation:
+    """What simulations of recordings that were not fitted say; nothing, where there are none."""
+
+    gains: tuple[Gain, ...] = ()
+    shares: tuple[float | None, ...] = ()
+    """of each cause, rad"""
+    arm_error: ArmError | None = None
+    refused: str = ""
+    """why, where one of both models is none that moves"""
+
+
+def _simulation(
+    search: Search,
+    last: FitStage,
+    held: _HeldOut,
+    ensembles: Sequence[NoiseEnsemble],
+    progress: Callable[[str], object],
+) -> _Simulation:
+    """With the causes of the last stage, and without; held: what these recordings say of their equations."""
+    if held.residuals is None or held.residuals_before is None or (held.worse and last.causes):
+        return _Simulation()
+    progress("simulation")
+    try:
+        with_them = SimulatedModel(last, held.residuals, ensembles)
+        without = with_them
+        if last.causes:
+            first = _first_beside(search, last)
+            without = SimulatedModel(first, held.residuals_before, ensembles, noise_floor=False)
+        return _Simulation(
+            gains=simulated_gains(without, with_them),
+            shares=simulated_shares(with_them, last.causes),
+            arm_error=arm_error(without.simulated, with_them.simulated, last.before_causes.arm),
+        )
+    except Refused as refused:  # a model that cannot be simulated is a result, not the end of the diagnosis
+        return _Simulation(refused=str(refused))
 
 
 def _verdict(

@@ -18,7 +18,7 @@ from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.noise_excess import NoiseExcess, noise_excess
 from diagnosis.shown_by import ShownBy
 from diagnosis.whitened_comparison import WhitenedComparison
-from identification.residuals import change_by_forces
+from identification.residuals import changes_by_forces
 from identification.whitening import Whitener
 from mechanism.friction import dry
 from mechanism.laws import Term
@@ -102,8 +102,8 @@ class FreeFunction(Effect):
         if self.variable.along_motion:
             patterns = patterns * dry(s.speeds.mean).mean(axis=0)
         term = self.terms[0]
-        changes = [change_by_forces(s, term, **{self.variable.acts: p}) for p in patterns]
-        return np.concatenate(changes, axis=2)
+        changes = changes_by_forces(s, term, **{self.variable.acts: patterns})
+        return changes.reshape(*changes.shape[:2], -1)
 
     def patterns(self, recording: RecordingLinearisation) -> Array:
         """What a unit of each term adds, (K, T, places), before the motion's sign."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.linearisation import RecordingLinearisation
-from identification.residuals import change_by_forces
+from identification.residuals import changes_by_forces
 from mechanism.laws import Term
 
 Array = NDArray[np.float64]
@@ -31,4 +31,5 @@ def friction_curve_columns(recording: RecordingLinearisation, share: float) -> A
     s = recording.signals
     size = share * np.broadcast_to(np.abs(recording.values["fs"]), s.f.shape[1:])
     bumps = friction_bumps(s.speeds.mean).mean(axis=0) * size[:, None]  # (T, M, bumps)
-    return np.concatenate([change_by_forces(s, _NEWTON, friction=bump) for bump in np.moveaxis(bumps, -1, 0)], axis=2)
+    changes = changes_by_forces(s, _NEWTON, friction=np.moveaxis(bumps, -1, 0))
+    return changes.reshape(*changes.shape[:2], -1)

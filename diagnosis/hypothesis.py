@@ -43,6 +43,11 @@ class Hypothesis:
         """The description's numbers."""
         return arm_of(self.neck)
 
+    @property
+    def reading(self) -> tuple[object, ...]:
+        """All that `corrected` depends on."""
+        return (self.neck, self.frame_lag, self.motor_angle_lag, *self.angle_error.tolist())
+
     def with_law(self, name: str, values: Mapping[str, Array]) -> "Hypothesis":
         """The same with a law's numbers set."""
         laws = self.laws if name in self.laws else (*self.laws, name)

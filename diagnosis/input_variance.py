@@ -41,14 +41,12 @@ def input_variance(s: Signals, slopes: FrictionSlopes) -> Array:
     """Variance of every channel's rows by the error of friction, (C, S), N^2 and (N m)^2."""
     density = s.speeds.error_density(_HERTZ, s.step) * np.gradient(_HERTZ)[:, None]
     lever = (s.Z[s.low_pass.kept] ** 2).transpose(1, 2, 0)
-    motor = np.zeros(lever.shape[1:])
-    for hertz, variance in zip(_HERTZ, density, strict=True):
-        phase = 2 * np.pi * hertz * s.time
-        by_speed, by_path = slopes.by_speed.T, slopes.by_path.T / (2 * np.pi * hertz)
-        waves = np.stack(
-            [by_speed * np.cos(phase) + by_path * np.sin(phase), by_speed * np.sin(phase) - by_path * np.cos(phase)]
-        )
-        motor = motor + variance[:, None] * np.sum(s.low_pass(waves) ** 2, axis=0)
+    # friction follows the angle by a quarter of a wave later than the speed
+    cosines, sines = s.low_pass.of_waves(slopes.by_speed.T, _HERTZ * s.step)
+    if slopes.by_path.any():
+        by_path = s.low_pass.of_waves(slopes.by_path.T, _HERTZ * s.step) / (2 * np.pi * _HERTZ[:, None])
+        cosines, sines = cosines + by_path[1], sines - by_path[0]
+    motor = np.einsum("km,mks->ms", density, cosines**2 + sines**2)
     return np.concatenate([motor, np.einsum("nms,ms->ns", lever, motor)])
 
 

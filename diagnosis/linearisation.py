@@ -1,7 +1,8 @@
 """Recordings at one hypothesis and one set of the base model's numbers: residuals, and what they depend on."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,16 @@ from diagnosis.input_variance import FrictionSlopes, input_variance
 from identification.dataset.dataset import DataSet
 from identification.instruments import instrument_signals
 from identification.residual_sensitivity import ResidualSensitivity
-from identification.residuals import LawForces, ResidualRows, joint_motion, law_forces_at, residual_rows, residuals_of
+from identification.residuals import (
+    LawForces,
+    ResidualRows,
+    joint_motion,
+    law_forces_at,
+    residual_rows,
+    residuals_of,
+    under_tension,
+    with_other_elongations,
+)
 from identification.signals import Signals, signals_of
 from identification.unknowns import Unknowns, unknowns
 from mechanism.machine import Machine
@@ -41,12 +51,16 @@ class RecordingLinearisation:
     """(C, S), variance of rows beyond noise, by that error and by joints that are held at rest"""
     held: Array
     """(T, N), N m, torque by which dry friction may hold joints at rest otherwise than the laws say"""
-    sensitivity: ResidualSensitivity
     rows: ResidualRows
     laws: tuple[str, ...]
     values: dict[str, Array]
     x0: Array
     delay: float
+
+    @cached_property
+    def sensitivity(self) -> ResidualSensitivity:
+        """To the arm's description and to the angles: few fits ask for it at every step."""
+        return ResidualSensitivity(self.signals, self.laws, self.values, self.x0, self.delay)
 
 
 @dataclass(frozen=True)
@@ -86,15 +100,15 @@ def linearise(h: Hypothesis, recordings: Sequence[Signals], p: Array, frame_lags
 
 
 def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int) -> RecordingLinearisation:
-    motor_signals = instrument_signals(s, u, p, recording)
-    # as it follows from the motors: vision's noise in it would go through friction into the arm's equation
-    motor_forces = law_forces_at(motor_signals, u, p, recording)
-    tension = motor_forces.drive - s.inertial
-    values = u.values(p, recording)
+    values, x0 = u.values(p, recording), u.get(p, "x0", recording)
     machine = Machine(s.arm, u.laws, values)
-    if machine.rubs_under_tension:
-        motor_forces = law_forces_at(motor_signals, u, p, recording, tension)
-    vision_forces = law_forces_at(s, u, p, recording, tension)
+    vision_forces = law_forces_at(s, u, p, recording)
+    motor_signals = instrument_signals(s, u, p, recording, vision_forces)
+    # as it follows from the motors: vision's noise in it would go through friction into the arm's equation
+    motor_forces = with_other_elongations(motor_signals, vision_forces, machine, x0)
+    tension = motor_forces.drive - s.inertial
+    motor_forces = under_tension(s, motor_forces, machine, tension)
+    vision_forces = replace(motor_forces, pull=vision_forces.pull)
     slopes = FrictionSlopes.of(machine, s, tension)
     held = machine.held_torque(joint_motion(s), s.Z, s.wraps, tension)
     variance = input_variance(s, slopes)
@@ -110,13 +124,13 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
         friction_slopes=slopes,
         input_variance=variance,
         held=held,
-        sensitivity=ResidualSensitivity(s, u, p, recording),
         rows=ResidualRows(
-            residuals_of(s, vision_forces), residual_rows(motor_signals, u, p, recording, tension).jacobian
+            residuals_of(s, vision_forces),
+            residual_rows(motor_signals, u, p, recording, tension, motor_forces).jacobian,
         ),
         laws=u.laws,
         values=values,
-        x0=u.get(p, "x0", recording),
+        x0=x0,
         delay=float(u.get(p, "delay", recording)[0]),
     )
 

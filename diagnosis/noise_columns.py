@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from diagnosis.compare import column_matrices
 from diagnosis.fit_stage import FitStage
-from diagnosis.linearisation import corrected_signals, linearise
+from diagnosis.linearisation import linearise
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.nuisances import nuisances_at
-from identification.dataset.dataset import DataSet
 from identification.residuals import residual_rows
+from identification.signals import Signals
 
 Array = NDArray[np.float64]
 
@@ -21,17 +21,15 @@ def noise_columns(stage: FitStage, ensembles: Sequence[NoiseEnsemble]) -> list[A
     """Of a draw of each recording: what its noise changes of columns and residual, (C, S, K + 1), not whitened.
 
     The stage's own columns are free of vision's noise where they can be; here they are as the residual depends on them."""
-    drawn = _columns(stage, [ensemble.draws[0] for ensemble in ensembles])
-    noise_free = _columns(stage, [ensemble.noise_free for ensemble in ensembles])
+    at = stage.comparison.linearisation
+    read = [e.signals(at.hypothesis, float(lag)) for e, lag in zip(ensembles, at.frame_lags, strict=True)]
+    noise_free, drawn = (_columns(stage, [signals[i] for signals in read]) for i in range(2))
     return [d - f for d, f in zip(drawn, noise_free, strict=True)]
 
 
-def _columns(stage: FitStage, data: Sequence[DataSet]) -> list[Array]:
+def _columns(stage: FitStage, signals: Sequence[Signals]) -> list[Array]:
     at = stage.comparison.linearisation
     h, u, p = at.hypothesis, at.unknowns, at.p
-    signals = [
-        s for d, lag in zip(data, at.frame_lags, strict=True) for s in corrected_signals(h, [d], np.array([lag]))
-    ]
     other = linearise(h, signals, p, at.frame_lags)
     by_vision = [
         replace(mine, rows=residual_rows(s, u, p, r, theirs.tension))

@@ -5,13 +5,14 @@ draws; what the base model cannot say is not. That is the floor which a true mod
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from diagnosis.held_joints import residuals_of_held_joints
+from diagnosis.hypothesis import Hypothesis
 from diagnosis.input_variance import residuals_of_friction, residuals_of_inertia
 from diagnosis.linearisation import Linearisation, RecordingLinearisation, corrected_signals
 from identification.dataset.dataset import DataSet
@@ -20,6 +21,7 @@ from identification.dataset.series import Series, numbered_columns
 from identification.fitting import segment_starts
 from identification.motor_speeds import with_motor_speeds
 from identification.residuals import forces_of_other_cables, law_forces_at, mean_friction, residuals_of
+from identification.signals import Signals
 from identification.whitening import Whitener, fit_whitener
 from mechanism.machine import Machine
 from state_estimation.state import VisionState, estimate_by_vision
@@ -40,12 +42,24 @@ class NoiseEnsemble:
     draws: tuple[DataSet, ...]
     noise_free: DataSet
     """where every frame shows the state itself"""
+    _kept: list[tuple[object, list[Signals]]] = field(default_factory=list, repr=False, compare=False)
+    """a reading, and the signals by it of `noise_free` and of the draws, whatever their speeds"""
+
+    def signals(self, h: Hypothesis, frame_lag: float) -> list[Signals]:
+        """Of `noise_free`, then of the draws, as they read with a hypothesis, the clock put right by a lag, s.
+
+        Those of the last reading are kept: most stages differ by their laws."""
+        data, reading = (self.noise_free, *self.draws), (*h.reading, frame_lag)
+        if not (self._kept and self._kept[0][0] == reading):
+            self._kept[:] = [(reading, corrected_signals(h, data, np.full(len(data), frame_lag)))]
+        own = zip(self._kept[0][1], data, strict=True)
+        return [s if s.speeds is d.speeds or d.speeds is None else replace(s, speeds=d.speeds) for s, d in own]
 
     def with_motor_speeds(self, machine: Machine, delay: float) -> "NoiseEnsemble":
         """The same with motor speeds by the friction of `machine`, its forces late by `delay`, s."""
         data = with_motor_speeds(self.data, machine, delay, len(self.draws))
         draws = tuple(replace(draw, speeds=data.speeds) for draw in self.draws)
-        return NoiseEnsemble(data, draws, replace(self.noise_free, speeds=data.speeds))
+        return NoiseEnsemble(data, draws, replace(self.noise_free, speeds=data.speeds), self._kept)
 
 
 def noise_ensemble(data: DataSet, frames: FrameAngles, seed: int, draws: int = DRAWS) -> NoiseEnsemble:
@@ -94,8 +108,7 @@ def _drawn_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> l
     """Residuals by noise of the angles and by rounding in the motors' inertia, and those by friction, of each draw."""
     out, rng = [], np.random.default_rng(0)
     for r, ensemble in enumerate(ensembles):
-        data = (ensemble.noise_free, *ensemble.draws)
-        signals = corrected_signals(at.hypothesis, data, np.full(len(data), at.frame_lags[r]))
+        signals = ensemble.signals(at.hypothesis, float(at.frame_lags[r]))
         tension = at.recordings[r].tension
         recording = at.recordings[r]
         laws = recording.laws, recording.values, recording.x0, tension

@@ -25,7 +25,7 @@ from discovery.found_law import FoundLaw
 from discovery.problem import Candidate, Problem
 from discovery.search import find_laws
 from identification.fitting import segment_starts
-from identification.residuals import change_by_forces
+from identification.residuals import changes_by_forces
 from identification.whitening import Whitener
 from mechanism.arm import Arm
 from mechanism.friction import dry
@@ -179,7 +179,7 @@ def _values_at(variable: Variable, recording: RecordingLinearisation) -> Array:
 
 
 def _forces(variable: Variable, recording: RecordingLinearisation, function: Function) -> dict[str, Array]:
-    """What a function's columns add at every place, by field of `LawForces`, (T, k, places)."""
+    """What a function's columns add at every place, by field of `LawForces`, (k, T, places)."""
     s, values = recording.signals, recording.values
 
     def apart(x: Array) -> Array:
@@ -189,24 +189,25 @@ def _forces(variable: Variable, recording: RecordingLinearisation, function: Fun
         read, rubs = Misreading.of(lambda x: _SMALL_MISREADING * apart(x), s.theta), rubbing(values)
         pull = read.pull(values["k"], values["ca"], s.arm.drum * s.theta_d, s.arm)
         friction = read.friction(s.inertial + rubs(s.theta_d), rubs, s.theta_d, s.arm)
-        return {name: np.moveaxis(f, 0, 1) / _SMALL_MISREADING for name, f in (("pull", pull), ("friction", friction))}
+        return {"pull": pull / _SMALL_MISREADING, "friction": friction / _SMALL_MISREADING}
     if variable.winds:
         wound = Winding.of(variable, apart, s.theta, s.arm)
         damping = values["ca"] * wound.share_of_tension * s.arm.drum * s.theta_d
         pull, friction = values["k"] * wound.longer + damping, wound.share_of_tension * recording.tension
-        return {"pull": np.moveaxis(pull, 0, 1), "friction": np.moveaxis(friction, 0, 1)}
-    patterns = np.stack([function(x) for x in _values_at(variable, recording).T], axis=-1)
+        return {"pull": pull, "friction": friction}
+    # time last in memory, as filters take it
+    patterns = np.stack([function(x).T for x in _values_at(variable, recording).T], axis=1)
     if variable.factor:
-        patterns = patterns * _FACTORS[variable.factor](recording)[:, None]
-    return {_ACTS[variable.acts][0]: patterns}
+        patterns *= _FACTORS[variable.factor](recording)[:, : patterns.shape[1]].T
+    return {_ACTS[variable.acts][0]: patterns.swapaxes(1, 2)}
 
 
 def _change(variable: Variable, recording: RecordingLinearisation, forces: Mapping[str, Array]) -> Array:
-    """What forces or torques (T, places), by field of `LawForces`, do to the residuals, place by place, (C, S, places)."""
+    """What forces or torques (k, T, places), by field of `LawForces`, do to the residuals, place by place, (C, S, k, places)."""
     s = recording.signals
     if variable.span:
-        return change_by_forces(s, _UNIT_TORQUE_OF_ARM, resistance=variable.at_joints(forces["resistance"], s.alpha))
-    return change_by_forces(s, _UNIT_TORQUE if variable.acts == "joint" else _UNIT_FORCE, **forces)
+        return changes_by_forces(s, _UNIT_TORQUE_OF_ARM, resistance=variable.at_joints(forces["resistance"], s.alpha))
+    return changes_by_forces(s, _UNIT_TORQUE if variable.acts == "joint" else _UNIT_FORCE, **forces)
 
 
 @dataclass(frozen=True)
@@ -339,10 +340,8 @@ class _StageProblem(Problem):
         """Of a function at every place, whitened, (rows, k, places)."""
         parts = []
         for recording, rows in zip(self._recordings, self._rows, strict=True):
-            forces = _forces(variable, recording, function)
-            count = next(iter(forces.values())).shape[1]
-            columns = [_change(variable, recording, {n: f[:, k] for n, f in forces.items()}) for k in range(count)]
-            parts.append(self._white(recording, rows, np.stack(columns, axis=2)))
+            columns = _change(variable, recording, _forces(variable, recording, function))
+            parts.append(self._white(recording, rows, columns))
         return np.concatenate(parts)
 
     def _basis(self, variable: Variable) -> FineBasis:

@@ -176,8 +176,10 @@ def _sizes(energies: Array) -> Array:
 
 def _energy(S: Array, v: Array, functions: Array) -> Array:
     """v' F (F' S F)^-1 F' v of functions F (n, K, k) and vectors v (K, m), (n, m)."""
-    G = np.einsum("nik,ij,njl->nkl", functions, S, functions, optimize=True)
-    w = np.einsum("nik,im->nkm", functions, v)
+    n, rows, k = functions.shape
+    side_by_side = functions.swapaxes(0, 1).reshape(rows, n * k)
+    G = functions.swapaxes(1, 2) @ (S @ side_by_side).reshape(rows, n, k).swapaxes(0, 1)
+    w = (side_by_side.T @ v).reshape(n, k, -1)
     diagonal = np.einsum("nkk->nk", G)
     scale = _sizes(diagonal)
     G = G / (scale[:, :, None] * scale[:, None, :]) + 1e-7 * np.eye(G.shape[1])

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,15 +52,25 @@ class FineBasis:
     def columns(self, values: Array) -> Array:
         """The basis at values (T,): (T, K)."""
         if self.is_turn:
-            phase = values[:, None] * np.arange(1, HARMONICS + 1)
-            return np.concatenate([np.cos(phase), np.sin(phase)], axis=1)
+            # the powers of exp(i x) are its harmonics
+            waves = np.cumprod(np.broadcast_to(np.exp(1j * values), (HARMONICS, len(values))), axis=0)
+            return np.asarray(np.concatenate([waves.real, waves.imag]).T, dtype=float)
         at = np.interp(values, self.knots, np.arange(len(self.knots)))
-        return np.maximum(0.0, 1 - np.abs(at[:, None] - np.arange(len(self.knots))))
+        # of all hats but the two on either side a value is beyond the reach
+        out, rows = np.zeros((len(self.knots), len(values))), np.arange(len(values))
+        below = np.minimum(at.astype(int), len(self.knots) - 2)
+        out[below, rows], out[below + 1, rows] = 1 - (at - below), 1 - (below + 1 - at)
+        return out.T
 
     def coefficients(self, function: Function) -> Array:
-        """Coefficients of the fine columns that add up to a function's columns, (K, k); of a turn without its mean."""
+        """Coefficients of the fine columns that add up to a function's columns, (..., K, k); of a turn without its mean.
+
+        The function may be several at once, with leading axes."""
         values = function(self.knots)
-        if not self.is_turn:
-            return values
+        return self._harmonics @ values if self.is_turn else values
+
+    @cached_property
+    def _harmonics(self) -> Array:
+        """From a turn's nodes to its harmonics, (K, nodes)."""
         phase = self.knots[:, None] * np.arange(1, HARMONICS + 1)
-        return 2 / _NODES * np.concatenate([np.cos(phase), np.sin(phase)], axis=1).T @ values
+        return 2 / _NODES * np.concatenate([np.cos(phase), np.sin(phase)], axis=1).T

@@ -50,8 +50,12 @@ class Candidate:
         )
 
     def expanded(self, coefficients: Array) -> Array:
-        """Coefficients (K, k) of one place for all, each with its own amounts: (K places, k places)."""
-        return np.asarray(np.kron(coefficients, np.eye(self.places)), dtype=float)
+        """Coefficients (..., K, k) of one place for all, each with its own amounts: (..., K places, k places)."""
+        *leading, rows, columns = coefficients.shape
+        out = np.zeros((*leading, rows, self.places, columns, self.places))
+        for place in range(self.places):
+            out[..., place, :, place] = coefficients
+        return out.reshape(*leading, rows * self.places, columns * self.places)
 
 
 class Problem:

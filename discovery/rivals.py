@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +69,7 @@ def refined(
             for n in free
         ]
         tried = [{**constants, **dict(zip(free, each, strict=True))} for each in product(*ways)]
-        gains = evidence.gains(np.array([coefficients(candidate, form, c) for c in tried]))
+        gains = evidence.gains(all_coefficients(candidate, form, tried))
         if gains.max() > gain:
             constants, gain = tried[int(np.argmax(gains))], float(gains.max())
     return constants, gain
@@ -76,7 +77,14 @@ def refined(
 
 def coefficients(candidate: Candidate, form: Form, constants: Constants) -> Array:
     """A form with its constants as sums of the candidate's fine columns, (K places, k places)."""
-    return candidate.expanded(candidate.basis.coefficients(lambda x: form.columns(x, constants)))
+    return all_coefficients(candidate, form, [constants])[0]
+
+
+def all_coefficients(candidate: Candidate, form: Form, every: Sequence[Constants]) -> Array:
+    """`coefficients` of a form with each of n sets of constants, (n, K places, k places)."""
+    constants = {name: np.array([[c[name]] for c in every]) for name in every[0]}
+    of_one = candidate.basis.coefficients(lambda x: form.columns(x, cast(Constants, constants)))
+    return candidate.expanded(np.broadcast_to(of_one, (len(every), *of_one.shape[-2:])))
 
 
 def chosen(rivals: Sequence[Rival], chance: float, loss: float) -> FoundLaw | None:

@@ -5,7 +5,7 @@ decides. Chance is what the best of the whole dictionary takes from the same res
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from discovery.rivals import (
     MIN_GAIN_SIGMAS,
     SIMPLER_SHARE,
     Rival,
+    all_coefficients,
     chosen,
     coefficients,
     gain_sigmas,
@@ -77,13 +78,13 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
     without: Losses | None = None
     most = 0.0
     for of in _candidates(problem, base, precision, problem.candidates):
-        candidate, evidence, fine = of
+        candidate, evidence = of.candidate, of.evidence
         forms = [form for form in candidate.forms if candidate.places * len(form.amounts) < count]
         if not forms:  # more numbers than blocks can judge
             continue
         if without is None:
-            without = judge.losses(evidence, fine, np.zeros((fine.shape[1], 0)))
-        functions = [np.array([coefficients(candidate, f, c) for c in f.starts(candidate.basis)]) for f in forms]
+            without = judge.losses(evidence, of.fine, np.zeros((of.fine.shape[1], 0)))
+        functions = [all_coefficients(candidate, f, f.starts(candidate.basis)) for f in forms]
         gains = [evidence.gains(each) for each in functions]
         likeliest = int(np.argmax([each.max() for each in gains]))
         left_by = functions[likeliest][int(np.argmax(gains[likeliest]))]
@@ -112,18 +113,17 @@ def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generat
 def _rival(
     judge: Judge,
     without: Losses,
-    of: tuple[Candidate, Evidence, Array],
+    of: "_Asked",
     form: Form,
     constants: Constants,
     of_constant: float,
 ) -> tuple[Rival, Array]:
     """A form of a candidate as it is judged against what is left without any further law, and its amounts.
 
-    of: as `_candidates` has it; of_constant: as `_gain_of_constant`."""
-    candidate, evidence, fine = of
-    left = judge.losses(evidence, fine, coefficients(candidate, form, constants))
+    of_constant: as `_gain_of_constant`."""
+    left = judge.losses(of.evidence, of.fine, coefficients(of.candidate, form, constants))
     gain, of_blocks = without.whole - left.whole, without.of_blocks - left.of_blocks
-    return Rival(candidate, form, constants, gain, of_blocks, of_constant), left.amounts
+    return Rival(of.candidate, form, constants, gain, of_blocks, of_constant), left.amounts
 
 
 def _of_one_place(judge: Judge, precision: Array, without: Losses, law: FoundLaw, level: float) -> FoundLaw | None:
@@ -133,9 +133,9 @@ def _of_one_place(judge: Judge, precision: Array, without: Losses, law: FoundLaw
     best: Rival | None = None
     every = [law.candidate, *_siblings(judge.problem, law.candidate)]
     for of in list(_candidates(judge.problem, judge.base, precision, every))[1:]:
-        candidate, evidence, _ = of
+        candidate, evidence = of.candidate, of.evidence
         starts = law.form.starts(candidate.basis)
-        gains = evidence.gains(np.array([coefficients(candidate, law.form, c) for c in starts]))
+        gains = evidence.gains(all_coefficients(candidate, law.form, starts))
         own, _ = refined(evidence, candidate, law.form, starts[int(np.argmax(gains))], float(gains.max()))
         of_constant = _gain_of_constant(evidence, candidate)
         rival, as_all = (_rival(judge, without, of, law.form, c, of_constant)[0] for c in (own, law.constants))
@@ -151,23 +151,40 @@ def _siblings(problem: Problem, candidate: Candidate) -> list[Candidate]:
     return [c for c in problem.candidates if c.places == 1 and c.is_sibling(candidate)]
 
 
-def _candidates(
-    problem: Problem, base: Array, precision: Array, asked: Sequence[Candidate]
-) -> Iterator[tuple[Candidate, Evidence, Array]]:
-    """Those that are asked about, in the problem's order: each with what blocks say of its fine columns, and these, (rows, K)."""
-    every: tuple[Candidate, Evidence, Array] | None = None
+@dataclass(frozen=True)
+class _Asked:
+    """A candidate that is asked about."""
+
+    candidate: Candidate
+    evidence: Evidence
+    """what blocks say of its fine columns"""
+    every: Array
+    """fine columns of all places, (rows, columns)"""
+    own: slice
+    """its own among them"""
+
+    @property
+    def fine(self) -> Array:
+        """Its fine columns, (rows, K)."""
+        return self.every[:, self.own]
+
+
+def _candidates(problem: Problem, base: Array, precision: Array, asked: Sequence[Candidate]) -> Iterator[_Asked]:
+    """Those that are asked about, in the problem's order."""
+    of_all: _Asked | None = None
     place = 0
     for candidate in asked:
-        if every is not None and candidate.places == 1 and candidate.is_sibling(every[0]):
-            of_all, evidence, fine = every
-            columns = np.arange(place, fine.shape[1], of_all.places)
+        if of_all is not None and candidate.places == 1 and candidate.is_sibling(of_all.candidate):
+            own = slice(place, None, of_all.candidate.places)
             place += 1
-            yield candidate, evidence.of_columns(columns), fine[:, columns]
+            columns = np.arange(of_all.every.shape[1])[own]
+            yield _Asked(candidate, of_all.evidence.of_columns(columns), of_all.every, own)
             continue
         fine = problem.columns(candidate, candidate.basis.columns)
         evidence = Evidence.of(base, precision, fine, problem.target, problem.blocks)
-        every, place = (candidate, evidence, fine) if candidate.places > 1 else None, 0
-        yield candidate, evidence, fine
+        one = _Asked(candidate, evidence, fine, slice(None))
+        of_all, place = one if candidate.places > 1 else None, 0
+        yield one
 
 
 def _gain_of_constant(evidence: Evidence, candidate: Candidate) -> float:

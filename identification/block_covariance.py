@@ -68,7 +68,8 @@ def shared_error_residuals(s: Signals, u: Unknowns, p: Array, recording: int) ->
     """Change of the residuals, (C, S, E), by one sigma of each error that all rows share.
 
     Those of clock, skew, each joint's angle, and of the law of cables that the angles follow from."""
-    sensitivity = ResidualSensitivity(s, u, p, recording)
+    delay = float(u.get(p, "delay", recording)[0])
+    sensitivity = ResidualSensitivity(s, u.laws, u.values(p, recording), u.get(p, "x0", recording), delay)
     from_middle = s.time[s.low_pass.kept] - s.time.mean()
     errors = [sensitivity.error_of_lag(s.clock_sigma[0]), sensitivity.error_of_lag(s.clock_sigma[1] * from_middle)]
     errors += [AngleError(sigma * np.eye(s.arm.N)[i]) for i, sigma in enumerate(s.angle_sigma)]

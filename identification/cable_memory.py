@@ -13,6 +13,13 @@ _MIN_DECAY = 1e-300
 """of a state over a step: zero times an infinite bound would not be a number"""
 
 
+def pull_memory(machine: Machine, at: CableMotion, step: float) -> Array:
+    """Memory variables, (T, M, states), on which the cables' pull depends: those that only friction depends on are zero."""
+    if all(law.remembers_path for law in machine.laws if law.states):
+        return np.zeros((*at.x.shape, machine.states))
+    return memory_states(machine, at, step)
+
+
 def memory_states(machine: Machine, at: CableMotion, step: float) -> Array:
     """Memory variables (T, M, states) on rows `step` s apart, `memory_start` at the first.
 

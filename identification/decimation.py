@@ -7,6 +7,7 @@ outputs whose window holds it, and it computes only the rows that are kept.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 from scipy.signal import firwin
@@ -53,6 +54,18 @@ class DecimatingFilter:
         first = lags - 1
         whole = (parts[..., j, first - j : max(count, first) - j] for j in range(lags))
         return sum(whole, start=np.zeros(()))[..., self._windows - first]
+
+    def of_waves(self, sizes: Array, frequencies: Array) -> Array:
+        """What passes of cosines, then of sines, whose sizes are (M, T), at frequencies (K,) in waves a row: (2, M, K, S).
+
+        Phases count from each window's end, so that one filter for each frequency serves all windows."""
+        phase = 2 * np.pi * frequencies[:, None] * np.arange(len(self.taps))[::-1]
+        taps = np.concatenate([self.taps * np.cos(phase), -self.taps * np.sin(phase)])
+        known = sizes.copy()
+        known[:, self._unknown] = 0.0
+        windows = sliding_window_view(known, len(self.taps), axis=1)[:, self.kept - len(self.taps) // 2]
+        passed = taps @ windows.swapaxes(1, 2)
+        return passed.reshape(len(sizes), 2, len(frequencies), -1).swapaxes(0, 1)
 
     def slower(self, values: Array, step: float, cutoff: float) -> Array:
         """Values (..., S) in the kept rows, which passed this filter, low-passed once more, with -6 dB at `cutoff`, Hz.

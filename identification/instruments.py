@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from identification.cable_memory import memory_states
-from identification.residuals import cable_motion, law_forces
+from identification.cable_memory import pull_memory
+from identification.residuals import LawForces, cable_motion, law_forces_at
 from identification.signals import Signals
 from identification.unknowns import Unknowns
 from mechanism.laws import CableMotion
@@ -33,14 +33,16 @@ _STEP_M, _STEP_M_S, _STEP_S = 1e-5, 1e-3, 1e-3
 """steps of the differences for the slopes of the cables' law"""
 
 
-def instrument_signals(s: Signals, u: Unknowns, p: Array, recording: int) -> Signals:
+def instrument_signals(s: Signals, u: Unknowns, p: Array, recording: int, forces: LawForces | None = None) -> Signals:
     """The recording with the elongations under which the laws' tension equals the force that the motors exert.
 
     The iteration starts from a cable without memory, never from vision, so that vision's noise is absent wherever it ends.
+    forces: what `law_forces_at` gives on the recording as it is, where that is known.
     """
     values, x0 = u.values(p, recording), u.get(p, "x0", recording)
     cables = _Cables(Machine(s.arm, u.laws, values), s)
-    tension = law_forces(s, u.laws, values, x0, float(u.get(p, "delay", recording)[0])).drive - s.inertial
+    forces = forces or law_forces_at(s, u, p, recording)
+    tension = forces.drive - s.inertial
     stiffness, _, damping = cables.slopes(s.x + x0, s.x_d)
     if np.any(stiffness <= 0):
         return s
@@ -70,7 +72,7 @@ class _Cables:
     def pull(self, x: Array, x_d: Array, z: Array | None = None) -> Array:
         """Tension as if cables could push, (T, M), N; z: memory variables, those of this motion unless given."""
         at = self._at(x, x_d)
-        memory = memory_states(self.machine, at, self.s.step) if z is None else z
+        memory = pull_memory(self.machine, at, self.s.step) if z is None else z
         return np.broadcast_to(self.machine.pull(at, memory), x.shape)
 
     def slopes(self, x: Array, x_d: Array) -> tuple[Array, Array, Array]:
@@ -79,7 +81,7 @@ class _Cables:
         A sudden elongation changes the memory variables too.
         """
         at, faster = self._at(x, x_d), x_d + _STEP_M_S
-        z = memory_states(self.machine, at, self.s.step)
+        z = pull_memory(self.machine, at, self.s.step)
         pull_0, moving = self.pull(x, x_d, z), np.full_like(x, _STEP_M_S)
         z_change = self.machine.memory_rate(self._at(x, moving), z) - self.machine.memory_rate(
             self._at(x, 0 * moving), z

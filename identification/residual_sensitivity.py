@@ -4,16 +4,16 @@ Computed at the rows that the filter keeps: geometry, loads and elongations are 
 the filter. Angles are the smoothed state's: with vision's noise in them the changes would correlate with the residuals.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.cable_memory import memory_states
+from identification.cable_memory import pull_memory
 from identification.decimation import CUTOFF_HZ
 from identification.residuals import cable_motion, friction_by_tension, law_forces
 from identification.signals import Signals
-from identification.unknowns import Unknowns
 from mechanism.arm import Arm
 from mechanism.cable_lengths import geometry_of_poses, lengths
 from mechanism.dynamics import terms
@@ -45,17 +45,18 @@ _SPRINGS = ("spring_stiffness", "spring_free_length")
 
 
 class ResidualSensitivity:
-    """The residuals of one recording at the vector p, to be computed again with another arm or with other angles."""
+    """The residuals of one recording with its laws, to be computed again with another arm or with other angles.
 
-    def __init__(self, s: Signals, u: Unknowns, p: Array, recording: int) -> None:
+    laws, values, x0, delay: as `law_forces` has them."""
+
+    def __init__(self, s: Signals, laws: tuple[str, ...], values: Mapping[str, Array], x0: Array, delay: float) -> None:
         kept = s.low_pass.kept
         self._arm, self._kept = s.arm, kept
         self._low_pass, self._step = s.low_pass, s.step
-        self._values, self._x0, self._laws = u.values(p, recording), u.get(p, "x0", recording), u.laws
-        delay = float(u.get(p, "delay", recording)[0])
-        machine = Machine(s.arm, u.laws, self._values)
-        z = memory_states(machine, cable_motion(s, self._x0), s.step)
-        forces = law_forces(s, u.laws, self._values, self._x0, delay, z)
+        self._values, self._x0, self._laws = values, x0, laws
+        machine = Machine(s.arm, laws, values)
+        z = pull_memory(machine, cable_motion(s, self._x0), s.step)
+        forces = law_forces(s, laws, values, x0, delay, z)
         self._drive = s.low_pass(forces.drive.T).T
         self._memory = z[kept]
         self._alpha = s.alpha[kept], s.alpha_d[kept], s.alpha_dd[kept]

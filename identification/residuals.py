@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.cable_memory import memory_states
+from identification.cable_memory import pull_memory
 from identification.dataset.series import interpolated
 from identification.signals import Signals
 from identification.unknowns import Unknowns, memory_starts
@@ -120,6 +120,18 @@ def forces_of_other_cables(
     return replace(base, pull=_pull(s, machine, x0), resistance=resistance, lost=torque_lost(s, machine, tension))
 
 
+def with_other_elongations(s: Signals, base: LawForces, machine: Machine, x0: Array) -> LawForces:
+    """`law_forces` where only the cables' elongations are others than those of `base`, and motors rub under the pull."""
+    return _with_other_pull(s, base, machine, _pull(s, machine, x0))
+
+
+def under_tension(s: Signals, base: LawForces, machine: Machine, tension: Array) -> LawForces:
+    """`law_forces` where motors rub under a tension (T, M), N, instead of that of `base`."""
+    if not machine.rubs_under_tension:
+        return base
+    return replace(base, friction=mean_friction(s, machine, tension), lost=torque_lost(s, machine, tension))
+
+
 def _with_other_pull(
     s: Signals, base: LawForces, machine: Machine, pull: Array, tension: Array | None = None
 ) -> LawForces:
@@ -131,7 +143,7 @@ def _with_other_pull(
 
 def _pull(s: Signals, machine: Machine, x0: Array, z: Array | None = None) -> Array:
     at = cable_motion(s, x0)
-    memory = memory_states(machine, at, s.step) if z is None else z
+    memory = pull_memory(machine, at, s.step) if z is None else z
     return np.broadcast_to(machine.pull(at, memory), s.x.shape)
 
 
@@ -222,14 +234,18 @@ def law_forces_at(s: Signals, u: Unknowns, p: Array, recording: int, tension: Ar
     return law_forces(s, u.laws, u.values(p, recording), u.get(p, "x0", recording), delay, tension=tension)
 
 
-def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int, tension: Array | None = None) -> ResidualRows:
-    """Residuals of one recording at the vector p, and their derivatives; tension as in `law_forces`, the same wherever p is."""
+def residual_rows(
+    s: Signals, u: Unknowns, p: Array, recording: int, tension: Array | None = None, base: LawForces | None = None
+) -> ResidualRows:
+    """Residuals of one recording at the vector p, and their derivatives; tension as in `law_forces`, the same wherever p is.
+
+    base: what `law_forces_at` gives there, where it is known."""
     n, m = s.arm.N, s.arm.M
     values, x0 = u.values(p, recording), u.get(p, "x0", recording)
     delay = float(u.get(p, "delay", recording)[0])
     machine = Machine(s.arm, u.laws, values)
-    z = memory_states(machine, cable_motion(s, x0), s.step)
-    base = law_forces(s, u.laws, values, x0, delay, z, tension)
+    z = pull_memory(machine, cable_motion(s, x0), s.step)
+    base = base or law_forces(s, u.laws, values, x0, delay, z, tension)
     acting = replace(s, f=delayed_forces(s, delay))
     laws = {term.name: name for name in u.laws for term in law_named(name).terms}
     starts = {term.name for term in memory_starts(u.laws)}
@@ -254,11 +270,38 @@ def residual_rows(s: Signals, u: Unknowns, p: Array, recording: int, tension: Ar
     return ResidualRows(residual, J)
 
 
-def change_by_forces(s: Signals, term: Term, **forces: Array) -> Array:
-    """Change of the residuals by forces beyond those of the laws, as `residual_change` has it; forces: fields of `LawForces`."""
-    nothing = np.zeros_like(s.f)
-    without = LawForces(nothing, nothing, nothing, np.zeros_like(s.alpha))
-    return residual_change(s, without, replace(without, **forces), term)
+def changes_by_forces(
+    s: Signals, term: Term, friction: Array | None = None, pull: Array | None = None, resistance: Array | None = None
+) -> Array:
+    """Changes of the residuals by K patterns of forces beyond those of the laws, (C, S, K, count), as `residual_change` has each.
+
+    Forces as fields of `LawForces`, (K, T, M), N, or (K, T, N), N m."""
+    n, m = s.arm.N, s.arm.M
+    shape = next(np.shape(force) for force in (friction, pull, resistance) if force is not None)
+    places = {"cable": m, "joint": n, "arm": 1}[term.of]
+    out = np.zeros((m + n, len(s.low_pass.kept), shape[0], places))
+    motors, joints = np.arange(m), np.arange(n)
+    for k in range(shape[0]):
+        if friction is not None:  # against the motors, and by their levers against the joints
+            drive = -friction[k].T
+            lost = s.low_pass(np.concatenate([drive[None], s.levers * drive]))
+            if term.of == "cable":
+                out[motors, :, k, motors], out[m:, :, k] = lost[0], np.moveaxis(lost[1:], 1, 2)
+            else:
+                out[:m, :, k, 0], out[m:, :, k, 0] = lost[0], lost[1:].sum(axis=1)
+        if pull is not None:
+            pulled = s.low_pass(pull[k].T)
+            if term.of == "cable":
+                out[motors, :, k, motors] -= pulled
+            else:
+                out[:m, :, k, 0] -= pulled
+        if resistance is not None:
+            held = s.low_pass(resistance[k].T)
+            if term.of == "joint":
+                out[m + joints, :, k, joints] -= held
+            else:
+                out[m:, :, k, 0] -= held
+    return out
 
 
 def residual_change(s: Signals, base: LawForces, moved: LawForces, term: Term) -> Array:

@@ -10,6 +10,8 @@ Array = NDArray[np.float64]
 
 WHITENING_ORDER = 6
 """order of the autoregression at 32 Hz: it covers the low-pass filter's shape and what smoothing leaves of vision's noise"""
+_ROWS_AT_ONCE = 24
+"""that one product whitens: a longer band holds more zeros, a shorter one takes more calls"""
 _WHITE_SHARE = 1e-6
 """share of a channel's variance that is added as white noise, so that whitening does not amplify what the filter removed"""
 
@@ -27,17 +29,22 @@ class Whitener:
         were fitted to, in units of the innovation's; what the taps bring of it into a row reduces that row's weight. Weights before
         the taps would turn slow noise into fast noise, which counts more.
         """
-        out = np.zeros_like(values)
         order = self.taps.shape[1] - 1
-        for lag in range(order + 1):
-            tap = self.taps[:, lag].reshape(-1, *([1] * (values.ndim - 1)))
-            out[:, order:] += tap * values[:, order - lag : values.shape[1] - lag]
-        out[:, ~has_full_history(starts, order)] = 0.0
+        weights = np.tile(np.where(has_full_history(starts, order), 1.0, 0.0), (len(values), 1))
         if input_variance is not None:
             pairs = zip(input_variance, self.taps, strict=True)
-            variance = 1 + np.stack([np.convolve(v, taps**2)[: len(v)] for v, taps in pairs])
-            out /= np.sqrt(variance).reshape(*input_variance.shape, *([1] * (values.ndim - 2)))
-        return out
+            weights /= np.sqrt(1 + np.stack([np.convolve(v, taps**2)[: len(v)] for v, taps in pairs]))
+        rows = values.reshape(*values.shape[:2], -1)
+        out = np.zeros(rows.shape)
+        # the taps as a band matrix: a product with it goes once through the many columns of a few rows
+        band = np.zeros((len(self.taps), _ROWS_AT_ONCE, _ROWS_AT_ONCE + order))
+        for i in range(_ROWS_AT_ONCE):
+            band[:, i, i : i + order + 1] = self.taps[:, ::-1]
+        for begin in range(order, rows.shape[1], _ROWS_AT_ONCE):
+            count = min(_ROWS_AT_ONCE, rows.shape[1] - begin)
+            weighted = band[:, :count, : count + order] * weights[:, begin : begin + count, None]
+            np.matmul(weighted, rows[:, begin - order : begin + count], out=out[:, begin : begin + count])
+        return out.reshape(values.shape)
 
     def rescaled(self, factors: Array) -> "Whitener":
         """The whitener of channels whose noise is `factors` (C,) times as large."""

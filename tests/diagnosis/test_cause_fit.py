@@ -45,6 +45,17 @@ def test_forces_that_are_later_than_expected_are_found_so(stale: DataSet) -> Non
     assert logged_late > MAX_START_DELAY_S
 
 
+@pytest.mark.parametrize(("name", "least"), [("actuator_lag", 0.0), ("backlash", 0.0), ("joint_friction", -1.0)])
+def test_a_step_promises_only_what_it_can_take(name: str, least: float, stale: DataSet) -> None:
+    """Friction may come out a little below nothing by chance, a lag or a play may not."""
+    arm, effect = as_described(stale.neck).arm, EFFECTS[name]
+    everywhere = effect.placements(arm)[0]
+    nothing = Cause(effect, everywhere, np.zeros(len(everywhere.columns)), dict(effect.start_shapes[0]))
+    np.testing.assert_array_equal(nothing.least_steps(arm), least)
+    down = nothing.stepped(np.full(nothing.number_count, least), arm)
+    np.testing.assert_allclose(down.amounts, least * effect.sizes(arm)[list(everywhere.columns)])
+
+
 def test_a_number_that_ended_at_the_end_of_its_range_has_no_sigma() -> None:
     """The fit holds it there: a sigma of what is held would say that it is known to some parts in a million."""
     data = recording(2000)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from identification.decimation import decimating_filter
 from identification.filters import first_order_lag, low_pass
 
 RATE = 500.0
@@ -43,3 +44,14 @@ def test_short_signals_are_filtered() -> None:
     """0.08 s are mirrored as a whole, too short for the filter to settle: within a tenth of the line's span."""
     line = np.linspace(-3.0, 5.0, 40)[:, None]
     np.testing.assert_allclose(low_pass(line, RATE, 20.0), line, atol=0.8)
+
+
+def test_of_waves_as_much_passes_as_if_each_were_filtered() -> None:
+    """In sine and cosine together, whatever the phases; rows that tell nothing are left out."""
+    rng, hertz, step = np.random.default_rng(0), np.array([1.25, 8.0, 20.0]), 1 / 250
+    sizes, known = rng.normal(size=(2, 1500)), np.arange(1500) != 700
+    low_pass = decimating_filter(step, known)
+    found = np.sum(low_pass.of_waves(np.where(known, sizes, np.nan), hertz * step) ** 2, axis=0)
+    phase = 2 * np.pi * hertz[:, None] * step * np.arange(1500)
+    expected = low_pass(sizes[:, None] * np.cos(phase)) ** 2 + low_pass(sizes[:, None] * np.sin(phase)) ** 2
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)

@@ -42,3 +42,16 @@ def test_slow_noise_is_not_made_fast_by_weights() -> None:
     unsure = np.where(np.arange(ROWS) % 40 < 20, 0.0, 25.0)[None]
     assert whiten(plain, starts, unsure).std() < 1
     assert whiten(plain / np.sqrt(1 + unsure), starts).std() > 3
+
+
+def test_rows_are_those_of_the_taps_one_by_one() -> None:
+    """In two segments, in columns side by side, and of a number of rows that no product takes at once."""
+    rng = np.random.default_rng(3)
+    plain = rng.normal(size=(2, 103, 3))
+    starts = np.isin(np.arange(103), [0, 40])
+    whiten = fit_whitener([noise(rng, POLES, [0.3, 1e-3])], [np.arange(ROWS) == 0])
+    expected = np.zeros_like(plain)
+    for row in (*range(WHITENING_ORDER, 40), *range(40 + WHITENING_ORDER, 103)):
+        for lag in range(WHITENING_ORDER + 1):
+            expected[:, row] += whiten.taps[:, lag, None] * plain[:, row - lag]
+    np.testing.assert_allclose(whiten(plain, starts), expected, rtol=1e-9, atol=1e-9)
