@@ -10,14 +10,17 @@ from numpy.typing import NDArray
 from diagnosis.held_joints import square_at_rows
 from diagnosis.hypothesis import BASE_LAWS, Hypothesis
 from diagnosis.input_variance import FrictionSlopes, input_variance
+from identification.cable_memory import pull_memory
 from identification.dataset.dataset import DataSet
 from identification.instruments import instrument_signals
 from identification.residual_sensitivity import ResidualSensitivity
 from identification.residuals import (
     LawForces,
     ResidualRows,
+    cable_motion,
     joint_motion,
     law_forces_at,
+    pull_with_memory,
     residual_rows,
     residuals_of,
     under_tension,
@@ -45,6 +48,8 @@ class RecordingLinearisation:
     """the laws' forces on `motor_signals`"""
     tension: Array
     """(T, M), N, under which motors rub"""
+    memory: Array
+    """(T, M, states), of the cables along `motor_signals`: one along vision's elongations would forget by their noise"""
     friction_slopes: FrictionSlopes
     """by which the error of motor speeds becomes one of friction"""
     input_variance: Array
@@ -60,7 +65,7 @@ class RecordingLinearisation:
     @cached_property
     def sensitivity(self) -> ResidualSensitivity:
         """To the arm's description and to the angles: few fits ask for it at every step."""
-        return ResidualSensitivity(self.signals, self.laws, self.values, self.x0, self.delay)
+        return ResidualSensitivity(self.signals, self.laws, self.values, self.x0, self.delay, self.memory)
 
 
 @dataclass(frozen=True)
@@ -108,7 +113,8 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
     motor_forces = with_other_elongations(motor_signals, vision_forces, machine, x0)
     tension = motor_forces.drive - s.inertial
     motor_forces = under_tension(s, motor_forces, machine, tension)
-    vision_forces = replace(motor_forces, pull=vision_forces.pull)
+    memory = pull_memory(machine, cable_motion(motor_signals, x0), s.step)
+    vision_forces = replace(motor_forces, pull=pull_with_memory(s, machine, x0, memory))
     slopes = FrictionSlopes.of(machine, s, tension)
     held = machine.held_torque(joint_motion(s), s.Z, s.wraps, tension)
     variance = input_variance(s, slopes)
@@ -121,6 +127,7 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
         forces=vision_forces,
         motor_forces=motor_forces,
         tension=tension,
+        memory=memory,
         friction_slopes=slopes,
         input_variance=variance,
         held=held,

@@ -111,7 +111,7 @@ def _drawn_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> l
         signals = ensemble.signals(at.hypothesis, float(at.frame_lags[r]))
         tension = at.recordings[r].tension
         recording = at.recordings[r]
-        laws = recording.laws, recording.values, recording.x0, tension
+        laws = recording.laws, recording.values, recording.x0, tension, recording.memory
         first = law_forces_at(signals[0], at.unknowns, at.p, r, tension)
         noise_free, *noisy = (residuals_of(s, forces_of_other_cables(s, first, *laws)) for s in signals)
         s = recording.signals

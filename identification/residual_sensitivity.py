@@ -47,15 +47,24 @@ _SPRINGS = ("spring_stiffness", "spring_free_length")
 class ResidualSensitivity:
     """The residuals of one recording with its laws, to be computed again with another arm or with other angles.
 
-    laws, values, x0, delay: as `law_forces` has them."""
+    laws, values, x0, delay, z: as `law_forces` has them."""
 
-    def __init__(self, s: Signals, laws: tuple[str, ...], values: Mapping[str, Array], x0: Array, delay: float) -> None:
+    def __init__(
+        self,
+        s: Signals,
+        laws: tuple[str, ...],
+        values: Mapping[str, Array],
+        x0: Array,
+        delay: float,
+        z: Array | None = None,
+    ) -> None:
         kept = s.low_pass.kept
         self._arm, self._kept = s.arm, kept
         self._low_pass, self._step = s.low_pass, s.step
         self._values, self._x0, self._laws = values, x0, laws
         machine = Machine(s.arm, laws, values)
-        z = pull_memory(machine, cable_motion(s, self._x0), s.step)
+        if z is None:
+            z = pull_memory(machine, cable_motion(s, self._x0), s.step)
         forces = law_forces(s, laws, values, x0, delay, z)
         self._drive = s.low_pass(forces.drive.T).T
         self._memory = z[kept]

@@ -109,15 +109,23 @@ def forces_of_moved_law(
 
 
 def forces_of_other_cables(
-    s: Signals, base: LawForces, names: tuple[str, ...], values: Mapping[str, Array], x0: Array, tension: Array
+    s: Signals,
+    base: LawForces,
+    names: tuple[str, ...],
+    values: Mapping[str, Array],
+    x0: Array,
+    tension: Array,
+    z: Array,
 ) -> LawForces:
-    """`law_forces` where only the cables' and the joints' motion is another one than that of `base`; tension: the same as there.
+    """`law_forces` where only the cables' and the joints' motion is another one than that of `base`; tension, z: the same as there.
 
     Friction is that of `base`: how far cables are wound around pulleys may differ by the noise of angles only.
     """
     machine = Machine(s.arm, names, values)
     resistance = np.broadcast_to(machine.resistance(joint_motion(s)), s.alpha_d.shape)
-    return replace(base, pull=_pull(s, machine, x0), resistance=resistance, lost=torque_lost(s, machine, tension))
+    return replace(
+        base, pull=pull_with_memory(s, machine, x0, z), resistance=resistance, lost=torque_lost(s, machine, tension)
+    )
 
 
 def with_other_elongations(s: Signals, base: LawForces, machine: Machine, x0: Array) -> LawForces:
@@ -142,9 +150,12 @@ def _with_other_pull(
 
 
 def _pull(s: Signals, machine: Machine, x0: Array, z: Array | None = None) -> Array:
-    at = cable_motion(s, x0)
-    memory = pull_memory(machine, at, s.step) if z is None else z
-    return np.broadcast_to(machine.pull(at, memory), s.x.shape)
+    return pull_with_memory(s, machine, x0, pull_memory(machine, cable_motion(s, x0), s.step) if z is None else z)
+
+
+def pull_with_memory(s: Signals, machine: Machine, x0: Array, z: Array) -> Array:
+    """Tension of the cables, (T, M), N, with memory variables z (T, M, states)."""
+    return np.broadcast_to(machine.pull(cable_motion(s, x0), z), s.x.shape)
 
 
 def _overrides(law: Law, method: str) -> bool:

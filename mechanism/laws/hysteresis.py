@@ -17,6 +17,7 @@ class Hysteresis(Law):
         Term("xh", "m", low=2e-5, high=1e-2, size=2e-4, of="arm", would_tell=_WOULD_TELL),
     )
     states = 1
+    memory_start = Term("loop0", "1", low=-1.0, high=1.0, size=0.1, sigma=0.6, would_tell=_WOULD_TELL)
 
     def pull(self, p: Values, at: CableMotion, z: Array) -> Array:
         return p["h"] * z[..., 0]
