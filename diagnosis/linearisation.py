@@ -12,6 +12,8 @@ from diagnosis.hypothesis import BASE_LAWS, Hypothesis
 from diagnosis.input_variance import FrictionSlopes, input_variance
 from identification.cable_memory import pull_memory
 from identification.dataset.dataset import DataSet
+from identification.decimation import CUTOFF_HZ
+from identification.filters import low_pass
 from identification.instruments import instrument_signals
 from identification.residual_sensitivity import ResidualSensitivity
 from identification.residuals import (
@@ -113,7 +115,7 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
     motor_forces = with_other_elongations(motor_signals, vision_forces, machine, x0)
     tension = motor_forces.drive - s.inertial
     motor_forces = under_tension(s, motor_forces, machine, tension)
-    memory = pull_memory(machine, cable_motion(motor_signals, x0), s.step)
+    memory = _memory(motor_signals, machine, x0)
     vision_forces = replace(motor_forces, pull=pull_with_memory(s, machine, x0, memory))
     slopes = FrictionSlopes.of(machine, s, tension)
     held = machine.held_torque(joint_motion(s), s.Z, s.wraps, tension)
@@ -140,6 +142,16 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
         x0=x0,
         delay=float(u.get(p, "delay", recording)[0]),
     )
+
+
+def _memory(motor_signals: Signals, machine: Machine, x0: Array) -> Array:
+    """What cables remember, (T, M, states), along elongations that follow from the motors, (T, M).
+
+    Counts of the encoders shake these by their accelerations, and what shakes forgets. A cable's memory does not ask how fast it
+    came by its way, so that its elongations are taken without what is too fast for the residuals."""
+    x = low_pass(motor_signals.x, 1 / motor_signals.step, CUTOFF_HZ)
+    smooth = replace(motor_signals, x=x, x_d=np.gradient(x, motor_signals.step, axis=0))
+    return pull_memory(machine, cable_motion(smooth, x0), motor_signals.step)
 
 
 def with_laws_of(at: Linearisation, h: Hypothesis, p: Array) -> Linearisation:

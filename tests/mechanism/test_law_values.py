@@ -258,6 +258,7 @@ ARMS = {
     "c": (0.0, 5e9),
     "z0": (-3000.0, 3000.0),
     "bend0": (-1.0, 1.0),
+    "loop0": (-1.0, 1.0),
 }
 """what motors, cables and joints from a workshop have: least and most, in the terms' units"""
 

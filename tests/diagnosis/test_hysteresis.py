@@ -1,0 +1,46 @@
+"""Hysteresis of cables on an arm of the second generator: strands that rub remember a way that cameras see with noise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.forward_arm_runs import SETTINGS, seen
+from diagnosis.cause_parameters import parameters_of
+from diagnosis.diagnose import Diagnosis, diagnose
+from samples.forward_arms.arms import make_arms
+from samples.forward_arms.laws import Hysteresis
+
+pytestmark = pytest.mark.slow
+
+SEED, NOISE_DEG = 451, 0.05
+SHORT = replace(SETTINGS, seconds=20.0)
+FORCE_N, WIDTH_M = np.array([1.2, 0.9, 1.1, 1.0]), 3e-4
+
+
+@pytest.fixture(scope="module")
+def found() -> Diagnosis:
+    (arm,) = make_arms([SEED], SHORT, hidden=[(Hysteresis(FORCE_N, np.array(WIDTH_M)),)])
+    there = seen(arm, SHORT, NOISE_DEG)
+    return diagnose([there.synchronised(0)], [there.synchronised(1)])
+
+
+def told(found: Diagnosis, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Values of the cause's numbers of a name, and their standard deviations."""
+    numbers = [p for p in parameters_of(found.search.last)[0] if p.name == name]
+    return np.array([p.value for p in numbers]), np.array([p.sigma for p in numbers])
+
+
+def test_its_numbers_are_those_that_were_hidden(found: Diagnosis) -> None:
+    """Along elongations with the noise of cameras or encoders strands would seem to forget: their force was told a third too large."""
+    assert [cause.effect.name for cause in found.causes] == ["cable_hysteresis"]
+    value, sigma = told(found, "h")
+    assert np.all(np.abs(value - FORCE_N) < 4 * sigma)
+    assert np.all(sigma < 0.1 * FORCE_N)
+    width, _ = told(found, "xh")
+    assert width == pytest.approx(WIDTH_M, rel=0.15)
+
+
+def test_what_they_remember_from_before_the_recording_is_no_law_of_time(found: Diagnosis) -> None:
+    assert found.found_laws == ()
+    assert max(gain.after / gain.noise_floor for gain in found.remainder) < 1.3
