@@ -15,12 +15,12 @@ pytestmark = pytest.mark.slow
 
 SEED, NOISE_DEG = 451, 0.05
 SHORT = replace(SETTINGS, seconds=20.0)
-FORCE_N, WIDTH_M = np.array([1.2, 0.9, 1.1, 1.0]), 3e-4
+FORCE_N, WIDTH_M = 1.1, 3e-4
 
 
 @pytest.fixture(scope="module")
 def found() -> Diagnosis:
-    (arm,) = make_arms([SEED], SHORT, hidden=[(Hysteresis(FORCE_N, np.array(WIDTH_M)),)])
+    (arm,) = make_arms([SEED], SHORT, hidden=[(Hysteresis(FORCE_N, WIDTH_M),)])
     there = seen(arm, SHORT, NOISE_DEG)
     return diagnose([there.synchronised(0)], [there.synchronised(1)])
 
@@ -32,7 +32,7 @@ def told(found: Diagnosis, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_its_numbers_are_those_that_were_hidden(found: Diagnosis) -> None:
-    """Along elongations with the noise of cameras or encoders strands would seem to forget: their force was told a third too large."""
+    """Along elongations with noise of cameras or encoders strands seem to forget, and their force was told a third too large."""
     assert [cause.effect.name for cause in found.causes] == ["cable_hysteresis"]
     value, sigma = told(found, "h")
     assert np.all(np.abs(value - FORCE_N) < 4 * sigma)

@@ -1,6 +1,6 @@
 """The clock's sigma has three parts: noise, spread of models, and bias. Fits are made up so that each part is large once."""
 
-from dataclasses import is_dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -118,7 +118,9 @@ def test_cables_remember_where_that_leaves_much_less(
     trial = fit(1.0, 0.0, 0.0, 1e-6, with_memory_m)
     monkeypatch.setattr(fine_alignment, "_refitted", lambda *_: trial)
     monkeypatch.setattr(fine_alignment, "_sound_or_lossy", lambda *of: with_memory(trial, of[3].law.memory))
-    monkeypatch.setattr(fine_alignment, "replace", lambda one, **of: replace(one, **of) if is_dataclass(one) else one)
+    monkeypatch.setattr(
+        fine_alignment, "replace", lambda one, **of: one if type(one) is SimpleNamespace else replace(one, **of)
+    )
     nothing: Any = None
     found = fine_alignment._with_or_without_memory(nothing, nothing, usual)
     assert found.assumptions.law.memory == remembers
