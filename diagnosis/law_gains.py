@@ -20,6 +20,9 @@ from xneck_foundation.unit_text import with_unit
 
 MIN_LAW_GAIN_SIGMAS = 3.0
 """standard deviations of the gain, by blocks, that a law takes from recordings that were not fitted (docs/thresholds.md)"""
+MIN_TAKEN_SHARE, MIN_LOUD_RATIO = 0.9, 2.0
+"""... or the share that it takes of the energy above noise, where before at least so many times noise was left: what acts seldom
+shows in few blocks (docs/thresholds.md)"""
 _TOLD_SIGMAS = 4.0
 """by which a law that was chosen out of hundreds is told from nothing"""
 _OF_JOINTS = 1
@@ -98,13 +101,19 @@ def _shown_in(gained: Sequence[Gain], law: FoundLaw) -> int:
 def _holds(gained: Sequence[Gain], shown: int) -> bool:
     """Whether the equations that show it are left with less, and the others with no more."""
     own = gained[shown]
-    better = own.before - own.after > MIN_LAW_GAIN_SIGMAS * own.sigma
+    better = own.before - own.after > MIN_LAW_GAIN_SIGMAS * own.sigma or _takes_nearly_all(own)
     # a law of nearly the right form may leave a little in equations that noise fills
     worse = any(
         g.after - g.before > MIN_LAW_GAIN_SIGMAS * g.sigma and g.after > ABOVE_NOISE_RATIO * g.noise_floor
         for g in gained
     )
     return better and not worse and np.isfinite(own.after)
+
+
+def _takes_nearly_all(own: Gain) -> bool:
+    """Whether hardly more than noise is left of what was plain, in however few blocks: no chance foretells that."""
+    energy, left = (rms**2 - own.noise_floor**2 for rms in (own.before, own.after))
+    return own.before > MIN_LOUD_RATIO * own.noise_floor and left < (1 - MIN_TAKEN_SHARE) * energy
 
 
 def _leaves_less_beyond_noise(before: HeldOutResiduals, after: HeldOutResiduals, shown: int, arm: Arm) -> bool:

@@ -39,6 +39,23 @@ def test_a_law_at_a_motor_is_judged_where_it_shows(
     assert bool(law_gains._holds(gained, shown)) is holds
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "holds"),
+    [
+        (20.0, 1.05, True),
+        (20.0, 7.0, False),  # an eighth of the energy above noise is left
+        (1.9, 1.0, False),  # not plain
+        (20.0, 0.8, True),
+    ],
+)
+def test_what_acts_in_one_block_alone_holds_where_hardly_more_than_noise_is_left(
+    before: float, after: float, holds: bool
+) -> None:
+    """A motor that saturates in one moment: left out, that block takes the gain with it, which is then one sigma."""
+    own = Gain(EQUATIONS[1], "", before, after, 1.0, before - after)
+    assert bool(law_gains._holds([Gain(EQUATIONS[0], "", 1.0, 1.0, 1.0, 0.1), own], 1)) is holds
+
+
 def test_a_law_at_a_joint_is_judged_by_the_joints() -> None:
     assert law_gains._shown_in(gains((3.0, 1.0), (1.2, 1.0)), law(law_gains.AGAINST_JOINTS)) == 1
 
