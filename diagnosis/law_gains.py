@@ -20,9 +20,9 @@ from xneck_foundation.unit_text import with_unit
 
 MIN_LAW_GAIN_SIGMAS = 3.0
 """standard deviations of the gain, by blocks, that a law takes from recordings that were not fitted (docs/thresholds.md)"""
-MIN_TAKEN_SHARE, MIN_LOUD_RATIO = 0.9, 2.0
-"""... or the share that it takes of the energy above noise, where before at least so many times noise was left: what acts seldom
-shows in few blocks (docs/thresholds.md)"""
+MIN_TAKEN_SHARE, MIN_LOUD_RATIO = 0.9, 1.5
+"""... or the share that it takes of the energy above noise, in equations that were left with at least so many times noise: what
+acts seldom shows in few blocks (docs/thresholds.md)"""
 _TOLD_SIGMAS = 4.0
 """by which a law that was chosen out of hundreds is told from nothing"""
 _OF_JOINTS = 1
@@ -77,7 +77,8 @@ def law_gains(
             gained = gains(before, after, arm.M)
             is_told = len(tried.causes) - 1 not in tried.untold_within(_TOLD_SIGMAS)
             shown = _shown_in(gained, law)
-            is_better = _holds(gained, shown) and _leaves_less_beyond_noise(before, after, shown, arm)
+            holds = _holds(gained, shown, _takes_nearly_all(before, after))
+            is_better = holds and _leaves_less_beyond_noise(before, after, shown, arm)
             if not (is_better and is_told and _is_no_louder(before, after)):
                 continue  # those found after it may hold without it
             gain, before = gained[shown], after
@@ -98,10 +99,10 @@ def _shown_in(gained: Sequence[Gain], law: FoundLaw) -> int:
     return int(np.argmax([(g.before - g.after) / g.sigma if g.sigma else -np.inf for g in gained[: _OF_JOINTS + 1]]))
 
 
-def _holds(gained: Sequence[Gain], shown: int) -> bool:
+def _holds(gained: Sequence[Gain], shown: int, takes_nearly_all: bool) -> bool:
     """Whether the equations that show it are left with less, and the others with no more."""
     own = gained[shown]
-    better = own.before - own.after > MIN_LAW_GAIN_SIGMAS * own.sigma or _takes_nearly_all(own)
+    better = own.before - own.after > MIN_LAW_GAIN_SIGMAS * own.sigma or takes_nearly_all
     # a law of nearly the right form may leave a little in equations that noise fills
     worse = any(
         g.after - g.before > MIN_LAW_GAIN_SIGMAS * g.sigma and g.after > ABOVE_NOISE_RATIO * g.noise_floor
@@ -110,10 +111,12 @@ def _holds(gained: Sequence[Gain], shown: int) -> bool:
     return better and not worse and np.isfinite(own.after)
 
 
-def _takes_nearly_all(own: Gain) -> bool:
+def _takes_nearly_all(before: HeldOutResiduals, after: HeldOutResiduals) -> bool:
     """Whether hardly more than noise is left of what was plain, in however few blocks: no chance foretells that."""
-    energy, left = (rms**2 - own.noise_floor**2 for rms in (own.before, own.after))
-    return own.before > MIN_LOUD_RATIO * own.noise_floor and left < (1 - MIN_TAKEN_SHARE) * energy
+    old, new = (held_out_excess(side, after).ratio for side in (before, after))
+    loud = old > MIN_LOUD_RATIO
+    energy, left = (float(np.sum(ratio[loud] ** 2 - 1)) for ratio in (old, new))
+    return left < (1 - MIN_TAKEN_SHARE) * energy
 
 
 def _leaves_less_beyond_noise(before: HeldOutResiduals, after: HeldOutResiduals, shown: int, arm: Arm) -> bool:

@@ -3,11 +3,12 @@
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from diagnosis import law_gains
 from diagnosis.causes_beside_laws import _held, _with_other_causes
-from diagnosis.held_out_gain import EQUATIONS, Gain
+from diagnosis.held_out_gain import EQUATIONS, Gain, HeldOutResiduals
 from discovery.form import FORMS, SMOOTH
 
 SIMULATED = Gain("simulated joint angles", "rad", 0.1, 0.01, 0.01, 0.001)
@@ -36,24 +37,32 @@ def test_a_law_at_a_motor_is_judged_where_it_shows(
 ) -> None:
     gained = gains(motors, joints)
     assert law_gains._shown_in(gained, law("against the motors")) == shown
-    assert bool(law_gains._holds(gained, shown)) is holds
+    assert bool(law_gains._holds(gained, shown, False)) is holds
 
 
 @pytest.mark.parametrize(
     ("before", "after", "holds"),
     [
-        (20.0, 1.05, True),
-        (20.0, 7.0, False),  # an eighth of the energy above noise is left
-        (1.9, 1.0, False),  # not plain
-        (20.0, 0.8, True),
+        ([20.0, 1.0], [1.05, 1.0], True),
+        ([20.0, 1.0], [7.0, 1.0], False),  # an eighth of the energy above noise is left
+        ([1.4, 1.0], [1.0, 1.0], False),  # not plain
+        ([1.9, 1.8], [1.0, 1.05], True),
+        ([1.9, 1.8], [1.0, 1.7], False),
     ],
 )
 def test_what_acts_in_one_block_alone_holds_where_hardly_more_than_noise_is_left(
-    before: float, after: float, holds: bool
+    before: list[float], after: list[float], holds: bool
 ) -> None:
     """A motor that saturates in one moment: left out, that block takes the gain with it, which is then one sigma."""
-    own = Gain(EQUATIONS[1], "", before, after, 1.0, before - after)
-    assert bool(law_gains._holds([Gain(EQUATIONS[0], "", 1.0, 1.0, 1.0, 0.1), own], 1)) is holds
+    noise, nothing = [np.ones((2, 900)) * [[3.0], [0.1]]] * 2, np.zeros((2, 900))
+
+    def left(ratios: list[float]) -> HeldOutResiduals:
+        return HeldOutResiduals((np.array(ratios)[:, None] * noise[0],), (noise,), (nothing,), (0.0,))
+
+    takes = law_gains._takes_nearly_all(left(before), left(after))
+    assert takes is holds
+    own = Gain(EQUATIONS[0], "", 6.0, 3.0, 3.0, 3.0)
+    assert bool(law_gains._holds([own, Gain(EQUATIONS[1], "", 0.1, 0.1, 0.1, 0.01)], 0, takes)) is holds
 
 
 def test_a_law_at_a_joint_is_judged_by_the_joints() -> None:
