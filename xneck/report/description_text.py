@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import TypeVar
 
+import numpy as np
+
 from mechanism.description import Mechanism, Motor, Neck, Spring
 
 Part = TypeVar("Part", Mechanism, Motor)
@@ -43,14 +45,16 @@ def route_text(route: Sequence[str]) -> str:
 
 
 def marker_lines(neck: Neck) -> list[str]:
-    """Dictionary and size of the markers, and where each sits."""
+    """Dictionary and size of the markers, and where each sits; what angles read while the arm stands straight."""
+    read = ", ".join(f"{angle:.3g}" for angle in np.degrees(neck.zero_angles))
+    zero = [f"angles read {read} deg while the arm stands straight"] if neck.alpha_zero else []
     if neck.markers is None:
-        return ["none: joint angles come from elsewhere"]
+        return ["none: joint angles come from elsewhere", *zero]
     places = [f"{marker.id} on {marker.place}" for marker in neck.markers.on_bars]
     if len(places) > MAX_NAMED:
         places[MAX_NAMED:] = [f"... and {len(places) - MAX_NAMED} more"]
     head = f"{neck.markers.dictionary}, black square {_mm(neck.markers.size)}:"
-    return [head, *(f"    {line}" for line in _folded(places))]
+    return [head, *(f"    {line}" for line in _folded(places)), *zero]
 
 
 def gravity_line(neck: Neck) -> str:

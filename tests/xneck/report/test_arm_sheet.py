@@ -89,6 +89,7 @@ def test_the_legend_has_the_numbers() -> None:
     springs = one.springs.model_copy(update={"right": Spring(stiffness=350.0, free_length=0.045), "slack": True})
     other = one.model_copy(update={"springs": springs, "L": 0.1234})
     neck = neck.model_copy(update={"mechanisms": (neck.mechanisms[0], other, neck.mechanisms[2]), "markers": None})
+    neck = neck.model_copy(update={"alpha_zero": (0.01, 0.0, -0.02)})
     said = words(sheet(neck))
     for line in (
         "1: L 100 mm, b 50 mm, pulleys r 5 mm",
@@ -99,6 +100,7 @@ def test_the_legend_has_the_numbers() -> None:
         "3: 2 x strut, right; 1.3 m, 0.79 mm², x0 4 mm",
         "gravity 9.81 m/s² down",
         "none: joint angles come from elsewhere",
+        "angles read 0.573, 0, -1.15 deg while the arm stands straight",
     ):
         assert line in said, line
 
