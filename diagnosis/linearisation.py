@@ -149,6 +149,8 @@ def _memory(motor_signals: Signals, machine: Machine, x0: Array) -> Array:
 
     Counts of the encoders shake these by their accelerations, and what shakes forgets. A cable's memory does not ask how fast it
     came by its way, so that its elongations are taken without what is too fast for the residuals."""
+    if not machine.states:
+        return np.zeros((*motor_signals.x.shape, 0))
     x = low_pass(motor_signals.x, 1 / motor_signals.step, CUTOFF_HZ)
     smooth = replace(motor_signals, x=x, x_d=np.gradient(x, motor_signals.step, axis=0))
     return pull_memory(machine, cable_motion(smooth, x0), motor_signals.step)
