@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mechanism.arm import Arm
 from synchronisation.clocks.arm_equation import ArmRows, arm_equation_rows
 from synchronisation.clocks.cable_equation import FORCE_SCALE_N, CableEquation, CableTerms
-from synchronisation.clocks.frame_geometry import MIN_CABLE_ERROR_M, FrameGeometry
+from synchronisation.clocks.frame_geometry import FrameGeometry
 from synchronisation.clocks.gauss_newton_fit import (
     MAX_STEPS,
     ClockProblem,
@@ -42,8 +42,6 @@ MAX_LOSSY_MISFIT = 0.8
 """an arm is lossy where that leaves at most this share of what a sound arm leaves (docs/thresholds.md)"""
 MAX_MEMORY_MISFIT = 0.8
 """cables or drives have a memory where that leaves at most this share of what those without leave (docs/thresholds.md)"""
-MEMORY_SUSPECTED_M = 2 * MIN_CABLE_ERROR_M
-"""m: a memory is looked for where more than this is left of the cables (docs/thresholds.md)"""
 MAX_DRIVING_FV = 0.06
 """N s/rad: a viscosity further below zero is none; sigma holds how far the arm's equation moved the clock (docs/thresholds.md)"""
 LINEAR_OFFSET_S = 2e-4
@@ -127,9 +125,8 @@ class _Explained:
 def _with_or_without_memory(arm: Arm, problem: ClockProblem, usual: _Explained) -> _Explained:
     """The fit, or where that leaves much less unexplained one in which cables and drives remember their way.
 
-    What play or hysteresis does to a cable, friction of another form does nearly as well at another time."""
-    if usual.fit.unknowns.cable_error < MEMORY_SUSPECTED_M:
-        return usual
+    What play or hysteresis does to a cable, friction of another form does nearly as well at another time; often only the arm shows
+    the difference."""
     remembering = replace(usual.assumptions, law=replace(usual.assumptions.law, memory=1.0))
     trial = _refitted(problem, usual, remembering, usual.rows, MAX_STEPS)
     if clock_misfit(trial.unknowns) > MAX_MEMORY_MISFIT * clock_misfit(usual.fit.unknowns):
