@@ -65,13 +65,8 @@ class Cause:
     def least_steps(self, arm: Arm) -> Array:
         """How far down each amount may go from here, in its size, (len(amounts),)."""
         columns = list(self.where.columns)
-        sizes, lowest = self.effect.sizes(arm)[columns], self.effect.lower_bounds(arm)[columns]
-        may_be_less = np.repeat([term.linear for term in self.effect.terms], len(self.effect.place_labels(arm)))[
-            columns
-        ]
-        # of a lag or a play there is none below nothing: a step must not promise it
-        least = np.where(may_be_less, self.effect.least_numbers(arm)[columns], lowest / sizes)
-        return np.minimum(least - self.amounts / sizes, 0.0)
+        from_nothing = self.amounts / self.effect.sizes(arm)[columns]
+        return np.minimum(self.effect.least_reached(arm)[columns] - from_nothing, 0.0)
 
     def stepped(self, step: Array, arm: Arm) -> "Cause":
         """With amounts and the shape's numbers moved by a step (Q,), in their sizes."""

@@ -116,6 +116,11 @@ class Effect:
         """The same in sizes, (Q,): chance, and a law of another form, may take what is nothing a little below."""
         return self.lower_bounds(arm) / self.sizes(arm) - 1.0
 
+    def least_reached(self, arm: Arm) -> Array:
+        """The least that a step can take, in sizes, (Q,): of a lag or a play there is none below nothing, so none is promised."""
+        linear = np.repeat([term.linear for term in self.terms], len(self.place_labels(arm)))
+        return np.where(linear, self.least_numbers(arm), self.lower_bounds(arm) / self.sizes(arm))
+
     def upper_bounds(self, arm: Arm) -> Array:
         """What no amount reaches, (Q,)."""
         return np.repeat([term.high for term in self.terms], len(self.place_labels(arm)))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from diagnosis.held_joints import square_at_rows
 from diagnosis.hypothesis import BASE_LAWS, Hypothesis
 from diagnosis.input_variance import FrictionSlopes, input_variance
-from identification.cable_memory import pull_memory
+from identification.cable_memory import cables_remember, pull_memory
 from identification.dataset.dataset import DataSet
 from identification.decimation import CUTOFF_HZ
 from identification.filters import low_pass
@@ -149,11 +149,11 @@ def _memory(motor_signals: Signals, machine: Machine, x0: Array) -> Array:
 
     Counts of the encoders shake these by their accelerations, and what shakes forgets. A cable's memory does not ask how fast it
     came by its way, so that its elongations are taken without what is too fast for the residuals."""
-    if not machine.states:
-        return np.zeros((*motor_signals.x.shape, 0))
-    x = low_pass(motor_signals.x, 1 / motor_signals.step, CUTOFF_HZ)
-    smooth = replace(motor_signals, x=x, x_d=np.gradient(x, motor_signals.step, axis=0))
-    return pull_memory(machine, cable_motion(smooth, x0), motor_signals.step)
+    s = motor_signals
+    if cables_remember(machine):
+        x = low_pass(s.x, 1 / s.step, CUTOFF_HZ)
+        s = replace(s, x=x, x_d=np.gradient(x, s.step, axis=0))
+    return pull_memory(machine, cable_motion(s, x0), s.step)
 
 
 def with_laws_of(at: Linearisation, h: Hypothesis, p: Array) -> Linearisation:

@@ -15,9 +15,12 @@ _MIN_DECAY = 1e-300
 
 def pull_memory(machine: Machine, at: CableMotion, step: float) -> Array:
     """Memory variables, (T, M, states), on which the cables' pull depends: those that only friction depends on are zero."""
-    if all(law.remembers_path for law in machine.laws if law.states):
-        return np.zeros((*at.x.shape, machine.states))
-    return memory_states(machine, at, step)
+    return memory_states(machine, at, step) if cables_remember(machine) else np.zeros((*at.x.shape, machine.states))
+
+
+def cables_remember(machine: Machine) -> bool:
+    """Whether the cables' pull depends on memory variables."""
+    return not all(law.remembers_path for law in machine.laws if law.states)
 
 
 def memory_states(machine: Machine, at: CableMotion, step: float) -> Array:

@@ -144,9 +144,8 @@ def _with_other_pull(
     s: Signals, base: LawForces, machine: Machine, pull: Array, tension: Array | None = None
 ) -> LawForces:
     """Forces where cables pull otherwise; tension: (T, M), N, under which motors rub all the same."""
-    if tension is not None or not machine.rubs_under_tension:
-        return replace(base, pull=pull)
-    return replace(base, pull=pull, friction=mean_friction(s, machine, pull), lost=torque_lost(s, machine, pull))
+    rubbing = base if tension is not None else under_tension(s, base, machine, pull)
+    return replace(rubbing, pull=pull)
 
 
 def _pull(s: Signals, machine: Machine, x0: Array, z: Array | None = None) -> Array:
