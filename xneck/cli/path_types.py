@@ -24,6 +24,7 @@ class OutputFile(click.ParamType):
         self.yaml_kind = yaml_kind
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        _no_standard_output(self, value, param, ctx)
         check_place(Path(value))
         return Path(value)
 
@@ -54,6 +55,18 @@ class OutputFolder(_InputPath):
     def __init__(self, files: Sequence[str]) -> None:
         super().__init__(path_type=Path, file_okay=False)
         self.files = tuple(files)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        _no_standard_output(self, value, param, ctx)
+        return super().convert(value, param, ctx)
+
+
+def _no_standard_output(
+    kind: click.ParamType, value: Any, param: click.Parameter | None, ctx: click.Context | None
+) -> None:
+    """Fails where - is given, which other tools take for standard output: it would become a file of that name."""
+    if str(value) == STANDARD_OUTPUT:
+        kind.fail(f"only --json goes to standard output: give a {kind.name}", param, ctx)
 
 
 INPUT_FILE = _InputPath(path_type=Path)

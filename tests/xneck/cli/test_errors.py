@@ -262,6 +262,17 @@ def test_names_of_files_reach_no_terminal_raw(place: Path, capfd: pytest.Capture
         assert all(line.isprintable() for line in text.splitlines())
 
 
+@pytest.mark.parametrize("words", [["init", "--out"], ["demo", "--out"]])
+def test_a_dash_is_no_name_of_a_file(
+    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ran = run(capfd, *words, "-")
+    assert ran.status == 2
+    assert "only --json goes to standard output: give a" in ran.err
+    assert not list(tmp_path.iterdir())
+
+
 def test_wrong_usage_is_two_and_help_has_an_example(capfd: pytest.CaptureFixture[str]) -> None:
     assert run(capfd, "extract").status == 2
     assert run(capfd, "nonsense").status == 2
