@@ -12,17 +12,15 @@ from diagnosis.hypothesis import BASE_LAWS, Hypothesis
 from diagnosis.input_variance import FrictionSlopes, input_variance
 from identification.cable_memory import cables_remember, pull_memory
 from identification.dataset.dataset import DataSet
-from identification.decimation import CUTOFF_HZ
-from identification.filters import low_pass
-from identification.instruments import instrument_signals
+from identification.instruments import instrument_signals, remembered_elongations
 from identification.residual_sensitivity import ResidualSensitivity
 from identification.residuals import (
     LawForces,
     ResidualRows,
-    cable_motion,
     joint_motion,
     law_forces_at,
     pull_with_memory,
+    remembered_motion,
     residual_rows,
     residuals_of,
     under_tension,
@@ -145,15 +143,11 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
 
 
 def _memory(motor_signals: Signals, machine: Machine, x0: Array) -> Array:
-    """What cables remember, (T, M, states), along elongations that follow from the motors, (T, M).
-
-    Counts of the encoders shake these by their accelerations, and what shakes forgets. A cable's memory does not ask how fast it
-    came by its way, so that its elongations are taken without what is too fast for the residuals."""
+    """What cables remember, (T, M, states), along elongations that follow from the motors."""
     s = motor_signals
     if cables_remember(machine):
-        x = low_pass(s.x, 1 / s.step, CUTOFF_HZ)
-        s = replace(s, x=x, x_d=np.gradient(x, s.step, axis=0))
-    return pull_memory(machine, cable_motion(s, x0), s.step)
+        s = replace(s, remembered=remembered_elongations(s))
+    return pull_memory(machine, remembered_motion(s, x0), s.step)
 
 
 def with_laws_of(at: Linearisation, h: Hypothesis, p: Array) -> Linearisation:

@@ -21,7 +21,7 @@ from identification.block_covariance import (
     shared_error_residuals,
     student_inflated,
 )
-from identification.instruments import instrument_signals
+from identification.instruments import instrument_signals, remembering_by_motors
 from identification.residuals import ResidualRows, residual_rows
 from identification.signals import Signals
 from identification.unknowns import Unknowns
@@ -91,9 +91,19 @@ class _Problem:
     starts: Sequence[NDArray[np.bool_]]
     """first rows of the segments of each recording, (S,)"""
 
+    def recordings_at(self, p: Array) -> list[Signals]:
+        """The recordings, their cables remembering by the laws at p."""
+        return [remembering_by_motors(s, self.unknowns, p, r) for r, s in enumerate(self.recordings)]
+
     def rows(self, p: Array) -> list[ResidualRows]:
         """Residuals and derivatives of every recording at p."""
-        return [residual_rows(s, self.unknowns, p, r) for r, s in enumerate(self.recordings)]
+        return [residual_rows(s, self.unknowns, p, r) for r, s in enumerate(self.recordings_at(p))]
+
+    def instruments(self, p: Array) -> list[Array]:
+        """Derivatives of every recording by its motors alone at p."""
+        u = self.unknowns
+        motors = [instrument_signals(s, u, p, r) for r, s in enumerate(self.recordings_at(p))]
+        return [residual_rows(s, u, p, r).jacobian for r, s in enumerate(motors)]
 
     def whitened(self, whiten: Whitener, values: Sequence[Array]) -> list[Array]:
         """Values (C, S, ...) of every recording, whitened."""
@@ -124,9 +134,7 @@ def fit_laws(
     problem = _problem(recordings, u, priors)
     first, whiten = _least_squares(problem, u.start() if start is None else start, noise)
     rows = problem.rows(first)
-    instruments = [
-        residual_rows(instrument_signals(s, u, first, r), u, first, r).jacobian for r, s in enumerate(recordings)
-    ]
+    instruments = problem.instruments(first)
     instrumented = np.any(
         [np.abs(i - f.jacobian).max(axis=(0, 1)) > 0 for i, f in zip(instruments, rows, strict=True)], axis=0
     )
@@ -136,7 +144,9 @@ def fit_laws(
     rows = problem.rows(p)
     J = problem.whitened(whiten, [f.jacobian for f in rows])
     e = problem.whitened(whiten, noise or [f.residual for f in rows])
-    shared = problem.whitened(whiten, [shared_error_residuals(s, u, p, r) for r, s in enumerate(recordings)])
+    shared = problem.whitened(
+        whiten, [shared_error_residuals(s, u, p, r) for r, s in enumerate(problem.recordings_at(p))]
+    )
     by_instruments, by_least_squares = (_influences(problem, columns, J, e, shared, free) for columns in (Zi, J))
     difference = np.concatenate(by_instruments[:2]) - np.concatenate(by_least_squares[:2])
     information = np.asarray(sum(np.einsum("csp,csq->pq", j, j) for j in J)) + problem.prior.information

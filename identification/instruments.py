@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from identification.cable_memory import pull_memory
+from identification.cable_memory import cables_remember, pull_memory
+from identification.decimation import CUTOFF_HZ
+from identification.filters import low_pass
 from identification.residuals import LawForces, cable_motion, law_forces_at
 from identification.signals import Signals
 from identification.unknowns import Unknowns
@@ -60,6 +62,24 @@ def instrument_signals(s: Signals, u: Unknowns, p: Array, recording: int, forces
             break
         x = _clipped(x + _response(error, stiffness, damping, s.step))
     return best
+
+
+def remembering_by_motors(s: Signals, u: Unknowns, p: Array, recording: int) -> Signals:
+    """The recording, with elongations that follow from the motors for its cables to remember, where they do.
+
+    Along those by vision its noise would make a memory forget."""
+    if not cables_remember(Machine(s.arm, u.laws, u.values(p, recording))):
+        return s
+    return replace(s, remembered=remembered_elongations(instrument_signals(s, u, p, recording)))
+
+
+def remembered_elongations(motor_signals: Signals) -> tuple[Array, Array]:
+    """Elongations that follow from the motors, (T, M), m, and their rates, as cables remember them.
+
+    Counts of the encoders shake these by their accelerations, and what shakes forgets. A cable's memory does not ask how fast it
+    came by its way, so that its elongations are taken without what is too fast for the residuals."""
+    x = low_pass(motor_signals.x, 1 / motor_signals.step, CUTOFF_HZ)
+    return x, np.gradient(x, motor_signals.step, axis=0)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from identification.cable_memory import pull_memory
 from identification.decimation import CUTOFF_HZ
-from identification.residuals import cable_motion, friction_by_tension, law_forces
+from identification.residuals import friction_by_tension, law_forces, remembered_motion
 from identification.signals import Signals
 from mechanism.arm import Arm
 from mechanism.cable_lengths import geometry_of_poses, lengths
@@ -64,7 +64,7 @@ class ResidualSensitivity:
         self._values, self._x0, self._laws = values, x0, laws
         machine = Machine(s.arm, laws, values)
         if z is None:
-            z = pull_memory(machine, cable_motion(s, self._x0), s.step)
+            z = pull_memory(machine, remembered_motion(s, self._x0), s.step)
         forces = law_forces(s, laws, values, x0, delay, z)
         self._drive = s.low_pass(forces.drive.T).T
         self._memory = z[kept]

@@ -149,7 +149,8 @@ def _with_other_pull(
 
 
 def _pull(s: Signals, machine: Machine, x0: Array, z: Array | None = None) -> Array:
-    return pull_with_memory(s, machine, x0, pull_memory(machine, cable_motion(s, x0), s.step) if z is None else z)
+    z = pull_memory(machine, remembered_motion(s, x0), s.step) if z is None else z
+    return pull_with_memory(s, machine, x0, z)
 
 
 def pull_with_memory(s: Signals, machine: Machine, x0: Array, z: Array) -> Array:
@@ -222,6 +223,14 @@ def cable_motion(s: Signals, x0: Array) -> CableMotion:
     return CableMotion(s.x + x0, s.x_d, s.length, s.arm, s.arm.drum * s.theta_d, drum_angle, s.theta, since_began)
 
 
+def remembered_motion(s: Signals, x0: Array) -> CableMotion:
+    """The motion of a recording's cables as these remember it; x0: as `cable_motion` has it."""
+    if s.remembered is None:
+        return cable_motion(s, x0)
+    x, x_d = s.remembered
+    return cable_motion(replace(s, x=x, x_d=x_d), x0)
+
+
 def delayed_forces(s: Signals, delay: float) -> Array:
     """Logged forces shifted by `delay` s, as they act, (T, M), N."""
     if delay == 0:
@@ -254,7 +263,7 @@ def residual_rows(
     values, x0 = u.values(p, recording), u.get(p, "x0", recording)
     delay = float(u.get(p, "delay", recording)[0])
     machine = Machine(s.arm, u.laws, values)
-    z = pull_memory(machine, cable_motion(s, x0), s.step)
+    z = pull_memory(machine, remembered_motion(s, x0), s.step)
     base = base or law_forces(s, u.laws, values, x0, delay, z, tension)
     acting = replace(s, f=delayed_forces(s, delay))
     laws = {term.name: name for name in u.laws for term in law_named(name).terms}

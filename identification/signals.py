@@ -75,6 +75,8 @@ class Signals:
     """standard deviation of the error that all frames share, (N,), rad"""
     elongation_errors: ElongationErrors | None = None
     """of the cables that angles follow from, if they do"""
+    remembered: tuple[Array, Array] | None = None
+    """elongations and their rates as `x` and `x_d` that cables remember, where these are not the same"""
 
     @cached_property
     def wrap(self) -> Array:
