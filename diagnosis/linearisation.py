@@ -109,11 +109,14 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
     machine = Machine(s.arm, u.laws, values)
     vision_forces = law_forces_at(s, u, p, recording)
     motor_signals = instrument_signals(s, u, p, recording, vision_forces)
+    if cables_remember(machine):
+        remembered = remembered_elongations(motor_signals)
+        s, motor_signals = (replace(either, remembered=remembered) for either in (s, motor_signals))
     # as it follows from the motors: vision's noise in it would go through friction into the arm's equation
     motor_forces = with_other_elongations(motor_signals, vision_forces, machine, x0)
     tension = motor_forces.drive - s.inertial
     motor_forces = under_tension(s, motor_forces, machine, tension)
-    memory = _memory(motor_signals, machine, x0)
+    memory = pull_memory(machine, remembered_motion(s, x0), s.step)
     vision_forces = replace(motor_forces, pull=pull_with_memory(s, machine, x0, memory))
     slopes = FrictionSlopes.of(machine, s, tension)
     held = machine.held_torque(joint_motion(s), s.Z, s.wraps, tension)
@@ -140,14 +143,6 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
         x0=x0,
         delay=float(u.get(p, "delay", recording)[0]),
     )
-
-
-def _memory(motor_signals: Signals, machine: Machine, x0: Array) -> Array:
-    """What cables remember, (T, M, states), along elongations that follow from the motors."""
-    s = motor_signals
-    if cables_remember(machine):
-        s = replace(s, remembered=remembered_elongations(s))
-    return pull_memory(machine, remembered_motion(s, x0), s.step)
 
 
 def with_laws_of(at: Linearisation, h: Hypothesis, p: Array) -> Linearisation:

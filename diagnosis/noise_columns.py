@@ -32,7 +32,7 @@ def _columns(stage: FitStage, signals: Sequence[Signals]) -> list[Array]:
     h, u, p = at.hypothesis, at.unknowns, at.p
     other = linearise(h, signals, p, at.frame_lags)
     by_vision = [
-        replace(mine, rows=residual_rows(s, u, p, r, theirs.tension))
+        replace(mine, rows=residual_rows(replace(s, remembered=theirs.signals.remembered), u, p, r, theirs.tension))
         for r, (mine, theirs, s) in enumerate(zip(other.recordings, at.recordings, signals, strict=True))
     ]
     other = replace(other, recordings=tuple(by_vision))
