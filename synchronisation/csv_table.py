@@ -2,7 +2,7 @@
 
 import csv
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -54,10 +54,11 @@ def read_table(
     optional: Sequence[str] = (),
     written: CsvFormat = PLAIN,
     max_rows: int | None = None,
+    check_units: Callable[[Mapping[str, str]], object] = lambda units: None,
 ) -> Series:
     """The time's column, all of `required`, and those of `optional` that the file has; empty cells are NaN.
 
-    max_rows: more are refused, before they are all in memory.
+    max_rows: more are refused, before they are all in memory. check_units: is given what the row of units holds, by column.
 
     Raises Refused for missing or doubled columns and for cells that are not numbers, naming row and column.
     """
@@ -72,7 +73,7 @@ def read_table(
             if written.decimal != ".":
                 rows = ((line, [cell.replace(written.decimal, ".") for cell in row]) for line, row in rows)
             if written.units_row:
-                _pass_units_over(path, rows)
+                check_units(dict(zip(header, _row_of_units(path, rows), strict=False)))
             below = (row for _, row in rows)
             try:
                 at = table_columns(path, header, below, (written.time_column, *required), optional)
@@ -118,11 +119,12 @@ def _columns(
     return columns
 
 
-def _pass_units_over(path: Path, rows: Iterator[tuple[int, list[str]]]) -> None:
-    """Takes the row of units. Raises Refused where it holds numbers."""
+def _row_of_units(path: Path, rows: Iterator[tuple[int, list[str]]]) -> list[str]:
+    """The row of units. Raises Refused where it holds numbers."""
     line, row = next(rows, (0, []))
     if any(cell.strip() and is_number(cell) for cell in row):
         raise Refused(path, f"row {line} holds numbers, and no units", "leave log: {units_row: true} out of neck.yaml")
+    return [cell.strip().strip("[]()") for cell in row]
 
 
 def _no_numbers(path: Path, line: int, cells: Mapping[str, str], row: Sequence[str], below: Sequence[str]) -> Refused:

@@ -1,6 +1,7 @@
 """The controller's log: motor angles theta and forces f on its own clock, brought into our signs and units."""
 
 from collections.abc import Callable, Collection, Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from synchronisation.csv_lines import file_line
 from synchronisation.csv_table import CsvFormat, read_table
 from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
 from synchronisation.parquet_table import read_parquet
+from synchronisation.said_units import check_units
 from synchronisation.time_stamps import check_log_rate, check_stamped, sampling_step
 from synchronisation.uneven_stamps import even_times_of
 from xneck_foundation.errors import Refused
@@ -66,11 +68,20 @@ def read_log(path: str | Path, neck: Neck) -> Series:
         number = file_line(path, neck.log.separator, int(neck.log.units_row))
         refuse_other_kind(path, LOG_SUFFIXES)
         try:
-            series = read_table(path, required, optional, csv_format(neck), MAX_LOG_ROWS)
+            series = read_table(
+                path, required, optional, csv_format(neck), MAX_LOG_ROWS, partial(check_column_units, path, neck)
+            )
         except WrittenOtherwise as lack:
             raise Refused(path, lack.what, f"{lack.do}; or let `xneck logs {path.name}` map it") from lack
+    check_column_units(path, neck, {})
     check_columns(path, series.columns, neck)
     return motor_log(mapped_columns(series, neck), neck, path, number)
+
+
+def check_column_units(path: Path, neck: Neck, below_header: Mapping[str, str]) -> None:
+    """Raises Refused where the units of a table's columns, in their names or in a row below the header, are not neck.yaml's."""
+    angles, forces = _named_columns(neck)
+    check_units(path, neck, angles, forces, below_header)
 
 
 def csv_format(neck: Neck) -> CsvFormat:

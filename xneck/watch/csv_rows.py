@@ -8,7 +8,7 @@ from identification.dataset.series import Series
 from mechanism.description import Neck
 from synchronisation.csv_layout import COMMENT
 from synchronisation.csv_table import row_numbers, table_columns, unreadable
-from synchronisation.encoder_log import check_columns, csv_format, log_columns, mapped_columns
+from synchronisation.encoder_log import check_column_units, check_columns, csv_format, log_columns, mapped_columns
 from synchronisation.text_encoding import encoding_of
 from xneck.watch.growing_file import GrowingFile
 from xneck_foundation.errors import Refused
@@ -52,8 +52,12 @@ class CsvRows:
                 (_, header), *numbered = numbered
                 self._header = [cell.strip() for cell in next(csv.reader([header], delimiter=self._written.separator))]
             if self._header and self._units_awaited and numbered:
-                del numbered[0]
+                (_, units), *numbered = numbered
                 self._units_awaited = False
+                cells = (
+                    cell.strip().strip("[]()") for cell in next(csv.reader([units], delimiter=self._written.separator))
+                )
+                check_column_units(self._source.path, self._neck, dict(zip(self._header, cells, strict=False)))
             rows = list(csv.reader([line for _, line in numbered], delimiter=self._written.separator))
         except (UnicodeDecodeError, csv.Error) as error:
             raise unreadable(self._source.path, error) from error
@@ -65,6 +69,7 @@ class CsvRows:
             self._places = table_columns(
                 path, self._header, iter(rows[:1]), (self._written.time_column, *required), optional
             )
+            check_column_units(path, self._neck, {})
             check_columns(path, self._places, self._neck)
         values = np.array([self._numbers(line, row) for (line, _), row in zip(numbered, rows, strict=True)])
         series = Series(values[:, 0], {name: values[:, k] for k, name in enumerate(self._places) if k})
