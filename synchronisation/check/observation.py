@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from identification.dataset.frames import FrameAngles, ordinary_frames
 from identification.dataset.series import interpolated
+from identification.motor_rest import error_at_rest, rests_near
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.elasticity import elongation
@@ -20,6 +21,9 @@ Array = NDArray[np.float64]
 
 MIN_FRAMES = 30
 """frames with all angles, as for the clock: a second, and more than the law has unknowns (docs/thresholds.md)"""
+
+MIN_TURNING_FRAMES = 150
+"""frames in which no motor is held, five seconds of them: with fewer none is left out (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +86,9 @@ def observe(
     if np.sum(complete) < MIN_FRAMES:
         count = f"only {np.sum(complete)} frames with all angles are within the log's time"
         raise Refused("check", count, "does the camera's clock belong to this log?")
+    seen = frames.time[complete]
+    x = elongation(arm, frames.alpha[complete], interpolated(seen, motors.time, motors.theta))
+    complete[complete] = _where_motors_turn(absolute_law(arm, motors, seen, x, friction), motors, seen, x)
     time, alpha = frames.time[complete], frames.alpha[complete]
     theta = interpolated(time, motors.time, motors.theta)
     x = elongation(arm, alpha, theta)
@@ -100,3 +107,15 @@ def observe(
         law=law,
         tolerance=tolerance or Tolerance(),
     )
+
+
+def _where_motors_turn(law: AbsoluteLaw, motors: Motors, time: Array, x: Array) -> NDArray[np.bool_]:
+    """Of frames at times (F,), s, with elongations x (F, M), m, those in which no motor rests that friction holds there otherwise
+    than the law says; all of them where these are too few."""
+    step = float(np.mean(np.diff(motors.time)))
+    rows = np.rint((time - motors.time[0]) / step).astype(int)
+    at_rest = rests_near(motors.theta, 1 / step)[np.clip(rows, 0, len(motors.time) - 1)]
+    explained = [law.X[:, j] @ np.linalg.lstsq(law.X[:, j], x[:, j], rcond=None)[0] for j in range(x.shape[1])]
+    held = error_at_rest(x - np.stack(explained, axis=-1), at_rest) > 0
+    turning = ~(at_rest & held).any(axis=1)
+    return turning if turning.sum() >= MIN_TURNING_FRAMES else np.ones_like(turning)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
+from scipy.interpolate import BSpline, make_interp_spline
 from scipy.ndimage import minimum_filter1d
 
 from identification.dataset.series import clear_of_gaps
@@ -127,6 +127,16 @@ class ArmRows:
 
 
 @dataclass(frozen=True)
+class HeldMotors:
+    """Motors that friction holds at rest by any force up to its greatest. What it is, only the cables' elongations tell."""
+
+    motors: NDArray[np.bool_]
+    """(M,): which of them"""
+    tension: Array
+    """(F, M), N: of their cables in each frame, by the elongation"""
+
+
+@dataclass(frozen=True)
 class _Motion:
     """Frames and log signals after the first filter, at the T instants where products are formed."""
 
@@ -169,13 +179,14 @@ def arm_equation_rows(
     joint_width: float,
     offset: float,
     fs: Array,
+    held: HeldMotors,
 ) -> ArmRows:
     """The equation for frames at `frame_time` (F,), s, on the log's clock.
 
     turns: (F, N), rad, by which the frames' angles are off what the cables tell; winding: (..., M), m, over log time: travel less
     elongation, which tells the angles between frames; joint_width: rad/s, speed over which a joint's dry friction turns over;
     offset: s, of the clock that gave frame_time; fs: (M,), N, roughly the motors' dry friction, for the slopes by the geometry."""
-    motion = _filtered(arm, signals, frame_time, frames.alpha, turns, winding)
+    motion = _filtered(arm, signals, frame_time, frames.alpha, turns, winding, held)
     kept = _clear_of_gaps(motion.time, frame_time)
     a, a_d, a_dd = motion.angles()
     unbalanced = torque(arm, a, a_d, a_dd) - np.einsum("tnm,tm->tn", Z(arm, a), motion.force)
@@ -221,15 +232,20 @@ def arm_equation_rows(
 
 
 def _filtered(
-    arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, turns: Array, winding: BSpline
+    arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, turns: Array, winding: BSpline, held: HeldMotors
 ) -> _Motion:
     """Angles and log signals over their common time, through the first filter."""
     first, last = max(frame_time[0], signals.time[0]), min(frame_time[-1], signals.time[-1])
     grid = np.arange(first, last, 1 / FILTER_RATE_HZ)
     every = round(FILTER_RATE_HZ / PRODUCT_RATE_HZ)
 
+    rests = signals.at_rest(grid) & held.motors
+
+    def filtered(values: Array) -> Array:
+        return low_pass(values, FILTER_RATE_HZ, FACTOR_CUTOFF_HZ)[::every]
+
     def sampled(curve: BSpline) -> Array:
-        return low_pass(curve(grid), FILTER_RATE_HZ, FACTOR_CUTOFF_HZ)[::every]
+        return filtered(curve(grid))
 
     def smooth(values: Array) -> BSpline:
         return cubic_spline(grid, low_pass(values, FILTER_RATE_HZ, FACTOR_CUTOFF_HZ))
@@ -242,10 +258,10 @@ def _filtered(
         seen=smooth(cubic_spline(frame_time, alpha)(grid)),
         told=smooth(cubic_spline(frame_time, alpha + turns)(grid)),
         missed=(missed(0.0), missed(_OFFSET_STEP_S)),
-        force=sampled(signals.force),
-        dry_friction=sampled(signals.dry_friction),
-        friction_forms=tuple(sampled(form) for form in signals.friction_forms),
-        speed=sampled(signals.speed),
+        force=filtered(np.where(rests, make_interp_spline(frame_time, held.tension, k=1)(grid), signals.force(grid))),
+        dry_friction=filtered(~rests * signals.dry_friction(grid)),
+        friction_forms=tuple(filtered(~rests * form(grid)) for form in signals.friction_forms),
+        speed=filtered(~rests * signals.speed(grid)),
         command_rate=sampled(signals.command.derivative()),
         inertial=sampled(signals.inertial),
     )

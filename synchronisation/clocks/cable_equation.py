@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 FORCE_SCALE_N = 50.0
 """N: tensions are divided by this, so that powers of them stay near one"""
+MIN_COMPLIANCE_M_N = 1e-6
+"""m/N: no cable of an arm is stiffer; a polynomial may be where nothing tells it (docs/thresholds.md)"""
 MAX_LAG_S = 0.5
 """s: the most that a damped cable may lag behind its force; a lower limit pulls the clock where it is met (docs/thresholds.md)"""
 PRIOR_SIGMA = {
@@ -103,6 +105,12 @@ class CableRows:
     """(F, M, P), m"""
     by_parameter: Array
     """(F, M, K), of each cable's own parameters"""
+    tension: Array
+    """(F, M), N: force less what friction takes by its law"""
+    compliance: Array
+    """(F, M), m/N, positive"""
+    at_rest: NDArray[np.bool_]
+    """(F, M): the motor is at rest, where friction may hold it at any force"""
 
 
 class CableEquation:
@@ -219,6 +227,9 @@ class CableEquation:
             by_fv=-by_fv,
             by_geometry=np.zeros((*travel.shape, 0)),
             by_parameter=-np.stack([columns[name] for name in self.law.names], axis=-1),
+            tension=t,
+            compliance=np.maximum(compliance, MIN_COMPLIANCE_M_N),
+            at_rest=self._signals.at_rest(at),
         )
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.motor_rest import error_at_rest
 from mechanism.arm import Arm
 from synchronisation.clocks.arm_equation import ArmRows, arm_equation_rows
 from synchronisation.clocks.cable_equation import FORCE_SCALE_N, CableEquation, CableTerms
@@ -86,6 +87,9 @@ def align_finely(
     cables = CableEquation(signals, REPORTED.law)
     assumptions = replace(REPORTED, skew_scale=skew_scale)
     from_cables = solve_clock(problem, initial_unknowns(problem, offset, cables), assumptions, cables)
+    if error_at_rest(from_cables.residual, from_cables.rows.at_rest).any():
+        assumptions = replace(assumptions, motors_stick=True)
+        from_cables = solve_clock(problem, from_cables.unknowns, assumptions, from_cables.cables)
     problem = replace(problem, frames=frames.with_slopes_beside_noise(arm, from_cables.residual))
     explained = _with_or_without_memory(arm, problem, _sound_or_lossy(arm, problem, from_cables, assumptions))
     reported = explained.fit
@@ -120,6 +124,8 @@ class _Explained:
     rows: ArmRows
     """of the arm's equation, with the nuisances that were fitted"""
     assumptions: ModelAssumptions
+    tried: tuple[ClockSolution, ...] = ()
+    """fits with other assumptions that were not taken"""
 
 
 def _with_or_without_memory(arm: Arm, problem: ClockProblem, usual: _Explained) -> _Explained:
@@ -130,7 +136,7 @@ def _with_or_without_memory(arm: Arm, problem: ClockProblem, usual: _Explained) 
     remembering = replace(usual.assumptions, law=replace(usual.assumptions.law, memory=1.0))
     trial = _refitted(problem, usual, remembering, usual.rows, MAX_STEPS)
     if clock_misfit(trial.unknowns) > MAX_MEMORY_MISFIT * clock_misfit(usual.fit.unknowns):
-        return usual
+        return replace(usual, tried=(*usual.tried, trial))
     start = replace(trial, unknowns=replace(trial.unknowns, arm_parameters=np.zeros(0)))
     return _sound_or_lossy(arm, problem, start, remembering)
 
@@ -148,7 +154,7 @@ def _sound_or_lossy(
     start = replace(sound.unknowns, arm_parameters=parameters)
     lossy = solve_clock(problem, start, assumptions, sound.cables, rows, max_steps=ALTERNATIVE_STEPS)
     if clock_misfit(lossy.unknowns) > MAX_LOSSY_MISFIT * clock_misfit(sound.unknowns):
-        return _Explained(sound, rows.of_sound_arm(), assumptions)
+        return _Explained(sound, rows.of_sound_arm(), assumptions, (lossy,))
     return _Explained(*_with_arm(arm, problem, lossy, assumptions, lossy=True), assumptions)
 
 
@@ -184,6 +190,9 @@ def _alternatives(problem: ClockProblem, explained: _Explained) -> list[ClockSol
         laws.append(replace(reported.law, memory=OTHER_MEMORY))
     others = [replace(reported, law=law) for law in laws]
     fits = [_refitted(problem, explained, other, rows, ALTERNATIVE_STEPS) for other in others]
+    if explained.fit.held.motors.any():
+        # where friction holds motors the rest is not known as well as a sound arm's
+        fits += explained.tried
     for other in (replace(reported, **changes) for changes in OTHER_ASSUMPTIONS):
         wider = rows if other.joint_width == reported.joint_width else rows.with_joint_width(other.joint_width)
         fits.append(_refitted(problem, explained, other, wider, ALTERNATIVE_STEPS))
@@ -227,6 +236,7 @@ def _arm_rows_at(arm: Arm, problem: ClockProblem, from_cables: ClockSolution, as
         assumptions.joint_width,
         unknowns.offset,
         _dry_friction(unknowns, assumptions.law),
+        from_cables.held,
     )
 
 

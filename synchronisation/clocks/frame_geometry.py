@@ -75,13 +75,13 @@ class FrameGeometry:
             middle=self.middle,
         )
 
-    def whitening(self, cable_error: float, noise_scale: float = 1.0) -> Array:
+    def whitening(self, cable_error: float | Array, noise_scale: float = 1.0) -> Array:
         """Matrices (F, M, M) that make a frame's residuals independent and of unit variance.
 
-        cable_error: m, of the cables' law; noise_scale: true over stated noise of the angles."""
+        cable_error: m, of the cables' law, one or (F, M); noise_scale: true over stated noise of the angles."""
         cables = self.Z.shape[2]
         covariance = np.einsum("fij,fi,fik->fjk", self.Z, (noise_scale * self.sigma) ** 2, self.Z)
-        covariance += cable_error**2 * np.eye(cables)
+        covariance += np.square(cable_error)[..., None] * np.eye(cables)
         return np.linalg.inv(np.linalg.cholesky(covariance))
 
     def error_sizes(self, residual: Array) -> tuple[float, float]:

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from synchronisation.clocks.arm_equation import ArmRows
+from identification.motor_rest import MIN_OF_A_CLASS, error_at_rest
+from synchronisation.clocks.arm_equation import ArmRows, HeldMotors
 from synchronisation.clocks.cable_equation import CableEquation, CableRows, CableTerms
 from synchronisation.clocks.frame_geometry import FrameGeometry
 from synchronisation.clocks.gauss_newton_step import (
@@ -58,10 +59,27 @@ class ClockSolution:
     unknowns: ClockUnknowns
     equations: NormalEquations
     """of the last step"""
-    residual: Array
-    """(F, M), m: of the cables' equation"""
     cables: CableEquation
     """with the lag that was found"""
+    rows: CableRows
+    """of the cables' equation"""
+
+    @property
+    def residual(self) -> Array:
+        """Of the cables' equation, (F, M), m."""
+        return self.rows.residual
+
+    @property
+    def residual_rms(self) -> Array:
+        """Of each cable, (M,), m, but for frames in which friction holds its motor by a force that is not known."""
+        held = self.rows.at_rest & self.held.motors
+        return np.sqrt(np.mean(self.residual**2, axis=0, where=~held))
+
+    @property
+    def held(self) -> HeldMotors:
+        """Motors that friction holds at rest otherwise than by its law: elongations leave more there than else."""
+        tension = self.rows.tension + self.rows.residual / self.rows.compliance
+        return HeldMotors(self.unknowns.rest_error > 0, tension)
 
 
 def fit_cables(problem: ClockProblem, offset: float, cables: CableEquation, pulley_sigma: float = 0.0) -> ClockSolution:
@@ -86,6 +104,7 @@ def initial_unknowns(problem: ClockProblem, offset: float, cables: CableEquation
         cable_parameters=cables.initial_parameters(frames, offset),
         arm_parameters=np.zeros(0),
         cable_error=INITIAL_CABLE_ERROR_M,
+        rest_error=np.zeros(problem.fv.shape),
         noise_scale=1.0,
         torque_error=np.full(frames.alpha.shape[1], np.inf),
     )
@@ -108,7 +127,8 @@ def solve_clock(
     frame_weight = np.ones(len(frames.time))
     rows, lag_updates, equations = cables.rows(frames, unknowns), 0, None
     for step in range(max_steps):
-        whitening = frames.whitening(unknowns.cable_error, unknowns.noise_scale) * frame_weight[:, None, None]
+        error = unknowns.cable_errors(rows.at_rest)
+        whitening = frames.whitening(error, unknowns.noise_scale) * frame_weight[:, None, None]
         offset_before = unknowns.offset
         step_rows = StepRows(frames, rows, whitening, arm)
         gauss_newton = gauss_newton_step(step_rows, unknowns, assumptions, problem.fv, skew_fixed)
@@ -117,8 +137,7 @@ def solve_clock(
         if step:
             white = np.einsum("fij,fj->fi", whitening, rows.residual)
             frame_weight = _frame_weight(np.sqrt(np.mean(white**2, axis=1)) / frame_weight)
-        cable_error, noise_scale = frames.error_sizes(rows.residual)
-        unknowns = replace(unknowns, cable_error=cable_error, noise_scale=noise_scale)
+        unknowns = _with_error_sizes(unknowns, frames, rows, assumptions.motors_stick)
         tau = cables.lag(unknowns.cable_parameters)
         if lag_updates < MAX_LAG_UPDATES and step and np.max(np.abs(tau - cables.tau)) > LAG_TOLERANCE_S:
             cables, lag_updates = cables.with_lag(tau), lag_updates + 1
@@ -133,7 +152,23 @@ def solve_clock(
             "look at the elongations and forces of this recording, or give both a light",
         )
     assert equations is not None
-    return ClockSolution(unknowns, equations, rows.residual, cables)
+    return ClockSolution(unknowns, equations, cables, rows)
+
+
+def _with_error_sizes(
+    unknowns: ClockUnknowns, frames: FrameGeometry, rows: CableRows, motors_stick: bool
+) -> ClockUnknowns:
+    """The unknowns with the errors of cables and angles. Where motors stick these are of the frames in which all turn, if they are
+    enough, beside what more a cable errs by in those in which its motor is at rest."""
+    if not motors_stick:
+        cable_error, noise_scale = frames.error_sizes(rows.residual)
+        return replace(unknowns, cable_error=cable_error, noise_scale=noise_scale)
+    turning = ~rows.at_rest.any(axis=1)
+    if turning.sum() < MIN_OF_A_CLASS:
+        turning[:] = True
+    cable_error, noise_scale = frames.part(turning).error_sizes(rows.residual[turning])
+    rest_error = error_at_rest(rows.residual, rows.at_rest)
+    return replace(unknowns, cable_error=cable_error, noise_scale=noise_scale, rest_error=rest_error)
 
 
 def _downhill(step: Step, before: StepRows, cables: CableEquation) -> tuple[ClockUnknowns, CableRows]:

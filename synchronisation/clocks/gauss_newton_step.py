@@ -51,6 +51,8 @@ class ModelAssumptions:
     """by how much further than usual clocks may run apart"""
     pulley_sigma: float = 0.0
     """relative standard deviation of pulleys' radii where the cables alone are fitted"""
+    motors_stick: bool = False
+    """friction may hold motors at rest by any force up to its greatest: what it is there no law of theirs says"""
 
 
 @dataclass(frozen=True)

@@ -147,7 +147,7 @@ def _from_cables_and_arm(motion: AlignedMotion, log: Series) -> ClockEstimate:
         middle=fine.frames.middle,
         correlation=motion.coarse.correlation,
         second_peak=motion.coarse.second_peak,
-        residual_rms=np.sqrt(np.mean(fine.fit.residual**2, axis=0)),
+        residual_rms=fine.fit.residual_rms,
         source="cables and arm",
         lost=explanation.lost,
         repaired=motion.repaired,

@@ -15,6 +15,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from identification.dataset.series import Series
 from identification.filters import first_order_lag, low_pass
+from identification.motor_rest import rests_near
 from mechanism.arm import Arm
 from mechanism.bristles import BEND_WIDTHS_RAD, mean_bend
 from state_estimation.elongation_regressors import at_step_ends, friction_over_steps
@@ -62,6 +63,8 @@ class LogSignals:
     """theta', rad/s"""
     has_force: bool
     """whether the log holds forces; without them f is taken as zero"""
+    rest: BSpline
+    """1 where the motor is at rest, or so soon before or after that the filter mixes what friction does, else 0"""
 
     @cached_property
     def tension_parts(self) -> Array:
@@ -69,6 +72,10 @@ class LogSignals:
         curves = (self.force, self.dry_friction, *self.friction_forms, self.speed)
         values = [*(curve(self.time) for curve in curves), self.command(self.time, 1), self.inertial(self.time)]
         return np.stack(values, axis=1)
+
+    def at_rest(self, at: Array) -> NDArray[np.bool_]:
+        """Whether each motor is at rest around log times (F,), s: (F, M)."""
+        return np.asarray(self.rest(at) > 0.5)
 
     def late(self, by: float, smeared: bool) -> "LogSignals":
         """The signals if commands acted later by `by`, s, than the log says: all at once, or smeared by a first-order lag."""
@@ -120,6 +127,7 @@ def log_signals_of(arm: Arm, log: Series) -> LogSignals:
         friction_forms=tuple(curve(of_means(form)) for form in forms),
         speed=curve(cubic_spline(log.time, smooth)(log.time, 1)),
         has_force=has_force,
+        rest=curve(rests_near(theta, rate).astype(float)),
     )
 
 
@@ -147,6 +155,7 @@ def relabelled(signals: LogSignals, order: Sequence[int], sign: int) -> LogSigna
         friction_forms=tuple(curve(form, sign) for form in s.friction_forms),
         speed=curve(s.speed, sign),
         has_force=s.has_force,
+        rest=curve(s.rest, 1),
     )
 
 

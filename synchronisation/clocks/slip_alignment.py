@@ -48,7 +48,7 @@ class Explanation:
     def cost(self, count: int) -> float:
         """-2 log of the likelihood of so many frames, but for a constant: of the cables' residuals with errors as they came out."""
         frames, fit = self.fine.frames, self.fine.fit
-        whitening = frames.whitening(fit.unknowns.cable_error, fit.unknowns.noise_scale)
+        whitening = frames.whitening(fit.unknowns.cable_errors(fit.rows.at_rest), fit.unknowns.noise_scale)
         white = np.einsum("fij,fj->fi", whitening, fit.residual)
         of_size = -2 * np.log(np.diagonal(whitening, axis1=1, axis2=2))
         of_frame = float(np.mean(np.sum(white**2 + of_size, axis=1)))

@@ -28,7 +28,13 @@ class ClockUnknowns:
     """(M + Q,): fs of the motors, N, then the nuisances of the arm's equation; empty as long as that is not used"""
     cable_error: float
     """m: standard deviation of what the cables' law does not explain"""
+    rest_error: Array
+    """(M,), m: standard deviation of what more is not explained while a cable's motor is at rest"""
     noise_scale: float
     """true over stated standard deviation of the angles"""
     torque_error: Array
     """(N,), N m: standard deviation of what the arm's equation does not explain"""
+
+    def cable_errors(self, at_rest: NDArray[np.bool_]) -> Array:
+        """Standard deviation of what the cables' law does not explain, (F, M), m, of frames in which motors are at rest, (F, M)."""
+        return np.hypot(self.cable_error, np.where(at_rest, self.rest_error, 0.0))

@@ -16,7 +16,7 @@ BIAS_S, DELAY_BIAS_S = 8e-6, 1e-5
 """by filters, which no fit shows"""
 
 
-def fit(offset: float, skew: float, delay: float, sigma: float, misfit: float = 1.0) -> Any:
+def fit(offset: float, skew: float, delay: float, sigma: float, misfit: float = 1.0, held: bool = False) -> Any:
     """A solution with `sigma` s of noise in offset and delay, and sigma/20 s in the skew."""
     variance = sigma**2 * np.array([1.0, 1 / (20 * SKEW_SCALE) ** 2, 1.0])
     return SimpleNamespace(
@@ -32,7 +32,9 @@ def fit(offset: float, skew: float, delay: float, sigma: float, misfit: float = 
         ),
         equations=SimpleNamespace(covariance=lambda count: np.diag(variance)[:count, :count]),
         residual=np.zeros((1200, 4)),
+        rows=SimpleNamespace(at_rest=np.zeros((1200, 4), dtype=bool)),
         cables=SimpleNamespace(tau=0.0),
+        held=SimpleNamespace(motors=np.array([False, held, False, False])),
     )
 
 
@@ -98,6 +100,15 @@ def test_a_model_that_explains_less_has_no_say(
     monkeypatch.setattr(fine_alignment, "_refitted", lambda *_: fit(1.1, 0.0, 0.0, 1e-6, misfit))
     found = fine_alignment._alternatives(SimpleNamespace(signals=None), explained)  # type: ignore[arg-type]
     assert len(found) == (others if counts else 0)
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_where_friction_holds_motors_what_was_not_taken_has_a_say(held: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    explained = with_memory(fit(1.0, 0.0, 0.0, 1e-6, held=held), 0.0)
+    explained = replace(explained, tried=(fit(1.2, 0.0, 0.0, 1e-6, 1.1), fit(1.3, 0.0, 0.0, 1e-6, 1.2)))
+    monkeypatch.setattr(fine_alignment, "_refitted", lambda *_: fit(1.1, 0.0, 0.0, 1e-6, 1.2))
+    found = fine_alignment._alternatives(SimpleNamespace(signals=None), explained)  # type: ignore[arg-type]
+    assert [other.unknowns.offset for other in found] == [1.2] * held
 
 
 def with_memory(solution: Any, memory: float) -> Any:
