@@ -95,7 +95,8 @@ class ArrayProblem(Problem):
         out = []
         along = f"sign({DIRECTION})" if DIRECTION in self.values else ""
         for name, values in self.values.items():
-            kind: Kind = "turn" if name in self.turns else "time" if name == "time" else "line"
+            usual: Kind = "time" if name == "time" else "arc" if name == "joint_angle" else "line"
+            kind: Kind = "turn" if name in self.turns else usual
             basis, unit = FineBasis.of([values], kind == "turn"), UNITS.get(name, "1")
             out.append(Candidate("", (name,), unit, kind, basis))
             if along and name != DIRECTION:

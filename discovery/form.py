@@ -11,8 +11,10 @@ from discovery.fine_basis import HARMONICS, FineBasis
 
 Array = NDArray[np.float64]
 Constants = Mapping[str, float]
-Kind = Literal["turn", "line", "time"]
-"""of a variable: what comes round with a turn, any other, and time"""
+Kind = Literal["turn", "line", "arc", "time"]
+"""of a variable: what comes round with a turn, any other, one along which a law may come again, and time"""
+
+_LINES: tuple[Kind, ...] = ("line", "arc")
 
 _PLACES = np.linspace(0.08, 0.92, 15)
 """shares of a variable's range at which a bump or a hinge is tried"""
@@ -26,6 +28,8 @@ _LEVELS = (0.08, 0.15, 0.3, 0.5, 0.8, 1.5)
 """where a saturating law bends, in shares of the largest size"""
 _FREE_SHARES = (0.08, 0.15, 0.3, 0.45, 0.6, 0.75)
 """of the largest size, within which nothing acts"""
+_WAVES = np.arange(0.75, 3.6, 0.25)
+"""in the whole range of a variable"""
 _TIMES = (0.08, 0.15, 0.3, 0.6, 1.2)
 """of an exponential, in shares of the time"""
 SMOOTH = "smooth"
@@ -62,6 +66,8 @@ class Form:
             if power == 0 or variable == "1":
                 return target
             return "1" if power == 1 and variable == target else f"{target}/{_powered(variable, power)}"
+        if name == "wavenumber":
+            return "1" if variable == "1" else f"1/{variable}"
         return "1" if name in ("count", "side", "exponent") else variable
 
 
@@ -82,7 +88,7 @@ def _polynomial(degree: int) -> Form:
     powers = range(1, degree + 1)
     return Form(
         name="polynomial",
-        kinds=("line", "time"),
+        kinds=(*_LINES, "time"),
         rank=degree - 1,
         amounts=tuple(f"a{n}" for n in powers),
         columns=lambda x, c: _stack(*(x**n for n in powers)),
@@ -160,8 +166,18 @@ FORMS = (
         fixed=("count",),
     ),
     Form(
+        name="wave",
+        kinds=("arc",),
+        rank=3,
+        amounts=("cosine", "sine"),
+        columns=lambda x, c: _stack(np.cos(c["wavenumber"] * x), np.sin(c["wavenumber"] * x)),
+        starts=lambda basis: tuple({"wavenumber": 2 * np.pi * n / (basis.high - basis.low)} for n in _WAVES),
+        equation="cosine cos(wavenumber x) + sine sin(wavenumber x)",
+        constants=("wavenumber",),
+    ),
+    Form(
         name="power",
-        kinds=("line",),
+        kinds=_LINES,
         rank=1,
         amounts=("height",),
         columns=_power,
@@ -184,7 +200,7 @@ FORMS = (
     ),
     Form(
         name="hinge",
-        kinds=("line", "time"),
+        kinds=(*_LINES, "time"),
         rank=2,
         amounts=("slope",),
         columns=lambda x, c: np.maximum(c["side"] * (x - c["place"]), 0.0)[..., None],
@@ -206,7 +222,7 @@ FORMS = (
     ),
     Form(
         name="saturating",
-        kinds=("line",),
+        kinds=_LINES,
         rank=2,
         amounts=("height",),
         columns=lambda x, c: np.tanh(x / c["level"])[..., None],
@@ -217,7 +233,7 @@ FORMS = (
     _polynomial(3),
     Form(
         name="dead zone",
-        kinds=("line",),
+        kinds=_LINES,
         rank=3,
         amounts=("slope",),
         columns=lambda x, c: (np.sign(x) * np.maximum(np.abs(x) - c["level"], 0.0))[..., None],
@@ -227,7 +243,7 @@ FORMS = (
     ),
     Form(
         name="bump",
-        kinds=("line", "time"),
+        kinds=(*_LINES, "time"),
         rank=3,
         amounts=("height",),
         columns=_bump,
@@ -247,7 +263,7 @@ FORMS = (
     ),
     Form(
         name="levelling off",
-        kinds=("line",),
+        kinds=_LINES,
         rank=3,
         amounts=("slope", "height"),
         columns=lambda x, c: _stack(x, np.tanh(x / c["level"])),
@@ -257,7 +273,7 @@ FORMS = (
     ),
     Form(
         name=SMOOTH,
-        kinds=("line", "time"),
+        kinds=(*_LINES, "time"),
         rank=9,
         amounts=tuple(f"h{i}" for i in range(1, SMOOTH_PIECES + 1)),
         columns=_smooth,
