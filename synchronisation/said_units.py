@@ -26,15 +26,22 @@ def check_units(
 ) -> None:
     """Raises Refused where a column is in another unit than neck.yaml takes its numbers in.
 
-    angles, forces: the motors' columns; below_header: what a row of units holds, by column, where there is one."""
+    A scale of a motor that is given may hold more than the unit, as the gear of an angle at the drum: only one that nobody gave is
+    known to be wrong. angles, forces: the motors' columns; below_header: what a row of units holds, by column, where there is one.
+    """
     time = neck.log.time_column
-    if (unit := _unit(below_header.get(time, ""))) in TIME_SCALES:
-        _check(path, time, unit, "log.time_scale", neck.log.time_scale, TIME_SCALES[unit])
+    unit = _unit(below_header.get(time, ""))
+    if unit in TIME_SCALES and not np.isclose(neck.log.time_scale, TIME_SCALES[unit], rtol=_SAME):
+        raise _another(path, time, unit, "log.time_scale", "s", neck.log.time_scale, TIME_SCALES[unit])
     for motor, angle, force in zip(neck.motors, angles, forces, strict=True):
-        if unit := _said_of(angle, below_header):
-            _check(path, angle, unit, "motors[].theta_scale", motor.theta_scale, ANGLE_SCALES.get(unit))
-        if unit := _said_of(force, below_header):
-            _check(path, force, unit, "motors[].f_scale", abs(motor.f_scale), FORCE_SCALES.get(unit))
+        unit = _said_of(angle, below_header)
+        if unit and motor.theta_scale == 1.0 != ANGLE_SCALES.get(unit):
+            raise _another(path, angle, unit, "motors[].theta_scale", "rad of the motor", 1.0, ANGLE_SCALES.get(unit))
+        unit = _said_of(force, below_header)
+        if unit and abs(motor.f_scale) == 1.0 != FORCE_SCALES.get(unit):
+            raise _another(
+                path, force, unit, "motors[].f_scale", "N on the cable", motor.f_scale, FORCE_SCALES.get(unit)
+            )
 
 
 def _said_of(column: str, below_header: Mapping[str, str]) -> str:
@@ -48,15 +55,9 @@ def _unit(text: str) -> str:
     return known[0] if known else ""
 
 
-def _check(path: Path, column: str, unit: str, key: str, scale: float, known: float | None) -> None:
-    """Refuses a scale that is not the unit's; where that is not known by the unit alone, one that nobody has given."""
-    if known is not None and not np.isclose(scale, known, rtol=_SAME):
-        said = f"column {column} is in {quoted(unit)}, and {key} of neck.yaml is {scale:.6g}"
-        raise Refused(path, said, f"write {key}: {known:.6g}, or correct the unit that the file says")
-    if known is None and scale == 1.0:
-        said = f"column {column} is in {quoted(unit)}, which neck.yaml's {key} does not say in {_PLAIN[key]}"
-        raise Refused(path, said, f"write {key}, {_PLAIN[key]} per {unit}; `xneck logs {path.name}` helps")
-
-
-_PLAIN = {"log.time_scale": "s", "motors[].theta_scale": "rad of the motor", "motors[].f_scale": "N on the cable"}
-"""in what neck.yaml's scales are, of one unit of the log"""
+def _another(path: Path, column: str, unit: str, key: str, per_unit: str, scale: float, known: float | None) -> Refused:
+    """The refusal of a column in a unit that a key of neck.yaml does not say; known: what that is, where the unit tells it."""
+    what = f"column {column} is in {quoted(unit)}, and {key} of neck.yaml is {scale:.6g}"
+    told = "" if known is None else f": {known:.6g}"
+    helps = f"; `xneck logs {path.name}` helps" if known is None else ", or correct the unit that the file says"
+    return Refused(path, what, f"write {key}{told}, {per_unit} per {unit}{helps}")

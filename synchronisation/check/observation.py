@@ -86,13 +86,15 @@ def observe(
     if np.sum(complete) < MIN_FRAMES:
         count = f"only {np.sum(complete)} frames with all angles are within the log's time"
         raise Refused("check", count, "does the camera's clock belong to this log?")
-    seen = frames.time[complete]
-    x = elongation(arm, frames.alpha[complete], interpolated(seen, motors.time, motors.theta))
-    complete[complete] = _where_motors_turn(absolute_law(arm, motors, seen, x, friction), motors, seen, x)
     time, alpha = frames.time[complete], frames.alpha[complete]
     theta = interpolated(time, motors.time, motors.theta)
     x = elongation(arm, alpha, theta)
     law = absolute_law(arm, motors, time, x, friction)
+    turning = _where_motors_turn(law, motors, time, x)
+    if not turning.all():
+        complete[complete] = turning
+        time, alpha, theta, x = time[turning], alpha[turning], theta[turning], x[turning]
+        law = absolute_law(arm, motors, time, x, friction)
     return ElongationObservation(
         arm=arm,
         time=time,
