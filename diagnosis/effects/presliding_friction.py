@@ -14,5 +14,5 @@ class PreslidingFriction(LawEffect):
     law = "presliding_friction"
     terms = law_terms("presliding_friction", "fp")
     shape_terms = law_terms("presliding_friction", "wp")
-    start_shapes = tuple({"wp": v} for v in (0.01, 0.04, 0.16, 0.64, 2.5))
+    start_shapes = tuple({"wp": v} for v in (0.01, 0.04, 0.16))
     order = 2
