@@ -25,7 +25,7 @@ def rests_near(theta: Array, rate: float) -> NDArray[np.bool_]:
     rows = np.arange(len(theta))
     after, before = np.minimum(rows + half, len(theta) - 1), np.maximum(rows - half, 0)
     at_rest = np.abs(theta[after] - theta[before]) * rate < REST_SPEED_RAD_S * (after - before)[:, None]
-    return maximum_filter1d(at_rest, 2 * round(_MARGIN_S * rate) + 1, axis=0)
+    return np.asarray(maximum_filter1d(at_rest, 2 * round(_MARGIN_S * rate) + 1, axis=0), dtype=bool)
 
 
 def error_at_rest(residual: Array, at_rest: NDArray[np.bool_]) -> Array:

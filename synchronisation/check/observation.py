@@ -119,5 +119,5 @@ def _where_motors_turn(law: AbsoluteLaw, motors: Motors, time: Array, x: Array) 
     at_rest = rests_near(motors.theta, 1 / step)[np.clip(rows, 0, len(motors.time) - 1)]
     explained = [law.X[:, j] @ np.linalg.lstsq(law.X[:, j], x[:, j], rcond=None)[0] for j in range(x.shape[1])]
     held = error_at_rest(x - np.stack(explained, axis=-1), at_rest) > 0
-    turning = ~(at_rest & held).any(axis=1)
+    turning = ~np.asarray((at_rest & held).any(axis=1))
     return turning if turning.sum() >= MIN_TURNING_FRAMES else np.ones_like(turning)

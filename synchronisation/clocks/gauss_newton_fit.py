@@ -163,7 +163,7 @@ def _with_error_sizes(
     if not motors_stick:
         cable_error, noise_scale = frames.error_sizes(rows.residual)
         return replace(unknowns, cable_error=cable_error, noise_scale=noise_scale)
-    turning = ~rows.at_rest.any(axis=1)
+    turning = ~np.asarray(rows.at_rest.any(axis=1))
     if turning.sum() < MIN_OF_A_CLASS:
         turning[:] = True
     cable_error, noise_scale = frames.part(turning).error_sizes(rows.residual[turning])
