@@ -15,6 +15,7 @@ Kind = Literal["turn", "line", "arc", "time"]
 """of a variable: what comes round with a turn, any other, one along which a law may come again, and time"""
 
 _LINES: tuple[Kind, ...] = ("line", "arc")
+"""kinds of what never comes round"""
 
 _PLACES = np.linspace(0.08, 0.92, 15)
 """shares of a variable's range at which a bump or a hinge is tried"""
@@ -97,6 +98,11 @@ def _polynomial(degree: int) -> Form:
     )
 
 
+def _cosine_and_sine(of: str) -> Callable[[Array, Constants], Array]:
+    """Of a variable times the constant of a name."""
+    return lambda x, c: _stack(np.cos(c[of] * x), np.sin(c[of] * x))
+
+
 def _harmonic_starts(basis: FineBasis) -> tuple[Constants, ...]:
     return tuple({"count": float(n)} for n in range(1, HARMONICS + 1))
 
@@ -159,21 +165,11 @@ FORMS = (
         kinds=("turn",),
         rank=1,
         amounts=("cosine", "sine"),
-        columns=lambda x, c: _stack(np.cos(c["count"] * x), np.sin(c["count"] * x)),
+        columns=_cosine_and_sine("count"),
         starts=_harmonic_starts,
         equation="cosine cos(count x) + sine sin(count x)",
         constants=("count",),
         fixed=("count",),
-    ),
-    Form(
-        name="wave",
-        kinds=("arc",),
-        rank=3,
-        amounts=("cosine", "sine"),
-        columns=lambda x, c: _stack(np.cos(c["wavenumber"] * x), np.sin(c["wavenumber"] * x)),
-        starts=lambda basis: tuple({"wavenumber": 2 * np.pi * n / (basis.high - basis.low)} for n in _WAVES),
-        equation="cosine cos(wavenumber x) + sine sin(wavenumber x)",
-        constants=("wavenumber",),
     ),
     Form(
         name="power",
@@ -240,6 +236,16 @@ FORMS = (
         starts=lambda basis: tuple({"level": share * _size(basis)} for share in _FREE_SHARES),
         equation="slope sign(x) max(|x| - level, 0)",
         constants=("level",),
+    ),
+    Form(
+        name="wave",
+        kinds=("arc",),
+        rank=3,
+        amounts=("cosine", "sine"),
+        columns=_cosine_and_sine("wavenumber"),
+        starts=lambda basis: tuple({"wavenumber": 2 * np.pi * n / (basis.high - basis.low)} for n in _WAVES),
+        equation="cosine cos(wavenumber x) + sine sin(wavenumber x)",
+        constants=("wavenumber",),
     ),
     Form(
         name="bump",

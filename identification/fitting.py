@@ -95,15 +95,10 @@ class _Problem:
         """The recordings, their cables remembering by the laws at p."""
         return [remembering_by_motors(s, self.unknowns, p, r) for r, s in enumerate(self.recordings)]
 
-    def rows(self, p: Array) -> list[ResidualRows]:
-        """Residuals and derivatives of every recording at p."""
-        return [residual_rows(s, self.unknowns, p, r) for r, s in enumerate(self.recordings_at(p))]
-
-    def instruments(self, p: Array) -> list[Array]:
-        """Derivatives of every recording by its motors alone at p."""
-        u = self.unknowns
-        motors = [instrument_signals(s, u, p, r) for r, s in enumerate(self.recordings_at(p))]
-        return [residual_rows(s, u, p, r).jacobian for r, s in enumerate(motors)]
+    def rows(self, p: Array, recordings: Sequence[Signals] | None = None) -> list[ResidualRows]:
+        """Residuals and derivatives of every recording at p; recordings: in the place of those of `recordings_at`, or the same."""
+        recordings = recordings or self.recordings_at(p)
+        return [residual_rows(s, self.unknowns, p, r) for r, s in enumerate(recordings)]
 
     def whitened(self, whiten: Whitener, values: Sequence[Array]) -> list[Array]:
         """Values (C, S, ...) of every recording, whitened."""
@@ -133,20 +128,21 @@ def fit_laws(
     """
     problem = _problem(recordings, u, priors)
     first, whiten = _least_squares(problem, u.start() if start is None else start, noise)
-    rows = problem.rows(first)
-    instruments = problem.instruments(first)
+    at_first = problem.recordings_at(first)
+    rows = problem.rows(first, at_first)
+    motors = [instrument_signals(s, u, first, r) for r, s in enumerate(at_first)]
+    instruments = [f.jacobian for f in problem.rows(first, motors)]
     instrumented = np.any(
         [np.abs(i - f.jacobian).max(axis=(0, 1)) > 0 for i, f in zip(instruments, rows, strict=True)], axis=0
     )
     Zi = problem.whitened(whiten, instruments)
     free = ~_at_bound(u, first)
     p = _instrument_estimate(problem, whiten, Zi, first, free)
-    rows = problem.rows(p)
+    at_p = problem.recordings_at(p)
+    rows = problem.rows(p, at_p)
     J = problem.whitened(whiten, [f.jacobian for f in rows])
     e = problem.whitened(whiten, noise or [f.residual for f in rows])
-    shared = problem.whitened(
-        whiten, [shared_error_residuals(s, u, p, r) for r, s in enumerate(problem.recordings_at(p))]
-    )
+    shared = problem.whitened(whiten, [shared_error_residuals(s, u, p, r) for r, s in enumerate(at_p)])
     by_instruments, by_least_squares = (_influences(problem, columns, J, e, shared, free) for columns in (Zi, J))
     difference = np.concatenate(by_instruments[:2]) - np.concatenate(by_least_squares[:2])
     information = np.asarray(sum(np.einsum("csp,csq->pq", j, j) for j in J)) + problem.prior.information

@@ -14,7 +14,7 @@ from mechanism.cable_lengths import Z
 from mechanism.elasticity import elongation
 from state_estimation.cable_equations import CABLE_HZ, CableEquations, cable_measurements, cable_rows
 from state_estimation.elongation_error_spectrum import ErrorSpectrum, fit_error_spectrum, white_spectrum
-from state_estimation.elongation_law import ElongationLaw, fitted, law_of
+from state_estimation.elongation_law import ElongationLaw, fitted, law_of, left_by
 from state_estimation.elongation_regressors import TENSION
 from state_estimation.fast_motion import fast_motion_variance
 from state_estimation.fusion import SplineSolution, solve_splines, vision_equations, vision_misfit
@@ -128,8 +128,7 @@ def _elongation_law(arm: Arm, motors: Motors, time: Array, x: Array) -> tuple[El
 
 def _misfit(X: Array, x: Array) -> float:
     """Mean square, over frames and cables, of what regressors X (F, M, P) leave of x (F, M), m^2."""
-    explained = [X[:, j] @ np.linalg.lstsq(X[:, j], x[:, j], rcond=None)[0] for j in range(x.shape[1])]
-    return float(np.mean((x - np.stack(explained, axis=-1)) ** 2))
+    return float(np.mean(left_by(X, x) ** 2))
 
 
 def _stride(motors: Motors) -> int:

@@ -77,6 +77,12 @@ class ElongationLaw:
         return replace(self, motors=motors, signals=force_signals(self.arm, motors))
 
 
+def left_by(X: Array, x: Array) -> Array:
+    """What regressors X (F, M, P) leave of elongations x (F, M), m, by least squares of each cable: (F, M), m."""
+    explained = [X[:, j] @ np.linalg.lstsq(X[:, j], x[:, j], rcond=None)[0] for j in range(x.shape[1])]
+    return x - np.stack(explained, axis=-1)
+
+
 def law_of(arm: Arm, motors: Motors, seen_time: Array, seen_x: Array) -> ElongationLaw:
     """The law whose friction and lag fit elongations seen_x (F, M), m, at seen_time (F,), s, best."""
     law = ElongationLaw(

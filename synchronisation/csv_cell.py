@@ -28,6 +28,11 @@ def has_decimal_comma(cell: str) -> bool:
     return re.fullmatch(_DECIMAL_COMMA, cell.strip()) is not None
 
 
+def unit_in(cell: str) -> str:
+    """What a cell of a row of units says, without the brackets that some programs put around it."""
+    return cell.strip().strip("[]()")
+
+
 def number_in(cell: str) -> float:
     """The number in a cell, NaN for an empty one. Raises ValueError, also for 1_0, which Python alone takes for 10."""
     if "_" in cell:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series
-from synchronisation.csv_cell import is_number, not_a_number, number_in
+from synchronisation.csv_cell import is_number, not_a_number, number_in, unit_in
 from synchronisation.csv_header import (
     WrittenOtherwise,
     missing_columns,
@@ -124,7 +124,7 @@ def _row_of_units(path: Path, rows: Iterator[tuple[int, list[str]]]) -> list[str
     line, row = next(rows, (0, []))
     if any(cell.strip() and is_number(cell) for cell in row):
         raise Refused(path, f"row {line} holds numbers, and no units", "leave log: {units_row: true} out of neck.yaml")
-    return [cell.strip().strip("[]()") for cell in row]
+    return [unit_in(cell) for cell in row]
 
 
 def _no_numbers(path: Path, line: int, cells: Mapping[str, str], row: Sequence[str], below: Sequence[str]) -> Refused:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from identification.dataset.series import Array
 from identification.files import joint_state, ros_bag
+from synchronisation.csv_cell import unit_in
 from synchronisation.csv_header import parted_by_spaces, refuse_header_again
 from synchronisation.csv_layout import layout_of, refuse_lines_above_header
 from synchronisation.csv_lines import numbered_rows
@@ -82,7 +83,7 @@ def _csv_contents(path: Path) -> LogContents:
             refuse_header_again(path, line, header, row)
     table = [(line, row) for line, row in rows if len(row) == len(header)]
     units_row = layout.units if layout and table and table[0][0] == layout.units else None
-    units = [cell.strip().strip("[]()") for cell in table.pop(0)[1]] if units_row else []
+    units = [unit_in(cell) for cell in table.pop(0)[1]] if units_row else []
     if len(table) < 2:
         raise Refused(path, "has a header and no two rows of numbers", "record longer")
     columns: dict[str, Array] = {}

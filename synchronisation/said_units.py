@@ -34,14 +34,13 @@ def check_units(
     if unit in TIME_SCALES and not np.isclose(neck.log.time_scale, TIME_SCALES[unit], rtol=_SAME):
         raise _another(path, time, unit, "log.time_scale", "s", neck.log.time_scale, TIME_SCALES[unit])
     for motor, angle, force in zip(neck.motors, angles, forces, strict=True):
-        unit = _said_of(angle, below_header)
-        if unit and motor.theta_scale == 1.0 != ANGLE_SCALES.get(unit):
-            raise _another(path, angle, unit, "motors[].theta_scale", "rad of the motor", 1.0, ANGLE_SCALES.get(unit))
-        unit = _said_of(force, below_header)
-        if unit and abs(motor.f_scale) == 1.0 != FORCE_SCALES.get(unit):
-            raise _another(
-                path, force, unit, "motors[].f_scale", "N on the cable", motor.f_scale, FORCE_SCALES.get(unit)
-            )
+        for column, key, scale, per_unit, scales in (
+            (angle, "motors[].theta_scale", motor.theta_scale, "rad of the motor", ANGLE_SCALES),
+            (force, "motors[].f_scale", motor.f_scale, "N on the cable", FORCE_SCALES),
+        ):
+            unit = _said_of(column, below_header)
+            if unit and abs(scale) == 1.0 != scales.get(unit):
+                raise _another(path, column, unit, key, per_unit, scale, scales.get(unit))
 
 
 def _said_of(column: str, below_header: Mapping[str, str]) -> str:

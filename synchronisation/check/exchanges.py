@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanism.cable_lengths import lengths
+from state_estimation.elongation_law import left_by
 from synchronisation.check.observation import ElongationObservation
 from synchronisation.swapped_order import swapped_order
 
@@ -74,5 +75,4 @@ def _residual_rms(observation: ElongationObservation, alpha: Array, theta: Array
         x = lengths(arm, alpha) + arm.drum * theta
     if not np.isfinite(x).all():
         return np.inf
-    residuals = [x[:, j] - X[:, j] @ np.linalg.lstsq(X[:, j], x[:, j], rcond=None)[0] for j in range(arm.M)]
-    return float(np.sqrt(np.mean(np.square(residuals))))
+    return float(np.sqrt(np.mean(left_by(X, x) ** 2)))

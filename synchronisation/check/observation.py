@@ -12,6 +12,7 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.elasticity import elongation
 from mechanism.tolerance import Tolerance
+from state_estimation.elongation_law import left_by
 from state_estimation.elongation_regressors import VISCOUS
 from state_estimation.motors import Motors
 from synchronisation.check.absolute_law import AbsoluteLaw, absolute_law
@@ -117,7 +118,6 @@ def _where_motors_turn(law: AbsoluteLaw, motors: Motors, time: Array, x: Array) 
     step = float(np.mean(np.diff(motors.time)))
     rows = np.rint((time - motors.time[0]) / step).astype(int)
     at_rest = rests_near(motors.theta, 1 / step)[np.clip(rows, 0, len(motors.time) - 1)]
-    explained = [law.X[:, j] @ np.linalg.lstsq(law.X[:, j], x[:, j], rcond=None)[0] for j in range(x.shape[1])]
-    held = error_at_rest(x - np.stack(explained, axis=-1), at_rest) > 0
+    held = error_at_rest(left_by(law.X, x), at_rest) > 0
     turning = ~np.asarray((at_rest & held).any(axis=1))
     return turning if turning.sum() >= MIN_TURNING_FRAMES else np.ones_like(turning)

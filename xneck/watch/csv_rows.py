@@ -6,6 +6,7 @@ import numpy as np
 
 from identification.dataset.series import Series
 from mechanism.description import Neck
+from synchronisation.csv_cell import unit_in
 from synchronisation.csv_layout import COMMENT
 from synchronisation.csv_table import row_numbers, table_columns, unreadable
 from synchronisation.encoder_log import check_column_units, check_columns, csv_format, log_columns, mapped_columns
@@ -29,6 +30,7 @@ class CsvRows:
         self._places: dict[str, int] | None = None
         self._lines_read = 0
         self._units_awaited = self._written.units_row
+        self._units: dict[str, str] = {}
 
     def new(self) -> Series | None:
         """Rows that came since the last call, in columns theta, f and led; None where none did.
@@ -54,10 +56,8 @@ class CsvRows:
             if self._header and self._units_awaited and numbered:
                 (_, units), *numbered = numbered
                 self._units_awaited = False
-                cells = (
-                    cell.strip().strip("[]()") for cell in next(csv.reader([units], delimiter=self._written.separator))
-                )
-                check_column_units(self._source.path, self._neck, dict(zip(self._header, cells, strict=False)))
+                cells = next(csv.reader([units], delimiter=self._written.separator))
+                self._units = dict(zip(self._header, map(unit_in, cells), strict=False))
             rows = list(csv.reader([line for _, line in numbered], delimiter=self._written.separator))
         except (UnicodeDecodeError, csv.Error) as error:
             raise unreadable(self._source.path, error) from error
@@ -66,10 +66,10 @@ class CsvRows:
         if self._places is None:
             required, optional = log_columns(self._neck)
             path = self._source.path
+            check_column_units(path, self._neck, self._units)
             self._places = table_columns(
                 path, self._header, iter(rows[:1]), (self._written.time_column, *required), optional
             )
-            check_column_units(path, self._neck, {})
             check_columns(path, self._places, self._neck)
         values = np.array([self._numbers(line, row) for (line, _), row in zip(numbered, rows, strict=True)])
         series = Series(values[:, 0], {name: values[:, k] for k, name in enumerate(self._places) if k})
