@@ -18,7 +18,7 @@ from tests.paths import NECK_FILE
 
 CONSTANTS = {
     "count": 7.0, "exponent": 1.5, "size": 50.0, "tau": 0.1, "begin": 0.0, "place": 0.05, "side": 1.0,
-    "level": 30.0, "width": 0.5, "low": -1.0, "high": 1.0,
+    "level": 30.0, "width": 0.5, "low": -1.0, "high": 1.0, "wavenumber": 16.0,
 }  # fmt: skip
 
 
@@ -81,6 +81,7 @@ def test_a_law_does_nothing_at_zero_and_moves_the_arm_elsewhere(name: str) -> No
         "cable.harmonic.motor_angle",
         "cable.exponential.time",
         "joint.hinge.joint_angle",
+        "joint.wave.joint_angle",
         "joint.hinge.joint_angle.over_1_to_2",
         "joint.polynomial.joint_angle.over_2_to_3.degree1",
         "joint.power.joint_speed",
