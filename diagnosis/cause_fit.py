@@ -11,6 +11,7 @@ from diagnosis.cause import Cause, with_causes
 from diagnosis.comparison import Comparison
 from diagnosis.descent import MIN_LOSS_GAIN_FAR, Descent, last_fit
 from diagnosis.fit_stage import FAR, MAX_MISSED, FitStage
+from diagnosis.held_at_rest import HeldShares
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import Linearisation, base_unknowns, corrected_signals, linearise
 from diagnosis.noise_ensemble import (
@@ -47,7 +48,7 @@ _LEAST_NOISE = 0.5
 _MAX_NOISE_CHANGE = 1.5
 """times the loss that noise makes by its weights, from which the weights are told anew (docs/thresholds.md)"""
 _MAX_HELD_CHANGE = 0.02
-"""of the square of what dry friction may hold joints at rest by: change from which weights are told anew (docs/thresholds.md)"""
+"""of the square of what dry friction may hold what rests by: change from which weights are told anew (docs/thresholds.md)"""
 
 
 class CauseFitter:
@@ -90,15 +91,15 @@ class CauseFitter:
 
     @property
     def hypothesis(self) -> Hypothesis:
-        """To which causes are added, with what is seen of dry friction that holds joints at rest."""
+        """To which causes are added, with what is seen of dry friction that holds what rests."""
         return self._h
 
     def is_ill_weighted(self, stage: FitStage) -> bool:
         """Whether noise with a stage's laws is plainly louder or softer than the weights by which it was fitted say.
 
-        Or whether dry friction is seen to hold joints at rest by more, or by less."""
+        Or whether dry friction is seen to hold what rests by more, or by less."""
         level = stage.noise_loss / stage.comparison.row_count
-        holds_otherwise = abs(stage.held_share - self._h.held_share) > _MAX_HELD_CHANGE
+        holds_otherwise = stage.held.furthest_from(self._h.held) > _MAX_HELD_CHANGE
         return holds_otherwise or not 1 / _MAX_NOISE_CHANGE < level < _MAX_NOISE_CHANGE
 
     def reweighted(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
@@ -135,9 +136,12 @@ class CauseFitter:
         """The same causes fitted anew about the arm as it comes out of a fit: from the drawing straight lines may miss it.
 
         Where more than noise is left what is known to a tolerance may be anywhere: there nothing is done."""
-        return (
-            (self, stage) if leaves_plainly_more(stage.excess) else self._anew(stage, self.whiten, self._h.held_share)
-        )
+        return (self, stage) if leaves_plainly_more(stage.excess) else self._anew(stage, self.whiten, self._h.held)
+
+    def with_sticking_motors(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
+        """The same causes fitted anew where rows in which motors rest count by what is seen of friction that holds them."""
+        fitter, stage = self._anew(stage, self.whiten, stage.held_if_motors_stick)
+        return fitter.reweighted(stage) if fitter.is_ill_weighted(stage) else (fitter, stage)
 
     def _whitener(self, stage: FitStage) -> Whitener:
         at = stage.comparison.linearisation
@@ -145,11 +149,11 @@ class CauseFitter:
         return noise_whitener(steady_noise_residuals(at, self._ensembles), starts, self._h.arm.M)
 
     def _reweighted(self, stage: FitStage, whiten: Whitener) -> "tuple[CauseFitter, FitStage]":
-        return self._anew(stage, whiten, stage.held_share)
+        return self._anew(stage, whiten, stage.held)
 
-    def _anew(self, stage: FitStage, whiten: Whitener, held_share: float) -> "tuple[CauseFitter, FitStage]":
+    def _anew(self, stage: FitStage, whiten: Whitener, held: HeldShares) -> "tuple[CauseFitter, FitStage]":
         other, h = copy(self), self._h if leaves_plainly_more(stage.excess) else stage.adjusted(self._h)
-        other.whiten, other._stages, other._h = whiten, {}, replace(h, held_share=held_share)
+        other.whiten, other._stages, other._h = whiten, {}, replace(h, held=held)
         return other, other.fitted(stage.comparison.linearisation, stage.causes)
 
     def _stage(self, start: Linearisation, causes: tuple[Cause, ...], target: "_Target") -> FitStage:

@@ -18,6 +18,7 @@ from diagnosis.look_alikes import NamedCause, with_look_alikes
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.offered_causes import with_effects
 from diagnosis.remainder import leaves_plainly_more
+from diagnosis.sticking_motors import motors_stick
 from diagnosis.worth_naming import MIN_EXPLAINED
 from identification.whitening import Whitener
 from mechanism.laws import law_named
@@ -87,6 +88,10 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
     fitter, first = fitter.redrawn(fitter.base_model())
     every_effect = with_effects(first, fitter.whiten)
     ranked = rank(every_effect)
+    if motors_stick(first, ranked, fitter.whiten):
+        fitter, first = fitter.with_sticking_motors(first)
+        every_effect = with_effects(first, fitter.whiten)
+        ranked = rank(every_effect)
     free_fits = FreeFits()
     fitter, last = with_all_causes(fitter, first, every_effect, free_fits, seed)
     outweighed: FitStage | None = None

@@ -31,6 +31,9 @@ TOO_MANY_TIED = 4
 """causes that explain alike from which the data cannot decide (docs/thresholds.md)"""
 MAX_INVISIBLE_SHARE = 0.5
 """of the effects: what recordings may not show at most, to say that there is none (docs/thresholds.md)"""
+MOTORS_STICK = (
+    "motors stick: dry friction holds them at rest by anything up to its greatest, and what is left there counts little"
+)
 _WORSE_SIGMAS = 3.0
 """standard deviations by which the extended model must be worse for its causes to be taken back (docs/thresholds.md)"""
 _HELD_OUT_SEED = 100
@@ -150,6 +153,8 @@ def diagnose(
     if taken_back:
         names = ", ".join(taken_back)
         why = "; ".join(filter(None, [why, f"{names} would explain more, but not on recordings that were not fitted"]))
+    if stage.before_causes.held.motors:
+        why = "; ".join(filter(None, [why, MOTORS_STICK]))
     return Diagnosis(
         verdict=verdict,
         why=why,
@@ -226,7 +231,7 @@ def _held_out(search: Search, last: FitStage, ensembles: Sequence[NoiseEnsemble]
 
 def _first_beside(search: Search, last: FitStage) -> FitStage:
     """The first stage of a search, where rows at rest count as in the last: alike before and after."""
-    as_held = replace(search.first.before_causes, held_share=last.before_causes.held_share)
+    as_held = replace(search.first.before_causes, held=last.before_causes.held)
     return replace(search.first, before_causes=as_held)
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from diagnosis.cause import Cause, with_causes
 from diagnosis.comparison import ColumnFit, Comparison
-from diagnosis.held_joints import held_share, square_at_rows
+from diagnosis.held_at_rest import HeldShares, held_share
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.judged_rows import judged
 from diagnosis.noise_excess import NoiseExcess, noise_excess
@@ -153,15 +153,27 @@ class FitStage:
         return self.comparison.profiled_loss - min(self.noise_loss, FAR * self.comparison.row_count)
 
     @cached_property
-    def held_share(self) -> float:
-        """What is seen of dry friction that holds joints at rest."""
+    def held(self) -> HeldShares:
+        """What is seen of dry friction that holds joints at rest, and motors if they are known to stick."""
+        known, seen = self.comparison.linearisation.hypothesis.held, self.held_if_motors_stick
+        return seen if known.motors else HeldShares(joints=seen.joints)
+
+    @cached_property
+    def held_if_motors_stick(self) -> HeldShares:
+        """The same where nothing is known of that yet."""
         at = self.comparison.linearisation
+        motors, recordings = at.hypothesis.arm.M, at.recordings
         excess = [
-            (residual**2 - np.mean(np.square(draws), axis=0))[at.hypothesis.arm.M :]
+            residual**2 - np.mean(np.square(draws), axis=0)
             for residual, draws in zip(self.comparison.residuals_after(self.fit), self.noise, strict=True)
         ]
-        beyond = held_share(excess, [square_at_rows(r.held, r.signals) for r in at.recordings])
-        return float(np.clip(at.hypothesis.held_share + beyond, 0.0, 1.0))
+        of_motors = held_share([e[:motors] for e in excess], [r.held.motor_squares(r.signals) for r in recordings])
+        of_joints = held_share([e[motors:] for e in excess], [r.held.joint_squares(r.signals) for r in recordings])
+        known = at.hypothesis.held
+        return HeldShares(
+            motors=float(np.clip(known.motors + of_motors, 0.0, 1.0)),
+            joints=float(np.clip(known.joints + of_joints, 0.0, 1.0)),
+        )
 
     @cached_property
     def excess(self) -> NoiseExcess:

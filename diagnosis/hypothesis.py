@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from diagnosis.held_at_rest import NOTHING_HELD, HeldShares
 from identification.dataset.dataset import DataSet
 from identification.dataset.series import Series
 from mechanism.arm import Arm, arm_of
@@ -35,8 +36,8 @@ class Hypothesis:
     """s, by which a row's motor angles are older than its forces; frames were put on the clock by the angles"""
     departures: tuple[float, ...] = ()
     """tolerances by which numbers that have one already are where recordings put them, as `Nuisances` has them; none unless said"""
-    held_share: float = 0.0
-    """of the square of the torque by which dry friction may hold joints at rest otherwise than the laws say: what is seen of it"""
+    held: HeldShares = NOTHING_HELD
+    """what is seen of dry friction that holds motors and joints at rest otherwise than the laws say"""
 
     @property
     def arm(self) -> Arm:

@@ -7,12 +7,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.held_joints import square_at_rows
+from diagnosis.held_at_rest import NOTHING_HELD, HeldAtRest
 from diagnosis.hypothesis import BASE_LAWS, Hypothesis
 from diagnosis.input_variance import FrictionSlopes, input_variance
 from identification.cable_memory import cables_remember, pull_memory
 from identification.dataset.dataset import DataSet
 from identification.instruments import instrument_signals, remembered_elongations
+from identification.motor_rest import at_rest
 from identification.residual_sensitivity import ResidualSensitivity
 from identification.residuals import (
     LawForces,
@@ -53,9 +54,8 @@ class RecordingLinearisation:
     friction_slopes: FrictionSlopes
     """by which the error of motor speeds becomes one of friction"""
     input_variance: Array
-    """(C, S), variance of rows beyond noise, by that error and by joints that are held at rest"""
-    held: Array
-    """(T, N), N m, torque by which dry friction may hold joints at rest otherwise than the laws say"""
+    """(C, S), variance of rows beyond noise, by that error and by what is held at rest"""
+    held: HeldAtRest
     rows: ResidualRows
     laws: tuple[str, ...]
     values: dict[str, Array]
@@ -119,10 +119,13 @@ def _recording(h: Hypothesis, s: Signals, u: Unknowns, p: Array, recording: int)
     memory = pull_memory(machine, remembered_motion(s, x0), s.step)
     vision_forces = replace(motor_forces, pull=pull_with_memory(s, machine, x0, memory))
     slopes = FrictionSlopes.of(machine, s, tension)
-    held = machine.held_torque(joint_motion(s), s.Z, s.wraps, tension)
+    held = HeldAtRest(
+        motors=np.abs(values["fs"]) * at_rest(s.theta, 1 / s.step),
+        joints=machine.held_torque(joint_motion(s), s.Z, s.wraps, tension),
+    )
     variance = input_variance(s, slopes)
-    if h.held_share:
-        variance[s.arm.M :] += h.held_share * square_at_rows(held, s)
+    if h.held != NOTHING_HELD:
+        variance = variance + held.variance(h.held, s)
     return RecordingLinearisation(
         hypothesis=h,
         signals=s,

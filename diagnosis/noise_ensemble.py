@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from diagnosis.held_joints import residuals_of_held_joints
+from diagnosis.held_at_rest import NOTHING_HELD
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.input_variance import residuals_of_friction, residuals_of_inertia
 from diagnosis.linearisation import Linearisation, RecordingLinearisation, corrected_signals
@@ -100,7 +100,7 @@ def noise_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> li
 
 
 def steady_noise_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> list[list[Array]]:
-    """The part of `noise_residuals` that is alike in all rows: all but the error of friction, and joints that it holds."""
+    """The part of `noise_residuals` that is alike in all rows: all but the error of friction, and what it holds at rest."""
     return [[steady for steady, _ in draws] for draws in _drawn_residuals(at, ensembles)]
 
 
@@ -117,9 +117,8 @@ def _drawn_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> l
         s = recording.signals
         steady = [d - noise_free + residuals_of_inertia(s, rng) for d in noisy]
         friction = [residuals_of_friction(s, error) for error in _friction_errors(recording)]
-        if share := at.hypothesis.held_share:
-            held = np.sqrt(share) * recording.held
-            friction = [of_motors + residuals_of_held_joints(s, held, rng) for of_motors in friction]
+        if (shares := at.hypothesis.held) != NOTHING_HELD:
+            friction = [of_motors + recording.held.residuals(shares, s, rng) for of_motors in friction]
         out.append(list(zip(steady, friction, strict=True)))
     return out
 

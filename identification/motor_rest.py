@@ -19,13 +19,17 @@ _MARGIN_S = 0.04
 """s about rest in which filters spread what friction does there"""
 
 
-def rests_near(theta: Array, rate: float) -> NDArray[np.bool_]:
-    """Whether each motor is at rest, or within what filters spread of it, (T, M), by angles (T, M), rad, so many times a second."""
+def at_rest(theta: Array, rate: float) -> NDArray[np.bool_]:
+    """Whether each motor is at rest, (T, M), by angles (T, M), rad, so many times a second."""
     half = max(1, round(_WINDOW_S * rate / 2))
     rows = np.arange(len(theta))
     after, before = np.minimum(rows + half, len(theta) - 1), np.maximum(rows - half, 0)
-    at_rest = np.abs(theta[after] - theta[before]) * rate < REST_SPEED_RAD_S * (after - before)[:, None]
-    return np.asarray(maximum_filter1d(at_rest, 2 * round(_MARGIN_S * rate) + 1, axis=0), dtype=bool)
+    return np.abs(theta[after] - theta[before]) * rate < REST_SPEED_RAD_S * (after - before)[:, None]
+
+
+def rests_near(theta: Array, rate: float) -> NDArray[np.bool_]:
+    """Whether each motor is at rest, or within what filters spread of it, (T, M), by angles (T, M), rad, so many times a second."""
+    return np.asarray(maximum_filter1d(at_rest(theta, rate), 2 * round(_MARGIN_S * rate) + 1, axis=0), dtype=bool)
 
 
 def error_at_rest(residual: Array, at_rest: NDArray[np.bool_]) -> Array:

@@ -78,7 +78,7 @@ TOGETHER = (
         "diagnosis/test_causes_beside_laws.py",
         "diagnosis/test_found_laws.py",
         "diagnosis/test_friction_curve.py",
-        "diagnosis/test_held_joints.py",
+        "diagnosis/test_held_at_rest.py",
         "diagnosis/test_hidden_effects.py",
         "diagnosis/test_numbers_of_causes.py",
         "synchronisation/clocks/test_alternative_arms.py",

@@ -214,7 +214,7 @@ def fits_kept() -> Iterator[Callable[[], None]]:
         (
             stage,
             "held_out_residuals",
-            lambda at, others, whiten, relaxed: (id(at.comparison), at.before_causes.held_share, id(whiten), relaxed),
+            lambda at, others, whiten, relaxed: (id(at.comparison), at.before_causes.held, id(whiten), relaxed),
         ),
         (stage, "detectability", lambda found: (id(found.every_effect), id(found.last), _constants("detectability"))),
         (stage, "signature", lambda first, last: (id(first), id(last), _constants(*shown))),

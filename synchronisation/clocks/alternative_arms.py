@@ -6,7 +6,7 @@ length add. What angles cannot explain of the cables' lengths is compared.
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import permutations, product
 
 import numpy as np
@@ -17,7 +17,7 @@ from mechanism.arm import Arm
 from synchronisation.clocks.cable_equation import CableEquation, CableTerms
 from synchronisation.clocks.exchanged_labels import MAX_PERMUTED_JOINTS, MIN_CORRELATION
 from synchronisation.clocks.frame_geometry import FrameGeometry, frame_geometry
-from synchronisation.clocks.gauss_newton_fit import ClockProblem, ClockSolution, fit_cables
+from synchronisation.clocks.gauss_newton_fit import LINEAR, ClockProblem, ClockSolution, fit_cables
 from synchronisation.clocks.signals import relabelled
 from synchronisation.clocks.undetermined import ClockUndetermined
 from xneck_foundation.errors import Refused
@@ -32,6 +32,8 @@ MAX_ERROR_RATIO = 0.35
 """another arm may leave at most this share of what the described one leaves (docs/thresholds.md)"""
 PULLEY_SIGMA = 0.1
 """ratio: standard deviation of the described arm's pulleys (docs/thresholds.md)"""
+MAX_LOOKED_AT = 3
+"""other arms that are fitted with the whole law: the nearest by a line for every cable (docs/thresholds.md)"""
 MAX_FRAMES = 600
 """frames that suffice to tell arms apart"""
 
@@ -50,6 +52,7 @@ def check_alternative_arms(arm: Arm, problem: ClockProblem, starts: Sequence[flo
     travel = problem.signals.travel(at)
     described = (*range(arm.N),)
     orders = permutations(range(arm.N)) if arm.N <= MAX_PERMUTED_JOINTS else [described]
+    others = list[_OtherArm]()
     for order, sign in product(orders, (1, -1)):
         if sign > 0 and order == described:
             continue
@@ -58,14 +61,26 @@ def check_alternative_arms(arm: Arm, problem: ClockProblem, starts: Sequence[flo
         if correlation < MIN_CORRELATION:
             continue
         other = replace(problem, signals=relabelled(problem.signals, cables, sign), frames=frames)
-        other_error = _smallest_error(other, starts, law)
+        others.append(_OtherArm(other, _words(order, sign, cables), _smallest_error(other, starts, LINEAR)))
+    for other in sorted(others, key=lambda other: other.roughly)[:MAX_LOOKED_AT]:
+        other_error = _smallest_error(other.problem, starts, law)
         if other_error < min(MAX_ERROR_RATIO * error, HEALTHY_M):
             raise Refused(
                 "sync",
-                f"log and video fit better {_words(order, sign, cables)}: {1e3 * other_error:.3f} mm are left unexplained "
+                f"log and video fit better {other.words}: {1e3 * other_error:.3f} mm are left unexplained "
                 f"instead of {1e3 * error:.3f}",
                 "check markers.on_bars, theta_sign and the order of the log's columns; this is not corrected by itself",
             )
+
+
+@dataclass(frozen=True)
+class _OtherArm:
+    """The problem of an arm that is numbered or mirrored otherwise."""
+
+    problem: ClockProblem
+    words: str
+    roughly: float
+    """m: what cables without creep, damping or friction of another form leave unexplained"""
 
 
 def _smallest_error(

@@ -7,6 +7,7 @@ by a delay and be off by an error of the motors' inertia; the winding w(alpha) m
 and skew move the log's signals against the camera's alpha. There is one row for every cable and frame.
 """
 
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -119,27 +120,34 @@ class CableEquation:
     def __init__(self, signals: LogSignals, law: CableTerms, tau: Array | float = 0.0, fs: Array | float = 0.0) -> None:
         """tau: (M,), s, time constants by which damped cables lag behind their forces; fs: (M,), N, dry friction of the motors, by
         which the tension that cables remember is told."""
-        s, step = signals, float(signals.time[1] - signals.time[0])
+        s = signals
         self.law = law
-        self.tau = np.broadcast_to(np.asarray(tau, dtype=float), (s.tension_parts.shape[2],))
         self._signals, self._fs = signals, fs
         self._mean_force = s.tension_parts[:, 0].mean(axis=0)
-        parts = first_order_lag(s.tension_parts, 1 / step, self.tau)
-        creeping = [first_order_lag(parts, 1 / step, creep_s) for creep_s in law.creep]
-        travel = s.travel(s.time)
-        curves = np.concatenate([travel[:, None], parts, *creeping], axis=1)
-        if law.memory > 0:
-            tension = (parts[:, 0] - fs * parts[:, 1]) / FORCE_SCALE_N
-            memories = [play_lag(travel, law.memory * width) for width in PLAY_WIDTHS_M]
-            memories += [play_lag(tension, law.memory * width / FORCE_SCALE_N) for width in LOOP_WIDTHS_N]
-            curves = np.concatenate([curves, np.stack(memories, axis=1)], axis=1)
-        self._curves = cubic_spline(s.time, np.moveaxis(curves, 1, 2))
         self._time = s.time
         self._span = (s.time[0], s.time[-1])
+        travel = s.travel(s.time)[:, None]
+        if law.memory > 0:
+            travel = np.concatenate([travel, play_lag(travel[:, 0], law.memory * np.array(PLAY_WIDTHS_M))], axis=1)
+        self._travel_curves = cubic_spline(s.time, np.moveaxis(travel, 1, 2))
+        self._let_lag(np.broadcast_to(np.asarray(tau, dtype=float), (s.tension_parts.shape[2],)))
+
+    def _let_lag(self, tau: Array) -> None:
+        """Makes the curves of the tension for time constants (M,), s."""
+        s, law, step = self._signals, self.law, float(self._time[1] - self._time[0])
+        self.tau = tau
+        parts = first_order_lag(s.tension_parts, 1 / step, tau)
+        curves = [parts, *(first_order_lag(parts, 1 / step, creep_s) for creep_s in law.creep)]
+        if law.memory > 0:
+            tension = (parts[:, 0] - self._fs * parts[:, 1]) / FORCE_SCALE_N
+            curves.append(play_lag(tension, law.memory * np.array(LOOP_WIDTHS_N) / FORCE_SCALE_N))
+        self._tension_curves = cubic_spline(s.time, np.moveaxis(np.concatenate(curves, axis=1), 1, 2))
 
     def with_lag(self, tau: Array) -> "CableEquation":
         """The same with other time constants, (M,), s."""
-        return CableEquation(self._signals, self.law, tau, self._fs)
+        other = copy(self)
+        other._let_lag(tau)
+        return other
 
     def lag(self, parameters: Array) -> Array:
         """Time constants ca g' of the cables at their mean force, (M,), s, for parameters (M, K)."""
@@ -152,7 +160,8 @@ class CableEquation:
     def initial_parameters(self, frames: FrameGeometry, offset: float) -> Array:
         """Parameters (M, K) from a linear fit of constant, force and dry friction at an offset, s."""
         at = np.clip(frames.time + offset, *self._span)
-        travel, n, d, *_ = np.moveaxis(self._curves(at), -1, 0)
+        travel = self._travel_curves(at)[..., 0]
+        n, d = np.moveaxis(self._tension_curves(at)[..., :2], -1, 0)
         names = self.law.names
         out = np.zeros((travel.shape[1], len(names)))
         for j in range(len(out)):
@@ -175,8 +184,8 @@ class CableEquation:
 
     def _rows_before_winding(self, at: Array, unknowns: ClockUnknowns) -> CableRows:
         """Travel less elongation at log times (F,), s, as residual, with its slopes."""
-        travel, *parts = np.moveaxis(self._curves(at), -1, 0)
-        travel_d, *rates = np.moveaxis(self._curves(at, 1), -1, 0)
+        (travel, *plays), (travel_d, *play_rates) = (np.moveaxis(self._travel_curves(at, k), -1, 0) for k in (0, 1))
+        parts, rates = ([*np.moveaxis(self._tension_curves(at, k), -1, 0)] for k in (0, 1))
         p = dict(zip(self.law.names, unknowns.cable_parameters.T, strict=True))
         zero = np.zeros(len(unknowns.cable_parameters))
         h, ca, *w = (p.get(name, zero) * FORCE_SCALE_N for name in ("h", "ca", *_FORMS))
@@ -216,7 +225,9 @@ class CableEquation:
             columns["drum"] = travel
             x = x + p["drum"] * travel
         if self.law.memory > 0:
-            lags, lag_rates = (curves[-len(_MEMORIES) :] for curves in (parts, rates))
+            lags, lag_rates = (
+                [*of, *curves[-len(LOOP_WIDTHS_N) :]] for of, curves in ((plays, parts), (play_rates, rates))
+            )
             for name, lag, lag_d in zip(_MEMORIES, lags, lag_rates, strict=True):
                 columns[name] = -lag
                 x, x_d = x - p[name] * lag, x_d - p[name] * lag_d
@@ -233,10 +244,11 @@ class CableEquation:
         )
 
 
-def play_lag(path: Array, width: float) -> Array:
-    """The play operator of a width less its argument, (T, M), of paths (T, M) in the width's unit."""
-    half = np.full(path.shape[1], width / 2)
-    return accumulated(np.zeros_like(half), np.ones_like(path[1:]), -np.diff(path, axis=0), (-half, half))
+def play_lag(path: Array, widths: Array) -> Array:
+    """The play operators of widths (W,) less their argument, (T, W, M), of paths (T, M) in the widths' unit."""
+    half = np.broadcast_to(widths[:, None] / 2, (len(widths), path.shape[1]))
+    moved = np.broadcast_to(-np.diff(path, axis=0)[:, None], (len(path) - 1, *half.shape))
+    return accumulated(np.zeros_like(half), np.ones_like(moved), moved, (-half, half))
 
 
 def _compliance(powers: list[Array], tension: Array) -> Array:

@@ -70,6 +70,10 @@ class FineAlignment:
     """s"""
     frames: FrameGeometry
     """the frames that were fitted"""
+    assumptions: ModelAssumptions
+    """of the reported fit"""
+    lossy: bool
+    """whether the arm has gains and losses in that fit"""
 
     @property
     def offset(self) -> float:
@@ -113,7 +117,22 @@ def align_finely(
         delay=reported.unknowns.delay,
         delay_sigma=float(delay_sigma),
         frames=frames,
+        assumptions=explained.assumptions,
+        lossy=explained.lossy,
     )
+
+
+def refitted_to(arm: Arm, signals: LogSignals, fine: FineAlignment, fv: Array) -> ClockUnknowns:
+    """The unknowns of a fit to other signals of the log with all that `fine` assumes, and no alternative. fv: (M,), N s/rad.
+
+    Raises ClockUndetermined where the fit leaves the neighbourhood of `fine`."""
+    law, unknowns = fine.assumptions.law, fine.fit.unknowns
+    problem = ClockProblem(signals, fine.frames, fv)
+    cables = CableEquation(signals, law, fine.fit.cables.tau, _dry_friction(unknowns, law))
+    start = replace(unknowns, arm_parameters=np.zeros(0), delay=0.0)
+    fit = solve_clock(problem, start, fine.assumptions, cables)
+    problem = replace(problem, frames=fine.frames.with_slopes_beside_noise(arm, fit.residual))
+    return _with_arm(arm, problem, fit, fine.assumptions, fine.lossy)[0].unknowns
 
 
 @dataclass(frozen=True)
@@ -126,6 +145,8 @@ class _Explained:
     assumptions: ModelAssumptions
     tried: tuple[ClockSolution, ...] = ()
     """fits with other assumptions that were not taken"""
+    lossy: bool = False
+    """whether the arm has gains and losses"""
 
 
 def _with_or_without_memory(arm: Arm, problem: ClockProblem, usual: _Explained) -> _Explained:
@@ -155,7 +176,7 @@ def _sound_or_lossy(
     lossy = solve_clock(problem, start, assumptions, sound.cables, rows, max_steps=ALTERNATIVE_STEPS)
     if clock_misfit(lossy.unknowns) > MAX_LOSSY_MISFIT * clock_misfit(sound.unknowns):
         return _Explained(sound, rows.of_sound_arm(), assumptions, (lossy,))
-    return _Explained(*_with_arm(arm, problem, lossy, assumptions, lossy=True), assumptions)
+    return _Explained(*_with_arm(arm, problem, lossy, assumptions, lossy=True), assumptions, lossy=True)
 
 
 def _with_arm(

@@ -20,6 +20,7 @@ from synchronisation.clocks.fine_alignment import (
     FineAlignment,
     align_finely,
     clock_misfit,
+    refitted_to,
 )
 from synchronisation.clocks.frame_geometry import FrameGeometry
 from synchronisation.clocks.gauss_newton_fit import LINEAR, ClockProblem, ClockSolution, fit_cables
@@ -123,7 +124,10 @@ def align_with_lost_frames(motion: AlignedMotion) -> tuple[LostFrames, FineAlign
     if _runs_apart(fine):
         fine = _with_clocks_that_run_alike(motion, lost, fine)
     fine = despite_late_forces(
-        motion.signals, fine, lambda late, offset: replace(motion, signals=late).aligned(lost, offset)
+        motion.signals,
+        fine,
+        lambda late, fine: replace(motion, signals=late).aligned(lost, fine.offset),
+        lambda late, fine: refitted_to(motion.arm, late, fine, motion.fv),
     )
     _check_plausible(fine)
     if not too_slow:

@@ -70,12 +70,18 @@ def align_despite_slips(motion: AlignedMotion, log: Series) -> Explanation:
 
     Raises ClockUndetermined or Refused, as `align_with_lost_frames` does, where no explanation gives a clock."""
     stamps, tried, failures = motion.frames.time, list[Explanation](), list[Refused]()
+
+    def slips_at(frame_time: Array) -> tuple[WinchSlip, ...]:
+        return find_winch_slips(motion.arm, log, motion.signals, frame_time, motion.frames.winding)
+
     _try(motion, log, (), tried, failures)
-    starts = [stamps + motion.coarse.shift, *(plain.log_time(stamps) for plain in tried)]
+    coarse, fine = stamps + motion.coarse.shift, [plain.log_time(stamps) for plain in tried]
+    if tried and not tried[0].lost.losses and not slips_at(fine[0]):
+        return tried[0]
     seen: list[tuple[WinchSlip, ...]] = [()]
-    for frame_time in starts:
+    for frame_time in (coarse, *fine):
         for _ in range(MAX_SEARCHES):
-            slips = find_winch_slips(motion.arm, log, motion.signals, frame_time, motion.frames.winding)
+            slips = slips_at(frame_time)
             if any(_same(slips, other) for other in seen):
                 break
             seen.append(slips)

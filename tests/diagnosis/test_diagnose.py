@@ -104,27 +104,6 @@ def test_what_nobody_knows_is_unknown(tmp_path: Path) -> None:
     assert "in short episodes" in page
 
 
-def test_teeth_that_nobody_knows_are_counted(tmp_path: Path) -> None:
-    found, truth = diagnosed(tmp_path, ["cogging"], 7005)
-    assert found["verdict"] == "unknown"
-    signed = found["signature"]
-    assert signed["kind"] == "periodic"
-    hidden = truth["hidden"][0]["parameters"]
-    assert signed["orders"]
-    for order in signed["orders"]:
-        error = abs(order["per_drum_turn"] - hidden[f"teeth{order['motor']}"])
-        assert error < 4 * order["sigma"]
-        assert order["sigma"] < 0.01 * order["per_drum_turn"]
-
-
-def test_friction_that_warms_up_is_a_drift(tmp_path: Path) -> None:
-    found, _ = diagnosed(tmp_path, ["warming_friction"], 7006, (40.0, 25.0))
-    assert found["verdict"] == "unknown"
-    assert found["signature"]["kind"] == "drift"
-    assert all(name.startswith("motor") for name in found["signature"]["where"])
-    assert found["signature"]["picture"]["against"] == "time, along the motion"
-
-
 def test_moments_of_slack_are_told_in_12_s(tmp_path: Path) -> None:
     """Stiffer cables explain most of it where these were fitted, and nothing of the others."""
     found, _ = diagnosed(tmp_path, ["cable_slack"], 500, (12.0, 12.0))

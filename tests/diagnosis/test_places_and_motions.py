@@ -12,14 +12,13 @@ from tests.diagnosis.test_diagnose import diagnosed
 pytestmark = pytest.mark.slow
 
 
-@pytest.mark.parametrize(("kind", "seed"), [("drum_radius", 7011), ("marker_offset", 7013)])
-def test_an_effect_is_named_where_it_was_hidden(kind: str, seed: int, tmp_path: Path) -> None:
+def test_a_marker_that_sits_askew_is_named_where_it_was_hidden(tmp_path: Path) -> None:
     """Or in a set with it that nothing tells apart."""
-    found, truth = diagnosed(tmp_path, [kind], seed)
+    found, truth = diagnosed(tmp_path, ["marker_offset"], 7013)
     (hidden,) = truth["hidden"]
     (cause,) = found["causes"]
-    assert kind in (cause["effect"], *cause["indistinguishable_from"])
-    if cause["effect"] == kind:
+    assert "marker_offset" in (cause["effect"], *cause["indistinguishable_from"])
+    if cause["effect"] == "marker_offset":
         assert cause["where"] == hidden["where"]
 
 

@@ -67,7 +67,7 @@ def test_the_clock_stands_where_cables_or_drums_remember(remembering: Any, monke
 
 def test_a_play_lags_by_half_its_width_after_turning() -> None:
     there_and_back = np.concatenate([np.linspace(0, 5, 51), np.linspace(5, 0, 51)])[:, None]
-    lag = play_lag(there_and_back, 2.0)[:, 0]
+    lag = play_lag(there_and_back, np.array([2.0]))[:, 0, 0]
     assert lag[5] == pytest.approx(-0.5)  # half of it is still to be crossed
     assert lag[[20, 50]] == pytest.approx([-1.0, -1.0])
     assert lag[61] == pytest.approx(0.0)

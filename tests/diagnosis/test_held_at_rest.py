@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.held_joints import held_share
+from diagnosis.held_at_rest import held_share
 from mechanism.laws import JointMotion, Sliding, law_named
 from tests.hidden_arms import STICKING, seen_arms
 
@@ -33,7 +33,7 @@ def test_its_numbers_are_the_hidden_ones(found: Diagnosis) -> None:
 def test_where_joints_rest_any_torque_up_to_its_greatest_is_as_likely(found: Diagnosis) -> None:
     """What is left where it was not fitted is noise; the mean square of what is as likely anywhere in -1 ... 1 is a third."""
     assert all(r.held_out and 0.7 < r.ratio < 1.25 for r in found.remainder)
-    assert 0.2 < found.search.fitter.hypothesis.held_share < 0.45
+    assert 0.2 < found.search.fitter.hypothesis.held.joints < 0.45
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.8])
