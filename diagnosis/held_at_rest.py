@@ -106,4 +106,4 @@ def _square_at_rows(held: Array, s: Signals) -> Array:
 def _lasting(held: Array, s: Signals, rng: np.random.Generator) -> Array:
     """Noise of variance one that stays alike for a while, as large as `held`."""
     stays = np.exp(-s.step / _HELD_S)
-    return lfilter([np.sqrt(1 - stays**2)], [1.0, -stays], rng.normal(size=held.shape), axis=0)
+    return np.asarray(lfilter([np.sqrt(1 - stays**2)], [1.0, -stays], rng.normal(size=held.shape), axis=0))
