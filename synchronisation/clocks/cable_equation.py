@@ -120,17 +120,16 @@ class CableEquation:
     def __init__(self, signals: LogSignals, law: CableTerms, tau: Array | float = 0.0, fs: Array | float = 0.0) -> None:
         """tau: (M,), s, time constants by which damped cables lag behind their forces; fs: (M,), N, dry friction of the motors, by
         which the tension that cables remember is told."""
-        s = signals
         self.law = law
         self._signals, self._fs = signals, fs
-        self._mean_force = s.tension_parts[:, 0].mean(axis=0)
-        self._time = s.time
-        self._span = (s.time[0], s.time[-1])
-        travel = s.travel(s.time)[:, None]
+        self._mean_force = signals.tension_parts[:, 0].mean(axis=0)
+        self._time = signals.time
+        self._span = (signals.time[0], signals.time[-1])
+        travel = signals.travel(signals.time)[:, None]
         if law.memory > 0:
             travel = np.concatenate([travel, play_lag(travel[:, 0], law.memory * np.array(PLAY_WIDTHS_M))], axis=1)
-        self._travel_curves = cubic_spline(s.time, np.moveaxis(travel, 1, 2))
-        self._let_lag(np.broadcast_to(np.asarray(tau, dtype=float), (s.tension_parts.shape[2],)))
+        self._travel_curves = cubic_spline(signals.time, np.moveaxis(travel, 1, 2))
+        self._let_lag(np.broadcast_to(np.asarray(tau, dtype=float), self._mean_force.shape))
 
     def _let_lag(self, tau: Array) -> None:
         """Makes the curves of the tension for time constants (M,), s."""
