@@ -16,6 +16,7 @@ from tests.skips import (  # noqa: F401 (hooks)
     pytest_terminal_summary,
 )
 from tests.slow import LONGEST, SLOW, TOGETHER
+from tests.time_limit import pytest_addoption, pytest_runtest_setup  # noqa: F401 (hooks)
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 

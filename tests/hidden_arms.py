@@ -52,7 +52,6 @@ HIDDEN: dict[str, tuple[int, tuple[Law, ...]]] = {
     "cogging": (481, (COGGING,)),
     "sticking joints": (482, (STICKING,)),
     "payload beside a stop": (484, (PAYLOAD, STOP)),
-    "another curve": (5200, (Almost(),)),
     "another curve with a peak": (5200, (Almost(), Stribeck(peak=3.0, width=12.0))),
     "another pulley": (345304, (Almost(), Described("r", 0, 0.8164))),
 }

@@ -7,6 +7,8 @@ import re
 
 import pytest
 
+from tests.time_limit import NO_TIME, say_what_was_left_out
+
 ALLOWED = {
     r"no chromium, chromium-browser or google-chrome on this machine": "a browser cannot be had without a package manager",
     r"needs strace": "system calls can only be watched where strace is",
@@ -16,6 +18,7 @@ ALLOWED = {
     r"needs node, and Foxglove's packages from npm under NODE_PATH": "npm needs a network",
     r"could not import '(pandas|xarray)': .*": "extras, which an environment of an earlier day lacks",
     r"BLAS has no three threads here": "a machine with fewer cores",
+    NO_TIME: "of machines that are several times slower than usual, and said at the end",
 }
 """reasons, as regular expressions, each with why it may stand"""
 
@@ -50,6 +53,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    say_what_was_left_out(terminalreporter)
     if _unlisted:
         terminalreporter.section("skipped for reasons that tests/skips.py does not list")
         for line in _unlisted:

@@ -24,30 +24,6 @@ class NoCamera:
 
 sys.meta_path.insert(0, NoCamera())
 '''
-FUNCTIONS = """
-from pathlib import Path
-
-import xneck
-from mechanism.description import read_neck
-from synchronisation.angles import read_angles
-from synchronisation.encoder_log import read_log
-from synchronisation.synchronise import synchronise
-from xneck_foundation.strict_yaml import read_text
-
-def synchronised(folder):
-    neck = read_neck(folder / "neck.yaml")
-    angles, log = read_angles(folder / "angles.csv", neck.N), read_log(folder / "log.csv", neck)
-    return synchronise(neck, read_text(folder / "neck.yaml"), angles, log, {})
-
-fitted, held_out = synchronised(Path("fitted")), synchronised(Path("held_out"))
-assert xneck.check(fitted).verdict == "consistent"
-found = xneck.identify([fitted])
-assert any(p.name == "k" and p.identified for p in found.parameters)
-assert len(xneck.simulate(fitted, found.model).channels) == fitted.arm.N + fitted.arm.M
-diagnosis = xneck.diagnose([fitted], [held_out])
-assert xneck.as_record(diagnosis)["verdict"] == diagnosis.verdict
-print(diagnosis.verdict, *[cause.effect.name for cause in diagnosis.causes])
-"""
 COMMANDS = """
 import shlex
 from xneck.cli import main
@@ -99,10 +75,6 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("recordings")
     hide(["tip_payload"], 7011, folder, seconds=(16.0, 10.0))
     return folder
-
-
-def test_functions_go_from_csv_files_to_the_verdict(recordings: Path) -> None:
-    assert run(recordings, FUNCTIONS + NOT_IMPORTED) == "cause tip_payload\n"
 
 
 def test_commands_go_from_csv_files_to_the_verdict(recordings: Path) -> None:

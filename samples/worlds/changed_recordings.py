@@ -20,7 +20,7 @@ from samples.worlds.clock_worlds import NECK_FILE, NOISE_RAD
 Array = NDArray[np.float64]
 Table = Mapping[str, Array]
 
-SECONDS = 30.0
+SECONDS = 20.0
 SEED = 7
 COUNTS = 2048
 """per turn of the motor, as neck.yaml says"""
@@ -58,7 +58,7 @@ def files_of(recording: Recording, folder: Path) -> tuple[Path, Path, Path]:
 
 @cache
 def made(log_hz: float = 500.0, frame_hz: float = 30.0, peak_deg: tuple[float, float] = (25.0, 32.0)) -> Prescribed:
-    """Thirty seconds of dry friction and damped cables."""
+    """Twenty seconds of dry friction and damped cables."""
     world = World(yaml.safe_load(NECK_FILE.read_text()))
     # cables that are pulled by turns stretch by more than a small motion winds
     level = LEVEL_N if peak_deg[1] > 10 else (LEVEL_N[0], 0.0)

@@ -25,6 +25,12 @@ class WrongLog:
     words: str = ""
     """a regular expression that the sentence must match, with what is to be written"""
 
+    @property
+    def is_only_written_otherwise(self) -> bool:
+        """Whether it holds what the recording without fault holds: its time, counters, header or topics alone are unusual."""
+        same = self.kind in ("time", "header", "topics") or (self.kind == "counter" and "wraps" in self.what)
+        return same and self.ends != "refused"
+
 
 @dataclass(frozen=True)
 class Outcome:

@@ -43,6 +43,7 @@ def fit_clock(arm: Arm, angles: Angles, log: Series, fv: Array | None = None) ->
         if not has_light:
             raise
         clock = _undetermined(arm, angles, repaired)
+    clock = replace(clock, warnings=(*clock.warnings, *repaired.warnings()))
     return _with_light(clock, angles, log) if has_light else clock
 
 

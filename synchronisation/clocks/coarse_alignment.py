@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import irfft, next_fast_len, rfft
 from scipy.signal import correlate
 
 from identification.dataset.series import Series, clear_of_gaps, interpolated
@@ -190,10 +191,8 @@ def shift_near(
 
 def _align(video: CableSpeeds, log: CableSpeeds) -> CoarseAlignment:
     """The shift of the correlation's peak, by a parabola through its top."""
-    a, b = video.values, log.values
-    known = video.known, log.known
-    correlation = _normalised_cross_correlation(a, b, *known)
-    lags = np.arange(len(correlation)) - (len(a) - 1)
+    correlation, *of_cables = _normalised_cross_correlations(video, log)
+    lags = np.arange(len(correlation)) - (len(video.values) - 1)
     best = int(np.argmax(correlation))
     away = np.abs(lags - lags[best]) > MIN_PEAK_SEPARATION_S * SPEED_RATE_HZ
     inner = correlation[1:-1]
@@ -202,7 +201,6 @@ def _align(video: CableSpeeds, log: CableSpeeds) -> CoarseAlignment:
     left, middle, right = correlation[best - 1 : best + 2] if 0 < best < len(correlation) - 1 else (0.0, 1.0, 0.0)
     curvature = left - 2 * middle + right
     fraction = 0.5 * (left - right) / curvature if curvature else 0.0
-    of_cables = [_normalised_cross_correlation(a[:, [j]], b[:, [j]], *known) for j in range(a.shape[1])]
     return CoarseAlignment(
         shift=log.first - video.first + float(lags[best] + fraction) / SPEED_RATE_HZ,
         correlation=float(correlation[best]),
@@ -214,16 +212,26 @@ def _align(video: CableSpeeds, log: CableSpeeds) -> CoarseAlignment:
     )
 
 
-def _normalised_cross_correlation(a: Array, b: Array, known_a: NDArray[np.bool_], known_b: NDArray[np.bool_]) -> Array:
-    """Correlation of speeds a (T, M) and b (S, M) over all lags of b against a, (T + S - 1,), where both are known.
+def _normalised_cross_correlations(video: CableSpeeds, log: CableSpeeds) -> Array:
+    """Correlation of the speeds of video (T, M) and log (S, M) over all lags of the log, where both are known, (1 + M, T + S - 1).
 
-    Zero where too little of either overlaps, or moves in the overlap."""
-    min_rows = min(MIN_OVERLAP_S * SPEED_RATE_HZ, 0.5 * len(a))
-    product = sum(correlate(b[:, j], a[:, j]) for j in range(a.shape[1]))
-    ones_a, ones_b = known_a.astype(float), known_b.astype(float)
-    energy_a = correlate(ones_b, np.sum(a**2, axis=1))
-    energy_b = correlate(np.sum(b**2, axis=1), ones_a)
-    overlap = np.rint(correlate(ones_b, ones_a))
-    out = np.asarray(product) / np.sqrt(np.maximum(energy_a * energy_b, 1e-300))
-    out[(overlap < min_rows) | (energy_a < 0.2 * np.sum(a**2)) | (energy_b <= 1e-6 * np.sum(b**2))] = 0.0
+    Of all cables together, then of each. Zero where too little of either overlaps, or moves in the overlap."""
+    a, b = video.values.T, log.values.T
+    m, lags = len(a), a.shape[1] + b.shape[1] - 1
+    size = next_fast_len(lags, real=True)
+
+    def transformed(speeds: Array, known: NDArray[np.bool_]) -> NDArray[np.complex128]:
+        return np.asarray(rfft(np.vstack([speeds, speeds**2, known]), size))
+
+    def over_lags(of_cables: NDArray[np.complex128]) -> Array:
+        return np.asarray(irfft(np.vstack([of_cables.sum(axis=0), of_cables]), size))[:, :lags]
+
+    of_video, of_log = transformed(a[:, ::-1], video.known[::-1]), transformed(b, log.known)
+    product = over_lags(of_video[:m] * of_log[:m])
+    video_energy, log_energy = over_lags(of_video[m:-1] * of_log[-1]), over_lags(of_video[-1] * of_log[m:-1])
+    overlap = np.rint(np.asarray(irfft(of_video[-1] * of_log[-1], size))[:lags])
+    of_all = [np.r_[np.sum(v**2), np.sum(v**2, axis=1)][:, None] for v in (a, b)]
+    out = product / np.sqrt(np.maximum(video_energy * log_energy, 1e-300))
+    min_rows = min(MIN_OVERLAP_S * SPEED_RATE_HZ, 0.5 * a.shape[1])
+    out[(overlap < min_rows) | (video_energy < 0.2 * of_all[0]) | (log_energy <= 1e-6 * of_all[1])] = 0.0
     return out

@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 
 MIN_GAP_S = 0.01
 """s without a true row that make a gap; shorter ones are bridged (docs/thresholds.md)"""
+LONG_GAP_S = 0.5
+"""s without a true row from which on a person is told of a gap (docs/thresholds.md)"""
 MIN_GAP_STEPS = 1.5
 """steps of the log between two rows that make a gap, however slow the log is: a row is missing (docs/thresholds.md)"""
 
@@ -31,6 +33,15 @@ class RepairedLog:
     def clear_of_gaps(self, time: Array, margin: float) -> NDArray[np.bool_]:
         """Which log times (T,), s, are at least `margin` s away from every gap."""
         return clear_of_gaps(time, self.gaps, margin)
+
+    def warnings(self) -> tuple[str, ...]:
+        """Of gaps of LONG_GAP_S and more: where the first is, how many there are, and how long all of them last."""
+        long = [(begin, end) for begin, end in self.gaps if end - begin >= LONG_GAP_S]
+        if not long:
+            return ()
+        (begin, end), seconds = long[0], sum(end - begin for begin, end in long)
+        others = f", and {len(long) - 1} more, {seconds:.1f} s in all" if len(long) > 1 else ""
+        return (f"gaps of the log: no rows from {begin:.2f} to {end:.2f} s{others}; frames there are left out",)
 
 
 def repair_log(log: Series) -> RepairedLog:

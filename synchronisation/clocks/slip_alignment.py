@@ -75,19 +75,18 @@ def align_despite_slips(motion: AlignedMotion, log: Series) -> Explanation:
         return find_winch_slips(motion.arm, log, motion.signals, frame_time, motion.frames.winding)
 
     _try(motion, log, (), tried, failures)
-    coarse, fine = stamps + motion.coarse.shift, [plain.log_time(stamps) for plain in tried]
-    if tried and not tried[0].lost.losses and not slips_at(fine[0]):
+    at_fine = [slips_at(plain.log_time(stamps)) for plain in tried]
+    if tried and not tried[0].lost.losses and not any(at_fine):
         return tried[0]
     seen: list[tuple[WinchSlip, ...]] = [()]
-    for frame_time in (coarse, *fine):
+    for slips in (slips_at(stamps + motion.coarse.shift), *at_fine):
         for _ in range(MAX_SEARCHES):
-            slips = slips_at(frame_time)
             if any(_same(slips, other) for other in seen):
                 break
             seen.append(slips)
             if not _try(motion, log, slips, tried, failures):
                 break
-            frame_time = tried[-1].log_time(stamps)
+            slips = slips_at(tried[-1].log_time(stamps))
     if not tried:
         raise _failure(failures, seen[1:])
     costs = [explanation.cost(len(stamps)) for explanation in tried]

@@ -53,15 +53,6 @@ def by_channel(found: dict[str, Any], key: str) -> np.ndarray:
     return np.array([c[key] / c["noise_floor"] for c in found["channels"]])
 
 
-def test_nothing_hidden_is_consistent(tmp_path: Path) -> None:
-    found, _ = diagnosed(tmp_path, [], 7000)
-    assert found["verdict"] == "consistent", found["why"]
-    assert found["causes"] == []
-    assert by_channel(found, "before").max() < 1.25
-    assert all(r["after"] < 1.5 * r["noise_floor"] and r["held_out"] for r in found["remainder"])
-    assert not found["something_remains"]
-
-
 def test_a_load_at_the_tip_is_named_weighed_and_put_into_the_model(tmp_path: Path) -> None:
     found, truth = diagnosed(tmp_path, ["tip_payload"], 7001)
     assert found["verdict"] == "cause"

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mechanism.cable_lengths import Z, geometry_of_poses, lengths, wrap_angles
+from mechanism.cable_lengths import geometry_of_poses, lengths
 from mechanism.dynamics import terms
 from mechanism.elasticity import elongation_rate
 from mechanism.laws import CableMotion, JointMotion, MotorMotion
@@ -26,20 +26,20 @@ def runge_kutta(
 
     def rate(y: State, force: np.ndarray, since: float) -> State:
         assert y.memory is not None
-        jacobian, length = Z(arm, y.alpha), lengths(arm, y.alpha)
-        x = length - l0 + arm.drum * y.theta + arm.x0
+        cables = geometry_of_poses(arm, y.alpha)
+        x = cables.length - l0 + arm.drum * y.theta + arm.x0
         x_d, drum_angle, since_began = (
-            elongation_rate(arm, jacobian, y.alpha_d, y.theta_d),
+            elongation_rate(arm, cables.Z, y.alpha_d, y.theta_d),
             y.theta / arm.gear,
             np.array(since),
         )
-        at = CableMotion(x, x_d, length, arm, arm.drum * y.theta_d, drum_angle, y.theta, since_began)
+        at = CableMotion(x, x_d, cables.length, arm, arm.drum * y.theta_d, drum_angle, y.theta, since_began)
         t = machine.tension(at, y.memory)
         k = terms(arm, y.alpha, y.alpha_d)
-        arrives = machine.arriving(jacobian, y.alpha_d, geometry_of_poses(arm, y.alpha).wraps)
+        arrives = machine.arriving(cables.Z, y.alpha_d, cables.wraps)
         torque = arrives @ t - k.c - k.g - machine.resistance(JointMotion(y.alpha, y.alpha_d, since_began))
         alpha_dd = np.asarray(np.linalg.solve(k.M, torque), dtype=float)
-        turning = MotorMotion(y.theta_d, t, wrap_angles(arm, y.alpha), y.theta, drum_angle, force, since_began, arm)
+        turning = MotorMotion(y.theta_d, t, cables.wrap, y.theta, drum_angle, force, since_began, arm)
         net = force - machine.friction(turning) - t
         return State(
             y.alpha_d, alpha_dd, y.theta_d, arm.drum * net / arm.motor_inertia, machine.memory_rate(at, y.memory)

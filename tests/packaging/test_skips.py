@@ -14,7 +14,8 @@ LISTED, UNLISTED = "needs strace", "too tired"
 
 
 def run(folder: Path, text: str, *words: str) -> subprocess.CompletedProcess[str]:
-    (folder / "conftest.py").write_text(f"from tests.skips import {HOOKS}\n", encoding="utf-8")
+    hooks = f"from tests.skips import {HOOKS}\nfrom tests.time_limit import pytest_addoption, pytest_runtest_setup\n"
+    (folder / "conftest.py").write_text(hooks, encoding="utf-8")
     (folder / "test_it.py").write_text(f"import pytest\n{text}\n", encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *words, str(folder / "test_it.py")]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
@@ -40,3 +41,23 @@ def test_so_is_a_file_that_is_skipped_as_a_whole_and_a_skip_from_within(
     assert inside.returncode == status, inside.stdout
     whole = run(tmp_path, f"pytest.skip({reason!r}, allow_module_level=True)\ndef test_one(): pass")
     assert whole.returncode in ((0, 5) if status == 0 else (1,)), whole.stdout
+
+
+@pytest.mark.parametrize("workers", [(), ("-n", "1")])
+def test_slow_tests_that_no_time_is_left_for_are_counted_and_the_others_run(
+    workers: tuple[str, ...], tmp_path: Path
+) -> None:
+    text = """
+@pytest.mark.slow
+def test_slow(): raise AssertionError("it ran")
+
+def test_fast(): pass
+"""
+    (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = slow\n", encoding="utf-8")
+    limited = run(tmp_path, text, "--seconds", "0", *workers)
+    assert limited.returncode == 0, limited.stdout
+    assert "1 passed, 1 skipped" in limited.stdout
+    assert "\nNOT RUN: 1 slow tests, for which no time was left\n" in limited.stdout
+    unlimited = run(tmp_path, text, *workers)
+    assert unlimited.returncode == 1
+    assert "NOT RUN" not in unlimited.stdout

@@ -44,9 +44,7 @@ def sync(recorded: Path, out: Path) -> list[str | Path]:
     return ["sync", recorded / "angles.csv", recorded / "log.csv", "--neck", recorded / "neck.yaml", "--out", out]
 
 
-@pytest.mark.parametrize(
-    "name", ["a b  c", "größe-腱駆動-🦒", "-dash", "quote'\"$(x)`", "100%{}[]*?", "new\nline", "x" * 120]
-)
+@pytest.mark.parametrize("name", ["größe-腱駆動-🦒 a  b", "-dash", "quote'\"$(x)`100%{}[]*?", "new\nline", "x" * 120])
 def test_names_of_any_letters(name: str, recorded: Path, tmp_path: Path) -> None:
     here = tmp_path / name
     shutil.copytree(recorded, here)
@@ -173,7 +171,7 @@ def test_places_that_cannot_be_written(recorded: Path, small: Path, tmp_path: Pa
     assert sorted(tmp_path.iterdir()) == sorted([here, pipe, device, loop])
 
 
-@pytest.mark.parametrize("most", [0, 5_000, 300_000])
+@pytest.mark.parametrize("most", [0, 300_000])
 def test_a_full_disk(most: int, recorded: Path, tmp_path: Path) -> None:
     """As a limit on the size of files, which stops every write as a full disk does: no part is left, and what was there stays."""
     out = tmp_path / "out"

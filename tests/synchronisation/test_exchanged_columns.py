@@ -110,7 +110,7 @@ def test_bars_angles_are_named_where_they_hardly_move_as_the_log_does(recording:
         check_log_meaning(NECK, ARM, Angles(angles.time, np.cumsum(alpha[seen], axis=1), angles.sigma), own)
 
 
-@pytest.mark.parametrize("told", [25.0, 60.0, 7.5])
+@pytest.mark.parametrize("told", [25.0, 7.5])
 def test_a_frame_rate_that_a_tracker_was_told_wrongly_is_named(recording: tuple[Angles, Series], told: float) -> None:
     """The camera took 30 a second; of slow motion 7.5 are shown. It was said that the two are of other recordings."""
     angles, log = recording

@@ -15,7 +15,7 @@ from mechanism.arm import arm_of
 from mechanism.description import read_neck
 from samples.generator.laws import dry_and_viscous, linear
 from samples.generator.prescribed import World, prescribe
-from samples.worlds.changed_recordings import faultless, files_of
+from samples.worlds.changed_recordings import COUNTS, faultless, files_of
 from samples.worlds.clock_worlds import NOISE_RAD
 from samples.worlds.wrong_log import WrongLog, outcome_of
 from samples.worlds.wrong_logs import WRONG_LOGS
@@ -37,11 +37,16 @@ READ = ("time", "header", "topics", "rate")
 MAX_CLOCK_SIGMAS = 4.0
 
 
+def named(wrong: WrongLog) -> str:
+    return f"{wrong.kind} {wrong.what}"
+
+
 def cases() -> list[object]:
-    quick = [w.kind in READ and w.ends == "refused" for w in WRONG_LOGS]
+    others = [w for w in WRONG_LOGS if not w.is_only_written_otherwise]
+    quick = [w.kind in READ and w.ends == "refused" for w in others]
     return [
-        pytest.param(w, id=f"{w.kind} {w.what}", marks=() if fast else pytest.mark.slow)
-        for w, fast in zip(WRONG_LOGS, quick, strict=True)
+        pytest.param(w, id=named(w), marks=() if fast else pytest.mark.slow)
+        for w, fast in zip(others, quick, strict=True)
     ]
 
 
@@ -52,6 +57,23 @@ def test_a_log_comes_out_right_or_is_refused_with_what_is_true(wrong: WrongLog, 
     assert re.search(wrong.words, outcome.sentence), outcome.sentence
     if outcome.clock_error_s is not None:
         assert abs(outcome.clock_error_s) < MAX_CLOCK_SIGMAS * outcome.clock_sigma_s
+
+
+@pytest.mark.parametrize("wrong", [w for w in WRONG_LOGS if w.is_only_written_otherwise], ids=named)
+def test_a_log_that_is_only_written_otherwise_holds_the_same(wrong: WrongLog, tmp_path: Path) -> None:
+    """Angles to a tenth of a count, for what counts makes of them."""
+    recording = wrong.make()
+    neck_file, _, log_file = files_of(recording, tmp_path)
+    with collected_recoveries() as recovered:
+        log = read_log(log_file, read_neck(neck_file))
+    assert re.search(wrong.words, "; ".join(recovered))
+    made = faultless()
+    later = recording.offset_s - made.offset_s
+    np.testing.assert_allclose(log.time - later, made.log["time"], atol=1e-4)
+    moved = log.matrix("theta") - log.matrix("theta")[0]
+    theta, f = (np.column_stack([made.log[f"{stem}{j}"] for j in range(1, 5)]) for stem in ("theta", "f"))
+    np.testing.assert_allclose(moved, theta - theta[0], atol=0.1 * 2 * np.pi / COUNTS)
+    np.testing.assert_allclose(log.matrix("f"), f, atol=1e-6)
 
 
 def test_what_is_to_be_written_makes_the_log_right(tmp_path: Path) -> None:

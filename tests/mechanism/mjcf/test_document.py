@@ -87,22 +87,15 @@ def test_cables_are_as_long_as_the_pulley_model_says(name: str) -> None:
             assert -bodies.sensed("minus_tension", arm.M) == pytest.approx(driven.machine.values["k"] * x, abs=1e-7)
 
 
-def _within_bound(name: str, seconds: float, max_step: float) -> None:
+@pytest.mark.parametrize(
+    ("name", "seconds", "max_step"),
+    [*((name, 1.0, 5e-4) for name in ARMS), pytest.param("sample", 10.0, 1e-3, marks=pytest.mark.slow)],
+)
+def test_it_moves_as_the_simulation_does(name: str, seconds: float, max_step: float) -> None:
     driven = ARMS[name]()
     reference, written = driven.by_xneck(seconds, max_step).alpha, swing(driven, seconds)
     assert np.ptp(reference, axis=0).min() > 0.2, "the arm swings wide enough to feel every term"
     assert rms(written - reference) < BOUND_RAD
-
-
-@pytest.mark.parametrize("name", ARMS)
-def test_it_moves_as_the_simulation_does(name: str) -> None:
-    _within_bound(name, 1.0, 5e-4)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ARMS)
-def test_it_moves_so_for_ten_seconds(name: str) -> None:
-    _within_bound(name, 10.0, 1e-3)
 
 
 @pytest.mark.slow

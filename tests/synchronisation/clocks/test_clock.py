@@ -64,9 +64,9 @@ def error_of(clock: ClockEstimate, made: ClockRecording) -> float:
 
 
 def test_offset_and_skew_are_found_with_an_honest_sigma(log: Series) -> None:
-    """8 seeds of camera noise on the sample: every offset within 0.5 ms (a quarter of what is asked), z of both below 3.5
-    (all 16 of a normal are, with 99 % probability)."""
-    clocks = [fit_clock(ARM, noisy_angles(seed), log) for seed in range(8)]
+    """4 seeds of camera noise on the sample: every offset within 0.5 ms (a quarter of what is asked), z of both below 3.5
+    (all 8 of a normal are, with 99.6 % probability)."""
+    clocks = [fit_clock(ARM, noisy_angles(seed), log) for seed in range(4)]
     errors = np.array([offset_error(c) for c in clocks])
     assert np.max(np.abs(errors)) < 0.5e-3
     assert np.max(np.abs(errors / [c.offset_sigma for c in clocks])) < 3.5
@@ -74,11 +74,10 @@ def test_offset_and_skew_are_found_with_an_honest_sigma(log: Series) -> None:
     assert np.max(np.abs(skew)) < 3.5
 
 
-@pytest.mark.parametrize("seed", [910, 911])
-def test_neither_late_commands_nor_how_friction_turns_over_pull_the_clock(seed: int, tmp_path: Path) -> None:
+def test_neither_late_commands_nor_how_friction_turns_over_pull_the_clock(tmp_path: Path) -> None:
     """Up to a row passes before a force acts, and motors' friction turns over within 1.3 to 3 rad/s: with neither thought of clocks
     erred by 0.2 to 0.6 ms, up to three of their sigmas."""
-    hide([], seed, tmp_path)
+    hide([], 911, tmp_path)
     true = json.loads((tmp_path / "truth.json").read_text())
     for name, true_clock in true["clocks"].items():
         neck = read_neck(tmp_path / name / "neck.yaml")
@@ -90,19 +89,18 @@ def test_neither_late_commands_nor_how_friction_turns_over_pull_the_clock(seed: 
         assert abs(clock.delay[0] - true["delay_s"]) < 3.5 * clock.delay[1] < 0.15e-3
 
 
-@pytest.mark.parametrize("kind", ["linear elastic", "damped cables", "everything"])
-def test_neither_cables_nor_motors_nor_joints_pull_the_clock(kind: str) -> None:
-    """The limit of 60 s at 0.1 deg is 0.04 ms. With a sigma of at most 0.08 ms, both recordings stay within 4 of them; an
-    elasticity, damping or viscosity that is not accounted for is worth 0.5 ms to 7 ms."""
-    for seed in (100, 101):
-        made = recording(kind, seed)
-        clock = fit_clock(arm(), made.angles, made.log)
-        assert clock.offset_sigma < 0.08e-3
-        assert abs(error_of(clock, made)) < 4 * clock.offset_sigma
-        assert abs(clock.skew - made.clocks.skew) < 4 * clock.skew_sigma < 30e-6
-        assert clock.source == "cables and arm"
-        assert not clock.lost.losses
-        assert not clock.warnings
+@pytest.mark.parametrize(("kind", "seed"), [("damped cables", 100), ("everything", 101)])
+def test_neither_cables_nor_motors_nor_joints_pull_the_clock(kind: str, seed: int) -> None:
+    """The limit of 60 s at 0.1 deg is 0.04 ms. With a sigma of at most 0.08 ms, they stay within 4 of them; an elasticity,
+    damping or viscosity that is not accounted for is worth 0.5 ms to 7 ms."""
+    made = recording(kind, seed)
+    clock = fit_clock(arm(), made.angles, made.log)
+    assert clock.offset_sigma < 0.08e-3
+    assert abs(error_of(clock, made)) < 4 * clock.offset_sigma
+    assert abs(clock.skew - made.clocks.skew) < 4 * clock.skew_sigma < 30e-6
+    assert clock.source == "cables and arm"
+    assert not clock.lost.losses
+    assert not clock.warnings
 
 
 def clock_of(world: World, noise: float) -> tuple[ClockEstimate, float]:
@@ -145,13 +143,12 @@ def test_the_form_of_friction_does_not_pull_the_clock(form: str) -> None:
     assert abs(clock.delay[0]) < 0.06e-3
 
 
-@pytest.mark.parametrize("start_m", [-3e-3, 3e-3])
-def test_cables_that_were_pulled_before_the_log_hardly_move_the_clock(start_m: float) -> None:
+def test_cables_that_were_pulled_before_the_log_hardly_move_the_clock() -> None:
     """What fades of their creep, within 5 s in place of the 3 s that a clock takes. Without it sigma is 1.4 ms, and 33 ms are erred
     where such a start feigns a lost frame."""
     made = recording("linear elastic", 100)
     t = made.log.time - made.log.time[0]
-    turns = start_m * np.exp(-t / 5.0)[:, None] / arm().drum
+    turns = -3e-3 * np.exp(-t / 5.0)[:, None] / arm().drum
     columns = dict(made.log.columns) | numbered_columns("theta", made.log.matrix("theta") + turns)
     clock = fit_clock(arm(), made.angles, Series(made.log.time, columns))
     assert not clock.lost.losses
@@ -202,21 +199,18 @@ def test_stamps_that_jitter_only_blur() -> None:
 
 
 def test_frames_lost_without_a_trace_are_found_and_put_right() -> None:
-    """0.5 % of 1800 frames: at least 95 % are found, 99 % of the frames' times are right to half a period, the clock as well as
+    """1 % of 1800 frames: at least 95 % are found, 99 % of the frames' times are right to half a period, the clock as well as
     ever. Believing the stamps instead, the last frames are as late as all that was lost."""
-    lost, found = 0, 0
-    for seed in (100, 101):
-        made = recording("everything", seed)
-        angles, true, gone = with_lost_frames(made, 0.005, seed)
-        clock = fit_clock(arm(), angles, made.log)
-        error = clock.log_time(angles.time) - made.clocks.log_time(true)
-        assert np.mean(np.abs(error) < 1 / 60) > 0.99
-        assert abs(np.median(error)) < 4 * clock.offset_sigma < 0.4e-3
-        lost, found = lost + len(gone), found + sum(loss.frames for loss in clock.lost.losses)
-        believed = replace(clock, lost=replace(clock.lost, losses=()))
-        assert np.ptp(believed.log_time(angles.time) - made.clocks.log_time(true)) > 0.9 * len(gone) / 30
-    assert lost >= 8
-    assert 0.95 * lost <= found <= lost + 1
+    made = recording("everything", 101)
+    angles, true, gone = with_lost_frames(made, 0.01, 101)
+    clock = fit_clock(arm(), angles, made.log)
+    error = clock.log_time(angles.time) - made.clocks.log_time(true)
+    assert np.mean(np.abs(error) < 1 / 60) > 0.99
+    assert abs(np.median(error)) < 4 * clock.offset_sigma < 0.4e-3
+    believed = replace(clock, lost=replace(clock.lost, losses=()))
+    assert np.ptp(believed.log_time(angles.time) - made.clocks.log_time(true)) > 0.9 * len(gone) / 30
+    assert len(gone) >= 8
+    assert 0.95 * len(gone) <= sum(loss.frames for loss in clock.lost.losses) <= len(gone) + 1
 
 
 def test_dropped_frames_with_right_stamps_are_no_losses() -> None:
@@ -249,6 +243,7 @@ def test_repeated_and_missing_rows_are_counted_and_passed_over() -> None:
     assert clock.repaired.missing_rows == np.sum(~kept)
     assert 0.8 * held < clock.repaired.repeated_rows <= held  # an arm that pauses repeats its rows truly
     assert len(clock.repaired.gaps) >= 30
+    assert not any("gaps of the log" in word for word in clock.warnings)  # 80 ms at most
     assert abs(error_of(clock, made)) < 4 * clock.offset_sigma < 0.4e-3
     assert fit_clock(arm(), made.angles, made.log).repaired.repeated_rows == 0
 

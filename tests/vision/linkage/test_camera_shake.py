@@ -79,9 +79,15 @@ def errors(extraction: Extraction, seed: int) -> np.ndarray:
     return extraction.angles.alpha - swinging(seed)(TIME)
 
 
-@pytest.mark.parametrize("seed", [11, 12])
 @pytest.mark.parametrize(
-    "shake", [lambda s: sines(0.4, s), lambda s: sines(2.0, s), lambda s: sines(8.0, s), wandering, knocked]
+    ("shake", "seed"),
+    [
+        (lambda s: sines(0.4, s), 11),
+        (lambda s: sines(2.0, s), 12),
+        (lambda s: sines(8.0, s), 11),
+        (wandering, 12),
+        (knocked, 11),
+    ],
 )
 def test_a_shake_is_named_and_hardly_reaches_the_angles(shake: Callable[[int], Course], seed: int) -> None:
     """Angles err by less than 1.6 times what they do before a camera that stands, and sigma holds it."""
@@ -97,7 +103,7 @@ def test_a_shake_is_named_and_hardly_reaches_the_angles(shake: Callable[[int], C
     assert np.all((z > 0.5) & (z < 1.35)), z
 
 
-@pytest.mark.parametrize("seed", [13, 14, 15])
+@pytest.mark.parametrize("seed", [13, 14])
 def test_a_camera_that_stands_does_not_shake(seed: int) -> None:
     extraction = extracted(filmed(seed, None))
     assert extraction.fit.shake is None
@@ -105,7 +111,7 @@ def test_a_camera_that_stands_does_not_shake(seed: int) -> None:
     assert extraction.as_json()["warnings"] == []
 
 
-@pytest.mark.parametrize("seed", [16, 17, 18])
+@pytest.mark.parametrize("seed", [16, 17])
 def test_a_base_marker_that_alone_seems_to_move_is_no_shake(seed: int) -> None:
     """As under a shadow, or as a codec draws it: the other markers do not follow, and angles stay what they were."""
     seen = filmed(seed, None)
