@@ -1,4 +1,4 @@
-"""What is known to a tolerance only: numbers of the drawing, the angles' zeros, friction's curve, and clocks.
+"""What is known to a tolerance only: numbers of the drawing, the angles' zeros, forces' scale, friction's curve, and clocks.
 
 Within its tolerance nothing is a cause. Each is a number with the tolerance as its prior's standard deviation, and no wall: how far
 it goes is what the recordings say.
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from diagnosis.angle_zeros import angle_errors_of_bars
+from diagnosis.force_scale import force_scale_columns
 from diagnosis.friction_curve import friction_curve_columns
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import Linearisation, RecordingLinearisation
@@ -37,7 +38,7 @@ class Nuisances:
     zero_sigma: float
     """rad, of the markers of each bar, from the base's on, against it; 0 where they are exact"""
     arm_columns: tuple[Array, ...]
-    """of each recording: what one sigma of each of the arm's, of the angles' and of friction's curve does, (C, S, Q)"""
+    """of each recording: what one sigma of each of the arm's, the angles', the forces' and friction's curve does, (C, S, Q)"""
     clock_columns: tuple[Array, ...]
     """of each recording: what one sigma of its clock's offset and skew does, (C, S, 2)"""
     clock_sigma: tuple[float, ...]
@@ -45,24 +46,24 @@ class Nuisances:
     clock_relaxation: tuple[float, ...]
     """factor on each `clock_sigma` where the laws that the clock rests on are wrong"""
     departures: Array
-    """(Q,), sigmas by which each of the arm's, the angles' and friction's curve is off what was drawn where columns are told"""
+    """(Q,), sigmas by which each is off what was drawn where columns are told"""
 
     @property
     def count(self) -> int:
-        """Q, of the arm's, the angles' and friction's curve."""
+        """Q, of the arm's, the angles', the forces' and friction's curve."""
         return len(self.departures)
 
     def adjusted(self, h: Hypothesis, numbers: Array) -> Hypothesis:
-        """A hypothesis with the arm's and the angles' moved by numbers (Q,) of their sigmas; friction keeps its curve."""
+        """A hypothesis with the arm's and the angles' moved by numbers (Q,) of their sigmas; forces and friction stay."""
         angles = angle_errors_of_bars(h.arm.N) if self.zero_sigma > 0 else np.zeros((0, h.arm.N))
-        of_drawing, of_bars, of_curve = np.split(numbers, np.cumsum([len(self.drawing), len(angles)]))
+        of_drawing, of_bars, of_forces = np.split(numbers, np.cumsum([len(self.drawing), len(angles)]))
         neck = moved(h.neck, self.drawing, [n.sigma * x for n, x in zip(self.drawing, of_drawing, strict=True)])
         try:
             neck = Neck.model_validate(neck.model_dump())
         except ValidationError as error:
             what = "the recordings ask for a description that no arm can have"
             raise Refused("diagnose", f"{what}: {described_faults(error.errors(), Neck, neck.model_dump())}") from error
-        departures = self.departures + np.concatenate([of_drawing, of_bars, 0 * of_curve])
+        departures = self.departures + np.concatenate([of_drawing, of_bars, 0 * of_forces])
         angle_error = h.angle_error + self.zero_sigma * of_bars @ angles
         return replace(h, neck=neck, angle_error=angle_error, departures=tuple(departures.tolist()))
 
@@ -90,16 +91,22 @@ def nuisances_at(at: Linearisation) -> Nuisances:
 def _arm_columns(
     recording: RecordingLinearisation, neck: Neck, drawing: Sequence[TolerancedNumber], zero_sigma: float
 ) -> Array:
-    """What one sigma of the arm's numbers, the angles' zeros and friction's curve does to the residuals, (C, S, Q)."""
+    """What one sigma of the arm's numbers, the angles' zeros, forces' scale and friction's curve does, (C, S, Q)."""
     change = recording.sensitivity.residual_change
     columns = [change(arm=arm_of(number.moved(neck, number.sigma))) for number in drawing]
     if zero_sigma > 0:
         errors = zero_sigma * angle_errors_of_bars(neck.N)
         columns += [change(angle_error=AngleError(-error)) for error in errors]
     of_arm = np.stack(columns, axis=-1) if columns else np.zeros((*recording.rows.residual.shape, 0))
-    if neck.tolerance.friction_curve == 0:
-        return of_arm
-    return np.concatenate([of_arm, friction_curve_columns(recording, neck.tolerance.friction_curve)], axis=2)
+    of_forces = [
+        columns_of(recording, share)
+        for columns_of, share in (
+            (force_scale_columns, neck.tolerance.drum),
+            (friction_curve_columns, neck.tolerance.friction_curve),
+        )
+        if share > 0
+    ]
+    return np.concatenate([of_arm, *of_forces], axis=2)
 
 
 def _clock_columns(recording: RecordingLinearisation, offset_sigma: float) -> Array:

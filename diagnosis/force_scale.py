@@ -1,0 +1,22 @@
+"""How far a newton of the log may lie from one: a force is a motor's torque over the radius of a drum known to a tolerance.
+
+A drum that is off by a share of itself pulls by as much less than the log says, where the log's forces come from the motor's torque
+and the drawn drum. Where they come from elsewhere they are as well known at best.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.linearisation import RecordingLinearisation
+from identification.residuals import changes_by_forces, delayed_forces
+from mechanism.laws import Term
+
+Array = NDArray[np.float64]
+
+_NEWTON = Term("unit", "N", low=-np.inf, high=np.inf, size=1.0)
+
+
+def force_scale_columns(recording: RecordingLinearisation, share: float) -> Array:
+    """What forces that are larger by `share` of themselves do to the residuals, motor by motor, (C, S, M)."""
+    more = share * delayed_forces(recording.signals, recording.delay)
+    return changes_by_forces(recording.signals, _NEWTON, friction=-more[None])[:, :, 0]
