@@ -75,9 +75,7 @@ def with_all_causes(
             continue
         if _a_law_would_do(last, after, fitter.whiten, free_fits):
             break
-        last = after
-        if fitter.is_ill_weighted(last):
-            fitter, last = fitter.reweighted(last)
+        fitter, last = fitter.with_own_weights(after)
         beside = with_effects(last, fitter.whiten)
     return fitter, last
 

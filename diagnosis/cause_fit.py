@@ -94,7 +94,15 @@ class CauseFitter:
         """To which causes are added, with what is seen of dry friction that holds what rests."""
         return self._h
 
-    def is_ill_weighted(self, stage: FitStage) -> bool:
+    def reweighted(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
+        """The same causes fitted anew with noise as it is with them, and what fits others so."""
+        return self._reweighted(stage, self._whitener(stage))
+
+    def with_own_weights(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
+        """As `reweighted`, where the weights of the fit were of other noise."""
+        return self.reweighted(stage) if self._is_ill_weighted(stage) else (self, stage)
+
+    def _is_ill_weighted(self, stage: FitStage) -> bool:
         """Whether noise with a stage's laws is plainly louder or softer than the weights by which it was fitted say.
 
         Or whether dry friction is seen to hold what rests by more, or by less."""
@@ -102,15 +110,11 @@ class CauseFitter:
         holds_otherwise = stage.held.furthest_from(self._h.held) > _MAX_HELD_CHANGE
         return holds_otherwise or not 1 / _MAX_NOISE_CHANGE < level < _MAX_NOISE_CHANGE
 
-    def reweighted(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
-        """The same causes fitted anew with noise as it is with them, and what fits others so."""
-        return self._reweighted(stage, self._whitener(stage))
-
     def reweighted_by_what_is_left(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
-        """As `reweighted`, where a channel with more than noise counts by what it has.
+        """As `with_own_weights`, where a channel with more than noise counts by what it has.
 
         Else clocks and friction would give way to what no number mends where a law's form leaves something."""
-        fitter, stage = self.reweighted(stage) if self.is_ill_weighted(stage) else (self, stage)
+        fitter, stage = self.with_own_weights(stage)
         at, whiten = stage.comparison.linearisation, fitter._whitener(stage)
         residuals = zip(at.recordings, stage.comparison.residuals_after(stage.fit), strict=True)
         white = [whiten(r, segment_starts(rec.signals), rec.input_variance) for rec, r in residuals]
@@ -141,7 +145,7 @@ class CauseFitter:
     def with_sticking_motors(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
         """The same causes fitted anew where rows in which motors rest count by what is seen of friction that holds them."""
         fitter, stage = self._anew(stage, self.whiten, stage.held_if_motors_stick)
-        return fitter.reweighted(stage) if fitter.is_ill_weighted(stage) else (fitter, stage)
+        return fitter.with_own_weights(stage)
 
     def _whitener(self, stage: FitStage) -> Whitener:
         at = stage.comparison.linearisation

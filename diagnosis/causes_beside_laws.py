@@ -110,8 +110,7 @@ def _causes_beside(
         return None
     fitter = search.fitter
     stage = fitter.fitted(found.stage.comparison.linearisation, (*beside.last.causes, *causes))
-    if fitter.is_ill_weighted(stage):
-        fitter, stage = fitter.reweighted(stage)
+    fitter, stage = fitter.with_own_weights(stage)
     stage = fitter.finished(stage)
     leaves_more = stage.excess.above_noise and stage.surplus > found.stage.surplus
     if leaves_more or not stage.possible:

@@ -18,6 +18,7 @@ from synchronisation.clocks.light import edges_of, fit_light
 from synchronisation.clocks.log_gaps import RepairedLog, repair_log
 from synchronisation.clocks.motion_clock import clock_from_motion, stamped_period
 from synchronisation.clocks.undetermined import ClockUndetermined
+from xneck_foundation.one_blas_thread import one_blas_thread
 
 Array = NDArray[np.float64]
 
@@ -26,6 +27,7 @@ DISAGREEMENT_SIGMA = 4.0
 (docs/thresholds.md)"""
 
 
+@one_blas_thread
 def fit_clock(arm: Arm, angles: Angles, log: Series, fv: Array | None = None) -> ClockEstimate:
     """Offset and skew from angles (camera clock) and a log as recorded; fv: (M,), N s/rad, NaN where not known.
 

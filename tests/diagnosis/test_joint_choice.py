@@ -58,11 +58,8 @@ def found(
             asked.append(names)
         return stage(*names)
 
-    fitter: Any = SimpleNamespace(
-        whiten=None,
-        fitted=fitted,
-        is_ill_weighted=lambda after: False,
-    )
+    fitter: Any = SimpleNamespace(whiten=None, fitted=fitted)
+    fitter.with_own_weights = lambda after: (fitter, after)
     monkeypatch.setattr(cause_choice, "_by_chance", lambda *_: 20.0)
     monkeypatch.setattr(cause_choice, "_without_a_needless_one", lambda *_: None)
     monkeypatch.setattr(cause_choice, "with_effects", lambda *_: None)
