@@ -7,10 +7,14 @@ They are chosen jointly (diagnosis/cause_choice.py). In the end those that expla
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from diagnosis.cause import Cause
 from diagnosis.cause_choice import with_all_causes
 from diagnosis.cause_fit import CauseFitter, fitted_without
 from diagnosis.cause_ranking import CauseCandidate, rank
 from diagnosis.comparison import Comparison
+from diagnosis.descent import MAX_TOLERANCES
 from diagnosis.fit_stage import FitStage
 from diagnosis.free_function import FreeFit, FreeFits
 from diagnosis.hypothesis import Hypothesis
@@ -83,7 +87,23 @@ class Search:
 
 
 def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int = 0) -> Search:
-    """Causes beyond a hypothesis in recordings of one arm. Raises Refused where a motor stands still."""
+    """Causes beyond a hypothesis in recordings of one arm. Raises Refused where a motor stands still.
+
+    Where they hold a gain of the motors that drums within their tolerance would make, forces are taken to be as little known as
+    these, and causes are sought again."""
+    search = _search(h, ensembles, seed)
+    if h.forces_as_drums or not any(_may_be_of_drums(cause, h) for cause in search.last.causes):
+        return search
+    return _search(h.with_forces_as_drums(), ensembles, seed)
+
+
+def _may_be_of_drums(cause: Cause, h: Hypothesis) -> bool:
+    """Whether a cause is a gain of the motors that is within what drums are good for."""
+    largest = float(np.max(np.abs(cause.amounts), initial=0.0))
+    return cause.effect.name == "actuator_gain" and largest < MAX_TOLERANCES * h.neck.tolerance.drum
+
+
+def _search(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int) -> Search:
     fitter = CauseFitter(h, ensembles)
     fitter, first = fitter.redrawn(fitter.base_model())
     every_effect = with_effects(first, fitter.whiten)

@@ -38,6 +38,8 @@ class Hypothesis:
     """tolerances by which numbers that have one already are where recordings put them, as `Nuisances` has them; none unless said"""
     held: HeldShares = NOTHING_HELD
     """what is seen of dry friction that holds motors and joints at rest otherwise than the laws say"""
+    forces_as_drums: bool = False
+    """whether the log's forces are known no better than the radii of the drums"""
 
     @property
     def arm(self) -> Arm:
@@ -48,6 +50,11 @@ class Hypothesis:
     def reading(self) -> tuple[object, ...]:
         """All that `corrected` depends on."""
         return (self.neck, self.frame_lag, self.motor_angle_lag, *self.angle_error.tolist())
+
+    def with_forces_as_drums(self) -> "Hypothesis":
+        """The same where the log's forces are known no better than the drums, and none of them is off so far."""
+        departures = (*self.departures, *(0.0,) * self.arm.M) if self.departures else ()
+        return replace(self, forces_as_drums=True, departures=departures)
 
     def with_law(self, name: str, values: Mapping[str, Array]) -> "Hypothesis":
         """The same with a law's numbers set."""

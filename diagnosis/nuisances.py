@@ -1,4 +1,4 @@
-"""What is known to a tolerance only: numbers of the drawing, the angles' zeros, forces' scale, friction's curve, and clocks.
+"""What is known to a tolerance only: numbers of the drawing, the angles' zeros, friction's curve, forces' scale, and clocks.
 
 Within its tolerance nothing is a cause. Each is a number with the tolerance as its prior's standard deviation, and no wall: how far
 it goes is what the recordings say.
@@ -38,7 +38,7 @@ class Nuisances:
     zero_sigma: float
     """rad, of the markers of each bar, from the base's on, against it; 0 where they are exact"""
     arm_columns: tuple[Array, ...]
-    """of each recording: what one sigma of each of the arm's, the angles', the forces' and friction's curve does, (C, S, Q)"""
+    """of each recording: what one sigma of each of the arm's, the angles', friction's and the forces' does, (C, S, Q)"""
     clock_columns: tuple[Array, ...]
     """of each recording: what one sigma of its clock's offset and skew does, (C, S, 2)"""
     clock_sigma: tuple[float, ...]
@@ -50,11 +50,11 @@ class Nuisances:
 
     @property
     def count(self) -> int:
-        """Q, of the arm's, the angles', the forces' and friction's curve."""
+        """Q, of the arm's, the angles', friction's curve and the forces' scale."""
         return len(self.departures)
 
     def adjusted(self, h: Hypothesis, numbers: Array) -> Hypothesis:
-        """A hypothesis with the arm's and the angles' moved by numbers (Q,) of their sigmas; forces and friction stay."""
+        """A hypothesis with the arm's and the angles' moved by numbers (Q,) of their sigmas; friction and forces stay."""
         angles = angle_errors_of_bars(h.arm.N) if self.zero_sigma > 0 else np.zeros((0, h.arm.N))
         of_drawing, of_bars, of_forces = np.split(numbers, np.cumsum([len(self.drawing), len(angles)]))
         neck = moved(h.neck, self.drawing, [n.sigma * x for n, x in zip(self.drawing, of_drawing, strict=True)])
@@ -91,7 +91,7 @@ def nuisances_at(at: Linearisation) -> Nuisances:
 def _arm_columns(
     recording: RecordingLinearisation, neck: Neck, drawing: Sequence[TolerancedNumber], zero_sigma: float
 ) -> Array:
-    """What one sigma of the arm's numbers, the angles' zeros, forces' scale and friction's curve does, (C, S, Q)."""
+    """What one sigma of the arm's numbers, the angles' zeros, friction's curve and forces' scale does, (C, S, Q)."""
     change = recording.sensitivity.residual_change
     columns = [change(arm=arm_of(number.moved(neck, number.sigma))) for number in drawing]
     if zero_sigma > 0:
@@ -101,8 +101,8 @@ def _arm_columns(
     of_forces = [
         columns_of(recording, share)
         for columns_of, share in (
-            (force_scale_columns, neck.tolerance.drum),
             (friction_curve_columns, neck.tolerance.friction_curve),
+            (force_scale_columns, neck.tolerance.drum if recording.hypothesis.forces_as_drums else 0.0),
         )
         if share > 0
     ]

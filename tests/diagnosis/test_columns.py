@@ -10,7 +10,6 @@ from diagnosis.cause import Cause, with_causes
 from diagnosis.compare import compare
 from diagnosis.comparison import FOLDS, Comparison
 from diagnosis.effects import EFFECTS
-from diagnosis.friction_curve import BUMP_SPEEDS
 from diagnosis.hypothesis import Hypothesis, as_described
 from diagnosis.linearisation import Linearisation, base_unknowns, corrected_signals, linearise
 from diagnosis.noise_ensemble import noise_whitener
@@ -221,17 +220,10 @@ def test_columns_of_nuisances_are_what_the_arm_does_that_has_them(at: Linearisat
 def test_a_drum_known_to_a_tolerance_leaves_forces_known_to_as_much(at: Linearisation, data: DataSet) -> None:
     """The column of motor 3's forces is what a log does that says .2 % more of them."""
     motors, state = at.hypothesis.arm.M, data.state
-    with_curve, without = (
-        nuisances_at(replace(at, hypothesis=replace(at.hypothesis, neck=neck)))
-        for neck in (
-            at.hypothesis.neck,
-            at.hypothesis.neck.model_copy(
-                update={"tolerance": at.hypothesis.neck.tolerance.model_copy(update={"friction_curve": 0.0})}
-            ),
-        )
-    )
-    assert with_curve.count == without.count + len(BUMP_SPEEDS) * motors
-    column = without.arm_columns[0][..., without.count - motors + 2]
+    there = read_at(at.hypothesis.with_forces_as_drums(), data, at.p)
+    nuisances = nuisances_at(there)
+    assert nuisances.count == nuisances_at(at).count + motors
+    column = nuisances.arm_columns[0][..., -motors + 2]
     louder = replace(data, state=Series(state.time, {**state.columns, "f3": 1.002 * state.columns["f3"]}))
     changed = read_at(at.hypothesis, louder, at.p).recordings[0].rows.residual - at.recordings[0].rows.residual
     assert np.std(changed[2]) > 0
