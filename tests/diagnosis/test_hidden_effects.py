@@ -78,9 +78,7 @@ def test_no_cause_is_named_where_nothing_is_hidden(cases: list[Case]) -> None:
     assert len(clean) == NOTHING_HIDDEN
     assert [case.found.causes for case in clean] == [()] * NOTHING_HIDDEN
     assert {case.found.verdict for case in clean} <= {"consistent", "insufficient"}
-    for case in clean:
-        assert not case.found.something_remains
-        assert all(r.ratio < 1.5 and r.held_out for r in case.found.remainder)
+    assert not any(case.found.something_remains for case in clean)
 
 
 def test_names_are_hardly_ever_false(cases: list[Case]) -> None:
