@@ -8,15 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.linearisation import RecordingLinearisation
-from identification.residuals import changes_by_forces, delayed_forces
-from mechanism.laws import Term
+from identification.residuals import UNIT_FORCE, changes_by_forces, delayed_forces
 
 Array = NDArray[np.float64]
-
-_NEWTON = Term("unit", "N", low=-np.inf, high=np.inf, size=1.0)
 
 
 def force_scale_columns(recording: RecordingLinearisation, share: float) -> Array:
     """What forces that are larger by `share` of themselves do to the residuals, motor by motor, (C, S, M)."""
     more = share * delayed_forces(recording.signals, recording.delay)
-    return changes_by_forces(recording.signals, _NEWTON, friction=-more[None])[:, :, 0]
+    return changes_by_forces(recording.signals, UNIT_FORCE, friction=-more[None])[:, :, 0]

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.linearisation import RecordingLinearisation
-from identification.residuals import changes_by_forces
-from mechanism.laws import Term
+from identification.residuals import UNIT_FORCE, changes_by_forces
 
 Array = NDArray[np.float64]
 
@@ -17,7 +16,6 @@ BUMP_SPEEDS = (0.3, 1.2, 5.0)
 """rad/s of the motor, evenly in their logarithm (docs/thresholds.md)"""
 _BUMP_WIDTH = 0.5 * float(np.log(BUMP_SPEEDS[1] / BUMP_SPEEDS[0]))
 """in the logarithm of speed: bumps overlap where each is at 0.37 of its height, and add up to a smooth curve"""
-_NEWTON = Term("unit", "N", low=-np.inf, high=np.inf, size=1.0)
 
 
 def friction_bumps(speed: Array) -> Array:
@@ -31,5 +29,5 @@ def friction_curve_columns(recording: RecordingLinearisation, share: float) -> A
     s = recording.signals
     size = share * np.broadcast_to(np.abs(recording.values["fs"]), s.f.shape[1:])
     bumps = friction_bumps(s.speeds.mean).mean(axis=0) * size[:, None]  # (T, M, bumps)
-    changes = changes_by_forces(s, _NEWTON, friction=np.moveaxis(bumps, -1, 0))
+    changes = changes_by_forces(s, UNIT_FORCE, friction=np.moveaxis(bumps, -1, 0))
     return changes.reshape(*changes.shape[:2], -1)

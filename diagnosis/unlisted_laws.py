@@ -25,7 +25,7 @@ from discovery.found_law import FoundLaw
 from discovery.problem import Candidate, Problem
 from discovery.search import find_laws
 from identification.fitting import segment_starts
-from identification.residuals import changes_by_forces
+from identification.residuals import UNIT_FORCE, changes_by_forces
 from identification.whitening import Whitener
 from mechanism.arm import Arm
 from mechanism.friction import dry
@@ -76,7 +76,6 @@ MAX_BLOCKS = 60
 """that are looked at for laws; what is found is fitted to all rows (docs/thresholds.md)"""
 _SMALL_MISREADING = 1e-6
 """of what an encoder reads too much: up to there what that does is in proportion to it"""
-_UNIT_FORCE = Term("unit", "N", low=-np.inf, high=np.inf, size=1.0)
 _UNIT_TORQUE = Term("unit", "N m", low=-np.inf, high=np.inf, size=1.0, of="joint")
 _UNIT_TORQUE_OF_ARM = Term("unit", "N m", low=-np.inf, high=np.inf, size=1.0, of="arm")
 
@@ -207,7 +206,7 @@ def _change(variable: Variable, recording: RecordingLinearisation, forces: Mappi
     s = recording.signals
     if variable.span:
         return changes_by_forces(s, _UNIT_TORQUE_OF_ARM, resistance=variable.at_joints(forces["resistance"], s.alpha))
-    return changes_by_forces(s, _UNIT_TORQUE if variable.acts == "joint" else _UNIT_FORCE, **forces)
+    return changes_by_forces(s, _UNIT_TORQUE if variable.acts == "joint" else UNIT_FORCE, **forces)
 
 
 @dataclass(frozen=True)

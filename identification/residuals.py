@@ -22,6 +22,9 @@ from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
 
+UNIT_FORCE = Term("unit", "N", low=-np.inf, high=np.inf, size=1.0)
+"""of each motor or cable by itself: the term of `changes_by_forces` where patterns of forces belong to no law"""
+
 _STEP = 1e-3
 """step of the differences in sizes of a term: laws are smooth on it, most are linear"""
 _KEPT_PATH_MEMORIES = 2
