@@ -89,7 +89,10 @@ def test_cables_are_as_long_as_the_pulley_model_says(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "seconds", "max_step"),
-    [*((name, 1.0, 5e-4) for name in ARMS), pytest.param("sample", 10.0, 1e-3, marks=pytest.mark.slow)],
+    [
+        *((name, 1.0, 5e-4) for name in ARMS),
+        *(pytest.param(name, 10.0, 1e-3, marks=pytest.mark.slow) for name in ARMS),
+    ],
 )
 def test_it_moves_as_the_simulation_does(name: str, seconds: float, max_step: float) -> None:
     driven = ARMS[name]()
