@@ -37,7 +37,7 @@ SCENES = (
     Scene("stribeck_friction", lambda plant: [Stribeck(peak=3.0, width=12.0)]),
     Scene("viscous_friction", lambda plant: [ViscousFriction(np.full(plant.M, 0.02))]),
     Scene("pulley_friction", lambda plant: [PulleyFriction(mu=0.02)]),
-    Scene("joint_friction", lambda plant: [JointFriction(dry=0.03, width=0.1)]),
+    Scene("joint_friction", lambda plant: [JointFriction(dry=np.full(plant.N, 0.03), width=0.1)]),
     Scene("base_tilt", lambda plant: [Tilt(float(np.radians(1.0)))]),
     Scene("tip_payload", lambda plant: [Payload(0.06)]),
 )

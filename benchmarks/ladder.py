@@ -79,7 +79,7 @@ CATALOGUE: Mapping[str, Drawn] = {
     "presliding_friction": lambda p, rng: Presliding(rng.uniform(0.02, 0.1, p.M)),
     "viscous_friction": lambda p, rng: ViscousFriction(rng.uniform(0.01, 0.04, p.M)),
     "pulley_friction": _on_pulleys,
-    "joint_friction": lambda p, rng: JointFriction(dry=rng.uniform(0.01, 0.03), width=0.1),
+    "joint_friction": lambda p, rng: JointFriction(dry=np.full(p.N, rng.uniform(0.01, 0.03)), width=0.1),
     "base_tilt": lambda p, rng: Tilt(float(rng.choice([-1, 1]) * np.radians(rng.uniform(2.0, 5.0)))),
     "tip_payload": lambda p, rng: Payload(rng.uniform(0.05, 0.15)),
     "pulley_radius": lambda p, rng: _described("r", rng, p.N, 0.1, 0.2),

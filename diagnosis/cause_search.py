@@ -22,6 +22,7 @@ from diagnosis.look_alikes import NamedCause, with_look_alikes
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.offered_causes import with_effects
 from diagnosis.remainder import leaves_plainly_more
+from diagnosis.single_place import with_single_places
 from diagnosis.sticking_motors import motors_stick
 from diagnosis.worth_naming import MIN_EXPLAINED
 from identification.whitening import Whitener
@@ -119,6 +120,7 @@ def _search(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int) -> Sea
     if not knows_a_law and last.excess.above_noise and _is_outweighed(first, last, fitter.whiten, free_fits):
         # a law whose numbers stay as they were found leaves more beside the right causes than one more law would
         outweighed, last = last if last.causes else None, first
+    last = with_single_places(fitter, last)
     causes, last = with_look_alikes(fitter, last)
     if causes and last.excess.above_noise:
         fitter, last = fitter.reweighted_by_what_is_left(last)

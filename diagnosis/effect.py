@@ -63,7 +63,7 @@ class Effect:
     has_tolerance: ClassVar[bool] = False
     """whether it is a number that neck.yaml gives a tolerance, or adds to one: within that it is no cause, beyond it is one"""
     may_sit_alone: ClassVar[bool] = True
-    """whether it may sit in one place only"""
+    """whether it is looked for in one place only; where it is not, a fit of all places may still tell that it is in one"""
     may_sit_everywhere: ClassVar[bool] = True
     """whether it may sit in all places at once, where that is not the scale of all forces or lengths, which nothing tells"""
     check_fault: ClassVar[CheckFault | None] = None
@@ -98,11 +98,13 @@ class Effect:
         everywhere = Placement("all", tuple(range(len(self.terms) * count)))
         if count == 1 or not self.may_sit_alone:
             return (everywhere,)
-        single = tuple(
-            Placement(label, tuple(k * count + i for k in range(len(self.terms))))
-            for i, label in enumerate(self.place_labels(arm))
-        )
+        single = tuple(self.alone_at(place, arm) for place in range(count))
         return (everywhere, *single) if self.may_sit_everywhere else single
+
+    def alone_at(self, place: int, arm: Arm) -> Placement:
+        """At one of its places, counted from 0."""
+        labels = self.place_labels(arm)
+        return Placement(labels[place], tuple(k * len(labels) + place for k in range(len(self.terms))))
 
     def sizes(self, arm: Arm) -> Array:
         """What a person would call a change of each amount, (Q,)."""

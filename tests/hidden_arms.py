@@ -41,13 +41,14 @@ NOISE_DEG = 0.03
 SAME_ARM = 1302
 HARDENING = Hardening(np.array([3.9e7, 3.5e7, 4.5e7, 6.9e7]))
 COGGING = Cogging(force=1.5, poles=7.0)
-STICKING = JointFriction(dry=0.08, width=2e-3)
+JOINT_2_RUBS = JointFriction(dry=np.array([0.0, 0.0166, 0.0]), width=0.1)
+STICKING = JointFriction(dry=np.full(3, 0.08), width=2e-3)
 PAYLOAD, STOP = Payload(mass=0.08), Loom(stiffness=1.5, slack=0.2)
 HIDDEN: dict[str, tuple[int, tuple[Law, ...]]] = {
     "nothing": (SAME_ARM, ()),
     "hardening": (SAME_ARM, (HARDENING,)),
     "tilt": (SAME_ARM, (Tilt(0.067),)),
-    "joint": (SAME_ARM, (JointFriction(dry=0.0166, width=0.1),)),
+    "joint": (SAME_ARM, (JOINT_2_RUBS,)),
     "pulleys": (SAME_ARM, (RouteFriction(np.full(4, 0.01), width=1e-3),)),
     "cogging": (481, (COGGING,)),
     "sticking joints": (482, (STICKING,)),

@@ -9,7 +9,8 @@ class JointFriction(LawEffect):
 
     name = "joint_friction"
     words = "the joints rub"
-    place = "joint"
+    place = "mechanism"
+    part = "joint"
     shown_by = JOINT_SPEED
     law = "joint_friction"
     terms = law_terms("joint_friction", "cj", "dj")

@@ -48,7 +48,7 @@ class MarkerOffset(Effect):
 
     def placements(self, arm: Arm) -> tuple[Placement, ...]:
         # the base bar's marker and the other bars' together tell one thing twice
-        single = tuple(Placement(label, (i,)) for i, label in enumerate(self.place_labels(arm)))
+        single = (self.alone_at(bar, arm) for bar in range(arm.N + 1))
         return (Placement("all", tuple(range(1, arm.N + 1))), *single)
 
     def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:

@@ -184,12 +184,12 @@ class Hardening(Law):
 
 @dataclass(frozen=True)
 class JointFriction(Law):
-    """Dry friction of the joints, N m, that turns over within `width` (rad/s).
+    """Dry friction of the joints, N m each, that turns over within `width` (rad/s).
 
     Steps of a row carry joints to and fro across a narrow width: 0.01 rad/s at 0.12 N m wants an eighth of a row.
     """
 
-    dry: float
+    dry: Array
     width: float
 
     def joint(self, s: Snapshot) -> Array:

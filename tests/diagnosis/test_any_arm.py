@@ -73,7 +73,7 @@ def made(settings: Settings, *hidden: tuple[int, Sequence[Law]]) -> list[Case]:
 def one_joint() -> list[Case]:
     """The first as a workshop makes it, with motors' inertias that are off by 32 and 18 %; in the second a drum is wrong, and the
     third one's joint rubs."""
-    rubbing = JointFriction(dry=0.012, width=0.02)
+    rubbing = JointFriction(dry=np.array([0.012]), width=0.02)
     return made(ONE_JOINT, (450, ()), (454, [Described("drum", 1, 0.957)]), (485, [rubbing]))
 
 

@@ -8,7 +8,7 @@ from diagnosis.held_at_rest import held_share
 from mechanism.laws import JointMotion, Sliding, law_named
 from tests.hidden_arms import STICKING, seen_arms
 
-DRY_N_M = STICKING.dry
+DRY_N_M = float(STICKING.dry[0])
 
 
 @pytest.fixture(scope="module")

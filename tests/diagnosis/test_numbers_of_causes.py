@@ -12,7 +12,7 @@ from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.extended_model import extended_model
 from identification.model_file import covariance_of
 from samples.forward_arms.arms import Arm
-from tests.hidden_arms import HARDENING, HIDDEN, SAME_ARM, seen_arms
+from tests.hidden_arms import HARDENING, HIDDEN, JOINT_2_RUBS, SAME_ARM, seen_arms
 
 pytestmark = pytest.mark.slow
 
@@ -90,6 +90,19 @@ def test_a_cause_has_the_last_step_of_its_fit(cases: dict[str, Case]) -> None:
 def test_what_resembles_a_cause_is_given_up_beside_it(cases: dict[str, Case]) -> None:
     """A little backlash stood beside joint friction: straight lines from a shape that is not yet right called it needed."""
     assert [cause.effect.name for cause in cases["joint"].found.causes] == ["joint_friction"]
+
+
+def test_a_law_that_is_fitted_to_all_places_is_named_where_it_is(cases: dict[str, Case]) -> None:
+    """Friction of joint 2 was said of all joints, with nothing at the others to a ten thousandth of a newton metre."""
+    case = cases["joint"]
+    assert [cause.where.label for cause in case.found.causes] == ["mechanism 2"]
+    ((value, sigma),) = case.numbers("cj")
+    assert abs(value - JOINT_2_RUBS.dry[1]) < 4 * sigma
+
+
+def test_a_law_that_is_in_all_places_stays_there(cases: dict[str, Case]) -> None:
+    assert [cause.where.label for cause in cases["hardening"].found.causes] == ["all"]
+    assert [cause.where.label for cause in cases["pulleys"].found.causes] == ["all"]
 
 
 def test_friction_on_pulleys_is_told_from_that_of_the_motors_and_of_the_joints(cases: dict[str, Case]) -> None:

@@ -122,7 +122,7 @@ HARDENED_AT_M = 0.004
 EVERY_LAW: tuple[Law, ...] = (
     Hardening(np.full(5, 0.15 * 8000.0 / HARDENED_AT_M**2)),
     Stribeck(peak=3.0, width=12.0),
-    JointFriction(dry=0.03, width=0.1),
+    JointFriction(np.array([0.03, 0.02, 0.04]), width=0.1),
     PulleyFriction(mu=0.02),
     ViscousFriction(np.full(5, 0.02)),
 )
@@ -215,7 +215,7 @@ def test_wraps_are_those_of_the_packages(tmp_path: Path) -> None:
 
 
 def test_joint_friction_is_as_steep_as_it_says() -> None:
-    law, e = JointFriction(dry=0.03, width=0.05), 1e-6
+    law, e = JointFriction(np.array([[0.03], [0.02], [0.04]]), width=0.05), 1e-6
     speed = np.random.default_rng(8).uniform(-0.2, 0.2, (3, 20))
     one, other = (law.joint(snapshot(alpha_d=speed + s * e)) for s in (1, -1))
     slope = np.einsum("iib->ib", law.joint_damping(snapshot(alpha_d=speed)))
@@ -260,8 +260,9 @@ def test_steps_may_be_long_where_the_joints_friction_is_steep() -> None:
             y, _, _ = rosenbrock_step(system, 0.0, y, f, h)
         return y[system.alpha]
 
-    truth = end(JointFriction(0.03, 0.05), 6.25e-5)
-    told, untold = (np.abs(end(law(0.03, 0.05), 5e-4) - truth).max() for law in (JointFriction, SteepJointFriction))
+    dry = np.full(3, 0.03)
+    truth = end(JointFriction(dry, 0.05), 6.25e-5)
+    told, untold = (np.abs(end(law(dry, 0.05), 5e-4) - truth).max() for law in (JointFriction, SteepJointFriction))
     assert told < 5e-5
     assert untold > 10 * told
 
