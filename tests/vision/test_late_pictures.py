@@ -34,9 +34,10 @@ def test_frames_in_motion_are_found_with_how_late_they_are(periods: float) -> No
     found = late_pictures(TIME, seen)
     assert not np.isfinite(found[late_s == 0]).any()
     assert clear.sum() > 8
-    assert np.isfinite(found[clear]).mean() > 0.6
+    # also where the arm slows down or turns over: there none was found, and angles were off by 60 sigmas
+    assert np.isfinite(found[clear]).mean() > 0.9
     both = np.isfinite(found)
-    np.testing.assert_allclose(found[both], late_s[both], atol=0.25 * PERIOD_S)
+    np.testing.assert_allclose(found[both], late_s[both], atol=0.2 * PERIOD_S)
 
 
 @pytest.mark.parametrize("deceleration", [1500.0, 4000.0, 10000.0])
