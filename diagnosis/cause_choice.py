@@ -85,7 +85,7 @@ def _a_law_would_do(last: FitStage, after: FitStage, whiten: Whitener, free_fits
     if not len(after.causes) > len(last.causes) > 0 or not leaves_plainly_more(after.excess):
         return False
     unlisted = free_fits.best(last, whiten)
-    return unlisted is not None and unlisted.excess.energy < MAX_SHARE_OF_LAW * after.excess.energy
+    return unlisted is not None and unlisted.excess.share_of(after.excess) < MAX_SHARE_OF_LAW
 
 
 def _places(stage: FitStage) -> set[tuple[str, str]]:
@@ -160,8 +160,8 @@ def _with_one_far_off(
     stage = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, farthest]))
     taken, motors = last.surplus - stage.surplus, fitter.hypothesis.arm.M
     is_worth_it = taken > MIN_EXPLAINED_NEXT * last.surplus or any(
-        after < (1 - MIN_EXPLAINED) * before
-        for before, after in zip(last.excess.energies(motors), stage.excess.energies(motors), strict=True)
+        stage.excess.share_of(last.excess, channels) < 1 - MIN_EXPLAINED
+        for channels in (slice(0, motors), slice(motors, None))
     )
     return stage if stage.possible and taken > by_chance and is_worth_it else None
 
@@ -184,7 +184,7 @@ def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:
         return taken > -least or as_noise
     new = [cause.effect for cause in after.causes if cause.effect.name not in known]
     if taken < MIN_LOSS_SHARE * after.noise_loss and not all(effect.has_tolerance for effect in new):
-        return taken > 0 and after.excess.energy < (1 - MIN_EXPLAINED) * before.excess.energy
+        return taken > 0 and after.excess.share_of(before.excess) < 1 - MIN_EXPLAINED
     return taken > 0
 
 

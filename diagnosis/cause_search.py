@@ -33,6 +33,10 @@ MAX_SHARE_OF_UNLISTED = 0.5
 """of what all causes leave above noise: a function of one variable that leaves less in their place takes their place
 (docs/thresholds.md)"""
 
+MAX_SHARE_OF_OTHER_FORM = 0.1
+"""of what stood above noise: causes that leave less are right but for the form of their laws, however far above noise that is
+(docs/thresholds.md)"""
+
 
 @dataclass(frozen=True)
 class Search:
@@ -133,7 +137,9 @@ def _search(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int) -> Sea
         elif told := _without_untold(fitter, last):
             causes = tuple(cause for i, cause in enumerate(causes) if i not in last.untold)
             last = fitter.finished(told)
-        if leaves_plainly_more(last.excess) and len(last.untold_beside_what_is_left) == len(causes):
+        explain_most = last.excess.share_of(first.excess) < MAX_SHARE_OF_OTHER_FORM
+        untold = len(last.untold_beside_what_is_left) == len(causes)
+        if leaves_plainly_more(last.excess) and untold and not explain_most:
             causes, last = (), first  # they stand in for something else
     return Search(
         first=first,
@@ -154,12 +160,12 @@ def _unlisted(stage: FitStage, whiten: Whitener, free_fits: FreeFits) -> FreeFit
 
 def _is_outweighed(first: FitStage, last: FitStage, whiten: Whitener, free_fits: FreeFits) -> bool:
     """Whether what causes leave is more than they may, or far more than a law that nobody listed would leave in their place."""
-    if last.excess.energy > (1 - MIN_EXPLAINED) * first.excess.energy:
+    if last.excess.share_of(first.excess) > 1 - MIN_EXPLAINED:
         return True
     if not leaves_plainly_more(last.excess):
         return False
     unlisted = free_fits.best(first, whiten)
-    return unlisted is not None and unlisted.excess.energy < MAX_SHARE_OF_UNLISTED * last.excess.energy
+    return unlisted is not None and unlisted.excess.share_of(last.excess) < MAX_SHARE_OF_UNLISTED
 
 
 def _without_untold(fitter: CauseFitter, stage: FitStage) -> FitStage | None:

@@ -51,7 +51,7 @@ def with_laws(
     tried = _with_other_causes(search)  # each is fitted when it is asked for
     while leaves_plainly_more(best.stage.excess) and (other := next(tried, None)) is not None:
         instead = _beside_causes(other, _left_of(other, others), recordings, seed, others)
-        if instead.laws and instead.stage.excess.energy < MAX_SHARE_LEFT * best.stage.excess.energy:
+        if instead.laws and instead.stage.excess.share_of(best.stage.excess) < MAX_SHARE_LEFT:
             best = instead
     return best if best.laws_are_told else Explanation(search, (), search.last)
 

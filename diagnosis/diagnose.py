@@ -102,8 +102,7 @@ class Diagnosis:
     @property
     def explained(self) -> float:
         """Share of what stood above noise that the causes take away."""
-        left = self.search.last.excess.energy
-        return 1 - left / self.before.energy if self.before.energy else 0.0
+        return 1 - self.search.last.excess.share_of(self.before) if self.before.energy else 0.0
 
 
 @one_blas_thread

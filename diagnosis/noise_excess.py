@@ -37,9 +37,13 @@ class NoiseExcess:
         """Sum over channels of the variance beyond the floor, in units of the floor's."""
         return float(np.sum(self._beyond))
 
-    def energies(self, motors: int) -> tuple[float, float]:
-        """`energy` of the motors' equations, and of the arm's."""
-        return float(np.sum(self._beyond[:motors])), float(np.sum(self._beyond[motors:]))
+    def share_of(self, before: "NoiseExcess", channels: slice = slice(None)) -> float:
+        """`energy` over what it was before, both in units of the lower of their floors; one where nothing stood above noise.
+
+        Numbers of a wrong model may make many times as much of the same noise: in units of its own floor it seems near."""
+        unit = np.minimum(self.floor, before.floor)
+        now, then = (np.sum((e._beyond * (e.floor / unit) ** 2)[channels]) for e in (self, before))
+        return float(now / then) if then else 1.0
 
     @property
     def energy_above_limit(self) -> float:

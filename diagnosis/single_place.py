@@ -21,7 +21,7 @@ def with_single_places(fitter: CauseFitter, stage: FitStage) -> FitStage:
     """The fit with each such cause in its one place, where that leaves hardly more."""
     for i in range(len(stage.causes)):
         arm = stage.comparison.linearisation.hypothesis.arm
-        alone = _alone(stage.causes[i], stage.widening * stage.sigma_of_causes[i], arm)
+        alone = _alone(stage.causes[i], stage.sigma_of_causes[i], arm)
         if alone is None:
             continue
         causes = (*stage.causes[:i], alone, *stage.causes[i + 1 :])

@@ -45,6 +45,8 @@ _SHOWN = 40
 """characters of places that are shown"""
 LEAD_KG_M3 = 11340.0
 """kg/m^3: no part is denser in the mean"""
+SOFTEST_N_M = 5.0
+"""N/m: a softer spring gives way by a length of any mechanism under the weight of a bar; of those in N/mm few are stiffer"""
 ANY_PART_KG = 0.01
 """kg that a part of the smallest arm may weigh, with axles and pulleys larger than itself"""
 
@@ -69,10 +71,16 @@ class Top(Strict):
     """m, centre of mass of the top bar from its middle: along the bar to the right, and up; balance it on an edge, or from CAD"""
 
 
+def _no_spring_in_n_mm(stiffness: float) -> float:
+    if 0 < stiffness < SOFTEST_N_M:
+        raise ValueError(f"{stiffness:g} N/m is softer than any spring that holds a bar: is it in N/mm?")
+    return stiffness
+
+
 class Spring(Strict):
     """One spring."""
 
-    stiffness: Annotated[float, Field(ge=0, le=1e6)]
+    stiffness: Annotated[float, Field(ge=0, le=1e6), AfterValidator(_no_spring_in_n_mm)]
     """N/m, of each spring; hang two known weights on it: difference of force over difference of length"""
     free_length: Annotated[float, Field(ge=0, le=10)]
     """m, length of a spring from hook to hook without force; of one wound with pretension, where its line of force meets zero"""

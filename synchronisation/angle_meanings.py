@@ -21,7 +21,7 @@ class OtherMeaning:
 
 
 def other_meanings(alpha: Array) -> Iterator[OtherMeaning]:
-    """What angles (K, N), rad, may be: of bars against the picture, or counted from the tip by a camera behind the arm."""
+    """What angles (K, N), rad, may be: of bars against the picture, or counted from the tip, by a camera behind the arm too."""
     n = alpha.shape[1]
     if n == 1:
         return
@@ -34,8 +34,8 @@ def other_meanings(alpha: Array) -> Iterator[OtherMeaning]:
             f"subtract from each bar's angle that of the bar below it; the first is alpha1{less}",
             np.diff(bars - upright, prepend=0.0, axis=1),
         )
+    from_tip = f"alpha1..{n} are counted from the tip"
+    yield OtherMeaning(from_tip, "write the last one first", alpha[:, ::-1])
     yield OtherMeaning(
-        f"alpha1..{n} are counted from the tip, and turn the other way",
-        "write the last one first, and all with the other sign",
-        -alpha[:, ::-1],
+        f"{from_tip}, and turn the other way", "write the last one first, and all with the other sign", -alpha[:, ::-1]
     )

@@ -12,6 +12,7 @@ from identification.dataset.time_unit import check_repeated_rows, check_time_uni
 from identification.files import joint_state, ros_bag
 from identification.files.joint_state import JointStateChannel
 from mechanism.description import Neck
+from synchronisation.clock_steps import clock_steps
 from synchronisation.column_units import TIME_SCALES
 from synchronisation.csv_header import IS_DATASET, WrittenOtherwise, is_dataset, other_kind
 from synchronisation.csv_lines import file_line
@@ -23,7 +24,7 @@ from synchronisation.time_stamps import check_log_rate, check_stamped, sampling_
 from synchronisation.uneven_stamps import even_times_of
 from xneck_foundation.errors import Refused
 from xneck_foundation.file_kind import refuse_other_kind
-from xneck_foundation.one_line import listed
+from xneck_foundation.one_line import counted, listed
 from xneck_foundation.recovery import warn_recovered
 
 Array = NDArray[np.float64]
@@ -155,7 +156,7 @@ def motor_log(series: Series, neck: Neck, path: str | Path, number: Callable[[in
     series = _without_absurd_samples(_unwrapped(series, neck, path), path)
     series = _unwrapped(series, neck, path)
     check_size(series.columns, MAX_LOGGED_MAGNITUDE, str(path))
-    series = _at_times_of_sampling(series, path)
+    series = _at_times_of_sampling(_without_clock_steps(series, path), path)
     theta_scale = np.array([motor.theta_sign * motor.theta_scale for motor in neck.motors])
     f_scale = np.array([motor.f_scale for motor in neck.motors])
     columns = numbered_columns("theta", series.matrix("theta") * theta_scale)
@@ -164,6 +165,23 @@ def motor_log(series: Series, neck: Neck, path: str | Path, number: Callable[[in
     if LED in series.columns:
         columns[LED] = series.columns[LED]
     return Series(series.time, columns)
+
+
+def _without_clock_steps(series: Series, path: str | Path) -> Series:
+    """The rows on the clock as it was before it was set, with a warning, where stamps leap and the motors do not."""
+    steps = clock_steps(series.time, series.matrix("theta"))
+    at = np.flatnonzero(steps)
+    if not len(at):
+        return series
+    first = int(at[0])
+    where = f"by {1e3 * steps[first]:.3g} ms at {series.time[first]:.6g} s"
+    more = f", and {counted(len(at) - 1, 'time')} more" if len(at) > 1 else ""
+    warn_recovered(
+        path,
+        f"stamps leap forward {where}{more}, and the motors do not: the clock was set, and times behind it are taken to be that "
+        "much earlier; switch off what sets the clock (NTP) while you record",
+    )
+    return Series(series.time - np.cumsum(steps), series.columns)
 
 
 def _at_times_of_sampling(series: Series, path: str | Path) -> Series:

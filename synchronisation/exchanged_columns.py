@@ -95,6 +95,8 @@ def _columns_undone(arm: Arm, motion: LoggedMotion) -> Iterator[_Undone]:
 
 def _angles_undone(arm: Arm, motion: LoggedMotion) -> Iterator[_Undone]:
     for other in other_meanings(motion.alpha):
+        if arm.N < 4 and np.array_equal(other.alpha, motion.alpha[:, ::-1]):
+            continue  # of so few joints the first and the last are swapped
         yield other.words, other.remedy, *_with_angles(arm, motion, other.alpha)
 
 

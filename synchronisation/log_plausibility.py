@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import Arm
+from mechanism.cable_lengths import lengths
 from mechanism.description import Neck
 from mechanism.neck_template import MOTOR
 from synchronisation.angle_meanings import other_meanings
@@ -64,6 +65,8 @@ MAX_UNEXPLAINED_SHARE = 0.25
 (docs/thresholds.md)"""
 MIN_RATE_ERROR = 0.02
 """relative: by less a rate is the same (docs/thresholds.md)"""
+MIN_LEVER_M = 1e-3
+"""m: of a cable that moves any joint (docs/thresholds.md)"""
 MIN_STUCK_S = 1.0
 """s for which an encoder must not move at all, to be called stuck (docs/thresholds.md)"""
 STUCK_SHARE, MIN_STUCK_M = 0.4, 5e-3
@@ -81,6 +84,7 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
     time, alpha = angles.time[ordinary], angles.alpha[ordinary]
     if len(time) < MIN_FRAMES:
         return ()
+    _check_levers(arm, alpha)
     even = uniformly_sampled(log)
     warnings = (*_example_scales(neck), *_constant_forces(even))
     motion = logged_motion(arm, time, alpha, even)
@@ -107,6 +111,18 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
     if np.any(yielding > WRONG_WAY_SIGMA) and not np.any(yielding < -WRONG_WAY_SIGMA):
         _check_mirrored(arm, time, alpha, even, factors.unexplained)
     return (*warnings, *_check_forces(neck, arm, motion, yielding))
+
+
+def _check_levers(arm: Arm, alpha: Array) -> None:
+    """Refused where a cable is as long in every pose: what its motor does tells nothing of the arm, and the arm nothing of it."""
+    way, swing = np.ptp(lengths(arm, alpha), axis=0), float(np.ptp(alpha, axis=0).max())
+    still = np.flatnonzero(way < MIN_LEVER_M * swing)
+    if len(still):
+        raise Refused(
+            "neck.yaml",
+            f"cables[{still[0]}] moves no joint: along its route it is as long in every pose that the video shows",
+            "does its route lack its end, right or left?",
+        )
 
 
 def _example_scales(neck: Neck) -> tuple[str, ...]:

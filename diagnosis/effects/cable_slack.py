@@ -14,6 +14,8 @@ class CableSlack(LawEffect):
     shown_by = ELONGATION
     law = "cable_slack"
     terms = law_terms("cable_slack", "slack")
+    shape_terms = law_terms("cable_slack", "xs")
+    start_shapes = tuple({"xs": v} for v in (2e-5, 5e-4))
     from_vision = True
     check_fault = CheckFault(
         fix="raise the least tension; leave the time around it out",

@@ -68,7 +68,7 @@ def mjcf(machine: Machine, step: float = STEP_S) -> str:
     for name in (*angles, *(f"theta{j + 1}" for j in range(arm.M))):
         child(sensor, "tendonpos", name=name, tendon=name)
     for j in range(arm.M):
-        child(sensor, "actuatorfrc", name=f"minus_tension{j + 1}", actuator=f"cable{j + 1}")
+        child(sensor, "tendonactuatorfrc", name=f"minus_tension{j + 1}", tendon=f"cable{j + 1}")
     indent(root)
     return tostring(root, encoding="unicode") + "\n"
 

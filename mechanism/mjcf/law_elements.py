@@ -37,10 +37,17 @@ REFUSALS: Mapping[str, str] = {
 _FORCE_LAWS = ("actuator_gain", "actuator_offset")
 _SPEED_LAWS = ("dry_friction", "stribeck_friction")
 _LINEAR_CABLES = ("linear_cable", "youngs_modulus")
-_ELONGATION_LAWS = ("cable_hardening", "cable_toe")
-WRITTEN = (*_FORCE_LAWS, "actuator_lag", *_SPEED_LAWS, "viscous_friction", *_LINEAR_CABLES, *_ELONGATION_LAWS,
-           "cable_slack", "joint_friction")  # fmt: skip
-"""laws that are written; `cable_slack` adds nothing, as no cable pushes in any simulation"""
+_ELONGATION_LAWS = ("cable_hardening", "cable_toe", "cable_slack")
+WRITTEN = (
+    *_FORCE_LAWS,
+    "actuator_lag",
+    *_SPEED_LAWS,
+    "viscous_friction",
+    *_LINEAR_CABLES,
+    *_ELONGATION_LAWS,
+    "joint_friction",
+)
+"""laws that are written"""
 _UNLISTED = ("motor_speed", "joint_angle", "joint_speed")
 """variables that an unlisted law may follow: those of which MuJoCo's actuators know the coordinate"""
 
@@ -138,11 +145,13 @@ def write_cable_forces(machine: Machine, rest_lengths: tuple[float, ...], actuat
         )
 
         def pull(x: Array, j: int = j) -> Array:
-            return _pull(further, x, np.zeros_like(x))[:, j]
+            """Beyond the cable above, neither of which pushes."""
+            of_linear = float(k[0, j]) * x
+            return np.maximum(of_linear + _pull(further, x, np.zeros_like(x))[:, j], 0.0) - np.maximum(of_linear, 0.0)
 
         if further.names:
             tendon = _Coordinate("tendon", f"cable{j + 1}", "place", zero=zero)
-            _write_ramps(actuator, f"stiffening{j + 1}", tendon, pull, (0.0, ELONGATION_M))
+            _write_ramps(actuator, f"stiffening{j + 1}", tendon, pull, (-ELONGATION_M, ELONGATION_M))
 
 
 def write_joint_forces(machine: Machine, tendons: Mapping[str, Element], actuator: Element) -> None:

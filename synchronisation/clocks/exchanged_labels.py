@@ -147,7 +147,8 @@ def exchange_words(order: tuple[int, ...], signs: Array, pairs: list[tuple[int, 
     if len(moved) == 2:
         words.append(f"theta{moved[0] + 1} and theta{moved[1] + 1} are swapped")
     elif moved:
-        words.append(f"theta columns are in the order {', '.join(str(k + 1) for k in columns)}")
+        held = (f"theta{k + 1} is motor {j + 1}'s" for j, k in enumerate(columns) if k != j)
+        words.append(f"theta columns are in another order: {', '.join(held)}")
     against = [j for j, (_, sign) in enumerate(pairs) if sign < 0]
     if len(against) == len(pairs) > 1 and not np.all(signs < 0):
         return [*words, ALL_AGAINST]

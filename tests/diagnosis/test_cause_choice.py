@@ -9,6 +9,7 @@ import pytest
 from diagnosis import cause_choice, look_alikes, offered_causes
 from diagnosis.cause_choice import CHANCE_LEVEL
 from diagnosis.effects import EFFECTS
+from diagnosis.noise_excess import NoiseExcess
 
 NOISE_LOSS = 1000.0
 LINEARISATION = SimpleNamespace(hypothesis=SimpleNamespace(arm=SimpleNamespace(M=4, N=3)))
@@ -25,7 +26,7 @@ def stage(*names: str, surplus: float = 0.0, possible: bool = True, energy: floa
         surplus=surplus,
         possible=possible,
         impossible=() if possible else (0,),
-        excess=SimpleNamespace(energy=energy, above_noise=energy > 0, ratio=np.array([1.0])),
+        excess=NoiseExcess(np.sqrt([1.0 + energy]), np.ones(1)),
         fit=SimpleNamespace(loss=NOISE_LOSS + surplus),
     )
 

@@ -9,15 +9,14 @@ import pytest
 from diagnosis import cause_choice
 from diagnosis.effects import EFFECTS
 from diagnosis.free_function import FreeFits
+from diagnosis.noise_excess import NoiseExcess
 
 NAMES = ("actuator_gain", "cable_slack")
 
 
-def excess(ratio: float, of_arm: float = 1.0) -> Any:
-    """What stands above noise: ratio of the motors' equations, and of the arm's, with some that is left of both."""
-    ratios = np.array([*[ratio] * 4, *[of_arm] * 3])
-    energies = 4 * (ratio**2 - 1), 3 * (of_arm**2 - 1)
-    return SimpleNamespace(ratio=ratios, above_noise=True, energies=lambda motors: energies)
+def excess(ratio: float, of_arm: float = 1.0) -> NoiseExcess:
+    """What stands above noise: ratio of the motors' equations, and of the arm's."""
+    return NoiseExcess(np.array([*[ratio] * 4, *[of_arm] * 3]), np.ones(7))
 
 
 def stage(*names: str) -> Any:
@@ -29,7 +28,7 @@ def stage(*names: str) -> Any:
         impossible=tuple(i for i, name in enumerate(names) if name == "friction_that_drives"),
         possible="friction_that_drives" not in names,
         surplus=100.0 - 10.0 * len(names) - 500.0 * ("joint_friction" in names),
-        excess=excess(1.0),
+        excess=excess(1.3),
         noise_loss=900.0,
     )
 
@@ -203,8 +202,8 @@ def test_causes_that_leave_far_more_than_a_law_would_are_not_taken(ratio: float,
     """A law that nobody listed makes every further cause take a little: six of them stood in for drag."""
     last, after = stage("joint_friction"), stage("joint_friction", "cable_slack")
     after.excess = excess(ratio)
-    after.excess.energy = 100.0
-    law: Any = SimpleNamespace(best=lambda *_: SimpleNamespace(excess=SimpleNamespace(energy=100.0 * of_law)))
+    left = NoiseExcess(np.sqrt(1 + of_law * (after.excess.ratio**2 - 1)), np.ones(7))
+    law: Any = SimpleNamespace(best=lambda *_: SimpleNamespace(excess=left))
     none: Any = None
     assert cause_choice._a_law_would_do(last, after, none, law) == would_do
     # beside nothing a law is weighed once all are chosen

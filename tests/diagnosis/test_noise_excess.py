@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diagnosis.noise_excess import noise_excess, row_weights
+from diagnosis.noise_excess import NoiseExcess, noise_excess, row_weights
 
 NOISE = np.array([0.3, 1.3, 2.0])
 ROWS, DRAWS = 2000, 4
@@ -43,3 +43,13 @@ def test_what_is_as_unsure_as_it_is_said_to_be_does_not_stand_above_noise() -> N
     assert np.abs(np.array(ratios) - 1).max() < 6 * own
     loud = [2 * one for one in drawn(1, input_variance, 99)]
     assert noise_excess(loud, [drawn(DRAWS, input_variance, 98)], [input_variance]).above_noise
+
+
+def test_what_a_better_model_leaves_is_weighed_in_the_same_unit_as_before() -> None:
+    """3.2 N were 24 times a floor that wrong numbers had made four times as high; the .9 N that hysteresis left seemed as much."""
+    before = NoiseExcess(np.array([3.2, 1.0]), np.array([0.16, 1.0]))
+    after = NoiseExcess(np.array([0.9, 1.0]), np.array([0.04, 1.0]))
+    assert after.energy > before.energy
+    assert after.share_of(before) == pytest.approx((0.9**2 - 0.04**2) / (3.2**2 - 0.16**2))
+    assert after.share_of(before, slice(1, None)) == 1.0
+    assert before.share_of(after) == pytest.approx(1 / after.share_of(before))

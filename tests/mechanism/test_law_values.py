@@ -144,11 +144,19 @@ def test_hysteresis_saturates_at_its_height() -> None:
 
 def test_slack_takes_back_what_spring_and_damper_push() -> None:
     """A cable 1 mm too long that is let out by 0.1 m/s would push with 8 + 6 N; one that is wound in so fast that it pulls, not."""
-    values = of_cables(k=8e3, ca=60.0, slack=1.0)
+    values = of_cables(k=8e3, ca=60.0, slack=1.0, xs=1e-6)
     assert pull("cable_slack", values, cable(-1e-3, -0.1)) == pytest.approx(14.0, rel=1e-12)
     assert pull("cable_slack", values, cable(-1e-3, 0.1)) == pytest.approx(2.0, rel=1e-12)
-    assert pull("cable_slack", values, cable(-1e-3, 0.2)) == 0.0
+    assert pull("cable_slack", values, cable(-1e-3, 0.2)) == pytest.approx(0.0, abs=1e-12)
     assert pull("cable_slack", values | of_cables(slack=0.25), cable(-1e-3, -0.1)) == pytest.approx(3.5, rel=1e-12)
+
+
+def test_a_cable_comes_taut_within_the_elongation_that_the_law_says() -> None:
+    """8000 N/m times .5 mm are 4 N: log 2 of that where the linear cable pulls with nothing, log(1 + e^2) of it at 8 N, and
+    log(1 + e^-2) of it where it would push with 8 N."""
+    values = of_cables(k=8e3, ca=0.0, slack=1.0, xs=5e-4)
+    for x, whole in ((0.0, 4 * 0.6931471805599453), (1e-3, 4 * 2.1269280110429727), (-1e-3, 4 * 0.12692801104297263)):
+        assert 8e3 * x + pull("cable_slack", values, cable(x, 0.0)) == pytest.approx(whole, rel=1e-12)
 
 
 @pytest.mark.parametrize("way", [-1.0, 1.0])
@@ -247,6 +255,7 @@ ARMS = {
     "ma": (0.0, 0.1),
     "vp": (3e-4, 5e-3),
     "slack": (0.0, 1.0),
+    "xs": (5e-6, 2e-3),
     "fst": (0.0, 200.0),
     "fp": (0.0, 500.0),
     "wp": (0.005, 0.5),

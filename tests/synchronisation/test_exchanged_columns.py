@@ -13,6 +13,7 @@ from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import arm_of
 from mechanism.cable_lengths import lengths
 from mechanism.description import read_neck
+from synchronisation.angle_meanings import other_meanings
 from synchronisation.angles import Angles
 from synchronisation.log_plausibility import check_log_meaning
 from tests.paths import NECK_FILE
@@ -74,7 +75,7 @@ def test_what_is_exchanged_is_named(
 
 
 OF_BARS = "alpha1..3 are angles of the bars in the picture, not from bar to bar"
-FROM_TIP = "alpha1..3 are counted from the tip, and turn the other way"
+FROM_TIP = "alpha1..3 are counted from the tip"
 
 
 @pytest.mark.parametrize(
@@ -83,7 +84,11 @@ FROM_TIP = "alpha1..3 are counted from the tip, and turn the other way"
         (lambda a: np.cumsum(a, axis=1), OF_BARS, "the first is alpha1"),
         (lambda a: -np.cumsum(a, axis=1), f"{OF_BARS}, and turn the other way", "the first is alpha1"),
         (lambda a: np.cumsum(a, axis=1) + np.pi / 2, OF_BARS, "the first is alpha1 less 90 deg"),
-        (lambda a: -a[:, ::-1], FROM_TIP, "write the last one first, and all with the other sign"),
+        (
+            lambda a: -a[:, ::-1],
+            f"{FROM_TIP}, and turn the other way",
+            "write the last one first, and all with the other sign",
+        ),
     ],
 )
 def test_angles_that_are_not_from_bar_to_bar_are_named(
@@ -129,3 +134,21 @@ def test_a_log_of_another_motion_is_of_no_other_frame_rate(recording: tuple[Angl
 
 def test_nothing_is_exchanged_in_a_recording_that_is_right(recording: tuple[Angles, Series]) -> None:
     assert check_log_meaning(NECK, ARM, *recording) == ()
+
+
+def test_joints_in_another_order_need_not_turn_the_other_way() -> None:
+    """Of a log that did not move as the angles did only both at once were tried, and angles came out with the wrong sign."""
+    alpha = np.random.default_rng(0).normal(size=(5, ARM.N))
+    readings = {other.words: other.alpha for other in other_meanings(alpha)}
+    assert np.array_equal(readings[FROM_TIP], alpha[:, ::-1])
+    assert np.array_equal(readings[f"{FROM_TIP}, and turn the other way"], -alpha[:, ::-1])
+
+
+def test_a_cable_that_moves_no_joint_is_refused(recording: tuple[Angles, Series]) -> None:
+    """Its motor was said to have slipped, and the rope to be loose on its drum."""
+    neck = NECK.model_copy(deep=True)
+    cables = list(neck.cables)
+    cables[1] = cables[1].model_copy(update={"route": ("strut", "strut")})
+    neck = neck.model_copy(update={"cables": tuple(cables)})
+    with pytest.raises(Refused, match=re.escape("cables[1] moves no joint")):
+        check_log_meaning(neck, arm_of(neck), *recording)

@@ -23,6 +23,9 @@ MIN_STATISTIC = 32.0
 """least score statistic of a motion: the largest of many chi-squares with six degrees of freedom (docs/thresholds.md)"""
 MIN_SIZE_PX = 0.2
 """px: least RMS shift of the corners that counts as a motion; detection and lens can imitate smaller ones (docs/thresholds.md)"""
+MIN_SIZE_CORNER_SIGMAS = 5.0
+"""standard deviations of a single frame's corner: the same, as a codec draws what stands still anew at key frames
+(docs/thresholds.md)"""
 MIN_SIZE_UNCHECKED_PX = 0.5
 """px: the same in recordings too short to tell how errors come and go (docs/thresholds.md)"""
 MIN_SIZE_SIGMAS = 3.0
@@ -175,6 +178,7 @@ def fit_camera_motion(
     course = np.zeros((len(chosen), 0))
     stretches = min(STRETCHES, frames // MIN_BLOCK_FRAMES)
     least_px = MIN_SIZE_PX if stretches >= MIN_STRETCHES else MIN_SIZE_UNCHECKED_PX
+    corner_px = focal * float(np.sqrt(np.median(observed.sigma[observed.visible] ** 2)))
     while len(motions) < MAX_TERMS:
         square_px = squared_shift(scene, observed, fit, course, focal)
         motion = likeliest_motion(fit, prior, chosen / max(frames - 1, 1), square_px, max(stretches, 1), motions)
@@ -185,7 +189,8 @@ def fit_camera_motion(
         grown = replace(fit.shared, drift=np.vstack([fit.shared.drift, np.zeros(6)]))
         after = fit_frames(scene, observed, grown, fit.alpha, with_motion, extended)
         size, sigma = shift_size(after.shared.drift[-1], after.covariance[-6:, -6:], square_px)
-        if size < MIN_SIZE_SIGMAS * sigma:
+        noise_px = corner_px * float(np.sqrt(after.equations.variance))
+        if size < max(MIN_SIZE_SIGMAS * sigma, MIN_SIZE_CORNER_SIGMAS * noise_px):
             break
         motions.append(motion)
         fit, prior, course = after, extended, with_motion

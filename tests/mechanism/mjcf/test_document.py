@@ -125,6 +125,24 @@ def test_another_number_breaks_the_bound(term: str, factor: float) -> None:
     assert rms(swing(wrong, 0.8) - driven.by_xneck(0.8).alpha) > BOUND_RAD
 
 
+def test_cables_that_come_taut_little_by_little_pull_as_the_law_says() -> None:
+    """Softly where they are a little longer than their way, and never with less than nothing; to what a ramp may be off."""
+    driven = sample_arm()
+    xs = np.array([1e-3, 3e-4, 1e-6, 2e-3])
+    values = {**driven.machine.values, "slack": np.ones(4), "xs": xs}
+    machine = replace(driven.machine, names=(*driven.machine.names, "cable_slack"), values=values)
+    bodies, arm, k = InMujoco(machine), machine.arm, values["k"]
+    straight = lengths(arm, np.zeros(arm.N))
+    loose = 0
+    for alpha in np.random.default_rng(0).uniform(-0.3, 0.3, (50, arm.N)):
+        bodies.place(alpha)
+        x = lengths(arm, alpha) - straight + arm.x0
+        loose += np.sum(np.abs(x) < xs)
+        expected = k * xs * np.logaddexp(0.0, x / xs)
+        assert -bodies.sensed("minus_tension", arm.M) == pytest.approx(expected, rel=2e-3, abs=0.02)
+    assert loose > 5
+
+
 def test_an_actuator_with_a_lag_follows_its_command() -> None:
     """The force after a step of the command is 1 - exp(-t/taul) of it."""
     driven = sample_arm()
