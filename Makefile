@@ -1,6 +1,6 @@
 # make demo: sets everything up and runs the main job on samples/
 # make check: sets everything up and runs the quick lane: lint, imports, types and the tests that are fast
-# make test: sets everything up and passes all tests; TEST_SECONDS=1800 leaves out slow tests that have not begun by then
+# make test: sets everything up and passes all tests; TEST_SECONDS=1500 leaves out slow tests that have not begun by then
 # make wheel-check: builds the wheel, installs it alone into an environment of its own, and runs the demo there
 # make oldest: core tests with the oldest run-time dependencies that pyproject.toml allows
 # make newest: core tests on the newest Python that is installed

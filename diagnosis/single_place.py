@@ -10,7 +10,7 @@ import numpy as np
 from diagnosis.cause import Cause
 from diagnosis.cause_fit import CauseFitter
 from diagnosis.fit_stage import UNTOLD_SIGMAS, FitStage
-from diagnosis.worth_naming import MIN_LOSS_SHARE
+from diagnosis.worth_naming import MIN_LOSS_SHARE, SIMPLER_SHARE
 from mechanism.arm import Arm, Array
 
 MAX_SHARE_ELSEWHERE = 0.1
@@ -26,7 +26,8 @@ def with_single_places(fitter: CauseFitter, stage: FitStage) -> FitStage:
             continue
         causes = (*stage.causes[:i], alone, *stage.causes[i + 1 :])
         narrowed = fitter.fitted(stage.comparison.linearisation, causes)
-        if narrowed.possible and narrowed.surplus < stage.surplus + MIN_LOSS_SHARE * stage.noise_loss:
+        hardly_more = max(MIN_LOSS_SHARE * stage.noise_loss, SIMPLER_SHARE * stage.surplus)
+        if narrowed.possible and narrowed.surplus < stage.surplus + hardly_more:
             stage = narrowed
     return stage
 

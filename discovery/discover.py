@@ -39,7 +39,7 @@ def discover(
     recordings must not share a number. noise: RMS of the target's noise, by which what is left is judged. turns: names of
     angles, rad, that are folded into a turn. `motor_speed`, where it is among the variables, turns functions of the others over.
 
-    Raises Refused where shapes differ, numbers are not finite, or fewer than MIN_BLOCKS blocks are left.
+    Raises Refused where shapes differ, numbers are not finite, time goes back, or fewer than MIN_BLOCKS blocks are left.
 
     >>> import numpy as np, xneck
     >>> rng = np.random.default_rng(0)
@@ -50,10 +50,17 @@ def discover(
     >>> [(law.form.name, law.candidate.follows, law.constants) for law in found.laws]
     [('harmonic', ('motor_angle',), {'count': 7.0})]
     """
-    y, t = np.asarray(target, dtype=float), np.asarray(time, dtype=float)
-    values = {name: np.asarray(v, dtype=float) for name, v in variables.items()}
+    if not isinstance(variables, Mapping):
+        raise Refused("discover", f"variables are a {type(variables).__name__}", 'name them: {"motor_angle": angle}')
+    y, t = _numbers("target", target), _numbers("time", time)
+    values = {name: _numbers(name, v) for name, v in variables.items()}
     _check(y, t, values)
     block = _blocks(t, blocks)
+    back = np.flatnonzero((np.diff(t) < 0) & (np.diff(block) == 0))
+    if len(back):
+        raise Refused(
+            "discover", f"time goes back after row {back[0]}", "sort the rows, or give recordings blocks of their own"
+        )
     largest = float(np.quantile(np.abs(values[DIRECTION]), 0.95)) if DIRECTION in values else 1.0
     widths = [share * (largest or 1.0) for share in _DIRECTION_WIDTHS]
     problems = [ArrayProblem(y, values | {"time": t}, block, tuple(turns), width) for width in widths]
@@ -80,9 +87,18 @@ def discover(
     )
 
 
+def _numbers(name: str, array: ArrayLike) -> Array:
+    try:
+        return np.asarray(array, dtype=float)
+    except (TypeError, ValueError):
+        raise Refused("discover", f"{name} is no array of numbers", "give one number for each row") from None
+
+
 def _check(y: Array, t: Array, values: Mapping[str, Array]) -> None:
+    if y.ndim != 1:
+        raise Refused("discover", f"target has shape {y.shape}", "give one number for each row: one residual at a time")
     for name, array in {"target": y, "time": t, **values}.items():
-        if array.shape != y.shape or array.ndim != 1:
+        if array.shape != y.shape:
             raise Refused("discover", f"{name} has shape {array.shape}", f"give as many rows as target's {y.shape}")
         if not np.isfinite(array).all():
             raise Refused("discover", f"{name} has numbers that are not finite", "leave these rows out, of all arrays")

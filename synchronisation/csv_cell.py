@@ -3,7 +3,8 @@
 import re
 
 _MISSING = "leave such rows out of a log; of angles leave such cells empty"
-_DECIMAL_COMMA = r"[+-]?\d+,\d*([eE][+-]?\d+)?"
+_DECIMAL_COMMA = r"[+-]?(\d+|[1-9]\d{0,2}(\.\d{3})+),\d*([eE][+-]?\d+)?"
+_THOUSANDS = r"[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?([eE][+-]?\d+)?"
 _KINDS = (
     (r"\d{4}-\d\d?-\d\d?([T ].*)?", "is a date", "write the time in seconds, of any beginning"),
     (r"\d\d?[/.,]\d\d?[/.,]\d{4}.*", "is a date", "write the time in seconds, of any beginning"),
@@ -12,6 +13,8 @@ _KINDS = (
     (r"(?i)n/?a|null|none|-+|\?+", "is not a number", _MISSING),
     (r"[+-]?0[xX][0-9a-fA-F.]+([pP][+-]?\d+)?", "is a hexadecimal number", "write decimal numbers"),
     (_DECIMAL_COMMA, "has a decimal comma", "write points in numbers"),
+    (r"\u2212[\d.,]+([eE][+-]?\d+)?", "has the minus sign of printed text (U+2212)", "write hyphens in numbers"),
+    (r"[+-]?[\d.]+[dD][+-]?\d+", "has a Fortran exponent", "write e in numbers, not d"),
 )
 
 
@@ -26,6 +29,15 @@ def not_a_number(cell: str) -> tuple[str, str]:
 def has_decimal_comma(cell: str) -> bool:
     """Whether a cell is a number but for a comma before its decimals."""
     return re.fullmatch(_DECIMAL_COMMA, cell.strip()) is not None
+
+
+def with_point(cell: str, decimal: str) -> str:
+    """A cell whose decimals stand behind `decimal`, with a point there, and none between its thousands."""
+    if decimal == ".":
+        return cell
+    if "." in cell and re.fullmatch(_THOUSANDS, cell.strip()):
+        cell = cell.replace(".", "")
+    return cell.replace(decimal, ".")
 
 
 def unit_in(cell: str) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.series import Series
-from synchronisation.csv_cell import is_number, not_a_number, number_in, unit_in
+from synchronisation.csv_cell import is_number, not_a_number, number_in, unit_in, with_point
 from synchronisation.csv_header import (
     WrittenOtherwise,
     missing_columns,
@@ -71,7 +71,7 @@ def read_table(
             if not header:
                 raise Refused(path, "is empty", "expected a header and rows of numbers")
             if written.decimal != ".":
-                rows = ((line, [cell.replace(written.decimal, ".") for cell in row]) for line, row in rows)
+                rows = ((line, [with_point(cell, written.decimal) for cell in row]) for line, row in rows)
             if written.units_row:
                 check_units(dict(zip(header, _row_of_units(path, rows), strict=False)))
             below = (row for _, row in rows)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identification.dataset.series import Array
 from identification.files import joint_state, ros_bag
-from synchronisation.csv_cell import unit_in
+from synchronisation.csv_cell import unit_in, with_point
 from synchronisation.csv_header import parted_by_spaces, refuse_header_again
 from synchronisation.csv_layout import layout_of, refuse_lines_above_header
 from synchronisation.csv_lines import numbered_rows
@@ -110,7 +110,7 @@ def _csv_contents(path: Path) -> LogContents:
 def _number(cell: str, decimal: str) -> float | None:
     if "_" in cell:
         return None
-    text = cell.strip().replace(decimal, ".") if decimal != "." else cell.strip()
+    text = with_point(cell.strip(), decimal)
     if not text:
         return np.nan
     try:

@@ -200,6 +200,10 @@ def test_blocks_of_two_recordings_are_judged_apart() -> None:
         ({"variables": {"force": np.full(len(TIME), np.nan)}}, "force has numbers that are not finite"),
         ({"blocks": np.arange(len(TIME)) // 1000}, "3 blocks"),
         ({"variables": {"time": TIME + 1}}, "`time` is among the variables"),
+        ({"time": TIME[::-1]}, "time goes back after row 0"),
+        ({"variables": [np.zeros(len(TIME))]}, "variables are a list"),
+        ({"variables": {"force": ["a"] * len(TIME)}}, "force is no array of numbers"),
+        ({"target": np.zeros((2, len(TIME)))}, "one residual at a time"),
     ],
 )
 def test_arrays_that_cannot_be_used_are_refused(change: dict[str, object], said: str) -> None:

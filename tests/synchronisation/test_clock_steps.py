@@ -6,14 +6,15 @@ import pytest
 from synchronisation.clock_steps import clock_steps
 
 ROW_S, COUNT = 0.002, 2 * np.pi / 2048
-TIME = ROW_S * np.arange(10000)
+TIME = ROW_S * np.arange(10000, dtype=np.float64)
+LATER = np.arange(10000) >= 6000
 THETA = np.stack([30 * np.sin(0.9 * TIME), 20 * np.sin(1.3 * TIME + 1)], axis=1)
 COUNTED = COUNT * np.round(THETA / COUNT)
 
 
 @pytest.mark.parametrize("step", [0.0015, 0.005, 2.0])
 def test_a_step_is_found_where_the_clock_was_set(step: float) -> None:
-    found = clock_steps(TIME + step * (np.arange(10000) >= 6000), COUNTED)
+    found = clock_steps(TIME + np.where(LATER, step, 0.0), COUNTED)
     assert np.flatnonzero(found).tolist() == [6000]
     assert found[6000] == pytest.approx(step, abs=1e-9)
 
@@ -33,4 +34,4 @@ def test_stamps_that_are_late_or_unsteady_are_no_step() -> None:
 
 
 def test_motors_at_rest_tell_nothing() -> None:
-    assert not clock_steps(TIME + 0.005 * (np.arange(10000) >= 6000), 0 * THETA).any()
+    assert not clock_steps(TIME + np.where(LATER, 0.005, 0.0), 0 * THETA).any()

@@ -70,9 +70,23 @@ def group() -> None:
     """
 
 
+def undecoded(name: str) -> Refused:
+    """The refusal of a name that no report could hold."""
+    shown = name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
+    return Refused(shown, "is not written in UTF-8, as a name of an old disk or archive", "rename it")
+
+
+def refuse_undecoded(arguments: list[str]) -> None:
+    """Raises Refused where an argument is not UTF-8: what holds it is written at the end, after all work."""
+    for argument in arguments:
+        if any("\udc80" <= letter <= "\udcff" for letter in argument):
+            raise undecoded(argument)
+
+
 def main() -> None:
     """Entry point: refusals become one line on standard error and exit status 1."""
     try:
+        refuse_undecoded(sys.argv[1:])
         status = group.main(prog_name="xneck", standalone_mode=False)
     except Refused as refusal:
         print_error(str(refusal))
@@ -87,6 +101,9 @@ def main() -> None:
         sys.exit(130)
     except BrokenPipeError:
         sys.exit(141)
+    except UnicodeEncodeError as error:
+        print_error(str(undecoded(str(error.object))))
+        sys.exit(1)
     except OSError as error:  # what the disk refuses: a folder that cannot be made, a file that vanished
         print_error(str(Refused(str(error.filename or "output"), error.strerror or str(error))))
         sys.exit(1)

@@ -15,6 +15,7 @@ from samples.generator.video import render_video
 from tests.command import run
 from tests.paths import SAMPLES
 from tests.vision.linkage.test_linkage_fit import camera
+from xneck.cli import main
 
 R, H = SAMPLES / "recording", SAMPLES / "held_out"
 
@@ -281,3 +282,17 @@ def test_wrong_usage_is_two_and_help_has_an_example(capfd: pytest.CaptureFixture
         shown = run(capfd, name, "--help")
         assert shown.status == 0
         assert f"Example: xneck {name}" in shown.out
+
+
+def test_a_name_that_is_not_utf_8_is_refused_before_any_work(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All was computed, and then the report could not be written."""
+    monkeypatch.setattr("sys.argv", ["xneck", "run", "M\udcfcller", "--out", str(tmp_path / "out")])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 1
+    assert capsys.readouterr().err == (
+        "xneck: M\\xfcller: is not written in UTF-8, as a name of an old disk or archive; rename it\n"
+    )
+    assert not (tmp_path / "out").exists()
