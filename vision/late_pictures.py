@@ -2,7 +2,7 @@
 
 Three frames before and three after tell by a cubic in time where each marker was when. Where all markers are where they were at one
 other moment, the picture is of that. Where an arm stops or starts between two frames it is off too; but then the frames around
-hardly follow a cubic, or go on as fast as they came.
+hardly follow a cubic: where they come and go at unlike speeds a closer one is asked for.
 """
 
 import numpy as np

@@ -102,7 +102,9 @@ def main() -> None:
     except BrokenPipeError:
         sys.exit(141)
     except UnicodeEncodeError as error:
-        print_error(str(undecoded(str(error.object))))
+        letters = error.object[error.start : error.end]
+        what = f"{error.encoding} cannot write {letters!a}, which a name holds"
+        print_error(f"{what}; rename what is not UTF-8, and set LC_ALL to C.UTF-8")
         sys.exit(1)
     except OSError as error:  # what the disk refuses: a folder that cannot be made, a file that vanished
         print_error(str(Refused(str(error.filename or "output"), error.strerror or str(error))))
