@@ -100,7 +100,7 @@ WRONG_VALUES: tuple[WrongLog, ...] = (
         "columns 2, 3, 1, 4",
         renamed({"theta1": "theta2", "theta2": "theta3", "theta3": "theta1"}),
         "refused",
-        "order 2, 3, 1, 4|order 3, 1, 2, 4",
+        "theta2 is motor 1's, theta3 is motor 2's, theta1 is motor 3's",
     ),
     WrongLog("f", "reversed", scaled("f", -1), "refused", r"motors\[\]\.f_scale: -1"),
     WrongLog("f", "of motor 2 reversed", scaled("f", -1, 2), "refused", r"motors\[1\]\.f_scale: -1"),
