@@ -68,6 +68,7 @@ MIN_RATE_ERROR = 0.02
 MIN_LEVER_M = 1e-3
 """m: of a cable that moves any joint (docs/thresholds.md)"""
 _TURNED_RAD = 0.3
+"""by which joints turn, one after the other, to see whether a cable's length changes"""
 MIN_STUCK_S = 1.0
 """s for which an encoder must not move at all, to be called stuck (docs/thresholds.md)"""
 STUCK_SHARE, MIN_STUCK_M = 0.4, 5e-3

@@ -178,7 +178,7 @@ def fit_camera_motion(
     course = np.zeros((len(chosen), 0))
     stretches = min(STRETCHES, frames // MIN_BLOCK_FRAMES)
     least_px = MIN_SIZE_PX if stretches >= MIN_STRETCHES else MIN_SIZE_UNCHECKED_PX
-    corner_px = focal * float(np.sqrt(np.median(observed.sigma[observed.visible] ** 2)))
+    corner_px = focal * float(np.median(observed.sigma[observed.visible]))
     while len(motions) < MAX_TERMS:
         square_px = squared_shift(scene, observed, fit, course, focal)
         motion = likeliest_motion(fit, prior, chosen / max(frames - 1, 1), square_px, max(stretches, 1), motions)

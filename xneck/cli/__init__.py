@@ -70,17 +70,12 @@ def group() -> None:
     """
 
 
-def undecoded(name: str) -> Refused:
-    """The refusal of a name that no report could hold."""
-    shown = name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
-    return Refused(shown, "is not written in UTF-8, as a name of an old disk or archive", "rename it")
-
-
 def refuse_undecoded(arguments: list[str]) -> None:
     """Raises Refused where an argument is not UTF-8: what holds it is written at the end, after all work."""
     for argument in arguments:
         if any("\udc80" <= letter <= "\udcff" for letter in argument):
-            raise undecoded(argument)
+            shown = argument.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
+            raise Refused(shown, "is not written in UTF-8, as a name of an old disk or archive", "rename it")
 
 
 def main() -> None:
