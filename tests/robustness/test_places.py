@@ -60,14 +60,15 @@ def test_names_of_any_letters(name: str, recorded: Path, tmp_path: Path) -> None
     assert "log.csv: is empty" in ran.err
 
 
-def test_names_that_are_no_utf_8(recorded: Path, tmp_path: Path) -> None:
+def test_names_that_are_no_utf_8_are_refused_before_any_work(recorded: Path, tmp_path: Path) -> None:
     here = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff\xfe"))
     shutil.copytree(recorded, here)
     (here / "out").mkdir()
     ran = outside("names", *sync(here, here / "out/d.mcap"))
-    check(ran, {here / "out/d.mcap": read_dataset}, (here,))
-    (here / "log.csv").write_text("")
-    check(outside("names", *sync(here, tmp_path / "d.mcap"), "--quiet"), {}, (here / "log.csv",))
+    assert ran.status == 1
+    assert ran.err.count("\n") == 1
+    assert r"\xff\xfe/angles.csv: is not written in UTF-8" in ran.err
+    assert list((here / "out").iterdir()) == []
 
 
 READERS: dict[str, list[str]] = {
