@@ -32,6 +32,10 @@ RIVAL_GAIN_SHARE = 0.05
 """share of the gain by which a rival must explain less as well, since laws and signatures are not exact (docs/thresholds.md)"""
 MIN_GAIN_SHARE = 0.1
 """share of the first fault's gain that a further one must reach, the drawing held exact (docs/thresholds.md)"""
+MAX_LEFT_M = 6e-5
+"""m: a cable's own error from which a fault of that cable alone must explain a part of it (docs/thresholds.md)"""
+MIN_SHARE_OF_LEFT = 0.5
+"""of the square of such an error: what a fault must explain of it (docs/thresholds.md)"""
 MIN_SEPARATION_S = 3.0
 """s between two events of one cable: a step leaves a trace around it, since motor angles are smoothed (docs/thresholds.md)"""
 CORRELATION_FACTOR = 4.0
@@ -61,7 +65,7 @@ def name_faults(
     fit = fit_law(observation, prior)
     while len(named) < MAX_FAULTS:
         scores = score_candidates(fit, remaining)
-        best, signatures = _best(scores), [n.best.candidate.signature for n in named]
+        best, signatures = _best(scores), _signatures(named)
         if best.z < threshold(scores):
             other = _unmasking_fault(observation, prior, signatures, best.candidate, remaining)
             if other is None:
@@ -79,8 +83,10 @@ def name_faults(
         if gains[-1] < MIN_GAIN_SHARE * gains[0]:
             break
         named.append(NamedFault(best, _rivals(best, scores)))
-        remaining = [c for c in remaining if _is_separate(c, best.candidate)]
+        remaining = [c for c in remaining if _is_separate(c, best.candidate) and not _are_scales(c, best.candidate)]
         fit = fit_law(observation, prior, [*signatures, best.candidate.signature])
+    if len(believed := _without_stand_ins(observation, prior, named)) < len(named):
+        named, fit = believed, fit_law(observation, prior, _signatures(believed))
     return _jointly_estimated(observation, named, prior, fit), fit
 
 
@@ -95,7 +101,7 @@ def _unmasking_fault(
 
     signatures: (F, M) each, of the faults that are named already.
     """
-    others = [c for c in remaining if _is_separate(c, masked)]
+    others = [c for c in remaining if _is_separate(c, masked) and not _are_scales(c, masked)]
     fit = fit_law(observation, prior, [*signatures, masked.signature])
     scores = score_candidates(fit, others)
     other = _best(scores)
@@ -131,7 +137,7 @@ def _jointly_estimated(
         return tuple(named)
     estimated: list[NamedFault] = []
     for k, fault in enumerate(named):
-        others = [n.best.candidate.signature for n in (*estimated, *named[k + 1 :])]
+        others = _signatures((*estimated, *named[k + 1 :]))
         without = fit_law(observation, prior, others, fit.error)
         candidate = fault.best.candidate
         scores = score_candidates(without, (candidate, *slips_near(observation, candidate)))
@@ -146,6 +152,38 @@ def _is_separate(other: FaultCandidate, candidate: FaultCandidate) -> bool:
     if other.when is None or candidate.when is None or other.where != candidate.where:
         return other is not candidate
     return abs(other.when - candidate.when) > MIN_SEPARATION_S
+
+
+def _without_stand_ins(
+    observation: ElongationObservation, prior: LawPrior | None, named: list[NamedFault]
+) -> list[NamedFault]:
+    """The faults but those of a single cable that leaves far more than healthy ones do, where they explain too little of it.
+
+    What is left so is of a law that nobody knows, and any fault that looks like it a little seems to be there. A cable that goes
+    slack does so again and again: one time is little of it."""
+    cables = [_its_cable(fault.best.candidate) for fault in named]
+    after = fit_law(observation, prior, _signatures(named)).error if named else np.zeros(0)
+    for j in {cable for cable in cables if cable is not None and after[cable] > MAX_LEFT_M}:
+        others = [fault for fault, cable in zip(named, cables, strict=True) if cable != j]
+        before = fit_law(observation, prior, _signatures(others)).error
+        if 1 - (after[j] / before[j]) ** 2 < MIN_SHARE_OF_LEFT:
+            named = [fault for fault in named if _its_cable(fault.best.candidate) != j]
+    return named
+
+
+def _its_cable(candidate: FaultCandidate) -> int | None:
+    """The cable that a fault moves, from 0, if it is one alone and more than a time of slack."""
+    (moved,) = np.nonzero(np.any(candidate.signature != 0, axis=0))
+    return int(moved[0]) if len(moved) == 1 and candidate.fault != "cable_slack" else None
+
+
+def _signatures(named: Sequence[NamedFault]) -> list[Array]:
+    return [fault.best.candidate.signature for fault in named]
+
+
+def _are_scales(one: FaultCandidate, other: FaultCandidate) -> bool:
+    """Whether both are of all cables, bars or angles at once: but for little, two of these together do nothing."""
+    return one.is_scale and other.is_scale
 
 
 def _best(scores: Sequence[CandidateScore]) -> CandidateScore:

@@ -19,6 +19,8 @@ STEP_M, STEP_RAD = 1e-5, 1e-4
 """steps of the finite differences"""
 MAX_RELATIVE_SIZE = 0.3
 """share of itself by which a drum, a length or a scale may be off and still be called that (docs/thresholds.md)"""
+_NO_SCALES = ("plane_tilt", "clock_offset")
+"""faults of the whole recording that are none of an arm's scales"""
 _LENGTHS = (("pulley_radius", "r", "pulley"), ("diagonal_length", "L", "length"), ("bar_length", "b", "length"))
 """faults of lengths, the fields of the arm that they are of, and their keys in the tolerance"""
 
@@ -39,6 +41,11 @@ class FaultCandidate:
     """size below which it is not this fault"""
     largest: float = np.inf
     """size beyond which it is not this fault: what is changed so much is another part, and a signature is of small changes"""
+
+    @property
+    def is_scale(self) -> bool:
+        """Whether it is one of the scales of drums, lengths and angles, which only their ratios tell."""
+        return self.where == "all" and self.fault not in _NO_SCALES
 
 
 def candidates(observation: ElongationObservation) -> Iterator[FaultCandidate]:

@@ -92,16 +92,16 @@ def _smallest_error(
     cables, least = CableEquation(problem.signals, law), np.inf
     for start in starts:
         with suppress(ClockUndetermined):
-            least = min(least, _error(fit_cables(problem, start, cables, pulley_sigma)))
+            least = min(least, _error(problem.frames, fit_cables(problem, start, cables, pulley_sigma)))
         if least < enough:
             break
     return least
 
 
-def _error(fit: ClockSolution) -> float:
+def _error(frames: FrameGeometry, fit: ClockSolution) -> float:
     """RMS of what no angles can explain of the cables' travels, m; with no more cables than joints, of all that is left."""
     cables, joints = fit.residual.shape[1], len(fit.unknowns.torque_error)
-    return fit.unknowns.cable_error if cables > joints else float(np.sqrt(np.mean(fit.residual**2)))
+    return frames.unexplained_rms(fit.residual) if cables > joints else float(np.sqrt(np.mean(fit.residual**2)))
 
 
 def _renumbered(arm: Arm, frames: FrameGeometry, order: tuple[int, ...], sign: int) -> FrameGeometry:

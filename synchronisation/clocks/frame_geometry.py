@@ -19,6 +19,8 @@ MIN_CABLE_ERROR_M = 2e-6
 """m: a law of the cables is never believed to be better than this"""
 MIN_NOISE_SCALE = 0.1
 """ratio: angles are never believed to be more than ten times better than their sigma"""
+_FRAMES_OF_ERRORS, _ERROR_STEPS = 500, 8
+"""frames, spread over all, by which errors are told, and steps of that: they go on from fit to fit"""
 _RIDGE = 1e-9
 """relative: with more joints than cables some turn moves no cable; the ridge keeps it at zero"""
 
@@ -78,27 +80,38 @@ class FrameGeometry:
     def whitening(self, cable_error: float | Array, noise_scale: float = 1.0) -> Array:
         """Matrices (F, M, M) that make a frame's residuals independent and of unit variance.
 
-        cable_error: m, of the cables' law, one or (F, M); noise_scale: true over stated noise of the angles."""
+        cable_error: m, of the cables' laws, one, (M,) or (F, M); noise_scale: true over stated noise of the angles."""
         cables = self.Z.shape[2]
         covariance = np.einsum("fij,fi,fik->fjk", self.Z, (noise_scale * self.sigma) ** 2, self.Z)
         covariance += np.square(cable_error)[..., None] * np.eye(cables)
         return np.linalg.inv(np.linalg.cholesky(covariance))
 
-    def error_sizes(self, residual: Array) -> tuple[float, float]:
-        """Error of the cables' law, m, and true over stated noise of the angles, from residuals (F, M), m.
+    def error_sizes(self, residual: Array, cable_error: Array, noise_scale: float) -> tuple[Array, float]:
+        """Errors of the cables' laws, (M,), m, and true over stated noise of the angles, from residuals (F, M), m, and a guess.
 
-        The first is what of the residuals no angles explain, the second what angles do explain."""
-        n, m = self.Z.shape[1:]
-        turns = self.turns(residual)
-        unexplained = residual - np.einsum("fij,fi->fj", self.Z, turns)
-        if m <= n:
-            cable_error = MIN_CABLE_ERROR_M
-        else:
-            mean_square = np.mean(np.sum(unexplained**2, axis=1)) / (m - n)
-            cable_error = max(float(np.sqrt(mean_square)), MIN_CABLE_ERROR_M)
-        by_law = cable_error**2 * self.turn_variance
-        mean_ratio = float(np.mean((turns**2 - by_law) / self.sigma**2))
-        return cable_error, float(np.sqrt(max(mean_ratio, MIN_NOISE_SCALE**2)))
+        Components of the residuals' variance by steps that raise their likelihood (minorisation and maximisation, Zhou, Hu, Zhou,
+        Lange 2019): one cable whose law is wrong leaves more than others, and angles' noise is common to all. With no more cables
+        than joints angles explain all."""
+        spread = slice(None, None, -(-len(residual) // _FRAMES_OF_ERRORS))
+        frames, r, joints = self.part(spread), residual[spread], self.Z.shape[1]
+        by_noise = np.einsum("fij,fi,fik->fjk", frames.Z, frames.sigma**2, frames.Z)
+        if r.shape[1] <= joints:
+            cable_error = np.full(r.shape[1], MIN_CABLE_ERROR_M)
+        for _ in range(_ERROR_STEPS):
+            inverse = np.linalg.inv(noise_scale**2 * by_noise + np.diag(cable_error**2))
+            v = np.einsum("fij,fj->fi", inverse, r)
+            of_noise = np.einsum("fi,fij,fj->", v, by_noise, v) / np.einsum("fij,fji->", inverse, by_noise)
+            noise_scale = max(noise_scale * float(of_noise) ** 0.25, MIN_NOISE_SCALE)
+            if r.shape[1] > joints:
+                of_cables = np.sum(v**2, axis=0) / np.einsum("fii->i", inverse)
+                cable_error = np.maximum(cable_error * of_cables**0.25, MIN_CABLE_ERROR_M)
+        return cable_error, noise_scale
+
+    def unexplained_rms(self, residual: Array) -> float:
+        """RMS of what of residuals (F, M), m, no angles explain, m, for as many cables as there are beyond joints."""
+        joints, cables = self.Z.shape[1:]
+        left = residual - np.einsum("fij,fi->fj", self.Z, self.turns(residual))
+        return max(float(np.sqrt(np.mean(np.sum(left**2, axis=1)) / (cables - joints))), MIN_CABLE_ERROR_M)
 
 
 def frame_geometry(arm: Arm, time: Array, alpha: Array, sigma: Array, middle: float) -> FrameGeometry:

@@ -103,7 +103,7 @@ def initial_unknowns(problem: ClockProblem, offset: float, cables: CableEquation
         fv=np.nan_to_num(problem.fv),
         cable_parameters=cables.initial_parameters(frames, offset),
         arm_parameters=np.zeros(0),
-        cable_error=INITIAL_CABLE_ERROR_M,
+        cable_error=np.full(problem.fv.shape, INITIAL_CABLE_ERROR_M),
         rest_error=np.zeros(problem.fv.shape),
         noise_scale=1.0,
         torque_error=np.full(frames.alpha.shape[1], np.inf),
@@ -161,12 +161,14 @@ def _with_error_sizes(
     """The unknowns with the errors of cables and angles. Where motors stick these are of the frames in which all turn, if they are
     enough, beside what more a cable errs by in those in which its motor is at rest."""
     if not motors_stick:
-        cable_error, noise_scale = frames.error_sizes(rows.residual)
+        cable_error, noise_scale = frames.error_sizes(rows.residual, unknowns.cable_error, unknowns.noise_scale)
         return replace(unknowns, cable_error=cable_error, noise_scale=noise_scale)
     turning = ~np.asarray(rows.at_rest.any(axis=1))
     if turning.sum() < MIN_OF_A_CLASS:
         turning[:] = True
-    cable_error, noise_scale = frames.part(turning).error_sizes(rows.residual[turning])
+    cable_error, noise_scale = frames.part(turning).error_sizes(
+        rows.residual[turning], unknowns.cable_error, unknowns.noise_scale
+    )
     rest_error = error_at_rest(rows.residual, rows.at_rest)
     return replace(unknowns, cable_error=cable_error, noise_scale=noise_scale, rest_error=rest_error)
 

@@ -187,14 +187,14 @@ def _losses_by_whole(frames: FrameGeometry, fine: FineAlignment, lost: LostFrame
         frames.with_geometry_errors(unknowns.geometry_errors),
         fine.fit.cables.expected_winding(unknowns),
         (offset, unknowns.skew),
-        _decoding_whitening(frames, max(DECODING_CABLE_ERROR_M, 3 * unknowns.cable_error), period),
+        _decoding_whitening(frames, np.maximum(DECODING_CABLE_ERROR_M, 3 * unknowns.cable_error), period),
         period,
         reference,
     )
     return lost_frames_of(frames.time, count, period)
 
 
-def _decoding_whitening(frames: FrameGeometry, cable_error: float, period: float) -> Array:
+def _decoding_whitening(frames: FrameGeometry, cable_error: float | Array, period: float) -> Array:
     """Whitening (F, M, M) for frames one period, s, apart: frames that share one error of the cables weigh as one."""
     return frames.whitening(cable_error * max(1.0, 1 / (INDEPENDENT_ERRORS_HZ * period)) ** 0.5)
 

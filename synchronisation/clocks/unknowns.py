@@ -26,8 +26,8 @@ class ClockUnknowns:
     """(M, K): parameters of each cable, in the order of its law's names"""
     arm_parameters: Array
     """(M + Q,): fs of the motors, N, then the nuisances of the arm's equation; empty as long as that is not used"""
-    cable_error: float
-    """m: standard deviation of what the cables' law does not explain"""
+    cable_error: Array
+    """(M,), m: standard deviation of what each cable's law does not explain"""
     rest_error: Array
     """(M,), m: standard deviation of what more is not explained while a cable's motor is at rest"""
     noise_scale: float

@@ -29,12 +29,10 @@ def test_a_mirrored_arm_is_refused(seed: int, kinds: list[str], tmp_path: Path) 
     assert re.search("fit better with all signs turned|left unexplained at best", str(done.exception))
 
 
-@pytest.mark.parametrize(("seed", "name", "feigned"), [(521, "fitted", True), (528, "held_out", False)])
-def test_frames_are_not_taken_for_lost_and_clocks_do_not_run_apart(
-    seed: int, name: str, feigned: bool, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize(("seed", "name"), [(521, "fitted"), (528, "held_out")])
+def test_frames_are_not_taken_for_lost_and_clocks_do_not_run_apart(seed: int, name: str, tmp_path: Path) -> None:
     """Frames believed lost had put the first of these clocks 360 ms off, with a sigma of 7 ms and 1.6 % of skew, and the second
-    25 ms, with 1.2 ms and 0.12 %. In the first they are still feigned, not believed, and told of."""
+    25 ms, with 1.2 ms and 0.12 %. They are still feigned, not believed, and told of."""
     hide([], seed, tmp_path, seconds=(30.0, 30.0), manner="slow")
     here, record = tmp_path / name, tmp_path / "sync.json"
     words = ["sync", here / "angles.csv", here / "log.csv", "--neck", here / "neck.yaml", "--out", tmp_path / "d.mcap"]
@@ -42,7 +40,7 @@ def test_frames_are_not_taken_for_lost_and_clocks_do_not_run_apart(
     assert done.exit_code == 0, done.output
     found, true = json.loads(record.read_text()), json.loads((tmp_path / "truth.json").read_text())["clocks"][name]
     assert found["slips"] == []
-    assert any("too slow" in warning for warning in found["warnings"]) == feigned
+    assert any("too slow" in warning for warning in found["warnings"])
     at = true["offset_s"] + true["skew"] * (found["camera_middle_s"] - true["middle_s"])
     assert found["offset_s"] == pytest.approx(at, abs=4 * found["offset_sigma_s"])
     assert found["offset_sigma_s"] < 2e-3
