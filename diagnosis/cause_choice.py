@@ -38,6 +38,7 @@ def with_all_causes(
 ) -> tuple[CauseFitter, FitStage]:
     """Causes chosen jointly, fitted together, and chosen anew where they then are, until the choice stands.
 
+    first: where the choice begins; every_effect: it with all effects beside it.
     A wrong model's noise is another one: weights are told anew where that of a better one is. What was given up beside other
     causes is offered once more before the choice stands: what they did not explain may have driven it where nothing can be."""
     last, given_up, beside = first, dict[str, FitStage](), every_effect

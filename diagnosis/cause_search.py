@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from diagnosis.cause import Cause
 from diagnosis.cause_choice import with_all_causes
@@ -18,6 +19,7 @@ from diagnosis.descent import MAX_TOLERANCES
 from diagnosis.fit_stage import FitStage
 from diagnosis.free_function import FreeFit, FreeFits
 from diagnosis.hypothesis import Hypothesis
+from diagnosis.linearisation import Linearisation
 from diagnosis.look_alikes import NamedCause, with_look_alikes
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.offered_causes import with_effects
@@ -29,6 +31,8 @@ from identification.whitening import Whitener
 from mechanism.laws import law_named
 from mechanism.laws.unlisted import UnlistedLaw
 
+Array = NDArray[np.float64]
+
 MAX_SHARE_OF_UNLISTED = 0.5
 """of what all causes leave above noise: a function of one variable that leaves less in their place takes their place
 (docs/thresholds.md)"""
@@ -36,6 +40,9 @@ MAX_SHARE_OF_UNLISTED = 0.5
 MAX_SHARE_OF_OTHER_FORM = 0.1
 """of what stood above noise: causes that leave less are right but for the form of their laws, however far above noise that is
 (docs/thresholds.md)"""
+
+SAME_SIGMAS = 3.0
+"""standard deviations within which a motor's gain is that of its drum (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -94,21 +101,49 @@ class Search:
 def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int = 0) -> Search:
     """Causes beyond a hypothesis in recordings of one arm. Raises Refused where a motor stands still.
 
-    Where they hold a gain of the motors that drums within their tolerance would make, forces are taken to be as little known as
-    these, and causes are sought again."""
+    Where they hold a gain of the motors that drums would make, within their tolerance or as far off as they are found to be, forces
+    are taken to be torques over the described drums, and causes are sought again from the others on."""
     search = _search(h, ensembles, seed)
-    if h.forces_as_drums or not any(_may_be_of_drums(cause, h) for cause in search.last.causes):
+    of_drums = [] if h.forces_as_drums else _of_drums(search.last, h)
+    if not of_drums:
         return search
-    return _search(h.with_forces_as_drums(), ensembles, seed)
+    others = tuple(cause for i, cause in enumerate(search.last.causes) if i not in of_drums)
+    return _search(h.with_forces_as_drums(), ensembles, seed, (search.last.comparison.linearisation, others))
 
 
-def _may_be_of_drums(cause: Cause, h: Hypothesis) -> bool:
-    """Whether a cause is a gain of the motors that is within what drums are good for."""
-    largest = float(np.max(np.abs(cause.amounts), initial=0.0))
-    return cause.effect.name == "actuator_gain" and largest < MAX_TOLERANCES * h.neck.tolerance.drum
+def _of_drums(stage: FitStage, h: Hypothesis) -> list[int]:
+    """Which causes are gains of motors that are within what drums are good for, or the same as is found of their drums."""
+    causes = list(zip(stage.causes, stage.sigma_of_causes, strict=True))
+    drums = {place: found for *found, place in _at_places(causes, "drum_radius", h)}
+    out = []
+    for i, (cause, sigma) in enumerate(causes):
+        gains = _at_places([(cause, sigma)], "actuator_gain", h)
+        known = MAX_TOLERANCES * h.neck.tolerance.drum
+        if gains and all(
+            abs(gain) < known or (j in drums and abs(gain - drums[j][0]) < SAME_SIGMAS * np.hypot(of_gain, drums[j][1]))
+            for gain, of_gain, j in gains
+        ):
+            out.append(i)
+    return out
 
 
-def _search(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int) -> Search:
+def _at_places(causes: Sequence[tuple[Cause, Array]], name: str, h: Hypothesis) -> list[tuple[float, float, int]]:
+    """Amounts of the causes of a name, their sigmas, and the places they are of."""
+    return [
+        (float(amount), float(sigma), place)
+        for cause, sigmas in causes
+        if cause.effect.name == name
+        for amount, sigma, place in zip(cause.amounts, sigmas, cause.places(h.arm), strict=False)
+    ]
+
+
+def _search(
+    h: Hypothesis,
+    ensembles: Sequence[NoiseEnsemble],
+    seed: int,
+    begin: tuple[Linearisation, tuple[Cause, ...]] | None = None,
+) -> Search:
+    """begin: causes that the choice begins with, and where they stand; else none."""
     fitter = CauseFitter(h, ensembles)
     fitter, first = fitter.redrawn(fitter.base_model())
     every_effect = with_effects(first, fitter.whiten)
@@ -118,7 +153,11 @@ def _search(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int) -> Sea
         every_effect = with_effects(first, fitter.whiten)
         ranked = rank(every_effect)
     free_fits = FreeFits()
-    fitter, last = with_all_causes(fitter, first, every_effect, free_fits, seed)
+    begun, beside = first, every_effect
+    if begin is not None and begin[1]:
+        fitter, begun = fitter.with_own_weights(fitter.fitted(*begin))
+        beside = with_effects(begun, fitter.whiten)
+    fitter, last = with_all_causes(fitter, begun, beside, free_fits, seed)
     outweighed: FitStage | None = None
     knows_a_law = any(isinstance(law_named(name), UnlistedLaw) for name in h.laws)
     if not knows_a_law and last.excess.above_noise and _is_outweighed(first, last, fitter.whiten, free_fits):

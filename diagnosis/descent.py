@@ -34,6 +34,8 @@ _MIN_LOSS_GAIN, MIN_LOSS_GAIN_FAR = 1e-3, 1e-2
 """of the loss: a step that took less away was the last; and where far more than noise is left"""
 _NEARER_SHARE = 0.3
 """of what a straight step promised: what is promised after a good one"""
+_PATIENCE = 6
+"""steps of a round in which the least loss may stay as it is: more go round in circles"""
 _LOST = 1.5
 """times the least loss of a round: one that ends there has lost its way"""
 MAX_TOLERANCES = 4.0
@@ -98,10 +100,11 @@ class Descent:
         """One round of steps, with nuisances that act as where it begins, and the damping with which steps last gained.
 
         last_damping: that of the round before, with which damping begins where a straight step gains nothing."""
-        damping, was_small, best = 0.0, False, (current, causes)
+        damping, was_small, best, idle = 0.0, False, (current, causes), 0
         for _ in range(max_steps):
-            if current.promised < _least_promise(current):
+            if current.promised < _least_promise(current) or idle == _PATIENCE:
                 break
+            idle += 1
             candidate, stepped = self.step(current, damping, causes)
             gain = _gain(candidate, current)
             is_short = gain < _SHORT_GAIN * current.promised / current.profiled_loss
@@ -111,6 +114,8 @@ class Descent:
                     candidate, stepped, gain = settled, so_far, _gain(settled, current)
             if gain > 0 or _is_nearer(candidate, current):
                 current, causes = candidate, stepped
+                if current.profiled_loss < (1 - _MIN_LOSS_GAIN) * best[0].profiled_loss:
+                    idle = 0
                 best = min(best, (current, causes), key=lambda at: at[0].profiled_loss)
                 last_damping = damping
                 damping = damping / _DAMPING_DECREASE if damping > _FIRST_DAMPING else 0.0
@@ -124,8 +129,9 @@ class Descent:
                 damping = _DAMPING_INCREASE * damping if damping else max(_FIRST_DAMPING, last_damping)
                 if damping > _MAX_DAMPING:
                     break
-        # steps along a bent valley may leave it for good
-        if current.profiled_loss > _LOST * best[0].profiled_loss:
+        # steps along a bent valley may leave it for good, or go to and fro across it
+        in_circles = idle == _PATIENCE and current.profiled_loss > FAR * current.row_count
+        if in_circles or current.profiled_loss > _LOST * best[0].profiled_loss:
             current, causes = best
         return current, causes, last_damping
 

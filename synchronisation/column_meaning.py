@@ -92,6 +92,8 @@ _STEP_S = (2e-4, 0.2)
 """s, from row to row of a log that is thought of where the name says no unit of the time"""
 _PLACES = {"motor", "axis", "joint", "cable", "seil", "drum", "gear", "side", "left", "right", "raw", "filtered"}
 """words in brackets that are no units"""
+_HEADS = ("winkel", "kraft", "moment", "strom", "drehzahl", "geschwindigkeit", "zeit")
+"""last parts of German words that say what the whole is: a Motorwinkel is a Winkel"""
 _LEVELS = 20
 
 
@@ -156,11 +158,13 @@ def column_meaning(name: str, values: Array, kind: Kind | None = None, stated: s
 
 
 def _words(name: str) -> list[str]:
-    """Words and numbers in a name, small: `pos_2[deg]` has pos, 2 and deg, `motor2Position` motor, 2 and position."""
+    """Words and numbers in a name, small: `pos_2[deg]` has pos, 2 and deg, `motor2Position` motor, 2 and position,
+    `Motorwinkel_1` motor, winkel and 1."""
     units = re.sub(r"(?<![A-Za-z])([mk]?)N([ .*·]?m)?(?![A-Za-z])", lambda u: f"{u[1]}n{'m' if u[2] else ''}", name)
     units = re.sub(r"(?<![A-Za-z])mA(?![A-Za-z])", "ma", units)
     parted = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", units)
-    return re.findall(r"[^\W\d_]+|\d+|°", parted.lower())
+    compounds = re.sub(rf"(?<=[^\W\d_])({'|'.join(_HEADS)})(?![^\W\d_])", r" \1", parted.lower())
+    return re.findall(r"[^\W\d_]+|\d+|°", compounds)
 
 
 def _kind(words: list[str], of_unit: Kind | None, finite: Array) -> Kind:

@@ -1,13 +1,23 @@
-"""A drum, or its gear, that is not as described."""
+"""A drum, or its gear, that is not as described.
+
+Where the log's forces are torques over the described drum, they are off by as much (diagnosis/force_scale.py)."""
 
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from diagnosis.check_fault import CheckFault
-from diagnosis.effect import DescriptionEffect, Numbers
+from diagnosis.effect import DescriptionEffect, Numbers, Shape
+from diagnosis.force_scale import force_scale_columns
+from diagnosis.hypothesis import Hypothesis
+from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.shown_by import DRUM_TURNS
 from mechanism.description import Neck
 from mechanism.laws import Term
+
+Array = NDArray[np.float64]
 
 
 class DrumRadius(DescriptionEffect):
@@ -36,6 +46,18 @@ class DrumRadius(DescriptionEffect):
         motors = list(neck.motors)
         motors[place] = motor.model_copy(update={"rd": motor.rd * (1 + amount)})
         return neck.model_copy(update={"motors": tuple(motors)})
+
+    def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
+        of_lengths = super().columns(recording, shape)
+        return of_lengths - force_scale_columns(recording, 1.0) if recording.hypothesis.forces_as_drums else of_lengths
+
+    def added_to(self, h: Hypothesis, amounts: Array, shape: Shape) -> Hypothesis:
+        h = super().added_to(h, amounts, shape)
+        if not h.forces_as_drums:
+            return h
+        # the drum is then a motor's gain as well
+        gain = (1 + h.values.get("g", np.zeros(h.arm.M))) * (1 + amounts) - 1
+        return h.with_law("actuator_gain", {"g": gain})
 
     def true_numbers(self, parameters: Mapping[str, float], truth: Mapping[str, Any], place: int | None) -> Numbers:
         """The truth is a factor."""

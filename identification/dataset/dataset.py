@@ -20,7 +20,7 @@ from mechanism.geometry import check_angles
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DataSet:
     """Series of one recording; columns are those of the contract, SI units and radians.
 
@@ -45,6 +45,11 @@ class DataSet:
     """full covariance of alpha, alpha', alpha'' of all joints at a few Hz, columns `cov_alpha1_alpha2_d` (upper triangle)"""
     speeds: HalfRowSpeeds | None = None
     """of the motors, where friction is known by which they can be told within the state's rows; not in any file"""
+
+    def __repr__(self) -> str:
+        time, frames = self.state.time, len(self.angles)
+        seconds = time[-1] - time[0] if len(time) else 0.0
+        return f"<DataSet of {self.neck.N} joints and {self.neck.M} cables: {seconds:.1f} s, {len(time)} rows, {frames} frames>"
 
     @property
     def is_filmed(self) -> bool:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechanism.tolerance import EXACT
+from synchronisation.check.faults import FAULTS
 from synchronisation.check.momentary_faults import missed_counts, slacks, slips, slips_near
 from synchronisation.check.observation import ElongationObservation
 from synchronisation.check.scoring import (
@@ -34,8 +35,8 @@ MIN_GAIN_SHARE = 0.1
 """share of the first fault's gain that a further one must reach, the drawing held exact (docs/thresholds.md)"""
 MAX_LEFT_M = 6e-5
 """m: a cable's own error from which a fault of that cable alone must explain a part of it (docs/thresholds.md)"""
-MIN_SHARE_OF_LEFT = 0.5
-"""of the square of such an error: what a fault must explain of it (docs/thresholds.md)"""
+MIN_SHARE_OF_LEFT, MIN_SHARE_OF_MOMENTS = 0.1, 0.5
+"""of the square of such an error: what a fault that lasts, and faults of one moment, must explain of it (docs/thresholds.md)"""
 MIN_SEPARATION_S = 3.0
 """s between two events of one cable: a step leaves a trace around it, since motor angles are smoothed (docs/thresholds.md)"""
 CORRELATION_FACTOR = 4.0
@@ -164,10 +165,13 @@ def _without_stand_ins(
     cables = [_its_cable(fault.best.candidate) for fault in named]
     after = fit_law(observation, prior, _signatures(named)).error if named else np.zeros(0)
     for j in {cable for cable in cables if cable is not None and after[cable] > MAX_LEFT_M}:
-        others = [fault for fault, cable in zip(named, cables, strict=True) if cable != j]
+        others, own = (
+            [n for n, cable in zip(named, cables, strict=True) if (cable == j) == of_it] for of_it in (False, True)
+        )
         before = fit_law(observation, prior, _signatures(others)).error
-        if 1 - (after[j] / before[j]) ** 2 < MIN_SHARE_OF_LEFT:
-            named = [fault for fault in named if _its_cable(fault.best.candidate) != j]
+        lasts = any(not FAULTS[fault.best.candidate.fault].of_one_moment for fault in own)
+        if 1 - (after[j] / before[j]) ** 2 < (MIN_SHARE_OF_LEFT if lasts else MIN_SHARE_OF_MOMENTS):
+            named, cables = others, [cable for cable in cables if cable != j]
     return named
 
 

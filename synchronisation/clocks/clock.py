@@ -4,6 +4,7 @@ Camera time is a frame's stamp, put right where frames were lost without a trace
 (motion_clock.py); where the controller switched a light that the video shows, that light (light.py) gives the offset and the skew.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +23,8 @@ from xneck_foundation.one_blas_thread import one_blas_thread
 
 Array = NDArray[np.float64]
 
+MAX_QUARTZ_SKEW, SURE_SIGMA = 2e-4, 3.0
+"""ratio, of two clocks that are each off by 100 ppm, and standard deviations beyond it that are said (docs/thresholds.md)"""
 DISAGREEMENT_SIGMA = 4.0
 """a difference between the clocks of light and motion beyond so many of its standard deviations is a warning
 (docs/thresholds.md)"""
@@ -46,7 +49,19 @@ def fit_clock(arm: Arm, angles: Angles, log: Series, fv: Array | None = None) ->
             raise
         clock = _undetermined(arm, angles, repaired)
     clock = replace(clock, warnings=(*clock.warnings, *repaired.warnings()))
-    return _with_light(clock, angles, log) if has_light else clock
+    if has_light:
+        clock = _with_light(clock, angles, log)
+    return replace(clock, warnings=(*clock.warnings, *_warnings_of_skew(clock)))
+
+
+def _warnings_of_skew(clock: ClockEstimate) -> Iterator[str]:
+    """What is said of clocks that surely run apart further than those of two devices do that nobody turns."""
+    if abs(clock.skew) - SURE_SIGMA * clock.skew_sigma > MAX_QUARTZ_SKEW:
+        apart = f"{1e6 * abs(clock.skew):.0f} +- {1e6 * clock.skew_sigma:.0f} ppm {'faster' if clock.skew > 0 else 'slower'}"
+        yield (
+            f"the log's clock runs {apart} than the camera's, and quartz keeps to less: was one of them slewed (NTP, PTP), "
+            "or are the frames' stamps those of a nominal rate?"
+        )
 
 
 def _undetermined(arm: Arm, angles: Angles, repaired: RepairedLog) -> ClockEstimate:

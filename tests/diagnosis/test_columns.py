@@ -231,6 +231,24 @@ def test_a_drum_known_to_a_tolerance_leaves_forces_known_to_as_much(at: Linearis
     assert np.std(changed - column, axis=1) == pytest.approx(0 * changed[:, 0], abs=0.02 * float(np.std(changed[2])))
 
 
+def test_a_drum_that_forces_are_torques_over_is_a_gain_as_well(at: Linearisation, data: DataSet) -> None:
+    """What a drum 2 % too small does beside the described one is what it does with a log that says 2 % too little of its force."""
+    h, state = at.hypothesis.with_forces_as_drums(), data.state
+    small, amounts = -0.02, np.array([0.0, 0.0, -0.02, 0.0])
+    there = EFFECTS["drum_radius"].added_to(h, amounts, {})
+    assert there.values["g"][2] == pytest.approx(small)
+    assert EFFECTS["drum_radius"].added_to(at.hypothesis, amounts, {}).laws == at.hypothesis.laws
+    louder = replace(data, state=Series(state.time, {**state.columns, "f3": state.columns["f3"] / (1 + small)}))
+    plain = EFFECTS["drum_radius"].added_to(at.hypothesis, amounts, {})
+    of_both, of_louder = (
+        read_at(which, log, at.p).recordings[0].rows.residual for which, log in ((there, data), (plain, louder))
+    )
+    before = at.recordings[0].rows.residual
+    assert np.std(of_both - of_louder) < 1e-3 * np.std(of_both - before)
+    column = EFFECTS["drum_radius"].columns(read_at(h, data, at.p).recordings[0], {})[..., 2]
+    assert np.std(of_both - before - small * column) < 0.25 * np.std(of_both - before)
+
+
 def test_a_motors_inertia_changes_what_rubs_on_pulleys(at: Linearisation, data: DataSet) -> None:
     """Inertia takes from a cable's tension, and so from its friction: without that the arm's equation was left with newtons."""
     rubbing = at.hypothesis.with_law("pulley_friction", {"mu": np.full(4, 0.02), "cm": np.array([0.5])})

@@ -320,6 +320,10 @@ def test_a_library_that_is_missing_is_named_with_its_extra(
         ("joint_2_torque[N·m]", "force", "N m"),
         ("motorCurrent1", "current", None),
         ("omega_1", "speed", None),
+        ("Motorwinkel_1 [Grad]", "angle", "deg"),
+        ("Seilkraft2", "force", None),
+        ("Messzeit [s]", "time", "s"),
+        ("Auskraftung", "other", None),
         ("led", "light", None),
     ],
 )

@@ -12,6 +12,8 @@ from xneck_foundation.errors import Refused
 from xneck_foundation.whole_file import MODEL_KIND, NECK_KIND, check_place
 
 STANDARD_OUTPUT = "-"
+_OTHER_FORMATS = {".csv", ".tsv", ".txt", ".npz", ".npy", ".mat", ".parquet", ".h5", ".hdf5", ".bag"}
+"""that some would take by its name for what a data set is written in"""
 
 
 class OutputFile(click.ParamType):
@@ -27,6 +29,17 @@ class OutputFile(click.ParamType):
         _no_standard_output(self, value, param, ctx)
         check_place(Path(value))
         return Path(value)
+
+
+class DataSetOutput(OutputFile):
+    """An MCAP file to be written: a name that says another format would mislead whoever opens it."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        path = super().convert(value, param, ctx)
+        if path.suffix.lower() in _OTHER_FORMATS:
+            what = f"would be an MCAP, whatever {path.suffix} says"
+            raise Refused(path, what, f"call it {path.with_suffix('.mcap').name}; `xneck export` writes other formats")
+        return path
 
 
 class JsonOutput(OutputFile):
@@ -71,5 +84,6 @@ def _no_standard_output(
 
 INPUT_FILE = _InputPath(path_type=Path)
 OUTPUT_FILE = OutputFile()
+DATA_SET_OUTPUT = DataSetOutput()
 NECK_OUTPUT, MODEL_OUTPUT = OutputFile(NECK_KIND), OutputFile(MODEL_KIND)
 FOLDER = _InputPath(path_type=Path, file_okay=False)

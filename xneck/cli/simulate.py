@@ -7,7 +7,7 @@ import click
 
 from xneck.cli.finite_range import FiniteRange
 from xneck.cli.output import export_beside, export_option, progress_bar, report_result, result_options
-from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
+from xneck.cli.path_types import DATA_SET_OUTPUT, INPUT_FILE, OUTPUT_FILE
 from xneck_foundation.errors import Refused, one_of
 
 PICTURE_FORMATS = ("svg", "pdf", "png")
@@ -27,7 +27,7 @@ MAX_WINDOW_S = 60.0
     type=INPUT_FILE,
     help="model.yaml from `xneck identify`; a MOTION.csv may do without it, by one like Fasquelle's.",
 )
-@click.option("--out", type=OUTPUT_FILE, required=True, help="simulated.mcap.")
+@click.option("--out", type=DATA_SET_OUTPUT, required=True, help="simulated.mcap.")
 @click.option("--neck", "neck_file", type=INPUT_FILE, help="neck.yaml of the arm that is to play a MOTION.csv.")
 @click.option("--picture", type=OUTPUT_FILE, help="The joints' angles of a motion as .svg, .pdf or .png.")
 @click.option(

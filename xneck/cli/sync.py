@@ -6,14 +6,14 @@ import click
 
 from xneck.cli.finite_range import FiniteRange
 from xneck.cli.output import export_beside, export_option, progress_bar, recovered, report_result, result_options
-from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE
+from xneck.cli.path_types import DATA_SET_OUTPUT, INPUT_FILE
 
 
 @click.command(epilog="Example: xneck sync angles.mcap log.mcap --neck neck.yaml --out dataset.mcap")
 @click.argument("angles_file", metavar="ANGLES", type=INPUT_FILE)
 @click.argument("log_file", metavar="LOG", type=INPUT_FILE)
 @click.option("--neck", "neck_file", type=INPUT_FILE, required=True, help="neck.yaml of the arm.")
-@click.option("--out", type=OUTPUT_FILE, required=True, help="dataset.mcap.")
+@click.option("--out", type=DATA_SET_OUTPUT, required=True, help="dataset.mcap.")
 @click.option("--cutoff", type=FiniteRange(0.5, 15), default=5.0, show_default=True, help="Hz, of Fasquelle's filter.")
 @export_option
 @result_options

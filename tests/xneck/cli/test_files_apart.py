@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 import pytest
 
+from tests.paths import SAMPLES
 from tests.robustness.judge import run
 from xneck.cli import COMMANDS, group
 from xneck.cli.path_types import INPUT_FILE, OUTPUT_FILE, OutputFolder
@@ -149,3 +150,14 @@ def test_every_folder_for_results_says_which_files_go_there() -> None:
     for name in COMMANDS:
         out = [param for param in command(name).params if param.name == "out"]
         assert not out or isinstance(out[0].type, type(OUTPUT_FILE) | OutputFolder), name
+
+
+@pytest.mark.parametrize("name", ["set.csv", "set.MAT"])
+def test_a_data_set_is_not_written_under_the_name_of_another_format(name: str, tmp_path: Path) -> None:
+    sample = SAMPLES / "held_out"
+    read = [str(sample / file) for file in ("angles.csv", "log.csv")]
+    ran = run("other format", "sync", *read, "--neck", str(sample / "neck.yaml"), "--out", str(tmp_path / name))
+    assert ran.status == 1
+    assert "would be an MCAP" in ran.err
+    assert "call it set.mcap" in ran.err
+    assert list(tmp_path.iterdir()) == []

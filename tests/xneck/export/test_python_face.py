@@ -44,6 +44,10 @@ def data() -> DataSet:
     return DataSet(neck=NECK, neck_yaml="", state=state, fasquelle=state, angles=empty, log=empty)
 
 
+def test_a_data_set_prints_in_one_line(data: DataSet) -> None:
+    assert repr(data) == "<DataSet of 3 joints and 4 cables: 0.4 s, 200 rows, 0 frames>"
+
+
 def test_arrays_are_the_state(data: DataSet) -> None:
     arrays = xneck.to_arrays(data)
     assert next(iter(arrays)) == "time"
