@@ -23,10 +23,10 @@ def cogging(log: Series, motor: int) -> Series:
     return replace(log, columns={**log.columns, f"f{motor}": log.columns[f"f{motor}"] - pulled})
 
 
-@pytest.mark.parametrize("seed", [901, 902, 903])
+@pytest.mark.parametrize("seed", [901, 902])
 def test_a_cogging_motor_does_not_move_the_clock(seed: int) -> None:
     """Within 3.3 sigma, a chance of one in a thousand, and sigma does not say more than half a millisecond; where all cables were
-    taken to err alike it was off by 5 to 11 ms."""
+    taken to err alike it was off by 8 and 11 ms."""
     made = clock_recording("linear elastic", seed)
     clock = one_blas_thread(fit_clock)(arm(), made.angles, cogging(made.log, 4))
     true = made.clocks.offset_s + made.clocks.skew * (clock.middle - made.clocks.middle_s)
