@@ -6,6 +6,7 @@ import numpy as np
 
 from identification.dataset.dataset import DataSet
 from identification.dataset.frames import FrameAngles, frame_angles
+from mechanism.arm import Arm
 from state_estimation.motors import motors_in
 from synchronisation.check.check import Baseline, Check, baseline_of, check_elongations, not_healthy
 from synchronisation.check.faults import EXCHANGES
@@ -13,6 +14,11 @@ from synchronisation.check.residual_clock import find_clock_fault, shifted_frame
 from synchronisation.clocks.usable_frames import GAP_MARGIN_S
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
+from xneck_foundation.one_line import counted
+
+MAX_MEASURED_ANEW = 0.1
+"""share of a length by which two descriptions of one arm may differ: one was measured anew since (docs/thresholds.md)"""
+ANOTHER_BASELINE = "give a healthy recording of the arm that is checked"
 
 
 @one_blas_thread
@@ -21,7 +27,7 @@ def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "
 
     Both are computed with the checked data set's neck.yaml. Where the clocks of frames and log differ, that is the first fault, and
     the others are those that remain once it is put right. Raises Refused where a data set holds no forces, without which nothing
-    says how far the cables stretch, and where the baseline is not healthy; `where` names it then.
+    says how far the cables stretch, and where the baseline is of another arm or not healthy; `where` names it then.
 
     >>> import xneck
     >>> result = xneck.check(xneck.read_dataset("monday.mcap"))
@@ -35,6 +41,7 @@ def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "
     fv = np.array([np.nan if motor.fv is None else motor.fv for motor in data.neck.motors])
     healthy: Baseline | None = None
     if baseline is not None:
+        _check_same_arm(arm, baseline.arm, where)
         frames = _logged_frames(baseline)
         healthy = baseline_of(arm, baseline.state, frames, _clock_sigma(baseline), where, data.neck.tolerance)
         clock_fault = find_clock_fault(arm, frames, motors_in(baseline.state), fv)
@@ -50,6 +57,19 @@ def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "
     shifted = shifted_frames(frames, clock_fault)
     remaining = check_elongations(arm, data.state, shifted, clock_fault["sigma"], healthy, data.neck.tolerance)
     return replace(remaining, faults=(clock_fault, *remaining.faults))
+
+
+def _check_same_arm(arm: Arm, other: Arm, where: str) -> None:
+    """Refused where two arms have not the same parts, or a length that no measuring would mend so far."""
+    if (arm.N, arm.M) != (other.N, other.M):
+        parts = [f"{counted(one.N, 'joint')} and {counted(one.M, 'cable')}" for one in (other, arm)]
+        raise Refused(where, f"is of another arm: of {parts[0]}, not of {parts[1]}", ANOTHER_BASELINE)
+    for field, words in (("L", "L"), ("b", "b"), ("r", "r"), ("drum", "rd / R")):
+        here, there = (np.atleast_1d(getattr(one, field)) for one in (arm, other))
+        worst = int(np.argmax(np.abs(there / here - 1)))
+        if abs(there[worst] / here[worst] - 1) > MAX_MEASURED_ANEW:
+            sizes = f"{words} {worst + 1} is {there[worst]:.4g} m, not {here[worst]:.4g} m"
+            raise Refused(where, f"is of another arm: in its neck.yaml {sizes}", ANOTHER_BASELINE)
 
 
 def _logged_frames(data: DataSet) -> FrameAngles:

@@ -304,6 +304,23 @@ def test_no_clock_is_blamed_where_it_is_right_and_none_believed_where_it_is_wron
         check_dataset(right, wrong, "before.mcap")
 
 
+def test_a_baseline_of_another_arm_is_refused(made: ClockRecording, cases: list[FaultCase]) -> None:
+    """By its parts, or by a length: a drum that was measured anew is still the same arm's."""
+    mine = as_data_set(made, cases[0], 0.0, True)
+    neck = mine.neck
+
+    def with_drums(factor: float) -> DataSet:
+        motors = tuple(m.model_copy(update={"rd": factor * m.rd}) for m in neck.motors)
+        return replace(mine, neck=neck.model_copy(update={"motors": motors}))
+
+    with pytest.raises(Refused, match=r"is of another arm: in its .* rd / R 1 is"):
+        check_dataset(mine, with_drums(1.2), "before.mcap")
+    check_dataset(mine, with_drums(1.05), "before.mcap")
+    fewer = neck.model_copy(update={"mechanisms": neck.mechanisms[:2]})
+    with pytest.raises(Refused, match="is of another arm: of 2 joints and 4 cables, not of 3 joints and 4 cables"):
+        check_dataset(mine, replace(mine, neck=fewer), "before.mcap")
+
+
 def test_a_data_set_made_by_hand_is_checked_from_its_state(made: ClockRecording, cases: list[FaultCase]) -> None:
     """Without a record of a clock the frames' stamps mean nothing, and the state stands in for them."""
     case = next(c for c in cases if c.label.startswith("drum"))
