@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from diagnosis.cause import Cause
 from diagnosis.cause_choice import with_all_causes
@@ -30,8 +29,6 @@ from diagnosis.worth_naming import MIN_EXPLAINED
 from identification.whitening import Whitener
 from mechanism.laws import law_named
 from mechanism.laws.unlisted import UnlistedLaw
-
-Array = NDArray[np.float64]
 
 MAX_SHARE_OF_UNLISTED = 0.5
 """of what all causes leave above noise: a function of one variable that leaves less in their place takes their place
@@ -112,29 +109,21 @@ def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int =
 
 
 def _of_drums(stage: FitStage, h: Hypothesis) -> list[int]:
-    """Which causes are gains of motors that are within what drums are good for, or the same as is found of their drums."""
-    causes = list(zip(stage.causes, stage.sigma_of_causes, strict=True))
-    drums = {place: found for *found, place in _at_places(causes, "drum_radius", h)}
-    out = []
-    for i, (cause, sigma) in enumerate(causes):
-        gains = _at_places([(cause, sigma)], "actuator_gain", h)
-        known = MAX_TOLERANCES * h.neck.tolerance.drum
-        if gains and all(
-            abs(gain) < known or (j in drums and abs(gain - drums[j][0]) < SAME_SIGMAS * np.hypot(of_gain, drums[j][1]))
-            for gain, of_gain, j in gains
-        ):
+    """Which causes are gains of motors that are within what drums are good for, or the same as is found of their drums.
+
+    Either sits at one motor, and has one number."""
+    found = [
+        (cause.effect.name, cause.where.label, float(cause.amounts[0]), float(sigma[0]))
+        for cause, sigma in zip(stage.causes, stage.sigma_of_causes, strict=True)
+    ]
+    drums = {where: (amount, sigma) for name, where, amount, sigma in found if name == "drum_radius"}
+    known, out = MAX_TOLERANCES * h.neck.tolerance.drum, []
+    for i, (name, where, gain, sigma) in enumerate(found):
+        drum, of_drum = drums.get(where, (np.inf, 0.0))
+        is_drums = abs(gain) < known or abs(gain - drum) < SAME_SIGMAS * np.hypot(sigma, of_drum)
+        if name == "actuator_gain" and is_drums:
             out.append(i)
     return out
-
-
-def _at_places(causes: Sequence[tuple[Cause, Array]], name: str, h: Hypothesis) -> list[tuple[float, float, int]]:
-    """Amounts of the causes of a name, their sigmas, and the places they are of."""
-    return [
-        (float(amount), float(sigma), place)
-        for cause, sigmas in causes
-        if cause.effect.name == name
-        for amount, sigma, place in zip(cause.amounts, sigmas, cause.places(h.arm), strict=False)
-    ]
 
 
 def _search(

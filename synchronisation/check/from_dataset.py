@@ -65,7 +65,7 @@ def _check_same_arm(arm: Arm, other: Arm, where: str) -> None:
         parts = [f"{counted(one.N, 'joint')} and {counted(one.M, 'cable')}" for one in (other, arm)]
         raise Refused(where, f"is of another arm: of {parts[0]}, not of {parts[1]}", ANOTHER_BASELINE)
     for field, words in (("L", "L"), ("b", "b"), ("r", "r"), ("drum", "rd / R")):
-        here, there = (np.atleast_1d(getattr(one, field)) for one in (arm, other))
+        here, there = getattr(arm, field), getattr(other, field)
         worst = int(np.argmax(np.abs(there / here - 1)))
         if abs(there[worst] / here[worst] - 1) > MAX_MEASURED_ANEW:
             sizes = f"{words} {worst + 1} is {there[worst]:.4g} m, not {here[worst]:.4g} m"

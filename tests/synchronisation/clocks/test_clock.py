@@ -398,16 +398,3 @@ def test_markers_a_little_turned_and_springs_unlike_cost_the_clock_nothing(descr
     assert abs(offset_error(off)) < 3 * off.offset_sigma
     assert off.offset_sigma < 1.3 * exact.offset_sigma
     assert abs(off.offset - exact.offset) < 0.5 * exact.offset_sigma
-
-
-@pytest.mark.parametrize(("ppm", "is_said"), [(0.0, False), (-600.0, True), (600.0, True)])
-def test_clocks_that_run_apart_further_than_quartz_are_told_of(ppm: float, is_said: bool) -> None:
-    """The log's stamps of a computer whose clock is being slewed run faster or slower than its seconds."""
-    made = recording("linear elastic", 911)
-    slewed = replace(made.log, time=made.log.time * (1 + 1e-6 * ppm))
-    clock = fit_clock(arm(), made.angles, slewed)
-    true = (1 + made.clocks.skew) * (1 + 1e-6 * ppm) - 1
-    assert abs(clock.skew - true) < 3.3 * clock.skew_sigma
-    said = [w for w in clock.warnings if "slewed" in w]
-    assert bool(said) == is_said
-    assert all(("faster" if ppm > 0 else "slower") in words for words in said)
