@@ -1,5 +1,6 @@
-"""One browser for all tests of pages, which tests the quick lane leaves out, and which go to one core."""
+"""One browser for all tests of pages, which tests the quick lane leaves out, their order, and which go to one core."""
 
+import hashlib
 import shutil
 from collections.abc import Iterator
 from itertools import chain
@@ -9,13 +10,14 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, sync_playwright
 
+from tests.commit import commit
 from tests.skips import (  # noqa: F401 (hooks)
     pytest_collectreport,
     pytest_runtest_logreport,
     pytest_sessionfinish,
     pytest_terminal_summary,
 )
-from tests.slow import LONGEST, SLOW, TOGETHER
+from tests.slow import FIRST, LONGEST, SLOW, TOGETHER, together
 from tests.time_limit import pytest_addoption, pytest_runtest_setup  # noqa: F401 (hooks)
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -33,11 +35,15 @@ def browser_page() -> Iterator[Page]:
         browser.close()
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Marks the slow tests, and begins with the longest, so that no core waits for another's last."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Marks the slow tests, and says which begin.
+
+    Begun with the longest, no core waits for another's last. Where time is limited the order is another at every commit, so that
+    no test is always among those that are left out.
+    """
     here = Path(__file__).parent
-    slow, longest, together = ([here / name for name in names] for names in (SLOW, LONGEST, chain(*TOGETHER)))
-    if missing := [str(place) for place in (*slow, *longest, *together) if not place.exists()]:
+    slow, longest, names = ([here / name for name in names] for names in (SLOW, LONGEST, (*chain(*TOGETHER), FIRST)))
+    if missing := [str(place) for place in (*slow, *longest, *names) if not place.exists()]:
         raise pytest.UsageError(f"{', '.join(missing)}: named slow, and not there")
     paths = {item.path for item in items}
     of_slow, of_longest = (
@@ -46,7 +52,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.path in of_slow:
             item.add_marker(pytest.mark.slow)
-    items.sort(key=lambda item: item.path not in of_longest)
+    if config.getoption("--seconds") is None:
+        items.sort(key=lambda item: item.path not in of_longest)
+    else:
+        items.sort(key=lambda item: order_of_commit(together(item.path.relative_to(here.parent).as_posix())))
+
+
+def order_of_commit(group: str) -> tuple[bool, str]:
+    """Where tests that go to one core begin in a run whose time is limited."""
+    return group != together(f"tests/{FIRST}"), hashlib.sha256(f"{commit()} {group}".encode()).hexdigest()
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -4,7 +4,6 @@ They are integrated side by side: all together take little longer than one. Some
 """
 
 import os
-import subprocess
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -26,6 +25,7 @@ from samples.forward_arms.laws import (
 )
 from samples.forward_arms.outside import Cogging, Loom
 from samples.forward_arms.plant import Plant
+from tests.commit import commit
 
 
 @dataclass(frozen=True)
@@ -71,11 +71,7 @@ def commit_seed() -> int:
     """Of this commit, from 10000 on; the first where there is no repository."""
     if given := os.environ.get(SEED_VARIABLE):
         return int(given)
-    try:
-        head = subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=True).stdout
-    except (OSError, subprocess.CalledProcessError):
-        return 10000
-    return 10000 + 100 * (int(head[:8], 16) % 10000)
+    return 10000 + 100 * (int(commit()[:8], 16) % 10000)
 
 
 @cache

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from tests import conftest
 from tests.paths import ROOT
+from tests.slow import FIRST, together
 
 HOOKS = "pytest_collectreport, pytest_runtest_logreport, pytest_sessionfinish, pytest_terminal_summary"
 LISTED, UNLISTED = "needs strace", "too tired"
@@ -61,3 +63,18 @@ def test_fast(): pass
     unlimited = run(tmp_path, text, *workers)
     assert unlimited.returncode == 1
     assert "NOT RUN" not in unlimited.stdout
+
+
+def test_where_time_is_limited_the_order_is_of_the_commit_and_hidden_effects_come_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    groups = [f"tests/place_{k}/test_it.py" for k in range(20)] + [together(f"tests/{FIRST}")]
+
+    def order(commit: str) -> list[str]:
+        monkeypatch.setattr(conftest, "commit", lambda: commit)
+        return sorted(groups, key=conftest.order_of_commit)
+
+    one, again, other = order("a" * 40), order("a" * 40), order("b" * 40)
+    assert one == again
+    assert one != other
+    assert one[0] == other[0] == together(f"tests/{FIRST}")
