@@ -18,6 +18,7 @@ from synchronisation.check.absolute_law import BETA_SIGMA
 from synchronisation.check.faults import FAULTS
 from synchronisation.check.observation import ElongationObservation
 from synchronisation.check.signatures import FaultCandidate, tolerated
+from synchronisation.error_sizes import likelier_sizes
 
 Array = NDArray[np.float64]
 
@@ -128,9 +129,10 @@ def fit_law(
     vision = observation.vision
     law_fits = LAW_FITS if error is None else 0
     error = np.full(M, INITIAL_ERROR_M) if error is None else error
+    own, cables = np.broadcast_to(np.eye(M), (F, M, M)), np.arange(M)
     y, whiten, A, inverse, beta = _solve(observation.x, vision, error, unknowns)
     for _ in range(law_fits):
-        error = _estimated_error(vision, observation.x - unknowns.D @ beta, error)
+        error = likelier_sizes(observation.x - unknowns.D @ beta, own, cables, error, MIN_ERROR_M, ERROR_STEPS, vision)
         y, whiten, A, inverse, beta = _solve(observation.x, vision, error, unknowns)
     time = observation.time
     starts = np.searchsorted(time, np.arange(time[0], time[-1], BLOCK_S)) * M
@@ -193,16 +195,6 @@ def _solve(x: Array, vision: Array, error: Array, unknowns: _Unknowns) -> tuple[
     y = np.einsum("tjk,tk->tj", whiten, x).ravel()
     inverse = np.asarray(np.linalg.inv(A.T @ A + unknowns.precision), dtype=float)
     return y, whiten, A, inverse, inverse @ (A.T @ y + unknowns.precision @ unknowns.mean)
-
-
-def _estimated_error(vision: Array, residuals: Array, error: Array) -> Array:
-    """Each cable's own error (M,) by expectation maximisation, from residuals (F, M) and vision's covariance (F, M, M)."""
-    for _ in range(ERROR_STEPS):
-        gain = error[:, None] ** 2 * np.linalg.inv(vision + np.diag(error**2))
-        expectation = np.einsum("tjk,tk->tj", gain, residuals)
-        variance = error**2 - np.einsum("tjj,j->tj", gain, error**2)
-        error = np.maximum(np.sqrt(np.mean(expectation**2 + variance, axis=0)), MIN_ERROR_M)
-    return error
 
 
 def score_candidates(fit: LawFit, candidates: Sequence[FaultCandidate]) -> list[CandidateScore]:

@@ -100,7 +100,7 @@ def _smallest_error(
 
 def _error(frames: FrameGeometry, fit: ClockSolution) -> float:
     """RMS of what no angles can explain of the cables' travels, m; with no more cables than joints, of all that is left."""
-    cables, joints = fit.residual.shape[1], len(fit.unknowns.torque_error)
+    joints, cables = frames.Z.shape[1:]
     return frames.unexplained_rms(fit.residual) if cables > joints else float(np.sqrt(np.mean(fit.residual**2)))
 
 

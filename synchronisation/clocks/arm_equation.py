@@ -78,6 +78,8 @@ class ArmRows:
     """(K, N, M)"""
     by_form: Array
     """(K, N, M, W): by the forms of the motors' friction, N, which the cables' equation holds too"""
+    by_force: Array
+    """(K, N, M), m/rad: by the motors' forces"""
     by_nuisance: Array
     """(K, N, Q): parts of the arm, tilt, motors' inertia, gain, losses on pulleys, joints' dry friction, its turning over, viscous,
     constant friction"""
@@ -219,6 +221,7 @@ def arm_equation_rows(
         by_fs=_rows_of(jacobian * motion.dry_friction[:, None, :], kept),
         by_fv=_rows_of(jacobian * motion.speed[:, None, :], kept),
         by_form=_rows_of(np.stack([jacobian * form[:, None, :] for form in motion.friction_forms], axis=-1), kept),
+        by_force=_rows_of(jacobian, kept),
         by_nuisance=_rows_of(np.concatenate(nuisances, axis=-1), kept),
         nuisance_sigma=nuisance_sigma,
         of_lossy=of_lossy,

@@ -199,10 +199,8 @@ def clock_misfit(unknowns: ClockUnknowns) -> float:
 
     Angles count along: what a wrong clock leaves of the cables, turns of the joints explain for the most part. That angles would
     be better than their sigma says is no merit: where cables err by much, nothing is left for the angles' noise."""
-    cable_error, torque_error = (
-        np.exp(np.mean(np.log(errors))) for errors in (unknowns.cable_error, unknowns.torque_error)
-    )
-    return float(cable_error * max(unknowns.noise_scale, 1.0) * torque_error)
+    cable_error = np.exp(np.mean(np.log(unknowns.cable_error)))
+    return float(cable_error * max(unknowns.noise_scale, 1.0) * unknowns.torque_misfit)
 
 
 def _alternatives(problem: ClockProblem, explained: _Explained) -> list[ClockSolution]:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z, lengths
 from mechanism.drawing_errors import ANGLE_ZERO_SIGMA_RAD, MAX_DRAWING_ERROR
+from synchronisation.error_sizes import likelier_sizes
 
 Array = NDArray[np.float64]
 
@@ -89,23 +90,22 @@ class FrameGeometry:
     def error_sizes(self, residual: Array, cable_error: Array, noise_scale: float) -> tuple[Array, float]:
         """Errors of the cables' laws, (M,), m, and true over stated noise of the angles, from residuals (F, M), m, and a guess.
 
-        Components of the residuals' variance by steps that raise their likelihood (minorisation and maximisation, Zhou, Hu, Zhou,
-        Lange 2019): one cable whose law is wrong leaves more than others, and angles' noise is common to all. With no more cables
-        than joints angles explain all."""
+        One cable whose law is wrong leaves more than others, and angles' noise is common to all. With no more cables than joints
+        angles explain all."""
         spread = slice(None, None, -(-len(residual) // _FRAMES_OF_ERRORS))
-        frames, r, joints = self.part(spread), residual[spread], self.Z.shape[1]
-        by_noise = np.einsum("fij,fi,fik->fjk", frames.Z, frames.sigma**2, frames.Z)
-        if r.shape[1] <= joints:
-            cable_error = np.full(r.shape[1], MIN_CABLE_ERROR_M)
-        for _ in range(_ERROR_STEPS):
-            inverse = np.linalg.inv(noise_scale**2 * by_noise + np.diag(cable_error**2))
-            v = np.einsum("fij,fj->fi", inverse, r)
-            of_noise = np.einsum("fi,fij,fj->", v, by_noise, v) / np.einsum("fij,fji->", inverse, by_noise)
-            noise_scale = max(noise_scale * float(of_noise) ** 0.25, MIN_NOISE_SCALE)
-            if r.shape[1] > joints:
-                of_cables = np.sum(v**2, axis=0) / np.einsum("fii->i", inverse)
-                cable_error = np.maximum(cable_error * of_cables**0.25, MIN_CABLE_ERROR_M)
-        return cable_error, noise_scale
+        frames, r, (joints, cables) = self.part(spread), residual[spread], self.Z.shape[1:]
+        by_noise = np.swapaxes(frames.Z, 1, 2) * frames.sigma[:, None, :]
+        of_noise = np.zeros(joints, dtype=np.intp)
+        guess, least = np.array([noise_scale]), np.array([MIN_NOISE_SCALE])
+        if cables <= joints:
+            known = MIN_CABLE_ERROR_M**2 * np.eye(cables)
+            size = likelier_sizes(r, by_noise, of_noise, guess, least, _ERROR_STEPS, known)
+            return np.full(cables, MIN_CABLE_ERROR_M), float(size[0])
+        factors = np.concatenate([by_noise, np.broadcast_to(np.eye(cables), (len(r), cables, cables))], axis=2)
+        source = np.concatenate([of_noise, 1 + np.arange(cables)])
+        guess, least = np.append(guess, cable_error), np.append(least, np.full(cables, MIN_CABLE_ERROR_M))
+        size = likelier_sizes(r, factors, source, guess, least, _ERROR_STEPS)
+        return size[1:], float(size[0])
 
     def unexplained_rms(self, residual: Array) -> float:
         """RMS of what of residuals (F, M), m, no angles explain, m, for as many cables as there are beyond joints."""

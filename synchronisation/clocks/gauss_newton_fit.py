@@ -106,7 +106,8 @@ def initial_unknowns(problem: ClockProblem, offset: float, cables: CableEquation
         cable_error=np.full(problem.fv.shape, INITIAL_CABLE_ERROR_M),
         rest_error=np.zeros(problem.fv.shape),
         noise_scale=1.0,
-        torque_error=np.full(frames.alpha.shape[1], np.inf),
+        torque_errors=np.zeros(0),
+        torque_misfit=np.inf,
     )
 
 

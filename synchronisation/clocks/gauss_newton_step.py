@@ -10,6 +10,7 @@ from synchronisation.clocks.arm_equation import ArmRows
 from synchronisation.clocks.cable_equation import FORCE_SCALE_N, CableRows, CableTerms
 from synchronisation.clocks.frame_geometry import FrameGeometry, geometry_sigma, of_pulleys
 from synchronisation.clocks.unknowns import ClockUnknowns
+from synchronisation.error_sizes import covariance_of, likelier_sizes
 
 Array = NDArray[np.float64]
 
@@ -31,6 +32,10 @@ _FIXED = 1e-9
 """standard deviation of an unknown that a step must not move"""
 _FIRST_TORQUE_ERROR = 0.01
 """N m: error of the arm's equation before friction is estimated, when the residual is mostly friction"""
+_LEAST_FORCE_ERROR_N = 1e-3
+"""N: no motor's force is believed to be better than this"""
+_ERROR_STEPS = 8
+"""steps of the errors of the arm's equation: they go on from step to step"""
 _LEAST_ROWS_OF_A_CLASS = 40
 """rows of the arm's equation, three seconds of them, by which an error is estimated"""
 _DATA_RIDGE = 1e-12
@@ -105,7 +110,7 @@ class Step:
     _centre: Array
     _sigma: Array
     _rows: StepRows
-    _torque_weight: Array | None
+    _torque_whitening: Array | None
     _law: CableTerms
 
     def taken(self, share: float) -> ClockUnknowns:
@@ -117,24 +122,25 @@ class Step:
         white = np.einsum("fij,fj->fi", self._rows.whitening, residual)
         of_prior = (self._columns.vector(unknowns) - self._centre) / self._sigma
         cost = float(np.sum(white**2) + np.sum(of_prior**2))
-        if self._rows.arm is None or self._torque_weight is None:
+        if self._rows.arm is None or self._torque_whitening is None:
             return cost
         torque = self._rows.arm.residual_at(unknowns, _forms(unknowns, self._rows.arm, self._law))
-        return cost + float(np.sum((torque * self._torque_weight) ** 2))
+        return cost + float(np.sum(np.einsum("kij,kj->ki", self._torque_whitening, torque) ** 2))
 
 
 def gauss_newton_step(
     rows: StepRows, unknowns: ClockUnknowns, assumptions: ModelAssumptions, fv: Array, skew_fixed: bool
 ) -> Step:
     """The step from an estimate. fv: (M,), N s/rad, NaN where not given."""
-    arm, residual, error = rows.arm, None, None
+    arm, residual, whitening = rows.arm, None, None
     if arm is not None:
-        unknowns, residual, error = _with_torque_error(unknowns, arm, assumptions.law)
+        unknowns, residual, whitening = _with_torque_errors(unknowns, arm, assumptions.law)
     columns = _Columns.of(unknowns, arm)
     sums = _NormalSums(columns.count, rows.frames.time)
     _add_cables(sums, columns, rows)
-    if arm is not None and residual is not None and error is not None:
-        sums.add(columns.of_arm(arm, assumptions.law) / error[..., None], residual / error, arm.time - unknowns.offset)
+    if arm is not None and residual is not None and whitening is not None:
+        white = np.einsum("kij,kj->ki", whitening, residual)
+        sums.add(whitening @ columns.of_arm(arm, assumptions.law), white, arm.time - unknowns.offset)
     centre, sigma = _prior(columns, unknowns, assumptions, fv, arm, skew_fixed)
     vector = columns.vector(unknowns)
     products = sums.products.sum(axis=0)
@@ -147,8 +153,7 @@ def gauss_newton_step(
     gradient = scores.sum(axis=0) + weight * size * (vector - centre)
     step = -np.asarray(np.linalg.solve(information, gradient), dtype=float) / size
     equations = NormalEquations(scores, sums.products / scaled, information, weight, size)
-    torque_weight = None if error is None else 1 / error
-    return Step(equations, columns, unknowns, step, centre, sigma, rows, torque_weight, assumptions.law)
+    return Step(equations, columns, unknowns, step, centre, sigma, rows, whitening, assumptions.law)
 
 
 class _NormalSums:
@@ -235,18 +240,31 @@ class _Columns:
         return np.concatenate([common, rows.by_geometry, rows.by_fv, cables, rows.by_fs, rows.by_nuisance], axis=-1)
 
 
-def _with_torque_error(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -> tuple[ClockUnknowns, Array, Array]:
-    """The unknowns with the parameters and the error of the arm's equation, its residuals and their errors, (K, N), N m."""
+def _with_torque_errors(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -> tuple[ClockUnknowns, Array, Array]:
+    """The unknowns with parameters and errors of the arm's equation, its residuals (K, N), N m, and what whitens them, (K, N, N).
+
+    A motor whose force is not what the log says turns all joints at once, by its cable's levers: what that leaves is no error of
+    the joints."""
+    k, n, m = arm.by_force.shape
     if not len(unknowns.arm_parameters):
-        count = arm.by_fs.shape[-1] + arm.by_nuisance.shape[-1]
-        unknowns = replace(unknowns, arm_parameters=np.zeros(count))
+        unknowns = replace(unknowns, arm_parameters=np.zeros(m + arm.by_nuisance.shape[-1]))
     residual = arm.residual_at(unknowns, _forms(unknowns, arm, law))
-    error = np.full(residual.shape, _FIRST_TORQUE_ERROR)
-    if np.any(unknowns.arm_parameters):
-        error = np.stack([_by_class(r, held) for r, held in zip(residual.T, arm.may_be_held.T, strict=True)], axis=1)
-        error = np.maximum(error, unknowns.noise_scale * arm.error_by_noise)
-    # of both classes as the likelihood has it
-    return replace(unknowns, torque_error=np.exp(np.mean(np.log(error), axis=0))), residual, error
+    if not np.any(unknowns.arm_parameters):
+        # the residual is mostly friction
+        whitening = np.broadcast_to(np.eye(n) / _FIRST_TORQUE_ERROR, (k, n, n))
+        return replace(unknowns, torque_misfit=_FIRST_TORQUE_ERROR), residual, whitening
+    of_joint = np.eye(n)
+    in_class = _classes(residual, arm.may_be_held)
+    factors = np.concatenate([of_joint * ~in_class[:, None], of_joint * in_class[:, None], arm.by_force], axis=2)
+    least = np.concatenate([np.tile(unknowns.noise_scale * arm.error_by_noise, 2), np.full(m, _LEAST_FORCE_ERROR_N)])
+    size = unknowns.torque_errors
+    if not len(size):
+        size = np.concatenate([np.tile(np.std(residual, axis=0), 2), np.ones(m)])
+    source = np.arange(len(size))
+    size = likelier_sizes(residual, factors, source, np.maximum(size, least), least, _ERROR_STEPS)
+    root = np.linalg.cholesky(covariance_of(factors, source, size))
+    misfit = float(np.exp(np.mean(np.log(np.diagonal(root, axis1=1, axis2=2)))))
+    return replace(unknowns, torque_errors=size, torque_misfit=misfit), residual, np.linalg.inv(root)
 
 
 def _forms(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -> Array:
@@ -256,13 +274,13 @@ def _forms(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -> Array:
     return FORCE_SCALE_N * unknowns.cable_parameters[:, law.form_columns]
 
 
-def _by_class(residual: Array, held: NDArray[np.bool_]) -> Array:
-    """Standard deviation of a joint's residuals, (K,): one, or two where it is larger in rows in which the joint may be held."""
-    if min(held.sum(), (~held).sum()) >= _LEAST_ROWS_OF_A_CLASS:
-        of_held, of_others = float(np.std(residual[held])), float(np.std(residual[~held]))
-        if of_held > of_others:
-            return np.where(held, of_held, of_others)
-    return np.full(len(residual), float(np.std(residual)))
+def _classes(residual: Array, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Rows (K, N) in which the joint may be held, as a class: none where these do not leave more than others, or are few."""
+    out = np.zeros_like(held)
+    for i in range(residual.shape[1]):
+        if min(held[:, i].sum(), (~held[:, i]).sum()) >= _LEAST_ROWS_OF_A_CLASS:
+            out[:, i] = held[:, i] & (np.std(residual[held[:, i], i]) > np.std(residual[~held[:, i], i]))
+    return out
 
 
 def _prior(

@@ -32,8 +32,11 @@ class ClockUnknowns:
     """(M,), m: standard deviation of what more is not explained while a cable's motor is at rest"""
     noise_scale: float
     """true over stated standard deviation of the angles"""
-    torque_error: Array
-    """(N,), N m: standard deviation of what the arm's equation does not explain"""
+    torque_errors: Array
+    """(2 N + M,): standard deviations of what the arm's equation does not explain: of each joint, N m, of each in rows in which it
+    may be held, N m, and of each motor's force, N; empty as long as that is not used"""
+    torque_misfit: float
+    """N m: what all these leave together of one joint's row, as the likelihood has it"""
 
     def cable_errors(self, at_rest: NDArray[np.bool_]) -> Array:
         """Standard deviation of what the cables' law does not explain, (F, M), m, of frames in which motors are at rest, (F, M)."""

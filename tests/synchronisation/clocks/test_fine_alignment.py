@@ -27,7 +27,7 @@ def fit(offset: float, skew: float, delay: float, sigma: float, misfit: float = 
             cable_error=np.full(4, misfit),
             fv=np.zeros(4),
             noise_scale=1.0,
-            torque_error=np.ones(3),
+            torque_misfit=1.0,
             cable_parameters=np.zeros((4, len(fine_alignment.REPORTED.law.names))),
         ),
         equations=SimpleNamespace(covariance=lambda count: np.diag(variance)[:count, :count]),
@@ -137,7 +137,7 @@ def test_cables_remember_where_that_leaves_much_less(
 
 def test_misfit_is_in_cables_times_angles_times_joints() -> None:
     """A clock with a false loss left less of the cables, and of the angles twice as much as the true one."""
-    one = SimpleNamespace(cable_error=np.array([1.0, 4.0]), noise_scale=3.0, torque_error=np.array([1.0, 2.0, 4.0]))
+    one = SimpleNamespace(cable_error=np.array([1.0, 4.0]), noise_scale=3.0, torque_misfit=2.0)
     assert fine_alignment.clock_misfit(one) == pytest.approx(12.0)  # type: ignore[arg-type]
     one.noise_scale = 0.1  # angles are no better than their sigma because cables err by much
     assert fine_alignment.clock_misfit(one) == pytest.approx(4.0)  # type: ignore[arg-type]
