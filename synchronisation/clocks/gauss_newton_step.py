@@ -264,7 +264,8 @@ def _with_torque_errors(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) 
     size = likelier_sizes(residual, factors, source, np.maximum(size, least), least, _ERROR_STEPS)
     root = np.linalg.cholesky(covariance_of(factors, source, size))
     misfit = float(np.exp(np.mean(np.log(np.diagonal(root, axis1=1, axis2=2)))))
-    return replace(unknowns, torque_errors=size, torque_misfit=misfit), residual, np.linalg.inv(root)
+    whitening = np.asarray(np.linalg.inv(root), dtype=float)
+    return replace(unknowns, torque_errors=size, torque_misfit=misfit), residual, whitening
 
 
 def _forms(unknowns: ClockUnknowns, arm: ArmRows, law: CableTerms) -> Array:
