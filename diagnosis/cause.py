@@ -68,6 +68,10 @@ class Cause:
         from_nothing = self.amounts / self.effect.sizes(arm)[columns]
         return np.minimum(self.effect.least_reached(arm)[columns] - from_nothing, 0.0)
 
+    def begun(self) -> "Cause":
+        """As a fit begins with it: in full where there is no less."""
+        return replace(self, amounts=np.ones_like(self.amounts)) if self.effect.in_full else self
+
     def stepped(self, step: Array, arm: Arm) -> "Cause":
         """With amounts and the shape's numbers moved by a step (Q,), in their sizes."""
         change = step * self.sizes(arm)
@@ -77,6 +81,8 @@ class Cause:
             float(clip_to_range(term, amount + by))
             for term, amount, by in zip(terms, self.amounts, change[:count], strict=True)
         ]
+        if self.effect.in_full:
+            amounts = self.amounts.tolist()
         shape = {t.name: np.broadcast_to(self.shape[t.name], t.count(arm)).copy() for t in self.effect.shape_terms}
         for (term, place, old), by in zip(self.shape_numbers(arm), change[count:], strict=True):
             new = old + by

@@ -23,6 +23,8 @@ MAX_SHARE_OF_LAW = 0.25
 """of what a further cause leaves: a function of one variable that leaves less in its place ends the choice (docs/thresholds.md)"""
 KEPT_SHARE = 0.5
 """of what a cause must take to be added: what takes less beside causes that came after it is needless (docs/thresholds.md)"""
+ANEW_SHARE = 0.5
+"""of what was left: where causes leave less all others are offered anew (docs/thresholds.md)"""
 CHANCE_LEVEL = 0.01
 """share of worlds of noise and a drawing's errors alone in which the most telling of all causes may seem to explain as much
 (docs/thresholds.md)"""
@@ -42,6 +44,7 @@ def with_all_causes(
     A wrong model's noise is another one: weights are told anew where that of a better one is. What was given up beside other
     causes is offered once more before the choice stands: what they did not explain may have driven it where nothing can be."""
     last, given_up, beside = first, dict[str, FitStage](), every_effect
+    doubted: list[tuple[CauseFitter, FitStage]] = []
     for _ in range(_MAX_CHOICES):
         by_chance = _by_chance(beside, last.causes, seed)
         choices, offered = choices_beside(last, beside, given_up)
@@ -59,7 +62,11 @@ def with_all_causes(
                 chosen, added, alone = [*start, alone], [alone], None
             joint = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in sorted(chosen)))
             after = _without_impossible(fitter, joint)
-            if alone is not None and not _is_better(after, last, by_chance):
+            fitted = {cause.effect.name for cause in after.causes}
+            given_up |= {offered[i].effect.name: last for i in added if offered[i].effect.name not in fitted}
+            misled = not _is_better(after, last, by_chance)
+            misled = misled or (not _halves(last, after) and _a_law_would_do(last, after, fitter.whiten, free_fits))
+            if alone is not None and misled:
                 # where straight lines mislead, one cause may, and take a right one with it
                 after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, alone]))
             only_lost = after is not joint and _places(after) == _places(last)
@@ -75,10 +82,25 @@ def with_all_causes(
             given_up = here
             continue
         if _a_law_would_do(last, after, fitter.whiten, free_fits):
-            break
+            if _halves(last, after):
+                doubted.append((fitter, last))
+            else:
+                # beside a number that is far off no cause explains what it would
+                after = _with_one_far_off(fitter, last, choices, offered, by_chance)
+                if after is None:
+                    break
+        if _halves(last, after):
+            given_up = {}  # what was given up beside so much more may be right now
         fitter, last = fitter.with_own_weights(after)
         beside = with_effects(last, fitter.whiten)
+    for fitter_before, before in doubted:
+        if _a_law_would_do(before, last, fitter_before.whiten, free_fits):
+            return fitter_before, before
     return fitter, last
+
+
+def _halves(last: FitStage, after: FitStage) -> bool:
+    return after.surplus < ANEW_SHARE * last.surplus
 
 
 def _a_law_would_do(last: FitStage, after: FitStage, whiten: Whitener, free_fits: FreeFits) -> bool:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from diagnosis.cause import Cause, with_causes
 from diagnosis.comparison import Comparison
-from diagnosis.descent import MIN_LOSS_GAIN_FAR, Descent, last_fit
+from diagnosis.descent import MIN_LOSS_GAIN_FAR, Descent, last_fit, with_whole_causes
 from diagnosis.fit_stage import FAR, MAX_MISSED, FitStage
 from diagnosis.held_at_rest import HeldShares
 from diagnosis.hypothesis import Hypothesis
@@ -127,10 +127,11 @@ class CauseFitter:
         data = [replace(d, speeds=r.signals.speeds) for d, r in zip(self._data, at.recordings, strict=True)]
         descent = Descent(self._h, data, self.whiten)
         for _ in range(_MAX_LAST_STEPS):
-            if current.promised < _LEAST_LAST_PROMISE:
+            promised = with_whole_causes(current, causes).promised
+            if promised < _LEAST_LAST_PROMISE:
                 break
             candidate, stepped = descent.step(current, 0.0, causes)
-            if candidate.promised > current.promised:
+            if with_whole_causes(candidate, stepped).promised > promised:
                 break
             current, causes = candidate, stepped
         # numbers of causes stay where they are in the model that is written: the others are the best beside these
@@ -171,7 +172,8 @@ class CauseFitter:
         at = comparison.linearisation
         noise = noise_residuals(at, ensembles)
         loss = noise_loss(noise, at, self.whiten)
-        return FitStage(self._h, comparison, causes, tuple(noise), loss, last_fit(comparison))
+        last = last_fit(with_whole_causes(comparison, causes))
+        return FitStage(self._h, comparison, causes, tuple(noise), loss, last)
 
     def _refined_with_speeds(
         self, near: Linearisation, causes: tuple[Cause, ...], target: "_Target", passes: int, before: float = np.inf

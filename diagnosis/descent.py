@@ -64,11 +64,12 @@ class Descent:
 
         What nuisances do changes little on the way: it is told anew where a round of steps has ended. is_hopeless: asked there
         whether what is left makes more rounds needless."""
+        causes = tuple(cause.begun() for cause in causes)
         at, damping = self._linearised(start, causes, start.p, start.frame_lags), 0.0
         current = compare(at, causes, (), nuisances_at(at), self.whiten)
         for _ in range(1 if rough else _MAX_ROUNDS):
             before = current.profiled_loss
-            if current.promised < _least_promise(current):
+            if with_whole_causes(current, causes).promised < _least_promise(current):
                 break
             stepped, causes, damping = self._round(current, causes, damping, _FIRST_STEPS if rough else _MAX_STEPS)
             if rough or is_hopeless(stepped):
@@ -83,7 +84,7 @@ class Descent:
         self, current: Comparison, damping: float, causes: tuple[Cause, ...]
     ) -> tuple[Comparison, tuple[Cause, ...]]:
         """Where a damped step leads to, with the same nuisances."""
-        fit = current.fit(damping=damping)
+        fit = with_whole_causes(current, causes).fit(damping=damping)
         nuisances_end = current.base_count + current.nuisance_count
         step = np.append(fit.numbers[: current.base_count], fit.numbers[nuisances_end:])
         at = current.linearisation
@@ -100,6 +101,7 @@ class Descent:
         """One round of steps, with nuisances that act as where it begins, and the damping with which steps last gained.
 
         last_damping: that of the round before, with which damping begins where a straight step gains nothing."""
+        current = with_whole_causes(current, causes)
         damping, was_small, best, idle = 0.0, False, (current, causes), 0
         for _ in range(max_steps):
             if current.promised < _least_promise(current) or idle == _PATIENCE:
@@ -112,6 +114,7 @@ class Descent:
                 settled, so_far = self._settled(candidate, stepped, current.profiled_loss)
                 if _gain(settled, current) > gain:
                     candidate, stepped, gain = settled, so_far, _gain(settled, current)
+            candidate = with_whole_causes(candidate, stepped)
             if gain > 0 or _is_nearer(candidate, current):
                 current, causes = candidate, stepped
                 if current.profiled_loss < (1 - _MIN_LOSS_GAIN) * best[0].profiled_loss:
@@ -165,6 +168,16 @@ class Descent:
         if not (same_speeds and same_lags and h.reading == old.reading):
             return linearise(h, corrected_signals(h, self.data, frame_lags), p, frame_lags)
         return with_laws_of(nearby, h, p)
+
+
+def with_whole_causes(current: Comparison, causes: Sequence[Cause]) -> Comparison:
+    """A comparison in which amounts of causes that are there in full or not at all stay as they are."""
+    first, columns = current.base_count + current.nuisance_count, []
+    for cause in causes:
+        if cause.effect.in_full:
+            columns += range(first, first + len(cause.amounts))
+        first += len(cause.sizes(current.linearisation.hypothesis.arm))
+    return current.with_held(np.array(columns, dtype=np.intp)) if columns else current
 
 
 def last_fit(current: Comparison, held: Sequence[int] | Index = ()) -> ColumnFit:

@@ -66,6 +66,8 @@ class Effect:
     """whether it is looked for in one place only; where it is not, a fit of all places may still tell that it is in one"""
     may_sit_everywhere: ClassVar[bool] = True
     """whether it may sit in all places at once, where that is not the scale of all forces or lengths, which nothing tells"""
+    in_full: ClassVar[bool] = False
+    """whether it is there in full or not at all: a fit has its amounts at one, and numbers of its shape alone"""
     check_fault: ClassVar[CheckFault | None] = None
     """how `xneck check` speaks of it, where it is one of its faults"""
     truth_names: ClassVar[tuple[tuple[str, str], ...]] = ()

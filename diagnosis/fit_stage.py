@@ -21,6 +21,8 @@ FAR = 4.0
 """losses of noise from which a fit is far"""
 IMPOSSIBLE_SIGMAS = 3.0
 """standard deviations below its least value from which an amount is impossible (docs/thresholds.md)"""
+_AT_END = 1e-6
+"""of a person's change: nearer to the least that a step can take, an amount is there"""
 UNTOLD_SIGMAS = 2.0
 """standard deviations within which all amounts of a cause are nothing (docs/thresholds.md)"""
 MAX_OPPOSED_SHARE = 0.2
@@ -96,7 +98,9 @@ class FitStage:
         for i, (cause, columns, sigma) in enumerate(told):
             bounds, count = cause.effect.lower_bounds(arm)[list(cause.where.columns)], len(cause.amounts)
             does = cause.amounts / cause.sizes(arm)[:count] * norm[columns[:count]]
-            beyond = cause.amounts < bounds - IMPOSSIBLE_SIGMAS * sigma[:count]
+            # a step goes no further down than to the end of the range, whatever it would take to the loss
+            at_end = cause.least_steps(arm) > -_AT_END
+            beyond = at_end & (cause.amounts < bounds) | (cause.amounts < bounds - IMPOSSIBLE_SIGMAS * sigma[:count])
             is_opposed = np.any(beyond & (np.abs(does) > MAX_OPPOSED_SHARE * np.linalg.norm(does)))
             if is_opposed or np.any(cause.amounts >= cause.effect.upper_bounds(arm)[list(cause.where.columns)]):
                 out.append(i)

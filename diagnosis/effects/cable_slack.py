@@ -17,6 +17,7 @@ class CableSlack(LawEffect):
     shape_terms = law_terms("cable_slack", "xs")
     start_shapes = tuple({"xs": v} for v in (2e-5, 5e-4))
     from_vision = True
+    in_full = True
     check_fault = CheckFault(
         fix="raise the least tension; leave the time around it out",
         tolerance=1e-4,
