@@ -69,8 +69,9 @@ def with_all_causes(
             if alone is not None and misled:
                 # where straight lines mislead, one cause may, and take a right one with it
                 after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, alone]))
-            only_lost = after is not joint and _places(after) == _places(last)
-            if only_lost or not _is_better(after, last, by_chance):
+            # the same causes, by another way or from another shape
+            no_other = _places(after) == _places(last) and last.surplus - after.surplus < by_chance
+            if no_other or not _is_better(after, last, by_chance):
                 if added:
                     given_up |= {offered[i].effect.name: last for i in added}
                     continue
@@ -192,6 +193,7 @@ def _with_one_far_off(
 def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:
     """Whether a choice, once fitted, is better than the one before: it leaves less, or no more than noise with fewer causes.
 
+    What is known to a tolerance goes far beyond it by straight lines, but not in what is left: that must not grow by much.
     Laws that are new must take a part of the loss that is worth a name, or of what stands above noise: that may be few rows of one
     channel, and little of the loss."""
     if not after.possible:
@@ -204,7 +206,8 @@ def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:
         least = by_chance
         if not any(effect.has_tolerance for effect in gone):
             least = max(least, KEPT_SHARE * MIN_EXPLAINED_NEXT * before.surplus)
-        return taken > -least or as_noise
+        leaves_more = leaves_plainly_more(after.excess) and after.excess.share_of(before.excess) > 1 / ANEW_SHARE
+        return (taken > -least and not leaves_more) or as_noise
     new = [cause.effect for cause in after.causes if cause.effect.name not in known]
     if taken < MIN_LOSS_SHARE * after.noise_loss and not all(effect.has_tolerance for effect in new):
         return taken > 0 and after.excess.share_of(before.excess) < 1 - MIN_EXPLAINED
