@@ -23,23 +23,26 @@ _RIDGE = 1e-9
 """relative: with more joints than cables some turn moves no cable; the ridge keeps it at zero"""
 
 
-def missed_by_spline(arm: Arm, time: Array, frame_time: Array, alpha: Array, winding: BSpline) -> Array:
+def missed_by_spline(
+    arm: Arm, time: Array, frame_time: Array, alpha: Array, winding: BSpline, cable_error: Array
+) -> Array:
     """What a spline through frames at frame_time (F,), s, log clock, misses of the angles at times (T,), s; (T, N), rad.
 
     alpha: (F, N), rad, of the frames; their noise does not enter. winding: (..., M), m, over log time: how far cables are wound in
-    by the log, less their elongation."""
+    by the log, less their elongation; cable_error: (M,), m, of the cables' laws: one that errs by much tells little."""
+    weight = np.min(cable_error) / cable_error
     both = np.concatenate([time, frame_time])
     by_cables = cubic_spline(frame_time, alpha)(both)
     for _ in range(_STEPS):
-        by_cables = by_cables + _step(arm, by_cables, winding(both))
+        by_cables = by_cables + _step(arm, by_cables, winding(both), weight)
     of_times, of_frames = by_cables[: len(time)], by_cables[len(time) :]
     return of_times - cubic_spline(frame_time, of_frames)(time)
 
 
-def _step(arm: Arm, alpha: Array, winding: Array) -> Array:
-    """Turns (T, N), rad, that bring the windings at alpha nearest to those given (T, M), m."""
-    jacobian = Z(arm, alpha)
+def _step(arm: Arm, alpha: Array, winding: Array, weight: Array) -> Array:
+    """Turns (T, N), rad, that bring the windings at alpha nearest to those given (T, M), m; weight: (M,), of each cable."""
+    jacobian = weight * Z(arm, alpha)
     square = np.einsum("tij,tkj->tik", jacobian, jacobian)
     square += _RIDGE * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(arm.N)
-    pull = np.einsum("tij,tj->ti", jacobian, winding - cable_winding(arm, alpha))
+    pull = np.einsum("tij,tj->ti", jacobian, weight * (winding - cable_winding(arm, alpha)))
     return np.clip(np.linalg.solve(square, pull[..., None])[..., 0], -_MAX_STEP_RAD, _MAX_STEP_RAD)

@@ -178,6 +178,7 @@ def arm_equation_rows(
     frames: FrameGeometry,
     turns: Array,
     winding: BSpline,
+    cable_error: Array,
     joint_width: float,
     offset: float,
     fs: Array,
@@ -186,9 +187,10 @@ def arm_equation_rows(
     """The equation for frames at `frame_time` (F,), s, on the log's clock.
 
     turns: (F, N), rad, by which the frames' angles are off what the cables tell; winding: (..., M), m, over log time: travel less
-    elongation, which tells the angles between frames; joint_width: rad/s, speed over which a joint's dry friction turns over;
-    offset: s, of the clock that gave frame_time; fs: (M,), N, roughly the motors' dry friction, for the slopes by the geometry."""
-    motion = _filtered(arm, signals, frame_time, frames.alpha, turns, winding, held)
+    elongation, which tells the angles between frames; cable_error: (M,), m, of the cables' laws; joint_width: rad/s, speed over
+    which a joint's dry friction turns over; offset: s, of the clock that gave frame_time; fs: (M,), N, roughly the motors' dry
+    friction, for the slopes by the geometry."""
+    motion = _filtered(arm, signals, frame_time, frames.alpha, turns, winding, cable_error, held)
     kept = _clear_of_gaps(motion.time, frame_time)
     a, a_d, a_dd = motion.angles()
     unbalanced = torque(arm, a, a_d, a_dd) - np.einsum("tnm,tm->tn", Z(arm, a), motion.force)
@@ -235,7 +237,14 @@ def arm_equation_rows(
 
 
 def _filtered(
-    arm: Arm, signals: LogSignals, frame_time: Array, alpha: Array, turns: Array, winding: BSpline, held: HeldMotors
+    arm: Arm,
+    signals: LogSignals,
+    frame_time: Array,
+    alpha: Array,
+    turns: Array,
+    winding: BSpline,
+    cable_error: Array,
+    held: HeldMotors,
 ) -> _Motion:
     """Angles and log signals over their common time, through the first filter."""
     first, last = max(frame_time[0], signals.time[0]), min(frame_time[-1], signals.time[-1])
@@ -254,7 +263,7 @@ def _filtered(
         return cubic_spline(grid, low_pass(values, FILTER_RATE_HZ, FACTOR_CUTOFF_HZ))
 
     def missed(later: float) -> BSpline:
-        return smooth(missed_by_spline(arm, grid, frame_time + later, alpha, winding))
+        return smooth(missed_by_spline(arm, grid, frame_time + later, alpha, winding, cable_error))
 
     return _Motion(
         time=grid[::every],

@@ -94,7 +94,9 @@ def align_finely(
     if error_at_rest(from_cables.residual, from_cables.rows.at_rest).any():
         assumptions = replace(assumptions, motors_stick=True)
         from_cables = solve_clock(problem, from_cables.unknowns, assumptions, from_cables.cables)
-    problem = replace(problem, frames=frames.with_slopes_beside_noise(arm, from_cables.residual))
+    problem = replace(
+        problem, frames=frames.with_slopes_beside_noise(arm, from_cables.residual, from_cables.unknowns.cable_error)
+    )
     explained = _with_or_without_memory(arm, problem, _sound_or_lossy(arm, problem, from_cables, assumptions))
     reported = explained.fit
     fits = [reported, *_alternatives(problem, explained)]
@@ -131,7 +133,7 @@ def refitted_to(arm: Arm, signals: LogSignals, fine: FineAlignment, fv: Array) -
     cables = CableEquation(signals, law, fine.fit.cables.tau, _dry_friction(unknowns, law))
     start = replace(unknowns, arm_parameters=np.zeros(0), delay=0.0)
     fit = solve_clock(problem, start, fine.assumptions, cables)
-    problem = replace(problem, frames=fine.frames.with_slopes_beside_noise(arm, fit.residual))
+    problem = replace(problem, frames=fine.frames.with_slopes_beside_noise(arm, fit.residual, fit.unknowns.cable_error))
     return _with_arm(arm, problem, fit, fine.assumptions, fine.lossy)[0].unknowns
 
 
@@ -252,8 +254,9 @@ def _arm_rows_at(arm: Arm, problem: ClockProblem, from_cables: ClockSolution, as
         problem.signals,
         at,
         frames,
-        frames.turns(from_cables.residual),
+        frames.turns(from_cables.residual, unknowns.cable_error),
         from_cables.cables.expected_winding(unknowns),
+        unknowns.cable_error,
         assumptions.joint_width,
         unknowns.offset,
         _dry_friction(unknowns, assumptions.law),

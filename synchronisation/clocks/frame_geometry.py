@@ -40,10 +40,6 @@ class FrameGeometry:
     """(F, M), m: -(l(alpha) - l(0)), what rigid cables would have been wound in"""
     Z: Array
     """(F, N, M), m/rad"""
-    pseudo_inverse: Array
-    """(F, N, M), rad/m: turns of the joints that explain changes of the windings best"""
-    turn_variance: Array
-    """(F, N), rad^2/m^2: variance of these turns for changes of unit variance"""
     winding_by_geometry: Array
     """(F, M, P), m: slope of the winding by each number of the geometry, in the order of `changed_geometries`"""
     middle: float
@@ -53,16 +49,20 @@ class FrameGeometry:
         """The same frames of an arm whose geometry is larger than described by `errors` (P,)."""
         return replace(self, winding=self.winding + self.winding_by_geometry @ errors)
 
-    def turns(self, residual: Array) -> Array:
-        """Turns of the joints (F, N), rad, that explain residuals (F, M), m, best."""
-        return np.einsum("fij,fj->fi", self.pseudo_inverse, residual)
+    def turns(self, residual: Array, cable_error: Array) -> Array:
+        """Turns of the joints (F, N), rad, that explain residuals (F, M), m, best; cable_error: (M,), m, of the cables' laws."""
+        weight = np.min(cable_error) / cable_error
+        inverse, weighted = _inverse_square(self.Z * weight), self.Z * weight**2
+        return np.einsum("fik,fkj,fj->fi", inverse, weighted, residual)
 
-    def with_slopes_beside_noise(self, arm: Arm, residual: Array) -> "FrameGeometry":
+    def with_slopes_beside_noise(self, arm: Arm, residual: Array, cable_error: Array) -> "FrameGeometry":
         """The same frames, with slopes by the geometry at the angles that residuals (F, M), m, of the cables tell.
 
         At angles as they were read the slopes hold the noise that the residuals hold too, and least squares shrink the arm: a
         smaller one makes less of the noise."""
-        return replace(self, winding_by_geometry=_winding_by_geometry(arm, self.alpha + self.turns(residual)))
+        return replace(
+            self, winding_by_geometry=_winding_by_geometry(arm, self.alpha + self.turns(residual, cable_error))
+        )
 
     def part(self, kept: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "FrameGeometry":
         """Some of the frames, with the same middle."""
@@ -72,8 +72,6 @@ class FrameGeometry:
             sigma=self.sigma[kept],
             winding=self.winding[kept],
             Z=self.Z[kept],
-            pseudo_inverse=self.pseudo_inverse[kept],
-            turn_variance=self.turn_variance[kept],
             winding_by_geometry=self.winding_by_geometry[kept],
             middle=self.middle,
         )
@@ -110,26 +108,29 @@ class FrameGeometry:
     def unexplained_rms(self, residual: Array) -> float:
         """RMS of what of residuals (F, M), m, no angles explain, m, for as many cables as there are beyond joints."""
         joints, cables = self.Z.shape[1:]
-        left = residual - np.einsum("fij,fi->fj", self.Z, self.turns(residual))
+        left = residual - np.einsum("fij,fi->fj", self.Z, self.turns(residual, np.ones(cables)))
         return max(float(np.sqrt(np.mean(np.sum(left**2, axis=1)) / (cables - joints))), MIN_CABLE_ERROR_M)
 
 
 def frame_geometry(arm: Arm, time: Array, alpha: Array, sigma: Array, middle: float) -> FrameGeometry:
     """The geometry of frames at time (F,), s, with alpha and its sigma (F, N), rad, all known; middle: s, camera clock."""
     jacobian = Z(arm, alpha)
-    square = np.einsum("fij,fkj->fik", jacobian, jacobian)
-    inverse = np.linalg.inv(square + _RIDGE * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(arm.N))
     return FrameGeometry(
         time=time,
         alpha=alpha,
         sigma=sigma,
         winding=cable_winding(arm, alpha),
         Z=jacobian,
-        pseudo_inverse=inverse @ jacobian,
-        turn_variance=np.diagonal(inverse, axis1=1, axis2=2),
         winding_by_geometry=_winding_by_geometry(arm, alpha),
         middle=middle,
     )
+
+
+def _inverse_square(jacobian: Array) -> Array:
+    """Inverse (F, N, N) of J J^T of levers J (F, N, M), with the ridge."""
+    square = jacobian @ np.swapaxes(jacobian, 1, 2)
+    ridge = _RIDGE * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(square.shape[1])
+    return np.asarray(np.linalg.inv(square + ridge), dtype=float)
 
 
 def _winding_by_geometry(arm: Arm, alpha: Array) -> Array:

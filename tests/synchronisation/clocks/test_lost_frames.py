@@ -27,8 +27,6 @@ def decoded(true_time: np.ndarray, stamps: np.ndarray, disturbance: np.ndarray) 
         sigma=seen,
         winding=seen,
         Z=nothing,
-        pseudo_inverse=nothing,
-        turn_variance=seen,
         winding_by_geometry=nothing,
         middle=6.0,
     )

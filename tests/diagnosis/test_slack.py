@@ -1,0 +1,50 @@
+"""Cables that come taut little by little, on an arm of the second generator whose controller lets them go slack."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from benchmarks.forward_arm_runs import SETTINGS, seen
+from diagnosis.cause_parameters import parameters_of
+from diagnosis.diagnose import Diagnosis, diagnose
+from samples.forward_arms.arms import make_arms
+from samples.forward_arms.laws import Law, Snapshot
+from samples.forward_arms.plant import Array
+
+pytestmark = pytest.mark.slow
+
+SEED, NOISE_DEG, TOE_M = 453, 0.02, 5e-4
+LOW = replace(SETTINGS, seconds=24.0, tension_range=(0.0, 80.0), pretension=(9.0, 9.0))
+"""cables of the base arm are never far from slack, and cannot push either"""
+
+
+@dataclass(frozen=True)
+class Toe(Law):
+    """The first cable's strands come taut one after another, over some `width` (m) of its elongation."""
+
+    width: float
+
+    def tension(self, s: Snapshot) -> Array:
+        out = np.zeros_like(s.x)
+        out[0] = s.stiffness[0] * (self.width * np.logaddexp(0.0, s.x[0] / self.width) - s.x[0])
+        return out
+
+
+@pytest.fixture(scope="module")
+def found() -> Diagnosis:
+    (arm,) = make_arms([SEED], LOW, hidden=[(Toe(TOE_M),)])
+    there = seen(arm, LOW, NOISE_DEG)
+    return diagnose([there.synchronised(0)], [there.synchronised(1)])
+
+
+def test_it_is_named_alone_with_the_elongation_over_which_it_comes_taut(found: Diagnosis) -> None:
+    """With an amount free beside it, cables went slack by 1.5 or by .7 of what they bear, and other causes stood beside it."""
+    assert [cause.effect.name for cause in found.causes] == ["cable_slack"]
+    first = next(p for p in parameters_of(found.search.last)[0] if p.name == "xs" and p.index == 1)
+    assert abs(first.value - TOE_M) < 4 * first.sigma < 0.2 * TOE_M
+
+
+def test_nothing_plain_is_left(found: Diagnosis) -> None:
+    assert found.found_laws == ()
+    assert max(gain.after / gain.noise_floor for gain in found.remainder) < 1.5
