@@ -115,6 +115,13 @@ def test_what_is_impossible_is_never_better(names: tuple[str, ...]) -> None:
         assert cause_choice._is_better(after, before, 20.0) == possible
 
 
+@pytest.mark.parametrize(("energy", "better"), [(20.0, False), (5.0, True)])
+def test_what_has_a_tolerance_stays_where_without_it_much_more_is_left(energy: float, better: bool) -> None:
+    """By straight lines a spring 39 % too soft is a tie without a cause: the line goes there, and what is left may not."""
+    before = stage("spring_stiffness", "actuator_lag", surplus=500.0, energy=4.0)
+    assert cause_choice._is_better(stage("actuator_lag", surplus=500.0, energy=energy), before, 20.0) == better
+
+
 def test_a_cause_that_takes_a_little_is_no_better_but_what_has_a_tolerance_is() -> None:
     """Eight in a hundred of what noise leaves: 80 of 1000."""
     for name, surplus, better in (

@@ -208,3 +208,53 @@ def test_causes_that_leave_far_more_than_a_law_would_are_not_taken(ratio: float,
     assert cause_choice._a_law_would_do(last, after, none, law) == would_do
     # beside nothing a law is weighed once all are chosen
     assert not cause_choice._a_law_would_do(stage(), after, none, law)
+
+
+def gone_through(monkeypatch: pytest.MonkeyPatch, ends_above_law: bool) -> set[str]:
+    """Names in the end, where each cause leaves a third of what was left, and a law would do better than the second."""
+
+    def fitted(at: Any, causes: Any, to_beat: float = np.inf) -> Any:
+        out = stage(*(cause.effect.name for cause in causes))
+        out.surplus = 3.0 ** -len(causes)
+        return out
+
+    def would_do(last: Any, after: Any, *_: Any) -> bool:
+        return len(last.causes) == 1 and (len(after.causes) == 2 or ends_above_law)
+
+    def choices(last: Any, beside: Any, given_up: Any) -> tuple[None, list[Any]]:
+        here = [cause.effect.name for cause in last.causes]
+        return None, list(stage(*here, *(name for name in THREE if name not in here)).causes)
+
+    fitter: Any = SimpleNamespace(whiten=None, fitted=fitted)
+    fitter.with_own_weights = lambda after: (fitter, after)
+    for name, value in {
+        "_by_chance": lambda *_: 0.0,
+        "_without_a_needless_one": lambda *_: None,
+        "_with_one_far_off": lambda *_: None,
+        "with_effects": lambda *_: None,
+        "_least_gains": lambda *_: None,
+        "_simpler": lambda *_: None,
+        "_is_better": lambda *_: True,
+        "_a_law_would_do": would_do,
+        "choices_beside": choices,
+        "chosen_jointly": lambda choices, start, *_: list(range(min(len(start) + 1, len(THREE)))),
+    }.items():
+        monkeypatch.setattr(cause_choice, name, value)
+    everything: Any = None
+    _, last = cause_choice.with_all_causes(fitter, stage(), everything, FreeFits(), 0)
+    return {cause.effect.name for cause in last.causes}
+
+
+THREE = ("actuator_gain", "cable_slack", "cable_creep")
+
+
+def test_a_law_that_would_do_better_than_one_of_several_causes_does_not_end_the_choice(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of five things wrong at once a gain and a slack cable were found, then a function did better than the next cause: nothing
+    was named."""
+    assert gone_through(monkeypatch, ends_above_law=False) == set(THREE)
+
+
+def test_it_takes_the_choice_back_where_it_would_do_better_than_all_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert gone_through(monkeypatch, ends_above_law=True) == {THREE[0]}
