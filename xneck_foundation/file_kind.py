@@ -21,6 +21,11 @@ class FileKind:
     at: int = 0
     """byte at which `begins` stands"""
 
+    @property
+    def is_text(self) -> bool:
+        """Whether it is text in another encoding."""
+        return self.name.startswith("text")
+
 
 _INSTEAD_OF_VIDEO = "give a table or an MCAP here; `xneck extract` makes angles of a video"
 
@@ -50,12 +55,17 @@ _KINDS = (
 def refuse_other_kind(path: Path, readable: Sequence[str]) -> None:
     """Raises Refused where a file that is to be read as CSV is of another kind; readable: suffixes that are read there."""
     check_input(path)
+    kind = known_kind(path)
+    if kind is not None:
+        do = f"let its name end in {kind.suffix}" if kind.suffix and kind.suffix in readable else kind.do
+        raise Refused(path, f"is no CSV but {kind.name}", do)
+
+
+def known_kind(path: Path) -> FileKind | None:
+    """What a file is that is no text in UTF-8; None where it may be one. Raises Refused where it cannot be read."""
     try:
         with path.open("rb") as stream:
             head = stream.read(32)
     except OSError as error:
         raise Refused(path, f"cannot be read ({error.strerror or error})") from error
-    for kind in _KINDS:
-        if head.startswith(kind.begins, kind.at):
-            do = f"let its name end in {kind.suffix}" if kind.suffix and kind.suffix in readable else kind.do
-            raise Refused(path, f"is no CSV but {kind.name}", do)
+    return next((kind for kind in _KINDS if head.startswith(kind.begins, kind.at)), None)

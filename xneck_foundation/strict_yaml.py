@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from xneck_foundation.document_faults import described_faults
 from xneck_foundation.errors import Refused
+from xneck_foundation.file_kind import known_kind
 from xneck_foundation.input_file import check_input
 from xneck_foundation.spelling import quoted
 from xneck_foundation.yaml_kinds import given_instead
@@ -172,6 +173,9 @@ def read_text(path: Path) -> str:
         with path.open(encoding="utf-8") as stream:
             text = stream.read(_MAX_BYTES + 1)
     except UnicodeDecodeError as error:
+        kind = known_kind(path)
+        if kind is not None and not kind.is_text:
+            raise Refused(path, f"is {kind.name}, and no text", "name the file that is meant, or its folder") from error
         raise Refused(path, "cannot be read (not UTF-8 text)", "save it as UTF-8") from error
     except OSError as error:
         raise Refused(path, f"cannot be read ({error.strerror})") from error

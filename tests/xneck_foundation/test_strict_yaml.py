@@ -169,3 +169,14 @@ def test_a_file_in_another_encoding_is_told_what_to_do(tmp_path: Path) -> None:
     (tmp_path / "neck.yaml").write_bytes("# Länge\na: 1\n".encode("latin-1"))
     with pytest.raises(Refused, match=r"not UTF-8 text.; save it as UTF-8"):
         read_yaml(tmp_path / "neck.yaml", Whole)
+
+
+def test_a_video_or_a_table_in_place_of_yaml_is_called_by_its_name(tmp_path: Path) -> None:
+    """ "Save it as UTF-8" was said of a video that was named in place of its folder."""
+    for content, name in ((b"\0\0\0\x18ftypisom\xff", "a video"), (b"PAR1\xff", "a Parquet file")):
+        (tmp_path / "it").write_bytes(content)
+        with pytest.raises(Refused, match=f"is {name}, and no text; name the file that is meant"):
+            read_yaml(tmp_path / "it", Whole)
+    (tmp_path / "it").write_bytes("a: 1".encode("utf-16"))
+    with pytest.raises(Refused, match=r"not UTF-8 text.; save it as UTF-8"):
+        read_yaml(tmp_path / "it", Whole)
