@@ -76,13 +76,13 @@ class Cause:
         """With amounts and the shape's numbers moved by a step (Q,), in their sizes."""
         change = step * self.sizes(arm)
         count = len(self.amounts)
+        if self.effect.in_full:
+            change[:count] = 0.0
         terms = [self.effect.terms[c // len(self.effect.place_labels(arm))] for c in self.where.columns]
         amounts = [
             float(clip_to_range(term, amount + by))
             for term, amount, by in zip(terms, self.amounts, change[:count], strict=True)
         ]
-        if self.effect.in_full:
-            amounts = self.amounts.tolist()
         shape = {t.name: np.broadcast_to(self.shape[t.name], t.count(arm)).copy() for t in self.effect.shape_terms}
         for (term, place, old), by in zip(self.shape_numbers(arm), change[count:], strict=True):
             new = old + by

@@ -42,7 +42,8 @@ def with_all_causes(
 
     first: where the choice begins; every_effect: it with all effects beside it.
     A wrong model's noise is another one: weights are told anew where that of a better one is. What was given up beside other
-    causes is offered once more before the choice stands: what they did not explain may have driven it where nothing can be."""
+    causes is offered once more before the choice stands: what they did not explain may have driven it where nothing can be. Where a
+    law would do better than causes that leave far less, the end of the choice says whether they only stood in for it."""
     last, given_up, beside = first, dict[str, FitStage](), every_effect
     doubted: list[tuple[CauseFitter, FitStage]] = []
     for _ in range(_MAX_CHOICES):
@@ -101,6 +102,7 @@ def with_all_causes(
 
 
 def _halves(last: FitStage, after: FitStage) -> bool:
+    """Whether causes leave so much less that a law that would do better still does not end the choice."""
     return after.surplus < ANEW_SHARE * last.surplus
 
 

@@ -22,8 +22,7 @@ def likelier_sizes(
 
     Components of variance by steps that raise the likelihood (minorisation and maximisation; Zhou, Hu, Zhou, Lange 2019)."""
     for _ in range(steps):
-        scaled = factors * size[source]
-        told = np.linalg.inv(scaled @ np.swapaxes(scaled, 1, 2) + known) @ factors
+        told = np.linalg.inv(covariance_of(factors, source, size) + known) @ factors
         seen = np.sum(np.einsum("tdr,td->tr", told, residual) ** 2, axis=0)
         expected = np.einsum("tdr,tdr->r", told, factors)
         of_seen, of_expected = (np.bincount(source, values, len(size)) for values in (seen, expected))

@@ -10,7 +10,7 @@ from scipy.interpolate import BSpline
 
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
-from synchronisation.clocks.frame_geometry import cable_winding
+from synchronisation.clocks.frame_geometry import cable_winding, turns_of
 from synchronisation.clocks.signals import cubic_spline
 
 Array = NDArray[np.float64]
@@ -19,8 +19,6 @@ _STEPS = 2
 """Gauss-Newton steps from the spline through the frames to the angles that the cables give"""
 _MAX_STEP_RAD = 0.2
 """rad: longest step; a log that contradicts the frames must not lead out of the poses that an arm can take"""
-_RIDGE = 1e-9
-"""relative: with more joints than cables some turn moves no cable; the ridge keeps it at zero"""
 
 
 def missed_by_spline(
@@ -30,19 +28,15 @@ def missed_by_spline(
 
     alpha: (F, N), rad, of the frames; their noise does not enter. winding: (..., M), m, over log time: how far cables are wound in
     by the log, less their elongation; cable_error: (M,), m, of the cables' laws: one that errs by much tells little."""
-    weight = np.min(cable_error) / cable_error
     both = np.concatenate([time, frame_time])
     by_cables = cubic_spline(frame_time, alpha)(both)
     for _ in range(_STEPS):
-        by_cables = by_cables + _step(arm, by_cables, winding(both), weight)
+        by_cables = by_cables + _step(arm, by_cables, winding(both), cable_error)
     of_times, of_frames = by_cables[: len(time)], by_cables[len(time) :]
     return of_times - cubic_spline(frame_time, of_frames)(time)
 
 
-def _step(arm: Arm, alpha: Array, winding: Array, weight: Array) -> Array:
-    """Turns (T, N), rad, that bring the windings at alpha nearest to those given (T, M), m; weight: (M,), of each cable."""
-    jacobian = weight * Z(arm, alpha)
-    square = np.einsum("tij,tkj->tik", jacobian, jacobian)
-    square += _RIDGE * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(arm.N)
-    pull = np.einsum("tij,tj->ti", jacobian, weight * (winding - cable_winding(arm, alpha)))
-    return np.clip(np.linalg.solve(square, pull[..., None])[..., 0], -_MAX_STEP_RAD, _MAX_STEP_RAD)
+def _step(arm: Arm, alpha: Array, winding: Array, cable_error: Array) -> Array:
+    """Turns (T, N), rad, that bring the windings at alpha nearest to those given (T, M), m; cable_error: (M,), m."""
+    turns = turns_of(Z(arm, alpha), winding - cable_winding(arm, alpha), cable_error)
+    return np.clip(turns, -_MAX_STEP_RAD, _MAX_STEP_RAD)

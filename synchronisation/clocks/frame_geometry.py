@@ -51,9 +51,7 @@ class FrameGeometry:
 
     def turns(self, residual: Array, cable_error: Array) -> Array:
         """Turns of the joints (F, N), rad, that explain residuals (F, M), m, best; cable_error: (M,), m, of the cables' laws."""
-        weight = np.min(cable_error) / cable_error
-        inverse, weighted = _inverse_square(self.Z * weight), self.Z * weight**2
-        return np.einsum("fik,fkj,fj->fi", inverse, weighted, residual)
+        return turns_of(self.Z, residual, cable_error)
 
     def with_slopes_beside_noise(self, arm: Arm, residual: Array, cable_error: Array) -> "FrameGeometry":
         """The same frames, with slopes by the geometry at the angles that residuals (F, M), m, of the cables tell.
@@ -126,11 +124,16 @@ def frame_geometry(arm: Arm, time: Array, alpha: Array, sigma: Array, middle: fl
     )
 
 
-def _inverse_square(jacobian: Array) -> Array:
-    """Inverse (F, N, N) of J J^T of levers J (F, N, M), with the ridge."""
-    square = jacobian @ np.swapaxes(jacobian, 1, 2)
-    ridge = _RIDGE * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(square.shape[1])
-    return np.asarray(np.linalg.inv(square + ridge), dtype=float)
+def turns_of(jacobian: Array, residual: Array, cable_error: Array) -> Array:
+    """Turns (F, N), rad, that explain residuals (F, M), m, best, by levers (F, N, M); cable_error: (M,), m, of the cables' laws.
+
+    A cable that errs by much tells little."""
+    weight = np.min(cable_error) / cable_error
+    weighted = weight * jacobian
+    square = weighted @ np.swapaxes(weighted, 1, 2)
+    square += _RIDGE * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(square.shape[1])
+    pull = np.einsum("fij,fj->fi", weighted, weight * residual)
+    return np.asarray(np.linalg.solve(square, pull[..., None])[..., 0], dtype=float)
 
 
 def _winding_by_geometry(arm: Arm, alpha: Array) -> Array:
