@@ -37,6 +37,8 @@ SMOOTH = "smooth"
 """name of the form of what has no simple one"""
 SMOOTH_PIECES = 9
 """of a smooth function along its variable"""
+SMOOTH_HARMONICS = 6
+"""of a smooth function of a turn"""
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,8 @@ class Form:
     """names of the inner constants"""
     fixed: tuple[str, ...] = ()
     """those that are counted, or that bound where the form is told: they are not fitted"""
+    of_one_place: bool = False
+    """whether it is looked for at one place at a time: it could stand for simpler ones of several"""
 
     def unit(self, name: str, target: str, variable: str) -> str:
         """The unit of an amount or an inner constant."""
@@ -105,6 +109,18 @@ def _cosine_and_sine(of: str) -> Callable[[Array, Constants], Array]:
 
 def _harmonic_starts(basis: FineBasis) -> tuple[Constants, ...]:
     return tuple({"count": float(n)} for n in range(1, HARMONICS + 1))
+
+
+def _with_overtone(x: Array, c: Constants) -> Array:
+    return _stack(*(wave(n * c["count"] * x) for n in (1, 2) for wave in (np.cos, np.sin)))
+
+
+def _overtone_starts(basis: FineBasis) -> tuple[Constants, ...]:
+    return tuple({"count": float(n)} for n in range(1, HARMONICS // 2 + 1))
+
+
+def _smooth_on_turn(x: Array, c: Constants) -> Array:
+    return _stack(*(wave(n * x) for wave in (np.cos, np.sin) for n in range(1, SMOOTH_HARMONICS + 1)))
 
 
 def _bump(x: Array, c: Constants) -> Array:
@@ -170,6 +186,18 @@ FORMS = (
         equation="cosine cos(count x) + sine sin(count x)",
         constants=("count",),
         fixed=("count",),
+    ),
+    Form(
+        name="harmonic with overtone",
+        kinds=("turn",),
+        rank=2,
+        amounts=("cosine", "sine", "cosine2", "sine2"),
+        columns=_with_overtone,
+        starts=_overtone_starts,
+        equation="cosine cos(count x) + sine sin(count x) + cosine2 cos(2 count x) + sine2 sin(2 count x)",
+        constants=("count",),
+        fixed=("count",),
+        of_one_place=True,
     ),
     Form(
         name="power",
@@ -287,6 +315,16 @@ FORMS = (
         equation="straight between h1 .. h9, evenly spaced from low to high",
         constants=("low", "high"),
         fixed=("low", "high"),
+    ),
+    Form(
+        name=SMOOTH,
+        kinds=("turn",),
+        rank=9,
+        amounts=tuple(f"{of}{n}" for of in ("cosine", "sine") for n in range(1, SMOOTH_HARMONICS + 1)),
+        columns=_smooth_on_turn,
+        starts=_none,
+        equation="cosine1 cos(x) + sine1 sin(x) + .. + cosine6 cos(6 x) + sine6 sin(6 x)",
+        of_one_place=True,
     ),
 )
 """all, simplest first"""

@@ -40,7 +40,7 @@ class Candidate:
     @property
     def forms(self) -> tuple[Form, ...]:
         """The forms that the function may have."""
-        return forms_of(self.kind)
+        return tuple(form for form in forms_of(self.kind) if self.places == 1 or not form.of_one_place)
 
     @property
     def variable(self) -> str:

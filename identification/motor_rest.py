@@ -11,6 +11,9 @@ REST_SPEED_RAD_S = 0.2
 MIN_REST_RATIO = 1.5
 """of what a cable leaves while its motor is at rest over what it leaves while that turns: more is friction that holds the motor
 (docs/thresholds.md)"""
+MIN_REST_ERROR_M = 2e-5
+"""m: what more a cable leaves there at the least: counts of the encoder leave a few micrometres, where speeds are near nothing
+(docs/thresholds.md)"""
 MIN_OF_A_CLASS = 40
 """frames by which an error is estimated"""
 _WINDOW_S = 0.03
@@ -33,12 +36,12 @@ def rests_near(theta: Array, rate: float) -> NDArray[np.bool_]:
 
 
 def error_at_rest(residual: Array, at_rest: NDArray[np.bool_]) -> Array:
-    """What more of each cable is not explained while its motor is at rest, (M,), of residuals (F, M); nothing where it is no more
-    than while the motor turns, or frames are too few."""
+    """What more of each cable is not explained while its motor is at rest, (M,), m, of residuals (F, M), m; nothing where it
+    is hardly more than while the motor turns, or frames are too few."""
     out = np.zeros(residual.shape[1])
     for j, (square, rests) in enumerate(zip(residual.T**2, at_rest.T, strict=True)):
         if min(rests.sum(), (~rests).sum()) >= MIN_OF_A_CLASS:
             resting, turning = float(np.mean(square[rests])), float(np.mean(square[~rests]))
-            if resting > MIN_REST_RATIO**2 * turning:
+            if resting > max(MIN_REST_RATIO**2 * turning, turning + MIN_REST_ERROR_M**2):
                 out[j] = np.sqrt(resting - turning)
     return out

@@ -34,8 +34,12 @@ MOTION_HZ = 3.0
 RESONANCE_HZ, RESONANCE_RAD = 10.0, np.radians(0.05)
 """Hz, rad: an arm on its cables swings by itself up to this frequency; where no spline follows that, only a noise as large as this
 is told from it (docs/thresholds.md)"""
+CORRELATED_SIGMAS = 4.0
+"""standard deviations of chance from which on the noise of two joints is correlated (docs/thresholds.md)"""
 _NORMAL_MEDIAN = 0.6745
 """median of the absolute value of a normal variable of variance 1"""
+_LEAST_SHARE = 0.01
+"""of one joint's variance: no sum of joints is told better"""
 _RIDGE = 1e-9
 """relative: holds coefficients that no frame measures"""
 
@@ -59,6 +63,38 @@ def frame_noise(time: Array, alpha: Array, sigma: Array) -> FrameNoise:
     joints = [_of_joint(time, a, s) for a, s in zip(alpha.T, sigma.T, strict=True)]
     ratio, ratio_sigma, bound, outlying = (np.stack(part, axis=-1) for part in zip(*joints, strict=True))
     return FrameNoise(ratio, ratio_sigma, bound, outlying)
+
+
+def noise_correlation(time: Array, alpha: Array, sigma: Array) -> Array:
+    """Correlation (N, N) of the noise of angles (F, N), rad, all known, at camera times (F,), s; sigma (F, N), rad, as stated.
+
+    Who sees bars tells each joint by two of them, and what makes one joint's angle too large makes its neighbour's too small. Told
+    by what splines through the frames leave, of the coarsest that no finer one denies for any joint; of independent noise where
+    frames are too few, motion is too fast, or chance explains it."""
+    independent = np.eye(alpha.shape[1])
+    variance, freedom, correlation = [], [], []
+    for share in KNOTS_PER_FRAME:
+        of_joints = [_remainder(time, a - a.mean(), r, share) for a, r in zip(alpha.T, sigma.T**2, strict=True)]
+        residual, free = (np.stack(part, axis=1) for part in zip(*of_joints, strict=True))
+        if free.sum(axis=0).min() < MIN_FREEDOM:
+            break
+        variance.append(np.sum(residual**2, axis=0) / free.sum(axis=0))
+        freedom.append(free.sum(axis=0))
+        correlation.append(np.corrcoef(residual, rowvar=False).reshape(independent.shape))
+    for i, told in enumerate(correlation):
+        of_joints = zip(np.array(variance).T, np.array(freedom).T, strict=True)
+        if not any(_denied(v[i:], f[i:]) for v, f in of_joints):
+            by_chance = CORRELATED_SIGMAS / np.sqrt(freedom[i].min())
+            return _invertible(told) if np.any(np.abs(told - independent) > by_chance) else independent
+    return independent
+
+
+def _invertible(correlation: Array) -> Array:
+    """The nearest to it in which no sum of joints is told far better than by chance, (N, N)."""
+    value, vector = np.linalg.eigh(correlation)
+    out = vector * np.maximum(value, _LEAST_SHARE) @ vector.T
+    size = np.sqrt(np.diag(out))
+    return out / np.outer(size, size)
 
 
 def _of_joint(time: Array, alpha: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:

@@ -106,7 +106,9 @@ def _error(frames: FrameGeometry, fit: ClockSolution) -> float:
 
 def _renumbered(arm: Arm, frames: FrameGeometry, order: tuple[int, ...], sign: int) -> FrameGeometry:
     """The frames with the angles in another order and all of one sign."""
-    return frame_geometry(arm, frames.time, sign * frames.alpha[:, list(order)], frames.sigma, frames.middle)
+    correlation = frames.correlation[np.ix_(order, order)]
+    alpha, sigma = frames.alpha[:, list(order)], frames.sigma[:, list(order)]
+    return frame_geometry(arm, frames.time, sign * alpha, sigma, frames.middle, correlation)
 
 
 def _paired_cables(winding: Array, travel: Array) -> tuple[float, list[int]]:

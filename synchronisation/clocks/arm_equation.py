@@ -231,7 +231,7 @@ def arm_equation_rows(
         offset=offset,
         joint_speed=joint_speed,
         kept=kept,
-        error_by_noise=_error_by_noise(arm, a, motion.force, _noise_passed(frame_time, frames.sigma)),
+        error_by_noise=_error_by_noise(arm, a, motion.force, _noise_passed(frame_time, frames.noise_factor)),
         may_be_held=(slowest < SLOW_JOINT_RAD_S)[::PRODUCTS_PER_ROW][kept[::PRODUCTS_PER_ROW]],
     )
 
@@ -279,20 +279,24 @@ def _filtered(
     )
 
 
-def _noise_passed(frame_time: Array, sigma: Array) -> Array:
-    """Standard deviation of the angles' noise that passes the filters, (N,), rad."""
+def _noise_passed(frame_time: Array, factor: Array) -> Array:
+    """What makes the angles' noise that passes the filters, rad, of independent noise of unit variance, (N, N).
+
+    factor: the same of each frame's, (F, N, N)."""
     share = min(2 * EQUATION_CUTOFF_HZ * float(np.median(np.diff(frame_time))), 1.0)
-    return np.sqrt(share * np.mean(sigma**2, axis=0))
+    return np.linalg.cholesky(share * np.mean(factor @ np.swapaxes(factor, 1, 2), axis=0))
 
 
 def _error_by_noise(arm: Arm, a: Array, force: Array, noise: Array) -> Array:
-    """Standard deviation of the torque, (N,), N m, that noise (N,), rad, of angles makes by the arm's stiffness alone."""
+    """Standard deviation of the torque, (N,), N m, that noise of angles makes by the arm's stiffness alone.
+
+    noise: what makes it of independent noise of unit variance, (N, N), rad."""
 
     def held(alpha: Array) -> Array:
         return gravity_and_springs(arm, alpha) - np.einsum("tnm,tm->tn", Z(arm, alpha), force)
 
     described = held(a)
-    changes = [held(a + step) - described for step in np.diag(noise)]
+    changes = [held(a + step) - described for step in noise.T]
     return np.sqrt(np.sum(np.mean(np.square(changes), axis=1), axis=0))
 
 

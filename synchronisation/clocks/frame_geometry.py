@@ -36,6 +36,8 @@ class FrameGeometry:
     """(F, N), rad"""
     sigma: Array
     """(F, N), rad: standard deviation of alpha"""
+    correlation: Array
+    """(N, N), of the noise of alpha"""
     winding: Array
     """(F, M), m: -(l(alpha) - l(0)), what rigid cables would have been wound in"""
     Z: Array
@@ -68,6 +70,7 @@ class FrameGeometry:
             time=self.time[kept],
             alpha=self.alpha[kept],
             sigma=self.sigma[kept],
+            correlation=self.correlation,
             winding=self.winding[kept],
             Z=self.Z[kept],
             winding_by_geometry=self.winding_by_geometry[kept],
@@ -78,8 +81,8 @@ class FrameGeometry:
         """Matrices (F, M, M) that make a frame's residuals independent and of unit variance.
 
         cable_error: m, of the cables' laws, one, (M,) or (F, M); noise_scale: true over stated noise of the angles."""
-        cables = self.Z.shape[2]
-        covariance = np.einsum("fij,fi,fik->fjk", self.Z, (noise_scale * self.sigma) ** 2, self.Z)
+        cables, by_noise = self.Z.shape[2], noise_scale * self._by_noise
+        covariance = by_noise @ np.swapaxes(by_noise, 1, 2)
         covariance += np.square(cable_error)[..., None] * np.eye(cables)
         return np.linalg.inv(np.linalg.cholesky(covariance))
 
@@ -90,7 +93,7 @@ class FrameGeometry:
         angles explain all."""
         spread = slice(None, None, -(-len(residual) // _FRAMES_OF_ERRORS))
         frames, r, (joints, cables) = self.part(spread), residual[spread], self.Z.shape[1:]
-        by_noise = np.swapaxes(frames.Z, 1, 2) * frames.sigma[:, None, :]
+        by_noise = frames._by_noise
         of_noise = np.zeros(joints, dtype=np.intp)
         guess, least = np.array([noise_scale]), np.array([MIN_NOISE_SCALE])
         if cables <= joints:
@@ -103,6 +106,16 @@ class FrameGeometry:
         size = likelier_sizes(r, factors, source, guess, least, _ERROR_STEPS)
         return size[1:], float(size[0])
 
+    @property
+    def noise_factor(self) -> Array:
+        """What makes noise of the angles (F, N), rad, of independent noise of unit variance: (F, N, N)."""
+        return self.sigma[:, :, None] * np.linalg.cholesky(self.correlation)
+
+    @property
+    def _by_noise(self) -> Array:
+        """The same of the cables, m: (F, M, N)."""
+        return np.swapaxes(self.Z, 1, 2) @ self.noise_factor
+
     def unexplained_rms(self, residual: Array) -> float:
         """RMS of what of residuals (F, M), m, no angles explain, m, for as many cables as there are beyond joints."""
         joints, cables = self.Z.shape[1:]
@@ -110,13 +123,18 @@ class FrameGeometry:
         return max(float(np.sqrt(np.mean(np.sum(left**2, axis=1)) / (cables - joints))), MIN_CABLE_ERROR_M)
 
 
-def frame_geometry(arm: Arm, time: Array, alpha: Array, sigma: Array, middle: float) -> FrameGeometry:
-    """The geometry of frames at time (F,), s, with alpha and its sigma (F, N), rad, all known; middle: s, camera clock."""
+def frame_geometry(
+    arm: Arm, time: Array, alpha: Array, sigma: Array, middle: float, correlation: Array | None = None
+) -> FrameGeometry:
+    """The geometry of frames at time (F,), s, with alpha and its sigma (F, N), rad, all known; middle: s, camera clock.
+
+    correlation: (N, N), of the noise of alpha; independent unless given."""
     jacobian = Z(arm, alpha)
     return FrameGeometry(
         time=time,
         alpha=alpha,
         sigma=sigma,
+        correlation=np.eye(arm.N) if correlation is None else correlation,
         winding=cable_winding(arm, alpha),
         Z=jacobian,
         winding_by_geometry=_winding_by_geometry(arm, alpha),

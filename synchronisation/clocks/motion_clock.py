@@ -34,6 +34,7 @@ from synchronisation.clocks.usable_frames import MIN_FRAMES, usable_frames
 from synchronisation.clocks.winch_slips import signals_without_slips
 from synchronisation.clocks.without_force import fit_rigid_cables
 from synchronisation.encoder_log import uniformly_sampled
+from synchronisation.frame_noise import noise_correlation
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
@@ -71,7 +72,9 @@ def clock_from_motion(arm: Arm, angles: Angles, repaired: RepairedLog, fv: Array
         arm=arm,
         signals=signals,
         repaired=repaired,
-        frames=frame_geometry(arm, time, alpha, sigma, (time[0] + time[-1]) / 2),
+        frames=frame_geometry(
+            arm, time, alpha, sigma, (time[0] + time[-1]) / 2, noise_correlation(time, alpha, angles.white_sigma[known])
+        ),
         period=stamped_period(angles),
         fv=np.full(arm.M, np.nan) if fv is None else fv,
         video_speeds=video_speeds,

@@ -6,7 +6,7 @@ import pytest
 from identification.dataset.frames import ordinary_frames
 from identification.dataset.series import Series, numbered_columns
 from synchronisation.angles import Angles, checked_angles, read_angles
-from synchronisation.frame_noise import frame_noise
+from synchronisation.frame_noise import frame_noise, noise_correlation
 from synchronisation.held_frames import held_frames
 from synchronisation.tested_sigma import with_tested_sigma
 from xneck_foundation.errors import Refused
@@ -22,6 +22,15 @@ def _film(rate: float = 30.0, seconds: float = 60.0, seed: int = 0) -> tuple[np.
     hertz, phase = rng.uniform(0.1, 3, (20, 3)), rng.uniform(0, 2 * np.pi, (20, 3))
     motion = np.sum(0.1 / (1 + hertz**3) * np.sin(2 * np.pi * hertz * time[:, None, None] + phase), axis=1)
     return time, motion + NOISE * rng.normal(size=motion.shape)
+
+
+def _film_noise(seed: int, shape: tuple[int, ...]) -> np.ndarray:
+    """The noise that `_film` of a seed adds."""
+    rng = np.random.default_rng(seed)
+    rng.normal(0, 2e-4, 1800)
+    rng.random(1800)
+    rng.uniform(0.1, 3, (20, 3)), rng.uniform(0, 2 * np.pi, (20, 3))
+    return NOISE * rng.normal(size=shape)
 
 
 def _given(factor: float, common: float = 0.0) -> Angles:
@@ -47,6 +56,32 @@ def test_frames_too_few_or_too_far_apart_do_not_tell(rate: float, seconds: float
     noise = frame_noise(time, alpha, np.broadcast_to(NOISE, alpha.shape))
     assert np.isnan(noise.ratio[0])
     assert noise.bound[0] > 0.9
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_noise_of_bars_is_found_in_the_angles_between_them(seed: int) -> None:
+    """Joints that share a bar have noise of opposite sign: what is left of white noise in F frames errs by 1/sqrt(.6 F)."""
+    time, alpha = _film(seed=seed)
+    motion = alpha - _film_noise(seed, alpha.shape)
+    bars = NOISE[1] * np.random.default_rng(100 + seed).normal(size=alpha.shape)
+    seen = motion + bars - np.pad(bars, ((0, 0), (1, 0)))[:, :-1]
+    expected = np.array([[1, -np.sqrt(0.5), 0], [-np.sqrt(0.5), 1, -0.5], [0, -0.5, 1]])
+    sigma = np.broadcast_to(NOISE[1] * np.sqrt([1, 2, 2]), alpha.shape)
+    assert np.abs(noise_correlation(time, seen, sigma) - expected).max() < 4 / np.sqrt(0.6 * len(time))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_independent_noise_stays_independent(seed: int) -> None:
+    time, alpha = _film(seed=seed)
+    np.testing.assert_array_equal(noise_correlation(time, alpha, np.broadcast_to(NOISE, alpha.shape)), np.eye(3))
+
+
+def test_no_sum_of_joints_is_without_noise() -> None:
+    time, alpha = _film()
+    alpha = np.column_stack([alpha[:, 0], -alpha[:, 0], alpha[:, 2]])
+    found = noise_correlation(time, alpha, np.broadcast_to(NOISE, alpha.shape))
+    assert np.linalg.eigvalsh(found).min() > 5e-3
+    assert found[0, 1] < -0.98
 
 
 def test_single_frames_that_stand_out_are_named_and_change_nothing() -> None:

@@ -60,3 +60,6 @@ def test_an_error_at_rest_is_what_is_more_there() -> None:
     found = error_at_rest(residual, at_rest)
     assert found[0] == pytest.approx(np.sqrt(8), rel=0.1)
     assert list(found[1:]) == [0.0, 0.0]
+    # of micrometres: counts of the encoder, and no friction that holds
+    assert not error_at_rest(3e-6 * residual, at_rest).any()
+    assert error_at_rest(3e-5 * residual, at_rest)[0] > 0

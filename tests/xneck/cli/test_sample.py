@@ -12,6 +12,7 @@ from scipy.io import loadmat
 from identification.dataset.dataset import DataSet
 from identification.dataset.dataset_file import read_dataset
 from mechanism.description import read_neck
+from samples.generator.recording import STEP_S
 from synchronisation.angles import read_angles
 from tests.command import run
 from tests.paths import SAMPLES
@@ -76,11 +77,14 @@ def test_exported_angles_are_the_same(made: Path) -> None:
     np.testing.assert_allclose(a.time, b.time, atol=1e-9)
 
 
-def test_the_clock_is_within_half_a_millisecond(made: Path) -> None:
-    """2 ms are asked."""
+def test_the_clock_is_within_a_tenth_of_a_millisecond(made: Path) -> None:
+    """2 ms are asked. Semi-implicit Euler takes speeds half a step late, so that forces act up to a step of it early: with half
+    the step half of that is found."""
     found, t = record(made, "sync"), TRUTH["recording"]
     expected = t["offset_s"] + t["skew"] * (found["camera_middle_s"] - t["middle_s"])
-    assert abs(found["offset_s"] - expected) < min(0.5e-3, 3 * found["offset_sigma_s"])
+    assert abs(found["offset_s"] - expected) < min(0.1e-3, 3 * found["offset_sigma_s"])
+    assert found["offset_sigma_s"] < 0.05e-3
+    assert -STEP_S - 3 * found["force_delay_sigma_s"] < found["force_delay_s"] < 3 * found["force_delay_sigma_s"]
     assert abs(found["skew_ppm"] - 1e6 * t["skew"]) < 3 * found["skew_sigma_ppm"]
     assert found["frames_dropped"] == 720 - found["frames"]
 
