@@ -109,7 +109,7 @@ class FrameGeometry:
     @property
     def noise_factor(self) -> Array:
         """What makes noise of the angles (F, N), rad, of independent noise of unit variance: (F, N, N)."""
-        return self.sigma[:, :, None] * np.linalg.cholesky(self.correlation)
+        return np.asarray(self.sigma[:, :, None] * np.linalg.cholesky(self.correlation), dtype=float)
 
     @property
     def _by_noise(self) -> Array:

@@ -29,7 +29,8 @@ def _film_noise(seed: int, shape: tuple[int, ...]) -> np.ndarray:
     rng = np.random.default_rng(seed)
     rng.normal(0, 2e-4, 1800)
     rng.random(1800)
-    rng.uniform(0.1, 3, (20, 3)), rng.uniform(0, 2 * np.pi, (20, 3))
+    rng.uniform(0.1, 3, (20, 3))
+    rng.uniform(0, 2 * np.pi, (20, 3))
     return NOISE * rng.normal(size=shape)
 
 
