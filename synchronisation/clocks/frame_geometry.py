@@ -84,7 +84,7 @@ class FrameGeometry:
         cables, by_noise = self.Z.shape[2], noise_scale * self._by_noise
         covariance = by_noise @ np.swapaxes(by_noise, 1, 2)
         covariance += np.square(cable_error)[..., None] * np.eye(cables)
-        return np.linalg.inv(np.linalg.cholesky(covariance))
+        return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)), dtype=float)
 
     def error_sizes(self, residual: Array, cable_error: Array, noise_scale: float) -> tuple[Array, float]:
         """Errors of the cables' laws, (M,), m, and true over stated noise of the angles, from residuals (F, M), m, and a guess.
