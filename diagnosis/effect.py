@@ -16,10 +16,12 @@ from diagnosis.check_fault import CheckFault
 from diagnosis.hypothesis import Hypothesis, inactive_values
 from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.shown_by import ShownBy
-from identification.residuals import forces_of_moved_law, law_forces, residual_change
+from identification.cable_memory import moved_memory
+from identification.residuals import forces_of_moved_law, law_forces, remembered_motion, residual_change
 from mechanism.arm import Arm, arm_of
 from mechanism.description import Neck
 from mechanism.laws import Term, law_named
+from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
 Shape = Mapping[str, float | tuple[float, ...]]
@@ -141,6 +143,10 @@ class Effect:
         """The hypothesis with these amounts (Q,) on top of what it holds."""
         raise NotImplementedError
 
+    def is_reached(self, recording: RecordingLinearisation, where: Placement) -> bool:
+        """Whether a recording whose hypothesis holds it comes to where it acts: elsewhere it only bends another law."""
+        return True
+
     def true_numbers(self, parameters: Mapping[str, float], truth: Mapping[str, Any], place: int | None) -> Numbers:
         """The truth of a study in this effect's own numbers; none where the hidden law has another form.
 
@@ -215,11 +221,12 @@ class LawEffect(Effect):
         h = step * term.size
         values = {**recording.values, **values}
         moved = {term.name: values[term.name] + h}
+        x0, delay, memory = recording.x0, recording.delay, recording.memory
         if elsewhere:
-            base = law_forces(signals, laws, values, recording.x0, recording.delay, tension=tension)
-        other = forces_of_moved_law(
-            signals, base, laws, values, self.law, moved, recording.x0, recording.delay, tension=tension
-        )
+            machine = Machine(signals.arm, laws, values)
+            memory = moved_memory(machine, remembered_motion(signals, x0), signals.step, self.law, memory)
+            base = law_forces(signals, laws, values, x0, delay, memory, tension)
+        other = forces_of_moved_law(signals, base, laws, values, self.law, moved, x0, delay, memory, tension)
         return residual_change(signals, base, other, term) / h
 
     def _values(self, h: Hypothesis, shape: Shape) -> dict[str, Array]:

@@ -86,7 +86,8 @@ class FitStage:
 
     @cached_property
     def impossible(self) -> tuple[int, ...]:
-        """Which causes do surely less than nothing, as friction that drives or a mass that lifts, or more than any such thing does.
+        """Which causes do surely less than nothing, as friction that drives or a mass that lifts, or more than any such thing does,
+        or act nowhere where the arm comes.
 
         A small part of a cause may do less: it mends the form of the law, which nobody knows better. What ends where its range does
         stands in for something else.
@@ -101,7 +102,8 @@ class FitStage:
             # a step goes no further down than to the end of the range, whatever it would take to the loss
             at_end = cause.least_steps(arm) > -_AT_END
             beyond = at_end & (cause.amounts < bounds) | (cause.amounts < bounds - IMPOSSIBLE_SIGMAS * sigma[:count])
-            is_opposed = np.any(beyond & (np.abs(does) > MAX_OPPOSED_SHARE * np.linalg.norm(does)))
+            is_reached = any(cause.effect.is_reached(r, cause.where) for r in c.linearisation.recordings)
+            is_opposed = not is_reached or np.any(beyond & (np.abs(does) > MAX_OPPOSED_SHARE * np.linalg.norm(does)))
             if is_opposed or np.any(cause.amounts >= cause.effect.upper_bounds(arm)[list(cause.where.columns)]):
                 out.append(i)
         return tuple(out)

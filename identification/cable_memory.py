@@ -1,5 +1,7 @@
 """Memory variables of cables (creep, hysteresis, play), integrated along a recorded motion."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +18,19 @@ _MIN_DECAY = 1e-300
 def pull_memory(machine: Machine, at: CableMotion, step: float) -> Array:
     """Memory variables, (T, M, states), on which the cables' pull depends: those that only friction depends on are zero."""
     return memory_states(machine, at, step) if cables_remember(machine) else np.zeros((*at.x.shape, machine.states))
+
+
+def moved_memory(machine: Machine, at: CableMotion, step: float, moved: str, z: Array) -> Array:
+    """`pull_memory` where one law's numbers have moved, from what it was before: the others remember the same.
+
+    z: (T, M, states), without those of the moved law where that came last and was not there."""
+    part = machine.memory_of(moved)
+    if part.start == part.stop:
+        return z
+    out = np.zeros((*at.x.shape, machine.states))
+    out[..., : z.shape[-1]] = z
+    out[..., part] = pull_memory(replace(machine, names=(moved,)), at, step)
+    return out
 
 
 def cables_remember(machine: Machine) -> bool:

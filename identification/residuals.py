@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.cable_memory import pull_memory
+from identification.cable_memory import moved_memory, pull_memory
 from identification.dataset.series import interpolated
 from identification.signals import Signals
 from identification.unknowns import Unknowns, memory_starts
@@ -94,7 +94,9 @@ def forces_of_moved_law(
     z: Array | None = None,
     tension: Array | None = None,
 ) -> LawForces:
-    """`law_forces` with one law's numbers moved; base: those with `values`, which share all that the law has no part in."""
+    """`law_forces` with one law's numbers moved; base: those with `values`, which share all that the law has no part in.
+
+    z: memory variables with `values`; computed from the laws unless given. A law that was not there comes last among the names."""
     after = {**values, **moved}
     overridden = {name for name in _METHODS if _overrides(law_named(law), name)}
     machine = Machine(s.arm, names, after)
@@ -107,8 +109,13 @@ def forces_of_moved_law(
     if overridden == {"acting_force"}:
         return replace(base, acting=machine.acting_force(delayed_forces(s, delay), s.step))
     if overridden <= {"pull", "memory_rate"}:
-        return _with_other_pull(s, base, machine, _pull(s, machine, x0, z), tension)
-    return law_forces(s, names, after, x0, delay, z, tension)
+        return _with_other_pull(s, base, machine, _pull(s, machine, x0, _moved(s, machine, x0, law, z)), tension)
+    return law_forces(s, names, after, x0, delay, _moved(s, machine, x0, law, z), tension)
+
+
+def _moved(s: Signals, machine: Machine, x0: Array, law: str, z: Array | None) -> Array | None:
+    """Memory variables where a law's numbers have moved, if they were known before."""
+    return None if z is None else moved_memory(machine, remembered_motion(s, x0), s.step, law, z)
 
 
 def forces_of_other_cables(
@@ -286,8 +293,7 @@ def residual_rows(
             moved = law_forces(s, u.laws, values | {name: values[name] + h}, x0, delay, tension=tension)
         else:
             law, change = laws[name], {name: values[name] + h}
-            known = None if law_named(law).states else z
-            moved = forces_of_moved_law(acting, base, u.laws, values, law, change, x0, 0.0, known, tension)
+            moved = forces_of_moved_law(acting, base, u.laws, values, law, change, x0, 0.0, z, tension)
         J[:, :, slot] = residual_change(s, base, moved, term) / h
     return ResidualRows(residual, J)
 

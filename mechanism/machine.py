@@ -40,6 +40,10 @@ class Machine:
         ends = np.cumsum([law.states for law in self.laws]).tolist()
         return tuple((law, slice(end - law.states, end)) for law, end in zip(self.laws, ends, strict=True))
 
+    def memory_of(self, name: str) -> slice:
+        """The place of a law's memory variables among those of all."""
+        return self._parts[self.names.index(name)][1]
+
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the memory variables, (states,) each."""

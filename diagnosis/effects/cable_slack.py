@@ -1,8 +1,14 @@
 """A cable that goes slack."""
 
+import numpy as np
+
 from diagnosis.check_fault import CheckFault
-from diagnosis.effect import LawEffect, law_terms
+from diagnosis.effect import LawEffect, Placement, law_terms
+from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.shown_by import ELONGATION
+
+_REACHED_SHARE = 0.01
+"""of a recording's time"""
 
 
 class CableSlack(LawEffect):
@@ -25,3 +31,10 @@ class CableSlack(LawEffect):
         of_one_moment=True,
     )
     order = 18
+
+    def is_reached(self, recording: RecordingLinearisation, where: Placement) -> bool:
+        """Whether a cable is stretched by less than that over which it comes taut, for a hundredth of the time."""
+        cables = list(where.columns)
+        least = np.quantile(recording.signals.x[:, cables] + recording.x0[cables], _REACHED_SHARE, axis=0)
+        width = np.broadcast_to(recording.values["xs"], recording.x0.shape)[cables]
+        return bool(np.any(least < width))
