@@ -25,6 +25,7 @@ def decoded(true_time: np.ndarray, stamps: np.ndarray, disturbance: np.ndarray) 
         time=stamps,
         alpha=seen,
         sigma=seen,
+        correlation=np.eye(1),
         winding=seen,
         Z=nothing,
         winding_by_geometry=nothing,
