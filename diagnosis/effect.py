@@ -16,8 +16,7 @@ from diagnosis.check_fault import CheckFault
 from diagnosis.hypothesis import Hypothesis, inactive_values
 from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.shown_by import ShownBy
-from identification.cable_memory import moved_memory
-from identification.residuals import forces_of_moved_law, law_forces, remembered_motion, residual_change
+from identification.residuals import forces_of_moved_law, law_forces, memory_of_moved_law, residual_change
 from mechanism.arm import Arm, arm_of
 from mechanism.description import Neck
 from mechanism.laws import Term, law_named
@@ -223,8 +222,7 @@ class LawEffect(Effect):
         moved = {term.name: values[term.name] + h}
         x0, delay, memory = recording.x0, recording.delay, recording.memory
         if elsewhere:
-            machine = Machine(signals.arm, laws, values)
-            memory = moved_memory(machine, remembered_motion(signals, x0), signals.step, self.law, memory)
+            memory = memory_of_moved_law(signals, Machine(signals.arm, laws, values), x0, self.law, memory)
             base = law_forces(signals, laws, values, x0, delay, memory, tension)
         other = forces_of_moved_law(signals, base, laws, values, self.law, moved, x0, delay, memory, tension)
         return residual_change(signals, base, other, term) / h

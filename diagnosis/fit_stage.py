@@ -102,9 +102,13 @@ class FitStage:
             # a step goes no further down than to the end of the range, whatever it would take to the loss
             at_end = cause.least_steps(arm) > -_AT_END
             beyond = at_end & (cause.amounts < bounds) | (cause.amounts < bounds - IMPOSSIBLE_SIGMAS * sigma[:count])
+            is_opposed = np.any(beyond & (np.abs(does) > MAX_OPPOSED_SHARE * np.linalg.norm(does)))
             is_reached = any(cause.effect.is_reached(r, cause.where) for r in c.linearisation.recordings)
-            is_opposed = not is_reached or np.any(beyond & (np.abs(does) > MAX_OPPOSED_SHARE * np.linalg.norm(does)))
-            if is_opposed or np.any(cause.amounts >= cause.effect.upper_bounds(arm)[list(cause.where.columns)]):
+            if (
+                is_opposed
+                or not is_reached
+                or np.any(cause.amounts >= cause.effect.upper_bounds(arm)[list(cause.where.columns)])
+            ):
                 out.append(i)
         return tuple(out)
 

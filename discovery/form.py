@@ -107,16 +107,12 @@ def _cosine_and_sine(of: str) -> Callable[[Array, Constants], Array]:
     return lambda x, c: _stack(np.cos(c[of] * x), np.sin(c[of] * x))
 
 
-def _harmonic_starts(basis: FineBasis) -> tuple[Constants, ...]:
-    return tuple({"count": float(n)} for n in range(1, HARMONICS + 1))
+def _counts_to(most: int) -> Callable[[FineBasis], tuple[Constants, ...]]:
+    return lambda basis: tuple({"count": float(n)} for n in range(1, most + 1))
 
 
 def _with_overtone(x: Array, c: Constants) -> Array:
     return _stack(*(wave(n * c["count"] * x) for n in (1, 2) for wave in (np.cos, np.sin)))
-
-
-def _overtone_starts(basis: FineBasis) -> tuple[Constants, ...]:
-    return tuple({"count": float(n)} for n in range(1, HARMONICS // 2 + 1))
 
 
 def _smooth_on_turn(x: Array, c: Constants) -> Array:
@@ -182,7 +178,7 @@ FORMS = (
         rank=1,
         amounts=("cosine", "sine"),
         columns=_cosine_and_sine("count"),
-        starts=_harmonic_starts,
+        starts=_counts_to(HARMONICS),
         equation="cosine cos(count x) + sine sin(count x)",
         constants=("count",),
         fixed=("count",),
@@ -193,7 +189,7 @@ FORMS = (
         rank=2,
         amounts=("cosine", "sine", "cosine2", "sine2"),
         columns=_with_overtone,
-        starts=_overtone_starts,
+        starts=_counts_to(HARMONICS // 2),
         equation="cosine cos(count x) + sine sin(count x) + cosine2 cos(2 count x) + sine2 sin(2 count x)",
         constants=("count",),
         fixed=("count",),

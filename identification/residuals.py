@@ -109,12 +109,14 @@ def forces_of_moved_law(
     if overridden == {"acting_force"}:
         return replace(base, acting=machine.acting_force(delayed_forces(s, delay), s.step))
     if overridden <= {"pull", "memory_rate"}:
-        return _with_other_pull(s, base, machine, _pull(s, machine, x0, _moved(s, machine, x0, law, z)), tension)
-    return law_forces(s, names, after, x0, delay, _moved(s, machine, x0, law, z), tension)
+        return _with_other_pull(
+            s, base, machine, _pull(s, machine, x0, memory_of_moved_law(s, machine, x0, law, z)), tension
+        )
+    return law_forces(s, names, after, x0, delay, memory_of_moved_law(s, machine, x0, law, z), tension)
 
 
-def _moved(s: Signals, machine: Machine, x0: Array, law: str, z: Array | None) -> Array | None:
-    """Memory variables where a law's numbers have moved, if they were known before."""
+def memory_of_moved_law(s: Signals, machine: Machine, x0: Array, law: str, z: Array | None) -> Array | None:
+    """Memory variables of a machine in which one law's numbers have moved, from those before, z; None where these are not known."""
     return None if z is None else moved_memory(machine, remembered_motion(s, x0), s.step, law, z)
 
 

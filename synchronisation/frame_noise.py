@@ -6,6 +6,7 @@ noise to tell it by: the coarsest spline is taken whose remainder no finer one d
 another, motion is faster than the frames show, and only an upper bound is known.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,19 +73,12 @@ def noise_correlation(time: Array, alpha: Array, sigma: Array) -> Array:
     by what splines through the frames leave, of the coarsest that no finer one denies for any joint; of independent noise where
     frames are too few, motion is too fast, or chance explains it."""
     independent = np.eye(alpha.shape[1])
-    variance, freedom, correlation = [], [], []
-    for share in KNOTS_PER_FRAME:
-        of_joints = [_remainder(time, a - a.mean(), r, share) for a, r in zip(alpha.T, sigma.T**2, strict=True)]
-        residual, free = (np.stack(part, axis=1) for part in zip(*of_joints, strict=True))
-        if free.sum(axis=0).min() < MIN_FREEDOM:
-            break
-        variance.append(np.sum(residual**2, axis=0) / free.sum(axis=0))
-        freedom.append(free.sum(axis=0))
-        correlation.append(np.corrcoef(residual, rowvar=False).reshape(independent.shape))
-    for i, told in enumerate(correlation):
-        of_joints = zip(np.array(variance).T, np.array(freedom).T, strict=True)
-        if not any(_denied(v[i:], f[i:]) for v, f in of_joints):
-            by_chance = CORRELATED_SIGMAS / np.sqrt(freedom[i].min())
+    of_joints = [_fits(time, a - a.mean(), r) for a, r in zip(alpha.T, sigma.T**2, strict=True)]
+    for i in range(min(len(fits) for fits in of_joints)):
+        if not any(_denied(*_variance_and_freedom(fits[i:])) for fits in of_joints):
+            residual, free = (np.stack(part, axis=1) for part in zip(*(fits[i] for fits in of_joints), strict=True))
+            told = np.corrcoef(residual, rowvar=False).reshape(independent.shape)
+            by_chance = CORRELATED_SIGMAS / np.sqrt(free.sum(axis=0).min())
             return _invertible(told) if np.any(np.abs(told - independent) > by_chance) else independent
     return independent
 
@@ -106,14 +100,13 @@ def _of_joint(time: Array, alpha: Array, sigma: Array) -> tuple[Array, Array, Ar
     distance = _outlying(t, y, r)
     kept = distance == 0
     outlying[known] = distance
-    fits = [_remainder(t[kept], y[kept], r[kept], share) for share in KNOTS_PER_FRAME]
-    fits = [(residual, free) for residual, free in fits if np.sum(free) >= MIN_FREEDOM]
+    fits = _fits(t[kept], y[kept], r[kept])
     if not fits:
         return nan, nan, np.array(np.inf), outlying
     unit, half_rate = np.sqrt(np.median(r)), 0.5 / np.median(np.diff(t))
     least = (MIN_NOISE_RAD / unit) ** 2
-    freedom = np.array([np.sum(free) for _, free in fits])
-    variance = np.maximum([np.sum(residual**2) for residual, _ in fits] / freedom, least)
+    variance, freedom = _variance_and_freedom(fits)
+    variance = np.maximum(variance, least)
     bound = np.sqrt(variance[-1])
     chosen = next(i for i in range(len(fits)) if not _denied(variance[i:], freedom[i:]))
     ratio = np.sqrt(variance[chosen])
@@ -122,6 +115,18 @@ def _of_joint(time: Array, alpha: Array, sigma: Array) -> tuple[Array, Array, Ar
         if not (agreed and ratio * unit >= RESONANCE_RAD):
             return nan, nan, bound, outlying
     return ratio, ratio / np.sqrt(2 * freedom[chosen]), bound, outlying
+
+
+def _fits(t: Array, y: Array, r: Array) -> list[tuple[Array, Array]]:
+    """`_remainder` of splines from coarse to fine, as far as frames are enough."""
+    fits = (_remainder(t, y, r, share) for share in KNOTS_PER_FRAME)
+    return [(residual, free) for residual, free in fits if np.sum(free) >= MIN_FREEDOM]
+
+
+def _variance_and_freedom(fits: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Of each fit, over what is stated: what it leaves, and by how many independent frames that is told."""
+    freedom = np.array([np.sum(free) for _, free in fits])
+    return np.array([np.sum(residual**2) for residual, _ in fits]) / freedom, freedom
 
 
 def _denied(variance: Array, freedom: Array) -> bool:

@@ -1,6 +1,7 @@
 """What the cables make of the camera's frames: how far each is wound in, how errors of angles and of the drawing enter there."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,8 +93,7 @@ class FrameGeometry:
         One cable whose law is wrong leaves more than others, and angles' noise is common to all. With no more cables than joints
         angles explain all."""
         spread = slice(None, None, -(-len(residual) // _FRAMES_OF_ERRORS))
-        frames, r, (joints, cables) = self.part(spread), residual[spread], self.Z.shape[1:]
-        by_noise = frames._by_noise
+        by_noise, r, (joints, cables) = self._by_noise[spread], residual[spread], self.Z.shape[1:]
         of_noise = np.zeros(joints, dtype=np.intp)
         guess, least = np.array([noise_scale]), np.array([MIN_NOISE_SCALE])
         if cables <= joints:
@@ -106,12 +106,12 @@ class FrameGeometry:
         size = likelier_sizes(r, factors, source, guess, least, _ERROR_STEPS)
         return size[1:], float(size[0])
 
-    @property
+    @cached_property
     def noise_factor(self) -> Array:
         """What makes noise of the angles (F, N), rad, of independent noise of unit variance: (F, N, N)."""
         return np.asarray(self.sigma[:, :, None] * np.linalg.cholesky(self.correlation), dtype=float)
 
-    @property
+    @cached_property
     def _by_noise(self) -> Array:
         """The same of the cables, m: (F, M, N)."""
         return np.swapaxes(self.Z, 1, 2) @ self.noise_factor

@@ -14,24 +14,16 @@ from xneck_foundation.errors import Refused
 NOISE = np.radians([0.01, 0.05, 0.2])
 
 
-def _film(rate: float = 30.0, seconds: float = 60.0, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+def _film(
+    rate: float = 30.0, seconds: float = 60.0, seed: int = 0, noise: np.ndarray = NOISE
+) -> tuple[np.ndarray, np.ndarray]:
     """Camera times and angles of three joints that move below 3 Hz by tens of degrees; one frame in a hundred is missing."""
     rng = np.random.default_rng(seed)
     time = np.arange(int(rate * seconds)) / rate + rng.normal(0, 2e-4, int(rate * seconds))
     time = time[rng.random(len(time)) > 0.01]
     hertz, phase = rng.uniform(0.1, 3, (20, 3)), rng.uniform(0, 2 * np.pi, (20, 3))
     motion = np.sum(0.1 / (1 + hertz**3) * np.sin(2 * np.pi * hertz * time[:, None, None] + phase), axis=1)
-    return time, motion + NOISE * rng.normal(size=motion.shape)
-
-
-def _film_noise(seed: int, shape: tuple[int, ...]) -> np.ndarray:
-    """The noise that `_film` of a seed adds."""
-    rng = np.random.default_rng(seed)
-    rng.normal(0, 2e-4, 1800)
-    rng.random(1800)
-    rng.uniform(0.1, 3, (20, 3))
-    rng.uniform(0, 2 * np.pi, (20, 3))
-    return NOISE * rng.normal(size=shape)
+    return time, motion + noise * rng.normal(size=motion.shape)
 
 
 def _given(factor: float, common: float = 0.0) -> Angles:
@@ -62,12 +54,11 @@ def test_frames_too_few_or_too_far_apart_do_not_tell(rate: float, seconds: float
 @pytest.mark.parametrize("seed", range(4))
 def test_noise_of_bars_is_found_in_the_angles_between_them(seed: int) -> None:
     """Joints that share a bar have noise of opposite sign: what is left of white noise in F frames errs by 1/sqrt(.6 F)."""
-    time, alpha = _film(seed=seed)
-    motion = alpha - _film_noise(seed, alpha.shape)
-    bars = NOISE[1] * np.random.default_rng(100 + seed).normal(size=alpha.shape)
+    time, motion = _film(seed=seed, noise=np.zeros(3))
+    bars = NOISE[1] * np.random.default_rng(100 + seed).normal(size=motion.shape)
     seen = motion + bars - np.pad(bars, ((0, 0), (1, 0)))[:, :-1]
     expected = np.array([[1, -np.sqrt(0.5), 0], [-np.sqrt(0.5), 1, -0.5], [0, -0.5, 1]])
-    sigma = np.broadcast_to(NOISE[1] * np.sqrt([1, 2, 2]), alpha.shape)
+    sigma = np.broadcast_to(NOISE[1] * np.sqrt([1, 2, 2]), motion.shape)
     assert np.abs(noise_correlation(time, seen, sigma) - expected).max() < 4 / np.sqrt(0.6 * len(time))
 
 
