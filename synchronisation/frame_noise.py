@@ -71,10 +71,13 @@ def noise_correlation(time: Array, alpha: Array, sigma: Array) -> Array:
 
     Who sees bars tells each joint by two of them, and what makes one joint's angle too large makes its neighbour's too small. Told
     by what splines through the frames leave, of the coarsest that no finer one denies for any joint; of independent noise where
-    frames are too few, motion is too fast, or chance explains it."""
+    frames are too few or too far apart, motion is too fast, or chance explains it."""
     independent = np.eye(alpha.shape[1])
+    if len(time) < MIN_FREEDOM or KNOTS_PER_FRAME[-1] * 0.5 / np.median(np.diff(time)) < RESONANCE_HZ:
+        return independent  # what joints have in common may be motion
     of_joints = [_fits(time, a - a.mean(), r) for a, r in zip(alpha.T, sigma.T**2, strict=True)]
-    for i in range(min(len(fits) for fits in of_joints)):
+    # the finest has none that could deny it
+    for i in range(min(len(fits) for fits in of_joints) - 1):
         if not any(_denied(*_variance_and_freedom(fits[i:])) for fits in of_joints):
             residual, free = (np.stack(part, axis=1) for part in zip(*(fits[i] for fits in of_joints), strict=True))
             told = np.corrcoef(residual, rowvar=False).reshape(independent.shape)

@@ -68,6 +68,17 @@ def test_independent_noise_stays_independent(seed: int) -> None:
     np.testing.assert_array_equal(noise_correlation(time, alpha, np.broadcast_to(NOISE, alpha.shape)), np.eye(3))
 
 
+@pytest.mark.parametrize("rate", [4, 8, 10])
+@pytest.mark.parametrize("seed", range(3))
+def test_motion_that_joints_share_is_no_noise_that_they_share(rate: int, seed: int) -> None:
+    """Motion up to 5 Hz, faster than so few frames show."""
+    rng, time = np.random.default_rng(seed), np.arange(60 * rate) / rate
+    hertz, phase = rng.uniform(0.1, 5, (30, 1)), rng.uniform(0, 2 * np.pi, (30, 1))
+    motion = np.sum(0.1 / (1 + hertz**2) * np.sin(2 * np.pi * hertz * time + phase), axis=0)
+    alpha = motion[:, None] * [1, 0.7, -0.5] + NOISE[1] * rng.normal(size=(len(time), 3))
+    np.testing.assert_array_equal(noise_correlation(time, alpha, np.full(alpha.shape, NOISE[1])), np.eye(3))
+
+
 def test_no_sum_of_joints_is_without_noise() -> None:
     time, alpha = _film()
     alpha = np.column_stack([alpha[:, 0], -alpha[:, 0], alpha[:, 2]])
