@@ -50,7 +50,7 @@ class Cause:
         arm = recording.signals.arm
         every = [(term.name, i) for term in self.effect.shape_terms for i in range(term.count(arm))]
         own = [every.index((term.name, place or 0)) for term, place, _ in self.shape_numbers(arm)]
-        shapes = self.effect.shape_columns(recording)[..., own]
+        shapes = self.effect.shape_columns(recording, self.amounts, self.shape)[..., own]
         return np.concatenate([amounts, shapes], axis=2) * self.sizes(arm)
 
     def sizes(self, arm: Arm) -> Array:
@@ -61,6 +61,12 @@ class Cause:
     def at_limit(self, arm: Arm) -> NDArray[np.bool_]:
         """Which numbers of the shape are at the end of their range, from where no straight step leads on."""
         return np.array([value in (term.low, term.high) for term, _, value in self.shape_numbers(arm)], dtype=bool)
+
+    def known_shape(self, arm: Arm) -> tuple[Array, Array]:
+        """What is known of the numbers of its shape beforehand, from where they are: mean and sigma, in their sizes."""
+        known = [(-value / term.size, term.sigma / term.size) for term, _, value in self.shape_numbers(arm)]
+        mean, sigma = np.array(known).reshape(-1, 2).T
+        return np.where(np.isfinite(sigma), mean, 0.0), sigma
 
     def least_steps(self, arm: Arm) -> Array:
         """How far down each amount may go from here, in its size, (len(amounts),)."""

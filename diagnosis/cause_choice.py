@@ -46,6 +46,7 @@ def with_all_causes(
     law would do better than causes that leave far less, the end of the choice says whether they only stood in for it."""
     last, given_up, beside = first, dict[str, FitStage](), every_effect
     doubted: list[tuple[CauseFitter, FitStage]] = []
+    been = [_places(first)]
     for _ in range(_MAX_CHOICES):
         by_chance = _by_chance(beside, last.causes, seed)
         choices, offered = choices_beside(last, beside, given_up)
@@ -67,9 +68,11 @@ def with_all_causes(
             given_up |= {offered[i].effect.name: last for i in added if offered[i].effect.name not in fitted}
             misled = not _is_better(after, last, by_chance)
             misled = misled or (not _halves(last, after) and _a_law_would_do(last, after, fitter.whiten, free_fits))
-            if alone is not None and misled:
+            if alone is not None and (misled or after is not joint):
                 # where straight lines mislead, one cause may, and take a right one with it
-                after = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, alone]))
+                only = fitter.fitted(last.comparison.linearisation, tuple(offered[i] for i in [*start, alone]))
+                if misled or (only.possible and only.surplus < after.surplus):
+                    after = only
             # the same causes, by another way or from another shape
             no_other = _places(after) == _places(last) and last.surplus - after.surplus < by_chance
             if no_other or not _is_better(after, last, by_chance):
@@ -83,6 +86,8 @@ def with_all_causes(
                 break
             given_up = here
             continue
+        if _places(after) in been:  # one cause more, one fewer, and so on: what is left is about the same
+            break
         if _a_law_would_do(last, after, fitter.whiten, free_fits):
             if _halves(last, after):
                 doubted.append((fitter, last))
@@ -94,6 +99,7 @@ def with_all_causes(
         if _halves(last, after):
             given_up = {}  # what was given up beside so much more may be right now
         fitter, last = fitter.with_own_weights(after)
+        been.append(_places(last))
         beside = with_effects(last, fitter.whiten)
     for fitter_before, before in doubted:
         if _a_law_would_do(before, last, fitter_before.whiten, free_fits):

@@ -14,13 +14,13 @@ from diagnosis.cause_choice import with_all_causes
 from diagnosis.cause_fit import CauseFitter, fitted_without
 from diagnosis.cause_ranking import CauseCandidate, rank
 from diagnosis.comparison import Comparison
-from diagnosis.descent import MAX_TOLERANCES
 from diagnosis.fit_stage import FitStage
 from diagnosis.free_function import FreeFit, FreeFits
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import Linearisation
 from diagnosis.look_alikes import NamedCause, with_look_alikes
 from diagnosis.noise_ensemble import NoiseEnsemble
+from diagnosis.nuisances import MAX_TOLERANCES
 from diagnosis.offered_causes import with_effects
 from diagnosis.remainder import leaves_plainly_more
 from diagnosis.single_place import with_single_places

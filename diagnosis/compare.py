@@ -10,7 +10,7 @@ from diagnosis.cause import Cause
 from diagnosis.comparison import FOLD_BLOCK_S, HELD_SIGMA, Comparison, EffectColumns
 from diagnosis.effect import Effect, Shape
 from diagnosis.linearisation import Linearisation
-from diagnosis.nuisances import Nuisances
+from diagnosis.nuisances import MAX_TOLERANCES, Nuisances
 from identification.fitting import segment_starts
 from identification.unknowns import DELAY, DELAY_SIGMA_S
 from identification.whitening import Whitener
@@ -38,11 +38,13 @@ def compare(
     slots = [np.arange(a, b) for a, b in pairwise(first + np.cumsum([0, *widths]))]
     block_products, noise_products, row_count = _products(at, matrices, whiten, noise)
     prior_sigma, relaxed_sigma, prior_mean = _priors(at, nuisances, first, first + sum(widths))
-    lower_bounds = _lower_bounds(at, len(prior_sigma))
+    lower_bounds, upper_bounds = _bounds(at, nuisances, prior_mean)
     for cause, slot in zip(causes, slots, strict=False):
-        lower_bounds[slot[: len(cause.amounts)]] = cause.least_steps(at.hypothesis.arm)
-        held = slot[len(cause.amounts) :][cause.at_limit(at.hypothesis.arm)]
-        prior_sigma[held] = relaxed_sigma[held] = HELD_SIGMA
+        of_amounts, of_shape = np.split(slot, [len(cause.amounts)])
+        lower_bounds[of_amounts] = cause.least_steps(at.hypothesis.arm)
+        prior_mean[of_shape], prior_sigma[of_shape] = cause.known_shape(at.hypothesis.arm)
+        prior_sigma[of_shape[cause.at_limit(at.hypothesis.arm)]] = HELD_SIGMA
+        relaxed_sigma[of_shape] = prior_sigma[of_shape]
     if clock_relaxed is None:
         clock_relaxed = bool(causes) and not any(cause.effect.is_clock for cause in causes)
     return Comparison(
@@ -61,6 +63,7 @@ def compare(
         relaxed_sigma=relaxed_sigma,
         prior_mean=prior_mean,
         lower_bounds=lower_bounds,
+        upper_bounds=upper_bounds,
         nuisances=nuisances,
         clock_relaxed=clock_relaxed,
         row_count=row_count,
@@ -124,9 +127,14 @@ def _priors(at: Linearisation, nuisances: Nuisances, first: int, count: int) -> 
     return sigma, relaxed, mean
 
 
-def _lower_bounds(at: Linearisation, count: int) -> Array:
-    """Least values of the numbers, (count,): what is nothing at zero may come out a little below by chance, but no further."""
+def _bounds(at: Linearisation, nuisances: Nuisances, known: Array) -> tuple[Array, Array]:
+    """Least and greatest values of the numbers, (K,) each; known: what they are known to be beforehand.
+
+    What is nothing at zero may come out a little below by chance, but no further. An arm far beyond what its drawing is good for,
+    or a motor whose friction follows another curve, is not the one described: causes are asked for that."""
     lowest = [e.term.low - (e.term.size if e.term.linear and e.term.low == 0 else 0.0) for e in at.unknowns.entries]
-    bounds = np.full(count, -np.inf)
-    bounds[: len(lowest)] = np.minimum(np.array(lowest) - at.p, 0.0) / at.unknowns.size
-    return bounds
+    low, high = np.full(len(known), -np.inf), np.full(len(known), np.inf)
+    low[: len(lowest)] = np.minimum(np.array(lowest) - at.p, 0.0) / at.unknowns.size
+    of_arm = slice(len(lowest), len(lowest) + nuisances.count)
+    low[of_arm], high[of_arm] = known[of_arm] - MAX_TOLERANCES, known[of_arm] + MAX_TOLERANCES
+    return low, high

@@ -77,6 +77,8 @@ class Comparison:
     """what the numbers are known to be beforehand, (K,)"""
     lower_bounds: Array
     """below which numbers do not go, (K,); -inf where they may"""
+    upper_bounds: Array
+    """above which they do not go, (K,)"""
     nuisances: Nuisances
     clock_relaxed: bool
     """whether the causes named so far put the clock in doubt"""
@@ -94,21 +96,6 @@ class Comparison:
         """The base model with nuisances, causes and extra columns; damping (Marquardt's) for steps of what is not linear."""
         use, sigma = self._columns_with(extra), self.sigma(clock_relaxed)
         return ColumnFit(use, *self._solve(self.products, use, sigma, damping))
-
-    def fit_within(self, reach: float) -> ColumnFit:
-        """The fit of `fit`, with the drawing's numbers and the angles' zeros no further than `reach` tolerances off the drawing."""
-        free = self.fit()
-        numbers, held = free.numbers.copy(), np.zeros(len(free.columns), dtype=bool)
-        of_arm = (free.columns >= self.base_count) & (free.columns < self.base_count + self.nuisances.count)
-        drawn = self.prior_mean[free.columns]
-        while np.any(beyond := of_arm & ~held & (np.abs(numbers - drawn) > reach)):
-            held |= beyond
-            numbers[held] = np.clip(numbers[held], drawn[held] - reach, drawn[held] + reach)
-            fixed = np.zeros(len(self.prior_sigma))
-            fixed[free.columns[held]] = numbers[held]
-            rest = free.columns[~held]
-            numbers[~held] = self._solve(self.with_fixed(fixed).products, rest, self.sigma(), 0.0)[0]
-        return replace(free, numbers=numbers)
 
     def block_losses(
         self, extra: Sequence[int] | Index = (), clock_relaxed: bool | None = None, folds: Index | None = None
@@ -242,7 +229,7 @@ class Comparison:
         G, scale = with_unit_diagonal(G)
         b = b / scale
         H = G + np.diag(np.where(has_prior, RIDGE, RIDGE + damping))
-        x = bounded_minimum(H, b, self.lower_bounds[use] * scale)
+        x = bounded_minimum(H, b, self.lower_bounds[use] * scale, self.upper_bounds[use] * scale)
         loss = total - 2 * float(x @ b) + float(x @ G @ x)
         return x / scale, loss
 

@@ -38,8 +38,6 @@ _PATIENCE = 6
 """steps of a round in which the least loss may stay as it is: more go round in circles"""
 _LOST = 1.5
 """times the least loss of a round: one that ends there has lost its way"""
-MAX_TOLERANCES = 4.0
-"""standard deviations up to which a number may be off its drawing (docs/thresholds.md)"""
 _FIRST_DAMPING, _MAX_DAMPING = 1e-3, 10.0
 _DAMPING_DECREASE, _DAMPING_INCREASE = 3.0, 8.0
 
@@ -184,13 +182,13 @@ def last_fit(current: Comparison, held: Sequence[int] | Index = ()) -> ColumnFit
     """The fit with which steps end, a straight one: but columns that are held (k,), and numbers that it would take far, stay.
 
     A number that acts by its ratio, as the speed over which friction turns over, goes anywhere by a straight step where nothing
-    tells it, and may do much there to other recordings. An arm far beyond what its drawing is good for is not the one drawn.
+    tells it, and may do much there to other recordings.
     """
     fit, u = current.fit(), current.linearisation.unknowns
     step, value = np.abs(u.size * fit.numbers[: current.base_count]), current.linearisation.p
     acts_by_ratio = np.array([entry.term.low > 0 for entry in u.entries])
     far = np.flatnonzero(acts_by_ratio & (step > _MAX_LAST_CHANGE * value))
-    return current.with_held(np.append(np.asarray(held, dtype=np.intp), far)).fit_within(MAX_TOLERANCES)
+    return current.with_held(np.append(np.asarray(held, dtype=np.intp), far)).fit()
 
 
 def _gain(candidate: Comparison, current: Comparison) -> float:

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from diagnosis.cause_search import Search
 from diagnosis.comparison import Comparison, EffectColumns
-from diagnosis.descent import MAX_TOLERANCES
 from diagnosis.effect import Effect
+from diagnosis.nuisances import MAX_TOLERANCES
 from diagnosis.worth_naming import MIN_LOSS_SHARE
 
 Array = NDArray[np.float64]

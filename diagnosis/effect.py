@@ -86,8 +86,8 @@ class Effect:
         return self.terms[0].count(arm)
 
     def shape_count(self, places: int) -> int:
-        """How many numbers say how it acts where it sits in so many places."""
-        return sum(1 if term.of == "arm" else places for term in self.shape_terms)
+        """How many numbers of which nothing is known say how it acts where it sits in so many places."""
+        return sum(1 if term.of == "arm" else places for term in self.shape_terms if np.isinf(term.sigma))
 
     def place_labels(self, arm: Arm) -> tuple[str, ...]:
         """Names of its places, in the order of each term's columns."""
@@ -134,7 +134,7 @@ class Effect:
         """What a unit of each amount does to the residuals of a recording, (C, S, Q)."""
         raise NotImplementedError
 
-    def shape_columns(self, recording: RecordingLinearisation) -> Array:
+    def shape_columns(self, recording: RecordingLinearisation, amounts: Array, shape: Shape) -> Array:
         """What a unit of each shape term does where the hypothesis holds the cause, each over its places, (C, S, columns)."""
         return np.zeros((*recording.rows.residual.shape, 0))
 
@@ -195,9 +195,9 @@ class LawEffect(Effect):
             [self._difference_quotient(recording, values, term, 1.0, elsewhere) for term in self.terms], axis=2
         )
 
-    def shape_columns(self, recording: RecordingLinearisation) -> Array:
+    def shape_columns(self, recording: RecordingLinearisation, amounts: Array, shape: Shape) -> Array:
         if not self.shape_terms:
-            return super().shape_columns(recording)
+            return super().shape_columns(recording, amounts, shape)
         values = self._values(recording.hypothesis, {})
         return np.concatenate(
             [self._difference_quotient(recording, values, term, _SHAPE_STEP) for term in self.shape_terms], axis=2

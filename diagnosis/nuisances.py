@@ -1,7 +1,7 @@
 """What is known to a tolerance only: numbers of the drawing, the angles' zeros, friction's curve, forces' scale, and clocks.
 
-Within its tolerance nothing is a cause. Each is a number with the tolerance as its prior's standard deviation, and no wall: how far
-it goes is what the recordings say.
+Within its tolerance nothing is a cause. Each is a number with the tolerance as its prior's standard deviation. How far it goes is
+what the recordings say, up to MAX_TOLERANCES: a model that lacks something would drive it anywhere, and the laws with it.
 """
 
 from collections.abc import Sequence
@@ -25,6 +25,8 @@ from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
+MAX_TOLERANCES = 4.0
+"""standard deviations up to which a number may be off its drawing (docs/thresholds.md)"""
 _MIN_CLOCK_SIGMA_S = 1e-5
 """s: sigma of clocks that came without one (docs/thresholds.md)"""
 

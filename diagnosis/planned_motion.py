@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from diagnosis.compare import compare
 from diagnosis.comparison import Comparison
-from diagnosis.descent import MAX_TOLERANCES
 from diagnosis.effect import Effect, Shape
 from diagnosis.hypothesis import BASE_LAWS, Hypothesis, as_described, base_terms
 from diagnosis.linearisation import base_unknowns, linearise
-from diagnosis.nuisances import nuisances_at
+from diagnosis.nuisances import MAX_TOLERANCES, nuisances_at
 from diagnosis.planned_noise import planned_whitener
 from diagnosis.worth_naming import MIN_LOSS_SHARE, tie_tolerance
 from identification.design.information import AngleNoise, noise_free_signals

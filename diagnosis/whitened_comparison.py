@@ -49,6 +49,7 @@ class WhitenedComparison:
             relaxed_sigma=np.append(c.relaxed_sigma, free),
             prior_mean=np.append(c.prior_mean, np.zeros(width)),
             lower_bounds=np.append(c.lower_bounds, -free),
+            upper_bounds=np.append(c.upper_bounds, free),
         )
 
     def _whitened(self, matrices: Sequence[Array]) -> list[Array]:
