@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from benchmarks.forward_arm_runs import SeenArm
-from diagnosis.cause_parameters import parameters_of
 from diagnosis.diagnose import Diagnosis
 from mechanism.laws.hardening import AT_M
 from samples.forward_arms.arms import Arm
@@ -64,7 +63,7 @@ def true_numbers(law: Law, arm: Arm) -> tuple[str, Numbers] | None:
 def compared_numbers(found: Diagnosis, seen: SeenArm) -> Iterator[dict[str, Any]]:
     """Every number of a named cause that was hidden: its name, value, sigma and what is true."""
     true = dict(filter(None, (true_numbers(law, seen.arm) for law in seen.arm.laws)))
-    for cause, numbers in zip(found.causes, parameters_of(found.search.last), strict=True):
+    for cause, numbers in zip(found.causes, found.numbers, strict=True):
         for number in numbers:
             of_all = true.get(cause.effect.name, {}).get(number.name)
             if of_all is None:

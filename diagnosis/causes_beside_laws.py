@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from diagnosis.cause import with_causes
+from diagnosis.cause_fit import fitted_without
 from diagnosis.cause_search import Search, search_causes
 from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import HeldOutResiduals, held_out_residuals
@@ -108,8 +109,13 @@ def _causes_beside(
     beside = search_causes(with_causes(found.stage.before_causes, causes), recordings, seed)
     if _names(beside) == _names(search) or not beside.last.possible:
         return None
-    fitter = search.fitter
+    fitter, named, last = search.fitter, beside.named, beside.last
     stage = fitter.fitted(found.stage.comparison.linearisation, (*beside.last.causes, *causes))
+    # while the law's numbers stayed as they were found, causes may have made good for them
+    untold = [i for i in stage.untold if i < len(named)]
+    if 0 < len(untold) < len(named):
+        stage, last = fitted_without(fitter, stage, untold), fitted_without(beside.fitter, last, untold)
+        named = tuple(cause for i, cause in enumerate(named) if i not in untold)
     fitter, stage = fitter.with_own_weights(stage)
     stage = fitter.finished(stage)
     leaves_more = stage.excess.above_noise and stage.surplus > found.stage.surplus
@@ -117,7 +123,7 @@ def _causes_beside(
         return None
     laws = [found.laws[i] for i in held]
     numbered = as_fitted([each.law for each in laws], stage)
-    other = replace(search, named=beside.named, last=beside.last, fitter=fitter, unlisted=beside.unlisted)
+    other = replace(search, named=named, last=last, fitter=fitter, unlisted=beside.unlisted)
     return Explanation(other, tuple(replace(each, law=n) for each, n in zip(laws, numbered, strict=True)), stage)
 
 

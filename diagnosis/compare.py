@@ -43,7 +43,8 @@ def compare(
         of_amounts, of_shape = np.split(slot, [len(cause.amounts)])
         lower_bounds[of_amounts] = cause.least_steps(at.hypothesis.arm)
         prior_mean[of_shape], prior_sigma[of_shape] = cause.known_shape(at.hypothesis.arm)
-        prior_sigma[of_shape[cause.at_limit(at.hypothesis.arm)]] = HELD_SIGMA
+        at_limit = of_shape[cause.at_limit(at.hypothesis.arm)]
+        prior_sigma[at_limit], prior_mean[at_limit] = HELD_SIGMA, 0.0
         relaxed_sigma[of_shape] = prior_sigma[of_shape]
     if clock_relaxed is None:
         clock_relaxed = bool(causes) and not any(cause.effect.is_clock for cause in causes)

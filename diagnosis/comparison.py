@@ -124,9 +124,10 @@ class Comparison:
 
     def with_held(self, columns: Index) -> "Comparison":
         """The comparison with numbers of these columns (k,) that stay as they are."""
-        prior, relaxed = self.prior_sigma.copy(), self.relaxed_sigma.copy()
+        prior, relaxed, mean = self.prior_sigma.copy(), self.relaxed_sigma.copy(), self.prior_mean.copy()
         prior[columns] = relaxed[columns] = HELD_SIGMA
-        return replace(self, prior_sigma=prior, relaxed_sigma=relaxed)
+        mean[columns] = 0.0
+        return replace(self, prior_sigma=prior, relaxed_sigma=relaxed, prior_mean=mean)
 
     def with_causes_off(self, numbers: Array) -> "Comparison":
         """The comparison without the causes that the linearisation holds.

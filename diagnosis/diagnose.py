@@ -7,7 +7,9 @@ import numpy as np
 
 from diagnosis.arm_error import ArmError, arm_error
 from diagnosis.cause import Cause
+from diagnosis.cause_parameters import parameters_of
 from diagnosis.cause_search import Search, search_causes
+from diagnosis.cause_share import CauseShare, cause_shares
 from diagnosis.causes_beside_laws import with_laws
 from diagnosis.detectability import Detectability, detectability
 from diagnosis.drawing_findings import DrawingFinding, drawing_findings
@@ -26,6 +28,7 @@ from identification.dataset.frames import frame_angles
 from identification.estimates import common_arm
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
+from xneck_foundation.parameter import Parameter
 
 TOO_MANY_TIED = 4
 """causes that explain alike from which the data cannot decide (docs/thresholds.md)"""
@@ -91,8 +94,18 @@ class Diagnosis:
 
     @property
     def causes(self) -> tuple[Cause, ...]:
-        """As named, with numbers."""
-        return self.search.last.causes
+        """As named, with numbers: those of the fit of causes and laws."""
+        return self.extended_stage.causes[: len(self.search.named)]
+
+    @property
+    def numbers(self) -> tuple[tuple[Parameter, ...], ...]:
+        """Of each cause, with sigma."""
+        return parameters_of(self.extended_stage)[: len(self.search.named)]
+
+    @property
+    def shares(self) -> tuple[CauseShare, ...]:
+        """What each cause does."""
+        return cause_shares(self.extended_stage, self.simulated_shares)[: len(self.search.named)]
 
     @property
     def something_remains(self) -> bool:
@@ -166,7 +179,7 @@ def diagnose(
         extended_stage=stage,
         found_laws=laws,
         not_simulated=simulation.refused,
-        simulated_shares=simulation.shares[: len(search.last.causes)],
+        simulated_shares=simulation.shares[: len(search.named)],
         arm_error=simulation.arm_error,
     )
 

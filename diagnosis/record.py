@@ -7,9 +7,7 @@ import numpy as np
 from diagnosis import signature_record
 from diagnosis.advice import advice
 from diagnosis.cause import Cause
-from diagnosis.cause_parameters import parameters_of
 from diagnosis.cause_picture import cause_pictures
-from diagnosis.cause_share import cause_shares
 from diagnosis.detectability import Detectability
 from diagnosis.diagnose import Diagnosis
 from diagnosis.look_alikes import NamedCause
@@ -47,10 +45,10 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
             for named, cause, parameters, share, p in zip(
                 search.named,
                 d.causes,
-                parameters_of(search.last),
-                cause_shares(search.last, d.simulated_shares),
-                cause_pictures(search.last),
-                strict=True,
+                d.numbers,
+                d.shares,
+                cause_pictures(d.extended_stage),
+                strict=False,  # pictures are of laws too
             )
         ],
         "gain": gain and gain.as_json(),
@@ -147,7 +145,7 @@ def as_text(d: Diagnosis) -> str:
     lines = [d.verdict + (f": {d.why}" if d.why else "")]
     if d.verdict == "unknown" and not d.found_laws:
         lines.append(f"  {signature_record.words(d.signature, d.extended.arm.M)}")
-    for named, cause, parameters in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
+    for named, cause, parameters in zip(d.search.named, d.causes, d.numbers, strict=True):
         lines.append(f"  {cause.effect.name} ({cause.where.label}): {cause.effect.words}")
         lines += [f"    {_number_words(p)}" for p in parameters]
         others = [c.effect.name for c in named.tied if c.effect is not cause.effect]

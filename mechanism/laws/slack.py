@@ -18,7 +18,7 @@ class Slack(Law):
     name = "cable_slack"
     terms = (
         Term("slack", "1", low=0.0, high=1.5, size=1.0, would_tell=_WOULD_TELL),
-        Term("xs", "m", low=1e-6, high=5e-3, size=2e-4, would_tell=_WOULD_TELL),
+        Term("xs", "m", low=1e-6, high=1e-3, size=2e-4, would_tell=_WOULD_TELL),
     )
 
     def pull(self, p: Values, at: CableMotion, z: Array) -> Array:

@@ -34,6 +34,7 @@ def comparison(noise: float) -> Comparison:
         relaxed_sigma=sigma,
         prior_mean=np.zeros(2),
         lower_bounds=np.full(2, -np.inf),
+        upper_bounds=np.full(2, np.inf),
         nuisances=nothing,
         clock_relaxed=False,
         row_count=BLOCKS,

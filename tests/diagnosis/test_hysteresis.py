@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from benchmarks.forward_arm_runs import SETTINGS, seen
-from diagnosis.cause_parameters import parameters_of
 from diagnosis.diagnose import Diagnosis, diagnose
 from identification.dataset.dataset import DataSet
 from identification.estimates import DEFAULT_LAWS, estimate
@@ -35,7 +34,7 @@ def found(recordings: list[DataSet]) -> Diagnosis:
 
 def told(found: Diagnosis, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Values of the cause's numbers of a name, and their standard deviations."""
-    numbers = [p for p in parameters_of(found.search.last)[0] if p.name == name]
+    numbers = [p for p in found.numbers[0] if p.name == name]
     return np.array([p.value for p in numbers]), np.array([p.sigma for p in numbers])
 
 

@@ -7,7 +7,6 @@ import pytest
 
 from benchmarks.clean_arms import clock_record
 from benchmarks.forward_arm_runs import Record
-from diagnosis.cause_parameters import parameters_of
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.extended_model import extended_model
 from identification.model_file import covariance_of
@@ -33,7 +32,7 @@ class Case:
 
     def numbers(self, name: str) -> list[tuple[float, float]]:
         """Values and standard deviations of one of the first cause's numbers."""
-        return [(p.value, p.sigma) for p in parameters_of(self.found.search.last)[0] if p.name == name]
+        return [(p.value, p.sigma) for p in self.found.numbers[0] if p.name == name]
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from benchmarks.forward_arm_runs import SETTINGS, seen
-from diagnosis.cause_parameters import parameters_of
 from diagnosis.diagnose import Diagnosis, diagnose
 from samples.forward_arms.arms import make_arms
 from samples.forward_arms.laws import Law, Snapshot
@@ -41,7 +40,7 @@ def found() -> Diagnosis:
 def test_it_is_named_alone_with_the_elongation_over_which_it_comes_taut(found: Diagnosis) -> None:
     """With an amount free beside it, cables went slack by 1.5 or by .7 of what they bear, and other causes stood beside it."""
     assert [cause.effect.name for cause in found.causes] == ["cable_slack"]
-    first = next(p for p in parameters_of(found.search.last)[0] if p.name == "xs" and p.index == 1)
+    first = next(p for p in found.numbers[0] if p.name == "xs" and p.index == 1)
     assert abs(first.value - TOE_M) < 4 * first.sigma < 0.2 * TOE_M
 
 

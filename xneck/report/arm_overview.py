@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from diagnosis.arm_error import ArmError, WorstPose
 from diagnosis.cause import Cause
-from diagnosis.cause_parameters import parameters_of
 from diagnosis.diagnose import Diagnosis
 from mechanism.arm import Arm, Array
 from mechanism.cable_path import bar_ends
@@ -54,7 +53,7 @@ class Callout:
 def arm_overview(d: Diagnosis) -> FigureBlock:
     """Of a diagnosis; to be called within `style.drawing`."""
     arm, error = d.extended.arm, d.arm_error
-    found = list(zip(d.causes, parameters_of(d.search.last), strict=True))
+    found = list(zip(d.causes, d.numbers, strict=True))
     panels = [places_panel(arm, found, error, d.is_extended)]
     legend = [LegendEntry("where a cause acts", MARK, "broad")] if d.causes else []
     if error is not None:

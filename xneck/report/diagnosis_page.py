@@ -95,7 +95,7 @@ def diagnosis_figures(d: Diagnosis) -> DrawnFigures:
 def _proof_figures(d: Diagnosis) -> tuple[FigureBlock, ...]:
     """One for each cause. Where none is named: what stands out most, but where a law that nobody listed explains most."""
     if d.causes:
-        pairs = zip(d.causes, cause_pictures(d.search.last), strict=True)
+        pairs = zip(d.causes, cause_pictures(d.extended_stage), strict=False)  # pictures are of laws too
         return tuple(
             cause_figure(cause, picture, d.extended.arm, number, of=len(d.causes))
             for number, (cause, picture) in enumerate(pairs, start=1)

@@ -5,9 +5,7 @@ from math import degrees
 
 from diagnosis import signature_record
 from diagnosis.cause import Cause
-from diagnosis.cause_parameters import parameters_of
 from diagnosis.cause_ranking import CauseCandidate
-from diagnosis.cause_share import cause_shares
 from diagnosis.diagnose import Diagnosis, unlisted_law
 from diagnosis.held_out_gain import Gain
 from diagnosis.record import probability
@@ -46,7 +44,7 @@ def diagnosis_sentence(d: Diagnosis) -> str:
     if d.verdict == "insufficient":
         return f"These recordings cannot tell: {d.why}."
     parts = []
-    for named, cause, parameters in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
+    for named, cause, parameters in zip(d.search.named, d.causes, d.numbers, strict=True):
         others = [c.effect.words for c in named.tied if c.effect is not cause.effect]
         what = f"{cause.effect.words} ({_place(cause)}{_sizes(cause, parameters)})"
         parts.append(f"{what}, or {', or '.join(others)}" if others else what)
@@ -138,7 +136,7 @@ def diagnosis_key_numbers(d: Diagnosis) -> list[KeyNumber]:
 def cause_rows(d: Diagnosis) -> list[tuple[str, ...]]:
     """Rows of the table of causes: cause, where, parameter, value with sigma, unit, identified, probability."""
     rows = []
-    for named, cause, parameters in zip(d.search.named, d.causes, parameters_of(d.search.last), strict=True):
+    for named, cause, parameters in zip(d.search.named, d.causes, d.numbers, strict=True):
         for p in parameters:
             label = indexed(p.name, p.index)
             certainty = percent(100 * probability(named))
@@ -159,7 +157,7 @@ def share_rows(d: Diagnosis) -> list[tuple[str, ...]]:
             number_text(1e3 * share.arm, 3),
             "not simulated" if share.simulated_angle is None else number_text(degrees(share.simulated_angle), 3),
         )
-        for cause, share in zip(d.causes, cause_shares(d.search.last, d.simulated_shares), strict=True)
+        for cause, share in zip(d.causes, d.shares, strict=True)
     ]
 
 
