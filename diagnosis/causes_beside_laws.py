@@ -33,9 +33,9 @@ class Explanation:
 
     @property
     def laws_are_told(self) -> bool:
-        """Whether each law stands off nothing by its sigma as it is told, which what is left widens."""
+        """Whether there is a law, and each stands off nothing by its sigma as it is told, which what is left widens."""
         first_law = len(self.stage.causes) - len(self.laws)
-        return all(i < first_law for i in self.stage.untold_beside_what_is_left)
+        return bool(self.laws) and all(i < first_law for i in self.stage.untold_beside_what_is_left)
 
 
 def with_laws(
@@ -48,13 +48,15 @@ def with_laws(
     """Laws in what a search leaves; beside other causes, or in the place of all, where these leave plainly more than noise.
 
     left: what the search leaves of `others`, which were not fitted, if there are any; recordings: those that were."""
+    nothing = Explanation(search, (), search.last)
     best = _beside_causes(search, left, recordings, seed, others)
+    best = best if best.laws_are_told else nothing
     tried = _with_other_causes(search)  # each is fitted when it is asked for
     while leaves_plainly_more(best.stage.excess) and (other := next(tried, None)) is not None:
         instead = _beside_causes(other, _left_of(other, others), recordings, seed, others)
-        if instead.laws and instead.stage.excess.share_of(best.stage.excess) < MAX_SHARE_LEFT:
+        if instead.laws_are_told and instead.stage.excess.share_of(best.stage.excess) < MAX_SHARE_LEFT:
             best = instead
-    return best if best.laws_are_told else Explanation(search, (), search.last)
+    return best
 
 
 def _with_other_causes(search: Search) -> Iterator[Search]:

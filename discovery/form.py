@@ -144,6 +144,15 @@ def _hinge_starts(basis: FineBasis) -> tuple[Constants, ...]:
     return tuple({"place": basis.low + p * span, "side": side} for p in _PLACES for side in (1.0, -1.0))
 
 
+def _truncated_power_starts(basis: FineBasis) -> tuple[Constants, ...]:
+    further = tuple({"exponent": n, "size": basis.high - basis.low} for n in (2.0, 3.0))
+    return tuple({**at, **power} for at in _hinge_starts(basis) for power in further)
+
+
+def _truncated_power(x: Array, c: Constants) -> Array:
+    return ((np.maximum(c["side"] * (x - c["place"]), 0.0) / c["size"]) ** c["exponent"])[..., None]
+
+
 def _step(x: Array, c: Constants) -> Array:
     return (0.5 * (1 + np.tanh((x - c["place"]) / c["width"])))[..., None]
 
@@ -260,6 +269,17 @@ FORMS = (
         starts=lambda basis: tuple({"level": share * _size(basis)} for share in _FREE_SHARES),
         equation="slope sign(x) max(|x| - level, 0)",
         constants=("level",),
+    ),
+    Form(
+        name="truncated power",
+        kinds=_LINES,
+        rank=3,
+        amounts=("height",),
+        columns=_truncated_power,
+        starts=_truncated_power_starts,
+        equation="height (max(side (x - place), 0) / size)^exponent",
+        constants=("place", "side", "exponent", "size"),
+        fixed=("side", "size"),
     ),
     Form(
         name="wave",

@@ -49,6 +49,11 @@ HIDDEN: Mapping[str, tuple[Callable[[Signals], Array], set[str], set[str]]] = {
     "teeth": (lambda s: 0.5 * np.sin(7 * s["motor_angle"] + 0.3), {"motor_angle"}, {"harmonic"}),
     "eccentric drum": (lambda s: 0.9 * np.cos(s["drum_angle"]), {"drum_angle"}, {"harmonic"}),
     "stop": (lambda s: 4 * np.maximum(s["joint_angle"] - 0.1, 0), {"joint_angle"}, {"hinge"}),
+    "bent hose": (
+        lambda s: 40 * np.maximum(s["joint_angle"] + 0.05, 0) ** 3,
+        {"joint_angle"},
+        {"truncated power"},
+    ),
     "detent": (lambda s: 0.5 * np.sin(19 * s["joint_angle"] + 1.0), {"joint_angle"}, {"wave"}),
     "free on both sides": (
         lambda s: 4 * np.sign(s["joint_angle"]) * np.maximum(np.abs(s["joint_angle"]) - 0.15, 0),
