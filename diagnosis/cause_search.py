@@ -38,6 +38,9 @@ MAX_SHARE_OF_OTHER_FORM = 0.1
 """of what stood above noise: causes that leave less are right but for the form of their laws, however far above noise that is
 (docs/thresholds.md)"""
 
+MIN_SHARE_BESIDE_UNKNOWN = 0.02
+"""of all that is beyond noise: what a cause takes at least that takes less than is left (docs/thresholds.md)"""
+
 SAME_SIGMAS = 3.0
 """standard deviations within which a motor's gain is that of its drum (docs/thresholds.md)"""
 
@@ -153,7 +156,7 @@ def _search(
         # a law whose numbers stay as they were found leaves more beside the right causes than one more law would
         outweighed, last = last if last.causes else None, first
     last = with_single_places(fitter, last)
-    causes, last = with_look_alikes(fitter, last)
+    causes, last = _without_stand_ins(fitter, first, *with_look_alikes(fitter, last))
     if causes and last.excess.above_noise:
         fitter, last = fitter.reweighted_by_what_is_left(last)
     elif causes:
@@ -194,6 +197,24 @@ def _is_outweighed(first: FitStage, last: FitStage, whiten: Whitener, free_fits:
         return False
     unlisted = free_fits.best(first, whiten)
     return unlisted is not None and unlisted.excess.share_of(last.excess) < MAX_SHARE_OF_UNLISTED
+
+
+def _without_stand_ins(
+    fitter: CauseFitter, first: FitStage, causes: tuple[NamedCause, ...], last: FitStage
+) -> tuple[tuple[NamedCause, ...], FitStage]:
+    """Without causes that take a small share of all, and less than what is left beside them plainly above noise.
+
+    They may mend the form of another one's law, or stand in for what nobody knows."""
+    if not leaves_plainly_more(last.excess):
+        return causes, last
+    least = min(last.surplus, MIN_SHARE_BESIDE_UNKNOWN * first.surplus)
+    small = [i for i, cause in enumerate(causes) if cause.gain < least]
+    if not 0 < len(small) < len(causes):
+        return causes, last
+    without = fitted_without(fitter, last, small)
+    if not without.possible:
+        return causes, last
+    return tuple(cause for i, cause in enumerate(causes) if i not in small), without
 
 
 def _without_untold(fitter: CauseFitter, stage: FitStage) -> FitStage | None:

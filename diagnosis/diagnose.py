@@ -289,15 +289,17 @@ def _verdict(
     search: Search, visible: Detectability, left: Sequence[Remainder], holds: bool, laws: Sequence[GainedLaw] = ()
 ) -> tuple[str, str]:
     """The verdict and why; holds: whether causes explain the recordings that were not fitted too, if there are any."""
-    law = unlisted_law(search, laws)
+    law, plain = unlisted_law(search, laws), plainly_left(left)
     if not search.named:
         if search.first.excess.above_noise:
             why = "the data differ from the model, and no cause that is known explains it"
             return "unknown", "; ".join(filter(None, [why, law]))
+        if plain:
+            there = f"{plain[0].equation} is left with {plain[0].ratio:.1f} times noise on recordings that were not fitted"
+            return "unknown", f"nothing stands above noise where it was fitted, but {there}: fit those recordings too"
         if len(visible.invisible) > MAX_INVISIBLE_SHARE * len(visible.effects):
             return "insufficient", f"these recordings could not show {', '.join(visible.invisible)}"
         return "consistent", "nothing stands above noise"
-    plain = plainly_left(left)
     if not holds:
         worst = max(r.ratio for r in left)
         why = f"what explains the fitted recordings leaves {worst:.1f} times noise on those that were not fitted"

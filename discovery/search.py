@@ -55,15 +55,18 @@ def find_laws(problem: Problem, seed: int = 0) -> tuple[FoundLaw, ...]:
         return ()
     rng = np.random.default_rng(seed)
     laws: tuple[FoundLaw, ...] = ()
+    been: list[set[str]] = [set()]
     while len(laws) < MAX_LAWS:
         found = _next_law(problem, laws, rng)
         if found is None:
             break
         more = _where_alone(problem, fitted(problem, (*laws, found)))
         kept = _without_needless(problem, more)
-        if len(kept) <= len(laws) and {law.words for law in kept} == {law.words for law in laws}:
+        words = {law.words for law in kept}
+        if len(kept) <= len(laws) and words in been:  # each makes another one needless, round and round
             break
         laws = kept
+        been.append(words)
     return laws
 
 
