@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from diagnosis.cause import with_causes
 from diagnosis.cause_fit import fitted_without
-from diagnosis.cause_search import Search, search_causes
+from diagnosis.cause_search import MAX_SHARE_OF_OTHER_FORM, Search, search_causes
 from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import HeldOutResiduals, held_out_residuals
 from diagnosis.law_gains import GainedLaw, LawGains, law_gains
@@ -51,6 +51,8 @@ def with_laws(
     nothing = Explanation(search, (), search.last)
     best = _beside_causes(search, left, recordings, seed, others)
     best = best if best.laws_are_told else nothing
+    if search.named and search.last.excess.share_of(search.first.excess) < MAX_SHARE_OF_OTHER_FORM:
+        return best  # no other causes, or none, would be right
     tried = _with_other_causes(search)  # each is fitted when it is asked for
     while leaves_plainly_more(best.stage.excess) and (other := next(tried, None)) is not None:
         instead = _beside_causes(other, _left_of(other, others), recordings, seed, others)

@@ -12,7 +12,7 @@ TELLING_SHARE = 0.7
 
 @dataclass(frozen=True)
 class DrawingFinding:
-    """A number of neck.yaml: by how much the arm's differs, as a share of itself or in rad."""
+    """A number of neck.yaml, or the turn of a bar's markers: by how much the arm's differs, as a share of itself or in rad."""
 
     name: str
     kind: str
@@ -51,17 +51,23 @@ def drawing_findings(stage: FitStage) -> tuple[DrawingFinding, ...]:
     """
     comparison, nuisances = stage.comparison, stage.comparison.nuisances
     numbers, sigma = stage.fit.numbers[comparison.base_count :], stage.sigma[comparison.base_count :]
+    known = [(n.name, n.kind, n.where, n.sigma, n.unit) for n in nuisances.drawing]
+    if nuisances.zero_sigma > 0:
+        bars = range(stage.hypothesis.arm.N + 1)
+        known += [(f"markers of bar {i}", "marker_angle", f"bar {i}", nuisances.zero_sigma, "rad") for i in bars]
     found = [
         DrawingFinding(
-            name=n.name,
-            kind=n.kind,
-            where=n.where,
-            value=n.sigma * float(already + x),
-            sigma=_sigma(stage.widening * n.sigma * float(s), n.unit),
-            unit=n.unit,
-            tolerance=n.sigma,
+            name=name,
+            kind=kind,
+            where=where,
+            value=tolerance * float(already + x),
+            sigma=_sigma(stage.widening * tolerance * float(s), unit),
+            unit=unit,
+            tolerance=tolerance,
         )
-        for n, x, s, already in zip(nuisances.drawing, numbers, sigma, nuisances.departures, strict=False)
+        for (name, kind, where, tolerance, unit), x, s, already in zip(
+            known, numbers, sigma, nuisances.departures, strict=False
+        )
     ]
     found = [f for f in found if f.sigma < TELLING_SHARE * f.tolerance]
     return tuple(sorted(found, key=lambda f: -abs(f.value) / f.tolerance))
