@@ -295,7 +295,9 @@ def _verdict(
             why = "the data differ from the model, and no cause that is known explains it"
             return "unknown", "; ".join(filter(None, [why, law]))
         if plain:
-            there = f"{plain[0].equation} is left with {plain[0].ratio:.1f} times noise on recordings that were not fitted"
+            there = (
+                f"{plain[0].equation} is left with {plain[0].ratio:.1f} times noise on recordings that were not fitted"
+            )
             return "unknown", f"nothing stands above noise where it was fitted, but {there}: fit those recordings too"
         if len(visible.invisible) > MAX_INVISIBLE_SHARE * len(visible.effects):
             return "insufficient", f"these recordings could not show {', '.join(visible.invisible)}"

@@ -40,13 +40,17 @@ SHORT = replace(SETTINGS, drawing_off=1.0, seconds=24.0)
 NOISE_DEG = 0.03
 SAME_ARM = 1302
 HARDENING = Hardening(np.array([3.9e7, 3.5e7, 4.5e7, 6.9e7]))
+ONE_HARDENING = Hardening(np.array([0.0, 5e7, 0.0, 0.0]))
 COGGING = Cogging(force=1.5, poles=7.0)
 JOINT_2_RUBS = JointFriction(dry=np.array([0.0, 0.0166, 0.0]), width=0.1)
 STICKING = JointFriction(dry=np.full(3, 0.08), width=2e-3)
+BESIDE = Payload(mass=0.06, at=0.015)
 PAYLOAD, STOP = Payload(mass=0.08), Loom(stiffness=1.5, slack=0.2)
 HIDDEN: dict[str, tuple[int, tuple[Law, ...]]] = {
     "nothing": (SAME_ARM, ()),
     "hardening": (SAME_ARM, (HARDENING,)),
+    "one cable hardens": (SAME_ARM, (ONE_HARDENING,)),
+    "payload off the middle": (SAME_ARM, (BESIDE,)),
     "tilt": (SAME_ARM, (Tilt(0.067),)),
     "joint": (SAME_ARM, (JOINT_2_RUBS,)),
     "pulleys": (SAME_ARM, (RouteFriction(np.full(4, 0.01), width=1e-3),)),

@@ -94,7 +94,9 @@ def test_a_fit_is_bounded_least_squares_with_what_is_known(louder: float, at: Li
     stacked = np.vstack([weighted[..., use].reshape(-1, len(use)), np.diag(1 / sigma[use])[known]])
     right = np.concatenate([-weighted[..., -1].ravel(), (comparison.prior_mean / sigma)[use][known]])
     scale = np.linalg.norm(stacked, axis=0)
-    best = lsq_linear(stacked / scale, right, (comparison.lower_bounds[use] * scale, np.inf), tol=1e-14)
+    best = lsq_linear(
+        stacked / scale, right, (comparison.lower_bounds[use] * scale, comparison.upper_bounds[use] * scale), tol=1e-14
+    )
     assert fit.loss == pytest.approx(2 * best.cost, rel=1e-5)
 
 

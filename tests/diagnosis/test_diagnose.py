@@ -121,6 +121,10 @@ def test_what_does_not_hold_on_other_recordings_is_not_named(tmp_path: Path) -> 
     found = json.loads((tmp_path / "out/diagnosis.json").read_text())
     assert (found["verdict"], found["causes"]) == ("unknown", [])
     assert "tip_payload would explain more, but not on recordings that were not fitted" in found["why"]
+    command("diagnose", held_out, "--held-out", fitted, "--out", tmp_path / "other_way", "--quiet")
+    found = json.loads((tmp_path / "other_way/diagnosis.json").read_text())
+    assert (found["verdict"], found["causes"]) == ("unknown", [])
+    assert found["why"].startswith("nothing stands above noise where it was fitted, but joint ")
 
 
 def test_a_data_set_without_forces_and_one_that_is_held_out_from_itself_are_refused(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from diagnosis.diagnose import Diagnosis, diagnose
 from samples.forward_arms.arms import make_arms
 from samples.forward_arms.laws import Law, Snapshot
 from samples.forward_arms.plant import Array
+from tests.hidden_arms import seen_arms
 
 pytestmark = pytest.mark.slow
 
@@ -47,3 +48,10 @@ def test_it_is_named_alone_with_the_elongation_over_which_it_comes_taut(found: D
 def test_nothing_plain_is_left(found: Diagnosis) -> None:
     assert found.found_laws == ()
     assert max(gain.after / gain.noise_floor for gain in found.remainder) < 1.5
+
+
+def test_a_cable_that_hardens_far_from_slack_does_not_go_slack() -> None:
+    """A law that turns over little by little is straight from nowhere on, as one that hardens."""
+    first, second = (seen_arms()["one cable hardens"].synchronised(i) for i in range(2))
+    hardens = diagnose([first], [second])
+    assert [(cause.effect.name, cause.where.label) for cause in hardens.causes] == [("cable_hardening", "cable 2")]

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from discovery import search
 from discovery.fine_basis import FineBasis, Function
 from discovery.form import Constants, Form
+from discovery.found_law import FoundLaw
 from discovery.problem import Candidate, Problem
 from discovery.search import find_laws
 
@@ -179,3 +181,25 @@ class Forbidden(Places):
 
 def test_what_may_be_no_law_is_none() -> None:
     assert find_laws(Forbidden([0.0, 0.0, 1.5, 0.0])) == ()
+
+
+def test_a_search_that_goes_round_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of two laws that is found makes the other one needless."""
+    problem = Places([1.0, 1.0])
+    first, second = (
+        FoundLaw(candidate, candidate.forms[0], {}, np.zeros(2), np.zeros((2, 2)), ())
+        for candidate in problem.candidates[1:]
+    )
+    found = 0
+
+    def next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generator) -> FoundLaw:
+        nonlocal found
+        found += 1
+        assert found < 20
+        return second if laws and laws[0] is first else first
+
+    monkeypatch.setattr(search, "_next_law", next_law)
+    monkeypatch.setattr(search, "fitted", lambda problem, laws: laws)
+    monkeypatch.setattr(search, "_where_alone", lambda problem, laws: laws)
+    monkeypatch.setattr(search, "_without_needless", lambda problem, laws: laws[-1:])
+    assert len(find_laws(problem)) == 1
