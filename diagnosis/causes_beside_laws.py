@@ -16,6 +16,7 @@ from diagnosis.law_gains import GainedLaw, LawGains, law_gains
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.remainder import leaves_plainly_more
 from diagnosis.unlisted_laws import as_fitted
+from diagnosis.worth_naming import MIN_LOSS_SHARE
 from discovery.form import SMOOTH
 
 MAX_SHARE_LEFT = 0.5
@@ -32,10 +33,13 @@ class Explanation:
     """with the causes, then the laws"""
 
     @property
-    def laws_are_told(self) -> bool:
-        """Whether there is a law, and each stands off nothing by its sigma as it is told, which what is left widens."""
+    def is_sound(self) -> bool:
+        """Whether each law stands off nothing by its sigma as it is told, which what is left widens; where there is none, whether
+        causes leave little more than noise."""
+        if not self.laws:
+            return not leaves_plainly_more(self.stage.excess)
         first_law = len(self.stage.causes) - len(self.laws)
-        return bool(self.laws) and all(i < first_law for i in self.stage.untold_beside_what_is_left)
+        return all(i < first_law for i in self.stage.untold_beside_what_is_left)
 
 
 def with_laws(
@@ -50,13 +54,13 @@ def with_laws(
     left: what the search leaves of `others`, which were not fitted, if there are any; recordings: those that were."""
     nothing = Explanation(search, (), search.last)
     best = _beside_causes(search, left, recordings, seed, others)
-    best = best if best.laws_are_told else nothing
+    best = best if best.is_sound else nothing
     if search.named and search.last.excess.share_of(search.first.excess) < MAX_SHARE_OF_OTHER_FORM:
         return best  # no other causes, or none, would be right
     tried = _with_other_causes(search)  # each is fitted when it is asked for
     while leaves_plainly_more(best.stage.excess) and (other := next(tried, None)) is not None:
         instead = _beside_causes(other, _left_of(other, others), recordings, seed, others)
-        if instead.laws_are_told and instead.stage.excess.share_of(best.stage.excess) < MAX_SHARE_LEFT:
+        if instead.is_sound and instead.stage.excess.share_of(best.stage.excess) < MAX_SHARE_LEFT:
             best = instead
     return best
 
@@ -122,6 +126,13 @@ def _causes_beside(
         named = tuple(cause for i, cause in enumerate(named) if i not in untold)
     fitter, stage = fitter.with_own_weights(stage)
     stage = fitter.finished(stage)
+    alone = fitted_without(fitter, stage, range(len(named), len(stage.causes)))
+    takes = alone.surplus - stage.surplus
+    if alone.possible and not leaves_plainly_more(alone.excess) and takes < MIN_LOSS_SHARE * alone.noise_loss:
+        # the laws only stood in for causes that did not show
+        alone = fitter.finished(alone)
+        without = replace(search, named=named, last=alone, fitter=fitter, unlisted=None)
+        return Explanation(without, (), alone)
     leaves_more = stage.excess.above_noise and stage.surplus > found.stage.surplus
     if leaves_more or not stage.possible:
         return None

@@ -276,7 +276,16 @@ class Comparison:
         """The comparison with nothing to be explained: for asking what an effect would leave if there were nothing else."""
         products = self.products.copy()
         products[-1, :] = products[:, -1] = 0.0
-        return replace(self, block_products=products[None], matrices=(), prior_mean=np.zeros_like(self.prior_mean))
+        of_arm, low = slice(self.base_count, self.base_count + self.nuisances.count), self.lower_bounds.copy()
+        low[of_arm] = -np.inf
+        return replace(
+            self,
+            block_products=products[None],
+            matrices=(),
+            prior_mean=np.zeros_like(self.prior_mean),
+            lower_bounds=low,
+            upper_bounds=np.full_like(low, np.inf),
+        )
 
     def fit_of_recordings(self) -> ColumnFit:
         """The fit of what each recording has for itself only: pre-elongations, delay, clock."""

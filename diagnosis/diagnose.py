@@ -32,6 +32,9 @@ from xneck_foundation.parameter import Parameter
 
 TOO_MANY_TIED = 4
 """causes that explain alike from which the data cannot decide (docs/thresholds.md)"""
+MIN_RATIO_ELSEWHERE = 3.0
+"""times noise that an equation is left with on recordings that were not fitted, from which something acts there alone
+(docs/thresholds.md)"""
 MAX_INVISIBLE_SHARE = 0.5
 """of the effects: what recordings may not show at most, to say that there is none (docs/thresholds.md)"""
 MOTORS_STICK = (
@@ -155,9 +158,9 @@ def diagnose(
     if stage.excess.above_noise:
         progress("laws that nobody listed")
         found = with_laws(search, held.residuals, fitted, others, seed)
-        if found.laws:
-            search, laws, stage = found.search, found.laws, found.stage
-            held = _held_out(search, stage, others)
+        with_them = _held_out(found.search, found.stage, others)
+        if found.laws or not with_them.worse:
+            search, laws, stage, held = found.search, found.laws, found.stage, with_them
     simulation = _simulation(search, stage, held, others, progress)
     visible = detectability(search)
     left = held.remainder or remainders(search.first.excess, stage.excess, h.arm.M, held_out=False)
@@ -294,7 +297,7 @@ def _verdict(
         if search.first.excess.above_noise:
             why = "the data differ from the model, and no cause that is known explains it"
             return "unknown", "; ".join(filter(None, [why, law]))
-        if plain:
+        if plain and plain[0].ratio > MIN_RATIO_ELSEWHERE:
             there = (
                 f"{plain[0].equation} is left with {plain[0].ratio:.1f} times noise on recordings that were not fitted"
             )

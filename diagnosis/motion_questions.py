@@ -17,6 +17,9 @@ from mechanism.laws import LAWS
 from xneck_foundation.errors import Refused
 from xneck_foundation.spelling import quoted, valid_words
 
+_SCALINGS = 3
+"""of an effect to what the recordings show: its loss grows faster than its square, for what is known counts the more"""
+
 
 def effects_among(names: Sequence[str]) -> tuple[list[Effect], list[str]]:
     """Effects, and the names that are parameters of laws. Raises Refused where a name is neither."""
@@ -82,8 +85,9 @@ def _between(named: NamedCause, search: Search) -> list[Question]:
         if cause is not None and np.any(cause.amounts):
             one = Suspect(effect, one.shape, columns, cause.amounts / effect.sizes(_arm(search))[list(columns)])
         else:
-            scale = np.sqrt(named.gain / max(loss_alone(nothing_else, one), 1e-12))
-            one = Suspect(effect, one.shape, columns, scale * one.numbers)
+            for _ in range(_SCALINGS):
+                scale = np.sqrt(named.gain / max(loss_alone(nothing_else, one), 1e-12))
+                one = Suspect(effect, one.shape, columns, scale * one.numbers)
         out += [Question((one,), other.effect) for other in named.tied if other.effect is not effect]
     return out
 

@@ -76,7 +76,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
             for j, name in enumerate(names)
         ],
         "considered": [
-            {"effect": c.effect.name, "where": c.where.label, "explains": c.gain / search.first.loss}
+            {"effect": c.effect.name, "where": c.where.label, "explains": min(c.gain / search.first.loss, 1.0)}
             for c in search.ranking
         ],
         "signature": signature_record.as_json(d.signature, arm.M),
@@ -140,6 +140,8 @@ def as_text(d: Diagnosis) -> str:
     cause
       tip_payload (all): the arm carries something at its tip
         m = 0.0... +- 0.00... kg
+        xm = ... m
+        ym = ... m
       motor equations, not fitted: ...
     """
     lines = [d.verdict + (f": {d.why}" if d.why else "")]

@@ -9,8 +9,6 @@ from diagnosis.shown_by import ELONGATION
 
 _REACHED_SHARE = 0.01
 """of a recording's time"""
-_SLACK_TENSION_SHARE = 0.05
-"""of a cable's median tension: what counts as none (docs/thresholds.md)"""
 
 
 class CableSlack(LawEffect):
@@ -35,14 +33,7 @@ class CableSlack(LawEffect):
     order = 18
 
     def is_reached(self, recording: RecordingLinearisation, where: Placement) -> bool:
-        """Whether a cable is unstretched for a hundredth of the time, by the tension that its motor shows.
-
-        Elongations do not tell: a law that turns over little by little takes another pre-elongation with it."""
+        """Whether a cable is stretched by less than that over which it comes taut, for a hundredth of the time."""
         cables = list(where.columns)
-        forces = recording.motor_forces
-        tension = (forces.drive - recording.signals.inertial - forces.friction)[:, cables]
-        unstretched = (
-            np.log(2) * np.broadcast_to(recording.values["k"] * recording.values["xs"], recording.x0.shape)[cables]
-        )
-        none = np.maximum(unstretched, _SLACK_TENSION_SHARE * np.median(tension, axis=0))
-        return bool(np.any(np.quantile(tension, _REACHED_SHARE, axis=0) < none))
+        least = np.quantile(recording.motor_signals.x[:, cables] + recording.x0[cables], _REACHED_SHARE, axis=0)
+        return bool(np.any(least < np.broadcast_to(recording.values["xs"], recording.x0.shape)[cables]))

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from benchmarks.forward_arm_runs import SETTINGS, seen
+from diagnosis.cause_fit import CauseFitter
 from diagnosis.diagnose import Diagnosis, diagnose
+from diagnosis.effects import EFFECTS
+from diagnosis.fit_stage import FitStage
+from diagnosis.hypothesis import as_described
+from diagnosis.linearisation import base_unknowns, with_laws_of
+from diagnosis.noise_ensemble import noise_ensemble
+from identification.dataset.frames import frame_angles
 from samples.forward_arms.arms import make_arms
 from samples.forward_arms.laws import Law, Snapshot
 from samples.forward_arms.plant import Array
@@ -43,6 +50,7 @@ def test_it_is_named_alone_with_the_elongation_over_which_it_comes_taut(found: D
     assert [cause.effect.name for cause in found.causes] == ["cable_slack"]
     first = next(p for p in found.numbers[0] if p.name == "xs" and p.index == 1)
     assert abs(first.value - TOE_M) < 4 * first.sigma < 0.2 * TOE_M
+    assert goes_slack(found.search.first, 0)
 
 
 def test_nothing_plain_is_left(found: Diagnosis) -> None:
@@ -50,8 +58,25 @@ def test_nothing_plain_is_left(found: Diagnosis) -> None:
     assert max(gain.after / gain.noise_floor for gain in found.remainder) < 1.5
 
 
-def test_a_cable_that_hardens_far_from_slack_does_not_go_slack() -> None:
+def test_a_cable_that_hardens_is_not_said_to_go_slack() -> None:
     """A law that turns over little by little is straight from nowhere on, as one that hardens."""
     first, second = (seen_arms()["one cable hardens"].synchronised(i) for i in range(2))
     hardens = diagnose([first], [second])
     assert [(cause.effect.name, cause.where.label) for cause in hardens.causes] == [("cable_hardening", "cable 2")]
+
+
+def test_a_taut_cable_does_not_come_to_where_slack_acts() -> None:
+    """Of an arm that holds every cable at 12 N and more."""
+    taut = replace(SETTINGS, seconds=24.0, tension_range=(12.0, 80.0), pretension=(30.0, 30.0))
+    (arm,) = make_arms([SEED], taut)
+    data = seen(arm, taut, NOISE_DEG).synchronised(0)
+    stage = CauseFitter(as_described(data.neck), [noise_ensemble(data, frame_angles(data), 0)]).base_model()
+    assert not any(goes_slack(stage, cable) for cable in range(4))
+
+
+def goes_slack(stage: FitStage, cable: int) -> bool:
+    """Whether a cable, counted from 0, comes to where a law that turns over within TOE_M acts."""
+    effect, at = EFFECTS["cable_slack"], stage.comparison.linearisation
+    h = at.hypothesis.with_law("cable_slack", {"slack": np.ones(at.hypothesis.arm.M), "xs": np.full(4, TOE_M)})
+    (read,) = with_laws_of(at, h, at.unknowns.carried(at.p, base_unknowns(h, 1))).recordings
+    return effect.is_reached(read, effect.alone_at(cable, h.arm))

@@ -39,6 +39,8 @@ def in_words(result: object) -> str:
     cause
       tip_payload (all): the arm carries something at its tip
         m = 0.0... +- 0.00... kg
+        xm = ... m
+        ym = ... m
       motor equations, not fitted: ...
     """
     return _words(result)
