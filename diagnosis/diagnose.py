@@ -158,9 +158,10 @@ def diagnose(
     if stage.excess.above_noise:
         progress("laws that nobody listed")
         found = with_laws(search, held.residuals, fitted, others, seed)
-        with_them = _held_out(found.search, found.stage, others)
-        if found.laws or not with_them.worse:
-            search, laws, stage, held = found.search, found.laws, found.stage, with_them
+        if found.stage is not stage:
+            with_them = _held_out(found.search, found.stage, others)
+            if found.laws or not with_them.worse:
+                search, laws, stage, held = found.search, found.laws, found.stage, with_them
     simulation = _simulation(search, stage, held, others, progress)
     visible = detectability(search)
     left = held.remainder or remainders(search.first.excess, stage.excess, h.arm.M, held_out=False)
