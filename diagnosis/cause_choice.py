@@ -86,7 +86,9 @@ def with_all_causes(
                 break
             given_up = here
             continue
-        if _places(after) in been:  # one cause more, one fewer, and so on: what is left is about the same
+        if _places(after) in been and _places(after) != _places(
+            last
+        ):  # one cause more, one fewer, and so on: what is left is about the same
             break
         if _a_law_would_do(last, after, fitter.whiten, free_fits):
             if _halves(last, after):
