@@ -65,6 +65,10 @@ class Search:
     outweighed: FitStage | None = None
     """with causes that take too little to be named by themselves, if there are any"""
 
+    def share_taken(self, candidate: CauseCandidate) -> float:
+        """Of the first stage's loss, by one of the ranking."""
+        return min(candidate.gain / self.first.loss, 1.0)
+
     def with_outweighed_causes(self) -> "Search | None":
         """With causes that take too little to be named by themselves: beside a law that nobody listed they may be right."""
         if self.outweighed is None:

@@ -2,12 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from diagnosis.arm_error import ArmError, arm_error
 from diagnosis.cause import Cause
 from diagnosis.cause_parameters import parameters_of
+from diagnosis.cause_picture import CausePicture, cause_pictures
 from diagnosis.cause_search import Search, search_causes
 from diagnosis.cause_share import CauseShare, cause_shares
 from diagnosis.causes_beside_laws import with_laws
@@ -109,6 +111,11 @@ class Diagnosis:
     def shares(self) -> tuple[CauseShare, ...]:
         """What each cause does."""
         return cause_shares(self.extended_stage, self.simulated_shares)[: len(self.search.named)]
+
+    @cached_property
+    def pictures(self) -> tuple[CausePicture, ...]:
+        """Of each cause, then of each law."""
+        return cause_pictures(self.extended_stage)
 
     @property
     def something_remains(self) -> bool:

@@ -7,7 +7,6 @@ import numpy as np
 from diagnosis import signature_record
 from diagnosis.advice import advice
 from diagnosis.cause import Cause
-from diagnosis.cause_picture import cause_pictures
 from diagnosis.detectability import Detectability
 from diagnosis.diagnose import Diagnosis
 from diagnosis.look_alikes import NamedCause
@@ -47,8 +46,8 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
                 d.causes,
                 d.numbers,
                 d.shares,
-                cause_pictures(d.extended_stage),
-                strict=False,  # pictures are of laws too
+                d.pictures[: len(d.causes)],
+                strict=True,
             )
         ],
         "gain": gain and gain.as_json(),
@@ -76,8 +75,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
             for j, name in enumerate(names)
         ],
         "considered": [
-            {"effect": c.effect.name, "where": c.where.label, "explains": min(c.gain / search.first.loss, 1.0)}
-            for c in search.ranking
+            {"effect": c.effect.name, "where": c.where.label, "explains": search.share_taken(c)} for c in search.ranking
         ],
         "signature": signature_record.as_json(d.signature, arm.M),
         "next": [step.as_json() for step in advice(d)],

@@ -37,7 +37,8 @@ def test_what_the_readme_diagnoses_is_what_the_sample_hides(in_examples: Path) -
     assert found["verdict"] == "cause"
     (cause,) = found["causes"]
     assert cause["effect"] == "tip_payload"
-    mass, *_ = cause["parameters"]
+    mass, *place = cause["parameters"]
+    assert [p["name"] for p in place] == ["xm", "ym"]
     true = json.loads((ROOT / "samples/truth.json").read_text())["recording"]["hidden"]["load"]["payload_kg"]
     assert abs(mass["value"] - true) < 3 * mass["sigma"]
     assert mass["identified"]

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from diagnosis.advice import advice
-from diagnosis.cause_picture import cause_pictures, free_function_picture
+from diagnosis.cause_picture import free_function_picture
 from diagnosis.diagnose import Diagnosis
 from diagnosis.worth_naming import MIN_EXPLAINED
 from xneck.report import diagnosis_figures as figures
@@ -95,7 +95,7 @@ def diagnosis_figures(d: Diagnosis) -> DrawnFigures:
 def _proof_figures(d: Diagnosis) -> tuple[FigureBlock, ...]:
     """One for each cause. Where none is named: what stands out most, but where a law that nobody listed explains most."""
     if d.causes:
-        pairs = zip(d.causes, cause_pictures(d.extended_stage), strict=False)  # pictures are of laws too
+        pairs = zip(d.causes, d.pictures[: len(d.causes)], strict=True)
         return tuple(
             cause_figure(cause, picture, d.extended.arm, number, of=len(d.causes))
             for number, (cause, picture) in enumerate(pairs, start=1)
@@ -111,8 +111,7 @@ def _law_figures(d: Diagnosis) -> tuple[FigureBlock, ...]:
     """One for each law that was found."""
     if not d.found_laws:
         return ()
-    pictures = cause_pictures(d.extended_stage)[len(d.causes) :]
-    pairs = enumerate(zip(d.found_laws, pictures, strict=True), start=1)
+    pairs = enumerate(zip(d.found_laws, d.pictures[len(d.causes) :], strict=True), start=1)
     return tuple(law_figure(found, picture, d.extended.arm.M, number) for number, (found, picture) in pairs)
 
 

@@ -231,7 +231,6 @@ def gain_table(d: Diagnosis) -> tuple[list[str], list[tuple[str, ...]]]:
 
 def considered_rows(d: Diagnosis) -> list[tuple[str, ...]]:
     """Rows of the table of causes that were considered: cause, where, meaning, and the share of the loss that it explains alone."""
-    whole = d.search.first.loss
     tied = {c.effect.name for named in d.search.named for c in named.tied}
     names = {cause.effect.name for cause in d.causes}
 
@@ -243,7 +242,7 @@ def considered_rows(d: Diagnosis) -> list[tuple[str, ...]]:
             with_spaces(c.effect.name),
             c.where.label,
             c.effect.words,
-            f"{100 * c.gain / whole:.1f} %".replace("-", "\u2212"),
+            f"{100 * d.search.share_taken(c):.1f} %".replace("-", "\u2212"),
             verdict(c),
         )
         for c in d.search.ranking[:_MAX_CONSIDERED]
