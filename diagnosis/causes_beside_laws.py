@@ -52,9 +52,8 @@ def with_laws(
     """Laws in what a search leaves; beside other causes, or in the place of all, where these leave plainly more than noise.
 
     left: what the search leaves of `others`, which were not fitted, if there are any; recordings: those that were."""
-    nothing = Explanation(search, (), search.last)
     best = _beside_causes(search, left, recordings, seed, others)
-    best = best if best.is_sound else nothing
+    best = best if best.is_sound else Explanation(search, (), search.last)
     if search.named and search.last.excess.share_of(search.first.excess) < MAX_SHARE_OF_OTHER_FORM:
         return best  # no other causes, or none, would be right
     tried = _with_other_causes(search)  # each is fitted when it is asked for

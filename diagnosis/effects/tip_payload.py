@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.effect import DescriptionEffect, Shape
+from diagnosis.effect import Effect, Shape
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.shown_by import LEAN
@@ -20,7 +20,7 @@ _MAX_OFFSET_M, _OFFSET_SIGMA_M = 0.1, 0.02
 """m: how far off the middle of the last bar a load may be, and is by one sigma (docs/thresholds.md)"""
 
 
-class TipPayload(DescriptionEffect):
+class TipPayload(Effect):
     """A point mass on the last bar, near its middle."""
 
     name = "tip_payload"
